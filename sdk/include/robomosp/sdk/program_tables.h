@@ -1,0 +1,604 @@
+// SPDX-License-Identifier: Apache-2.0
+// ProgramTables: the tables of program_code.h, to be filled by a compiler; and the text form of
+// three-address code, which is saved and read again (layer: contract helper, inline only, not part
+// of the ABI).
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/language.h>
+#include <robomosp/sdk/program_code.h>
+#include <robomosp/sdk/result.h>
+
+namespace robomosp {
+
+/// Row `i` of a table, whose rows must be of this type.
+template <class Row>
+[[nodiscard]] const Row& row(const rmp_table& table, std::uint32_t i) {
+  return *static_cast<const Row*>(rmp_row(&table, i));
+}
+
+/// Owns the tables of a program. Fill them, then seal().
+class ProgramTables final : public CompiledProgram {
+ public:
+  std::vector<rmp_code_file> files;
+  std::vector<rmp_code_fault> faults;
+  std::vector<rmp_code_type> types;
+  std::vector<rmp_code_field> fields;
+  std::vector<rmp_code_constant> constants;
+  std::vector<rmp_code_scope> scopes;
+  std::vector<rmp_code_symbol> symbols;
+  std::vector<rmp_code_routine> routines;
+  std::vector<rmp_code_expression> expressions;
+  std::vector<rmp_code_statement> statements;
+  std::vector<rmp_code_motion> motions;
+  std::vector<rmp_code_attribute> attributes;
+  std::vector<std::uint32_t> links;
+  std::vector<rmp_code_instruction> instructions;
+
+  ProgramTables() = default;
+  ProgramTables(const ProgramTables&) = delete;
+  ProgramTables& operator=(const ProgramTables&) = delete;
+
+  /// A copy that stays as long as the tables; equal texts are kept once. It ends with a zero.
+  const char* keep(std::string_view text) {
+    if (const auto found = kept_.find(text); found != kept_.end()) return found->second;
+    const std::string& copy = texts_.emplace_back(text);
+    kept_.emplace(std::string_view(copy), copy.c_str());
+    return copy.c_str();
+  }
+  std::uint32_t integer(std::int64_t value, std::uint32_t type = RMP_TYPE_INT) {
+    return add_constant({RMP_CONSTANT_INT, type, value, 0.0, "", 0}, {});
+  }
+  std::uint32_t real(double value) {
+    return add_constant({RMP_CONSTANT_REAL, RMP_TYPE_REAL, 0, value, "", 0}, {});
+  }
+  std::uint32_t text(std::string_view value) {
+    return add_constant({RMP_CONSTANT_TEXT, RMP_TYPE_STRING, 0, 0.0, keep(value), value.size()},
+                        value);
+  }
+  void set_name(std::string_view name) { code_.name = keep(name); }
+  /// Lets code() show what the tables hold now.
+  void seal() {
+    code_.struct_size = sizeof code_;
+    code_.has_errors = 0;
+    for (const rmp_code_fault& f : faults)
+      if (f.severity == RMP_FAULT_ERROR) code_.has_errors = 1;
+    if (!code_.name) code_.name = "";
+    const auto show = [](rmp_table& to, const auto& rows) {
+      to = {rows.data(), static_cast<std::uint32_t>(rows.size()), sizeof rows[0]};
+    };
+    show(code_.files, files);
+    show(code_.faults, faults);
+    show(code_.types, types);
+    show(code_.fields, fields);
+    show(code_.constants, constants);
+    show(code_.scopes, scopes);
+    show(code_.symbols, symbols);
+    show(code_.routines, routines);
+    show(code_.expressions, expressions);
+    show(code_.statements, statements);
+    show(code_.motions, motions);
+    show(code_.attributes, attributes);
+    show(code_.links, links);
+    show(code_.instructions, instructions);
+  }
+  [[nodiscard]] const rmp_code& code() const override { return code_; }
+
+ private:
+  std::uint32_t add_constant(const rmp_code_constant& c, std::string_view text) {
+    std::uint64_t bits = static_cast<std::uint64_t>(c.integer);
+    if (c.kind == RMP_CONSTANT_REAL) __builtin_memcpy(&bits, &c.real, sizeof bits);
+    const auto [it, is_new] = known_.try_emplace({c.kind, c.type, bits, std::string(text)},
+                                                 static_cast<std::uint32_t>(constants.size()));
+    if (is_new) constants.push_back(c);
+    return it->second;
+  }
+  rmp_code code_{};
+  std::deque<std::string> texts_;
+  std::unordered_map<std::string_view, const char*> kept_;
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint64_t, std::string>, std::uint32_t>
+      known_;
+};
+
+namespace code_text_detail {
+
+inline constexpr std::string_view kOps[] = {
+    "COPY",           "CONVERT",    "NEGATE",    "NOT",           "ADD",        "SUBTRACT",
+    "MULTIPLY",       "DIVIDE",     "DIV",       "MOD",           "EQUAL",      "NOT_EQUAL",
+    "LESS",           "LESS_EQUAL", "GREATER",   "GREATER_EQUAL", "EXOR",       "COMPOSE",
+    "FIELD",          "ELEMENT",    "LOAD",      "STORE",         "ARGUMENT",   "ARGUMENT_PLACE",
+    "CALL",           "INTRINSIC",  "MAKE",      "LABEL",         "JUMP",       "JUMP_IF",
+    "JUMP_UNLESS",    "RETURN",     "WAIT_TIME", "WAIT_BEGIN",    "WAIT_TEST",  "PAUSE",
+    "HALT",           "TARGET",     "ATTRIBUTE", "UNTIL",         "UNTIL_TEST", "MOVE",
+    "START",          "STOP",       "CONTINUE",  "CANCEL",        "ENABLE",     "DISABLE",
+    "INTERRUPT_TEST", "TEACH"};
+inline constexpr std::string_view kMoves[] = {"PTP", "LIN", "CIRCLE", "PATH"};
+inline constexpr std::string_view kAttributes[] = {
+    "SPEED",   "SPEED_ORI", "ACC",          "TIME",      "C_CP",    "C_SPEED", "C_PASS", "WOBBLE",
+    "ACT_ROB", "DEVICE",    "ADAX_CONTROL", "SPEED_PTP", "ACC_PTP", "C_PTP",   "TOOL",   "FRAME"};
+inline constexpr std::string_view kSymbols[] = {"CONSTANT", "VARIABLE", "PARAMETER",
+                                                "INPUT",    "OUTPUT",   "ROBOT"};
+
+inline std::string quoted(std::string_view s) {
+  std::string out = "'";
+  for (const char c : s) {
+    out += c;
+    if (c == '\'') out += c;
+  }
+  return out + "'";
+}
+inline std::string real_text(double v) {
+  char buffer[40];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, v).ptr;
+  std::string s(buffer, end);
+  return s.find_first_of(".e") == std::string::npos ? s + ".0" : s;
+}
+inline std::string constant_text(const rmp_code_constant& c) {
+  if (c.kind == RMP_CONSTANT_TEXT) return quoted({c.text, c.text_size});
+  if (c.kind == RMP_CONSTANT_REAL) return real_text(c.real);
+  if (c.type == RMP_TYPE_BOOL) return c.integer ? "TRUE" : "FALSE";
+  return (c.type == RMP_TYPE_CHAR ? "c" : "") + std::to_string(c.integer);
+}
+inline std::string type_text(std::uint32_t t) { return "T" + std::to_string(t); }
+
+inline std::string operand_text(const rmp_code& code, const rmp_code_operand& o, std::uint32_t op) {
+  const auto number = std::to_string(o.index);
+  const auto at = static_cast<std::size_t>(o.index);
+  switch (o.kind) {
+    case RMP_OPERAND_CONSTANT:
+      return constant_text(
+          row<rmp_code_constant>(code.constants, static_cast<std::uint32_t>(o.index)));
+    case RMP_OPERAND_VARIABLE: return "v" + number;
+    case RMP_OPERAND_TEMPORARY: return "t" + number + ":" + type_text(o.type);
+    case RMP_OPERAND_REFERENCE: return "p" + number + ":" + type_text(o.type);
+    case RMP_OPERAND_LABEL: return "L" + number;
+    case RMP_OPERAND_ROUTINE: return "r" + number;
+    case RMP_OPERAND_NUMBER: return "#" + number;
+    case RMP_OPERAND_WORD: return std::string(op == RMP_OP_MOVE ? kMoves[at] : kAttributes[at]);
+    case RMP_OPERAND_INTRINSIC:
+      return row<rmp_code_symbol>(code.symbols, static_cast<std::uint32_t>(o.index)).name;
+    default: return "-";
+  }
+}
+
+/// Splits a line into its four fields, strings whole. False = it has another number of them.
+inline bool split(std::string_view line, std::string_view (&out)[4]) {
+  std::size_t n = 0, i = 0;
+  while (i < line.size()) {
+    if (line[i] == ' ' || line[i] == '\t' || line[i] == '\r') {
+      ++i;
+      continue;
+    }
+    const std::size_t begin = i;
+    if (line[i] == '\'') {
+      for (++i; i < line.size(); ++i) {
+        if (line[i] != '\'') continue;
+        if (i + 1 < line.size() && line[i + 1] == '\'') ++i;
+        else break;
+      }
+      if (i == line.size()) return false;
+      ++i;
+    } else {
+      while (i < line.size() && line[i] != ' ' && line[i] != '\t' && line[i] != '\r') ++i;
+    }
+    if (n == 4) return false;
+    out[n++] = line.substr(begin, i - begin);
+  }
+  return n == 4;
+}
+template <class T>
+bool number(std::string_view s, T& out) {
+  const auto r = std::from_chars(s.data(), s.data() + s.size(), out);
+  return !s.empty() && r.ec == std::errc() && r.ptr == s.data() + s.size();
+}
+inline std::string unquoted(std::string_view s) {
+  std::string out;
+  for (std::size_t i = 1; i + 1 < s.size(); ++i) {
+    out += s[i];
+    if (s[i] == '\'') ++i;
+  }
+  return out;
+}
+
+class Reader {
+ public:
+  Result<std::unique_ptr<ProgramTables>> read(std::string_view text) {
+    for (std::uint32_t t = 0; t <= RMP_TYPE_PROCESS; ++t)
+      p_->types.push_back({t, 0, "", RMP_NONE, 0, 0, 0, 0, {}});
+    bool is_first = true;
+    while (!text.empty()) {
+      const std::size_t end = text.find('\n');
+      std::string_view line = text.substr(0, end);
+      text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+      ++line_;
+      if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+      if (std::exchange(is_first, false)) {
+        if (line != "robomosp code 1")
+          return fail("it does not begin with \"robomosp code 1\"",
+                      "Another version needs a newer program.");
+        continue;
+      }
+      if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
+      std::string_view f[4];
+      if (!split(line, f))
+        return fail("a line has four fields, separated by blanks", "An empty field is \"-\".");
+      RMP_TRY(one(f));
+    }
+    if (is_first) return fail("it is empty", "A file of code begins with \"robomosp code 1\".");
+    if (in_routine_) return fail("the last routine has no END");
+    if (p_->routines.empty()) return fail("it has no routine", "Routine 0 is the program.");
+    for (const auto& [line, r] : routines_used_)
+      if (r >= p_->routines.size())
+        return fail("there is no routine r" + std::to_string(r), {}, line);
+    for (const rmp_code_symbol& s : names_) {
+      p_->routines[s.routine].symbol = static_cast<std::uint32_t>(p_->symbols.size());
+      p_->symbols.push_back(s);
+    }
+    for (std::uint32_t t = 0; t < p_->types.size(); ++t)
+      if (p_->types[t].element != RMP_NONE && p_->types[t].element >= t)
+        return fail("type " + type_text(t) + " is made of one that comes later");
+    p_->seal();
+    return std::move(p_);
+  }
+
+ private:
+  static constexpr std::uint32_t kMost = 50'000'000;
+  [[nodiscard]] Error fail(std::string message, std::string hint = {},
+                           std::uint32_t line = 0) const {
+    return error(ErrorCode::syntax, std::move(message), std::move(hint),
+                 "line " + std::to_string(line ? line : line_) + " of three-address code");
+  }
+  Result<std::uint32_t> index(std::string_view f, char prefix) const {
+    std::uint32_t n = 0;
+    if (f.empty() || f[0] != prefix || !number(f.substr(1), n) || n > kMost)
+      return fail("\"" + std::string(f) + "\" stands where a number behind \"" +
+                  std::string(1, prefix) + "\" belongs");
+    return n;
+  }
+  Result<std::uint32_t> type(std::string_view f) const {
+    RMP_TRY_ASSIGN(const std::uint32_t t, index(f, 'T'));
+    if (t < p_->types.size()) return t;
+    return fail("there is no type " + std::string(f) + " above");
+  }
+  Result<std::string> name(std::string_view f) const {
+    if (f.size() >= 2 && f[0] == '\'') return unquoted(f);
+    return fail("\"" + std::string(f) + "\" stands where a name in quotes belongs");
+  }
+  Result<void> one(std::string_view (&f)[4]) {
+    if (in_routine_) return inside(f);
+    if (!p_->routines.empty() && f[0] != "ROUTINE")
+      return fail("declarations stand before the first routine");
+    if (f[0] == "PROGRAM") {
+      RMP_TRY_ASSIGN(const std::string n, name(f[1]));
+      p_->set_name(n);
+      return {};
+    }
+    if (f[0] == "FILE") {
+      RMP_TRY_ASSIGN(const std::string n, name(f[1]));
+      p_->files.push_back({p_->keep(n)});
+      return {};
+    }
+    if (f[0] == "ARRAY" || f[0] == "LIST") {
+      rmp_code_type t{};
+      t.kind = f[0] == "LIST" ? RMP_TYPE_LIST : RMP_TYPE_ARRAY;
+      RMP_TRY_ASSIGN(t.element, type(f[2]));
+      RMP_TRY_ASSIGN(const std::string n, name(f[3]));
+      t.name = p_->keep(n);
+      const std::size_t dots = f[1].find("..");
+      if (t.kind == RMP_TYPE_ARRAY &&
+          (dots == std::string_view::npos || !number(f[1].substr(0, dots), t.lower) ||
+           !number(f[1].substr(dots + 2), t.upper) || t.upper < t.lower))
+        return fail("\"" + std::string(f[1]) + "\" are no bounds of an array", "Such as 1..3.");
+      p_->types.push_back(t);
+      return {};
+    }
+    if (f[0] == "RECORD") {
+      rmp_code_type t{};
+      t.kind = RMP_TYPE_RECORD;
+      t.element = RMP_NONE;
+      RMP_TRY_ASSIGN(t.role, index(f[1], '#'));
+      if (t.role > RMP_ROLE_ROBOT) return fail("there is no such role of a record");
+      RMP_TRY_ASSIGN(const std::string n, name(f[3]));
+      t.name = p_->keep(n);
+      t.first_field = static_cast<std::uint32_t>(p_->fields.size());
+      p_->types.push_back(t);
+      return {};
+    }
+    if (f[0] == "MEMBER") {
+      if (p_->types.back().kind != RMP_TYPE_RECORD)
+        return fail("a MEMBER stands behind its RECORD");
+      RMP_TRY_ASSIGN(const std::uint32_t t, type(f[2]));
+      if (t + 1 >= p_->types.size()) return fail("a record cannot hold itself");
+      RMP_TRY_ASSIGN(const std::string n, name(f[3]));
+      p_->fields.push_back({p_->keep(n), t, {}});
+      ++p_->types.back().field_count;
+      return {};
+    }
+    if (f[0] == "ROUTINE") return routine(f);
+    if (f[0] == "AT") {
+      if (last_symbol_ == RMP_NONE) return fail("AT stands behind its INPUT or OUTPUT");
+      std::int32_t address = 0, width = 0;
+      if (f[1].empty() || f[1][0] != '#' || !number(f[1].substr(1), address) || f[2].empty() ||
+          f[2][0] != '#' || !number(f[2].substr(1), width))
+        return fail("AT needs a number and a width", "Such as: AT #3 #1 -");
+      p_->symbols[last_symbol_].address = address;
+      p_->symbols[last_symbol_].width = width;
+      return {};
+    }
+    for (std::uint32_t k = 0; k < std::size(kSymbols); ++k)
+      if (f[0] == kSymbols[k]) return symbol(k, 0, f);
+    if (f[0] == "PARAMETER_OUT") return symbol(RMP_SYMBOL_PARAMETER, RMP_MODE_OUT, f);
+    if (f[0] == "PARAMETER_INOUT") return symbol(RMP_SYMBOL_PARAMETER, RMP_MODE_INOUT, f);
+    return fail("\"" + std::string(f[0]) + "\" is no line of code outside a routine",
+                "Instructions stand between ROUTINE and END.");
+  }
+  Result<void> symbol(std::uint32_t kind, std::uint32_t mode, const std::string_view (&f)[4]) {
+    RMP_TRY_ASSIGN(const std::uint32_t at, index(f[1], 'v'));
+    // Numbers of what is not used are left out; a gap of millions is none of a compiler's.
+    if (at > p_->symbols.size() + 1'000'000)
+      return fail("the number of " + std::string(f[1]) + " is too great");
+    RMP_TRY_ASSIGN(const std::uint32_t t, type(f[2]));
+    RMP_TRY_ASSIGN(const std::string n, name(f[3]));
+    rmp_code_symbol s{};
+    s.kind = kind;
+    s.mode = mode;
+    s.name = p_->keep(n);
+    s.type = t;
+    s.scope = RMP_NONE;
+    s.routine = RMP_NONE;
+    s.value = s.constant = RMP_NONE;
+    if (!declared_.insert(at).second) return fail(std::string(f[1]) + " is there twice");
+    rmp_code_symbol gap = s;
+    gap.kind = RMP_SYMBOL_IMPORT;
+    gap.name = "";
+    while (p_->symbols.size() <= at) p_->symbols.push_back(gap);
+    p_->symbols[at] = s;
+    last_symbol_ = at;
+    return {};
+  }
+  Result<void> routine(const std::string_view (&f)[4]) {
+    RMP_TRY_ASSIGN(const std::uint32_t r, index(f[1], 'r'));
+    if (r != p_->routines.size()) return fail("routines are numbered from r0, one by one");
+    RMP_TRY_ASSIGN(const std::uint32_t kind, index(f[2], '#'));
+    if (kind > RMP_ROUTINE_DATA_LIST) return fail("there is no such kind of routine");
+    RMP_TRY_ASSIGN(const std::string n, name(f[3]));
+    rmp_code_routine x{};
+    x.kind = kind;
+    x.scope = x.body = x.priority = x.condition = RMP_NONE;
+    x.first_instruction = static_cast<std::uint32_t>(p_->instructions.size());
+    // Its name is a symbol of its own, behind those that have numbers in the text.
+    rmp_code_symbol s{};
+    s.kind = RMP_SYMBOL_ROUTINE;
+    s.name = p_->keep(n);
+    s.scope = s.value = s.constant = RMP_NONE;
+    s.routine = r;
+    names_.push_back(s);
+    p_->routines.push_back(x);
+    in_routine_ = true;
+    labels_set_.clear();
+    labels_used_.clear();
+    return {};
+  }
+  Result<void> inside(const std::string_view (&f)[4]) {
+    rmp_code_routine& r = p_->routines.back();
+    if (f[0] == "PARAMETERS") {
+      RMP_TRY_ASSIGN(r.parameter_count, index(f[2], '#'));
+      RMP_TRY_ASSIGN(r.result, type(f[3]));
+      if (r.parameter_count > 0) {
+        RMP_TRY_ASSIGN(r.first_parameter, index(f[1], 'v'));
+        for (std::uint32_t k = 0; k < r.parameter_count; ++k)
+          if (!declared_.contains(r.first_parameter + k) ||
+              p_->symbols[r.first_parameter + k].kind != RMP_SYMBOL_PARAMETER)
+            return fail("v" + std::to_string(r.first_parameter + k) + " is no parameter");
+      }
+      return {};
+    }
+    if (f[0] == "LINE") {
+      RMP_TRY_ASSIGN(span_.file, index(f[1], '#'));
+      RMP_TRY_ASSIGN(span_.line, index(f[2], '#'));
+      RMP_TRY_ASSIGN(span_.column, index(f[3], '#'));
+      if (span_.file >= p_->files.size()) return fail("there is no such file above");
+      return {};
+    }
+    if (f[0] == "END") {
+      for (const std::uint32_t l : labels_used_)
+        if (!labels_set_.contains(l)) return fail("label L" + std::to_string(l) + " is nowhere");
+      r.instruction_count =
+          static_cast<std::uint32_t>(p_->instructions.size()) - r.first_instruction;
+      in_routine_ = false;
+      span_ = {};
+      return {};
+    }
+    for (std::uint32_t op = 0; op < std::size(kOps); ++op) {
+      if (f[0] != kOps[op]) continue;
+      rmp_code_instruction i{};
+      i.op = op;
+      i.span = span_;
+      RMP_TRY_ASSIGN(i.a, operand(f[1], op));
+      RMP_TRY_ASSIGN(i.b, operand(f[2], op));
+      RMP_TRY_ASSIGN(i.r, operand(f[3], op));
+      if (op == RMP_OP_LABEL && (i.r.kind != RMP_OPERAND_LABEL ||
+                                 !labels_set_.insert(static_cast<std::uint32_t>(i.r.index)).second))
+        return fail("a label is set once, such as: LABEL - - L2");
+      p_->instructions.push_back(i);
+      return {};
+    }
+    return fail("there is no instruction \"" + std::string(f[0]) + "\"");
+  }
+  Result<rmp_code_operand> operand(std::string_view f, std::uint32_t op) {
+    rmp_code_routine& r = p_->routines.back();
+    const auto constant = [&](std::uint32_t c) {
+      return rmp_code_operand{RMP_OPERAND_CONSTANT, p_->constants[c].type, c};
+    };
+    if (f == "-") return rmp_code_operand{};
+    if (f[0] == '\'') return constant(p_->text(unquoted(f)));
+    if (f == "TRUE" || f == "FALSE") return constant(p_->integer(f == "TRUE", RMP_TYPE_BOOL));
+    for (std::uint32_t k = 0; op == RMP_OP_MOVE && k < std::size(kMoves); ++k)
+      if (f == kMoves[k]) return rmp_code_operand{RMP_OPERAND_WORD, 0, k};
+    for (std::uint32_t k = 0; op == RMP_OP_ATTRIBUTE && k < std::size(kAttributes); ++k)
+      if (f == kAttributes[k]) return rmp_code_operand{RMP_OPERAND_WORD, 0, k};
+    const bool is_number = (f[0] >= '0' && f[0] <= '9') || (f[0] == '-' && f.size() > 1);
+    if (is_number) {
+      std::int32_t whole = 0;
+      double real = 0;
+      if (number(f, whole)) return constant(p_->integer(whole));
+      if (number(f, real) && std::isfinite(real)) return constant(p_->real(real));
+      return fail("\"" + std::string(f) + "\" is no number of 32 bits, and no REAL");
+    }
+    if (f.size() > 1 && f[1] >= '0' && f[1] <= '9') {
+      switch (f[0]) {
+        case 'c': {
+          RMP_TRY_ASSIGN(const std::uint32_t c, index(f, 'c'));
+          if (c > 255) return fail("a CHAR is a number from 0 to 255");
+          return constant(p_->integer(c, RMP_TYPE_CHAR));
+        }
+        case 'v': {
+          RMP_TRY_ASSIGN(const std::uint32_t v, index(f, 'v'));
+          if (!declared_.contains(v)) return fail("there is no " + std::string(f) + " above");
+          return rmp_code_operand{RMP_OPERAND_VARIABLE, p_->symbols[v].type, v};
+        }
+        case 't':
+        case 'p': {
+          const std::size_t colon = f.find(':');
+          if (colon == std::string_view::npos)
+            return fail("\"" + std::string(f) + "\" has no type", "Such as t3:T2.");
+          RMP_TRY_ASSIGN(const std::uint32_t t, index(f.substr(0, colon), f[0]));
+          RMP_TRY_ASSIGN(const std::uint32_t of, type(f.substr(colon + 1)));
+          if (t > 1'000'000) return fail("a routine has at most 1000000 temporaries");
+          r.temporary_count = std::max(r.temporary_count, t + 1);
+          return rmp_code_operand{static_cast<std::uint32_t>(f[0] == 't' ? RMP_OPERAND_TEMPORARY
+                                                                         : RMP_OPERAND_REFERENCE),
+                                  of, t};
+        }
+        case 'L': {
+          RMP_TRY_ASSIGN(const std::uint32_t l, index(f, 'L'));
+          labels_used_.insert(l);
+          r.label_count = std::max(r.label_count, l + 1);
+          return rmp_code_operand{RMP_OPERAND_LABEL, 0, l};
+        }
+        case 'r': {
+          RMP_TRY_ASSIGN(const std::uint32_t x, index(f, 'r'));
+          routines_used_.emplace(line_, x);
+          return rmp_code_operand{RMP_OPERAND_ROUTINE, 0, x};
+        }
+        case '#': {
+          RMP_TRY_ASSIGN(const std::uint32_t x, index(f, '#'));
+          return rmp_code_operand{RMP_OPERAND_NUMBER, 0, x};
+        }
+        default: break;
+      }
+    }
+    if (op == RMP_OP_INTRINSIC && f[0] >= 'A' && f[0] <= 'Z') {
+      auto [it, is_new] = intrinsics_.try_emplace(std::string(f), 0);
+      if (is_new) {
+        // Numbered behind all variables, once those are all known: the declarations come first.
+        rmp_code_symbol s{};
+        s.kind = RMP_SYMBOL_INTRINSIC;
+        s.name = p_->keep(f);
+        s.scope = s.routine = s.value = s.constant = RMP_NONE;
+        it->second = static_cast<std::uint32_t>(p_->symbols.size());
+        p_->symbols.push_back(s);
+      }
+      return rmp_code_operand{RMP_OPERAND_INTRINSIC, 0, it->second};
+    }
+    return fail("\"" + std::string(f) + "\" is no field of an instruction");
+  }
+
+  std::unique_ptr<ProgramTables> p_ = std::make_unique<ProgramTables>();
+  std::uint32_t line_ = 0;
+  bool in_routine_ = false;
+  rmp_span span_{};
+  std::uint32_t last_symbol_ = RMP_NONE;
+  std::set<std::uint32_t> declared_, labels_set_, labels_used_;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> routines_used_;  ///< with their line
+  std::map<std::string, std::uint32_t, std::less<>> intrinsics_;
+  std::vector<rmp_code_symbol> names_;
+};
+
+}  // namespace code_text_detail
+
+/// The text form of a program's three-address code, for files: equal code gives equal text, and
+/// read_code_text() gives the code again.
+[[nodiscard]] inline std::string code_text(const rmp_code& code) {
+  using namespace code_text_detail;
+  std::string out = "robomosp code 1\nPROGRAM " + quoted(code.name) + " - -\n";
+  for (std::uint32_t i = 0; i < code.files.count; ++i)
+    out += "FILE " + quoted(row<rmp_code_file>(code.files, i).name) + " - -\n";
+  for (std::uint32_t i = RMP_TYPE_PROCESS + 1; i < code.types.count; ++i) {
+    const auto& t = row<rmp_code_type>(code.types, i);
+    if (t.kind == RMP_TYPE_ARRAY)
+      out += "ARRAY " + std::to_string(t.lower) + ".." + std::to_string(t.upper) + " " +
+             type_text(t.element) + " " + quoted(t.name) + "\n";
+    else if (t.kind == RMP_TYPE_LIST)
+      out += "LIST - " + type_text(t.element) + " " + quoted(t.name) + "\n";
+    else out += "RECORD #" + std::to_string(t.role) + " - " + quoted(t.name) + "\n";
+    for (std::uint32_t k = 0; t.kind == RMP_TYPE_RECORD && k < t.field_count; ++k) {
+      const auto& f = row<rmp_code_field>(code.fields, t.first_field + k);
+      out += "MEMBER - " + type_text(f.type) + " " + quoted(f.name) + "\n";
+    }
+  }
+  std::set<std::int64_t> used;
+  for (std::uint32_t i = 0; i < code.instructions.count; ++i) {
+    const auto& x = row<rmp_code_instruction>(code.instructions, i);
+    for (const rmp_code_operand* o : {&x.a, &x.b, &x.r})
+      if (o->kind == RMP_OPERAND_VARIABLE) used.insert(o->index);
+  }
+  for (std::uint32_t i = 0; i < code.routines.count; ++i) {
+    const auto& r = row<rmp_code_routine>(code.routines, i);
+    for (std::uint32_t k = 0; k < r.parameter_count; ++k) used.insert(r.first_parameter + k);
+  }
+  for (const std::int64_t v : used) {
+    const auto& s = row<rmp_code_symbol>(code.symbols, static_cast<std::uint32_t>(v));
+    std::string word(kSymbols[s.kind < std::size(kSymbols) ? s.kind : 1]);
+    if (s.kind == RMP_SYMBOL_PARAMETER && s.mode != RMP_MODE_IN)
+      word += s.mode == RMP_MODE_OUT ? "_OUT" : "_INOUT";
+    out += word + " v" + std::to_string(v) + " " + type_text(s.type) + " " + quoted(s.name) + "\n";
+    if (s.kind == RMP_SYMBOL_INPUT || s.kind == RMP_SYMBOL_OUTPUT)
+      out += "AT #" + std::to_string(s.address) + " #" + std::to_string(s.width) + " -\n";
+  }
+  for (std::uint32_t i = 0; i < code.routines.count; ++i) {
+    const auto& r = row<rmp_code_routine>(code.routines, i);
+    const auto& s = row<rmp_code_symbol>(code.symbols, r.symbol);
+    out += "ROUTINE r" + std::to_string(i) + " #" + std::to_string(r.kind) + " " + quoted(s.name) +
+           "\n";
+    out += "PARAMETERS " +
+           (r.parameter_count ? "v" + std::to_string(r.first_parameter) : std::string("-")) + " #" +
+           std::to_string(r.parameter_count) + " " + type_text(r.result) + "\n";
+    rmp_span at{};
+    for (std::uint32_t k = 0; k < r.instruction_count; ++k) {
+      const auto& x = row<rmp_code_instruction>(code.instructions, r.first_instruction + k);
+      if (x.span.file != at.file || x.span.line != at.line || x.span.column != at.column) {
+        at = x.span;
+        out += "LINE #" + std::to_string(at.file) + " #" + std::to_string(at.line) + " #" +
+               std::to_string(at.column) + "\n";
+      }
+      out += std::string(kOps[x.op]) + " " + operand_text(code, x.a, x.op) + " " +
+             operand_text(code, x.b, x.op) + " " + operand_text(code, x.r, x.op) + "\n";
+    }
+    out += "END - - -\n";
+  }
+  return out;
+}
+
+/// Three-address code from its text form. What a reader of the tables relies on holds: numbers are
+/// of rows that there are, and labels are set once. Errors name the line.
+[[nodiscard]] inline Result<std::unique_ptr<ProgramTables>> read_code_text(std::string_view text) {
+  return code_text_detail::Reader().read(text);
+}
+
+}  // namespace robomosp
