@@ -259,14 +259,14 @@ std::string upper(std::string_view s) {
 }
 
 std::uint32_t Names::number(std::string_view any_case) {
-  const std::string u = upper(any_case);
+  const std::string u = irl::upper(any_case);
   if (const auto found = known_.find(u); found != known_.end()) return found->second;
   const auto n = static_cast<std::uint32_t>(all_.size());
   known_.emplace(all_.emplace_back(u), n);
   return n;
 }
 std::uint32_t Names::find(std::string_view any_case) const {
-  const auto found = known_.find(upper(any_case));
+  const auto found = known_.find(irl::upper(any_case));
   return found == known_.end() ? kNone : found->second;
 }
 

@@ -10,7 +10,7 @@ namespace robomosp::irl {
 namespace {
 
 constexpr int kMostDepth = 200;
-constexpr int kMostChain = 1000;
+constexpr int kMostChain = 500;
 
 class Parser {
  public:
@@ -215,6 +215,9 @@ class Parser {
       if (last_ == kNone) p_.node(owner_).first = child;
       else p_.node(last_).next = child;
       last_ = child;
+      Node& owner = p_.node(owner_);
+      const int below = p_.node(child).depth + 1;
+      if (below > owner.depth) owner.depth = static_cast<std::uint16_t>(below);
     }
 
    private:
@@ -937,7 +940,6 @@ class Parser {
     } else {
       left = unary();
     }
-    int chain = 0;
     bool has_compared = node(left).kind == N::not_;
     while (!is_lost_) {
       const int b = binding(tok().kind);
@@ -948,7 +950,7 @@ class Parser {
       }
       if (b >= 4 && node(left).kind == N::not_) break;
       has_compared = b == 4;
-      if (++chain > kMostChain) {
+      if (node(left).depth >= kMostChain) {
         fault("an expression joins more than " + std::to_string(kMostChain) + " values",
               "Split it over several assignments.");
         break;

@@ -228,6 +228,7 @@ enum class N : std::uint8_t {
 struct Node {
   N kind = N::block;
   std::uint8_t flag = 0;
+  std::uint16_t depth = 0;  ///< levels below it, at most kMostChain and some
   Tok op = Tok::end;        ///< binary, and what a statement begins with
   std::uint32_t token = 0;  ///< first
   std::uint32_t last = 0;   ///< last
@@ -253,7 +254,7 @@ enum class Unit : std::uint8_t { program, data_list };
 /// Fills the nodes. Programs and modules tell themselves apart.
 void parse(Source&, Unit, Names&, Faults&);
 /// The source of a tree in the usual form, without comments.
-[[nodiscard]] std::string print(const Source&, const Names&);
+[[nodiscard]] std::string print(const Source&);
 /// Value of a string in quotes, or of a comment's word.
 [[nodiscard]] std::string string_value(std::string_view quoted);
 /// Words that cannot be names, in upper case.

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the tree to the typed program: names, types, constants (layer: data processing, plugin irl).
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/program_tables.h>
+
+#include "intrinsics.h"
+#include "syntax.h"
+
+namespace robomosp::irl {
+
+class Checker {
+ public:
+  using Id = std::uint32_t;
+  Checker(ProgramTables& out, Names& names, Faults& faults, std::span<const SourceFile> files,
+          Progress& progress);
+  /// Reads and checks the first file and what it names. False = it was cancelled.
+  bool run();
+
+ private:
+  static constexpr Id kBad = kNone;  ///< type of what has been said to be wrong
+
+  // ---- units (checker.cpp) ----
+  Source& load(std::string_view name, std::string_view text, Unit unit);
+  /// By its name, without regard to case and folders; kNone = it is not among the files.
+  [[nodiscard]] Id find_file(std::string_view name) const;
+  void check_unit(Source& s, Id scope);
+  void import(const Node& n);
+  Id module_scope(const Node& at, std::uint32_t name);
+  void data_list(std::string_view name, const Node* at);
+  void mark_recursion();
+
+  // ---- declarations (checker.cpp) ----
+  Id new_scope(std::uint32_t kind, Id parent, std::string_view name, const rmp_span& span);
+  Id declare(std::uint32_t kind, const Node& n, Id type);
+  [[nodiscard]] Id lookup(std::uint32_t name) const;
+  [[nodiscard]] std::string suggestion(std::uint32_t name) const;
+  void sections(Id first);
+  void variables(const Node& section);
+  void types(const Node& section);
+  void signals(const Node& section);
+  void routine_head(const Node& n);
+  void routine_body(const Node& n, Id routine);
+  Id type(Id n);
+  Id record(const Node& n);
+  Id array_of(Id element, std::int32_t lower, std::int32_t upper);
+  Id list_of(Id element);
+  void give_role(Id type, std::uint32_t name, const Node& at);
+  std::optional<std::int32_t> constant_int(Id n, const std::string& what);
+  [[nodiscard]] std::uint64_t slots(Id type) const { return slots_[type]; }
+  Id add_type(const rmp_code_type& t);
+
+  // ---- statements (statements.cpp) ----
+  Id block(Id n);
+  Id statement(const Node& n);
+  Id add_statement(std::uint32_t op, const Node& n);
+  Id motion(const Node& n);
+  void condition_of(const Node& where, Id expression, const std::string& what);
+  Id boolean(Id n, const std::string& what);
+  Id number(Id n, const std::string& what);
+  bool check_place(Id expression, const Node& at, const std::string& what);
+  bool always_returns(Id n) const;
+  Id routine_named(const Node& n, std::uint32_t kind, const char* what);
+  void resolve_gotos();
+
+  // ---- expressions (expressions.cpp) ----
+  Id expression(Id n, Id expected = kBad);
+  Id expression_of_name(const Node& n, Id expected);
+  Id call(const Node& n, Id symbol);
+  Id intrinsic(const Node& n, Id symbol);
+  Id make(const Node& n, Id type, Id first_argument);
+  Id component(Id n, Id type, const std::string& what);
+  Id first_component(Id value, Id type);
+  Id zero(Id type, const rmp_span& span);
+  Id binary(const Node& n);
+  Id fold(std::uint32_t op, Id a, Id b, Id type, const Node& n);
+  /// As a value of this type; else it is said what `what` needs.
+  Id convert(Id expression, Id to, const Node& at, const std::string& what);
+  [[nodiscard]] bool converts(Id from, Id to) const;
+  Id add(std::uint32_t op, Id type, const rmp_span& span, std::initializer_list<Id> operands,
+         Id symbol = kNone, Id constant = kNone);
+  Id add_with(std::uint32_t op, Id type, const rmp_span& span, const std::vector<Id>& operands,
+              Id symbol = kNone);
+  Id bad(const Node& n);
+  Id literal(Id constant, const rmp_span& span);
+  [[nodiscard]] Id type_of(Id expression) const { return out_.expressions[expression].type; }
+  [[nodiscard]] const rmp_code_constant* known(Id expression) const;
+  [[nodiscard]] std::string shown(Id type) const;
+  [[nodiscard]] bool is_pure(Id expression) const;
+  Id named_type(std::string_view name) const;
+
+  // ---- both ----
+  [[nodiscard]] const Node& at(Id n) const { return s_->nodes[n]; }
+  [[nodiscard]] rmp_span span(const Node& n) const;
+  [[nodiscard]] rmp_span name_span(const Node& n) const;
+  [[nodiscard]] std::string written(const Node& n) const;
+  void fail(const Node& n, std::string message, std::string hint = {});
+  void fail_name(const Node& n, std::string message, std::string hint = {});
+  void warn(const Node& n, std::string message, std::string hint = {});
+  Id child(const Node& n, int i) const;
+
+  ProgramTables& out_;
+  Names& names_;
+  Faults& faults_;
+  std::span<const SourceFile> files_;
+  Progress& progress_;
+
+  std::deque<Source> sources_;
+  Source* s_ = nullptr;
+  Id scope_ = kNone, routine_ = kNone;
+  std::vector<std::unordered_map<std::uint32_t, Id>> known_;  ///< by scope: name -> symbol
+  std::vector<std::uint64_t> slots_;                          ///< by type
+  std::unordered_map<std::string, Id> structural_;
+  std::vector<Id> field_names_;  ///< by field
+  std::vector<Id> symbol_names_;
+  std::unordered_map<std::uint32_t, Id> modules_;  ///< name -> scope
+  std::set<std::uint32_t> loading_;
+  std::vector<std::set<std::uint32_t>> exports_;  ///< by scope; only of modules
+  std::unordered_map<Id, std::pair<Source*, Id>> bodies_;
+  std::set<Id> taught_;
+  std::vector<std::pair<Id, Node>> teaches_;
+  std::vector<std::set<Id>> calls_;  ///< by routine
+  int loops_ = 0;
+  int returns_ = 0;
+  std::vector<Id> blocks_;
+  Id next_block_ = 0;
+  struct Goto {
+    Id statement = 0;
+    Node at;
+    std::vector<Id> blocks;
+  };
+  std::vector<Goto> gotos_;
+  std::unordered_map<std::uint32_t, std::pair<Id, Id>> labels_;  ///< name -> symbol, block
+  bool is_cancelled_ = false;
+};
+
+/// Fills the instructions of a program without faults.
+void lower(ProgramTables& out);
+
+}  // namespace robomosp::irl

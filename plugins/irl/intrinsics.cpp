@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "intrinsics.h"
+
+#include <array>
+#include <cmath>
+
+namespace robomosp::irl {
+namespace {
+
+constexpr std::array<Intrinsic, 66> kAll{{
+    {"SIN", "r", "r", "Sine of an angle in degrees."},
+    {"COS", "r", "r", "Cosine of an angle in degrees."},
+    {"TAN", "r", "r", "Tangent of an angle in degrees; an error at odd multiples of 90."},
+    {"ASIN", "r", "r", "Angle from -90 to 90 degrees with this sine."},
+    {"ACOS", "r", "r", "Angle from 0 to 180 degrees with this cosine."},
+    {"ATAN", "r", "r", "Angle from -90 to 90 degrees with this tangent."},
+    {"ATAN2", "rr", "r", "Angle from -180 to 180 degrees of the point (x, y), given y, x."},
+    {"SQRT", "r", "r", "Square root of a number that is not negative."},
+    {"EXP", "r", "r", "Power of e."},
+    {"LN", "r", "r", "Natural logarithm of a positive number."},
+    {"ABS", "n", "n", "Absolute value."},
+    {"TRUNC", "r", "i", "Whole number towards zero."},
+    {"ROUND", "r", "i", "Nearest whole number; halves go away from zero."},
+    {"FLOAT", "i", "r", "The same number as REAL."},
+    {"CHR", "i", "c", "Character with a code from 0 to 255."},
+    {"ORD", "c", "i", "Code of a character."},
+    {"SIZEOF", "a", "i", "Number of elements of an array, of a list or of a string."},
+    {"CROSS", "pp", "p", "Vector product."},
+    {"DOT", "pp", "r", "Scalar product."},
+    {"ORIXYZ", "rrr", "o", "Rx(a) Ry(b) Rz(c), degrees."},
+    {"ORIYXZ", "rrr", "o", "Ry(a) Rx(b) Rz(c), degrees."},
+    {"ORIZYX", "rrr", "o", "Rz(a) Ry(b) Rx(c), degrees."},
+    {"ORIZYZ2", "rrr", "o", "Rz(a) Ry(b) Rz(c), degrees."},
+    {"ORIRS", "rrr", "o", "Rz(c) Ry(b) Rx(a): roll a, pitch b, yaw c, degrees."},
+    {"ORIVANG", "pr", "o", "Rotation about an axis by an angle in degrees."},
+    {"ORIQUAT", "rrrr", "o", "Orientation of a quaternion, scalar first."},
+    {"ORIMAT", "ppp", "o", "Orientation whose axes are n, o, a."},
+    {"ORIMULT", "oo", "o", "Product of two orientations, as p @ q."},
+    {"ANGLEX", "so", "r", "Angle about x, 0 to 360 degrees, of a mode: 'RS', 'XYZ', 'YXZ', 'ZYX'."},
+    {"ANGLEY", "so", "r", "Angle about y of a mode."},
+    {"ANGLEZ", "so", "r", "Angle about z of a mode; the first one of 'ZYZ2'."},
+    {"ANGLEZ2", "so", "r", "The second angle about z of the mode 'ZYZ2'."},
+    {"QUATA", "o", "r", "Scalar part."},
+    {"QUATB", "o", "r", "x of the vector part."},
+    {"QUATC", "o", "r", "y of the vector part."},
+    {"QUATD", "o", "r", "z of the vector part."},
+    {"ROTANGLE", "o", "r", "Angle of the rotation, degrees."},
+    {"ROTAXIS", "o", "p", "Axis of the rotation, of length 1."},
+    {"VECTORN", "o", "p", "First column of the rotation matrix."},
+    {"VECTORO", "o", "p", "Second column."},
+    {"VECTORA", "o", "p", "Third column."},
+    {"INV", "P", "P", "Inverse of a pose."},
+    {"TRAFO", "J", "T", "Target that joints reach (forward kinematics)."},
+    {"TRAFOINV", "T", "J", "Joints that reach a target (inverse kinematics)."},
+    {"COMPARE", "ss", "i", "0 where strings are equal, else -1 or 1 by their order."},
+    {"CONCAT", "ss", "s", "Both strings, one behind the other."},
+    {"LENGTH", "s", "i", "Number of characters."},
+    {"LOCATE", "ss", "i",
+     "Where the second string begins in the first, 1 is the first; 0 = nowhere."},
+    {"EXTRACT", "sii", "s", "Characters from a place on, and how many."},
+    {"DELETE", "Bii", "", "Takes characters out of a string, from a place on."},
+    {"LIST_ADD", "Le", "", "Puts an element at the end of a list."},
+    {"LIST_INSERT", "Lie", "", "Puts an element before the one at a place; 1 is the first."},
+    {"LIST_DELETE", "Li", "", "Takes the element at a place out of a list."},
+    {"LIST_CLEAR", "L", "", "Takes all elements out of a list."},
+    {"LIST_INDEX", "le", "i", "Place of the first equal element; 0 = it has none."},
+    {"OPEN", "Fss", "", "Opens a file by its name: 'R' to read, 'W' to write, 'A' to add."},
+    {"CLOSE", "F", "", "Closes a file."},
+    {"EOF", "F", "b", "Whether nothing is left to be read."},
+    {"EOL", "F", "b", "Whether the line has been read."},
+    {"WRITE", "w", "", "Writes values, to the messages or to a file."},
+    {"WRITELN", "w", "", "The same, and ends the line."},
+    {"READ", "m", "", "Reads values, from the operator or from a file."},
+    {"READLN", "m", "", "The same, and leaves the rest of the line."},
+    {"ACQUIRE", "S", "", "Waits until a semaphore is above zero, and takes one away."},
+    {"RELEASE", "S", "", "Adds one to a semaphore."},
+    {"GETSTATUS", "x", "i", "State of a process, R_PROCESS_READY to R_PROCESS_BLOCKED."},
+}};
+
+constexpr double kDegree = 57.29577951308232;
+
+/// Exact at multiples of 90 degrees.
+double sine(double x) {
+  const double r = std::fmod(x, 360.0);
+  if (std::fmod(r, 90.0) == 0.0) {
+    const int quarter = (static_cast<int>(r / 90.0) + 4) % 4;
+    return quarter == 1 ? 1.0 : quarter == 3 ? -1.0 : 0.0;
+  }
+  return std::sin(r / kDegree);
+}
+
+}  // namespace
+
+std::span<const Intrinsic> intrinsics() { return kAll; }
+
+std::optional<double> evaluate(std::string_view name, std::span<const double> x) {
+  const auto in_unit = [&] { return x[0] >= -1 && x[0] <= 1; };
+  std::optional<double> y;
+  if (name == "SIN") y = sine(x[0]);
+  else if (name == "COS") y = sine(std::fmod(x[0], 360.0) + 90.0);
+  else if (name == "TAN" && std::fmod(x[0], 180.0) != 90.0 && std::fmod(x[0], 180.0) != -90.0)
+    y = std::fmod(x[0], 180.0) == 0.0 ? 0.0 : std::tan(std::fmod(x[0], 360.0) / kDegree);
+  else if (name == "ASIN" && in_unit()) y = std::asin(x[0]) * kDegree;
+  else if (name == "ACOS" && in_unit()) y = std::acos(x[0]) * kDegree;
+  else if (name == "ATAN") y = std::atan(x[0]) * kDegree;
+  else if (name == "ATAN2" && (x[0] != 0 || x[1] != 0)) y = std::atan2(x[0], x[1]) * kDegree;
+  else if (name == "SQRT" && x[0] >= 0) y = std::sqrt(x[0]);
+  else if (name == "EXP") y = std::exp(x[0]);
+  else if (name == "LN" && x[0] > 0) y = std::log(x[0]);
+  else if (name == "ABS") y = std::fabs(x[0]);
+  else if (name == "TRUNC") y = std::trunc(x[0]);
+  else if (name == "ROUND") y = std::round(x[0]);
+  else if (name == "FLOAT" || name == "CHR" || name == "ORD") y = x[0];
+  if (y && !std::isfinite(*y)) return std::nullopt;
+  return y;
+}
+
+constexpr std::string_view kPredefinedText = R"(PROGRAM predefined;
+CONST
+  INT: R_PROCESS_READY := 0, R_PROCESS_RUNNING := 1, R_PROCESS_STOPPED := 2,
+       R_PROCESS_BLOCKED := 3;
+  INT: TCP_KEEP := 1, TCP_KEEP_REL := 2, DEVICE_REL := 3;
+TYPE
+  RECORD REAL: X, Y, Z; ENDRECORD: POSITION;
+  RECORD REAL: Q1, Q2, Q3, Q4; ENDRECORD: ORIENTATION;
+  RECORD POSITION: POS; ORIENTATION: ORI; ENDRECORD: POSE;
+VAR
+  REAL: R_C_CP := 0.0, R_SPEED := 250.0, R_SPEED_ORI := 90.0, R_C_SPEED := 100.0, R_ACC := 100.0;
+  REAL: R_C_PTP := 0.0, R_SPEED_PTP := 100.0, R_ACC_PTP := 100.0;
+  REAL: R_MOVE_TIME := -1.0, R_SCALE_FORW, R_SCALE_BACK, R_DISTANCE_FORW, R_DISTANCE_BACK;
+  BOOL: R_TIMEOUT;
+ENDPROGRAM;
+)";
+constexpr std::string_view kStandardText = R"(PROGRAM standard;
+{ A robot of six axes with one additional axis, such as a gripper. }
+CONST
+  INT: R_NTURNS := 2, R_NADDJ := 1, R_NJ := 7, R_DEVICE_NUMBER := 1;
+  STRING: RS := 'RS', XYZ := 'XYZ', YXZ := 'YXZ', ZYX := 'ZYX', ZYZ2 := 'ZYZ2', VANG := 'VANG',
+          QUAT := 'QUAT';
+  STRING: R_DEF_ORI := ZYX;
+  INT: AX_NONE := -1, AX_MAIN := 0, ADAX_IS := 1, ADAX_IE := 2, ADAX_EX := 3;
+  INT: NO_ADAX_CONTROL := 0, NO_PRED := -1;
+TYPE
+  RECORD REAL: LOWER, UPPER; ENDRECORD: BOUNDS;
+  RECORD REAL: A1, A2, A3, A4, A5, A6; ENDRECORD: MAIN_JOINT;
+  RECORD REAL: AA1; ENDRECORD: ADD_JOINT;
+  RECORD MAIN_JOINT: M_JOINT; ADD_JOINT: A_JOINT; ENDRECORD: JOINT;
+  RECORD
+    POSE: PSE;
+    INT: STATUS;
+    ARRAY [1..R_NTURNS] OF INT: TURNS;
+    ADD_JOINT: A_JOINT;
+  ENDRECORD: ROBTARGET;
+ENDPROGRAM;
+)";
+const std::string_view kPredefined = kPredefinedText;
+const std::string_view kStandardCell = kStandardText;
+
+}  // namespace robomosp::irl

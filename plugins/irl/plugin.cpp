@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plugin irl: the Industrial Robot Language (DIN 66312) behind robomosp.language/1.
+#include <robomosp/sdk/language.h>
+#include <robomosp/sdk/plugin.h>
+
+#include "compile.h"
+
+namespace robomosp::irl {
+namespace {
+
+class Irl final : public Language {
+ public:
+  [[nodiscard]] std::string_view extensions() const override { return "irl"; }
+  Result<std::unique_ptr<CompiledProgram>> compile(const LanguageTask& task, const Params&,
+                                                   Progress& progress) const override {
+    RMP_TRY_ASSIGN(auto tables, irl::compile(task.files, progress));
+    return std::unique_ptr<CompiledProgram>(std::move(tables));
+  }
+};
+
+}  // namespace
+}  // namespace robomosp::irl
+
+RMP_PLUGIN("org.robomosp.irl", "1.0.0", "Apache-2.0", "The Industrial Robot Language, IRL.",
+           RMP_PROVIDER_NO_PARAMS(robomosp::irl::Irl, "irl",
+                                  "Industrial Robot Language (DIN 66312).", ""))
