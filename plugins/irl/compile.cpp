@@ -50,4 +50,31 @@ Result<std::unique_ptr<ProgramTables>> compile(std::span<const SourceFile> files
   return out;
 }
 
+std::vector<std::string> needs(const SourceFile& file) {
+  std::vector<std::string> out;
+  if (file.text.size() > kMostBytes) return out;
+  Names names;
+  Faults faults;
+  Source s;
+  s.name = file.name;
+  s.text = file.text;
+  scan(s, names, faults);
+  parse(s, Unit::program, names, faults);
+  if (s.nodes.empty()) return out;
+  const auto written = [&](std::uint32_t token) { return s.word(s.tokens[token]); };
+  for (std::uint32_t h = s.nodes[0].first; h != kNone; h = s.nodes[h].next) {
+    const Node& n = s.nodes[h];
+    if (n.kind == N::specification || n.kind == N::use_data_list)
+      out.push_back(string_value(written(n.name_token)));
+    if (n.kind != N::import_) continue;
+    if (n.name != kNone) {
+      out.push_back(std::string(written(n.name_token)) + ".irl");
+      continue;
+    }
+    for (std::uint32_t x = n.first; x != kNone; x = s.nodes[x].next)
+      out.push_back(std::string(written(s.nodes[x].name_token)) + ".irl");
+  }
+  return out;
+}
+
 }  // namespace robomosp::irl

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include <robomosp/sdk/program_tables.h>
 
@@ -12,5 +15,7 @@ namespace robomosp::irl {
 /// what keeps the compiler from its work: no file, a text that is too long, being cancelled.
 [[nodiscard]] Result<std::unique_ptr<ProgramTables>> compile(std::span<const SourceFile> files,
                                                              Progress& progress);
+/// Files that a source names in its head; a module's name is that of its file, "tools.irl".
+[[nodiscard]] std::vector<std::string> needs(const SourceFile& file);
 
 }  // namespace robomosp::irl

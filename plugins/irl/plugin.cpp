@@ -11,6 +11,9 @@ namespace {
 class Irl final : public Language {
  public:
   [[nodiscard]] std::string_view extensions() const override { return "irl"; }
+  Result<std::vector<std::string>> needs(const SourceFile& file) const override {
+    return irl::needs(file);
+  }
   Result<std::unique_ptr<CompiledProgram>> compile(const LanguageTask& task, const Params&,
                                                    Progress& progress) const override {
     RMP_TRY_ASSIGN(auto tables, irl::compile(task.files, progress));

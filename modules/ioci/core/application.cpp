@@ -19,6 +19,7 @@
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/renamed_arguments.h"
+#include "ioci/program/program_kind.h"
 #include "ioci/recording/origins.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/robot/solver_notes.h"
@@ -298,6 +299,7 @@ Result<void> Application::start() {
   }));
   RMP_TRY(add("document", application, {"model"}, [this]() -> Result<void> {
     (void)settings_kind();  // before what lists the kinds
+    (void)program_kind();
     document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
     kept_solvers->start();
     follow_document_providers(*this);

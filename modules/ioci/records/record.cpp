@@ -5,6 +5,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
+#include "ioci/program/program_kind.h"
 #include "kernel/file_root.h"
 
 namespace robomosp::ioci {
@@ -12,51 +13,63 @@ namespace {
 
 /// Lua that makes one record of a kind, for the examples, and its name.
 struct Sample {
-  Kind kind;
   const char* name;
   const char* create;
   const char* article;
 };
+/// In order of Kind.
 constexpr Sample kSamples[] = {
-    {Kind::material, "brass", "material.create{name = \"brass\", density = 8500}", "a material"},
-    {Kind::solid, "pin",
+    {"brass", "material.create{name = \"brass\", density = 8500}", "a material"},
+    {"pin",
      "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}",
      "a solid"},
-    {Kind::object, "bolt",
+    {"bolt",
      "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = "
      "0.05}}\nobject.create{name = \"bolt\", parts = {{what = \"pin\"}}}",
      "an object"},
-    {Kind::robot, "arm", "robot.create{name = \"arm\", links = {{a = 0.3}, {a = 0.2}}}", "a robot"},
-    {Kind::trajectory, "stroke",
+    {"arm", "robot.create{name = \"arm\", links = {{a = 0.3}, {a = 0.2}}}", "a robot"},
+    {"stroke",
      "trajectory.create{name = \"stroke\", segments = {{shape = \"line\", points = {{0, 0, 0, 0, "
      "0, 0}, {0.1, 0, 0, 0, 0, 0}}}}}",
      "a trajectory"},
-    {Kind::world, "cell", "world.create{name = \"cell\"}", "a world"},
-    {Kind::task, "shift",
-     "task.create{name = \"shift\", steps = {{step = \"message\", text = \"hello\"}}}", "a task"},
+    {"cell", "world.create{name = \"cell\"}", "a world"},
+    {"shift", "task.create{name = \"shift\", steps = {{step = \"message\", text = \"hello\"}}}",
+     "a task"},
 };
+constexpr Sample kProgramSample{
+    "rest", "program.create{name = \"rest\", source = \"PROGRAM rest; BEGIN HALT; ENDPROGRAM;\"}",
+    "a program"};
 
+/// The kind that an entry of the table is of: one with a name, or one that registered.
+using KindOf = Kind (*)();
 template <Kind K>
+Kind named() {
+  return K;
+}
+
+template <KindOf Of>
 Result<Value> list(CommandContext& ctx, const Map&) {
+  const Kind of = Of();
   List out;
-  for (const AnyId id : ctx.snapshot().list(K)) out.emplace_back(Application::handle(id));
+  for (const AnyId id : ctx.snapshot().list(of)) out.emplace_back(Application::handle(id));
   return Value(std::move(out));
 }
 
-template <Kind K>
+template <KindOf Of>
 Result<Value> get(CommandContext& ctx, const Map& args) {
+  const Kind of = Of();
   const std::string name = text_of(args, "name");
-  if (const auto id = ctx.snapshot().find(K, name)) return Value(Application::handle(*id));
-  const std::string kind(to_string(K));
-  if (const auto file = library_file(ctx.app, K, name)) {
+  if (const auto id = ctx.snapshot().find(of, name)) return Value(Application::handle(*id));
+  const std::string kind(to_string(of));
+  if (const auto file = library_file(ctx.app, of, name)) {
     const bool before = ctx.edit().set_outside_history(true);
     auto read = load_file(ctx, *file);
     ctx.edit().set_outside_history(before);
     RMP_TRY_ASSIGN(const auto loaded, std::move(read));
     return Value(Application::handle(loaded.id));
   }
-  std::vector<std::string> known = library_names(ctx.app, K);
-  for (const AnyId id : ctx.snapshot().list(K)) known.push_back(ctx.snapshot().find(id)->name);
+  std::vector<std::string> known = library_names(ctx.app, of);
+  for (const AnyId id : ctx.snapshot().list(of)) known.push_back(ctx.snapshot().find(id)->name);
   Error e = unknown_name(kind, name, known);
   e.message += " in the document or in the library";
   if (e.hint.empty()) e.hint = "library.list(\"" + kind + "\") lists the library.";
@@ -90,26 +103,28 @@ Result<Value> describe(CommandContext& ctx, const Map& args) {
   return Value(describe_record(ctx.snapshot(), ref(args, "id")));
 }
 
-template <Kind K>
+template <KindOf Of>
 Result<Value> load(CommandContext& ctx, const Map& args) {
+  const Kind of = Of();
   const std::filesystem::path file = text_of(args, "file");
-  const bool old_object = K == Kind::object && file.extension() == ".obj";
+  const bool old_object = of == Kind::object && file.extension() == ".obj";
   if (old_object && file_kind(file) != FileKind::none && !io::is_legacy_file(file))
     return error(ErrorCode::invalid_argument,
                  text::quote(file.string()) + " is not an object of ROBOMOSP 1.4",
                  "import reads Wavefront meshes.");
-  if (file.extension() != io::extension(K) && !old_object && !io::is_legacy_file(file)) {
+  if (file.extension() != io::extension(of) && !old_object && !io::is_legacy_file(file)) {
     for (const Kind k : all_kinds())
       if (file.extension() == io::extension(k))
         return error(ErrorCode::invalid_argument,
                      text::quote(file.string()) + " is a " + std::string(to_string(k)) + " file",
                      std::string(to_string(k)) + ".load reads it.");
-    return error(ErrorCode::invalid_argument,
-                 text::quote(file.string()) + " does not end with " + std::string(io::extension(K)),
-                 "Files of this kind are named *" + std::string(io::extension(K)) + ".");
+    return error(
+        ErrorCode::invalid_argument,
+        text::quote(file.string()) + " does not end with " + std::string(io::extension(of)),
+        "Files of this kind are named *" + std::string(io::extension(of)) + ".");
   }
   RMP_TRY_ASSIGN(const auto loaded,
-                 load_file(ctx, file, flag(args, "reload") ? io::Reload::yes : io::Reload::no, K));
+                 load_file(ctx, file, flag(args, "reload") ? io::Reload::yes : io::Reload::no, of));
   return Value(Application::handle(loaded.id));
 }
 
@@ -150,12 +165,12 @@ Result<Value> native_text(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-template <Kind K>
-void add_kind(std::vector<CommandSpec>& all) {
-  const Sample& s = kSamples[static_cast<std::size_t>(K)];
-  const std::string kind(to_string(K)), a = s.article, make = s.create, name = s.name,
-                                        extension(io::extension(K));
-  const bool world = K == Kind::world;
+template <KindOf Of>
+void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
+  const Kind of = Of();
+  const std::string kind(to_string(of)), a = s.article, make = s.create, name = s.name,
+                                         extension(io::extension(of));
+  const bool world = of == Kind::world;
   const auto quoted = "\"" + name + "\"";
   all.push_back(
       {.name = kind + ".list",
@@ -166,7 +181,7 @@ void add_kind(std::vector<CommandSpec>& all) {
        .params = {},
        .returns = {"list", "", "Handles.", {}},
        .effect = Effect::reads,
-       .run = list<K>});
+       .run = list<Of>});
   all.push_back(
       {.name = kind + ".get",
        .classic = "",
@@ -179,7 +194,7 @@ void add_kind(std::vector<CommandSpec>& all) {
        .returns = {"handle", "", "", {}},
        .effect = Effect::reads,
        .sometimes = Effect::files_read | Effect::edits,
-       .run = get<K>});
+       .run = get<Of>});
   all.push_back(
       {.name = kind + ".remove",
        .classic = world ? "World Close" : "",
@@ -235,16 +250,16 @@ void add_kind(std::vector<CommandSpec>& all) {
            std::string("All or nothing, as one step. A file that is in the document already "
                        "is not loaded again unless reload is true; when it was changed on the "
                        "disk since, a message says so.") +
-           (K <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are recognised by their content "
-                                "and read as well (.mtr, .csg, .obj)."
-                              : ""),
+           (of <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are recognised by their content "
+                                 "and read as well (.mtr, .csg, .obj)."
+                               : ""),
        .example = make + "\nlocal file = \"example" + extension + "\"\n" + kind +
                   ".save{id = " + quoted + ", file = file}\ndocument.clear()\n" + kind +
                   ".load(file)\nassert(#" + kind + ".list() == 1)",
        .params = {needed("file", "path", "", "The file."), reload_field()},
        .returns = {"handle", "", "", {}},
        .effect = Effect::files_read | Effect::edits,
-       .run = load<K>});
+       .run = load<Of>});
   all.push_back(
       {.name = kind + ".save",
        .classic = world ? "World Save" : "",
@@ -265,9 +280,9 @@ void add_kind(std::vector<CommandSpec>& all) {
        .classic = "",
        .summary = "Gives the text that saving " + a + " would write.",
        .details = "",
-       .example = (K == Kind::object ? "local dir = \"example\"\n" + make +
-                                           "\nsolid.save{id = \"pin\", file = dir .. \".csg\"}"
-                                     : make) +
+       .example = (of == Kind::object ? "local dir = \"example\"\n" + make +
+                                            "\nsolid.save{id = \"pin\", file = dir .. \".csg\"}"
+                                      : make) +
                   "\nassert(" + kind + ".text(" + quoted + "):find(\"robomosp " + kind + "\"))",
        .params = {self(kind)},
        .returns = {"string", "", "", {}},
@@ -279,13 +294,14 @@ void add_kind(std::vector<CommandSpec>& all) {
 
 RMP_COMMANDS(record_commands) {
   std::vector<CommandSpec> all;
-  add_kind<Kind::material>(all);
-  add_kind<Kind::solid>(all);
-  add_kind<Kind::object>(all);
-  add_kind<Kind::robot>(all);
-  add_kind<Kind::trajectory>(all);
-  add_kind<Kind::world>(all);
-  add_kind<Kind::task>(all);
+  add_kind<named<Kind::material>>(all, kSamples[static_cast<std::size_t>(Kind::material)]);
+  add_kind<named<Kind::solid>>(all, kSamples[static_cast<std::size_t>(Kind::solid)]);
+  add_kind<named<Kind::object>>(all, kSamples[static_cast<std::size_t>(Kind::object)]);
+  add_kind<named<Kind::robot>>(all, kSamples[static_cast<std::size_t>(Kind::robot)]);
+  add_kind<named<Kind::trajectory>>(all, kSamples[static_cast<std::size_t>(Kind::trajectory)]);
+  add_kind<named<Kind::world>>(all, kSamples[static_cast<std::size_t>(Kind::world)]);
+  add_kind<named<Kind::task>>(all, kSamples[static_cast<std::size_t>(Kind::task)]);
+  add_kind<program_kind>(all, kProgramSample);
   return all;
 }
 

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <robomosp/sdk/params.h>
 #include <robomosp/sdk/program_code.h>
@@ -51,6 +53,8 @@ class Language {
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Lower-case extensions of its programs without dot, comma-separated.
   [[nodiscard]] virtual std::string_view extensions() const = 0;
+  /// Names of the files that a source names: its cell, modules, lists of data, with extensions.
+  virtual Result<std::vector<std::string>> needs(const SourceFile&) const = 0;
   /// A program, whatever is wrong with it: faults are among its tables, as many as were found. An
   /// error is what keeps the compiler itself from its work, such as being cancelled.
   virtual Result<std::unique_ptr<CompiledProgram>> compile(const LanguageTask&, const Params&,

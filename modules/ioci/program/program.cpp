@@ -1,0 +1,625 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs of robots: their source, what is wrong with it, and what a compiler makes of it.
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include <robomosp/sdk/program_tables.h>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/program/program_kind.h"
+#include "kernel/file_root.h"
+#include "kernel/utf8.h"
+#include "model/declare.h"
+#include "model/program.h"
+#include "motion/provider_params.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Program;
+using model::ProgramFile;
+
+constexpr std::uint64_t kMostSource = std::uint64_t{64} << 20;
+
+const Program& program_of(const CommandContext& ctx, const Map& args) {
+  const model::Record* r = ctx.snapshot().find(ref(args, "id"));
+  return std::get<model::OtherContent>(r->body).as<Program>();
+}
+template <class Fn>
+Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
+  return ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
+    return fn(std::get<model::OtherContent>(r.body).as<Program>());
+  });
+}
+
+/// Text in UTF-8: what is none is of the time before, a byte a letter (ISO 8859-1).
+std::string as_utf8(std::string_view bytes) {
+  if (text::first_bad_byte(bytes) == std::string_view::npos) return std::string(bytes);
+  std::string out;
+  for (const char c : bytes) {
+    const auto u = static_cast<unsigned char>(c);
+    if (u == 0) continue;
+    if (u < 0x80) {
+      out += c;
+    } else {
+      out += static_cast<char>(0xC0U | (u >> 6U));
+      out += static_cast<char>(0x80U | (u & 0x3FU));
+    }
+  }
+  return out;
+}
+std::vector<std::string> lines_of(std::string_view text) {
+  std::vector<std::string> out;
+  for (const std::string_view line : text::split(text, '\n')) out.emplace_back(line);
+  if (out.empty()) out.emplace_back();
+  return out;
+}
+std::string text_of_file(const ProgramFile& f) {
+  std::string out;
+  for (std::size_t i = 0; i < f.lines.size(); ++i) {
+    if (i) out += '\n';
+    out += f.lines[i];
+  }
+  return out;
+}
+ProgramFile* find_file(Program& p, std::string_view name) {
+  const auto it = std::find_if(p.files.begin(), p.files.end(),
+                               [&](const ProgramFile& f) { return f.name == name; });
+  return it == p.files.end() ? nullptr : &*it;
+}
+Result<void> check_file_name(const std::string& name) {
+  if (!name.empty() && name.find_first_of("/\\") == std::string::npos && name != "." &&
+      name != "..")
+    return {};
+  return error(ErrorCode::invalid_argument, text::quote(name) + " is no name of a file",
+               "Names of a program's files have no folders, such as \"cell.ssi\".", "name");
+}
+std::vector<std::string> file_names(const Program& p) {
+  std::vector<std::string> out;
+  for (const ProgramFile& f : p.files) out.push_back(f.name);
+  return out;
+}
+
+struct Compiled {
+  std::vector<std::string> texts;
+  std::unique_ptr<CompiledProgram> program;
+  [[nodiscard]] const rmp_code& code() const { return program->code(); }
+};
+
+Result<std::shared_ptr<Language>> language_of(CommandContext& ctx, const std::string& name) {
+  RMP_TRY_ASSIGN(auto language, ctx.app.registry.create<Language>(name));
+  return std::shared_ptr<Language>(std::move(language));
+}
+
+Result<Compiled> compile(CommandContext& ctx, const Map& args) {
+  const Program& p = program_of(ctx, args);
+  const std::string where = name_in(ctx, ref(args, "id"));
+  if (p.files.empty())
+    return error(ErrorCode::invalid_argument, "it has no source", "Give it one: program.set_file.",
+                 where);
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 ctx.app.registry.find(Language::kInterfaceId, p.language));
+  RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
+  model::ProviderChoice choice;
+  choice.name = info.name;
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_params(info, choice, "provider " + text::quote(info.name)));
+  Compiled out;
+  for (const ProgramFile& f : p.files) out.texts.push_back(text_of_file(f));
+  std::vector<SourceFile> files;
+  for (std::size_t i = 0; i < p.files.size(); ++i)
+    files.push_back({p.files[i].name, out.texts[i], {}});
+  LanguageTask task;
+  task.files = files;
+  auto made = language->compile(task, *params, ctx.progress);
+  if (!made.ok()) return std::move(made).error().in(where);
+  out.program = std::move(made).value();
+  return out;
+}
+
+/// The same, where errors of the source are errors of the command: the first is named.
+Result<Compiled> compile_whole(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(Compiled out, compile(ctx, args));
+  const rmp_code& c = out.code();
+  if (!c.has_errors) return out;
+  std::uint32_t errors = 0;
+  const rmp_code_fault* first = nullptr;
+  for (std::uint32_t i = 0; i < c.faults.count; ++i) {
+    const auto& f = row<rmp_code_fault>(c.faults, i);
+    if (f.severity != RMP_FAULT_ERROR) continue;
+    if (errors++ == 0) first = &f;
+  }
+  std::string hint = first->hint;
+  if (errors > 1)
+    hint += (hint.empty() ? "" : " ") + std::string("program.check lists all ") +
+            std::to_string(errors) + " errors.";
+  return error(ErrorCode::syntax, first->message, hint,
+               name_in(ctx, ref(args, "id")) + ", " +
+                   row<rmp_code_file>(c.files, first->span.file).name + ":" +
+                   std::to_string(first->span.line) + ":" + std::to_string(first->span.column));
+}
+
+// ---- commands ----
+
+Result<AnyId> add_program(CommandContext& ctx, const std::string& name, Program p) {
+  model::Record r;
+  r.name = name;
+  r.body = model::OtherContent(program_kind(), std::move(p));
+  return ctx.edit().add(std::move(r));
+}
+
+Result<Value> create(CommandContext& ctx, const Map& args) {
+  Program p;
+  p.description = text_of(args, "description");
+  p.language = text_of(args, "language");
+  if (has(args, "language")) {
+    RMP_TRY(ctx.app.registry.find(Language::kInterfaceId, p.language));
+  }
+  const std::string name = text_of(args, "name");
+  std::string file = has(args, "file") ? text_of(args, "file") : std::string();
+  if (file.empty()) {
+    for (const char c : name)
+      file += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ? c : '_';
+    file += ".irl";
+  }
+  RMP_TRY(check_file_name(file));
+  p.files.push_back({file, lines_of(as_utf8(text_of(args, "source")))});
+  RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
+  return Value(Application::handle(id));
+}
+
+Result<Value> import(CommandContext& ctx, const Map& args) {
+  const std::filesystem::path path = text_of(args, "file");
+  Program p;
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 ctx.app.registry.find(Language::kInterfaceId, text_of(args, "language")));
+  RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
+  if (has(args, "language")) p.language = info.name;
+  RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
+  p.files.push_back({path.filename().string(), lines_of(as_utf8(bytes))});
+  // What a source names lies beside it, and may name more.
+  constexpr std::size_t kMostFiles = 100;
+  std::set<std::string> seen{p.files[0].name};
+  for (std::size_t i = 0; i < p.files.size(); ++i) {
+    const std::string source = text_of_file(p.files[i]);
+    RMP_TRY_ASSIGN(const auto wanted, language->needs(SourceFile{p.files[i].name, source, {}}));
+    for (const std::string& each : wanted) {
+      const std::string base = std::filesystem::path(each).filename().string();
+      if (base.empty() || base == "." || base == ".." || !seen.insert(base).second) continue;
+      const std::filesystem::path beside = path.parent_path() / base;
+      if (file_kind(beside) != FileKind::file) {
+        ctx.app.messages.post(Severity::warning, "missing_file",
+                              p.files[i].name + " names " + text::quote(each) +
+                                  ", which is not beside it. Add it with program.set_file.",
+                              "program");
+        continue;
+      }
+      if (p.files.size() >= kMostFiles)
+        return error(ErrorCode::unsupported,
+                     "it names more than " + std::to_string(kMostFiles) + " files", {},
+                     path.filename().string());
+      RMP_TRY_ASSIGN(const std::string more, io::read_file(beside, kMostSource));
+      p.files.push_back({base, lines_of(as_utf8(more))});
+    }
+  }
+  const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
+  RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
+  return Value(Application::handle(id));
+}
+
+Result<Value> set_file(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "name");
+  RMP_TRY(check_file_name(name));
+  std::vector<std::string> lines = lines_of(as_utf8(text_of(args, "text")));
+  RMP_TRY(edit_program(ctx, ref(args, "id"), [&](Program& p) -> Result<void> {
+    if (ProgramFile* f = find_file(p, name)) f->lines = std::move(lines);
+    else p.files.push_back({name, std::move(lines)});
+    return {};
+  }));
+  return Value();
+}
+
+Result<Value> remove_file(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "name");
+  RMP_TRY(edit_program(ctx, ref(args, "id"), [&](Program& p) -> Result<void> {
+    const ProgramFile* f = find_file(p, name);
+    if (!f) return unknown_name("file", name, file_names(p));
+    if (f == p.files.data())
+      return error(ErrorCode::conflict, text::quote(name) + " is the program itself",
+                   "program.set_file gives it another text.", "name");
+    p.files.erase(p.files.begin() + (f - p.files.data()));
+    return {};
+  }));
+  return Value();
+}
+
+Result<Value> source(CommandContext& ctx, const Map& args) {
+  Program copy = program_of(ctx, args);
+  if (copy.files.empty()) return Value(std::string());
+  if (!has(args, "name")) return Value(text_of_file(copy.files[0]));
+  const std::string name = text_of(args, "name");
+  if (const ProgramFile* f = find_file(copy, name)) return Value(text_of_file(*f));
+  return unknown_name("file", name, file_names(copy));
+}
+
+Result<Value> files(CommandContext& ctx, const Map& args) {
+  List out;
+  for (const ProgramFile& f : program_of(ctx, args).files)
+    out.emplace_back(Map{{"name", f.name}, {"lines", static_cast<std::int64_t>(f.lines.size())}});
+  return Value(std::move(out));
+}
+
+Result<Value> check(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Compiled made, compile(ctx, args));
+  const rmp_code& c = made.code();
+  static constexpr const char* kWords[] = {"error", "warning", "note"};
+  std::int64_t errors = 0, warnings = 0;
+  List faults;
+  for (std::uint32_t i = 0; i < c.faults.count; ++i) {
+    const auto& f = row<rmp_code_fault>(c.faults, i);
+    errors += f.severity == RMP_FAULT_ERROR;
+    warnings += f.severity == RMP_FAULT_WARNING;
+    faults.emplace_back(Map{{"severity", kWords[f.severity]},
+                            {"file", row<rmp_code_file>(c.files, f.span.file).name},
+                            {"line", static_cast<std::int64_t>(f.span.line)},
+                            {"column", static_cast<std::int64_t>(f.span.column)},
+                            {"length", static_cast<std::int64_t>(f.span.end - f.span.begin)},
+                            {"message", std::string(f.message) + "."},
+                            {"hint", f.hint}});
+  }
+  return Value(Map{{"correct", errors == 0},
+                   {"errors", errors},
+                   {"warnings", warnings},
+                   {"faults", std::move(faults)}});
+}
+
+/// The typed program as tables.
+class Tree {
+ public:
+  Tree(const rmp_code& code, const Program& program, const std::vector<std::string>& texts)
+      : c_(code) {
+    for (std::uint32_t f = 0; f < c_.files.count; ++f) {
+      const std::string* text = nullptr;
+      for (std::size_t i = 0; i < program.files.size(); ++i)
+        if (program.files[i].name == row<rmp_code_file>(c_.files, f).name) text = &texts[i];
+      texts_.push_back(text);
+    }
+  }
+  Map run() {
+    List symbols, routines;
+    for (std::uint32_t i = 0; i < c_.symbols.count; ++i) {
+      static constexpr const char* kKinds[] = {"constant", "variable", "parameter", "input",
+                                               "output",   "robot",    "type"};
+      const auto& s = row<rmp_code_symbol>(c_.symbols, i);
+      if (s.kind > RMP_SYMBOL_TYPE || s.scope == RMP_NONE) continue;
+      const auto& scope = row<rmp_code_scope>(c_.scopes, s.scope);
+      if (scope.kind == RMP_SCOPE_PREDEFINED) continue;
+      Map one{{"name", s.name},
+              {"kind", kKinds[s.kind]},
+              {"type", type(s.type)},
+              {"scope", scope.name},
+              {"line", static_cast<std::int64_t>(s.span.line)}};
+      if (s.value != RMP_NONE) one.set("value", text(expression(s.value).span));
+      symbols.emplace_back(std::move(one));
+    }
+    for (std::uint32_t i = 0; i < c_.routines.count; ++i) {
+      static constexpr const char* kKinds[] = {"program", "procedure", "function",
+                                               "process", "interrupt", "data_list"};
+      static constexpr const char* kModes[] = {"in", "out", "inout"};
+      const auto& r = row<rmp_code_routine>(c_.routines, i);
+      List parameters;
+      for (std::uint32_t k = 0; k < r.parameter_count; ++k) {
+        const auto& p = row<rmp_code_symbol>(c_.symbols, r.first_parameter + k);
+        parameters.emplace_back(
+            Map{{"name", p.name}, {"type", type(p.type)}, {"mode", kModes[p.mode]}});
+      }
+      routines.emplace_back(Map{{"name", row<rmp_code_symbol>(c_.symbols, r.symbol).name},
+                                {"kind", kKinds[r.kind]},
+                                {"parameters", std::move(parameters)},
+                                {"result", type(r.result)},
+                                {"recursive", r.is_recursive != 0},
+                                {"line", static_cast<std::int64_t>(r.span.line)},
+                                {"statements", block(r.body)}});
+    }
+    return Map{
+        {"name", c_.name}, {"symbols", std::move(symbols)}, {"routines", std::move(routines)}};
+  }
+
+ private:
+  [[nodiscard]] const rmp_code_expression& expression(std::uint32_t e) const {
+    return row<rmp_code_expression>(c_.expressions, e);
+  }
+  [[nodiscard]] std::string type(std::uint32_t t) const {
+    static constexpr const char* kBasic[] = {"",       "INT",  "REAL", "CHAR",      "BOOL",
+                                             "STRING", "TEXT", "FILE", "SEMAPHORE", "PROCESS"};
+    if (t <= RMP_TYPE_PROCESS) return kBasic[t];
+    const auto& x = row<rmp_code_type>(c_.types, t);
+    if (*x.name) return x.name;
+    if (x.kind == RMP_TYPE_RECORD) return "RECORD";
+    if (x.kind == RMP_TYPE_LIST) return "LIST OF " + type(x.element);
+    return "ARRAY [" + std::to_string(x.lower) + ".." + std::to_string(x.upper) + "] OF " +
+           type(x.element);
+  }
+  /// As the source has it.
+  [[nodiscard]] std::string text(const rmp_span& s) const {
+    const std::string* all = texts_[s.file];
+    if (!all || s.end > all->size() || s.begin > s.end) return {};
+    return all->substr(s.begin, s.end - s.begin);
+  }
+  // Statements are nested no deeper than their compiler lets them be.
+  List block(std::uint32_t first, int depth = 0) {
+    constexpr int kDeepest = 400;
+    List out;
+    for (std::uint32_t s = first; s != RMP_NONE && depth < kDeepest;
+         s = row<rmp_code_statement>(c_.statements, s).next)
+      out.emplace_back(statement(row<rmp_code_statement>(c_.statements, s), depth));
+    return out;
+  }
+  Map statement(const rmp_code_statement& s, int depth) {
+    static constexpr const char* kWords[] = {
+        "assign",   "call",  "if",   "arm",      "case",   "while",  "repeat",   "loop",  "for",
+        "for_down", "exit",  "goto", "label",    "return", "wait",   "wait_for", "pause", "halt",
+        "move",     "start", "stop", "continue", "cancel", "enable", "disable",  "teach"};
+    Map out{{"statement", kWords[s.op]}, {"line", static_cast<std::int64_t>(s.span.line)}};
+    if (s.symbol != RMP_NONE) out.set("name", row<rmp_code_symbol>(c_.symbols, s.symbol).name);
+    static constexpr const char* kParts[] = {"a", "b", "c"};
+    const std::uint32_t parts[] = {s.a, s.b, s.c};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (parts[k] == RMP_NONE) continue;
+      out.set(kParts[k], text(expression(parts[k]).span));
+      if (k == 0) out.set("type", type(expression(parts[k]).type));
+    }
+    if (s.count > 0) {
+      List labels;
+      for (std::uint32_t k = 0; k < s.count; ++k)
+        labels.emplace_back(text(expression(row<std::uint32_t>(c_.links, s.first + k)).span));
+      out.set("labels", std::move(labels));
+    }
+    if (s.motion != RMP_NONE) motion(out, row<rmp_code_motion>(c_.motions, s.motion));
+    if (s.body != RMP_NONE) out.set("statements", block(s.body, depth + 1));
+    return out;
+  }
+  void motion(Map& out, const rmp_code_motion& m) {
+    out.set("interpolation", std::string(code_text_detail::kMoves[m.interpolation]));
+    out.set("incremental", m.is_incremental != 0);
+    List targets;
+    for (std::uint32_t k = 0; k < m.target_count; ++k) {
+      const auto& e = expression(row<std::uint32_t>(c_.links, m.first_target + k));
+      targets.emplace_back(Map{{"value", text(e.span)}, {"type", type(e.type)}});
+    }
+    out.set("targets", std::move(targets));
+    Map attributes;
+    for (std::uint32_t k = 0; k < m.attribute_count; ++k) {
+      const auto& a = row<rmp_code_attribute>(c_.attributes, m.first_attribute + k);
+      attributes.set(std::string(code_text_detail::kAttributes[a.attribute]),
+                     text(expression(a.value).span));
+    }
+    out.set("attributes", std::move(attributes));
+    if (m.until != RMP_NONE) out.set("until", text(expression(m.until).span));
+  }
+
+  const rmp_code& c_;
+  std::vector<const std::string*> texts_;
+};
+
+Result<Value> tree(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  return Value(Tree(made.code(), program_of(ctx, args), made.texts).run());
+}
+
+Result<Value> code(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  const std::string out = code_text(made.code());
+  if (!has(args, "file")) return Value(out);
+  const std::filesystem::path file = text_of(args, "file");
+  RMP_TRY(io::write_file(file, out));
+  return Value(file.string());
+}
+
+Result<Value> read_code(CommandContext&, const Map& args) {
+  RMP_TRY_ASSIGN(const std::string all, io::read_file(text_of(args, "file"), kMostSource * 16));
+  RMP_TRY_ASSIGN(const auto tables, read_code_text(all));
+  const rmp_code& c = tables->code();
+  List routines;
+  for (std::uint32_t i = 0; i < c.routines.count; ++i) {
+    const auto& r = row<rmp_code_routine>(c.routines, i);
+    routines.emplace_back(Map{{"name", row<rmp_code_symbol>(c.symbols, r.symbol).name},
+                              {"instructions", static_cast<std::int64_t>(r.instruction_count)}});
+  }
+  return Value(Map{{"name", c.name},
+                   {"instructions", static_cast<std::int64_t>(c.instructions.count)},
+                   {"routines", std::move(routines)}});
+}
+
+/// A program with a procedure, for examples.
+std::string with_program(const char* rest) {
+  return std::string(
+             "local lift = program.create{name = \"lift\", source = [[\n"
+             "PROGRAM lift;\n"
+             "VAR\n"
+             "  INT: rounds := 3, i;\n"
+             "PROCEDURE go (IN REAL: height);\n"
+             "BEGIN\n"
+             "  MOVE LIN POSE(POSITION(500.0, 0.0, height), ORIZYX(0.0, 180.0, 0.0)) SPEED := "
+             "80.0;\n"
+             "ENDPROC;\n"
+             "BEGIN\n"
+             "  FOR i := 1 TO rounds\n"
+             "    go(100.0);\n"
+             "    go(300.0);\n"
+             "  ENDFOR;\n"
+             "ENDPROGRAM;\n"
+             "]]}\n") +
+         rest;
+}
+
+}  // namespace
+
+Kind program_kind() {
+  static const Kind kind = model::register_kind_of<Program>("program", ".prg", "programs");
+  return kind;
+}
+
+RMP_COMMANDS(program_commands) {
+  std::vector<CommandSpec> all;
+  const ParamSpec language =
+      optional("language", "string", "",
+               "Provider of the language (robomosp.language/1); the default one when left out.");
+  all.push_back(
+      {.name = "program.create",
+       .classic = "",
+       .summary = "Makes a program of a robot from its source.",
+       .details = "The source is kept as it is, right or wrong; program.check tells what is wrong. "
+                  "A program needs no cell: without SYSTEM_SPECIFICATION it is one for a robot of "
+                  "six axes with a gripper. Files that it names are added by program.set_file.",
+       .example = with_program("assert(lift:check().correct)"),
+       .params = {needed("name", "string", "", "Name, unique among programs."),
+                  needed("source", "string", "", "The text of the program."),
+                  optional("file", "string", "",
+                           "Name of its file, which faults tell; made of the name when left out."),
+                  language, optional("description", "string", "", "What it is for.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create});
+  all.push_back(
+      {.name = "program.import",
+       .classic = "",
+       .summary = "Makes a program from a file of source, such as .irl.",
+       .details =
+           "The files that it names (system specification .ssi, lists of data .dls, modules) "
+           "are taken from the same folder; one that is not there is reported. Text that is "
+           "no UTF-8 is read as ISO 8859-1.",
+       .example = "-- not run: needs a file\nlocal towers = program.import{file = "
+                  "\"towers.irl\"}",
+       .params = {needed("file", "path", "", "The file."),
+                  optional("name", "string", "", "Name of the program; the file's when left out."),
+                  language},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits | Effect::files_read,
+       .run = import});
+  all.push_back(
+      {.name = "program.set_file",
+       .classic = "",
+       .summary = "Gives a file of a program its text; one that is not there is added.",
+       .details = "The first file is the program; the others are what it may name: system "
+                  "specifications (.ssi), modules (.irl), lists of data (.dls).",
+       .example = with_program("lift:set_file{name = \"datalist.dls\", text = \"rounds := 5;\"}\n"
+                               "assert(#lift:files() == 2)"),
+       .params = {self("program"),
+                  needed("name", "string", "", "Name of the file, without folders."),
+                  needed("text", "string", "", "Its text.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set_file});
+  all.push_back({.name = "program.remove_file",
+                 .classic = "",
+                 .summary = "Takes a file out of a program.",
+                 .details = "The first one is the program and stays.",
+                 .example = with_program("lift:set_file{name = \"spare.irl\", text = \"\"}\n"
+                                         "lift:remove_file(\"spare.irl\")\n"
+                                         "assert(#lift:files() == 1)"),
+                 .params = {self("program"), needed("name", "string", "", "Name of the file.")},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = remove_file});
+  all.push_back({.name = "program.files",
+                 .classic = "",
+                 .summary = "Lists the files of a program; the first is the program itself.",
+                 .details = "",
+                 .example = with_program("assert(lift:files()[1].name == \"lift.irl\")"),
+                 .params = {self("program")},
+                 .returns = {"list", "", "A table a file: name, lines.", {}},
+                 .effect = Effect::reads,
+                 .run = files});
+  all.push_back(
+      {.name = "program.source",
+       .classic = "",
+       .summary = "Gives the text of a program, or of another of its files.",
+       .details = "",
+       .example = with_program("assert(lift:source():find(\"PROGRAM lift\"))"),
+       .params = {self("program"), optional("name", "string", "",
+                                            "Name of the file; the program itself when left out.")},
+       .returns = {"string", "", "The text.", {}},
+       .effect = Effect::reads,
+       .run = source});
+  all.push_back(
+      {.name = "program.check",
+       .classic = "",
+       .summary = "Checks a program: every fault with its place and what to do.",
+       .details = "Names, types, places that may be written to, values that are known before it "
+                  "runs, targets and attributes of motions. Up to 100 errors are reported.",
+       .example =
+           with_program("local wrong = lift:source():gsub(\"rounds := 3\", \"rounds := 3.5\")\n"
+                        "lift:set_file{name = \"lift.irl\", text = wrong}\n"
+                        "assert(lift:check().faults[1].line == 3)"),
+       .params = {self("program")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("correct", "bool", "", "Whether it has no errors."),
+                    field("errors", "int", "", "How many."),
+                    field("warnings", "int", "", "How many."),
+                    field("faults", "list", "",
+                          "A table each: severity, file, line, column, length, message, hint.")}},
+       .effect = Effect::reads,
+       .run = check});
+  all.push_back(
+      {.name = "program.tree",
+       .classic = "",
+       .summary =
+           "Gives a program as its compiler understands it: symbols with their types, routines "
+           "with their statements.",
+       .details =
+           "Statements are tables with `statement` (its kind), `line`, and what it has: `a`, "
+           "`b` and `c` are its expressions as the source has them, `type` that of `a`, "
+           "`statements` what is within; motions have `interpolation`, `incremental`, "
+           "`targets`, `attributes` and `until`. A program with errors has no tree.",
+       .example = with_program("local go = lift:tree().routines[2]\n"
+                               "assert(go.name == \"go\" and go.statements[1].interpolation == "
+                               "\"LIN\")"),
+       .params = {self("program")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("name", "string", "", "Of the program."),
+                    field("symbols", "list", "",
+                          "A table each: name, kind, type, scope, line, value."),
+                    field("routines", "list", "",
+                          "A table each: name, kind, parameters, result, recursive, line, "
+                          "statements. The first is the program.")}},
+       .effect = Effect::reads,
+       .run = tree});
+  all.push_back({.name = "program.code",
+                 .classic = "",
+                 .summary = "Gives a program as three-address code, or writes it to a file.",
+                 .details = "Four fields a line; docs/plugin_author/language.md tells the form. "
+                            "program.read_code reads such a file.",
+                 .example = with_program("assert(lift:code():find(\"MOVE LIN\"))"),
+                 .params = {self("program"), optional("file", "path", "", "The file to write.")},
+                 .returns = {"string", "", "The code, or the file written.", {}},
+                 .effect = Effect::reads,
+                 .sometimes = Effect::files_write,
+                 .run = code});
+  all.push_back(
+      {.name = "program.read_code",
+       .classic = "",
+       .summary = "Reads a file of three-address code and tells what it holds.",
+       .details = "Everything in it is checked: whoever gets past this can be executed without "
+                  "looking at its numbers again. Faults name the line.",
+       .example = with_program("lift:code{file = \"lift.code\"}\n"
+                               "assert(#program.read_code{file = \"lift.code\"}.routines == 2)"),
+       .params = {needed("file", "path", "", "The file.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("name", "string", "", "Of the program."),
+                    field("instructions", "int", "", "How many."),
+                    field("routines", "list", "", "A table each: name, instructions.")}},
+       .effect = Effect::files_read,
+       .run = read_code});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs of robots: their source, line by line (layer: data processing, model).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/basics.h"
+
+namespace robomosp::model {
+
+/// A file of a program's source. Lines joined by "\n" are its text.
+struct ProgramFile {
+  std::string name;  ///< without folders: "towers.irl"
+  std::vector<std::string> lines;
+};
+template <class V>
+constexpr void fields(V& v, Of<ProgramFile>) {
+  v("name", &ProgramFile::name).needed().doc("Of the file, without folders.");
+  v("lines", &ProgramFile::lines).doc("Its text, line by line.");
+}
+
+struct Program {
+  std::string description;
+  std::string language;            ///< the provider; "" = the default one
+  std::vector<ProgramFile> files;  ///< the program first, then cells, modules, lists of data
+};
+template <class V>
+constexpr void fields(V& v, Of<Program>) {
+  v("description", &Program::description).doc("What it is, for people.");
+  v("language", &Program::language).doc("Provider of its language; empty is the default one.");
+  v("files", &Program::files)
+      .by_names()
+      .doc("Its source: the program first, then what it names: cell, modules, lists of data.");
+}
+
+}  // namespace robomosp::model
