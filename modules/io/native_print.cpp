@@ -316,7 +316,12 @@ class Printer {
     if (&t == &type_of<CollisionPairRule>())
       return pair_rule(*static_cast<const CollisionPairRule*>(p));
     if (const std::string* own = name_of(t, p)) word += " " + name(*own);
-    return {word, true, entries(t, p, alternative)};
+    Entry block{word, true, entries(t, p, alternative)};
+    // Lines of a text stand on lines.
+    for (const Field& inner : t.fields)
+      block.is_tall = block.is_tall || (inner.type->shape == Shape::list &&
+                                        inner.type->element->shape == Shape::text);
+    return block;
   }
 
   [[nodiscard]] Entry entry(const Type& t, const Field& f, const Type& type, const void* v,

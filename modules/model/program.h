@@ -17,7 +17,7 @@ struct ProgramFile {
 template <class V>
 constexpr void fields(V& v, Of<ProgramFile>) {
   v("name", &ProgramFile::name).needed().doc("Of the file, without folders.");
-  v("lines", &ProgramFile::lines).doc("Its text, line by line.");
+  v("lines", &ProgramFile::lines).file("line").doc("Its text, line by line.");
 }
 
 struct Program {

@@ -338,13 +338,15 @@ void Checker::data_list(std::string_view name, const Node* where) {
         fail(a, "a list of data holds values of variables only", "Such as: place := POSE(...);");
         continue;
       }
+      const Id named = lookup(at(a.first).name);
+      const bool is_new = named == kNone || taught_.insert(named).second;
       const Id statement_id = statement(a);
       if (statement_id == kNone) continue;
       const rmp_code_statement st = out_.statements[statement_id];
       const Id symbol = out_.expressions[st.a].symbol;
       if (!is_pure(st.b))
         fail(a, "a taught value is made of numbers, constants and functions of the language");
-      if (!taught_.insert(symbol).second)
+      if (!is_new)
         warn(a, std::string(out_.symbols[symbol].name) + " has a taught value above already",
              "The last one counts.");
       if (last == kNone) first = statement_id;
@@ -761,6 +763,7 @@ std::optional<std::int32_t> Checker::constant_int(Id n, const std::string& what)
 Id Checker::type(Id id) {
   const Node& n = at(id);
   switch (n.kind) {
+    case N::bad: return kBad;
     case N::type_name: {
       const Id s = lookup(n.name);
       if (s == kNone) {

@@ -109,7 +109,9 @@ class Parser {
                       std::move(hint));
       }
       last_fault_ = at_;
-      has_fault_ = is_lost_ = true;
+      has_fault_ = true;
+      // Forgotten at the end of a line or a block: what follows is as whole as what was before.
+      is_lost_ = is_lost_ || (tok().line == s_.tokens[at_ - 1].line && !ends_block(tok().kind));
       return false;
     }
     fault(what + " is missing " + where + ", before " + shown(), std::move(hint));
@@ -432,9 +434,10 @@ class Parser {
     if (!is_lost_) expect(Tok::semicolon, "\";\"", "behind the signal");
     return finish(n);
   }
-  Id type() {
+  Id type() { return whole(any_type()); }
+  Id any_type() {
     const Level level(*this);
-    if (level.is_deep()) return make(N::type_name);
+    if (level.is_deep()) return make(N::bad);
     if (is(Tok::k_array)) {
       const Id n = make(N::type_array);
       Tail tail(*this, n);
@@ -681,9 +684,13 @@ class Parser {
             }
           }
         }
+        if (is_lost_) {
+          node(n).kind = N::broken;
+          node(n).first = kNone;
+        }
         head();
         accept(Tok::k_do);
-        tail.add(block());
+        Tail(*this, n).add(block());
         end_of(Tok::k_endfor, "ENDFOR", "FOR", open);
         return finish(n);
       }
@@ -696,6 +703,7 @@ class Parser {
           tail.add(expression());
           semicolon("the condition");
         } else {
+          node(n).kind = N::broken;
           is_lost_ = false;
         }
         return finish(n);
@@ -922,9 +930,19 @@ class Parser {
       default: return 0;
     }
   }
-  Id expression(int least = 1) {
+  /// What is not whole is never looked at again.
+  Id whole(Id n) {
+    if (is_lost_) {
+      node(n).kind = N::bad;
+      node(n).first = kNone;
+      node(n).depth = 0;
+    }
+    return n;
+  }
+  Id expression(int least = 1) { return whole(binary(least)); }
+  Id binary(int least) {
     const Level level(*this);
-    if (level.is_deep()) return make(N::integer);
+    if (level.is_deep()) return make(N::bad);
     Id left = kNone;
     if (is(Tok::k_not)) {
       // NOT is looser than what compares: NOT a = b is NOT (a = b).
@@ -970,7 +988,7 @@ class Parser {
   Id unary() {
     if (is(Tok::minus) || is(Tok::plus)) {
       const Level level(*this);
-      if (level.is_deep()) return make(N::integer);
+      if (level.is_deep()) return make(N::bad);
       const Id n = make(is(Tok::minus) ? N::negate : N::plus);
       next();
       Tail(*this, n).add(unary());
@@ -987,7 +1005,7 @@ class Parser {
   }
   Id primary() {
     const Level level(*this);
-    if (level.is_deep()) return make(N::integer);
+    if (level.is_deep()) return make(N::bad);
     Id n = kNone;
     switch (tok().kind) {
       case Tok::integer:
@@ -1026,7 +1044,7 @@ class Parser {
       }
       case Tok::name: break;
       default:
-        n = make(N::integer);
+        n = make(N::bad);
         fault(shown() + " stands where a value belongs",
               tok().kind >= Tok::k_program ? shown() + " is a word of the language and no name."
                                            : "");

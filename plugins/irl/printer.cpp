@@ -117,6 +117,7 @@ class Printer {
     return out;
   }
   std::string type(Id t) {
+    if (t == kNone) return {};
     const Node& n = at(t);
     switch (n.kind) {
       case N::type_list: return "LIST OF " + type(n.first);
@@ -278,6 +279,7 @@ class Printer {
   }
 
   std::string expression(Id id) {
+    if (id == kNone) return {};
     const Node& n = at(id);
     switch (n.kind) {
       case N::integer:

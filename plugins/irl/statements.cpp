@@ -201,7 +201,7 @@ Id Checker::statement(const Node& n) {
       for (Id a = n.first; a != kNone; a = at(a).next) {
         const Id arm = add_statement(RMP_STMT_ARM, at(a));
         if (!at(a).flag) {
-          const Id c = boolean(at(a).first, at(a).first == n.first ? "IF" : "IF");
+          const Id c = boolean(at(a).first, "IF");
           out_.statements[arm].a = c;
         }
         const Id body = block(at(a).flag ? at(a).first : at(at(a).first).next);
@@ -413,6 +413,11 @@ Id Checker::statement(const Node& n) {
       out_.statements[arm].body = first;
       return all;
     }
+    case N::broken:
+      ++loops_;
+      for (Id b = n.first; b != kNone; b = at(b).next) block(b);
+      --loops_;
+      return kNone;
     default: return kNone;
   }
 }

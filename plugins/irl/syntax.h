@@ -223,6 +223,8 @@ enum class N : std::uint8_t {
   plus,
   not_,
   binary,
+  bad,     // stands for an expression or a type that has been said to be wrong
+  broken,  // a statement whose head is wrong: its blocks
 };
 
 struct Node {

@@ -1,0 +1,699 @@
+// SPDX-License-Identifier: Apache-2.0
+// The front end of IRL: what is accepted and what is refused, with the exact words and places; the
+// printed form; three-address code and its text; random and broken sources; growth.
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "compile.h"
+#include "intrinsics.h"
+#include "support/mutator.h"
+#include "support/seed.h"
+#include "syntax.h"
+
+namespace robomosp::irl {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct File {
+  std::string name, text;
+};
+std::unique_ptr<ProgramTables> compiled(const std::vector<File>& files) {
+  std::vector<SourceFile> all;
+  for (const File& f : files) all.push_back({f.name, f.text, {}});
+  NoProgress progress;
+  auto made = compile(all, progress);
+  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
+  return made.ok() ? std::move(made).value() : nullptr;
+}
+std::unique_ptr<ProgramTables> compiled(const std::string& text) {
+  return compiled(std::vector<File>{{"p.irl", text}});
+}
+/// "3:7 message. hint" for each fault; warnings begin with "warning ".
+std::string faults(const ProgramTables& p) {
+  std::string out;
+  for (const rmp_code_fault& f : p.faults)
+    out += (f.severity ? "warning " : "") +
+           (f.span.file ? std::string(p.files[f.span.file].name) + ":" : std::string()) +
+           std::to_string(f.span.line) + ":" + std::to_string(f.span.column) + " " + f.message +
+           "." + (*f.hint ? " " + std::string(f.hint) : "") + "\n";
+  return out;
+}
+std::string faults(const std::string& text) { return faults(*compiled(text)); }
+/// The code of a program's own statements, without lines and without what is initialised.
+std::string code(const std::string& text, std::uint32_t routine = 0) {
+  const auto p = compiled(text);
+  EXPECT_EQ(faults(*p), "");
+  std::istringstream all(code_text(p->code()));
+  std::string out, line;
+  std::uint32_t r = 0;
+  bool is_in = false;
+  while (std::getline(all, line)) {
+    if (line.starts_with("ROUTINE")) is_in = r++ == routine;
+    else if (is_in && !line.starts_with("PARAMETERS") && !line.starts_with("LINE"))
+      out += line + "\n";
+  }
+  return out;
+}
+std::vector<std::string> instructions(const std::string& code) {
+  std::vector<std::string> out;
+  std::istringstream lines(code);
+  for (std::string l; std::getline(lines, l);) out.push_back(l);
+  return out;
+}
+/// Statements in a program with some variables, in line 8.
+std::string with(const std::string& statements) {
+  return "PROGRAM p;\nSIGNAL INPUT BOOL: ready AT 1; OUTPUT BOOL: grip AT 2;\n"
+         "VAR INT: i, j; REAL: r; BOOL: b; CHAR: c; STRING: s; ARRAY [-1..2] OF INT: a;\n"
+         "POSE: pose; ROBTARGET: target; JOINT: joint; POSITION: pos; LIST OF INT: l; FILE: f;\n"
+         "SEMAPHORE: sem;\nPROCEDURE done; BEGIN ENDPROC; PROCESS side; BEGIN ENDPROCESS;\n"
+         "BEGIN\n" +
+         statements + "\nENDPROGRAM;\n";
+}
+std::string reprinted(const std::string& text, Unit unit = Unit::program) {
+  Names names;
+  Faults f;
+  Source s;
+  s.text = text;
+  scan(s, names, f);
+  parse(s, unit, names, f);
+  return print(s);
+}
+
+TEST(Irl, EveryConstructIsAccepted) {
+  const char* kGood[] = {
+      "i := 1;",
+      "a[-1] := 5; a[i] := a[2] + 1;",
+      "r := i;",
+      "c := 'x'; c := 65; i := c;",
+      "s := c; s := 'it''s'; c := s[1]; s[2] := 'y';",
+      "IF i <> j AND j <> 3 OR NOT b THEN i := 1; ELSIF b THEN i := 2; ELSE i := 3; ENDIF;",
+      "IF b i := 1; ENDIF;",
+      "WHILE i < 3 i := i + 1; ENDWHILE;",
+      "WHILE i < 3 DO i := i + 1; ENDWHILE;",
+      "FOR i := 1 TO 3 j := j + i; ENDFOR;",
+      "FOR i := 3 DOWNTO 1 STEP 2 DO EXIT; ENDFOR;",
+      "REPEAT i := i + 1; UNTIL i > 3;",
+      "LOOP EXIT; ENDLOOP;",
+      "CASE i OF WHEN 1, 2: j := 1; WHEN -3: j := 2; DEFAULT: j := 3; ENDCASE;",
+      "CASE s OF WHEN 'a': i := 1; ENDCASE;",
+      "LABEL again: GOTO again;",
+      "RETURN;",
+      "WAIT 0.5 SEC;",
+      "WAIT FOR ready = TRUE;",
+      "WAIT FOR ready TIMEOUT 2.0;",
+      "PAUSE; PAUSE 'go';",
+      "HALT;",
+      "done; done();",
+      "MOVE LIN pose;",
+      "move lin TARGET Speed := 100.0;",
+      "MOVE PTP target SPEED_PTP := 50 C_PTP := 5, ACC_PTP := 10;",
+      "MOVE PTP joint;",
+      "MOVE PTP joint.M_JOINT; MOVE PTP joint.A_JOINT;",
+      "MOVE CIRCLE pose, target C_CP := 1.0, SPEED_ORI := 20.0;",
+      "MOVE PATH pose, pose, target SPEED := 80.0;",
+      "MOVE_INC LIN pos; MOVE_INC PTP pose;",
+      "MOVE LIN pose UNTIL ready;",
+      "MOVE LIN pose SPEED := 8.0 UNTIL ready AND b DO done;",
+      "MOVE LIN pose C_PASS := TRUE WOBBLE := FALSE TIME := -1.0 ACC := 50.0 C_SPEED := 10.0;",
+      "MOVE LIN pose DEVICE := 1 ADAX_CONTROL := 0 TOOL := pose FRAME := pose @ pose;",
+      "pose := pose @ INV(pose); pos := pose @ pos; pose.ORI := pose.ORI @ ORIZYX(1, 2, 3);",
+      "target := ROBTARGET(((1, 2, 3), ORIZYX(4, 5, 6)), 4, 100, 0);",
+      "START side; STOP side; CONTINUE side; CANCEL side; i := GETSTATUS(side);",
+      "ACQUIRE(sem); RELEASE(sem);",
+      "grip := ready; b := grip;",
+      "LIST_ADD(l, 3); LIST_INSERT(l, 1, 2); LIST_DELETE(l, 1); i := l[1] + SIZEOF(l);",
+      "i := LIST_INDEX(l, 3); LIST_CLEAR(l); l := [1, 2, 3]; l := [];",
+      "OPEN(f, 'x.dat', 'W'); WRITE(f, i, r); WRITELN(f); CLOSE(f); b := EOF(f);",
+      "READ(f, i); READLN(i, s); WRITELN('a', pose, a);",
+      "r := SIN(i) + ABS(-2.5); i := ABS(-2) + ROUND(2.5) + TRUNC(r);",
+      "i := 7 DIV 2 + 7 MOD 2; r := 7 / 2; b := b EXOR TRUE;",
+      "b := 'a' < c; b := s >= 'abc';",
+      "s := CONCAT(s, EXTRACT(s, 1, 2)); DELETE(s, 1, 1); i := LOCATE(s, 'x') + LENGTH(s);",
+      "{ a comment\n of two lines } i := 1 { within } + 2;",
+      "pose := ((1, 2, 3), (1, 0, 0, 0));"};
+  for (const char* good : kGood) EXPECT_EQ(faults(with(good)), "") << good;
+}
+
+TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
+  const std::pair<const char*, const char*> kBad[] = {
+      {"k := 1;", "8:1 nothing is named k.\n"},
+      {"targe := target;", "8:1 nothing is named targe. Did you mean target?\n"},
+      {"i = 1;",
+       "8:3 \"=\" compares and does not assign. Write \":=\" to give a variable a value.\n"},
+      {"i := 1", "8:7 \";\" is missing behind the value, before \"ENDPROGRAM\".\n"},
+      {"i := 2.5;",
+       "8:6 this variable needs INT, and this is REAL. Use ROUND or TRUNC to make it a whole "
+       "number.\n"},
+      {"b := 1;", "8:6 this variable needs BOOL, and this is INT. Compare it: value <> 0\n"},
+      {"i := 2147483648;", "8:6 an INT is at most 2147483647. Write it as a REAL, with \".0\".\n"},
+      {"i := 2147483647 + 1;",
+       "8:6 this value is beyond what INT holds. An INT is from -2147483648 to 2147483647.\n"},
+      {"i := 1 DIV 0;", "8:12 this divides by zero.\n"},
+      {"r := SQRT(-1.0);",
+       "8:6 SQRT has no value here. Square root of a number that is not negative.\n"},
+      {"a[3] := 1;", "8:3 the index 3 is outside -1..2.\n"},
+      {"pos.W := 1.0;", "8:5 POSITION has no field W. Its fields are X, Y, Z.\n"},
+      {"pos := POSITION(1, 2);",
+       "8:8 POSITION is made of 3 values, and here are 2. They are X, Y, Z, in this order.\n"},
+      {"ready := TRUE;", "8:1 ready is an input, which is only read.\n"},
+      {"TRUE := b;", "8:1 TRUE is a constant and keeps its value.\n"},
+      {"MOVE LIN joint;",
+       "8:10 MOVE LIN goes along a path to a place, and this is JOINT. Use MOVE PTP, or "
+       "TRAFO(...) for the place that the joints reach.\n"},
+      {"MOVE CIRCLE pose;",
+       "8:13 CIRCLE needs two targets, a place on the way and the end. Such as: MOVE CIRCLE via, "
+       "end;\n"},
+      {"MOVE LIN pose SPEED := -1.0;", "8:24 SPEED is above zero.\n"},
+      {"MOVE LIN pose SPED := 1.0;",
+       "8:15 a motion has no attribute SPED. Attributes are SPEED, SPEED_ORI, ACC, TIME, C_CP, "
+       "C_SPEED, C_PASS, WOBBLE, ACT_ROB, DEVICE, ADAX_CONTROL, SPEED_PTP, ACC_PTP, C_PTP, TOOL, "
+       "FRAME.\n"},
+      {"MOVE PTP pose SPEED := 100.0;",
+       "warning 8:15 SPEED has no effect on MOVE PTP. Motions of the joints have SPEED_PTP, "
+       "ACC_PTP and C_PTP.\n"},
+      {"MOVE pose;",
+       "8:6 \"pose\" stands where PTP, LIN, CIRCLE or PATH belongs. Such as: MOVE LIN place;\n"},
+      {"WAIT 1.0;",
+       "8:9 SEC is missing behind the time, before \";\". Write WAIT 0.5 SEC; or WAIT FOR "
+       "condition;\n"},
+      {"EXIT;", "8:1 EXIT stands outside of a loop. RETURN leaves a routine.\n"},
+      {"GOTO nowhere;", "8:6 there is no label nowhere in this routine.\n"},
+      {"GOTO in; WHILE b LABEL in: ENDWHILE;",
+       "8:6 the name of the label is missing, before \"in\". \"in\" is a word of the language and "
+       "no name.\n8:24 the name of the label is missing, before \"in\". \"in\" is a word of the "
+       "language and no name.\n"},
+      {"GOTO x; WHILE b LABEL x: ENDWHILE;",
+       "8:6 GOTO leads into a statement from outside. A label is reached from its own block and "
+       "from what is within that.\n"},
+      {"done(1);", "8:1 done takes 0 arguments, and here is 1.\n"},
+      {"i;",
+       "8:1 i is no procedure, and this does nothing. A variable gets its value by "
+       "\":=\".\n"},
+      {"IF i THEN ENDIF;", "8:4 IF needs BOOL, and this is INT. Compare it: value <> 0\n"},
+      {"IF b THEN i := 1;", "9:1 ENDIF is missing for the IF of line 8, before \"ENDPROGRAM\".\n"},
+      {"b := 1 < 2 < 3;",
+       "8:12 what compares cannot be compared again. Put one comparison in parentheses.\n"},
+      {"b := i AND b;",
+       "8:8 \"AND\" does not join INT and BOOL. It joins conditions; for bits there is no "
+       "operator.\n"},
+      {"s := 'a' + 'b';",
+       "8:10 \"+\" does not join STRING and STRING. Strings are joined by "
+       "CONCAT.\n"},
+      {"s := 'open;",
+       "8:6 this string has no end. Close it with a single quote in its line; a quote within is "
+       "doubled.\n8:12 \";\" is missing behind the value, before \"ENDPROGRAM\".\n"},
+      {"s := \"x\";",
+       "8:6 \"\"\" is no sign of the language. Strings stand in single quotes: 'text'.\n8:8 "
+       "\"\"\" is no sign of the language. Strings stand in single quotes: 'text'.\n8:7 nothing is "
+       "named x.\n"},
+      {"f := f;", "8:1 a FILE is not assigned.\n"},
+      {"START done;", "8:7 done is no process.\n"},
+      {"r := SIN(1, 2);",
+       "8:6 SIN takes 1 arguments, and here are 2. Sine of an angle in "
+       "degrees.\n"},
+      {"pose := target @ pose;",
+       "8:16 \"@\" does not join ROBTARGET and POSE. Take its pose: target.PSE\n"},
+      {"CASE i OF WHEN 1: WHEN 1: ENDCASE;", "8:24 this value has an arm already.\n"},
+      {"FOR i := 1 TO 3 STEP 0 ENDFOR;",
+       "8:22 STEP is at least 1, and this is 0. Use DOWNTO to count downwards.\n"},
+      {"RETURN 1;", "8:8 RETURN has a value, and this is no function.\n"},
+  };
+  for (const auto& [text, expected] : kBad) {
+    const std::string found = faults(with(text));
+    if (std::string_view(text).starts_with("s := ")) {
+      // Faults are in order of their place.
+      std::vector<std::string> a, b;
+      std::istringstream x(found), y(expected);
+      for (std::string l; std::getline(x, l);) a.push_back(l);
+      for (std::string l; std::getline(y, l);) b.push_back(l);
+      std::sort(a.begin(), a.end());
+      std::sort(b.begin(), b.end());
+      EXPECT_EQ(a, b) << text;
+    } else {
+      EXPECT_EQ(found, expected) << text;
+    }
+  }
+}
+
+TEST(Irl, DeclarationsAreChecked) {
+  EXPECT_EQ(faults("PROGRAM p; CONST INT: n := 3; VAR ARRAY [1..n, 0..n-1] OF REAL: m; "
+                   "BEGIN m[1, 2] := 1; m[1][0] := 2; ENDPROGRAM;"),
+            "");
+  EXPECT_EQ(faults("PROGRAM p; VAR INT: n; ARRAY [1..n] OF INT: a; ENDPROGRAM;"),
+            "1:34 the bound of an array is known before the program runs. Use numbers and "
+            "constants only.\n");
+  EXPECT_EQ(faults("PROGRAM p; VAR ARRAY [3..1] OF INT: a; ENDPROGRAM;"),
+            "1:23 the upper bound 1 is below the lower one, 3.\n");
+  EXPECT_EQ(faults("PROGRAM p; VAR ARRAY [1..5000, 1..5000] OF INT: a; ENDPROGRAM;"),
+            "1:16 this array holds more than 16000000 values.\n");
+  EXPECT_EQ(faults("PROGRAM p; VAR INT: a;\n REAL: A; ENDPROGRAM;"),
+            "2:8 A is declared already. The first one is in line 1.\n");
+  EXPECT_EQ(faults("PROGRAM p; VAR a: INT; ENDPROGRAM;"), "1:16 there is no type a.\n");
+  EXPECT_EQ(faults("PROGRAM p; CONST INT: n; ENDPROGRAM;"),
+            "1:23 the constant n has no value. Such as: INT: n := 3;\n");
+  EXPECT_EQ(faults("PROGRAM p; TYPE RECORD INT: a, a; ENDRECORD: R; ENDPROGRAM;"),
+            "1:32 the record has a field a already.\n");
+  EXPECT_EQ(faults("PROGRAM p; FUNCTION f: INT; BEGIN ENDFCT; BEGIN ENDPROGRAM;"),
+            "1:21 the function f has no RETURN. Such as: RETURN value;\n");
+  EXPECT_EQ(faults("PROGRAM p; PROCEDURE q (OUT INT: a); BEGIN a := 1; ENDPROC; BEGIN q(5); "
+                   "ENDPROGRAM;"),
+            "1:69 parameter a of q (OUT) needs a variable, and this is a value.\n");
+  EXPECT_EQ(faults("PROGRAM p; PROCEDURE q (IN INT: a); BEGIN a := 1; ENDPROC; BEGIN ENDPROGRAM;"),
+            "1:43 a is an IN parameter, which is only read. Make it INOUT, or copy it to a "
+            "variable.\n");
+  EXPECT_EQ(faults("PROGRAM p; BEGIN"),
+            "1:17 the source ends without ENDPROGRAM. Write ENDPROGRAM; at the end.\n");
+  EXPECT_EQ(faults("hello"),
+            "1:1 a program begins with PROGRAM and its name, and not with \"hello\". Such as: "
+            "PROGRAM towers;\n");
+  EXPECT_EQ(faults("PROGRAM p; { open"),
+            "1:12 this comment has no end. Close it with \"}\".\n1:18 the source ends without "
+            "ENDPROGRAM. Write ENDPROGRAM; at the end.\n");
+  EXPECT_EQ(faults("PROGRAM p; SYSTEM_SPECIFICATION 'cell.ssi'; BEGIN ENDPROGRAM;"),
+            "1:12 the system specification 'cell.ssi' is not among the program's files. Add the "
+            "file to the program: program.set_file.\n");
+}
+
+TEST(Irl, SeveralFaultsAreFoundInOneRun) {
+  EXPECT_EQ(faults("PROGRAM p;\nVAR INT: i\nREAL: r;\nBEGIN\ni := ;\nr := 1;\nIF i = THEN r := 2; "
+                   "ENDIF;\nMOVE i;\nr := 'x';\nENDPROGRAM;\n"),
+            "2:11 \";\" is missing behind the declaration, before \"REAL\".\n"
+            "5:6 \";\" stands where a value belongs.\n"
+            "7:8 \"THEN\" stands where a value belongs. \"THEN\" is a word of the language and no "
+            "name.\n"
+            "8:6 \"i\" stands where PTP, LIN, CIRCLE or PATH belongs. Such as: MOVE LIN place;\n"
+            "9:6 this variable needs REAL, and this is STRING.\n");
+}
+
+TEST(Irl, CellsModulesAndListsOfDataAreFilesOfTheProgram) {
+  const std::string cell =
+      "PROGRAM cell; CONST INT: n := 2; TYPE RECORD REAL: A1, A2, A3, A4, A5; ENDRECORD: "
+      "MAIN_JOINT;"
+      "RECORD REAL: G; ENDRECORD: ADD_JOINT; RECORD MAIN_JOINT: M; ADD_JOINT: A; ENDRECORD: JOINT; "
+      "ENDPROGRAM;";
+  const std::string tools =
+      "MODULE tools; EXPORT twice, K; CONST INT: K := 7, hidden := 8;\n"
+      "FUNCTION twice (IN INT: x): INT; BEGIN RETURN 2 * x; ENDFCT; ENDMODULE;";
+  const std::string program =
+      "PROGRAM p; SYSTEM_SPECIFICATION 'CELL.ssi'; DATALIST 'p.dls'; IMPORT twice, K FROM tools;\n"
+      "VAR JOINT: home; POSE: place; INT: i;\n"
+      "BEGIN TEACH place, i; home := JOINT(MAIN_JOINT(1, 2, 3, 4, 5), ADD_JOINT(0)); "
+      "i := twice(K) + n; MOVE PTP home; ENDPROGRAM;";
+  const std::string list = "place := POSE(POSITION(1, 2, 3), ORIZYX(0, 180, 0));\ni := 4;\n";
+  EXPECT_EQ(faults(*compiled(std::vector<File>{
+                {"p.irl", program}, {"cell.ssi", cell}, {"tools.irl", tools}, {"p.dls", list}})),
+            "");
+  EXPECT_EQ(faults(*compiled(std::vector<File>{{"p.irl", program},
+                                               {"cell.ssi", cell},
+                                               {"tools.irl", tools},
+                                               {"p.dls", "place := 3;\ni := 1;"}})),
+            "p.dls:1:10 this variable needs POSE, and this is INT.\n");
+  const std::string hidden = "PROGRAM p; IMPORT hidden FROM tools; ENDPROGRAM;";
+  EXPECT_EQ(faults(*compiled(std::vector<File>{{"p.irl", hidden}, {"tools.irl", tools}})),
+            "1:19 module tools exports no hidden. Name it in the module's EXPORT.\n");
+  const std::string a = "MODULE a; IMPORT b; ENDMODULE;", b = "MODULE b; IMPORT a; ENDMODULE;";
+  EXPECT_EQ(faults(*compiled(std::vector<File>{
+                {"p.irl", "PROGRAM p; IMPORT a; ENDPROGRAM;"}, {"a.irl", a}, {"b.irl", b}})),
+            "b.irl:1:18 module A is imported by itself, through what it imports.\n");
+}
+
+TEST(Irl, ValuesThatAreKnownAreComputed) {
+  // Each against the value by hand.
+  const std::pair<const char*, const char*> kValues[] = {
+      {"i := 2 + 3 * 4;", "COPY 14 - "},
+      {"i := -7 DIV 2;", "COPY -3 - "},
+      {"i := -7 MOD 2;", "COPY -1 - "},
+      {"r := 7 / 2;", "COPY 3.5 - "},
+      {"r := SIN(30) ;", "COPY 0.49"},
+      {"r := SIN(180);", "COPY 0.0 - "},
+      {"r := COS(90);", "COPY 0.0 - "},
+      {"r := COS(-450);", "COPY 0.0 - "},
+      {"r := TAN(180);", "COPY 0.0 - "},
+      {"r := ATAN(0);", "COPY 0.0 - "},
+      {"r := ASIN(-1);", "COPY -90.0 - "},
+      {"r := ATAN2(1, 1);", "COPY 45.0 - "},
+      {"i := ROUND(-2.5);", "COPY -3 - "},
+      {"i := TRUNC(-2.7);", "COPY -2 - "},
+      {"c := CHR(65);", "COPY c65 - "},
+      {"i := ORD('A');", "COPY 65 - "},
+      {"b := 1 < 2.5 AND 'a' < 'b';", "COPY TRUE - "},
+      {"b := NOT 1 = 2;", "COPY TRUE - "},
+      {"i := -2147483648;", "COPY -2147483648 - "}};
+  for (const auto& [statement, expected] : kValues) {
+    const std::string all = code(with(statement));
+    EXPECT_NE(all.find(expected), std::string::npos) << statement << "\n" << all;
+  }
+  EXPECT_DOUBLE_EQ(*evaluate("SIN", std::vector<double>{30}), 0.49999999999999994);
+  EXPECT_FALSE(evaluate("TAN", std::vector<double>{270}));
+  EXPECT_FALSE(evaluate("ACOS", std::vector<double>{1.5}));
+}
+
+TEST(Irl, RelationsBindTighterThanAnd) {
+  // Parentheses change nothing, and the second is looked at only where the first holds.
+  const auto same = [](const char* condition) {
+    return code(std::string("PROGRAM p; VAR INT: i, j; BOOL: b; BEGIN b := ") + condition +
+                "; ENDPROGRAM;");
+  };
+  EXPECT_EQ(instructions(same("i <> j AND j <> 3")), instructions(same("(i <> j) AND (j <> 3)")));
+  EXPECT_EQ(instructions(same("NOT i = j")), instructions(same("NOT (i = j)")));
+  EXPECT_EQ(instructions(same("b OR b AND b")), instructions(same("b OR (b AND b)")));
+  const std::string text =
+      code("PROGRAM p; VAR INT: i, j; BEGIN IF i <> j AND j <> 3 THEN i := 1; ENDIF; ENDPROGRAM;");
+  EXPECT_NE(text.find("NOT_EQUAL v"), std::string::npos);
+  EXPECT_LT(text.find("JUMP_UNLESS"), text.rfind("NOT_EQUAL"));
+}
+
+TEST(Irl, RecursionIsKnown) {
+  const auto p = compiled(
+      "PROGRAM p; PROCEDURE a (IN INT: n); BEGIN IF n > 0 THEN b(n); ENDIF; ENDPROC;"
+      "PROCEDURE b (IN INT: n); BEGIN a(n - 1); c; ENDPROC; PROCEDURE c; BEGIN ENDPROC;"
+      "BEGIN a(3); ENDPROGRAM;");
+  ASSERT_EQ(faults(*p), "");
+  EXPECT_EQ(p->routines[0].is_recursive, 0U);
+  EXPECT_EQ(p->routines[1].is_recursive, 1U);
+  EXPECT_EQ(p->routines[2].is_recursive, 1U);
+  EXPECT_EQ(p->routines[3].is_recursive, 0U);
+}
+
+TEST(Irl, CodeOfMotionsHasTargetsAttributesAndTheConditionThatEndsThem) {
+  const std::string text =
+      code(with("MOVE LIN pose SPEED := 8.0 UNTIL ready DO done; MOVE_INC PTP pos;"));
+  const std::size_t at = text.find("TARGET");
+  ASSERT_NE(at, std::string::npos);
+  std::string shape;
+  std::istringstream lines(text.substr(at));
+  for (std::string l; std::getline(lines, l);) shape += l.substr(0, l.find(' ')) + " ";
+  EXPECT_EQ(shape, "TARGET ATTRIBUTE UNTIL UNTIL_TEST LABEL MOVE TARGET MOVE END ");
+  EXPECT_NE(text.find("ATTRIBUTE 8.0 SPEED -"), std::string::npos);
+  EXPECT_NE(text.find("MOVE LIN #0 -"), std::string::npos);
+  EXPECT_NE(text.find("MOVE PTP #1 -"), std::string::npos);
+}
+
+TEST(Irl, AValueThatACallChangesIsTakenBeforeIt) {
+  const std::string text = code(
+      "PROGRAM p; VAR INT: a; FUNCTION f: INT; BEGIN a := 5; RETURN 1; ENDFCT; BEGIN a := a + "
+      "f(); ENDPROGRAM;");
+  const std::size_t call = text.find("CALL"), copy = text.rfind("COPY v", call);
+  EXPECT_NE(copy, std::string::npos) << text;
+  EXPECT_LT(copy, call);
+}
+
+/// The samples and what the 2006 program had, where it is there.
+std::vector<File> samples() {
+  std::vector<File> out;
+  for (const char* s :
+       {"i := 1; IF b THEN MOVE LIN pose UNTIL ready; ELSE WAIT 0.5 SEC; ENDIF;",
+        "CASE i OF WHEN 1: FOR i := 1 TO 3 DO a[i] := i; ENDFOR; DEFAULT: HALT; ENDCASE;",
+        "LOOP IF i > 3 THEN EXIT; ENDIF; i := i + 1; MOVE CIRCLE pose, target C_CP := 2.0; "
+        "ENDLOOP;",
+        "s := CONCAT(s, 'x'); target := ROBTARGET(((1, 2, 3), ORIZYX(4, 5, 6)), 4, 100, 0);"})
+    out.push_back({"sample.irl", with(s)});
+  return out;
+}
+fs::path data() {
+  const char* given = std::getenv("ROBOMOSP_OLD_FILES");
+  return (given ? fs::path(given) : fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4") /
+         "Saves/IRL";
+}
+std::string read(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(Irl, CodeIsTheSameWhenItsTextIsReadAgain) {
+  for (const File& f : samples()) {
+    const auto p = compiled(std::vector<File>{f});
+    ASSERT_EQ(faults(*p), "");
+    const std::string text = code_text(p->code());
+    auto again = read_code_text(text);
+    ASSERT_TRUE(again.ok()) << again.error().sentence();
+    EXPECT_EQ(code_text((*again)->code()), text);
+    ASSERT_EQ((*again)->instructions.size(), p->instructions.size());
+    for (std::size_t i = 0; i < p->instructions.size(); ++i) {
+      EXPECT_EQ((*again)->instructions[i].op, p->instructions[i].op);
+      EXPECT_EQ((*again)->instructions[i].a.kind, p->instructions[i].a.kind);
+      EXPECT_EQ((*again)->instructions[i].r.type, p->instructions[i].r.type);
+    }
+  }
+}
+
+TEST(Irl, BrokenTextOfCodeIsRefusedWithItsLine) {
+  const std::pair<const char*, const char*> kBad[] = {
+      {"", "it is empty"},
+      {"robomosp code 2\n", "it does not begin with \"robomosp code 1\""},
+      {"robomosp code 1\nCOPY 1 -\n", "a line has four fields"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nCOPY 1 - v3\nEND - - -\n", "there is no v3 above"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nJUMP - - L1\nEND - - -\n", "label L1 is nowhere"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nCALL r7 #0 -\nEND - - -\n", "there is no routine r7"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nFLY - - -\nEND - - -\n", "no instruction \"FLY\""},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\n", "the last routine has no END"},
+      {"robomosp code 1\nRECORD #0 - 'R'\nMEMBER - T10 'x'\n", "a record cannot hold itself"},
+      {"robomosp code 1\nARRAY 3..1 T1 ''\n", "are no bounds"}};
+  for (const auto& [text, expected] : kBad) {
+    const auto r = read_code_text(text);
+    ASSERT_FALSE(r.ok()) << text;
+    EXPECT_NE(r.error().sentence().find(expected), std::string::npos) << r.error().sentence();
+    EXPECT_NE(r.error().where.find("line "), std::string::npos);
+  }
+}
+
+// ---- random programs ----
+
+class Generator {
+ public:
+  explicit Generator(std::mt19937& random) : random_(random) {}
+  std::string program() {
+    std::string out =
+        "program Q; const int: N := 3, M := -4; type record real: x, y; endrecord: Rectangle;"
+        "var int: i, k; real: r; bool: b; array [1..N] of int: a; Rectangle: rec;"
+        "pose: pz; string: s;";
+    out += "function f (in int: p, q; inout real: z): int; begin if p > q then return " + whole(2) +
+           "; else return q; endif; endfct;";
+    out += "procedure g; var int: local; begin local := 1; " + block(2) + " endproc;";
+    return out + "begin " + block(3) + " endprogram;";
+  }
+
+ private:
+  std::size_t pick(std::size_t n) { return random_() % n; }
+  std::string block(int depth) {
+    std::string out;
+    for (std::size_t n = pick(4); n > 0; --n) out += statement(depth) + " ";
+    return out;
+  }
+  std::string statement(int depth) {
+    switch (pick(depth > 0 ? 14 : 7)) {
+      case 0: return "i := " + whole(3) + ";";
+      case 1: return "r := " + real(3) + ";";
+      case 2: return "b := " + truth(3) + ";";
+      case 3: return "a[" + std::to_string(1 + pick(3)) + "] := " + whole(2) + ";";
+      case 4: return "rec.x := " + real(2) + ";";
+      case 5: return "wait " + std::to_string(pick(9)) + ".5 sec;";
+      case 6:
+        return "move lin pz speed := " + std::to_string(1 + pick(500)) + ".0" +
+               (pick(2) ? " until " + truth(1) : "") + ";";
+      case 7:
+        return "if " + truth(2) + " then " + block(depth - 1) + "elsif " + truth(1) + " then " +
+               block(depth - 1) + "else " + block(depth - 1) + "endif;";
+      case 8: return "while " + truth(2) + " " + block(depth - 1) + "endwhile;";
+      case 9:
+        return "for i := " + whole(1) + " downto " + whole(1) + " step 2 " + block(depth - 1) +
+               "endfor;";
+      case 10: return "repeat " + block(depth - 1) + "until " + truth(2) + ";";
+      case 11: return "loop " + block(depth - 1) + "exit; endloop;";
+      case 12:
+        return "case " + whole(1) + " of when 1, 2: " + block(depth - 1) +
+               "when 3: " + block(depth - 1) + "default: " + block(depth - 1) + "endcase;";
+      default: return "k := f(" + whole(1) + ", " + whole(1) + ", r);";
+    }
+  }
+  std::string whole(int depth) {
+    static const char* const kOps[] = {" + ", " - ", " * "};
+    switch (pick(depth > 0 ? 7 : 4)) {
+      case 0: return std::to_string(pick(20));
+      case 1: return "i";
+      case 2: return "a[k]";
+      case 3: return "N";
+      case 4: return whole(depth - 1) + kOps[pick(3)] + whole(depth - 1);
+      case 5: return "(" + whole(depth - 1) + " - k) div (k + 2)";
+      default: return "-" + whole(0);
+    }
+  }
+  std::string real(int depth) {
+    switch (pick(depth > 0 ? 6 : 3)) {
+      case 0: return std::to_string(pick(20)) + "." + std::to_string(pick(100));
+      case 1: return "rec.y";
+      case 2: return "1.5e-3";
+      case 3: return real(depth - 1) + " / (r + 1.25)";
+      case 4: return "sin(" + real(depth - 1) + ")";
+      default: return real(depth - 1) + " + " + whole(depth - 1);
+    }
+  }
+  std::string truth(int depth) {
+    switch (pick(depth > 0 ? 6 : 2)) {
+      case 0: return "b";
+      case 1: return "TRUE";
+      case 2: return whole(1) + " <= " + real(1);
+      case 3: return truth(depth - 1) + " and " + truth(depth - 1);
+      case 4: return truth(depth - 1) + " or (" + truth(depth - 1) + ")";
+      default: return "(not " + truth(depth - 1) + ")";
+    }
+  }
+  std::mt19937& random_;
+};
+
+TEST(IrlRandom, ProgramsCompileAndTheirPrintedFormMeansTheSame) {
+  std::mt19937 random(test::seed());
+  Generator generator(random);
+  for (int n = 0; n < 500; ++n) {
+    const std::string text = generator.program();
+    const auto first = compiled(text);
+    if (first->code().has_errors) {
+      // Known numbers may leave what INT holds; nothing else may be wrong.
+      ASSERT_NE(faults(*first).find("beyond what INT holds"), std::string::npos) << text << "\n"
+                                                                                 << faults(*first);
+      continue;
+    }
+    const std::string once = reprinted(text);
+    ASSERT_EQ(reprinted(once), once) << text;
+    const auto second = compiled(once);
+    ASSERT_EQ(faults(*second), faults(*second)) << once;
+    ASSERT_FALSE(second->code().has_errors) << once << faults(*second);
+    ASSERT_EQ(second->instructions.size(), first->instructions.size());
+    for (std::size_t i = 0; i < first->instructions.size(); ++i) {
+      const auto &x = first->instructions[i], &y = second->instructions[i];
+      ASSERT_EQ(x.op, y.op) << once;
+      ASSERT_EQ(x.a.kind, y.a.kind);
+      ASSERT_EQ(x.a.index, y.a.index);
+      ASSERT_EQ(x.b.index, y.b.index);
+      ASSERT_EQ(x.r.index, y.r.index);
+    }
+    const std::string stored = code_text(second->code());
+    auto again = read_code_text(stored);
+    ASSERT_TRUE(again.ok()) << again.error().sentence();
+    ASSERT_EQ(code_text((*again)->code()), stored);
+  }
+}
+
+TEST(IrlRandom, BrokenSourcesAreRefusedInWordsAndNeverCrash) {
+  static const char* const kTokens[] = {"BEGIN",       "END",         "ENDPROGRAM;",
+                                        "IF ",         "THEN ",       "ENDIF;",
+                                        ":=",          ";",           "(",
+                                        ")",           "[",           "]",
+                                        "{",           "}",           "'",
+                                        "..",          "@",           "RECORD ",
+                                        "ENDRECORD",   "ARRAY [",     " OF ",
+                                        "PROCEDURE x", "ENDPROC;",    "MOVE LIN ",
+                                        "UNTIL ",      "WHEN ",       "\xff",
+                                        "\0",          "99999999999", "1e999",
+                                        "TEACH ",      "IMPORT a;",   "SYSTEM_SPECIFICATION 'x';",
+                                        "NOT ",        "-",           "CASE ",
+                                        "LABEL a:",    "FOR i:=1 TO "};
+  std::vector<std::string> all;
+  for (const File& f : samples()) all.push_back(f.text);
+  std::mt19937 random(test::seed());
+  test::Mutator mutator(random, all, kTokens);
+  std::vector<std::string> codes;
+  for (const File& f : samples()) codes.push_back(code_text(compiled(f.text)->code()));
+  test::Mutator code_mutator(random, codes, kTokens);
+  const test::FuzzBudget budget(3000);
+  for (std::size_t n = 0; budget.allows(n); ++n) {
+    const std::string text = mutator.mutate(all[n % all.size()]);
+    const auto p = compiled(std::vector<File>{{"p.irl", text}, {"x", all[n % all.size()]}});
+    for (const rmp_code_fault& f : p->faults) {
+      EXPECT_GE(f.span.line, 1U);
+      EXPECT_NE(std::string_view(f.message), "");
+    }
+    const std::string once = reprinted(text);
+    if (!p->code().has_errors) {
+      EXPECT_EQ(reprinted(once), once) << text;
+    }
+    const auto r = read_code_text(code_mutator.mutate(codes[n % codes.size()]));
+    if (!r.ok()) {
+      EXPECT_NE(r.error().message, "");
+    }
+  }
+}
+
+TEST(IrlRandom, DeepNestingIsRefusedInASentence) {
+  const auto repeated = [](const char* what, int n) {
+    std::string s;
+    for (int i = 0; i < n; ++i) s += what;
+    return s;
+  };
+  constexpr int kDeep = 100000;
+  for (const std::string& s :
+       {"i := " + repeated("(", kDeep) + "1", "i := " + repeated("-", kDeep) + "1",
+        "b := " + repeated("NOT ", kDeep) + "b", repeated("IF b THEN ", kDeep),
+        repeated("WHILE b ", kDeep), "i := " + repeated("a[", kDeep),
+        "i := " + repeated("SIN(", kDeep), repeated("LOOP ", kDeep)}) {
+    const std::string found = faults(with(s + ";"));
+    EXPECT_NE(found.find("the source is nested more than 200 levels deep"), std::string::npos)
+        << found.substr(0, 300);
+    EXPECT_LT(found.size(), 20000U);
+  }
+  const std::string types = faults("PROGRAM p; VAR " + repeated("ARRAY [1..2] OF ", kDeep));
+  EXPECT_NE(types.find("200 levels"), std::string::npos) << types.substr(0, 300);
+  const std::string chain = faults(with("i := 1" + repeated(" + i", kDeep) + ";"));
+  EXPECT_NE(chain.find("joins more than 500 values"), std::string::npos) << chain.substr(0, 300);
+  EXPECT_NE(faults(with("i := a" + repeated("[1]", kDeep) + ";")).find("200 levels deep"),
+            std::string::npos);
+  // Arms of one IF are not nested.
+  EXPECT_EQ(faults(with("IF b THEN i := 0; " + repeated("ELSIF b THEN i := 1; ", 5000) + "ENDIF;")),
+            "");
+}
+
+TEST(IrlRandom, TenTimesTheLinesTakeAboutTenTimesTheTime) {
+  const auto source = [](int routines) {
+    std::string s = "PROGRAM big;\nVAR INT: i; REAL: r; POSE: p;\n";
+    for (int k = 0; k < routines; ++k) {
+      const std::string n = std::to_string(k);
+      s += "PROCEDURE q" + n + " (IN INT: n);\nVAR REAL: z;\nBEGIN\n  z := n * 2.5 + " + n +
+           ";\n  IF n > " + n + " AND z < 100.0 THEN\n    r := r + z;\n  ENDIF;\n" +
+           "  MOVE LIN POSE(POSITION(z, 0.0, 100.0), ORIZYX(0.0, 180.0, 0.0)) SPEED := 80.0;\n" +
+           (k ? "  q" + std::to_string(k - 1) + "(n - 1);\n" : "") + "ENDPROC;\n";
+    }
+    return s + "BEGIN\n  q" + std::to_string(routines - 1) + "(3);\nENDPROGRAM;\n";
+  };
+  const auto seconds = [&](int routines) {
+    const std::string text = source(routines);
+    const auto begin = std::chrono::steady_clock::now();
+    const auto p = compiled(text);
+    EXPECT_EQ(faults(*p), "");
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const double small = std::min(seconds(1000), seconds(1000)), large = seconds(10000);
+  std::cout << "10,000 lines " << small << " s, 100,000 lines " << large << " s\n";
+  EXPECT_LT(large, 40 * small + 0.5);
+}
+
+TEST(IrlFiles, ProgramsOf2006AreChecked) {
+  if (!fs::exists(data())) GTEST_SKIP() << "no files of 2006 in " << data();
+  int programs = 0;
+  std::vector<File> all;
+  for (const auto& entry : fs::directory_iterator(data()))
+    all.push_back({entry.path().filename().string(), read(entry.path())});
+  for (const File& f : all) {
+    std::vector<File> files{f};
+    for (const File& other : all)
+      if (other.name != f.name) files.push_back(other);
+    const auto p = compiled(files);
+    EXPECT_EQ(faults(*p), "") << f.name;
+    const std::string once = reprinted(f.text);
+    EXPECT_EQ(reprinted(once), once);
+    ++programs;
+  }
+  EXPECT_GE(programs, 3);
+}
+
+}  // namespace
+}  // namespace robomosp::irl
