@@ -102,7 +102,7 @@ TEST_F(ProgramCommands, TheTreeHasRoutinesStatementsAndMotions) {
         "THEN\n    MOVE LIN a SPEED := z + 1.0;\n  ENDIF;\nENDPROC;\nBEGIN\nENDPROGRAM;\n"}});
   const Value tree = call("program.tree", {{"id", id}});
   const Value& q = (*at(tree, "routines").as_list())[1];
-  EXPECT_EQ(at((*at(q, "parameters").as_list())[0], "mode").text(), "\"inout\"");
+  EXPECT_EQ(at((*at(q, "parameters").as_list())[0], "mode").text(), "inout");
   const Value& condition = (*at((*at(q, "statements").as_list())[0], "statements").as_list())[0];
   EXPECT_EQ(*at(condition, "a").as_string(), "z > 1.0");
   const Value& move = (*at(condition, "statements").as_list())[0];
