@@ -836,6 +836,11 @@ class Parser {
     tail.add(expression());
     if (!is_lost_) expect(Tok::k_of, "OF", "behind the value of CASE");
     head();
+    if (!is(Tok::k_when) && !is(Tok::k_default) && !is(Tok::k_endcase)) {
+      fault("WHEN is missing, before " + shown(), "Such as: CASE i OF WHEN 1, 2: ... ENDCASE;");
+      is_lost_ = false;
+      block();
+    }
     bool has_default = false;
     while (is(Tok::k_when) || is(Tok::k_default)) {
       const Id arm = make(N::arm);

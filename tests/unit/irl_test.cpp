@@ -226,6 +226,8 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
       {"CASE i OF WHEN 1: WHEN 1: ENDCASE;", "8:24 this value has an arm already.\n"},
       {"FOR i := 1 TO 3 STEP 0 ENDFOR;",
        "8:22 STEP is at least 1, and this is 0. Use DOWNTO to count downwards.\n"},
+      {"CASE i OF 1: i := 2; ENDCASE;",
+       "8:11 WHEN is missing, before \"1\". Such as: CASE i OF WHEN 1, 2: ... ENDCASE;\n"},
       {"RETURN 1;", "8:8 RETURN has a value, and this is no function.\n"},
   };
   for (const auto& [text, expected] : kBad) {

@@ -75,6 +75,13 @@ TEST_F(ProgramCommands, ImportTakesTheFilesThatAProgramNames) {
   EXPECT_EQ(*call("program.source", {{"id", again}}).as_string(), source);
   call("program.save", {{"id", again}, {"file", (folder_ / "q.prg").string()}});
   EXPECT_EQ(read(folder_ / "q.prg"), first);
+  // What is there is not written over unasked.
+  EXPECT_NE(
+      fails("program.export", {{"id", again}, {"folder", folder_.string()}}).message.find("p.irl"),
+      std::string::npos);
+  fs::create_directories(folder_ / "out");
+  call("program.export", {{"id", again}, {"folder", (folder_ / "out").string()}});
+  EXPECT_EQ(read(folder_ / "out" / "cell.ssi"), read(folder_ / "cell.ssi"));
 }
 
 TEST_F(ProgramCommands, AFileThatIsMissingIsReportedAndThenAFault) {

@@ -158,7 +158,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
     RMP_TRY(ctx.app.registry.find(Language::kInterfaceId, p.language));
   }
   const std::string name = text_of(args, "name");
-  std::string file = has(args, "file") ? text_of(args, "file") : std::string();
+  std::string file = text_of(args, "file_name");
   if (file.empty()) {
     for (const char c : name)
       file += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ? c : '_';
@@ -207,6 +207,28 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
   const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
   return Value(Application::handle(id));
+}
+
+Result<Value> export_files(CommandContext& ctx, const Map& args) {
+  const std::filesystem::path folder = text_of(args, "folder");
+  const Program& p = program_of(ctx, args);
+  if (file_kind(folder) != FileKind::folder)
+    return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
+                 "Make it first.", "folder");
+  for (const ProgramFile& f : p.files) {
+    // Names come from files, too.
+    RMP_TRY(check_file_name(f.name));
+    if (!flag(args, "overwrite") && file_kind(folder / f.name) != FileKind::none)
+      return error(ErrorCode::conflict,
+                   "there is a file " + text::quote((folder / f.name).string()) + " already",
+                   "Give overwrite = true to replace it, or another folder.");
+  }
+  List out;
+  for (const ProgramFile& f : p.files) {
+    RMP_TRY(io::write_file(folder / f.name, text_of_file(f)));
+    out.emplace_back((folder / f.name).string());
+  }
+  return Value(std::move(out));
 }
 
 Result<Value> set_file(CommandContext& ctx, const Map& args) {
@@ -352,8 +374,11 @@ class Tree {
   List block(std::uint32_t first, int depth = 0) {
     constexpr int kDeepest = 400;
     List out;
-    for (std::uint32_t s = first; s != RMP_NONE && depth < kDeepest;
-         s = row<rmp_code_statement>(c_.statements, s).next)
+    if (first != RMP_NONE && depth >= kDeepest) {
+      out.emplace_back(Map{{"statement", "nested too deep to be shown"}});
+      return out;
+    }
+    for (std::uint32_t s = first; s != RMP_NONE; s = row<rmp_code_statement>(c_.statements, s).next)
       out.emplace_back(statement(row<rmp_code_statement>(c_.statements, s), depth));
     return out;
   }
@@ -477,7 +502,7 @@ RMP_COMMANDS(program_commands) {
        .example = with_program("assert(lift:check().correct)"),
        .params = {needed("name", "string", "", "Name, unique among programs."),
                   needed("source", "string", "", "The text of the program."),
-                  optional("file", "string", "",
+                  optional("file_name", "string", "",
                            "Name of its file, which faults tell; made of the name when left out."),
                   language, optional("description", "string", "", "What it is for.")},
        .returns = {"handle", "", "", {}},
@@ -491,14 +516,28 @@ RMP_COMMANDS(program_commands) {
            "The files that it names (system specification .ssi, lists of data .dls, modules) "
            "are taken from the same folder; one that is not there is reported. Text that is "
            "no UTF-8 is read as ISO 8859-1.",
-       .example = "-- not run: needs a file\nlocal towers = program.import{file = "
-                  "\"towers.irl\"}",
+       .example =
+           with_program("lift:export{folder = \".\", overwrite = true}\n"
+                        "local again = program.import{file = \"lift.irl\", name = \"again\"}\n"
+                        "assert(again:source() == lift:source())"),
        .params = {needed("file", "path", "", "The file."),
                   optional("name", "string", "", "Name of the program; the file's when left out."),
                   language},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits | Effect::files_read,
        .run = import});
+  all.push_back(
+      {.name = "program.export",
+       .classic = "",
+       .summary = "Writes the files of a program's source to a folder.",
+       .details = "The bytes are those that were imported, with text in UTF-8.",
+       .example = with_program("local written = lift:export{folder = \".\", overwrite = true}\n"
+                               "assert(#written == 1)"),
+       .params = {self("program"), defaulted("folder", "path", "", ".", "An existing folder."),
+                  defaulted("overwrite", "bool", "", false, "Whether files are replaced.")},
+       .returns = {"list", "", "Paths of the files written.", {}},
+       .effect = Effect::files_write,
+       .run = export_files});
   all.push_back(
       {.name = "program.set_file",
        .classic = "",
@@ -606,8 +645,9 @@ RMP_COMMANDS(program_commands) {
       {.name = "program.read_code",
        .classic = "",
        .summary = "Reads a file of three-address code and tells what it holds.",
-       .details = "Everything in it is checked: whoever gets past this can be executed without "
-                  "looking at its numbers again. Faults name the line.",
+       .details =
+           "Every number in it leads to something that is there: variables, types, labels and "
+           "routines. Faults name the line.",
        .example = with_program("lift:code{file = \"lift.code\"}\n"
                                "assert(#program.read_code{file = \"lift.code\"}.routines == 2)"),
        .params = {needed("file", "path", "", "The file.")},
