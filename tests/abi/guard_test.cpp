@@ -17,9 +17,11 @@
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/language.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/planner.h>
+#include <robomosp/sdk/program_tables.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/trajectory.h>
 
@@ -840,6 +842,89 @@ TEST(Guard, PlannersAskForWholeConfigurations) {
   for (const auto& bad : std::vector<std::vector<double>>{{}, {0}, {0, 0, 0}, {kNan, 0}})
     EXPECT_EQ(said(bad),
               "provider \"mine\" asked whether something is free that is no configuration");
+}
+
+// --- languages -----------------------------------------------------------------------------------
+
+struct AnyLanguage final : Language {
+  std::function<void(ProgramTables&)> spoil;
+  [[nodiscard]] std::string_view extensions() const override { return "any"; }
+  Result<std::vector<std::string>> needs(const SourceFile&) const override {
+    return std::vector<std::string>{};
+  }
+  /// A program that says HALT, and what is done to its tables.
+  Result<std::unique_ptr<CompiledProgram>> compile(const LanguageTask&, const Params&,
+                                                   Progress&) const override {
+    auto p = std::make_unique<ProgramTables>();
+    for (std::uint32_t t = 0; t <= RMP_TYPE_PROCESS; ++t)
+      p->types.push_back({t, 0, "", RMP_NONE, 0, 0, 0, 0, {}});
+    p->files.push_back({"p"});
+    rmp_code_symbol s{};
+    s.kind = RMP_SYMBOL_ROUTINE;
+    s.name = "p";
+    s.scope = s.value = s.constant = RMP_NONE;
+    p->symbols.push_back(s);
+    rmp_code_statement halt{};
+    halt.op = RMP_STMT_HALT;
+    halt.next = halt.a = halt.b = halt.c = halt.body = halt.symbol = halt.motion = RMP_NONE;
+    p->statements.push_back(halt);
+    p->expressions.push_back({RMP_EXPR_LITERAL, RMP_TYPE_INT, RMP_NONE, p->integer(5), 0, 0, {}});
+    rmp_code_routine r{};
+    r.scope = r.priority = r.condition = RMP_NONE;
+    r.instruction_count = 1;
+    p->routines.push_back(r);
+    rmp_code_instruction i{};
+    i.op = RMP_OP_HALT;
+    p->instructions.push_back(i);
+    if (spoil) spoil(*p);
+    p->seal();
+    return std::unique_ptr<CompiledProgram>(std::move(p));
+  }
+};
+
+TEST(Guard, TablesOfProgramsLeadSomewhereAndInNoCircle) {
+  const auto compiled = [](std::function<void(ProgramTables&)> spoil) -> std::string {
+    const auto language = guarded_provider<Language>([&] {
+      auto* made = new AnyLanguage;
+      made->spoil = spoil;
+      return made;
+    });
+    NoProgress progress;
+    const auto made = language->compile(LanguageTask{}, *make_params({}), progress);
+    return made.ok() ? "" : made.error().sentence();
+  };
+  EXPECT_EQ(compiled({}), "");
+  const std::string wrong =
+      std::string("provider \"mine\" made tables whose numbers lead nowhere.") + kReport;
+  const std::function<void(ProgramTables&)> kSpoils[] = {
+      [](ProgramTables& p) { p.symbols[0].type = 99; },
+      [](ProgramTables& p) { p.symbols[0].name = nullptr; },
+      [](ProgramTables& p) { p.statements[0].next = 0; },
+      [](ProgramTables& p) { p.statements[0].body = 7; },
+      [](ProgramTables& p) { p.statements[0].op = 1000; },
+      [](ProgramTables& p) {
+        p.links = {0};
+        p.expressions[0].count = 1;
+      },
+      [](ProgramTables& p) {
+        p.types.push_back({RMP_TYPE_LIST, 0, "", 10, 0, 0, 0, 0, {}});
+      },
+      [](ProgramTables& p) { p.routines.clear(); },
+      [](ProgramTables& p) { p.routines[0].instruction_count = 2; },
+      [](ProgramTables& p) {
+        p.instructions[0].a = {RMP_OPERAND_VARIABLE, 0, 1};
+      },
+      [](ProgramTables& p) {
+        p.instructions[0].a = {RMP_OPERAND_VARIABLE, 0, -1};
+      },
+      [](ProgramTables& p) { p.instructions[0].op = 1000; },
+      [](ProgramTables& p) {
+        p.faults.push_back({RMP_FAULT_ERROR, {}, nullptr, ""});
+      },
+      [](ProgramTables& p) {
+        p.faults.push_back({7, {}, "", ""});
+      }};
+  for (const auto& spoil : kSpoils) EXPECT_EQ(compiled(spoil), wrong);
 }
 
 }  // namespace
