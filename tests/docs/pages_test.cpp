@@ -148,6 +148,7 @@ std::vector<std::string> pages_with_code() {
   std::vector<std::string> out{"README.md"};
   for (const char* folder :
        {"docs/user", "docs/user/remote", "docs/user/stories", "docs/plugin_author"})
+       {"docs/user", "docs/user/irl", "docs/user/stories", "docs/plugin_author"})
     for (const auto& entry : fs::directory_iterator(root / folder)) {
       if (entry.path().extension() != ".md") continue;
       for (const Block& b : blocks_of(entry.path()))
@@ -208,6 +209,7 @@ TEST(Documentation, ScriptsAndExamplesThatPagesNameAreThere) {
   std::size_t count = 0;
   for (const char* folder :
        {"docs/user", "docs/user/remote", "docs/user/stories", "docs/plugin_author"})
+       {"docs/user", "docs/user/irl", "docs/user/stories", "docs/plugin_author"})
     for (const auto& entry : fs::directory_iterator(root / folder)) {
       if (entry.path().extension() != ".md") continue;
       for (std::string word : code_words_of(entry.path())) {
