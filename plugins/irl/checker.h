@@ -66,7 +66,6 @@ class Checker {
   Id statement(const Node& n);
   Id add_statement(std::uint32_t op, const Node& n);
   Id motion(const Node& n);
-  void condition_of(const Node& where, Id expression, const std::string& what);
   Id boolean(Id n, const std::string& what);
   Id number(Id n, const std::string& what);
   bool check_place(Id expression, const Node& at, const std::string& what);
@@ -76,7 +75,7 @@ class Checker {
 
   // ---- expressions (expressions.cpp) ----
   Id expression(Id n, Id expected = kBad);
-  Id expression_of_name(const Node& n, Id expected);
+  Id expression_of_name(const Node& n);
   Id call(const Node& n, Id symbol);
   Id intrinsic(const Node& n, Id symbol);
   Id make(const Node& n, Id type, Id first_argument);

@@ -273,7 +273,7 @@ Id Checker::expression(Id id, Id expected) {
     }
     case N::string: return literal(out_.text(string_value(s_->word(s_->tokens[n.token]))), span(n));
     case N::name:
-    case N::call: return expression_of_name(n, expected);
+    case N::call: return expression_of_name(n);
     case N::field: {
       const Id of = expression(n.first);
       const Id t = type_of(of);
@@ -390,8 +390,7 @@ Id Checker::expression(Id id, Id expected) {
   }
 }
 
-Id Checker::expression_of_name(const Node& n, Id expected) {
-  (void)expected;
+Id Checker::expression_of_name(const Node& n) {
   const Id symbol = lookup(n.name);
   if (symbol == kNone) {
     fail_name(n, "nothing is named " + written(n), suggestion(n.name));
