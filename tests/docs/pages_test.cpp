@@ -146,9 +146,8 @@ TEST_P(Page, DoesWhatItShows) {
 std::vector<std::string> pages_with_code() {
   const fs::path root(ROBOMOSP_SOURCE_DIR);
   std::vector<std::string> out{"README.md"};
-  for (const char* folder :
-       {"docs/user", "docs/user/remote", "docs/user/stories", "docs/plugin_author"})
-       {"docs/user", "docs/user/irl", "docs/user/stories", "docs/plugin_author"})
+  for (const char* folder : {"docs/user", "docs/user/irl", "docs/user/remote", "docs/user/stories",
+                             "docs/plugin_author"})
     for (const auto& entry : fs::directory_iterator(root / folder)) {
       if (entry.path().extension() != ".md") continue;
       for (const Block& b : blocks_of(entry.path()))
@@ -207,9 +206,8 @@ std::vector<std::string> code_words_of(const fs::path& page) {
 TEST(Documentation, ScriptsAndExamplesThatPagesNameAreThere) {
   const fs::path root(ROBOMOSP_SOURCE_DIR);
   std::size_t count = 0;
-  for (const char* folder :
-       {"docs/user", "docs/user/remote", "docs/user/stories", "docs/plugin_author"})
-       {"docs/user", "docs/user/irl", "docs/user/stories", "docs/plugin_author"})
+  for (const char* folder : {"docs/user", "docs/user/irl", "docs/user/remote", "docs/user/stories",
+                             "docs/plugin_author"})
     for (const auto& entry : fs::directory_iterator(root / folder)) {
       if (entry.path().extension() != ".md") continue;
       for (std::string word : code_words_of(entry.path())) {
