@@ -126,32 +126,29 @@ Result<void> MotionTable::add_energy_columns(Recording& out, const Bound<Inverse
                                              Progress& progress) const {
   const std::size_t n = model_.dof(), c = model_.coordinate_count(), rows = times_.size();
   std::vector<double> kinetic(rows), potential(rows), energy(rows);
-  // So many samples at once that their momenta stay small.
-  const std::size_t chunk = std::max<std::size_t>(1, 100000 / n);
   std::vector<Pose> frames(model_.joints.size());
-  for (std::size_t start = 0; start < rows; start += chunk) {
+  for (std::size_t i = 0; i < rows; ++i) {
+    // A row at a time: several at once are computed in lanes, in whose last bits a run that is
+    // stepped would differ from one that is not.
     DynamicsBatch batch;
-    batch.count = std::min(chunk, rows - start);
-    batch.q = std::span<const double>(q_).subspan(start * c, batch.count * c);
+    batch.count = 1;
+    batch.q = std::span<const double>(q_).subspan(i * c, c);
     // M qd is what accelerations of that size would take, without the matrix.
-    batch.qdd = std::span<const double>(qd_).subspan(start * n, batch.count * n);
+    batch.qdd = std::span<const double>(qd_).subspan(i * n, n);
     batch.terms = kInertialTerm;
     RMP_TRY_ASSIGN(const auto momentum, torques(dynamics, batch, progress));
-    for (std::size_t i = start; i < start + batch.count; ++i) {
-      const double *p = &momentum[(i - start) * n], *qd = &qd_[i * n];
-      for (std::size_t k = 0; k < n; ++k) kinetic[i] += 0.5 * qd[k] * p[k];
-      robotics::forward_kinematics(model_, std::span<const double>(q_).subspan(i * c, c), frames);
-      for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-        const JointModel& joint = model_.joints[j];
-        potential[i] -= joint.body.mass *
-                        spatial::dot(model_.gravity, spatial::transform(frames[j], joint.body.com));
-        if (joint.spring.stiffness > 0 && coordinate_count(joint.type) == 1) {
-          const double stretch = spatial::joint_value(joint, &q_[i * c]) - joint.spring.rest;
-          potential[i] += 0.5 * joint.spring.stiffness * stretch * stretch;
-        }
+    for (std::size_t k = 0; k < n; ++k) kinetic[i] += 0.5 * qd_[i * n + k] * momentum[k];
+    robotics::forward_kinematics(model_, batch.q, frames);
+    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+      const JointModel& joint = model_.joints[j];
+      potential[i] -= joint.body.mass *
+                      spatial::dot(model_.gravity, spatial::transform(frames[j], joint.body.com));
+      if (joint.spring.stiffness > 0 && coordinate_count(joint.type) == 1) {
+        const double stretch = spatial::joint_value(joint, &q_[i * c]) - joint.spring.rest;
+        potential[i] += 0.5 * joint.spring.stiffness * stretch * stretch;
       }
-      energy[i] = kinetic[i] + potential[i];
     }
+    energy[i] = kinetic[i] + potential[i];
   }
   out.columns.push_back({"kinetic", "J", "kinetic energy of bodies and motors", kinetic});
   out.columns.push_back(

@@ -150,7 +150,8 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "robomosp.collision/1, robomosp.controller/1, robomosp.csg/1, robomosp.curve/2, "
           "robomosp.exporter/1, robomosp.forward_dynamics/1, robomosp.ik/1, "
           "robomosp.importer/1, robomosp.integrator/1, robomosp.inverse_dynamics/1, "
-          "robomosp.joint_segment/2, robomosp.module/1, robomosp.motion_law/2, "
+          "robomosp.joint_segment/2, robomosp.language/1, robomosp.module/1, "
+          "robomosp.motion_law/2, "
           "robomosp.orientation/2, robomosp.physics/1, robomosp.planner/1, "
           "robomosp.primitive/1, robomosp.renderer/2, robomosp.retimer/1, "
           "robomosp.robot_code/1 and robomosp.segment/2."}));

@@ -47,6 +47,9 @@ inline Result<Value> answer_long(ioci::CommandContext&, const Map& args) {
   return Value(std::string(static_cast<std::size_t>(ioci::integer(args, "bytes")), 'x'));
 }
 
+// Apart from remote::Client, with which this program connects to others.
+namespace served {
+
 /// One client over a blocking socket, whose reads end after some seconds.
 class Client {
  public:
@@ -142,6 +145,9 @@ class Client {
   int fd_ = -1;
   std::string buffer_;
 };
+
+}  // namespace served
+using served::Client;
 
 inline bool is_ok(const Map& answer) { return answer.find("result") != nullptr; }
 inline const Value& result(const Map& answer) {

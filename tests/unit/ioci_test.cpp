@@ -171,7 +171,7 @@ TEST_F(Ioci, AKindOfHandlesOfItsOwnIsFoundNamedAndGoesStale) {
   for (const char* taken : {"probe", "recording", "robot"})
     EXPECT_NE(kinds.add(taken, {}).error().sentence().find(taken), std::string::npos);
   EXPECT_EQ(handle_from_text(kinds, "probe:at the gate#3"), (Handle{"probe", 3}));
-  EXPECT_EQ(handle_from_text(kinds, "program#3"), std::nullopt);
+  EXPECT_EQ(handle_from_text(kinds, "teapot#3"), std::nullopt);
 
   const auto resolved = [&](const Value& v) {
     return app().resolve(*app().document.now(), "probe|robot", v);

@@ -777,7 +777,7 @@ void Application::forget_closed_sessions() {
 
 void Application::keep_subscription(Session& session, std::uint64_t token) {
   const AppLock::Hold hold(lock, "keep_subscription");
-  if (subscribed_.size() >= most_subscribed_) end_orphaned_subscriptions();
+  end_orphaned_subscriptions();
   const std::uint64_t number = author(session).session;
   sessions_[number].subscriptions.push_back(token);
   subscribed_.insert(number);
@@ -800,7 +800,6 @@ void Application::end_orphaned_subscriptions() {
     s.subscriptions.clear();
     it = subscribed_.erase(it);
   }
-  most_subscribed_ = 2 * subscribed_.size() + 8;
 }
 
 Result<FileRoot> Application::file_root(const std::filesystem::path& folder) const {

@@ -187,13 +187,12 @@ class Application {
   void forget_closed_sessions();
   std::mutex kept_mutex_;
   std::map<std::type_index, std::shared_ptr<void>> kept_;  // guarded by kept_mutex_
-  // Under the lock; looked through only when they have doubled, so that a session costs the same
-  // however many came before it:
+  // Under the lock; sessions are looked through only when they have doubled, so that one costs the
+  // same however many came before it:
   std::map<std::uint64_t, KnownSession> sessions_;  ///< by number; the oldest closed ones go
   std::uint64_t next_session_ = 1;
   std::size_t most_sessions_ = 0;
   std::set<std::uint64_t> subscribed_;  ///< sessions with subscriptions
-  std::size_t most_subscribed_ = 0;
   bool told_forgotten_ = false;  ///< that the history forgets steps
   ApplicationOptions options_;
   Components components_;
