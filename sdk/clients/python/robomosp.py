@@ -1591,11 +1591,14 @@ class Connection(_Base):
     def events(self, *topics, **options):
         """A subscription to what happens: topics "change", "message", "job", "run"; all without any.
 
-        Options are those of event.subscribe (kinds, records, own, ...), and rate [1/s] on servers.
+        Options are those of event.subscribe (kinds, records, own, rate [1/s], ...); on servers also rows:
+        True, or names of columns whose new rows events of "run" bring.
         """
         return self._subscribe(topics, options)
 
     def _subscribe(self, topics, options):
+        if len(topics) == 1 and isinstance(topics[0], (list, tuple)):
+            topics = topics[0]
         params = self._event_options(topics, options)
         is_pushed = self._is_served
         method = "server.subscribe" if is_pushed else "event.subscribe"
