@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernel/provider_process/calls.h"
+#include "kernel/provider_process/channel.h"
 #include "kernel/provider_process/sdk_fields.h"
 
 namespace robomosp::apart {
@@ -124,6 +125,37 @@ class Table {
   mutable std::mutex mutex_;
   std::map<std::uint64_t, Entry> entries_;  // guarded by mutex_
   std::uint64_t last_ = 0;                  // guarded by mutex_
+};
+
+/// Answers one question over the channel that it came by.
+class Answering final : public Sink {
+ public:
+  /// `object` is the one of `table` that was asked; `too_long` is said in place of an answer for
+  /// which the channel has no room.
+  Answering(Peer& peer, Table& table, Channel& channel, std::uint64_t object, const char* too_long)
+      : peer_(peer), table_(table), channel_(channel), object_(object), too_long_(too_long) {}
+  void keep(std::shared_ptr<const void> what, bool is_in_place_of_the_last) override {
+    table_.keep(object_, std::move(what), is_in_place_of_the_last);
+  }
+  void send(Reply& reply) override {
+    Sizer sizer;
+    reply.measure(sizer);
+    char* place = channel_.place(sizer.size());
+    if (!place) {
+      Fault too_long(Outcome::threw, too_long_);
+      return send(too_long);
+    }
+    Writer writer(peer_, place, sizer.size());
+    reply.write(writer);
+    channel_.post(Kind::answer, 0, 0, sizer.size());
+  }
+
+ private:
+  Peer& peer_;
+  Table& table_;
+  Channel& channel_;
+  std::uint64_t object_;
+  const char* too_long_;
 };
 
 /// Control messages of the program, one a packet; a new channel comes with its descriptor.

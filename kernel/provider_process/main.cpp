@@ -90,7 +90,8 @@ class Process final : public Peer, private PluginDoor {
       Message message;
       if (!channel.wait(-1) || !channel.receive(message) || message.kind != Kind::call) ::_exit(3);
       const Table::Entry entry = table_.find(message.object);
-      Out out(*this, channel, message.object);
+      Answering out(*this, table_, channel, message.object,
+                    "the answer is longer than the memory there is");
       if (!entry.object) {
         Fault gone(Outcome::threw, "what it asked for is not there any more");
         out.send(gone);
@@ -161,32 +162,6 @@ class Process final : public Peer, private PluginDoor {
   [[nodiscard]] std::uint64_t generation() const override { return 1; }
 
  private:
-  class Out final : public Sink {
-   public:
-    Out(Process& peer, Channel& channel, std::uint64_t object)
-        : peer_(peer), channel_(channel), object_(object) {}
-    void keep(std::shared_ptr<const void> what, bool replaces) override {
-      peer_.table_.keep(object_, std::move(what), replaces);
-    }
-    void send(Reply& reply) override {
-      Sizer sizer;
-      reply.measure(sizer);
-      char* place = channel_.place(sizer.size());
-      if (!place) {
-        Fault too_long(Outcome::threw, "the answer is longer than the memory there is");
-        return send(too_long);
-      }
-      Writer writer(peer_, place, sizer.size());
-      reply.write(writer);
-      channel_.post(Kind::answer, 0, 0, sizer.size());
-    }
-
-   private:
-    Process& peer_;
-    Channel& channel_;
-    std::uint64_t object_;
-  };
-
   // --- PluginDoor ---
 
   Result<const rmp_plugin*> plugin() {

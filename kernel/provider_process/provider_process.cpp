@@ -561,31 +561,8 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
 
   /// Answers a question of the process.
   void serve(Channel& channel, const Message& message) {
-    class Out final : public Sink {
-     public:
-      Out(Impl& peer, Channel& channel, std::uint64_t object)
-          : peer_(peer), channel_(channel), object_(object) {}
-      void keep(std::shared_ptr<const void> what, bool replaces) override {
-        peer_.table_.keep(object_, std::move(what), replaces);
-      }
-      void send(Reply& reply) override {
-        Sizer sizer;
-        reply.measure(sizer);
-        char* place = channel_.place(sizer.size());
-        if (!place) {
-          Fault too_long(Outcome::threw, "the answer is more than the process may have");
-          return send(too_long);
-        }
-        Writer writer(peer_, place, sizer.size());
-        reply.write(writer);
-        channel_.post(Kind::answer, 0, 0, sizer.size());
-      }
-
-     private:
-      Impl& peer_;
-      Channel& channel_;
-      std::uint64_t object_;
-    } out(*this, channel, message.object);
+    Answering out(*this, table_, channel, message.object,
+                  "the answer is more than the process may have");
     const Table::Entry entry = table_.find(message.object);
     if (!entry.object || (entry.scope && entry.scope != &channel)) {
       Fault gone(Outcome::threw, "what it asked for is not there any more");
