@@ -9,6 +9,7 @@
 
 #include "kernel/call_queue.h"
 #include "kernel/permit.h"
+#include "kernel/turns.h"
 
 namespace robomosp {
 
@@ -75,6 +76,7 @@ void Executor::work() {
     tasks_.pop_front();
     ++busy_;
     lock.unlock();
+    turns::compute();
     task.work();
     task.work = {};  // what it captured is let go without the lock
     lock.lock();

@@ -138,7 +138,9 @@ fs::path FileCache::file_of(std::string_view kind, const Fingerprint& key) const
 }
 
 void FileCache::tell(const std::string& what) {
-  if (options_.note) options_.note(what);
+  if (!options_.note) return;
+  const std::lock_guard one_at_a_time(telling_);
+  options_.note(what);
 }
 
 void FileCache::drop(const fs::path& file, const std::string& why) {

@@ -26,7 +26,8 @@ class FileCache {
     std::uint64_t limit = std::uint64_t{512} << 20;  ///< of all files [bytes]
     /// Of the program and whatever else decides what is computed; others' files are not looked at.
     Fingerprint build = fingerprint_of_program();
-    /// Told in a sentence what was not as it should be.
+    /// Told in a sentence what was not as it should be; on the thread that found it, one at a time.
+    /// It does not call the cache.
     std::function<void(const std::string&)> note = {};
   };
   explicit FileCache(Options options);
@@ -70,6 +71,7 @@ class FileCache {
   Options options_;
   std::atomic<std::uint64_t> hits_{0}, misses_{0}, refused_{0}, written_{0}, part_{0};
   std::atomic<bool> is_usable_{true};
+  std::mutex telling_;  ///< held while options_.note is called
   std::mutex mutex_;
   std::optional<std::uint64_t> bytes_;  ///< in the folder, about; guarded by mutex_
   std::uint64_t since_look_ = 0;  ///< files written since they were counted; guarded by mutex_

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <exception>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -464,11 +465,26 @@ Row row_of(const apart::ProviderWire& from) {
   return out;
 }
 
-/// Takes the providers of a file away, to be registered again from elsewhere.
-Result<void> leave(Registry& registry, const fs::path& file) {
+/// Whether a word of PluginRun::only is for this provider.
+bool is_meant(std::string_view word, std::string_view interface_id, std::string_view name) {
+  if (word == name) return true;
+  if (!word.ends_with(name) || word.size() < name.size() + 2) return false;
+  word.remove_suffix(name.size());
+  if (word.back() != ' ') return false;
+  word = text::trim(word);
+  const std::string_view plain = without_revision(interface_id);
+  return word == interface_id || word == plain || word == plain.substr(plain.find('.') + 1) ||
+         current_interface(word) == interface_id;
+}
+
+/// Takes the providers of a file away, to be registered again from elsewhere; what adds commands
+/// may stay where it is, in the program.
+Result<void> leave(Registry& registry, const fs::path& file, bool modules_stay) {
   std::vector<ProviderInfo> own;
   for (ProviderInfo& p : registry.list())
     if (p.origin == file.string()) own.push_back(std::move(p));
+  if (modules_stay)
+    std::erase_if(own, [](const auto& p) { return p.interface_id == Module::kInterfaceId; });
   for (const ProviderInfo& p : own)
     if (p.interface_id == Module::kInterfaceId)
       return error(ErrorCode::unsupported,
@@ -480,8 +496,56 @@ Result<void> leave(Registry& registry, const fs::path& file) {
   return {};
 }
 
-/// Opens, checks and registers `file`; every fault ends in the report.
-Result<void> load_file(Registry& registry, PluginReport& report) {
+Registry::Create apart_creator(const std::shared_ptr<ProviderProcess>& process, std::uint32_t row,
+                               const ProviderInfo& info) {
+  std::vector<std::string> params;
+  for (const ParamSpec& p : info.schema) params.push_back(p.name);
+  return [process, row, id = info.interface_id, name = info.name, params = std::move(params)] {
+    return process->create(row, id, name, params);
+  };
+}
+
+/// Those of a plugin's providers that `run` keeps apart, by their rows; a word that is for none is
+/// an error where the user has said it just now, else a remark.
+Result<std::map<std::uint32_t, std::string>> chosen_rows(const rmp_plugin& plugin,
+                                                         const PluginRun& run, bool is_asked,
+                                                         PluginReport& report) {
+  std::map<std::uint32_t, std::string> out;
+  std::vector<std::string> known;
+  for (const std::string& word : run.only) {
+    bool is_found = false;
+    for (std::uint32_t i = 0; i < plugin.provider_count; ++i) {
+      const rmp_provider& row = rmp_provider_at(plugin, i);
+      const std::string id = current_interface(or_empty(row.interface_id)),
+                        name = or_empty(row.name);
+      if (id.empty() || name.empty() || !is_meant(word, id, name)) continue;
+      is_found = true;
+      if (id == Module::kInterfaceId)
+        return error(ErrorCode::unsupported,
+                     text::quote(name) + " adds commands, and runs where the plugin does",
+                     "Leave it out, or leave providers out for the plugin as a whole.",
+                     "providers");
+      if (!apart::interface_wire(id))
+        return error(ErrorCode::unsupported, apart::not_apart(id), "Leave it out.", "providers");
+      out[i] = id + " " + name;
+    }
+    if (is_found) continue;
+    if (known.empty())
+      for (std::uint32_t i = 0; i < plugin.provider_count; ++i)
+        known.push_back(or_empty(rmp_provider_at(plugin, i).name));
+    const std::string what = "the plugin has no provider " + text::quote(word);
+    if (is_asked)
+      return error(ErrorCode::unknown_name, what, "It has " + text::enumerate(known) + ".",
+                   "providers");
+    report.remarks.push_back(what + ", which was to run in a process of its own.");
+  }
+  return out;
+}
+
+/// Opens, checks and registers `file`; every fault ends in the report. What `run` keeps apart is
+/// made by a process, which opens the file, too.
+Result<void> load_file(Registry& registry, PluginReport& report, const PluginRun& run,
+                       bool is_asked, bool modules_stay) {
   RMP_TRY_ASSIGN(const rmp_plugin* plugin, open_plugin(report.file));
   report.id = plugin->id;
   report.version = or_empty(plugin->version);
@@ -489,14 +553,27 @@ Result<void> load_file(Registry& registry, PluginReport& report) {
   report.summary = or_empty(plugin->summary);
   report.shipped = report.file.parent_path() == resolved(shipped_folder()) &&
                    report.id.starts_with("org.robomosp.");
+  RMP_TRY_ASSIGN(const auto chosen, chosen_rows(*plugin, run, is_asked, report));
+  std::shared_ptr<ProviderProcess> process;
+  if (!chosen.empty())
+    process = std::make_shared<ProviderProcess>(report.file, run.limits, &kHost, &parameter_names);
   for (std::uint32_t i = 0; i < plugin->provider_count; ++i) {
     const rmp_provider& row = rmp_provider_at(*plugin, i);
-    register_provider(registry, i, row_of(row), report, false,
-                      [&](const Row& r, const ProviderInfo&) {
+    if (modules_stay && current_interface(or_empty(row.interface_id)) == Module::kInterfaceId) {
+      report.providers.push_back(or_empty(row.interface_id) + " " + or_empty(row.name));
+      continue;
+    }
+    const bool is_apart = chosen.contains(i);
+    register_provider(registry, i, row_of(row), report, is_apart,
+                      [&](const Row& r, const ProviderInfo& info) -> Registry::Create {
+                        if (is_apart) return apart_creator(process, i, info);
                         return creator(row, r.interface_id + " " + r.name);
                       });
   }
   report.loaded = true;
+  std::vector<std::string> only;
+  for (const auto& [i, name] : chosen) only.push_back(name);
+  PluginRuns::of_program().set_process(report.file, process, std::move(only));
   return {};
 }
 
@@ -513,15 +590,9 @@ Result<void> load_file_apart(Registry& registry, PluginReport& report, const Apa
                    report.id.starts_with("org.robomosp.");
   std::uint32_t i = 0;
   for (const apart::ProviderWire& row : plugin.providers) {
-    register_provider(registry, i, row_of(row), report, true,
-                      [&](const Row&, const ProviderInfo& info) -> Registry::Create {
-                        std::vector<std::string> params;
-                        for (const ParamSpec& p : info.schema) params.push_back(p.name);
-                        return [process, i, id = info.interface_id, name = info.name,
-                                params = std::move(params)] {
-                          return process->create(i, id, name, params);
-                        };
-                      });
+    register_provider(
+        registry, i, row_of(row), report, true,
+        [&](const Row&, const ProviderInfo& info) { return apart_creator(process, i, info); });
     ++i;
   }
   report.loaded = true;
@@ -661,27 +732,30 @@ const PluginReport& PluginLoader::load_resolved(const fs::path& found, bool is_a
   PluginRuns& runs = PluginRuns::of_program();
   PluginRunScope* scope = PluginRunScope::current();
   const PluginRun run = runs.wished(file);
+  const auto is_opened_here = [](const PluginRun& how) {
+    return how.in_process || !how.only.empty();
+  };
+  bool modules_stay = false;
   const auto open = [&](const PluginRun& how, PluginReport& report) -> Result<void> {
     report.file = file;
-    if (!how.in_process) return load_file_apart(registry_, report, how.limits);
+    if (!how.in_process && how.only.empty()) return load_file_apart(registry_, report, how.limits);
     RMP_TRY(admit(file, is_asked));
     std::optional<PluginTrials::Opening> opening;
     if (trials_) opening.emplace(*trials_, file);
-    RMP_TRY(load_file(registry_, report));
-    runs.set_process(file, nullptr);
-    return {};
+    return load_file(registry_, report, how, scope != nullptr, modules_stay);
   };
   std::optional<PluginRun> before;  // where it ran until now
   for (const PluginReport& known : reports_) {
     if (!known.loaded || known.file != file) continue;
-    const auto process = runs.process(file);
-    if (!scope || (run.in_process ? !process : process && process->limits() == run.limits))
+    const PluginRun present = runs.present(file);
+    if (!scope || (run.in_process && present.in_process) || (run.only.empty() && run == present))
       return known;
-    if (auto left = leave(registry_, file); !left.ok()) {
+    modules_stay = is_opened_here(present) && is_opened_here(run);
+    if (auto left = leave(registry_, file, modules_stay); !left.ok()) {
       scope->refusal = std::move(left).error();
       return known;
     }
-    before = process ? PluginRun{false, process->limits()} : PluginRun{};
+    before = present;
     break;
   }
   PluginReport report;

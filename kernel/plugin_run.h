@@ -8,6 +8,9 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <robomosp/sdk/result.h>
 
@@ -18,6 +21,9 @@ namespace robomosp {
 struct PluginRun {
   bool in_process = true;
   ApartLimits limits{};  ///< of a process of its own
+  /// Where not in_process: only these providers run there ("numeric", "ik numeric",
+  /// "robomosp.ik/1 numeric"), and the rest of the plugin in the program; empty = all.
+  std::vector<std::string> only{};
   bool operator==(const PluginRun&) const = default;
 };
 
@@ -34,13 +40,21 @@ class PluginRuns {
 
   /// The process of a file's plugin; null = it runs in the program, or is not loaded.
   [[nodiscard]] std::shared_ptr<ProviderProcess> process(const std::filesystem::path& file) const;
-  void set_process(const std::filesystem::path& file, std::shared_ptr<ProviderProcess>);
+  /// How a file runs that is loaded; `only` in full, as in "robomosp.ik/1 numeric".
+  [[nodiscard]] PluginRun present(const std::filesystem::path& file) const;
+  [[nodiscard]] bool is_apart(const std::filesystem::path& file, std::string_view interface_id,
+                              std::string_view provider) const;
+  void set_process(const std::filesystem::path& file, std::shared_ptr<ProviderProcess>,
+                   std::vector<std::string> only = {});
 
  private:
   mutable std::mutex mutex_;
   Wishes wishes_;  // guarded by mutex_
-  std::map<std::filesystem::path, std::shared_ptr<ProviderProcess>>
-      processes_;  // guarded by mutex_
+  struct Apart {
+    std::shared_ptr<ProviderProcess> process;
+    std::vector<std::string> only;
+  };
+  std::map<std::filesystem::path, Apart> processes_;  // guarded by mutex_
 };
 
 /// What this thread loads until the scope ends runs so, whatever is wished. A file that is loaded

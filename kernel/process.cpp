@@ -110,32 +110,7 @@ void limit(pid_t pid, __rlimit_resource what, std::uint64_t value) {
 }
 
 Result<pid_t> spawn(const ProcessSpec& spec, int in, int out, int err) {
-  std::vector<std::string> words{spec.program.string()};
-  words.insert(words.end(), spec.arguments.begin(), spec.arguments.end());
-  std::vector<char*> argv;
-  for (std::string& w : words) argv.push_back(w.data());
-  argv.push_back(nullptr);
-
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawnattr_init(&attributes);
-  ::posix_spawn_file_actions_adddup2(&files, in, 0);
-  ::posix_spawn_file_actions_adddup2(&files, out, 1);
-  ::posix_spawn_file_actions_adddup2(&files, err, 2);
-  sigset_t none, all;
-  ::sigemptyset(&none);
-  ::sigfillset(&all);
-  ::posix_spawnattr_setsigmask(&attributes, &none);
-  ::posix_spawnattr_setsigdefault(&attributes, &all);
-  ::posix_spawnattr_setpgroup(&attributes, 0);
-  ::posix_spawnattr_setflags(
-      &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  pid_t pid = -1;
-  const int failed =
-      ::posix_spawn(&pid, spec.program.c_str(), &files, &attributes, argv.data(), environ);
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&files);
+  const auto [pid, failed] = start_process(spec.program, spec.arguments, {in, out, err});
   if (failed == ENOENT)
     return error(ErrorCode::not_found,
                  "the program " + text::quote(spec.program.string()) + " is missing",
@@ -268,6 +243,41 @@ Result<std::string> run_process(const ProcessSpec& spec, Progress& progress) {
   }
   RMP_TRY(judge(child.wait(), spec));
   return output;
+}
+
+StartedProcess start_process(const std::filesystem::path& program,
+                             std::vector<std::string> arguments, ProcessStreams streams,
+                             bool with_environment) {
+  std::string name = program.string();
+  std::vector<char*> argv{name.data()};
+  for (std::string& a : arguments) argv.push_back(a.data());
+  argv.push_back(nullptr);
+  std::array<char*, 1> nothing{nullptr};
+  posix_spawn_file_actions_t files;
+  posix_spawnattr_t attributes;
+  ::posix_spawn_file_actions_init(&files);
+  ::posix_spawnattr_init(&attributes);
+  int to = 0;
+  for (const int from : {streams.in, streams.out, streams.err}) {
+    if (from >= 0) ::posix_spawn_file_actions_adddup2(&files, from, to);
+    else
+      ::posix_spawn_file_actions_addopen(&files, to, "/dev/null", to == 0 ? O_RDONLY : O_WRONLY, 0);
+    ++to;
+  }
+  sigset_t none, all;
+  ::sigemptyset(&none);
+  ::sigfillset(&all);
+  ::posix_spawnattr_setsigmask(&attributes, &none);
+  ::posix_spawnattr_setsigdefault(&attributes, &all);
+  ::posix_spawnattr_setpgroup(&attributes, 0);
+  ::posix_spawnattr_setflags(
+      &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  pid_t pid = -1;
+  const int failed = ::posix_spawn(&pid, name.c_str(), &files, &attributes, argv.data(),
+                                   with_environment ? environ : nothing.data());
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&files);
+  return failed == 0 ? StartedProcess{pid, 0} : StartedProcess{-1, failed};
 }
 
 std::filesystem::path helper_program(std::string_view name) {

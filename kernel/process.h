@@ -34,6 +34,20 @@ struct ProcessSpec {
 /// Effect::processes. [any thread; blocks]
 [[nodiscard]] Result<std::string> run_process(const ProcessSpec&, Progress&);
 
+/// What a program finds as its descriptors 0, 1 and 2; below 0 = nothing, /dev/null.
+struct ProcessStreams {
+  int in = -1, out = -1, err = -1;
+};
+struct StartedProcess {
+  int id = -1;
+  int failed = 0;  ///< why it does not run, by errno's numbers
+};
+/// Starts a program in a process group of its own (Ctrl-C at a terminal is not its), no signal
+/// blocked or ignored, and leaves it to the caller. Asks for no permit. [any thread]
+[[nodiscard]] StartedProcess start_process(const std::filesystem::path& program,
+                                           std::vector<std::string> arguments, ProcessStreams,
+                                           bool with_environment = true);
+
 /// Where programs that ship with this one and are not for users to start lie:
 /// `<executable>/../libexec/robomosp`.
 [[nodiscard]] std::filesystem::path helper_program(std::string_view name);

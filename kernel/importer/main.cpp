@@ -121,14 +121,13 @@ int main(int argc, char** argv) {
     return 2;
   }
   std::string output;
+  const std::string who = "provider \"" + request.provider + "\" threw";
   try {
     output = import_wire::encode(read(request));
   } catch (const std::exception& e) {
-    output = import_wire::encode(
-        failed(ErrorCode::plugin_failed, std::string("the importer threw: ") + e.what()));
+    output = import_wire::encode(failed(ErrorCode::plugin_failed, who + ": " + e.what()));
   } catch (...) {  // NOLINT: whatever a plugin throws
-    output = import_wire::encode(
-        failed(ErrorCode::plugin_failed, "the importer threw an unknown exception"));
+    output = import_wire::encode(failed(ErrorCode::plugin_failed, who + " an unknown exception"));
   }
   for (std::size_t done = 0; done < output.size();) {
     const ssize_t n = ::write(answer_to, output.data() + done, output.size() - done);

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guard of languages: what a compiler hands over is looked at before anybody follows its numbers.
+// Guard of languages: what a compiler hands over is looked at before anybody follows its numbers,
+// and what it tells editors before anybody changes a text by it.
 #include <memory>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <robomosp/sdk/language.h>
+#include <robomosp/sdk/language_editing.h>
 #include <robomosp/sdk/program_tables.h>
 
 #include "kernel/interface_file.h"
@@ -202,12 +207,165 @@ class Tables {
   std::vector<bool> entered_;
 };
 
-class GuardedLanguage final : public Language {
+/// Answers to editors: places within the texts, edits in order that do not overlap.
+class GuardedEdited final : public EditedProgram {
+ public:
+  GuardedEdited(std::string name, std::unique_ptr<EditedProgram> inner, const LanguageTask& task)
+      : name_(std::move(name)), inner_(std::move(inner)) {
+    for (const SourceFile& f : task.files) sizes_.push_back(f.text.size());
+  }
+  [[nodiscard]] const void* extension(const char* id) const override {
+    return inner_->extension(id);
+  }
+  Result<std::vector<SourceFault>> faults(Progress& told) const override {
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->faults(progress); }));
+    for (const SourceFault& f : all)
+      if (!is_within(f.range) || f.severity > RMP_FAULT_NOTE) return outside("a fault");
+    return all;
+  }
+  Result<std::vector<SourceToken>> tokens(std::uint32_t file, Progress& told) const override {
+    RMP_TRY(is_place(file, 0));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->tokens(file, progress); }));
+    std::uint32_t last = 0;
+    for (const SourceToken& t : all) {
+      if (!is_kind(t.kind) || t.begin < last || t.end < t.begin || t.end > sizes_[file])
+        return outside("a token");
+      last = t.end;
+    }
+    return all;
+  }
+  Result<std::vector<SourceCompletion>> complete(std::uint32_t file, std::uint32_t at,
+                                                 Progress& told) const override {
+    RMP_TRY(is_place(file, at));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->complete(file, at, progress); }));
+    for (const SourceCompletion& c : all)
+      if (!is_kind(c.kind) || !is_within({file, c.begin, c.end}) || at < c.begin || at > c.end)
+        return outside("a completion");
+    return all;
+  }
+  Result<SourceHover> hover(std::uint32_t file, std::uint32_t at, Progress& told) const override {
+    RMP_TRY(is_place(file, at));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto one, asked(name_, [&] { return inner_->hover(file, at, progress); }));
+    if (!one.detail.empty() && !is_within(one.range)) return outside("a word");
+    return one;
+  }
+  Result<std::vector<SourceRange>> definition(std::uint32_t file, std::uint32_t at,
+                                              Progress& told) const override {
+    RMP_TRY(is_place(file, at));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->definition(file, at, progress); }));
+    for (const SourceRange& r : all)
+      if (!is_within(r)) return outside("a definition");
+    return all;
+  }
+  Result<std::vector<SourceReference>> references(std::uint32_t file, std::uint32_t at,
+                                                  Progress& told) const override {
+    RMP_TRY(is_place(file, at));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->references(file, at, progress); }));
+    for (const SourceReference& r : all)
+      if (!is_within(r.range)) return outside("a reference");
+    return all;
+  }
+  Result<std::vector<SourceEdit>> rename(std::uint32_t file, std::uint32_t at,
+                                         std::string_view new_name, Progress& told) const override {
+    RMP_TRY(is_place(file, at));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all,
+                   asked(name_, [&] { return inner_->rename(file, at, new_name, progress); }));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!is_within(all[i].range)) return outside("an edit");
+      if (i == 0) continue;
+      const SourceRange &a = all[i - 1].range, &b = all[i].range;
+      if (b.file < a.file || (b.file == a.file && b.begin < a.end))
+        return broken_answer(name_, "gave edits that overlap or have no order");
+    }
+    return all;
+  }
+  Result<std::string> format(std::uint32_t file, const SourceLayout& layout,
+                             Progress& told) const override {
+    RMP_TRY(is_place(file, 0));
+    HeardProgress progress(told);
+    return asked(name_, [&] { return inner_->format(file, layout, progress); });
+  }
+  Result<std::vector<SourceSymbol>> outline(std::uint32_t file, Progress& told) const override {
+    RMP_TRY(is_place(file, 0));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->outline(file, progress); }));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const SourceSymbol& s = all[i];
+      if (!is_kind(s.kind) || !is_within({file, s.begin, s.end}) || s.name_begin < s.begin ||
+          s.name_end < s.name_begin || s.name_end > s.end)
+        return outside("a symbol");
+      // Behind what it is within, so that following parents ends.
+      if (s.parent != RMP_NONE && s.parent >= i) return outside("a symbol's parent");
+    }
+    return all;
+  }
+  Result<SourceSignature> signature(std::uint32_t file, std::uint32_t at,
+                                    Progress& told) const override {
+    RMP_TRY(is_place(file, at));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto one, asked(name_, [&] { return inner_->signature(file, at, progress); }));
+    bool is_sound = one.parameters.size() % 2 == 0;
+    std::uint32_t last = 0;
+    for (const std::uint32_t p : one.parameters) {
+      is_sound = is_sound && p >= last && p <= one.label.size();
+      last = p;
+    }
+    if (!is_sound) return outside("a parameter");
+    return one;
+  }
+  Result<std::vector<SourceRange>> folds(std::uint32_t file, Progress& told) const override {
+    RMP_TRY(is_place(file, 0));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->folds(file, progress); }));
+    for (const SourceRange& r : all)
+      if (r.file != file || !is_within(r)) return outside("a fold");
+    return all;
+  }
+
+ private:
+  static bool is_kind(SourceTokenKind k) {
+    return static_cast<std::uint32_t>(k) < kSourceTokenKinds;
+  }
+  [[nodiscard]] bool is_within(const SourceRange& r) const {
+    return r.file < sizes_.size() && r.begin <= r.end && r.end <= sizes_[r.file];
+  }
+  [[nodiscard]] Error outside(const char* what) const {
+    return broken_answer(name_, std::string("gave ") + what + " that lies outside of its text");
+  }
+  [[nodiscard]] Result<void> is_place(std::uint32_t file, std::uint32_t at) const {
+    if (file < sizes_.size() && at <= sizes_[file]) return {};
+    return error(ErrorCode::invalid_argument, "the program has no byte " + std::to_string(at) +
+                                                  " in file " + std::to_string(file));
+  }
+  std::string name_;
+  std::unique_ptr<EditedProgram> inner_;
+  std::vector<std::size_t> sizes_;  ///< of the texts
+};
+
+class GuardedLanguage final : public Language, public LanguageEditing {
  public:
   GuardedLanguage(const ProviderInfo& info, Language* inner)
       : name_(info.name), inner_(inner), extensions_(inner->extensions()) {}
   [[nodiscard]] const void* extension(const char* id) const override {
-    return inner_->extension(id);
+    const void* known = inner_->extension(id);
+    return known && std::string_view(id) == LanguageEditing::kExtensionId
+               ? static_cast<const LanguageEditing*>(this)
+               : known;
+  }
+  Result<std::unique_ptr<EditedProgram>> open(const LanguageTask& task) const override {
+    const auto* known =
+        static_cast<const LanguageEditing*>(inner_->extension(LanguageEditing::kExtensionId));
+    RMP_TRY_ASSIGN(auto made, asked(name_, [&] { return known->open(task); }));
+    if (!made) return broken_answer(name_, "opened no program");
+    return std::unique_ptr<EditedProgram>(
+        std::make_unique<GuardedEdited>(name_, std::move(made), task));
   }
   [[nodiscard]] std::string_view extensions() const override { return extensions_; }
   Result<std::vector<std::string>> needs(const SourceFile& file) const override {

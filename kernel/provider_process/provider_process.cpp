@@ -180,26 +180,37 @@ class Running {
 
 enum class Why { died, hung, cancelled, lied };
 
-thread_local const void* t_conversation = nullptr;
+class Conversing;
+thread_local const Conversing* t_conversation = nullptr;
 thread_local Progress* t_progress = nullptr;
 thread_local std::uint64_t t_generation = 0;
 
+/// A call of this thread, and those that it is within: an object that is lent for a call is there
+/// for all that this one leads to.
 class Conversing {
  public:
   Conversing(const void* conversation, Progress* progress, std::uint64_t generation)
-      : conversation_(std::exchange(t_conversation, conversation)),
+      : conversation_(conversation),
+        before_(std::exchange(t_conversation, this)),
         progress_(std::exchange(t_progress, progress)),
         generation_(std::exchange(t_generation, generation)) {}
   ~Conversing() {
     t_generation = generation_;
-    t_conversation = conversation_;
+    t_conversation = before_;
     t_progress = progress_;
   }
   Conversing(const Conversing&) = delete;
   Conversing& operator=(const Conversing&) = delete;
+  [[nodiscard]] const void* conversation() const { return conversation_; }
+  [[nodiscard]] static bool is_within(const void* conversation) {
+    for (const Conversing* c = t_conversation; c; c = c->before_)
+      if (c->conversation_ == conversation) return true;
+    return false;
+  }
 
  private:
   const void* conversation_;
+  const Conversing* before_;
   Progress* progress_;
   std::uint64_t generation_;
 };
@@ -323,7 +334,9 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
 
  private:
   static constexpr std::uint64_t kAnyGeneration = ~std::uint64_t{0};
-  static const void* lending_scope_of_thread() { return t_conversation; }
+  static const void* lending_scope_of_thread() {
+    return t_conversation ? t_conversation->conversation() : nullptr;
+  }
 
   // --- the process ---
 
@@ -350,7 +363,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
     if (::pipe2(pipe, O_CLOEXEC | O_NONBLOCK) != 0) return failed();
     out->printed.set(pipe[0]);
     const Descriptor prints(pipe[1]);
-    const std::string helper = helper_program("robomosp-provider").string();
+    std::filesystem::path program = helper_program("robomosp-provider");
     std::vector<std::string> words;
     if (limits_.confined) {
       if (!can_confine_processes())
@@ -358,16 +371,18 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
                      "this system cannot keep the plugin's process from files (Landlock)",
                      "Use Linux 5.13 or later with Landlock, or allow it with confined = false.",
                      "plugin " + text::quote(plugin_.string()));
-      words = {helper_program("robomosp-importer").string(), "confine"};
+      words = {"confine"};
       for (const char* read : {"/usr/share", "/etc/localtime", "/etc/fonts", "/sys/devices/system",
                                "/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat"})
         words.insert(words.end(), {"read", read});
-      words.insert(words.end(), {"code", plugin_.parent_path().string(), "run"});
+      words.insert(words.end(), {"code", plugin_.parent_path().string(), "run", program.string()});
+      program = helper_program("robomosp-importer");
     }
-    words.insert(words.end(), {helper, plugin_.string(), std::to_string(limits_.memory),
+    words.insert(words.end(), {plugin_.string(), std::to_string(limits_.memory),
                                std::to_string(static_cast<long>(::getpid())),
                                limits_.confined ? "confined" : "free"});
-    RMP_TRY_ASSIGN(out->pid, spawn_for_good(std::move(words), theirs.get(), prints.get()));
+    RMP_TRY_ASSIGN(
+        out->pid, spawn_for_good(std::move(program), std::move(words), theirs.get(), prints.get()));
     out->generation = ++starts_;
     return out;
   }
@@ -464,10 +479,9 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
       }
     }();
     for (const std::uint64_t l : lent) table_.erase(l);
-    if (running.runs()) {
-      channel->set_top(top);
-      running.give(std::move(channel));
-    }
+    // If the process is at its end, so are its channels.
+    channel->set_top(top);
+    running.give(std::move(channel));
     return done;
   }
 
@@ -507,6 +521,8 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
       if (message.kind == Kind::call) {
         serve(channel, message);
         limits.restart();
+        // One that asks without a pause is never waited for: it hears of the end here.
+        if (hear(shared, limits, e.progress)) return death(running, object.name, Why::cancelled);
         continue;
       }
       Reader reader(*this, message.bytes, message.size, true);
@@ -535,15 +551,18 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
     running.listen();
     if (!running.runs()) return Why::died;
     if (report(shared, told, progress)) limits.restart();
-    const auto now = Clock::now();
-    if (!limits.is_told && progress && progress->cancelled()) {
-      shared.cancelled.store(1);
-      limits.is_told = true;
-      limits.stop_end = now + Limits::of(kGrace);
-    }
-    if (limits.is_told && now > limits.stop_end) return Why::cancelled;
-    if (now > limits.end) return Why::hung;
+    if (hear(shared, limits, progress)) return Why::cancelled;
+    if (Clock::now() > limits.end) return Why::hung;
     return std::nullopt;
+  }
+  /// Tells the process that the call is to stop; whether it was told and has not stopped in time.
+  static bool hear(Shared& shared, Limits& limits, Progress* progress) {
+    if (limits.is_told) return Clock::now() > limits.stop_end;
+    if (!progress || !progress->cancelled()) return false;
+    shared.cancelled.store(1);
+    limits.is_told = true;
+    limits.stop_end = Clock::now() + Limits::of(kGrace);
+    return false;
   }
   /// Hands on what it told of its progress.
   static bool report(Shared& shared, std::uint32_t& told, Progress* progress) {
@@ -564,7 +583,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
     Answering out(*this, table_, channel, message.object,
                   "the answer is more than the process may have");
     const Table::Entry entry = table_.find(message.object);
-    if (!entry.object || (entry.scope && entry.scope != &channel)) {
+    if (!entry.object || (entry.scope && !Conversing::is_within(entry.scope))) {
       Fault gone(Outcome::threw, "what it asked for is not there any more");
       return out.send(gone);
     }

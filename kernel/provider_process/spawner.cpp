@@ -1,51 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernel/provider_process/spawner.h"
 
+#include <cerrno>
 #include <condition_variable>
-#include <csignal>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <future>
 #include <mutex>
 #include <thread>
 #include <utility>
 
+#include "kernel/process.h"
 #include "kernel/text.h"
-
-#include <spawn.h>
-#include <unistd.h>
-
-extern char** environ;
 
 namespace robomosp::apart {
 namespace {
 
-Result<int> start(std::vector<std::string>& words, int in, int out) {
-  std::vector<char*> argv;
-  for (std::string& w : words) argv.push_back(w.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawnattr_init(&attributes);
-  ::posix_spawn_file_actions_adddup2(&files, in, 0);
-  ::posix_spawn_file_actions_adddup2(&files, out, 1);
-  ::posix_spawn_file_actions_adddup2(&files, out, 2);
-  sigset_t none, all;
-  ::sigemptyset(&none);
-  ::sigfillset(&all);
-  ::posix_spawnattr_setsigmask(&attributes, &none);
-  ::posix_spawnattr_setsigdefault(&attributes, &all);
-  ::posix_spawnattr_setpgroup(&attributes, 0);  // Ctrl-C at a terminal is the program's
-  ::posix_spawnattr_setflags(
-      &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  pid_t pid = -1;
-  const int failed = ::posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), environ);
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&files);
-  if (failed == 0) return static_cast<int>(pid);
+Result<int> start(const std::filesystem::path& program, std::vector<std::string> arguments, int in,
+                  int out) {
+  const auto [pid, failed] = start_process(program, std::move(arguments), {in, out, out});
+  if (failed == 0) return pid;
   return error(failed == ENOENT ? ErrorCode::not_found : ErrorCode::io,
-               "the program " + text::quote(words[0]) + ", which runs plugins in processes of " +
+               "the program " + text::quote(program.string()) +
+                   ", which runs plugins in processes of " +
                    "their own, cannot be started: " + std::strerror(failed),
                failed == ENOENT ? "Install the program again; it is a part of it."
                                 : "Close other programs, or raise the limits of the system.");
@@ -57,8 +35,9 @@ class Spawner {
     static Spawner one;
     return one;
   }
-  Result<int> spawn(std::vector<std::string> words, int in, int out) {
-    Order order{std::move(words), in, out, {}};
+  Result<int> spawn(std::filesystem::path program, std::vector<std::string> arguments, int in,
+                    int out) {
+    Order order{std::move(program), std::move(arguments), in, out, {}};
     auto done = order.done.get_future();
     {
       const std::lock_guard lock(mutex_);
@@ -79,7 +58,8 @@ class Spawner {
 
  private:
   struct Order {
-    std::vector<std::string> words;
+    std::filesystem::path program;
+    std::vector<std::string> arguments;
     int in, out;
     std::promise<Result<int>> done;
   };
@@ -91,7 +71,7 @@ class Spawner {
       Order order = std::move(orders_.front());
       orders_.pop_front();
       lock.unlock();
-      order.done.set_value(start(order.words, order.in, order.out));
+      order.done.set_value(start(order.program, std::move(order.arguments), order.in, order.out));
     }
   }
   std::mutex mutex_;
@@ -103,8 +83,9 @@ class Spawner {
 
 }  // namespace
 
-Result<int> spawn_for_good(std::vector<std::string> words, int in, int out) {
-  return Spawner::of_process().spawn(std::move(words), in, out);
+Result<int> spawn_for_good(std::filesystem::path program, std::vector<std::string> arguments,
+                           int in, int out) {
+  return Spawner::of_process().spawn(std::move(program), std::move(arguments), in, out);
 }
 
 }  // namespace robomosp::apart

@@ -3,6 +3,7 @@
 // started them ends, so that is one which lasts (layer: core).
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace robomosp::apart {
 
 /// Starts a program with descriptor 0 and, for what it prints, 1 and 2. Gives its number. [any
 /// thread; waits for the start]
-[[nodiscard]] Result<int> spawn_for_good(std::vector<std::string> words, int in, int out);
+[[nodiscard]] Result<int> spawn_for_good(std::filesystem::path program,
+                                         std::vector<std::string> arguments, int in, int out);
 
 }  // namespace robomosp::apart
