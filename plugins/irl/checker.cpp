@@ -172,6 +172,7 @@ bool Checker::run() {
   out_.routines[0].symbol = static_cast<Id>(out_.symbols.size());
   out_.routines[0].scope = scope;
   out_.routines[0].span = span(main.nodes[0]);
+  use(main.nodes[0], static_cast<Id>(out_.symbols.size()), Use::symbol, true);
   out_.symbols.push_back(self);
   symbol_names_.push_back(kNone);
   check_unit(main, scope);
@@ -216,6 +217,7 @@ void Checker::check_unit(Source& s, Id scope) {
         for (Id x = n.first; x != kNone; x = at(x).next) {
           if (!known_[scope].contains(at(x).name))
             fail_name(at(x), "the module declares no " + written(at(x)));
+          else use(at(x), known_[scope].at(at(x).name));
           exports_[scope].insert(at(x).name);
         }
       }
@@ -224,7 +226,7 @@ void Checker::check_unit(Source& s, Id scope) {
       if (is_routine)
         if (const auto body = bodies_.find(d); body != bodies_.end() && body->second.first == s_)
           routine_body(n, body->second.second);
-      if (n.kind == N::block) {
+      if (n.kind == N::block && depth_ == Depth::all) {
         if (out_.scopes[scope].kind != RMP_SCOPE_PROGRAM) {
           if (n.first != kNone)
             fail(at(n.first), "a system specification has no statements",
@@ -283,6 +285,7 @@ Id Checker::module_scope(const Node& where, std::uint32_t name) {
 void Checker::import(const Node& n) {
   const auto take = [&](Id scope, std::uint32_t name, const Node& where) {
     const Id symbol = known_[scope].at(name);
+    if (where.name == name) use(where, symbol);
     if (!known_[scope_].emplace(name, symbol).second)
       fail(where, names_.upper(name) + " is there already");
   };
@@ -339,6 +342,7 @@ void Checker::data_list(std::string_view name, const Node* where) {
         continue;
       }
       const Id named = lookup(at(a.first).name);
+      use(at(a.first), named);
       const bool is_new = named == kNone || taught_.insert(named).second;
       const Id statement_id = statement(a);
       if (statement_id == kNone) continue;
@@ -440,6 +444,7 @@ Id Checker::declare(std::uint32_t kind, const Node& n, Id type) {
   out_.symbols.push_back(s);
   symbol_names_.push_back(n.name);
   known_[scope_].emplace(n.name, id);
+  use(n, id, Use::symbol, true);
   return id;
 }
 
@@ -508,10 +513,8 @@ void Checker::variables(const Node& section) {
     for (Id v = at(decl.first).next; v != kNone; v = at(v).next) {
       const Node& n = at(v);
       Id value = kNone;
-      if (n.first != kNone) {
-        value = component(n.first, t, written(n));
-        if (t == RMP_TYPE_SEMAPHORE) value = kNone;  // replaced below
-      }
+      // The count of a semaphore is an INT.
+      if (n.first != kNone && t != RMP_TYPE_SEMAPHORE) value = component(n.first, t, written(n));
       if (t == RMP_TYPE_SEMAPHORE && n.first != kNone) {
         const auto count = constant_int(n.first, "the count of a semaphore");
         if (count && *count < 0) fail(at(n.first), "the count of a semaphore is not negative");
@@ -696,7 +699,7 @@ void Checker::routine_body(const Node& n, Id r) {
   loops_ = 0;
   sections(n.first);
   for (Id c = n.first; c != kNone; c = at(c).next) {
-    if (at(c).kind != N::block) continue;
+    if (at(c).kind != N::block || depth_ != Depth::all) continue;
     const Id body = block(c);
     out_.routines[r].body = body;
     resolve_gotos();
@@ -766,6 +769,7 @@ Id Checker::type(Id id) {
     case N::bad: return kBad;
     case N::type_name: {
       const Id s = lookup(n.name);
+      use(n, s);
       if (s == kNone) {
         fail_name(n, "there is no type " + written(n), suggestion(n.name));
         return kBad;
@@ -845,6 +849,10 @@ Id Checker::record(const Node& n) {
   const Id first = static_cast<Id>(out_.fields.size());
   out_.fields.insert(out_.fields.end(), fields.begin(), fields.end());
   field_names_.insert(field_names_.end(), names.begin(), names.end());
+  Id row = first;
+  for (Id d = n.first; d != kNone; d = at(d).next)
+    for (Id v = at(at(d).first).next; v != kNone; v = at(v).next)
+      use(at(v), row++, Use::field, true);
   return add_type(
       {RMP_TYPE_RECORD, 0, "", kBad, first, static_cast<Id>(fields.size()), 0, 0, span(n)});
 }

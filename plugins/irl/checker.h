@@ -20,6 +20,18 @@
 
 namespace robomosp::irl {
 
+/// What a name of a source means.
+struct Use {
+  enum Kind : std::uint8_t { symbol, field, attribute };
+  std::uint32_t file = 0, begin = 0, end = 0;
+  std::uint32_t id = kNone;  ///< symbol; row of the fields; attribute of a motion
+  Kind kind = symbol;
+  bool is_declaration = false;
+};
+
+/// How much of a program is looked at.
+enum class Depth : std::uint8_t { all, declarations };
+
 class Checker {
  public:
   using Id = std::uint32_t;
@@ -27,6 +39,20 @@ class Checker {
           Progress& progress);
   /// Reads and checks the first file and what it names. False = it was cancelled.
   bool run();
+
+  /// From now on every name is put there, as it is met, some more than once.
+  void tell_uses(std::vector<Use>& to) { uses_ = &to; }
+  /// Before run(): statements are left alone.
+  void look_at(Depth depth) { depth_ = depth; }
+  [[nodiscard]] std::deque<Source>& sources() { return sources_; }
+  /// By scope: number of a name -> symbol.
+  [[nodiscard]] const std::vector<std::unordered_map<std::uint32_t, Id>>& known_names() const {
+    return known_;
+  }
+  [[nodiscard]] const std::vector<Id>& field_names() const { return field_names_; }
+  [[nodiscard]] const std::vector<Id>& symbol_names() const { return symbol_names_; }
+  /// As faults name it; kNone = "?".
+  [[nodiscard]] std::string shown_type(Id type) const { return shown(type); }
 
  private:
   static constexpr Id kBad = kNone;  ///< type of what has been said to be wrong
@@ -108,6 +134,12 @@ class Checker {
   void fail_name(const Node& n, std::string message, std::string hint = {});
   void warn(const Node& n, std::string message, std::string hint = {});
   Id child(const Node& n, int i) const;
+  /// The name of a node means this.
+  void use(const Node& n, Id id, Use::Kind kind = Use::symbol, bool is_declaration = false) {
+    if (!uses_ || id == kNone || n.name == kNone) return;
+    const Token& t = s_->tokens[n.name_token];
+    uses_->push_back({s_->file, t.begin, t.end, id, kind, is_declaration});
+  }
 
   ProgramTables& out_;
   Names& names_;
@@ -142,6 +174,8 @@ class Checker {
   std::vector<Goto> gotos_;
   std::unordered_map<std::uint32_t, std::pair<Id, Id>> labels_;  ///< name -> symbol, block
   bool is_cancelled_ = false;
+  std::vector<Use>* uses_ = nullptr;
+  Depth depth_ = Depth::all;
 };
 
 /// Fills the instructions of a program without faults.

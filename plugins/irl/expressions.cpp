@@ -284,8 +284,10 @@ Id Checker::expression(Id id, Id expected) {
       }
       const rmp_code_type& x = out_.types[t];
       for (Id k = 0; k < x.field_count; ++k)
-        if (field_names_[x.first_field + k] == n.name)
+        if (field_names_[x.first_field + k] == n.name) {
+          use(n, x.first_field + k, Use::field);
           return add(RMP_EXPR_FIELD, out_.fields[x.first_field + k].type, span(n), {of}, k);
+        }
       std::string all;
       for (Id k = 0; k < x.field_count && k < 20; ++k)
         all += (k ? ", " : "") + std::string(out_.fields[x.first_field + k].name);
@@ -392,6 +394,7 @@ Id Checker::expression(Id id, Id expected) {
 
 Id Checker::expression_of_name(const Node& n) {
   const Id symbol = lookup(n.name);
+  use(n, symbol);
   if (symbol == kNone) {
     fail_name(n, "nothing is named " + written(n), suggestion(n.name));
     for (Id a = n.first; a != kNone; a = at(a).next) expression(a);

@@ -2,7 +2,8 @@
 #include "intrinsics.h"
 
 #include <array>
-#include <cmath>
+
+#include <robomosp/sdk/program_numbers.h>
 
 namespace robomosp::irl {
 namespace {
@@ -77,42 +78,13 @@ constexpr std::array<Intrinsic, 66> kAll{{
     {"GETSTATUS", "x", "i", "State of a process, R_PROCESS_READY to R_PROCESS_BLOCKED."},
 }};
 
-constexpr double kDegree = 57.29577951308232;
-
-/// Exact at multiples of 90 degrees.
-double sine(double x) {
-  const double r = std::fmod(x, 360.0);
-  if (std::fmod(r, 90.0) == 0.0) {
-    const int quarter = (static_cast<int>(r / 90.0) + 4) % 4;
-    return quarter == 1 ? 1.0 : quarter == 3 ? -1.0 : 0.0;
-  }
-  return std::sin(r / kDegree);
-}
-
 }  // namespace
 
 std::span<const Intrinsic> intrinsics() { return kAll; }
 
 std::optional<double> evaluate(std::string_view name, std::span<const double> x) {
-  const auto in_unit = [&] { return x[0] >= -1 && x[0] <= 1; };
-  std::optional<double> y;
-  if (name == "SIN") y = sine(x[0]);
-  else if (name == "COS") y = sine(std::fmod(x[0], 360.0) + 90.0);
-  else if (name == "TAN" && std::fmod(x[0], 180.0) != 90.0 && std::fmod(x[0], 180.0) != -90.0)
-    y = std::fmod(x[0], 180.0) == 0.0 ? 0.0 : std::tan(std::fmod(x[0], 360.0) / kDegree);
-  else if (name == "ASIN" && in_unit()) y = std::asin(x[0]) * kDegree;
-  else if (name == "ACOS" && in_unit()) y = std::acos(x[0]) * kDegree;
-  else if (name == "ATAN") y = std::atan(x[0]) * kDegree;
-  else if (name == "ATAN2" && (x[0] != 0 || x[1] != 0)) y = std::atan2(x[0], x[1]) * kDegree;
-  else if (name == "SQRT" && x[0] >= 0) y = std::sqrt(x[0]);
-  else if (name == "EXP") y = std::exp(x[0]);
-  else if (name == "LN" && x[0] > 0) y = std::log(x[0]);
-  else if (name == "ABS") y = std::fabs(x[0]);
-  else if (name == "TRUNC") y = std::trunc(x[0]);
-  else if (name == "ROUND") y = std::round(x[0]);
-  else if (name == "FLOAT" || name == "CHR" || name == "ORD") y = x[0];
-  if (y && !std::isfinite(*y)) return std::nullopt;
-  return y;
+  const auto f = number_function(name);
+  return f ? number_value(*f, x) : std::nullopt;
 }
 
 constexpr std::string_view kPredefinedText = R"(PROGRAM predefined;

@@ -271,11 +271,12 @@ std::uint32_t Names::find(std::string_view any_case) const {
 }
 
 void Faults::error(std::uint32_t file, const Token& at, std::string message, std::string hint) {
-  if (errors_ < kMost) all.push_back({0, file, at, std::move(message), std::move(hint)});
+  if (errors_ < most_) all.push_back({0, file, at, std::move(message), std::move(hint)});
   ++errors_;
 }
 void Faults::warning(std::uint32_t file, const Token& at, std::string message, std::string hint) {
-  if (all.size() < 2 * kMost) all.push_back({1, file, at, std::move(message), std::move(hint)});
+  if (all.size() < std::size_t{2} * most_)
+    all.push_back({1, file, at, std::move(message), std::move(hint)});
 }
 
 std::string string_value(std::string_view quoted) {

@@ -1,15 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plugin irl: the Industrial Robot Language (DIN 66312) behind robomosp.language/1.
+#include <string_view>
+
 #include <robomosp/sdk/language.h>
+#include <robomosp/sdk/language_editing.h>
 #include <robomosp/sdk/plugin.h>
 
 #include "compile.h"
+#include "editing.h"
 
 namespace robomosp::irl {
 namespace {
 
+class Editing final : public LanguageEditing {
+ public:
+  Result<std::unique_ptr<EditedProgram>> open(const LanguageTask& task) const override {
+    return edit(task.files);
+  }
+};
+
 class Irl final : public Language {
  public:
+  [[nodiscard]] const void* extension(const char* id) const override {
+    return id && std::string_view(id) == LanguageEditing::kExtensionId
+               ? static_cast<const LanguageEditing*>(&editing_)
+               : nullptr;
+  }
   [[nodiscard]] std::string_view extensions() const override { return "irl"; }
   Result<std::vector<std::string>> needs(const SourceFile& file) const override {
     return irl::needs(file);
@@ -19,6 +35,9 @@ class Irl final : public Language {
     RMP_TRY_ASSIGN(auto tables, irl::compile(task.files, progress));
     return std::unique_ptr<CompiledProgram>(std::move(tables));
   }
+
+ private:
+  Editing editing_;
 };
 
 }  // namespace

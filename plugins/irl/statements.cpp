@@ -108,6 +108,7 @@ bool Checker::check_place(Id e, const Node& where, const std::string& what) {
 Id Checker::routine_named(const Node& n, std::uint32_t kind, const char* what) {
   if (n.name == kNone) return kNone;
   const Id s = lookup(n.name);
+  use(n, s);
   if (s == kNone) {
     fail_name(n, "nothing is named " + written(n), suggestion(n.name));
     return kNone;
@@ -126,6 +127,7 @@ void Checker::resolve_gotos() {
       continue;
     }
     const auto& [symbol, its_block] = found->second;
+    use(g.at, symbol);
     if (std::find(g.blocks.begin(), g.blocks.end(), its_block) == g.blocks.end())
       fail_name(g.at, "GOTO leads into a statement from outside",
                 "A label is reached from its own block and from what is within that.");
@@ -272,6 +274,7 @@ Id Checker::statement(const Node& n) {
       const Id s = add_statement(n.flag ? RMP_STMT_FOR_DOWN : RMP_STMT_FOR, n);
       if (n.name == kNone || n.first == kNone) return kNone;
       const Id symbol = lookup(n.name);
+      use(n, symbol);
       if (symbol == kNone) {
         fail_name(n, "the loop's variable " + written(n) + " is not declared",
                   "Declare it behind VAR: INT: " + written(n) + ";");
@@ -327,6 +330,7 @@ Id Checker::statement(const Node& n) {
       }
       out_.symbols.push_back(x);
       symbol_names_.push_back(kNone);
+      use(n, symbol, Use::symbol, true);
       out_.statements[s].symbol = symbol;
       return s;
     }
@@ -389,6 +393,7 @@ Id Checker::statement(const Node& n) {
       Id first = kNone, last = kNone;
       for (Id v = n.first; v != kNone; v = at(v).next) {
         const Id symbol = lookup(at(v).name);
+        use(at(v), symbol);
         if (symbol == kNone) {
           fail_name(at(v), "nothing is named " + written(at(v)), suggestion(at(v).name));
           continue;
@@ -488,6 +493,7 @@ Id Checker::motion(const Node& n) {
       continue;
     }
     const auto number_of = static_cast<std::uint32_t>(row - kAttributes.begin());
+    use(x, number_of, Use::attribute);
     for (const rmp_code_attribute& b : attributes)
       if (b.attribute == number_of) fail_name(x, written(x) + " is given twice");
     Id value = kNone;

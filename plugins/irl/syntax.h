@@ -138,18 +138,19 @@ struct Fault {
   Token at;
   std::string message, hint;
 };
-/// Faults of one run: the first 100 errors are kept.
+/// Faults of one run: the first 100 errors are kept, unless an editor reads on.
 class Faults {
  public:
+  explicit Faults(std::uint32_t most = kMost) : most_(most) {}
   void error(std::uint32_t file, const Token& at, std::string message, std::string hint = {});
   void warning(std::uint32_t file, const Token& at, std::string message, std::string hint = {});
-  [[nodiscard]] bool is_full() const { return errors_ >= kMost; }
+  [[nodiscard]] bool is_full() const { return errors_ >= most_; }
   [[nodiscard]] std::uint32_t errors() const { return errors_; }
   std::vector<Fault> all;
   static constexpr std::uint32_t kMost = 100;
 
  private:
-  std::uint32_t errors_ = 0;
+  std::uint32_t errors_ = 0, most_;
 };
 
 /// What a node of the tree is; children in order.
