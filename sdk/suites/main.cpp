@@ -49,7 +49,9 @@ constexpr const char* kUsage =
     "  --model FILE      a mechanism from a file of robot.save_model (may be repeated)\n"
     "  --dynamics FILE   plugin whose inverse dynamics controllers ask, and forward dynamics\n"
     "                    that have no inverse are compared with\n"
-    "  --runner WORD     command that runs generated code, a word each (may be repeated)\n";
+    "  --runner WORD     command that runs generated code, a word each (may be repeated)\n"
+    "  --sample FILE     a program without errors for languages (may be repeated); what it names\n"
+    "                    is taken from its folder\n";
 
 int wrong(const std::string& what) {
   std::fprintf(stderr, "%s\n%s", what.c_str(), kUsage);
@@ -101,6 +103,8 @@ int read(int argc, char** argv, std::vector<char*>& rest) {
       s.dynamics = value;
     } else if (word == "--runner") {
       s.runner.push_back(value);
+    } else if (word == "--sample") {
+      s.samples.push_back(value);
     } else {
       return wrong("\"" + word + "\" is no option.");
     }

@@ -14,15 +14,16 @@
 namespace robomosp::suites {
 
 struct Subject {
-  std::string file;                 ///< the plugin
-  std::set<std::string> suites;     ///< to be run; empty = all
-  std::vector<RobotModel> models;   ///< mechanisms for solvers
-  bool are_models_chosen = false;   ///< then a solver has to take each of them
-  std::string dynamics;             ///< plugin with inverse dynamics; empty = none
-  std::vector<std::string> runner;  ///< runs generated code; empty = none
-  std::string work;                 ///< folder for files
-  std::set<std::string> notes;      ///< why a suite that has providers here is not run
-  std::set<std::string> found;      ///< suites that have providers here
+  std::string file;                  ///< the plugin
+  std::set<std::string> suites;      ///< to be run; empty = all
+  std::vector<RobotModel> models;    ///< mechanisms for solvers
+  bool are_models_chosen = false;    ///< then a solver has to take each of them
+  std::string dynamics;              ///< plugin with inverse dynamics; empty = none
+  std::vector<std::string> runner;   ///< runs generated code; empty = none
+  std::vector<std::string> samples;  ///< files of programs for languages
+  std::string work;                  ///< folder for files
+  std::set<std::string> notes;       ///< why a suite that has providers here is not run
+  std::set<std::string> found;       ///< suites that have providers here
 };
 
 [[nodiscard]] Subject& subject();

@@ -144,7 +144,7 @@ rmpc_status rmpc_get_bytes(rmpc_client *c, const char *path, unsigned char *out,
 
 /* --- events --- */
 
-/* Subscribes on a server; topics: "change", "message", "job" and "run" separated by blanks, NULL = all. */
+/* Subscribes on a server; topics: "change", "message", "job", "run" and "recording" separated by blanks, NULL = all. */
 rmpc_status rmpc_subscribe(rmpc_client *c, const char *topics, long long *subscription);
 /* Waits up to `seconds` (0 = not at all) for what the program says unasked. RMPC_OK: the functions above
  * read it, and rmpc_event_name() is "event" or "job.progress". RMPC_TIMEOUT: there was nothing. */

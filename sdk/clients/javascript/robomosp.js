@@ -544,7 +544,7 @@ export class Connection {
 
   // what is more than one command
 
-  /// What happens from now on: topics 'change', 'message', 'job', 'run'; options of server.subscribe.
+  /// What happens from now on: topics 'change', 'message', 'job', 'run', 'recording'; options of server.subscribe.
   async events(topics = [], options = {}) {
     if (this._transport && this._transport.isChild)
       throw new RobomospError('A program of its own sends no events; a server does.', 'unsupported');

@@ -1589,7 +1589,7 @@ class Connection(_Base):
         return self._finished(job.name, result, self._spec_now(job.name) if _has_number_words(result) else None)
 
     def events(self, *topics, **options):
-        """A subscription to what happens: topics "change", "message", "job", "run"; all without any.
+        """A subscription to what happens: topics "change", "message", "job", "run", "recording"; all without any.
 
         Options are those of event.subscribe (kinds, records, own, rate [1/s], ...); on servers also rows:
         True, or names of columns whose new rows events of "run" bring.

@@ -215,11 +215,311 @@ inline std::string unquoted(std::string_view s) {
   return out;
 }
 
+/// What the fields of instructions may be, so that whoever runs them need not look: kinds that an
+/// op takes, types that fit, numbers in range, arguments right before what takes them.
+class Strict {
+ public:
+  explicit Strict(const ProgramTables& p) : p_(p) {}
+  /// What is wrong with instruction `i` of routine `r`, which follows those that were looked at;
+  /// nullptr = nothing.
+  const char* fault(std::uint32_t r, const rmp_code_instruction& i) {
+    if (r != routine_) {
+      routine_ = r;
+      set_.clear();
+      arguments_.clear();
+      targets_ = 0;
+    }
+    for (const rmp_code_operand* o : {&i.a, &i.b})
+      if ((o->kind == RMP_OPERAND_TEMPORARY || o->kind == RMP_OPERAND_REFERENCE) && !is_set(*o))
+        return "a temporary is used that was not set with this type before";
+    if (i.op == RMP_OP_STORE && i.r.kind == RMP_OPERAND_REFERENCE && !is_set(i.r))
+      return "a place is used that was not set with this type before";
+    const bool takes = i.op == RMP_OP_CALL || i.op == RMP_OP_INTRINSIC || i.op == RMP_OP_MAKE;
+    const bool gives = i.op == RMP_OP_ARGUMENT || i.op == RMP_OP_ARGUMENT_PLACE;
+    if (!takes && !gives && !arguments_.empty())
+      return "arguments stand right before the CALL, INTRINSIC or MAKE that takes them";
+    const char* wrong = one(i);
+    if (takes) arguments_.clear();
+    if (gives) arguments_.push_back(i);
+    if (!wrong && i.op != RMP_OP_STORE &&
+        (i.r.kind == RMP_OPERAND_TEMPORARY || i.r.kind == RMP_OPERAND_REFERENCE))
+      set_[i.r.index] = {i.r.kind, i.r.type};
+    return wrong;
+  }
+  /// At the end of a routine.
+  [[nodiscard]] const char* fault_at_end() const {
+    if (!arguments_.empty()) return "arguments stand before no CALL, INTRINSIC or MAKE";
+    return targets_ > 0 ? "targets stand before no MOVE" : nullptr;
+  }
+
+ private:
+  using O = rmp_code_operand;
+  static bool none(const O& o) { return o.kind == RMP_OPERAND_NONE; }
+  static bool value(const O& o) {
+    return o.kind == RMP_OPERAND_CONSTANT || o.kind == RMP_OPERAND_VARIABLE ||
+           o.kind == RMP_OPERAND_TEMPORARY;
+  }
+  static bool value(const O& o, std::uint32_t type) { return value(o) && o.type == type; }
+  static bool reference(const O& o) { return o.kind == RMP_OPERAND_REFERENCE; }
+  bool result(const O& o) const {
+    if (o.kind == RMP_OPERAND_TEMPORARY) return true;
+    return o.kind == RMP_OPERAND_VARIABLE &&
+           p_.symbols[static_cast<std::size_t>(o.index)].kind != RMP_SYMBOL_INPUT;
+  }
+  bool place(const O& o) const {
+    return reference(o) || (o.kind == RMP_OPERAND_VARIABLE && result(o));
+  }
+  static bool label(const O& o) { return o.kind == RMP_OPERAND_LABEL; }
+  bool is_set(const O& o) const {
+    const auto it = set_.find(o.index);
+    return it != set_.end() && it->second.first == o.kind && it->second.second == o.type;
+  }
+  [[nodiscard]] const rmp_code_type& type(std::uint32_t t) const { return p_.types[t]; }
+  [[nodiscard]] std::uint32_t kind(const O& o) const { return type(o.type).kind; }
+  [[nodiscard]] std::uint32_t role(const O& o) const { return type(o.type).role; }
+  /// Whether what is of type `a` may stand where one of `b` belongs.
+  [[nodiscard]] bool fits(std::uint32_t a, std::uint32_t b) const {
+    if (a == b) return true;
+    const rmp_code_type &x = type(a), &y = type(b);
+    return x.kind == RMP_TYPE_ARRAY && y.kind == RMP_TYPE_ARRAY && x.element == y.element &&
+           std::int64_t{x.upper} - x.lower == std::int64_t{y.upper} - y.lower;
+  }
+  [[nodiscard]] bool routine(const O& o, std::uint32_t first, std::uint32_t last) const {
+    if (o.kind != RMP_OPERAND_ROUTINE) return false;
+    const std::uint32_t k = p_.routines[static_cast<std::size_t>(o.index)].kind;
+    return k >= first && k <= last;
+  }
+  bool argument(const rmp_code_instruction& given, std::uint32_t wanted, std::uint32_t mode) const {
+    const bool is_place = mode != RMP_MODE_IN;
+    return (given.op == RMP_OP_ARGUMENT_PLACE) == is_place && given.a.kind != RMP_OPERAND_ROUTINE &&
+           (is_place ? given.a.type == wanted : fits(given.a.type, wanted));
+  }
+  const char* call(const rmp_code_instruction& i) const {
+    constexpr const char* kWrong =
+        "CALL has a procedure or function, the number of its arguments, "
+        "arguments of its parameters' types, and its result";
+    if (!routine(i.a, RMP_ROUTINE_PROCEDURE, RMP_ROUTINE_FUNCTION)) return kWrong;
+    const rmp_code_routine& r = p_.routines[static_cast<std::size_t>(i.a.index)];
+    if (i.b.kind != RMP_OPERAND_NUMBER || arguments_.size() != r.parameter_count ||
+        static_cast<std::uint64_t>(i.b.index) != arguments_.size())
+      return kWrong;
+    for (std::uint32_t k = 0; k < r.parameter_count; ++k) {
+      const rmp_code_symbol& s = p_.symbols[r.first_parameter + k];
+      if (!argument(arguments_[k], s.type, s.mode)) return kWrong;
+    }
+    const bool is_right =
+        r.result == RMP_TYPE_VOID ? none(i.r) : result(i.r) && i.r.type == r.result;
+    return is_right ? nullptr : kWrong;
+  }
+  const char* make(const rmp_code_instruction& i) const {
+    constexpr const char* kWrong =
+        "MAKE has the number of its arguments, one for each part of the record, array or list";
+    if (!none(i.a) || i.b.kind != RMP_OPERAND_NUMBER || !result(i.r) ||
+        static_cast<std::uint64_t>(i.b.index) != arguments_.size())
+      return kWrong;
+    const rmp_code_type& t = type(i.r.type);
+    const std::uint64_t count = arguments_.size();
+    const bool is_whole =
+        t.kind == RMP_TYPE_RECORD ? count == t.field_count
+        : t.kind == RMP_TYPE_ARRAY
+            ? count == static_cast<std::uint64_t>(std::int64_t{t.upper} - t.lower + 1)
+            : t.kind == RMP_TYPE_LIST;
+    if (!is_whole) return kWrong;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t part =
+          t.kind == RMP_TYPE_RECORD ? p_.fields[t.first_field + k].type : t.element;
+      if (!argument(arguments_[k], part, RMP_MODE_IN)) return kWrong;
+    }
+    return nullptr;
+  }
+  bool converts(std::uint32_t from, std::uint32_t to) const {
+    const auto is = [&](std::uint32_t a, std::uint32_t b) { return from == a && to == b; };
+    return is(RMP_TYPE_INT, RMP_TYPE_REAL) || is(RMP_TYPE_INT, RMP_TYPE_CHAR) ||
+           is(RMP_TYPE_CHAR, RMP_TYPE_INT) || is(RMP_TYPE_CHAR, RMP_TYPE_STRING) ||
+           (from != to && fits(from, to));
+  }
+  bool attribute(const O& a, const O& b) const {
+    if (b.kind != RMP_OPERAND_WORD || !value(a)) return false;
+    switch (b.index) {
+      case RMP_ATTR_C_PASS:
+      case RMP_ATTR_WOBBLE: return a.type == RMP_TYPE_BOOL;
+      case RMP_ATTR_ACT_ROB: return role(a) == RMP_ROLE_ROBOT;
+      case RMP_ATTR_DEVICE:
+      case RMP_ATTR_ADAX_CONTROL: return a.type == RMP_TYPE_INT;
+      case RMP_ATTR_TOOL:
+      case RMP_ATTR_FRAME: return role(a) == RMP_ROLE_POSE;
+      default: return a.type == RMP_TYPE_REAL;
+    }
+  }
+  const char* one(const rmp_code_instruction& i) {
+    const O &a = i.a, &b = i.b, &r = i.r;
+    const auto must = [](bool is_right, const char* what) { return is_right ? nullptr : what; };
+    const bool only_a = none(b) && none(r);
+    const bool number_in = value(a) && (a.type == RMP_TYPE_INT || a.type == RMP_TYPE_REAL);
+    switch (i.op) {
+      case RMP_OP_COPY: {
+        // The count of a semaphore is written as an INT.
+        const bool is_count = a.kind == RMP_OPERAND_CONSTANT && a.type == RMP_TYPE_INT &&
+                              r.type == RMP_TYPE_SEMAPHORE;
+        return must(value(a) && none(b) && result(r) && (is_count || fits(a.type, r.type)),
+                    "COPY has a value, and a variable or temporary of its type");
+      }
+      case RMP_OP_CONVERT:
+        return must(value(a) && none(b) && result(r) && converts(a.type, r.type),
+                    "CONVERT has a value, and a variable or temporary of a type that it becomes");
+      case RMP_OP_NEGATE:
+        return must(number_in && none(b) && result(r) && r.type == a.type,
+                    "NEGATE has an INT or REAL, and its result");
+      case RMP_OP_NOT:
+        return must(value(a, RMP_TYPE_BOOL) && none(b) && result(r) && r.type == RMP_TYPE_BOOL,
+                    "NOT has a BOOL, and its result");
+      case RMP_OP_ADD:
+      case RMP_OP_SUBTRACT:
+      case RMP_OP_MULTIPLY:
+        return must(number_in && value(b, a.type) && result(r) && r.type == a.type,
+                    "this has two numbers of one type, and their result");
+      case RMP_OP_DIVIDE:
+        return must(value(a, RMP_TYPE_REAL) && value(b, RMP_TYPE_REAL) && result(r) &&
+                        r.type == RMP_TYPE_REAL,
+                    "DIVIDE has two REAL, and their result");
+      case RMP_OP_DIV:
+      case RMP_OP_MOD:
+        return must(
+            value(a, RMP_TYPE_INT) && value(b, RMP_TYPE_INT) && result(r) && r.type == RMP_TYPE_INT,
+            "this has two INT, and their result");
+      case RMP_OP_EQUAL:
+      case RMP_OP_NOT_EQUAL:
+      case RMP_OP_LESS:
+      case RMP_OP_LESS_EQUAL:
+      case RMP_OP_GREATER:
+      case RMP_OP_GREATER_EQUAL:
+        return must(value(a) && value(b, a.type) && a.type >= RMP_TYPE_INT &&
+                        a.type <= RMP_TYPE_STRING && result(r) && r.type == RMP_TYPE_BOOL,
+                    "this compares two values of one basic type, and its result is BOOL");
+      case RMP_OP_EXOR:
+        return must(value(a, RMP_TYPE_BOOL) && value(b, RMP_TYPE_BOOL) && result(r) &&
+                        r.type == RMP_TYPE_BOOL,
+                    "EXOR has two BOOL, and their result");
+      case RMP_OP_COMPOSE: {
+        const auto in = [&](const O& o) {
+          return value(o) && role(o) >= RMP_ROLE_POSITION && role(o) <= RMP_ROLE_POSE;
+        };
+        return must(in(a) && in(b) && role(a) != RMP_ROLE_POSITION && result(r) &&
+                        r.type == b.type && (role(b) == RMP_ROLE_POSITION || b.type == a.type),
+                    "COMPOSE has a POSE or ORIENTATION, what it moves, and the result");
+      }
+      case RMP_OP_FIELD:
+        return must(
+            (value(a) || reference(a)) && kind(a) == RMP_TYPE_RECORD &&
+                b.kind == RMP_OPERAND_NUMBER &&
+                static_cast<std::uint64_t>(b.index) < type(a.type).field_count && reference(r) &&
+                r.type ==
+                    p_.fields[type(a.type).first_field + static_cast<std::uint32_t>(b.index)].type,
+            "FIELD has a record, the number of a field, and a place of its type");
+      case RMP_OP_ELEMENT: {
+        const bool is_text = kind(a) == RMP_TYPE_STRING;
+        const bool is_many = is_text || kind(a) == RMP_TYPE_ARRAY || kind(a) == RMP_TYPE_LIST;
+        return must((value(a) || reference(a)) && is_many && value(b, RMP_TYPE_INT) &&
+                        reference(r) &&
+                        r.type == (is_text ? std::uint32_t{RMP_TYPE_CHAR} : type(a.type).element),
+                    "ELEMENT has an array, list or string, an INT, and a place of an element's "
+                    "type");
+      }
+      case RMP_OP_LOAD:
+        return must(reference(a) && none(b) && result(r) && r.type == a.type,
+                    "LOAD has a place, and a variable or temporary of its type");
+      case RMP_OP_STORE:
+        return must(value(a) && none(b) && reference(r) && fits(a.type, r.type),
+                    "STORE has a value, and a place of its type");
+      case RMP_OP_ARGUMENT:
+        return must((value(a) || routine(a, RMP_ROUTINE_PROCESS, RMP_ROUTINE_PROCESS)) && only_a,
+                    "ARGUMENT has a value");
+      case RMP_OP_ARGUMENT_PLACE:
+        return must(place(a) && only_a, "ARGUMENT_PLACE has a place that may be written to");
+      case RMP_OP_CALL: return call(i);
+      case RMP_OP_INTRINSIC:
+        return must(a.kind == RMP_OPERAND_INTRINSIC && b.kind == RMP_OPERAND_NUMBER &&
+                        static_cast<std::uint64_t>(b.index) == arguments_.size() &&
+                        (none(r) || result(r)),
+                    "INTRINSIC has a name, the number of its arguments, and its result");
+      case RMP_OP_MAKE: return make(i);
+      case RMP_OP_LABEL:
+      case RMP_OP_JUMP: return must(none(a) && none(b) && label(r), "this has a label alone");
+      case RMP_OP_JUMP_IF:
+      case RMP_OP_JUMP_UNLESS:
+      case RMP_OP_WAIT_TEST:
+        return must(value(a, RMP_TYPE_BOOL) && none(b) && label(r), "this has a BOOL and a label");
+      case RMP_OP_RETURN: {
+        const std::uint32_t wanted = p_.routines[routine_].result;
+        return must(
+            only_a && (wanted == RMP_TYPE_VOID ? none(a) : value(a) && fits(a.type, wanted)),
+            "RETURN has a value of a function's type, and none elsewhere");
+      }
+      case RMP_OP_WAIT_TIME: return must(value(a, RMP_TYPE_REAL) && only_a, "WAIT_TIME has a REAL");
+      case RMP_OP_WAIT_BEGIN:
+        return must((none(a) || value(a, RMP_TYPE_REAL)) && only_a,
+                    "WAIT_BEGIN has a REAL or nothing");
+      case RMP_OP_PAUSE:
+        return must((none(a) || value(a, RMP_TYPE_STRING)) && only_a,
+                    "PAUSE has a STRING or nothing");
+      case RMP_OP_HALT: return must(none(a) && only_a, "HALT has nothing");
+      case RMP_OP_TARGET:
+        ++targets_;
+        return must(value(a) && only_a && role(a) != RMP_ROLE_NONE && role(a) != RMP_ROLE_ROBOT &&
+                        role(a) != RMP_ROLE_ORIENTATION,
+                    "TARGET has a place or joints");
+      case RMP_OP_ATTRIBUTE:
+        return must(attribute(a, b) && none(r), "ATTRIBUTE has a value of its type, and its name");
+      case RMP_OP_UNTIL:
+        return must(
+            (none(a) || (routine(a, RMP_ROUTINE_PROCEDURE, RMP_ROUTINE_PROCEDURE) &&
+                         p_.routines[static_cast<std::size_t>(a.index)].parameter_count == 0)) &&
+                none(b) && label(r),
+            "UNTIL has a procedure without parameters or nothing, and a label");
+      case RMP_OP_UNTIL_TEST:
+      case RMP_OP_INTERRUPT_TEST: return must(value(a, RMP_TYPE_BOOL) && only_a, "this has a BOOL");
+      case RMP_OP_MOVE: {
+        const std::uint32_t given = std::exchange(targets_, 0);
+        return must(a.kind == RMP_OPERAND_WORD && b.kind == RMP_OPERAND_NUMBER && b.index <= 1 &&
+                        none(r) && given > 0 && (a.index != RMP_MOVE_CIRCLE || given == 2),
+                    "MOVE has an interpolation, #0 or #1, and its targets before it");
+      }
+      case RMP_OP_START:
+        return must(routine(a, RMP_ROUTINE_PROCESS, RMP_ROUTINE_PROCESS) &&
+                        (none(b) || value(b, RMP_TYPE_INT)) && none(r),
+                    "START has a process, and its priority or nothing");
+      case RMP_OP_STOP:
+      case RMP_OP_CONTINUE:
+      case RMP_OP_CANCEL:
+        return must(routine(a, RMP_ROUTINE_PROCESS, RMP_ROUTINE_PROCESS) && only_a,
+                    "this has a process");
+      case RMP_OP_ENABLE:
+        return must(routine(a, RMP_ROUTINE_INTERRUPT, RMP_ROUTINE_INTERRUPT) &&
+                        (none(b) || value(b, RMP_TYPE_INT)) && none(r),
+                    "ENABLE has an interrupt, and its priority or nothing");
+      case RMP_OP_DISABLE:
+        return must(routine(a, RMP_ROUTINE_INTERRUPT, RMP_ROUTINE_INTERRUPT) && only_a,
+                    "DISABLE has an interrupt");
+      case RMP_OP_TEACH:
+        return must(a.kind == RMP_OPERAND_VARIABLE && result(a) && only_a, "TEACH has a variable");
+      default: return "there is no such instruction";
+    }
+  }
+
+  const ProgramTables& p_;
+  std::uint32_t routine_ = RMP_NONE;
+  std::map<std::int64_t, std::pair<std::uint32_t, std::uint32_t>> set_;  ///< kind and type
+  std::vector<rmp_code_instruction> arguments_;
+  std::uint32_t targets_ = 0;
+};
+
 class Reader {
  public:
   Result<std::unique_ptr<ProgramTables>> read(std::string_view text) {
-    for (std::uint32_t t = 0; t <= RMP_TYPE_PROCESS; ++t)
+    for (std::uint32_t t = 0; t <= RMP_TYPE_PROCESS; ++t) {
       p_->types.push_back({t, 0, "", RMP_NONE, 0, 0, 0, 0, {}});
+      slots_.push_back(1);
+    }
     bool is_first = true;
     while (!text.empty()) {
       const std::size_t end = text.find('\n');
@@ -245,6 +545,24 @@ class Reader {
     for (const auto& [line, r] : routines_used_)
       if (r >= p_->routines.size())
         return fail("there is no routine r" + std::to_string(r), {}, line);
+    for (const rmp_code_type& t : p_->types)
+      if (t.kind == RMP_TYPE_RECORD && (t.field_count == 0 || !has_shape(t)))
+        return fail("the record " + quoted(t.name) + " has no fields, or not those of its role #" +
+                    std::to_string(t.role));
+    if (p_->routines[0].kind != RMP_ROUTINE_PROGRAM)
+      return fail("routine r0 is not of the kind #0", "Routine 0 is the program.");
+    Strict strict(*p_);
+    for (std::uint32_t r = 0; r < p_->routines.size(); ++r) {
+      const rmp_code_routine& x = p_->routines[r];
+      std::uint32_t line = 0;
+      for (std::uint32_t k = 0; k < x.instruction_count; ++k) {
+        line = lines_[x.first_instruction + k];
+        if (const char* wrong = strict.fault(r, p_->instructions[x.first_instruction + k]))
+          return fail(wrong, {}, line);
+      }
+      if (x.instruction_count == 0) continue;
+      if (const char* wrong = strict.fault_at_end()) return fail(wrong, {}, line);
+    }
     for (const rmp_code_symbol& s : names_) {
       p_->routines[s.routine].symbol = static_cast<std::uint32_t>(p_->symbols.size());
       p_->symbols.push_back(s);
@@ -258,10 +576,39 @@ class Reader {
 
  private:
   static constexpr std::uint32_t kMost = 50'000'000;
+  static constexpr std::uint64_t kMostSlots = 16'000'000;  ///< values that a type holds
   [[nodiscard]] Error fail(std::string message, std::string hint = {},
                            std::uint32_t line = 0) const {
     return error(ErrorCode::syntax, std::move(message), std::move(hint),
                  "line " + std::to_string(line ? line : line_) + " of three-address code");
+  }
+  /// Whether a record has the fields that motions look for.
+  [[nodiscard]] bool has_shape(const rmp_code_type& t) const {
+    const auto field = [&](std::uint32_t k) -> const rmp_code_type& {
+      return p_->types[p_->fields[t.first_field + k].type];
+    };
+    const auto reals = [&](std::uint32_t count) {
+      for (std::uint32_t k = 0; k < t.field_count; ++k)
+        if (field(k).kind != RMP_TYPE_REAL) return false;
+      return count == 0 || t.field_count == count;
+    };
+    switch (t.role) {
+      case RMP_ROLE_POSITION: return reals(3);
+      case RMP_ROLE_ORIENTATION: return reals(4);
+      case RMP_ROLE_POSE:
+        return t.field_count == 2 && field(0).role == RMP_ROLE_POSITION &&
+               field(1).role == RMP_ROLE_ORIENTATION;
+      case RMP_ROLE_MAIN_JOINT:
+      case RMP_ROLE_ADD_JOINT: return reals(0);
+      case RMP_ROLE_JOINT:
+        return t.field_count == 2 && field(0).role == RMP_ROLE_MAIN_JOINT &&
+               field(1).role == RMP_ROLE_ADD_JOINT;
+      case RMP_ROLE_ROBTARGET:
+        return t.field_count == 4 && field(0).role == RMP_ROLE_POSE &&
+               field(1).kind == RMP_TYPE_INT && field(2).kind == RMP_TYPE_ARRAY &&
+               field(2).element == RMP_TYPE_INT && field(3).role == RMP_ROLE_ADD_JOINT;
+      default: return true;
+    }
   }
   Result<std::uint32_t> index(std::string_view f, char prefix) const {
     std::uint32_t n = 0;
@@ -304,6 +651,13 @@ class Reader {
           (dots == std::string_view::npos || !number(f[1].substr(0, dots), t.lower) ||
            !number(f[1].substr(dots + 2), t.upper) || t.upper < t.lower))
         return fail("\"" + std::string(f[1]) + "\" are no bounds of an array", "Such as 1..3.");
+      const std::uint64_t length =
+          t.kind == RMP_TYPE_ARRAY ? static_cast<std::uint64_t>(std::int64_t{t.upper} - t.lower + 1)
+                                   : 1;
+      const std::uint64_t inner = t.kind == RMP_TYPE_ARRAY ? slots_[t.element] : 1;
+      if (length > kMostSlots || length * inner > kMostSlots)
+        return fail("a type holds more than " + std::to_string(kMostSlots) + " values");
+      slots_.push_back(length * inner);
       p_->types.push_back(t);
       return {};
     }
@@ -316,6 +670,7 @@ class Reader {
       RMP_TRY_ASSIGN(const std::string n, name(f[3]));
       t.name = p_->keep(n);
       t.first_field = static_cast<std::uint32_t>(p_->fields.size());
+      slots_.push_back(0);
       p_->types.push_back(t);
       return {};
     }
@@ -327,6 +682,9 @@ class Reader {
       RMP_TRY_ASSIGN(const std::string n, name(f[3]));
       p_->fields.push_back({p_->keep(n), t, {}});
       ++p_->types.back().field_count;
+      slots_.back() += slots_[t];
+      if (slots_.back() > kMostSlots)
+        return fail("a type holds more than " + std::to_string(kMostSlots) + " values");
       return {};
     }
     if (f[0] == "ROUTINE") return routine(f);
@@ -336,8 +694,22 @@ class Reader {
       if (f[1].empty() || f[1][0] != '#' || !number(f[1].substr(1), address) || f[2].empty() ||
           f[2][0] != '#' || !number(f[2].substr(1), width))
         return fail("AT needs a number and a width", "Such as: AT #3 #1 -");
+      const rmp_code_symbol& signal = p_->symbols[last_symbol_];
+      if (signal.kind != RMP_SYMBOL_INPUT && signal.kind != RMP_SYMBOL_OUTPUT)
+        return fail("AT stands behind its INPUT or OUTPUT");
+      constexpr std::int32_t kWidest = 64;
+      if (address < 0 || width < 1 || width > kWidest ||
+          (signal.type == RMP_TYPE_BOOL && width != 1))
+        return fail("a signal has a number from 0, and a width from 1 to 64, which is 1 for BOOL");
       p_->symbols[last_symbol_].address = address;
       p_->symbols[last_symbol_].width = width;
+      return {};
+    }
+    if (f[0] == "OF") {
+      if (last_symbol_ == RMP_NONE) return fail("OF stands behind its VARIABLE");
+      RMP_TRY_ASSIGN(const std::uint32_t r, index(f[1], 'r'));
+      p_->symbols[last_symbol_].routine = r;
+      routines_used_.emplace(line_, r);
       return {};
     }
     for (std::uint32_t k = 0; k < std::size(kSymbols); ++k)
@@ -362,6 +734,11 @@ class Reader {
     s.scope = RMP_NONE;
     s.routine = RMP_NONE;
     s.value = s.constant = RMP_NONE;
+    if (t == RMP_TYPE_VOID || t == RMP_TYPE_PROCESS)
+      return fail(std::string(f[1]) + " is of a type that holds no value");
+    if ((kind == RMP_SYMBOL_INPUT || kind == RMP_SYMBOL_OUTPUT) && t != RMP_TYPE_BOOL &&
+        t != RMP_TYPE_INT && t != RMP_TYPE_REAL)
+      return fail("a signal is BOOL, INT or REAL");
     if (!declared_.insert(at).second) return fail(std::string(f[1]) + " is there twice");
     rmp_code_symbol gap = s;
     gap.kind = RMP_SYMBOL_IMPORT;
@@ -405,6 +782,9 @@ class Reader {
           if (!declared_.contains(r.first_parameter + k) ||
               p_->symbols[r.first_parameter + k].kind != RMP_SYMBOL_PARAMETER)
             return fail("v" + std::to_string(r.first_parameter + k) + " is no parameter");
+        for (std::uint32_t k = 0; k < r.parameter_count; ++k)
+          p_->symbols[r.first_parameter + k].routine =
+              static_cast<std::uint32_t>(p_->routines.size() - 1);
       }
       return {};
     }
@@ -436,6 +816,7 @@ class Reader {
                                  !labels_set_.insert(static_cast<std::uint32_t>(i.r.index)).second))
         return fail("a label is set once, such as: LABEL - - L2");
       p_->instructions.push_back(i);
+      lines_.push_back(line_);
       return {};
     }
     return fail("there is no instruction \"" + std::string(f[0]) + "\"");
@@ -528,6 +909,8 @@ class Reader {
   std::set<std::pair<std::uint32_t, std::uint32_t>> routines_used_;  ///< with their line
   std::map<std::string, std::uint32_t, std::less<>> intrinsics_;
   std::vector<rmp_code_symbol> names_;
+  std::vector<std::uint32_t> lines_;  ///< by instruction
+  std::vector<std::uint64_t> slots_;  ///< values, by type
 };
 
 }  // namespace code_text_detail
@@ -570,6 +953,8 @@ class Reader {
     out += word + " v" + std::to_string(v) + " " + type_text(s.type) + " " + quoted(s.name) + "\n";
     if (s.kind == RMP_SYMBOL_INPUT || s.kind == RMP_SYMBOL_OUTPUT)
       out += "AT #" + std::to_string(s.address) + " #" + std::to_string(s.width) + " -\n";
+    else if (s.routine != RMP_NONE && s.kind != RMP_SYMBOL_PARAMETER)
+      out += "OF r" + std::to_string(s.routine) + " - -\n";
   }
   for (std::uint32_t i = 0; i < code.routines.count; ++i) {
     const auto& r = row<rmp_code_routine>(code.routines, i);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -257,6 +258,37 @@ TEST_P(PlannerConformance, CancelledInTheMidst) {
   const auto r = planner_->plan(w.problem(), params_, progress);
   ASSERT_FALSE(r.ok());
   EXPECT_EQ(r.error().code, ErrorCode::cancelled) << r.error().sentence();
+}
+
+// Who is asked whether a configuration is free may be told to stop at any moment, too, and then
+// says no to everything, to the start as well.
+TEST_P(PlannerConformance, CancelledWhileAnyCheckIsMade) {
+  class Stopped final : public Progress {
+   public:
+    void report(double, std::string_view) override {}
+    bool cancelled() const override { return is_stopped; }
+    bool is_stopped = false;
+  };
+  for (int after = 0; after < 40; ++after) {
+    BoxWorld w = BoxWorld::door();
+    w.boxes.push_back({{0.4, -1}, {0.44, 2}});
+    w.seconds = 20;
+    Stopped progress;
+    int asked = 0;
+    PlanProblem p = w.problem();
+    const auto stopped = [&] {
+      return progress.is_stopped = progress.is_stopped || asked++ >= after;
+    };
+    p.is_free = [&](std::span<const double> q) { return !stopped() && w.is_free(q, q); };
+    p.is_free_between = [&](std::span<const double> a, std::span<const double> b) {
+      return !stopped() && w.is_free(a, b);
+    };
+    const auto began = std::chrono::steady_clock::now();
+    const auto r = planner_->plan(p, params_, progress);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+    EXPECT_FALSE(r.ok()) << "stopped at check " << after;
+    EXPECT_LT(took.count(), 10) << "stopped at check " << after;
+  }
 }
 
 TEST_P(PlannerConformance, BrokenInputIsRefusedInASentence) {
