@@ -64,6 +64,7 @@ struct Recordings::Slot {
   RecordingPtr given;                        // guarded by mutex; none once it grows
   std::shared_ptr<Growing> growing;          // guarded by mutex
   std::vector<std::vector<double>> waiting;  // guarded by mutex; rows that no reader has seen
+  std::size_t replaced = 0;                  // guarded by mutex
 
   [[nodiscard]] const Recording& table() const { return given ? *given : growing->table; }
   [[nodiscard]] std::size_t rows_waiting() const {
@@ -101,11 +102,17 @@ std::shared_ptr<Recordings::Slot> Recordings::slot(std::uint64_t number) const {
 }
 
 std::uint64_t Recordings::add(RecordingPtr recording) {
+  RecordingChange change{0, RecordingChange::What::added, recording->rows(), recording->title};
   auto made = std::make_shared<Slot>();
   made->given = std::move(recording);
-  const std::lock_guard lock(mutex_);
-  recordings_.emplace(next_, std::move(made));
-  return next_++;
+  {
+    const std::lock_guard lock(mutex_);
+    change.number = next_++;
+    recordings_.emplace(change.number, std::move(made));
+  }
+  const std::uint64_t number = change.number;
+  tell(std::move(change));
+  return number;
 }
 
 RecordingPtr Recordings::find(std::uint64_t number) const {
@@ -137,11 +144,17 @@ Result<void> Recordings::replace(std::uint64_t number, const RecordingPtr& was,
                  "Nothing was changed. Run it again.", "recording#" + std::to_string(number));
   };
   if (!found) return refused("removed");
-  const std::lock_guard lock(found->mutex);
-  if (&found->table() != was.get() || found->rows_waiting() > 0) return refused("changed");
-  found->given = std::move(recording);
-  found->growing.reset();
-  found->waiting.clear();
+  RecordingChange change{number, RecordingChange::What::replaced, recording->rows(),
+                         recording->title};
+  {
+    const std::lock_guard lock(found->mutex);
+    if (&found->table() != was.get() || found->rows_waiting() > 0) return refused("changed");
+    found->given = std::move(recording);
+    found->growing.reset();
+    found->waiting.clear();
+    ++found->replaced;
+  }
+  tell(std::move(change));
   return {};
 }
 
@@ -152,7 +165,7 @@ Result<std::size_t> Recordings::append(std::uint64_t number,
   if (!found)
     return error(ErrorCode::not_found, "there is no " + where,
                  "recording.list names those there are.");
-  const std::lock_guard lock(found->mutex);
+  std::unique_lock lock(found->mutex);
   const Recording& table = found->table();
   if (columns.size() != table.columns.size())
     return error(ErrorCode::conflict,
@@ -192,16 +205,70 @@ Result<std::size_t> Recordings::append(std::uint64_t number,
   found->waiting.resize(columns.size());
   for (std::size_t c = 0; c < columns.size(); ++c)
     found->waiting[c].insert(found->waiting[c].end(), columns[c].begin(), columns[c].end());
+  RecordingChange change{number, RecordingChange::What::appended, rows + count, table.title};
+  lock.unlock();
+  tell(std::move(change));
   return rows + count;
+}
+
+Result<RecordingRows> Recordings::rows(std::uint64_t number, std::size_t from,
+                                       std::optional<std::size_t> replaced, std::size_t most,
+                                       std::span<const std::string> columns) const {
+  const std::string where = "recording#" + std::to_string(number);
+  const auto found = slot(number);
+  if (!found)
+    return error(ErrorCode::not_found, "there is no " + where,
+                 "recording.list names those there are.");
+  const std::lock_guard lock(found->mutex);
+  const Recording& table = found->table();
+  std::vector<const Column*> chosen;
+  if (columns.empty()) {
+    for (const Column& c : table.columns) chosen.push_back(&c);
+  } else {
+    auto named = table.select(columns);
+    if (!named.ok()) return std::move(named).error().in(where);
+    chosen = std::move(*named);
+  }
+  const std::size_t known = table.rows();
+  RecordingRows out;
+  out.rows = known + found->rows_waiting();
+  out.replaced = found->replaced;
+  out.from = replaced.value_or(out.replaced) == out.replaced ? std::min(from, out.rows) : 0;
+  const std::size_t at_once =
+      std::max<std::size_t>(1, most / std::max<std::size_t>(1, chosen.size()));
+  const std::size_t end = out.from + std::min(at_once, out.rows - out.from);
+  for (const Column* c : chosen) {
+    auto& [name, values] = out.columns.emplace_back(c->name, std::vector<double>());
+    values.reserve(end - out.from);
+    const auto add = [&values = values](const std::vector<double>& all, std::size_t a,
+                                        std::size_t b) {
+      if (a < b)
+        values.insert(values.end(), all.begin() + static_cast<std::ptrdiff_t>(a),
+                      all.begin() + static_cast<std::ptrdiff_t>(b));
+    };
+    add(c->values, out.from, std::min(end, known));
+    if (end > known)
+      add(found->waiting[static_cast<std::size_t>(c - table.columns.data())],
+          std::max(out.from, known) - known, end - known);
+  }
+  return out;
 }
 
 bool Recordings::remove(std::uint64_t number) {
   std::shared_ptr<Slot> gone;  // a large table is let go without the lock
-  const std::lock_guard lock(mutex_);
-  const auto it = recordings_.find(number);
-  if (it == recordings_.end()) return false;
-  gone = std::move(it->second);
-  recordings_.erase(it);
+  {
+    const std::lock_guard lock(mutex_);
+    const auto it = recordings_.find(number);
+    if (it == recordings_.end()) return false;
+    gone = std::move(it->second);
+    recordings_.erase(it);
+  }
+  RecordingChange change{number, RecordingChange::What::removed, 0, {}};
+  {
+    const std::lock_guard lock(gone->mutex);
+    change.title = gone->table().title;
+  }
+  tell(std::move(change));
   return true;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/result.h>
@@ -77,6 +79,23 @@ using RecordingPtr = std::shared_ptr<const Recording>;
 /// Numbers that one recording may hold, all columns together.
 inline constexpr std::size_t kMostValues = std::size_t{1} << 28;
 
+/// What became of a recording.
+struct RecordingChange {
+  enum class What : std::uint8_t { added, appended, replaced, removed };
+  std::uint64_t number = 0;
+  What what = What::added;
+  std::size_t rows = 0;  ///< that it has now
+  std::string title;
+};
+
+/// Rows of a recording.
+struct RecordingRows {
+  std::size_t from = 0;      ///< index of the first that is given
+  std::size_t rows = 0;      ///< that the recording has
+  std::size_t replaced = 0;  ///< how often another table took the place of the one before
+  std::vector<std::pair<std::string, std::vector<double>>> columns;  ///< names and values
+};
+
 /// Run state, outside the document and its history. [any thread]
 ///
 /// A recording that is appended to stays immutable for who has it: `find` gives the rows of now,
@@ -96,11 +115,25 @@ class Recordings {
   /// All or none. An error where a column is missing, the time does not rise, or there would be
   /// more than kMostValues numbers. Gives how many rows there are then.
   Result<std::size_t> append(std::uint64_t number, std::span<const std::vector<double>> columns);
+  /// Rows from index `from` on, at most `most` numbers but at least one row; from the first when
+  /// the table was replaced since `replaced`. Of all columns, or of those named. Costs these rows,
+  /// however many there are, and lends nothing, so that appending goes on in place.
+  [[nodiscard]] Result<RecordingRows> rows(std::uint64_t number, std::size_t from,
+                                           std::optional<std::size_t> replaced, std::size_t most,
+                                           std::span<const std::string> columns) const;
+  /// `heard` is called after each change, by the thread that made it and with nothing locked. Once,
+  /// before there are other threads.
+  void observe(std::function<void(const RecordingChange&)> heard) { heard_ = std::move(heard); }
 
  private:
   struct Slot;
   [[nodiscard]] std::shared_ptr<Slot> slot(std::uint64_t number) const;
 
+  void tell(RecordingChange change) const {
+    if (heard_) heard_(change);
+  }
+
+  std::function<void(const RecordingChange&)> heard_;
   mutable std::mutex mutex_;
   std::uint64_t next_ = 1;                                     // guarded by mutex_
   std::map<std::uint64_t, std::shared_ptr<Slot>> recordings_;  // guarded by mutex_

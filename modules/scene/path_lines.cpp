@@ -182,4 +182,39 @@ void mark_path(render::Scene& scene, const sim::PathCheck& check) {
   scene.legends.push_back(std::move(legend));
 }
 
+void mark_stretches(render::Scene& scene, const std::string& member,
+                    std::span<const MarkedStretch> stretches, std::span<const MarkedPlace> places) {
+  std::vector<Pose> all;
+  render::Legend legend;
+  legend.title = member;
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    const MarkedStretch& s = stretches[i];
+    render::Line line;
+    line.id = item_id(member, kLineBody + 5, i);
+    line.colour = s.colour;
+    line.width = s.is_good ? 2.5F : 5.0F;
+    for (const Pose& p : s.poses) line.points.push_back(p.p);
+    all.insert(all.end(), s.poses.begin(), s.poses.end());
+    if (line.points.size() > 1) scene.lines.push_back(std::move(line));
+    const bool is_known =
+        std::any_of(legend.ticks.begin(), legend.ticks.end(),
+                    [&](const render::Legend::Tick& t) { return t.text == s.kind; });
+    if (is_known) continue;
+    legend.ticks.push_back({0, s.kind});
+    legend.colours.push_back(s.colour);
+  }
+  const double r = 0.45 * mark_size(size_of(all));
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    Pose at;
+    at.p = places[k].at;
+    scene.items.push_back(
+        ellipsoid_item(item_id(member, kLineBody + 6, k), member, at, {r, r, r}, places[k].colour));
+    scene.labels.push_back({at.p, places[k].text});
+  }
+  const double count = static_cast<double>(legend.ticks.size());
+  for (std::size_t k = 0; k < legend.ticks.size(); ++k)
+    legend.ticks[k].share = (static_cast<double>(k) + 0.5) / count;
+  if (!legend.ticks.empty()) scene.legends.push_back(std::move(legend));
+}
+
 }  // namespace robomosp::scene

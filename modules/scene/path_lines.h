@@ -5,6 +5,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include <robomosp/sdk/render.h>
 
@@ -38,5 +39,22 @@ void add_points(render::Scene&, const std::string& member, const model::Trajecto
 /// limit is exceeded, violet where bodies touch, red where it is out of reach, with a ball and a
 /// few words at the worst place of each fault, and what the colours mean.
 void mark_path(render::Scene&, const sim::PathCheck&);
+
+/// A stretch of a tool's way in a colour of its own.
+struct MarkedStretch {
+  std::vector<Pose> poses;  ///< world_T_tool
+  Colour colour;
+  std::string kind;  ///< in the legend
+  bool is_good = true;
+};
+/// A ball with a few words.
+struct MarkedPlace {
+  Vec3 at{};
+  std::string text;
+  Colour colour;
+};
+/// Draws the way of a run in the colours of its stretches, with marks and what the colours mean.
+void mark_stretches(render::Scene&, const std::string& member, std::span<const MarkedStretch>,
+                    std::span<const MarkedPlace>);
 
 }  // namespace robomosp::scene

@@ -10,6 +10,7 @@
 #include "kernel/call_queue.h"
 #include "kernel/jobs.h"
 #include "kernel/text.h"
+#include "kernel/turns.h"
 
 namespace robomosp::sim {
 namespace {
@@ -71,6 +72,11 @@ class LiveRun::Gate final : public RowSink {
   Result<void> take(const Recording& table, std::size_t row, RunStatePtr state) override {
     return run_.take(table, row, std::move(state), stop_);
   }
+  void rest_behind_next() override {
+    const std::lock_guard lock(run_.mutex_);
+    run_.rests_behind_next_ = true;
+  }
+  Result<void> rest(const Recording& table) override { return run_.rest(table, stop_); }
 
  private:
   LiveRun& run_;
@@ -103,6 +109,7 @@ void LiveRun::launch(Source source, RunStatePtr from) {
   failure_.reset();
   thread_ = std::jthread(
       [this, source = std::move(source), from = std::move(from)](const std::stop_token& stop) {
+        turns::compute();
         Gate gate(*this, stop);
         StopProgress progress(stop, [this](double fraction, std::string_view what) {
           const std::lock_guard lock(mutex_);
@@ -134,6 +141,35 @@ Result<void> LiveRun::take(const Recording& table, std::size_t row, RunStatePtr 
                            const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   append(table, row, std::move(state));
+  if (std::exchange(rests_behind_next_, false)) rest_here();
+  return wait_behind_row(lock, stop);
+}
+
+void LiveRun::rest_here() {
+  // Whoever waits for more gets what there is; the wish stays its own.
+  position_ = head_time();
+  speed_ = 0;
+  want_rows_ = states_.size();
+  want_time_ = kNever;
+  ++rests_;
+}
+
+Result<void> LiveRun::rest(const Recording& table, const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  take_notes(table);
+  if (!note_counts_.empty()) note_counts_.back() = table_.notes.size();
+  rest_here();
+  // Nothing but a new wish goes on from here, even one for the row that there is.
+  is_resting_ = true;
+  changed_.notify_all();
+  changed_.wait(lock, stop, [this, seen = wish_] { return wish_ != seen && is_wanted(); });
+  is_resting_ = false;
+  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was stopped");
+  return {};
+}
+
+Result<void> LiveRun::wait_behind_row(std::unique_lock<std::mutex>& lock,
+                                      const std::stop_token& stop) {
   is_resting_ = true;
   changed_.notify_all();
   while (!is_wanted() && !stop.stop_requested()) {
@@ -357,11 +393,13 @@ Result<void> LiveRun::step(std::int64_t rows, Progress& progress) {
   if (rows < 0 && table_.columns.front().values[row_at(time)] + tolerance(time) < time) ++to;
   const auto target = static_cast<std::size_t>(std::max<std::int64_t>(to, 0));
   stand(time);
+  const std::uint64_t rests = rests_;
   want_rows_ = std::max(want_rows_, target + 1);
   changed_.notify_all();
   RMP_TRY(await(lock, progress, [&, mine = wish_] {
-    return states_.size() > target || is_finished_ || wish_ != mine;
+    return states_.size() > target || is_finished_ || wish_ != mine || rests_ != rests;
   }));
+  if (rests_ != rests && states_.size() <= target) return {};
   if (states_.size() <= target && !is_finished_) return moved();
   if (states_.empty()) return missing();
   const std::size_t reached = std::min(target, states_.size() - 1);
@@ -374,11 +412,14 @@ Result<void> LiveRun::go_to(double time, Progress& progress) {
   std::unique_lock lock(mutex_);
   if (states_.empty()) return missing();
   stand(place().time);
+  const std::uint64_t rests = rests_;
   want_time_ = time;
   changed_.notify_all();
   const auto is_there = [&] { return head_time() + tolerance(head_time()) >= time; };
-  RMP_TRY(await(lock, progress,
-                [&, mine = wish_] { return is_there() || is_finished_ || wish_ != mine; }));
+  RMP_TRY(await(lock, progress, [&, mine = wish_] {
+    return is_there() || is_finished_ || wish_ != mine || rests_ != rests;
+  }));
+  if (rests_ != rests && !is_there()) return {};
   if (!is_there() && !is_finished_) return moved();
   stand(std::clamp(time, first_time(), head_time()));
   if (!is_there() && !is_complete_) return missing();
@@ -389,9 +430,12 @@ Result<void> LiveRun::finish(Progress& progress) {
   std::unique_lock lock(mutex_);
   if (states_.empty()) return missing();
   stand(place().time);
+  const std::uint64_t rests = rests_;
   want_time_ = std::numeric_limits<double>::infinity();
   changed_.notify_all();
-  RMP_TRY(await(lock, progress, [this, mine = wish_] { return is_finished_ || wish_ != mine; }));
+  RMP_TRY(await(lock, progress,
+                [&, mine = wish_] { return is_finished_ || wish_ != mine || rests_ != rests; }));
+  if (rests_ != rests && !is_finished_) return {};
   if (!is_finished_) return moved();
   stand(head_time());
   if (!is_complete_) return missing();
@@ -449,6 +493,7 @@ LiveRun::Shown LiveRun::shown() const {
   if (p.is_playing && speed_ > 0 && !std::isinf(speed_) && !is_finished_)
     s.lag = std::max(0.0, p.wanted - s.recorded);
   s.failure = failure_;
+  s.notes = table_.notes.size();
   if (s.rows > 0)
     for (const Column& c : table_.columns) s.values.push_back(c.values[s.row]);
   return s;
@@ -487,6 +532,14 @@ Result<LiveRun::Piece> LiveRun::piece(std::size_t from, std::optional<std::size_
   RMP_TRY_ASSIGN(const auto chosen, table_.select(names));
   for (const Column* c : chosen) add(*c);
   return out;
+}
+
+std::vector<std::string> LiveRun::notes(std::size_t from, std::size_t most) const {
+  const std::lock_guard lock(mutex_);
+  const std::size_t first = std::min(from, table_.notes.size());
+  const std::size_t end = first + std::min(most, table_.notes.size() - first);
+  return {table_.notes.begin() + static_cast<std::ptrdiff_t>(first),
+          table_.notes.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
 RecordingPtr LiveRun::recording() const {

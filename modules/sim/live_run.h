@@ -82,10 +82,13 @@ class LiveRun {
     bool is_complete = false;  ///< nothing is left to compute
     std::size_t restarts = 0;  ///< how often it began, or went on, with another source
     std::optional<Error> failure;
+    std::size_t notes = 0;       ///< so far
     std::vector<double> values;  ///< of the row, one a column
   };
   [[nodiscard]] Shown shown() const;
   [[nodiscard]] bool is_playing() const;  ///< the time runs
+  /// Notes from number `from` on, 0 = the first, at most `most`.
+  [[nodiscard]] std::vector<std::string> notes(std::size_t from, std::size_t most) const;
   /// A copy of what is recorded.
   [[nodiscard]] recording::RecordingPtr recording() const;
   /// Names, units and the rest of the recording without its rows.
@@ -132,6 +135,10 @@ class LiveRun {
 
   Result<void> take(const recording::Recording& table, std::size_t row, RunStatePtr state,
                     const std::stop_token& stop);
+  /// Rests as the simulation wants, not before row one was wanted. With mutex_ held.
+  void rest_here();
+  Result<void> wait_behind_row(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
+  Result<void> rest(const recording::Recording& table, const std::stop_token& stop);
   void join();
   /// Until `is_done` holds; `lock` holds mutex_.
   template <class Done>
@@ -160,6 +167,8 @@ class LiveRun {
   bool is_finished_ = true;          ///< no simulation runs
   bool is_complete_ = false;         ///< it ran to its end
   bool is_first_ = false;            ///< the next row is the first after a refresh
+  bool rests_behind_next_ = false;   ///< as the simulation said
+  std::uint64_t rests_ = 0;          ///< counts the rests that it wanted
   double fraction_ = 0;              ///< as the simulation reports
   std::string what_;
   std::optional<Error> failure_;

@@ -63,6 +63,10 @@ class RowSink {
   /// the simulation, which returns it.
   virtual Result<void> take(const recording::Recording& table, std::size_t row,
                             RunStatePtr state) = 0;
+  /// Lets the run rest behind the next row, whatever was wanted of it.
+  virtual void rest_behind_next() {}
+  /// The same behind the last row, now: blocks until the run is to go on. The table's notes count.
+  virtual Result<void> rest(const recording::Recording&) { return {}; }
 };
 
 /// Hands on rows that are known already, from a time on, such as those of a motion along a

@@ -115,42 +115,120 @@ class Thread {
   std::vector<Call> calls_;
 };
 
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr std::uint64_t kBytesOfMachine = 2000;  ///< about, beside its variables
+constexpr std::size_t kFewRows = 8;              ///< are kept, whatever they take
+
 class Runner {
  public:
-  Runner(TaskExecutor& executor, std::vector<Thread>& threads, double most, Progress& progress)
-      : executor_(executor), threads_(threads), most_(most), progress_(progress) {}
+  Runner(TaskExecutor& executor, std::vector<Thread>& threads, std::vector<ProgramActor>& programs,
+         const TaskRun& wanted, Progress& progress)
+      : executor_(executor),
+        threads_(threads),
+        programs_(programs),
+        seen_(programs.size()),
+        most_(wanted.most_time),
+        duration_(wanted.duration),
+        has_outside_(wanted.outside != nullptr),
+        progress_(progress) {}
 
-  /// Gives the time at which all tasks are over.
-  Result<double> run() {
+  enum class End { over, limit, stopped };
+  [[nodiscard]] double now() const { return now_; }
+  [[nodiscard]] std::size_t stopped_at() const { return stopped_at_; }
+  /// Whether only somebody outside could make anything happen.
+  [[nodiscard]] bool is_idle() const { return is_idle_; }
+  /// Until all is over, to a time, or to where a debugger stops a program.
+  Result<End> run_to(double limit) {
+    limit_ = limit;
     for (;;) {
       if (progress_.cancelled()) return error(ErrorCode::cancelled, "the run was cancelled");
-      RMP_TRY(all_at_once());
-      constexpr double kNever = std::numeric_limits<double>::infinity();
+      RMP_TRY_ASSIGN(const bool is_stopped, all_at_once());
+      if (is_stopped) return End::stopped;
       double next = kNever;
       bool is_over = true;
+      for (const ProgramActor& p : programs_) {
+        const auto at = p.next_time(now_, next_row());
+        if (!p.is_over() || at) is_over = false;
+        if (at) next = std::min(next, *at);
+      }
       for (Thread& thread : threads_) {
         if (!thread.has_step() && thread.ready_at <= now_) continue;
         is_over = false;
         if (thread.ready_at > now_) next = std::min(next, thread.ready_at);
         else if (thread.deadline) next = std::min(next, *thread.deadline);
       }
-      if (is_over) return now_;
+      if (is_over || is_checked()) return End::over;
       RMP_TRY_ASSIGN(next, before_event(next));
-      if (next == kNever) return stuck();
-      if (next > most_)
+      if (duration_ > 0 && next > duration_ && limit >= duration_) {
+        now_ = duration_;
+        return End::over;
+      }
+      is_idle_ = next == kNever && !is_searched_in_part_;
+      if (next == kNever && !(is_searched_in_part_ && limit < most_) && !has_outside_) {
+        if (const auto waived = waive()) {
+          if (*waived) continue;
+          return End::over;
+        }
+        return stuck();
+      }
+      if (next > most_ && inspected()) {
+        for (ProgramActor& p : programs_)
+          if (p.inspection()) p.inspection()->is_out_of_time = true;
+        now_ = most_;
+        return End::over;
+      }
+      if (std::min(next, limit) > most_)
         return error(ErrorCode::invalid_argument,
-                     "the tasks take longer than " + text::print_rounded(most_) + " s",
-                     "Give a greater most_time.");
+                     (programs_.empty() ? "the tasks take longer than "
+                                        : "the tasks and programs take longer than ") +
+                         text::print_rounded(most_) + " s",
+                     "Give a greater most_time" +
+                         std::string(programs_.empty() ? "." : ", or a duration at which to end."));
+      if (next > limit) {
+        now_ = std::max(now_, limit);
+        return End::limit;
+      }
       now_ = next;
     }
   }
 
  private:
-  /// Steps of all tasks until each takes time, waits or is over.
-  Result<void> all_at_once() {
+  [[nodiscard]] double next_row() const {
+    const double step = executor_.step();
+    return step * (std::floor(now_ / step * (1 + 1e-12)) + 1);
+  }
+  /// Whether there is anything for a program to do now.
+  [[nodiscard]] bool is_due(std::size_t i) const {
+    const ProgramActor& p = programs_[i];
+    const Seen& s = seen_[i];
+    if (!s.has_begun) return true;
+    if (p.is_over()) return false;
+    if (s.changes != executor_.changes()) return true;
+    const auto at = p.next_time(now_, kNever);
+    return (at && *at <= now_) || s.row < next_row();
+  }
+  /// Steps of all tasks, and programs, until each takes time, waits or is over. True = a debugger
+  /// has stopped a program.
+  Result<bool> all_at_once() {
     std::size_t count = 0;
     for (bool is_going = true; is_going;) {
       is_going = false;
+      for (std::size_t i = 0; i < programs_.size(); ++i) {
+        if (!is_due(i)) continue;
+        if (++count > kMostAtOnce)
+          return error(ErrorCode::conflict,
+                       "program " + quote(programs_[i].name()) + ", " + programs_[i].where() +
+                           " goes on without end at t = " + text::print_rounded(now_) + " s",
+                       "Put a WAIT or a motion into the loop.");
+        // What it changes itself it has seen, but for what it wrote while others waited.
+        seen_[i] = {true, executor_.changes(), next_row()};
+        RMP_TRY(programs_[i].run(executor_, now_, progress_));
+        is_going = true;
+        if (programs_[i].is_stopped()) {
+          stopped_at_ = i;
+          return true;
+        }
+      }
       for (Thread& thread : threads_)
         while (thread.ready_at <= now_ && thread.has_step()) {
           const std::string where = thread.where();
@@ -168,7 +246,7 @@ class Runner {
           is_going = true;
         }
     }
-    return {};
+    return false;
   }
   /// False = it waits.
   Result<bool> one(Thread& thread, const std::string& where) {
@@ -216,7 +294,7 @@ class Runner {
   /// When a condition over time or places turns true before `next`, the time of the next event.
   Result<double> before_event(double next) {
     const bool is_still = std::isinf(next);
-    waits_for_time_ = false;
+    waits_for_time_ = is_searched_in_part_ = false;
     for (Thread& thread : threads_) {
       if (thread.ready_at > now_ || !thread.has_step()) continue;  // it waits for no condition
       const std::string& condition = thread.step().expression;
@@ -224,12 +302,36 @@ class Runner {
         RMP_TRY_ASSIGN(const TaskExecutor::Watched watched, executor_.watched(condition));
         if (!watched.time && (is_still || !watched.motion)) return std::optional<double>{};
         waits_for_time_ = waits_for_time_ || watched.time;
-        return executor_.first_true(condition, now_, std::min(next, most_), progress_);
+        is_searched_in_part_ = is_searched_in_part_ || limit_ < std::min(next, most_);
+        return executor_.first_true(condition, now_, std::min({next, most_, limit_}), progress_);
       }();
       if (!found.ok()) return std::move(found).error().in(thread.where());
       if (*found) next = **found;
     }
     return next;
+  }
+  // ---- of checks ----
+  [[nodiscard]] bool inspected() const {
+    return std::any_of(programs_.begin(), programs_.end(),
+                       [](const ProgramActor& p) { return p.inspection() != nullptr; });
+  }
+  /// The programs that are checked are over, with their last motions.
+  [[nodiscard]] bool is_checked() const {
+    return inspected() && std::all_of(programs_.begin(), programs_.end(), [&](const auto& p) {
+             return !p.inspection() || (p.is_over() && !p.next_time(now_, kNever));
+           });
+  }
+  /// Lets programs that are checked pass waits that nothing ends; whether one goes on. Nothing =
+  /// none is checked.
+  std::optional<bool> waive() {
+    if (!inspected()) return std::nullopt;
+    bool goes_on = false;
+    for (std::size_t i = 0; i < programs_.size(); ++i)
+      if (programs_[i].inspection() && programs_[i].waive(now_)) {
+        goes_on = true;
+        seen_[i].row = 0;
+      }
+    return goes_on;
   }
   /// All that are left wait for conditions, and nothing is left that could make one true.
   Error stuck() {
@@ -238,6 +340,10 @@ class Runner {
       if (thread.has_step())
         message += (message.empty() ? "" : "; ") + thread.where() + " waits for " +
                    quote(thread.step().expression);
+    for (const ProgramActor& p : programs_)
+      if (!p.is_over())
+        message += (message.empty() ? "" : "; ") + std::string("program ") + quote(p.name()) +
+                   ", " + p.where() + " waits";
     if (waits_for_time_)
       return error(
           ErrorCode::conflict,
@@ -249,17 +355,74 @@ class Runner {
         "Let a task set these signals before.");
   }
 
+  struct Seen {
+    bool has_begun = false;
+    std::size_t changes = 0;
+    double row = 0;  ///< the row behind the instant of its last run [s]
+  };
+
   TaskExecutor& executor_;
   std::vector<Thread>& threads_;
-  double most_, now_ = 0;
-  bool waits_for_time_ = false;  ///< some task, for more than signals
+  std::vector<ProgramActor>& programs_;
+  std::vector<Seen> seen_;
+  double most_, duration_, now_ = 0, limit_ = kNever;
+  std::size_t stopped_at_ = 0;
+  const bool has_outside_;
+  bool is_idle_ = false;
+  bool is_searched_in_part_ = false;  ///< some condition, only up to limit_
+  bool waits_for_time_ = false;       ///< some task, for more than signals
   Progress& progress_;
 };
+
+/// The rows at these times, with the programs' lines.
+recording::Recording rows_of(const TaskExecutor& executor,
+                             const std::vector<ProgramActor>& programs, recording::Recording table,
+                             const std::string& title) {
+  table.title = title;
+  for (const ProgramActor& p : programs) {
+    recording::Column c{p.name() + ".line", "", "line of " + p.name() + " that is carried out", {}};
+    for (const double t : table.columns.front().values) c.values.push_back(p.line_at(t));
+    table.columns.push_back(std::move(c));
+  }
+  static_cast<void>(executor);
+  return table;
+}
+
+std::uint64_t bytes_of(const ProgramWatch::Row& row) {
+  std::uint64_t n = 0;
+  for (const program::Machine& m : row.machines) n += m.bytes() + kBytesOfMachine;
+  return n;
+}
+
+/// The machines as they are now, as a row; stops at one time have one each.
+void keep_row(ProgramWatch& watch, double now, bool is_new) {
+  if (is_new || watch.is_stopped || watch.rows.back().is_stopped) watch.rows.emplace_back();
+  else watch.bytes -= bytes_of(watch.rows.back());
+  ProgramWatch::Row& row = watch.rows.back();
+  row.time = now;
+  row.is_stopped = watch.is_stopped;
+  row.stopped_at = watch.stopped_at;
+  row.machines.clear();
+  for (const ProgramActor& p : watch.programs) row.machines.push_back(p.machine());
+  watch.bytes += bytes_of(row);
+  if (watch.bytes <= kMostWatchedBytes || watch.rows.size() < kFewRows) return;
+  // The latest stay as they are; of the older ones every second goes.
+  std::vector<ProgramWatch::Row> kept;
+  const std::size_t late = watch.rows.size() - kFewRows / 2;
+  watch.bytes = 0;
+  for (std::size_t i = 0; i < watch.rows.size(); ++i) {
+    if (i % 2 == 1 && i < late) continue;
+    watch.bytes += bytes_of(watch.rows[i]);
+    kept.push_back(std::move(watch.rows[i]));
+  }
+  watch.rows = std::move(kept);
+}
 
 }  // namespace
 
 Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wanted,
-                                    Progress& progress) {
+                                    Progress& progress, sim::RowSink* sink, ProgramWatch* watch,
+                                    double from) {
   RMP_TRY_ASSIGN(TaskExecutor executor,
                  TaskExecutor::create(sim, wanted.world, wanted.sample_time, progress));
   const model::World& world = *sim.snapshot.get(wanted.world);
@@ -267,25 +430,102 @@ Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wa
   for (const auto& t : world.tasks) known.push_back(t.name);
   std::vector<Thread> threads;
   threads.reserve(world.tasks.size());
-  for (const std::string& name : wanted.tasks.empty() ? known : wanted.tasks) {
-    const auto it = std::find(known.begin(), known.end(), name);
-    if (it == known.end()) {
-      std::string hint = text::did_you_mean(name, known);
-      if (hint.empty())
-        hint = known.empty() ? "world.add_task gives it one."
-                             : "It has " + text::enumerate(known) + ".";
-      return error(ErrorCode::unknown_name, "the world has no task " + quote(name), hint);
+  if (wanted.has_tasks)
+    for (const std::string& name : wanted.tasks.empty() ? known : wanted.tasks) {
+      const auto it = std::find(known.begin(), known.end(), name);
+      if (it == known.end()) {
+        std::string hint = text::did_you_mean(name, known);
+        if (hint.empty())
+          hint = known.empty() ? "world.add_task gives it one."
+                               : "It has " + text::enumerate(known) + ".";
+        return error(ErrorCode::unknown_name, "the world has no task " + quote(name), hint);
+      }
+      threads.emplace_back(sim.snapshot, world.tasks[static_cast<std::size_t>(it - known.begin())]);
     }
-    threads.emplace_back(sim.snapshot, world.tasks[static_cast<std::size_t>(it - known.begin())]);
+  if (threads.empty() && wanted.programs.empty())
+    return error(ErrorCode::invalid_argument, "the world has no task or program to run",
+                 "world.add_task and world.add_program give it one.");
+  std::vector<ProgramActor> own, &programs = watch ? watch->programs : own;
+  std::vector<ProgramActor> made;
+  for (const ProgramInWorld& p : wanted.programs) {
+    std::vector<std::string> notes;
+    RMP_TRY_ASSIGN(ProgramActor actor, ProgramActor::create(executor, p, notes));
+    for (const std::string& n : notes) executor.note(0, n);
+    made.push_back(std::move(actor));
   }
-  if (threads.empty())
-    return error(ErrorCode::invalid_argument, "the world has no task to run",
-                 "world.add_task gives it one.");
-  Runner runner(executor, threads, wanted.most_time, progress);
-  RMP_TRY_ASSIGN(const double end, runner.run());
-  auto out = std::make_shared<recording::Recording>(executor.recording(end));
-  out->title = sim.snapshot.find(AnyId(wanted.world))->name + ": tasks";
-  return recording::RecordingPtr(std::move(out));
+  std::unique_lock<std::mutex> lock;
+  if (watch) lock = std::unique_lock(watch->mutex);
+  programs = std::move(made);
+  Runner runner(executor, threads, programs, wanted, progress);
+  const std::string title =
+      sim.snapshot.find(AnyId(wanted.world))->name + (programs.empty()  ? ": tasks"
+                                                      : threads.empty() ? ": programs"
+                                                                        : ": tasks and programs");
+  if (!sink) {
+    if (wanted.outside) {
+      for (std::size_t k = 0;; ++k) {
+        RMP_TRY_ASSIGN(const Runner::End end,
+                       runner.run_to(wanted.sample_time * static_cast<double>(k)));
+        const bool is_over = end != Runner::End::limit;
+        RMP_TRY(wanted.outside->row(executor, programs, runner.now(), runner.is_idle(), is_over));
+        if (is_over)
+          return std::make_shared<const recording::Recording>(
+              rows_of(executor, programs, executor.recording(runner.now()), title));
+      }
+    }
+    const auto ended = runner.run_to(kNever);
+    ProgramInspection* told = nullptr;
+    for (ProgramActor& p : programs) {
+      if (!p.inspection()) continue;
+      told = p.inspection();
+      p.finish(runner.now());
+    }
+    if (!ended.ok()) {
+      if (!told || ended.error().code == ErrorCode::cancelled) return ended.error();
+      told->run_error = ended.error().sentence();
+    }
+    return std::make_shared<const recording::Recording>(
+        rows_of(executor, programs, executor.recording(runner.now()), title));
+  }
+  if (watch) {
+    watch->rows.clear();
+    watch->bytes = 0;
+    watch->chosen.reset();
+    for (ProgramActor& p : programs) p.set_pause_wish(&watch->wants_pause);
+  }
+  bool has_begun = false;
+  double last = -1;
+  for (std::size_t k = 0;;) {
+    const double row = wanted.sample_time * static_cast<double>(k);
+    if (watch && !has_begun && row >= from * (1 - 1e-12)) {
+      has_begun = true;
+      if (watch->begin) RMP_TRY(watch->begin(programs));
+    }
+    if (watch) watch->is_stopped = false;
+    RMP_TRY_ASSIGN(const Runner::End end, runner.run_to(row));
+    const double now = runner.now();
+    const bool is_stopped = end == Runner::End::stopped;
+    if (watch) {
+      watch->now = now, watch->is_stopped = is_stopped, watch->stopped_at = runner.stopped_at();
+      keep_row(*watch, now, now > last);
+    }
+    // An end that is no farther from a row than that is the row.
+    const bool is_new = now > last + (end == Runner::End::over ? 1e-9 : 0);
+    const recording::Recording table = rows_of(executor, programs, executor.table({now}), title);
+    if (lock.owns_lock()) lock.unlock();
+    if (is_new && now >= from - 1e-9 * std::max(1.0, from)) {
+      if (is_stopped) sink->rest_behind_next();
+      auto state = std::make_shared<sim::RunState>();
+      state->time = now;
+      RMP_TRY(sink->take(table, 0, std::move(state)));
+    } else if (is_stopped) {
+      RMP_TRY(sink->rest(table));
+    }
+    if (watch) lock.lock();
+    if (end == Runner::End::over) return std::make_shared<const recording::Recording>(table);
+    if (is_new) last = now;
+    if (!is_stopped) ++k;
+  }
 }
 
 }  // namespace robomosp::task

@@ -1,30 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs tasks of a world on one clock, several robots together (layer: application, task).
+// Runs tasks and programs of a world on one clock, several robots together (layer: application,
+// task).
 #pragma once
 
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
 #include "recording/recording.h"
+#include "sim/row_sink.h"
 #include "sim/simulate.h"
+#include "task/program_actor.h"
 
 namespace robomosp::task {
+
+/// Others in the world of a run, who act while it goes on. [the thread that runs]
+class Outside {
+ public:
+  virtual ~Outside() = default;
+  /// At each row, when all that happens up to `now` has happened: sets signals that others have set
+  /// (TaskExecutor::set_signal), and looks at what there is to see. `is_idle` = nothing goes on
+  /// until one is set. `is_over` = this is the last time. May take as long as it likes; an error
+  /// ends the run.
+  virtual Result<void> row(TaskExecutor&, const std::vector<ProgramActor>&, double now,
+                           bool is_idle, bool is_over) = 0;
+};
 
 struct TaskRun {
   WorldId world;
   std::vector<std::string> tasks;  ///< placed tasks; empty = all of the world
-  double sample_time = 0.02;       ///< between rows [s]
-  double most_time = 3600;         ///< a run that takes longer is an error [s]
+  bool has_tasks = true;           ///< false = none, whatever `tasks` says
+  std::vector<ProgramInWorld> programs;
+  double sample_time = 0.02;   ///< between rows [s]
+  double most_time = 3600;     ///< a run that takes longer is an error [s]
+  double duration = 0;         ///< above 0: what is not over by then ends there [s]
+  Outside* outside = nullptr;  ///< of runs without a sink; waits for signals have no end then
 };
 
-/// Every task runs by itself from t = 0; moves and waits take time, all else none. Columns: time,
+/// What a debugger and the run that it looks at share: the machines as they are now, and as they
+/// were behind each row. A run holds the mutex while it computes.
+struct ProgramWatch {
+  std::mutex mutex;
+  // Guarded by mutex:
+  std::vector<ProgramActor> programs;  ///< in the order of TaskRun::programs
+  /// Behind a row of the recording, or where a program was stopped at the same time again.
+  struct Row {
+    double time = 0;
+    std::vector<program::Machine> machines;
+    bool is_stopped = false;  ///< a program stands here
+    std::size_t stopped_at = 0;
+  };
+  std::vector<Row> rows;
+  std::uint64_t bytes = 0;  ///< of the machines in rows
+  /// Of rows at one time the one that is looked at, while `shown` is shown.
+  struct Chosen {
+    std::size_t row = 0;
+    double shown = 0;
+    std::size_t rows = 0;  ///< that there were
+  };
+  std::optional<Chosen> chosen;
+  /// Is asked for before the first instruction, and after run.refresh: breakpoints.
+  std::function<Result<void>(std::vector<ProgramActor>&)> begin;
+  double now = 0;
+  bool is_stopped = false;     ///< a program stands at a breakpoint or behind a step
+  std::size_t stopped_at = 0;  ///< which
+  /// A program that computes stops when it sees this. Not guarded.
+  std::atomic<bool> wants_pause{false};
+};
+
+/// What rows of a ProgramWatch may take; beyond it every second older one is given up [bytes].
+inline constexpr std::uint64_t kMostWatchedBytes = std::uint64_t{1} << 30;
+
+/// Every task and program runs by itself from t = 0; moves and waits take time, all else none.
+/// Columns: time,
 /// `<robot>.q1`, `<robot>.qd1`, `<robot>.qdd1`, ... of all robots, `signal.<name>`, and the poses
 /// `<object>.x .y .z .qw .qx .qy .qz` of the objects that were held; notes tell what was taken, put
 /// down and said, and when. Equal worlds give equal recordings. Errors name task and step: a place
-/// out of reach, two tasks that move one robot at once, waits that can never come true.
-[[nodiscard]] Result<recording::RecordingPtr> run(const sim::Simulator&, const TaskRun&, Progress&);
+/// out of reach, two tasks that move one robot at once, waits that can never come true; of programs
+/// file, line and column. Programs have a column `<program>.line`.
+///
+/// With a sink every row is handed on as it is made. With a watch besides, programs can be stopped;
+/// then the sink rests.
+[[nodiscard]] Result<recording::RecordingPtr> run(const sim::Simulator&, const TaskRun&, Progress&,
+                                                  sim::RowSink* sink = nullptr,
+                                                  ProgramWatch* watch = nullptr, double from = 0);
 
 }  // namespace robomosp::task

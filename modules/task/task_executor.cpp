@@ -270,6 +270,7 @@ Result<void> TaskExecutor::set(const std::string& signal, const std::string& exp
                  "the digital signal " + quote(signal) + " cannot be " + text::print_rounded(value),
                  "It is 0 or 1.");
   w.history.emplace_back(t, value);
+  ++changes_;
   return {};
 }
 
@@ -278,6 +279,14 @@ void TaskExecutor::note(double t, const std::string& text) {
 }
 
 recording::Recording TaskExecutor::recording(double end) const {
+  std::vector<double> times;
+  const auto whole = static_cast<std::size_t>(end / step_ * (1 + 1e-12));
+  for (std::size_t i = 0; i <= whole; ++i) times.push_back(step_ * static_cast<double>(i));
+  if (times.back() < end - 1e-9) times.push_back(end);
+  return table(std::move(times));
+}
+
+recording::Recording TaskExecutor::table(std::vector<double> at) const {
   recording::Recording out;
   out.world = id_;
   out.notes = notes_;
@@ -297,10 +306,8 @@ recording::Recording TaskExecutor::recording(double end) const {
       out.loads->push_back(std::move(load));
     }
   recording::Column time{"time", "s", "time from the start of the tasks", {}};
-  const auto whole = static_cast<std::size_t>(end / step_ * (1 + 1e-12));
-  for (std::size_t i = 0; i <= whole; ++i) time.values.push_back(step_ * static_cast<double>(i));
-  if (time.values.back() < end - 1e-9) time.values.push_back(end);
-  const std::vector<double> times = time.values;
+  time.values = at;
+  const std::vector<double> times = std::move(at);
   out.columns.push_back(std::move(time));
   for (const Actor& a : actors_) {
     if (!can_move(a)) continue;  // it stands still

@@ -46,8 +46,33 @@ class TaskExecutor {
   void note(double t, const std::string& text);
 
   [[nodiscard]] recording::Recording recording(double end) const;
+  /// Its rows at these times, which rise, and all columns that there are by now.
+  [[nodiscard]] recording::Recording table(std::vector<double> times) const;
+  [[nodiscard]] double step() const { return step_; }
+  /// Counts the changes of signals.
+  [[nodiscard]] std::size_t changes() const { return changes_; }
+
+  // ---- for who looks on from outside ----
+  /// Signals by name with their values now, in the order of the world.
+  [[nodiscard]] std::vector<std::pair<std::string, double>> signals() const;
+  /// Sets a signal from time t on; false = the world has none of that name.
+  bool set_signal(const std::string& name, double value, double t);
+  /// Robots that tasks can move, with their joint values at a time.
+  [[nodiscard]] std::vector<std::pair<std::string, std::vector<double>>> joints(double t) const;
+  /// An object that was taken or let go, as it is now.
+  struct Carried {
+    std::string object;
+    double since = 0;   ///< [s]
+    std::string robot;  ///< "" = nobody holds it
+    std::string link;   ///< that takes it along; "" = the robot's base
+    Pose pose;          ///< link_T_object, or world_T_object
+  };
+  [[nodiscard]] std::vector<Carried> carried() const;
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
  private:
+  friend class ProgramActor;
+  friend class ProgramCell;  // programs' motions, signals and grips (program_actor.h)
   struct Move {
     double start = 0;
     sim::RobotMotion motion;
@@ -85,6 +110,34 @@ class TaskExecutor {
     std::int32_t joint = -1;
     Pose joint_T_grip;
   };
+
+  // ---- for programs (program_moves.cpp) ----
+  /// What a motion of a program asks of its robot.
+  struct Drive {
+    model::Trajectory trajectory;
+    Pose base_T_trajectory;
+    std::optional<Grip> tip;                            ///< that follows it; none = of joints
+    std::vector<double> from;                           ///< joint values at its start
+    double velocity_share = 1, acceleration_share = 1;  ///< of the joints' limits
+  };
+  Result<sim::RobotMotion> driven(std::size_t actor, const Drive&, const std::string& where,
+                                  double t, Progress&) const;
+  /// Which limits of the joints a model has, less a share.
+  [[nodiscard]] static std::shared_ptr<const RobotModel> slowed(
+      const std::shared_ptr<const RobotModel>&, double velocity_share, double acceleration_share);
+  /// The end of the last move that has been given.
+  [[nodiscard]] static double moved_until(const Actor&);
+  void push(std::size_t actor, double start, sim::RobotMotion);
+  /// Puts a motion behind the last one so that it begins at `start`, before that ends: what is left
+  /// of that one is added to it. False = joints would be too fast, and nothing was done.
+  bool push_blended(std::size_t actor, double start, sim::RobotMotion, double velocity_share);
+  /// Brakes a robot on its way from t on within its joints' limits; when it stands. Moves that have
+  /// not begun are dropped. `way` = how far on its way it comes [s].
+  double brake(std::size_t actor, double t, double* way = nullptr);
+  /// Objects whose box holds the point or is no farther from it than `reach`, nearest first.
+  Result<std::vector<std::string>> touching(const Vec3& world_point, double reach, double t,
+                                            Progress&) const;
+  void set_wire(std::size_t wire, double value, double t);
 
   TaskExecutor(const sim::Simulator& sim, double step) : sim_(&sim), step_(step) {}
   [[nodiscard]] Result<std::size_t> actor(const std::string& name) const;
@@ -137,6 +190,7 @@ class TaskExecutor {
   std::unordered_map<std::string, std::size_t> actor_of_, thing_of_, wire_of_, frame_of_;
   std::vector<std::string> notes_;
   std::set<std::pair<std::string, std::string>> told_;  ///< robot and note of its moves
+  std::size_t changes_ = 0;
   mutable std::unordered_map<std::string, Expression> compiled_;
 };
 

@@ -184,6 +184,19 @@ class Flat {
       canvas_.line({{px(x.at), y0}, {px(x.at), y1}}, {kGrid});
       if (p + 1 == plot_.panels.size()) canvas_.text(px(x.at), y1 + 16, x.text, Anchor::middle);
     }
+    // Words of marks that are near each other stand below each other.
+    double taken = -1e9, lower = 0;
+    for (const PlotMark& mark : plot_.marks) {
+      const double x0 = std::clamp(px(mark.from), left_, right_),
+                   x1 = std::clamp(px(mark.to), left_, right_);
+      canvas_.area({{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}}, mark.colour, 0.16);
+      canvas_.line({{x0, y0}, {x0, y1}}, {mark.colour, 1.2, 1, 1});
+      if (p != 0 || mark.text.empty()) continue;
+      lower = x0 < taken ? lower + kTextSize : 0;
+      if (lower > inner_ - kTextSize) lower = 0;
+      canvas_.text(x0 + 3, y0 + 8 + lower, mark.text);
+      taken = x0 + 3 + kLetter * static_cast<double>(mark.text.size());
+    }
     for (const double limit : {panel.lower, panel.upper})
       if (limit >= range.low && limit <= range.high)
         canvas_.line({{left_, py(limit)}, {right_, py(limit)}}, {kBeyond, 1, 1, 1});

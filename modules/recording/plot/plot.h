@@ -31,6 +31,13 @@ struct PlotPanel {
   double upper = std::numeric_limits<double>::infinity();
 };
 
+/// A stretch of the horizontal axis with a word above it, through all panels.
+struct PlotMark {
+  double from = 0, to = 0;
+  std::string text;
+  std::string colour = "#d62728";
+};
+
 struct Plot {
   std::string title;
   std::vector<std::string> sources;  ///< titles of the recordings where there are several
@@ -41,6 +48,7 @@ struct Plot {
   bool is_metric = false;            ///< both axes are lengths: drawn to one scale
   /// Logarithmic axes: lines and limits hold the decadic logarithms of their values.
   bool log_x = false, log_y = false;
+  std::vector<PlotMark> marks;    ///< of no path
   std::size_t left_out = 0;       ///< samples that a logarithmic axis has no place for
   std::size_t samples = 0;        ///< of all lines, with those
   int width = 900, height = 520;  ///< pixels

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program that runs by itself, with an operator and files, and without a robot (layer: data
+// processing, program).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/language.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "program/machine.h"
+#include "program/presets.h"
+
+namespace robomosp::program {
+
+/// Whom such a program talks to. An error ends the program at the line that asked. [the thread that
+/// runs]
+class Operator {
+ public:
+  virtual ~Operator() = default;
+  /// WRITE: a piece of text; WRITELN ends with '\n'.
+  virtual Result<void> says(std::string_view) = 0;
+  /// READ: a line without its end.
+  virtual Result<std::string> line() = 0;
+  /// PAUSE; returns when the program is to go on.
+  virtual Result<void> pause(std::string_view message) = 0;
+  /// The time of the program comes to `now` [s]; may wait as long.
+  virtual Result<void> time(double now) = 0;
+  /// What it does: a motion, an output, a wait; `what` in words of the language.
+  virtual Result<void> does(double now, const std::string& file, std::uint32_t line,
+                            const std::string& what) = 0;
+  /// OPEN and CLOSE: names are those of the program.
+  virtual Result<std::string> read_file(std::string_view name) = 0;
+  virtual Result<void> write_file(std::string_view name, std::string_view bytes, bool adds) = 0;
+};
+
+struct AloneOptions {
+  std::map<std::string, SignalValue> inputs;  ///< by name, any case
+  std::vector<Preset> values;
+  bool is_traced = false;  ///< Operator::does is wanted
+  Limits limits{};
+};
+struct Ended {
+  bool is_halted = false;
+  double time = 0;  ///< of the program [s]
+  std::uint64_t instructions = 0;
+  std::uint64_t motions = 0;
+  /// Outputs that it has set, by name as declared.
+  std::vector<std::pair<std::string, std::string>> outputs;
+};
+
+/// Runs a program to its end. Motions take no time and reach their targets; WAIT t SEC takes its
+/// time, as the operator says. Where the robot is, is known behind a motion to a place, and never
+/// with its joints. Faults are errors with file, line and column; so is an input without a value
+/// where it is asked for, and a wait that nothing can end.
+Result<Ended> run_alone(std::shared_ptr<const CompiledProgram>, const AloneOptions&, Operator&,
+                        const Progress&);
+
+}  // namespace robomosp::program

@@ -1,0 +1,1309 @@
+// SPDX-License-Identifier: Apache-2.0
+// The loop that runs operations, and those that ask the world.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "program/state.h"
+
+namespace robomosp::program {
+namespace {
+
+constexpr std::int64_t kMostInt = std::numeric_limits<std::int32_t>::max();
+constexpr std::int64_t kChunk = 1 << 16;
+
+}  // namespace
+
+bool Run::fail(std::string message, std::string hint) {
+  if (s_.status.fault) return false;
+  Fault f;
+  f.message = std::move(message);
+  f.hint = std::move(hint);
+  if (p_) {
+    f.process = p_->routine;
+    const Machine::Code& c = c_;
+    std::uint32_t op = at_;
+    for (std::size_t k = p_->frames.size(); k-- > 0;) {
+      CallPlace place;
+      place.routine = p_->frames[k].routine;
+      place.name = c.routine_name(place.routine);
+      if (op < c.ops.size() && c.instruction_of[op] != kNone) place.span = c.instruction(op).span;
+      place.statement_line = place.span.line;
+      f.calls.push_back(place);
+      op = p_->frames[k].back;
+      if (op > 0 && p_->frames[k].kind == FrameKind::call) --op;
+      if (f.calls.size() >= 200) break;
+    }
+    if (!f.calls.empty()) f.span = f.calls.front().span;
+    const rmp_code& t = c.tables();
+    if (f.span.file < t.files.count) f.file = row<rmp_code_file>(t.files, f.span.file).name;
+  }
+  s_.status.fault = std::move(f);
+  return false;
+}
+bool Run::fail(const Error& e) {
+  return fail(e.where.empty() ? e.message : e.where + ": " + e.message, e.hint);
+}
+
+/// Whether what comes waits for motions that the program has gone on behind.
+bool Run::must_wait(Process& p) {
+  if (p.open.empty() || p.condition_depth) return false;
+  const bool has_own = std::any_of(p.open.begin(), p.open.end(),
+                                   [&](const OpenMotion& m) { return m.level == p.level; });
+  if (!has_own) return false;
+  p.wait = {};
+  p.wait.kind = Waits::motion;
+  p.wait.own_level = true;
+  return true;
+}
+
+Slot* Run::slots(Process& p, const Place& x) {
+  if (x.is_reference) {
+    const Slot* r = p.stack.data() + p.frames.back().base + x.offset;
+    return at(p, r[0].bits, c_.types[x.type].slots, false);
+  }
+  if (x.space == kFrame) return p.stack.data() + p.frames.back().base + x.offset;
+  if (x.space == kGlobal) return s_.globals.data() + x.offset;
+  return const_cast<Slot*>(c_.constants.data()) + x.offset;
+}
+
+std::uint64_t Run::address_of(const Process& p, const Place& x) const {
+  if (x.is_reference) return p.stack[p.frames.back().base + x.offset].bits;
+  if (x.space == kFrame) return s_.globals.size() + p.frames.back().base + x.offset;
+  if (x.space == kGlobal) return x.offset;
+  return kConstantAddress | x.offset;
+}
+
+bool Run::push_frame(Process& p, std::uint32_t routine, std::uint32_t back, FrameKind kind) {
+  const RoutineInfo& r = c_.routines[routine];
+  if (p.frames.size() >= c_.limits.most_frames)
+    return fail(
+        "more than " + std::to_string(c_.limits.most_frames) + " calls are within each other",
+        "A recursion needs a case in which it does not call itself.");
+  const std::uint64_t base =
+      p.frames.empty()
+          ? 0
+          : p.frames.back().base + std::uint64_t{c_.routines[p.frames.back().routine].frame};
+  const std::uint64_t size = base + r.frame;
+  if (size > p.stack.size()) {
+    const std::uint64_t more = std::max<std::uint64_t>(size, p.stack.size() * 2) - p.stack.size();
+    std::uint64_t wanted = p.stack.size() + more;
+    if (bytes() + more * 8 > c_.limits.most_bytes) {
+      wanted = size;
+      collect();
+      if (bytes() + (size - p.stack.size()) * 8 > c_.limits.most_bytes)
+        return fail("the program needs more than the " + std::to_string(c_.limits.most_bytes) +
+                        " bytes that it may have",
+                    "Make the variables of its routines smaller, or the recursion less deep.");
+    }
+    p.stack.resize(wanted);
+  }
+  std::fill_n(p.stack.begin() + static_cast<std::ptrdiff_t>(base), r.zeroed, Slot{});
+  cost_ += r.zeroed / 16;
+  Frame f;
+  f.routine = routine;
+  f.base = static_cast<std::uint32_t>(base);
+  f.back = back;
+  f.kind = kind;
+  p.frames.push_back(std::move(f));
+  return true;
+}
+
+Run::Next Run::call(Process& p, const Op& o) {
+  const CallInfo& c = c_.calls[o.n];
+  const std::uint32_t from = p.frames.back().base;
+  const std::uint64_t result = c.has_result ? address_of(p, c.result) : 0;
+  if (!push_frame(p, c.routine, at_ + 1, FrameKind::call)) return Next::stop;
+  Frame& f = p.frames.back();
+  f.result = result;
+  f.has_result = c.has_result;
+  Slot* stack = p.stack.data();
+  for (const CallInfo::Argument& a : c.arguments) {
+    Slot* to = stack + f.base + a.to;
+    if (a.is_place) {
+      if (a.from.is_reference) {
+        to[0] = stack[from + a.from.offset];
+        to[1] = stack[from + a.from.offset + 1];
+      } else {
+        to[0].bits =
+            a.from.space == kGlobal ? a.from.offset : s_.globals.size() + from + a.from.offset;
+        to[1] = {};
+      }
+      continue;
+    }
+    const Slot* value = a.from.space == kFrame    ? stack + from + a.from.offset
+                        : a.from.space == kGlobal ? s_.globals.data() + a.from.offset
+                                                  : c_.constants.data() + a.from.offset;
+    const TypeInfo& t = c_.types[a.from.type];
+    std::copy_n(value, t.slots, to);
+    cost_ += t.slots / 16;
+    if (t.has_list && !deepen(p, a.from.type, s_.globals.size() + f.base + a.to)) return Next::stop;
+  }
+  p.pc = c_.routines[c.routine].first;
+  return Next::go_on;
+}
+
+Run::Next Run::leave(Process& p, const Op& o) {
+  if (p.condition_depth && p.frames.size() <= p.condition_depth) {
+    fail("a condition does not end where it should", "Compile the program again.");
+    return Next::stop;
+  }
+  if (p.frames.size() == 1 && must_wait(p)) return Next::wait;
+  Frame f = p.frames.back();
+  if (f.has_result && o.n) {
+    const TypeInfo& t = c_.types[o.n];
+    const Slot* from = (o.sa == kFrame    ? p.stack.data() + f.base
+                        : o.sa == kGlobal ? s_.globals.data()
+                                          : c_.constants.data()) +
+                       o.a;
+    Slot* to = at(p, f.result, t.slots, true);
+    if (!to) {
+      fail("a result has no place", "Compile the program again.");
+      return Next::stop;
+    }
+    std::copy_n(from, t.slots, to);
+    cost_ += t.slots / 16;
+    if (t.has_list && !deepen(p, o.n, f.result)) return Next::stop;
+  }
+  p.frames.pop_back();
+  if (p.frames.empty()) return Next::end;
+  p.pc = f.back;
+  if (f.kind == FrameKind::interrupt) {
+    if (p.level) --p.level;
+    if (!f.put_aside.empty()) p.wait = std::move(f.put_aside.front());
+    ++s_.progress;
+    if (p.wait.kind != Waits::nothing) return Next::wait;
+  }
+  return Next::go_on;
+}
+
+bool Run::element(Process& p, const Op& o, std::uint64_t address, std::uint64_t character,
+                  Slot index, Slot* out) {
+  const TypeInfo& t = c_.types[o.n];
+  const std::int64_t i = index.integer();
+  const auto outside = [&](std::int64_t low, std::int64_t high) {
+    return fail("the index " + std::to_string(i) + " is outside " + std::to_string(low) + ".." +
+                    std::to_string(high),
+                high < low ? "It has no elements yet." : "");
+  };
+  (void)character;
+  if (t.kind == RMP_TYPE_ARRAY) {
+    const std::int64_t k = i - t.lower;
+    if (k < 0 || k >= t.length) return outside(t.lower, std::int64_t{t.lower} + t.length - 1);
+    out[0].bits = address + static_cast<std::uint64_t>(k) * t.element_slots;
+    out[1] = {};
+    return true;
+  }
+  const Slot* at_slot = at(p, address, 1, false);
+  if (!at_slot) return fail("a place of the code leads nowhere", "Compile the program again.");
+  if (t.kind == RMP_TYPE_STRING) {
+    const auto length = static_cast<std::int64_t>(text_of(*at_slot).size());
+    if (i < 1 || i > length) return outside(1, length);
+    out[0].bits = address;
+    out[1] = Slot::of(i);
+    return true;
+  }
+  const Heap::List* l = list_of(*at_slot);
+  const std::int64_t length =
+      l && t.element_slots ? static_cast<std::int64_t>(l->slots.size() / t.element_slots) : 0;
+  if (i < 1 || i > length) return outside(1, length);
+  out[0].bits = kListAddress |
+                (static_cast<std::uint64_t>(static_cast<std::uint32_t>(at_slot->bits)) << 32) |
+                (static_cast<std::uint64_t>(i - 1) * t.element_slots);
+  out[1] = {};
+  return true;
+}
+
+bool Run::make_list(Process& p, const Op& o) {
+  const std::uint64_t n = std::uint64_t{o.b} * c_.types[o.n].slots;
+  if (!has_room(n * 8 + 64)) return false;
+  const Slot l = new_list();
+  s_.heap.bytes += n * 8;
+  const Slot* from = p.stack.data() + p.frames.back().base + o.a;
+  list_of(l)->slots.assign(from, from + n);
+  Slot* to = (o.sr == kFrame ? p.stack.data() + p.frames.back().base : s_.globals.data()) + o.r;
+  *to = l;
+  return true;
+}
+
+bool Run::read_signal(Process& p, const Op& o, Slot* out, bool& is_skipped) {
+  const Signal signal = c_.signal(o.n);
+  auto value = world_->read_signal(signal);
+  if (!value.ok()) return fail(value.error());
+  is_skipped = false;
+  if (!value->has_value()) {
+    const std::string name(signal.name);
+    Frame& f = p.frames.back();
+    if (observer_ && f.wait != kNone && !p.condition_depth) {
+      const WaitInfo& w = c_.waits[f.wait];
+      auto noted = observer_->unknown_wait(p.routine, w, f.has_deadline ? f.timeout : -1);
+      if (!noted.ok()) return fail(noted.error());
+      if (*noted) {
+        is_skipped = true;
+        s_.is_timeout_unknown = f.has_deadline;
+        s_.timeout_unknown = c_.instruction(w.begin).span;
+        if (c_.r_timeout != kNone) s_.globals[c_.r_timeout] = {};
+        f.wait = kNone;
+        f.has_deadline = false;
+        p.pc = w.test + 1;
+        ++s_.progress;
+        return true;
+      }
+    }
+    return fail("the flow depends on the " + std::string(signal.is_output ? "output " : "input ") +
+                    name + ", whose value is not known",
+                "Give a value for " + name + ", or look at it in WAIT FOR or UNTIL only.");
+  }
+  const SignalValue v = **value;
+  if (signal.type == RMP_TYPE_REAL) {
+    if (!std::isfinite(v.real))
+      return fail("the signal " + std::string(signal.name) + " is no finite number");
+    *out = Slot::of_real(v.real);
+  } else if (signal.type == RMP_TYPE_BOOL) {
+    *out = Slot::of(v.integer != 0);
+  } else {
+    if (v.integer > kMostInt || v.integer < -kMostInt - 1)
+      return fail("the signal " + std::string(signal.name) + " is " + std::to_string(v.integer) +
+                      ", which is beyond what an INT holds",
+                  "An INT is from -2147483648 to 2147483647.");
+    *out = Slot::of(v.integer);
+  }
+  return true;
+}
+
+bool Run::write_signal(Process&, const Op& o, Slot value) {
+  const Signal signal = c_.signal(o.n);
+  SignalValue v;
+  if (signal.type == RMP_TYPE_REAL) {
+    v.real = value.real();
+  } else {
+    v.integer = signal.type == RMP_TYPE_BOOL ? value.integer() != 0 : value.integer();
+    if (signal.type == RMP_TYPE_INT && signal.width > 1 && signal.width < 32 &&
+        (v.integer < 0 || v.integer >= std::int64_t{1} << signal.width))
+      return fail("the value " + std::to_string(v.integer) + " does not fit in the " +
+                      std::to_string(signal.width) + " bits of " + std::string(signal.name),
+                  "They hold 0 to " + std::to_string((std::int64_t{1} << signal.width) - 1) + ".");
+  }
+  const auto done = world_->write_signal(signal, v);
+  ++s_.progress;
+  return done.ok() || fail(done.error());
+}
+
+PlainPose Run::pose_of(const Slot* s) const {
+  PlainPose p;
+  for (std::size_t k = 0; k < 3; ++k) p.position[k] = s[k].real();
+  for (std::size_t k = 0; k < 4; ++k) p.quaternion[k] = s[3 + k].real();
+  return p;
+}
+
+Target Run::target_of(std::uint32_t type, const Slot* s) const {
+  Target t;
+  const rmp_code_type& x = c_.type(type);
+  t.role = x.role;
+  const auto reals = [&](std::uint32_t of, const Slot* from, std::vector<double>& to) {
+    for (std::uint32_t k = 0; k < c_.types[of].slots; ++k) to.push_back(from[k].real());
+  };
+  const auto field = [&](std::uint32_t k) { return c_.field(x.first_field + k).type; };
+  switch (x.role) {
+    case RMP_ROLE_POSITION:
+      for (std::size_t k = 0; k < 3; ++k) t.pose.position[k] = s[k].real();
+      break;
+    case RMP_ROLE_POSE: t.pose = pose_of(s); break;
+    case RMP_ROLE_MAIN_JOINT: reals(type, s, t.joints); break;
+    case RMP_ROLE_ADD_JOINT: reals(type, s, t.additional); break;
+    case RMP_ROLE_JOINT:
+      reals(field(0), s, t.joints);
+      reals(field(1), s + c_.types[field(0)].slots, t.additional);
+      break;
+    case RMP_ROLE_ROBTARGET: {
+      t.pose = pose_of(s);
+      t.status = s[7].integer();
+      const std::uint32_t turns = c_.types[field(2)].slots;
+      for (std::uint32_t k = 0; k < turns; ++k) t.turns.push_back(s[8 + k].integer());
+      reals(field(3), s + 8 + turns, t.additional);
+      break;
+    }
+    default: break;
+  }
+  return t;
+}
+
+bool Run::put_target(std::uint32_t type, const Target& t, Slot* s) {
+  const rmp_code_type& x = c_.type(type);
+  const auto field = [&](std::uint32_t k) { return c_.field(x.first_field + k).type; };
+  const auto reals = [&](std::uint32_t of, const std::vector<double>& from, Slot* to,
+                         const char* what) {
+    if (from.size() > c_.types[of].slots)
+      return fail("the robot has " + std::to_string(from.size()) + " " + what +
+                      ", and the program's type " + c_.type_name(of) + " holds " +
+                      std::to_string(c_.types[of].slots),
+                  "Give the program the cell of its robot: SYSTEM_SPECIFICATION '...';");
+    for (std::uint32_t k = 0; k < c_.types[of].slots; ++k) {
+      const double v = k < from.size() ? from[k] : 0;
+      if (!std::isfinite(v)) return fail("the state of the robot is no finite number");
+      to[k] = Slot::of_real(v);
+    }
+    return true;
+  };
+  if (x.role == RMP_ROLE_JOINT)
+    return reals(field(0), t.joints, s, "joints") &&
+           reals(field(1), t.additional, s + c_.types[field(0)].slots, "additional joints");
+  for (std::size_t k = 0; k < 3; ++k) s[k] = Slot::of_real(t.pose.position[k]);
+  for (std::size_t k = 0; k < 4; ++k) s[3 + k] = Slot::of_real(t.pose.quaternion[k]);
+  for (std::size_t k = 0; k < 7; ++k)
+    if (!std::isfinite(s[k].real())) return fail("the state of the robot is no finite number");
+  s[7] = Slot::of(t.status);
+  const std::uint32_t turns = c_.types[field(2)].slots;
+  for (std::uint32_t k = 0; k < turns; ++k)
+    s[8 + k] = Slot::of(k < t.turns.size() ? t.turns[k] : 0);
+  return reals(field(3), t.additional, s + 8 + turns, "additional joints");
+}
+
+bool Run::refresh(Process& p, const Op& o) {
+  const std::uint32_t robot = c_.live_symbol[o.n];
+  std::optional<Target> state;
+  for (const LiveField& f : c_.live[o.n]) {
+    Slot* to = s_.globals.data() + f.offset;
+    if (f.kind == 2) {
+      const auto speed = world_->robot_speed(robot, p.routine);
+      if (!speed.ok()) return fail(speed.error());
+      if (!std::isfinite(*speed)) return fail("the speed of the robot is no finite number");
+      *to = Slot::of_real(*speed);
+      continue;
+    }
+    if (!state) {
+      auto now = world_->robot_state(robot, p.routine);
+      if (!now.ok()) return fail(now.error());
+      state = std::move(now).value();
+    }
+    if (!put_target(f.type, *state, to)) return false;
+  }
+  return true;
+}
+
+bool Run::begin_motion(Process& p, std::uint32_t number) {
+  const MoveInfo& m = c_.moves[number];
+  Motion motion;
+  motion.process = p.routine;
+  motion.interpolation = m.interpolation;
+  motion.is_incremental = m.is_incremental;
+  motion.has_until = m.until != kNone;
+  motion.span = c_.instruction(at_).span;
+  MotionAttributes& a = motion.attributes;
+  const auto system = [&](std::uint32_t offset, double& to) {
+    if (offset != kNone) to = s_.globals[offset].real();
+  };
+  system(c_.r_speed, a.speed);
+  system(c_.r_speed_ori, a.speed_orientation);
+  system(c_.r_acc, a.acceleration);
+  system(c_.r_move_time, a.time);
+  system(c_.r_c_cp, a.c_cp);
+  system(c_.r_c_speed, a.c_speed);
+  system(c_.r_speed_ptp, a.speed_ptp);
+  system(c_.r_acc_ptp, a.acceleration_ptp);
+  system(c_.r_c_ptp, a.c_ptp);
+  const auto turned = [&](PlainPose& pose, const char* what) {
+    auto& q = pose.quaternion;
+    const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(std::fabs(n - 1) < 1e-3))
+      return fail(std::string("the orientation of ") + what +
+                      " is no unit quaternion: its length is " + code_text_detail::real_text(n),
+                  n == 0 ? "It has no value yet: give it one, such as ORIZYX(0.0, 180.0, 0.0)."
+                         : "Make it by a function such as ORIQUAT or ORIZYX.");
+    // What is one but for rounding stays as it is, so that to say it again changes nothing.
+    if (std::fabs(n - 1) > 1e-14)
+      for (double& v : q) v /= n;
+    return true;
+  };
+  for (const MoveAttribute& x : m.attributes) {
+    a.given |= 1u << x.attribute;
+    if (x.attribute == RMP_ATTR_ACT_ROB) {
+      a.robot = c_.symbol(x.robot).name;
+      a.robot_symbol = x.robot;
+      continue;
+    }
+    const Slot* v = slots(p, x.value);
+    switch (x.attribute) {
+      case RMP_ATTR_SPEED: a.speed = v->real(); break;
+      case RMP_ATTR_SPEED_ORI: a.speed_orientation = v->real(); break;
+      case RMP_ATTR_ACC: a.acceleration = v->real(); break;
+      case RMP_ATTR_TIME: a.time = v->real(); break;
+      case RMP_ATTR_C_CP: a.c_cp = v->real(); break;
+      case RMP_ATTR_C_SPEED: a.c_speed = v->real(); break;
+      case RMP_ATTR_C_PASS: a.passes = v->integer() != 0; break;
+      case RMP_ATTR_WOBBLE: a.weaves = v->integer() != 0; break;
+      case RMP_ATTR_DEVICE: a.device = v->integer(); break;
+      case RMP_ATTR_ADAX_CONTROL: a.additional_axes = v->integer(); break;
+      case RMP_ATTR_SPEED_PTP: a.speed_ptp = v->real(); break;
+      case RMP_ATTR_ACC_PTP: a.acceleration_ptp = v->real(); break;
+      case RMP_ATTR_C_PTP: a.c_ptp = v->real(); break;
+      case RMP_ATTR_TOOL:
+        a.tool = pose_of(v);
+        if (!turned(*a.tool, "TOOL")) return false;
+        break;
+      case RMP_ATTR_FRAME:
+        a.frame = pose_of(v);
+        if (!turned(*a.frame, "FRAME")) return false;
+        break;
+      default: break;
+    }
+  }
+  const auto shown = [](double v) { return code_text_detail::real_text(v); };
+  const auto above = [&](const char* name, double v) {
+    return v > 0 ||
+           fail(std::string(name) + " is " + shown(v) + ", and a motion needs one above zero");
+  };
+  const auto share = [&](const char* name, double v) {
+    return (v > 0 && v <= 100) || fail(std::string(name) + " is " + shown(v) +
+                                       ", and is a percentage, above zero and at most 100");
+  };
+  const auto not_negative = [&](const char* name, double v) {
+    return v >= 0 || fail(std::string(name) + " is " + shown(v) + ", and is not negative");
+  };
+  const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
+  if (is_ptp) {
+    if (!share("SPEED_PTP", a.speed_ptp) || !share("ACC_PTP", a.acceleration_ptp) ||
+        !not_negative("C_PTP", a.c_ptp))
+      return false;
+    if (a.c_ptp > 100)
+      return fail("C_PTP is " + shown(a.c_ptp) + ", and is a percentage, at most 100");
+  } else if (!above("SPEED", a.speed) || !above("SPEED_ORI", a.speed_orientation) ||
+             !not_negative("C_CP", a.c_cp)) {
+    return false;
+  } else if (a.c_speed < 0 || a.c_speed > 100) {
+    return fail("C_SPEED is " + shown(a.c_speed) + ", and is a percentage, 0 to 100");
+  }
+  if (!share("ACC", a.acceleration)) return false;
+  if (a.time < 0 && a.time != -1)
+    return fail("TIME is " + shown(a.time) + ", and is not negative, or -1 for none");
+  for (const Place& x : m.targets) {
+    Target t = target_of(x.type, slots(p, x));
+    const bool has_orientation = t.role == RMP_ROLE_POSE || t.role == RMP_ROLE_ROBTARGET;
+    if (has_orientation && !turned(t.pose, "a target")) return false;
+    motion.targets.push_back(std::move(t));
+  }
+  motion.approximates =
+      !motion.has_until && (is_ptp ? a.c_ptp > 0 || a.passes : a.c_cp > 0 || a.passes);
+  motion.number = s_.next_motion++;
+  if (!p.open.empty()) motion.after = p.open.back().number;
+  if (observer_) {
+    const auto noted = observer_->moves(p.routine, m);
+    if (!noted.ok()) return fail(noted.error());
+  }
+  const auto begun = world_->begin_motion(motion);
+  if (!begun.ok()) return fail(begun.error());
+  ++s_.progress;
+  p.open.push_back({motion.number, p.level, motion.approximates, motion.span});
+  p.wait = {};
+  p.pc = at_ + 1;
+  if (motion.approximates) return true;
+  p.wait.kind = Waits::motion;
+  p.wait.is_behind = true;
+  if (motion.has_until) {
+    p.wait.move = number;
+    p.wait.motion = motion.number;
+  }
+  return true;
+}
+
+/// Processes, interrupts, HALT.
+bool Run::control(Process& p, const Op& o) {
+  ++s_.progress;
+  switch (o.code) {
+    case Do::start: {
+      const std::int32_t priority =
+          o.r ? (o.sb == kFrame    ? p.stack.data() + p.frames.back().base
+                 : o.sb == kGlobal ? s_.globals.data()
+                                   : const_cast<Slot*>(c_.constants.data()))[o.b]
+                    .integer()
+              : 0;
+      if (Process* other = process_of(o.n); other && !other->is_ended)
+        return fail(
+            "the process " + c_.routine_name(o.n) + " runs already",
+            "Wait until GETSTATUS(" + c_.routine_name(o.n) + ") = R_PROCESS_READY, or CANCEL it.");
+      start_process(o.n, priority);
+      return true;
+    }
+    case Do::stop:
+    case Do::continue_: {
+      Process* other = process_of(o.n);
+      if (!other || other->is_ended)
+        return fail("the process " + c_.routine_name(o.n) + " does not run", "START it first.");
+      const bool stops = o.code == Do::stop;
+      if (other->is_stopped == stops) return true;
+      other->is_stopped = stops;
+      for (const OpenMotion& m : other->open) {
+        const auto done = stops ? world_->hold_motion(m.number) : world_->resume_motion(m.number);
+        if (!done.ok()) return fail(done.error());
+      }
+      return true;
+    }
+    case Do::cancel: {
+      Process* other = process_of(o.n);
+      if (!other || other->is_ended) return true;
+      abort_all(*other, AbortReason::cancel);
+      other->is_ended = true;
+      return !s_.status.fault;
+    }
+    case Do::enable: {
+      EnabledInterrupt x;
+      x.routine = o.n;
+      x.priority = o.r ? (o.sb == kFrame    ? p.stack.data() + p.frames.back().base
+                          : o.sb == kGlobal ? s_.globals.data()
+                                            : const_cast<Slot*>(c_.constants.data()))[o.b]
+                             .integer()
+                       : 0;
+      for (Process& other : s_.processes)
+        for (const EnabledInterrupt& y : other.interrupts)
+          if (y.routine == o.n && !other.is_ended) {
+            if (other.routine == p.routine) return true;
+            return fail("the interrupt " + c_.routine_name(o.n) + " is enabled by " +
+                            c_.routine_name(other.routine) + " already",
+                        "An interrupt belongs to one process: DISABLE it there first.");
+          }
+      const auto before =
+          std::find_if(p.interrupts.begin(), p.interrupts.end(), [&](const EnabledInterrupt& y) {
+            return y.priority < x.priority || (y.priority == x.priority && y.routine > x.routine);
+          });
+      p.interrupts.insert(before, x);
+      return true;
+    }
+    default:
+      for (Process& other : s_.processes)
+        std::erase_if(other.interrupts,
+                      [&](const EnabledInterrupt& y) { return y.routine == o.n; });
+      return true;
+  }
+}
+
+bool Run::stops_here(Process& p, std::uint32_t op) {
+  if (p.condition_depth) return false;
+  const bool is_resumed = s_.resume_op == op && s_.resume_process == p.routine;
+  if (is_resumed) {
+    s_.resume_op = kNone;
+    return false;
+  }
+  const auto stop = [&](StopReason reason, std::uint32_t number) {
+    Stop x;
+    x.reason = reason;
+    x.process = p.routine;
+    x.breakpoint = number;
+    x.span = c_.instruction_of[op] == kNone ? rmp_span{} : c_.instruction(op).span;
+    s_.status.stop = x;
+    s_.is_stepping = s_.wants_pause = false;
+    s_.entry_op = kNone;
+    if (reason == StopReason::entry && s_.entry_counts) return true;
+    s_.resume_op = op;
+    s_.resume_process = p.routine;
+    return true;
+  };
+  // Breakpoints are not asked before it goes on from there.
+  if (s_.entry_op == op && s_.entry_counts) return stop(StopReason::entry, 0);
+  std::optional<StopReason> reason;
+  std::uint32_t number = 0;
+  if (s_.entry_op == op) reason = StopReason::entry;
+  if (s_.wants_pause) reason = StopReason::pause_wish;
+  if (s_.is_stepping) {
+    if (s_.step == StepKind::motion) {
+      if (c_.ops[op].code == Do::move) reason = StopReason::motion;
+    } else if (p.routine == s_.step_process) {
+      const rmp_span& at = c_.instruction_of[op] == kNone ? s_.step_from : c_.instruction(op).span;
+      const bool is_elsewhere = p.frames.size() != s_.step_depth || at.file != s_.step_from.file ||
+                                at.line != s_.step_from.line || at.column != s_.step_from.column;
+      const bool is_begin =
+          std::binary_search(c_.statement_ops.begin(), c_.statement_ops.end(), op);
+      // Behind a call the rest of its statement is no new one.
+      const bool is_out = p.frames.size() < s_.step_depth;
+      if (s_.step == StepKind::out ? is_out
+          : s_.step == StepKind::over
+              ? (is_out && is_elsewhere) ||
+                    (p.frames.size() == s_.step_depth && is_begin && is_elsewhere)
+              : (is_begin && is_elsewhere) || is_out)
+        reason = StopReason::step;
+    }
+  }
+  // All that are here count and say what they log, whatever stops it.
+  for (std::size_t k = 0; k < s_.breakpoints.size(); ++k) {
+    Breakpoint& b = s_.breakpoints[k];
+    if (!b.is_enabled || s_.breakpoint_op[k] != op) continue;
+    if (!b.condition.empty() && !holds(p, b.condition)) continue;
+    ++b.hits;
+    if (b.hits <= b.ignore || (b.until && b.hits > b.until)) continue;
+    if (b.every > 1 && b.hits % b.every != 0) continue;
+    if (!b.log.empty()) {
+      say_log(p, op, b.log);
+    } else if (!reason) {
+      reason = StopReason::breakpoint;
+      number = b.number;
+    }
+  }
+  return reason && stop(*reason, number);
+}
+
+Run::Next Run::execute(Process& p) {
+  p_ = &p;
+  s_.running = p.routine;
+  const bool debugs = !s_.breakpoints.empty() || s_.is_stepping || s_.wants_pause ||
+                      s_.entry_op != kNone || s_.resume_op != kNone || s_.keeps_journal;
+  return debugs ? loop<true>(p) : loop<false>(p);
+}
+
+// Operands of one slot.
+#define A base[o.sa][o.a]
+#define B base[o.sb][o.b]
+#define R base[o.sr][o.r]
+#define RMP_INT(expression, name)                                         \
+  {                                                                       \
+    const std::int64_t v = (expression);                                  \
+    if (v > kMostInt || v < -kMostInt - 1) [[unlikely]] {                 \
+      at_ = pc;                                                           \
+      fail(std::string("the value of ") + (name) +                        \
+               " is beyond what an INT holds: " + std::to_string(v),      \
+           "An INT is from -2147483648 to 2147483647; REAL holds more."); \
+      goto failed;                                                        \
+    }                                                                     \
+    R = Slot::of(v);                                                      \
+    ++pc;                                                                 \
+    break;                                                                \
+  }
+#define RMP_REAL(expression, name)                                                  \
+  {                                                                                 \
+    const double v = (expression);                                                  \
+    if (!std::isfinite(v)) [[unlikely]] {                                           \
+      at_ = pc;                                                                     \
+      fail(std::string("the value of ") + (name) + " is beyond what a REAL holds"); \
+      goto failed;                                                                  \
+    }                                                                               \
+    R = Slot::of_real(v);                                                           \
+    ++pc;                                                                           \
+    break;                                                                          \
+  }
+#define RMP_TRUTH(expression) \
+  {                           \
+    R = Slot::of(expression); \
+    ++pc;                     \
+    break;                    \
+  }
+#define RMP_NO_CONDITION(what)                                                             \
+  if (p.condition_depth) {                                                                 \
+    fail("a condition of UNTIL or WHEN " what, "A function that it calls computes only."); \
+    goto failed;                                                                           \
+  }
+#define RMP_SYNC                    \
+  {                                 \
+    at_ = pc;                       \
+    p.pc = pc;                      \
+    if (must_wait(p)) goto waiting; \
+  }
+
+template <bool kDebug>
+Run::Next Run::loop(Process& p) {
+  const Op* const ops = c_.ops.data();
+  std::uint32_t pc = p.pc;
+  Slot* base[3] = {p.stack.data() + p.frames.back().base, s_.globals.data(),
+                   const_cast<Slot*>(c_.constants.data())};
+  Next result = Next::wait;
+  std::uint64_t used = 0;
+  const auto rebase = [&] { base[0] = p.stack.data() + p.frames.back().base; };
+  const auto finish_chunk = [&] {
+    used += cost_;
+    cost_ = 0;
+    p.used += used;
+    s_.instructions += used;
+    used = 0;
+  };
+  for (;;) {
+    // A piece of the slice; between pieces everything alive stands in slots.
+    finish_chunk();
+    at_ = pc;
+    p.pc = pc;
+    if (cancel_ && cancel_->load(std::memory_order_relaxed)) {
+      s_.status.state = RunState::cancelled;
+      return Next::stop;
+    }
+    if (c_.limits.most_instructions && s_.instructions > c_.limits.most_instructions) {
+      fail("the program has run more than " + std::to_string(c_.limits.most_instructions) +
+               " instructions",
+           "Look for a loop without an end, or allow it more.");
+      return Next::stop;
+    }
+    if (p.used >= c_.limits.slice) {
+      if (!p.condition_depth) return Next::wait;
+      fail("a condition of UNTIL or WHEN runs more than " + std::to_string(c_.limits.slice) +
+               " instructions",
+           "Look for a loop without an end in a function that it calls.");
+      return Next::stop;
+    }
+    if (s_.heap.bytes > s_.heap.collect_at) {
+      collect();
+      if (bytes() > c_.limits.most_bytes) {
+        has_room(1);
+        return Next::stop;
+      }
+    }
+    const std::uint64_t piece = std::min<std::uint64_t>(kChunk, c_.limits.slice - p.used);
+    while (used < piece) {
+      if constexpr (kDebug) {
+        if (stops_here(p, pc)) {
+          p.pc = pc;
+          result = Next::stop;
+          goto done;
+        }
+        if (s_.keeps_journal) s_.has_run[pc] = true;
+      }
+      ++used;
+      const Op& o = ops[pc];
+      switch (o.code) {
+        case Do::copy1:
+          R = A;
+          ++pc;
+          break;
+        case Do::copy_n:
+          std::copy_n(&A, o.n, &R);
+          used += o.n / 16;
+          ++pc;
+          break;
+        case Do::zero_n:
+          std::fill_n(&R, o.n, Slot{});
+          ++pc;
+          break;
+        case Do::copy_deep: {
+          at_ = pc;
+          const TypeInfo& t = c_.types[o.n];
+          std::copy_n(&A, t.slots, &R);
+          used += t.slots / 16;
+          const std::uint64_t address =
+              o.sr == kGlobal ? o.r : s_.globals.size() + p.frames.back().base + o.r;
+          if (!deepen(p, o.n, address)) goto failed;
+          used += cost_;
+          cost_ = 0;
+          ++pc;
+          break;
+        }
+        case Do::int_to_real:
+          R = Slot::of_real(A.integer());
+          ++pc;
+          break;
+        case Do::int_to_char: {
+          const std::int32_t v = A.integer();
+          if (v < 0 || v > 255) {
+            at_ = pc;
+            fail("a CHAR has a code from 0 to 255, and this is " + std::to_string(v));
+            goto failed;
+          }
+          R = Slot::of(v);
+          ++pc;
+          break;
+        }
+        case Do::char_to_text: {
+          at_ = pc;
+          if (!has_room(64)) goto failed;
+          const Slot s = new_text(std::string(1, static_cast<char>(A.integer())));
+          R = s;
+          ++pc;
+          break;
+        }
+        case Do::negate_int: RMP_INT(-std::int64_t{A.integer()}, "-");
+        case Do::negate_real:
+          R = Slot::of_real(-A.real());
+          ++pc;
+          break;
+        case Do::not_: RMP_TRUTH(A.integer() == 0);
+        case Do::add_int: RMP_INT(std::int64_t{A.integer()} + B.integer(), "+");
+        case Do::subtract_int: RMP_INT(std::int64_t{A.integer()} - B.integer(), "-");
+        case Do::multiply_int: RMP_INT(std::int64_t{A.integer()} * B.integer(), "*");
+        case Do::div_int:
+        case Do::mod_int: {
+          const std::int64_t x = A.integer(), y = B.integer();
+          if (y == 0) {
+            at_ = pc;
+            fail("this divides by zero");
+            goto failed;
+          }
+          RMP_INT(o.code == Do::div_int ? x / y : x % y, "DIV");
+        }
+        case Do::add_real: RMP_REAL(A.real() + B.real(), "+");
+        case Do::subtract_real: RMP_REAL(A.real() - B.real(), "-");
+        case Do::multiply_real: RMP_REAL(A.real() * B.real(), "*");
+        case Do::divide_real:
+          if (B.real() == 0) {
+            at_ = pc;
+            fail("this divides by zero");
+            goto failed;
+          }
+          RMP_REAL(A.real() / B.real(), "/");
+        case Do::equal_int: RMP_TRUTH(A.integer() == B.integer());
+        case Do::not_equal_int: RMP_TRUTH(A.integer() != B.integer());
+        case Do::less_int: RMP_TRUTH(A.integer() < B.integer());
+        case Do::less_equal_int: RMP_TRUTH(A.integer() <= B.integer());
+        case Do::greater_int: RMP_TRUTH(A.integer() > B.integer());
+        case Do::greater_equal_int: RMP_TRUTH(A.integer() >= B.integer());
+        case Do::equal_real: RMP_TRUTH(A.real() == B.real());
+        case Do::not_equal_real: RMP_TRUTH(A.real() != B.real());
+        case Do::less_real: RMP_TRUTH(A.real() < B.real());
+        case Do::less_equal_real: RMP_TRUTH(A.real() <= B.real());
+        case Do::greater_real: RMP_TRUTH(A.real() > B.real());
+        case Do::greater_equal_real: RMP_TRUTH(A.real() >= B.real());
+        case Do::compare_text: {
+          const int c = text_of(A).compare(text_of(B));
+          const bool v = o.n == RMP_OP_EQUAL        ? c == 0
+                         : o.n == RMP_OP_NOT_EQUAL  ? c != 0
+                         : o.n == RMP_OP_LESS       ? c < 0
+                         : o.n == RMP_OP_LESS_EQUAL ? c <= 0
+                         : o.n == RMP_OP_GREATER    ? c > 0
+                                                    : c >= 0;
+          used += std::min(text_of(A).size(), text_of(B).size()) / 64;
+          RMP_TRUTH(v);
+        }
+        case Do::exor: RMP_TRUTH((A.integer() != 0) != (B.integer() != 0));
+        case Do::compose: {
+          at_ = pc;
+          double x[7], y[7], z[7];
+          const int m = o.n < 2 ? 7 : 4, n = o.n == 0 ? 7 : o.n == 2 ? 4 : 3;
+          const Slot *a = &A, *b = &B;
+          for (int k = 0; k < m; ++k) x[k] = a[k].real();
+          for (int k = 0; k < n; ++k) y[k] = b[k].real();
+          const double* q = o.n < 2 ? x + 3 : x;
+          if (n == 4) {
+            compose_orientations(q, y, z);
+          } else {
+            rotate_position(q, y, z);
+            if (o.n < 2)
+              for (int k = 0; k < 3; ++k) z[k] += x[k];
+            if (n == 7) compose_orientations(q, y + 3, z + 3);
+          }
+          bool is_finite = true;
+          for (int k = 0; k < n; ++k) is_finite = is_finite && std::isfinite(z[k]);
+          if (!is_finite) {
+            fail("the value of @ is beyond what a REAL holds");
+            goto failed;
+          }
+          Slot* r = &R;
+          for (int k = 0; k < n; ++k) r[k] = Slot::of_real(z[k]);
+          used += 4;
+          ++pc;
+          break;
+        }
+        case Do::address: {
+          Slot* r = &R;
+          r[0].bits = o.sa == kFrame    ? s_.globals.size() + p.frames.back().base + o.a
+                      : o.sa == kGlobal ? o.a
+                                        : kConstantAddress | o.a;
+          r[1] = {};
+          ++pc;
+          break;
+        }
+        case Do::field: {
+          const Slot* a = &A;
+          Slot* r = &R;
+          r[0].bits = a[0].bits + o.n;
+          r[1] = {};
+          ++pc;
+          break;
+        }
+        case Do::element:
+        case Do::element_of: {
+          at_ = pc;
+          std::uint64_t address = 0;
+          if (o.code == Do::element) address = A.bits;
+          else
+            address = o.sa == kFrame    ? s_.globals.size() + p.frames.back().base + o.a
+                      : o.sa == kGlobal ? o.a
+                                        : kConstantAddress | o.a;
+          if (!element(p, o, address, 0, B, &R)) goto failed;
+          ++pc;
+          break;
+        }
+        case Do::load1: {
+          const Slot* x = at(p, A.bits, 1, false);
+          if (!x) goto lost;
+          R = *x;
+          ++pc;
+          break;
+        }
+        case Do::load_n: {
+          const Slot* x = at(p, A.bits, o.n, false);
+          if (!x) goto lost;
+          std::copy_n(x, o.n, &R);
+          used += o.n / 16;
+          ++pc;
+          break;
+        }
+        case Do::load_deep: {
+          at_ = pc;
+          const TypeInfo& t = c_.types[o.n];
+          const Slot* x = at(p, A.bits, t.slots, false);
+          if (!x) goto lost;
+          std::copy_n(x, t.slots, &R);
+          const std::uint64_t address =
+              o.sr == kGlobal ? o.r : s_.globals.size() + p.frames.back().base + o.r;
+          if (!deepen(p, o.n, address)) goto failed;
+          used += cost_ + t.slots / 16;
+          cost_ = 0;
+          ++pc;
+          break;
+        }
+        case Do::load_char: {
+          const Slot* ref = &A;
+          const Slot* x = at(p, ref[0].bits, 1, false);
+          if (!x) goto lost;
+          if (ref[1].bits == 0) {
+            R = *x;
+          } else {
+            const std::string_view s = text_of(*x);
+            const std::uint64_t i = ref[1].bits;
+            if (i > s.size()) {
+              at_ = pc;
+              fail("the index " + std::to_string(i) + " is outside 1.." + std::to_string(s.size()));
+              goto failed;
+            }
+            R = Slot::of(static_cast<unsigned char>(s[i - 1]));
+          }
+          ++pc;
+          break;
+        }
+        case Do::store1: {
+          Slot* x = at(p, R.bits, 1, true);
+          if (!x) goto lost;
+          *x = A;
+          ++pc;
+          break;
+        }
+        case Do::store_n: {
+          Slot* x = at(p, R.bits, o.n, true);
+          if (!x) goto lost;
+          std::copy_n(&A, o.n, x);
+          used += o.n / 16;
+          ++pc;
+          break;
+        }
+        case Do::store_deep: {
+          at_ = pc;
+          const TypeInfo& t = c_.types[o.n];
+          Slot* x = at(p, R.bits, t.slots, true);
+          if (!x) goto lost;
+          std::copy_n(&A, t.slots, x);
+          if (!deepen(p, o.n, R.bits)) goto failed;
+          used += cost_ + t.slots / 16;
+          cost_ = 0;
+          ++pc;
+          break;
+        }
+        case Do::store_char: {
+          at_ = pc;
+          const Slot* ref = &R;
+          const std::uint64_t address = ref[0].bits, i = ref[1].bits;
+          Slot* x = at(p, address, 1, true);
+          if (!x) goto lost;
+          if (i == 0) {
+            *x = A;
+          } else {
+            std::string s(text_of(*x));
+            if (i > s.size()) {
+              fail("the index " + std::to_string(i) + " is outside 1.." + std::to_string(s.size()));
+              goto failed;
+            }
+            s[i - 1] = static_cast<char>(A.integer());
+            used += s.size() / 64;
+            if (!has_room(s.size() + 64)) goto failed;
+            const Slot changed = new_text(std::move(s));
+            if (Slot* again = at(p, address, 1, true)) *again = changed;
+          }
+          ++pc;
+          break;
+        }
+        case Do::read_signal: {
+          RMP_SYNC
+          bool is_skipped = false;
+          if (!read_signal(p, o, &R, is_skipped)) goto failed;
+          if (is_skipped) pc = p.pc;
+          else ++pc;
+          used += 4;
+          break;
+        }
+        case Do::write_signal:
+          RMP_SYNC
+          RMP_NO_CONDITION("writes an output")
+          if (observer_) observer_->running(p.routine, c_.instruction(pc).span);
+          if (!write_signal(p, o, A)) goto failed;
+          ++pc;
+          break;
+        case Do::refresh:
+          RMP_SYNC
+          if (!refresh(p, o)) goto failed;
+          used += 16;
+          ++pc;
+          break;
+        case Do::timeout_known:
+          at_ = pc;
+          if (s_.is_timeout_unknown) {
+            fail("the flow depends on whether the WAIT FOR in line " +
+                     std::to_string(s_.timeout_unknown.line) + " ran out of time",
+                 "Give values for the inputs of its condition.");
+            goto failed;
+          }
+          ++pc;
+          break;
+        case Do::call:
+          at_ = pc;
+          if (call(p, o) == Next::stop) goto failed;
+          used += cost_;
+          cost_ = 0;
+          pc = p.pc;
+          rebase();
+          break;
+        case Do::intrinsic: {
+          at_ = pc;
+          p.pc = pc;
+          const Did did = intrinsic(p, c_.intrinsics[o.n]);
+          used += cost_;
+          cost_ = 0;
+          if (did == Did::failed) goto failed;
+          if (did == Did::waits) goto waiting;
+          rebase();
+          ++pc;
+          break;
+        }
+        case Do::number: {
+          const IntrinsicCall& i = c_.intrinsics[o.n];
+          const double x[2] = {A.real(), i.arguments.size() > 1 ? B.real() : 0.0};
+          const auto y = number_value(i.number, std::span(x, i.arguments.size()));
+          if (!y) {
+            at_ = pc;
+            fail(std::string(c_.symbol(i.symbol).name) + " has no value at " +
+                 code_text_detail::real_text(x[0]) +
+                 (i.arguments.size() > 1 ? ", " + code_text_detail::real_text(x[1]) : ""));
+            goto failed;
+          }
+          R = Slot::of_real(*y);
+          ++pc;
+          break;
+        }
+        case Do::make_list:
+          at_ = pc;
+          if (!make_list(p, o)) goto failed;
+          ++pc;
+          break;
+        case Do::jump: pc = o.n; break;
+        case Do::jump_if: pc = A.integer() ? o.n : pc + 1; break;
+        case Do::jump_unless: pc = A.integer() ? pc + 1 : o.n; break;
+        case Do::return_: {
+          at_ = pc;
+          p.pc = pc;
+          const Next next = leave(p, o);
+          used += cost_;
+          cost_ = 0;
+          if (next == Next::stop) goto failed;
+          if (next == Next::end) {
+            result = Next::end;
+            goto done;
+          }
+          if (next == Next::wait) goto waiting;
+          pc = p.pc;
+          rebase();
+          break;
+        }
+        case Do::end_without_value:
+          at_ = pc;
+          fail("the function " + c_.routine_name(p.frames.back().routine) +
+                   " has reached its end without a RETURN",
+               "Every way through a function ends with RETURN value;");
+          goto failed;
+        case Do::wait_time: {
+          RMP_SYNC
+          RMP_NO_CONDITION("waits")
+          const double seconds = A.real();
+          if (seconds < 0) {
+            fail("WAIT is of " + code_text_detail::real_text(seconds) +
+                 " s, and a time is not negative");
+            goto failed;
+          }
+          if (observer_) {
+            const auto noted =
+                observer_->waits_for_time(p.routine, seconds, c_.instruction(pc).span);
+            if (!noted.ok()) {
+              fail(noted.error());
+              goto failed;
+            }
+          }
+          ++s_.progress;
+          p.wait = {};
+          p.wait.kind = Waits::time;
+          p.wait.until = s_.now + seconds;
+          p.wait.is_behind = true;
+          p.pc = pc + 1;
+          goto waiting;
+        }
+        case Do::wait_begin: {
+          RMP_SYNC
+          RMP_NO_CONDITION("waits")
+          Frame& f = p.frames.back();
+          f.wait = o.n;
+          f.has_deadline = o.r != 0;
+          if (f.has_deadline) {
+            const double seconds = A.real();
+            if (seconds < 0) {
+              fail("TIMEOUT is " + code_text_detail::real_text(seconds) +
+                   " s, and a time is not negative");
+              goto failed;
+            }
+            f.deadline = s_.now + seconds;
+            f.timeout = seconds;
+          }
+          ++s_.progress;
+          ++pc;
+          break;
+        }
+        case Do::wait_test: {
+          at_ = pc;
+          Frame& f = p.frames.back();
+          const bool is_true = A.integer() != 0 || f.is_waived;
+          const bool is_late = f.has_deadline && s_.now >= f.deadline;
+          if (!is_true && !is_late) {
+            if (f.wait != o.n) {
+              fail("a condition of WAIT FOR has no beginning", "Compile the program again.");
+              goto failed;
+            }
+            p.pc = c_.waits[o.n].begin + 1;
+            p.wait = {};
+            p.wait.kind = Waits::condition;
+            goto waiting;
+          }
+          if (c_.r_timeout != kNone) s_.globals[c_.r_timeout] = Slot::of(!is_true);
+          s_.is_timeout_unknown = false;
+          if (s_.keeps_journal && !is_true)
+            s_.timeouts.push_back({p.routine, s_.now, c_.instruction(c_.waits[o.n].begin).span});
+          f.wait = kNone;
+          f.has_deadline = f.is_waived = false;
+          ++s_.progress;
+          ++pc;
+          break;
+        }
+        case Do::pause: {
+          RMP_SYNC
+          RMP_NO_CONDITION("pauses")
+          if (observer_) observer_->running(p.routine, c_.instruction(pc).span);
+          const std::string message(o.n ? text_of(A) : std::string_view());
+          const auto told = world_->pause(p.routine, message);
+          if (!told.ok()) {
+            fail(told.error());
+            goto failed;
+          }
+          ++s_.progress;
+          p.wait = {};
+          p.wait.kind = Waits::pause;
+          p.wait.message = message;
+          p.wait.is_behind = true;
+          p.pc = pc + 1;
+          goto waiting;
+        }
+        case Do::halt:
+          at_ = pc;
+          RMP_NO_CONDITION("halts the program")
+          if (observer_) {
+            const auto noted = observer_->halts(p.routine, c_.instruction(pc).span);
+            if (!noted.ok()) {
+              fail(noted.error());
+              goto failed;
+            }
+          }
+          s_.status.is_halted = true;
+          p.pc = pc;
+          result = Next::stop;
+          goto done;
+        case Do::until_test:
+        case Do::interrupt_test: {
+          at_ = pc;
+          if (!p.condition_depth || p.frames.size() != p.condition_depth) {
+            fail("the flow runs into a condition", "Compile the program again.");
+            goto failed;
+          }
+          p.pc = pc;
+          last_test_ = pc;
+          result = A.integer() ? Next::condition_true : Next::condition_false;
+          goto done;
+        }
+        case Do::move: {
+          at_ = pc;
+          p.pc = pc;
+          RMP_NO_CONDITION("moves")
+          if (!p.open.empty()) {
+            const bool is_chain = std::all_of(
+                p.open.begin(), p.open.end(),
+                [&](const OpenMotion& m) { return m.approximates && m.level == p.level; });
+            if (!is_chain || c_.moves[o.n].until != kNone || p.open.size() >= 2) {
+              p.wait = {};
+              p.wait.kind = Waits::motion;
+              p.wait.most_open = is_chain && c_.moves[o.n].until == kNone ? 1 : 0;
+              goto waiting;
+            }
+          }
+          if (!begin_motion(p, o.n)) goto failed;
+          used += 16;
+          pc = p.pc;
+          if (p.wait.kind != Waits::nothing) goto waiting;
+          break;
+        }
+        case Do::start:
+        case Do::stop:
+        case Do::continue_:
+        case Do::cancel:
+        case Do::enable:
+        case Do::disable: {
+          RMP_SYNC
+          RMP_NO_CONDITION("controls processes")
+          if (!control(p, o)) goto failed;
+          ++pc;
+          if (p.is_stopped || p.is_ended) {
+            p.pc = pc;
+            goto done;
+          }
+          break;
+        }
+        case Do::teach: {
+          RMP_SYNC
+          RMP_NO_CONDITION("teaches")
+          if (c_.taught_offset[o.n] == kNone) {
+            fail(std::string(c_.symbol(o.n).name) + " has no taught value",
+                 "Give it one in a list of data: " + std::string(c_.symbol(o.n).name) + " := ...;");
+            goto failed;
+          }
+          if (!s_.has_taught) {
+            // Lists of data run now, on variables of their own; then this again.
+            s_.has_taught = true;
+            for (std::size_t k = c_.data_lists.size(); k-- > 0;) {
+              const std::uint32_t back = p.pc;
+              if (!push_frame(p, c_.data_lists[k], back, FrameKind::data_list)) goto failed;
+              p.pc = c_.routines[c_.data_lists[k]].first;
+            }
+            pc = p.pc;
+            rebase();
+            break;
+          }
+          const std::uint32_t type = c_.symbol(o.n).type;
+          std::copy_n(s_.globals.data() + c_.taught_offset[o.n], c_.types[type].slots,
+                      s_.globals.data() + o.r);
+          if (!deepen(p, type, o.r)) goto failed;
+          ++pc;
+          break;
+        }
+      }
+    }
+  }
+lost:
+  at_ = pc;
+  fail("a place of the code leads nowhere", "Compile the program again.");
+failed:
+  p.pc = at_;
+  result = Next::stop;
+  goto done;
+waiting:
+  result = Next::wait;
+  goto done;
+done:
+  finish_chunk();
+  return result;
+}
+
+}  // namespace robomosp::program

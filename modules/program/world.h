@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a running program asks of the cell that it stands in: signals, motions, kinematics, texts,
+// files (layer: data processing, program). Lengths in mm, angles in degrees, as programs have them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/program_code.h>
+#include <robomosp/sdk/result.h>
+
+namespace robomosp::program {
+
+/// A declared signal. Texts stay as long as the program.
+struct Signal {
+  std::uint32_t symbol = RMP_NONE;     ///< row of the program's symbols
+  std::string_view name;               ///< as declared
+  std::int32_t address = 0;            ///< its number
+  std::int32_t width = 1;              ///< how many from there on, 1 to 64
+  std::uint32_t type = RMP_TYPE_BOOL;  ///< RMP_TYPE_BOOL, _INT or _REAL
+  bool is_output = false;
+};
+
+/// a_T_b: a place [mm] and a unit quaternion, scalar first.
+struct PlainPose {
+  std::array<double, 3> position{0, 0, 0};
+  std::array<double, 4> quaternion{1, 0, 0, 0};
+  friend bool operator==(const PlainPose&, const PlainPose&) = default;
+};
+
+/// One target of a motion, or what a robot does now. Which members count is said by `role`.
+struct Target {
+  std::uint32_t role = RMP_ROLE_NONE;  ///< RMP_ROLE_POSE, _POSITION (keeps its orientation), ...
+  PlainPose pose;                      ///< POSE, POSITION, ROBTARGET
+  std::vector<double> joints;          ///< MAIN_JOINT, JOINT: the robot's [degrees, mm]
+  std::vector<double> additional;      ///< ADD_JOINT, JOINT, ROBTARGET [degrees, mm]
+  std::int32_t status = 0;             ///< ROBTARGET
+  std::vector<std::int32_t> turns;     ///< ROBTARGET
+  friend bool operator==(const Target&, const Target&) = default;
+};
+
+/// Attributes of a motion as they count: what the statement gives, else the system variables
+/// (R_SPEED, ...) as they are then. `given` has bit 1 << RMP_ATTR_... for what the statement gives.
+struct MotionAttributes {
+  std::uint32_t given = 0;
+  double speed = 250;             ///< [mm/s]
+  double speed_orientation = 90;  ///< [degrees/s]
+  double acceleration = 100;      ///< [% of the greatest]
+  double time = -1;               ///< of the whole motion [s]; negative = none
+  double c_cp = 0;                ///< distance at which it may leave its path for the next [mm]
+  double c_speed = 100;           ///< speed in the transition [%]
+  bool passes = false;            ///< C_PASS: without a stop at its target
+  bool weaves = false;            ///< WOBBLE
+  double speed_ptp = 100;         ///< [% of the greatest]
+  double acceleration_ptp = 100;  ///< [%]
+  double c_ptp = 0;               ///< [%]
+  std::int32_t device = 1;
+  std::int32_t additional_axes = 0;       ///< ADAX_CONTROL
+  std::optional<PlainPose> tool;          ///< flange_T_tool of this motion
+  std::optional<PlainPose> frame;         ///< base_T_frame that the targets are in
+  std::string robot;                      ///< ACT_ROB: name of the ROBOT; "" = the process's own
+  std::uint32_t robot_symbol = RMP_NONE;  ///< the same, as a row of the symbols
+  friend bool operator==(const MotionAttributes&, const MotionAttributes&) = default;
+};
+
+/// A motion that a program begins. Its number is the machine's own, counted from 1.
+struct Motion {
+  std::uint64_t number = 0;
+  std::uint64_t after = 0;  ///< a motion of the same process that is not done: this one follows it,
+                            ///< and may begin within its approximation; 0 = none
+  std::uint32_t process = 0;  ///< routine of the process, 0 = the program itself
+  std::uint32_t interpolation = RMP_MOVE_PTP;
+  bool is_incremental =
+      false;  ///< targets are added to the pose (joints) before, in the base frame
+  std::vector<Target> targets;  ///< one after the other; CIRCLE: on the way, end
+  MotionAttributes attributes;
+  bool has_until = false;     ///< the machine may abort it before its end
+  bool approximates = false;  ///< the process goes on to its next motion before this one is done
+  rmp_span span{};
+};
+
+enum class MotionState { running, done };
+/// Why a motion ends before its target.
+enum class AbortReason { until, cancel, halt };
+
+/// Inputs of a program. BOOL is 0 or 1, REAL is `real`.
+struct SignalValue {
+  std::int64_t integer = 0;
+  double real = 0;
+};
+
+/// The cell. Implemented by who runs a machine; called by run() only, on its thread. An error ends
+/// the program with a fault at the line that asked: its message and hint are shown as they are.
+class World {
+ public:
+  virtual ~World() = default;
+
+  /// Value of an input, or what an output has now. Nothing = it is not known; then only conditions
+  /// of WAIT FOR and UNTIL may look at it (see trace.h), and elsewhere it is a fault.
+  virtual Result<std::optional<SignalValue>> read_signal(const Signal&) = 0;
+  virtual Result<void> write_signal(const Signal&, SignalValue) = 0;
+
+  /// Begins a motion now, or behind Motion::after. It goes on by itself.
+  virtual Result<void> begin_motion(const Motion&) = 0;
+  /// Whether a motion is done at the time of this run. An error = it failed on its way.
+  virtual Result<MotionState> motion_state(std::uint64_t number) = 0;
+  /// Brakes a motion and drops what is left of it, and what follows it. It is done when
+  /// motion_state() says so, perhaps later (braking takes time).
+  virtual Result<void> abort_motion(std::uint64_t number, AbortReason) = 0;
+  /// STOP and CONTINUE of a process: holds its motion where it is, and lets it go on.
+  virtual Result<void> hold_motion(std::uint64_t number) = 0;
+  virtual Result<void> resume_motion(std::uint64_t number) = 0;
+
+  /// What a robot does now: all members of Target but `role`. `robot` is a row of the symbols, or
+  /// RMP_NONE = the process's own; so below.
+  virtual Result<Target> robot_state(std::uint32_t robot, std::uint32_t process) = 0;
+  /// Speed of its tool now [mm/s].
+  virtual Result<double> robot_speed(std::uint32_t robot, std::uint32_t process) = 0;
+  /// TRAFO: forward kinematics. `joints` and `additional` are given.
+  virtual Result<Target> forward(const Target&, std::uint32_t process) = 0;
+  /// TRAFOINV: inverse kinematics of a ROBTARGET, with its status and turns.
+  virtual Result<Target> inverse(const Target&, std::uint32_t process) = 0;
+
+  /// WRITE: a piece of text; WRITELN ends with '\n'.
+  virtual Result<void> write_text(std::uint32_t process, std::string_view) = 0;
+  /// What a breakpoint says instead of stopping.
+  virtual Result<void> log_text(std::uint32_t process, const rmp_span&, std::string_view text) {
+    return write_text(process, std::string(text) + "\n");
+  }
+  /// READ without a file: the next line of the operator without its end; nothing = not there yet.
+  virtual Result<std::optional<std::string>> read_line(std::uint32_t process) = 0;
+  /// PAUSE: the process waits until Machine::resume_pause().
+  virtual Result<void> pause(std::uint32_t process, std::string_view message) = 0;
+
+  /// OPEN 'R': the whole file. Names are those of the program; a world refuses what it does not
+  /// give with a sentence.
+  virtual Result<std::string> read_file(std::string_view name) = 0;
+  /// CLOSE of what was opened with 'W' (replaces) or 'A' (adds), also at the program's end.
+  virtual Result<void> write_file(std::string_view name, std::string_view bytes, bool adds) = 0;
+};
+
+}  // namespace robomosp::program

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs of robots checked before they are posted: a run in a world, of which every motion is
+// looked at, with faults at the lines of the source (layer: application, program_check).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "recording/recording.h"
+#include "sim/simulate.h"
+#include "task/program_inspection.h"
+#include "task/run.h"
+
+namespace robomosp::program_check {
+
+enum class Severity : std::uint8_t { error, warning, note };
+[[nodiscard]] std::string_view to_string(Severity);
+
+enum class FaultKind : std::uint8_t {
+  reach,          ///< no joint values bring the tool there
+  joint_limit,    ///< a joint beyond its limits
+  speed,          ///< a joint faster than it can
+  acceleration,   ///< a joint's acceleration
+  torque,         ///< of a joint
+  contact,        ///< bodies touch
+  clearance,      ///< bodies come nearer than is wanted
+  singularity,    ///< a straight motion near a singular configuration
+  configuration,  ///< a straight motion leaves its configuration, or ends in another than wanted
+  motion,         ///< it is not possible, such as a speed of 0
+  controller,     ///< beyond what the controller's record allows
+  signal,         ///< waited for, and nobody gives it; an output that cannot have its value
+  timeout,        ///< WAIT FOR ran out of time
+  grip,           ///< finds nothing
+  until,          ///< never came true
+  program,        ///< the program ends with a fault
+  ignored,        ///< an attribute that is not carried out
+};
+[[nodiscard]] std::string_view to_string(FaultKind);
+
+constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+struct Fault {
+  FaultKind kind = FaultKind::program;
+  Severity severity = Severity::error;
+  task::ProgramPlace place;    ///< of the worst
+  std::string message, hint;   ///< of the worst; the message without a period
+  std::size_t times = 1;       ///< how many motions (waits, ...) of its line have it
+  std::size_t motion = kNone;  ///< row of Check::motions of the worst
+  double from = 0, to = 0;     ///< where it is worst, and around that [s]
+  double at = 0;               ///< [s]
+  std::string robot;
+  std::int32_t joint = -1;  ///< from 0
+  bool has_values = false;
+  double value = 0, limit = 0, excess = 0;
+  std::string unit;  ///< of these, SI
+  std::string a, b;  ///< bodies
+  std::vector<std::string> signals;
+  bool has_position = false;
+  Vec3 position{};  ///< in the world [m]
+};
+
+/// A motion as it was carried out.
+struct MotionReport {
+  task::InspectedMotion motion;
+  double clearance = 0;        ///< least of its rows [m]; infinite = nothing was near or looked at
+  std::string nearest;         ///< "arm.forearm and table"
+  double condition = 0;        ///< greatest along it; 0 = not looked at
+  double manipulability = 0;   ///< least along it (Yoshikawa)
+  double utilisation = 0;      ///< greatest share of a joint's velocity limit
+  std::int32_t utilised = -1;  ///< that joint
+  Severity worst = Severity::note;
+  bool has_fault = false;
+  Vec3 end{};  ///< of the tool in the world [m]
+};
+
+/// Lines that did not run, one behind the other in one routine.
+struct UnrunLines {
+  std::uint32_t file = 0, first = 0, last = 0;
+  std::uint32_t routine = 0;
+  bool is_whole_routine = false;  ///< it was never called
+};
+
+/// Of the controller, as the program's joints are: degrees or mm.
+struct AxisLimit {
+  std::string name;
+  std::size_t joint = 0;
+  double sign = 1, offset = 0, lower = 0, upper = 0;
+};
+
+struct Options {
+  double clearance = 0.005;  ///< what comes nearer is a warning [m]; 0 = contacts only
+  double touch = 1e-4;       ///< what comes nearer touches [m]
+  double condition = 100;    ///< of the Jacobian, above which a straight motion is too near
+  bool contacts = true;
+  bool torques = true;
+  std::vector<AxisLimit> axes;                        ///< of the controller
+  double most_speed = 0, most_speed_orientation = 0;  ///< of the controller [mm/s, degrees/s]
+  std::string controller;                             ///< its name
+};
+
+struct Check {
+  std::vector<Fault> faults;  ///< errors first, then by line
+  std::vector<MotionReport> motions;
+  std::vector<UnrunLines> not_run;
+  std::size_t statements = 0, statements_run = 0;
+  std::vector<std::string> not_checked;  ///< what could not be looked at, a sentence each
+  recording::RecordingPtr recording;
+  std::shared_ptr<task::ProgramInspection> inspection;
+  double duration = 0;  ///< of the program [s]
+  double moving = 0;    ///< of it in motions [s]
+  [[nodiscard]] std::size_t count(Severity) const;
+};
+
+/// Runs programs and tasks of a world together; programs[checked] is looked at, and goes on behind
+/// its faults. Nothing of the document changes. Errors: names that mean nothing in the world, a run
+/// that was cancelled.
+[[nodiscard]] Result<Check> check(const sim::Simulator&, task::TaskRun, std::size_t checked,
+                                  const Options&, Progress&);
+
+/// Where the tool is along a motion: rows of the recording and poses in the world. Of a motion that
+/// failed on its way, what it should have been, without rows.
+struct ToolWay {
+  std::vector<std::size_t> rows;
+  std::vector<Pose> world_T_tip;
+};
+[[nodiscard]] ToolWay tool_way(const Check&, std::size_t motion);
+
+/// A stretch of rows in which bodies touch, or are too near.
+struct Touch {
+  std::string a, b;
+  double from = 0, to = 0, at = 0;  ///< [s]; at: where it is worst
+  double distance = 0;              ///< the least; negative = so deep [m]
+  Vec3 position{};                  ///< [m]
+  bool is_touch = false;
+};
+struct Contacts {
+  std::vector<Touch> touches;        ///< none of them meant
+  std::vector<double> clearance;     ///< by row, of pairs that are not meant to touch [m]
+  std::vector<std::string> nearest;  ///< by row
+  std::size_t meant = 0;             ///< stretches where a gripper and its part, or a part and what
+                                     ///< it lies on, touch
+  std::vector<std::string> notes;
+};
+/// Contacts of a recording of several robots. Meant are: a robot and what it is about to take or
+/// has just let go; what is held, as long as it is not clear of what it lay on, and where it is put
+/// no deeper than 1 mm.
+[[nodiscard]] Result<Contacts> contacts(const sim::Simulator&, const recording::Recording&,
+                                        const Options&, const std::vector<bool>& is_jump,
+                                        Progress&);
+
+}  // namespace robomosp::program_check

@@ -1,0 +1,463 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program_post/legalise.h"
+
+#include <cstring>
+#include <optional>
+
+#include <robomosp/sdk/post_writer.h>
+
+#include "program_post/arcs.h"
+#include "program_post/scalars.h"
+
+namespace robomosp::program_post {
+namespace {
+
+template <class Row>
+void copy(std::vector<Row>& to, const rmp_table& from) {
+  to.reserve(from.count);
+  for (std::uint32_t i = 0; i < from.count; ++i) to.push_back(row<Row>(from, i));
+}
+
+class Passes {
+ public:
+  Passes(const rmp_code& code, const PostCapabilities& caps)
+      : caps_(caps), t_(std::make_unique<ProgramTables>()) {
+    copy(t_->files, code.files);
+    copy(t_->types, code.types);
+    copy(t_->fields, code.fields);
+    copy(t_->constants, code.constants);
+    copy(t_->scopes, code.scopes);
+    copy(t_->symbols, code.symbols);
+    copy(t_->routines, code.routines);
+    copy(t_->expressions, code.expressions);
+    copy(t_->statements, code.statements);
+    copy(t_->motions, code.motions);
+    copy(t_->attributes, code.attributes);
+    copy(t_->links, code.links);
+    for (rmp_code_routine& r : t_->routines) r.first_instruction = r.instruction_count = 0;
+    t_->set_name(code.name);
+  }
+  Legal run(const LegaliseOptions& options) {
+    Legal out;
+    to_chords(*t_, caps_, options.points, options.chord_mm, out.remarks);
+    to_scalars(*t_, caps_, out.remarks);
+    for (std::uint32_t r = 0; r < t_->routines.size(); ++r) {
+      routine_ = r;
+      const rmp_code_routine& it = t_->routines[r];
+      if (it.is_recursive && !has(kPostRecursion))
+        out.remarks.push_back(
+            {RMP_FAULT_ERROR, it.span,
+             std::string(caps_.title) + " has no routines that call themselves, as " +
+                 t_->symbols[it.symbol].name + " does",
+             "Post the flattened program (form = \"flat\"), or write it with a loop."});
+      const std::uint32_t body = t_->routines[r].body;
+      t_->routines[r].body = block(body, {}, 0);
+    }
+    t_->seal();
+    out.tables = std::move(t_);
+    return out;
+  }
+
+ private:
+  static constexpr int kDeepest = 1200;
+  /// What EXIT within a loop jumps to; made when it is asked for.
+  struct Loop {
+    bool is_rewritten = false;
+    std::uint32_t* label = nullptr;
+  };
+  [[nodiscard]] bool has(std::uint64_t feature) const { return (caps_.features & feature) != 0; }
+  rmp_code_statement& st(std::uint32_t i) { return t_->statements[i]; }
+
+  std::uint32_t expression(std::uint32_t op, std::uint32_t type, const rmp_span& span,
+                           std::initializer_list<std::uint32_t> operands,
+                           std::uint32_t symbol = RMP_NONE, std::uint32_t constant = RMP_NONE) {
+    rmp_code_expression e{};
+    e.op = op;
+    e.type = type;
+    e.symbol = symbol;
+    e.constant = constant;
+    e.first = static_cast<std::uint32_t>(t_->links.size());
+    e.count = static_cast<std::uint32_t>(operands.size());
+    e.span = span;
+    t_->links.insert(t_->links.end(), operands);
+    t_->expressions.push_back(e);
+    return static_cast<std::uint32_t>(t_->expressions.size() - 1);
+  }
+  std::uint32_t literal(std::uint32_t type, std::int64_t value, const rmp_span& span) {
+    rmp_code_constant k{};
+    k.kind = RMP_CONSTANT_INT;
+    k.type = type;
+    k.integer = value;
+    k.text = "";
+    t_->constants.push_back(k);
+    return expression(RMP_EXPR_LITERAL, type, span, {}, RMP_NONE,
+                      static_cast<std::uint32_t>(t_->constants.size() - 1));
+  }
+  std::uint32_t statement(std::uint32_t op, const rmp_span& span) {
+    rmp_code_statement s{};
+    s.op = op;
+    s.next = s.a = s.b = s.c = s.body = s.symbol = s.motion = RMP_NONE;
+    s.span = span;
+    t_->statements.push_back(s);
+    return static_cast<std::uint32_t>(t_->statements.size() - 1);
+  }
+  std::uint32_t symbol(std::uint32_t kind, std::uint32_t type, const char* name,
+                       const rmp_span& span) {
+    rmp_code_symbol s{};
+    s.kind = kind;
+    s.type = type;
+    s.name = t_->keep(name);
+    s.scope = t_->routines[routine_].scope;
+    s.routine = routine_ == 0 ? RMP_NONE : routine_;
+    s.value = s.constant = RMP_NONE;
+    s.span = span;
+    t_->symbols.push_back(s);
+    return static_cast<std::uint32_t>(t_->symbols.size() - 1);
+  }
+  std::uint32_t variable(std::uint32_t s, const rmp_span& span) {
+    return expression(RMP_EXPR_SYMBOL, t_->symbols[s].type, span, {}, s);
+  }
+  /// The symbol is given by parameters of routines as rows one behind the other, so new ones stand
+  /// behind all; writers ask for the routine that a symbol belongs to.
+  std::uint32_t assign(std::uint32_t s, std::uint32_t value, const rmp_span& span) {
+    const std::uint32_t i = statement(RMP_STMT_ASSIGN, span);
+    const std::uint32_t place = variable(s, span);
+    st(i).a = place;
+    st(i).b = value;
+    return i;
+  }
+
+  /// Rewrites a block; gives its first statement.
+  std::uint32_t block(std::uint32_t first, const Loop& loop, int depth) {
+    std::uint32_t head = RMP_NONE, tail = RMP_NONE;
+    const auto add = [&](std::uint32_t i) {
+      if (i == RMP_NONE) return;
+      if (tail == RMP_NONE) head = i;
+      else st(tail).next = i;
+      tail = i;
+      while (st(tail).next != RMP_NONE) tail = st(tail).next;
+    };
+    for (std::uint32_t i = first; i != RMP_NONE;) {
+      const std::uint32_t next = st(i).next;
+      st(i).next = RMP_NONE;
+      if (depth > kDeepest) add(i);  // the writer says that it is too deep
+      else add(one(i, loop, depth));
+      i = next;
+    }
+    return head;
+  }
+  /// One statement; what takes its place, one or several in a row.
+  std::uint32_t one(std::uint32_t i, const Loop& loop, int depth) {
+    switch (st(i).op) {
+      case RMP_STMT_IF: {
+        for (std::uint32_t a = st(i).body; a != RMP_NONE; a = st(a).next) {
+          const std::uint32_t body = block(st(a).body, loop, depth + 1);
+          st(a).body = body;
+        }
+        if (!has(kPostElsif)) nest(i);
+        return i;
+      }
+      case RMP_STMT_CASE: {
+        for (std::uint32_t a = st(i).body; a != RMP_NONE; a = st(a).next) {
+          const std::uint32_t body = block(st(a).body, loop, depth + 1);
+          st(a).body = body;
+        }
+        return has(kPostCase) ? i : case_to_if(i);
+      }
+      case RMP_STMT_WHILE: return whole_loop(i, depth, true, i);
+      case RMP_STMT_LOOP: {
+        const bool stays = has(kPostLoop);
+        return whole_loop(i, depth, true, [&] {
+          if (stays) return i;
+          st(i).op = RMP_STMT_WHILE;
+          const std::uint32_t always = literal(RMP_TYPE_BOOL, 1, st(i).span);
+          st(i).a = always;
+          return i;
+        }());
+      }
+      case RMP_STMT_REPEAT: return repeat(i, depth);
+      case RMP_STMT_FOR:
+      case RMP_STMT_FOR_DOWN: return for_loop(i, depth);
+      case RMP_STMT_EXIT:
+        if (has(kPostExit) && !loop.is_rewritten) return i;
+        if (!loop.label || !has(kPostGoto)) return i;  // the writer says that there is no EXIT
+        if (*loop.label == RMP_NONE)
+          *loop.label = symbol(RMP_SYMBOL_LABEL, RMP_TYPE_VOID, "loop_end", st(i).span);
+        st(i).op = RMP_STMT_GOTO;
+        st(i).symbol = *loop.label;
+        return i;
+      case RMP_STMT_MOVE: return move(i);
+      default: return i;
+    }
+  }
+  std::uint32_t label(std::uint32_t s, const rmp_span& span) {
+    const std::uint32_t l = statement(RMP_STMT_LABEL, span);
+    st(l).symbol = s;
+    return l;
+  }
+  /// Loops that keep their shape: the body, and the label behind that EXIT jumps to.
+  std::uint32_t whole_loop(std::uint32_t i, int depth, bool keeps_exit, std::uint32_t shaped) {
+    std::uint32_t end = RMP_NONE;
+    const Loop inner{!keeps_exit, &end};
+    const std::uint32_t body = block(st(i).body, inner, depth + 1);
+    st(i).body = body;
+    if (end != RMP_NONE) {
+      const std::uint32_t l = label(end, st(i).span);
+      st(shaped).next = l;
+    }
+    return shaped;
+  }
+  std::uint32_t repeat(std::uint32_t i, int depth) {
+    if (has(kPostRepeat)) return whole_loop(i, depth, true, i);
+    const rmp_span span = st(i).span;
+    if (has(kPostLoop) && has(kPostExit)) {
+      // LOOP body; IF until THEN EXIT; ENDLOOP
+      std::uint32_t end = RMP_NONE;
+      std::uint32_t body = block(st(i).body, {false, &end}, depth + 1);
+      const std::uint32_t leave = statement(RMP_STMT_EXIT, span);
+      const std::uint32_t test = make_if(st(i).a, leave, span);
+      body = joined(body, test);
+      st(i).op = RMP_STMT_LOOP;
+      st(i).a = RMP_NONE;
+      st(i).body = body;
+      return i;
+    }
+    if (!has(kPostGoto)) return i;  // the writer says so
+    // LABEL again: body; IF NOT until THEN GOTO again;
+    std::uint32_t end = RMP_NONE;
+    const std::uint32_t again = symbol(RMP_SYMBOL_LABEL, RMP_TYPE_VOID, "repeat", span);
+    const std::uint32_t begin = label(again, span);
+    const std::uint32_t body = block(st(i).body, {true, &end}, depth + 1);
+    const std::uint32_t jump = statement(RMP_STMT_GOTO, span);
+    st(jump).symbol = again;
+    const std::uint32_t stays = expression(RMP_EXPR_NOT, RMP_TYPE_BOOL, span, {st(i).a});
+    const std::uint32_t test = make_if(stays, jump, span);
+    st(begin).next = joined(body, test);
+    if (end != RMP_NONE) {
+      const std::uint32_t behind = label(end, span);
+      st(test).next = behind;
+    }
+    return begin;
+  }
+  std::uint32_t joined(std::uint32_t first, std::uint32_t second) {
+    if (first == RMP_NONE) return second;
+    std::uint32_t tail = first;
+    while (st(tail).next != RMP_NONE) tail = st(tail).next;
+    st(tail).next = second;
+    return first;
+  }
+  std::uint32_t make_if(std::uint32_t condition, std::uint32_t then, const rmp_span& span) {
+    const std::uint32_t i = statement(RMP_STMT_IF, span);
+    const std::uint32_t arm = statement(RMP_STMT_ARM, span);
+    st(arm).a = condition;
+    st(arm).body = then;
+    st(i).body = arm;
+    return i;
+  }
+  /// IF a ELSIF b ELSE c to IF a ELSE IF b ELSE c.
+  void nest(std::uint32_t i) {
+    std::uint32_t arm = st(i).body;
+    while (arm != RMP_NONE) {
+      const std::uint32_t next = st(arm).next;
+      if (next == RMP_NONE || st(next).a == RMP_NONE) return;
+      const rmp_span span = st(next).span;
+      const std::uint32_t inner = statement(RMP_STMT_IF, span);
+      const std::uint32_t other = statement(RMP_STMT_ARM, span);
+      st(inner).body = next;
+      st(other).body = inner;
+      st(arm).next = other;
+      arm = next;
+    }
+  }
+  std::uint32_t case_to_if(std::uint32_t i) {
+    const rmp_span span = st(i).span;
+    std::uint32_t before = RMP_NONE;
+    // The selector is looked at once.
+    std::uint32_t selector = st(i).a;
+    const rmp_code_expression asked = t_->expressions[selector];
+    std::uint32_t kept = RMP_NONE;
+    if (asked.op != RMP_EXPR_SYMBOL && asked.constant == RMP_NONE) {
+      kept = symbol(RMP_SYMBOL_VARIABLE, asked.type, "selector", span);
+      before = assign(kept, selector, span);
+    }
+    st(i).op = RMP_STMT_IF;
+    st(i).a = RMP_NONE;
+    for (std::uint32_t a = st(i).body; a != RMP_NONE; a = st(a).next) {
+      const std::uint32_t first = st(a).first, count = st(a).count;
+      const rmp_span at = st(a).span;
+      std::uint32_t all = RMP_NONE;
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const std::uint32_t value = kept == RMP_NONE ? selector : variable(kept, at);
+        const std::uint32_t one =
+            expression(RMP_EXPR_EQUAL, RMP_TYPE_BOOL, at, {value, t_->links[first + k]});
+        all = all == RMP_NONE ? one : expression(RMP_EXPR_OR, RMP_TYPE_BOOL, at, {all, one});
+      }
+      st(a).a = all;
+      st(a).first = st(a).count = 0;
+    }
+    // Only DEFAULT: its statements are all that there is.
+    if (st(i).body != RMP_NONE && st(st(i).body).a == RMP_NONE) {
+      const std::uint32_t always = literal(RMP_TYPE_BOOL, 1, span);
+      st(st(i).body).a = always;
+    }
+    if (st(i).body == RMP_NONE) return before;
+    if (!has(kPostElsif)) nest(i);
+    return before == RMP_NONE ? i : joined(before, i);
+  }
+  /// Whether statements of a block give a variable a value by its name.
+  bool assigns(std::uint32_t first, std::uint32_t variable) {
+    std::vector<std::uint32_t> open{first};
+    while (!open.empty()) {
+      const std::uint32_t i = open.back();
+      open.pop_back();
+      if (i == RMP_NONE) continue;
+      const rmp_code_statement& s = t_->statements[i];
+      open.push_back(s.next);
+      open.push_back(s.body);
+      if (s.symbol == variable) return true;
+      if (s.op == RMP_STMT_ASSIGN && t_->expressions[s.a].op == RMP_EXPR_SYMBOL &&
+          t_->expressions[s.a].symbol == variable)
+        return true;
+    }
+    return false;
+  }
+  bool calls(std::uint32_t e) {
+    if (e == RMP_NONE || t_->expressions[e].constant != RMP_NONE) return false;
+    const rmp_code_expression x = t_->expressions[e];
+    if (x.op == RMP_EXPR_CALL) return true;
+    for (std::uint32_t k = 0; k < x.count; ++k)
+      if (calls(t_->links[x.first + k])) return true;
+    return false;
+  }
+  std::uint32_t for_loop(std::uint32_t i, int depth) {
+    std::optional<double> step = 1.0;
+    if (st(i).c != RMP_NONE) {
+      step.reset();
+      const std::uint32_t k = t_->expressions[st(i).c].constant;
+      if (k != RMP_NONE && t_->constants[k].kind == RMP_CONSTANT_INT)
+        step = static_cast<double>(t_->constants[k].integer);
+    }
+    const bool is_plain = step && *step == 1.0 && st(i).op == RMP_STMT_FOR;
+    const bool is_int = t_->symbols[st(i).symbol].type == RMP_TYPE_INT;
+    if (is_int && has(kPostFor) && (is_plain || (step && has(kPostForStep))))
+      return whole_loop(i, depth, true, i);
+    // v := from; last := to; WHILE v <= last; body; v := v + step; ENDWHILE
+    const rmp_span span = st(i).span;
+    const std::uint32_t v = st(i).symbol, type = t_->symbols[v].type;
+    const bool is_down = st(i).op == RMP_STMT_FOR_DOWN;
+    const auto held = [&](std::uint32_t e, const char* name, std::uint32_t& head) {
+      if (e == RMP_NONE || t_->expressions[e].constant != RMP_NONE) return e;
+      const std::uint32_t s = symbol(RMP_SYMBOL_VARIABLE, t_->expressions[e].type, name, span);
+      const std::uint32_t a = assign(s, e, span);
+      head = joined(head, a);
+      return variable(s, span);
+    };
+    std::uint32_t head = RMP_NONE;
+    // The first value is computed first, and counts as it was then.
+    const bool is_first = calls(st(i).b) || calls(st(i).c);
+    const std::uint32_t from = is_first ? held(st(i).a, "first", head) : st(i).a;
+    const std::uint32_t to = held(st(i).b, "last", head);
+    std::uint32_t by = held(st(i).c, "step", head);
+    if (by == RMP_NONE) {
+      by = literal(RMP_TYPE_INT, 1, span);
+      if (type == RMP_TYPE_REAL) by = expression(RMP_EXPR_CONVERT, RMP_TYPE_REAL, span, {by});
+    }
+    // Limit and step are computed before the variable changes; it keeps its last value, as a
+    // counter of its own is what passes the limit. A body that changes it counts by the variable
+    // itself.
+    const std::uint32_t start = assign(v, from, span);
+    head = joined(head, start);
+    const bool is_own = !assigns(st(i).body, v);
+    std::uint32_t counter = v;
+    std::uint32_t keep = RMP_NONE;
+    if (is_own) {
+      counter = symbol(RMP_SYMBOL_VARIABLE, type, "counter", span);
+      const std::uint32_t first = variable(v, span);
+      const std::uint32_t begin = assign(counter, first, span);
+      head = joined(head, begin);
+      const std::uint32_t count = variable(counter, span);
+      keep = assign(v, count, span);
+    }
+    std::uint32_t end = RMP_NONE;
+    std::uint32_t body = block(st(i).body, {false, &end}, depth + 1);
+    if (keep != RMP_NONE) body = joined(keep, body);
+    const std::uint32_t now = variable(counter, span);
+    const std::uint32_t sum =
+        expression(is_down ? RMP_EXPR_SUBTRACT : RMP_EXPR_ADD, type, span, {now, by});
+    const std::uint32_t further = assign(counter, sum, span);
+    body = joined(body, further);
+    const std::uint32_t here = variable(counter, span);
+    const std::uint32_t goes = expression(is_down ? RMP_EXPR_GREATER_EQUAL : RMP_EXPR_LESS_EQUAL,
+                                          RMP_TYPE_BOOL, span, {here, to});
+    st(i).op = RMP_STMT_WHILE;
+    st(i).a = goes;
+    st(i).b = st(i).c = st(i).symbol = RMP_NONE;
+    st(i).body = body;
+    if (end != RMP_NONE) {
+      const std::uint32_t behind = label(end, span);
+      st(i).next = behind;
+    }
+    return joined(head, i);
+  }
+  /// PATH a, b, c: LIN to each, passing all but the last.
+  std::uint32_t move(std::uint32_t i) {
+    const std::uint32_t number = st(i).motion;
+    const rmp_code_motion m = t_->motions[number];
+    if (m.interpolation != RMP_MOVE_PATH || (caps_.motions & kPostPath) || m.until != RMP_NONE ||
+        m.target_count == 0)
+      return i;
+    std::uint32_t head = RMP_NONE, tail = RMP_NONE;
+    for (std::uint32_t k = 0; k < m.target_count; ++k) {
+      const std::uint32_t s = k == 0 ? i : statement(RMP_STMT_MOVE, st(i).span);
+      rmp_code_motion part = m;
+      part.interpolation = RMP_MOVE_LIN;
+      part.first_target = static_cast<std::uint32_t>(t_->links.size());
+      part.target_count = 1;
+      const std::uint32_t target = t_->links[m.first_target + k];
+      t_->links.push_back(target);
+      if (k + 1 < m.target_count) {
+        // Passed, not stopped at.
+        const std::uint32_t always = literal(RMP_TYPE_BOOL, 1, m.span);
+        part.first_attribute = static_cast<std::uint32_t>(t_->attributes.size());
+        for (std::uint32_t a = 0; a < m.attribute_count; ++a) {
+          const rmp_code_attribute other = t_->attributes[m.first_attribute + a];
+          if (other.attribute != RMP_ATTR_C_PASS) t_->attributes.push_back(other);
+        }
+        t_->attributes.push_back({RMP_ATTR_C_PASS, always, m.span});
+        part.attribute_count =
+            static_cast<std::uint32_t>(t_->attributes.size()) - part.first_attribute;
+      }
+      t_->motions.push_back(part);
+      st(s).motion = static_cast<std::uint32_t>(t_->motions.size() - 1);
+      if (tail == RMP_NONE) head = s;
+      else st(tail).next = s;
+      tail = s;
+    }
+    return head;
+  }
+
+  const PostCapabilities& caps_;
+  std::unique_ptr<ProgramTables> t_;
+  std::uint32_t routine_ = 0;
+};
+
+}  // namespace
+
+Legal legalise(const rmp_code& code, const PostCapabilities& capabilities,
+               const LegaliseOptions& options) {
+  return Passes(code, capabilities).run(options);
+}
+
+bool wants_points(const rmp_code& code, const PostCapabilities& capabilities) {
+  const bool has_circle =
+      (capabilities.motions & kPostCircle) != 0 && capabilities.circle != PostCircle::none;
+  const bool has_path = (capabilities.motions & kPostPath) != 0;
+  for (std::uint32_t i = 0; i < code.motions.count; ++i) {
+    const auto kind = row<rmp_code_motion>(code.motions, i).interpolation;
+    if ((kind == RMP_MOVE_CIRCLE && !has_circle) || (kind == RMP_MOVE_PATH && !has_path))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace robomosp::program_post

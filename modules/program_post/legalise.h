@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Passes from program tables to program tables: what a target has no words for is said with those
+// that it has (layer: data processing, program_post).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/post.h>
+#include <robomosp/sdk/program_tables.h>
+
+namespace robomosp::program_post {
+
+/// Something that is said of a place of the program.
+struct Remark {
+  std::uint32_t severity = RMP_FAULT_ERROR;
+  rmp_span span{};
+  std::string message, hint;
+};
+
+struct Legal {
+  std::unique_ptr<ProgramTables> tables;  ///< texts are those of the program, which outlives them
+  std::vector<Remark> remarks;
+};
+
+struct LegaliseOptions {
+  std::span<const PostPoint> points;  ///< known points of the program (points.h), for arcs
+  double chord_mm = 0.1;              ///< how far straight pieces may be from an arc
+};
+
+/// A copy of the structured program, rewritten for a target where its capabilities lack something:
+/// - circles and smooth paths to straight pieces (arcs.h);
+/// - records to variables, functions to procedures, OUT parameters to variables, AND and OR to IF
+///   (scalars.h);
+/// - CASE to IF, ELSIF to nested IF, FOR to WHILE, LOOP to WHILE, REPEAT and EXIT to jumps.
+/// Each row keeps the span of what it was made of. Recursion that the target has none of is an
+/// error among the remarks. Three-address code is not copied. Linear.
+[[nodiscard]] Legal legalise(const rmp_code& code, const PostCapabilities& capabilities,
+                             const LegaliseOptions& options = {});
+
+/// Whether legalise() wants points: the program has circles or paths that the target lacks.
+[[nodiscard]] bool wants_points(const rmp_code& code, const PostCapabilities& capabilities);
+
+}  // namespace robomosp::program_post

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Geometric values of a program that are known before it runs, and the joints of its targets
+// (layer: data processing, program_post).
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include <robomosp/sdk/post.h>
+#include <robomosp/sdk/program_tables.h>
+
+namespace robomosp::program_post {
+
+/// Owns what its points refer to; moved, they stay valid.
+struct KnownPoints {
+  std::vector<PostPoint> points;  ///< by rising expression
+  std::deque<std::vector<double>> numbers;
+  std::deque<std::vector<std::int32_t>> turns;
+  std::deque<std::string> words;
+};
+
+/// Values of all expressions of position, orientation, pose, joints and robot target that do not
+/// depend on the run: made of constants and of variables that nothing assigns. With kinematics the
+/// targets of motions get joints and poses, each seeded by the one before in the text, the first by
+/// `start` (may be empty = zeros). A ROBTARGET has its STATUS (-1 = any) and its TURNS, which are
+/// those of the last joints, in turns that begin at R_TURNS_FROM of the cell. Joints: degrees and
+/// mm of the program become rad and m by the robot's types of joints (rad without a robot). Linear
+/// in the size of the tables.
+[[nodiscard]] KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
+                                       const PostKinematics* kinematics,
+                                       std::span<const double> start = {});
+
+}  // namespace robomosp::program_post

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// A pack as it was read: what template_reader.cpp makes and templates.cpp fills in (layer: data
+// processing, program_post; of these two files only).
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/post_writer.h>
+
+#include "program_post/templates.h"
+
+namespace robomosp::program_post {
+
+struct Filter {
+  std::string name;
+  double by = 0;
+};
+/// Text, or a variable with its filters.
+struct Piece {
+  std::string text;
+  bool is_variable = false;
+  std::vector<Filter> filters;
+};
+struct TemplateLine {
+  std::string condition;  ///< a variable that is not empty, 0 or FALSE; "" = always
+  bool is_not = false;
+  std::vector<Piece> pieces;
+};
+using Template = std::vector<TemplateLine>;
+
+class TemplatePack {
+ public:
+  std::string name, title, extensions, reserved;
+  PostCapabilities caps;
+  post::Orientation orientation = post::Orientation::zyx;
+  int digits = 3, indent = 2;
+  std::string separator = ", ", true_word = "TRUE", false_word = "FALSE";
+  double length = 1, angle = 1;  ///< units of a mm and of a degree
+  std::map<std::string, Template, std::less<>> templates;
+  std::vector<post::Operator> operators;
+  std::deque<std::string> spellings;
+  enum class Points { before, behind, file } points = Points::before;
+  TemplateLine file_name, points_file;
+  int first_number = 0, number_step = 0;  ///< of lines; a step of 0 = they have none
+  TemplateLine line_number;
+  int longest_line = 0;  ///< bytes; 0 = any
+  [[nodiscard]] const Template* find(std::string_view construct) const {
+    const auto it = templates.find(construct);
+    return it == templates.end() ? nullptr : &it->second;
+  }
+};
+
+/// Filters that make a text of a certain length, or change its letters; all others need a number.
+[[nodiscard]] constexpr bool is_of_text(std::string_view filter) {
+  return filter == "upper" || filter == "lower" || filter == "pad" || filter == "left" ||
+         filter == "zeros" || filter == "first";
+}
+
+}  // namespace robomosp::program_post

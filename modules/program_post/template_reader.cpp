@@ -1,0 +1,730 @@
+// SPDX-License-Identifier: Apache-2.0
+// The form of packs, and all that can be wrong with one. The form is told in
+// docs/plugin_author/post_templates.md.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "kernel/text.h"
+#include "kernel/utf8.h"
+#include "program_post/template_pack.h"
+
+namespace robomosp::program_post {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{4} << 20;
+constexpr std::size_t kMostFaults = 100;
+constexpr int kDeepest = 8;  ///< of files that include files
+
+struct Construct {
+  std::string_view name;
+  std::string_view variables;  ///< separated by blanks
+  std::string_view feature;    ///< that needs it; "" = all packs do; "-" = none does
+};
+constexpr std::string_view kMotion =
+    "point x y z a b c d joints speed speed_changed speed_m speed_ori speed_ptp acc blend "
+    "blend_ptp "
+    "passes time status turns speed_percent point_number ";
+constexpr Construct kConstructs[] = {
+    {"program_begin", "name program tool frame", ""},
+    {"program_end", "name program", ""},
+    {"points_begin", "name points", "-"},
+    {"point", "name x y z a b c d joints status turns number", "-"},
+    {"point_joints", "name joints number", "-"},
+    {"points_end", "name points", "-"},
+    {"comment", "text", "-"},
+    {"ptp_joints", kMotion, "ptp_joints"},
+    {"ptp_pose", kMotion, "ptp_pose"},
+    {"lin", kMotion, "lin"},
+    {"circle",
+     "via end via_x via_y via_z via_a via_b via_c via_d x y z a b c d speed speed_changed speed_m "
+     "speed_ori acc blend passes time speed_percent point_number via_number",
+     "circle"},
+    {"output_on", "signal number", ""},
+    {"output_off", "signal number", ""},
+    {"output_value", "signal number value", "-"},
+    {"input", "signal number", "inputs"},
+    {"wait_time", "seconds milliseconds", ""},
+    {"wait_for", "condition", "wait_for"},
+    {"wait_for_timeout", "condition seconds milliseconds", "wait_timeout"},
+    {"declare_int", "name value", "variables"},
+    {"declare_real", "name value", "variables"},
+    {"declare_bool", "name value", "variables"},
+    {"assign", "name value", "variables"},
+    {"if_begin", "condition", "if"},
+    {"else_if", "condition", "elsif"},
+    {"else", "", "if"},
+    {"if_end", "", "if"},
+    {"while_begin", "condition", "while"},
+    {"while_end", "", "while"},
+    {"repeat_begin", "", "repeat"},
+    {"repeat_end", "condition", "repeat"},
+    {"loop_begin", "", "loop"},
+    {"loop_end", "", "loop"},
+    {"exit", "", "exit"},
+    {"for_begin", "name from to step", "for"},
+    {"for_end", "name", "for"},
+    {"goto", "label label_line", "goto"},
+    {"label", "label label_line", "goto"},
+    {"procedure_begin", "name", "procedures"},
+    {"procedure_end", "name", "procedures"},
+    {"call", "name routine_line", "procedures"},
+    {"return", "", "procedures"},
+    {"message", "text", "messages"},
+    {"pause", "", "pause"},
+    {"halt", "", "-"}};
+constexpr std::pair<std::string_view, std::uint64_t> kFeatures[] = {
+    {"inputs", 0},
+    {"wait_for", kPostWaitFor},
+    {"wait_timeout", kPostWaitTimeout},
+    {"variables", kPostIntegers | kPostReals | kPostBooleans},
+    {"if", kPostIf},
+    {"elsif", kPostElsif},
+    {"while", kPostWhile},
+    {"repeat", kPostRepeat},
+    {"loop", kPostLoop},
+    {"exit", kPostExit},
+    {"for", kPostFor},
+    {"goto", kPostGoto},
+    {"procedures", kPostProcedures | kPostReturn},
+    {"messages", kPostMessages},
+    {"pause", kPostPause}};
+constexpr std::pair<std::string_view, std::uint32_t> kMotions[] = {{"ptp_joints", kPostPtpJoints},
+                                                                   {"ptp_pose", kPostPtpPose},
+                                                                   {"lin", kPostLinPose},
+                                                                   {"circle", kPostCircle}};
+constexpr std::pair<std::string_view, post::Orientation> kOrientations[] = {
+    {"zyx", post::Orientation::zyx},
+    {"fixed_xyz", post::Orientation::fixed_xyz},
+    {"xyz", post::Orientation::xyz},
+    {"zyz", post::Orientation::zyz},
+    {"quaternion", post::Orientation::quaternion},
+    {"rotation_vector", post::Orientation::rotation_vector}};
+constexpr std::pair<std::string_view, std::uint32_t> kOperators[] = {
+    {"-x", RMP_EXPR_NEGATE},    {"NOT", RMP_EXPR_NOT},          {"+", RMP_EXPR_ADD},
+    {"-", RMP_EXPR_SUBTRACT},   {"*", RMP_EXPR_MULTIPLY},       {"/", RMP_EXPR_DIVIDE},
+    {"DIV", RMP_EXPR_DIV},      {"MOD", RMP_EXPR_MOD},          {"=", RMP_EXPR_EQUAL},
+    {"<>", RMP_EXPR_NOT_EQUAL}, {"<", RMP_EXPR_LESS},           {"<=", RMP_EXPR_LESS_EQUAL},
+    {">", RMP_EXPR_GREATER},    {">=", RMP_EXPR_GREATER_EQUAL}, {"AND", RMP_EXPR_AND},
+    {"OR", RMP_EXPR_OR},        {"EXOR", RMP_EXPR_EXOR}};
+constexpr std::string_view kFilters[] = {"fixed", "trimmed", "times", "plus",  "upper", "lower",
+                                         "pad",   "left",    "zeros", "first", "sign"};
+constexpr std::string_view kKeys[] = {
+    "name",        "title",       "file",        "reserved",    "longest_name", "max_points",
+    "max_lines",   "digits",      "indent",      "length_unit", "angle_unit",   "between_joints",
+    "true",        "false",       "line_ending", "case",        "points",       "points_file",
+    "forms",       "orientation", "features",    "motions",     "include",      "line_numbers",
+    "line_number", "longest_line"};
+
+std::string_view trim(std::string_view s) {
+  while (!s.empty() && (s.front() == ' ' || s.front() == '\t')) s.remove_prefix(1);
+  while (!s.empty() && (s.back() == ' ' || s.back() == '\t' || s.back() == '\r'))
+    s.remove_suffix(1);
+  return s;
+}
+std::vector<std::string_view> words(std::string_view s) {
+  std::vector<std::string_view> out;
+  while (!(s = trim(s)).empty()) {
+    const std::size_t end = std::min(s.find_first_of(" \t,"), s.size());
+    if (end > 0) out.push_back(s.substr(0, end));
+    s.remove_prefix(std::min(end + 1, s.size()));
+  }
+  return out;
+}
+template <class T>
+std::optional<T> number(std::string_view s) {
+  T v{};
+  const auto r = std::from_chars(s.data(), s.data() + s.size(), v);
+  if (s.empty() || r.ec != std::errc() || r.ptr != s.data() + s.size()) return std::nullopt;
+  return v;
+}
+
+/// `Did you mean "x"?`, or all of them.
+template <class Names>
+std::string instead(std::string_view word, const Names& names) {
+  const std::vector<std::string> all(std::begin(names), std::end(names));
+  const std::string near = text::did_you_mean(word, all);
+  return near.empty() ? "There are " + text::enumerate(all) + "." : near;
+}
+template <class Rows>
+std::vector<std::string> first_of(const Rows& rows) {
+  std::vector<std::string> out;
+  for (const auto& row : rows) out.emplace_back(row.first);
+  return out;
+}
+
+class Reader {
+ public:
+  explicit Reader(const PackFiles& files) : files_(files) {}
+
+  Result<std::shared_ptr<const TemplatePack>> read(std::string_view text, const std::string& where,
+                                                   std::vector<PackFault>* told) {
+    one_file(text, where, 0);
+    if (is_readable_) finish(where);
+    if (faults_.empty()) return std::shared_ptr<const TemplatePack>(std::move(pack_));
+    if (told) *told = faults_;
+    std::string all;
+    for (const PackFault& f : faults_)
+      all += (all.empty() ? "" : "; ") + f.place() + ": " + f.message;
+    return error(ErrorCode::syntax, all,
+                 faults_.size() == 1 && !faults_.front().hint.empty()
+                     ? faults_.front().hint
+                     : "docs/plugin_author/post_templates.md tells the form.",
+                 where);
+  }
+
+ private:
+  struct Place {
+    std::string file;
+    std::uint32_t line = 1, column = 1;
+  };
+  /// The place of `part`, which is a piece of the present line.
+  [[nodiscard]] Place place_of(std::string_view part) const {
+    Place p{file_, line_, 1};
+    if (part.data() >= whole_.data() && part.data() <= whole_.data() + whole_.size())
+      for (const char* c = whole_.data(); c < part.data(); ++c)
+        if ((static_cast<unsigned char>(*c) & 0xC0U) != 0x80) ++p.column;
+    return p;
+  }
+  void say(const Place& at, std::string what, std::string hint = {}) {
+    if (faults_.size() < kMostFaults)
+      faults_.push_back({at.file, at.line, at.column, std::move(what), std::move(hint)});
+  }
+  void say(std::string_view part, std::string what, std::string hint = {}) {
+    say(place_of(part), std::move(what), std::move(hint));
+  }
+  static const Construct* construct(std::string_view name) {
+    for (const Construct& c : kConstructs)
+      if (c.name == name) return &c;
+    return nullptr;
+  }
+
+  // ---- files ----
+  /// Whether these bytes are text that can be read.
+  bool is_text(std::string_view& text) {
+    bytes_ += text.size();
+    if (bytes_ > kMostBytes) {
+      say(Place{file_}, "the pack is larger than " + std::to_string(kMostBytes >> 20) + " MiB",
+          "A pack is a template a construct; programs do not belong into it.");
+      return false;
+    }
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+      say(Place{file_}, "the file is UTF-16", "Save it as UTF-8.");
+      return false;
+    }
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    const std::size_t bad = text::first_bad_byte(text);
+    if (bad == std::string_view::npos) return true;
+    const std::size_t begin = bad == 0 ? 0 : text.rfind('\n', bad - 1) + 1;
+    Place at{file_};
+    at.line += static_cast<std::uint32_t>(
+        std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(bad), '\n'));
+    whole_ = text.substr(begin, bad - begin + 1);
+    at.column = place_of(text.substr(bad)).column;
+    char byte[8];
+    std::snprintf(byte, sizeof byte, "0x%02X", static_cast<unsigned char>(text[bad]));
+    say(at, std::string("the byte ") + byte + " here is no UTF-8",
+        "Save the file as UTF-8; it may be in Latin-1.");
+    return false;
+  }
+  void one_file(std::string_view text, const std::string& name, int depth) {
+    const auto saved = std::tuple(file_, line_, whole_, depth_);
+    file_ = name;
+    line_ = 0;
+    depth_ = depth;
+    open_.push_back(name);
+    if (!is_text(text)) is_readable_ = false;
+    else lines_of(text);
+    open_.pop_back();
+    std::tie(file_, line_, whole_, depth_) = saved;
+  }
+  void lines_of(std::string_view text) {
+    std::string section;
+    const Construct* known = nullptr;
+    bool is_first = true;
+    while (!text.empty() || is_first) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      std::string_view line = text.substr(0, end);
+      text.remove_prefix(std::min(end + 1, text.size()));
+      if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+      whole_ = line;
+      ++line_;
+      if (std::exchange(is_first, false)) {
+        if (trim(line) == "robomosp target 1") continue;
+        if (depth_ == 0) {
+          say(line, "the first line is not \"robomosp target 1\"",
+              "Begin the file with this line.");
+          is_readable_ = false;
+          return;
+        }
+      }
+      if (line.starts_with("#")) {
+        if (known && line.find("{{") != std::string_view::npos)
+          say(line, "a line that begins with # is a comment of the pack",
+              "Begin it with \\ where the controller's own line begins so.");
+        continue;
+      }
+      if (line.starts_with("==")) {
+        const std::string_view word = trim(line.substr(2));
+        section = word;
+        known = begin(section, word);
+        continue;
+      }
+      if (section.empty()) header(line);
+      else if (section == "operators") operation(line);
+      else if (known && !trim(line).empty()) {
+        const auto parsed = parse(line, known->variables, section);
+        if (owners_[section].file == file_) pack_->templates[section].push_back(parsed);
+      }
+    }
+  }
+  void include(std::string_view value) {
+    const std::string name(value);
+    if (name.empty()) return say(value, "include names no file", "Such as include: common.part");
+    if (name.front() == '/' || name.find("..") != std::string::npos ||
+        name.find('\\') != std::string::npos)
+      return say(value, "the included file " + text::quote(name) + " is not in the pack's folder",
+                 "Copy it beside the pack, and give its name only.");
+    if (std::find(open_.begin(), open_.end(), name) != open_.end()) {
+      std::string way;
+      for (const std::string& f : open_) way += f + " includes ";
+      return say(value, "files include each other in a circle: " + way + name,
+                 "Take one of these lines out.");
+    }
+    if (depth_ + 1 >= kDeepest)
+      return say(value, "files include each other more than " + std::to_string(kDeepest) + " deep",
+                 "Put them into fewer files.");
+    if (!files_)
+      return say(value, "this pack has no folder to take " + text::quote(name) + " from");
+    const Place at = place_of(value);
+    auto text = files_(name);
+    if (!text.ok())
+      return say(
+          at, "the included file " + text::quote(name) + " cannot be read: " + text.error().message,
+          text.error().hint);
+    one_file(*text, name, depth_ + 1);
+  }
+
+  // ---- head ----
+  void header(std::string_view line) {
+    if (trim(line).empty()) return;
+    const std::size_t colon = line.find(':');
+    if (colon == std::string_view::npos)
+      return say(line, "a line of the head is KEY: VALUE, and templates begin with == CONSTRUCT");
+    const std::string_view key = trim(line.substr(0, colon)), value = trim(line.substr(colon + 1));
+    const std::string_view at = value.empty() ? line.substr(line.size()) : value;
+    TemplatePack& p = *pack_;
+    const auto whole = [&](auto& to, int least, int most) {
+      const auto v = number<int>(value);
+      if (!v || *v < least || *v > most)
+        return say(at, "\"" + std::string(key) + "\" is a number from " + std::to_string(least) +
+                           " to " + std::to_string(most));
+      to = *v;
+    };
+    const auto real = [&](double& to) {
+      const auto v = number<double>(value);
+      if (!v || !std::isfinite(*v) || *v == 0)
+        return say(at, "\"" + std::string(key) + "\" is a number other than 0");
+      to = *v;
+    };
+    if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))
+      return say(key, "there is no key \"" + std::string(key) + "\"", instead(key, kKeys));
+    const bool adds_up =
+        key == "reserved" || key == "features" || key == "motions" || key == "include";
+    if (!adds_up && !keys_.emplace(file_, key).second)
+      return say(key, "\"" + std::string(key) + "\" is given twice", "Keep one of them.");
+    if (key == "name") {
+      p.name = value;
+      name_at_ = place_of(at);
+    } else if (key == "include") {
+      include(at);
+    } else if (key == "title") {
+      p.title = value;
+    } else if (key == "file" || key == "points_file") {
+      const TemplateLine parsed = parse(at, "name", std::string(key));
+      if (value.find("..") != std::string_view::npos || value.starts_with("/") ||
+          value.find('\\') != std::string_view::npos || value.empty())
+        return say(at, "\"" + std::string(key) +
+                           "\" is a name of a file in the folder of the "
+                           "program, such as {{name}}.acl");
+      (key == "file" ? p.file_name : p.points_file) = parsed;
+      if (key == "file") file_text_ = value;
+    } else if (key == "reserved") {
+      p.reserved += " " + std::string(value);
+    } else if (key == "longest_name") {
+      whole(p.caps.max_name, 4, 1000);
+    } else if (key == "max_points") {
+      whole(p.caps.max_points, 0, 100000000);
+    } else if (key == "max_lines") {
+      whole(p.caps.max_lines, 0, 100000000);
+    } else if (key == "longest_line") {
+      whole(p.longest_line, 0, 100000);
+    } else if (key == "digits") {
+      whole(p.digits, 0, 12);
+    } else if (key == "indent") {
+      whole(p.indent, 0, 16);
+    } else if (key == "length_unit") {
+      real(p.length);
+    } else if (key == "angle_unit") {
+      real(p.angle);
+    } else if (key == "between_joints") {
+      p.separator = unquoted(value);
+    } else if (key == "true") {
+      p.true_word = value;
+    } else if (key == "false") {
+      p.false_word = value;
+    } else if (key == "line_numbers") {
+      const auto both = words(value);
+      const auto first = both.empty() ? std::nullopt : number<int>(both[0]);
+      const auto step = both.size() < 2 ? std::nullopt : number<int>(both[1]);
+      if (both.size() != 2 || !first || !step || *first < 0 || *step < 1 || *first > 1000000 ||
+          *step > 1000000)
+        return say(at, "\"line_numbers\" is the first number and the step, such as 10 10");
+      p.first_number = *first;
+      p.number_step = *step;
+    } else if (key == "line_number") {
+      // A name of the target would not stand in quotes; blanks at the end of a line would be lost.
+      const bool is_quoted = value.size() >= 2 && value.front() == '"' && value.back() == '"';
+      p.line_number =
+          parse(is_quoted ? value.substr(1, value.size() - 2) : at, "line", "line_number");
+      has_line_number_ = true;
+    } else if (key == "line_ending") {
+      if (value != "lf" && value != "crlf") return say(at, "\"line_ending\" is lf or crlf");
+      p.caps.crlf = value == "crlf";
+    } else if (key == "case") {
+      if (value == "upper") p.caps.name_case = PostCase::upper;
+      else if (value == "lower") p.caps.name_case = PostCase::lower;
+      else if (value == "kept") p.caps.name_case = PostCase::kept;
+      else say(at, "\"case\" is kept, upper or lower");
+    } else if (key == "points") {
+      if (value == "before") p.points = TemplatePack::Points::before;
+      else if (value == "behind") p.points = TemplatePack::Points::behind;
+      else if (value == "file") p.points = TemplatePack::Points::file;
+      else say(at, "\"points\" is before, behind or file");
+    } else if (key == "forms") {
+      p.caps.forms = 0;
+      for (const auto w : words(value)) {
+        if (w == "structured") p.caps.forms |= kPostStructured;
+        else if (w == "flat") p.caps.forms |= kPostFlat;
+        else
+          say(w, "there is no form \"" + std::string(w) + "\"", "Forms are structured and flat.");
+      }
+      if (p.caps.forms == 0) say(at, "it takes no form: forms: structured, flat");
+    } else if (key == "orientation") {
+      for (const auto& [word, o] : kOrientations)
+        if (word == value) {
+          p.orientation = o;
+          return;
+        }
+      say(at, "there is no orientation \"" + std::string(value) + "\"",
+          instead(value, first_of(kOrientations)));
+    } else if (key == "features") {
+      for (const auto w : words(value)) {
+        bool found = false;
+        for (const auto& [word, bits] : kFeatures)
+          if (word == w) {
+            p.caps.features |= bits;
+            features_.try_emplace(std::string(w), place_of(w));
+            found = true;
+          }
+        if (!found)
+          say(w, "there is no feature \"" + std::string(w) + "\"", instead(w, first_of(kFeatures)));
+      }
+    } else if (key == "motions") {
+      for (const auto w : words(value)) {
+        bool found = false;
+        for (const auto& [word, bits] : kMotions)
+          if (word == w) {
+            p.caps.motions |= bits;
+            features_.try_emplace(std::string(w), place_of(w));
+            found = true;
+          }
+        if (!found)
+          say(w, "there is no motion \"" + std::string(w) + "\"", instead(w, first_of(kMotions)));
+      }
+    }
+  }
+  static std::string unquoted(std::string_view s) {
+    if (s.size() >= 2 && s.front() == '"' && s.back() == '"') s = s.substr(1, s.size() - 2);
+    return std::string(s);
+  }
+
+  // ---- sections ----
+  const Construct* begin(const std::string& section, std::string_view at) {
+    if (section == "operators") return nullptr;
+    const Construct* known = construct(section);
+    if (!known) {
+      std::vector<std::string> all;
+      for (const Construct& c : kConstructs) all.emplace_back(c.name);
+      all.emplace_back("operators");
+      const std::string near = text::did_you_mean(section, all);
+      say(at, "there is no construct \"" + section + "\"", near);
+      return nullptr;
+    }
+    const auto [it, is_new] = owners_.try_emplace(section, Owner{file_, depth_, place_of(at)});
+    if (!is_new) {
+      // A file's own template takes the place of what the files that it includes have.
+      if (it->second.file == file_ || it->second.depth <= depth_) {
+        say(at, "the construct \"" + section + "\" has a template already",
+            it->second.file == file_ ? std::string()
+                                     : "The other one is in " + it->second.file + ".");
+        return it->second.file == file_ ? known : nullptr;
+      }
+      it->second = {file_, depth_, place_of(at)};
+    }
+    pack_->templates[section].clear();
+    return known;
+  }
+  /// OPERATOR "spelling" BINDING [prefix|call]
+  void operation(std::string_view line) {
+    line = trim(line);
+    if (line.empty()) return;
+    const std::size_t blank = std::min(line.find(' '), line.size());
+    const std::string_view word = line.substr(0, blank);
+    std::string_view rest = trim(line.substr(blank));
+    const std::size_t quote = rest.size() > 1 ? rest.find('"', 1) : std::string_view::npos;
+    if (rest.empty() || rest.front() != '"' || quote == std::string_view::npos)
+      return say(line, "an operator is: OPERATOR \"SPELLING\" BINDING, such as + \" + \" 50");
+    const std::string spelling(rest.substr(1, quote - 1));
+    const auto behind = words(rest.substr(quote + 1));
+    const auto binding = behind.empty() ? std::nullopt : number<int>(behind[0]);
+    if (!binding || *binding < 1 || *binding > 99)
+      return say(behind.empty() ? line.substr(line.size()) : behind[0],
+                 "how strongly " + std::string(word) + " binds is a number from 1 to 99");
+    post::Operator o;
+    o.binding = *binding;
+    if (behind.size() > 1 && behind[1] == "prefix") o.form = post::Operator::prefix_group;
+    else if (behind.size() > 1 && behind[1] == "call") o.form = post::Operator::call;
+    else if (behind.size() > 1)
+      return say(behind[1], "behind the binding stands prefix, call or nothing");
+    o.spelling = pack_->spellings.emplace_back(spelling).c_str();
+    for (const auto& [name, op] : kOperators)
+      if (name == word) {
+        o.op = op;
+        std::erase_if(pack_->operators,
+                      [&](const post::Operator& other) { return other.op == o.op; });
+        pack_->operators.push_back(o);
+        return;
+      }
+    say(word, "there is no operator \"" + std::string(word) + "\"",
+        "There are " + text::enumerate(first_of(kOperators)) + ".");
+  }
+
+  // ---- templates ----
+  static bool is_variable(std::string_view name, std::string_view variables) {
+    for (const auto w : words(variables))
+      if (w == name) return true;
+    if (name == "open" || name == "close") return true;  // {{ and }} themselves
+    // joints are also there one by one.
+    return name.size() > 1 && (name[0] == 'q' || name[0] == 'e') &&
+           number<int>(name.substr(1)).value_or(0) > 0 &&
+           variables.find("joints") != std::string_view::npos;
+  }
+  static std::vector<std::string> names_of(std::string_view variables) {
+    std::vector<std::string> out;
+    for (const auto w : words(variables)) out.emplace_back(w);
+    return out;
+  }
+  void condition(std::string_view& line, std::string_view variables, TemplateLine& out) {
+    const std::size_t end = line.find(']');
+    std::string_view inner = line.substr(1, std::min(end, line.size()) - 1);
+    if (end == std::string_view::npos)
+      inner = inner.substr(0, inner.find(' ', inner.starts_with("not ") ? 4 : 0));
+    std::string_view name = inner;
+    const bool is_not = name.starts_with("not ");
+    if (is_not) name = trim(name.substr(4));
+    const bool is_word = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+      return (c >= 'a' && c <= 'z') || c == '_' || (c >= '0' && c <= '9');
+    });
+    const auto all = names_of(variables);
+    const bool is_known = std::find(all.begin(), all.end(), name) != all.end();
+    if (end != std::string_view::npos && is_known) {
+      out.is_not = is_not;
+      out.condition = name;
+      line.remove_prefix(end + 1);
+      if (line.starts_with(" ")) line.remove_prefix(1);
+      return;
+    }
+    // [ may be the controller's own; what looks like a condition is none by mistake.
+    const auto near = is_word ? text::nearest(name, all) : std::nullopt;
+    if (end == std::string_view::npos && is_known)
+      say(line, "[ is not closed by ]", "Write [" + std::string(inner) + "] before the text.");
+    else if (is_not || near)
+      say(name, "\"" + std::string(name) + "\" is no variable to be asked for here",
+          (near ? "Did you mean [" + *near + "]? " : std::string()) +
+              "Begin the line with \\ where the controller's own line begins with [.");
+  }
+  TemplateLine parse(std::string_view line, std::string_view variables,
+                     const std::string& section) {
+    TemplateLine out;
+    if (line.starts_with("\\")) line.remove_prefix(1);
+    else if (line.starts_with("[")) condition(line, variables, out);
+    while (!line.empty()) {
+      const std::size_t open = line.find("{{"), close = line.find("}}");
+      if (close < open) {
+        say(line.substr(close), "}} has no {{ before it", "Write {{close}} for the sign itself.");
+        line.remove_prefix(close + 2);
+        continue;
+      }
+      if (open != 0) {
+        out.pieces.push_back({std::string(line.substr(0, open)), false, {}});
+        line.remove_prefix(std::min(open, line.size()));
+        continue;
+      }
+      const std::size_t next = line.find("{{", 2);
+      if (close == std::string_view::npos || next < close) {
+        say(line, "{{ is not closed by }}", "Write {{open}} for the sign itself.");
+        break;
+      }
+      std::string_view inner = line.substr(2, close - 2);
+      line.remove_prefix(close + 2);
+      out.pieces.push_back(piece(inner, variables, section));
+    }
+    return out;
+  }
+  Piece piece(std::string_view inner, std::string_view variables, const std::string& section) {
+    Piece piece;
+    piece.is_variable = true;
+    std::size_t bar = std::min(inner.find('|'), inner.size());
+    const std::string_view name = trim(inner.substr(0, bar));
+    piece.text = name;
+    if (name == "open" || name == "close") return {name == "open" ? "{{" : "}}", false, {}};
+    if (!is_variable(name, variables)) {
+      const auto all = names_of(variables);
+      std::string near = text::did_you_mean(name, all);
+      if (near.empty() && !all.empty()) near = "It has " + text::enumerate(all) + ".";
+      say(name.empty() ? inner : name,
+          "\"" + section + "\" has no variable \"" + std::string(name) + "\"", near);
+    }
+    while (bar < inner.size()) {
+      inner.remove_prefix(bar + 1);
+      bar = std::min(inner.find('|'), inner.size());
+      const std::string_view f = trim(inner.substr(0, bar));
+      const std::size_t colon = std::min(f.find(':'), f.size());
+      Filter filter{std::string(f.substr(0, colon)), 0};
+      if (std::find(std::begin(kFilters), std::end(kFilters), filter.name) == std::end(kFilters)) {
+        say(f.empty() ? inner : f, "there is no filter \"" + filter.name + "\"",
+            instead(filter.name, kFilters));
+        continue;
+      }
+      const bool wants = filter.name != "upper" && filter.name != "lower" && filter.name != "sign";
+      const auto by = colon < f.size() ? number<double>(f.substr(colon + 1)) : std::nullopt;
+      if (!wants && colon < f.size()) say(f, "the filter " + filter.name + " takes no number");
+      if (wants && !by) {
+        say(f, "the filter " + filter.name + " needs a number: " + filter.name + ":2");
+      } else if (wants) {
+        const bool is_real = filter.name == "times" || filter.name == "plus";
+        const double most = is_real ? 1e12 : is_of_text(filter.name) ? 200 : 12;
+        if (!(std::fabs(*by) <= most) || (!is_real && (*by < 0 || *by != std::floor(*by))))
+          say(f, "the filter " + filter.name + " takes " +
+                     (is_real ? "a number up to 1e12"
+                              : "a whole number from 0 to " + text::print_rounded(most)));
+        filter.by = *by;
+      }
+      piece.filters.push_back(filter);
+    }
+    return piece;
+  }
+
+  // ---- the whole ----
+  static std::string of(const Construct& c) {
+    const bool is_motion = std::any_of(std::begin(kMotions), std::end(kMotions),
+                                       [&](const auto& m) { return m.first == c.feature; });
+    return (is_motion ? "the motion " : "the feature ") + std::string(c.feature);
+  }
+  void finish(const std::string& where) {
+    TemplatePack& p = *pack_;
+    const Place head{where};
+    if (p.name.empty()) say(head, "it has no name: name: acme");
+    for (const char c : p.name)
+      if (!((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_')) {
+        say(name_at_, "the name \"" + p.name + "\" is not of small letters, digits and _");
+        break;
+      }
+    if (p.title.empty()) p.title = p.name.empty() ? "?" : p.name;
+    if (p.caps.motions == 0) say(head, "it has no motions: motions: ptp_joints lin");
+    for (const Construct& c : kConstructs) {
+      const auto feature = features_.find(std::string(c.feature));
+      const auto owner = owners_.find(std::string(c.name));
+      if (c.feature == "-") continue;
+      if (!c.feature.empty() && feature == features_.end()) {
+        if (owner != owners_.end() && owner->second.depth == 0)
+          say(owner->second.at,
+              "the template \"" + std::string(c.name) + "\" is of " + of(c) +
+                  ", which the head does not name",
+              "Add it there, or take the template out.");
+        continue;
+      }
+      if (owner == owners_.end())
+        say(c.feature.empty() ? head : feature->second,
+            "there is no template \"" + std::string(c.name) + "\", which " +
+                (c.feature.empty() ? std::string("every target needs") : of(c) + " needs"),
+            "Write the section == " + std::string(c.name) + ".");
+    }
+    if (const auto f = features_.find("variables"); f != features_.end() && p.operators.empty())
+      say(f->second, "there is no section \"operators\", which the feature variables needs");
+    if (const auto f = features_.find("inputs"); f != features_.end())
+      if (const Template* input = p.find("input"); input && input->size() != 1)
+        say(owners_["input"].at, "the template \"input\" is one line, as it stands in expressions");
+    if (p.find("point") && (p.caps.motions & kPostPtpJoints) && !p.find("point_joints"))
+      say(owners_["point"].at,
+          "there is no template \"point_joints\", which stands beside \"point\"");
+    if (p.points == TemplatePack::Points::file && !p.find("point"))
+      say(head, "points have a file of their own, and there is no template \"point\"",
+          "Write the section == point, or take points: file out.");
+    if ((p.points == TemplatePack::Points::file) != !p.points_file.pieces.empty())
+      say(head, "\"points: file\" and \"points_file\" belong together",
+          "Such as points: file and points_file: {{name}}.pts.");
+    if (has_line_number_ && p.number_step == 0)
+      say(head, "\"line_number\" needs \"line_numbers\": line_numbers: 10 10");
+    std::tie(file_, whole_) = std::pair(where, std::string_view());
+    line_ = 1;
+    if (!has_line_number_) p.line_number = parse("{{line}} ", "line", "line_number");
+    if (file_text_.empty()) {
+      file_text_ = "{{name}}.txt";
+      p.file_name = parse(file_text_, "name", "file");
+    }
+    const std::size_t dot = file_text_.rfind('.');
+    p.extensions = dot == std::string::npos ? "" : file_text_.substr(dot + 1);
+    if (p.extensions.find_first_of("{}|") != std::string::npos) p.extensions.clear();
+    p.caps.title = p.title;
+    p.caps.reserved = p.reserved;
+    p.caps.extensions = p.extensions;
+  }
+
+  struct Owner {
+    std::string file;
+    int depth = 0;
+    Place at;
+  };
+  const PackFiles& files_;
+  std::string file_;
+  std::string_view whole_;  ///< the present line
+  std::uint32_t line_ = 0;
+  int depth_ = 0;
+  std::size_t bytes_ = 0;
+  bool is_readable_ = true, has_line_number_ = false;
+  std::vector<std::string> open_;  ///< files that are being read, the including ones first
+  std::string file_text_;
+  Place name_at_;
+  std::set<std::pair<std::string, std::string>> keys_;  ///< file, key
+  std::map<std::string, Place> features_;               ///< and motions
+  std::map<std::string, Owner> owners_;                 ///< of the templates
+  std::vector<PackFault> faults_;
+  std::shared_ptr<TemplatePack> pack_ = std::make_shared<TemplatePack>();
+};
+
+}  // namespace
+
+Result<std::shared_ptr<const TemplatePack>> read_templates(std::string_view text,
+                                                           const std::string& where,
+                                                           const PackFiles& files,
+                                                           std::vector<PackFault>* faults) {
+  return Reader(files).read(text, where, faults);
+}
+
+}  // namespace robomosp::program_post

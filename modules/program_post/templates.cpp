@@ -1,0 +1,525 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program_post/templates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "program_post/template_pack.h"
+
+namespace robomosp::program_post {
+namespace {
+
+/// A value: text, and a number where it is one.
+struct Variable {
+  std::string text;
+  std::optional<double> number;
+};
+using Variables = std::map<std::string, Variable, std::less<>>;
+
+class TemplateWriter final : public post::Writer {
+ public:
+  TemplateWriter(const PostTask& task, PostOutput& output, const TemplatePack& pack,
+                 Progress& progress)
+      : Writer(task, output, pack.caps, progress), pack_(pack), body_(pack.indent) {}
+
+ private:
+  using Motion = post::Motion;
+  using Text = post::Text;
+
+  // ---- filling in ----
+  Variable num(double v) const { return {post::trimmed(v, pack_.digits), v}; }
+  static Variable word(std::string s) { return {std::move(s), std::nullopt}; }
+  static bool is_on(const Variables& v, const std::string& name) {
+    const auto it = v.find(name);
+    if (it == v.end()) return false;
+    if (it->second.number) return *it->second.number != 0;
+    return !it->second.text.empty();
+  }
+  std::string filled(const TemplateLine& l, const Variables& variables) {
+    std::string out;
+    for (const Piece& p : l.pieces) {
+      if (!p.is_variable) {
+        out += p.text;
+        continue;
+      }
+      const auto it = variables.find(p.text);
+      if (it == variables.end()) {
+        fail("the template's variable " + p.text + " has no value here",
+             p.text == "speed_percent" || p.text == "speed_m"
+                 ? "Post constants, and give max_speed in the controller's record."
+                 : "Take it out of the template, or name the robot.");
+        continue;
+      }
+      Variable v = it->second;
+      for (const Filter& f : p.filters) filter(f, v, p.text);
+      if (v.number && !(std::fabs(*v.number) < kGreatest))
+        fail("the number " + p.text + " here is beyond what a controller takes",
+             "Check what it is computed from.");
+      out += v.text;
+    }
+    return out;
+  }
+  void filter(const Filter& f, Variable& v, const std::string& name) {
+    const auto width = static_cast<std::size_t>(std::max(0.0, f.by));
+    if (f.name == "upper") v.text = post::upper(v.text);
+    if (f.name == "lower") v.text = post::lower(v.text);
+    if (f.name == "first") v.text = v.text.substr(0, width);
+    if (f.name == "pad" && v.text.size() < width) v.text.insert(0, width - v.text.size(), ' ');
+    if (f.name == "left" && v.text.size() < width) v.text.append(width - v.text.size(), ' ');
+    if (f.name == "zeros" && v.text.size() < width)
+      v.text.insert(v.text.starts_with('-') || v.text.starts_with('+') ? 1 : 0,
+                    width - v.text.size(), '0');
+    if (is_of_text(f.name)) return;
+    if (!v.number)
+      return fail("the filter " + f.name + " needs a number, and " + name + " is computed here",
+                  "Write constants, or post the flattened program.");
+    if (f.name == "sign") {
+      if (!v.text.starts_with('-')) v.text.insert(0, 1, '+');
+      return;
+    }
+    if (f.name == "times") *v.number *= f.by;
+    if (f.name == "plus") *v.number += f.by;
+    const bool computes = f.name == "times" || f.name == "plus";
+    const int digits = computes ? pack_.digits : static_cast<int>(f.by);
+    v.text = f.name == "fixed" ? post::fixed(*v.number, digits) : post::trimmed(*v.number, digits);
+  }
+  void emit(std::string_view construct, const Variables& variables, int before = 0, int after = 0) {
+    const Template* t = pack_.find(construct);
+    if (!t) {
+      cannot(std::string(construct));
+      return;
+    }
+    if (before < 0) out_->out();
+    for (const TemplateLine& l : *t) {
+      if (!l.condition.empty() && is_on(variables, l.condition) == l.is_not) continue;
+      line(filled(l, variables));
+    }
+    if (after > 0) out_->in();
+  }
+
+  // ---- program ----
+  void begin() override { out_ = &body_; }
+  /// Lines of the controller's record, as they are.
+  void add_lines(std::string_view text) {
+    while (!text.empty()) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      std::string_view one = text.substr(0, end);
+      if (one.ends_with('\r')) one.remove_suffix(1);
+      body_.add(one);
+      text.remove_prefix(std::min(end + 1, text.size()));
+    }
+  }
+  static Variable number_of(std::span<const PostPlace> places, std::int32_t which) {
+    if (which < 0 || static_cast<std::size_t>(which) >= places.size()) return word("");
+    const std::int32_t n = places[static_cast<std::size_t>(which)].number;
+    return {n < 0 ? "" : std::to_string(n), static_cast<double>(n)};
+  }
+  void routine_begin(std::uint32_t r) override {
+    Variables v{{"name", word(routine_name(r))}, {"program", word(std::string(task_.name))}};
+    starts_[r] = body_.size();
+    if (r == 0) {
+      v["tool"] = number_of(profile_.tools, profile_.tool);
+      v["frame"] = number_of(profile_.frames, profile_.frame);
+      emit("program_begin", v, 0, 1);
+      add_lines(profile_.prologue);
+      return;
+    }
+    if (routine(r).kind != RMP_ROUTINE_PROCEDURE || routine(r).parameter_count > 0)
+      cannot("routines with parameters, results or conditions",
+             "Post the flattened program (form = \"flat\").");
+    emit("procedure_begin", v, 0, 1);
+  }
+  void routine_end(std::uint32_t r) override {
+    const Variables v{{"name", word(routine_name(r))}, {"program", word(std::string(task_.name))}};
+    if (r == 0) add_lines(profile_.epilogue);
+    emit(r == 0 ? "program_end" : "procedure_end", v, -1);
+  }
+  void declare(std::uint32_t s, std::uint32_t r) override {
+    at_ = symbol(s).span;
+    if (r != 0) return cannot("variables of routines", "Declare them in the program.");
+    const std::uint32_t t = symbol(s).type;
+    const char* kind = t == RMP_TYPE_INT    ? "declare_int"
+                       : t == RMP_TYPE_REAL ? "declare_real"
+                       : t == RMP_TYPE_BOOL ? "declare_bool"
+                                            : nullptr;
+    if (!kind) return cannot("variables of " + type_name(t));
+    const std::string value = symbol(s).value != RMP_NONE ? text(symbol(s).value)
+                              : t == RMP_TYPE_BOOL        ? pack_.false_word
+                                                          : std::string("0");
+    emit(kind, {{"name", word(name(s))}, {"value", word(value)}});
+  }
+  void finish() override {
+    post::File points(pack_.indent);
+    write_points(points);
+    post::File all(pack_.indent);
+    const Variables v{{"name", word(routine_name(0))}};
+    using Where = TemplatePack::Points;
+    if (pack_.points == Where::before) all.append(points);
+    all.append(body_);
+    if (pack_.points == Where::behind) all.append(points);
+    number_lines(all, pack_.points == Where::before ? points.size() : 0);
+    if (pack_.longest_line > 0)
+      for (std::size_t i = 0; i < all.size(); ++i)
+        if (all.lines()[i].size() > static_cast<std::size_t>(pack_.longest_line)) {
+          if (all.spans()[i].file != RMP_NONE) at_ = all.spans()[i];
+          fail("a line here has " + std::to_string(all.lines()[i].size()) + " characters, and " +
+                   pack_.title + " takes " + std::to_string(pack_.longest_line),
+               "Split the expression, or shorten the names.");
+        }
+    const std::string name = filled(pack_.file_name, v);
+    all.give(output_, name, caps_.crlf);
+    if (pack_.points == Where::file && !points.empty()) {
+      const std::string own = filled(pack_.points_file, v);
+      if (own == name)
+        return fail("the points would go into the program's file " + name,
+                    "Give points_file another name in the pack.");
+      points.give(output_, own, caps_.crlf);
+    }
+  }
+  /// Numbers before the lines, and in place of the marks of jumps to them.
+  void number_lines(post::File& all, std::size_t before) {
+    const auto number_at = [&](std::size_t i) {
+      return pack_.first_number + static_cast<std::int64_t>(before + i) * pack_.number_step;
+    };
+    std::vector<std::string>& lines = all.lines();
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      std::string& l = lines[i];
+      for (std::size_t at; (at = l.find('\x01')) != std::string::npos;) {
+        const std::size_t end = std::min(l.find('\x01', at + 1), l.size() - 1);
+        const auto line =
+            starts_.find(std::strtoull(l.substr(at + 1, end - at - 1).c_str(), nullptr, 10));
+        l.replace(at, end + 1 - at,
+                  line == starts_.end() ? "?" : std::to_string(number_at(line->second)));
+      }
+      if (pack_.number_step == 0) continue;
+      const double n = static_cast<double>(pack_.first_number) +
+                       static_cast<double>(i) * static_cast<double>(pack_.number_step);
+      l.insert(0, filled(pack_.line_number, {{"line", num(n)}}));
+    }
+  }
+  void write_points(post::File& points) {
+    if (!pack_.find("point") || points_.empty()) return;
+    out_ = &points;
+    const Variables v{{"name", word(routine_name(0))},
+                      {"points", num(static_cast<double>(points_.size()))}};
+    if (pack_.find("points_begin")) emit("points_begin", v);
+    for (const auto& [construct, variables, span] : points_) {
+      at_ = span;
+      emit(construct, variables);
+    }
+    if (pack_.find("points_end")) emit("points_end", v);
+    out_ = &body_;
+  }
+
+  // ---- expressions ----
+  std::span<const post::Operator> operators() const override { return pack_.operators; }
+  Text literal(const rmp_code_constant& k) override {
+    if (k.kind == RMP_CONSTANT_INT && k.type == RMP_TYPE_BOOL)
+      return {k.integer ? pack_.true_word : pack_.false_word};
+    if (k.kind == RMP_CONSTANT_TEXT) return {std::string(k.text, k.text_size)};
+    return Writer::literal(k);
+  }
+  Text string_literal(std::string_view s) override { return {std::string(s)}; }
+  Text input(const post::Signal& s) override {
+    const Template* t = pack_.find("input");
+    if (!t || t->empty() || s.type != RMP_TYPE_BOOL) {
+      cannot("inputs of this kind");
+      return {};
+    }
+    Text out{filled(t->front(), signal_variables(s))};
+    if (s.inverted) {
+      for (const auto& o : pack_.operators)
+        if (o.op == RMP_EXPR_NOT)
+          return {std::string(o.spelling) + "(" + out.text + ")", o.binding};
+      cannot("inverted inputs, without the operator NOT");
+    }
+    return out;
+  }
+  Variables signal_variables(const post::Signal& s) const {
+    return {{"signal", word(s.target.empty() ? s.name : s.target)},
+            {"number", num(static_cast<double>(s.number))}};
+  }
+
+  // ---- statements ----
+  void assign(std::uint32_t to, std::uint32_t value) override {
+    if (expression(to).op != RMP_EXPR_SYMBOL) return cannot("records and arrays");
+    emit("assign", {{"name", word(name(expression(to).symbol))}, {"value", value_of(value)}});
+  }
+  Variable value_of(std::uint32_t e) {
+    if (const auto v = known(e)) return {text(e), *v};
+    return word(text(e));
+  }
+  void set_output(const post::Signal& s, std::uint32_t value) override {
+    Variables v = signal_variables(s);
+    if (s.type == RMP_TYPE_BOOL) {
+      const auto on = known(value);
+      if (!on) return cannot("outputs with a computed state", "Use IF with TRUE and FALSE.");
+      return emit((*on != 0) != s.inverted ? "output_on" : "output_off", v);
+    }
+    v.emplace("value", value_of(value));
+    emit("output_value", v);
+  }
+  void call(std::uint32_t r, std::span<const std::uint32_t>) override {
+    emit("call", {{"name", word(routine_name(r))}, {"routine_line", mark(r)}});
+  }
+  /// The sign that a template has around {{text}}, where it is in the text, too.
+  std::string spoils(std::string_view construct, std::string_view said) const {
+    const Template* t = pack_.find(construct);
+    if (!t) return {};
+    for (const TemplateLine& l : *t)
+      for (std::size_t i = 1; i + 1 < l.pieces.size(); ++i) {
+        const std::string &before = l.pieces[i - 1].text, &behind = l.pieces[i + 1].text;
+        if (!l.pieces[i].is_variable || l.pieces[i].text != "text" || l.pieces[i - 1].is_variable ||
+            l.pieces[i + 1].is_variable || before.empty() || behind.empty())
+          continue;
+        const char c = behind.front();
+        const bool is_sign =
+            c > 32 && c < 127 && !(c >= '0' && c <= '9') && !((c | 32) >= 'a' && (c | 32) <= 'z');
+        if (is_sign && said.find(c) != std::string_view::npos) return std::string(1, c);
+      }
+    return {};
+  }
+  void message(std::span<const std::uint32_t> values, bool) override {
+    std::string said;
+    for (const std::uint32_t v : values) said += text(v);
+    if (std::any_of(said.begin(), said.end(),
+                    [](char c) { return static_cast<unsigned char>(c) < 32; }))
+      return cannot("texts with control characters", "Take them out of the text.");
+    const char* construct = pack_.find("message") ? "message" : "comment";
+    if (const std::string bad = spoils(construct, said); !bad.empty())
+      return cannot("way to write " + bad + " within a text", "Take it out of the text.");
+    if (pack_.find("message")) return emit("message", {{"text", word(said)}});
+    if (!pack_.find("comment")) return cannot("messages", "Take the statement out.");
+    warn(pack_.title + " writes no texts; this one stands there as a comment");
+    emit("comment", {{"text", word(said)}});
+  }
+  void if_begin(std::uint32_t c) override { emit("if_begin", condition(c), 0, 1); }
+  void else_if(std::uint32_t c) override { emit("else_if", condition(c), -1, 1); }
+  void else_() override { emit("else", {}, -1, 1); }
+  void if_end() override { emit("if_end", {}, -1); }
+  void while_begin(std::uint32_t c) override { emit("while_begin", condition(c), 0, 1); }
+  void while_end() override { emit("while_end", {}, -1); }
+  void repeat_begin() override { emit("repeat_begin", {}, 0, 1); }
+  void repeat_end(std::uint32_t c) override { emit("repeat_end", condition(c), -1); }
+  void loop_begin() override { emit("loop_begin", {}, 0, 1); }
+  void loop_end() override { emit("loop_end", {}, -1); }
+  void exit_loop() override { emit("exit", {}); }
+  void for_begin(std::uint32_t s, std::uint32_t from, std::uint32_t to, std::uint32_t,
+                 bool) override {
+    emit(
+        "for_begin",
+        {{"name", word(name(s))}, {"from", value_of(from)}, {"to", value_of(to)}, {"step", num(1)}},
+        0, 1);
+  }
+  void for_end(std::uint32_t s) override { emit("for_end", {{"name", word(name(s))}}, -1); }
+  void go_to(std::uint32_t l) override {
+    emit("goto", {{"label", word(name(l))}, {"label_line", mark(kLabel + l)}});
+  }
+  void label(std::uint32_t l) override {
+    starts_[kLabel + l] = body_.size();
+    emit("label", {{"label", word(name(l))}, {"label_line", mark(kLabel + l)}});
+  }
+  /// Stands for the number of a line that may not be written yet.
+  static Variable mark(std::uint64_t key) { return word("\x01" + std::to_string(key) + "\x01"); }
+  void return_(std::uint32_t v) override {
+    if (v != RMP_NONE || in_routine_ == 0) return cannot("RETURN here");
+    emit("return", {});
+  }
+  Variables condition(std::uint32_t c) { return {{"condition", word(text(c))}}; }
+  void seconds(Variables& v, std::uint32_t e) {
+    const auto s = known(e);
+    if (!s) return cannot("times that are computed", "Give a number of seconds.");
+    v.emplace("seconds", num(*s));
+    v.emplace("milliseconds", num(*s * 1000));
+  }
+  void wait_time(std::uint32_t e) override {
+    Variables v;
+    seconds(v, e);
+    emit("wait_time", v);
+  }
+  void wait_for(std::uint32_t c, std::uint32_t timeout) override {
+    Variables v = condition(c);
+    if (timeout == RMP_NONE) return emit("wait_for", v);
+    seconds(v, timeout);
+    emit("wait_for_timeout", v);
+  }
+  void pause(std::uint32_t) override { emit("pause", {}); }
+  void halt() override { emit("halt", {}); }
+
+  // ---- motions ----
+  void forget() override { speed_.forget(); }
+  Variables motion_variables(const Motion& m) {
+    Variables v;
+    const auto put = [&](const char* name, std::uint32_t a, double otherwise) {
+      if (m[a].known) v[name] = num(*m[a].known);
+      else if (m[a].expression == RMP_NONE) v[name] = num(otherwise);
+      else v[name] = word(text(m[a].expression));
+    };
+    if (m.until != RMP_NONE) cannot("motions that end by a condition");
+    if (m.incremental)
+      cannot("increments", "Post the flattened program, or move to the pose that is meant.");
+    for (const auto& [a, what] : {std::pair{RMP_ATTR_TOOL, "tools of single motions"},
+                                  {RMP_ATTR_FRAME, "frames of motions"},
+                                  {RMP_ATTR_ACT_ROB, "choice of the robot"}})
+      if (m[a].given) cannot(what);
+    if (m[RMP_ATTR_WOBBLE].given && m[RMP_ATTR_WOBBLE].known != 0.0) cannot("weaving");
+    if (m[RMP_ATTR_DEVICE].given && m[RMP_ATTR_DEVICE].known != 1.0) cannot("other devices");
+    const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
+    put("speed", is_ptp ? RMP_ATTR_SPEED_PTP : RMP_ATTR_SPEED, is_ptp ? 100 : 250);
+    put("speed_ptp", RMP_ATTR_SPEED_PTP, 100);
+    put("speed_ori", RMP_ATTR_SPEED_ORI, 90);
+    put("acc", is_ptp ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC, 100);
+    put("blend", is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP, 0);
+    put("blend_ptp", RMP_ATTR_C_PTP, 0);
+    put("time", RMP_ATTR_TIME, -1);
+    if (v["time"].number && *v["time"].number < 0) v["time"] = word("");
+    const auto& speed = v["speed"];
+    if (speed.number) v["speed_m"] = num(*speed.number / 1000);
+    if (is_ptp) v["speed_percent"] = speed;
+    else if (speed.number && profile_.max_speed > 0)
+      v["speed_percent"] = num(*speed.number / profile_.max_speed * 100);
+    const bool changes = speed_.changes((is_ptp ? "p" : "l") + speed.text);
+    if (!speed.number) speed_.forget();
+    v["speed_changed"] = num(changes ? 1 : 0);
+    const bool passes = (m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0) ||
+                        (v["blend"].number && *v["blend"].number > 0);
+    v["passes"] = num(passes ? 1 : 0);
+    return v;
+  }
+  /// Values of a target; `prefix` "via_" for the first of a circle.
+  bool place(Variables& v, const post::Target& t, const std::string& prefix, bool is_joints) {
+    const PostPoint* p = t.point;
+    if (!p) {
+      cannot("targets that are computed", "Post the flattened program (form = \"flat\").");
+      return false;
+    }
+    Variables own;
+    if (p->has_pose && p->role != RMP_ROLE_POSITION) {
+      const auto at = post::placed(p->pose, pack_.orientation);
+      static constexpr const char* kNames[] = {"x", "y", "z", "a", "b", "c", "d"};
+      for (std::size_t i = 0; i < 3; ++i) own[prefix + kNames[i]] = num(at.mm[i] * pack_.length);
+      const bool turns = pack_.orientation != post::Orientation::quaternion &&
+                         pack_.orientation != post::Orientation::rotation_vector;
+      for (std::size_t i = 0; i < 4; ++i)
+        own[prefix + kNames[3 + i]] = num(at.ori[i] * (turns ? pack_.angle : 1.0));
+    } else if (!is_joints) {
+      cannot("targets of " + type_name(expression(t.expression).type) + " for this motion",
+             "Give a POSE.");
+      return false;
+    }
+    if (is_joints || !p->q.empty()) {
+      const auto a = axes(*p);
+      const auto e = external_axes(*p);
+      std::string all;
+      unsigned turned = 0;
+      for (const auto* values : {&a, &e})
+        for (const double x : *values)
+          if (!(std::fabs(x) < kGreatest)) {
+            fail("a joint of this target is beyond what a controller takes",
+                 "Check what it is computed from.");
+            return false;
+          }
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        own["q" + std::to_string(i + 1)] = num(a[i] * pack_.angle);
+        all += (i ? pack_.separator : "") + num(a[i] * pack_.angle).text;
+        turned |= (a[i] < 0 ? 1U : 0U) << std::min<std::size_t>(i, 31);
+      }
+      for (std::size_t i = 0; i < e.size(); ++i) {
+        own["e" + std::to_string(i + 1)] = num(e[i]);
+        all += pack_.separator + num(e[i]).text;
+      }
+      own["joints"] = word(all);
+      own["turns"] = num(turned);
+    }
+    own["status"] = num(p->status);
+    std::string key = is_joints ? "j" : "p";
+    for (const auto& [name, value] : own) key += name + "=" + value.text + " ";
+    std::string point;
+    std::size_t number = 0;
+    if (pack_.find(is_joints ? "point_joints" : "point")) {
+      const auto [n, is_new] = table_.add(key);
+      if (is_new) {
+        const auto& x = expression(t.expression);
+        names_of_points_.push_back(names_.unique(x.op == RMP_EXPR_SYMBOL
+                                                     ? std::string(symbol(x.symbol).name)
+                                                     : "P" + std::to_string(n + 1)));
+        Variables of = own;
+        // As the template of points has them, without the prefix.
+        for (const auto& [name, value] : own)
+          if (!prefix.empty() && name.starts_with(prefix)) of[name.substr(prefix.size())] = value;
+        of["name"] = word(names_of_points_.back());
+        of["number"] = num(static_cast<double>(n + 1));
+        points_.emplace_back(is_joints ? "point_joints" : "point", of, at_);
+      }
+      point = names_of_points_[n];
+      number = n + 1;
+    }
+    v.insert(own.begin(), own.end());
+    v[prefix.empty() ? "point" : "via"] = word(point);
+    if (number > 0)
+      v[prefix.empty() ? "point_number" : "via_number"] = num(static_cast<double>(number));
+    return true;
+  }
+  void ptp(const Motion& m) override {
+    Variables v = motion_variables(m);
+    const auto& t = m.targets[0];
+    const bool is_joints = t.role == RMP_ROLE_JOINT || t.role == RMP_ROLE_MAIN_JOINT;
+    const bool has_pose = (caps_.motions & kPostPtpPose) != 0;
+    const bool has_joints = (caps_.motions & kPostPtpJoints) != 0;
+    // Said by joints where poses are not, as far as they are known; and the other way.
+    const bool by_joints = is_joints ? has_joints : !has_pose;
+    if (!place(v, t, "", by_joints)) return;
+    if (by_joints ? !has_joints : !has_pose)
+      return cannot(by_joints ? "motions to joints" : "motions of the joints to poses");
+    emit(by_joints ? "ptp_joints" : "ptp_pose", v);
+  }
+  void lin(const Motion& m) override {
+    Variables v = motion_variables(m);
+    if (place(v, m.targets[0], "", false)) emit("lin", v);
+  }
+  void circle(const Motion& m) override {
+    Variables v = motion_variables(m);
+    if (m.targets.size() != 2) return fail("a circle has two targets");
+    if (!place(v, m.targets[0], "via_", false) || !place(v, m.targets[1], "", false)) return;
+    v["end"] = v["point"];
+    emit("circle", v);
+  }
+
+  const TemplatePack& pack_;
+  post::File body_;
+  post::Points table_;
+  std::vector<std::string> names_of_points_;
+  std::vector<std::tuple<std::string, Variables, rmp_span>> points_;
+  post::Modal<std::string> speed_;
+  static constexpr std::uint64_t kLabel = 1ULL << 40U;
+  static constexpr double kGreatest = 1e12;
+  std::map<std::uint64_t, std::size_t> starts_;  ///< lines of routines, and of labels (kLabel +)
+};
+
+class TemplatePost final : public Post {
+ public:
+  explicit TemplatePost(std::shared_ptr<const TemplatePack> pack) : pack_(std::move(pack)) {}
+  [[nodiscard]] const PostCapabilities& capabilities() const override { return pack_->caps; }
+  Result<void> write(const PostTask& task, const Params&, PostOutput& output,
+                     Progress& progress) const override {
+    return TemplateWriter(task, output, *pack_, progress).run();
+  }
+
+ private:
+  std::shared_ptr<const TemplatePack> pack_;
+};
+
+}  // namespace
+
+const std::string& pack_name(const TemplatePack& p) { return p.name; }
+const std::string& pack_title(const TemplatePack& p) { return p.title; }
+std::unique_ptr<Post> make_template_post(std::shared_ptr<const TemplatePack> pack) {
+  return std::make_unique<TemplatePost>(std::move(pack));
+}
+
+}  // namespace robomosp::program_post

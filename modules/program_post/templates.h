@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Targets that are made of text: a template a construct, without a compiler (layer: data
+// processing, program_post). The form is told in docs/plugin_author/post_templates.md.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/post.h>
+
+namespace robomosp::program_post {
+
+/// A pack as it was read; constant. [any thread]
+class TemplatePack;
+
+/// What is wrong with a pack, and where.
+struct PackFault {
+  std::string file;
+  std::uint32_t line = 1, column = 1;
+  std::string message, hint;
+  [[nodiscard]] std::string place() const {
+    return file + ":" + std::to_string(line) + ":" + std::to_string(column);
+  }
+};
+/// The text of another file of the pack, by its name, for `include`.
+using PackFiles = std::function<Result<std::string>(const std::string& name)>;
+
+/// Reads a pack; `where` names its file in errors. All that is wrong is in one error, a sentence
+/// each with its place: constructs that its features need and that it has no template for,
+/// constructs, variables and filters that there are not, faults of its form. `faults`, if given,
+/// gets them one by one.
+[[nodiscard]] Result<std::shared_ptr<const TemplatePack>> read_templates(
+    std::string_view text, const std::string& where, const PackFiles& files = {},
+    std::vector<PackFault>* faults = nullptr);
+/// The name that it gives itself, to be that of the provider.
+[[nodiscard]] const std::string& pack_name(const TemplatePack&);
+[[nodiscard]] const std::string& pack_title(const TemplatePack&);
+[[nodiscard]] std::unique_ptr<Post> make_template_post(std::shared_ptr<const TemplatePack>);
+
+}  // namespace robomosp::program_post

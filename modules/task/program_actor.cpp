@@ -1,0 +1,1247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "task/program_actor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include <robomosp/sdk/program_turns.h>
+
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "motion/cartesian_path.h"
+#include "robotics/grip.h"
+#include "robotics/kinematics.h"
+#include "sim/ik_choice.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+
+namespace robomosp::task {
+
+using program::MotionAttributes;
+using program::PlainPose;
+using program::SignalValue;
+using program::Target;
+using text::quote;
+
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kMillimetre = 1e-3;
+constexpr double kSame = 1e-9;        ///< times and ways this near are the same
+constexpr double kSameJoints = 1e-6;  ///< sim::robot_motion takes these as the same
+/// 100 % of ACC: acceleration of the tool [m/s^2] and of its turning [rad/s^2].
+constexpr double kFullAcceleration = 2.5, kFullTurning = 10;
+constexpr int kMostSlices = 100;  ///< of computing at one instant
+constexpr int kTries = 5;         ///< of ever shorter transitions
+constexpr double kTurn = 2 * std::numbers::pi;
+
+Pose to_pose(const PlainPose& p) {
+  Pose out;
+  out.R = spatial::from_quaternion(
+      {p.quaternion[0], p.quaternion[1], p.quaternion[2], p.quaternion[3]});
+  for (std::size_t k = 0; k < 3; ++k) out.p[k] = p.position[k] * kMillimetre;
+  return out;
+}
+PlainPose to_plain(const Pose& p) {
+  PlainPose out;
+  const spatial::Quaternion q = spatial::to_quaternion(p.R);
+  out.quaternion = {q.w, q.x, q.y, q.z};
+  for (std::size_t k = 0; k < 3; ++k) out.position[k] = p.p[k] / kMillimetre;
+  return out;
+}
+std::string place(const Vec3& p) {
+  std::string s = "(";
+  for (std::size_t k = 0; k < 3; ++k) s += (k ? ", " : "") + text::print_rounded(p[k] * 1000);
+  return s + ") mm";
+}
+bool same_pose(const Pose& a, const Pose& b) {
+  const PlainPose x = to_plain(a), y = to_plain(b);
+  return x == y;
+}
+double angle_between(const Pose& a, const Pose& b) {
+  const spatial::Quaternion q = spatial::to_quaternion(spatial::compose(spatial::inverse(a), b).R);
+  return 2 * std::atan2(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z), std::fabs(q.w));
+}
+double distance(const Vec3& a, const Vec3& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+}  // namespace
+
+/// The world as one run of a program sees it.
+class ProgramCell final : public program::World {
+ public:
+  ProgramCell(ProgramActor& actor, TaskExecutor& executor, double now, Progress& progress)
+      : a_(actor), n_(*actor.names_), x_(executor), now_(now), progress_(progress) {}
+
+  Result<std::optional<SignalValue>> read_signal(const program::Signal& s) override {
+    const auto use = n_.signals.find(s.symbol);
+    SignalValue v;
+    if (use == n_.signals.end()) return std::optional(v);
+    if (use->second.kind != ProgramActor::SignalUse::wire) {
+      if (s.is_output) {
+        if (const auto at = a_.outputs_.find(s.symbol); at != a_.outputs_.end()) v = at->second;
+        return std::optional(v);
+      }
+      return std::optional(value_of(s, use->second.value));
+    }
+    return std::optional(value_of(s, x_.wires_[use->second.at].history.back().second));
+  }
+  Result<void> write_signal(const program::Signal& s, SignalValue v) override {
+    const auto use = n_.signals.find(s.symbol);
+    if (use == n_.signals.end()) return {};
+    const SignalValue before = std::exchange(a_.outputs_[s.symbol], v);
+    if (use->second.kind == ProgramActor::SignalUse::free) return {};
+    if (use->second.kind == ProgramActor::SignalUse::grip) {
+      if ((before.integer != 0) == (v.integer != 0)) return {};
+      return checked(grip(use->second.at, v.integer != 0));
+    }
+    const TaskExecutor::Wire& w = x_.wires_[use->second.at];
+    const double value = s.type == RMP_TYPE_REAL ? v.real : static_cast<double>(v.integer);
+    if (w.signal->kind == model::SignalKind::digital && value != 0 && value != 1) {
+      if (a_.inspection_) {
+        tell(InspectedEvent::Kind::output,
+             "the digital signal " + quote(w.signal->name) + " cannot be " +
+                 text::print_rounded(value),
+             "It is 0 or 1. Make it analogue, or bind another one.", {std::string(s.name)});
+        return {};
+      }
+      return fails(ErrorCode::invalid_argument,
+                   "the digital signal " + quote(w.signal->name) + " cannot be " +
+                       text::print_rounded(value),
+                   "It is 0 or 1. Make it analogue, or bind another one.");
+    }
+    x_.set_wire(use->second.at, value, now_);
+    return {};
+  }
+
+  Result<void> begin_motion(const program::Motion& m) override {
+    return checked(a_.inspection_ ? inspect(m) : begin(m));
+  }
+  Result<program::MotionState> motion_state(std::uint64_t number) override {
+    const auto it = a_.open_.find(number);
+    if (it == a_.open_.end()) return program::MotionState::done;
+    if (a_.held_.contains(number) || now_ < it->second.end - kSame)
+      return program::MotionState::running;
+    const auto grips = std::move(it->second.grips);
+    a_.open_.erase(it);
+    for (const auto& [at, takes] : grips) {
+      auto done = checked(grip(at, takes));
+      if (!done.ok()) return std::move(done).error();
+    }
+    return program::MotionState::done;
+  }
+  Result<void> abort_motion(std::uint64_t number, program::AbortReason) override {
+    const auto it = a_.open_.find(number);
+    if (it == a_.open_.end()) return {};
+    a_.held_.erase(number);
+    const std::size_t who = it->second.actor;
+    const double stands = x_.brake(who, now_);
+    if (a_.inspection_)
+      for (InspectedMotion& told : a_.inspection_->motions)
+        if (told.number >= number && told.robot == who && told.end > stands)
+          told.end = std::max(told.start, stands), told.is_cut = true;
+    for (auto& [other, open] : a_.open_)
+      if (open.actor == who && other >= number) open.end = stands, open.grips.clear();
+    return {};
+  }
+  Result<void> hold_motion(std::uint64_t number) override {
+    const auto it = a_.open_.find(number);
+    if (it == a_.open_.end() || a_.held_.contains(number)) return {};
+    ProgramActor::HeldMotion held;
+    held.moves = x_.actors_[it->second.actor].moves;
+    if (held.moves.size() > 3) held.moves.erase(held.moves.begin(), held.moves.end() - 3);
+    double way = 0;
+    x_.brake(it->second.actor, now_, &way);
+    held.at = now_ + way, held.began = now_;
+    a_.held_.emplace(number, std::move(held));
+    return {};
+  }
+  Result<void> resume_motion(std::uint64_t number) override {
+    const auto it = a_.open_.find(number);
+    const auto held = a_.held_.find(number);
+    if (it == a_.open_.end() || held == a_.held_.end()) return {};
+    TaskExecutor::Actor& robot = x_.actors_[it->second.actor];
+    const double start = std::max(now_, TaskExecutor::moved_until(robot));
+    TaskExecutor::Actor as_it_was = robot;
+    as_it_was.moves = held->second.moves;
+    const double end = TaskExecutor::moved_until(as_it_was), at = held->second.at;
+    const double left = std::max(0.0, end - at), rise = std::min(0.25, 2 * left);
+    sim::RobotMotion m;
+    const double total = left + rise / 2;
+    const double step = x_.step();
+    for (double t = 0;;
+         t = std::min(total, (std::floor((start + t) / step * (1 + 1e-12)) + 1) * step - start)) {
+      const double u = t < rise ? t * t / (2 * rise) : t - rise / 2;
+      const double rate = t < rise ? t / rise : 1, by = t < rise ? 1 / rise : 0;
+      const auto s = TaskExecutor::sample(as_it_was, at + std::min(left, u));
+      m.times.push_back(t);
+      for (std::size_t j = 0; j < s.q.size(); ++j) {
+        m.q.push_back(s.q[j]);
+        m.qd.push_back(t >= total ? 0 : rate * s.qd[j]);
+        m.qdd.push_back(rate * rate * s.qdd[j] + by * s.qd[j]);
+      }
+      if (t >= total) break;
+    }
+    x_.push(it->second.actor, start, std::move(m));
+    for (auto& [other, open] : a_.open_)
+      if (open.actor == it->second.actor && other >= number) open.end = start + total;
+    a_.held_.erase(held);
+    return {};
+  }
+
+  Result<Target> robot_state(std::uint32_t robot, std::uint32_t) override {
+    auto state = [&]() -> Result<Target> {
+      RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(robot));
+      const auto q = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
+      return state_at(*use, q);
+    }();
+    if (!state.ok()) a_.code_ = state.error().code;
+    return state;
+  }
+  Result<double> robot_speed(std::uint32_t robot, std::uint32_t) override {
+    RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(robot));
+    RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use->actor, use->tool));
+    constexpr double h = 1e-4;  // [s]
+    const auto& robot_now = x_.actors_[use->actor];
+    const auto at = [&](double t) {
+      return base_T_tip(use->actor, tip, TaskExecutor::sample(robot_now, std::max(0.0, t)).q).p;
+    };
+    return distance(at(now_ + h), at(now_ - h)) / (now_ < h ? now_ + h : 2 * h) / kMillimetre;
+  }
+  Result<Target> forward(const Target& given, std::uint32_t) override {
+    auto made = [&]() -> Result<Target> {
+      RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(RMP_NONE));
+      RMP_TRY_ASSIGN(const auto q, joints_of(use->actor, given.joints));
+      RMP_TRY_ASSIGN(Target out, state_at(*use, q));
+      out.additional = given.additional;
+      return out;
+    }();
+    if (!made.ok()) a_.code_ = made.error().code;
+    return made;
+  }
+  Result<Target> inverse(const Target& given, std::uint32_t) override {
+    auto made = [&]() -> Result<Target> {
+      RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(RMP_NONE));
+      RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use->actor, use->tool));
+      RMP_TRY_ASSIGN(const Pose frame, base_T_frame(*use, nullptr));
+      const auto seed = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
+      RMP_TRY_ASSIGN(const auto q,
+                     configuration(use->actor, tip, spatial::compose(frame, to_pose(given.pose)),
+                                   seed, given.role == RMP_ROLE_ROBTARGET ? &given : nullptr));
+      RMP_TRY_ASSIGN(Target out, state_at(*use, q));
+      out.additional = given.additional;
+      return out;
+    }();
+    if (!made.ok()) a_.code_ = made.error().code;
+    return made;
+  }
+
+  Result<void> write_text(std::uint32_t, std::string_view piece) override {
+    a_.text_ += piece;
+    for (std::size_t end; (end = a_.text_.find('\n')) != std::string::npos;) {
+      x_.note(now_, n_.name + ": " + a_.text_.substr(0, end));
+      a_.text_.erase(0, end + 1);
+    }
+    return {};
+  }
+  Result<void> log_text(std::uint32_t, const rmp_span& span, std::string_view text) override {
+    x_.note(now_, n_.name + ", line " + std::to_string(span.line) + ": " + std::string(text));
+    return {};
+  }
+  Result<std::optional<std::string>> read_line(std::uint32_t) override {
+    return fails(ErrorCode::unsupported, "READ has nobody to ask in a run of a world",
+                 "Give the value by a signal or in the source.");
+  }
+  Result<void> pause(std::uint32_t process, std::string_view message) override {
+    x_.note(now_, n_.name + " is at PAUSE" + (message.empty() ? "" : ": ") + std::string(message) +
+                      "; nobody is asked, and it goes on");
+    if (a_.inspection_)
+      tell(InspectedEvent::Kind::pause, "PAUSE: nobody is asked in a check, and it goes on", "");
+    pauses_.insert(process);
+    return {};
+  }
+  Result<std::string> read_file(std::string_view name) override {
+    return fails(ErrorCode::unsupported,
+                 "a program in a world opens no files, and no " + quote(name),
+                 "Keep its values in a list of data (.dls).");
+  }
+  Result<void> write_file(std::string_view name, std::string_view, bool) override {
+    return fails(ErrorCode::unsupported,
+                 "a program in a world writes no files, and no " + quote(name),
+                 "WRITELN becomes a note of the recording.");
+  }
+
+  [[nodiscard]] const std::set<std::uint32_t>& pauses() const { return pauses_; }
+  void go_on() { pauses_.clear(); }
+
+ private:
+  Error fails(ErrorCode code, std::string message, std::string hint = {}) {
+    a_.code_ = code;
+    return error(code, std::move(message), std::move(hint));
+  }
+  Result<void> checked(Result<void> done) {
+    if (!done.ok()) a_.code_ = done.error().code;
+    return done;
+  }
+  static SignalValue value_of(const program::Signal& s, double value) {
+    SignalValue v;
+    v.real = value;
+    v.integer = s.type == RMP_TYPE_BOOL
+                    ? value != 0
+                    : static_cast<std::int64_t>(std::clamp(std::round(value), -9.0e18, 9.0e18));
+    return v;
+  }
+  void note_once(const std::string& said) {
+    if (x_.told_.emplace(n_.name, said).second) x_.note(now_, n_.name + ": " + said);
+    if (a_.inspection_) tell(InspectedEvent::Kind::ignored, said, "");
+  }
+  void tell(InspectedEvent::Kind kind, std::string message, std::string hint,
+            std::vector<std::string> signals = {}) {
+    const std::uint32_t process = a_.machine_.running_process();
+    const auto calls = a_.machine_.call_stack(process);
+    a_.tell(kind, a_.place(process, calls.empty() ? rmp_span{} : calls.front().span, now_),
+            std::move(message), std::move(hint), std::move(signals));
+  }
+
+  Result<const ProgramActor::RobotUse*> robot_of(std::uint32_t symbol) {
+    if (symbol != RMP_NONE)
+      if (const auto it = n_.robots.find(symbol); it != n_.robots.end()) return &it->second;
+    if (symbol == RMP_NONE && n_.own) return &*n_.own;
+    return error(ErrorCode::invalid_argument, "no robot of the world is bound to the program's",
+                 "program.bind{kind = \"robot\", to = ...} gives it one.");
+  }
+  Pose base_T_tip(std::size_t who, const TaskExecutor::Grip& tip, std::span<const double> q) const {
+    const RobotModel& model = *x_.actors_[who].model;
+    if (tip.joint < 0) return tip.joint_T_grip;
+    std::vector<Pose> frames(model.joints.size());
+    robotics::forward_kinematics(model, q, frames);
+    return spatial::compose(frames[static_cast<std::size_t>(tip.joint)], tip.joint_T_grip);
+  }
+  /// Of what targets are in.
+  Result<Pose> base_T_frame(const ProgramActor::RobotUse& use, const PlainPose* given) const {
+    Pose out{};
+    if (!use.frame.empty()) {
+      RMP_TRY_ASSIGN(const Pose world_T_frame, x_.frame(use.frame, now_));
+      out = spatial::compose(spatial::inverse(x_.actors_[use.actor].world_T_base), world_T_frame);
+    }
+    return given ? spatial::compose(out, to_pose(*given)) : out;
+  }
+  Result<std::vector<double>> joints_of(std::size_t who, const std::vector<double>& given) const {
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    if (given.size() != robot.start.size())
+      return error(ErrorCode::invalid_argument,
+                   "the target has " + std::to_string(given.size()) + " joints, robot " +
+                       quote(robot.placed->name) + " " + std::to_string(robot.start.size()),
+                   "Give the program the cell of this robot (SYSTEM_SPECIFICATION).");
+    std::vector<double> q;
+    for (std::size_t j = 0; j < given.size(); ++j)
+      q.push_back(given[j] * (TaskExecutor::is_rotary(robot, j) ? kDegree : kMillimetre));
+    return q;
+  }
+
+  std::shared_ptr<const ProgramActor::Solver> solver(std::size_t who, const TaskExecutor::Grip& tip,
+                                                     Result<void>& failed) {
+    for (const auto& s : a_.solvers_)
+      if (s->actor == who && s->tip.joint == tip.joint &&
+          same_pose(s->tip.joint_T_grip, tip.joint_T_grip))
+        return s;
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    auto model = std::make_shared<RobotModel>(*robot.model);
+    model->tips = {{"tool", tip.joint, tip.joint_T_grip}};
+    auto bound = sim::bind_ik(x_.sim_->registry, std::move(model), robot.record->ik);
+    if (!bound.ok()) {
+      failed = std::move(bound).error();
+      return nullptr;
+    }
+    auto made = std::make_shared<ProgramActor::Solver>();
+    made->actor = who, made->tip = tip, made->ik = std::move(*bound);
+    made->branches = sim::BranchNames(made->ik, 0);
+    a_.solvers_.push_back(made);
+    return made;
+  }
+  /// Bit k is set where the arm is on the second way of choice k.
+  static std::int32_t status_of(const sim::BranchNames& names, std::span<const double> q) {
+    std::int32_t out = 0;
+    const std::vector<double> m = names.measure(q);
+    for (std::size_t k = 0; k < m.size(); ++k)
+      if (m[k] < 0) out |= 1 << k;
+    return out;
+  }
+  [[nodiscard]] std::vector<std::int32_t> turns_of(const TaskExecutor::Actor& robot,
+                                                   std::span<const double> q) const {
+    const double from = turns_from(a_.machine_.code());
+    std::vector<std::int32_t> out;
+    for (std::size_t j = 0; j < q.size(); ++j)
+      out.push_back(TaskExecutor::is_rotary(robot, j) ? turn_of(q[j] / kDegree, from) : 0);
+    return out;
+  }
+  Result<Target> state_at(const ProgramActor::RobotUse& use, const std::vector<double>& q) {
+    const TaskExecutor::Actor& robot = x_.actors_[use.actor];
+    RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use.actor, use.tool));
+    RMP_TRY_ASSIGN(const Pose frame, base_T_frame(use, nullptr));
+    Target out;
+    out.pose = to_plain(spatial::compose(spatial::inverse(frame), base_T_tip(use.actor, tip, q)));
+    for (std::size_t j = 0; j < q.size(); ++j)
+      out.joints.push_back(q[j] / (TaskExecutor::is_rotary(robot, j) ? kDegree : kMillimetre));
+    out.additional = additional_now();
+    Result<void> failed;
+    if (const auto s = solver(use.actor, tip, failed))
+      if (!s->branches.empty()) out.status = status_of(s->branches, q);
+    out.turns = turns_of(robot, q);
+    return out;
+  }
+  [[nodiscard]] std::vector<double> additional_now() const {
+    std::vector<double> out = a_.additional_;
+    for (const auto& [number, use] : n_.joints) {
+      if (use.is_grip) continue;
+      if (out.size() < number) out.resize(number);
+      const TaskExecutor::Actor& robot = x_.actors_[use.at];
+      out[number - 1] = TaskExecutor::sample(robot, now_).q[use.joint] /
+                        (TaskExecutor::is_rotary(robot, use.joint) ? kDegree : kMillimetre);
+    }
+    return out;
+  }
+
+  /// A joint angle in the whole turn that is wanted, or the nearest to `seed` within the limits.
+  static double turned(const JointModel& joint, double q, double seed) {
+    double best = q;
+    for (int k = -3; k <= 3; ++k) {
+      const double other = q + k * kTurn;
+      if (other < joint.lower || other > joint.upper) continue;
+      if (std::fabs(other - seed) < std::fabs(best - seed) - kSame) best = other;
+    }
+    return best;
+  }
+  /// The configuration for a pose: of the branch and turns that a ROBTARGET names, else the
+  /// nearest.
+  Result<std::vector<double>> configuration(std::size_t who, const TaskExecutor::Grip& tip,
+                                            const Pose& base_T_target,
+                                            const std::vector<double>& seed, const Target* target) {
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    Result<void> failed;
+    const auto s = solver(who, tip, failed);
+    if (!s) return std::move(failed).error();
+    IkBatch batch;
+    batch.targets = {&base_T_target, 1};
+    batch.seeds = seed;
+    batch.all_solutions = true;
+    RMP_TRY_ASSIGN(const auto results, sim::solve_ik(s->ik, batch, progress_));
+    const IkResult& r = results.front();
+    const std::size_t n = seed.size();
+    if (r.status != IkStatus::solved) {
+      trouble_ = {};
+      trouble_.joint = r.limiting_joint;
+      trouble_.excess = std::max(r.shortfall, r.position_error);
+      trouble_.world_T_target = spatial::compose(robot.world_T_base, base_T_target);
+      return error(ErrorCode::unreachable,
+                   "robot " + quote(robot.placed->name) + " does not reach " +
+                       place(base_T_target.p) +
+                       " from its base: " + (r.detail.empty() ? "there is no solution" : r.detail),
+                   "Move the target or the robot.");
+    }
+    const bool has_status = target && target->status >= 0;
+    if (has_status && s->branches.empty())
+      note_once("STATUS is not heeded: the inverse kinematics of " + robot.placed->name +
+                " names no branches");
+    std::vector<double> best;
+    double least = 0;
+    std::set<std::int32_t> others;
+    bool is_turn_missing = false;
+    const double from = turns_from(a_.machine_.code());
+    for (std::size_t i = 0; i + n <= r.q.size(); i += n) {
+      std::vector<double> q(r.q.begin() + static_cast<std::ptrdiff_t>(i),
+                            r.q.begin() + static_cast<std::ptrdiff_t>(i + n));
+      if (has_status && !s->branches.empty()) {
+        const std::int32_t mask =
+            (1 << std::min<std::size_t>(s->branches.choices().size(), 30)) - 1;
+        const std::int32_t own = status_of(s->branches, q);
+        if (own != (target->status & mask)) {
+          others.insert(own);
+          continue;
+        }
+      }
+      const std::size_t turns =
+          has_status ? std::min(target->turns.size(), n) : 0;  // of the last joints
+      bool fits = true;
+      for (std::size_t j = 0; j < n; ++j) {
+        if (!TaskExecutor::is_rotary(robot, j)) continue;
+        const JointModel& joint = robot.model->joints[j];
+        if (j + turns < n || is_any_turn(target->turns[j + turns - n])) {
+          q[j] = turned(joint, q[j], seed[j]);
+          continue;
+        }
+        q[j] = in_turn(q[j] / kDegree, target->turns[j + turns - n], from, seed[j] / kDegree) *
+               kDegree;
+        fits = fits && q[j] >= joint.lower - kSame && q[j] <= joint.upper + kSame;
+      }
+      if (!fits) {
+        is_turn_missing = true;
+        continue;
+      }
+      double way = 0;
+      for (std::size_t j = 0; j < n; ++j) way += (q[j] - seed[j]) * (q[j] - seed[j]);
+      if (best.empty() || way < least - kSame) best = std::move(q), least = way;
+    }
+    if (!best.empty()) return best;
+    trouble_ = {};
+    trouble_.world_T_target = spatial::compose(robot.world_T_base, base_T_target);
+    if (is_turn_missing)
+      return error(ErrorCode::unreachable,
+                   "robot " + quote(robot.placed->name) + " cannot come to " +
+                       place(base_T_target.p) + " with these turns of its last joints",
+                   "Give TURNS of 0, or a target without them (a POSE).");
+    std::vector<std::string> reach;
+    for (const std::int32_t o : others) reach.push_back(std::to_string(o));
+    return error(ErrorCode::unreachable,
+                 "robot " + quote(robot.placed->name) + " does not reach " +
+                     place(base_T_target.p) + " with STATUS " + std::to_string(target->status) +
+                     " (" + s->branches.words() + ")",
+                 "It does with STATUS " + text::enumerate(reach) + ", or with a POSE, or with -1.");
+  }
+
+  Result<void> grip(std::size_t at, bool takes) {
+    const ProgramActor::GripUse& use = n_.grips[at];
+    const TaskExecutor::Actor& robot = x_.actors_[use.robot.actor];
+    std::vector<std::string>& taken = a_.taken_[at];
+    if (!takes) {
+      for (const std::string& object : std::exchange(taken, {})) {
+        const auto what = x_.thing_of_.find(object);
+        const auto& last = x_.things_[what->second].history.back();
+        if (last.is_held && last.actor == use.robot.actor) RMP_TRY(x_.detach(object, now_));
+      }
+      return {};
+    }
+    RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use.robot.actor, use.robot.tool));
+    const Pose tool = spatial::compose(x_.world_T_joint(robot, tip.joint, now_), tip.joint_T_grip);
+    RMP_TRY_ASSIGN(auto near, x_.touching(tool.p, use.reach, now_, progress_));
+    std::erase_if(near, [&](const std::string& object) {
+      const auto& last = x_.things_[x_.thing_of_.find(object)->second].history.back();
+      return last.is_held && last.actor == use.robot.actor;
+    });
+    const bool is_near = use.object.empty()
+                             ? !near.empty()
+                             : std::find(near.begin(), near.end(), use.object) != near.end();
+    if (!is_near) {
+      if (a_.inspection_)
+        tell(InspectedEvent::Kind::grip,
+             "the gripper of " + robot.placed->name + " shuts, and " +
+                 (use.object.empty() ? std::string("nothing is") : use.object + " is not") +
+                 " within " + text::print_rounded(use.reach * 1000) + " mm of its tool",
+             "Move the target to the object, or give the grip a greater reach (program.bind).");
+      x_.note(now_, n_.name + ": the gripper of " + robot.placed->name + " shuts, and " +
+                        (use.object.empty() ? "nothing" : use.object + " is not") +
+                        (use.object.empty() ? " is" : "") + " within " +
+                        text::print_rounded(use.reach * 1000) + " mm of its tool");
+      return {};
+    }
+    model::TaskStep step;
+    step.kind = model::StepKind::attach;
+    step.object = use.object.empty() ? near.front() : use.object;
+    const bool is_member =
+        robotics::find_grip(*robot.record, *robot.model, use.robot.tool).has_value();
+    step.link = is_member ? use.robot.tool : std::string();
+    RMP_TRY(x_.attach(step, robot.placed->name, now_));
+    taken.push_back(step.object);
+    return {};
+  }
+
+  /// Poses as base_T_tool, and their joint values where they are given so.
+  struct Goal {
+    bool is_joints = false;
+    std::vector<double> q;
+    Pose pose;
+    const Target* target = nullptr;
+  };
+  Result<Goal> goal(const program::Motion& m, const Target& t, std::size_t who, const Pose& frame,
+                    const TaskExecutor::Grip& tip, const Goal& before) {
+    Goal out;
+    out.target = t.role == RMP_ROLE_ROBTARGET ? &t : nullptr;
+    if (t.role == RMP_ROLE_MAIN_JOINT || t.role == RMP_ROLE_JOINT) {
+      out.is_joints = true;
+      RMP_TRY_ASSIGN(out.q, joints_of(who, t.joints));
+      if (m.is_incremental)
+        for (std::size_t j = 0; j < out.q.size(); ++j) out.q[j] += before.q[j];
+      for (std::size_t j = 0; j < out.q.size(); ++j) {
+        const JointModel& joint = x_.actors_[who].model->joints[j];
+        if (out.q[j] >= joint.lower - kSame && out.q[j] <= joint.upper + kSame) continue;
+        const double unit = TaskExecutor::is_rotary(x_.actors_[who], j) ? kDegree : kMillimetre;
+        trouble_ = {};
+        trouble_.joint = static_cast<std::int32_t>(j);
+        trouble_.value = out.q[j];
+        trouble_.excess = std::max(out.q[j] - joint.upper, joint.lower - out.q[j]);
+        return error(ErrorCode::unreachable,
+                     "joint " + std::to_string(j + 1) + " of " +
+                         quote(x_.actors_[who].placed->name) + " cannot go to " +
+                         text::print_rounded(out.q[j] / unit),
+                     "It goes from " + text::print_rounded(joint.lower / unit) + " to " +
+                         text::print_rounded(joint.upper / unit) + ".");
+      }
+      out.pose = base_T_tip(who, tip, out.q);
+      return out;
+    }
+    if (t.role == RMP_ROLE_ADD_JOINT) return before;
+    Pose p = to_pose(t.pose);
+    if (m.is_incremental) {
+      // By this much in the axes of the targets' frame.
+      const Pose now = spatial::compose(spatial::inverse(frame), before.pose);
+      Pose turn = p, place_only;
+      turn.p = {0, 0, 0};
+      place_only.R = now.R;
+      Pose next = spatial::compose(turn, place_only);
+      if (t.role == RMP_ROLE_POSITION) next = place_only;
+      for (std::size_t k = 0; k < 3; ++k) next.p[k] = now.p[k] + p.p[k];
+      out.pose = spatial::compose(frame, next);
+      return out;
+    }
+    out.pose = spatial::compose(frame, p);
+    if (t.role == RMP_ROLE_POSITION) out.pose.R = before.pose.R;
+    return out;
+  }
+
+  /// Who moves, with which tool, in which frame, and from when on.
+  struct Beginning {
+    const ProgramActor::RobotUse* use = nullptr;
+    const ProgramActor::OpenMotion* before = nullptr;  ///< that this one may run into
+    double start = 0;
+    TaskExecutor::Grip tip;
+    Pose frame;
+  };
+  Result<Beginning> beginning(const program::Motion& m) {
+    const MotionAttributes& at = m.attributes;
+    Beginning out;
+    RMP_TRY_ASSIGN(out.use, robot_of(at.robot_symbol));
+    const std::size_t who = out.use->actor;
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    const std::string& name = robot.placed->name;
+    if (!TaskExecutor::can_move(robot) || robot.axes)
+      return error(ErrorCode::unsupported,
+                   "robot " + quote(name) +
+                       " has closed loops, joints that follow others or joints of several "
+                       "coordinates, which programs cannot move yet",
+                   "Move it by a task.");
+    // Where and when it begins.
+    if (m.after)
+      if (const auto it = a_.open_.find(m.after); it != a_.open_.end() && it->second.actor == who)
+        out.before = &it->second;
+    const double free_from = TaskExecutor::moved_until(robot);
+    if (!out.before && free_from > now_ + kSame)
+      return error(ErrorCode::conflict,
+                   "robot " + quote(name) +
+                       " is still moved by another program, process or task "
+                       "at t = " +
+                       text::print_rounded(now_) + " s",
+                   "Let one wait for a signal or semaphore of the other.");
+    out.start = out.before ? std::max(now_, free_from) : now_;
+    if (at.tool) {
+      RMP_TRY_ASSIGN(out.tip,
+                     x_.grip(robot, robot.record->links.empty() ? std::string()
+                                                                : robot.record->links.back().name));
+      out.tip.joint_T_grip = spatial::compose(out.tip.joint_T_grip, to_pose(*at.tool));
+    } else {
+      RMP_TRY_ASSIGN(out.tip, x_.tip(who, out.use->tool));
+    }
+    RMP_TRY_ASSIGN(out.frame, base_T_frame(*out.use, at.frame ? &*at.frame : nullptr));
+    return out;
+  }
+
+  Result<void> begin(const program::Motion& m) {
+    RMP_TRY_ASSIGN(const Beginning b, beginning(m));
+    return begin(m, b);
+  }
+  Result<void> begin(const program::Motion& m, const Beginning& b) {
+    const MotionAttributes& at = m.attributes;
+    const ProgramActor::OpenMotion* const before = b.before;
+    const std::size_t who = b.use->actor;
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    const std::string& name = robot.placed->name;
+    const double start = b.start;
+    const TaskExecutor::Grip& tip = b.tip;
+    const Pose& frame = b.frame;
+    tell_unheeded(at);
+    Goal from;
+    from.q = TaskExecutor::sample(robot, start).q;
+    from.pose = base_T_tip(who, tip, from.q);
+    TaskExecutor::Drive d;
+    d.from = from.q;
+    RMP_TRY(drive(m, who, frame, tip, from, d));
+    // Additional joints go along, in the same time.
+    ProgramActor::OpenMotion open;
+    std::vector<Along> along;
+    RMP_TRY(additional(m, open, along, start));
+    const std::string where;
+    sim::RobotMotion motion;
+    double least = 0;
+    for (Along& one : along) {
+      RMP_TRY_ASSIGN(one.motion, move_along(one, 0, start));
+      if (!one.motion.times.empty()) least = std::max(least, one.motion.times.back());
+    }
+    const auto plan = [&](double when) -> Result<sim::RobotMotion> {
+      if (d.trajectory.segments.empty()) return sim::RobotMotion{};
+      RMP_TRY_ASSIGN(auto made, x_.driven(who, d, where, when, progress_));
+      if (made.times.back() >= least || along.empty()) return made;
+      if (d.trajectory.segments.size() == 1)
+        d.trajectory.segments[0].shape.params["duration"] = least;
+      return x_.driven(who, d, where, when, progress_);
+    };
+    open.actor = who, open.tip = tip, open.velocity_share = d.velocity_share;
+    open.c_cp = m.interpolation == RMP_MOVE_PTP ? 0 : at.c_cp * kMillimetre;
+    open.c_ptp = m.interpolation == RMP_MOVE_PTP ? at.c_ptp : 0;
+    open.start = open.end = start;
+    if (before && (before->c_cp > 0 || before->c_ptp > 0) && along.empty() &&
+        !d.trajectory.segments.empty()) {
+      RMP_TRY_ASSIGN(const bool is_blended, blend(m.after, *before, who, open, plan));
+      if (is_blended) {
+        a_.open_[m.number] = std::move(open);
+        return {};
+      }
+      note_once(
+          "a transition was left out where it would pass the limits of the joints or the "
+          "length of the next motion; " +
+          name + " stops there");
+    }
+    RMP_TRY_ASSIGN(motion, plan(start));
+    double total = motion.times.empty() ? 0 : motion.times.back();
+    for (Along& one : along) {
+      if (!one.motion.times.empty() && one.motion.times.back() < total - kSame) {
+        RMP_TRY_ASSIGN(one.motion, move_along(one, total, start));
+      }
+      if (!one.motion.times.empty()) total = std::max(total, one.motion.times.back());
+      x_.push(one.actor, start, std::move(one.motion));
+    }
+    x_.push(who, start, std::move(motion));
+    open.end = start + total;
+    a_.open_[m.number] = std::move(open);
+    return {};
+  }
+
+  void tell_unheeded(const MotionAttributes& at) {
+    if (at.weaves) note_once("WOBBLE is not carried out: the tool goes without weaving");
+    if (at.passes && !(at.c_cp > 0) && !(at.c_ptp > 0))
+      note_once("C_PASS without C_CP or C_PTP is not carried out: the motion stops at its target");
+    if ((at.given & (1U << RMP_ATTR_C_SPEED)) && at.c_speed != 100)
+      note_once("C_SPEED is not heeded: the speed in a transition follows from both motions");
+    if (at.device != 1) note_once("DEVICE is not heeded");
+    if (at.additional_axes != 0) note_once("ADAX_CONTROL is not heeded");
+  }
+
+  /// The targets of a motion; with `solves` each has joint values.
+  Result<std::vector<Goal>> goals_of(const program::Motion& m, std::size_t who, const Pose& frame,
+                                     const TaskExecutor::Grip& tip, const Goal& from, bool solves) {
+    std::vector<Goal> goals;
+    Goal before = from;
+    for (const Target& t : m.targets) {
+      RMP_TRY_ASSIGN(Goal next, goal(m, t, who, frame, tip, before));
+      if (solves && !next.is_joints && t.role != RMP_ROLE_ADD_JOINT) {
+        RMP_TRY_ASSIGN(next.q, configuration(who, tip, next.pose, before.q, next.target));
+      } else if (next.q.empty()) {
+        next.q = before.q;
+      }
+      if (t.role != RMP_ROLE_ADD_JOINT) goals.push_back(next);
+      before = std::move(next);
+    }
+    return goals;
+  }
+
+  /// The segments of a motion.
+  Result<void> drive(const program::Motion& m, std::size_t who, const Pose& frame,
+                     const TaskExecutor::Grip& tip, const Goal& from, TaskExecutor::Drive& d) {
+    const MotionAttributes& at = m.attributes;
+    const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
+    RMP_TRY_ASSIGN(const std::vector<Goal> goals, goals_of(m, who, frame, tip, from, is_ptp));
+    if (goals.empty()) return {};
+    const auto share = [&](double percent, const char* what) -> Result<double> {
+      if (!(percent > 0) || percent > 100)
+        return error(
+            ErrorCode::invalid_argument,
+            std::string(what) + " of " + text::print_rounded(percent) + " % is not possible",
+            "Give more than 0 and at most 100.");
+      return percent / 100;
+    };
+    if (is_ptp) {
+      RMP_TRY_ASSIGN(d.velocity_share, share(at.speed_ptp, "SPEED_PTP"));
+      RMP_TRY_ASSIGN(d.acceleration_share, share(at.acceleration_ptp, "ACC_PTP"));
+      std::vector<double> ways;
+      double all = 0;
+      std::vector<double> q = from.q;
+      for (const Goal& g : goals) {
+        double way = 0, square = 0;
+        for (std::size_t j = 0; j < q.size(); ++j) {
+          way = std::max(way, std::fabs(g.q[j] - q[j]));
+          square += (g.q[j] - q[j]) * (g.q[j] - q[j]);
+        }
+        if (std::sqrt(square) < kSameJoints) way = 0;
+        ways.push_back(way);
+        all += way;
+        q = g.q;
+      }
+      for (std::size_t i = 0; i < goals.size(); ++i) {
+        if (ways[i] == 0) continue;
+        model::TrajectorySegment s;
+        s.shape.name = "ptp";
+        s.shape.params["profile"] = std::string("trapezoidal");
+        if (at.time > 0) s.shape.params["duration"] = at.time * ways[i] / all;
+        s.joints = {goals[i].q};
+        d.trajectory.segments.push_back(std::move(s));
+      }
+      return {};
+    }
+    if (!(at.speed > 0) || !(at.speed_orientation > 0))
+      return error(ErrorCode::invalid_argument,
+                   "a speed of " + text::print_rounded(at.speed) + " mm/s and " +
+                       text::print_rounded(at.speed_orientation) + " degrees/s is not possible",
+                   "SPEED and SPEED_ORI are above 0.");
+    RMP_TRY_ASSIGN(const double acceleration, share(at.acceleration, "ACC"));
+    d.tip = tip;
+    const auto segment = [&](const char* shape, std::vector<Pose> points, double part) {
+      model::TrajectorySegment s;
+      s.shape.name = shape;
+      s.law.name = "trapezoidal";
+      if (std::string_view(shape) == "cubic_spline") s.orientation.name = "squad";
+      for (const Pose& p : points) s.points.push_back(model::placement(p));
+      if (at.time > 0) {
+        s.shape.params["duration"] = at.time * part;
+      } else {
+        s.shape.params["speed"] = at.speed * kMillimetre;
+        s.shape.params["acceleration"] = kFullAcceleration * acceleration;
+        s.shape.params["angular_speed"] = at.speed_orientation * kDegree;
+        s.shape.params["angular_acceleration"] = kFullTurning * acceleration;
+      }
+      d.trajectory.segments.push_back(std::move(s));
+    };
+    if (m.interpolation == RMP_MOVE_CIRCLE) {
+      segment("arc", {from.pose, goals.front().pose, goals.back().pose}, 1);
+    } else if (m.interpolation == RMP_MOVE_PATH) {
+      std::vector<Pose> points{from.pose};
+      for (const Goal& g : goals)
+        if (distance(points.back().p, g.pose.p) > kSame) points.push_back(g.pose);
+      if (points.size() > 1) segment("cubic_spline", points, 1);
+    } else {
+      double all = 0;
+      Pose p = from.pose;
+      std::vector<double> parts;
+      for (const Goal& g : goals) {
+        const double way = distance(p.p, g.pose.p) + 1e-3 * angle_between(p, g.pose);
+        parts.push_back(way < kSame ? 0 : way);
+        all += parts.back();
+        p = g.pose;
+      }
+      p = from.pose;
+      for (std::size_t i = 0; i < goals.size(); ++i) {
+        if (parts[i] > 0) segment("line", {p, goals[i].pose}, parts[i] / all);
+        p = goals[i].pose;
+      }
+    }
+    return {};
+  }
+
+  /// Lets the motion begin where the one before may be left. False = it is not possible.
+  template <class Plan>
+  Result<bool> blend(std::uint64_t number, const ProgramActor::OpenMotion& before, std::size_t who,
+                     ProgramActor::OpenMotion& open, Plan&& plan) {
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    const double end = TaskExecutor::moved_until(robot);
+    const std::vector<double> q_end = TaskExecutor::sample(robot, end).q,
+                              q_start = TaskExecutor::sample(robot, before.start).q;
+    const Vec3 tip_end = base_T_tip(who, before.tip, q_end).p;
+    const double halfway = before.start + (end - before.start) / 2;
+    const auto is_near = [&](double t) {
+      const std::vector<double> q = TaskExecutor::sample(robot, t).q;
+      if (before.c_cp > 0)
+        return distance(base_T_tip(who, before.tip, q).p, tip_end) <= before.c_cp;
+      double way = 0, left = 0;
+      for (std::size_t j = 0; j < q.size(); ++j) {
+        way = std::max(way, std::fabs(q_end[j] - q_start[j]));
+        left = std::max(left, std::fabs(q_end[j] - q[j]));
+      }
+      return left <= way * std::min(before.c_ptp, 100.0) / 200;
+    };
+    const double earliest = std::max(now_, halfway);
+    double at = end;
+    while (at > earliest && is_near(std::max(earliest, at - x_.step())))
+      at = std::max(earliest, at - x_.step());
+    if (at > earliest) {
+      double low = std::max(earliest, at - x_.step());
+      for (int i = 0; i < 40; ++i) {
+        const double middle = (low + at) / 2;
+        (is_near(middle) ? at : low) = middle;
+      }
+    }
+    double overlap = end - at;
+    for (int tries = 0; tries < kTries && overlap > x_.step() / 4; ++tries, overlap /= 2) {
+      RMP_TRY_ASSIGN(sim::RobotMotion motion, plan(end - overlap));
+      if (motion.times.size() < 2) return false;
+      const double lasts = motion.times.back();
+      if (lasts < 2 * overlap) {
+        overlap = lasts;  // halved next
+        continue;
+      }
+      if (!x_.push_blended(who, end - overlap, std::move(motion), 1)) continue;
+      open.start = end - overlap;
+      open.end = open.start + lasts;
+      a_.open_[number].end = end - overlap;
+      return true;
+    }
+    return false;
+  }
+
+  struct Along {
+    std::size_t actor = 0;
+    std::vector<double> to;
+    sim::RobotMotion motion;
+  };
+  Result<sim::RobotMotion> move_along(const Along& one, double duration, double start) {
+    TaskExecutor::Drive d;
+    d.from = TaskExecutor::sample(x_.actors_[one.actor], start).q;
+    double way = 0;
+    for (std::size_t j = 0; j < d.from.size(); ++j)
+      way = std::max(way, std::fabs(one.to[j] - d.from[j]));
+    if (way < kSameJoints) return sim::RobotMotion{};
+    model::TrajectorySegment s;
+    s.shape.name = "ptp";
+    s.shape.params["profile"] = std::string("trapezoidal");
+    if (duration > 0) s.shape.params["duration"] = duration;
+    s.joints = {one.to};
+    d.trajectory.segments.push_back(std::move(s));
+    return x_.driven(one.actor, d, {}, start, progress_);
+  }
+  /// What additional joints do: grips at the motion's end, and joints that go along.
+  Result<void> additional(const program::Motion& m, ProgramActor::OpenMotion& open,
+                          std::vector<Along>& along, double start) {
+    for (const Target& t : m.targets) {
+      if (t.role != RMP_ROLE_ADD_JOINT && t.role != RMP_ROLE_JOINT && t.role != RMP_ROLE_ROBTARGET)
+        continue;
+      for (std::size_t k = 0; k < t.additional.size(); ++k) {
+        if (a_.additional_.size() <= k) a_.additional_.resize(k + 1);
+        const double was = a_.additional_[k],
+                     value = m.is_incremental ? was + t.additional[k] : t.additional[k];
+        const auto use = n_.joints.find(k + 1);
+        if (use == n_.joints.end()) {
+          if (value != was)
+            return error(ErrorCode::invalid_argument,
+                         "additional joint " + std::to_string(k + 1) + " is bound to nothing",
+                         "program.bind{kind = \"joint\", name = \"" + std::to_string(k + 1) +
+                             "\", to = ...} gives it a joint of the world.");
+          continue;
+        }
+        a_.additional_[k] = value;
+        if (use->second.is_grip) {
+          if ((was > 0.5) != (value > 0.5)) open.grips.emplace_back(use->second.at, value > 0.5);
+          continue;
+        }
+        const TaskExecutor::Actor& other = x_.actors_[use->second.at];
+        auto one = std::find_if(along.begin(), along.end(),
+                                [&](const Along& a) { return a.actor == use->second.at; });
+        if (one == along.end()) {
+          if (TaskExecutor::moved_until(other) > start + kSame)
+            return error(ErrorCode::conflict,
+                         "robot " + quote(other.placed->name) + " is moved already",
+                         "Let one wait for a signal of the other.");
+          one =
+              along.insert(along.end(), {use->second.at, TaskExecutor::sample(other, start).q, {}});
+        }
+        const double q =
+            value * (TaskExecutor::is_rotary(other, use->second.joint) ? kDegree : kMillimetre);
+        const JointModel& joint = other.model->joints[use->second.joint];
+        if (q < joint.lower - kSame || q > joint.upper + kSame)
+          return error(
+              ErrorCode::unreachable,
+              "additional joint " + std::to_string(k + 1) + " cannot go to " +
+                  text::print_rounded(value),
+              "It is joint " + quote(joint.name) + " of " + quote(other.placed->name) + ".");
+        one->to[use->second.joint] = q;
+      }
+    }
+    return {};
+  }
+
+  // ---- checks ----
+  /// Begins a motion and tells of it. One that fails is no end: the robot is put to its end where
+  /// that is reached.
+  Result<void> inspect(const program::Motion& asked) {
+    ProgramInspection& told = *a_.inspection_;
+    program::Motion m = asked;
+    InspectedMotion out;
+    out.place = a_.place(m.process, m.span, now_);
+    out.number = m.number;
+    out.interpolation = m.interpolation;
+    out.is_incremental = m.is_incremental;
+    out.has_until = m.has_until;
+    const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
+    out.speed = is_ptp ? m.attributes.speed_ptp : m.attributes.speed;
+    if (!is_ptp && !(m.attributes.time > 0)) {
+      const auto slow = [](double& is, double most) {
+        if (!(most > 0) || is <= most) return false;
+        is = most;
+        return true;
+      };
+      const bool a = slow(m.attributes.speed, told.most_speed);
+      const bool b = slow(m.attributes.speed_orientation, told.most_speed_orientation);
+      if (a || b) ++told.motions_slowed;
+    }
+    if (!m.targets.empty() && m.targets.back().role == RMP_ROLE_ROBTARGET)
+      out.asked_status = m.targets.back().status;
+    trouble_ = {};
+    auto b = beginning(m);
+    if (!b.ok()) {
+      out.start = out.end = now_;
+      fails_at(out, std::move(b).error());
+      a_.open_[m.number] = ended_at(0, now_);
+      keep(std::move(out));
+      return {};
+    }
+    const std::size_t who = b->use->actor;
+    TaskExecutor::Actor& robot = x_.actors_[who];
+    out.robot = who;
+    out.tip_joint = b->tip.joint;
+    out.joint_T_tip = b->tip.joint_T_grip;
+    out.base_T_frame = b->frame;
+    out.start = out.end = b->start;
+    Goal from;
+    from.q = TaskExecutor::sample(robot, b->start).q;
+    const auto wanted = told.wanted.find(who);
+    out.is_displaced = wanted != told.wanted.end();
+    from.pose = out.is_displaced ? wanted->second : base_T_tip(who, b->tip, from.q);
+    // Where it is to end, whether it comes there or not.
+    const auto goals = goals_of(m, who, b->frame, b->tip, from, false);
+    if (goals.ok() && !goals->empty()) out.base_T_target = goals->back().pose;
+    const MotionTrouble of_goal = trouble_;
+    trouble_ = {};
+    if (!out.is_displaced) {
+      auto done = begin(m, *b);
+      if (done.ok()) {
+        out.is_carried_out = true;
+        const ProgramActor::OpenMotion& open = a_.open_[m.number];
+        out.start = open.start, out.end = open.end;
+        out.q_target = TaskExecutor::sample(robot, TaskExecutor::moved_until(robot)).q;
+        // What runs into it is over where it begins.
+        for (std::size_t k = told.motions.size(); k-- > 0;)
+          if (told.motions[k].robot == who) {
+            if (told.motions[k].end > out.start + kSame) told.motions[k].end = out.start;
+            break;
+          }
+        keep(std::move(out));
+        return {};
+      }
+      if (done.error().code == ErrorCode::cancelled) return done;
+      out.trouble = trouble_;
+      if (out.trouble.joint < 0 && !out.trouble.world_T_target) out.trouble = of_goal;
+      if (!out.trouble.world_T_target && out.base_T_target)
+        out.trouble.world_T_target = spatial::compose(robot.world_T_base, *out.base_T_target);
+      if (!is_ptp && done.error().code == ErrorCode::unreachable)
+        RMP_TRY(look_along(m, *b, from, out));
+      fails_at(out, std::move(done).error());
+    }
+    // It is put to its end.
+    const double now = std::max(b->start, TaskExecutor::moved_until(robot));
+    double end = now;
+    trouble_ = {};
+    const auto ends = goals_of(m, who, b->frame, b->tip, from, true);
+    if (ends.ok() && !ends->empty()) {
+      sim::RobotMotion jump;
+      jump.times = {0, x_.step()};
+      jump.q = TaskExecutor::sample(robot, now).q;
+      const std::size_t n = jump.q.size();
+      jump.q.insert(jump.q.end(), ends->back().q.begin(), ends->back().q.end());
+      jump.qd.assign(2 * n, 0.0), jump.qdd.assign(2 * n, 0.0);
+      x_.push(who, now, std::move(jump));
+      end = now + x_.step();
+      out.is_jump = true;
+      out.q_target = ends->back().q;
+      told.wanted.erase(who);
+    } else {
+      if (out.error.empty()) {  // it was displaced, and is no nearer now
+        out.trouble = trouble_;
+        if (ends.ok()) fails_at(out, error(ErrorCode::conflict, "the motion has no target"));
+        else if (ends.error().code == ErrorCode::cancelled) return ends.error();
+        else fails_at(out, ends.error());
+      }
+      if (out.base_T_target) told.wanted[who] = *out.base_T_target;
+    }
+    out.start = now, out.end = end;
+    ProgramActor::OpenMotion open = ended_at(who, end);
+    open.tip = b->tip;
+    std::vector<Along> along;  // grips of its additional joints still take place
+    const auto more = additional(m, open, along, now);
+    if (!more.ok() && out.error.empty()) fails_at(out, more.error());
+    a_.open_[m.number] = std::move(open);
+    keep(std::move(out));
+    return {};
+  }
+  /// Where along a path the robot cannot follow, and by how much.
+  Result<void> look_along(const program::Motion& m, const Beginning& b, const Goal& from,
+                          InspectedMotion& out) {
+    constexpr std::size_t kMostSamples = 400;
+    const std::size_t who = b.use->actor;
+    TaskExecutor::Drive d;
+    d.from = from.q;
+    if (!drive(m, who, b.frame, b.tip, from, d).ok()) return {};
+    auto path = motion::Path::build(x_.sim_->registry, "motion", d.trajectory, {});
+    Result<void> failed;
+    const auto s = solver(who, b.tip, failed);
+    if (!path.ok() || !s) return {};
+    const double lasts = (*path)->sample_times(1e9).back();
+    const std::vector<double> times =
+        (*path)->sample_times(std::max(x_.step(), lasts / kMostSamples));
+    std::vector<PathSample> samples(times.size());
+    if (!(*path)->sample(times, samples).ok()) return {};
+    std::vector<Pose> targets;
+    for (const PathSample& one : samples)
+      targets.push_back(sim::in_base(one, d.base_T_trajectory).pose);
+    IkBatch batch;
+    batch.targets = targets;
+    batch.seeds = from.q;
+    batch.continuous = true;
+    auto results = sim::solve_ik(s->ik, batch, progress_);
+    if (!results.ok()) {
+      if (results.error().code == ErrorCode::cancelled) return std::move(results).error();
+      return {};
+    }
+    for (std::size_t i = 0; i < results->size(); ++i) {
+      const IkResult& r = (*results)[i];
+      const bool is_reached = r.status == IkStatus::solved;
+      out.way.push_back(spatial::compose(x_.actors_[who].world_T_base, targets[i]));
+      out.is_reached.push_back(is_reached);
+      const double excess = std::max(r.shortfall, r.position_error);
+      if (is_reached || (out.trouble.excess > 0 && excess <= out.trouble.excess)) continue;
+      out.trouble.joint = r.limiting_joint;
+      out.trouble.excess = excess;
+      out.trouble.world_T_target = out.way.back();
+    }
+    return {};
+  }
+  static ProgramActor::OpenMotion ended_at(std::size_t who, double end) {
+    ProgramActor::OpenMotion open;
+    open.actor = who, open.start = open.end = end;
+    return open;
+  }
+  void fails_at(InspectedMotion& out, const Error& e) const {
+    out.is_carried_out = false;
+    out.error = e.message, out.hint = e.hint;
+    out.is_unreachable = e.code == ErrorCode::unreachable;
+  }
+  void keep(InspectedMotion out) {
+    ProgramInspection& told = *a_.inspection_;
+    if (told.motions.size() < told.most_motions) told.motions.push_back(std::move(out));
+    else ++told.motions_left_out;
+  }
+
+  ProgramActor& a_;
+  const ProgramActor::Names& n_;
+  TaskExecutor& x_;
+  double now_;
+  Progress& progress_;
+  std::set<std::uint32_t> pauses_;
+  MotionTrouble trouble_;  ///< of the last error of a motion, for checks
+};
+
+Result<void> ProgramActor::advance(TaskExecutor& executor, double now, Progress& progress) {
+  ProgramCell cell(*this, executor, now, progress);
+  for (int slices = 0;;) {
+    const program::Status& s = machine_.run(now, cell);
+    note_line(now);
+    if (s.state == program::RunState::fault) {
+      const program::Fault& f = *s.fault;
+      return error(code_, f.message, f.hint,
+                   "program " + quote(name()) + ", " + f.file + ":" + std::to_string(f.span.line) +
+                       ":" + std::to_string(f.span.column));
+    }
+    if (s.state == program::RunState::stopped) {
+      auto given = presets_.give(machine_);
+      if (!given.ok()) return std::move(given).error().in("program " + quote(name()));
+      if (*given) continue;
+    }
+    if (s.state == program::RunState::busy) {
+      if (progress.cancelled()) return error(ErrorCode::cancelled, "the run was cancelled");
+      if (pause_wish_ && pause_wish_->load()) {
+        machine_.pause();
+        continue;
+      }
+      if (++slices < kMostSlices) continue;
+      return error(
+          ErrorCode::conflict, "it computes without end at t = " + text::print_rounded(now) + " s",
+          "Put a motion or a WAIT into the loop.", "program " + quote(name()) + ", " + where());
+    }
+    if (cell.pauses().empty() || s.state != program::RunState::waiting) break;
+    for (const std::uint32_t process : cell.pauses()) machine_.resume_pause(process);
+    cell.go_on();
+  }
+  if (is_over() && !text_.empty()) {
+    executor.note(now, name() + ": " + text_);
+    text_.clear();
+  }
+  if (is_over() && machine_.status().is_halted && !std::exchange(has_told_halt_, true))
+    executor.note(now, name() + " is at HALT, line " +
+                           std::to_string(lines_.empty() ? 0 : lines_.back().second));
+  return {};
+}
+
+bool ProgramActor::is_over() const {
+  return machine_.status().state == program::RunState::over ||
+         (inspection_ && inspection_->is_dead);
+}
+bool ProgramActor::is_stopped() const {
+  return machine_.status().state == program::RunState::stopped;
+}
+
+std::optional<double> ProgramActor::next_time(double now, double cycle) const {
+  const program::Status& s = machine_.status();
+  std::optional<double> next;
+  const auto at = [&](double t) { next = next ? std::min(*next, t) : t; };
+  // A machine that was stopped, or is new, goes on at once.
+  if (s.state == program::RunState::busy || s.state == program::RunState::stopped) return now;
+  if (is_over()) {
+    // A program that ends while its last motion runs is over when that is.
+    for (const auto& [number, open] : open_)
+      if (open.end > now + kSame) at(open.end);
+    return next;
+  }
+  for (const program::Wait& w : s.waits) {
+    if (w.until) at(std::max(now, *w.until));
+    for (const std::uint64_t number : w.motions)
+      if (const auto it = open_.find(number); it != open_.end() && !held_.contains(number))
+        at(std::max(now, it->second.end));
+    if (w.each_cycle) at(cycle);
+  }
+  if (s.watches_each_cycle) at(cycle);
+  return next;
+}
+
+bool ProgramActor::waits_for_signals() const {
+  const program::Status& s = machine_.status();
+  if (!s.watched.empty()) return true;
+  return std::any_of(s.waits.begin(), s.waits.end(),
+                     [](const program::Wait& w) { return !w.signals.empty(); });
+}
+
+std::string ProgramActor::where() const {
+  const auto calls = machine_.call_stack(0);
+  if (calls.empty()) return "its end";
+  const rmp_span& s = calls.front().span;
+  const rmp_code& c = machine_.code();
+  std::string file;
+  if (s.file < c.files.count)
+    file = static_cast<const rmp_code_file*>(rmp_row(&c.files, s.file))->name;
+  return file + ":" + std::to_string(s.line) + ":" + std::to_string(s.column);
+}
+
+void ProgramActor::note_line(double t) {
+  const program::Status& s = machine_.status();
+  if (s.state == program::RunState::over) return;
+  const auto calls = machine_.call_stack(0);
+  if (calls.empty()) return;
+  const std::uint32_t line = calls.front().span.line;
+  if (!lines_.empty() && lines_.back().second == line) return;
+  if (!lines_.empty() && lines_.back().first == t) lines_.back().second = line;
+  else lines_.emplace_back(t, line);
+}
+
+double ProgramActor::line_at(double t) const {
+  const auto after = std::upper_bound(lines_.begin(), lines_.end(), t,
+                                      [](double x, const auto& l) { return x < l.first; });
+  return after == lines_.begin() ? 0 : std::prev(after)->second;
+}
+
+}  // namespace robomosp::task

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program that runs in a world: what its names mean there, and its motions, signals and grips
+// (layer: application, task).
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/language.h>
+
+#include "model/program.h"
+#include "program/machine.h"
+#include "program/presets.h"
+#include "sim/ik_choice.h"
+#include "task/program_inspection.h"
+#include "task/task_executor.h"
+
+namespace robomosp::task {
+
+/// A compiled program and what its names mean in a world.
+struct ProgramInWorld {
+  std::shared_ptr<const CompiledProgram> code;
+  model::ProgramPlacement placement;
+  bool frees_unbound = false;  ///< signals that nothing is bound to are the program's own
+  /// A run for a check: it goes on behind faults, and fills this. null = a plain run.
+  std::shared_ptr<ProgramInspection> inspection = nullptr;
+  std::vector<program::Preset> values = {};  ///< of variables, given before the first statement
+};
+
+/// A value; copies go on by themselves. [one thread]
+class ProgramActor {
+ public:
+  /// Errors name what is bound to nothing, or wrongly.
+  static Result<ProgramActor> create(const TaskExecutor&, ProgramInWorld,
+                                     std::vector<std::string>& notes);
+
+  /// While it computes it looks here whether it is to stop. Outlives this.
+  void set_pause_wish(const std::atomic<bool>* wish) { pause_wish_ = wish; }
+  /// Lets it go on at time `now` [s] until it waits, is over, or its debugger stops it.
+  Result<void> run(TaskExecutor&, double now, Progress&);
+  [[nodiscard]] const std::string& name() const { return names_->name; }
+  [[nodiscard]] bool is_over() const;
+  [[nodiscard]] bool is_stopped() const;  ///< by its debugger
+  /// The time at which it goes on if no signal changes; none = never.
+  [[nodiscard]] std::optional<double> next_time(double now, double cycle) const;
+  /// Whether a signal may let it go on.
+  [[nodiscard]] bool waits_for_signals() const;
+  /// "line 12 of towers.irl", of what it waits at.
+  [[nodiscard]] std::string where() const;
+  /// Its line at a time; 0 = before it began.
+  [[nodiscard]] double line_at(double t) const;
+  [[nodiscard]] program::Machine& machine() { return machine_; }
+  [[nodiscard]] const program::Machine& machine() const { return machine_; }
+
+  // ---- for checks (program_inspection.cpp) ----
+  [[nodiscard]] ProgramInspection* inspection() const { return inspection_.get(); }
+  /// Nothing can end its waits any more: those of WAIT FOR go on as if their conditions held. False
+  /// = there is none, or one has been waived before; then the program is over.
+  bool waive(double now);
+  /// Its run has ended.
+  void finish(double now);
+
+ private:
+  friend class ProgramCell;
+  struct RobotUse {
+    std::size_t actor = 0;
+    std::string frame, tool;
+  };
+  struct GripUse {
+    RobotUse robot;
+    std::string object;  ///< "" = the nearest
+    double reach = 0;
+  };
+  struct SignalUse {
+    enum Kind { wire, grip, free } kind = free;
+    std::size_t at = 0;  ///< wire, or grip
+    double value = 0;    ///< of a free input
+  };
+  struct JointUse {
+    bool is_grip = false;
+    std::size_t at = 0;  ///< grip, or actor
+    std::size_t joint = 0;
+  };
+  /// What the names mean. Does not change.
+  struct Names {
+    std::string name;
+    std::optional<RobotUse> own;
+    std::map<std::uint32_t, RobotUse> robots;    ///< by symbol
+    std::map<std::uint32_t, SignalUse> signals;  ///< by symbol
+    std::vector<GripUse> grips;
+    std::map<std::size_t, JointUse> joints;  ///< additional ones, from 1
+  };
+  struct OpenMotion {
+    std::size_t actor = 0;
+    double start = 0, end = 0;
+    double c_cp = 0, c_ptp = 0;
+    double velocity_share = 1;
+    TaskExecutor::Grip tip;
+    std::vector<std::pair<std::size_t, bool>> grips;  ///< at its end
+  };
+  /// A motion that STOP holds, as it would have gone on.
+  struct HeldMotion {
+    std::vector<TaskExecutor::Move> moves;
+    double at = 0;  ///< where it stands, as a time of those [s]
+    double began = 0;
+  };
+  struct Solver {
+    std::size_t actor = 0;
+    TaskExecutor::Grip tip;
+    sim::Bound<IkSolver> ik;
+    sim::BranchNames branches;
+  };
+
+  ProgramActor(std::shared_ptr<const Names> names, program::Machine machine)
+      : names_(std::move(names)), machine_(std::move(machine)) {}
+  void note_line(double t);
+  Result<void> advance(TaskExecutor&, double now, Progress&);
+  [[nodiscard]] ProgramPlace place(std::uint32_t process, const rmp_span&, double now);
+  void tell(InspectedEvent::Kind, ProgramPlace, std::string message, std::string hint,
+            std::vector<std::string> signals = {});
+
+  std::shared_ptr<const Names> names_;
+  program::Machine machine_;
+  std::map<std::uint32_t, program::SignalValue> outputs_;
+  std::map<std::uint64_t, OpenMotion> open_;
+  std::map<std::uint64_t, HeldMotion> held_;
+  std::vector<std::vector<std::string>> taken_;  ///< by grip
+  std::vector<double> additional_;               ///< as the program has set them
+  const std::atomic<bool>* pause_wish_ = nullptr;
+  std::string text_;
+  std::vector<std::pair<double, std::uint32_t>> lines_;
+  std::vector<std::shared_ptr<const Solver>> solvers_;
+  ErrorCode code_ = ErrorCode::conflict;  ///< of the last error of its cell
+  std::shared_ptr<ProgramInspection> inspection_;
+  program::Presets presets_;
+  bool has_told_halt_ = false;
+};
+
+}  // namespace robomosp::task

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motions of programs: with shares of the joints' limits, one running into the next, and braked.
+#include <algorithm>
+#include <cmath>
+
+#include "kernel/text.h"
+#include "spatial/pose.h"
+#include "task/task_executor.h"
+
+namespace robomosp::task {
+namespace {
+
+constexpr double kLeastWay = 1e-9;    ///< a joint that moves less stands [rad or m]
+constexpr double kAssumedSpeed = 1;   ///< of joints without a limit [rad/s or m/s]
+constexpr double kWithin = 1 + 1e-6;  ///< of a limit
+constexpr double kBrakeRise = 0.25;   ///< of joints without a limit: full speed to rest [s]
+
+double lead_of(double t, double step) {
+  const double lead = t - step * std::floor(t / step * (1 + 1e-12));
+  return lead > 1e-9 * step && lead < step ? lead : 0;
+}
+
+/// Times from t on at which a motion of `duration` has samples: its ends, and the rows between.
+std::vector<double> sample_times(double t, double duration, double step) {
+  std::vector<double> out{0};
+  const double lead = lead_of(t, step);
+  for (std::size_t k = 1;; ++k) {
+    const double at = step * static_cast<double>(k) - lead;
+    if (at >= duration - 1e-9 * step) break;
+    if (at > 1e-9 * step) out.push_back(at);
+  }
+  if (duration > 0) out.push_back(duration);
+  return out;
+}
+
+}  // namespace
+
+std::shared_ptr<const RobotModel> TaskExecutor::slowed(
+    const std::shared_ptr<const RobotModel>& model, double velocity_share,
+    double acceleration_share) {
+  if (velocity_share == 1 && acceleration_share == 1) return model;
+  auto out = std::make_shared<RobotModel>(*model);
+  for (JointModel& j : out->joints) {
+    // What a robot lacks is assumed as sim::robot_motion does, which says so.
+    if (!std::isfinite(j.max_velocity)) j.max_velocity = kAssumedSpeed;
+    if (!std::isfinite(j.max_acceleration)) j.max_acceleration = j.max_velocity / kBrakeRise;
+    if (!std::isfinite(j.max_jerk)) j.max_jerk = j.max_acceleration / kBrakeRise;
+    j.max_velocity *= velocity_share;
+    j.max_acceleration *= acceleration_share;
+    j.max_jerk *= acceleration_share;
+  }
+  return out;
+}
+
+double TaskExecutor::moved_until(const Actor& a) {
+  return a.moves.empty() ? 0 : a.moves.back().start + a.moves.back().motion.times.back();
+}
+
+Result<sim::RobotMotion> TaskExecutor::driven(std::size_t who, const Drive& d,
+                                              const std::string& where, double t,
+                                              Progress& progress) const {
+  const Actor& a = actors_[who];
+  sim::RobotMotionTask task;
+  task.start = d.from;
+  task.model = slowed(a.model, d.velocity_share, d.acceleration_share);
+  if (d.tip) {
+    auto with_tool = std::make_shared<RobotModel>(*task.model);
+    with_tool->tips = {{"tool", d.tip->joint, d.tip->joint_T_grip}};
+    task.model = std::move(with_tool);
+  }
+  task.ik = a.record->ik;
+  task.is_at_start = true;
+  task.trajectory = &d.trajectory;
+  task.name = "motion";
+  task.where = where;
+  task.base_T_trajectory = d.base_T_trajectory;
+  task.step = step_;
+  task.lead = lead_of(t, step_);
+  RMP_TRY_ASSIGN(auto m, sim::robot_motion(sim_->registry, task, progress));
+  if (m.times.empty() || m.times.front() > 0) {
+    m.times.insert(m.times.begin(), 0.0);
+    m.q.insert(m.q.begin(), task.start.begin(), task.start.end());
+    for (auto* table : {&m.qd, &m.qdd}) table->insert(table->begin(), task.start.size(), 0.0);
+  }
+  return m;
+}
+
+void TaskExecutor::push(std::size_t who, double start, sim::RobotMotion m) {
+  if (m.times.size() < 2) return;
+  for (const std::string& n : m.notes)
+    if (told_.emplace(actors_[who].placed->name, n).second)
+      note(start, actors_[who].placed->name + ": " + n);
+  actors_[who].moves.push_back({start, std::move(m)});
+}
+
+bool TaskExecutor::push_blended(std::size_t who, double start, sim::RobotMotion m,
+                                double velocity_share) {
+  const Actor& a = actors_[who];
+  const std::size_t n = a.start.size();
+  const JointState end = sample(a, moved_until(a));
+  for (std::size_t i = 0; i < m.times.size(); ++i) {
+    const JointState rest = sample(a, start + m.times[i]);
+    for (std::size_t j = 0; j < n; ++j) {
+      const std::size_t k = i * n + j;
+      m.q[k] += rest.q[j] - end.q[j];
+      m.qd[k] += rest.qd[j];
+      m.qdd[k] += rest.qdd[j];
+      const JointModel& joint = a.model->joints[j];
+      if (std::fabs(m.qd[k]) > kWithin * joint.max_velocity * std::max(velocity_share, 1.0) ||
+          m.q[k] < joint.lower - kLeastWay || m.q[k] > joint.upper + kLeastWay)
+        return false;
+    }
+  }
+  push(who, start, std::move(m));
+  return true;
+}
+
+double TaskExecutor::brake(std::size_t who, double t, double* way) {
+  Actor& a = actors_[who];
+  while (!a.moves.empty() && a.moves.back().start > t) a.moves.pop_back();
+  const double end = moved_until(a);
+  if (way) *way = 0;
+  if (end <= t) return t;
+  const std::size_t n = a.start.size();
+  const double left = end - t;
+  // The way is run through ever more slowly: by T it has come T/2 further.
+  const JointState now = sample(a, t);
+  double T = 0;
+  for (std::size_t j = 0; j < n; ++j) {
+    const double limit = a.model->joints[j].max_acceleration;
+    T = std::max(T, std::isfinite(limit) && limit > 0  ? std::fabs(now.qd[j]) / limit
+                    : std::fabs(now.qd[j]) > kLeastWay ? kBrakeRise
+                                                       : 0);
+  }
+  if (T == 0) T = step_;
+  sim::RobotMotion m;
+  constexpr int kTries = 8;
+  for (int tries = 0; tries < kTries; ++tries, T *= 1.5) {
+    m = {};
+    bool is_within = true;
+    for (const double x : sample_times(t, T, step_)) {
+      const double u = std::min(left, x - x * x / (2 * T)), rate = u < left ? 1 - x / T : 0;
+      const JointState s = sample(a, t + u);
+      m.times.push_back(x);
+      for (std::size_t j = 0; j < n; ++j) {
+        const double qdd = rate * rate * s.qdd[j] - (u < left ? s.qd[j] / T : 0);
+        m.q.push_back(s.q[j]);
+        m.qd.push_back(rate * s.qd[j]);
+        m.qdd.push_back(x == T ? 0 : qdd);
+        const double limit = std::max(a.model->joints[j].max_acceleration, std::fabs(s.qdd[j]));
+        is_within = is_within && !(std::fabs(qdd) > limit * (1 + 1e-3));
+      }
+    }
+    if (is_within) break;
+  }
+  const double took = m.times.back();
+  if (way) *way = std::min(left, took / 2);
+  a.moves.push_back({t, std::move(m)});
+  return t + took;
+}
+
+Result<std::vector<std::string>> TaskExecutor::touching(const Vec3& world_point, double reach,
+                                                        double t, Progress& progress) const {
+  std::vector<std::pair<double, std::string>> found;
+  for (const Thing& thing : things_) {
+    const Pose pose = pose_of(thing, t);
+    const Vec3 p = spatial::transform(spatial::inverse(pose), world_point);
+    RMP_TRY_ASSIGN(const auto box,
+                   sim_->derived.bounds(sim_->snapshot, thing.placed->what, progress));
+    double square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double out = std::max({box[0][k] - p[k], p[k] - box[1][k], 0.0});
+      square += out * out;
+    }
+    if (std::sqrt(square) > reach) continue;
+    // Of several that hold the point, the one whose middle is nearest.
+    double middle = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double off = p[k] - (box[0][k] + box[1][k]) / 2;
+      middle += off * off;
+    }
+    found.emplace_back(std::sqrt(square) + 1e-6 * std::sqrt(middle), thing.placed->name);
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<std::string> out;
+  for (auto& [distance, name] : found) out.push_back(std::move(name));
+  return out;
+}
+
+void TaskExecutor::set_wire(std::size_t wire, double value, double t) {
+  Wire& w = wires_[wire];
+  if (w.history.back().second == value) return;
+  w.history.emplace_back(t, value);
+  ++changes_;
+}
+
+}  // namespace robomosp::task

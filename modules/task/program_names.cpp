@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the names of a program mean in its world: bindings, and what goes without.
+#include <algorithm>
+#include <cctype>
+
+#include "kernel/text.h"
+#include "task/members.h"
+#include "task/program_actor.h"
+
+namespace robomosp::task {
+namespace {
+
+using model::BindingKind;
+using text::quote;
+
+constexpr double kReach = 0.005;  ///< of grips that give none [m]
+
+bool same(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
+           return std::tolower(static_cast<unsigned char>(x)) ==
+                  std::tolower(static_cast<unsigned char>(y));
+         });
+}
+
+const rmp_code_symbol& symbol(const rmp_code& c, std::uint32_t i) {
+  return *static_cast<const rmp_code_symbol*>(rmp_row(&c.symbols, i));
+}
+
+}  // namespace
+
+Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld wanted,
+                                          std::vector<std::string>& notes) {
+  const model::ProgramPlacement& placed = wanted.placement;
+  const rmp_code& c = wanted.code->code();
+  const std::string where = "program " + quote(placed.name);
+  auto names = std::make_shared<Names>();
+  names->name = placed.name;
+  const auto known_actor = [&](const std::string& name) -> Result<std::size_t> {
+    RMP_TRY_ASSIGN(const std::size_t at, find_member(x.actor_of_, name, "robot"));
+    return at;
+  };
+  const auto check = [&](const RobotUse& use) -> Result<void> {
+    if (!use.frame.empty()) RMP_TRY(x.frame(use.frame, 0));
+    std::string point;
+    if (!use.tool.empty() && !x.thing_of(use.tool, point))
+      RMP_TRY(x.grip(x.actors_[use.actor], use.tool));
+    return {};
+  };
+  // Its own robot: the binding without a name, what it is placed with, or the only one.
+  const auto of = [&](BindingKind kind, std::string_view name) -> const model::ProgramBinding* {
+    for (const model::ProgramBinding& b : placed.bindings)
+      if (b.kind == kind && same(b.name, name)) return &b;
+    return nullptr;
+  };
+  const auto use_of = [&](const model::ProgramBinding& b) -> Result<RobotUse> {
+    RobotUse use;
+    const std::string& to = b.to.empty() ? placed.robot : b.to;
+    if (to.empty() && x.actors_.size() != 1)
+      return error(ErrorCode::invalid_argument,
+                   "the binding of " + (b.name.empty() ? "its robot" : quote(b.name)) +
+                       " names no robot, and the world has " + std::to_string(x.actors_.size()),
+                   "Give the binding to = a robot of the world.", where);
+    auto at = to.empty() ? Result<std::size_t>(std::size_t{0}) : known_actor(to);
+    if (!at.ok()) return std::move(at).error().in(where);
+    use.actor = *at;
+    use.frame = b.frame, use.tool = b.tool;
+    auto checked = check(use);
+    if (!checked.ok()) return std::move(checked).error().in(where);
+    return use;
+  };
+  if (const auto* b = of(BindingKind::robot, "")) {
+    RMP_TRY_ASSIGN(names->own, use_of(*b));
+  } else if (!placed.robot.empty()) {
+    auto at = known_actor(placed.robot);
+    if (!at.ok()) return std::move(at).error().in(where);
+    names->own = RobotUse{*at, {}, {}};
+  } else if (x.actors_.size() == 1) {
+    names->own = RobotUse{0, {}, {}};
+  }
+  std::vector<const model::ProgramBinding*> used;
+  for (std::uint32_t i = 0; i < c.symbols.count; ++i) {
+    const rmp_code_symbol& s = symbol(c, i);
+    if (s.kind == RMP_SYMBOL_ROBOT) {
+      const std::string number = std::to_string(names->robots.size() + 1);
+      const auto* b = of(BindingKind::robot, s.name);
+      if (!b) b = of(BindingKind::robot, number);
+      if (b) {
+        used.push_back(b);
+        RMP_TRY_ASSIGN(names->robots[i], use_of(*b));
+        continue;
+      }
+      const auto at = std::find_if(x.actors_.begin(), x.actors_.end(),
+                                   [&](const auto& a) { return same(a.placed->name, s.name); });
+      if (at != x.actors_.end())
+        names->robots[i] = {static_cast<std::size_t>(at - x.actors_.begin()), {}, {}};
+      else if (names->own) names->robots[i] = *names->own;
+    }
+  }
+  if (!names->own && names->robots.size() == 1) names->own = names->robots.begin()->second;
+  const auto grip_of = [&](const model::ProgramBinding* b) -> Result<std::size_t> {
+    GripUse g;
+    if (b && !b->joint.empty()) {
+      RMP_TRY_ASSIGN(g.robot.actor, known_actor(b->joint));
+    } else if (names->own) {
+      g.robot = *names->own;
+    } else {
+      return error(ErrorCode::invalid_argument,
+                   "the grip " + (b ? quote(b->name) : std::string("of the program")) +
+                       " is of no robot: the world has " + std::to_string(x.actors_.size()),
+                   "Give the program its robot: program.bind{kind = \"robot\", to = ...}.", where);
+    }
+    if (b && !b->tool.empty()) g.robot.tool = b->tool;
+    auto checked = check(g.robot);
+    if (!checked.ok()) return std::move(checked).error().in(where);
+    g.reach = b && b->reach > 0 ? b->reach : kReach;
+    if (b && !b->to.empty()) {
+      auto at = find_member(x.thing_of_, b->to, "object");
+      if (!at.ok()) return std::move(at).error().in(where);
+      g.object = b->to;
+    }
+    names->grips.push_back(std::move(g));
+    return names->grips.size() - 1;
+  };
+  std::vector<std::string> unbound, known;
+  for (std::uint32_t i = 0; i < c.symbols.count; ++i) {
+    const rmp_code_symbol& s = symbol(c, i);
+    if (s.kind != RMP_SYMBOL_INPUT && s.kind != RMP_SYMBOL_OUTPUT) continue;
+    known.emplace_back(s.name);
+    SignalUse use;
+    if (const auto* b = of(BindingKind::grip, s.name)) {
+      used.push_back(b);
+      if (s.kind != RMP_SYMBOL_OUTPUT || s.type == RMP_TYPE_REAL)
+        return error(ErrorCode::invalid_argument,
+                     "signal " + quote(s.name) + " cannot grip: it is no output of BOOL or INT",
+                     "Bind an output.", where);
+      use.kind = SignalUse::grip;
+      RMP_TRY_ASSIGN(use.at, grip_of(b));
+    } else if (const auto* own = of(BindingKind::free, s.name)) {
+      used.push_back(own);
+      use.value = own->value;
+    } else {
+      const auto* to = of(BindingKind::signal, s.name);
+      const std::string wanted_name = to ? to->to : s.name;
+      const auto wire = std::find_if(x.wires_.begin(), x.wires_.end(), [&](const auto& w) {
+        return to ? w.signal->name == wanted_name : same(w.signal->name, wanted_name);
+      });
+      if (to) used.push_back(to);
+      if (wire != x.wires_.end()) {
+        use.kind = SignalUse::wire;
+        use.at = static_cast<std::size_t>(wire - x.wires_.begin());
+      } else if (to) {
+        return find_member(x.wire_of_, wanted_name, "signal").error().in(where);
+      } else if (s.kind == RMP_SYMBOL_OUTPUT && s.type == RMP_TYPE_BOOL &&
+                 same(s.name, "gripper")) {
+        use.kind = SignalUse::grip;
+        RMP_TRY_ASSIGN(use.at, grip_of(nullptr));
+      } else if (!wanted.frees_unbound) {
+        unbound.emplace_back(s.name);
+      } else {
+        notes.push_back(where + ": " + s.name + " is bound to nothing" +
+                        (s.kind == RMP_SYMBOL_INPUT ? " and stays at 0" : ""));
+      }
+    }
+    names->signals[i] = use;
+  }
+  if (!unbound.empty())
+    return error(ErrorCode::invalid_argument,
+                 "the world has no signal for " + text::enumerate(unbound) + " of the program",
+                 "program.bind names one; world.add_signal makes one of that name; kind = \"free\" "
+                 "leaves it to the program alone.",
+                 where);
+  for (const model::ProgramBinding& b : placed.bindings) {
+    if (b.kind == BindingKind::joint || (b.kind == BindingKind::grip && text::read_int(b.name))) {
+      const auto number = text::read_int(b.name);
+      if (!number || *number < 1 || *number > 100)
+        return error(ErrorCode::invalid_argument,
+                     quote(b.name) + " is no number of an additional joint",
+                     "They are counted from 1.", where);
+      JointUse use;
+      use.is_grip = b.kind == BindingKind::grip;
+      if (use.is_grip) {
+        RMP_TRY_ASSIGN(use.at, grip_of(&b));
+      } else {
+        auto at = known_actor(b.to);
+        if (!at.ok()) return std::move(at).error().in(where);
+        use.at = *at;
+        const auto& joints = x.actors_[use.at].model->joints;
+        const auto joint_number = text::read_int(b.joint);
+        const auto found = std::find_if(joints.begin(), joints.end(),
+                                        [&](const JointModel& j) { return j.name == b.joint; });
+        if (found != joints.end()) use.joint = static_cast<std::size_t>(found - joints.begin());
+        else if (b.joint.empty()) use.joint = 0;
+        else if (joint_number && *joint_number >= 1 &&
+                 *joint_number <= static_cast<std::int64_t>(joints.size()))
+          use.joint = static_cast<std::size_t>(*joint_number - 1);
+        else
+          return error(ErrorCode::unknown_name,
+                       "robot " + quote(b.to) + " has no joint " + quote(b.joint),
+                       "It has " + std::to_string(joints.size()) + ", counted from 1.", where);
+        if (!x.actors_[use.at].model->is_simple() || !TaskExecutor::can_move(x.actors_[use.at]))
+          return error(ErrorCode::unsupported,
+                       "robot " + quote(b.to) +
+                           " has joints that follow others, and cannot be an additional axis",
+                       "Bind another robot.", where);
+      }
+      names->joints[static_cast<std::size_t>(*number)] = use;
+      continue;
+    }
+    if (b.kind == BindingKind::robot) {
+      if (b.name.empty() || std::find(used.begin(), used.end(), &b) != used.end()) continue;
+      return error(ErrorCode::unknown_name, "it has no robot " + quote(b.name),
+                   "Give the name or number of a ROBOT of its cell, or none for its own.", where);
+    }
+    if (std::find(used.begin(), used.end(), &b) == used.end())
+      return error(ErrorCode::unknown_name,
+                   "it has no signal " + quote(b.name) + " to bind as " + quote(to_string(b.kind)),
+                   known.empty() ? "It has none." : "It has " + text::enumerate(known) + ".",
+                   where);
+  }
+  // By convention the first additional joint is a gripper: 0 is open, 1 is shut.
+  if (!names->joints.contains(1) && names->own) {
+    JointUse use;
+    use.is_grip = true;
+    RMP_TRY_ASSIGN(use.at, grip_of(nullptr));
+    names->joints[1] = use;
+  }
+  auto machine = program::Machine::load(wanted.code);
+  if (!machine.ok()) return std::move(machine).error().in(where);
+  auto presets = program::Presets::make(*machine, wanted.values);
+  if (!presets.ok()) return std::move(presets).error().in(where);
+  ProgramActor out(std::move(names), std::move(*machine));
+  out.presets_ = std::move(*presets);
+  out.taken_.resize(out.names_->grips.size());
+  if (wanted.inspection) {
+    out.inspection_ = std::move(wanted.inspection);
+    out.machine_.keep_journal();
+    for (const auto& a : x.actors_)
+      out.inspection_->robots.push_back({a.placed->name, a.model, a.world_T_base, a.record->ik});
+  }
+  return out;
+}
+
+}  // namespace robomosp::task
