@@ -145,7 +145,27 @@ const ioci::CommandSpec* command_around(Impl& impl, lua_State* L, std::string_vi
   return command_called(impl, L, chain_before(s, at), is_method);
 }
 
-void add_records(const Impl& impl, std::string_view kinds, std::set<std::string>& out) {
+/// Names that a command of the program behind the state lists.
+void add_listed(Impl& impl, std::string_view command, const Map& args, std::set<std::string>& out) {
+  const ioci::CommandSpec* spec = impl.host.find(command);
+  if (!spec) return;
+  const auto listed = impl.host.dispatch(*spec, args);
+  if (!listed.ok() || !listed->as_list()) return;
+  for (const Value& item : *listed->as_list()) {
+    const Value* name = item.as_map() ? item.as_map()->find("name") : &item;
+    if (name && name->as_string()) out.insert(*name->as_string());
+    else if (const auto known =
+                 item.as_handle() ? impl.host.name_of(*item.as_handle()) : std::nullopt)
+      out.insert(*known);
+  }
+}
+
+void add_records(Impl& impl, std::string_view kinds, std::set<std::string>& out) {
+  if (impl.is_untrusted) {  // its document is elsewhere
+    for (const std::string_view kind : text::split(kinds, '|'))
+      add_listed(impl, std::string(kind) + ".list", {}, out);
+    return;
+  }
   const auto now = program_of(impl).app.document.now();
   for (const Kind kind : all_kinds()) {
     if (kinds != "any" &&
@@ -159,17 +179,13 @@ void add_records(const Impl& impl, std::string_view kinds, std::set<std::string>
 
 /// Names of the shipped files of a kind: what <kind>.get would load.
 void add_library(Impl& impl, const std::string& kind, std::set<std::string>& out) {
-  const auto listed =
-      program_of(impl).app.dispatch(program_of(impl).session, "library.list", Map{{"kind", kind}});
-  if (!listed.ok() || !listed->as_list()) return;
-  for (const Value& item : *listed->as_list()) {
-    const Value* name = item.as_map() ? item.as_map()->find("name") : &item;
-    if (name && name->as_string()) out.insert(*name->as_string());
-  }
+  add_listed(impl, "library.list", Map{{"kind", kind}}, out);
 }
 
 void add_files(const Impl& impl, std::string_view partial, std::set<std::string>& out) {
-  if (program_of(impl).session.files()) return;  // its files are listed by file.list
+  // The files of a session in a folder are listed by file.list; those of another program are not
+  // here.
+  if (impl.is_untrusted || program_of(impl).session.files()) return;
   const auto slash = partial.rfind('/');
   const std::string folder(slash == std::string_view::npos ? std::string_view()
                                                            : partial.substr(0, slash + 1));

@@ -19,6 +19,7 @@
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/renamed_arguments.h"
+#include "ioci/program/packs.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/recording/origins.h"
 #include "ioci/recording/watchers.h"
@@ -287,6 +288,7 @@ Result<void> Application::start() {
     plugins.remember_failures();
     PluginRuns::of_program().set_wishes(kept_plugin_runs());
     plugins.load_all();
+    load_packs(registry, messages, PluginLoader::search_path(options_.plugin_path));
     for (const auto& [interface_id, name] : chosen_providers()) {
       const auto set = registry.set_user_default(interface_id, name);
       // It may be that of a script, which runs later.
@@ -300,12 +302,14 @@ Result<void> Application::start() {
   RMP_TRY(add("document", application, {"model"}, [this]() -> Result<void> {
     (void)settings_kind();  // before what lists the kinds
     (void)program_kind();
+    (void)controller_kind();
     document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
     kept_solvers->start();
     follow_document_providers(*this);
     follow_ik_choices(*this);
     messages.subscribe([this](const Message& m) { events.publish(m); });
     jobs.subscribe([this](const JobStatus& s) { events.publish(s); });
+    recordings.observe([this](const recording::RecordingChange& c) { events.publish(c); });
     document.on_commit([this](const document::Commit&) {
       if (document.forgotten_steps() == 0 || std::exchange(told_forgotten_, true)) return;
       messages.post(Severity::info, "history_forgets",

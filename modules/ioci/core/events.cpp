@@ -9,6 +9,18 @@
 namespace robomosp::ioci {
 namespace {
 
+using recording::RecordingChange;
+
+std::string_view word_of(RecordingChange::What what) {
+  switch (what) {
+    case RecordingChange::What::added: return "added";
+    case RecordingChange::What::appended: return "appended";
+    case RecordingChange::What::replaced: return "replaced";
+    case RecordingChange::What::removed: return "removed";
+  }
+  return "added";
+}
+
 std::uint32_t bit(Topic t) { return std::uint32_t{1} << static_cast<unsigned>(t); }
 std::uint32_t bit(Kind k) { return std::uint32_t{1} << static_cast<unsigned>(k); }
 
@@ -45,6 +57,7 @@ std::string_view to_string(Topic t) {
     case Topic::message: return "message";
     case Topic::job: return "job";
     case Topic::run: return "run";
+    case Topic::recording: return "recording";
   }
   return "change";
 }
@@ -100,13 +113,13 @@ Result<std::vector<Event>> Events::take(std::uint64_t token, std::size_t at_most
   return out;
 }
 
-/// Merges the changes that wait into one, keeps the newest state of each job and run and the newest
-/// half of the messages.
+/// Merges the changes that wait into one, keeps the newest state of each job, run and recording and
+/// the newest half of the messages.
 void Events::bound(Subscription& s) {
   std::deque<Event> kept;
   std::size_t messages = 0;
   std::shared_ptr<const Change> change;
-  std::vector<std::uint64_t> jobs, runs;
+  std::vector<std::uint64_t> jobs, runs, recordings;
   const auto is_new = [](std::vector<std::uint64_t>& seen, std::uint64_t id) {
     if (std::find(seen.begin(), seen.end(), id) != seen.end()) return false;
     seen.push_back(id);
@@ -132,6 +145,9 @@ void Events::bound(Subscription& s) {
       case Topic::run:
         if (is_new(runs, it->run->run)) kept.push_front(*it);
         break;
+      case Topic::recording:
+        if (is_new(recordings, it->recording->number)) kept.push_front(*it);
+        break;
     }
   }
   if (change) {
@@ -151,6 +167,14 @@ void Events::push(Subscription& s, Event event) {
         e.run = std::move(event.run);
         return;
       }
+  constexpr auto kAppended = RecordingChange::What::appended;
+  if (event.recording && event.recording->what == kAppended)
+    for (auto e = s.waiting.rbegin(); e != s.waiting.rend(); ++e) {
+      if (!e->recording || e->recording->number != event.recording->number) continue;
+      if (e->recording->what != kAppended) break;
+      e->recording = std::move(event.recording);
+      return;
+    }
   if (s.waiting.size() >= s.filter.most) bound(s);
   // Still full of what cannot be joined: then the newest changes are joined one by one.
   if (s.waiting.size() >= s.filter.most && event.change && !s.waiting.empty() &&
@@ -241,6 +265,18 @@ void Events::publish(RunState run) {
   });
 }
 
+void Events::publish(const RecordingChange& recording) {
+  std::shared_ptr<const RecordingChange> shared;
+  deliver([&](const EventFilter& f) -> std::optional<Event> {
+    if (!(f.topics & bit(Topic::recording))) return std::nullopt;
+    if (!shared) shared = std::make_shared<const RecordingChange>(recording);
+    Event e;
+    e.topic = Topic::recording;
+    e.recording = shared;
+    return e;
+  });
+}
+
 std::vector<std::string> changed_fields(const model::Record& before, const model::Record& after) {
   std::vector<std::string> out;
   if (before.name != after.name) out.emplace_back("name");
@@ -297,6 +333,12 @@ Map event_value(const Event& event) {
   } else if (event.run) {
     out.set("id", Handle{"run", event.run->run});
     out.set("state", event.run->state);
+  } else if (event.recording) {
+    const RecordingChange& r = *event.recording;
+    out.set("id", Handle{"recording", r.number});
+    out.set("kind", word_of(r.what));
+    out.set("title", r.title);
+    if (r.what != RecordingChange::What::removed) out.set("rows", r.rows);
   }
   return out;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events: what happened, for whoever wants to know: changes of the document, messages, jobs and
-// runs, all through one door (layer: application).
+// Events: what happened, for whoever wants to know: changes of the document, messages, jobs, runs
+// and recordings, all through one door (layer: application).
 #pragma once
 
 #include <cstddef>
@@ -21,11 +21,13 @@
 #include "kernel/jobs.h"
 #include "kernel/messages.h"
 #include "kernel/value.h"
+#include "recording/recording.h"
 
 namespace robomosp::ioci {
 
-enum class Topic : std::uint8_t { change, message, job, run };
-inline constexpr Topic kAllTopics[] = {Topic::change, Topic::message, Topic::job, Topic::run};
+enum class Topic : std::uint8_t { change, message, job, run, recording };
+inline constexpr Topic kAllTopics[] = {Topic::change, Topic::message, Topic::job, Topic::run,
+                                       Topic::recording};
 [[nodiscard]] std::string_view to_string(Topic);
 
 /// A change of the document: one commit, or several in a row when the subscriber was slow.
@@ -50,6 +52,7 @@ struct Event {
   std::shared_ptr<const Message> message;
   std::shared_ptr<const JobStatus> job;
   std::shared_ptr<const RunState> run;
+  std::shared_ptr<const recording::RecordingChange> recording;
   /// Messages that were left out before this event, because too many waited.
   std::size_t left_out = 0;
 };
@@ -90,6 +93,8 @@ class Events {
   void publish(const Message&);
   void publish(const JobStatus&);
   void publish(RunState);
+  /// One that says that rows came takes the place of one that waits and says so.
+  void publish(const recording::RecordingChange&);
 
  private:
   struct Subscription {

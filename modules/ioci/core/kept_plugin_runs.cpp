@@ -4,9 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+#include <iomanip>
 #include <sstream>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "io/native.h"
 #include "ioci/core/chosen_providers.h"
@@ -16,14 +19,22 @@ namespace robomosp::ioci {
 
 namespace {
 constexpr double kMiB = 1 << 20;
+
+std::string quoted(const std::vector<std::string>& words) {
+  std::ostringstream out;
+  for (const std::string& word : words) out << std::quoted(word) << ' ';
+  return out.str();
 }
+
+}  // namespace
 
 std::filesystem::path kept_plugin_runs_file() {
   const std::filesystem::path beside = chosen_providers_file();
   return beside.empty() ? beside : beside.parent_path() / "plugins";
 }
 
-// One file a line: seconds, MiB, "confined" or "free", and the rest of the line is its path.
+// One file a line: seconds, MiB, "confined" or "free", providers in quotes (none = all), and the
+// rest of the line is its path.
 PluginRuns::Wishes kept_plugin_runs() {
   PluginRuns::Wishes out;
   std::ifstream in(kept_plugin_runs_file());
@@ -31,12 +42,16 @@ PluginRuns::Wishes kept_plugin_runs() {
     std::istringstream words(line);
     double seconds = 0, memory = 0;
     std::string how, file;
-    if (!(words >> seconds >> memory >> how) || !std::getline(words >> std::ws, file)) continue;
+    std::vector<std::string> only;
+    if (!(words >> seconds >> memory >> how)) continue;
+    while ((words >> std::ws).peek() == '"') words >> std::quoted(only.emplace_back());
+    if (!std::getline(words, file)) continue;
     if (!(seconds > 0) || !(memory >= 1) || memory > 1e9 || (how != "confined" && how != "free"))
       continue;
     PluginRun run;
     run.in_process = false;
     run.limits = {seconds, static_cast<std::uint64_t>(memory * kMiB), how == "confined"};
+    run.only = std::move(only);
     out[file] = run;
   }
   return out;
@@ -55,11 +70,12 @@ Result<void> keep_plugin_run(const std::filesystem::path& file, const PluginRun&
   else kept[file] = run;
   std::string text =
       "# Plugins that run in processes of their own: plugin.load{run_in_process = false, keep = "
-      "\"user\"}.\n# Seconds without an answer, MiB, confined or free, file.\n";
+      "\"user\"}.\n# Seconds without an answer, MiB, confined or free, \"providers\" if not all, "
+      "file.\n";
   for (const auto& [path, one] : kept)
     text += text::print(one.limits.seconds) + " " +
             text::print(static_cast<double>(one.limits.memory) / kMiB) + " " +
-            (one.limits.confined ? "confined " : "free ") + path.string() + "\n";
+            (one.limits.confined ? "confined " : "free ") + quoted(one.only) + path.string() + "\n";
   std::error_code failed;
   std::filesystem::create_directories(settings.parent_path(), failed);  // write_file says it
   return io::write_file(settings, text);

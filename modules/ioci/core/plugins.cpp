@@ -5,6 +5,7 @@
 #include "ioci/core/interface_words.h"
 #include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/modules.h"
+#include "ioci/core/word_list.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
 #include "kernel/plugin_run.h"
@@ -28,8 +29,14 @@ Map report_map(const PluginReport& r) {
         {"remarks", std::move(remarks)}};
   if (r.refusal) m.set("refusal", r.refusal->sentence());
   const auto apart = r.loaded ? PluginRuns::of_program().process(r.file) : nullptr;
-  m.set("run_in_process", apart == nullptr);
+  const PluginRun run = r.loaded ? PluginRuns::of_program().present(r.file) : PluginRun{};
+  m.set("run_in_process", apart == nullptr || !run.only.empty());
   if (apart) {
+    if (!run.only.empty()) {
+      List only;
+      for (const std::string& one : run.only) only.emplace_back(one);
+      m.set("apart", std::move(only));
+    }
     m.set("seconds", apart->limits().seconds);
     m.set("memory", static_cast<double>(apart->limits().memory) / kMiB);
     m.set("confined", apart->limits().confined);
@@ -74,13 +81,24 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
                  "Run it: dofile(" + text::quote(file) +
                      "). In a folder of plugins it is run when the program starts.",
                  "file");
+  if (const std::string file = text_of(args, "file"); file.ends_with(".post"))
+    return error(ErrorCode::unsupported,
+                 text::quote(file) +
+                     " is a pack of templates, and no "
+                     "shared library",
+                 "program.add_target(" + text::quote(file) +
+                     ") adds it. In a folder of plugins it is a target whenever the program "
+                     "starts.",
+                 "file");
   const bool keeps = text_of(args, "keep") == "user";
   const bool is_said = has(args, "run_in_process");
-  if (!is_said && (keeps || has(args, "seconds") || has(args, "memory") || has(args, "confined")))
-    return error(ErrorCode::invalid_argument,
-                 "seconds, memory, confined and keep are of a plugin that is said to run in a "
-                 "process of its own, or not to",
-                 "Give run_in_process = false or true.", "run_in_process");
+  if (!is_said && (keeps || has(args, "seconds") || has(args, "memory") || has(args, "confined") ||
+                   has(args, "providers")))
+    return error(
+        ErrorCode::invalid_argument,
+        "seconds, memory, confined, providers and keep are of a plugin that is said to run in a "
+        "process of its own, or not to",
+        "Give run_in_process = false or true.", "run_in_process");
   if (keeps && !ctx.session.may(Effect::files_write))
     return error(ErrorCode::permission, "this session may not write files",
                  "Leave keep out, and the choice holds for this run.", "keep");
@@ -91,6 +109,16 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     if (has(args, "memory"))
       run.limits.memory = static_cast<std::uint64_t>(real(args, "memory") * kMiB);
     if (has(args, "confined")) run.limits.confined = flag(args, "confined");
+    if (has(args, "providers")) {
+      if (run.in_process)
+        return error(ErrorCode::invalid_argument,
+                     "providers are those that run in a process of their own",
+                     "Give run_in_process = false, or leave providers out.", "providers");
+      RMP_TRY_ASSIGN(run.only, word_list(args, "providers"));
+      if (run.only.empty())
+        return error(ErrorCode::invalid_argument, "providers is empty",
+                     "Name some, or give run_in_process = true.", "providers");
+    }
   }
   std::optional<Error> stays;
   const PluginReport r = [&] {
@@ -108,7 +136,10 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
   // One with commands is moved when the program starts again.
   const bool is_later = stays && keeps && stays->where == "run_in_process";
   if (stays && !is_later) return *stays;
-  if (keeps) RMP_TRY(keep_plugin_run(r.file, run));
+  if (keeps) {
+    if (!run.only.empty()) run.only = PluginRuns::of_program().present(r.file).only;  // in full
+    RMP_TRY(keep_plugin_run(r.file, run));
+  }
   Map out = report_map(r);
   if (is_later) {
     List remarks;
@@ -157,16 +188,18 @@ Result<Value> provider_list(CommandContext& ctx, const Map& args) {
     const bool is_chosen = choice != chosen.end() && choice->second.name == p.name;
     List tags;
     for (const auto& t : p.tags) tags.emplace_back(t);
-    out.emplace_back(Map{{"interface", p.interface_id},
-                         {"name", p.name},
-                         {"summary", p.summary},
-                         {"origin", p.origin},
-                         {"version", p.version},
-                         {"tags", std::move(tags)},
-                         {"enabled", p.enabled},
-                         {"shipped", p.shipped},
-                         {"default", standard.ok() && standard->name == p.name},
-                         {"chosen", is_chosen ? choice->second.by : std::string()}});
+    out.emplace_back(Map{
+        {"interface", p.interface_id},
+        {"name", p.name},
+        {"summary", p.summary},
+        {"origin", p.origin},
+        {"version", p.version},
+        {"tags", std::move(tags)},
+        {"enabled", p.enabled},
+        {"shipped", p.shipped},
+        {"run_in_process", !PluginRuns::of_program().is_apart(p.origin, p.interface_id, p.name)},
+        {"default", standard.ok() && standard->name == p.name},
+        {"chosen", is_chosen ? choice->second.by : std::string()}});
   }
   return Value(std::move(out));
 }
@@ -255,7 +288,8 @@ RMP_COMMANDS(plugin_commands) {
       field("remarks", "list", "", "Providers and commands left out and why."),
       field("refusal", "string", "", "Why it was refused."),
       field("run_in_process", "bool", "",
-            "Whether its providers run in the program; false: in a process of their own."),
+            "Whether its code runs in the program; false: in a process of its own only."),
+      field("apart", "list", "", "Providers in that process, if not all of them."),
       field("seconds", "real", "s", "After which a call of that process without a word ends it."),
       field("memory", "real", "", "Address space of that process [MiB]."),
       field("confined", "bool", "", "Whether that process reaches no files, programs or network."),
@@ -292,15 +326,23 @@ RMP_COMMANDS(plugin_commands) {
            "runs in the program: its providers are called in a process of their own, whose crash "
            "or hang is an error that names them, and the next call starts it anew. One that is "
            "loaded already is moved, unless it adds commands; solvers that are in use finish where "
-           "they are. `keep = \"user\"` holds whenever the file is found from then on.",
+           "they are. With `providers` only those run there, the others in the program, which "
+           "opens "
+           "the file, too. `keep = \"user\"` holds whenever the file is found from then on.",
        .example = "local ok, e = pcall(plugin.load, \"no_such_plugin\")\nassert(not ok)\n"
                   "local p = plugin.load{file = \"ik_numeric\", run_in_process = false}\n"
                   "assert(not p.run_in_process)\n"
+                  "p = plugin.load{file = \"ik_numeric\", run_in_process = false, providers = "
+                  "{\"ik numeric\"}}\n"
+                  "assert(p.apart[1] == \"robomosp.ik/1 numeric\")\n"
                   "plugin.load{file = \"ik_numeric\", run_in_process = true}",
        .params = {needed("file", "string", "", "A name looked for in the search path, or a path."),
                   optional("run_in_process", "bool", "",
                            "false: its providers run in a process of their own; true: in the "
                            "program; left out: as it was kept, else in the program."),
+                  optional("providers", "list", "",
+                           "With run_in_process = false: only these of its providers, such as "
+                           "\"numeric\" or \"ik numeric\"."),
                   seconds, memory,
                   optional("confined", "bool", "",
                            "Whether that process is kept from files, programs and the network; "
@@ -342,6 +384,8 @@ RMP_COMMANDS(plugin_commands) {
                     field("tags", "list", "", "Abilities and needs."),
                     field("enabled", "bool", "", "Whether it may be chosen."),
                     field("shipped", "bool", "", "Whether it came with the program."),
+                    field("run_in_process", "bool", "",
+                          "Whether it runs in the program; false: in a process of its plugin's."),
                     field("default", "bool", "", "Whether it is taken where none is named."),
                     field("chosen", "string", "",
                           "Who made it the default: session, document, user (kept), or nobody.")}},

@@ -91,10 +91,12 @@ RMP_COMMANDS(event_commands) {
   all.push_back(
       {.name = "event.subscribe",
        .classic = "",
-       .summary = "Subscribes to what happens: changes of the document, messages, jobs, runs.",
+       .summary = "Subscribes to what happens: changes of the document, messages, jobs, runs, "
+                  "recordings.",
        .details = "Events wait until event.take fetches them, in order and each once. When too "
                   "many wait, changes are merged into one, which says of how many commits it is, "
-                  "and the oldest messages are left out, which the next event says. A "
+                  "and the oldest messages are left out, which the next event says. Of "
+                  "rows that are appended to a recording the newest event waits. A "
                   "subscription ends with its session.",
        .example = "local s = event.subscribe{topics = {\"change\"}, kinds = {\"material\"}}\n"
                   "material.create{name = \"brass\", density = 8500}\n"
@@ -102,7 +104,7 @@ RMP_COMMANDS(event_commands) {
                   "local all = event.take(s)\n"
                   "assert(#all == 2 and #all[1].added == 1 and #all[2].edited == 1)",
        .params = {optional("topics", "list", "",
-                           "Of change, message, job, run; all when left out."),
+                           "Of change, message, job, run, recording; all when left out."),
                   optional("kinds", "list", "",
                            "Kinds of records whose changes are wanted; all when left out."),
                   optional("records", "list", "",
@@ -131,13 +133,14 @@ RMP_COMMANDS(event_commands) {
        .returns = {"list",
                    "",
                    "Oldest first.",
-                   {field("topic", "string", "", "change, message, job or run."),
+                   {field("topic", "string", "", "change, message, job, run or recording."),
                     field("revision", "int", "", "Of a change: the document's after it."),
                     field("first_revision", "int", "", "Of the first commit that it is made of."),
                     field("commits", "int", "", "How many commits it is made of; 1 unless merged."),
                     field("kind", "string", "",
                           "edit, load, save, undo, redo, preview, kept (a gesture became a step), "
-                          "cancelled, clear; of the last commit."),
+                          "cancelled, clear; of the last commit. Of a recording: added, appended, "
+                          "replaced (its rows and columns may be others), removed."),
                     field("label", "string", "", "Of the last commit, or of a job."),
                     field("session", "string", "", "Who made the last commit."),
                     field("session_number", "int", "", "Its number."),
@@ -147,7 +150,9 @@ RMP_COMMANDS(event_commands) {
                     field("left_out", "int", "", "Messages that were left out before it."),
                     field("severity", "string", "",
                           "Of a message; with code, text, source, repeated."),
-                    field("id", "handle", "", "Of a job or run."),
+                    field("id", "handle", "", "Of a job, run or recording."),
+                    field("title", "string", "", "Of a recording."),
+                    field("rows", "int", "", "That a recording has."),
                     field("state", "any", "",
                           "Of a job: a word, with fraction and what; of a run: what "
                           "run.state gives.")}},

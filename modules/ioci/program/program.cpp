@@ -8,9 +8,12 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/program/compiled.h"
+#include "ioci/program/foreign.h"
+#include "ioci/program/in_world.h"
+#include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
 #include "kernel/file_root.h"
-#include "kernel/utf8.h"
 #include "model/declare.h"
 #include "model/program.h"
 #include "motion/provider_params.h"
@@ -21,49 +24,6 @@ namespace {
 using model::Program;
 using model::ProgramFile;
 
-constexpr std::uint64_t kMostSource = std::uint64_t{64} << 20;
-
-const Program& program_of(const CommandContext& ctx, const Map& args) {
-  const model::Record* r = ctx.snapshot().find(ref(args, "id"));
-  return std::get<model::OtherContent>(r->body).as<Program>();
-}
-template <class Fn>
-Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
-  return ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
-    return fn(std::get<model::OtherContent>(r.body).as<Program>());
-  });
-}
-
-/// Text in UTF-8: what is none is of the time before, a byte a letter (ISO 8859-1).
-std::string as_utf8(std::string_view bytes) {
-  if (text::first_bad_byte(bytes) == std::string_view::npos) return std::string(bytes);
-  std::string out;
-  for (const char c : bytes) {
-    const auto u = static_cast<unsigned char>(c);
-    if (u == 0) continue;
-    if (u < 0x80) {
-      out += c;
-    } else {
-      out += static_cast<char>(0xC0U | (u >> 6U));
-      out += static_cast<char>(0x80U | (u & 0x3FU));
-    }
-  }
-  return out;
-}
-std::vector<std::string> lines_of(std::string_view text) {
-  std::vector<std::string> out;
-  for (const std::string_view line : text::split(text, '\n')) out.emplace_back(line);
-  if (out.empty()) out.emplace_back();
-  return out;
-}
-std::string text_of_file(const ProgramFile& f) {
-  std::string out;
-  for (std::size_t i = 0; i < f.lines.size(); ++i) {
-    if (i) out += '\n';
-    out += f.lines[i];
-  }
-  return out;
-}
 ProgramFile* find_file(Program& p, std::string_view name) {
   const auto it = std::find_if(p.files.begin(), p.files.end(),
                                [&](const ProgramFile& f) { return f.name == name; });
@@ -80,17 +40,6 @@ std::vector<std::string> file_names(const Program& p) {
   std::vector<std::string> out;
   for (const ProgramFile& f : p.files) out.push_back(f.name);
   return out;
-}
-
-struct Compiled {
-  std::vector<std::string> texts;
-  std::unique_ptr<CompiledProgram> program;
-  [[nodiscard]] const rmp_code& code() const { return program->code(); }
-};
-
-Result<std::shared_ptr<Language>> language_of(CommandContext& ctx, const std::string& name) {
-  RMP_TRY_ASSIGN(auto language, ctx.app.registry.create<Language>(name));
-  return std::shared_ptr<Language>(std::move(language));
 }
 
 Result<Compiled> compile(CommandContext& ctx, const Map& args) {
@@ -119,7 +68,8 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args) {
   return out;
 }
 
-/// The same, where errors of the source are errors of the command: the first is named.
+}  // namespace
+
 Result<Compiled> compile_whole(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(Compiled out, compile(ctx, args));
   const rmp_code& c = out.code();
@@ -140,6 +90,8 @@ Result<Compiled> compile_whole(CommandContext& ctx, const Map& args) {
                    row<rmp_code_file>(c.files, first->span.file).name + ":" +
                    std::to_string(first->span.line) + ":" + std::to_string(first->span.column));
 }
+
+namespace {
 
 // ---- commands ----
 
@@ -170,8 +122,53 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   return Value(Application::handle(id));
 }
 
+/// A controller's program: its IRL, and behind it the files that it was, so that nothing is lost.
+Result<Value> import_foreign(CommandContext& ctx, const Map& args,
+                             const std::filesystem::path& path, const std::string& reader) {
+  const Value* given = args.find("settings");
+  RMP_TRY_ASSIGN(
+      const Foreign made,
+      read_foreign(ctx, path, reader, given && given->as_map() ? *given->as_map() : Map{}));
+  Program p;
+  for (const ReadFile& f : made.program->files()) {
+    std::string name(f.name);
+    for (const ForeignFile& g : made.files)
+      if (g.name == name) name = "irl_" + name;
+    p.files.push_back({name, lines_of(f.text)});
+  }
+  for (const ForeignFile& f : made.files) p.files.push_back({f.name, lines_of(f.text)});
+  const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
+  RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
+  constexpr std::size_t kMostTold = 20;
+  std::size_t errors = 0, warnings = 0, told = 0;
+  for (const rmp_code_fault& f : made.program->faults()) {
+    errors += f.severity == RMP_FAULT_ERROR;
+    warnings += f.severity == RMP_FAULT_WARNING;
+    if (f.severity == RMP_FAULT_NOTE || told++ >= kMostTold) continue;
+    const std::string hint = f.hint;
+    ctx.app.messages.post(f.severity == RMP_FAULT_ERROR ? Severity::error : Severity::warning,
+                          "not_read",
+                          made.files[f.span.file].name + ":" + std::to_string(f.span.line) + ":" +
+                              std::to_string(f.span.column) + ": " + f.message + "." +
+                              (hint.empty() ? "" : " " + hint),
+                          "program");
+  }
+  if (told > kMostTold)
+    ctx.app.messages.post(errors > 0 ? Severity::error : Severity::warning, "not_read",
+                          path.filename().string() + ": " + std::to_string(errors) +
+                              " errors and " + std::to_string(warnings) +
+                              " warnings in all; program.read_foreign lists them.",
+                          "program");
+  return Value(Application::handle(id));
+}
+
 Result<Value> import(CommandContext& ctx, const Map& args) {
   const std::filesystem::path path = text_of(args, "file");
+  RMP_TRY_ASSIGN(const std::string reader, reader_of(ctx, path, text_of(args, "language")));
+  if (!reader.empty()) return import_foreign(ctx, args, path, reader);
+  if (has(args, "settings"))
+    return error(ErrorCode::invalid_argument, "a file of IRL is read without settings", {},
+                 "settings");
   Program p;
   RMP_TRY_ASSIGN(const ProviderInfo info,
                  ctx.app.registry.find(Language::kInterfaceId, text_of(args, "language")));
@@ -482,6 +479,11 @@ std::string with_program(const char* rest) {
 
 }  // namespace
 
+Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext& ctx, AnyId id) {
+  RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, Map{{"id", Application::handle(id)}}));
+  return std::shared_ptr<const CompiledProgram>(std::move(made.program));
+}
+
 Kind program_kind() {
   static const Kind kind = model::register_kind_of<Program>("program", ".prg", "programs");
   return kind;
@@ -511,18 +513,23 @@ RMP_COMMANDS(program_commands) {
   all.push_back(
       {.name = "program.import",
        .classic = "",
-       .summary = "Makes a program from a file of source, such as .irl.",
+       .summary = "Makes a program from a file of source, such as .irl, or of a controller.",
        .details =
            "The files that it names (system specification .ssi, lists of data .dls, modules) "
            "are taken from the same folder; one that is not there is reported. Text that is "
-           "no UTF-8 is read as ISO 8859-1.",
+           "no UTF-8 is read as ISO 8859-1. A controller's program (.src, .mod, .script, .ls, ...) "
+           "becomes IRL, with its own files behind it; what IRL does not say of it is reported, "
+           "and program.read_foreign gives the same as a table.",
        .example =
            with_program("lift:export{folder = \".\", overwrite = true}\n"
                         "local again = program.import{file = \"lift.irl\", name = \"again\"}\n"
                         "assert(again:source() == lift:source())"),
        .params = {needed("file", "path", "", "The file."),
                   optional("name", "string", "", "Name of the program; the file's when left out."),
-                  language},
+                  optional("language", "string", "",
+                           "Provider of the language (robomosp.language/1), or of a controller's "
+                           "reader (robomosp.program_reader/1); by the extension when left out."),
+                  optional("settings", "map", "", "Values of the reader's parameters.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits | Effect::files_read,
        .run = import});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kind of records that are programs (layer: application).
+// The kind of records that are programs and controllers (layer: application).
 #pragma once
 
 #include "model/kind.h"
@@ -8,5 +8,7 @@ namespace robomosp::ioci {
 
 /// Registers the kind `program` with its first call. [any thread]
 [[nodiscard]] Kind program_kind();
+/// The same of the kind `controller`. [any thread]
+[[nodiscard]] Kind controller_kind();
 
 }  // namespace robomosp::ioci

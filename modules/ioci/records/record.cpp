@@ -39,6 +39,9 @@ constexpr Sample kSamples[] = {
 constexpr Sample kProgramSample{
     "rest", "program.create{name = \"rest\", source = \"PROGRAM rest; BEGIN HALT; ENDPROGRAM;\"}",
     "a program"};
+constexpr Sample kControllerSample{
+    "press", "record.create{kind = \"controller\", name = \"press\", fields = {target = \"krl\"}}",
+    "a controller"};
 
 /// The kind that an entry of the table is of: one with a name, or one that registered.
 using KindOf = Kind (*)();
@@ -302,6 +305,7 @@ RMP_COMMANDS(record_commands) {
   add_kind<named<Kind::world>>(all, kSamples[static_cast<std::size_t>(Kind::world)]);
   add_kind<named<Kind::task>>(all, kSamples[static_cast<std::size_t>(Kind::task)]);
   add_kind<program_kind>(all, kProgramSample);
+  add_kind<controller_kind>(all, kControllerSample);
   return all;
 }
 

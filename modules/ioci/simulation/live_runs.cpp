@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "ioci/core/commands.h"
+#include "ioci/program/in_world.h"
 #include "ioci/recording/origins.h"
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/run_pulse.h"
@@ -28,7 +29,7 @@ constexpr Simulation kOfWorlds[] = {{"physics", "world.simulate_physics", live_p
                                     {"forward_kinematics", "world.forward_kinematics", nullptr},
                                     {"inverse_dynamics", "world.inverse_dynamics", nullptr},
                                     {"time_optimal", "world.time_optimal", nullptr},
-                                    {"tasks", "world.run_task", nullptr}};
+                                    {"tasks", "world.run_task", live_tasks}};
 constexpr Simulation kOfRobots[] = {{"dynamics", "robot.simulate", live_robot}};
 constexpr const char* kReplay = "recording";
 
@@ -66,7 +67,7 @@ bool asks_scripts(const Registry& registry, const LiveSource& live) {
   });
 }
 
-Result<sim::LiveRun::Source> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
+Result<sim::LiveRun::Source> source_of(CommandContext& ctx, LiveRunEntry& entry) {
   // A source computes with what is published, while a group of edits is only this session's.
   if (ctx.is_in_group())
     return error(ErrorCode::conflict, "a live run cannot begin while a group of edits is open",
@@ -90,7 +91,15 @@ Result<sim::LiveRun::Source> source_of(CommandContext& ctx, const LiveRunEntry& 
     const CommandSpec& spec = *ctx.app.commands.find(simulation->command);
     RMP_TRY_ASSIGN(const Map checked, read_map(ctx, spec.params, args, "with"));
     RMP_TRY_ASSIGN(LiveSource live, simulation->live(ctx, checked));
-    if (!asks_scripts(ctx.app.registry, live)) return std::move(live.source);
+    if (live.source && !asks_scripts(ctx.app.registry, live)) {
+      if (live.watch)
+        live.watch->begin = [set = entry.breakpoints](std::vector<task::ProgramActor>& programs) {
+          return set->set_all(programs);
+        };
+      entry.set_watch(std::move(live.watch));
+      return std::move(live.source);
+    }
+    entry.set_watch(nullptr);
   }
   RMP_TRY_ASSIGN(const Value made, ctx.dispatch(simulation->command, args));
   RMP_TRY_ASSIGN(auto recording, recording_of(ctx, &made));
@@ -166,6 +175,11 @@ Map live_run_state(const Application& app, const LiveRunEntry& entry) {
   const recording::Recording head = entry.run->head();
   const Row row(head, s.values);
   const AnyId subject{*kind_from(entry.subject.kind), entry.subject.number};
+  bool is_outdated = !is_same(*entry.snapshot(), *app.document.now(), subject);
+  if (subject.kind == Kind::world && entry.of == "tasks")
+    for (const document::SnapshotPtr& each : {entry.snapshot(), app.document.now()})
+      for (const PlacedProgram& p : programs_of(*each, WorldId{subject.number}))
+        is_outdated = is_outdated || !is_same(*entry.snapshot(), *app.document.now(), p.program);
   Map out{{"time", s.time},
           {"row", static_cast<std::int64_t>(s.row + 1)},
           {"rows", static_cast<std::int64_t>(s.rows)},
@@ -174,7 +188,7 @@ Map live_run_state(const Application& app, const LiveRunEntry& entry) {
           {"is_playing", s.speed != 0},
           {"is_over", s.is_over},
           {"is_complete", s.is_complete},
-          {"is_outdated", !is_same(*entry.snapshot(), *app.document.now(), subject)},
+          {"is_outdated", is_outdated},
           {"lag", s.lag},
           {"restarts", static_cast<std::int64_t>(s.restarts)}};
   if (s.failure) out.set("error", s.failure->sentence());
@@ -217,6 +231,20 @@ Result<Map> live_run_rows(const LiveRunEntry& entry, std::size_t from,
              {"columns", std::move(table)}};
 }
 
+Result<double> speed_of(const Value& given) {
+  const std::string* word = given.as_string();
+  double speed = 0;
+  if (word && *word == "max") speed = sim::kAsFastAsPossible;
+  else if (const auto read = word ? text::read_real(*word) : given.number()) speed = *read;
+  else
+    return error(ErrorCode::invalid_argument, given.text() + " is not a speed",
+                 "Give a number, 1 = real time, or \"max\".", "speed");
+  if (std::isnan(speed) || speed == 0 || speed == -sim::kAsFastAsPossible)
+    return error(ErrorCode::invalid_argument, "a speed of " + given.text() + " does not play",
+                 "run.pause stops the time; a negative speed runs backwards.", "speed");
+  return speed;
+}
+
 namespace {
 
 /// What the run's outcome is worth: its state, or the error.
@@ -230,6 +258,14 @@ Result<Value> answer(CommandContext& ctx, const Map& args, Result<void> done) {
   return Value(std::move(state));
 }
 
+void set_entry(LiveRunEntry& entry, const Map& args) {
+  const std::string word = text_of(args, "entry");
+  const std::lock_guard lock(entry.breakpoints->mutex);
+  entry.breakpoints->entry = word == "stop"   ? Breakpoints::Entry::stops
+                             : word == "wait" ? Breakpoints::Entry::waits
+                                              : Breakpoints::Entry::runs;
+}
+
 Result<Value> start(CommandContext& ctx, const Map& args) {
   const auto made = std::make_shared<LiveRunEntry>();
   LiveRunEntry& entry = *made;
@@ -238,6 +274,7 @@ Result<Value> start(CommandContext& ctx, const Map& args) {
   if (const Value* with = args.find("with"); with && with->as_map()) entry.with = *with->as_map();
   entry.title = ctx.name_of(entry.subject).value_or("") + ": " + entry.of;
   entry.set_snapshot(ctx.base());
+  set_entry(entry, args);
   RMP_TRY_ASSIGN(auto source, source_of(ctx, entry));
   entry.run = std::make_unique<sim::LiveRun>();
   RMP_TRY(entry.run->start(std::move(source), ctx.progress));
@@ -255,6 +292,7 @@ Result<Value> anew(CommandContext& ctx, const Map& args,
   return answer(ctx, args, (entry.run.get()->*how)(std::move(*source), ctx.progress));
 }
 Result<Value> reset(CommandContext& ctx, const Map& args) {
+  set_entry(*entry_of(ctx, args), args);
   return anew(ctx, args, &sim::LiveRun::start);
 }
 Result<Value> refresh(CommandContext& ctx, const Map& args) {
@@ -274,21 +312,17 @@ Result<Value> finish(CommandContext& ctx, const Map& args) {
   return answer(ctx, args, entry_of(ctx, args)->run->finish(ctx.progress));
 }
 Result<Value> pause(CommandContext& ctx, const Map& args) {
-  return answer(ctx, args, entry_of(ctx, args)->run->pause(ctx.progress));
+  const LiveRunPtr entry = entry_of(ctx, args);
+  // A program that computes without end stops, too.
+  const auto watch = entry->watch();
+  if (watch) watch->wants_pause = true;
+  auto done = entry->run->pause(ctx.progress);
+  if (watch) watch->wants_pause = false;
+  return answer(ctx, args, std::move(done));
 }
 
 Result<Value> play(CommandContext& ctx, const Map& args) {
-  const Value& given = *args.find("speed");
-  const std::string* word = given.as_string();
-  double speed = 0;
-  if (word && *word == "max") speed = sim::kAsFastAsPossible;
-  else if (const auto read = word ? text::read_real(*word) : given.number()) speed = *read;
-  else
-    return error(ErrorCode::invalid_argument, given.text() + " is not a speed",
-                 "Give a number, 1 = real time, or \"max\".", "speed");
-  if (std::isnan(speed) || speed == 0 || speed == -sim::kAsFastAsPossible)
-    return error(ErrorCode::invalid_argument, "a speed of " + given.text() + " does not play",
-                 "run.pause stops the time; a negative speed runs backwards.", "speed");
+  RMP_TRY_ASSIGN(const double speed, speed_of(*args.find("speed")));
   entry_of(ctx, args)->run->play(speed);
   ctx.app.kept<RunPulse>().wake();
   return answer(ctx, args, {});
@@ -396,17 +430,23 @@ RMP_COMMANDS(run_commands) {
                    .runs = run == start ? RunKind::simulation : RunKind::none});
   };
   const ParamSpec with = optional("with", "map", "", "Arguments of the simulation.");
+  const ParamSpec entry =
+      choice("entry", {"run", "stop", "wait"},
+             "Programs run, or the first one stops before its first statement; where it waits, a "
+             "breakpoint that is set there meanwhile still stops it.");
   const ReturnSpec made{"handle", "", "The run, which stands at its first row.", {}};
   add("world.start_run", "Starts a simulation that is stepped, played and paused.",
       "It takes the arguments of the command of that simulation: physics those of "
       "world.simulate_physics, dynamics of world.simulate_dynamics, tasks of world.run_task, "
-      "recording the recording itself. Physics and dynamics are computed row by row while the run "
-      "goes on; of the others, and with solvers written in Lua, the motion is computed first and "
+      "recording the recording itself. Physics, dynamics and tasks with programs are computed row "
+      "by "
+      "row while the run goes on; of the others, and with solvers written in Lua, the motion is "
+      "computed first and "
       "then shown row by row.",
       with_fall("assert(fall:state().rows == 1)\nlocal s = fall:step(10)\n"
                 "assert(math.abs(s.time - 0.1) < 1e-9 and s.objects.box.position[3] < 0.5)"),
-      {self("world"), choice("of", words_of(kOfWorlds), "What is simulated.", true), with}, made,
-      Effect::simulates, start);
+      {self("world"), choice("of", words_of(kOfWorlds), "What is simulated.", true), with, entry},
+      made, Effect::simulates, start);
   add("robot.start_run", "Starts a simulation of a robot alone that is stepped, played and paused.",
       "It takes the arguments of robot.simulate, or a recording.",
       with_arm("local swing = arm:start_run(\"dynamics\", {q = \"ready\", duration = 0.1})\n"
@@ -457,7 +497,7 @@ RMP_COMMANDS(run_commands) {
       with_fall("fall:finish()\ncell:place{member = \"box\", position = {0, 0, 0.2}}\n"
                 "local s = fall:reset()\n"
                 "assert(s.time == 0 and s.rows == 1 and s.objects.box.position[3] == 0.2)"),
-      {self("run")}, shown, Effect::simulates, reset);
+      {self("run"), entry}, shown, Effect::simulates, reset);
   add("run.state", "Reports what a run shows.", "",
       with_fall("assert(fall:state().values[\"box.z\"] == 0.5)"), {self("run")}, shown,
       Effect::reads, state);

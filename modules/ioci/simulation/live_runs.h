@@ -16,8 +16,28 @@
 #include "document/document.h"
 #include "ioci/core/command.h"
 #include "sim/live_run.h"
+#include "task/run.h"
 
 namespace robomosp::ioci {
+
+/// Breakpoints of a run, which it keeps over run.refresh and run.reset. [any thread]
+struct Breakpoints {
+  struct One {
+    std::int64_t number = 0;
+    std::string program;    ///< by its name in the world
+    std::uint32_t own = 0;  ///< number that its machine gave it
+    program::Breakpoint what;
+  };
+  /// Into the machines of programs that begin anew.
+  Result<void> set_all(std::vector<task::ProgramActor>&);
+  /// How programs begin the next time: run, or stop before the first statement; where it waits, a
+  /// breakpoint that is set there meanwhile counts.
+  enum class Entry : std::uint8_t { runs, stops, waits };
+  std::mutex mutex;
+  Entry entry = Entry::runs;  // guarded by mutex
+  std::int64_t next = 1;      // guarded by mutex
+  std::vector<One> all;       // guarded by mutex
+};
 
 struct LiveRunEntry {
   std::string title;  ///< "cell: physics"
@@ -25,7 +45,17 @@ struct LiveRunEntry {
   Handle subject;     ///< the world or robot
   Map with;           ///< arguments of the simulation, as they were given
   std::unique_ptr<sim::LiveRun> run;
+  std::shared_ptr<Breakpoints> breakpoints = std::make_shared<Breakpoints>();
 
+  /// Its programs; null = it has none, or is not computed row by row.
+  [[nodiscard]] std::shared_ptr<task::ProgramWatch> watch() const {
+    const std::lock_guard lock(mutex_);
+    return watch_;
+  }
+  void set_watch(std::shared_ptr<task::ProgramWatch> watch) {
+    const std::lock_guard lock(mutex_);
+    watch_ = std::move(watch);
+  }
   /// What it computes with.
   [[nodiscard]] document::SnapshotPtr snapshot() const {
     const std::lock_guard lock(mutex_);
@@ -38,7 +68,8 @@ struct LiveRunEntry {
 
  private:
   mutable std::mutex mutex_;
-  document::SnapshotPtr snapshot_;  // guarded by mutex_
+  document::SnapshotPtr snapshot_;             // guarded by mutex_
+  std::shared_ptr<task::ProgramWatch> watch_;  // guarded by mutex_
 };
 
 using LiveRunPtr = std::shared_ptr<LiveRunEntry>;
@@ -81,7 +112,11 @@ class Runs {
 struct LiveSource {
   sim::LiveRun::Source source;
   std::vector<std::pair<const char*, model::ProviderChoice>> asks;
+  std::shared_ptr<task::ProgramWatch> watch = {};  ///< of programs
 };
+
+/// 1 = real time, "max" = as fast as it computes, negative = backwards.
+Result<double> speed_of(const Value&);
 
 /// Most values that run.rows gives at once: rows times columns.
 inline constexpr std::size_t kMostRunValues = 1'000'000;
@@ -96,5 +131,7 @@ inline constexpr std::size_t kMostRunValues = 1'000'000;
 Result<LiveSource> live_dynamics(CommandContext&, const Map& args);
 Result<LiveSource> live_robot(CommandContext&, const Map& args);
 Result<LiveSource> live_physics(CommandContext&, const Map& args);
+/// Of world.run_task, where programs are among what is run; else without a source.
+Result<LiveSource> live_tasks(CommandContext&, const Map& args);
 
 }  // namespace robomosp::ioci

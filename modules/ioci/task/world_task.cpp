@@ -2,6 +2,7 @@
 // Commands for what worlds have for tasks: frames, lights, tasks, signals, held objects.
 #include <algorithm>
 
+#include "ioci/program/in_world.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/task/steps.h"
 #include "ioci/world/members.h"
@@ -126,18 +127,7 @@ Result<Value> detach(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> run_task(CommandContext& ctx, const Map& args) {
-  task::TaskRun run;
-  run.world = typed<World>(args);
-  if (has(args, "task")) {
-    const Value& given = *args.find("task");
-    const List* list = given.as_list();
-    for (const Value& one : list ? *list : List{given}) {
-      RMP_TRY_ASSIGN(const std::size_t at, find_task(ctx, run.world, one, "task"));
-      run.tasks.push_back(ctx.snapshot().get(run.world)->tasks[at].name);
-    }
-  }
-  run.sample_time = real(args, "sample_time");
-  run.most_time = real(args, "most_time");
+  RMP_TRY_ASSIGN(const task::TaskRun run, task_run(ctx, args));
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
   auto recording = task::run(simulator, run, ctx.progress);
@@ -262,8 +252,8 @@ RMP_COMMANDS(world_task_commands) {
   all.push_back(
       {.name = "world.run_task",
        .classic = "",
-       .summary = "Runs tasks of a world, all on one clock, and records robots, signals and held "
-                  "objects.",
+       .summary = "Runs tasks and programs of a world, all on one clock, and records robots, "
+                  "signals and held objects.",
        .details =
            "Each task runs by itself; moves and waits take time, all other steps none. Tasks wait "
            "for each other through signals. A condition over time or places ends a wait at the "
@@ -271,7 +261,9 @@ RMP_COMMANDS(world_task_commands) {
            "columns <robot>.q1, <robot>.qd1, <robot>.qdd1, ..., signal.<name> and <object>.x, ...; "
            "its notes tell what was taken, let go and said. recording.compute adds torques and "
            "poses of a robot. A "
-           "wait that can never come true is an error that names its step.",
+           "wait that can never come true is an error that names its step. Programs run with what "
+           "their names mean in the world (program.bind); what they write are notes, and "
+           "<program>.line is the line that each is at.",
        .example = with_part(
            "task.create{name = \"shift\", steps = {\n  {step = \"attach\", object = \"part\"},\n  "
            "{step = \"move\", pose = \"ready\", duration = 2},\n  {step = \"detach\", object = "
@@ -279,10 +271,17 @@ RMP_COMMANDS(world_task_commands) {
            "cell:run_task{task = \"shift\"}\nlocal t = r:values(\"time\")\nassert(math.abs(t[#t] - "
            "2) < 1e-9)"),
        .params = {self("world"),
-                  optional("task", "any", "", "Name or names; all of the world when left out."),
+                  optional("task", "any", "",
+                           "Name or names; when task and program are left out, all of the world."),
+                  optional("program", "any", "", "Name or names of programs in the world."),
+                  choice("unbound", {"error", "free"},
+                         "Signals of programs without a binding are an error, or their own."),
+                  values_field(),
                   above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
                   above_zero(defaulted("most_time", "real", "s", 3600.0,
                                        "A run that takes longer is an error.")),
+                  above_zero(
+                      optional("duration", "real", "s", "What is not over by then ends there.")),
                   watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,

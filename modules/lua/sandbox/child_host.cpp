@@ -123,38 +123,10 @@ void ChildHost::add_commands(const Value& list) const {
   }
 }
 
-const ioci::CommandSpec* ChildHost::find(std::string_view name) const {
-  const auto it = commands_.find(name);
-  return it == commands_.end() ? nullptr : it->second.get();
-}
-
-std::vector<const ioci::CommandSpec*> ChildHost::list() const {
-  std::vector<const ioci::CommandSpec*> out;
-  out.reserve(commands_.size());
-  for (const auto& [name, spec] : commands_) out.push_back(spec.get());
-  return out;
-}
-
-std::vector<const ioci::CommandSpec*> ChildHost::methods_of(std::string_view kind) const {
-  std::vector<const ioci::CommandSpec*> out;
-  const std::string prefix = std::string(kind) + ".";
-  for (auto it = commands_.lower_bound(prefix);
-       it != commands_.end() && it->first.starts_with(prefix); ++it)
-    if (!it->second->params.empty() && it->second->params.front().name == "id")
-      out.push_back(it->second.get());
-  return out;
-}
-
 Error ChildHost::unknown(std::string_view name) const {
   const auto answer = ask(wire::Ask::unknown, name, {});
   return answer.ok() ? error(ErrorCode::unknown_name, "there is no command " + text::quote(name))
                      : answer.error();
-}
-
-bool ChildHost::is_classic_noun(std::string_view word) const {
-  std::string lower(word);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return nouns_.contains(lower);
 }
 
 Result<Value> ChildHost::ask(wire::Ask what, std::string_view name, Value args) const {

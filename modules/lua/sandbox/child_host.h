@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "lua/command_host.h"
+#include "lua/listed_commands.h"
 #include "lua/sandbox/wire.h"
 
 namespace robomosp::lua {
@@ -30,18 +30,12 @@ class Link {
 };
 
 /// [the only thread]
-class ChildHost final : public CommandHost {
+class ChildHost final : public ListedCommands {
  public:
   /// `setup` is the value of the frame of that kind.
   ChildHost(Link& link, const Map& setup);
 
-  [[nodiscard]] std::uint64_t revision() const override { return revision_; }
-  [[nodiscard]] const ioci::CommandSpec* find(std::string_view name) const override;
-  [[nodiscard]] std::vector<const ioci::CommandSpec*> list() const override;
-  [[nodiscard]] std::vector<const ioci::CommandSpec*> methods_of(
-      std::string_view kind) const override;
   [[nodiscard]] Error unknown(std::string_view name) const override;
-  [[nodiscard]] bool is_classic_noun(std::string_view word) const override;
   Result<Value> dispatch(const ioci::CommandSpec&, const Map& args) override;
   Result<Handle> dispatch_async(const ioci::CommandSpec&, Map args) override;
   Result<Value> dispatch_classic(std::string_view line) override;
@@ -69,12 +63,9 @@ class ChildHost final : public CommandHost {
   void add_commands(const Value& list) const;
 
   Link& link_;
-  std::set<std::string, std::less<>> nouns_;  ///< lower case
-  std::size_t most_output_ = 0;               ///< [bytes]
-  std::size_t printed_ = 0;                   ///< in this call [bytes]
+  std::size_t most_output_ = 0;  ///< [bytes]
+  std::size_t printed_ = 0;      ///< in this call [bytes]
   // What any answer may change:
-  mutable std::map<std::string, std::unique_ptr<ioci::CommandSpec>, std::less<>> commands_;
-  mutable std::uint64_t revision_ = 1;
   mutable std::string waiting_;  ///< printed and not sent yet
   mutable bool was_told_to_stop_ = false;
 };

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// program.run_alone: a program without a world, its texts and outputs.
+#include "program/alone.h"
+
+#include <cmath>
+
+#include "ioci/core/commands.h"
+#include "ioci/program/alone_inputs.h"
+#include "ioci/program/in_world.h"
+#include "ioci/program/program_files.h"
+#include "ioci/program/program_kind.h"
+#include "motion/provider_params.h"
+
+namespace robomosp::ioci {
+
+Result<std::map<std::string, program::SignalValue>> read_inputs(const Value* given,
+                                                                std::string_view path) {
+  std::map<std::string, program::SignalValue> out;
+  if (!given || given->is_nil()) return out;
+  const Map* map = given->as_map();
+  if (!map)
+    return error(ErrorCode::invalid_argument, "values stand in a table by the names of inputs",
+                 "Give inputs = {part_here = true}.", std::string(path));
+  for (const auto& [name, value] : *map) {
+    program::SignalValue v;
+    if (const bool* b = value.as_bool()) v.real = *b ? 1 : 0;
+    else if (value.is_number()) v.real = value.number();
+    else
+      return error(ErrorCode::invalid_argument,
+                   "the input " + text::quote(name) + " cannot be " + value.text(),
+                   "Give a number, true or false.", std::string(path));
+    if (!(std::fabs(v.real) <= 9.0e18))
+      return error(ErrorCode::invalid_argument,
+                   "the input " + text::quote(name) + " cannot be " + value.text(),
+                   "Give a number within the range of INT.", std::string(path));
+    v.integer = static_cast<std::int64_t>(v.real);
+    out.emplace(name, v);
+  }
+  return out;
+}
+
+Result<std::shared_ptr<const CompiledProgram>> compile_now(Application& app, const Handle& handle,
+                                                           Progress& progress) {
+  const auto now = app.document.now();
+  const model::Program* p = program_in(*now, AnyId{program_kind(), handle.number});
+  if (!p) return error(ErrorCode::stale_handle, "the program is not there any more");
+  RMP_TRY_ASSIGN(const ProviderInfo info, app.registry.find(Language::kInterfaceId, p->language));
+  RMP_TRY_ASSIGN(const auto language, app.registry.create<Language>(info.name));
+  model::ProviderChoice choice;
+  choice.name = info.name;
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_params(info, choice, "provider " + text::quote(info.name)));
+  std::vector<std::string> texts;
+  for (const model::ProgramFile& f : p->files) texts.push_back(text_of_file(f));
+  std::vector<SourceFile> files;
+  for (std::size_t i = 0; i < texts.size(); ++i) files.push_back({p->files[i].name, texts[i], {}});
+  LanguageTask task;
+  task.files = files;
+  RMP_TRY_ASSIGN(auto made, language->compile(task, *params, progress));
+  if (made->code().has_errors)
+    return error(ErrorCode::syntax, "the program has errors", "program.check lists them.");
+  return std::shared_ptr<const CompiledProgram>(std::move(made));
+}
+
+namespace {
+
+/// What the program writes is kept, and what it asks for was given before.
+class Collector final : public program::Operator {
+ public:
+  Collector(std::vector<std::string> lines, std::size_t most)
+      : lines_(std::move(lines)), most_(most) {}
+  Result<void> says(std::string_view piece) override {
+    if (text.size() + piece.size() > most_)
+      return error(ErrorCode::unsupported,
+                   "the program has written more than " + std::to_string(most_) + " bytes",
+                   "Let it write less, or run it with `robomosp irl`, which passes them on.");
+    text += piece;
+    return {};
+  }
+  Result<std::string> line() override {
+    if (at_ < lines_.size()) return lines_[at_++];
+    return error(ErrorCode::not_found,
+                 "READ asks for line " + std::to_string(at_ + 1) + ", and " +
+                     std::to_string(lines_.size()) + " were given",
+                 "Give more lines.");
+  }
+  Result<void> pause(std::string_view) override { return {}; }
+  Result<void> time(double) override { return {}; }
+  Result<void> does(double now, const std::string& file, std::uint32_t line,
+                    const std::string& what) override {
+    constexpr std::size_t kMost = 100'000;
+    if (trace.size() >= kMost)
+      return error(ErrorCode::unsupported,
+                   "the program has done more than " + std::to_string(kMost) + " things",
+                   "Run it without trace, or with `robomosp irl --trace`.");
+    trace.emplace_back(Map{
+        {"time", now}, {"file", file}, {"line", static_cast<std::int64_t>(line)}, {"what", what}});
+    return {};
+  }
+  Result<std::string> read_file(std::string_view name) override { return no_files(name); }
+  Result<void> write_file(std::string_view name, std::string_view, bool) override {
+    return no_files(name);
+  }
+  std::string text;
+  List trace;
+
+ private:
+  static Error no_files(std::string_view name) {
+    return error(ErrorCode::unsupported,
+                 "the program opens the file " + text::quote(std::string(name)),
+                 "Run it with `robomosp irl`, where its files are those of its folder.");
+  }
+  const std::vector<std::string> lines_;
+  const std::size_t most_;
+  std::size_t at_ = 0;
+};
+
+Result<Value> run_alone(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  RMP_TRY_ASSIGN(const auto code, compile_program(ctx, id));
+  program::AloneOptions options;
+  RMP_TRY_ASSIGN(options.inputs, read_inputs(args.find("inputs"), "inputs"));
+  RMP_TRY_ASSIGN(options.values, read_presets(args.find("values"), "values"));
+  options.is_traced = flag(args, "trace");
+  options.limits.most_instructions = static_cast<std::uint64_t>(integer(args, "most_instructions"));
+  std::vector<std::string> lines;
+  if (const Value* given = args.find("lines"); given && given->as_list())
+    for (const Value& one : *given->as_list())
+      lines.push_back(one.as_string() ? *one.as_string() : one.text());
+  constexpr std::size_t kMostText = std::size_t{16} << 20;
+  Collector user(std::move(lines), kMostText);
+  auto ended = program::run_alone(code, options, user, ctx.progress);
+  if (!ended.ok()) return std::move(ended).error().in(name_in(ctx, id));
+  Map outputs;
+  for (const auto& [name, value] : ended->outputs) outputs.append(name, value);
+  Map out{{"text", std::move(user.text)},
+          {"is_halted", ended->is_halted},
+          {"time", ended->time},
+          {"motions", static_cast<std::int64_t>(ended->motions)},
+          {"instructions", static_cast<std::int64_t>(ended->instructions)},
+          {"outputs", std::move(outputs)}};
+  if (options.is_traced) out.set("trace", std::move(user.trace));
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+RMP_COMMANDS(program_alone_commands) {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "program.run_alone",
+       .classic = "",
+       .summary = "Runs a program without a world, and gives what it wrote and switched.",
+       .details =
+           "Motions take no time and reach their targets, waits end at once, PAUSE goes on. Inputs "
+           "have the values that are given; one without is an error where it is asked for, and so "
+           "is "
+           "what needs a robot. program.run runs it with one.",
+       .example = "local twice = program.create{name = \"twice\", source = [[\n"
+                  "PROGRAM twice;\n"
+                  "VAR\n"
+                  "  INT: n := 2;\n"
+                  "BEGIN\n"
+                  "  WRITELN(n * 2);\n"
+                  "ENDPROGRAM;\n"
+                  "]]}\n"
+                  "assert(twice:run_alone().text == \"4\\n\")\n"
+                  "assert(twice:run_alone{values = {n = 5}}.text == \"10\\n\")",
+       .params = {self("program"),
+                  optional("inputs", "map", "", "Values of inputs, by their names."),
+                  values_field(),
+                  optional("lines", "list", "", "What READ gets, one after the other."),
+                  defaulted("trace", "bool", "", false, "Also gives what it does, step by step."),
+                  between(defaulted("most_instructions", "int", "", 2'000'000'000,
+                                    "A program that takes more is an error."),
+                          1, 9e15)},
+       .returns = {"map",
+                   "",
+                   "How it went.",
+                   {field("text", "string", "", "What it wrote."),
+                    field("is_halted", "bool", "", "Whether HALT ended it."),
+                    field("time", "real", "s", "Of its waits."),
+                    field("motions", "int", "", "How many it began."),
+                    field("instructions", "int", "", "How many it took."),
+                    field("outputs", "map", "", "What it set, as it was last."),
+                    field("trace", "list", "",
+                          "Where it was wanted: time, file, line, and what was done.")}},
+       .effect = Effect::reads,
+       .run = run_alone});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,657 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs checked before they are posted: a run in a copy of their world, with faults at the
+// lines of the source, the tool's way in their colours, and joints over time.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/program/check_program.h"
+#include "ioci/program/in_world.h"
+#include "ioci/program/program_kind.h"
+#include "ioci/view/picture.h"
+#include "ioci/world/members.h"
+#include "model/controller.h"
+#include "program_post/points.h"
+#include "recording/plot/plot.h"
+#include "scene/build.h"
+#include "scene/contacts.h"
+#include "scene/path_lines.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using program_check::Check;
+using program_check::Fault;
+using program_check::FaultKind;
+using program_check::kNone;
+using program_check::MotionReport;
+using program_check::Severity;
+using text::print_rounded;
+
+constexpr double kDegree = 180 / std::numbers::pi;
+
+template <class Row>
+const Row& row_of(const rmp_table& t, std::uint32_t i) {
+  return *static_cast<const Row*>(rmp_row(&t, i));
+}
+std::string file_name(const rmp_code& code, std::uint32_t file) {
+  return file < code.files.count ? row_of<rmp_code_file>(code.files, file).name : "";
+}
+std::string routine_name(const rmp_code& code, std::uint32_t routine) {
+  if (routine >= code.routines.count) return "";
+  const auto& r = row_of<rmp_code_routine>(code.routines, routine);
+  return r.symbol < code.symbols.count ? row_of<rmp_code_symbol>(code.symbols, r.symbol).name : "";
+}
+const char* motion_word(std::uint32_t interpolation) {
+  switch (interpolation) {
+    case RMP_MOVE_LIN: return "LIN";
+    case RMP_MOVE_CIRCLE: return "CIRCLE";
+    case RMP_MOVE_PATH: return "PATH";
+    default: return "PTP";
+  }
+}
+std::string where_of(const rmp_code& code, const rmp_span& s) {
+  return file_name(code, s.file) + ":" + std::to_string(s.line) + ":" + std::to_string(s.column);
+}
+
+/// `lift.irl:8:3: error: reach: robot "ur5" does not reach ... . Move it. (the 2nd time, t = 3 s)`
+std::string sentence_of(const rmp_code& code, const Fault& f) {
+  std::string out = where_of(code, f.place.span) + ": " +
+                    std::string(program_check::to_string(f.severity)) + ": " +
+                    std::string(program_check::to_string(f.kind)) + ": " + f.message + ".";
+  if (!f.hint.empty()) out += " " + f.hint;
+  std::string more = "t = " + print_rounded(f.at, 5) + " s";
+  if (f.place.count > 1 || f.times > 1) more += ", run " + std::to_string(f.place.count);
+  if (f.times > 1) more += ", " + std::to_string(f.times) + " in all";
+  for (std::size_t k = 0; k + 1 < f.place.calls.size(); ++k)
+    more += (k == 0 ? ", in " : ", from ") + f.place.calls[k].name + " called in line " +
+            std::to_string(f.place.calls[k + 1].span.line);
+  return out + " (" + more + ")";
+}
+
+/// Spans of MOVE statements whose targets are not known before the run.
+std::set<std::pair<std::uint32_t, std::uint32_t>> computed_motions(const rmp_code& code) {
+  const auto known = program_post::known_points(code, nullptr, nullptr);
+  std::set<std::uint32_t> expressions;
+  for (const PostPoint& p : known.points) expressions.insert(p.expression);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> out;
+  for (std::uint32_t i = 0; i < code.motions.count; ++i) {
+    const auto& m = row_of<rmp_code_motion>(code.motions, i);
+    for (std::uint32_t k = 0; k < m.target_count; ++k)
+      if (!expressions.contains(row_of<std::uint32_t>(code.links, m.first_target + k)))
+        out.emplace(m.span.file, m.span.line);
+  }
+  return out;
+}
+
+Map motion_row(const CheckedProgram& c, std::size_t i) {
+  const rmp_code& code = c.code->code();
+  const MotionReport& m = c.check.motions[i];
+  const auto& one = m.motion;
+  Map row{{"file", file_name(code, one.place.span.file)},
+          {"line", static_cast<std::int64_t>(one.place.span.line)},
+          {"run", static_cast<std::int64_t>(one.place.count)},
+          {"kind", motion_word(one.interpolation)},
+          {"robot", one.robot < c.check.inspection->robots.size()
+                        ? c.check.inspection->robots[one.robot].name
+                        : std::string()},
+          {"start", one.start},
+          {"duration", std::max(0.0, one.end - one.start)},
+          {"end", vec_value(m.end, "m")},
+          {"carried_out", one.is_carried_out},
+          {"speed_share", m.utilisation}};
+  if (m.utilised >= 0) row.set("fastest_joint", Value(static_cast<std::int64_t>(m.utilised + 1)));
+  if (std::isfinite(m.clearance)) {
+    row.set("clearance", Value(m.clearance));
+    row.set("nearest", Value(m.nearest));
+  }
+  if (m.condition > 0 && std::isfinite(m.condition)) row.set("condition", Value(m.condition));
+  if (one.is_carried_out && std::isfinite(m.manipulability))
+    row.set("manipulability", Value(m.manipulability));
+  if (m.has_fault) row.set("worst", Value(std::string(program_check::to_string(m.worst))));
+  return row;
+}
+
+/// Targets that the program computes, as they were reached.
+List computed_targets(const CheckedProgram& c, std::size_t most, std::size_t& left_out) {
+  const rmp_code& code = c.code->code();
+  const auto computed = computed_motions(code);
+  List out;
+  for (const MotionReport& m : c.check.motions) {
+    const auto& one = m.motion;
+    if (!computed.contains({one.place.span.file, one.place.span.line})) continue;
+    if (out.size() >= most) {
+      ++left_out;
+      continue;
+    }
+    Map row{{"file", file_name(code, one.place.span.file)},
+            {"line", static_cast<std::int64_t>(one.place.span.line)},
+            {"run", static_cast<std::int64_t>(one.place.count)},
+            {"time", one.end},
+            {"reached", one.is_carried_out && !one.is_cut},
+            {"q", NumericArray(one.q_target)}};
+    if (one.base_T_target) {
+      row.set("position", vec_value(one.base_T_target->p, "m"));
+      row.set("pose", Value(pose_map(*one.base_T_target)));
+    }
+    out.emplace_back(std::move(row));
+  }
+  return out;
+}
+
+struct Look {
+  Colour colour;
+  const char* word;
+};
+const Look kGood{{0.13F, 0.58F, 0.22F, 1}, "good"};
+Look look_of(const Fault& f) {
+  switch (f.kind) {
+    case FaultKind::reach:
+    case FaultKind::joint_limit:
+    case FaultKind::motion: return {{0.86F, 0.10F, 0.10F, 1}, "no reach"};
+    case FaultKind::contact: return {{0.58F, 0.14F, 0.68F, 1}, "contact"};
+    case FaultKind::clearance: return {{0.80F, 0.55F, 0.86F, 1}, "too near"};
+    case FaultKind::singularity: return {{0.10F, 0.45F, 0.85F, 1}, "singular"};
+    case FaultKind::configuration: return {{0.05F, 0.25F, 0.55F, 1}, "branch"};
+    default: return {{0.96F, 0.58F, 0.04F, 1}, "limit"};
+  }
+}
+bool is_drawn(const Fault& f) { return f.severity != Severity::note && f.motion != kNone; }
+
+/// The tool's way, and where it is wrong.
+void mark(const CheckedProgram& c, render::Scene& scene) {
+  std::vector<scene::MarkedStretch> stretches;
+  std::vector<scene::MarkedPlace> places;
+  const auto& time = c.check.recording->columns.front().values;
+  for (std::size_t i = 0; i < c.check.motions.size(); ++i) {
+    const program_check::ToolWay way = program_check::tool_way(c.check, i);
+    // The worst that is wrong at each point.
+    std::vector<const Fault*> at(way.world_T_tip.size(), nullptr);
+    for (const Fault& f : c.check.faults) {
+      if (f.motion != i || !is_drawn(f)) continue;
+      for (std::size_t k = 0; k < at.size(); ++k) {
+        const bool is_in = way.rows.empty() ? k >= c.check.motions[i].motion.is_reached.size() ||
+                                                  !c.check.motions[i].motion.is_reached[k]
+                                            : time[way.rows[k]] >= f.from - 1e-6 &&
+                                                  time[way.rows[k]] <= f.to + 1e-6;
+        if (is_in && (!at[k] || f.severity < at[k]->severity)) at[k] = &f;
+      }
+    }
+    for (std::size_t k = 0; k < at.size();) {
+      std::size_t end = k + 1;
+      while (end < at.size() && at[end] == at[k]) ++end;
+      const Look look = at[k] ? look_of(*at[k]) : kGood;
+      scene::MarkedStretch s;
+      s.colour = look.colour, s.kind = look.word, s.is_good = !at[k];
+      for (std::size_t n = k > 0 ? k - 1 : k; n < end; ++n) s.poses.push_back(way.world_T_tip[n]);
+      stretches.push_back(std::move(s));
+      k = end;
+    }
+  }
+  // One word a place: several faults of a line that are near each other share it.
+  for (const Fault& f : c.check.faults) {
+    if (!is_drawn(f) || !f.has_position) continue;
+    const std::string word = "line " + std::to_string(f.place.span.line);
+    const bool is_there = std::any_of(places.begin(), places.end(), [&](const auto& p) {
+      return p.text == word && std::hypot(p.at[0] - f.position[0], p.at[1] - f.position[1],
+                                          p.at[2] - f.position[2]) < 0.05;
+    });
+    if (!is_there) places.push_back({f.position, word, look_of(f).colour});
+  }
+  scene::mark_stretches(scene, c.name, stretches, places);
+}
+
+/// The first fault that has a place, and so its time is what a picture shows.
+const Fault* shown_fault(const Check& check) {
+  for (const Fault& f : check.faults)
+    if (is_drawn(f) && f.severity != Severity::note) return &f;
+  return nullptr;
+}
+
+Result<void> draw(CommandContext& ctx, const Map& args, const CheckedProgram& c,
+                  const std::string& file) {
+  RMP_TRY_ASSIGN(render::Options options, read_picture(args));
+  const Fault* first = shown_fault(c.check);
+  if (options.look.caption.empty() && first) {
+    std::string caption = where_of(c.code->code(), first->place.span) + ": " + first->message;
+    if (caption.size() > 110) caption = caption.substr(0, 107) + "...";
+    options.look.caption = caption;
+  }
+  scene::Extras extras;
+  extras.frames = flag(args, "frames");
+  extras.paths = scene::ShownPath::none;
+  const scene::Source source{*c.snapshot, ctx.app.derived, ctx.app.registry};
+  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, AnyId(c.world), extras, ctx.progress));
+  RMP_TRY_ASSIGN(const auto playback,
+                 scene::build_playback(source, c.world, *c.check.recording, ctx.progress));
+  scene::pose_at(built.scene, playback, first ? first->at : c.check.duration);
+  mark(c, built.scene);
+  RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, built.scene));
+  RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
+  RMP_TRY_ASSIGN(const std::string bytes, draw_png(*drawer, built.scene, options, ctx.progress));
+  return io::write_file(file, bytes);
+}
+
+/// Joints against their limits, and the clearance, over time; faults as stretches with their lines.
+Result<void> plot(const CheckedProgram& c, const std::string& file) {
+  const recording::Recording& r = *c.check.recording;
+  recording::Plot out;
+  out.title = c.name + ": joints against their limits";
+  out.x_label = "time [s]";
+  out.is_tight = true;
+  const std::vector<double>& time = r.columns.front().values;
+  std::set<std::string> robots;
+  for (const MotionReport& m : c.check.motions)
+    if (m.motion.robot < c.check.inspection->robots.size())
+      robots.insert(c.check.inspection->robots[m.motion.robot].name);
+  const auto panel = [&](const std::string& robot, const char* stem, const std::string& label) {
+    recording::PlotPanel p;
+    p.y_label = label;
+    p.lower = -1, p.upper = 1;
+    for (std::size_t j = 1;; ++j) {
+      const auto* column = r.find(robot + stem + std::to_string(j));
+      if (!column) break;
+      if (!std::isfinite(column->lower) || !std::isfinite(column->upper) ||
+          !(column->upper > column->lower))
+        continue;
+      recording::PlotLine line;
+      line.name = "joint " + std::to_string(j);
+      line.colour = j - 1;
+      line.x = time;
+      const double middle = 0.5 * (column->upper + column->lower),
+                   half = 0.5 * (column->upper - column->lower);
+      for (const double v : column->values) line.y.push_back((v - middle) / half);
+      p.lines.push_back(std::move(line));
+    }
+    if (!p.lines.empty()) out.panels.push_back(std::move(p));
+  };
+  for (const std::string& robot : robots) {
+    const std::string of = robots.size() > 1 ? robot + " " : "";
+    panel(robot, ".q", of + "position / limit");
+    panel(robot, ".qd", of + "velocity / limit");
+    panel(robot, ".tau", of + "torque / limit");
+  }
+  if (const auto* column = r.find("clearance")) {
+    recording::PlotPanel p;
+    p.y_label = "clearance [mm]";
+    recording::PlotLine line;
+    line.name = "clearance";
+    line.x = time;
+    bool has_value = false;
+    for (const double v : column->values) {
+      line.y.push_back(std::isfinite(v) ? v * 1000 : std::numeric_limits<double>::quiet_NaN());
+      has_value = has_value || std::isfinite(v);
+    }
+    p.lower = c.options.clearance * 1000;
+    p.lines.push_back(std::move(line));
+    if (has_value) out.panels.push_back(std::move(p));
+  }
+  if (out.panels.empty())
+    return error(ErrorCode::unsupported, "no joint has limits, and nothing can touch",
+                 "Leave plot out.", "plot");
+  for (const Fault& f : c.check.faults) {
+    if (f.severity == Severity::note) continue;
+    const Look look = look_of(f);
+    const auto hex = [](float v) {
+      static constexpr char kDigits[] = "0123456789abcdef";
+      const auto b = static_cast<unsigned>(std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F);
+      return std::string{kDigits[b >> 4U], kDigits[b & 15U]};
+    };
+    out.marks.push_back({f.from, std::max(f.to, f.from),
+                         "line " + std::to_string(f.place.span.line),
+                         "#" + hex(look.colour.r) + hex(look.colour.g) + hex(look.colour.b)});
+  }
+  std::stable_sort(out.marks.begin(), out.marks.end(),
+                   [](const auto& a, const auto& b) { return a.from < b.from; });
+  out.samples = time.size() * out.panels.size();
+  out.height = 110 + 190 * static_cast<int>(out.panels.size());
+  RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(out, file));
+  return io::write_file(file, bytes);
+}
+
+/// A world for a program that has none: the robot alone, in a snapshot that nobody publishes.
+Result<void> alone(CommandContext& ctx, const Map& args, AnyId id, CheckedProgram& out,
+                   model::ProgramPlacement& placement) {
+  // The scratch records are those that are published: what is edited here must be among them.
+  for (const AnyId used : {id, ref(args, "robot")})
+    if (ctx.base()->find(used) != ctx.snapshot().find(used))
+      return error(ErrorCode::unsupported,
+                   "a program without a world is not checked in the group of edits that changes it",
+                   "Give it a world (world.add_program), or end the group before.");
+  RMP_TRY_ASSIGN(auto scratch, ctx.app.document.begin("check of a program"));
+  scratch.base_on(ctx.base());
+  model::World world;
+  world.robots.push_back(
+      {"robot", typed<model::Robot>(args, "robot"), {}, {}, model::BaseKind::fixed, {}});
+  world.robots.back().name = ctx.snapshot().find(ref(args, "robot"))->name;
+  const std::string name = ctx.snapshot().find(id)->name;
+  RMP_TRY_ASSIGN(out.world, scratch.add(scratch.free_name(Kind::world, name + "_check"), world));
+  out.snapshot = std::make_shared<const document::Snapshot>(scratch.now());
+  placement.name = name;
+  placement.world = out.world;
+  return {};
+}
+
+Result<Value> check(CommandContext& ctx, const Map& args) {
+  const std::string file = has(args, "picture") ? text_of(args, "picture") : "";
+  const std::string plot_name = has(args, "plot") ? text_of(args, "plot") : "";
+  if (!file.empty())
+    RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
+  RMP_TRY_ASSIGN(const CheckedProgram c, check_program(ctx, args));
+  const rmp_code& code = c.code->code();
+  const Check& found = c.check;
+  const auto most = static_cast<std::size_t>(integer(args, "most"));
+  Map left_out;
+  List faults, motions, not_run, not_checked;
+  for (const Fault& f : found.faults) {
+    if (faults.size() >= most) break;
+    faults.emplace_back(fault_row(c, f));
+  }
+  if (found.faults.size() > most)
+    left_out.set("faults", Value(static_cast<std::int64_t>(found.faults.size() - most)));
+  for (std::size_t i = 0; i < found.motions.size() && motions.size() < most; ++i)
+    motions.emplace_back(motion_row(c, i));
+  if (const std::size_t all = found.motions.size() + found.inspection->motions_left_out; all > most)
+    left_out.set("motions", Value(static_cast<std::int64_t>(all - motions.size())));
+  std::size_t targets_left_out = 0;
+  List targets = computed_targets(c, most, targets_left_out);
+  if (targets_left_out) left_out.set("targets", Value(static_cast<std::int64_t>(targets_left_out)));
+  for (const auto& u : found.not_run) {
+    if (not_run.size() >= most) break;
+    not_run.emplace_back(Map{{"file", file_name(code, u.file)},
+                             {"from", static_cast<std::int64_t>(u.first)},
+                             {"to", static_cast<std::int64_t>(u.last)},
+                             {"routine", routine_name(code, u.routine)},
+                             {"never_called", u.is_whole_routine}});
+  }
+  if (found.not_run.size() > most)
+    left_out.set("not_run", Value(static_cast<std::int64_t>(found.not_run.size() - most)));
+  for (const std::string& n : found.not_checked) not_checked.emplace_back(n);
+  // Time by line.
+  std::map<std::tuple<std::uint32_t, std::uint32_t>, std::pair<std::size_t, double>> by_line;
+  for (const MotionReport& m : found.motions) {
+    auto& line = by_line[{m.motion.place.span.file, m.motion.place.span.line}];
+    ++line.first;
+    if (m.motion.is_carried_out) line.second += std::max(0.0, m.motion.end - m.motion.start);
+  }
+  List lines;
+  for (const auto& [where, of] : by_line) {
+    if (lines.size() >= most) break;
+    lines.emplace_back(Map{{"file", file_name(code, std::get<0>(where))},
+                           {"line", static_cast<std::int64_t>(std::get<1>(where))},
+                           {"motions", static_cast<std::int64_t>(of.first)},
+                           {"duration", of.second}});
+  }
+  if (by_line.size() > most)
+    left_out.set("lines", Value(static_cast<std::int64_t>(by_line.size() - most)));
+  const auto count = [&](Severity s) { return static_cast<std::int64_t>(found.count(s)); };
+  std::string report;
+  for (const Fault& f : found.faults) {
+    if (f.severity == Severity::note) continue;
+    report += sentence_of(code, f) + "\n";
+  }
+  Map cycle{{"total", found.duration},
+            {"moving", found.moving},
+            {"waiting", std::max(0.0, found.duration - found.moving)},
+            {"complete", found.inspection->is_over && !found.inspection->is_out_of_time},
+            {"slowed", static_cast<std::int64_t>(found.inspection->motions_slowed)},
+            {"lines", std::move(lines)}};
+  Map thresholds{{"clearance", c.options.clearance},
+                 {"touch", c.options.touch},
+                 {"condition", c.options.condition},
+                 {"sample_time", real(args, "sample_time")}};
+  Map out{{"correct", found.count(Severity::error) == 0},
+          {"errors", count(Severity::error)},
+          {"warnings", count(Severity::warning)},
+          {"notes", count(Severity::note)},
+          {"faults", std::move(faults)},
+          {"cycle_time", std::move(cycle)},
+          {"motions", std::move(motions)},
+          {"targets", std::move(targets)},
+          {"statements", static_cast<std::int64_t>(found.statements)},
+          {"statements_run", static_cast<std::int64_t>(found.statements_run)},
+          {"not_run", std::move(not_run)},
+          {"not_checked", std::move(not_checked)},
+          {"thresholds", std::move(thresholds)},
+          {"left_out", std::move(left_out)},
+          {"report", std::move(report)}};
+  if (!file.empty()) {
+    RMP_TRY(draw(ctx, args, c, file));
+    out.set("picture", Value(file));
+  }
+  if (!plot_name.empty()) {
+    RMP_TRY(plot(c, plot_name));
+    out.set("plot", Value(plot_name));
+  }
+  if (flag(args, "record"))
+    out.set("recording", Value(Handle{"recording", ctx.app.recordings.add(found.recording)}));
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+Map fault_row(const CheckedProgram& c, const Fault& f) {
+  const rmp_code& code = c.code->code();
+  List calls;
+  for (const auto& call : f.place.calls)
+    calls.emplace_back(Map{{"routine", call.name},
+                           {"file", file_name(code, call.span.file)},
+                           {"line", static_cast<std::int64_t>(call.span.line)}});
+  Map row{{"severity", std::string(program_check::to_string(f.severity))},
+          {"kind", std::string(program_check::to_string(f.kind))},
+          {"file", file_name(code, f.place.span.file)},
+          {"line", static_cast<std::int64_t>(f.place.span.line)},
+          {"column", static_cast<std::int64_t>(f.place.span.column)},
+          {"message", f.message + "."},
+          {"hint", f.hint},
+          {"process", routine_name(code, f.place.process)},
+          {"calls", std::move(calls)},
+          {"run", static_cast<std::int64_t>(f.place.count)},
+          {"times", static_cast<std::int64_t>(f.times)},
+          {"time", f.at},
+          {"from", f.from},
+          {"to", f.to},
+          {"text", sentence_of(code, f)}};
+  if (!f.robot.empty()) row.set("robot", Value(f.robot));
+  if (f.joint >= 0) row.set("joint", Value(static_cast<std::int64_t>(f.joint + 1)));
+  if (f.has_values) {
+    if (std::isfinite(f.value)) row.set("value", Value(f.value));
+    row.set("limit", Value(f.limit));
+    if (std::isfinite(f.excess)) row.set("excess", Value(f.excess));
+    row.set("unit", Value(f.unit));
+  }
+  if (!f.a.empty()) row.set("a", Value(f.a)), row.set("b", Value(f.b));
+  if (!f.signals.empty()) {
+    List names;
+    for (const std::string& s : f.signals) names.emplace_back(s);
+    row.set("signals", Value(std::move(names)));
+  }
+  if (f.has_position) row.set("position", vec_value(f.position, "m"));
+  return row;
+}
+
+Schema check_params() {
+  return {
+      optional("world", "ref:world", "", "Which of its worlds is meant."),
+      optional("name_there", "string", "", "Its name there, where it is in worlds several times."),
+      optional("robot", "ref:robot", "", "For a program that no world has: it stands alone."),
+      optional("profile", "ref:controller", "",
+               "A controller: its axes' limits count, and its greatest speeds bound the cycle "
+               "time."),
+      defaulted("alone", "bool", "", false,
+                "Runs it without the other programs and tasks of its world."),
+      choice("unbound", {"error", "free"},
+             "Signals without a binding are an error, or the program's own."),
+      between(defaulted("clearance", "real", "m", 0.005,
+                        "What comes nearer is a warning; 0 looks for contacts only."),
+              0, 10),
+      between(defaulted("condition", "real", "", 100.0,
+                        "Condition number of the Jacobian, lengths in the robot's reach, "
+                        "above which straight motions are too near a singularity."),
+              1, 1e12),
+      defaulted("contacts", "bool", "", true, "Looks for contacts and clearances."),
+      defaulted("torques", "bool", "", true, "Compares torques with their limits."),
+      above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
+      above_zero(
+          defaulted("most_time", "real", "s", 3600.0, "The run is ended then, and says so.")),
+      above_zero(optional("duration", "real", "s", "Likewise, of programs without an end."))};
+}
+
+Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  const model::Program& p = *program_in(ctx.snapshot(), id);
+  CheckedProgram out;
+  task::TaskRun run;
+  std::size_t checked = 0;
+  const bool frees = text_of(args, "unbound") == "free";
+  const bool is_placed = std::any_of(p.placements.begin(), p.placements.end(), [&](const auto& x) {
+    return (!has(args, "world") || AnyId(x.world) == ref(args, "world")) &&
+           (!has(args, "name_there") || x.name == text_of(args, "name_there"));
+  });
+  if (!is_placed && has(args, "robot") && p.placements.empty()) {
+    task::ProgramInWorld one;
+    RMP_TRY_ASSIGN(one.code, compile_program(ctx, id));
+    RMP_TRY(alone(ctx, args, id, out, one.placement));
+    one.frees_unbound = frees;
+    out.code = one.code, out.name = one.placement.name;
+    run.programs.push_back(std::move(one));
+  } else {
+    if (p.placements.empty())
+      return error(ErrorCode::invalid_argument, "no world has this program",
+                   "Give robot = one that it runs on, alone; or place it with world.add_program.",
+                   name_in(ctx, id));
+    if (has(args, "robot"))
+      return error(ErrorCode::invalid_argument, "the program has a world already",
+                   "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
+    RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, p));
+    const model::ProgramPlacement& placed = p.placements[at];
+    out.world = placed.world, out.name = placed.name;
+    // A snapshot is a value that shares its records.
+    out.snapshot = std::make_shared<const document::Snapshot>(ctx.snapshot());
+    for (const PlacedProgram& other : programs_of(ctx.snapshot(), placed.world)) {
+      const bool is_own = other.program == id && other.placement->name == placed.name;
+      if (!is_own && flag(args, "alone")) continue;
+      task::ProgramInWorld one;
+      RMP_TRY_ASSIGN(one.code, compile_program(ctx, other.program));
+      one.placement = *other.placement;
+      one.frees_unbound = frees;
+      if (is_own) checked = run.programs.size(), out.code = one.code;
+      run.programs.push_back(std::move(one));
+    }
+  }
+  run.world = out.world;
+  run.has_tasks = !flag(args, "alone");
+  run.sample_time = real(args, "sample_time");
+  run.most_time = real(args, "most_time");
+  if (has(args, "duration")) run.most_time = std::min(run.most_time, real(args, "duration"));
+  program_check::Options& options = out.options;
+  options.clearance = real(args, "clearance");
+  options.condition = real(args, "condition");
+  options.contacts = flag(args, "contacts");
+  options.torques = flag(args, "torques");
+  if (has(args, "profile")) {
+    const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
+    const auto& c = std::get<model::OtherContent>(r->body).as<model::Controller>();
+    options.controller = r->name;
+    options.most_speed = c.max_speed * 1000;
+    options.most_speed_orientation = c.max_speed_ori * kDegree;
+    for (const auto& a : c.axes)
+      if (!a.is_external && a.lower < a.upper && a.joint >= 1)
+        options.axes.push_back({a.name, static_cast<std::size_t>(a.joint - 1),
+                                static_cast<double>(a.sign), a.offset, a.lower, a.upper});
+  }
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, *out.snapshot,
+                                 &ctx.app.collision_models};
+  auto done = program_check::check(simulator, std::move(run), checked, options, ctx.progress);
+  if (!done.ok()) return std::move(done).error().in(name_in(ctx, id));
+  out.check = std::move(*done);
+  if (flag(args, "alone"))
+    out.check.not_checked.emplace_back(
+        "Other programs and tasks of the world did not run beside it.");
+  return out;
+}
+
+RMP_COMMANDS(program_check_commands) {
+  CommandSpec c;
+  c.name = "program.check_run";
+  c.summary = "Checks a program by a run in a copy of its world, before it is posted.";
+  c.details =
+      "The program runs with all other programs and tasks of its world, and goes on behind its "
+      "faults: a motion that fails leaves the robot at its target where that is reached, and a "
+      "wait that nobody ends is passed. Looked at are reach, limits of the joints (position, "
+      "velocity, acceleration, torque, and those of a controller's axes), contacts and clearance "
+      "along the motions, nearness to a singularity and changes of the configuration on straight "
+      "motions, waits that nobody ends or that run out of time, grips that find nothing, faults of "
+      "the program itself, and lines that did not run. The document does not change.\n"
+      "Faults of one kind and line are one, told by the worst, with how often it came. The picture "
+      "shows the tool's way with its faults in colours, the plot joints against their limits and "
+      "the clearance over time.";
+  c.example = with_arm(
+      "local far = program.create{name = \"far\", source = [[\n"
+      "PROGRAM far;\n"
+      "VAR\n"
+      "  POSE: away := POSE(POSITION(9000.0, 0.0, 100.0), ORIZYX(0.0, 180.0, 0.0));\n"
+      "BEGIN\n"
+      "  WAIT 0.5 SEC;\n"
+      "  MOVE PTP away;\n"
+      "ENDPROGRAM;\n"
+      "]]}\n"
+      "local c = far:check_run{robot = arm}\n"
+      "assert(not c.correct and c.faults[1].kind == \"reach\" and c.faults[1].line == 6)");
+  c.params = {self("program")};
+  for (ParamSpec& p : check_params()) c.params.push_back(std::move(p));
+  c.params.push_back(between(
+      defaulted("most", "int", "", std::int64_t{200},
+                "Faults, motions, targets and lines that are listed; left_out counts the others."),
+      1, 100000));
+  c.params.push_back(optional("picture", "path", "", "A picture of the tool's way, *.png."));
+  c.params.push_back(optional("plot", "path", "", "A plot over time: *.svg, *.png or *.pdf."));
+  c.params.push_back(defaulted("record", "bool", "", false, "Keeps the run as a recording."));
+  for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))
+    c.params.push_back(std::move(p));
+  c.returns = {
+      "map",
+      "",
+      "",
+      {field("correct", "bool", "", "Whether there are no errors."),
+       field("errors", "int", "", "How many."), field("warnings", "int", "", "How many."),
+       field("notes", "int", "", "How many."),
+       field("faults", "list", "",
+             "Tables, errors first: severity, kind (reach, joint_limit, speed, acceleration, "
+             "torque, contact, clearance, singularity, configuration, motion, controller, signal, "
+             "timeout, grip, until, program, ignored); file, line, column; message and hint; "
+             "process, calls (innermost first), run (how often its line had begun), times; time, "
+             "from and to [s]; robot, joint, value, limit, excess and unit; bodies a and b; "
+             "signals; position [m]; text, a sentence with all that."),
+       field("cycle_time", "map", "",
+             "total, moving, waiting [s]; complete; slowed, motions that the controller's speeds "
+             "slow; lines, a table each: file, line, motions, duration."),
+       field("motions", "list", "",
+             "Tables, as carried out: file, line, run, kind, robot, start, duration, end, "
+             "speed_share (of the joints' velocity limits), clearance, nearest, condition, "
+             "manipulability, worst."),
+       field("targets", "list", "",
+             "What computed targets came to: file, line, run, time, position, pose, q, reached."),
+       field("statements", "int", "", "Of the program."),
+       field("statements_run", "int", "", "That ran."),
+       field("not_run", "list", "", "Lines that did not: file, from, to, routine, never_called."),
+       field("not_checked", "list", "", "What could not be looked at, a sentence each."),
+       field("thresholds", "map", "", "clearance, touch [m], condition, sample_time [s]."),
+       field("left_out", "map", "", "How many rows each list lacks; empty: none."),
+       field("report", "string", "", "A line for each error and warning."),
+       field("picture", "string", "", "The file."), field("plot", "string", "", "The file."),
+       field("recording", "handle", "", "The run.")}};
+  c.effect = Effect::simulates;
+  // With `robot` it makes a world in a transaction that nobody commits.
+  c.sometimes = Effects(Effect::files_write) | Effect::edits;
+  c.run = check;
+  c.runs = RunKind::task;
+  return {std::move(c)};
+}
+
+}  // namespace robomosp::ioci

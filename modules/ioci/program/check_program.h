@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs checked by a run before they are posted (layer: application, ioci only).
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <robomosp/sdk/language.h>
+
+#include "ioci/core/commands.h"
+#include "program_check/check.h"
+
+namespace robomosp::ioci {
+
+struct CheckedProgram {
+  program_check::Check check;
+  program_check::Options options;
+  std::shared_ptr<const CompiledProgram> code;
+  /// The records with which it ran: those of the command, or with a world made for the check.
+  std::shared_ptr<const document::Snapshot> snapshot;
+  WorldId world;
+  std::string name;  ///< of the program in its world
+};
+
+/// Runs the program `id` of the arguments in its world, or alone with `robot`. The document stays
+/// as it is.
+Result<CheckedProgram> check_program(CommandContext&, const Map& args);
+/// The arguments that check_program() reads besides `id`.
+[[nodiscard]] Schema check_params();
+/// A fault as program.check gives it.
+[[nodiscard]] Map fault_row(const CheckedProgram&, const program_check::Fault&);
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program as its compiler hands it over, for commands (layer: application).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/language.h>
+
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+
+struct Compiled {
+  std::vector<std::string> texts;  ///< of its files
+  std::shared_ptr<CompiledProgram> program;
+  [[nodiscard]] const rmp_code& code() const { return program->code(); }
+};
+
+/// The program of a checked `id`; the first error of its source is the command's, with its place.
+Result<Compiled> compile_whole(CommandContext& ctx, const Map& args);
+
+}  // namespace robomosp::ioci

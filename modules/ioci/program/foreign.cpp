@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/program/foreign.h"
+
+#include <algorithm>
+
+#include <robomosp/sdk/language.h>
+
+#include "io/native.h"
+#include "ioci/program/program_files.h"
+#include "kernel/file_root.h"
+#include "kernel/utf8.h"
+#include "motion/provider_params.h"
+
+namespace robomosp::ioci {
+namespace {
+
+constexpr std::size_t kMostFiles = 200;
+constexpr std::size_t kMostNames = 100'000;
+
+std::string lower(std::string_view s) {
+  std::string out(s);
+  for (char& c : out)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return out;
+}
+std::string extension_of(const std::filesystem::path& path) {
+  const std::string e = lower(path.extension().string());
+  return e.empty() ? e : e.substr(1);
+}
+
+}  // namespace
+
+Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& path,
+                              const std::string& name) {
+  const auto all = ctx.app.registry.list(ProgramReader::kInterfaceId);
+  if (!name.empty()) {
+    for (const ProviderInfo& info : all)
+      if (info.name == name) return name;
+    const auto language = ctx.app.registry.find(Language::kInterfaceId, name);
+    if (language.ok()) return std::string();
+    std::vector<std::string> names;
+    for (const ProviderInfo& info : ctx.app.registry.list(Language::kInterfaceId))
+      names.push_back(info.name);
+    for (const ProviderInfo& info : all) names.push_back(info.name);
+    return unknown_name("language", name, names);
+  }
+  const std::string extension = extension_of(path);
+  struct Candidate {
+    std::string name;
+    std::shared_ptr<ProgramReader> reader;
+  };
+  std::vector<Candidate> candidates;
+  for (const ProviderInfo& info : all) {
+    RMP_TRY_ASSIGN(auto reader, ctx.app.registry.create<ProgramReader>(info.name));
+    const auto formats = reader->formats();
+    if (std::any_of(formats.begin(), formats.end(),
+                    [&](const ReaderFormat& f) { return extension == f.extension; }))
+      candidates.push_back({info.name, std::move(reader)});
+  }
+  if (candidates.empty()) return std::string();
+  if (candidates.size() == 1) return candidates[0].name;
+  RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
+  const std::string source = as_utf8(bytes);
+  if (source.starts_with("robomosp program "))
+    return error(ErrorCode::invalid_argument, "it is a program of our own, saved by program.save",
+                 "program.load reads it.", path.filename().string());
+  const std::string file = path.filename().string();
+  std::int32_t most = 0;
+  std::vector<std::string> best;
+  for (const Candidate& c : candidates) {
+    const std::int32_t sure = c.reader->claims({file, source, {}});
+    if (sure > most) best.clear();
+    most = std::max(most, sure);
+    if (sure == most) best.push_back(c.name);
+  }
+  if (best.size() == 1) return best[0];
+  std::string list;
+  for (const std::string& b : best) list += (list.empty() ? "" : " or ") + b;
+  return error(ErrorCode::invalid_argument,
+               "its extension is of several controllers, and the text does not say which",
+               "Give language = " + list + ".", file);
+}
+
+Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& path,
+                             const std::string& name, const Map& settings) {
+  RMP_TRY_ASSIGN(const ProviderInfo info, ctx.app.registry.find(ProgramReader::kInterfaceId, name));
+  RMP_TRY_ASSIGN(const auto reader, ctx.app.registry.create<ProgramReader>(name));
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_values(info, settings, "reader " + text::quote(name)));
+  Foreign out;
+  out.reader = name;
+  RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
+  out.files.push_back({path.filename().string(), as_utf8(bytes)});
+  // What belongs to it lies beside it, in whatever letters.
+  std::vector<FolderEntry> beside;
+  bool is_listed = false;
+  for (std::size_t i = 0; i < out.files.size(); ++i) {
+    RMP_TRY_ASSIGN(const auto wanted,
+                   reader->needs(SourceFile{out.files[i].name, out.files[i].text, {}}));
+    for (const std::string& each : wanted) {
+      const std::string base = lower(std::filesystem::path(each).filename().string());
+      if (base.empty() || base == "." || base == "..") continue;
+      if (std::any_of(out.files.begin(), out.files.end(),
+                      [&](const ForeignFile& f) { return lower(f.name) == base; }))
+        continue;
+      if (!is_listed) {
+        const std::filesystem::path folder = path.parent_path();
+        RMP_TRY_ASSIGN(beside, list_folder(folder.empty() ? "." : folder, kMostNames));
+        is_listed = true;
+      }
+      const auto found = std::find_if(beside.begin(), beside.end(), [&](const FolderEntry& e) {
+        return e.kind == FileKind::file && lower(e.name) == base;
+      });
+      if (found == beside.end()) continue;  // the reader says what it misses
+      if (out.files.size() >= kMostFiles)
+        return error(ErrorCode::unsupported,
+                     "it names more than " + std::to_string(kMostFiles) + " files", {},
+                     path.filename().string());
+      RMP_TRY_ASSIGN(const std::string more,
+                     io::read_file(path.parent_path() / found->name, kMostSource));
+      out.files.push_back({found->name, as_utf8(more)});
+    }
+  }
+  std::vector<SourceFile> sources;
+  for (const ForeignFile& f : out.files) sources.push_back({f.name, f.text, {}});
+  ProgramReaderTask task;
+  task.files = sources;
+  auto made = reader->read(task, *params, ctx.progress);
+  if (!made.ok()) return std::move(made).error().in(path.filename().string());
+  out.program = std::move(made).value();
+  return out;
+}
+
+namespace {
+
+Result<Value> read(CommandContext& ctx, const Map& args) {
+  const std::filesystem::path path = text_of(args, "file");
+  RMP_TRY_ASSIGN(const std::string reader, reader_of(ctx, path, text_of(args, "language")));
+  if (reader.empty())
+    return error(ErrorCode::unsupported, "no reader takes " + text::quote(path.filename().string()),
+                 "Files of IRL are taken by program.import; provider.list{interface = "
+                 "\"robomosp.program_reader/1\"} lists the readers.",
+                 "file");
+  const Value* given = args.find("settings");
+  RMP_TRY_ASSIGN(
+      const Foreign made,
+      read_foreign(ctx, path, reader, given && given->as_map() ? *given->as_map() : Map{}));
+  static constexpr const char* kWords[] = {"error", "warning", "note"};
+  List files, faults, lines, read_files;
+  for (const ReadFile& f : made.program->files())
+    files.emplace_back(Map{{"name", std::string(f.name)}, {"text", std::string(f.text)}});
+  for (const ForeignFile& f : made.files) read_files.emplace_back(f.name);
+  std::int64_t errors = 0, warnings = 0;
+  for (const rmp_code_fault& f : made.program->faults()) {
+    errors += f.severity == RMP_FAULT_ERROR;
+    warnings += f.severity == RMP_FAULT_WARNING;
+    faults.emplace_back(Map{{"severity", kWords[f.severity]},
+                            {"file", made.files[f.span.file].name},
+                            {"line", static_cast<std::int64_t>(f.span.line)},
+                            {"column", static_cast<std::int64_t>(f.span.column)},
+                            {"message", std::string(f.message) + "."},
+                            {"hint", f.hint}});
+  }
+  for (const ReadLine& l : made.program->lines())
+    lines.emplace_back(Map{{"irl_line", static_cast<std::int64_t>(l.irl_line)},
+                           {"file", made.files[l.file].name},
+                           {"line", static_cast<std::int64_t>(l.line)}});
+  return Value(Map{{"language", made.reader},
+                   {"read", std::move(read_files)},
+                   {"errors", errors},
+                   {"warnings", warnings},
+                   {"files", std::move(files)},
+                   {"faults", std::move(faults)},
+                   {"lines", std::move(lines)}});
+}
+
+}  // namespace
+
+RMP_COMMANDS(foreign_program_commands) {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "program.read_foreign",
+       .classic = "",
+       .summary = "Reads a controller's program to IRL and tells what IRL does not say of it.",
+       .details =
+           "Nothing is changed; program.import makes a program of the same. Files that belong "
+           "to it are taken from its folder. The faults are at places of the files that were "
+           "read; a statement that was not read is a comment in the IRL.",
+       .example = "program.create{name = \"m\", file_name = \"move.ngc\", source = \"G21 G90\\nG1 "
+                  "X10 Y5 Z2 "
+                  "F600\\nM2\\n\"}:export{folder = \".\", overwrite = true}\n"
+                  "local read = program.read_foreign{file = \"move.ngc\"}\n"
+                  "assert(read.errors == 0 and read.language == \"gcode\")",
+       .params = {needed("file", "path", "", "The file, such as .src, .mod, .script, .ls."),
+                  optional("language", "string", "",
+                           "Its reader (robomosp.program_reader/1), where the extension is of "
+                           "several controllers."),
+                  optional("settings", "map", "", "Values of the reader's parameters.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("language", "string", "", "The reader."),
+                    field("read", "list", "", "Names of the files read."),
+                    field("errors", "int", "", "Places where the IRL means something else."),
+                    field("warnings", "int", "",
+                          "Places that IRL does not say, with no effect on "
+                          "where it goes and what it switches."),
+                    field("files", "list", "", "The IRL: name, text of each file."),
+                    field("faults", "list", "",
+                          "A table each: severity, file, line, column, message, hint."),
+                    field("lines", "list", "",
+                          "Where lines of the first file come from: irl_line, file, line.")}},
+       .effect = Effect::files_read,
+       .run = read});
+  return all;
+}
+
+}  // namespace robomosp::ioci

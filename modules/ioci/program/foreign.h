@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs of controllers, read to IRL (layer: application).
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/program_reader.h>
+
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+
+constexpr std::uint64_t kMostSource = std::uint64_t{64} << 20;
+
+/// The reader that takes a file: `name` if it is one of a reader, else by the extension and, where
+/// several take it, by the text. Empty = none does, and IRL it is. Errors say what to name.
+Result<std::string> reader_of(CommandContext&, const std::filesystem::path&,
+                              const std::string& name);
+
+struct ForeignFile {
+  std::string name, text;
+};
+struct Foreign {
+  std::string reader;
+  std::vector<ForeignFile> files;  ///< as they were read
+  std::unique_ptr<ReadProgram> program;
+};
+/// Reads a file and what belongs to it; `settings` are the reader's parameters.
+Result<Foreign> read_foreign(CommandContext&, const std::filesystem::path&,
+                             const std::string& reader, const Map& settings);
+
+}  // namespace robomosp::ioci

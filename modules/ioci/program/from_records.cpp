@@ -1,0 +1,775 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs of robots made of what a world has already: tasks, trajectories, recordings.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "ioci/core/commands.h"
+#include "ioci/program/program_kind.h"
+#include "ioci/program/source_text.h"
+#include "ioci/world/members.h"
+#include "kernel/expression.h"
+#include "model/program.h"
+#include "motion/segment.h"
+#include "spatial/pose.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::StepKind;
+using model::TaskStep;
+using model::World;
+using text::quote;
+
+constexpr double kMm = 1e3, kDegree = 180 / std::numbers::pi, kPercent = 100;
+/// Of straight moves of tasks that give none [m/s] (task/moves.cpp).
+constexpr double kToolSpeed = 0.25;
+
+/// A robot of a world as programs see it.
+struct Arm {
+  std::string name;
+  const model::Robot* record = nullptr;
+  std::shared_ptr<const RobotModel> model;
+  Pose base_T_world;
+};
+
+Result<Arm> arm_of(CommandContext& ctx, const World& w, std::size_t which) {
+  const model::PlacedRobot& placed = w.robots[which];
+  Arm a;
+  a.name = placed.name;
+  a.record = ctx.snapshot().get(placed.robot);
+  const Pose mounting = model::pose(placed.placement);
+  RMP_TRY_ASSIGN(a.model, ctx.app.derived.robot_model(ctx.snapshot(), placed.robot,
+                                                      spatial::rotate_back(mounting, w.gravity),
+                                                      ctx.progress));
+  a.base_T_world = spatial::inverse(spatial::compose(mounting, a.model->base));
+  if (a.model->dof() != a.model->coordinate_count() || !a.model->is_simple() ||
+      !a.model->loops.empty())
+    return error(ErrorCode::unsupported,
+                 "robot " + quote(a.name) +
+                     " has joints that follow others, close loops or have several coordinates, "
+                     "which programs do not know",
+                 "Take another robot.");
+  return a;
+}
+
+/// A program while it is written, with what its reader has to be told.
+class Source {
+ public:
+  explicit Source(const Arm& arm) : arm_(arm) {}
+
+  IrlNames names;
+  IrlLines body;
+  std::vector<std::string> notes;
+
+  void note(const std::string& text) {
+    if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
+  }
+  [[nodiscard]] Result<std::string> joints(std::span<const double> q) const {
+    if (q.size() != arm_.model->joints.size())
+      return error(ErrorCode::invalid_argument, "robot " + quote(arm_.name) + " has " +
+                                                    std::to_string(arm_.model->joints.size()) +
+                                                    " joints, but " + std::to_string(q.size()) +
+                                                    " values are given");
+    std::string out = "MAIN_JOINT(";
+    for (std::size_t j = 0; j < q.size(); ++j)
+      out += (j ? ", " : "") +
+             irl_real(q[j] * (arm_.model->joints[j].type == JointType::revolute ? kDegree : kMm));
+    return out + ")";
+  }
+  [[nodiscard]] const Arm& arm() const { return arm_; }
+
+ private:
+  const Arm& arm_;
+};
+
+/// The record, of a program whose declarations are `head`.
+Result<Value> finish(CommandContext& ctx, const Map& args, const Source& source,
+                     const std::string& stem, const std::string& from, const std::string& head,
+                     const std::string& routines) {
+  const std::string name = has(args, "name") ? text_of(args, "name") : stem;
+  IrlNames names;
+  const std::string id = names.name("", name);
+  const std::string cell = irl_cell(source.arm().model->joints.size());
+  std::string text = "PROGRAM " + id + ";\n" + irl_comment(from) + "\n";
+  for (const std::string& n : source.notes) text += irl_comment(n) + "\n";
+  if (!cell.empty()) text += "SYSTEM_SPECIFICATION '" + id + ".ssi';\n";
+  text += head + routines + "BEGIN\n" + source.body.text() + "ENDPROGRAM;\n";
+  model::Program p;
+  p.description = from;
+  const auto add = [&](const std::string& file, const std::string& all) {
+    model::ProgramFile f{file, {}};
+    for (const std::string_view line : text::split(all, '\n')) f.lines.emplace_back(line);
+    p.files.push_back(std::move(f));
+  };
+  add(id + ".irl", text);
+  if (!cell.empty()) add(id + ".ssi", cell);
+  for (const std::string& n : source.notes)
+    ctx.app.messages.post(Severity::warning, "program_differs", n, "program");
+  model::Record r;
+  r.name = name;
+  r.body = model::OtherContent(program_kind(), std::move(p));
+  RMP_TRY_ASSIGN(const AnyId made, ctx.edit().add(std::move(r)));
+  return Value(Application::handle(made));
+}
+
+// ---- trajectories ----
+
+const double* real_param(const model::TrajectorySegment& s, const char* name) {
+  const auto it = s.shape.params.find(name);
+  return it == s.shape.params.end() ? nullptr : std::get_if<double>(&it->second);
+}
+
+/// The motions of a trajectory that stands at `base_T_trajectory`.
+class Motions {
+ public:
+  Motions(CommandContext& ctx, Source& source, std::int64_t samples)
+      : ctx_(ctx), source_(source), samples_(samples) {}
+
+  Result<void> write(const model::Trajectory& t, const Pose& base_T, int depth = 0) {
+    constexpr int kDeepest = 60;
+    if (depth > kDeepest)
+      return error(ErrorCode::conflict, "its stored trajectories run each other",
+                   "Take one of them out.");
+    for (std::size_t i = 0; i < t.segments.size(); ++i) {
+      const auto done = segment(t.segments[i], base_T, depth);
+      if (!done.ok()) return Error(done.error()).in("segment " + std::to_string(i + 1));
+      if (i + 1 < t.segments.size()) flush(&t.segments[i + 1].transition);
+    }
+    flush(nullptr);
+    return {};
+  }
+
+ private:
+  /// A motion is written when it is known how the next one follows.
+  void flush(const model::Transition* next) {
+    if (pending_.empty()) return;
+    std::string line = pending_;
+    pending_.clear();
+    if (next && next->is_smooth && next->distance > 0) {
+      line += " C_CP := " + irl_real(kMm * next->distance);
+    } else if (next && next->is_smooth) {
+      source_.note(
+          "Where segments do not meet, the program stops: transitions of the trajectory without a "
+          "distance have no word in the language.");
+    }
+    source_.body.add(line + ";");
+  }
+  Result<void> segment(const model::TrajectorySegment& s, const Pose& base_T, int depth) {
+    if (s.stored) {
+      const model::Trajectory* stored = ctx_.snapshot().get(s.stored);
+      if (!stored)
+        return error(ErrorCode::stale_handle, "its trajectory no longer exists",
+                     "Give another one.");
+      return write(*stored, spatial::compose(base_T, model::pose(s.placement)), depth + 1);
+    }
+    RMP_TRY_ASSIGN(const auto providers, motion::providers_of(ctx_.app.registry, s, "segment"));
+    if (providers.is_joint()) return joint_segment(s, base_T);
+    RMP_TRY_ASSIGN(const auto made, motion::make_segment(ctx_.app.registry, s, "segment"));
+    const double duration = made->duration();
+    std::string attributes;
+    const double* speed = real_param(s, "speed");
+    if (speed && !s.shape.params.contains("duration"))
+      attributes = " SPEED := " + irl_real(kMm * *speed);
+    else attributes = " TIME := " + irl_real(duration);
+    if (speed && !s.law.name.empty() && s.law.name != "trapezoidal" &&
+        s.law.name != "constant_speed")
+      source_.note("The law " + quote(s.law.name) +
+                   " of the trajectory is left to the controller.");
+    std::vector<PathSample> at(1);
+    const double begin = 0;
+    RMP_TRY(made->sample(std::span(&begin, 1), at));
+    approach(spatial::compose(base_T, at[0].pose));
+    const auto place = [&](double t) -> Result<std::string> {
+      std::vector<PathSample> one(1);
+      RMP_TRY(made->sample(std::span(&t, 1), one));
+      last_ = spatial::compose(base_T, one[0].pose);
+      return irl_pose(last_);
+    };
+    if (s.shape.name == "line") {
+      RMP_TRY_ASSIGN(const std::string to, place(duration));
+      pending_ = "MOVE LIN " + to + attributes;
+    } else if (s.shape.name == "arc" && s.points.size() == 3) {
+      RMP_TRY_ASSIGN(const std::string to, place(duration));
+      pending_ = "MOVE CIRCLE " + irl_pose(spatial::compose(base_T, model::pose(s.points[1]))) +
+                 ", " + to + attributes;
+    } else {
+      std::string line = "MOVE PATH ";
+      for (std::int64_t k = 1; k <= samples_; ++k) {
+        RMP_TRY_ASSIGN(const std::string to,
+                       place(duration * static_cast<double>(k) / static_cast<double>(samples_)));
+        line += (k > 1 ? ",\n    " : "") + to;
+      }
+      pending_ = line + attributes;
+      source_.note("Segments of the shape " + quote(s.shape.name) + " are paths through " +
+                   std::to_string(samples_) + " points of them.");
+    }
+    return {};
+  }
+  Result<void> joint_segment(const model::TrajectorySegment& s, const Pose& base_T) {
+    std::string attributes;
+    if (const double* d = real_param(s, "duration"))
+      attributes = " TIME := " + irl_real(*d / static_cast<double>(std::max<std::size_t>(
+                                                   1, s.joints.size() + s.points.size())));
+    else if (const double* share = real_param(s, "speed_share"))
+      attributes = " SPEED_PTP := " + irl_real(kPercent * *share);
+    if (s.shape.name != "ptp")
+      source_.note("Segments of the shape " + quote(s.shape.name) +
+                   " are joint motions from one of their places to the next.");
+    std::vector<std::string> places;
+    for (const auto& q : s.joints) {
+      RMP_TRY_ASSIGN(std::string to, source_.joints(q));
+      places.push_back(std::move(to));
+    }
+    for (const auto& p : s.points)
+      places.push_back(irl_pose(spatial::compose(base_T, model::pose(p))));
+    for (const std::string& to : places) {
+      flush(nullptr);
+      pending_ = "MOVE PTP " + to + attributes;
+    }
+    is_known_ = false;
+    return {};
+  }
+  /// To the begin of a segment, where the one before does not end there.
+  void approach(const Pose& begin) {
+    constexpr double kSame = 1e-6;
+    bool is_there = is_known_;
+    for (std::size_t k = 0; k < 3; ++k)
+      is_there = is_there && std::fabs(begin.p[k] - last_.p[k]) < kSame;
+    for (std::size_t k = 0; k < 9; ++k)
+      is_there = is_there && std::fabs(begin.R[k] - last_.R[k]) < kSame;
+    if (!is_there) {
+      const bool is_first = !is_known_ && pending_.empty();
+      flush(nullptr);
+      source_.body.add((is_first ? "MOVE PTP " : "MOVE LIN ") + irl_pose(begin) + ";");
+    }
+    last_ = begin;
+    is_known_ = true;
+  }
+
+  CommandContext& ctx_;
+  Source& source_;
+  std::int64_t samples_;
+  std::string pending_;
+  Pose last_;
+  bool is_known_ = false;
+};
+
+Result<Value> from_trajectory(CommandContext& ctx, const Map& args) {
+  const World& w = content<World>(ctx, args, "world");
+  const std::string where = name_in(ctx, ref(args, "world"));
+  RMP_TRY_ASSIGN(const std::size_t robot,
+                 find_robot(ctx, typed<World>(args, "world"), *args.find("robot"), where));
+  RMP_TRY_ASSIGN(const std::size_t which, find_trajectory(ctx, typed<World>(args, "world"),
+                                                          *args.find("trajectory"), where));
+  RMP_TRY_ASSIGN(const Arm arm, arm_of(ctx, w, robot));
+  const model::PlacedTrajectory& placed = w.trajectories[which];
+  Source source(arm);
+  source.body.in();
+  Motions motions(ctx, source, integer(args, "points"));
+  auto done = motions.write(*ctx.snapshot().get(placed.trajectory),
+                            spatial::compose(arm.base_T_world, model::pose(placed.placement)));
+  if (!done.ok()) return std::move(done).error().in("trajectory " + quote(placed.name));
+  return finish(ctx, args, source, placed.name,
+                "Of the trajectory " + placed.name + " for the robot " + arm.name + " of " + where,
+                {}, {});
+}
+
+// ---- tasks ----
+
+class TaskWriter {
+ public:
+  TaskWriter(CommandContext& ctx, const World& world, Source& source)
+      : ctx_(ctx), world_(world), source_(source) {
+    for (std::size_t i = 0; i < world.signals.size(); ++i) {
+      const model::Signal& s = world.signals[i];
+      signals_[s.name] = {source.names.name("signal " + s.name, s.name),
+                          s.kind == model::SignalKind::digital};
+    }
+  }
+
+  Result<void> run(const model::PlacedTask& placed) {
+    const model::Task* task = ctx_.snapshot().get(placed.task);
+    if (!task) return error(ErrorCode::stale_handle, "the task no longer exists", "Give another.");
+    source_.body.in();
+    return steps(*task, placed.robot, source_.body, {placed.task.number});
+  }
+  [[nodiscard]] std::string head() const {
+    IrlLines out;
+    if (!used_.empty() || has_gripper_) out.add("SIGNAL");
+    out.in();
+    for (std::size_t i = 0; i < world_.signals.size(); ++i) {
+      const model::Signal& s = world_.signals[i];
+      if (!used_.contains(s.name)) continue;
+      const IrlSignal& own = signals_.at(s.name);
+      out.add(std::string(written_.contains(s.name) ? "OUTPUT " : "INPUT ") +
+              (own.is_bool ? "BOOL: " : "REAL: ") + own.name + " AT " + std::to_string(i + 1) +
+              ";");
+    }
+    if (has_gripper_)
+      out.add("OUTPUT BOOL: " + gripper_ + " AT " + std::to_string(world_.signals.size() + 1) +
+              ";");
+    out.out();
+    if (deepest_ > 0) out.add("VAR");
+    out.in();
+    for (int d = 1; d <= deepest_; ++d) out.add("INT: " + counter(d) + ";");
+    return out.text();
+  }
+  [[nodiscard]] const std::string& routines() const { return routines_; }
+
+ private:
+  [[nodiscard]] std::string counter(int depth) const {
+    return source_.names.name("round " + std::to_string(depth), "round_" + std::to_string(depth));
+  }
+  Result<std::string> expression(const std::string& e) {
+    RMP_TRY_ASSIGN(std::string out, irl_expression(e, signals_));
+    RMP_TRY_ASSIGN(const Expression known, Expression::compile(e));
+    for (const Expression::Name& n : known.names())
+      if (n.scope.empty()) used_.insert(n.name);
+    return out;
+  }
+  /// Steps whose parent is `parent`, from `at` on; gives where they end.
+  Result<std::size_t> block(const model::Task& task, std::int32_t parent, std::size_t at,
+                            const std::string& robot, IrlLines& out,
+                            const std::vector<std::uint64_t>& calls, int depth) {
+    while (at < task.steps.size() && task.steps[at].parent == parent) {
+      auto next = step(task, at, robot, out, calls, depth);
+      if (!next.ok()) {
+        Error e = std::move(next).error();
+        return e.where.starts_with("step")
+                   ? e
+                   : std::move(e).in("step " + std::to_string(at + 1) + " (" +
+                                     std::string(to_string(task.steps[at].kind)) + ")");
+      }
+      at = *next;
+    }
+    return at;
+  }
+  Result<void> steps(const model::Task& task, const std::string& robot, IrlLines& out,
+                     const std::vector<std::uint64_t>& calls) {
+    RMP_TRY_ASSIGN(const std::size_t end, block(task, -1, 0, robot, out, calls, 0));
+    if (end == task.steps.size()) return {};
+    return error(ErrorCode::conflict, "its blocks are not in order", "Edit its steps.");
+  }
+  Result<std::size_t> step(const model::Task& task, std::size_t at, const std::string& robot,
+                           IrlLines& out, const std::vector<std::uint64_t>& calls, int depth) {
+    const TaskStep& s = task.steps[at];
+    const std::string who = s.robot.empty() ? robot : s.robot;
+    const bool names_robot =
+        s.kind == StepKind::move || s.kind == StepKind::attach || s.kind == StepKind::call;
+    if (names_robot && who != source_.arm().name)
+      return error(ErrorCode::unsupported,
+                   who.empty() ? "it names no robot"
+                               : "it is one of robot " + quote(who) + ", but the program is for " +
+                                     quote(source_.arm().name),
+                   "A program is for one robot; make a task for each.");
+    switch (s.kind) {
+      case StepKind::move: RMP_TRY(move(s, out)); break;
+      case StepKind::attach:
+        if (!s.tcp.empty())
+          source_.note("The tool centre point " + quote(s.tcp) + " of " + quote(s.object) +
+                       " leads moves of the task; the program keeps the robot's tool.");
+        grip(out, true, s.object);
+        break;
+      case StepKind::detach: grip(out, false, s.object); break;
+      case StepKind::set: {
+        const auto own = signals_.find(s.signal);
+        if (own == signals_.end())
+          return error(ErrorCode::unknown_name, "the world has no signal " + quote(s.signal),
+                       "world.add_signal adds one.");
+        used_.insert(s.signal), written_.insert(s.signal);
+        RMP_TRY_ASSIGN(const Expression e, Expression::compile(s.expression));
+        if (own->second.is_bool && e.is_literal()) {
+          const bool is_one = e.print() == "1";
+          if (!is_one && e.print() != "0")
+            return error(ErrorCode::invalid_argument, "a digital signal cannot be " + e.print(),
+                         "It is 0 or 1.");
+          out.add(own->second.name + " := " + (is_one ? "TRUE;" : "FALSE;"));
+          break;
+        }
+        if (own->second.is_bool)
+          return error(ErrorCode::unsupported,
+                       "the digital signal " + quote(s.signal) +
+                           " is set to a number that is computed, and a program has it as a BOOL",
+                       "Use two steps in an if.");
+        RMP_TRY_ASSIGN(const std::string value, expression(s.expression));
+        out.add(own->second.name + " := " + value + ";");
+        break;
+      }
+      case StepKind::wait: {
+        if (s.expression.empty()) {
+          out.add("WAIT " + irl_real(s.duration) + " SEC;");
+          break;
+        }
+        RMP_TRY_ASSIGN(const std::string condition, expression(s.expression));
+        if (s.timeout <= 0) {
+          out.add("WAIT FOR " + condition + ";");
+          break;
+        }
+        out.add("WAIT FOR " + condition + " TIMEOUT " + irl_real(s.timeout) + ";");
+        out.add("IF R_TIMEOUT THEN WRITELN(" + irl_string("waited too long for " + s.expression) +
+                "); HALT; ENDIF;");
+        break;
+      }
+      case StepKind::call: {
+        RMP_TRY_ASSIGN(const std::string name, procedure(s.task, who, calls));
+        out.add(name + "();");
+        break;
+      }
+      case StepKind::repeat: {
+        deepest_ = std::max(deepest_, depth + 1);
+        if (calls.size() > 1) {
+          in_procedure_ = std::max(in_procedure_, depth + 1);
+        }
+        out.add("FOR " + counter(depth + 1) + " := 1 TO " + std::to_string(s.count));
+        out.in();
+        RMP_TRY_ASSIGN(const std::size_t end, block(task, static_cast<std::int32_t>(at), at + 1,
+                                                    robot, out, calls, depth + 1));
+        out.out();
+        out.add("ENDFOR;");
+        return end;
+      }
+      case StepKind::when: {
+        RMP_TRY_ASSIGN(const std::string condition, expression(s.expression));
+        out.add("IF " + condition + " THEN");
+        out.in();
+        RMP_TRY_ASSIGN(std::size_t end, block(task, static_cast<std::int32_t>(at), at + 1, robot,
+                                              out, calls, depth));
+        out.out();
+        const bool has_else = end < task.steps.size() &&
+                              task.steps[end].kind == StepKind::otherwise &&
+                              task.steps[end].parent == s.parent;
+        if (has_else) {
+          out.add("ELSE");
+          out.in();
+          RMP_TRY_ASSIGN(
+              end, block(task, static_cast<std::int32_t>(end), end + 1, robot, out, calls, depth));
+          out.out();
+        }
+        out.add("ENDIF;");
+        return end;
+      }
+      case StepKind::otherwise:
+        return error(ErrorCode::conflict, "no \"if\" is before it", "Edit the task's steps.");
+      case StepKind::message: out.add("WRITELN(" + irl_string(s.text) + ");"); break;
+    }
+    return at + 1;
+  }
+  void grip(IrlLines& out, bool takes, const std::string& object) {
+    if (!has_gripper_) {
+      gripper_ = source_.names.name("gripper", "gripper");
+      has_gripper_ = true;
+      source_.note("Objects are taken and let go by the output " + gripper_ + ".");
+    }
+    out.add(gripper_ + " := " + (takes ? "TRUE; " : "FALSE; ") +
+            irl_comment((takes ? "takes " : "lets go ") + object));
+  }
+  Result<std::string> procedure(TaskId id, const std::string& robot,
+                                const std::vector<std::uint64_t>& calls) {
+    const model::Record* record = ctx_.snapshot().find(AnyId(id));
+    const model::Task* task = ctx_.snapshot().get(id);
+    if (!record || !task)
+      return error(ErrorCode::stale_handle, "the task that it calls no longer exists",
+                   "Give another one.");
+    if (std::find(calls.begin(), calls.end(), id.number) != calls.end())
+      return error(ErrorCode::conflict, "task " + quote(record->name) + " calls itself",
+                   "Use a repeat.");
+    const std::string key = "task " + std::to_string(id.number);
+    const std::string name = source_.names.name(key, record->name);
+    if (!made_.insert(id.number).second) return name;
+    IrlLines out;
+    out.in();
+    std::vector<std::uint64_t> inner = calls;
+    inner.push_back(id.number);
+    const int before = std::exchange(in_procedure_, 0);
+    auto done = steps(*task, robot, out, inner);
+    if (!done.ok()) return std::move(done).error().in("task " + quote(record->name));
+    // Its rounds are its own: a caller may be in the middle of some.
+    std::string variables;
+    for (int d = 1; d <= in_procedure_; ++d)
+      variables += (d == 1 ? "VAR\n" : "") + std::string("  INT: ") + counter(d) + ";\n";
+    in_procedure_ = before;
+    routines_ += "PROCEDURE " + name + " ();\n" + variables + "BEGIN\n" + out.text() + "ENDPROC;\n";
+    return name;
+  }
+  Result<void> move(const TaskStep& s, IrlLines& out) {
+    if (!s.link.empty())
+      return error(ErrorCode::unsupported,
+                   quote(s.link) + " goes to the target, and a program moves the robot's tool",
+                   "Make it the robot's tool, or leave the step's tool out.");
+    if (s.trajectory) {
+      Pose base_T = source_.arm().base_T_world;
+      if (!s.frame.empty() || s.target) {
+        RMP_TRY_ASSIGN(const Pose f, frame(s.frame));
+        base_T = spatial::compose(base_T, f);
+        if (s.target) base_T = spatial::compose(base_T, model::pose(*s.target));
+      }
+      const model::Trajectory* t = ctx_.snapshot().get(s.trajectory);
+      if (!t)
+        return error(ErrorCode::stale_handle, "its trajectory no longer exists", "Give another.");
+      // Motions write to the body; here the lines belong to the block.
+      Source own(source_.arm());
+      constexpr std::int64_t kSamples = 20;
+      RMP_TRY(Motions(ctx_, own, kSamples).write(*t, base_T));
+      for (const std::string& n : own.notes) source_.note(n);
+      for (const std::string_view line : text::split(own.body.text(), '\n'))
+        if (!line.empty()) out.add(line);
+      return {};
+    }
+    std::string attributes;
+    if (s.duration > 0) attributes = " TIME := " + irl_real(s.duration);
+    else if (s.is_straight)
+      attributes = " SPEED := " + irl_real(kMm * (s.tool_speed > 0 ? s.tool_speed : kToolSpeed));
+    else if (s.speed < 1) attributes = " SPEED_PTP := " + irl_real(kPercent * s.speed);
+    if (!s.profile.empty())
+      source_.note("Profiles of the joints' motions (" + s.profile +
+                   ") are left to the controller.");
+    if (s.target) {
+      RMP_TRY_ASSIGN(const Pose f, frame(s.frame));
+      const Pose base_T_frame = spatial::compose(source_.arm().base_T_world, f);
+      out.add(std::string(s.is_straight ? "MOVE LIN " : "MOVE PTP ") +
+              irl_pose(spatial::compose(base_T_frame, model::pose(*s.target))) + attributes + ";");
+      return {};
+    }
+    std::vector<double> q = s.joints;
+    if (q.empty()) {
+      const auto& poses = source_.arm().record->poses;
+      const auto pose =
+          std::find_if(poses.begin(), poses.end(), [&](const auto& p) { return p.name == s.pose; });
+      if (pose == poses.end())
+        return error(ErrorCode::unknown_name,
+                     "robot " + quote(source_.arm().name) + " has no pose " + quote(s.pose),
+                     "robot.set_pose keeps one.");
+      q = pose->q;
+    }
+    RMP_TRY_ASSIGN(const std::string to, source_.joints(q));
+    out.add("MOVE PTP " + to + attributes + ";" +
+            (s.joints.empty() ? " " + irl_comment(s.pose) : std::string()));
+    return {};
+  }
+  /// world_T_frame. Objects that move stand for where they are at the start.
+  Result<Pose> frame(const std::string& name) {
+    if (name.empty()) return Pose{};
+    for (const model::PlacedFrame& f : world_.frames)
+      if (f.name == name) return model::pose(f.placement);
+    for (const model::PlacedObject& o : world_.objects)
+      if (o.name == name) {
+        source_.note("Targets in the frame of " + quote(name) +
+                     " are those of where it stands at the start.");
+        return model::pose(o.placement);
+      }
+    return error(ErrorCode::unknown_name, "the world has no frame or object " + quote(name),
+                 "world.add_frame adds one.");
+  }
+
+  CommandContext& ctx_;
+  const World& world_;
+  Source& source_;
+  std::map<std::string, IrlSignal> signals_;
+  std::set<std::string> used_, written_;
+  bool has_gripper_ = false;
+  std::string gripper_, routines_;
+  int deepest_ = 0, in_procedure_ = 0;
+  std::set<std::uint64_t> made_;
+};
+
+Result<Value> from_task(CommandContext& ctx, const Map& args) {
+  const World& w = content<World>(ctx, args, "world");
+  const std::string where = name_in(ctx, ref(args, "world"));
+  RMP_TRY_ASSIGN(const std::size_t which,
+                 find_task(ctx, typed<World>(args, "world"), *args.find("task"), where));
+  const model::PlacedTask& placed = w.tasks[which];
+  std::string robot = placed.robot;
+  if (robot.empty()) {
+    const model::Task* task = ctx.snapshot().get(placed.task);
+    for (std::size_t i = 0; task && robot.empty() && i < task->steps.size(); ++i)
+      robot = task->steps[i].robot;
+    if (robot.empty())
+      return error(ErrorCode::invalid_argument, "no step names a robot",
+                   "Give the task one in the world.", where + ", task " + quote(placed.name));
+  }
+  RMP_TRY_ASSIGN(const std::size_t arm_at,
+                 find_robot(ctx, typed<World>(args, "world"), Value(robot), where));
+  RMP_TRY_ASSIGN(const Arm arm, arm_of(ctx, w, arm_at));
+  Source source(arm);
+  TaskWriter writer(ctx, w, source);
+  model::PlacedTask mine = placed;
+  mine.robot = robot;
+  auto done = writer.run(mine);
+  if (!done.ok()) return std::move(done).error().in("task " + quote(placed.name));
+  return finish(ctx, args, source, placed.name,
+                "Of the task " + placed.name + " for the robot " + arm.name + " of " + where,
+                writer.head(), writer.routines());
+}
+
+// ---- recordings ----
+
+/// Rows between which the joints go straight within `tolerance` of what is recorded: of each
+/// stretch the row that is furthest off is kept, until none is.
+std::vector<std::size_t> kept_rows(std::span<const recording::Column* const> q,
+                                   const std::vector<double>& time, double tolerance) {
+  const std::size_t rows = time.size();
+  std::vector<bool> keep(rows, false);
+  keep[0] = keep[rows - 1] = true;
+  std::vector<std::pair<std::size_t, std::size_t>> open{{0, rows - 1}};
+  while (!open.empty()) {
+    const auto [a, b] = open.back();
+    open.pop_back();
+    double worst = tolerance;
+    std::size_t at = 0;
+    for (std::size_t i = a + 1; i < b; ++i) {
+      const double x = time[b] > time[a] ? (time[i] - time[a]) / (time[b] - time[a]) : 0;
+      for (const recording::Column* c : q) {
+        const double off =
+            std::fabs(c->values[i] - (c->values[a] + x * (c->values[b] - c->values[a])));
+        if (off > worst) worst = off, at = i;
+      }
+    }
+    if (at == 0) continue;
+    keep[at] = true;
+    open.emplace_back(a, at);
+    open.emplace_back(at, b);
+  }
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < rows; ++i)
+    if (keep[i]) out.push_back(i);
+  return out;
+}
+
+Result<Value> from_recording(CommandContext& ctx, const Map& args) {
+  const auto r = ctx.recording(*args.find("recording")->as_handle());
+  const World* w = ctx.snapshot().get(r->world);
+  if (!w)
+    return error(ErrorCode::stale_handle, "the world of the recording no longer exists",
+                 "Take a recording of a world that is open.", "recording");
+  const std::string where = name_in(ctx, AnyId(r->world));
+  std::string name = has(args, "robot") ? text_of(args, "robot") : r->robot;
+  if (name.empty() && w->robots.size() == 1) name = w->robots[0].name;
+  if (name.empty())
+    return error(ErrorCode::invalid_argument, "the recording is of several robots",
+                 "Say which: robot = ...", "robot");
+  RMP_TRY_ASSIGN(const std::size_t arm_at, find_robot(ctx, r->world, Value(name), where));
+  RMP_TRY_ASSIGN(const Arm arm, arm_of(ctx, *w, arm_at));
+  const recording::Column* time = r->find("time");
+  std::vector<const recording::Column*> q;
+  for (std::size_t j = 1; j <= arm.model->joints.size(); ++j) {
+    const std::string column = "q" + std::to_string(j);
+    const recording::Column* c = r->robot == name ? r->find(column) : nullptr;
+    if (!c) c = r->find(name + "." + column);
+    if (c) q.push_back(c);
+  }
+  if (!time || time->values.empty() || q.size() != arm.model->joints.size())
+    return error(ErrorCode::invalid_argument,
+                 "the recording has not all joints of robot " + quote(name) + " over the time",
+                 "Simulate it again, or name another robot.", "recording");
+  for (std::size_t i = 0; i < time->values.size(); ++i)
+    for (const recording::Column* c : q)
+      if (!std::isfinite(c->values[i]))
+        return error(
+            ErrorCode::invalid_argument,
+            "row " + std::to_string(i + 1) + " of the recording has no number in " + quote(c->name),
+            "Take a recording without gaps.", "recording");
+  Source source(arm);
+  source.body.in();
+  const std::vector<std::size_t> rows = kept_rows(q, time->values, real(args, "tolerance"));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    std::vector<double> at;
+    for (const recording::Column* c : q) at.push_back(c->values[rows[k]]);
+    RMP_TRY_ASSIGN(const std::string to, source.joints(at));
+    std::string line = "MOVE PTP " + to;
+    if (k > 0) {
+      line += " TIME := " + irl_real(time->values[rows[k]] - time->values[rows[k - 1]]);
+      if (k + 1 < rows.size()) line += " C_PASS := TRUE";
+    }
+    source.body.add(line + ";");
+  }
+  source.note(std::to_string(rows.size()) + " of " + std::to_string(time->values.size()) +
+              " rows are kept; between them the joints stay within " +
+              irl_real(kDegree * real(args, "tolerance")) + " degrees (" +
+              irl_real(kMm * real(args, "tolerance")) + " mm of sliding joints) of the others.");
+  const std::string title = r->title.empty() ? "recording" : r->title;
+  return finish(ctx, args, source, name + " recorded", "Of the recording " + title, {}, {});
+}
+
+std::string with_cell_of_task(const char* rest) {
+  return with_arm(
+             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n"
+             "cell:add_signal{name = \"ready\"}\n"
+             "task.create{name = \"serve\", steps = {\n"
+             "  {step = \"wait\", condition = \"ready == 1\"},\n"
+             "  {step = \"repeat\", count = 2, steps = {\n"
+             "    {step = \"move\", joints = {0.1, 0.2, 0.3, 0, 0, 0}, speed = 0.5},\n"
+             "    {step = \"move\", joints = {0, 0, 0, 0, 0, 0}}}}}}\n"
+             "cell:add_task{task = \"serve\", robot = \"arm\"}\n") +
+         rest;
+}
+
+}  // namespace
+
+RMP_COMMANDS(program_from_commands) {
+  std::vector<CommandSpec> all;
+  const ParamSpec name =
+      optional("name", "string", "", "Name of the program; that of what it is made of otherwise.");
+  all.push_back(
+      {.name = "program.from_task",
+       .classic = "",
+       .summary = "Makes a program of a task of a world.",
+       .details =
+           "Moves, grips, signals, waits, calls and blocks become statements of the language, "
+           "targets poses in the robot's base. What the language has no word for is an error that "
+           "names the step: other robots' steps, conditions over places and time, tools of a "
+           "step's own. What is said in another way is told by messages, and at the head of the "
+           "source.",
+       .example = with_cell_of_task("local p = program.from_task{world = cell, task = \"serve\"}\n"
+                                    "assert(p:check().correct)\n"
+                                    "assert(p:source():find(\"WAIT FOR ready = TRUE\"))"),
+       .params = {needed("world", "ref:world", "", "The world."),
+                  needed("task", "any", "", "Task of it, by name."), name},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = from_task});
+  all.push_back(
+      {.name = "program.from_trajectory",
+       .classic = "",
+       .summary = "Makes a program of a trajectory of a world, for one of its robots.",
+       .details = "Lines become MOVE LIN, arcs MOVE CIRCLE, motions of joints MOVE PTP, other "
+                  "curves MOVE PATH through points of theirs. Where a segment begins elsewhere, "
+                  "the robot goes there first. Speeds or times are those of the segments.",
+       .example = example_run("local p = program.from_trajectory{world = cell, robot = \"arm\",\n"
+                              "  trajectory = \"stroke\"}\n"
+                              "assert(p:check().correct and p:source():find(\"MOVE LIN\"))"),
+       .params = {needed("world", "ref:world", "", "The world."),
+                  needed("robot", "any", "", "Robot of it, by name."),
+                  needed("trajectory", "any", "", "Trajectory of it, by name."),
+                  between(defaulted("points", "int", "", 20,
+                                    "Points of a curve that is neither line nor arc."),
+                          2, 100'000),
+                  name},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = from_trajectory});
+  all.push_back(
+      {.name = "program.from_recording",
+       .classic = "",
+       .summary = "Makes a program of the joints' motion in a recording.",
+       .details =
+           "As few rows are kept as give the motion within the tolerance; each is a MOVE PTP "
+           "that takes the time between the rows and passes without a stop.",
+       .example = example_run("local run = cell:inverse_kinematics{robot = \"arm\", trajectory = "
+                              "\"stroke\"}\n"
+                              "local p = program.from_recording{recording = run}\n"
+                              "assert(p:check().correct and p:source():find(\"C_PASS\"))"),
+       .params = {needed("recording", "ref:recording", "", "The recording."),
+                  optional("robot", "string", "", "Of several robots in it."),
+                  above_zero(defaulted("tolerance", "real", "", 1e-3,
+                                       "How far joints may be off between the rows kept [rad or "
+                                       "m].")),
+                  name},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = from_recording});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,507 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands for programs in worlds: where they run, what their names mean there, and runs.
+#include "ioci/program/in_world.h"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "ioci/core/commands.h"
+#include "ioci/program/program_kind.h"
+#include "ioci/world/members.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::BindingKind;
+using model::Program;
+using model::ProgramBinding;
+using model::ProgramPlacement;
+
+std::vector<std::string> binding_words() {
+  return {model::kBindingWords.begin(), model::kBindingWords.end()};
+}
+bool same(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
+           return std::tolower(static_cast<unsigned char>(x)) ==
+                  std::tolower(static_cast<unsigned char>(y));
+         });
+}
+
+template <class Fn>
+Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
+  return ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
+    return fn(std::get<model::OtherContent>(r.body).as<Program>());
+  });
+}
+
+Result<Value> add_program(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "program");
+  ProgramPlacement made;
+  made.world = typed<model::World>(args);
+  made.robot = text_of(args, "robot");
+  const model::World& world = *ctx.snapshot().get(made.world);
+  if (!made.robot.empty() && std::none_of(world.robots.begin(), world.robots.end(),
+                                          [&](const auto& r) { return r.name == made.robot; })) {
+    std::vector<std::string> known;
+    for (const auto& r : world.robots) known.push_back(r.name);
+    return unknown_name("robot", made.robot, known);
+  }
+  std::set<std::string> taken = member_names(world);
+  for (const PlacedProgram& p : programs_of(ctx.snapshot(), made.world))
+    taken.insert(p.placement->name);
+  const bool is_given = has(args, "name");
+  const std::string wanted = is_given ? text_of(args, "name") : ctx.snapshot().find(id)->name;
+  made.name = wanted;
+  if (wanted.empty())
+    return error(ErrorCode::invalid_argument, "the name is empty", "Give a name.", "name");
+  if (is_given && taken.contains(wanted))
+    return error(ErrorCode::conflict,
+                 "the world has a member or program " + text::quote(wanted) + " already",
+                 "Choose another name.", "name");
+  for (int k = 2; taken.contains(made.name); ++k) made.name = wanted + "_" + std::to_string(k);
+  const std::string name = made.name;
+  RMP_TRY(edit_program(ctx, id, [&](Program& p) -> Result<void> {
+    p.placements.push_back(std::move(made));
+    return {};
+  }));
+  return Value(name);
+}
+
+Result<Value> remove_program(CommandContext& ctx, const Map& args) {
+  const auto world = typed<model::World>(args);
+  const std::string name = text_of(args, "name");
+  RMP_TRY_ASSIGN(const auto found, programs_of(ctx.snapshot(), world, {name}));
+  RMP_TRY(edit_program(ctx, found.front().program, [&](Program& p) -> Result<void> {
+    std::erase_if(p.placements, [&](const ProgramPlacement& x) {
+      return x.world.number == world.number && x.name == name;
+    });
+    return {};
+  }));
+  return Value();
+}
+
+Result<Value> list_programs(CommandContext& ctx, const Map& args) {
+  List out;
+  for (const PlacedProgram& p : programs_of(ctx.snapshot(), typed<model::World>(args)))
+    out.emplace_back(Map{{"name", p.placement->name},
+                         {"program", ctx.snapshot().find(p.program)->name},
+                         {"robot", p.placement->robot},
+                         {"bindings", static_cast<std::int64_t>(p.placement->bindings.size())}});
+  return Value(std::move(out));
+}
+
+Result<Value> bind(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, *program_in(ctx.snapshot(), id)));
+  ProgramBinding b;
+  const std::string word = text_of(args, "kind");
+  for (std::size_t k = 0; k < model::kBindingWords.size(); ++k)
+    if (word == model::kBindingWords[k]) b.kind = static_cast<BindingKind>(k);
+  b.name = text_of(args, "name");
+  b.to = text_of(args, "to");
+  b.frame = text_of(args, "frame");
+  b.tool = text_of(args, "tool");
+  b.joint = text_of(args, "joint");
+  b.reach = has(args, "reach") ? real(args, "reach") : 0;
+  b.value = has(args, "value") ? real(args, "value") : 0;
+  const auto needs = [&](const char* what, bool is_there) -> Result<void> {
+    if (is_there) return {};
+    return error(ErrorCode::invalid_argument,
+                 "a binding of kind " + text::quote(word) + " needs " + what,
+                 std::string("Give ") + what + ".", what);
+  };
+  if (b.kind != BindingKind::robot) RMP_TRY(needs("name", !b.name.empty()));
+  if (b.kind == BindingKind::signal || b.kind == BindingKind::joint)
+    RMP_TRY(needs("to", !b.to.empty()));
+  const auto only = [&](const char* what, bool is_of) -> Result<void> {
+    if (is_of || !has(args, what)) return {};
+    return error(ErrorCode::invalid_argument,
+                 "a binding of kind " + text::quote(word) + " has no " + what, "Leave it out.",
+                 what);
+  };
+  RMP_TRY(only("frame", b.kind == BindingKind::robot));
+  RMP_TRY(only("tool", b.kind == BindingKind::robot || b.kind == BindingKind::grip));
+  RMP_TRY(only("joint", b.kind == BindingKind::joint));
+  RMP_TRY(only("reach", b.kind == BindingKind::grip));
+  RMP_TRY(only("value", b.kind == BindingKind::free));
+  if (has(args, "robot")) {
+    if (b.kind != BindingKind::grip)
+      return error(ErrorCode::invalid_argument, "only a grip has a robot besides",
+                   "Give the robot as to.", "robot");
+    b.joint = text_of(args, "robot");
+  }
+  RMP_TRY(edit_program(ctx, id, [&](Program& p) -> Result<void> {
+    auto& all = p.placements[at].bindings;
+    // A name means one thing: robots are apart from signals and joints.
+    std::erase_if(all, [&](const ProgramBinding& old) {
+      return same(old.name, b.name) &&
+             (old.kind == BindingKind::robot) == (b.kind == BindingKind::robot);
+    });
+    all.push_back(std::move(b));
+    return {};
+  }));
+  return Value();
+}
+
+Result<Value> unbind(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, *program_in(ctx.snapshot(), id)));
+  const std::string name = text_of(args, "name");
+  RMP_TRY(edit_program(ctx, id, [&](Program& p) -> Result<void> {
+    auto& all = p.placements[at].bindings;
+    if (std::erase_if(all, [&](const ProgramBinding& b) { return same(b.name, name); }) > 0)
+      return {};
+    std::vector<std::string> known;
+    for (const ProgramBinding& b : all) known.push_back(b.name);
+    return unknown_name("binding", name, known);
+  }));
+  return Value();
+}
+
+Result<Value> bindings(CommandContext& ctx, const Map& args) {
+  const Program& p = *program_in(ctx.snapshot(), ref(args, "id"));
+  List out;
+  for (const ProgramPlacement& x : p.placements) {
+    if (has(args, "name_there") && x.name != text_of(args, "name_there")) continue;
+    if (has(args, "world") && !(AnyId(x.world) == ref(args, "world"))) continue;
+    for (const ProgramBinding& b : x.bindings)
+      out.emplace_back(Map{{"name_there", x.name},
+                           {"world", Application::handle(AnyId(x.world))},
+                           {"kind", std::string(to_string(b.kind))},
+                           {"name", b.name},
+                           {"to", b.to},
+                           {"frame", b.frame},
+                           {"tool", b.tool},
+                           {"joint", b.kind == BindingKind::grip ? std::string() : b.joint},
+                           {"robot", b.kind == BindingKind::grip ? b.joint : std::string()},
+                           {"reach", b.reach},
+                           {"value", b.value}});
+  }
+  return Value(std::move(out));
+}
+
+Result<Value> set_profile(CommandContext& ctx, const Map& args) {
+  RMP_TRY(edit_program(ctx, ref(args, "id"), [&](Program& p) -> Result<void> {
+    p.target_profile = text_of(args, "profile");
+    return {};
+  }));
+  return Value();
+}
+Result<Value> profile(CommandContext& ctx, const Map& args) {
+  return Value(program_in(ctx.snapshot(), ref(args, "id"))->target_profile);
+}
+
+Result<Value> run_program(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  Map asked = args;
+  asked.erase("id");
+  const bool is_placed =
+      std::any_of(program_in(ctx.snapshot(), id)->placements.begin(),
+                  program_in(ctx.snapshot(), id)->placements.end(), [&](const ProgramPlacement& x) {
+                    return !has(args, "world") || AnyId(x.world) == ref(args, "world");
+                  });
+  if (!is_placed && has(args, "robot")) {
+    // A world for the program alone.
+    const std::string name = ctx.snapshot().find(id)->name;
+    std::string world_name = name + "_cell";
+    for (int k = 2; ctx.snapshot().find(Kind::world, world_name); ++k)
+      world_name = name + "_cell_" + std::to_string(k);
+    RMP_TRY_ASSIGN(const Value world, ctx.dispatch("world.create", Map{{"name", world_name}}));
+    RMP_TRY(ctx.dispatch("world.add_robot", Map{{"id", world}, {"robot", *args.find("robot")}}));
+    RMP_TRY(ctx.dispatch("world.add_program",
+                         Map{{"id", world}, {"program", Application::handle(id)}}));
+  } else if (!is_placed) {
+    return error(ErrorCode::invalid_argument, "no world has this program",
+                 "Give robot = one that it runs on, alone in a world of its own; or place it with "
+                 "world.add_program.",
+                 name_in(ctx, id));
+  } else if (has(args, "robot")) {
+    return error(ErrorCode::invalid_argument, "the program has a world already",
+                 "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
+  }
+  const Program& p = *program_in(ctx.snapshot(), id);
+  RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, p));
+  Map run{{"id", Application::handle(AnyId(p.placements[at].world))},
+          {"program", p.placements[at].name}};
+  for (const char* each : {"unbound", "values", "sample_time", "most_time", "duration"})
+    if (has(args, each)) run.set(each, *args.find(each));
+  return ctx.dispatch("world.run_task", run);
+}
+
+std::string with_cell(const char* rest) {
+  return with_arm(
+             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n"
+             "cell:add_signal{name = \"ready\"}\n"
+             "local there = program.create{name = \"there\", source = [[\n"
+             "PROGRAM there;\n"
+             "SIGNAL\n"
+             "  OUTPUT BOOL: done AT 1;\n"
+             "BEGIN\n"
+             "  WAIT 0.5 SEC;\n"
+             "  done := TRUE;\n"
+             "ENDPROGRAM;\n"
+             "]]}\ncell:add_program{program = there}\n"
+             "there:bind{kind = \"signal\", name = \"done\", to = \"ready\"}\n") +
+         rest;
+}
+
+}  // namespace
+
+ParamSpec values_field() {
+  return optional(
+      "values", "map", "",
+      "Values of variables of the program, behind its declarations and before its first "
+      "statement: numbers, true and false, or expressions of the language.");
+}
+
+const Program* program_in(const document::Snapshot& snapshot, AnyId id) {
+  const model::Record* r = snapshot.find(id);
+  if (!r || id.kind != program_kind()) return nullptr;
+  return &std::get<model::OtherContent>(r->body).as<Program>();
+}
+
+Result<std::size_t> placement_of(CommandContext& ctx, const Map& args, const Program& p) {
+  std::vector<std::size_t> fit;
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < p.placements.size(); ++i) {
+    const ProgramPlacement& x = p.placements[i];
+    known.push_back(x.name);
+    if (has(args, "name_there") && x.name != text_of(args, "name_there")) continue;
+    if (has(args, "world") && !(AnyId(x.world) == ref(args, "world"))) continue;
+    fit.push_back(i);
+  }
+  if (fit.size() == 1) return fit.front();
+  const std::string where = name_in(ctx, ref(args, "id"));
+  if (p.placements.empty())
+    return error(ErrorCode::not_found, "no world has this program",
+                 "world.add_program gives one it.", where);
+  if (fit.empty())
+    return error(ErrorCode::not_found, "the program has no such place in a world",
+                 "It is there as " + text::enumerate(known) + ".", where);
+  return error(ErrorCode::invalid_argument,
+               "the program is in worlds " + std::to_string(fit.size()) + " times",
+               "Give world, or name_there, one of " + text::enumerate(known) + ".", where);
+}
+
+std::vector<PlacedProgram> programs_of(const document::Snapshot& snapshot, WorldId world) {
+  std::vector<PlacedProgram> out;
+  for (const AnyId id : snapshot.list(program_kind()))
+    if (const Program* p = program_in(snapshot, id))
+      for (const ProgramPlacement& x : p->placements)
+        if (x.world.number == world.number) out.push_back({id, &x});
+  return out;
+}
+
+Result<std::vector<PlacedProgram>> programs_of(const document::Snapshot& snapshot, WorldId world,
+                                               const std::vector<std::string>& names) {
+  const std::vector<PlacedProgram> all = programs_of(snapshot, world);
+  std::vector<PlacedProgram> out;
+  for (const std::string& name : names) {
+    const auto it = std::find_if(all.begin(), all.end(),
+                                 [&](const PlacedProgram& p) { return p.placement->name == name; });
+    if (it == all.end()) {
+      std::vector<std::string> known;
+      for (const PlacedProgram& p : all) known.push_back(p.placement->name);
+      return unknown_name("program", name, known);
+    }
+    out.push_back(*it);
+  }
+  return out;
+}
+
+Result<std::vector<program::Preset>> read_presets(const Value* given, std::string_view path) {
+  std::vector<program::Preset> out;
+  if (!given || given->is_nil()) return out;
+  const Map* map = given->as_map();
+  if (!map)
+    return error(ErrorCode::invalid_argument, "values stand in a table by the names of variables",
+                 "Give values = {n = 3}.", std::string(path));
+  for (const auto& [name, value] : *map) {
+    std::string text;
+    if (const bool* b = value.as_bool()) text = *b ? "TRUE" : "FALSE";
+    else if (const std::string* s = value.as_string()) text = *s;
+    else if (value.is_number()) text = value.text();
+    else
+      return error(ErrorCode::invalid_argument,
+                   "the value of " + text::quote(name) + " is a " + std::string(value.type_name()),
+                   "Give a number, true or false, or a text that is an expression of the language.",
+                   std::string(path));
+    out.emplace_back(name, std::move(text));
+  }
+  return out;
+}
+
+Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
+  task::TaskRun run;
+  run.world = typed<model::World>(args);
+  const auto each = [](const Value& given) {
+    const List* list = given.as_list();
+    return list ? *list : List{given};
+  };
+  if (has(args, "task"))
+    for (const Value& one : each(*args.find("task"))) {
+      RMP_TRY_ASSIGN(const std::size_t at, find_task(ctx, run.world, one, "task"));
+      run.tasks.push_back(ctx.snapshot().get(run.world)->tasks[at].name);
+    }
+  std::vector<PlacedProgram> programs;
+  if (has(args, "program")) {
+    std::vector<std::string> names;
+    for (const Value& one : each(*args.find("program")))
+      names.push_back(one.as_string() ? *one.as_string() : one.text());
+    RMP_TRY_ASSIGN(programs, programs_of(ctx.snapshot(), run.world, names));
+  } else if (!has(args, "task")) {
+    programs = programs_of(ctx.snapshot(), run.world);
+  }
+  for (std::size_t i = 0; i < programs.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (programs[i].placement->name == programs[k].placement->name)
+        return error(ErrorCode::conflict,
+                     "two programs are " + text::quote(programs[i].placement->name) +
+                         " in the world, as after record.duplicate",
+                     "world.remove_program takes the first out; place it again under another name.",
+                     name_in(ctx, AnyId(run.world)));
+  run.has_tasks = has(args, "task") || !has(args, "program");
+  RMP_TRY_ASSIGN(const auto values, read_presets(args.find("values"), "values"));
+  if (!values.empty() && programs.size() != 1)
+    return error(ErrorCode::invalid_argument,
+                 "values are for one program, and " + std::to_string(programs.size()) + " run",
+                 "Name the one with program = ...", "values");
+  for (const PlacedProgram& p : programs) {
+    task::ProgramInWorld one;
+    RMP_TRY_ASSIGN(one.code, compile_program(ctx, p.program));
+    one.placement = *p.placement;
+    one.frees_unbound = text_of(args, "unbound") == "free";
+    one.values = values;
+    run.programs.push_back(std::move(one));
+  }
+  run.sample_time = real(args, "sample_time");
+  run.most_time = real(args, "most_time");
+  if (has(args, "duration")) run.duration = real(args, "duration");
+  return run;
+}
+
+RMP_COMMANDS(program_in_world_commands) {
+  std::vector<CommandSpec> all;
+  const auto add = [&](const char* name, const char* summary, const char* details,
+                       std::string example, Schema params, ReturnSpec returns, Effect effect,
+                       Result<Value> (*run)(CommandContext&, const Map&)) {
+    all.push_back({.name = name,
+                   .classic = "",
+                   .summary = summary,
+                   .details = details,
+                   .example = std::move(example),
+                   .params = std::move(params),
+                   .returns = std::move(returns),
+                   .effect = effect,
+                   .run = run});
+  };
+  const ParamSpec world = optional("world", "ref:world", "", "Which of its worlds is meant."),
+                  there = optional("name_there", "string", "",
+                                   "Its name there, where it is in worlds several times.");
+  add("world.add_program", "Gives a world a program.",
+      "The place is kept with the program: what its names mean in this world (program.bind). A "
+      "program may be in several worlds, and several times in one.",
+      with_cell("assert(cell:programs()[1].name == \"there\")"),
+      {self("world"), needed("program", "ref:program", "", "The program."),
+       optional("name", "string", "", "Its name in the world; made of its own when left out."),
+       optional("robot", "string", "",
+                "The robot of the world that its motions mean which name none; the only one when "
+                "left out.")},
+      {"string", "", "Its name in the world.", {}}, Effect::edits, add_program);
+  add("world.remove_program", "Takes a program out of a world.", "The program itself stays.",
+      with_cell("cell:remove_program(\"there\")\nassert(#cell:programs() == 0)"),
+      {self("world"), needed("name", "string", "", "Its name in the world.")}, {}, Effect::edits,
+      remove_program);
+  add("world.programs", "Lists the programs of a world.", "",
+      with_cell("assert(cell:programs()[1].program == \"there\")"), {self("world")},
+      {"list",
+       "",
+       "A table each.",
+       {field("name", "string", "", "In the world."),
+        field("program", "string", "", "The program."),
+        field("robot", "string", "", "Whom its motions mean which name none."),
+        field("bindings", "int", "", "How many it has there.")}},
+      Effect::reads, list_programs);
+  add("program.bind", "Says what a name of a program means in its world.",
+      "Without a binding names mean what has the same name in the world, in any letter case; an "
+      "output BOOL gripper that the world has no signal for grips, and so does the first "
+      "additional joint (0 is open, 1 is shut). A name has one binding; the new one takes its "
+      "place. robot: a ROBOT of the cell by name or number, or the program's own. Targets are then "
+      "in `frame` (its base when left out) and for `tool`. signal: a signal of the world. grip: an "
+      "output, or an additional joint by its number, whose change to TRUE takes the object whose "
+      "box is nearest to the tool and no farther than `reach`, and to FALSE lets it go. joint: an "
+      "additional joint by its number, as a joint of a robot or mechanism. free: nothing in the "
+      "world; an input then has `value`.",
+      with_cell("assert(there:bindings()[1].to == \"ready\")"),
+      {self("program"), world, there,
+       choice("kind", binding_words(), "What the name stands for.", true),
+       optional("name", "string", "", "In the program; left out, its own robot."),
+       optional("to", "string", "",
+                "In the world: robot, signal, or the object that a grip takes."),
+       optional("frame", "string", "", "Frame or object of the world that targets are in."),
+       optional("tool", "string", "", "Tool, link, or held object with its tool centre point."),
+       optional("joint", "string", "", "Of the robot: name or number."),
+       optional("robot", "string", "", "Whose tool a grip is; the program's own when left out."),
+       above_zero(optional("reach", "real", "m", "Of a grip; 5 mm when left out.")),
+       optional("value", "real", "", "Of a free input.")},
+      {}, Effect::edits, bind);
+  add("program.unbind", "Takes a binding of a program away.",
+      "The name then means what has the same name in the world.",
+      with_cell("there:unbind(\"done\")\nassert(#there:bindings() == 0)"),
+      {self("program"), needed("name", "string", "", "In the program."), world, there}, {},
+      Effect::edits, unbind);
+  add("program.bindings", "Lists what names of a program mean in its worlds.", "",
+      with_cell("assert(there:bindings()[1].kind == \"signal\")"), {self("program"), world, there},
+      {"list",
+       "",
+       "A table each.",
+       {field("name_there", "string", "", "The program's name in the world."),
+        field("world", "handle", "", "The world."),
+        field("kind", "string", "", "What the name stands for."),
+        field("name", "string", "", "In the program."), field("to", "string", "", "In the world."),
+        field("frame", "string", "", "What targets are in."),
+        field("tool", "string", "", "What targets are for, or what takes."),
+        field("joint", "string", "", "Of the robot."),
+        field("robot", "string", "", "Whose tool a grip is."),
+        field("reach", "real", "m", "Of a grip; 0 is 5 mm."),
+        field("value", "real", "", "Of a free input.")}},
+      Effect::reads, bindings);
+  add("program.set_profile", "Names the profile of the controller that a program is meant for.", "",
+      with_cell("there:set_profile(\"kr_c4\")\nassert(there:profile() == \"kr_c4\")"),
+      {self("program"), needed("profile", "string", "", "Its name; empty is none.")}, {},
+      Effect::edits, set_profile);
+  add("program.profile", "Gives the profile of the controller that a program is meant for.", "",
+      with_cell("assert(there:profile() == \"\")"), {self("program")},
+      {"string", "", "Its name; empty is none.", {}}, Effect::reads, profile);
+  all.push_back(
+      {.name = "program.run",
+       .classic = "",
+       .summary = "Runs a program alone in its world, and records it.",
+       .details = "A program that no world has is placed in a new one with the robot that is given "
+                  "and nothing else. Recording and errors are those of world.run_task.",
+       .example = with_arm("local rest = program.create{name = \"rest\", source = [[\n"
+                           "PROGRAM rest;\n"
+                           "BEGIN\n"
+                           "  WAIT 0.5 SEC;\n"
+                           "  WRITELN('done');\n"
+                           "ENDPROGRAM;\n"
+                           "]]}\nlocal r = rest:run{robot = arm}\n"
+                           "assert(r:notes()[1] == \"t = 0.5 s: rest: done\")"),
+       .params = {self("program"), world, there,
+                  optional("robot", "ref:robot", "", "For a program that no world has."),
+                  choice("unbound", {"error", "free"},
+                         "Signals without a binding are an error, or the program's own."),
+                  values_field(),
+                  above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
+                  above_zero(defaulted("most_time", "real", "s", 3600.0,
+                                       "A run that takes longer is an error.")),
+                  above_zero(
+                      optional("duration", "real", "s", "What is not over by then ends there."))},
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates | Effect::edits,
+       .run = run_program});
+  return all;
+}
+
+}  // namespace robomosp::ioci

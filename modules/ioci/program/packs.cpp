@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/program/packs.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <system_error>
+
+#include "kernel/messages.h"
+#include "kernel/registry.h"
+#include "kernel/text.h"
+
+namespace robomosp::ioci {
+namespace {
+
+namespace fs = std::filesystem;
+using program_post::PackFault;
+
+constexpr std::uint64_t kMostPack = std::uint64_t{4} << 20;
+constexpr std::size_t kMostSaid = 5;  ///< faults of a pack at the start
+
+Result<std::string> read_plain(const fs::path& file, std::uint64_t most) {
+  std::error_code failed;
+  const auto size = fs::file_size(file, failed);
+  if (failed)
+    return error(ErrorCode::io, "it is no file that can be read",
+                 "Check its name and permissions.");
+  if (size > most)
+    return error(ErrorCode::unsupported,
+                 "it is larger than " + std::to_string(most >> 20U) + " MiB",
+                 "A pack is a template a construct; programs do not belong into it.");
+  std::ifstream in(file, std::ios::binary);
+  std::string all{std::istreambuf_iterator<char>(in), {}};
+  if (!in.good() && !in.eof())
+    return error(ErrorCode::io, "it cannot be read", "Check its permissions.");
+  return all;
+}
+
+/// "acme.post", and "acme/pack.post" of a pack that is a folder.
+std::string brief(const fs::path& file) {
+  if (file.filename() != kPackFile || !file.has_parent_path()) return file.filename().string();
+  return (file.parent_path().filename() / file.filename()).string();
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const program_post::TemplatePack>> read_pack(
+    const fs::path& file, const ReadPack& read, std::vector<PackFault>* faults) {
+  RMP_TRY_ASSIGN(const std::string text, read(file, kMostPack));
+  const program_post::PackFiles beside = [&](const std::string& name) {
+    return read(file.parent_path() / name, kMostPack);
+  };
+  return program_post::read_templates(text, brief(file), beside, faults);
+}
+
+Result<std::string> add_pack(Registry& registry, const fs::path& file,
+                             std::shared_ptr<const program_post::TemplatePack> pack,
+                             bool replaces) {
+  ProviderInfo info;
+  info.interface_id = Post::kInterfaceId;
+  info.name = program_post::pack_name(*pack);
+  info.summary = program_post::pack_title(*pack) + ", by templates.";
+  info.tags = {kByTemplates};
+  info.origin = file.string();
+  bool is_again = false;
+  for (const ProviderInfo& other : registry.list(Post::kInterfaceId)) {
+    if (other.name != info.name) continue;
+    is_again = replaces &&
+               std::find(other.tags.begin(), other.tags.end(), kByTemplates) != other.tags.end();
+    if (!is_again)
+      return error(ErrorCode::conflict,
+                   "there is a target " + text::quote(info.name) + " already, from " +
+                       text::quote(other.origin),
+                   "Give the pack another name.", brief(file));
+  }
+  RMP_TRY(registry.add(
+      info, [pack]() -> Result<void*> { return program_post::make_template_post(pack).release(); },
+      is_again));
+  return info.name;
+}
+
+void load_packs(Registry& registry, Messages& messages, std::span<const fs::path> folders) {
+  std::set<fs::path> seen;
+  for (const fs::path& folder : folders) {
+    std::vector<fs::path> files;
+    std::error_code failed;
+    for (fs::directory_iterator it(folder, failed), end; !failed && it != end;
+         it.increment(failed)) {
+      std::error_code none;
+      if (it->is_directory(none)) {
+        if (fs::is_regular_file(it->path() / kPackFile, none))
+          files.push_back(it->path() / kPackFile);
+      } else if (it->path().extension() == ".post" && it->is_regular_file(none)) {
+        files.push_back(it->path());
+      }
+    }
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) {
+      const bool is_folder = file.filename() == kPackFile && file.parent_path() != folder;
+      const fs::path name = is_folder ? file.parent_path().filename() : file.stem();
+      if (!seen.insert(name).second) {
+        messages.post(Severity::info, "plugin_hidden",
+                      "the pack " + text::quote(file.string()) +
+                          " is not loaded: a pack of its name comes before it.",
+                      "packs");
+        continue;
+      }
+      const auto warn = [&](const std::string& what) {
+        messages.post(Severity::warning, "pack_refused",
+                      "the pack " + text::quote(file.string()) + " was left out: " + what, "packs");
+      };
+      std::vector<PackFault> faults;
+      auto pack = read_pack(file, read_plain, &faults);
+      if (!pack.ok()) {
+        if (faults.empty()) warn(pack.error().sentence());
+        for (std::size_t i = 0; i < std::min(faults.size(), kMostSaid); ++i)
+          warn(faults[i].place() + ": " + faults[i].message + "." +
+               (faults[i].hint.empty() ? "" : " " + faults[i].hint));
+        if (faults.size() > kMostSaid)
+          warn(std::to_string(faults.size() - kMostSaid) +
+               " more; program.add_target tells all of them.");
+        continue;
+      }
+      if (const auto added = add_pack(registry, file, *pack, false); !added.ok())
+        warn(added.error().sentence());
+    }
+  }
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,719 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs to the languages of controllers, by providers of robomosp.post/1.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include <robomosp/sdk/post_writer.h>
+
+#include "io/native.h"
+#include "ioci/program/compiled.h"
+#include "ioci/program/in_world.h"
+#include "ioci/program/packs.h"
+#include "ioci/program/program_kind.h"
+#include "ioci/robot/robots.h"
+#include "kernel/file_root.h"
+#include "model/controller.h"
+#include "model/declare.h"
+#include "motion/provider_params.h"
+#include "program/flatten.h"
+#include "program/trace.h"
+#include "program_post/legalise.h"
+#include "program_post/points.h"
+#include "robotics/home.h"
+#include "robotics/kinematics.h"
+#include "sim/ik_choice.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Controller;
+constexpr double kDegree = 57.29577951308232;
+
+/// Kinematics of a robot for posts.
+class HostKinematics final : public PostKinematics {
+ public:
+  HostKinematics(std::shared_ptr<const RobotModel> model, sim::Bound<IkSolver> ik,
+                 Progress& progress)
+      : model_(std::move(model)), ik_(std::move(ik)), names_(ik_, 0), progress_(progress) {}
+  [[nodiscard]] Result<Pose> forward(std::span<const double> q) const override {
+    RMP_TRY(check(q));
+    std::vector<Pose> frames(model_->joints.size());
+    robotics::forward_kinematics(*model_, q, frames);
+    return robotics::tip_pose(*model_, 0, frames);
+  }
+  [[nodiscard]] Result<std::vector<double>> inverse(const Pose& base_T_tip,
+                                                    std::span<const double> seed,
+                                                    std::int64_t status) const override {
+    RMP_TRY(check(seed));
+    IkBatch batch;
+    batch.targets = std::span(&base_T_tip, 1);
+    batch.seeds = seed;
+    batch.all_solutions = status >= 0;
+    RMP_TRY_ASSIGN(const auto results, sim::solve_ik(ik_, batch, progress_));
+    const IkResult& r = results.front();
+    const std::size_t n = model_->coordinate_count();
+    if (r.status != IkStatus::solved || r.q.size() < n)
+      return error(ErrorCode::unreachable,
+                   r.detail.empty() ? "the robot does not reach this target" : r.detail);
+    std::vector<double> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t at = 0; at + n <= r.q.size(); at += n) {
+      const std::span<const double> q(r.q.data() + at, n);
+      std::uint32_t known = 0;
+      const std::uint32_t has = this->status(q, known);
+      if (status >= 0 && ((has ^ static_cast<std::uint32_t>(status)) & known) != 0) continue;
+      double d = 0;
+      for (std::size_t i = 0; i < n; ++i) d += (q[i] - seed[i]) * (q[i] - seed[i]);
+      if (d >= least) continue;
+      least = d;
+      best.assign(q.begin(), q.end());
+    }
+    if (best.empty())
+      return error(ErrorCode::unreachable,
+                   "the robot does not reach this target with STATUS " + std::to_string(status));
+    return best;
+  }
+  [[nodiscard]] std::uint32_t status(std::span<const double> q,
+                                     std::uint32_t& known) const override {
+    known = 0;
+    std::uint32_t out = 0;
+    if (names_.empty() || q.size() != model_->coordinate_count()) return 0;
+    const auto measures = names_.measure(q);
+    static constexpr std::string_view kBits[] = {"shoulder", "elbow", "wrist"};
+    for (std::size_t i = 0; i < measures.size(); ++i)
+      for (std::uint32_t bit = 0; bit < 3; ++bit) {
+        if (names_.choices()[i].name != kBits[bit]) continue;
+        known |= 1U << bit;
+        if (measures[i] < 0) out |= 1U << bit;
+      }
+    return out;
+  }
+
+ private:
+  Result<void> check(std::span<const double> q) const {
+    if (q.size() == model_->coordinate_count()) return {};
+    return error(ErrorCode::invalid_argument, "the target has " + std::to_string(q.size()) +
+                                                  " joints, and the robot " +
+                                                  std::to_string(model_->coordinate_count()));
+  }
+  std::shared_ptr<const RobotModel> model_;
+  sim::Bound<IkSolver> ik_;
+  sim::BranchNames names_;
+  Progress& progress_;
+};
+
+/// A controller's record as posts see it; owns what the views refer to.
+struct Profile {
+  Controller record;
+  std::string name, prologue, epilogue;
+  std::vector<PostAxis> axes;
+  std::vector<PostSignal> signals;
+  std::vector<PostPlace> tools, frames;
+  std::vector<PostOption> options;
+  PostProfile view;
+
+  Result<void> fill() {
+    const std::string where = "controller " + text::quote(name);
+    for (const auto& a : record.axes) {
+      if (a.sign == 0)
+        return error(ErrorCode::invalid_argument,
+                     "the sign of axis " + text::quote(a.name) + " is 0", "It is 1 or -1.", where);
+      axes.push_back({a.name,
+                      a.joint - 1,
+                      a.is_external,
+                      a.is_linear,
+                      double(a.sign),
+                      a.offset,
+                      a.pulses,
+                      a.lower,
+                      a.upper,
+                      {}});
+    }
+    for (const auto& s : record.signals)
+      signals.push_back({s.name, s.target, s.number, s.kind, s.is_inverted, {}});
+    for (const auto& p : record.tools)
+      tools.push_back({p.name, p.number, model::pose(p.placement), p.mass, {}, {}});
+    for (const auto& p : record.frames)
+      frames.push_back({p.name, p.number, model::pose(p.placement), 0, {}, {}});
+    for (const auto& o : record.options) options.push_back({o.name, o.value, {}});
+    for (const auto& l : record.prologue) prologue += l + "\n";
+    for (const auto& l : record.epilogue) epilogue += l + "\n";
+    view.name = name;
+    view.axes = axes;
+    view.signals = signals;
+    view.tools = tools;
+    view.frames = frames;
+    RMP_TRY_ASSIGN(view.tool, find(record.tools, record.tool, "tool", where));
+    RMP_TRY_ASSIGN(view.frame, find(record.frames, record.frame, "frame", where));
+    view.prologue = prologue;
+    view.epilogue = epilogue;
+    view.length_digits = record.length_digits;
+    view.angle_digits = record.angle_digits;
+    view.speed_digits = record.speed_digits;
+    view.max_points = record.max_points;
+    view.max_lines = record.max_lines;
+    view.max_bytes = record.max_bytes;
+    view.max_speed = record.max_speed * 1000;
+    view.max_speed_ori = record.max_speed_ori * kDegree;
+    view.options = options;
+    return {};
+  }
+
+ private:
+  static Result<std::int32_t> find(const std::vector<model::ControllerPlace>& all,
+                                   const std::string& name, const char* what,
+                                   const std::string& where) {
+    if (name.empty()) return std::int32_t{-1};
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].name == name) return static_cast<std::int32_t>(i);
+      names.push_back(all[i].name);
+    }
+    return unknown_name(what, name, names).in(where);
+  }
+};
+
+struct Fault {
+  std::uint32_t severity = 0;
+  rmp_span span{};
+  std::string message, hint;
+};
+struct Line {
+  std::string file;
+  std::uint32_t line = 0;
+  rmp_span span{};
+};
+class Collected final : public PostOutput {
+ public:
+  void file(std::string_view name, std::string_view bytes) override {
+    files.emplace_back(name, bytes);
+  }
+  void from(std::string_view file, std::uint32_t line, const rmp_span& span) override {
+    if (files.empty() || lines.empty() || lines.back().file != file)
+      lines.push_back({std::string(file), line, span});
+    else lines.push_back({lines.back().file, line, span});
+  }
+  void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
+             std::string_view hint) override {
+    faults.push_back({severity, span, std::string(message), std::string(hint)});
+  }
+  [[nodiscard]] std::size_t errors() const {
+    return static_cast<std::size_t>(std::count_if(faults.begin(), faults.end(), [](const Fault& f) {
+      return f.severity == RMP_FAULT_ERROR;
+    }));
+  }
+  std::vector<std::pair<std::string, std::string>> files;
+  std::vector<Line> lines;
+  std::vector<Fault> faults;
+  std::string form;
+};
+
+struct Asked {
+  ProviderInfo info;
+  std::shared_ptr<Post> post;
+  std::unique_ptr<Params> params;
+  Profile profile;
+  std::shared_ptr<const RobotModel> robot;
+  std::unique_ptr<HostKinematics> kinematics;
+  std::vector<double> start;
+  std::string name;
+};
+
+/// A name that is an identifier.
+std::string plain(std::string_view name) {
+  std::string out;
+  for (const char c : name)
+    out += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ? c : '_';
+  return out.empty() ? "program" : out;
+}
+
+/// The profile's option chord_mm.
+Result<double> chord_of(const PostProfile& profile, double otherwise) {
+  for (const PostOption& o : profile.options) {
+    if (o.name != "chord_mm") continue;
+    double v = 0;
+    const auto r = std::from_chars(o.value.data(), o.value.data() + o.value.size(), v);
+    if (r.ec == std::errc() && r.ptr == o.value.data() + o.value.size() && v >= 1e-4 && v <= 1000)
+      return v;
+    return error(
+        ErrorCode::invalid_argument,
+        "the option chord_mm is " + text::quote(o.value) + ", which is not from 0.0001 to 1000",
+        "Give the distance that straight pieces may be from an arc, in mm.",
+        "controller " + text::quote(profile.name));
+  }
+  return otherwise;
+}
+
+Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& code,
+                       std::uint32_t form, Collected& out) {
+  const PostCapabilities& caps = asked.post->capabilities();
+  program_post::LegaliseOptions options;
+  program_post::KnownPoints before;
+  if (program_post::wants_points(code, caps)) {
+    before =
+        program_post::known_points(code, asked.robot.get(), asked.kinematics.get(), asked.start);
+    options.points = before.points;
+    RMP_TRY_ASSIGN(options.chord_mm, chord_of(asked.profile.view, options.chord_mm));
+  }
+  program_post::Legal legal = program_post::legalise(code, caps, options);
+  for (const auto& r : legal.remarks) out.faults.push_back({r.severity, r.span, r.message, r.hint});
+  const auto points = program_post::known_points(legal.tables->code(), asked.robot.get(),
+                                                 asked.kinematics.get(), asked.start);
+  PostTask task;
+  task.code = &legal.tables->code();
+  task.form = form;
+  task.name = asked.name;
+  task.points = points.points;
+  task.robot = asked.robot.get();
+  task.kinematics = asked.kinematics.get();
+  task.profile = &asked.profile.view;
+  RMP_TRY(asked.post->write(task, *asked.params, out, ctx.progress));
+  const auto over = [&](std::int64_t most, std::int64_t is, const char* what,
+                        const std::string& file) {
+    if (most > 0 && is > most)
+      out.faults.push_back({RMP_FAULT_ERROR, row<rmp_code_routine>(code.routines, 0).span,
+                            "the file " + file + " has " + std::to_string(is) + " " + what +
+                                ", and the controller takes " + std::to_string(most),
+                            "Split the program, or raise the limit in the controller's record."});
+  };
+  const auto& profile = asked.profile.view;
+  for (const auto& [name, bytes] : out.files) {
+    over(profile.max_bytes, static_cast<std::int64_t>(bytes.size()), "bytes", name);
+    over(profile.max_lines > 0 ? profile.max_lines : caps.max_lines,
+         std::count(bytes.begin(), bytes.end(), '\n'), "lines", name);
+  }
+  std::int64_t points_used = 0;
+  for (const PostPoint& p : points.points) points_used += p.motion != RMP_NONE;
+  over(profile.max_points > 0 ? profile.max_points : caps.max_points, points_used, "points",
+       out.files.empty() ? std::string("written") : out.files.front().first);
+  out.form = form == kPostFlat ? "flat" : "structured";
+  return {};
+}
+
+Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& code) {
+  Asked out;
+  if (has(args, "profile")) {
+    const AnyId id = ref(args, "profile");
+    const model::Record* r = ctx.snapshot().find(id);
+    out.profile.record = std::get<model::OtherContent>(r->body).as<Controller>();
+    out.profile.name = r->name;
+  }
+  std::string target = text_of(args, "target");
+  if (target.empty()) target = out.profile.record.target;
+  if (target.empty())
+    return error(ErrorCode::invalid_argument, "no target is given",
+                 "Give target = \"krl\" or a profile; program.targets lists them.", "target");
+  if (has(args, "profile") && !out.profile.record.target.empty() &&
+      out.profile.record.target != target)
+    return error(ErrorCode::invalid_argument,
+                 "controller " + text::quote(out.profile.name) + " is of the target " +
+                     text::quote(out.profile.record.target) + ", not " + text::quote(target),
+                 "Give the profile without a target.", "target");
+  RMP_TRY(out.profile.fill());
+  RMP_TRY_ASSIGN(out.info, ctx.app.registry.find(Post::kInterfaceId, target));
+  RMP_TRY_ASSIGN(auto post, ctx.app.registry.create<Post>(out.info.name));
+  out.post = std::shared_ptr<Post>(std::move(post));
+  model::ProviderChoice choice;
+  choice.name = out.info.name;
+  if (const Value* given = args.find("params"); given && given->as_map()) {
+    RMP_TRY_ASSIGN(
+        choice, read_provider(Value(Map{{"name", out.info.name}, {"params", *given}}), "params"));
+  }
+  RMP_TRY_ASSIGN(out.params,
+                 motion::checked_params(out.info, choice, "target " + text::quote(out.info.name)));
+  if (has(args, "robot")) {
+    RMP_TRY_ASSIGN(out.robot, model_of(ctx, args, "robot"));
+    const auto& r = content<model::Robot>(ctx, args, "robot");
+    RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, out.robot, r.ik));
+    out.kinematics = std::make_unique<HostKinematics>(out.robot, std::move(bound), ctx.progress);
+    out.start = robotics::home_joint_values(r);
+  }
+  out.name = text_of(args, "name");
+  if (out.name.empty()) out.name = out.profile.record.program;
+  if (out.name.empty()) out.name = plain(code.name);
+  return out;
+}
+
+List fault_list(const rmp_code& code, const Collected& out) {
+  static constexpr const char* kWords[] = {"error", "warning", "note"};
+  List all;
+  for (const Fault& f : out.faults)
+    all.emplace_back(Map{
+        {"severity", kWords[std::min<std::uint32_t>(f.severity, 2)]},
+        {"file",
+         f.span.file < code.files.count ? row<rmp_code_file>(code.files, f.span.file).name : ""},
+        {"line", static_cast<std::int64_t>(f.span.line)},
+        {"column", static_cast<std::int64_t>(f.span.column)},
+        {"message", f.message + "."},
+        {"hint", f.hint}});
+  return all;
+}
+
+/// The program as what it does in a run without a world.
+Result<std::shared_ptr<const CompiledProgram>> flatten_it(CommandContext& ctx, const Map& args,
+                                                          const Compiled& made) {
+  program::TraceOptions options;
+  if (const Value* given = args.find("inputs"); given && given->as_map())
+    for (const auto& [name, value] : *given->as_map()) {
+      const double* number = value.as_real();
+      const auto* whole = value.as_int();
+      const bool* is_on = value.as_bool();
+      if (!number && !whole && !is_on)
+        return error(ErrorCode::invalid_argument,
+                     "the value of input " + text::quote(name) +
+                         " is neither a number nor true or " + "false",
+                     "Such as inputs = {part_here = true}.", "inputs");
+      program::SignalValue v;
+      if (number) v = {std::llround(*number), *number};
+      if (whole) v = {*whole, static_cast<double>(*whole)};
+      if (is_on) v = {*is_on ? 1 : 0, *is_on ? 1.0 : 0.0};
+      if (number && !(std::fabs(*number) < 1e9))
+        return error(ErrorCode::invalid_argument,
+                     "the value of input " + text::quote(name) + " is beyond 1e9", {}, "inputs");
+      options.inputs[name] = v;
+    }
+  if (has(args, "most_steps"))
+    options.most_instructions = static_cast<std::uint64_t>(integer(args, "most_steps"));
+  RMP_TRY_ASSIGN(const auto trace, program::trace(made.program, options, &ctx.progress));
+  RMP_TRY_ASSIGN(auto tables, program::flatten(trace));
+  return std::shared_ptr<const CompiledProgram>(std::move(tables));
+}
+
+/// What program.check_run says of the program: in its world, or alone with the robot.
+Result<Map> run_of(CommandContext& ctx, const Map& args) {
+  Map asked{{"id", *args.find("id")}};
+  for (const char* each : {"world", "profile"})
+    if (has(args, each)) asked.set(each, *args.find(each));
+  if (has(args, "robot") && program_in(ctx.snapshot(), ref(args, "id"))->placements.empty())
+    asked.set("robot", *args.find("robot"));
+  RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.check_run", asked));
+  return *found.as_map();
+}
+
+Result<Value> post(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  const rmp_code& code = made.code();
+  RMP_TRY_ASSIGN(const Asked asked, read_asked(ctx, args, code));
+  const std::string form = text_of(args, "form");
+  const PostCapabilities& caps = asked.post->capabilities();
+  const bool takes_structure = (caps.forms & kPostStructured) != 0;
+  const bool takes_flat = (caps.forms & kPostFlat) != 0;
+  if ((form == "flat" && !takes_flat) || (form == "structured" && !takes_structure))
+    return error(ErrorCode::unsupported, std::string(caps.title) + " takes no " + form + " program",
+                 "Leave form out.", "form");
+  Collected out;
+  if (form == "structured" || (form == "automatic" && takes_structure)) {
+    RMP_TRY(write_one(ctx, asked, code, kPostStructured, out));
+  }
+  std::shared_ptr<const CompiledProgram> flat;
+  const bool falls_back = form == "automatic" && takes_flat && takes_structure && out.errors() > 0;
+  if (out.form.empty() || falls_back) {
+    auto flattened = flatten_it(ctx, args, made);
+    if (!flattened.ok() && !falls_back)
+      return std::move(flattened).error().in(name_in(ctx, ref(args, "id")));
+    if (flattened.ok()) {
+      flat = std::move(flattened).value();
+      Collected other;
+      RMP_TRY(write_one(ctx, asked, flat->code(), kPostFlat, other));
+      if (falls_back && other.errors() == 0) {
+        const Fault& why = *std::find_if(out.faults.begin(), out.faults.end(), [](const Fault& f) {
+          return f.severity == RMP_FAULT_ERROR;
+        });
+        other.faults.insert(other.faults.begin(),
+                            {RMP_FAULT_NOTE, why.span,
+                             "the flattened program is posted, since " + why.message, ""});
+      }
+      if (!falls_back || other.errors() == 0) out = std::move(other);
+    } else {
+      out.faults.push_back({RMP_FAULT_NOTE, row<rmp_code_routine>(code.routines, 0).span,
+                            "the program cannot be flattened either: " + flattened.error().message,
+                            flattened.error().hint});
+    }
+  }
+  const std::string where = name_in(ctx, ref(args, "id"));
+  const std::size_t errors = out.errors();
+  Map run;
+  std::int64_t run_errors = 0;
+  if (flag(args, "run_check")) {
+    RMP_TRY_ASSIGN(run, run_of(ctx, args));
+    run_errors = *run.find("errors")->as_int();
+    if (run_errors > 0 && !flag(args, "check")) {
+      const Map& first = *run.find("faults")->as_list()->front().as_map();
+      return error(
+          ErrorCode::unsupported,
+          "a run finds " + std::to_string(run_errors) + (run_errors == 1 ? " error" : " errors") +
+              ", and nothing is written; the first: " + *first.find("text")->as_string(),
+          "program.check_run lists them; without run_check the program is posted as it is.", where);
+    }
+  }
+  if (errors > 0 && !flag(args, "check")) {
+    const Fault& first = *std::find_if(out.faults.begin(), out.faults.end(), [](const Fault& f) {
+      return f.severity == RMP_FAULT_ERROR;
+    });
+    std::string hint = first.hint;
+    if (errors > 1)
+      hint += (hint.empty() ? "" : " ") + std::string("With check = true all ") +
+              std::to_string(errors) + " errors are listed.";
+    return error(ErrorCode::unsupported, first.message, hint,
+                 where + ", " + row<rmp_code_file>(code.files, first.span.file).name + ":" +
+                     std::to_string(first.span.line) + ":" + std::to_string(first.span.column));
+  }
+  List files;
+  if (errors == 0) {
+    const bool is_written = has(args, "folder") && !flag(args, "check");
+    const std::filesystem::path folder = text_of(args, "folder");
+    if (is_written && file_kind(folder) != FileKind::folder)
+      return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
+                   "Make it first.", "folder");
+    for (const auto& [name, bytes] : out.files) {
+      if (!is_written) {
+        files.emplace_back(Map{{"name", name}, {"text", bytes}});
+        continue;
+      }
+      if (!flag(args, "overwrite") && file_kind(folder / name) != FileKind::none)
+        return error(ErrorCode::conflict,
+                     "there is a file " + text::quote((folder / name).string()) + " already",
+                     "Give overwrite = true to replace it, or another folder.");
+    }
+    if (is_written)
+      for (const auto& [name, bytes] : out.files) {
+        // Such as the application of VAL3, which is a folder.
+        const auto inner = (folder / name).parent_path();
+        if (file_kind(inner) != FileKind::folder) {
+          RMP_TRY(make_folders(inner));
+        }
+        RMP_TRY(io::write_file(folder / name, bytes));
+        files.emplace_back(Map{{"name", name}, {"path", (folder / name).string()}});
+      }
+  }
+  List map;
+  if (flag(args, "source_map"))
+    for (const Line& l : out.lines)
+      map.emplace_back(Map{{"file", l.file},
+                           {"line", static_cast<std::int64_t>(l.line)},
+                           {"source", row<rmp_code_file>(code.files, l.span.file).name},
+                           {"source_line", static_cast<std::int64_t>(l.span.line)}});
+  List faults = fault_list(code, out);
+  if (const Value* more = run.find("faults"))
+    for (const Value& each : *more->as_list()) {
+      const Map& f = *each.as_map();
+      Map row;
+      for (const char* name : {"severity", "file", "line", "column", "message", "hint", "kind"})
+        row.set(name, *f.find(name));
+      faults.emplace_back(std::move(row));
+    }
+  Map all{{"target", asked.info.name},
+          {"form", out.form},
+          {"correct", errors == 0 && run_errors == 0},
+          {"files", std::move(files)},
+          {"faults", std::move(faults)},
+          {"source_map", std::move(map)}};
+  if (flag(args, "run_check")) all.set("run", Value(std::move(run)));
+  return Value(std::move(all));
+}
+
+Result<Value> targets(CommandContext& ctx, const Map&) {
+  List all;
+  for (const ProviderInfo& info : ctx.app.registry.list()) {
+    if (info.interface_id != Post::kInterfaceId || !info.enabled) continue;
+    auto post = ctx.app.registry.create<Post>(info.name);
+    if (!post.ok()) {
+      all.emplace_back(Map{{"name", info.name}, {"title", post.error().sentence()}});
+      continue;
+    }
+    const PostCapabilities& c = (*post)->capabilities();
+    static constexpr const char* kBlending[] = {"none",   "distance", "percent",
+                                                "radius", "zone",     "accuracy"};
+    static constexpr const char* kSpeed[] = {"mm/s", "m/s", "mm/min", "percent", "time"};
+    List lacks;
+    static constexpr std::pair<std::uint64_t, const char*> kFeatures[] = {
+        {kPostProcedures, "procedures"},
+        {kPostFunctions, "functions"},
+        {kPostRecursion, "recursion"},
+        {kPostReals, "real variables"},
+        {kPostStrings, "strings"},
+        {kPostArrays, "arrays"},
+        {kPostRecords, "records"},
+        {kPostPoses, "variables of poses"},
+        {kPostIf, "IF"},
+        {kPostWhile, "WHILE"},
+        {kPostProcesses, "parallel processes"},
+        {kPostInterrupts, "interrupts"},
+        {kPostWaitTimeout, "WAIT FOR with TIMEOUT"},
+        {kPostUntil, "UNTIL"},
+        {kPostVariableTargets, "computed targets"},
+        {kPostMessages, "messages"}};
+    for (const auto& [bit, word] : kFeatures)
+      if ((c.features & bit) == 0) lacks.emplace_back(word);
+    all.emplace_back(
+        Map{{"name", info.name},
+            {"title", std::string(c.title)},
+            {"extensions", std::string(c.extensions)},
+            {"structured", (c.forms & kPostStructured) != 0},
+            {"flat", (c.forms & kPostFlat) != 0},
+            {"speed", kSpeed[std::clamp(static_cast<int>(c.speed), 0, 4)]},
+            {"blending", kBlending[std::clamp(static_cast<int>(c.blending), 0, 5)]},
+            {"external_axes", static_cast<std::int64_t>(c.external_axes)},
+            {"longest_name", static_cast<std::int64_t>(c.max_name)},
+            {"lacks", std::move(lacks)},
+            {"by", std::find(info.tags.begin(), info.tags.end(), kByTemplates) != info.tags.end()
+                       ? "templates"
+                       : "plugin"},
+            {"origin", info.origin}});
+  }
+  return Value(std::move(all));
+}
+
+Result<Value> add_target(CommandContext& ctx, const Map& args) {
+  std::filesystem::path file = text_of(args, "file");
+  if (file_kind(file) == FileKind::folder) file /= kPackFile;
+  RMP_TRY_ASSIGN(const auto pack,
+                 read_pack(file, [](const std::filesystem::path& f, std::uint64_t most) {
+                   return io::read_file(f, most);
+                 }));
+  // A pack replaces itself, so that it can be written step by step.
+  RMP_TRY_ASSIGN(const std::string name, add_pack(ctx.app.registry, file, pack, true));
+  return Value(name);
+}
+
+/// A program that moves, for examples.
+std::string with_moves(const char* rest) {
+  return std::string(
+             "local lift = program.create{name = \"lift\", source = [[\n"
+             "PROGRAM lift;\n"
+             "VAR\n"
+             "  POSE: place := POSE(POSITION(500.0, 0.0, 120.0), ORIZYX(0.0, 180.0, 0.0));\n"
+             "BEGIN\n"
+             "  MOVE LIN place SPEED := 80.0;\n"
+             "ENDPROGRAM;\n"
+             "]]}\n") +
+         rest;
+}
+
+}  // namespace
+
+Kind controller_kind() {
+  static const Kind kind = model::register_kind_of<Controller>("controller", ".ctl", "controllers");
+  return kind;
+}
+
+RMP_COMMANDS(post_commands) {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "program.post",
+       .classic = "",
+       .summary = "Writes a program in the language of a controller.",
+       .details =
+           "What the target cannot say is rewritten where there is a way (CASE to IF, FOR to "
+           "WHILE, REPEAT to jumps), and else an error at its line, with the way round: nothing is "
+           "left out. With a robot, targets get joints, configuration and turns by its inverse "
+           "kinematics, each beginning at the one before in the text.\n"
+           "A profile is a record of kind controller (record.create, or the library's): its axes, "
+           "signals, tools, limits.",
+       .example = with_moves("local out = lift:post{target = \"krl\"}\n"
+                             "assert(out.files[1].text:find(\"LIN XPLACE\"))"),
+       .params = {self("program"),
+                  optional("target", "string", "",
+                           "Provider of robomosp.post/1, such as krl; the profile's when left "
+                           "out. program.targets lists them."),
+                  optional("profile", "ref:controller", "", "The controller."),
+                  optional("robot", "ref:robot", "", "The robot that moves."),
+                  optional("folder", "path", "",
+                           "An existing folder for the files; their texts are returned when left "
+                           "out."),
+                  choice("form", {"automatic", "structured", "flat"},
+                         "The program as it was written, or what it does in a run without inputs; "
+                         "automatic takes the second where the first cannot be said."),
+                  optional("inputs", "map", "",
+                           "Values of inputs by name, of a program that is flattened: those that "
+                           "its flow depends on."),
+                  between(optional("most_steps", "int", "",
+                                   "Instructions after which flattening gives up; 2e9 when left "
+                                   "out."),
+                          1, 1e15),
+                  optional("name", "string", "",
+                           "Name of the program there; the profile's or its own when left out."),
+                  defaulted("check", "bool", "", false,
+                            "Only lists what is wrong; writes nothing."),
+                  defaulted("run_check", "bool", "", false,
+                            "Checks it by a run as well (program.check_run), in its world or alone "
+                            "with the robot, and refuses where that has errors."),
+                  optional("world", "ref:world", "",
+                           "Which of its worlds it runs in."),
+                  defaulted("overwrite", "bool", "", false, "Whether files are replaced."),
+                  defaulted("source_map", "bool", "", false,
+                            "Whether the lines that lines come from are returned."),
+                  optional("params", "map", "", "Parameters of the target.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("target", "string", "", "The provider."),
+                    field("form", "string", "", "The form that was posted."),
+                    field("correct", "bool", "", "Whether there are no errors."),
+                    field("files", "list", "", "A table each: name, text or path."),
+                    field("faults", "list", "",
+                          "A table each: severity, file, line, column, message, hint; of "
+                          "run_check also kind."),
+                    field("run", "map", "", "With run_check: what program.check_run gives."),
+                    field("source_map", "list", "",
+                          "A table a line: file, line, source, source_line.")}},
+       .effect = Effect::reads,
+       .sometimes = Effects(Effect::files_write) | Effect::simulates | Effect::edits,
+       .run = post});
+  all.push_back(
+      {.name = "program.add_target",
+       .classic = "",
+       .summary = "Adds a target that is made of templates, without a compiler.",
+       .details =
+           "A text file with a template for each construct; "
+           "docs/plugin_author/post_templates.md tells the form. What is missing for the "
+           "features that it claims is said at once, a sentence each with its place. Read again it "
+           "replaces itself. It is there until the program ends; a pack in a folder of plugins is "
+           "there whenever the program starts.",
+       .example = "io.open(\"acme.post\", \"w\"):write([[\n"
+                  "robomosp target 1\n"
+                  "name: acme\n"
+                  "file: {{name}}.acl\n"
+                  "motions: lin\n"
+                  "forms: flat\n"
+                  "== program_begin\n"
+                  "BEGIN {{name}}\n"
+                  "== program_end\n"
+                  "STOP\n"
+                  "== lin\n"
+                  "GO {{x|fixed:1}} {{y|fixed:1}} {{z|fixed:1}}\n"
+                  "== output_on\n"
+                  "ON {{number}}\n"
+                  "== output_off\n"
+                  "OFF {{number}}\n"
+                  "== wait_time\n"
+                  "WAIT {{milliseconds}}\n"
+                  "]]):close()\n"
+                  "assert(program.add_target(\"acme.post\") == \"acme\")",
+       .params = {needed("file", "path", "", "The pack: a file, or a folder with pack.post.")},
+       .returns = {"string", "", "Its name, to be given as target.", {}},
+       .effect = Effect::files_read | Effect::providers,
+       .run = add_target});
+  all.push_back({.name = "program.targets",
+                 .classic = "",
+                 .summary = "Lists the languages of controllers that programs can be posted to.",
+                 .details = "",
+                 .example = "assert(#program.targets() >= 1)",
+                 .params = {},
+                 .returns = {"list",
+                             "",
+                             "A table each: name, title, extensions, structured, flat, speed, "
+                             "blending, external_axes, longest_name, lacks, by (plugin "
+                             "or templates), origin (its file).",
+                             {}},
+                 .effect = Effect::reads,
+                 .run = targets});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,604 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs in live runs: breakpoints, steps, variables, and back over what is recorded.
+#include "ioci/simulation/program_debugging.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ioci/core/commands.h"
+#include "ioci/program/in_world.h"
+#include "ioci/simulation/run_pulse.h"
+
+namespace robomosp::ioci {
+
+using program::Machine;
+
+namespace debugging {
+
+LiveRunPtr run_of(CommandContext& ctx, const Map& args) {
+  const Handle& h = *args.find("id")->as_handle();
+  LiveRunPtr found = ctx.app.runs->find(h.number);
+  if (!found) throw StaleHandle{h};
+  return found;
+}
+
+Result<std::shared_ptr<task::ProgramWatch>> watch_of(const LiveRunEntry& entry) {
+  if (auto watch = entry.watch()) return watch;
+  return error(
+      ErrorCode::unsupported, "run " + text::quote(entry.title) + " has no programs to look at",
+      "Start one of a world with programs: cell:start_run(\"tasks\"). With solvers written "
+      "in Lua a run is computed whole, without a debugger.");
+}
+
+Result<std::size_t> program_at(const task::ProgramWatch& watch, const Map& args) {
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < watch.programs.size(); ++i) {
+    known.push_back(watch.programs[i].name());
+    if (has(args, "program") && known.back() == text_of(args, "program")) return i;
+  }
+  if (has(args, "program")) return unknown_name("program", text_of(args, "program"), known);
+  if (watch.is_stopped) return watch.stopped_at;
+  if (watch.programs.size() == 1) return std::size_t{0};
+  return error(
+      ErrorCode::invalid_argument, "the run has " + std::to_string(known.size()) + " programs",
+      known.empty() ? "It has not begun." : "Give program, one of " + text::enumerate(known) + ".",
+      "program");
+}
+
+std::uint32_t process_of(const Machine& machine, const Map& args) {
+  if (has(args, "process")) return static_cast<std::uint32_t>(integer(args, "process"));
+  const program::Status& s = machine.status();
+  return s.state == program::RunState::stopped && s.stop ? s.stop->process : 0;
+}
+
+std::string file_of(const Machine& machine, const rmp_span& s) {
+  const rmp_code& c = machine.code();
+  return s.file < c.files.count ? static_cast<const rmp_code_file*>(rmp_row(&c.files, s.file))->name
+                                : std::string();
+}
+
+std::size_t row_shown(const task::ProgramWatch& watch, const LiveRunEntry& entry) {
+  const double time = entry.run->shown().time;
+  const double tolerance = 1e-9 * std::max(1.0, time);
+  if (const auto& c = watch.chosen;
+      c && c->rows == watch.rows.size() && std::fabs(c->shown - time) <= tolerance)
+    return c->row;
+  if (watch.rows.empty() || time >= watch.rows.back().time - tolerance) return watch.rows.size();
+  auto after = std::upper_bound(watch.rows.begin(), watch.rows.end(), time + tolerance,
+                                [](double t, const auto& row) { return t < row.time; });
+  if (after != watch.rows.begin()) --after;
+  return static_cast<std::size_t>(after - watch.rows.begin());
+}
+
+const Machine& machine_at(const task::ProgramWatch& watch, std::size_t row, std::size_t program) {
+  if (row < watch.rows.size() && program < watch.rows[row].machines.size())
+    return watch.rows[row].machines[program];
+  return watch.programs[program].machine();
+}
+
+Result<Looked> looked_at(const task::ProgramWatch& watch, const LiveRunEntry& entry,
+                         const Map& args) {
+  Looked out;
+  RMP_TRY_ASSIGN(out.program, program_at(watch, args));
+  const std::size_t row = row_shown(watch, entry);
+  out.machine = &machine_at(watch, row, out.program);
+  out.is_now = row >= watch.rows.size();
+  return out;
+}
+
+Map place(const task::ProgramWatch& watch, const LiveRunEntry& entry) {
+  const sim::LiveRun::Shown shown = entry.run->shown();
+  const std::size_t row = row_shown(watch, entry);
+  const bool is_now = row >= watch.rows.size();
+  const bool is_stopped = is_now ? watch.is_stopped : watch.rows[row].is_stopped;
+  const std::size_t stopped_at = is_now ? watch.stopped_at : watch.rows[row].stopped_at;
+  Map out{{"time", shown.time},
+          {"is_stopped", is_stopped && !(is_now && shown.is_complete)},
+          {"is_complete", shown.is_complete},
+          {"is_past", !is_now}};
+  if (shown.failure) out.set("error", shown.failure->sentence());
+  if (shown.failure && is_now)
+    for (const task::ProgramActor& p : watch.programs)
+      if (const auto& fault = p.machine().status().fault) {
+        out.set("program", p.name());
+        out.set("reason", "fault");
+        out.set("process", static_cast<std::int64_t>(fault->process));
+        out.set("file", fault->file);
+        out.set("line", static_cast<std::int64_t>(fault->span.line));
+        out.set("column", static_cast<std::int64_t>(fault->span.column));
+        out.set("message", fault->message + (fault->hint.empty() ? "." : ". " + fault->hint));
+        return out;
+      }
+  if (!is_stopped || stopped_at >= watch.programs.size()) return out;
+  const Machine& machine = machine_at(watch, row, stopped_at);
+  const auto& stop = machine.status().stop;
+  if (!stop) return out;
+  static constexpr const char* kReasons[] = {"breakpoint", "step", "motion", "pause", "entry"};
+  out.set("program", watch.programs[stopped_at].name());
+  out.set("reason", kReasons[static_cast<std::size_t>(stop->reason)]);
+  out.set("process", static_cast<std::int64_t>(stop->process));
+  out.set("file", file_of(machine, stop->span));
+  out.set("line", static_cast<std::int64_t>(stop->span.line));
+  out.set("column", static_cast<std::int64_t>(stop->span.column));
+  if (stop->reason == program::StopReason::breakpoint) {
+    const std::lock_guard lock(entry.breakpoints->mutex);
+    for (const Breakpoints::One& b : entry.breakpoints->all)
+      if (b.program == watch.programs[stopped_at].name() && b.own == stop->breakpoint)
+        out.set("breakpoint", b.number);
+  }
+  return out;
+}
+
+}  // namespace debugging
+
+namespace {
+
+using namespace debugging;
+
+Map breakpoint_map(const Breakpoints::One& b, std::uint64_t hits) {
+  return Map{{"number", b.number},
+             {"program", b.program},
+             {"source", b.what.file},
+             {"line", static_cast<std::int64_t>(b.what.line)},
+             {"column", static_cast<std::int64_t>(b.what.column)},
+             {"routine", b.what.routine},
+             {"condition", b.what.condition},
+             {"ignore", static_cast<std::int64_t>(b.what.ignore)},
+             {"log", b.what.log},
+             {"hits", static_cast<std::int64_t>(hits)}};
+}
+
+/// "5" and "= 5" is the fifth hit, ">= 3" from the third on, "< 3", "% 2" every second one.
+Result<void> read_hits(const std::string& given, program::Breakpoint& b) {
+  std::string_view rest = text::trim(given);
+  std::string op;
+  while (!rest.empty() && std::string_view("<>=%").find(rest.front()) != std::string_view::npos) {
+    op += rest.front();
+    rest.remove_prefix(1);
+  }
+  rest = text::trim(rest);
+  std::uint64_t n = 0;
+  bool is_number = !rest.empty() && rest.size() < 16;
+  for (const char c : rest) {
+    is_number = is_number && c >= '0' && c <= '9';
+    if (is_number) n = n * 10 + static_cast<std::uint64_t>(c - '0');
+  }
+  const auto wrong = [&] {
+    return error(ErrorCode::invalid_argument, text::quote(given) + " does not say which hits",
+                 "Write a number from 1 on, alone or behind =, <, <=, >, >= or %.", "hits");
+  };
+  if (!is_number || n == 0) return wrong();
+  if (op.empty() || op == "=" || op == "==") b.ignore = n - 1, b.until = n;
+  else if (op == ">=") b.ignore = n - 1;
+  else if (op == ">") b.ignore = n;
+  else if (op == "<=") b.until = n;
+  else if (op == "<" && n > 1) b.until = n - 1;
+  else if (op == "%") b.every = n;
+  else return wrong();
+  return {};
+}
+
+Result<Value> set_breakpoint(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const std::size_t at, program_at(*watch, args));
+  Breakpoints::One one;
+  one.program = watch->programs[at].name();
+  one.what.file = text_of(args, "source");
+  one.what.routine = text_of(args, "routine");
+  if (has(args, "line") == has(args, "routine"))
+    return error(ErrorCode::invalid_argument, "a breakpoint is at a line or at a routine",
+                 "Give line, or routine.", "line");
+  if (has(args, "line")) one.what.line = static_cast<std::uint32_t>(integer(args, "line"));
+  one.what.log = text_of(args, "log");
+  one.what.condition = text_of(args, "condition");
+  one.what.ignore = static_cast<std::uint64_t>(integer(args, "ignore"));
+  if (has(args, "hits")) RMP_TRY(read_hits(text_of(args, "hits"), one.what));
+  auto made = watch->programs[at].machine().set_breakpoint(one.what);
+  if (!made.ok()) return std::move(made).error().in("program " + text::quote(one.program));
+  one.own = made->number;
+  one.what.line = made->line;
+  one.what.file = made->file;
+  one.what.column = made->column;
+  const std::lock_guard own(entry->breakpoints->mutex);
+  one.number = entry->breakpoints->next++;
+  entry->breakpoints->all.push_back(one);
+  return Value(breakpoint_map(one, 0));
+}
+
+Result<Value> clear_breakpoint(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::int64_t number = integer(args, "number");
+  const std::lock_guard lock(watch->mutex);
+  const std::lock_guard own(entry->breakpoints->mutex);
+  auto& all = entry->breakpoints->all;
+  const auto it =
+      std::find_if(all.begin(), all.end(), [&](const auto& b) { return b.number == number; });
+  if (it == all.end())
+    return error(ErrorCode::not_found, "the run has no breakpoint " + std::to_string(number),
+                 "run.breakpoints lists them.", "number");
+  for (task::ProgramActor& p : watch->programs)
+    if (p.name() == it->program) p.machine().remove_breakpoint(it->own);
+  all.erase(it);
+  return Value();
+}
+
+Result<Value> breakpoints(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  const std::lock_guard own(entry->breakpoints->mutex);
+  List out;
+  for (const Breakpoints::One& b : entry->breakpoints->all) {
+    std::uint64_t hits = 0;
+    for (const task::ProgramActor& p : watch->programs)
+      if (p.name() == b.program)
+        for (const program::Breakpoint& x : p.machine().breakpoints())
+          if (x.number == b.own) hits = x.hits;
+    out.emplace_back(breakpoint_map(b, hits));
+  }
+  return Value(std::move(out));
+}
+
+Result<Value> go_on(CommandContext& ctx, const Map& args, std::optional<program::StepKind> kind) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  if (kind) {
+    const std::lock_guard lock(watch->mutex);
+    RMP_TRY_ASSIGN(const std::size_t at, program_at(*watch, args));
+    Machine& machine = watch->programs[at].machine();
+    machine.step(*kind, process_of(machine, args));
+  }
+  if (has(args, "speed")) {
+    RMP_TRY_ASSIGN(const double speed, speed_of(*args.find("speed")));
+    if (speed < 0)
+      return error(ErrorCode::invalid_argument, "a program does not run backwards",
+                   "run.step_recorded goes back over what is recorded.", "speed");
+    Map from;
+    {
+      const std::lock_guard lock(watch->mutex);
+      watch->chosen.reset();
+      from = place(*watch, *entry);
+    }
+    // From here on its thread may hold the lock for as long as a program computes.
+    entry->run->play(speed);
+    ctx.app.kept<RunPulse>().wake();
+    return Value(std::move(from));
+  }
+  auto done = entry->run->finish(ctx.progress);
+  if (!done.ok()) return std::move(done).error().in("run " + text::quote(entry->title));
+  const std::lock_guard lock(watch->mutex);
+  return Value(place(*watch, *entry));
+}
+Result<Value> continue_run(CommandContext& ctx, const Map& args) {
+  return go_on(ctx, args, std::nullopt);
+}
+template <program::StepKind kind>
+Result<Value> step(CommandContext& ctx, const Map& args) {
+  return go_on(ctx, args, kind);
+}
+
+Result<Value> stack(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const Looked at, looked_at(*watch, *entry, args));
+  List out;
+  for (const program::CallPlace& c : at.machine->call_stack(process_of(*at.machine, args)))
+    out.emplace_back(Map{{"routine", c.name},
+                         {"file", file_of(*at.machine, c.span)},
+                         {"line", static_cast<std::int64_t>(c.span.line)},
+                         {"column", static_cast<std::int64_t>(c.span.column)}});
+  return Value(std::move(out));
+}
+
+/// As deep as Machine was told to cut it.
+Map variable_map(const program::Variable& v) {
+  Map out{{"name", v.name}, {"type", v.type}, {"value", v.value}};
+  if (v.part_count > 0) out.set("is_indexed", v.is_indexed);
+  if (v.part_count > 0) {
+    List parts;
+    for (const program::Variable& p : v.parts) parts.emplace_back(variable_map(p));
+    out.set("parts", std::move(parts));
+    out.set("part_count", static_cast<std::int64_t>(v.part_count));
+  }
+  return out;
+}
+
+Result<std::uint32_t> frame_of(const Machine& machine, std::uint32_t process, const Map& args) {
+  const std::int64_t frame = integer(args, "frame");
+  if (frame == 0) return Machine::kNoFrame;
+  const auto calls = machine.call_stack(process);
+  if (frame >= 1 && frame <= static_cast<std::int64_t>(calls.size()))
+    return static_cast<std::uint32_t>(frame - 1);
+  return error(
+      ErrorCode::invalid_argument,
+      "there is no frame " + std::to_string(frame) + " of process " + std::to_string(process),
+      "run.stack lists them; 1 is the innermost.", "frame");
+}
+
+program::VariableCut cut_of(const Map& args) {
+  program::VariableCut cut;
+  cut.depth = static_cast<std::uint32_t>(integer(args, "depth"));
+  return cut;
+}
+
+Result<Value> variables(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const Looked at, looked_at(*watch, *entry, args));
+  List out;
+  const std::uint32_t process = process_of(*at.machine, args);
+  std::vector<program::Variable> all;
+  RMP_TRY_ASSIGN(const std::uint32_t frame, frame_of(*at.machine, process, args));
+  program::VariableCut cut = cut_of(args);
+  if (has(args, "of")) {
+    ++cut.depth;
+    cut.first_part = static_cast<std::uint64_t>(integer(args, "from") - 1);
+    cut.most_parts = static_cast<std::uint32_t>(integer(args, "most"));
+    RMP_TRY_ASSIGN(program::Variable whole,
+                   at.machine->evaluate(text_of(args, "of"), process, frame, cut));
+    all = std::move(whole.parts);
+  } else {
+    all = frame == Machine::kNoFrame ? at.machine->globals(cut)
+                                     : at.machine->variables(process, frame, cut);
+    const auto from = std::min(static_cast<std::size_t>(integer(args, "from") - 1), all.size());
+    all.erase(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(from));
+    all.resize(std::min(all.size(), static_cast<std::size_t>(integer(args, "most"))));
+  }
+  for (const program::Variable& v : all) out.emplace_back(variable_map(v));
+  return Value(std::move(out));
+}
+
+Result<Value> evaluate(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const Looked at, looked_at(*watch, *entry, args));
+  const std::uint32_t process = process_of(*at.machine, args);
+  RMP_TRY_ASSIGN(const std::uint32_t frame, frame_of(*at.machine, process, args));
+  RMP_TRY_ASSIGN(const program::Variable v,
+                 at.machine->evaluate(text_of(args, "expression"), process, frame, cut_of(args)));
+  return Value(variable_map(v));
+}
+
+Result<Value> set_variable(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const Looked at, looked_at(*watch, *entry, args));
+  if (!at.is_now)
+    return error(ErrorCode::conflict, "the run shows the past, whose variables stay as they were",
+                 "Seek to its last row first.");
+  Machine& machine = watch->programs[at.program].machine();
+  const std::uint32_t process = process_of(machine, args);
+  RMP_TRY_ASSIGN(const std::uint32_t frame, frame_of(machine, process, args));
+  RMP_TRY_ASSIGN(const program::Variable v,
+                 machine.assign(text_of(args, "variable"), text_of(args, "value"), process, frame));
+  return Value(variable_map(v));
+}
+
+/// A program that counts, and its run, for examples.
+std::string with_run(const char* rest) {
+  return with_arm(
+             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n"
+             "local count = program.create{name = \"count\", source = [[\n"
+             "PROGRAM count;\n"
+             "VAR INT: i, sum;\n"
+             "PROCEDURE add (IN INT: n);\n"
+             "BEGIN\n"
+             "  sum := sum + n;\n"
+             "ENDPROC;\n"
+             "BEGIN\n"
+             "  FOR i := 1 TO 5\n"
+             "    add(i);\n"
+             "    WAIT 0.1 SEC;\n"
+             "  ENDFOR;\n"
+             "ENDPROGRAM;\n"
+             "]]}\ncell:add_program{program = count}\n"
+             "local run = cell:start_run(\"tasks\")\n") +
+         rest;
+}
+
+}  // namespace
+
+Result<void> Breakpoints::set_all(std::vector<task::ProgramActor>& programs) {
+  const std::lock_guard lock(mutex);
+  const Entry entry_now = std::exchange(entry, Entry::runs);
+  if (entry_now != Entry::runs && !programs.empty())
+    programs.front().machine().stop_on_entry(entry_now == Entry::waits);
+  for (One& b : all)
+    for (task::ProgramActor& p : programs) {
+      if (p.name() != b.program) continue;
+      auto made = p.machine().set_breakpoint(b.what);
+      if (!made.ok())
+        return std::move(made).error().in("program " + text::quote(b.program) + ", breakpoint " +
+                                          std::to_string(b.number));
+      b.own = made->number;
+    }
+  return {};
+}
+
+Result<LiveSource> live_tasks(CommandContext& ctx, const Map& args) {
+  LiveSource out;
+  RMP_TRY_ASSIGN(task::TaskRun run, task_run(ctx, args));
+  if (run.programs.empty()) return out;
+  for (const auto& placed : ctx.snapshot().get(run.world)->robots)
+    if (const auto* robot = ctx.snapshot().get(placed.robot))
+      out.asks.emplace_back(IkSolver::kInterfaceId, robot->ik);
+  out.watch = std::make_shared<task::ProgramWatch>();
+  out.source = [&registry = ctx.app.registry, &derived = ctx.app.derived,
+                snapshot = ctx.app.document.now(), run = std::move(run), watch = out.watch](
+                   const sim::RunState* from, sim::RowSink& sink, Progress& progress) {
+    return task::run({registry, derived, *snapshot}, run, progress, &sink, watch.get(),
+                     from ? from->time : 0);
+  };
+  return out;
+}
+
+RMP_COMMANDS(program_debugging_commands) {
+  std::vector<CommandSpec> all;
+  const auto add = [&](const char* name, const char* summary, const char* details,
+                       std::string example, Schema params, ReturnSpec returns, Effect effect,
+                       Result<Value> (*run)(CommandContext&, const Map&)) {
+    all.push_back({.name = name,
+                   .classic = "",
+                   .summary = summary,
+                   .details = details,
+                   .example = std::move(example),
+                   .params = std::move(params),
+                   .returns = std::move(returns),
+                   .effect = effect,
+                   .run = run});
+  };
+  const ParamSpec any_frame = between(
+      defaulted("frame", "int", "", 1,
+                "Of the stack, 1 is the innermost; 0 is the variables of program and modules."),
+      0, 1e9);
+  const ParamSpec program = optional("program", "string", "",
+                                     "Its name in the world; the one that stands, or the only "
+                                     "one, when left out."),
+                  process = between(optional("process", "int", "",
+                                             "Number of its routine, 0 is the program; the one "
+                                             "that stands when left out."),
+                                    0, 1e9);
+  const ReturnSpec stood{
+      "map",
+      "",
+      "",
+      {field("time", "real", "s", "That is shown."),
+       field("is_stopped", "bool", "", "A program stands at a line."),
+       field("is_complete", "bool", "", "Nothing is left to compute."),
+       field("error", "string", "", "Why it could not go on; absent when it could."),
+       field("is_past", "bool", "", "It is computed farther than what is shown."),
+       field("program", "string", "", "That stands; so the next ones."),
+       field("reason", "string", "", "breakpoint, step, motion, pause, entry or fault."),
+       field("process", "int", "", "Number of its routine, 0 is the program."),
+       field("file", "string", "", "Where it stands."),
+       field("line", "int", "", "Where it stands."), field("column", "int", "", "Where it stands."),
+       field("breakpoint", "int", "", "Its number, at one."),
+       field("message", "string", "", "What is wrong, at a fault.")}};
+  const std::vector<ParamSpec> breakpoint_fields{
+      field("number", "int", "", "Of the breakpoint."),
+      field("program", "string", "", "Its name in the world."),
+      field("source", "string", "", "Its file; empty is the program itself."),
+      field("line", "int", "", "Of the next statement at or behind what was given."),
+      field("column", "int", "", "Of that statement."),
+      field("routine", "string", "", "At whose begin it is, where one was given."),
+      field("condition", "string", "", "Where it stops; empty is always."),
+      field("ignore", "int", "", "Hits before it stops."),
+      field("log", "string", "", "What it says instead of stopping; empty is that it stops."),
+      field("hits", "int", "", "So far.")};
+  const std::vector<ParamSpec> variable_fields{
+      field("name", "string", "", "Or [3] of an element."),
+      field("type", "string", "", "As declared."),
+      field("value", "string", "", "As WRITE shows it."),
+      field("parts", "list", "", "Of records, arrays and lists, up to 200 each."),
+      field("part_count", "int", "", "How many there are."),
+      field("is_indexed", "bool", "", "They are elements, and no fields.")};
+  const ParamSpec depth = between(
+      defaulted("depth", "int", "", 8, "How deep parts within parts are given; 0 is without."), 0,
+      8);
+  const ParamSpec speed =
+      optional("speed", "any", "",
+               "It returns at once, and the run plays on so fast: 1 = real time, \"max\" = as "
+               "fast as it computes. run.place tells where it is.");
+  add("run.set_breakpoint", "Lets a live run stop where a program comes to a line.",
+      "The condition is an expression of the language over what is visible there, without calls. "
+      "Breakpoints stay with the run, also after run.refresh and run.reset. A run starts with what "
+      "its programs do at time 0 done; run.reset begins again and stops there, too.",
+      with_run("local b = run:set_breakpoint{line = 5, condition = \"n = 3\"}\n"
+               "assert(run:continue().line == 5 and b.line == 5)\n"
+               "assert(run:evaluate(\"sum\").value == \"3\")"),
+      {self("run"), between(optional("line", "int", "", "Line of the file."), 1, 1e9), program,
+       optional("source", "string", "",
+                "Which of its files, such as a module; the program itself when left out."),
+       optional("condition", "string", "", "It stops where this is true."),
+       between(defaulted("ignore", "int", "", 0, "Hits before it stops."), 0, 1e15),
+       optional("routine", "string", "", "Instead of line: where this routine begins."),
+       optional(
+           "hits", "string", "",
+           "At which hits it stops: \"5\" the fifth, \">= 3\" from the third on, \"% 2\" every "
+           "second; also =, <, <= and >."),
+       optional("log", "string", "",
+                "It does not stop, and says this as a note, with the values of expressions in "
+                "braces: \"n is {n}\".")},
+      {"map", "", "", breakpoint_fields}, Effect::simulates, set_breakpoint);
+  add("run.clear_breakpoint", "Takes a breakpoint away.", "",
+      with_run("local b = run:set_breakpoint{line = 5}\nrun:clear_breakpoint(b.number)\n"
+               "assert(run:continue().is_complete)"),
+      {self("run"), needed("number", "int", "", "Of the breakpoint.")}, {}, Effect::simulates,
+      clear_breakpoint);
+  add("run.breakpoints", "Lists the breakpoints of a live run.", "",
+      with_run("run:set_breakpoint{line = 5}\nassert(run:breakpoints()[1].line == 5)"),
+      {self("run")}, {"list", "", "A table each.", breakpoint_fields}, Effect::reads, breakpoints);
+  add("run.continue", "Goes on until a program stops at a breakpoint, or to the end.",
+      "run.play, run.step and run.seek stop there, too; the run then rests at that time.",
+      with_run("run:set_breakpoint{line = 5, ignore = 2}\n"
+               "assert(math.abs(run:continue().time - 0.3) < 1e-9)\n"
+               "assert(run:continue().reason == \"breakpoint\")"),
+      {self("run"), speed}, stood, Effect::simulates, continue_run);
+  add("run.step_into", "Goes on to the next line of a process, also in a routine that it calls.",
+      "Other programs and processes go on meanwhile; a line that takes time is run through.",
+      with_run("run:set_breakpoint{line = 9}\nrun:continue()\n"
+               "assert(run:step_into().line == 5)"),
+      {self("run"), program, process, speed}, stood, Effect::simulates,
+      step<program::StepKind::into>);
+  add("run.step_over", "Goes on to the next line of a process in the same routine.", "",
+      with_run("run:set_breakpoint{line = 9}\nrun:continue()\n"
+               "assert(run:step_over().line == 10)"),
+      {self("run"), program, process, speed}, stood, Effect::simulates,
+      step<program::StepKind::over>);
+  add("run.step_out", "Goes on until a process has left the routine that it is in.", "",
+      with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
+               "assert(run:step_out().line ~= 5)"),
+      {self("run"), program, process, speed}, stood, Effect::simulates,
+      step<program::StepKind::out>);
+  add("run.to_motion", "Goes on until a process is about to begin a motion.", "",
+      with_run("assert(run:to_motion().is_complete)"), {self("run"), program, process, speed},
+      stood, Effect::simulates, step<program::StepKind::motion>);
+  add("run.stack", "Lists the calls that a process of a program is in, innermost first.",
+      "At the time that the run shows; so run.variables and run.evaluate. Back in what is recorded "
+      "it is what was behind that row.",
+      with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
+               "assert(run:stack()[1].routine:lower() == \"add\" and #run:stack() == 2)"),
+      {self("run"), program, process},
+      {"list",
+       "",
+       "A table each.",
+       {field("routine", "string", "", "Its name."), field("file", "string", "", "Where it is."),
+        field("line", "int", "", "Where it is."), field("column", "int", "", "Where it is.")}},
+      Effect::reads, stack);
+  add("run.variables", "Lists the variables of a routine that a process is in.", "",
+      with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
+               "assert(run:variables()[1].name:lower() == \"n\")\n"
+               "assert(#run:variables{frame = 0} > 0)"),
+      {self("run"), any_frame, program, process,
+       optional("of", "string", "", "The parts of this variable, instead of all variables."),
+       between(defaulted("from", "int", "", 1, "The first one that is wanted, 1 = the first."), 1,
+               9e15),
+       between(defaulted("most", "int", "", 200, "How many at most."), 1, 10'000), depth},
+      {"list", "", "A table each.", variable_fields}, Effect::reads, variables);
+  add("run.evaluate", "Gives the value of an expression as a program sees it.",
+      "Names, fields, indices, numbers, strings, operators and parentheses; no calls.",
+      with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
+               "assert(run:evaluate(\"n + 1\").value == \"3\")"),
+      {self("run"), needed("expression", "string", "", "In the program's language."), any_frame,
+       program, process, depth},
+      {"map", "", "", variable_fields}, Effect::reads, evaluate);
+  add("run.set_variable", "Gives a variable of a program another value.",
+      "Not in the past. run.refresh and run.reset compute anew without it.",
+      with_run("run:set_breakpoint{line = 5}\nrun:continue()\nrun:set_variable(\"sum\", \"100\")\n"
+               "run:continue()\nassert(run:evaluate(\"sum\").value == \"102\")"),
+      {self("run"), needed("variable", "string", "", "Name, with fields and indices."),
+       needed("value", "string", "", "An expression as in run.evaluate."), any_frame, program,
+       process},
+      {"map", "", "", variable_fields}, Effect::simulates, set_variable);
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs in live runs, for editors: what runs, its text and lines, where it is while it runs, and
+// over what is recorded line by line.
+#include <algorithm>
+#include <set>
+
+#include "ioci/core/commands.h"
+#include "ioci/program/in_world.h"
+#include "ioci/program/program_files.h"
+#include "ioci/simulation/program_debugging.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using namespace debugging;
+using program::Machine;
+
+constexpr std::int64_t kMostNotes = 10'000;
+constexpr std::size_t kMostTimes = 200;
+
+bool same(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  };
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(),
+                                            [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+/// Does not wait for a program that computes.
+Result<Value> run_place(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const sim::LiveRun::Shown shown = entry->run->shown();
+  const bool is_playing = shown.speed != 0;
+  Map out;
+  if (const std::unique_lock lock(watch->mutex, std::try_to_lock); lock.owns_lock()) {
+    out = place(*watch, *entry);
+  } else {
+    out = Map{{"time", shown.time},
+              {"is_stopped", false},
+              {"is_complete", shown.is_complete},
+              {"is_past", false}};
+    // It rests in a moment; who asks again then gets where.
+    out.set("is_playing", true);
+  }
+  if (!out.find("is_playing")) out.set("is_playing", is_playing);
+  out.set("notes", static_cast<std::int64_t>(shown.notes));
+  return Value(std::move(out));
+}
+
+std::string state_of(const Machine& m) {
+  switch (m.status().state) {
+    case program::RunState::over: return "over";
+    case program::RunState::fault: return "fault";
+    case program::RunState::stopped: return "stopped";
+    default: return "runs";
+  }
+}
+
+Result<Value> run_programs(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const document::SnapshotPtr snapshot = entry->snapshot();
+  const std::lock_guard lock(watch->mutex);
+  const std::size_t row = row_shown(*watch, *entry);
+  List out;
+  for (std::size_t i = 0; i < watch->programs.size(); ++i) {
+    const Machine& m = machine_at(*watch, row, i);
+    List files, processes;
+    const auto placed =
+        programs_of(*snapshot, WorldId{entry->subject.number}, {watch->programs[i].name()});
+    if (placed.ok())
+      for (const model::ProgramFile& f : program_in(*snapshot, placed->front().program)->files)
+        files.emplace_back(f.name);
+    for (const std::uint32_t p : m.processes()) {
+      Map one{{"number", static_cast<std::int64_t>(p)}, {"name", m.process_name(p)}};
+      if (const auto calls = m.call_stack(p); !calls.empty()) {
+        one.set("file", file_of(m, calls.front().span));
+        one.set("line", static_cast<std::int64_t>(calls.front().span.line));
+      }
+      processes.emplace_back(std::move(one));
+    }
+    out.emplace_back(Map{{"name", watch->programs[i].name()},
+                         {"state", state_of(m)},
+                         {"files", std::move(files)},
+                         {"processes", std::move(processes)}});
+  }
+  return Value(std::move(out));
+}
+
+Result<Value> program_lines(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const std::size_t at, program_at(*watch, args));
+  const Machine& m = watch->programs[at].machine();
+  RMP_TRY_ASSIGN(const auto spans, m.statements(text_of(args, "source")));
+  List lines, routines;
+  for (const rmp_span& s : spans)
+    lines.emplace_back(Map{{"line", static_cast<std::int64_t>(s.line)},
+                           {"column", static_cast<std::int64_t>(s.column)}});
+  for (const Machine::RoutinePlace& r : m.routines())
+    routines.emplace_back(Map{{"name", r.name},
+                              {"file", file_of(m, r.span)},
+                              {"line", static_cast<std::int64_t>(r.span.line)}});
+  return Value(Map{{"statements", std::move(lines)}, {"routines", std::move(routines)}});
+}
+
+/// As it was compiled, whatever was edited since.
+Result<Value> program_text(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  std::string name;
+  {
+    const std::lock_guard lock(watch->mutex);
+    RMP_TRY_ASSIGN(const std::size_t at, program_at(*watch, args));
+    name = watch->programs[at].name();
+  }
+  const document::SnapshotPtr snapshot = entry->snapshot();
+  RMP_TRY_ASSIGN(const auto found, programs_of(*snapshot, WorldId{entry->subject.number}, {name}));
+  const model::Program& p = *program_in(*snapshot, found.front().program);
+  const std::string source = text_of(args, "source");
+  std::vector<std::string> known;
+  for (const model::ProgramFile& f : p.files) {
+    if (source.empty() || same(f.name, source)) return Value(text_of_file(f));
+    known.push_back(f.name);
+  }
+  return unknown_name("file", source, known);
+}
+
+Result<Value> run_notes(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  List out;
+  for (std::string& note : entry->run->notes(static_cast<std::size_t>(integer(args, "from") - 1),
+                                             static_cast<std::size_t>(integer(args, "most"))))
+    out.emplace_back(std::move(note));
+  return Value(std::move(out));
+}
+
+// ---- over what is recorded ----
+
+struct Spot {
+  std::uint32_t file = 0, line = 0, column = 0;
+  std::size_t depth = 0;
+  [[nodiscard]] bool is_line_of(const Spot& o) const {
+    return file == o.file && line == o.line && depth == o.depth;
+  }
+};
+std::optional<Spot> spot_of(const Machine& m, std::uint32_t process) {
+  const auto calls = m.call_stack(process);
+  if (calls.empty()) return std::nullopt;
+  const rmp_span& s = calls.front().span;
+  return Spot{s.file, s.line, s.column, calls.size()};
+}
+
+/// Whether a program comes to a breakpoint in a row, other than in the row before.
+bool has_breakpoint(const task::ProgramWatch& watch, const Breakpoints& set, std::size_t row) {
+  const auto machine = [&](std::size_t i, std::size_t program) -> const Machine& {
+    return machine_at(watch, i, program);
+  };
+  for (std::size_t p = 0; p < watch.programs.size(); ++p)
+    for (const Breakpoints::One& b : set.all) {
+      if (b.program != watch.programs[p].name() || !b.what.log.empty()) continue;
+      const Machine& m = machine(row, p);
+      for (const std::uint32_t process : m.processes()) {
+        const auto now = spot_of(m, process);
+        if (!now || now->line != b.what.line ||
+            !same(file_of(m, rmp_span{now->file, 0, 0, 0, 0}), b.what.file))
+          continue;
+        if (row > 0) {
+          const auto before = spot_of(machine(row - 1, p), process);
+          if (before && before->is_line_of(*now)) continue;
+        }
+        if (!b.what.condition.empty()) {
+          const auto v = m.evaluate(b.what.condition, process, 0);
+          if (!v.ok() || v->value != "TRUE") continue;
+        }
+        return true;
+      }
+    }
+  return false;
+}
+
+/// Shows a row: its time, and which of the rows at that time.
+Result<void> show_row(task::ProgramWatch& watch, const LiveRunEntry& entry, std::size_t row,
+                      std::unique_lock<std::mutex>& lock, Progress& progress) {
+  const std::size_t count = watch.rows.size();
+  const double time = row < count ? watch.rows[row].time : watch.rows.back().time;
+  lock.unlock();
+  RMP_TRY(entry.run->go_to(time, progress));
+  lock.lock();
+  watch.chosen.reset();
+  // The last row is what is now.
+  if (row + 1 < count && watch.rows.size() == count)
+    watch.chosen = task::ProgramWatch::Chosen{row, entry.run->shown().time, count};
+  return {};
+}
+
+Result<Value> step_recorded(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  RMP_TRY(entry->run->pause(ctx.progress));
+  std::unique_lock lock(watch->mutex);
+  RMP_TRY_ASSIGN(const std::size_t program, program_at(*watch, args));
+  if (watch->rows.empty())
+    return error(ErrorCode::conflict, "nothing is recorded yet", "Let the run begin first.");
+  const bool is_back = flag(args, "back");
+  const std::string kind = text_of(args, "to");
+  // What is now is behind the last row, unless it is that row.
+  std::size_t at = row_shown(*watch, *entry);
+  const std::uint32_t process = process_of(machine_at(*watch, at, program), args);
+  const auto here = spot_of(machine_at(*watch, at, program), process);
+  if (at >= watch->rows.size()) at = watch->rows.size() - 1;
+  const auto fits = [&](std::size_t row) {
+    if (kind == "breakpoint") {
+      const std::lock_guard own(entry->breakpoints->mutex);
+      return has_breakpoint(*watch, *entry->breakpoints, row);
+    }
+    const auto there = spot_of(machine_at(*watch, row, program), process);
+    if (!there || !here) return there.has_value() != here.has_value();
+    if (kind == "out") return there->depth < here->depth;
+    if (kind == "over" && there->depth > here->depth) return false;
+    return !there->is_line_of(*here) || there->column != here->column;
+  };
+  std::optional<std::size_t> found;
+  for (std::size_t row = at; !found && (is_back ? row > 0 : row + 1 < watch->rows.size());) {
+    row = is_back ? row - 1 : row + 1;
+    if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "the search was given up");
+    if (fits(row)) found = row;
+  }
+  const std::size_t end = is_back ? 0 : watch->rows.size() - 1;
+  RMP_TRY(show_row(*watch, *entry, found.value_or(end), lock, ctx.progress));
+  Map out = place(*watch, *entry);
+  out.set("is_found", found.has_value());
+  return Value(std::move(out));
+}
+
+/// Times at which a program came to a line, newest first.
+Result<Value> recorded_at(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const std::size_t program, program_at(*watch, args));
+  const auto line = static_cast<std::uint32_t>(integer(args, "line"));
+  std::string source = text_of(args, "source");
+  if (source.empty()) source = file_of(watch->programs[program].machine(), rmp_span{0, 0, 0, 0, 0});
+  std::vector<std::pair<double, std::uint32_t>> found;
+  std::set<std::uint32_t> before;
+  for (std::size_t row = 0; row < watch->rows.size(); ++row) {
+    std::set<std::uint32_t> now;
+    const Machine& m = machine_at(*watch, row, program);
+    for (const std::uint32_t process : m.processes()) {
+      const auto calls = m.call_stack(process);
+      if (calls.empty() || calls.front().span.line != line ||
+          !same(file_of(m, calls.front().span), source))
+        continue;
+      now.insert(process);
+      if (!before.contains(process)) found.emplace_back(watch->rows[row].time, process);
+    }
+    before = std::move(now);
+  }
+  List out;
+  for (std::size_t i = found.size(); i-- > 0 && out.size() < kMostTimes;)
+    out.emplace_back(
+        Map{{"time", found[i].first}, {"process", static_cast<std::int64_t>(found[i].second)}});
+  return Value(std::move(out));
+}
+
+/// A program that counts, and its run, for examples.
+std::string with_run(const char* rest) {
+  return with_arm(
+             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n"
+             "local count = program.create{name = \"count\", source = [[\n"
+             "PROGRAM count;\n"
+             "VAR INT: i, sum;\n"
+             "PROCEDURE add (IN INT: n);\n"
+             "BEGIN\n"
+             "  sum := sum + n;\n"
+             "ENDPROC;\n"
+             "BEGIN\n"
+             "  FOR i := 1 TO 5\n"
+             "    add(i);\n"
+             "    WAIT 0.1 SEC;\n"
+             "  ENDFOR;\n"
+             "  WRITELN('sum ', sum);\n"
+             "ENDPROGRAM;\n"
+             "]]}\ncell:add_program{program = count}\n"
+             "local run = cell:start_run(\"tasks\")\n") +
+         rest;
+}
+
+}  // namespace
+
+RMP_COMMANDS(program_places_commands) {
+  std::vector<CommandSpec> all;
+  const auto add = [&](const char* name, const char* summary, const char* details,
+                       std::string example, Schema params, ReturnSpec returns, Effect effect,
+                       Result<Value> (*run)(CommandContext&, const Map&)) {
+    all.push_back({.name = name,
+                   .classic = "",
+                   .summary = summary,
+                   .details = details,
+                   .example = std::move(example),
+                   .params = std::move(params),
+                   .returns = std::move(returns),
+                   .effect = effect,
+                   .run = run});
+  };
+  const ParamSpec program = optional("program", "string", "",
+                                     "Its name in the world; the one that stands, or the only "
+                                     "one, when left out."),
+                  source = optional("source", "string", "",
+                                    "Which of its files, such as a module; the program itself "
+                                    "when left out.");
+  std::vector<ParamSpec> place_fields{
+      field("time", "real", "s", "That is shown."),
+      field("is_stopped", "bool", "", "A program stands at a line."),
+      field("is_complete", "bool", "", "Nothing is left to compute."),
+      field("is_past", "bool", "", "It is computed farther than what is shown."),
+      field("error", "string", "", "Why it could not go on; absent when it could."),
+      field("program", "string", "", "That stands, or has the fault; so the next ones."),
+      field("reason", "string", "", "breakpoint, step, motion, pause, entry or fault."),
+      field("process", "int", "", "Number of its routine, 0 is the program."),
+      field("file", "string", "", "Where it stands."),
+      field("line", "int", "", "Where it stands."),
+      field("column", "int", "", "Where it stands."),
+      field("breakpoint", "int", "", "Its number, at one."),
+      field("message", "string", "", "What is wrong, at a fault.")};
+  auto seen = place_fields;
+  seen.push_back(field("is_playing", "bool", "", "It goes on."));
+  seen.push_back(field("notes", "int", "", "How many notes there are so far."));
+  add("run.place", "Tells where the programs of a live run are, also while they run.",
+      "It waits for nothing; run.continue and the steps with a speed, and run.play, go on "
+      "meanwhile.",
+      with_run("run:set_breakpoint{line = 5}\nrun:continue{speed = \"max\"}\n"
+               "repeat until not run:place().is_playing\nassert(run:place().line == 5)"),
+      {self("run")}, {"map", "", "", seen}, Effect::reads, run_place);
+  add("run.programs", "Lists the programs of a live run with their files and processes.",
+      "At the time that the run shows.",
+      with_run("local p = run:programs()[1]\n"
+               "assert(p.files[1] == \"count.irl\" and p.processes[1].line == 10)"),
+      {self("run")},
+      {"list",
+       "",
+       "A table each.",
+       {field("name", "string", "", "In the world."),
+        field("state", "string", "", "runs, stopped, over or fault."),
+        field("files", "list", "", "Names of its files, the program first."),
+        field("processes", "list", "",
+              "Tables {number, name, file, line} of those that have begun and not ended; 0 is the "
+              "program.")}},
+      Effect::reads, run_programs);
+  add("run.program_lines", "Lists where statements and routines of a program in a run begin.",
+      "Breakpoints stand there.",
+      with_run("local l = run:program_lines()\nassert(l.statements[1].line == 5)\n"
+               "assert(#l.routines == 2)"),
+      {self("run"), program, source},
+      {"map",
+       "",
+       "",
+       {field("statements", "list", "", "Tables {line, column}, of the file, in order."),
+        field("routines", "list", "", "Tables {name, file, line} of those that do something.")}},
+      Effect::reads, program_lines);
+  add("run.program_text", "Gives the text of a file of a program as the run computes with it.",
+      "What was edited since counts with run.refresh or run.reset.",
+      with_run("assert(run:program_text():match(\"PROGRAM count\"))"),
+      {self("run"), program, source}, {"string", "", "The text.", {}}, Effect::reads, program_text);
+  add("run.notes", "Gives what was noted and written in a live run so far.", "",
+      with_run("run:finish()\nlocal all = run:notes()\n"
+               "assert(all[#all] == \"t = 0.5 s: count: sum 15\" and #run:notes(#all + 1) == 0)"),
+      {self("run"),
+       between(defaulted("from", "int", "", 1, "The first note that is wanted, 1 = the first."), 1,
+               9e15),
+       between(defaulted("most", "int", "", kMostNotes, "How many at most."), 1,
+               static_cast<double>(kMostNotes))},
+      {"list", "", "Texts.", {}}, Effect::reads, run_notes);
+  auto stood = place_fields;
+  stood.push_back(
+      field("is_found", "bool", "", "There is such a place; else the first or last row is shown."));
+  add("run.step_recorded", "Goes over what is recorded to another line of a program.",
+      "What is recorded is what was behind each row, and where programs stopped. Nothing is "
+      "computed; at the last row the steps of run.step_into and the like go on.",
+      with_run("run:set_breakpoint{line = 5, hits = \"3\"}\nrun:continue()\n"
+               "local back = run:step_recorded{back = true, to = \"over\"}\n"
+               "assert(back.is_past and run:evaluate(\"sum\").value == \"6\")\n"
+               "assert(not run:step_recorded{to = \"breakpoint\"}.is_past)"),
+      {self("run"), defaulted("back", "bool", "", false, "Towards the start."),
+       choice("to", {"into", "over", "out", "breakpoint"},
+              "Another line; not one in a routine that is called; where the routine is left; where "
+              "a breakpoint is."),
+       program,
+       between(optional("process", "int", "",
+                        "Number of its routine, 0 is the program; the one that stands when left "
+                        "out."),
+               0, 1e9)},
+      {"map", "", "", stood}, Effect::simulates, step_recorded);
+  add("run.recorded_at", "Lists when a program came to a line, as far as it is recorded.",
+      "Lines are seen behind rows and where programs stopped.",
+      with_run("run:set_breakpoint{line = 5, hits = \"< 3\"}\nrun:continue()\nrun:continue()\n"
+               "assert(#run:recorded_at{line = 5} == 2)"),
+      {self("run"), between(needed("line", "int", "", "Of the file."), 1, 1e9), program, source},
+      {"list",
+       "",
+       "The latest first, at most 200.",
+       {field("time", "real", "s", "For run.seek."),
+        field("process", "int", "", "Number of its routine, 0 is the program.")}},
+      Effect::reads, recorded_at);
+  return all;
+}
+
+}  // namespace robomosp::ioci
