@@ -2,7 +2,6 @@
 // Commands that make this program a client of others: connection.open, call, events, reopen, close,
 // list. scripts/lib/remote.lua is what scripts use of them.
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -11,74 +10,12 @@
 #include "ioci/core/commands.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
-#include "remote/client.h"
+#include "remote/connections.h"
 
 namespace robomosp::remote {
 namespace {
 
 using namespace ioci;
-
-/// At a time, of all sessions.
-constexpr std::size_t kMostConnections = 64;
-
-/// The connections to other programs. Each belongs to the session that opened it. [any thread]
-class Connections {
- public:
-  struct Entry {
-    explicit Entry(std::uint64_t of) : session(of) {}
-    const std::uint64_t session;
-    std::timed_mutex mutex;
-    std::unique_ptr<Client> client;  // guarded by mutex
-  };
-  explicit Connections(Application& app) : app_(app) {}
-
-  Result<std::int64_t> add(std::uint64_t session, std::unique_ptr<Client> client) {
-    const auto entry = std::make_shared<Entry>(session);
-    entry->client = std::move(client);
-    const std::lock_guard lock(mutex_);
-    entries_.emplace(next_, entry);
-    return next_++;
-  }
-  /// Refuses one more than there may be; those of sessions that are gone are closed.
-  Result<void> make_room() {
-    const auto sessions = app_.sessions();
-    const std::lock_guard lock(mutex_);
-    std::erase_if(entries_, [&](const auto& e) {
-      return std::none_of(sessions.begin(), sessions.end(), [&](const auto& s) {
-        return s.is_open && s.number == e.second->session;
-      });
-    });
-    if (entries_.size() < kMostConnections) return {};
-    return error(ErrorCode::conflict,
-                 std::to_string(entries_.size()) + " connections are open already",
-                 "Close one: connection.list() names them.");
-  }
-  [[nodiscard]] std::shared_ptr<Entry> find(std::int64_t number, std::uint64_t session) const {
-    const std::lock_guard lock(mutex_);
-    const auto it = entries_.find(number);
-    return it == entries_.end() || it->second->session != session ? nullptr : it->second;
-  }
-  void remove(std::int64_t number) {
-    const std::lock_guard lock(mutex_);
-    entries_.erase(number);
-  }
-  [[nodiscard]] std::vector<std::pair<std::int64_t, std::shared_ptr<Entry>>> of(
-      std::uint64_t session) const {
-    std::vector<std::pair<std::int64_t, std::shared_ptr<Entry>>> out;
-    const std::lock_guard lock(mutex_);
-    for (const auto& [number, entry] : entries_)
-      if (entry->session == session) out.emplace_back(number, entry);
-    return out;
-  }
-
- private:
-  Application& app_;
-  mutable std::mutex mutex_;
-  std::int64_t next_ = 1;                                   // guarded by mutex_
-  std::map<std::int64_t, std::shared_ptr<Entry>> entries_;  // guarded by mutex_
-};
-
-Connections& connections(CommandContext& ctx) { return ctx.app.kept<Connections>(); }
 
 /// What was done over there stays when a group of edits here is taken back, so nothing is.
 Result<void> not_in_group(const CommandContext& ctx, const char* what) {
@@ -90,27 +27,7 @@ Result<void> not_in_group(const CommandContext& ctx, const char* what) {
                "Call it before or after ioci.transaction.");
 }
 
-/// A connection, for as long as this lives used by nobody else.
-struct Use {
-  std::shared_ptr<Connections::Entry> entry{};
-  std::unique_lock<std::timed_mutex> lock{};
-  [[nodiscard]] Client& client() const { return *entry->client; }
-};
-
-Result<Use> use(CommandContext& ctx, const Map& args) {
-  const std::int64_t number = integer(args, "connection");
-  Use u;
-  u.entry = connections(ctx).find(number, ctx.app.author(ctx.session).session);
-  if (!u.entry)
-    return error(ErrorCode::unknown_name,
-                 "this session has no connection " + std::to_string(number),
-                 "connection.open makes one.", "connection");
-  u.lock = std::unique_lock(u.entry->mutex, std::defer_lock);
-  while (!u.lock.try_lock_for(std::chrono::milliseconds(50)))
-    if (ctx.progress.cancelled())
-      return error(ErrorCode::cancelled, "the call was interrupted before it began");
-  return u;
-}
+Connections& connections(CommandContext& ctx) { return ctx.app.kept<Connections>(); }
 
 Map about(std::int64_t number, const Client& client) {
   Map out{{"connection", number},
@@ -145,7 +62,7 @@ Result<Value> open(CommandContext& ctx, const Map& args) {
 
 Result<Value> call(CommandContext& ctx, const Map& args) {
   RMP_TRY(not_in_group(ctx, "a call of another program"));
-  RMP_TRY_ASSIGN(const Use u, use(ctx, args));
+  RMP_TRY_ASSIGN(const ConnectionUse u, use_connection(ctx, args));
   // As it was given: the schema has nothing to say about what is another program's.
   const Value* named = ctx.given("params");
   const Value* places = ctx.given("arguments");
@@ -163,7 +80,7 @@ Result<Value> call(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> events(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const Use u, use(ctx, args));
+  RMP_TRY_ASSIGN(const ConnectionUse u, use_connection(ctx, args));
   const auto begin = Client::Clock::now();
   RMP_TRY_ASSIGN(List out, u.client().events(real(args, "timeout"), ctx.progress));
   const std::chrono::duration<double> waited = Client::Clock::now() - begin;
@@ -172,13 +89,13 @@ Result<Value> events(CommandContext& ctx, const Map& args) {
 
 Result<Value> reopen(CommandContext& ctx, const Map& args) {
   RMP_TRY(not_in_group(ctx, "connecting"));
-  RMP_TRY_ASSIGN(const Use u, use(ctx, args));
+  RMP_TRY_ASSIGN(const ConnectionUse u, use_connection(ctx, args));
   RMP_TRY(u.client().reconnect(real(args, "timeout"), ctx.progress));
   return Value(about(integer(args, "connection"), u.client()));
 }
 
 Result<Value> close(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const Use u, use(ctx, args));
+  RMP_TRY_ASSIGN(const ConnectionUse u, use_connection(ctx, args));
   u.client().close();
   connections(ctx).remove(integer(args, "connection"));
   return Value();

@@ -735,19 +735,19 @@ Result<Value> Connection::subscribe(const Map& params) {
                        " subscriptions of this connection are there already",
                    "End one with server.unsubscribe.");
   }
-  // States of runs are sent at their rate, all else at once.
-  List others;
-  bool has_runs = false;
+  // States of runs and what becomes of recordings are sent at their rate, all else at once.
+  List others, paced;
+  const auto is_paced = [](std::string_view topic) {
+    return topic == to_string(ioci::Topic::run) || topic == to_string(ioci::Topic::recording);
+  };
   if (const Value* topics = args.find("topics"); topics && topics->as_list()) {
     for (const Value& topic : *topics->as_list())
-      if (topic.as_string() && *topic.as_string() == "run") has_runs = true;
-      else others.push_back(topic);
+      (topic.as_string() && is_paced(*topic.as_string()) ? paced : others).push_back(topic);
   } else if (topics && !topics->is_nil()) {
     return error(ErrorCode::invalid_argument, "topics is a list of words", "", "topics");
   } else {
-    has_runs = true;
     for (const ioci::Topic t : ioci::kAllTopics)
-      if (t != ioci::Topic::run) others.emplace_back(to_string(t));
+      (is_paced(to_string(t)) ? paced : others).emplace_back(to_string(t));
   }
   ioci::Application& app = hall_.app;
   const auto make = [&](List topics) -> Result<std::uint64_t> {
@@ -756,15 +756,15 @@ Result<Value> Connection::subscribe(const Map& params) {
     RMP_TRY_ASSIGN(const Value token, app.dispatch(talk_->session, "event.subscribe", own));
     return static_cast<std::uint64_t>(*token.as_int());
   };
-  if (s.with_rows && !has_runs)
-    return error(ErrorCode::invalid_argument, "rows come with the topic run", "Add it to topics.",
-                 "rows");
-  if (!others.empty() || !has_runs) {
+  if (s.with_rows && paced.empty())
+    return error(ErrorCode::invalid_argument, "rows come with the topics run and recording",
+                 "Add one to topics.", "rows");
+  if (!others.empty() || paced.empty()) {
     RMP_TRY_ASSIGN(s.all, make(std::move(others)));
   }
-  if (has_runs) {
+  if (!paced.empty()) {
     args.set("rate", rate);
-    RMP_TRY_ASSIGN(s.runs, make({Value("run")}));
+    RMP_TRY_ASSIGN(s.runs, make(std::move(paced)));
   }
   s.every = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / rate));
   const std::uint64_t all = s.all, runs = s.runs;
@@ -804,6 +804,7 @@ Result<Value> Connection::unsubscribe(const Map& params) {
   hall_.app.events.unsubscribe(s.runs);
   const std::lock_guard alone(push_mutex_);
   rows_.erase(static_cast<std::uint64_t>(*number));
+  recording_rows_.erase(static_cast<std::uint64_t>(*number));
   return Value(true);
 }
 
@@ -852,17 +853,35 @@ void Connection::push(std::uint64_t number) {
     at->second.last = now;
 }
 
-/// Sends of each run the last state, and the rows that are new; false when there was none.
+/// Sends of each run the last state, what became of recordings, and the rows that are new; false
+/// when there was none.
 bool Connection::push_runs(std::uint64_t number, const Subscription& s) {
   const auto states = hall_.app.events.take(s.runs, 100'000);
   if (!states.ok()) return false;
   std::map<std::uint64_t, const ioci::Event*> last;
+  bool has_sent = false;
   for (const ioci::Event& e : *states)
-    if (e.run) last[e.run->run] = &e;
-  // Runs whose rows did not go all at once wait here until the client has read.
-  if (s.with_rows)
+    if (e.run) {
+      last[e.run->run] = &e;
+    } else if (e.recording) {
+      send_recording(number, s, e);
+      has_sent = true;
+    }
+  // Rows that did not go all at once wait here until the client has read.
+  if (s.with_rows) {
     for (const auto& [run, sent] : rows_[number])
       if (sent.has_more) last.emplace(run, nullptr);
+    std::vector<std::uint64_t> more;
+    for (const auto& [recording, sent] : recording_rows_[number])
+      if (sent.has_more) more.push_back(recording);
+    for (const std::uint64_t recording : more) {
+      send_recording_rows(number, s, recording,
+                          Map{{"topic", "recording"},
+                              {"id", Handle{"recording", recording}},
+                              {"kind", "appended"}});
+      has_sent = true;
+    }
+  }
   for (const auto& [run, event] : last) {
     if (!s.with_rows && event->left_out == 0) {
       send_event(number, *hall_.state_texts.of(event->run, [&, e = event] {
@@ -872,25 +891,31 @@ bool Connection::push_runs(std::uint64_t number, const Subscription& s) {
     }
     Map params =
         event ? ioci::event_value(*event) : Map{{"topic", "run"}, {"id", Handle{"run", run}}};
-    if (s.with_rows) send_rows(number, s, run, std::move(params));
+    if (s.with_rows) send_run_rows(number, s, run, std::move(params));
     else send_event(number, std::move(params));
   }
-  return !last.empty();
+  return has_sent || !last.empty();
+}
+
+void Connection::send_recording(std::uint64_t number, const Subscription& s, const ioci::Event& e) {
+  using What = recording::RecordingChange::What;
+  const auto& change = *e.recording;
+  if (s.with_rows && change.what == What::appended)
+    return send_recording_rows(number, s, change.number, ioci::event_value(e));
+  if (change.what == What::removed)
+    if (const auto at = recording_rows_.find(number); at != recording_rows_.end())
+      at->second.erase(change.number);
+  send_event(number, ioci::event_value(e));
 }
 
 /// One event with rows, and more of them while the client reads.
-void Connection::send_rows(std::uint64_t number, const Subscription& s, std::uint64_t run,
-                           Map params) {
-  const auto entry = hall_.app.runs->find(run);
-  Sent& sent = rows_[number][run];
+void Connection::send_rows(std::uint64_t number, const Subscription& s, Sent& sent,
+                           const Handle& of, Map params,
+                           const std::function<Result<Map>(const Sent&)>& next) {
   sent.has_more = false;
-  if (!entry) {
-    rows_[number].erase(run);
-    return send_event(number, std::move(params));
-  }
+  const Value topic = *params.find("topic");
   for (;;) {
-    auto rows =
-        ioci::live_run_rows(*entry, sent.next, sent.restarts, kRowValues, kRowValues, s.columns);
+    auto rows = next(sent);
     if (!rows.ok()) {
       params.set("rows", Map{{"error", rows.error().sentence()}});
       return send_event(number, std::move(params));
@@ -908,8 +933,43 @@ void Connection::send_rows(std::uint64_t number, const Subscription& s, std::uin
       sent.has_more = true;
       return;
     }
-    params = Map{{"topic", "run"}, {"id", Handle{"run", run}}};
+    params = Map{{"topic", topic}, {"id", of}};
   }
+}
+
+void Connection::send_run_rows(std::uint64_t number, const Subscription& s, std::uint64_t run,
+                               Map params) {
+  const auto entry = hall_.app.runs->find(run);
+  if (!entry) {
+    rows_[number].erase(run);
+    return send_event(number, std::move(params));
+  }
+  send_rows(number, s, rows_[number][run], Handle{"run", run}, std::move(params),
+            [&](const Sent& sent) {
+              return ioci::live_run_rows(*entry, sent.next, sent.restarts, kRowValues, kRowValues,
+                                         s.columns);
+            });
+}
+
+void Connection::send_recording_rows(std::uint64_t number, const Subscription& s,
+                                     std::uint64_t recording, Map params) {
+  send_rows(number, s, recording_rows_[number][recording], Handle{"recording", recording},
+            std::move(params), [&](const Sent& sent) -> Result<Map> {
+              RMP_TRY_ASSIGN(auto piece,
+                             hall_.app.recordings.rows(recording, sent.next, sent.restarts,
+                                                       kRowValues, s.columns));
+              Map columns;
+              std::size_t count = 0;
+              for (auto& [name, values] : piece.columns) {
+                count = values.size();
+                columns.set(name, NumericArray(std::move(values)));
+              }
+              return Map{{"from", static_cast<std::int64_t>(piece.from + 1)},
+                         {"count", static_cast<std::int64_t>(count)},
+                         {"rows", static_cast<std::int64_t>(piece.rows)},
+                         {"restarts", static_cast<std::int64_t>(piece.replaced)},
+                         {"columns", std::move(columns)}};
+            });
 }
 
 std::string Connection::event_text(Map params, Arrays arrays) const {

@@ -88,14 +88,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
   struct Talk;  ///< what there is after hello
   /// Why the running command was ended.
   enum class Ended : std::uint8_t { no, time, memory };
-  /// What of a run's rows a client has.
+  /// What of the rows of a run or recording a client has.
   struct Sent {
     std::size_t next = 0;  ///< index of the first that it has not
     std::optional<std::size_t> restarts{};
     bool has_more = false;  ///< they wait until the client has read
   };
   struct Subscription {
-    std::uint64_t all = 0, runs = 0;  ///< tokens of what is sent at once, and of states of runs
+    std::uint64_t all = 0;   ///< token of what is sent at once
+    std::uint64_t runs = 0;  ///< token of what is sent at a rate: states of runs, and recordings
     bool with_rows = false;
     std::vector<std::string> columns{};  ///< of the rows; empty = all
     Arrays arrays = Arrays::numbers;
@@ -122,7 +123,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void push(std::uint64_t number);
   void push_all();
   bool push_runs(std::uint64_t number, const Subscription& s);
-  void send_rows(std::uint64_t number, const Subscription& s, std::uint64_t run, Map params);
+  void send_recording(std::uint64_t number, const Subscription& s, const ioci::Event&);
+  /// `rows` gives those behind what the client has.
+  void send_rows(std::uint64_t number, const Subscription& s, Sent& sent, const Handle& of,
+                 Map params, const std::function<Result<Map>(const Sent&)>& rows);
+  void send_run_rows(std::uint64_t number, const Subscription& s, std::uint64_t run, Map params);
+  void send_recording_rows(std::uint64_t number, const Subscription& s, std::uint64_t recording,
+                           Map params);
   void send_event(std::uint64_t number, Map params, Arrays arrays = Arrays::numbers);
   void send_event(std::uint64_t number, std::string_view params);
   [[nodiscard]] std::string event_text(Map params, Arrays arrays) const;
@@ -158,8 +165,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::atomic<bool> is_paused_{false};  ///< nothing is read until requests are answered
 
   std::mutex push_mutex_;  ///< events are sent by one thread at a time; before mutex_
-  /// Rows of runs that went to subscriptions. Guarded by push_mutex_
-  std::map<std::uint64_t, std::map<std::uint64_t, Sent>> rows_;
+  /// Rows of runs and recordings that went to subscriptions. Guarded by push_mutex_
+  std::map<std::uint64_t, std::map<std::uint64_t, Sent>> rows_, recording_rows_;
   mutable std::mutex mutex_;
   // Guarded by mutex_:
   Socket socket_;

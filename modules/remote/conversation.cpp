@@ -68,6 +68,7 @@ Conversation::Conversation(ioci::Application& app, ioci::Session& session, RpcSe
 Conversation::~Conversation() {
   server_.watch = {};
   if (watching_) app_.jobs.unsubscribe(watching_);
+  if (awaiting_) app_.jobs.unsubscribe(awaiting_);
   {
     const std::lock_guard lock(gate_->mutex);
     gate_->conversation = nullptr;
@@ -77,6 +78,11 @@ Conversation::~Conversation() {
     signal_waits_->end(s.wait);
     if (s.stop) s.stop();
   }
+  for (const JobWait& w : job_waits_)
+    options_.say(RpcServer::failure(
+        *w.request.as_map()->find("id"),
+        error(ErrorCode::cancelled, "the wait was given up, as the connection ends",
+              "The job goes on.", "job.wait")));
   for (ioci::Session& waiting : waits_) waiting.interrupt();
   wait_serving(lock, changed_, [this] { return waits_.empty(); });
 }
@@ -110,7 +116,7 @@ void Conversation::take(std::string_view line) {
   if (name && *name == "rpc.cancel") return cancel(*m);
   if (name && *name == "server.wait" && !m->find("job"))
     return options_.after ? wait_for_signal(std::move(*message))
-                          : wait_for_job(std::move(*message));
+                          : wait_on_a_thread(std::move(*message), false);
   if (!name || !name->starts_with("job.") || m->find("job"))
     return put({.message = std::move(*message), .bytes = line.size()});
   if (*name == "job.wait") return wait_for_job(std::move(*message));
@@ -130,7 +136,8 @@ void Conversation::refuse_wait(const Value& request) const {
 void Conversation::wait_for_signal(Value request) {
   {
     const std::lock_guard lock(mutex_);
-    if (waits_.size() + signals_.size() >= options_.most_waits) return refuse_wait(request);
+    if (waits_.size() + signals_.size() + job_waits_.size() >= options_.most_waits)
+      return refuse_wait(request);
   }
   DeferredWait deferred;
   auto text = server_.answer_beside(request, beside_);
@@ -205,19 +212,77 @@ void Conversation::signal_told(std::uint64_t number, Result<Value> outcome) {
                    : RpcServer::failure(s.id, std::move(outcome).error().in("server.wait")));
 }
 
-/// A session belongs to one thread, so each that waits gets its own.
+/// The job that is asked for, while it waits or runs.
+std::optional<std::uint64_t> Conversation::running_job(const Value& request) const {
+  const Value* params = request.as_map()->find("params");
+  const Value* which = nullptr;  // with nothing else, so that it cannot be refused later
+  if (params && params->as_map() && params->as_map()->size() == 1)
+    which = params->as_map()->find("id");
+  else if (params && params->as_list() && params->as_list()->size() == 1)
+    which = &params->as_list()->front();
+  if (!which) return std::nullopt;
+  const auto job = app_.resolve(*app_.document.now(), "job", *which);
+  if (!job.ok() || is_over(job->number)) return std::nullopt;
+  return job->number;
+}
+
+bool Conversation::is_over(std::uint64_t job) const {
+  const auto s = app_.jobs.status(job);
+  return !s.ok() || (s->state != JobState::waiting && s->state != JobState::running);
+}
+
+/// No thread waits: when the job has ended the request is answered as any other.
 void Conversation::wait_for_job(Value request) {
+  const auto job = running_job(request);
+  if (!job) return wait_on_a_thread(std::move(request), false);  // which is not for long
+  {
+    const std::lock_guard lock(mutex_);
+    if (waits_.size() + signals_.size() + job_waits_.size() >= options_.most_waits)
+      return refuse_wait(request);
+  }
+  if (auto refusal = server_.refuse_beside(request)) return options_.say(std::move(*refusal));
+  if (!request.as_map()->find("id")) return;  // nobody wants to know
+  if (!awaiting_)
+    awaiting_ = app_.jobs.subscribe([gate = gate_](const JobStatus& s) {
+      if (s.state == JobState::waiting || s.state == JobState::running) return;
+      const std::lock_guard lock(gate->mutex);
+      if (gate->conversation) gate->conversation->job_over(s.id);
+    });
+  {
+    const std::lock_guard lock(mutex_);
+    job_waits_.push_back({std::move(request), *job});
+  }
+  if (is_over(*job)) job_over(*job);  // it may have ended in between
+}
+
+void Conversation::job_over(std::uint64_t job) {
+  std::list<JobWait> over;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto at = job_waits_.begin(); at != job_waits_.end();) {
+      const auto one = at++;
+      if (one->job == job) over.splice(over.end(), job_waits_, one);
+    }
+  }
+  for (JobWait& one : over) wait_on_a_thread(std::move(one.request), true);
+}
+
+/// A session belongs to one thread, so each that waits gets its own.
+void Conversation::wait_on_a_thread(Value request, bool is_admitted) {
   std::list<ioci::Session>::iterator own;
   {
     const std::lock_guard lock(mutex_);
-    if (waits_.size() + signals_.size() >= options_.most_waits) return refuse_wait(request);
+    if (!is_admitted && waits_.size() + signals_.size() + job_waits_.size() >= options_.most_waits)
+      return refuse_wait(request);
     own = waits_.emplace(waits_.end(), session_.name(), session_.kind());
   }
   copy_rights(*own);
-  Executor::of_process().run([this, own, request = std::move(request)] {
+  Executor::of_process().run([this, own, is_admitted, request = std::move(request)] {
     DeferredWait here;
     here.may_block = true;  // on this thread of its own
-    if (auto text = server_.answer_beside(request, *own)) options_.say(std::move(*text));
+    auto text =
+        is_admitted ? server_.answer_admitted(request, *own) : server_.answer_beside(request, *own);
+    if (text) options_.say(std::move(*text));
     const std::lock_guard lock(mutex_);
     waits_.erase(own);
     changed_.notify_all();
@@ -243,6 +308,15 @@ void Conversation::cancel(const Map& message) {
     const std::lock_guard lock(mutex_);
     for (const auto& [number, s] : signals_)
       if (s.id == *request) signal = number;
+    const auto is_it = [&](const JobWait& w) {
+      return *w.request.as_map()->find("id") == *request;
+    };
+    if (const auto at = std::find_if(job_waits_.begin(), job_waits_.end(), is_it);
+        at != job_waits_.end()) {
+      found = true;
+      dropped = *request;
+      job_waits_.erase(at);
+    }
     if (running_ && *running_ == *request) {
       found = was_cancelled_ = true;
       cancelling_ = *request;

@@ -88,6 +88,10 @@ class Conversation {
   void copy_rights(ioci::Session& to) const;
   void put(Entry entry);
   void wait_for_job(Value request);
+  void wait_on_a_thread(Value request, bool is_admitted);
+  [[nodiscard]] std::optional<std::uint64_t> running_job(const Value& request) const;
+  [[nodiscard]] bool is_over(std::uint64_t job) const;
+  void job_over(std::uint64_t job);
   void wait_for_signal(Value request);
   void refuse_wait(const Value& request) const;
   void signal_late(std::uint64_t number, double seconds);
@@ -105,6 +109,7 @@ class Conversation {
   ioci::Session beside_;  ///< of the same user, for what the reader's thread answers about jobs
   const std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();
   std::uint64_t watching_ = 0;  ///< subscription to jobs; 0 = none yet. The session's thread
+  std::uint64_t awaiting_ = 0;  ///< another one, for job.wait. The reader's thread
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   // Guarded by mutex_:
@@ -119,9 +124,14 @@ class Conversation {
     SignalWish wish;
     std::function<void()> stop = {};  ///< its timer
   };
+  struct JobWait {
+    Value request;
+    std::uint64_t job = 0;
+  };
   std::map<std::uint64_t, SignalWait> signals_;
+  std::list<JobWait> job_waits_;  ///< of jobs that run; no thread waits for them
   std::uint64_t next_signal_ = 1;
-  std::list<ioci::Session> waits_;  ///< of the same user, each for a job.wait that waits
+  std::list<ioci::Session> waits_;  ///< of the same user, each for a wait that is on a thread
   std::map<std::uint64_t, Clock::time_point> watched_;  ///< jobs: when they were last reported
 };
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "kernel/turns.h"
+
 namespace robomosp::remote {
 namespace {
 
@@ -20,6 +22,7 @@ Reactor::Reactor(std::size_t most)
     : guard_(io_.get_executor()),
       most_(std::max<std::size_t>(most, 2)),
       wanted_(std::min<std::size_t>(std::max(2U, std::thread::hardware_concurrency()), most_)) {
+  turns::serve();
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < wanted_; ++i) start_one();
   watch_ = std::thread([this] { watch(); });
@@ -60,6 +63,7 @@ void Reactor::start_one() {
 
 void Reactor::work(Worker& self) {
   current_ = &self;
+  turns::answer();
   while (!io_.stopped()) {
     if (io_.run_one() == 0) break;
     std::size_t over = too_many_.load(std::memory_order_relaxed);

@@ -256,11 +256,25 @@ std::optional<std::string> RpcServer::answer_one(const Value& message) {
 
 std::optional<std::string> RpcServer::answer_beside(const Value& message,
                                                     ioci::Session& session) const {
+  if (options_.admit)
+    if (auto refusal = refuse_beside(message)) return refusal;
+  return answer_admitted(message, session);
+}
+
+std::optional<std::string> RpcServer::refuse_beside(const Value& message) const {
   std::optional<std::string> refusal;
   const auto request = read(message, refusal);
   if (!request.ok()) return refusal;
   if (options_.admit)
     if (auto no = options_.admit(request->method)) return told(*request, std::move(*no));
+  return std::nullopt;
+}
+
+std::optional<std::string> RpcServer::answer_admitted(const Value& message,
+                                                      ioci::Session& session) const {
+  std::optional<std::string> refusal;
+  const auto request = read(message, refusal);
+  if (!request.ok()) return refusal;
   if (request->positional)
     return told(*request, app_.dispatch_positional(session, request->method, *request->positional));
   return told(*request,

@@ -70,6 +70,10 @@ class RpcServer {
   /// for lua.eval. [that session's thread]
   [[nodiscard]] std::optional<std::string> answer_beside(const Value& message,
                                                          ioci::Session& session) const;
+  /// The same in two parts: the answer if the message is not let in, and that of one which was.
+  [[nodiscard]] std::optional<std::string> refuse_beside(const Value& message) const;
+  [[nodiscard]] std::optional<std::string> answer_admitted(const Value& message,
+                                                           ioci::Session& session) const;
   /// What a script printed since the last lua.eval; set LuaOptions::print to append here.
   std::string printed;
   /// Where lua.eval runs for a session that may not load code; null = it is refused there. A

@@ -34,13 +34,18 @@
 #include "kernel/plugin_loader.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
+#include "remote/client_host.h"
+#include "remote/debug_adapter.h"
 #include "remote/json.h"
+#include "remote/language_server.h"
 #include "remote/lua_child.h"
 #include "remote/rpc.h"
 #include "remote/server.h"
 #include "shell/console.h"
+#include "shell/irl.h"
 #include "shell/pager.h"
 #include "shell/plugin_check.h"
+#include "shell/post_test.h"
 
 #ifndef ROBOMOSP_VERSION
 #define ROBOMOSP_VERSION "0"
@@ -179,7 +184,8 @@ struct Program {
   std::unique_ptr<ioci::Application> app;
   std::unique_ptr<ioci::Session> session;
   std::unique_ptr<lua::LuaState> lua;
-  RpcServer* rpc = nullptr;  ///< takes what scripts print while it serves
+  RpcServer* rpc = nullptr;                       ///< takes what scripts print while it serves
+  std::function<void(std::string_view)> printed;  ///< the same, where it is set
   std::uint64_t subscription = 0;
 
   [[nodiscard]] NameOf names() const {
@@ -238,6 +244,7 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
       p.rpc->printed += text;
       return;
     }
+    if (p.printed) return p.printed(text);
     // With --json standard output carries JSON only, and this is standard error.
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fflush(stdout);
@@ -336,21 +343,25 @@ int run_sandboxed(const Settings& s, const Voice& voice, const std::string& file
   return 0;
 }
 
-/// One input in a started program; prints its result. Returns the exit code.
-int evaluate(Program& p, const Voice& voice, const std::string& input) {
+/// One input; prints its result. Returns the exit code.
+int evaluate(lua::LuaState& lua, const NameOf& names, const Voice& voice,
+             const std::string& input) {
   impatience = 0;
   if (voice.json()) {
-    auto values = p.lua->eval_values(input);
-    if (const auto code = p.lua->exit_requested()) return *code;
-    if (!values.ok()) return voice.fail(values.error(), p.lua->traceback());
-    voice.result(joined(std::move(*values)), {}, p.names());
+    auto values = lua.eval_values(input);
+    if (const auto code = lua.exit_requested()) return *code;
+    if (!values.ok()) return voice.fail(values.error(), lua.traceback());
+    voice.result(joined(std::move(*values)), {}, names);
     return 0;
   }
-  const auto text = p.lua->eval(input);
-  if (const auto code = p.lua->exit_requested()) return *code;
-  if (!text.ok()) return voice.fail(text.error(), p.lua->traceback());
+  const auto text = lua.eval(input);
+  if (const auto code = lua.exit_requested()) return *code;
+  if (!text.ok()) return voice.fail(text.error(), lua.traceback());
   voice.result({}, *text);
   return 0;
+}
+int evaluate(Program& p, const Voice& voice, const std::string& input) {
+  return evaluate(*p.lua, p.names(), voice, input);
 }
 
 int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
@@ -359,6 +370,158 @@ int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
   const int exit = evaluate(p, voice, code);
   settle(p);
   return exit;
+}
+
+/// What `robomosp post` was asked for.
+struct PostSettings {
+  std::string file, target, profile, robot, folder, form = "automatic", name, templates;
+  std::string world, side_by_side;
+  bool check = false, run_check = false, overwrite = false;
+};
+
+/// Writes a page with the code of several targets side by side; where one cannot say the program,
+/// the page says so, and it ends with 1.
+int compare_posts(Program& p, const Settings& s, const Voice& voice, const PostSettings& how,
+                  const Map& args) {
+  Map asked{{"id", *args.find("id")}, {"form", how.form}, {"file", how.side_by_side}};
+  if (const Value* robot = args.find("robot")) asked.set("robot", *robot);
+  List targets;
+  for (const std::string_view each : text::split(how.target, ','))
+    targets.emplace_back(std::string(text::trim(each)));
+  asked.set("targets", Value(std::move(targets)));
+  auto made = p.app->dispatch(*p.session, "program.compare_targets", asked);
+  if (!made.ok()) return voice.fail(made.error());
+  const Map& found = *made->as_map();
+  bool is_correct = true;
+  for (const Value& each : *found.find("targets")->as_list())
+    is_correct = is_correct && *each.as_map()->find("correct")->as_bool();
+  if (voice.json()) {
+    voice.result(*made, "");
+    return is_correct ? 0 : 1;
+  }
+  if (!s.quiet)
+    for (const Value& each : *found.find("differences")->as_list()) {
+      const Map& d = *each.as_map();
+      std::fprintf(
+          stderr, "%s\n",
+          text::visible(*d.find("file")->as_string() + ":" + d.find("line")->text() + ": " +
+                        *d.find("kind")->as_string() + ": " + *d.find("text")->as_string())
+              .c_str());
+    }
+  voice.line(*found.find("points")->as_string());
+  voice.line(how.side_by_side);
+  return is_correct ? 0 : 1;
+}
+
+/// Posts a program to the files of a controller; its faults go to standard error, a line each.
+int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
+  Program p;
+  if (auto started = start(p, s, voice, "post"); !started.ok()) return voice.fail(started.error());
+  const auto ask = [&](const char* command, const Map& args) {
+    return p.app->dispatch(*p.session, command, args);
+  };
+  Map args;
+  if (!how.templates.empty()) {
+    auto added = ask("program.add_target", Map{{"file", how.templates}});
+    if (!added.ok()) return voice.fail(added.error());
+    args.set("target", *added);
+  }
+  auto program = ask("program.import", Map{{"file", how.file}});
+  if (!program.ok()) return voice.fail(program.error());
+  args.set("id", *program);
+  if (!how.target.empty()) args.set("target", how.target);
+  if (!how.profile.empty()) {
+    if (how.profile.ends_with(".ctl")) {
+      auto loaded = ask("file.load", Map{{"file", how.profile}});
+      if (!loaded.ok()) return voice.fail(loaded.error());
+      args.set("profile", *loaded);
+    } else {
+      auto found = ask("controller.get", Map{{"name", how.profile}});
+      if (!found.ok()) return voice.fail(found.error());
+      args.set("profile", *found);
+    }
+  }
+  if (!how.robot.empty()) {
+    if (how.robot.ends_with(".rbt")) {
+      auto loaded = ask("file.load", Map{{"file", how.robot}});
+      if (!loaded.ok()) return voice.fail(loaded.error());
+      args.set("robot", *loaded);
+    } else {
+      auto found = ask("robot.get", Map{{"name", how.robot}});
+      if (!found.ok()) return voice.fail(found.error());
+      args.set("robot", *found);
+    }
+  }
+  if (!how.world.empty()) {
+    auto loaded = ask("file.load", Map{{"file", how.world}});
+    if (!loaded.ok()) return voice.fail(loaded.error());
+    auto placed = ask("world.add_program", Map{{"id", *loaded}, {"program", *program}});
+    if (!placed.ok()) return voice.fail(placed.error());
+    args.set("world", *loaded);
+  }
+  if (!how.side_by_side.empty()) return compare_posts(p, s, voice, how, args);
+  if (!how.folder.empty()) args.set("folder", how.folder);
+  if (!how.name.empty()) args.set("name", how.name);
+  args.set("run_check", how.run_check);
+  args.set("form", how.form);
+  args.set("overwrite", how.overwrite);
+  // All faults are wanted, not the first: what is wrong is looked for before anything is written.
+  args.set("check", true);
+  auto posted = ask("program.post", args);
+  if (!posted.ok()) return voice.fail(posted.error());
+  const Map found = *posted->as_map();
+  const bool is_correct = *found.find("correct")->as_bool();
+  if (is_correct && !how.check && !how.folder.empty()) {
+    args.set("check", false);
+    posted = ask("program.post", args);
+    if (!posted.ok()) return voice.fail(posted.error());
+  }
+  if (voice.json()) {
+    voice.result(*posted, "");
+    return is_correct ? 0 : 1;
+  }
+  for (const Value& each : *found.find("faults")->as_list()) {
+    const Map& f = *each.as_map();
+    if (s.quiet && *f.find("severity")->as_string() != "error") continue;
+    std::fprintf(
+        stderr, "%s\n",
+        text::visible(*f.find("file")->as_string() + ":" + f.find("line")->text() + ":" +
+                      f.find("column")->text() + ": " + *f.find("severity")->as_string() + ": " +
+                      *f.find("message")->as_string() + " " + *f.find("hint")->as_string())
+            .c_str());
+  }
+  if (!is_correct) return 1;
+  const Map written = *posted->as_map();
+  for (const Value& each : *written.find("files")->as_list()) {
+    const Map& f = *each.as_map();
+    if (const Value* path = f.find("path")) voice.line(*path->as_string());
+    else if (!how.check) {
+      voice.line("=== " + *f.find("name")->as_string());
+      std::string text = *f.find("text")->as_string();
+      if (text.ends_with('\n')) text.pop_back();
+      voice.line(text);
+    }
+  }
+  return 0;
+}
+
+/// What a target makes of the sample programs and of each construct.
+int run_post_test(const Settings& s, const Voice& voice, const PostTest& how) {
+  Program p;
+  if (auto started = start(p, s, voice, "post"); !started.ok()) return voice.fail(started.error());
+  const Ask ask = [&](const char* command, const Map& args) {
+    return p.app->dispatch(*p.session, command, args);
+  };
+  Map report;
+  const auto tested = test_post(
+      *p.app, ask, how,
+      [&](const std::string& l) {
+        if (!voice.json()) voice.line(text::visible(l));
+      },
+      report);
+  if (!tested.ok()) return voice.fail(tested.error());
+  if (voice.json()) voice.result(report, "");
+  return *tested;
 }
 
 /// Words of one line, or several lines when every argument is more than a word.
@@ -390,6 +553,23 @@ int run_rpc(const Settings& s, Voice& voice) {
   p.rpc = &server;
   const int code = remote::serve(*p.app, *p.session, server, STDIN_FILENO, answers);
   return p.lua->exit_requested().value_or(code);
+}
+
+int run_language_server(const Settings& s, Voice& voice) {
+  const int answers = voice.keep_output();
+  Program p;
+  if (auto started = start(p, s, voice, "language-server"); !started.ok())
+    return voice.fail(started.error());
+  return remote::serve_editor(*p.app, STDIN_FILENO, answers);
+}
+
+int run_debug_adapter(const Settings& s, Voice& voice) {
+  const int answers = voice.keep_output();
+  Program p;
+  if (auto started = start(p, s, voice, "debug-adapter"); !started.ok())
+    return voice.fail(started.error());
+  p.session->show_progress = {};
+  return remote::serve_debugger(*p.app, *p.session, *p.lua, p.printed, STDIN_FILENO, answers);
 }
 
 /// A descriptor that can be read while something is to be served.
@@ -622,6 +802,169 @@ int run_console(const Settings& s, Voice& voice) {
   return run_piped(p, voice);
 }
 
+/// What `connect` is told.
+struct ConnectSettings {
+  std::string address, token_file, certificate;
+  bool tls = false, no_tls = false;
+  double seconds = 10;
+};
+
+/// A file that its owner only can read, as whoever has the token has its rights.
+Result<std::string> token_from(const std::string& file) {
+  const auto no = [&file](const std::string& why, std::string hint) {
+    return error(ErrorCode::io, "the token file " + text::quote(file) + " " + why, std::move(hint),
+                 "--token-file");
+  };
+  struct stat about {};
+  if (::stat(file.c_str(), &about) != 0)
+    return no(std::string("cannot be read: ") + std::strerror(errno), "Check its name.");
+  if (!S_ISREG(about.st_mode)) return no("is no file", "Check its name.");
+  if ((about.st_mode & 077U) != 0) return no("can be read by others", "chmod 600 " + file);
+  std::ifstream in(file);
+  std::string token;
+  std::getline(in, token);
+  token = std::string(text::trim(token));
+  if (token.empty()) return no("is empty", "Write the token into it that server.grant gave.");
+  return token;
+}
+
+/// What `irl` is told, beside the token, which stands in a file.
+struct IrlWords {
+  IrlSettings settings;
+  std::string token_file;
+};
+
+/// Runs a program of a robot.
+int run_program(const Settings& s, Voice& voice, const IrlWords& words) {
+  IrlSettings how = words.settings;
+  if (!words.token_file.empty()) {
+    auto token = token_from(words.token_file);
+    if (!token.ok()) return voice.fail(token.error());
+    how.token = std::move(*token);
+  }
+  if (const auto sound = check_irl(how); !sound.ok()) return voice.fail(sound.error());
+  Program p;
+  if (auto started = start(p, s, voice, "irl"); !started.ok()) return voice.fail(started.error());
+  p.session->show_progress = {};
+  IrlVoice to;
+  to.is_json = s.json, to.is_quiet = s.quiet, to.is_traced = s.trace;
+  to.text = [](std::string_view piece) {
+    const std::string shown = text::visible(piece);
+    std::fwrite(shown.data(), 1, shown.size(), stdout);
+    std::fflush(stdout);
+  };
+  to.tell = [](std::string_view line) {
+    std::fprintf(stderr, "%s\n", text::visible(line).c_str());
+  };
+  to.fail = [&voice](const Error& e) { return voice.fail(e); };
+  to.result = [&voice](const Value& value) { voice.result(value, {}); };
+  return run_irl(*p.app, *p.session, how, to);
+}
+
+/// The console of another program: scripts run here, commands there.
+int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
+  const auto address = remote::Address::parse(how.address);
+  if (!address.ok()) return voice.fail(address.error());
+  remote::ClientOptions options;
+  options.address = *address;
+  options.name = "console";
+  options.certificate = how.certificate;
+  options.seconds = how.seconds;
+  if (how.tls || !how.certificate.empty()) options.tls = true;
+  if (how.no_tls) options.tls = false;
+  if (!how.token_file.empty()) {
+    auto token = token_from(how.token_file);
+    if (!token.ok()) return voice.fail(token.error());
+    options.token = std::move(*token);
+  }
+  ioci::Session user("connect", ioci::SessionKind::console);
+  catch_interrupts(user);
+  NoProgress none;
+  auto client = remote::Client::connect(std::move(options), none);
+  if (!client.ok()) {
+    Error e = client.error();
+    if (e.code == ErrorCode::permission && how.token_file.empty())
+      e.hint = "Ask whoever runs the server for a token, and give its file with --token-file.";
+    return voice.fail(e);
+  }
+  auto made = remote::ClientHost::make(std::move(*client), user,
+                                       [&voice](const std::string& words) { voice.warn(words); });
+  if (!made.ok()) return voice.fail(made.error());
+  remote::ClientHost& host = **made;
+  lua::LuaOptions lua_options;
+  lua_options.input_name = "console";
+  lua_options.print = [&s](std::string_view text) {
+    std::FILE* const to = s.json ? stderr : stdout;
+    std::fwrite(text.data(), 1, text.size(), to);
+    std::fflush(to);
+  };
+  if (!s.json && ::isatty(STDOUT_FILENO) != 0)
+    lua_options.width = [] { return terminal_size().columns; };
+  lua::LuaState lua(std::move(*made), std::move(lua_options));
+  const NameOf names = [&host](const Handle& h) { return host.name_of(h).value_or(""); };
+  const auto leaves = [](std::string_view input) {
+    input = text::trim(input);
+    return input == "quit" || input == "exit" || input == "quit()" || input == "exit()";
+  };
+  std::string pending;
+  const auto take = [&](const std::string& line) -> std::optional<int> {
+    pending += (pending.empty() ? "" : "\n") + line;
+    if (lua.is_incomplete(pending)) return std::nullopt;
+    const int code = evaluate(lua, names, voice, std::exchange(pending, {}));
+    host.tell_warnings();
+    return code;
+  };
+  if (::isatty(STDIN_FILENO) == 0 || ::isatty(STDOUT_FILENO) == 0 || s.json) {
+    std::string line;
+    while (std::getline(std::cin, line)) {
+      if (pending.empty() && leaves(line)) return 0;
+      if (const auto code = take(line); code && *code != 0) return *code;
+    }
+    return pending.empty() ? 0 : evaluate(lua, names, voice, pending);
+  }
+  if (!voice.quiet()) {
+    const Map& hello = host.client().hello();
+    const auto word = [&hello](const char* key) {
+      const Value* v = hello.find(key);
+      return v && v->as_string() ? *v->as_string() : std::string();
+    };
+    std::string effects;
+    if (const Value* list = hello.find("effects"); list && list->as_list())
+      for (const Value& one : *list->as_list())
+        effects += (effects.empty() ? "" : ", ") + (one.as_string() ? *one.as_string() : "");
+    voice.line(how.address + ": ROBOMOSP " + word("version") + " with " +
+               std::to_string(host.list().size()) + " commands" +
+               (word("token").empty() ? "" : ", token " + word("token")) + " (" + effects + ").");
+    voice.line(
+        "help() explains, TAB completes, Ctrl-C stops a command, Ctrl-D leaves; the server "
+        "goes on.");
+  }
+  voice.page_results();
+  LineEditor editor(lua, [&user] {
+    impatience = 0;
+    const bool interrupted = user.interrupted();
+    user.clear_interrupt();
+    return interrupted;
+  });
+  for (;;) {
+    host.tell_warnings();
+    const auto line = editor.read(pending.empty() ? how.address + "> " : ">> ", pending);
+    if (line.outcome == LineEditor::Outcome::cancelled) {
+      editor.remember(std::string(text::trim(pending)));
+      pending.clear();
+      continue;
+    }
+    if (line.outcome == LineEditor::Outcome::end) {
+      voice.line("");
+      return 0;
+    }
+    if (pending.empty() && leaves(line.text)) return 0;
+    const std::string whole = pending.empty() ? line.text : pending + "\n" + line.text;
+    user.clear_interrupt();
+    if (take(line.text)) editor.remember(whole);
+  }
+}
+
 int run_plugin_list(const Settings& s, const Voice& voice) {
   Program p;
   if (auto started = start(p, s, voice, "plugin"); !started.ok())
@@ -811,6 +1154,13 @@ int shell_main(int argc, char** argv) {
   eval->add_option("code", code, "Lua")->required();
   CLI::App* rpc =
       cli.add_subcommand("rpc", "JSON-RPC 2.0 on standard input and output, one message a line");
+  CLI::App* language_server = cli.add_subcommand(
+      "language-server", "Help editors with programs of robots: LSP on standard input and output");
+  CLI::App* debug_adapter = cli.add_subcommand(
+      "debug-adapter", "Debug programs of robots in editors: DAP on standard input and output");
+  bool is_stdio = true;
+  language_server->add_flag("--stdio", is_stdio, "What it does anyway; some editors say so");
+  debug_adapter->add_flag("--stdio", is_stdio, "What it does anyway; some editors say so");
   ServeSettings how;
   CLI::App* serve = cli.add_subcommand(
       "serve", "Let other programs work on one world: JSON-RPC and classic lines over sockets");
@@ -843,6 +1193,114 @@ int shell_main(int argc, char** argv) {
                    "(repeatable)")
       ->allow_extra_args(false);
   serve->add_option("--audit", how.audit, "File to which a line is added for each request");
+  ConnectSettings there;
+  CLI::App* connect = cli.add_subcommand(
+      "connect", "The console of a program that serves: HOST:PORT, [IPv6]:PORT or unix:PATH");
+  connect->add_option("address", there.address, "Where it serves")->required();
+  connect->add_option("--token-file", there.token_file, "File with the token, mode 600");
+  connect->add_option("--certificate", there.certificate,
+                      "TLS: PEM file of the certificate to trust; left out: those of the system");
+  connect->add_flag("--tls", there.tls, "TLS also with this machine; elsewhere it is on by itself");
+  connect->add_flag("--no-tls", there.no_tls, "No TLS, so that all is readable on the way")
+      ->excludes("--tls")
+      ->excludes("--certificate");
+  connect->add_option("--timeout", there.seconds, "How long connecting may take [s]")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  PostSettings posted;
+  CLI::App* post =
+      cli.add_subcommand("post",
+                         "Write a program in a controller's language: post PROGRAM.irl "
+                         "--target krl -o FOLDER; ends with 1 where it cannot be said");
+  post->add_option("file", posted.file, "Program");
+  post->add_option("--target", posted.target, "Language, such as krl, rapid or c");
+  post->add_option("--profile", posted.profile,
+                   "Controller: a name of the library, or a .ctl file");
+  post->add_option("--robot", posted.robot, "Robot: a name of the library, or a .rbt file");
+  post->add_option("-o,--output", posted.folder,
+                   "Existing folder for the files; without, they are printed");
+  post->add_option("--form", posted.form, "automatic, structured or flat")
+      ->check(CLI::IsMember({"automatic", "structured", "flat"}))
+      ->capture_default_str();
+  post->add_option("--name", posted.name, "Name of the program there");
+  post->add_option("--templates", posted.templates, "Target made of templates: its file");
+  post->add_flag("--check", posted.check, "Only tell what is wrong");
+  post->add_flag(
+      "--run-check", posted.run_check,
+      "Check it by a run, in the world or alone with the robot; post nothing with errors");
+  post->add_option("--world", posted.world, "World that it runs in: a .wld file");
+  post->add_option(
+      "--side-by-side", posted.side_by_side,
+      "Page with the code of several targets (--target krl,rapid): .html, .md or .txt");
+  post->add_flag("--overwrite", posted.overwrite, "Replace files that are there");
+  post->require_subcommand(0, 1);
+  PostTest tested;
+  CLI::App* post_test = post->add_subcommand(
+      "test",
+      "What a target makes of the sample programs and of every construct; ends with 1 where "
+      "something is wrong");
+  post_test
+      ->add_option("what", tested.what,
+                   "Target, plugin (.so), pack (.post), its folder, or a controller (.ctl)")
+      ->required();
+  post_test
+      ->add_option("--robot", tested.robot, "Robot: a name of the library, a .rbt file, or none")
+      ->capture_default_str();
+  post_test->add_option("--profile", tested.profile,
+                        "Controller: a name of the library, or a .ctl file");
+  post_test->add_option("--program", tested.programs, "A program besides (may be repeated)")
+      ->allow_extra_args(false);
+  post_test->add_option("--reader", tested.reader,
+                        "Folder for what an independent reader needs to read the files back");
+  post_test->add_flag("--brief", tested.brief, "Only what is refused or wrong");
+  IrlWords program;
+  IrlSettings& irl_how = program.settings;
+  CLI::App* irl = cli.add_subcommand(
+      "irl",
+      "Run a program of a robot: irl PROGRAM.irl alone, with --robot NAME, or with --connect "
+      "HOST:PORT in a world that is served; ends with 1 where it has a fault, with 5 at HALT");
+  irl->add_option("file", irl_how.file, "Program, also one of a controller (program.import)")
+      ->required();
+  irl->add_flag("--check", irl_how.check, "Only tell what is wrong with it");
+  irl->add_flag("--code", irl_how.code, "Only print its three-address code");
+  irl->add_option("--set", irl_how.set,
+                  "NAME=VALUE of a variable behind its declaration, or of an input (repeatable)")
+      ->allow_extra_args(false);
+  irl->add_option("--language", irl_how.language,
+                  "Language or reader where the file's text does "
+                  "not say it");
+  irl->add_option("--robot", irl_how.robot,
+                  "Robot that it moves: a name of the library or a .rbt file; with --connect its "
+                  "name in the world");
+  irl->add_option("--frame", irl_how.frame, "Frame or object of the world that targets are in");
+  irl->add_option("--tool", irl_how.tool, "Tool of the robot that targets are for");
+  irl->add_option("--bind", irl_how.bind, "NAME=SIGNAL of the world (repeatable)")
+      ->allow_extra_args(false);
+  irl->add_option("--grip", irl_how.grip,
+                  "NAME of an output that takes and lets go, or "
+                  "NAME=OBJECT (repeatable)")
+      ->allow_extra_args(false);
+  irl->add_flag("--free", irl_how.free, "Signals that the world lacks are the program's own");
+  irl->add_option("-o,--output", irl_how.record,
+                  "Recording of the run: a .csv, .npz, .json or .rec file");
+  irl->add_option("--most-time", irl_how.most_time, "Longest time of a run with a robot [s]")
+      ->check(CLI::Range(1e-3, 1e9))
+      ->capture_default_str();
+  irl->add_flag("--real-time", irl_how.real_time, "Waits take their time, without a robot, too");
+  irl->add_flag("--fast", irl_how.fast, "With --connect: as fast as it goes");
+  irl->add_option("--connect", irl_how.connect,
+                  "HOST:PORT, [IPv6]:PORT or unix:PATH of a program that serves a world");
+  irl->add_option("--world", irl_how.world, "With --connect: name of the world there");
+  irl->add_option("--token-file", program.token_file, "File with the token, mode 600");
+  irl->add_option("--certificate", irl_how.certificate,
+                  "TLS: PEM file of the certificate to trust; left out: those of the system");
+  irl->add_flag("--tls", irl_how.tls, "TLS also with this machine; elsewhere it is on by itself");
+  irl->add_flag("--no-tls", irl_how.no_tls, "No TLS, so that all is readable on the way")
+      ->excludes("--tls")
+      ->excludes("--certificate");
+  irl->add_option("--timeout", irl_how.seconds, "How long connecting may take [s]")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
   CLI::App* classic =
       cli.add_subcommand("classic",
                          "Run classic command lines in turn, such as: classic \"Worlds Open "
@@ -921,8 +1379,19 @@ int shell_main(int argc, char** argv) {
     return run_script(s, voice, file, run->remaining());
   }
   if (eval->parsed()) return run_eval(s, voice, code);
+  if (post_test->parsed()) return run_post_test(s, voice, tested);
+  if (post->parsed()) {
+    if (posted.file.empty())
+      return voice.fail(error(ErrorCode::usage, "post needs a program",
+                              "Write post PROGRAM.irl --target krl, or post test TARGET."));
+    return run_post(s, voice, posted);
+  }
+  if (irl->parsed()) return run_program(s, voice, program);
   if (rpc->parsed()) return run_rpc(s, voice);
+  if (language_server->parsed()) return run_language_server(s, voice);
+  if (debug_adapter->parsed()) return run_debug_adapter(s, voice);
   if (serve->parsed()) return run_serve(s, voice, how);
+  if (connect->parsed()) return run_connect(s, voice, there);
   if (classic->parsed()) {
     const auto words = classic->remaining();
     if (words.empty())

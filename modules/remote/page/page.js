@@ -5,7 +5,7 @@
 
 const kMostLines = 500;  // of messages and output that stay
 const kSoon = 200;       // ms until lists are asked for again, after something happened
-const kNowAndThen = 3000;  // ms, as recordings come without an event
+const kGrow = 1000;  // ms, least time between two looks at a recording that grows
 const kStates = 30;      // of a run that plays, a second
 const kAgain = [500, 1000, 2000, 5000];  // ms until a lost connection is tried again
 
@@ -138,7 +138,6 @@ class Page {
       if (!this.player || /^(SELECT|INPUT|BUTTON)$/.test(event.target.tagName)) return;
       if (this.player.key(event.key)) event.preventDefault();
     });
-    setInterval(() => { if (!document.hidden) this.lookSoon(); }, kNowAndThen);
     // A token behind # goes to no server and no log; it is taken out of the address.
     const given = /[#&]token=([\w.-]+)/.exec(location.hash);
     if (given) history.replaceState(null, '', location.pathname);
@@ -215,6 +214,9 @@ class Page {
       this.run = event.id;
       this.follow();
       return;  // states come often, and no list changes with them
+    } else if (event.topic === 'recording' && ['appended', 'replaced'].includes(event.kind)) {
+      if (this.player && this.player.number === String(event.id.number)) this.growSoon();
+      if (event.kind === 'appended') return;
     }
     if (event.topic !== 'message') this.lookSoon();
   }
@@ -320,37 +322,54 @@ class Page {
 
   // recordings
 
-  async play(number) {
-    if (this.player) {
+  /// Shows the rows that came since, once at a time.
+  growSoon() {
+    this.hasGrown = true;
+    if (this.growing) return;
+    this.growing = setTimeout(async () => {
+      this.hasGrown = false;
+      if (this.player) await this.play(this.player.number, this.player);
+      this.growing = null;
+      if (this.hasGrown) this.growSoon();
+    }, kGrow);
+  }
+  /// `before`: the player of the same recording, which goes on where it is; at its end it stays there.
+  async play(number, before = null) {
+    if (this.player && !before) {
       this.player.remove();
       this.player = null;
       this.shape = null;
     }
-    byId('player').hidden = true;
-    byId('plots').hidden = true;
+    if (!before) byId('player').hidden = byId('plots').hidden = true;
     if (!number) return void this.follow();
     try {
       const {recording} = this.recordings.get(number);
-      byId('status').textContent = 'loading';
+      if (!before) byId('status').textContent = 'loading';
       const answer = await this.r.call('recording.replay_data', {id: recording});
       this.enable(this.r.hello);
-      if (byId('shown').value !== number) return;
+      if (byId('shown').value !== number || (before && this.player !== before)) return;
       const header = JSON.parse(answer.header);
       const data = decodeReplay(header, fromBase64(answer.bytes));
       byId('player').hidden = false;
+      if (before) {
+        before.wasPlaying = before.isPlaying;
+        before.remove();
+      }
       const {stage} = this;
       const player = new Player(byId, header, data, (frame) => stage.drawAt(frame));
       player.number = number;
       this.player = player;
       stage.draw = () => player.draw();
-      stage.show(header, data, true);
+      stage.show(header, data, !before);
+      if (before) player.time = before.time >= before.end ? player.end : Math.min(before.time, player.end);
       player.resize();
       this.resizes = this.resizes || window.addEventListener('resize', () => {
         if (this.player) this.player.resize();
       }) || true;
-      player.play(true);
+      if (!before || before.wasPlaying) player.play(true);
     } catch (fault) {
       this.enable(this.r && this.r.hello);
+      if (before) return this.failed(fault);  // what is shown stays
       byId('shown').value = '';
       this.failed(fault);
       this.follow();

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// ClientHost: the commands of another program that serves, as a Lua state of this one reaches them
+// (layer: application, remote).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "ioci/core/command.h"
+#include "lua/listed_commands.h"
+#include "remote/client.h"
+
+namespace robomosp::remote {
+
+/// Scripts run here and their commands over there, with the rights of the connection. When that is
+/// lost, the next command connects again. [one thread]
+class ClientHost final : public lua::ListedCommands {
+ public:
+  using Warn = std::function<void(const std::string& sentence)>;
+  /// Reads the table of commands, and subscribes to warnings. `user` stops what waits.
+  static Result<std::unique_ptr<ClientHost>> make(std::unique_ptr<Client> client,
+                                                  ioci::Session& user, Warn warn);
+
+  [[nodiscard]] Error unknown(std::string_view name) const override;
+  Result<Value> dispatch(const ioci::CommandSpec&, const Map& args) override;
+  Result<Handle> dispatch_async(const ioci::CommandSpec&, Map args) override;
+  Result<Value> dispatch_classic(std::string_view line) override;
+  Result<void> transaction(const std::string& label,
+                           const std::function<Result<void>()>& body) override;
+  [[nodiscard]] std::optional<std::string> name_of(const Handle&) const override;
+  [[nodiscard]] std::string describe(const Handle&) const override;
+  [[nodiscard]] bool interrupted() const override { return user_.interrupted(); }
+  void clear_interrupt() override { user_.clear_interrupt(); }
+  [[nodiscard]] Result<void> may(Effect, std::string_view what) const override;
+  void warn(std::string_view code, const std::string& sentence) override;
+
+  /// Says the warnings that came since.
+  void tell_warnings();
+  [[nodiscard]] const Client& client() const { return *client_; }
+
+ private:
+  ClientHost(std::unique_ptr<Client> client, ioci::Session& user, Warn warn)
+      : client_(std::move(client)), user_(user), warn_(std::move(warn)) {}
+  /// After hello: the table, and the subscription.
+  Result<void> begin();
+  Result<Value> ask(const std::string& method, Value params, bool as_job);
+  /// Handles as tables of what they are, and back.
+  [[nodiscard]] Value sent(const Value& value) const;
+  [[nodiscard]] Value came(const Value& value);
+
+  /// What is known of a handle.
+  struct Known {
+    std::string name;
+    std::int64_t generation = 0;  ///< of the connection
+  };
+  std::unique_ptr<Client> client_;
+  ioci::Session& user_;
+  const Warn warn_;
+  std::map<std::pair<std::string, std::uint64_t>, Known> handles_;
+};
+
+}  // namespace robomosp::remote
