@@ -250,6 +250,9 @@ Result<Plan> searched(Method method, const PlanProblem& p, const Params& params,
                (all.size() > 1 && checks.count() - before >= turn);
       });
       now.planner->solve(ends);
+      // A planner may come back without having asked, such as one whose start was judged when the
+      // search was being cancelled: it would come back at once for ever.
+      (void)ends.eval();
       if (is_cancelled) return error(ErrorCode::cancelled, "the search for a way was stopped");
       if (now.problem->hasExactSolution()) found = &now;
       if (found || is_late) break;

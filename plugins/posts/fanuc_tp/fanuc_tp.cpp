@@ -1,0 +1,938 @@
+// SPDX-License-Identifier: Apache-2.0
+// TP has registers instead of variables: R for numbers, F (flags) for BOOL, PR for poses; AR are a
+// program's parameters. A routine is a program of its own. Conditions and sums stand in
+// parentheses (mixed logic, R-30iA and later).
+#include "fanuc_tp.h"
+
+#include "../common/moves.h"
+
+namespace robomosp::post {
+namespace {
+
+class TpWriter final : public MoveWriter {
+ public:
+  using MoveWriter::MoveWriter;
+
+ private:
+  struct Program {
+    File lines{0};
+    std::vector<std::string> positions;
+    Points known;
+    std::uint32_t labels = 0;
+  };
+  /// Numbers of a variable: the first register, and what is at it.
+  struct Slot {
+    std::int64_t base = 0;
+    std::int64_t stride_register = -1;  ///< register with the rest of the number; -1 = none
+    std::uint32_t type = RMP_NONE;
+  };
+
+  // ---- the program ----
+  void begin() override {
+    programs_.resize(c_.routines.count);
+    next_[0] = static_cast<std::int64_t>(number_option("first_register", 1));
+    next_[1] = static_cast<std::int64_t>(number_option("first_flag", 1));
+    next_[2] = static_cast<std::int64_t>(number_option("first_position_register", 1));
+    cnt_mm_ = number_option("cnt_mm", 100);
+    for (const PostAxis& a : profile_.axes) externals_ += a.external ? 1 : 0;
+  }
+  Program& here() { return programs_[in_routine_]; }
+  void routine_begin(std::uint32_t r) override {
+    out_ = &programs_[r].lines;
+    const auto& x = routine(r);
+    if (x.kind == RMP_ROUTINE_FUNCTION)
+      cannot("functions", "Write a procedure that assigns a variable of the program.");
+    if (x.kind == RMP_ROUTINE_PROCESS) cannot("parallel processes of this kind");
+    if (x.kind == RMP_ROUTINE_INTERRUPT) cannot("interrupts");
+    for (std::uint32_t k = 0; k < x.parameter_count; ++k) {
+      const auto& s = symbol(x.first_parameter + k);
+      at_ = s.span;
+      if (s.mode != RMP_MODE_IN)
+        cannot("parameters that are changed (OUT, INOUT)", "Use a variable of the program.");
+      if (s.type != RMP_TYPE_INT && s.type != RMP_TYPE_REAL)
+        cannot("parameters of type " + type_name(s.type), "Use a variable of the program.");
+    }
+    if (x.parameter_count > 10) cannot("routines of more than 10 parameters");
+    at_ = x.span;
+    if (r == 0) {
+      if (!profile_.prologue.empty()) raw(profile_.prologue);
+      select(start_frame(), start_tool());
+    }
+  }
+  void routine_end(std::uint32_t r) override {
+    if (r == 0 && !profile_.epilogue.empty()) raw(profile_.epilogue);
+  }
+  void raw(std::string_view text) {
+    while (!text.empty()) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      put(std::string(text.substr(0, end)));
+      text.remove_prefix(std::min(end + 1, text.size()));
+    }
+  }
+  void finish() override {
+    for (std::uint32_t r = 0; r < c_.routines.count; ++r) {
+      if (!is_reached(r)) continue;
+      Program& p = programs_[r];
+      const rmp_span head = routine(r).span;
+      const std::string n = routine_name(r);
+      File all(0);
+      const auto add = [&](const std::string& s) { all.add(s, &head); };
+      add("/PROG  " + n);
+      add("/ATTR");
+      add("OWNER\t\t= MNEDITOR;");
+      add("COMMENT\t\t= \"\";");
+      add("PROG_SIZE\t= 0;");
+      add("VERSION\t\t= 0;");
+      // The second line of a circle is none of its own.
+      const auto count =
+          std::count_if(p.lines.lines().begin(), p.lines.lines().end(),
+                        [](const std::string& s) { return !s.starts_with("    :"); });
+      add("LINE_COUNT\t= " + std::to_string(count) + ";");
+      add("MEMORY_SIZE\t= 0;");
+      add("PROTECT\t\t= READ_WRITE;");
+      add("TCD:  STACK_SIZE\t= 0,");
+      add("      TASK_PRIORITY\t= 50,");
+      add("      TIME_SLICE\t= 0,");
+      add("      BUSY_LAMP_OFF\t= 0,");
+      add("      ABORT_REQUEST\t= 0,");
+      add("      PAUSE_REQUEST\t= 0;");
+      add("DEFAULT_GROUP\t= 1,*,*,*,*;");
+      add("CONTROL_CODE\t= 00000000 00000000;");
+      add("/APPL");
+      add("/MN");
+      std::size_t n_line = 0;
+      for (std::size_t i = 0; i < p.lines.size(); ++i) {
+        std::string& s = p.lines.lines()[i];
+        if (s.starts_with("    :")) continue;
+        std::string number = std::to_string(++n_line);
+        s = std::string(number.size() < 4 ? 4 - number.size() : 0, ' ') + number + ":" + s;
+      }
+      const std::int32_t most = profile_.max_lines > 0 ? profile_.max_lines : caps_.max_lines;
+      if (n_line > static_cast<std::size_t>(most)) {
+        at_ = head;
+        fail(n + " has " + std::to_string(n_line) + " lines, and the controller takes " +
+                 std::to_string(most),
+             "Divide it into procedures, or say in the profile (max_lines) what it takes.");
+      }
+      all.append(p.lines);
+      all.add("/POS", &head);
+      for (const std::string& s : p.positions) all.add_lines(s);
+      all.add("/END", &head);
+      all.give(output_, n + ".LS", true);
+    }
+  }
+  void put(const std::string& s) { line("  " + s + " ;"); }
+  std::string new_label() { return "LBL[" + std::to_string(++here().labels) + "]"; }
+
+  // ---- registers ----
+  std::int64_t slots(std::uint32_t t, int depth = 0) const {
+    const auto& x = type(t);
+    if (depth > 100) return 0;
+    if (t == RMP_TYPE_INT || t == RMP_TYPE_REAL) return 1;
+    if (x.role == RMP_ROLE_POSITION) return 3;
+    if (x.kind == RMP_TYPE_ARRAY)
+      return (std::int64_t{x.upper} - x.lower + 1) * slots(x.element, depth + 1);
+    if (x.kind != RMP_TYPE_RECORD || x.role != RMP_ROLE_NONE) return 0;
+    std::int64_t all = 0;
+    for (std::uint32_t k = 0; k < x.field_count; ++k) {
+      const std::int64_t n = slots(field_row(x.first_field + k).type, depth + 1);
+      if (n == 0) return 0;
+      all += n;
+    }
+    return all;
+  }
+  bool is_pose(std::uint32_t t) const {
+    return role(t) == RMP_ROLE_POSE || role(t) == RMP_ROLE_ROBTARGET;
+  }
+  std::int64_t take(int kind, std::int64_t count) {
+    static constexpr std::array<const char*, 3> kNames{"registers", "flags", "position_registers"};
+    static constexpr std::array<double, 3> kMost{200, 1024, 100};
+    const auto k = static_cast<std::size_t>(kind);
+    const std::int64_t first = next_[k];
+    const auto most = static_cast<std::int64_t>(number_option(kNames[k], kMost[k]));
+    if (count > most || first + count - 1 > most) {
+      fail("the program needs more " + std::string(kNames[k]) + " than the " +
+               std::to_string(most) + " that the controller has",
+           "Make its variables smaller, or say in the profile (option " + std::string(kNames[k]) +
+               ") how many there are.");
+      return first;
+    }
+    next_[k] += count;
+    return first;
+  }
+  std::int64_t base_of(std::uint32_t s) {
+    const auto it = bases_.find(s);
+    if (it != bases_.end()) return it->second;
+    const std::uint32_t t = symbol(s).type;
+    std::int64_t b = 0;
+    if (t == RMP_TYPE_BOOL) b = take(1, 1);
+    else if (is_pose(t)) b = take(2, 1);
+    else b = take(0, std::max<std::int64_t>(1, slots(t)));
+    bases_.emplace(s, b);
+    return b;
+  }
+  std::string comment(std::uint32_t s) { return ":" + std::string(symbol(s).name).substr(0, 16); }
+  void declare(std::uint32_t s, std::uint32_t r) override {
+    const auto& x = symbol(s);
+    at_ = x.span;
+    if (x.kind == RMP_SYMBOL_ROBOT) return;
+    if (x.type == RMP_TYPE_BOOL) {
+      put(variable(s).text + "=(" + (x.value == RMP_NONE ? "OFF" : text(x.value)) + ")");
+    } else if (is_pose(x.type)) {
+      if (x.value != RMP_NONE) assign_pose(base_of(s), x.value);
+      else base_of(s);
+    } else if (const std::int64_t n = slots(x.type)) {
+      const std::int64_t b = base_of(s);
+      if (n > 1000) return;  // said by take()
+      std::vector<std::string> values;
+      collect(x.type, x.value, values);
+      for (std::size_t i = 0; i < values.size(); ++i)
+        put("R[" + std::to_string(b + static_cast<std::int64_t>(i)) +
+            (values.size() == 1 ? comment(s) : "") + "]=" + values[i]);
+    } else {
+      cannot("variables of type " + type_name(x.type),
+             "Post the flattened program (form = \"flat\").");
+    }
+    (void)r;
+  }
+  void collect(std::uint32_t t, std::uint32_t e, std::vector<std::string>& out) {
+    if (slots(t) == 1 && (t == RMP_TYPE_INT || t == RMP_TYPE_REAL)) {
+      out.push_back(e == RMP_NONE ? "0" : operand(e));
+      return;
+    }
+    std::span<const std::uint32_t> parts;
+    if (e != RMP_NONE) {
+      const auto& x = expression(e);
+      const PostPoint* p = point(e);
+      if (p && p->has_pose && p->role == RMP_ROLE_POSITION) {
+        for (const double v : p->pose.p) out.push_back(length(v * 1000));
+        return;
+      }
+      if (x.op != RMP_EXPR_MAKE) {
+        cannot("this value of type " + type_name(t) + " at the start of a variable",
+               "Assign its parts in the program.");
+        return;
+      }
+      parts = links(x.first, x.count);
+    }
+    const auto& x = type(t);
+    const std::size_t n = x.kind == RMP_TYPE_ARRAY
+                              ? static_cast<std::size_t>(std::int64_t{x.upper} - x.lower + 1)
+                              : x.field_count;
+    for (std::size_t k = 0; k < n; ++k)
+      collect(x.kind == RMP_TYPE_ARRAY
+                  ? x.element
+                  : field_row(x.first_field + static_cast<std::uint32_t>(k)).type,
+              k < parts.size() ? parts[k] : RMP_NONE, out);
+  }
+  std::optional<Slot> slot(std::uint32_t e) {
+    const auto& x = expression(e);
+    const auto o = links(x.first, x.count);
+    if (x.op == RMP_EXPR_SYMBOL) {
+      const auto& s = symbol(x.symbol);
+      if (s.kind == RMP_SYMBOL_PARAMETER || s.kind == RMP_SYMBOL_INPUT ||
+          s.kind == RMP_SYMBOL_OUTPUT || slots(s.type) == 0)
+        return std::nullopt;
+      return Slot{base_of(x.symbol), -1, x.type};
+    }
+    if (x.op == RMP_EXPR_FIELD) {
+      auto p = slot(o[0]);
+      if (!p) return std::nullopt;
+      const auto& of = type(expression(o[0]).type);
+      for (std::uint32_t k = 0; k < x.symbol; ++k)
+        p->base += slots(field_row(of.first_field + k).type);
+      p->type = x.type;
+      return p;
+    }
+    if (x.op == RMP_EXPR_INDEX) {
+      const auto& of = type(expression(o[0]).type);
+      auto p = slot(o[0]);
+      if (!p || of.kind != RMP_TYPE_ARRAY) return std::nullopt;
+      const std::int64_t n = slots(of.element);
+      p->type = x.type;
+      if (const auto v = known(o[1])) {
+        p->base += (static_cast<std::int64_t>(*v) - of.lower) * n;
+        return p;
+      }
+      p->base -= of.lower * n;
+      const std::int64_t t = take(0, 1);
+      std::string sum = n == 1 ? text(o[1]) : within(expr(o[1]), 7) + "*" + std::to_string(n);
+      if (p->stride_register >= 0) sum += "+R[" + std::to_string(p->stride_register) + "]";
+      put("R[" + std::to_string(t) + "]=(" + sum + ")");
+      p->stride_register = t;
+      return p;
+    }
+    return std::nullopt;
+  }
+  std::string slot_text(const Slot& s) {
+    if (s.type != RMP_TYPE_INT && s.type != RMP_TYPE_REAL) {
+      cannot("whole values of type " + type_name(s.type), "Assign its parts one by one.");
+      return "R[1]";
+    }
+    if (s.stride_register < 0) return "R[" + std::to_string(s.base) + "]";
+    const std::string t = "R[" + std::to_string(s.stride_register) + "]";
+    if (s.base != 0)
+      put(t + "=(" + t + (s.base > 0 ? "+" : "-") + std::to_string(s.base > 0 ? s.base : -s.base) +
+          ")");
+    return "R[" + t + "]";
+  }
+  Text variable(std::uint32_t s) override {
+    const auto& x = symbol(s);
+    if (x.kind == RMP_SYMBOL_PARAMETER) {
+      const std::uint32_t k = s - routine(in_routine_).first_parameter + 1;
+      return {"AR[" + std::to_string(k) + "]"};
+    }
+    if (x.type == RMP_TYPE_BOOL) return {"F[" + std::to_string(base_of(s)) + comment(s) + "]"};
+    if (is_pose(x.type)) return {"PR[" + std::to_string(base_of(s)) + "]"};
+    if (x.type == RMP_TYPE_INT || x.type == RMP_TYPE_REAL)
+      return {"R[" + std::to_string(base_of(s)) + comment(s) + "]"};
+    cannot("values of type " + type_name(x.type), "Use numbers, or post the flattened program.");
+    return {"R[1]"};
+  }
+  /// Number of an element of a PR: X Y Z W P R.
+  std::optional<std::string> pose_part(std::uint32_t object, std::uint32_t n) {
+    if (role(expression(object).type) != RMP_ROLE_POSITION) return std::nullopt;
+    std::uint32_t e = object;
+    for (int k = 0; k < 3; ++k) {
+      const auto& x = expression(e);
+      if (x.op == RMP_EXPR_SYMBOL) break;
+      if (x.op != RMP_EXPR_FIELD || x.symbol != 0) return std::nullopt;
+      e = links(x.first, x.count)[0];
+    }
+    const auto& x = expression(e);
+    if (x.op != RMP_EXPR_SYMBOL || !is_pose(x.type) ||
+        symbol(x.symbol).kind == RMP_SYMBOL_PARAMETER)
+      return std::nullopt;
+    return "PR[" + std::to_string(base_of(x.symbol)) + "," + std::to_string(n + 1) + "]";
+  }
+  Text field(std::uint32_t object, std::uint32_t n, const rmp_code_expression& e) override {
+    if (const auto p = pose_part(object, n)) return {*p};
+    if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0))))
+      return {slot_text(*s)};
+    cannot("this part of a value while it runs", "Use numbers, or post the flattened program.");
+    return {"R[1]"};
+  }
+  Text index(std::uint32_t, std::uint32_t, const rmp_code_expression& e) override {
+    if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0))))
+      return {slot_text(*s)};
+    cannot("this element while it runs", "Use an ARRAY of numbers, or post the flattened program.");
+    return {"R[1]"};
+  }
+  void assign_pose(std::int64_t to, std::uint32_t value) {
+    const PostPoint* p = point(value);
+    const std::string pr = "PR[" + std::to_string(to);
+    if (p && p->has_pose && usable(p->pose)) {
+      const Placed at = placed(framed(p->pose, start_frame_pose()), Orientation::fixed_xyz);
+      // What was there may be joints, whose elements are other ones: first a Cartesian position,
+      // the present one, whose configuration stays.
+      put(pr + "]=LPOS");
+      for (std::size_t i = 0; i < 6; ++i)
+        put(pr + "," + std::to_string(i + 1) +
+            "]=" + signed_number(i < 3 ? length(at.mm[i]) : angle(at.ori[i - 3])));
+      return;
+    }
+    const auto& x = expression(value);
+    if (x.op == RMP_EXPR_SYMBOL && is_pose(x.type) &&
+        symbol(x.symbol).kind == RMP_SYMBOL_VARIABLE) {
+      put(pr + "]=PR[" + std::to_string(base_of(x.symbol)) + "]");
+      return;
+    }
+    cannot("poses that are computed while it runs",
+           "Assign X, Y and Z of a pose, or post the flattened program (form = \"flat\").");
+  }
+  static std::string signed_number(const std::string& s) {
+    return s.starts_with('-') ? "(" + s + ")" : s;
+  }
+  void assign(std::uint32_t to, std::uint32_t value) override {
+    const auto& x = expression(to);
+    if (x.op == RMP_EXPR_SYMBOL && is_pose(x.type)) {
+      assign_pose(base_of(x.symbol), value);
+      return;
+    }
+    if (x.type == RMP_TYPE_BOOL) {
+      if (x.op == RMP_EXPR_SYMBOL) put(variable(x.symbol).text + "=(" + text(value) + ")");
+      else cannot("BOOL within arrays and records", "Use INT.");
+      return;
+    }
+    const std::string v = operand(value);
+    put(text(to) + "=" + v);
+  }
+  /// The right side of an assignment.
+  std::string operand(std::uint32_t e) {
+    const Text t = expr(e);
+    if (t.text.starts_with('-')) return "(" + t.text + ")";
+    return t.binding < 100 ? "(" + t.text + ")" : t.text;
+  }
+
+  // ---- expressions ----
+  std::span<const Operator> operators() const override {
+    static constexpr Operator kAll[] = {
+        {RMP_EXPR_NOT, "!", 8, Operator::prefix},
+        {RMP_EXPR_ADD, "+", 6},
+        {RMP_EXPR_SUBTRACT, "-", 6},
+        {RMP_EXPR_MULTIPLY, "*", 7},
+        {RMP_EXPR_DIVIDE, "/", 7},
+        {RMP_EXPR_DIV, " DIV ", 7},
+        {RMP_EXPR_MOD, " MOD ", 7},
+        {RMP_EXPR_EQUAL, "=", 5},
+        {RMP_EXPR_NOT_EQUAL, "<>", 5},
+        {RMP_EXPR_LESS, "<", 5},
+        {RMP_EXPR_LESS_EQUAL, "<=", 5},
+        {RMP_EXPR_GREATER, ">", 5},
+        {RMP_EXPR_GREATER_EQUAL, ">=", 5},
+        {RMP_EXPR_AND, " AND ", 3},
+        {RMP_EXPR_OR, " OR ", 1},
+    };
+    return kAll;
+  }
+  const Operator* operation(const rmp_code_expression& e) override {
+    for (const std::uint32_t o : links(e.first, e.count)) {
+      const auto t = expression(o).type;
+      if (t != RMP_TYPE_INT && t != RMP_TYPE_REAL && t != RMP_TYPE_BOOL) return nullptr;
+      if ((e.op == RMP_EXPR_AND || e.op == RMP_EXPR_OR) && &o != &links(e.first, e.count)[0] &&
+          expression(o).op == RMP_EXPR_INDEX)
+        warn("both sides of AND and OR are looked at: TP computes elements before the line");
+    }
+    return Writer::operation(e);
+  }
+  Text literal(const rmp_code_constant& k) override {
+    if (k.kind == RMP_CONSTANT_INT && k.type == RMP_TYPE_BOOL) return {k.integer ? "ON" : "OFF"};
+    if (k.kind == RMP_CONSTANT_INT && k.type == RMP_TYPE_INT)
+      return {std::to_string(k.integer), k.integer < 0 ? 0 : 100};
+    if (k.kind == RMP_CONSTANT_REAL) {
+      if (!(std::fabs(k.real) < 1e7)) {
+        fail("the number " + shortest(k.real) + " is none that a register takes",
+             "Registers have some 7 digits.");
+        return {"0"};
+      }
+      const std::string s = trimmed(k.real, 6);
+      return {s, s[0] == '-' ? 0 : 100};
+    }
+    return Writer::literal(k);
+  }
+  Text intrinsic(std::string_view f, std::span<const std::uint32_t> a,
+                 const rmp_code_expression& e) override {
+    if (f == "FLOAT") return expr(a[0]);
+    return Writer::intrinsic(f, a, e);
+  }
+
+  // ---- signals ----
+  std::string place(const Signal& s) {
+    std::string kind = upper(s.kind);
+    if (kind.empty())
+      kind = s.type == RMP_TYPE_REAL ? "A" : s.type == RMP_TYPE_BOOL || s.width >= 1 ? "D" : "G";
+    if (kind.size() == 1) kind += s.is_output ? "O" : "I";
+    if (s.number < 1)
+      fail("signals of the controller are numbered from 1",
+           "Give the profile a number for this signal.");
+    return kind + "[" + std::to_string(s.number) + "]";
+  }
+  bool is_group(const Signal& s) { return !s.kind.empty() && (s.kind[0] | 32) == 'g'; }
+  void set_output(const Signal& s, std::uint32_t value) override {
+    if (s.type == RMP_TYPE_BOOL) {
+      const auto v = known(value);
+      if (v) put(place(s) + "=" + ((*v != 0) != s.inverted ? "ON" : "OFF"));
+      else put(place(s) + "=(" + (s.inverted ? "!(" + text(value) + ")" : text(value)) + ")");
+      return;
+    }
+    if (s.type == RMP_TYPE_REAL || is_group(s)) {
+      put(place(s) + "=" + operand(value));
+      return;
+    }
+    const auto v = known(value);
+    if (!v) {
+      cannot("an INT on single outputs while it runs",
+             "Make a group of them, and give the profile its number with kind G.");
+      return;
+    }
+    if (*v < 0 || *v >= std::pow(2.0, s.width)) {
+      fail("the value " + trimmed(*v, 0) + " does not fit into " + std::to_string(s.width) +
+               " signals",
+           "Widen the signal or make the value smaller.");
+      return;
+    }
+    Signal one = s;
+    for (int k = 0; k < s.width; ++k, ++one.number)
+      put(place(one) + "=" + (((static_cast<std::int64_t>(*v) >> k) & 1) ? "ON" : "OFF"));
+  }
+  Text read(const Signal& s) {
+    if (s.type == RMP_TYPE_INT && !is_group(s)) {
+      cannot("an INT of single signals",
+             "Make a group of them, and give the profile its number with kind G.");
+      return {"R[1]"};
+    }
+    if (s.inverted && s.type == RMP_TYPE_BOOL) return {"!" + place(s), 8};
+    return {place(s)};
+  }
+  Text input(const Signal& s) override { return read(s); }
+  Text output(const Signal& s) override { return read(s); }
+  /// A condition without parentheses where it is one signal, else with them.
+  std::string condition(std::uint32_t e) {
+    if (const auto t = signal_test(e); t && t->signal.type == RMP_TYPE_BOOL)
+      return place(t->signal) + "=" + (wanted(*t) ? "ON" : "OFF");
+    return "(" + text(e) + ")";
+  }
+
+  // ---- statements ----
+  void call(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
+    std::string all;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+      // Arguments are constants and registers; sums go through a register.
+      Text t = expr(arguments[i]);
+      if (t.binding < 100) {
+        const std::string reg = "R[" + std::to_string(take(0, 1)) + "]";
+        put(reg + "=(" + t.text + ")");
+        t.text = reg;
+      }
+      all += (i ? "," : "") + t.text;
+    }
+    put("CALL " + routine_name(r) + (all.empty() ? "" : "(" + all + ")"));
+  }
+  void message(std::span<const std::uint32_t> values, bool) override {
+    std::string all;
+    for (const std::uint32_t v : values) {
+      const auto& x = expression(v);
+      if (x.constant == RMP_NONE) {
+        cannot("values in messages", "Write constant texts only.");
+        return;
+      }
+      const auto& k = constant(x.constant);
+      all += k.kind == RMP_CONSTANT_TEXT ? std::string(k.text, k.text_size) : trimmed(*known(v), 6);
+    }
+    all = plain_text(all, ']');
+    if (all.size() > 24) {
+      warn("the message is cut to the 24 characters of TP: \"" + all.substr(0, 24) + "\"",
+           "Write a shorter text.");
+      all.resize(24);
+    }
+    put("MESSAGE[" + all + "]");
+  }
+  void if_begin(std::uint32_t c) override { put("IF (" + text(c) + ") THEN"); }
+  void else_() override { put("ELSE"); }
+  void if_end() override { put("ENDIF"); }
+  struct Loop {
+    std::string again, out, step;
+  };
+  void start_loop() {
+    loops_.push_back({new_label(), new_label(), ""});
+    put(loops_.back().again);
+  }
+  void end_loop() {
+    put("JMP " + loops_.back().again);
+    put(loops_.back().out);
+    loops_.pop_back();
+  }
+  void while_begin(std::uint32_t c) override {
+    start_loop();
+    put("IF (!(" + text(c) + ")),JMP " + loops_.back().out);
+  }
+  void while_end() override { end_loop(); }
+  void loop_begin() override { start_loop(); }
+  void loop_end() override { end_loop(); }
+  void repeat_begin() override { start_loop(); }
+  void repeat_end(std::uint32_t until) override {
+    put("IF (" + text(until) + "),JMP " + loops_.back().out);
+    end_loop();
+  }
+  void exit_loop() override {
+    if (!loops_.empty()) put("JMP " + loops_.back().out);
+  }
+  void for_begin(std::uint32_t s, std::uint32_t from, std::uint32_t to, std::uint32_t step,
+                 bool down) override {
+    const std::string i = variable(s).text;
+    const auto once = [&](std::uint32_t e) {
+      if (e == RMP_NONE) return std::string("1");
+      if (known(e)) return signed_number(text(e));
+      const std::string reg = "R[" + std::to_string(take(0, 1)) + "]";
+      put(reg + "=" + operand(e));
+      return reg;
+    };
+    const std::string end = once(to), by = once(step);
+    put(i + "=" + operand(from));
+    start_loop();
+    loops_.back().step = i + "=" + i + (down ? "-" : "+") + by;
+    put("IF (" + i + (down ? "<" : ">") + end + "),JMP " + loops_.back().out);
+  }
+  void for_end(std::uint32_t) override {
+    put(loops_.back().step);
+    end_loop();
+  }
+  std::string user_label(std::uint32_t s) {
+    const auto [it, is_new] = user_labels_.try_emplace(s);
+    if (is_new) it->second = new_label();
+    return it->second;
+  }
+  void go_to(std::uint32_t s) override { put("JMP " + user_label(s)); }
+  void label(std::uint32_t s) override { put(user_label(s)); }
+  void return_(std::uint32_t value) override {
+    if (value != RMP_NONE) return;  // a function, which was refused
+    put("END");
+  }
+  void wait_time(std::uint32_t seconds) override {
+    const auto v = known(seconds);
+    if (!v) {
+      const Text t = expr(seconds);
+      if (t.binding == 100) put("WAIT " + t.text);
+      else cannot("waits of a computed time", "Assign the time to a REAL first.");
+      return;
+    }
+    if (!(*v >= 0 && *v <= 655)) {
+      fail("a wait of " + shortest(*v) + " s", "TP waits from 0 to 655 s.");
+      return;
+    }
+    std::string s = fixed(*v, 2);
+    if (std::fabs(*v - std::round(*v * 100) / 100) > 1e-9)
+      warn("the wait is rounded to " + s + " s: TP counts hundredths");
+    put("WAIT " + s + "(sec)");
+  }
+  void wait_for(std::uint32_t c, std::uint32_t timeout) override {
+    if (timeout == RMP_NONE) {
+      put("WAIT " + condition(c));
+      return;
+    }
+    const auto v = known(timeout);
+    if (!v || !(*v >= 0 && *v <= 327)) {
+      cannot(v ? "a TIMEOUT of " + shortest(*v) + " s" : "a TIMEOUT that is computed",
+             "Give a constant from 0 to 327 s.");
+      return;
+    }
+    const std::uint32_t flag = system_symbol("R_TIMEOUT");
+    const bool told = flag != RMP_NONE && is_used(flag);
+    if (told) put(variable(flag).text + "=(OFF)");
+    put("$WAITTMOUT=" + fixed(*v * 100, 0));
+    const std::string late = new_label();
+    put("WAIT " + condition(c) + " TIMEOUT," + late);
+    if (told) {
+      const std::string on = new_label();
+      put("JMP " + on);
+      put(late);
+      put(variable(flag).text + "=(ON)");
+      put(on);
+    } else {
+      put(late);
+    }
+  }
+  void pause(std::uint32_t text_of) override {
+    if (text_of != RMP_NONE) {
+      const std::uint32_t one[] = {text_of};
+      message(one, true);
+    }
+    put("PAUSE");
+  }
+  void halt() override { put("ABORT"); }
+
+  // ---- motions ----
+  std::int32_t start_frame() {
+    if (profile_.frame < 0) return 0;
+    return profile_.frames[static_cast<std::size_t>(profile_.frame)].number;
+  }
+  std::int32_t start_tool() {
+    if (profile_.tool < 0) return 1;
+    return profile_.tools[static_cast<std::size_t>(profile_.tool)].number;
+  }
+  Pose start_frame_pose() {
+    if (profile_.frame < 0) return {};
+    return profile_.frames[static_cast<std::size_t>(profile_.frame)].pose;
+  }
+  static Pose framed(const Pose& p, const Pose& frame) { return product(inverse(frame), p); }
+  void select(std::int32_t frame, std::int32_t tool) {
+    if (frame_.changes(frame)) put("UFRAME_NUM=" + std::to_string(frame));
+    if (tool_.changes(tool)) put("UTOOL_NUM=" + std::to_string(tool));
+  }
+  void forget() override {
+    MoveWriter::forget();
+    frame_.forget();
+    tool_.forget();
+  }
+  std::string config(const PostPoint* p) {
+    if (!p || (p->q.empty() && !p->has_status)) {
+      warn("the configuration of this target is not known and is written as N U T, 0, 0, 0",
+           "Name the robot: program.post{robot = ...}, or give a ROBTARGET.");
+      return "N U T, 0, 0, 0";
+    }
+    std::string out;
+    out += (p->status & kPostWristFlipped) ? "F " : "N ";
+    out += (p->status & kPostElbowOther) ? "D " : "U ";
+    out += (p->status & kPostShoulderBehind) ? "B" : "T";
+    // Turns of axes 1, 4 and 6.
+    if (!p->q.empty()) (void)checked_axes(*p);
+    for (const std::size_t i : {0U, 3U, 5U}) out += ", " + std::to_string(turn(*p, i));
+    for (const std::size_t i : {1U, 2U, 4U})
+      if (turn(*p, i) != 0)
+        warn("the turn of axis " + std::to_string(i + 1) +
+                 " is not written: CONFIG has those of axes 1, 4 and 6",
+             "Move to joints (MAIN_JOINT) where it matters.");
+    return out;
+  }
+  int turn(const PostPoint& p, std::size_t axis) {
+    const auto t = axis_turn(p, axis);
+    if (!t && !p.turns.empty())
+      warn(
+          "TURNS of this target are written as 0, since they are not known of the controller's "
+          "axes",
+          "Name the robot: program.post{robot = ...}.");
+    return t.value_or(0);
+  }
+  std::string padded(double v, int digits) {
+    std::string s = number(v, digits);
+    return std::string(s.size() < 9 ? 9 - s.size() : 0, ' ') + s;
+  }
+  std::string externals(const PostPoint* p) {
+    if (externals_ == 0) {
+      no_external(p);
+      return {};
+    }
+    std::string out;
+    int k = 0;
+    if (!p) return out;
+    const auto values = external_axes(*p);
+    for (const PostAxis& a : profile_.axes) {
+      if (!a.external) continue;
+      out += std::string(k % 3 == 0 ? ",\n" : ",") + "\tE" + std::to_string(k + 1) + "=" +
+             padded(values[static_cast<std::size_t>(k)], 3) + (a.linear ? "  mm" : " deg");
+      ++k;
+    }
+    return out;
+  }
+  std::string position(const std::string& data) {
+    Program& p = here();
+    const auto [n, is_new] = p.known.add(data);
+    const std::string name = "P[" + std::to_string(n + 1) + "]";
+    if (is_new) p.positions.push_back(name + "{\n   GP1:\n" + data + "\n};\n");
+    return name;
+  }
+  std::string frame_text() const {
+    return "\tUF : " + std::to_string(used_frame_) + ", UT : " + std::to_string(used_tool_) + ",";
+  }
+  std::string pose_position(const Pose& p, const PostPoint* of) {
+    const Placed at = placed(p, Orientation::fixed_xyz);
+    return position(frame_text() + "\t\tCONFIG : '" + config(of) +
+                    "',\n\tX =" + padded(at.mm[0], 3) + "  mm,\tY =" + padded(at.mm[1], 3) +
+                    "  mm,\tZ =" + padded(at.mm[2], 3) + "  mm,\n\tW =" + padded(at.ori[0], 3) +
+                    " deg,\tP =" + padded(at.ori[1], 3) + " deg,\tR =" + padded(at.ori[2], 3) +
+                    " deg" + externals(of));
+  }
+  std::string joint_position(const PostPoint& p) {
+    const auto q = checked_axes(p);
+    std::string out = frame_text() + "\t";
+    for (std::size_t i = 0; i < q.size(); ++i)
+      out += (i % 3 == 0 ? "\n\tJ" : "\tJ") + std::to_string(i + 1) + "=" + padded(q[i], 3) +
+             " deg" + (i + 1 < q.size() ? "," : "");
+    return position(out + externals(&p));
+  }
+  /// P[..] or PR[..] of a target; empty = said.
+  std::string target(const Motion& m, const Target& t) {
+    if (is_joints(t.role)) {
+      if (m.incremental) {
+        cannot("increments of joints", "Give joints, or an increment of the pose.");
+        return {};
+      }
+      if (!t.point) {
+        cannot("joints that are computed while it runs", "Post the flattened program.");
+        return {};
+      }
+      return joint_position(*t.point);
+    }
+    const auto& x = expression(t.expression);
+    if (!t.point && is_pose(x.type) && x.op == RMP_EXPR_SYMBOL && !m.incremental &&
+        !m[RMP_ATTR_FRAME].given)
+      return "PR[" + std::to_string(base_of(x.symbol)) + "]";
+    const auto at = certain_goal(m, t);
+    if (!at) return {};
+    const Pose written = framed(*at, used_frame_pose_);
+    return pose_position(written, m.incremental || t.role == RMP_ROLE_POSITION ? nullptr : t.point);
+  }
+  std::string tail(const Motion& m, bool is_ptp) {
+    double cnt = 0;
+    const std::uint32_t a = is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP;
+    if (m[a].known) {
+      const double v = number_of(m, a, is_ptp ? "C_PTP" : "C_CP").value_or(0);
+      cnt = is_ptp ? v : 100 * v / cnt_mm_;
+      if (!is_ptp && v > 0) {
+        cnt = std::clamp(std::round(cnt), 1.0, 100.0);
+        note("C_CP of " + trimmed(v, 2) + " mm is written as CNT" + fixed(cnt, 0),
+             "The profile's option cnt_mm says how many mm are CNT100.");
+      }
+    } else if (m[a].expression != RMP_NONE) {
+      cannot("C_CP and C_PTP that are computed", "Give constants.");
+    }
+    if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0 && cnt == 0) cnt = 100;
+    cnt = std::clamp(std::round(cnt), 0.0, 100.0);
+    if (m.until != RMP_NONE && cnt > 0) {
+      warn("a motion with UNTIL is not blended", "Take C_CP and C_PTP out.");
+      cnt = 0;
+    }
+    std::string out = cnt > 0 ? " CNT" + fixed(cnt, 0) : " FINE";
+    const std::uint32_t acc = is_ptp && !m[RMP_ATTR_ACC].given ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC;
+    if (!m[acc].known && m[acc].expression != RMP_NONE)
+      cannot("accelerations that are computed", "Give a constant.");
+    const double v = number_of(m, acc, "the acceleration", 0, 150).value_or(100);
+    if (v != 100) out += " ACC" + fixed(v, 0);
+    return out;
+  }
+  std::string speed(const Motion& m, bool is_ptp, const std::optional<Pose>& at) {
+    if (has_time(m)) {
+      const auto t = time_of(m);
+      if (!t) {
+        if (!m[RMP_ATTR_TIME].known) cannot("a TIME that is computed", "Give a constant.");
+        return " 100%";
+      }
+      std::string s = fixed(*t, 1);
+      if (std::fabs(*t * 10 - std::round(*t * 10)) > 1e-9 || s == "0.0") {
+        if (s == "0.0") s = "0.1";
+        warn("TIME is rounded to " + s + " s: TP counts tenths");
+      }
+      return " " + s + "sec";
+    }
+    const bool turns_only = !is_ptp && at && last() &&
+                            std::hypot(at->p[0] - last()->p[0], at->p[1] - last()->p[1],
+                                       at->p[2] - last()->p[2]) < 1e-6 &&
+                            !same_place(*at, *last());
+    const std::uint32_t a = is_ptp       ? RMP_ATTR_SPEED_PTP
+                            : turns_only ? RMP_ATTR_SPEED_ORI
+                                         : RMP_ATTR_SPEED;
+    const char* unit = is_ptp ? "%" : turns_only ? "deg/sec" : "mm/sec";
+    if (!is_ptp && !turns_only && m[RMP_ATTR_SPEED_ORI].given)
+      warn("SPEED_ORI is not written: the tool turns along with the path",
+           "Give TIME, or a lower SPEED.");
+    if (!m[a].known) {
+      if (m[a].expression == RMP_NONE) return is_ptp ? " 100%" : " 250mm/sec";
+      const Text t = expr(m[a].expression);
+      std::string reg = t.text;
+      if (!reg.starts_with("R[") || t.binding < 100) {
+        reg = "R[" + std::to_string(take(0, 1)) + "]";
+        put(reg + "=(" + t.text + ")");
+      }
+      return " " + reg + unit;
+    }
+    const double most = is_ptp ? 100 : 2000;
+    const double v = number_of(m, a, is_ptp ? "SPEED_PTP" : "SPEED", 0, 1e9).value_or(1);
+    const double whole = std::clamp(std::round(v), 1.0, most);
+    if (std::fabs(whole - v) > 1e-9)
+      warn("a speed of " + trimmed(v, 4) + unit + " is written as " + fixed(whole, 0) + unit,
+           "TP takes whole numbers from 1 to " + fixed(most, 0) + ".");
+    return " " + fixed(whole, 0) + unit;
+  }
+  /// Frame and tool of the motion; false = said.
+  bool places(const Motion& m) {
+    used_frame_ = start_frame();
+    used_frame_pose_ = start_frame_pose();
+    used_tool_ = start_tool();
+    if (m[RMP_ATTR_FRAME].given) {
+      const auto p = pose_of(m, RMP_ATTR_FRAME, "FRAME");
+      if (!p) return false;
+      const auto n = place_number(profile_.frames, *p, "frame");
+      if (!n) return false;
+      used_frame_ = *n;
+      used_frame_pose_ = *p;
+    }
+    if (m[RMP_ATTR_TOOL].given) {
+      const auto p = pose_of(m, RMP_ATTR_TOOL, "TOOL");
+      if (!p) return false;
+      const auto n = place_number(profile_.tools, *p, "tool");
+      if (!n) return false;
+      used_tool_ = *n;
+    }
+    if (used_frame_ < 0 || used_tool_ < 0) {
+      fail("the profile's tool or frame at the start has no number", "Give it its number.");
+      return false;
+    }
+    select(used_frame_, used_tool_);
+    return true;
+  }
+  /// Text behind a motion that a condition ends, and its label; the SKIP CONDITION is written.
+  std::string skip(const Motion& m) {
+    if (m.until == RMP_NONE) return {};
+    const auto t = signal_test(m.until);
+    if (!t || t->signal.type != RMP_TYPE_BOOL) {
+      cannot("UNTIL with other conditions than one BOOL signal",
+             "Let a signal stand for the condition.");
+      return {};
+    }
+    put("SKIP CONDITION " + condition(m.until));
+    skip_ = new_label();
+    return " Skip," + skip_;
+  }
+  void skipped(const Motion& m, const std::string& text) {
+    if (text.empty()) return;
+    // The motion goes to the label where the condition did not end it.
+    if (m.action != RMP_NONE) put("CALL " + routine_name(m.action));
+    put(skip_);
+  }
+  void ptp(const Motion& m) override { simple(m, true); }
+  void lin(const Motion& m) override { simple(m, false); }
+  void simple(const Motion& m, bool is_ptp) {
+    if (!plain(m) || !places(m)) return;
+    const std::string to = target(m, m.targets[0]);
+    if (to.empty()) return;
+    const auto at = goal(m, m.targets[0]);
+    const std::string v = speed(m, is_ptp, at);
+    const std::string end = skip(m);
+    line((is_ptp ? "J " : "L ") + to + v + tail(m, is_ptp) + end + " ;");
+    skipped(m, end);
+    arrived(m.until == RMP_NONE ? at : std::nullopt);
+  }
+  void circle(const Motion& m) override {
+    if (!plain(m) || !places(m)) return;
+    if (m.incremental || m.targets.size() != 2) {
+      cannot("circles through increments", "Give poses.");
+      return;
+    }
+    const std::string via = target(m, m.targets[0]), to = target(m, m.targets[1]);
+    if (via.empty() || to.empty()) return;
+    const auto at = goal(m, m.targets[1]);
+    const std::string v = speed(m, false, at), end = skip(m);
+    line("C " + via);
+    line("    :  " + to + v + tail(m, false) + end + " ;");
+    skipped(m, end);
+    arrived(m.until == RMP_NONE ? at : std::nullopt);
+  }
+
+  std::deque<Program> programs_;
+  std::array<std::int64_t, 3> next_{1, 1, 1};
+  std::map<std::uint32_t, std::int64_t> bases_;
+  std::map<std::uint32_t, std::string> user_labels_;
+  std::vector<Loop> loops_;
+  Modal<std::int32_t> frame_, tool_;
+  std::int32_t used_frame_ = 0, used_tool_ = 1;
+  Pose used_frame_pose_;
+  std::string skip_;
+  double cnt_mm_ = 100;
+  int externals_ = 0;
+};
+
+}  // namespace
+
+const PostCapabilities& FanucTp::capabilities() const {
+  static const PostCapabilities kAll = [] {
+    PostCapabilities c;
+    c.features = kPostProcedures | kPostParameters | kPostLocals | kPostIntegers | kPostReals |
+                 kPostBooleans | kPostArrays | kPostRecords | kPostPoses | kPostIf | kPostWhile |
+                 kPostRepeat | kPostLoop | kPostExit | kPostFor | kPostForStep | kPostGoto |
+                 kPostReturn | kPostWaitFor | kPostWaitTimeout | kPostUntil | kPostVariableTargets |
+                 kPostVariableAttributes | kPostMessages | kPostPause | kPostOutputsAreRead |
+                 kPostTools | kPostFrames | kPostTime;
+    c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle;
+    c.circle = PostCircle::via;
+    c.blending = PostBlending::percent;
+    c.external_axes = 3;
+    c.max_name = 36;
+    c.name_case = PostCase::upper;
+    c.crlf = true;
+    c.max_lines = 9999;
+    c.max_nesting = 10;
+    c.reserved = "CON PRN AUX NUL COM1 LPT1";
+    c.extensions = "LS";
+    c.title = "FANUC TP";
+    return c;
+  }();
+  return kAll;
+}
+
+Result<void> FanucTp::write(const PostTask& task, const Params&, PostOutput& output,
+                            Progress& progress) const {
+  TpWriter writer(task, output, capabilities(), progress);
+  return writer.run();
+}
+
+}  // namespace robomosp::post

@@ -1,0 +1,1502 @@
+// SPDX-License-Identifier: Apache-2.0
+// KUKA KRL: modules of .src and .dat.
+#include <algorithm>
+#include <cmath>
+
+#include "reader.h"
+#include "readers.h"
+
+namespace robomosp::readers {
+namespace {
+
+const Style kStyle{.comment = ";",
+                   .quotes = "\"",
+                   .name_first = "_$",
+                   .name_rest = "_$",
+                   .signs = {"==", "<>", "<=", ">="},
+                   .has_lines = true,
+                   .joins_in_brackets = false,
+                   .hex = {}};
+
+// Comparisons bind tighter than AND here, as their writers mean them; see special().
+constexpr Binary kBinaries[] = {
+    {"or", 10, Op::or_},      {"exor", 11, Op::exor},  {"and", 12, Op::and_}, {"b_or", 10, Op::or_},
+    {"b_exor", 11, Op::exor}, {"b_and", 12, Op::and_}, {"==", 20, Op::eq},    {"<>", 20, Op::ne},
+    {"<", 20, Op::lt},        {">", 20, Op::gt},       {"<=", 20, Op::le},    {">=", 20, Op::ge},
+    {"+", 30, Op::add},       {"-", 30, Op::sub},      {"*", 40, Op::mul},    {"/", 40, Op::div},
+    {":", 50, Op::compose}};
+
+class Krl final : public Reader {
+ public:
+  using Reader::Reader;
+
+  void run() override {
+    name_ = std::string(stem(files_[0].name));
+    // Data first, so that the program finds them declared.
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      if (extension(files_[f].name) == "dat") data_file(f);
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      if (extension(files_[f].name) != "dat") announce_all(f);
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      if (extension(files_[f].name) != "dat") source_file(f);
+  }
+
+ private:
+  struct Header {
+    std::string name;
+    std::vector<Parameter> parameters;
+    Type result;
+    bool is_main = false;
+    At at;
+  };
+
+  std::span<const Binary> binaries() const override { return kBinaries; }
+  int turns_from() const override { return 0; }
+  std::string_view not_word() const override { return "not"; }
+  int not_precedence() const override { return 60; }
+  bool divides_whole() const override { return true; }
+
+  std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At& at) override {
+    const bool joins = op == Op::and_ || op == Op::or_ || op == Op::exor;
+    if (joins && ((a.prec == kRel && !a.is_grouped) || (b.prec == kRel && !b.is_grouped)))
+      mixed_ = at;
+    return std::nullopt;
+  }
+
+  // ---- declarations ----
+
+  std::optional<Type> type_named(const std::string& low) {
+    if (low == "int") return kInt;
+    if (low == "real") return kReal;
+    if (low == "bool") return kBool;
+    if (low == "char") return Type{.k = K::character, .record = {}, .bounds = {}, .element = {}};
+    if (low == "frame") return kPose;
+    if (low == "pos" || low == "e6pos" || low == "e3pos") return kTarget;
+    if (low == "axis" || low == "e6axis" || low == "e3axis") return kJoint;
+    if (const auto it = types_named_.find(low); it != types_named_.end()) return it->second;
+    return std::nullopt;
+  }
+  bool begins_declaration() {
+    std::size_t i = 0;
+    while (is("decl", i) || is("global", i) || is("const", i) || is("public", i)) ++i;
+    if (is("signal", i) || is("struc", i) || is("enum", i) || is("ext", i) || is("extfct", i) ||
+        is("import", i))
+      return true;
+    if (i > 0 && (is("interrupt", i) || is("def", i) || is("deffct", i))) return false;
+    if (i > 0) return true;
+    return peek().kind == Tk::name && type_named(peek().low) && peek(1).kind == Tk::name;
+  }
+  void declaration(bool is_in_data) {
+    bool is_constant = false;
+    const At from = here();
+    for (;;) {
+      if (accept("decl") || accept("global") || accept("public")) continue;
+      if (accept("const")) {
+        is_constant = true;
+        continue;
+      }
+      break;
+    }
+    if (accept("ext") || accept("extfct") || accept("import")) {
+      skip_rest();
+      return;
+    }
+    if (accept("struc")) return structure();
+    if (accept("enum")) {
+      const Token name = next();
+      types_named_[name.low] = kInt;
+      int n = 0;
+      do {
+        const Token one = next();
+        if (one.kind != Tk::name) {
+          bad(one.at, "the name of a value belongs here");
+          return;
+        }
+        if (globals_.contains("#" + one.low)) continue;
+        Symbol& s = declare("#" + one.low, kInt, Symbol::constant);
+        constants_.push_back({"INT: " + s.irl + " := " + std::to_string(++n) + ";", one.at, true});
+      } while (accept(","));
+      return;
+    }
+    if (accept("signal")) return signal_declaration();
+    const Token type_token = next();
+    const auto type = type_named(type_token.low);
+    if (!type) return system_data(type_token, from);
+    do {
+      const Token name = next();
+      if (name.kind != Tk::name) {
+        bad(name.at, "the name of a variable belongs here");
+        return;
+      }
+      Type t = *type;
+      if (accept("[")) {
+        std::vector<std::pair<std::int64_t, std::int64_t>> bounds;
+        while (!at_line_end() && !is("]")) {
+          if (is(",")) {
+            next();
+            continue;
+          }
+          const Ex n = expression();
+          const double size = n.is_literal ? n.v : known_integer(n);
+          if (!(size >= 1 && size <= 100000)) {
+            bad(from, "the size of the array " + std::string(name.raw) + " is not known");
+            return;
+          }
+          bounds.emplace_back(1, static_cast<std::int64_t>(size));
+        }
+        expect("]");
+        if (t.k == K::character) t = kString;
+        else if (!bounds.empty()) t = array_of(t, bounds);
+        else if (current().symbols.contains(name.low)) continue;  // a parameter of open size
+      }
+      const bool is_local = !is_in_data && !is_in_main();
+      if (is_local && current().symbols.contains(name.low)) continue;  // a parameter
+      std::string text;
+      if (accept("=")) {
+        want_ = t;
+        is_bare_ = false;
+        const Ex e = converted(expression(), t, name.at);
+        want_.reset();
+        if (!e.ok) return;
+        text = e.s;
+        if (is_bare_ && !is_local && (t.k == K::pose || t.k == K::target)) bare_.insert(name.low);
+        if (is_constant && t.k == K::integer) known_[name.low] = e.v;
+        is_constant = is_constant && e.is_constant;
+      } else {
+        is_constant = false;
+      }
+      if (!is_local && globals_.contains(name.low)) {
+        bad(name.at, std::string(name.raw) + " is declared twice");
+        return;
+      }
+      Symbol& s = declare(name.raw, t,
+                          is_constant && !is_local ? Symbol::constant : Symbol::variable, is_local);
+      declare_variable(s, text, from, is_local);
+    } while (accept(","));
+  }
+  double known_integer(const Ex& e) const {
+    for (const auto& [low, v] : known_) {
+      const auto it = globals_.find(low);
+      if (it != globals_.end() && it->second.irl == e.s) return v;
+    }
+    return -1;
+  }
+  void structure() {
+    const Token name = next();
+    Type t;
+    t.k = K::record;
+    t.record = irl_name(name.raw);
+    std::string fields;
+    auto& known = records_[t.record];
+    do {
+      if (const auto of = type_named(peek().low); of && peek(1).kind == Tk::name) {
+        field_type_ = *of;
+        next();
+      } else if (known.empty()) {
+        bad(here(), "IRL has no type " + std::string(peek().raw.substr(0, 40)));
+        return;
+      }
+      const Token field = next();
+      Type of = field_type_;
+      if (accept("[")) {
+        const Ex n = at_line_end() || is("]") ? integer(80) : expression();
+        expect("]");
+        of = of.k == K::character
+                 ? kString
+                 : array_of(of, {{1, std::max<std::int64_t>(
+                                         1, std::min<std::int64_t>(
+                                                100000, static_cast<std::int64_t>(n.v)))}});
+      }
+      known.emplace_back(field.low, of);
+      fields += " " + type_text(of) + ": " + field_name(field.low) + ";";
+    } while (accept(","));
+    types_.push_back({"RECORD" + fields + " ENDRECORD: " + t.record + ";", name.at, true});
+    types_named_[name.low] = t;
+  }
+  static std::string field_name(const std::string& low) { return "f_" + low; }
+  void signal_declaration() {
+    const Token name = next();
+    const Token what = next();
+    const bool is_out = what.low == "$out", is_in = what.low == "$in";
+    if (!is_out && !is_in) {
+      bad(what.at, "signals of " + std::string(what.raw.substr(0, 40)) + " are not read",
+          "Those of $IN and $OUT are.");
+      return;
+    }
+    expect("[");
+    const Ex a = expression();
+    expect("]");
+    std::int64_t width = 1;
+    if (accept("to")) {
+      next();
+      expect("[");
+      const Ex b = expression();
+      expect("]");
+      width = static_cast<std::int64_t>(b.v - a.v + 1);
+    }
+    if (!a.is_literal || a.v < 0 || a.v > 1e6 || width < 1 || width > 32) {
+      bad(name.at, "the numbers of this signal are no range of 1 to 32");
+      return;
+    }
+    if (globals_.contains(name.low)) return;
+    Symbol& s =
+        declare(name.raw, width > 1 ? kInt : kBool, is_out ? Symbol::output : Symbol::input);
+    signals_.push_back({std::string(is_out ? "OUTPUT " : "INPUT ") + type_text(s.type) + ": " +
+                            s.irl + " AT " + std::to_string(static_cast<std::int64_t>(a.v)) +
+                            (width > 1 ? ", " + std::to_string(width) : "") + ";",
+                        name.at, true});
+  }
+  /// DECL FDAT and the like: what inline forms keep.
+  void system_data(const Token& type, const At& from) {
+    const Token name = next();
+    if (type.low == "fdat" || type.low == "pdat" || type.low == "ldat") {
+      Symbol s;
+      s.kind = Symbol::data;
+      if (accept("=") && is("{")) s.fields = aggregate();
+      globals_.insert_or_assign(name.low, std::move(s));
+      return;
+    }
+    skip_rest();
+    note(from, "IRL has no type " + std::string(type.raw) + "; " + std::string(name.raw) +
+                   " is left out");
+  }
+
+  // ---- files ----
+
+  void end_line() {
+    if (!at_line_end())
+      bad(here(), "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected here");
+  }
+  void line(const std::function<void()>& read) {
+    const At from = here();
+    mixed_.reset();
+    statement(from, [&] {
+      read();
+      end_line();
+    });
+    if (mixed_)
+      warn(*mixed_, "a comparison stands beside AND or OR without parentheses",
+           "It is read as the tighter one; the controller's manual joins AND first. Add "
+           "parentheses.");
+    skip_line();
+  }
+  void data_file(std::size_t f) {
+    scan(f, kStyle);
+    next_comment_ = comments_.size();
+    while (!at_end()) {
+      if (peek().kind == Tk::line || is("&") || is("defdat") || is("enddat")) {
+        skip_line();
+        continue;
+      }
+      line([&] {
+        if (begins_declaration() || (peek().kind == Tk::name && peek(1).kind == Tk::name))
+          declaration(true);
+        else assignment();
+      });
+    }
+  }
+  std::optional<Header> header() {
+    std::size_t i = 0;
+    if (is("global", i)) ++i;
+    if (!is("def", i) && !is("deffct", i)) return std::nullopt;
+    Header h;
+    h.at = here();
+    accept("global");
+    const bool is_function = next().low == "deffct";
+    accept("global");
+    if (is_function) {
+      const Token t = next();
+      h.result = type_named(t.low).value_or(kReal);
+      if (!type_named(t.low)) note(t.at, "the type " + std::string(t.raw) + " is taken as REAL");
+    }
+    h.name = std::string(next().raw);
+    if (accept("(")) {
+      while (!at_line_end() && !is(")")) {
+        Parameter p;
+        p.foreign = std::string(next().raw);
+        p.type = kReal;
+        bool is_list = accept("[");
+        while (is_list && !at_line_end() && !accept("]")) next();
+        if (accept(":")) p.is_out = next().low == "out";
+        h.parameters.push_back(std::move(p));
+        if (!accept(",")) break;
+      }
+      accept(")");
+    }
+    skip_line();
+    // Their types are declared in the routine.
+    const std::size_t back = at_;
+    for (std::size_t lines = 0;
+         lines < 300 && !at_end() && !is("end") && !is("endfct") && !is("def") && !is("deffct");
+         ++lines) {
+      if (!begins_declaration()) {
+        skip_line();
+        continue;
+      }
+      while (accept("decl") || accept("global")) {
+      }
+      const auto t = type_named(peek().low);
+      if (t) {
+        next();
+        while (!at_line_end()) {
+          const Token name = next();
+          for (Parameter& p : h.parameters) {
+            if (lower(p.foreign) != name.low || name.kind != Tk::name) continue;
+            p.type = *t;
+            if (is("[") && t->k == K::character) p.type = kString;
+            else if (is("[") && peek(1).kind == Tk::number)
+              p.type = array_of(
+                  *t, {{1, std::max<std::int64_t>(
+                               1, static_cast<std::int64_t>(std::min(peek(1).value, 1e5)))}});
+          }
+        }
+      }
+      skip_line();
+    }
+    at_ = back;
+    return h;
+  }
+  void announce_all(std::size_t f) {
+    scan(f, kStyle);
+    // Types and constants of headers come first.
+    while (!at_end()) {
+      auto h = header();
+      if (!h) {
+        skip_line();
+        continue;
+      }
+      h->is_main = headers_.empty() && h->parameters.empty() && h->result.k == K::none;
+      if (!h->is_main) announce(h->name, h->parameters, h->result);
+      else main_name_ = lower(h->name);
+      headers_.push_back(std::move(*h));
+    }
+  }
+  /// Folds of the editor: their title is what people see.
+  void tidy_comments() {
+    for (Comment& c : comments_) {
+      if (const std::size_t meta = c.text.find(";%"); meta != std::string::npos)
+        c.text.resize(meta);
+      const std::size_t b = c.text.find_first_not_of(" \t");
+      const std::string low = lower(c.text);
+      if (b != std::string::npos && low.compare(b, 7, "endfold") == 0) c.text.clear();
+      else if (b != std::string::npos && low.compare(b, 5, "fold ") == 0) c.text.erase(0, b + 5);
+    }
+  }
+  void source_file(std::size_t f) {
+    scan(f, kStyle);
+    tidy_comments();
+    bool is_open = false, is_main = false;
+    while (!at_end()) {
+      if (progress_.cancelled()) {
+        statement(here(), [] {});
+        return;
+      }
+      if (peek().kind == Tk::line || is("&")) {
+        skip_line();
+        continue;
+      }
+      std::size_t i = is("global") ? 1 : 0;
+      if (is("def", i) || is("deffct", i)) {
+        const At at = here();
+        (void)header();
+        if (is_open) fail(at, "the routine before has no END");
+        if (next_header_ >= headers_.size()) return;
+        const Header& h = headers_[next_header_++];
+        is_open = true;
+        is_main = h.is_main;
+        ends_.clear();
+        if (is_main) close();
+        else begin(h.name, h.parameters, h.result, h.at);
+        if (is_main) name_ = h.name;
+        current().indent = 1;
+        continue;
+      }
+      if (is("end") || is("endfct")) {
+        comments_until(here());
+        finish_blocks(here());
+        if (!is_open) fail(here(), "END stands outside of a routine");
+        is_open = false;
+        close();
+        skip_line();
+        continue;
+      }
+      if (!is_open) {
+        fail(here(), "this stands outside of a routine");
+        skip_line();
+        continue;
+      }
+      line([&] { one(); });
+    }
+    finish_blocks(here());
+    if (is_open) fail(here(), "the last routine has no END");
+    close();
+  }
+
+  // ---- statements ----
+
+  void push(std::string_view end, const std::string& irl) {
+    ends_.push_back({std::string(end), irl});
+    indented(1);
+  }
+  bool pop(std::string_view word, const At& at) {
+    if (ends_.empty() || ends_.back().first != word) {
+      bad(at, lower(word) == word ? "this ends nothing that is open" : "");
+      return false;
+    }
+    indented(-1);
+    emit(ends_.back().second + ";", at);
+    ends_.pop_back();
+    return true;
+  }
+  void finish_blocks(const At& at) {
+    while (!ends_.empty()) {
+      fail(at, "a block has no " + ends_.back().first + " above");
+      indented(-1);
+      if (ends_.back().first == "until") emit("UNTIL TRUE;", at);
+      else emit(ends_.back().second + ";", at);
+      ends_.pop_back();
+    }
+    current().indent = 1;
+  }
+  std::string truth(const At& at) {
+    return condition(at, [&] { return expression(); }).s;
+  }
+
+  void one() {
+    const Token t = peek();
+    const At at = t.at;
+    if (begins_declaration()) return declaration(false);
+    if (t.kind != Tk::name) {
+      bad(at, "a statement does not begin with \"" + std::string(t.raw.substr(0, 40)) + "\"");
+      skip_rest();
+      return;
+    }
+    if (is(":", 1) && t.low.front() != '$') {
+      next();
+      next();
+      emit("LABEL " + label(t.raw) + ":", at);
+      return;
+    }
+    static const std::map<std::string, void (Krl::*)(const At&), std::less<>> kWords{
+        {"ptp", &Krl::motion},
+        {"lin", &Krl::motion},
+        {"circ", &Krl::motion},
+        {"sptp", &Krl::motion},
+        {"slin", &Krl::motion},
+        {"scirc", &Krl::motion},
+        {"ptp_rel", &Krl::motion},
+        {"lin_rel", &Krl::motion},
+        {"circ_rel", &Krl::motion},
+        {"sptp_rel", &Krl::motion},
+        {"slin_rel", &Krl::motion},
+        {"if", &Krl::if_},
+        {"else", &Krl::else_},
+        {"endif", &Krl::end_},
+        {"for", &Krl::for_},
+        {"endfor", &Krl::end_},
+        {"while", &Krl::while_},
+        {"endwhile", &Krl::end_},
+        {"repeat", &Krl::repeat},
+        {"until", &Krl::until},
+        {"loop", &Krl::loop},
+        {"endloop", &Krl::end_},
+        {"switch", &Krl::switch_},
+        {"case", &Krl::case_},
+        {"default", &Krl::default_},
+        {"endswitch", &Krl::end_},
+        {"exit", &Krl::exit},
+        {"goto", &Krl::goto_},
+        {"wait", &Krl::wait},
+        {"halt", &Krl::halt},
+        {"return", &Krl::return_},
+        {"continue", &Krl::continue_},
+        {"interrupt", &Krl::interrupt},
+        {"global", &Krl::interrupt},
+        {"pulse", &Krl::pulse},
+        {"brake", &Krl::brake},
+        {"resume", &Krl::no_counterpart},
+        {"trigger", &Krl::no_counterpart},
+        {"anin", &Krl::no_counterpart},
+        {"anout", &Krl::no_counterpart},
+        {"spline", &Krl::no_counterpart},
+        {"endspline", &Krl::no_counterpart},
+        {"spl", &Krl::no_counterpart}};
+    const auto it = kWords.find(t.low);
+    if (it != kWords.end() && !is("=", 1) && !is("[", 1)) {
+      next();
+      word_ = t.low;
+      (this->*it->second)(at);
+      return;
+    }
+    if (t.low == "bas" && is("(", 1)) return bas(at);
+    if (is("(", 1) && !is("$", 0)) {
+      next();
+      next();
+      const auto args = arguments();
+      routine_call(t, args, at);
+      return;
+    }
+    if (peek(1).kind == Tk::line || peek(1).kind == Tk::end) {
+      next();
+      routine_call(t, {}, at);
+      return;
+    }
+    assignment();
+  }
+  void routine_call(const Token& name, const std::vector<Ex>& args, const At& at) {
+    if (name.low == main_name_) {
+      bad(at, "the program calls itself", "Move what is called into a routine of its own.");
+      return;
+    }
+    if (!find(name.low) && (name.low.starts_with("msg_") || name.low == "opt_move")) {
+      left_out(RMP_FAULT_WARNING, at, std::string(name.raw) + " is a message of the controller");
+      return;
+    }
+    const std::string text = call(name.raw, args, at);
+    if (!text.empty()) emit(text + ";", at);
+  }
+  void no_counterpart(const At& at) {
+    skip_rest();
+    bad(at, "IRL has no counterpart of this statement");
+  }
+
+  void bas(const At& at) {
+    next();
+    next();
+    accept("#");
+    const Token what = next();
+    Ex v = real(0);
+    if (accept(",")) v = expression();
+    expect(")");
+    if (!v.ok) return;
+    if (what.low == "#initmov" || what.low == "initmov") {
+      note_line(at, "initialises the motions; IRL has its defaults");
+    } else if (what.low == "vel_ptp" || what.low == "ptp_params" || what.low == "ptp_dat") {
+      if (what.low != "ptp_dat") set_variable("R_SPEED_PTP", v, at);
+      if (what.low == "ptp_params" && pdat_) take_data(*pdat_, "ptp", at);
+    } else if (what.low == "acc_ptp") {
+      set_variable("R_ACC_PTP", v, at);
+    } else if (what.low == "vel_cp" || what.low == "cp_params" || what.low == "cp_dat") {
+      if (what.low != "cp_dat") set_variable("R_SPEED", scaled(v, 1000), at);
+      if (what.low == "cp_params" && ldat_) take_data(*ldat_, "cp", at);
+    } else if (what.low == "acc_cp") {
+      bad(at, "IRL has accelerations in % of the greatest, and not in m/s^2");
+    } else if (what.low == "tool" || what.low == "base") {
+      numbered_frame(what.low == "tool", v, at);
+    } else if (what.low == "frames") {
+      if (!fdat_) {
+        bad(at, "no FDAT_ACT is set before this");
+        return;
+      }
+      const auto& fields = globals_.at(*fdat_).fields;
+      for (const auto& [key, is_tool] : {std::pair{"tool_no", true}, std::pair{"base_no", false}})
+        if (const auto it = fields.find(key); it != fields.end())
+          numbered_frame(is_tool, it->second, at);
+    } else {
+      bad(at, "BAS(#" + std::string(what.raw) + ") is not known");
+    }
+  }
+  void take_data(const std::string& name, std::string_view kind, const At& at) {
+    const auto& fields = globals_.at(name).fields;
+    if (const auto it = fields.find("apo_dist"); it != fields.end())
+      set(kind == "ptp" ? "apo_cptp" : "apo_cdis", as_real(it->second, at), at);
+  }
+  void numbered_frame(bool is_tool, const Ex& n, const At& at) {
+    if (n.is_literal && n.v == 0) {
+      set(is_tool ? "tool" : "frame", identity(), at);
+      return;
+    }
+    set(is_tool ? "tool" : "frame", numbered(is_tool ? "tool_data" : "base_data", n, at), at);
+  }
+  Ex numbered(const std::string& array, const Ex& index, const At& at) {
+    if (index.is_literal && (index.v < 1 || index.v > 64))
+      return bad(at, array + " has no number " + index.s);
+    learn(array,
+          array_of(kPose, {{1, index.is_literal ? static_cast<std::int64_t>(index.v) : 32}}));
+    if (!globals_.contains(array)) {
+      Symbol& s = declare(array, learned_.types[array]);
+      declare_variable(s, {}, at);
+      fail(at, array + " is in $config.dat, which is not among the files; its frames are zero here",
+           "Give them their values at the declaration of " + s.irl + ".");
+    }
+    const Ex i = as_integer(index, at);
+    return place(globals_.at(array).irl + "[" + i.s + "]", kPose);
+  }
+  void set_variable(const char* name, const Ex& e, const At& at) {
+    const Ex x = as_real(e, at);
+    if (x.is_literal && x.v <= 0) {
+      bad(at, "this is no speed");
+      return;
+    }
+    if (x.ok) emit(std::string(name) + " := " + x.s + ";", at);
+  }
+
+  void motion(const At& at) {
+    const bool is_relative = word_.ends_with("_rel");
+    std::string_view word = word_;
+    if (is_relative) word.remove_suffix(4);
+    if (word[0] == 's') word.remove_prefix(1);
+    Motion m;
+    m.word = word == "ptp" ? "PTP" : word == "lin" ? "LIN" : "CIRCLE";
+    m.is_incremental = is_relative;
+    if ((peek().low == "$pos_act" || peek().low == "$axis_act") && peek(1).kind != Tk::sign) {
+      next();
+      while (!at_line_end()) next();
+      note_line(at, "it goes to where it is; nothing is left of that");
+      return;
+    }
+    m.targets.push_back(target_of(is_relative, at));
+    if (word == "circ") {
+      expect(",");
+      m.targets.push_back(target_of(is_relative, at));
+      if (accept(",")) {
+        bad(at, "IRL has no angle of an arc (CA)", "Compute the end of the arc.");
+        skip_rest();
+        return;
+      }
+    }
+    while (!at_line_end()) {
+      const Token t = next();
+      if (t.low == "c_ptp" || t.low == "c_spl") {
+        if (word == "ptp") m.attributes.emplace_back("C_PTP", get("apo_cptp", kReal, at));
+        else m.attributes.emplace_back("C_CP", get("apo_cdis", kReal, at));
+      } else if (t.low == "c_dis") {
+        if (word == "ptp") {
+          // Of PTP into LIN: C_PTP has said how near.
+          if (m.attributes.empty()) m.attributes.emplace_back("C_PTP", get("apo_cptp", kReal, at));
+        } else {
+          m.attributes.emplace_back("C_CP", get("apo_cdis", kReal, at));
+        }
+      } else if (t.low == "c_vel" && word != "ptp") {
+        m.attributes.emplace_back("C_SPEED", get("apo_cvel", kReal, at));
+      } else if (t.low == "c_ori" || (t.low == "c_vel" && word == "ptp")) {
+        warn(t.at, std::string(t.raw) + " is not said in IRL; the motion stops at its target");
+      } else if (t.low == "#" && is("base")) {
+        next();
+      } else if (t.low == "#" && is("tool")) {
+        next();
+        bad(t.at, "IRL has no motions relative to the tool");
+        return;
+      } else if (t.low == "with") {
+        warn(t.at, "WITH is not read; the settings before it count");
+        skip_rest();
+      } else {
+        bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" is no word of a motion");
+        return;
+      }
+    }
+    if (m.targets[0].type.k == K::joint) m.has_frames = false;
+    if (word != "ptp")
+      for (Ex& e : m.targets) e = as_place(e);
+    move(std::move(m), at);
+  }
+  Ex target_of(bool is_relative, const At& at) {
+    is_relative_ = is_relative;
+    is_target_ = true;
+    const Token t = peek();
+    if (t.kind == Tk::name && !find(t.low) && t.low[0] != '$' && peek(1).low != "(") {
+      // Taught elsewhere, such as XHOME.
+      const bool is_joint = t.low.starts_with("xhome");
+      Symbol& s = declare(t.raw, is_joint ? kJoint : kTarget);
+      if (!is_joint) learned_.turns = 6;
+      declare_variable(s, {}, at);
+      fail(t.at, std::string(t.raw) + " is declared nowhere; its values are zero here",
+           "Read the program together with its .dat and $config.dat, or give them.");
+    }
+    Ex e = expression();
+    is_target_ = is_relative_ = false;
+    // Declared without A, B, C: they stay as they are, as with a POSITION.
+    if (e.ok && !is_relative && t.kind == Tk::name && bare_.contains(t.low) &&
+        e.s == globals_.at(t.low).irl) {
+      if (learned_.flags.contains("written " + t.low))
+        return bad(at, std::string(t.raw) + " has no A, B, C where it is declared, and is assigned",
+                   "Give all of X, Y, Z, A, B, C.");
+      return value(e.s + (e.type.k == K::target ? ".PSE.POS" : ".POS"), kPosition);
+    }
+    if (e.ok && e.type.k != K::pose && e.type.k != K::target && e.type.k != K::joint &&
+        e.type.k != K::position)
+      return bad(at, "this is no target of a motion");
+    if (e.ok && is_relative && e.type.k == K::target) e = as_pose(e, at);
+    return e;
+  }
+
+  void if_(const At& at) {
+    const std::string c = truth(at);
+    accept("then");
+    emit("IF " + c + " THEN", at);
+    push("endif", "ENDIF");
+  }
+  void else_(const At& at) {
+    if (ends_.empty() || ends_.back().first != "endif") {
+      bad(at, "ELSE stands outside of IF");
+      return;
+    }
+    indented(-1);
+    emit("ELSE", at);
+    indented(1);
+  }
+  void end_(const At& at) {
+    if (!ends_.empty() && word_ == "endswitch" && ends_.back().first == "endswitch" &&
+        had_case_.back()) {
+      indented(-1);
+    }
+    if (word_ == "endswitch" && !ends_.empty() && ends_.back().first == "endswitch")
+      had_case_.pop_back();
+    pop(word_, at);
+  }
+  void for_(const At& at) {
+    const Token v = next();
+    expect("=");
+    const Ex from = as_integer(expression(), at);
+    expect("to");
+    const Ex to = as_integer(expression(), at);
+    Ex step = integer(1);
+    if (accept("step")) step = as_integer(expression(), at);
+    will_write(v.low);
+    const Symbol* s = find(v.low);
+    std::string head;
+    if (!from.ok || !to.ok || !step.is_literal || step.v == 0 || !s || s->type.k != K::integer) {
+      bad(at,
+          !s ? "the loop's variable is declared nowhere" : "this loop has no steps that are known");
+      for_broken(at);
+      return;
+    }
+    head = "FOR " + s->irl + " := " + from.s + (step.v < 0 ? " DOWNTO " : " TO ") + to.s;
+    if (std::fabs(step.v) != 1)
+      head += " STEP " + integer(static_cast<std::int64_t>(std::fabs(step.v))).s;
+    emit(head + " DO", at);
+    push("endfor", "ENDFOR");
+  }
+  /// The body is read all the same.
+  void for_broken(const At&) {
+    ends_.push_back({"endfor", "{ end of the loop }"});
+    indented(1);
+  }
+  void while_(const At& at) {
+    const std::string c = truth(at);
+    accept("do");
+    emit("WHILE " + c + " DO", at);
+    push("endwhile", "ENDWHILE");
+  }
+  void repeat(const At& at) {
+    emit("REPEAT", at);
+    push("until", "UNTIL");
+  }
+  void until(const At& at) {
+    const std::string c = truth(at);
+    if (!ends_.empty() && ends_.back().first == "until") ends_.back().second = "UNTIL " + c;
+    pop("until", at);
+  }
+  void loop(const At& at) {
+    emit("LOOP", at);
+    push("endloop", "ENDLOOP");
+  }
+  void switch_(const At& at) {
+    Ex e = expression();
+    if (e.ok && e.type.k == K::real) e = as_integer(e, at);
+    if (!e.ok) e = integer(0);
+    emit("CASE " + e.s + " OF", at);
+    push("endswitch", "ENDCASE");
+    had_case_.push_back(false);
+  }
+  bool in_switch(const At& at) {
+    if (!ends_.empty() && ends_.back().first == "endswitch") return true;
+    bad(at, "this stands outside of SWITCH");
+    return false;
+  }
+  void case_(const At& at) {
+    if (!in_switch(at)) return;
+    std::string list;
+    do {
+      const Ex e = expression();
+      if (e.ok && !e.is_constant) bad(at, "a value of CASE is known before the program runs");
+      if (!e.ok || !e.is_constant) return skip_rest();
+      list += (list.empty() ? "" : ", ") + e.s;
+    } while (accept(","));
+    if (had_case_.back()) indented(-1);
+    emit("WHEN " + list + ":", at);
+    had_case_.back() = true;
+    indented(1);
+  }
+  void default_(const At& at) {
+    if (!in_switch(at)) return;
+    if (had_case_.back()) indented(-1);
+    emit("DEFAULT:", at);
+    had_case_.back() = true;
+    indented(1);
+  }
+  void exit(const At& at) {
+    const bool is_in_loop = std::any_of(ends_.begin(), ends_.end(), [](const auto& e) {
+      return e.second == "ENDLOOP" || e.second == "ENDFOR" || e.second == "ENDWHILE" ||
+             e.first == "until";
+    });
+    if (is_in_loop) emit("EXIT;", at);
+    else bad(at, "EXIT stands outside of a loop");
+  }
+  void goto_(const At& at) {
+    const Token t = next();
+    bool is_there = false;
+    for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
+      is_there =
+          is_there || (tokens_[i].low == t.low && tokens_[i].kind == Tk::name &&
+                       tokens_[i + 1].low == ":" && (i == 0 || tokens_[i - 1].kind == Tk::line));
+    if (!is_there || t.kind != Tk::name) {
+      bad(at, "the label is nowhere");
+      return;
+    }
+    emit("GOTO " + label(t.raw) + ";", at);
+  }
+  void wait(const At& at) {
+    if (accept("sec")) {
+      const Ex e = as_real(expression(), at);
+      if (e.is_literal && e.v <= 0)
+        return note_line(at, "it waits for no time; it only stops the advance run");
+      if (e.ok) emit("WAIT " + within(e, kSum) + " SEC;", at);
+      return;
+    }
+    if (!expect("for")) return;
+    const Ex e = converted(expression(), kBool, at);
+    if (!e.ok) return;
+    if (e.s == "TRUE") return note_line(at, "it waits for nothing; it only stops the advance run");
+    emit("WAIT FOR " + e.s + ";", at);
+  }
+  /// A timer that runs from -t while its flag is waited for, too: WAIT FOR with TIMEOUT.
+  bool timed_wait(const At& at) {
+    const std::string n(peek(2).raw);
+    if (!is("[", 1) || peek(2).kind != Tk::number || !is("]", 3) || !is("=", 4)) return false;
+    std::size_t k = at_ + 5;
+    const auto line = [&] {
+      while (tokens_[k].kind != Tk::line && tokens_[k].kind != Tk::end) ++k;
+      const bool is_there = tokens_[k].kind == Tk::line;
+      while (tokens_[k].kind == Tk::line) ++k;
+      return is_there;
+    };
+    const auto has = [&](std::initializer_list<std::string_view> words) {
+      std::size_t i = k;
+      for (const std::string_view w : words) {
+        if (i >= tokens_.size() || (tokens_[i].low != w && tokens_[i].raw != w)) return false;
+        ++i;
+      }
+      return true;
+    };
+    if (!line() || !has({"$timer_stop", "[", n, "]", "=", "false"}) || !line() ||
+        !has({"wait", "for"}))
+      return false;
+    const std::size_t waits = k + 2;
+    if (!line()) return false;
+    const std::size_t behind = k;
+    if (!has({"$timer_stop", "[", n, "]", "=", "true"})) return false;
+    std::size_t last = behind - 1;
+    while (tokens_[last].kind == Tk::line) --last;
+    k = last - 4;
+    if (last < waits + 5 || !has({"or", "$timer_flag", "[", n, "]"})) return false;
+    const std::size_t or_ = last - 4;
+    at_ += 5;
+    const Ex t = as_real(expression(), at);
+    if (t.ok && !at_line_end()) bad(here(), "the end of the line belongs here");
+    at_ = waits;
+    const Token kept = tokens_[or_];
+    tokens_[or_].kind = Tk::line;
+    const Ex c = converted(expression(), kBool, at);
+    tokens_[or_] = kept;
+    at_ = behind + 6;
+    if (!t.ok || !c.ok) return true;
+    const Ex seconds = t.is_literal ? measure(-t.v / 1000) : scaled(negative(t), 0.001);
+    emit("WAIT FOR " + c.s + " TIMEOUT " + within(seconds, kSum) + ";", at);
+    return true;
+  }
+  void halt(const At& at) { emit("PAUSE;", at); }
+  void return_(const At& at) {
+    if (at_line_end()) {
+      emit("RETURN;", at);
+      return;
+    }
+    if (is_in_main() || current().result.k == K::none) {
+      bad(at, "RETURN has a value, and this is no function");
+      skip_rest();
+      return;
+    }
+    want_ = current().result;
+    const Ex e = converted(expression(), current().result, at);
+    want_.reset();
+    if (e.ok) emit("RETURN " + e.s + ";", at);
+  }
+  void continue_(const At& at) {
+    note_line(at, "CONTINUE is of the advance run, which IRL does not have");
+  }
+  void brake(const At& at) {
+    skip_rest();
+    bad(at, "IRL has no counterpart of BRAKE", "UNTIL at the motion stops it by a condition.");
+  }
+  void pulse(const At& at) {
+    expect("(");
+    const Ex out = expression();
+    expect(",");
+    const Ex level = converted(expression(), kBool, at);
+    expect(",");
+    const Ex time = as_real(expression(), at);
+    expect(")");
+    if (!out.ok || !level.ok || !time.ok) return;
+    if (!out.is_place || out.type.k != K::boolean || !level.is_constant) {
+      bad(at, "a pulse is of an output, TRUE or FALSE");
+      return;
+    }
+    emit(out.s + " := " + level.s + ";", at);
+    emit("WAIT " + within(time, kSum) + " SEC;", at);
+    emit(out.s + " := " + (level.s == "TRUE" ? "FALSE" : "TRUE") + ";", at);
+    warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+  }
+  void interrupt(const At& at) {
+    if (word_ == "global") expect("interrupt");
+    if (accept("decl")) {
+      const Token n = next();
+      for (std::size_t i = 0; peek(i).kind != Tk::line && peek(i).kind != Tk::end; ++i)
+        if (peek(i).low == "ir_stopm") {
+          // Of each program that an editor makes: what the controller does where it stops.
+          skip_rest();
+          stop_interrupts_.insert(std::string(n.raw));
+          note_line(at, "the controller's own interrupt of a stop is not of the program");
+          return;
+        }
+      expect("when");
+      const Ex c = converted(expression(), kBool, at);
+      expect("do");
+      const Token routine = next();
+      if (accept("(")) {
+        if (!accept(")")) {
+          skip_rest();
+          bad(at, "the routine of an interrupt has values", "IRL calls one without.");
+          return;
+        }
+      }
+      if (!c.ok) return;
+      if (n.kind != Tk::number) {
+        bad(n.at, "an interrupt has a number");
+        return;
+      }
+      const std::string text = call(routine.raw, {}, at);
+      if (text.empty()) return;
+      const std::string key = "!interrupt" + std::string(n.raw);
+      if (globals_.contains(key)) {
+        bad(at, "the interrupt " + std::string(n.raw) + " is declared twice",
+            "IRL has one body for each.");
+        return;
+      }
+      Symbol& s = declare(key, {}, Symbol::data);
+      s.irl = irl_name("interrupt_" + std::string(n.raw));
+      Routine& before = current();
+      const bool was_main = is_in_main();
+      Routine& r = open("INTERRUPT " + s.irl + " PRIORITY " + std::string(n.raw) + " WHEN " + c.s,
+                        "ENDINTERRUPT", at);
+      r.body.push_back({"  " + text + ";", at, true});
+      if (was_main) close();
+      else set_current(before);
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    const Token what = next();
+    const bool on = what.low == "on" || what.low == "enable";
+    if (!on && what.low != "off" && what.low != "disable") {
+      bad(at, "INTERRUPT DECL, ON, OFF, ENABLE or DISABLE belongs here");
+      skip_rest();
+      return;
+    }
+    if (at_line_end()) {
+      bad(at, "IRL switches interrupts one by one", "Give the number.");
+      return;
+    }
+    const Token n = next();
+    if (stop_interrupts_.contains(std::string(n.raw))) {
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    const auto it = globals_.find("!interrupt" + std::string(n.raw));
+    if (it == globals_.end()) {
+      bad(at, "the interrupt " + std::string(n.raw.substr(0, 20)) + " is declared nowhere above");
+      return;
+    }
+    emit((on ? "ENABLE " : "DISABLE ") + it->second.irl + ";", at);
+  }
+
+  void assignment() {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.low[0] == '$' && setting(t)) return;
+    if ((t.low == "pdat_act" || t.low == "ldat_act" || t.low == "fdat_act") && is("=", 1)) {
+      next();
+      next();
+      const Token from = next();
+      const auto it = globals_.find(from.low);
+      if (it == globals_.end() || it->second.kind != Symbol::data) {
+        bad(at, std::string(from.raw.substr(0, 40)) + " is declared nowhere",
+            "Read the program together with its .dat.");
+        return;
+      }
+      (t.low[0] == 'p' ? pdat_ : t.low[0] == 'l' ? ldat_ : fdat_) = from.low;
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    will_write(t.low);
+    const Ex to = primary();
+    if (!to.ok) {
+      skip_rest();
+      return;
+    }
+    if (!expect("=")) return;
+    want_ = to.type;
+    if (bare_.contains(t.low)) learned_.flags.insert("written " + t.low);
+    const Ex e = expression();
+    want_.reset();
+    if (to.type.k == K::target && e.ok && e.type.k == K::pose) {
+      assign(to, e, at);
+      return;
+    }
+    assign(to, e, at);
+  }
+  /// Assignments to what the controller keeps. True = it was one.
+  bool setting(const Token& t) {
+    const At at = t.at;
+    static const std::set<std::string, std::less<>> kFree{
+        "$advance",   "$ori_type",   "$circ_type", "$ipo_mode", "$load",      "$act_tool",
+        "$act_base",  "$timer_stop", "$apo",       "$vel",      "$acc",       "$vel_axis",
+        "$acc_axis",  "$tool",       "$base",      "$jerk",     "$ov_pro",    "$gear_jerk",
+        "$vel_extax", "$acc_extax",  "$timer",     "$loop_msg", "$circ_mode", "$orio_type",
+        "$c_dis",     "$red_vel",    "$bwdstart",  "$h_pos",    "$sen_pinta", "$tech",
+        "$null"};
+    if (!kFree.contains(t.low)) return false;
+    if (t.low == "$timer" && timed_wait(at)) return true;
+    next();
+    std::string what = t.low;
+    Ex index = failed();
+    if (accept("[")) {
+      index = expression();
+      expect("]");
+    }
+    while (accept(".")) what += "." + next().low;
+    if (!expect("=")) return true;
+    if (what == "$ori_type" || what == "$circ_type" || what == "$ipo_mode" ||
+        what.starts_with("$load") || what.starts_with("$jerk") || what.starts_with("$timer") ||
+        what == "$red_vel" || what.starts_with("$gear") || what.ends_with("_extax") ||
+        what.starts_with("$circ_mode") || what.starts_with("$tech") || what.starts_with("$sen")) {
+      skip_rest();
+      const bool is_meant = what == "$ipo_mode" || what.starts_with("$timer");
+      left_out(is_meant ? RMP_FAULT_ERROR : RMP_FAULT_WARNING, at,
+               "IRL has no counterpart of " + std::string(t.raw));
+      return true;
+    }
+    if (what == "$advance" || what == "$act_tool" || what == "$act_base" || what == "$bwdstart" ||
+        what == "$loop_msg" || what == "$ov_pro") {
+      skip_rest();
+      note_line(at, std::string(t.raw) + " has no effect in IRL");
+      return true;
+    }
+    if (what == "$tool" || what == "$base") {
+      want_ = kPose;
+      const Ex e = as_pose(expression(), at);
+      want_.reset();
+      set(what == "$tool" ? "tool" : "frame", e, at);
+      return true;
+    }
+    if (what == "$h_pos") {
+      skip_rest();
+      left_out(RMP_FAULT_WARNING, at, "IRL has no home position of the controller");
+      return true;
+    }
+    const Ex e = as_real(expression(), at);
+    if (!e.ok) return true;
+    if (what == "$vel.cp") set_variable("R_SPEED", scaled(e, 1000), at);
+    else if (what == "$vel.ori1" || what == "$vel.ori2") {
+      if (what == "$vel.ori1") set_variable("R_SPEED_ORI", e, at);
+      else note_line(at, "IRL has one speed of orientations; that of ORI1 is taken");
+    } else if (what == "$vel_axis" || what == "$acc_axis") {
+      // All axes get one value as a rule; the first says it.
+      if (!index.is_literal || index.v == 1)
+        set_variable(what[1] == 'v' ? "R_SPEED_PTP" : "R_ACC_PTP", e, at);
+      else note_line(at, "IRL has one percentage for all axes; that of A1 is taken");
+    } else if (what == "$apo.cdis") set("apo_cdis", e, at);
+    else if (what == "$apo.cptp") set("apo_cptp", e, at);
+    else if (what == "$apo.cvel") set("apo_cvel", e, at);
+    else if (what.starts_with("$acc.")) {
+      left_out(RMP_FAULT_WARNING, at,
+               "IRL has accelerations in % of the greatest, and not in m/s^2");
+    } else {
+      left_out(RMP_FAULT_WARNING, at, "IRL has no counterpart of " + what);
+    }
+    return true;
+  }
+
+  // ---- expressions ----
+
+  std::map<std::string, Ex> aggregate() {
+    std::map<std::string, Ex> out;
+    expect("{");
+    if (peek().kind == Tk::name && is(":", 1)) {
+      next();
+      next();
+    }
+    while (!at_line_end() && !is("}")) {
+      const Token name = next();
+      if (name.kind != Tk::name) {
+        bad(name.at, "the name of a component belongs here");
+        return out;
+      }
+      if (accept("[")) accept("]");
+      const auto before = std::exchange(want_, std::nullopt);
+      if (peek().low == "#" || peek().low[0] == '#') {
+        // An enumerator that the reader may not know.
+        const auto e = enumerator();
+        out.insert_or_assign(name.low, e);
+      } else {
+        out.insert_or_assign(name.low, expression(25));
+      }
+      want_ = before;
+      if (!accept(",")) break;
+    }
+    expect("}");
+    return out;
+  }
+  Ex enumerator() {
+    const Token hash = next();
+    const Token name = hash.low == "#" ? next() : hash;
+    const auto it = globals_.find("#" + name.low);
+    if (it != globals_.end()) {
+      Ex e = value(it->second.irl, kInt);
+      e.is_constant = true;
+      return e;
+    }
+    Ex e = integer(0);
+    e.is_literal = false;
+    e.ok = false;
+    return e;
+  }
+  Ex from_aggregate(const At& at) {
+    const auto want = want_;
+    const bool is_target = is_target_, is_relative = is_relative_;
+    const auto f = aggregate();
+    if (f.empty()) return bad(at, "nothing is between these braces");
+    for (const auto& [name, e] : f)
+      if (!e.ok && (!want || want->k == K::record)) return failed();
+    const auto get_field = [&](const char* name) -> const Ex* {
+      const auto it = f.find(name);
+      return it == f.end() ? nullptr : &it->second;
+    };
+    if (want && want->k == K::record) {
+      std::string list;
+      for (const auto& [name, type] : records_[want->record]) {
+        const Ex* e = get_field(name.c_str());
+        if (!e) {
+          return bad(at, "the component " + name + " has no value here");
+        }
+        list += (list.empty() ? "" : ", ") + converted(*e, type, at).s;
+      }
+      Ex e = value(want->record + "(" + list + ")", *want);
+      return e;
+    }
+    const auto take = [&](const char* name) {
+      const Ex* e = get_field(name);
+      return e ? *e : real(0);
+    };
+    std::vector<Ex> external;
+    for (int i = 1; i <= 6; ++i) {
+      const Ex* e = get_field(("e" + std::to_string(i)).c_str());
+      external.push_back(e ? *e : real(0));
+    }
+    while (!external.empty() && external.back().is_literal && external.back().v == 0)
+      external.pop_back();
+    bool is_joint = false;
+    int axes = 0, place_parts = 0, turn_parts = 0;
+    for (const auto& [name, e] : f) {
+      if (name.size() == 2 && name[0] == 'a' && name[1] >= '1' && name[1] <= '6') {
+        is_joint = true;
+        ++axes;
+      } else if (name == "x" || name == "y" || name == "z") {
+        ++place_parts;
+      } else if (name == "a" || name == "b" || name == "c") {
+        ++turn_parts;
+      } else if (name != "s" && name != "t" &&
+                 !(name.size() == 2 && name[0] == 'e' && name[1] >= '1' && name[1] <= '6')) {
+        return bad(at, "\"" + name + "\" is no component of a position");
+      }
+    }
+    if (is_joint) {
+      if (axes < 6 && is_target && !is_relative)
+        return bad(at, "axes without a value stay where they are, which IRL does not say",
+                   "Give all six.");
+      std::vector<Ex> a;
+      for (int i = 1; i <= 6; ++i) a.push_back(take(("a" + std::to_string(i)).c_str()));
+      return joints(a, external);
+    }
+    if (is_target && !is_relative && (place_parts < 3 || (turn_parts != 0 && turn_parts != 3)))
+      return bad(at, "components without a value stay as they are, which IRL does not say",
+                 "Give all of X, Y, Z, A, B, C.");
+    if (is_target && !is_relative && turn_parts == 0 && external.empty()) {
+      std::string list;
+      for (const char* c : {"x", "y", "z"})
+        list += (list.empty() ? "" : ", ") + as_real(take(c), at).s;
+      return value("POSITION(" + list + ")",
+                   {.k = K::position, .record = {}, .bounds = {}, .element = {}});
+    }
+    is_bare_ = place_parts == 3 && turn_parts == 0;
+    const Ex p = pose({take("x"), take("y"), take("z")},
+                      orientation("ORIZYX", {take("a"), take("b"), take("c")}));
+    const Ex* s = get_field("s");
+    const Ex* t = get_field("t");
+    if (!s && !t && external.empty())
+      return want && want->k == K::target ? target(p, integer(0), {}, {}) : p;
+    Ex status = s ? as_integer(*s, at) : integer(0);
+    if (s && status.ok && !status.is_literal)
+      return bad(at, "the configuration S is not known", "Give its number.");
+    if (s && status.is_literal) {
+      // Bit 1 is axis 3 at or above its limit, which is the elbow up where the shoulder is in front
+      // and down where it is behind; STATUS 2 is the elbow down.
+      const auto bits = static_cast<std::int64_t>(status.v) & 7;
+      status = integer((bits & 5) | (((bits & 2) != 0) == ((bits & 1) != 0) ? 2 : 0));
+    }
+    std::vector<Ex> turns;
+    if (t) {
+      const Ex n = as_integer(*t, at);
+      if (!n.is_literal) return bad(at, "the turns T are not known");
+      // Bit i: joint i + 1 is negative.
+      for (int i = 0; i < 6; ++i)
+        turns.push_back(integer((static_cast<std::int64_t>(n.v) >> i) & 1 ? -1 : 0));
+    }
+    return target(p, status, turns, external);
+  }
+
+  Ex primary() override {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.kind == Tk::number) {
+      next();
+      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
+    }
+    if (t.kind == Tk::text) {
+      next();
+      return t.raw.size() == 1 && want_ && want_->k == K::character
+                 ? converted(string(t.raw), *want_, at)
+                 : string(t.raw);
+    }
+    if (accept("(")) {
+      Ex e = expression();
+      expect(")");
+      e.is_grouped = true;
+      return e;
+    }
+    if (is("{")) return from_aggregate(at);
+    if (is("'")) {
+      // 'HFF', 'B101'
+      next();
+      const Token n = next();
+      expect("'");
+      std::int64_t v = 0;
+      const std::string digits = n.low.empty() ? std::string(n.raw) : n.low;
+      if (digits.size() > 1 && digits.size() < 34 && (digits[0] == 'b' || digits[0] == 'h')) {
+        const int base = digits[0] == 'b' ? 2 : 16;
+        bool is_good = true;
+        for (std::size_t i = 1; i < digits.size(); ++i) {
+          const int d = digits[i] >= 'a' ? digits[i] - 'a' + 10 : digits[i] - '0';
+          is_good = is_good && d >= 0 && d < base;
+          v = (v * base + d) & 0xFFFFFFFF;
+        }
+        if (is_good) return integer(v > 0x7FFFFFFF ? v - 0x100000000 : v);
+      }
+      return bad(at, "this is no number");
+    }
+    if (is("#")) {
+      const Token name = peek(1);
+      const Ex e = enumerator();
+      if (!e.ok) return bad(at, "#" + std::string(name.raw.substr(0, 40)) + " is not known");
+      return e;
+    }
+    if (t.kind != Tk::name) {
+      if (!at_line_end()) next();
+      return bad(at, "a value belongs here");
+    }
+    next();
+    if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
+    if (t.low[0] == '$') return system_value(t);
+    if (is("(")) return function(t);
+    if ((t.low == "tool_data" || t.low == "base_data") && is("[") && !find(t.low)) {
+      next();
+      const Ex i = expression();
+      expect("]");
+      return suffixes(numbered(t.low, i, at), at);
+    }
+    const Symbol* s = find(t.low);
+    if (!s || s->kind == Symbol::data)
+      return bad(at, std::string(t.raw) + " is declared nowhere",
+                 "Read the program together with its .dat and what else declares it.");
+    if (s->kind == Symbol::routine) return bad(at, std::string(t.raw) + " is a routine");
+    Ex e = place(s->irl, s->type);
+    e.is_place = s->kind == Symbol::variable || s->kind == Symbol::output;
+    e.is_constant = s->kind == Symbol::constant;
+    return suffixes(std::move(e), at);
+  }
+  Ex suffixes(Ex e, const At& at) {
+    for (;;) {
+      if (is("[")) {
+        next();
+        if (accept("]")) continue;  // the whole of an array
+        std::string list;
+        std::size_t n = 0;
+        do {
+          if (is("]")) break;
+          const Ex i = as_integer(expression(), at);
+          if (!i.ok) return failed();
+          list += (n++ ? ", " : "") + i.s;
+        } while (accept(","));
+        expect("]");
+        if (e.type.k == K::string && n == 1) {
+          Type t = e.type;
+          t.k = K::character;
+          e = place(e.s + "[" + list + "]", t);
+          continue;
+        }
+        if (e.type.k != K::array || e.type.bounds.size() != n)
+          return bad(at, "this is no array of " + std::to_string(n) + " indices");
+        const Type element = *e.type.element;
+        e = place(e.s + "[" + list + "]", element);
+        continue;
+      }
+      if (is(".") && peek(1).kind == Tk::name) {
+        next();
+        const Token f = next();
+        e = component(e, f);
+        if (!e.ok) return e;
+        continue;
+      }
+      return e;
+    }
+  }
+  Ex component(const Ex& e, const Token& f) {
+    const std::string& n = f.low;
+    if (e.type.k == K::record) {
+      for (const auto& [name, type] : records_[e.type.record])
+        if (name == n) return place(e.s + "." + field_name(name), type);
+    }
+    if (e.type.k == K::pose || e.type.k == K::target) {
+      const std::string p = e.s + (e.type.k == K::target ? ".PSE" : "");
+      if (n == "x" || n == "y" || n == "z")
+        return place(p + ".POS." + std::string(1, static_cast<char>(n[0] - 'a' + 'A')), kReal);
+      if (n == "a" || n == "b" || n == "c") {
+        const auto angle = [&](char c) {
+          return "ANGLE" + std::string(1, static_cast<char>('Z' - (c - 'a'))) + "('ZYX', " + p +
+                 ".ORI)";
+        };
+        Ex a = value(angle(n[0]), kReal);
+        a.is_place = true;
+        a.setter = p + ".ORI := ORIZYX(";
+        for (const char c : {'a', 'b', 'c'}) {
+          a.setter += c == 'a' ? "" : ", ";
+          a.setter += c == n[0] ? "%" : angle(c);
+        }
+        a.setter += ")";
+        return a;
+      }
+      if (e.type.k == K::target && n == "s")
+        return bad(f.at, "S of a position counts the elbow otherwise than STATUS",
+                   "Assign the whole position.");
+      if (e.type.k == K::target && n.size() == 2 && n[0] == 'e' && n[1] >= '1' && n[1] <= '6') {
+        learned_.external_axes = std::max(learned_.external_axes, n[1] - '0');
+        learned_.turns = 6;
+        return place(e.s + ".A_JOINT.AA" + n.substr(1), kReal);
+      }
+    }
+    if (e.type.k == K::joint && n.size() == 2 && n[1] >= '1' && n[1] <= '6') {
+      if (n[0] == 'a')
+        return place(e.s + (learned_.external_axes > 0 ? ".M_JOINT.A" : ".A") + n.substr(1), kReal);
+      if (n[0] == 'e') {
+        learned_.external_axes = std::max(learned_.external_axes, n[1] - '0');
+        return place(e.s + ".A_JOINT.AA" + n.substr(1), kReal);
+      }
+    }
+    return bad(f.at, "there is no component " + std::string(f.raw) + " here");
+  }
+  Ex system_value(const Token& t) {
+    const At at = t.at;
+    const bool is_out = t.low == "$out";
+    if (is_out || t.low == "$in") {
+      if (!expect("[")) return failed();
+      const Ex i = expression();
+      expect("]");
+      if (!i.ok) return failed();
+      double n = i.is_literal ? i.v : known_integer(i);
+      if (!(n >= 0 && n <= 1e6))
+        return bad(at, "IRL has no signals whose number is computed",
+                   "Give each of them its name.");
+      if (!is_out && (n == 1025 || n == 1026)) return boolean(n == 1025);
+      const Symbol& s = signal(is_out, static_cast<std::int64_t>(n));
+      Ex e = place(s.irl, s.type);
+      e.is_place = is_out;
+      return e;
+    }
+    if (t.low == "$flag" || t.low == "$cycflag") {
+      if (!expect("[")) return failed();
+      const Ex i = as_integer(expression(), at);
+      expect("]");
+      if (!i.ok) return failed();
+      Symbol& s = implied(t.raw, array_of(kBool, {{1, 1024}}), at);
+      return place(s.irl + "[" + i.s + "]", kBool);
+    }
+    if (t.low == "$nullframe" || t.low == "$world") return suffixes(identity(), at);
+    if (t.low == "$tool" || t.low == "$base")
+      return suffixes(get(t.low == "$tool" ? "tool" : "frame", kPose, at), at);
+    while (is("[") || is(".")) {
+      if (accept("[")) {
+        if (!is("]")) (void)expression();
+        expect("]");
+      } else {
+        next();
+        next();
+      }
+    }
+    return bad(at, "IRL has no counterpart of " + std::string(t.raw));
+  }
+  Ex function(const Token& t) {
+    const At at = t.at;
+    next();
+    const auto args = arguments();
+    static const std::map<std::string, std::string, std::less<>> kMath{
+        {"sin", "SIN"},     {"cos", "COS"},   {"tan", "TAN"}, {"acos", "ACOS"},
+        {"atan2", "ATAN2"}, {"sqrt", "SQRT"}, {"abs", "ABS"}};
+    if (const auto it = kMath.find(t.low); it != kMath.end()) return math(it->second, args, at);
+    if (t.low == "inv_pos" && args.size() == 1) {
+      const Ex p = as_pose(args[0], at);
+      return p.ok ? value("INV(" + p.s + ")", kPose) : failed();
+    }
+    for (const Ex& a : args)
+      if (!a.ok) return failed();
+    const Symbol* s = find(t.low);
+    const Type result = s && s->kind == Symbol::routine ? s->type : kReal;
+    if (s && s->kind == Symbol::routine && result.k == K::none && !learned_.stubs.contains(t.low))
+      return bad(at, std::string(t.raw) + " gives no value");
+    const std::string text = call(t.raw, args, at, result.k == K::none ? kReal : result);
+    if (text.empty()) return failed();
+    return suffixes(value(text, result.k == K::none ? kReal : result), at);
+  }
+
+  std::map<std::string, Type> types_named_;
+  std::map<std::string, double> known_;
+  std::vector<Header> headers_;
+  std::size_t next_header_ = 0;
+  std::string main_name_;
+  std::set<std::string> stop_interrupts_;
+  std::vector<std::pair<std::string, std::string>> ends_;
+  std::vector<bool> had_case_;
+  std::string word_;
+  std::optional<Type> want_;
+  Type field_type_;
+  std::optional<At> mixed_;
+  std::optional<std::string> pdat_, ldat_, fdat_;
+  bool is_target_ = false, is_relative_ = false;
+  bool is_bare_ = false;                     ///< the last aggregate has X, Y, Z and no A, B, C
+  std::set<std::string, std::less<>> bare_;  ///< variables that are declared with such a one
+};
+
+}  // namespace
+
+Made read_krl(const ProgramReaderTask& task, const Params& params, Progress& progress) {
+  return passes<Krl>(task, params, progress);
+}
+
+}  // namespace robomosp::readers

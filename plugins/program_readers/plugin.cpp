@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plugin program_readers: programs of controllers to IRL, behind robomosp.program_reader/1.
+#include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/program_reader.h>
+
+#include "reader.h"
+#include "readers.h"
+
+namespace robomosp::readers {
+namespace {
+
+/// What tells the languages apart that share an extension.
+std::int32_t claim(const SourceFile& file, std::initializer_list<const char*> words) {
+  for (const char* word : words)
+    if (has_line(file.text.substr(0, 200'000), word)) return 2;
+  return 1;
+}
+
+template <class Language>
+class Of final : public ProgramReader {
+ public:
+  [[nodiscard]] std::span<const ReaderFormat> formats() const override {
+    return Language::kFormats;
+  }
+  [[nodiscard]] std::int32_t claims(const SourceFile& file) const override {
+    return Language::claims(file);
+  }
+  Result<std::vector<std::string>> needs(const SourceFile& file) const override {
+    return Language::needs(file);
+  }
+  Result<std::unique_ptr<ReadProgram>> read(const ProgramReaderTask& task, const Params& params,
+                                            Progress& progress) const override {
+    return Language::read(task, params, progress);
+  }
+};
+struct Alone {
+  static std::vector<std::string> needs(const SourceFile&) { return {}; }
+};
+
+struct Krl {
+  static constexpr ReaderFormat kFormats[] = {{"src", "KUKA KRL"}, {"dat", "KUKA KRL, data"}};
+  static std::int32_t claims(const SourceFile& f) {
+    return claim(f, {"def", "deffct", "defdat", "&access", "global def"});
+  }
+  static std::vector<std::string> needs(const SourceFile& f) {
+    const std::string name(stem(f.name));
+    if (extension(f.name) == "src") return {name + ".dat"};
+    return {};
+  }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_krl(t, p, g);
+  }
+};
+struct Rapid : Alone {
+  static constexpr ReaderFormat kFormats[] = {
+      {"mod", "ABB RAPID"}, {"prg", "ABB RAPID"}, {"sys", "ABB RAPID, system module"}};
+  static std::int32_t claims(const SourceFile& f) { return claim(f, {"module", "%%%", "proc"}); }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_rapid(t, p, g);
+  }
+};
+struct Urscript : Alone {
+  static constexpr ReaderFormat kFormats[] = {{"script", "Universal Robots URScript"}};
+  static std::int32_t claims(const SourceFile& f) { return claim(f, {"def", "movej", "movel"}); }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_urscript(t, p, g);
+  }
+};
+struct Tp {
+  static constexpr ReaderFormat kFormats[] = {{"ls", "FANUC TP"}};
+  static std::int32_t claims(const SourceFile& f) { return claim(f, {"/prog"}); }
+  /// Programs that are called.
+  static std::vector<std::string> needs(const SourceFile& f) {
+    std::vector<std::string> out;
+    const std::string low = lower(f.text);
+    for (std::size_t at = low.find("call "); at != std::string::npos;
+         at = low.find("call ", at + 5)) {
+      const std::size_t end = low.find_first_of(" ;(\r\n\t", at + 5);
+      const std::string name = low.substr(at + 5, end == std::string::npos ? end : end - at - 5);
+      if (!name.empty() && name.size() < 64 && out.size() < 200) out.push_back(name + ".ls");
+    }
+    return out;
+  }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_tp(t, p, g);
+  }
+};
+struct Melfa : Alone {
+  static constexpr ReaderFormat kFormats[] = {{"prg", "Mitsubishi MELFA-BASIC"},
+                                              {"mb4", "Mitsubishi MELFA-BASIC IV"},
+                                              {"mb5", "Mitsubishi MELFA-BASIC V"}};
+  static std::int32_t claims(const SourceFile& f) { return looks_like_melfa(f.text) ? 2 : 1; }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_melfa(t, p, g);
+  }
+};
+struct Val3 {
+  static constexpr ReaderFormat kFormats[] = {{"pjx", "Staubli VAL3, application"},
+                                              {"pgx", "Staubli VAL3, program"}};
+  static std::int32_t claims(const SourceFile& f) {
+    return claim(f, {"<project", "<programs", "<?xml"});
+  }
+  static std::vector<std::string> needs(const SourceFile& f) { return val3_needs(f); }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_val3(t, p, g);
+  }
+};
+struct Gcode : Alone {
+  static constexpr ReaderFormat kFormats[] = {
+      {"ngc", "G-code"}, {"nc", "G-code"}, {"gcode", "G-code"}, {"tap", "G-code"}};
+  static std::int32_t claims(const SourceFile&) { return 1; }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_gcode(t, p, g);
+  }
+};
+
+#define RMP_TCP_SPEED                                                                         \
+  {                                                                                           \
+    "tcp_speed", "real", "m/s",                                                               \
+        "Speed of the tool that 100 % of a joint motion stand for, where a controller gives " \
+        "joint "                                                                              \
+        "motions in mm/s.",                                                                   \
+        "1", nullptr, 0.001, 100                                                              \
+  }
+const rmp_param kRapidParams[] = {RMP_TCP_SPEED};
+const rmp_param kTpParams[] = {RMP_TCP_SPEED};
+const rmp_param kUrscriptParams[] = {{"joint_speed", "real", "rad/s",
+                                      "Speed of the joints that 100 % stand for.", "180 deg/s",
+                                      nullptr, 0.001, 100}};
+
+}  // namespace
+}  // namespace robomosp::readers
+
+using namespace robomosp::readers;
+
+RMP_PLUGIN(
+    "org.robomosp.program_readers", "1.0.0", "Apache-2.0",
+    "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi and Staubli, and G-code, to IRL.",
+    RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
+    RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys.", "", kRapidParams),
+    RMP_PROVIDER(Of<Urscript>, "urscript", "Universal Robots URScript: .script.", "",
+                 kUrscriptParams),
+    RMP_PROVIDER(Of<Tp>, "tp", "FANUC TP: .ls.", "", kTpParams),
+    RMP_PROVIDER_NO_PARAMS(Of<Melfa>, "melfa", "Mitsubishi MELFA-BASIC IV and V: .prg.", ""),
+    RMP_PROVIDER_NO_PARAMS(Of<Val3>, "val3", "Staubli VAL3: an application's .pjx, .dtx, .pgx.",
+                           ""),
+    RMP_PROVIDER_NO_PARAMS(Of<Gcode>, "gcode", "G-code (RS274): .ngc, .nc, .gcode.", ""))

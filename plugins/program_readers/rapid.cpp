@@ -1,0 +1,1425 @@
+// SPDX-License-Identifier: Apache-2.0
+// ABB RAPID: modules of .mod, .prg and .sys.
+#include <algorithm>
+#include <cmath>
+
+#include "reader.h"
+#include "readers.h"
+
+namespace robomosp::readers {
+namespace {
+
+const Style kStyle{.comment = "!",
+                   .quotes = "\"",
+                   .name_first = "_",
+                   .name_rest = "_",
+                   .signs = {":=", "<>", "<=", ">="},
+                   .has_lines = false,
+                   .joins_in_brackets = false,
+                   .hex = "0x"};
+constexpr Binary kBinaries[] = {{"or", 10, Op::or_}, {"xor", 10, Op::exor}, {"and", 12, Op::and_},
+                                {"=", 20, Op::eq},   {"<>", 20, Op::ne},    {"<", 20, Op::lt},
+                                {">", 20, Op::gt},   {"<=", 20, Op::le},    {">=", 20, Op::ge},
+                                {"+", 30, Op::add},  {"-", 30, Op::sub},    {"*", 40, Op::mul},
+                                {"/", 40, Op::div},  {"div", 40, Op::idiv}, {"mod", 40, Op::mod}};
+
+/// A value in brackets, or the expression that one consists of.
+struct Aggregate {
+  std::vector<Aggregate> items;
+  Ex e;
+  bool is_list = false;
+  At at;
+};
+
+class Rapid final : public Reader {
+ public:
+  using Reader::Reader;
+
+  void run() override {
+    name_ = std::string(stem(files_[0].name));
+    for (is_announcing_ = true;; is_announcing_ = false) {
+      for (std::size_t f = 0; f < files_.size(); ++f) file(f);
+      if (!is_announcing_) break;
+    }
+    if (!has_main_)
+      note({}, "no routine is named main; the program does nothing by itself",
+           "Call one of its procedures behind BEGIN.");
+  }
+
+ private:
+  std::span<const Binary> binaries() const override { return kBinaries; }
+  int turns_from() const override { return 0; }
+  std::string_view not_word() const override { return "not"; }
+  int not_precedence() const override { return 13; }
+  void skip_rest() override {
+    while (!at_end() && !is(";")) next();
+  }
+  std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At&) override {
+    if (a.type.k == K::position && b.type.k == K::position && (op == Op::add || op == Op::sub) &&
+        a.is_place && b.is_place) {
+      std::string list;
+      for (const char c : {'X', 'Y', 'Z'})
+        list += (list.empty() ? "" : ", ") + a.s + "." + c + (op == Op::add ? " + " : " - ") + b.s +
+                "." + c;
+      return value("POSITION(" + list + ")", kPosition);
+    }
+    if (op == Op::mul && a.type.k == K::orientation && b.type.k == K::orientation)
+      return value(within(a, kTerm) + " @ " + within(b, kSign), kOrientation, kTerm);
+    return std::nullopt;
+  }
+
+  // ---- types ----
+
+  /// Of what is declared with a type of RAPID; nothing where IRL has none.
+  std::optional<Type> type_named(const std::string& low) const {
+    static const std::map<std::string, Type, std::less<>> kTypes{
+        {"num", kReal},       {"dnum", kReal},        {"bool", kBool},
+        {"string", kString},  {"pos", kPosition},     {"orient", kOrientation},
+        {"pose", kPose},      {"robtarget", kTarget}, {"jointtarget", kJoint},
+        {"speeddata", kReal}, {"zonedata", kReal},    {"tooldata", kPose},
+        {"wobjdata", kPose},  {"byte", kReal}};
+    if (const auto it = kTypes.find(low); it != kTypes.end()) return it->second;
+    if (const auto it = types_named_.find(low); it != types_named_.end()) return it->second;
+    return std::nullopt;
+  }
+  static bool is_speed(const std::string& t) { return t == "speeddata" || t == "zonedata"; }
+
+  // ---- modules ----
+
+  void file(std::size_t f) {
+    scan(f, kStyle);
+    if (is_announcing_) next_comment_ = comments_.size();
+    if (is("%")) {
+      int n = 0;
+      while (!at_end() && n < 6) n += next().low == "%";
+    }
+    while (!at_end()) {
+      if (progress_.cancelled()) {
+        statement(here(), [] {});
+        return;
+      }
+      item();
+    }
+  }
+  void item() {
+    const At at = here();
+    accept("local");
+    accept("task");
+    if (accept("module")) {
+      const Token name = next();
+      if (at.file == 0) name_ = std::string(name.raw);
+      if (accept("("))
+        while (!at_end() && !accept(")")) next();
+      return;
+    }
+    if (accept("endmodule")) return;
+    if (is("var") || is("const") || is("pers")) {
+      if (is_announcing_) return statement(at, [&] { data(); });
+      skip_rest();
+      accept(";");
+      return;
+    }
+    if (accept("record")) return record(at);
+    if (accept("alias")) {
+      const Token of = next();
+      const Token name = next();
+      if (const auto t = type_named(of.low)) types_named_[name.low] = *t;
+      accept(";");
+      return;
+    }
+    if (is("proc") || is("func") || is("trap")) return routine();
+    if (accept(";")) return;
+    if (is_announcing_) {
+      fail(at, "\"" + std::string(peek().raw.substr(0, 40)) +
+                   "\" is not expected outside of a routine");
+    }
+    next();
+    while (!at_end() && !is(";") && !is("proc") && !is("func") && !is("trap") && !is("endmodule") &&
+           !is("var") && !is("const") && !is("pers") && !is("module"))
+      next();
+  }
+  void record(const At& at) {
+    const Token name = next();
+    Type t;
+    t.k = K::record;
+    std::string fields, irl;
+    std::vector<std::pair<std::string, Type>> known;
+    bool is_good = true;
+    while (!at_end() && !accept("endrecord")) {
+      const Token of = next();
+      const Token field = next();
+      if (!accept(";")) {
+        skip_rest();
+        accept(";");
+        is_good = false;
+        continue;
+      }
+      const auto type = type_named(of.low);
+      is_good = is_good && type && type->k != K::none;
+      if (type) {
+        known.emplace_back(field.low, *type);
+        fields += " " + type_text(*type) + ": f_" + field.low + ";";
+      }
+    }
+    if (!is_announcing_) return;
+    if (!is_good || known.empty()) {
+      fail(at, "the record " + std::string(name.raw) + " has components that IRL does not have");
+      return;
+    }
+    t.record = irl_name(name.raw);
+    records_[t.record] = known;
+    types_.push_back({"RECORD" + fields + " ENDRECORD: " + t.record + ";", at, true});
+    types_named_[name.low] = t;
+  }
+  void data(bool is_local = false) {
+    const At from = here();
+    const std::string how = next().low;
+    const Token of = next();
+    const Token name = next();
+    const auto type = type_named(of.low);
+    if (!type || name.kind != Tk::name) {
+      skip_rest();
+      accept(";");
+      if (name.kind == Tk::name) unread_.insert(name.low);
+      const bool is_signal = of.low.starts_with("signal");
+      note(from, "IRL has no type " + std::string(of.raw.substr(0, 40)) + "; " +
+                     std::string(name.raw.substr(0, 40)) + " is left out" +
+                     (is_signal ? " here" : ""));
+      return;
+    }
+    Type t = *type;
+    if (accept("{")) {
+      std::vector<std::pair<std::int64_t, std::int64_t>> bounds;
+      do {
+        const Ex n = as_integer(expression(), from);
+        const auto known = sizes_.find(lower(n.s));
+        const double v = n.is_literal ? n.v : known != sizes_.end() ? known->second : 0;
+        if (!(v >= 1 && v <= 100000)) {
+          bad(from, "the size of " + std::string(name.raw) + " is not known");
+          skip_rest();
+          accept(";");
+          return;
+        }
+        bounds.emplace_back(1, static_cast<std::int64_t>(v));
+      } while (accept(","));
+      expect("}");
+      t = array_of(t, bounds);
+    }
+    std::string text;
+    bool is_constant = how == "const";
+    if (accept(":=")) {
+      want_ = of.low;
+      const Aggregate a = aggregate();
+      const Ex e = built(a, of.low, t);
+      want_.clear();
+      if (!e.ok) {
+        skip_rest();
+        accept(";");
+        // Declared all the same, so that what uses it is read.
+        declare_variable(declare(name.raw, t, Symbol::variable, is_local), {}, from, is_local);
+        return;
+      }
+      text = e.s;
+      is_constant = is_constant && e.is_constant;
+      if (is_constant && e.is_literal) {
+        sizes_["round(" + name.low + ")"] = e.v;
+        sizes_[name.low] = e.v;
+      }
+    } else {
+      is_constant = false;
+    }
+    expect(";");
+    if (!is_local && globals_.contains(name.low)) {
+      bad(name.at, std::string(name.raw) + " is declared twice");
+      return;
+    }
+    Symbol& s =
+        declare(name.raw, t,
+                is_constant && !(is_local && !is_in_main()) ? Symbol::constant : Symbol::variable,
+                is_local);
+    if (is_constant) sizes_["round(" + lower(s.irl) + ")"] = sizes_[name.low];
+    declare_variable(s, text, from, is_local);
+  }
+  std::vector<Parameter> parameters() {
+    std::vector<Parameter> out;
+    if (!accept("(")) return out;
+    bool is_optional = false;
+    while (!at_end() && !is(")")) {
+      if (accept("\\")) is_optional = true;
+      Parameter p;
+      if (accept("switch")) {
+        const Token name = next();
+        optional_.insert(name.low);
+      } else {
+        p.is_out = accept("inout") || accept("var") || accept("pers");
+        const Token of = next();
+        const Token name = next();
+        p.foreign = std::string(name.raw);
+        const auto t = type_named(of.low);
+        if (of.low.starts_with("signal")) {
+          p.type = kBool;
+          if (is_announcing_)
+            fail(of.at, "IRL has no parameters that are signals",
+                 "Name the signal in the routine.");
+        } else {
+          p.type = t.value_or(kReal);
+          if (!t && is_announcing_)
+            fail(of.at, "IRL has no type " + std::string(of.raw.substr(0, 40)));
+        }
+        if (accept("{")) {
+          while (!at_end() && !accept("}")) next();
+          if (is_announcing_) fail(of.at, "IRL has no arrays of open size as parameters");
+        }
+        if (is_optional) {
+          optional_.insert(name.low);
+          if (is_announcing_)
+            warn(name.at,
+                 "IRL has no parameters that may be left out; " + p.foreign + " is not there");
+        } else {
+          out.push_back(std::move(p));
+        }
+      }
+      if (accept(",")) is_optional = false;
+      else if (is("\\") || is("|")) accept("|");
+      else break;
+    }
+    if (!accept(")")) {
+      fail(here(), "\")\" belongs here");
+      while (!at_end() && !accept(")")) next();
+    }
+    return out;
+  }
+  void routine() {
+    const At at = here();
+    const std::string kind = next().low;
+    Type result;
+    std::string result_name;
+    if (kind == "func") {
+      const Token of = next();
+      result_name = of.low;
+      const auto t = type_named(of.low);
+      result = t.value_or(kReal);
+      if (!t && is_announcing_) fail(of.at, "IRL has no type " + std::string(of.raw.substr(0, 40)));
+    }
+    const Token name = next();
+    const auto list = kind == "trap" ? std::vector<Parameter>{} : parameters();
+    const bool is_main = name.low == "main" && kind == "proc" && list.empty();
+    const std::string end = "end" + kind;
+    if (is_announcing_) {
+      if (is_main) has_main_ = true;
+      else announce(name.raw, list, result);
+      while (!at_end() && !accept(end)) next();
+      return;
+    }
+    result_name_ = result_name;
+    if (is_main) close();
+    else begin(name.raw, list, result, at);
+    current().indent = 1;
+    ends_.clear();
+    while (!at_end() && !is(end) && !is("endmodule")) {
+      if (progress_.cancelled()) return;
+      if (is("error") || is("undo") || is("backward")) {
+        if (!is(":=", 1) && !is(":", 1)) {
+          handler(end);
+          break;
+        }
+      }
+      const At from = here();
+      statement(from, [&] { one(); });
+      if (here().begin == from.begin && !at_end()) next();
+    }
+    comments_until(here());
+    finish_blocks(here());
+    if (!accept(end))
+      fail(here(), "the routine " + std::string(name.raw.substr(0, 60)) + " has no " + end);
+    close();
+  }
+  void handler(const std::string& end) {
+    const At at = here();
+    while (!at_end() && !is(end)) next();
+    emit("{ not read: the handler " + source_line(at) + " }", at);
+    warn(at, "handlers of errors are not read",
+         "IRL stops where a controller would raise an error.");
+  }
+
+  // ---- statements ----
+
+  void push(std::string_view end, std::string irl) {
+    ends_.emplace_back(std::string(end), std::move(irl));
+    indented(1);
+  }
+  void pop(const At& at) {
+    if (ends_.empty() || ends_.back().first != word_) {
+      bad(at, "\"" + word_ + "\" ends nothing that is open");
+      return;
+    }
+    indented(-1);
+    if (word_ == "endtest" && !in_arm_.empty()) {
+      if (in_arm_.back()) indented(-1);
+      in_arm_.pop_back();
+    }
+    emit(ends_.back().second + ";", at);
+    ends_.pop_back();
+  }
+  void finish_blocks(const At& at) {
+    while (!ends_.empty()) {
+      fail(at, "a block has no " + ends_.back().first + " above");
+      indented(-1);
+      emit(ends_.back().second + ";", at);
+      ends_.pop_back();
+    }
+    in_arm_.clear();
+    current().indent = 1;
+  }
+  std::string truth(const At& at) {
+    return condition(at, [&] { return expression(); }).s;
+  }
+  void semicolon() {
+    if (accept(";")) return;
+    bad(here(), "\";\" belongs here, and not \"" + std::string(peek().raw.substr(0, 40)) + "\"");
+    skip_rest();
+    accept(";");
+  }
+
+  void one() {
+    const Token t = peek();
+    const At at = t.at;
+    if (accept(";")) return;
+    if (is("var") || is("const") || is("pers")) return data(true);
+    if (t.kind != Tk::name) {
+      bad(at, "a statement does not begin with \"" + std::string(t.raw.substr(0, 40)) + "\"");
+      skip_rest();
+      accept(";");
+      return;
+    }
+    if (is(":", 1) && t.low != "default") {
+      next();
+      next();
+      emit("LABEL " + label(t.raw) + ":", at);
+      return;
+    }
+    word_ = t.low;
+    static const std::map<std::string, void (Rapid::*)(const At&), std::less<>> kBlocks{
+        {"if", &Rapid::if_},       {"elseif", &Rapid::elseif},    {"else", &Rapid::else_},
+        {"endif", &Rapid::end_},   {"for", &Rapid::for_},         {"endfor", &Rapid::end_},
+        {"while", &Rapid::while_}, {"endwhile", &Rapid::end_},    {"test", &Rapid::test},
+        {"case", &Rapid::case_},   {"default", &Rapid::default_}, {"endtest", &Rapid::end_}};
+    if (const auto it = kBlocks.find(t.low); it != kBlocks.end()) {
+      next();
+      (this->*it->second)(at);
+      return;
+    }
+    const bool is_assigned = is(":=", 1) || is("{", 1) || is(".", 1);
+    static const std::map<std::string, void (Rapid::*)(const At&), std::less<>> kWords{
+        {"movej", &Rapid::motion},
+        {"movel", &Rapid::motion},
+        {"movec", &Rapid::motion},
+        {"moveabsj", &Rapid::motion},
+        {"moveldo", &Rapid::motion},
+        {"movejdo", &Rapid::motion},
+        {"movecdo", &Rapid::motion},
+        {"set", &Rapid::set_},
+        {"reset", &Rapid::set_},
+        {"setdo", &Rapid::set_signal},
+        {"setgo", &Rapid::set_signal},
+        {"setao", &Rapid::set_signal},
+        {"pulsedo", &Rapid::pulse},
+        {"waitdi", &Rapid::wait_signal},
+        {"waitdo", &Rapid::wait_signal},
+        {"waitgi", &Rapid::wait_signal},
+        {"waituntil", &Rapid::wait_until},
+        {"waittime", &Rapid::wait_time},
+        {"tpwrite", &Rapid::tpwrite},
+        {"errwrite", &Rapid::tpwrite},
+        {"stop", &Rapid::stop},
+        {"break", &Rapid::stop},
+        {"exit", &Rapid::exit},
+        {"exitcycle", &Rapid::exit},
+        {"return", &Rapid::return_},
+        {"goto", &Rapid::goto_},
+        {"incr", &Rapid::count},
+        {"decr", &Rapid::count},
+        {"add", &Rapid::count},
+        {"clear", &Rapid::count},
+        {"accset", &Rapid::accset},
+        {"connect", &Rapid::connect},
+        {"isignaldi", &Rapid::isignal},
+        {"isignaldo", &Rapid::isignal},
+        {"searchl", &Rapid::no_counterpart},
+        {"searchc", &Rapid::no_counterpart},
+        {"raise", &Rapid::no_counterpart},
+        {"velset", &Rapid::no_counterpart},
+        {"movejsync", &Rapid::no_counterpart},
+        {"movelsync", &Rapid::no_counterpart}};
+    if (const auto it = kWords.find(t.low); it != kWords.end() && !is_assigned && !find(t.low)) {
+      next();
+      (this->*it->second)(at);
+      semicolon();
+      return;
+    }
+    static const std::set<std::string, std::less<>> kNoEffect{
+        "tperase",   "clkreset", "clkstart",     "clkstop", "confj",   "confl",     "singarea",
+        "waitrob",   "gripload", "mechunitload", "tpshow",  "softact", "softdeact", "actunit",
+        "deactunit", "isleep",   "iwatch",       "idelete", "pathaccs"};
+    if (kNoEffect.contains(t.low) && !is_assigned && !find(t.low)) {
+      skip_rest();
+      accept(";");
+      left_out(t.low.starts_with("clk") || t.low[0] == 'i' ? RMP_FAULT_ERROR : RMP_FAULT_WARNING,
+               at, "IRL has no counterpart of " + std::string(t.raw));
+      return;
+    }
+    if (is_assigned) {
+      will_write(t.low);
+      const Ex to = primary();
+      expect(":=");
+      if (!to.ok) {
+        skip_rest();
+        accept(";");
+        return;
+      }
+      const Aggregate a = aggregate();
+      assign(to, built(a, {}, to.type), at);
+      semicolon();
+      return;
+    }
+    // A call; its values are behind blanks.
+    next();
+    std::vector<Ex> args;
+    while (!at_end() && !is(";")) {
+      if (accept("\\")) {
+        const Token name = next();
+        if (accept(":=")) (void)expression();
+        bad(at, "IRL has no parameters that may be left out, as " +
+                    std::string(name.raw.substr(0, 40)));
+        skip_rest();
+        break;
+      }
+      args.push_back(expression());
+      if (!accept(",") && !is("\\")) break;
+    }
+    bool is_ok = true;
+    for (const Ex& a : args) is_ok = is_ok && a.ok;
+    if (is_ok) {
+      if (has_main_ && t.low == "main") {
+        bad(at, "the program calls itself");
+      } else {
+        const std::string text = call(t.raw, args, at);
+        if (!text.empty()) emit(text + ";", at);
+      }
+    }
+    semicolon();
+  }
+  void no_counterpart(const At& at) {
+    skip_rest();
+    bad(at, "IRL has no counterpart of this statement");
+  }
+  void if_(const At& at) {
+    const std::string c = truth(at);
+    if (accept("then")) {
+      emit("IF " + c + " THEN", at);
+      push("endif", "ENDIF");
+      return;
+    }
+    // IF c statement;
+    emit("IF " + c + " THEN", at);
+    indented(1);
+    if (++nested_ > 50) {
+      skip_rest();
+      bad(at, "this is nested too deeply");
+    } else if (!at_end() && !is("endproc") && !is("endfunc")) {
+      statement(here(), [&] { one(); });
+    }
+    --nested_;
+    indented(-1);
+    emit("ENDIF;", at);
+  }
+  void elseif(const At& at) {
+    if (ends_.empty() || ends_.back().first != "endif") {
+      bad(at, "ELSEIF stands outside of IF");
+      return;
+    }
+    const std::string c = truth(at);
+    accept("then");
+    indented(-1);
+    emit("ELSIF " + c + " THEN", at);
+    indented(1);
+  }
+  void else_(const At& at) {
+    if (ends_.empty() || ends_.back().first != "endif") {
+      bad(at, "ELSE stands outside of IF");
+      return;
+    }
+    indented(-1);
+    emit("ELSE", at);
+    indented(1);
+  }
+  void end_(const At& at) {
+    const std::string word = word_;
+    pop(at);
+    if (word == "endfor" && !loops_.empty()) {
+      current().symbols.erase(loops_.back());
+      if (is_in_main()) globals_.erase("." + loops_.back());
+      loops_.pop_back();
+    }
+    accept(";");
+  }
+  void for_(const At& at) {
+    const Token v = next();
+    expect("from");
+    const Ex from = as_integer(expression(), at);
+    expect("to");
+    const Ex to = as_integer(expression(), at);
+    Ex step = integer(1);
+    if (accept("step")) step = as_integer(expression(), at);
+    expect("do");
+    // A variable of the loop's own.
+    Symbol s;
+    s.type = kInt;
+    s.irl = irl_name(v.raw);
+    (is_in_main() ? variables_ : current().locals).push_back({"INT: " + s.irl + ";", at, false});
+    const std::string irl = s.irl;
+    current().symbols.insert_or_assign(v.low, std::move(s));
+    loops_.push_back(v.low);
+    std::string by;
+    bool is_down = false;
+    if (step.is_literal && step.v != 0) {
+      is_down = step.v < 0;
+      if (std::fabs(step.v) != 1)
+        by = " STEP " + integer(static_cast<std::int64_t>(std::fabs(step.v))).s;
+    } else if (step.ok) {
+      bad(at, "the step of this loop is not known");
+    }
+    // RAPID counts down by itself where the end is below.
+    if (from.is_literal && to.is_literal && from.v > to.v && step.v == 1) is_down = true;
+    if (from.ok && to.ok)
+      emit("FOR " + irl + " := " + from.s + (is_down ? " DOWNTO " : " TO ") + to.s + by + " DO",
+           at);
+    else emit("FOR " + irl + " := 1 TO 0 DO", at);
+    push("endfor", "ENDFOR");
+  }
+  void while_(const At& at) {
+    const std::string c = truth(at);
+    accept("do");
+    emit("WHILE " + c + " DO", at);
+    push("endwhile", "ENDWHILE");
+  }
+  void test(const At& at) {
+    Ex e = expression();
+    if (e.ok && e.type.k == K::real) e = as_integer(e, at);
+    if (!e.ok) e = integer(0);
+    emit("CASE " + e.s + " OF", at);
+    push("endtest", "ENDCASE");
+    in_arm_.push_back(false);
+  }
+  void arm(const std::string& head, const At& at) {
+    if (in_arm_.empty() || ends_.empty() || ends_.back().first != "endtest") {
+      bad(at, "this stands outside of TEST");
+      skip_rest();
+      return;
+    }
+    if (in_arm_.back()) indented(-1);
+    emit(head, at);
+    in_arm_.back() = true;
+    indented(1);
+  }
+  void case_(const At& at) {
+    std::string list;
+    do {
+      Ex e = expression();
+      if (e.type.k == K::real) e = as_integer(e, at);
+      if (e.ok && !e.is_constant) e = bad(at, "a value of CASE is known before the program runs");
+      if (!e.ok) break;
+      list += (list.empty() ? "" : ", ") + e.s;
+    } while (accept(","));
+    expect(":");
+    arm("WHEN " + (list.empty() ? "0" : list) + ":", at);
+  }
+  void default_(const At& at) {
+    expect(":");
+    arm("DEFAULT:", at);
+  }
+
+  Ex frame_named(const Token& t) {
+    if (t.low == "tool0" || t.low == "wobj0") return identity();
+    if (t.kind != Tk::name) return bad(t.at, "the name of a tool or work object belongs here");
+    const Symbol* s = find(t.low);
+    if (!s) {
+      s = &declare(t.raw, kPose);
+      declare_variable(*s, {}, t.at);
+      fail(t.at, std::string(t.raw) + " is declared nowhere; it is zero here",
+           "Read its module together with this one, or give its value.");
+    }
+    if (s->type.k != K::pose)
+      return bad(t.at, std::string(t.raw) + " is no tool and no work object");
+    return place(s->irl, kPose);
+  }
+  void motion(const At& at) {
+    const std::string word = word_;
+    const bool is_joint = word.starts_with("movej") || word == "moveabsj";
+    Motion m;
+    m.word = is_joint ? "PTP" : word.starts_with("movel") ? "LIN" : "CIRCLE";
+    const auto options = [&](std::map<std::string, Ex>& to) {
+      while (accept("\\")) {
+        const Token name = next();
+        if (!accept(":=")) {
+          to[name.low] = boolean(true);
+        } else if (name.low == "wobj" || name.low == "tool" || name.low == "tload") {
+          const Token f = next();
+          if (name.low != "tload") to[name.low] = frame_named(f);
+        } else {
+          to[name.low] = expression();
+        }
+      }
+    };
+    std::map<std::string, Ex> given;
+    options(given);  // \Conc
+    const auto read_target = [&] {
+      const Aggregate a = aggregate();
+      const Ex e = built(a, word == "moveabsj" ? "jointtarget" : "robtarget",
+                         word == "moveabsj" ? kJoint : kTarget);
+      options(given);
+      return e;
+    };
+    m.targets.push_back(read_target());
+    expect(",");
+    if (m.word == "CIRCLE") {
+      m.targets.push_back(read_target());
+      expect(",");
+    }
+    want_ = "speeddata";
+    const Aggregate speed_value = aggregate();
+    const Ex speed = built(speed_value, "speeddata", kReal);
+    want_.clear();
+    options(given);
+    expect(",");
+    want_ = "zonedata";
+    const Aggregate zone_value = aggregate();
+    const Ex zone = built(zone_value, "zonedata", kReal);
+    want_.clear();
+    options(given);
+    expect(",");
+    const Token tool = next();
+    const Ex t = frame_named(tool);
+    options(given);
+    Ex output = failed(), level = failed();
+    if (word.ends_with("do")) {
+      expect(",");
+      const Token s = next();
+      output = signal_of(s, true, kBool);
+      expect(",");
+      level = converted(expression(), kBool, at);
+    }
+    if (!speed.ok || !zone.ok || !t.ok) return;
+    if (const auto it = given.find("t"); it != given.end()) {
+      m.attributes.emplace_back("TIME", as_real(it->second, at));
+    } else if (is_joint) {
+      const double full = params_.real("tcp_speed") * 1000;
+      Ex share = scaled(speed, 100 / full);
+      if (share.is_literal && share.v > 100) share = real(100);
+      if (share.is_literal && share.v <= 0) bad(at, "this is no speed");
+      m.attributes.emplace_back("SPEED_PTP", share);
+    } else {
+      const auto v = given.find("v");
+      const Ex used = v != given.end() ? as_real(v->second, at) : speed;
+      if (used.is_literal && used.v <= 0) bad(at, "this is no speed");
+      m.attributes.emplace_back("SPEED", used);
+    }
+    Ex z = zone;
+    if (const auto it = given.find("z"); it != given.end()) z = as_real(it->second, at);
+    if (!(z.is_literal && z.v == 0)) {
+      if (is_joint) {
+        if (!std::exchange(told_zone_, true))
+          note(at, "zones of joint motions are taken as C_PTP in %, as many as they have mm");
+        if (z.is_literal && z.v > 100) z = real(100);
+      }
+      m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", z);
+    }
+    const Ex id = identity();
+    if (t.s != id.s) m.attributes.emplace_back("TOOL", t);
+    if (const auto it = given.find("wobj");
+        it != given.end() && it->second.s != id.s && word != "moveabsj")
+      m.attributes.emplace_back("FRAME", it->second);
+    if (given.contains("conc"))
+      warn(at, "\\Conc is not said in IRL: the next statement waits for the motion");
+    move(std::move(m), at);
+    if (output.ok && level.ok) emit(output.s + " := " + level.s + ";", at);
+  }
+  Ex signal_of(const Token& t, bool is_output, const Type& type) {
+    if (t.kind != Tk::name) return bad(t.at, "the name of a signal belongs here");
+    if (const Symbol* s = find(t.low); s && s->kind != Symbol::input && s->kind != Symbol::output)
+      return bad(t.at, std::string(t.raw) + " is no signal");
+    learned_.flags.insert((is_output ? "output " : "input ") + t.low);
+    if (type.k != K::boolean) learned_.flags.insert("group " + t.low);
+    const bool is_group = learned_.flags.contains("group " + t.low);
+    const bool is_out = learned_.flags.contains("output " + t.low);
+    const Symbol& s = named_signal(t.raw, is_out, is_group ? kInt : kBool, t.at);
+    Ex e = place(s.irl, s.type);
+    e.is_place = is_out;
+    return e;
+  }
+  void set_(const At& at) {
+    const bool on = word_ == "set";
+    const Ex s = signal_of(next(), true, kBool);
+    if (s.ok) assign(s, integer(on), at);
+  }
+  void set_signal(const At& at) {
+    const bool is_bool = word_ == "setdo";
+    while (accept("\\")) {
+      const Token option = next();
+      if (accept(":=")) (void)expression();
+      bad(option.at, "IRL sets signals at once", "Split the statement.");
+    }
+    const Ex s = signal_of(next(), true, is_bool ? kBool : kInt);
+    expect(",");
+    const Token v = peek();
+    Ex e;
+    if (v.low == "high" || v.low == "low") {
+      next();
+      e = integer(v.low == "high");
+    } else {
+      e = expression();
+    }
+    if (s.ok && e.ok) assign(s, e, at);
+  }
+  void pulse(const At& at) {
+    Ex time = real(0.2);
+    bool on = true;
+    while (accept("\\")) {
+      const Token option = next();
+      if (accept(":=")) {
+        const Ex e = as_real(expression(), at);
+        if (option.low == "plength") time = e;
+      } else if (option.low == "high") {
+        on = true;
+      }
+      accept(",");
+    }
+    const Ex s = signal_of(next(), true, kBool);
+    if (!s.ok || !time.ok) return;
+    emit(s.s + " := TRUE;", at);
+    emit("WAIT " + within(time, kSum) + " SEC;", at);
+    emit(s.s + " := FALSE;", at);
+    (void)on;
+    warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+  }
+  void wait_for(const Ex& c, const At& at) {
+    std::string timeout;
+    while (accept("\\")) {
+      const Token option = next();
+      if (!accept(":=")) continue;
+      if (option.low == "maxtime") {
+        const Ex t = as_real(expression(), at);
+        if (t.ok) timeout = " TIMEOUT " + within(t, kSum);
+      } else if (option.low == "timeflag") {
+        const Token flag = next();
+        after_.push_back(flag);
+      } else {
+        (void)expression();
+        if (option.low != "pollrate") bad(option.at, "this option is not known");
+      }
+    }
+    if (!c.ok) return;
+    emit("WAIT FOR " + c.s + timeout + ";", at);
+    // A flag that is declared and set only tells nobody anything.
+    for (const Token& flag : after_)
+      if (const Symbol* s = find(flag.low); s && uses(flag.low) > 2)
+        emit(s->irl + " := R_TIMEOUT;", at);
+    if (!timeout.empty() && after_.empty())
+      warn(at, "after the time the controller raises an error; IRL goes on, and R_TIMEOUT is TRUE");
+    after_.clear();
+  }
+  void wait_signal(const At& at) {
+    const bool is_out = word_ == "waitdo", is_group = word_ == "waitgi";
+    const Ex s = signal_of(next(), is_out, is_group ? kInt : kBool);
+    expect(",");
+    Ex v;
+    if (is("high") || is("low")) v = integer(next().low == "high");
+    else v = expression();
+    wait_for(s.ok && v.ok ? binary(Op::eq, s, v, at) : failed(), at);
+  }
+  void wait_until(const At& at) {
+    while (accept("\\")) {
+      next();
+      accept(",");
+    }
+    const Ex c = converted(expression(), kBool, at);
+    wait_for(c, at);
+  }
+  void wait_time(const At& at) {
+    if (accept("\\")) {
+      next();
+      accept(",");
+    }
+    const Ex t = as_real(expression(), at);
+    if (t.is_literal && t.v < 0) {
+      bad(at, "a time is not negative");
+      return;
+    }
+    if (t.ok) emit("WAIT " + within(t, kSum) + " SEC;", at);
+  }
+  void tpwrite(const At& at) {
+    std::string list;
+    bool ok = true;
+    while (!at_end() && !is(";")) {
+      if (accept("\\")) {
+        next();
+        if (!accept(":=")) continue;
+      }
+      const Ex e = expression();
+      ok = ok && e.ok;
+      list += (list.empty() ? "" : ", ") + e.s;
+      if (!accept(",") && !is("\\")) break;
+    }
+    if (ok) emit("WRITELN(" + list + ");", at);
+  }
+  void stop(const At& at) {
+    skip_rest();
+    emit("PAUSE;", at);
+  }
+  void exit(const At& at) {
+    if (word_ == "exitcycle") warn(at, "EXITCYCLE is read as the end of the program");
+    emit("HALT;", at);
+  }
+  void return_(const At& at) {
+    if (is(";")) {
+      emit("RETURN;", at);
+      return;
+    }
+    if (is_in_main() || current().result.k == K::none) {
+      bad(at, "RETURN has a value, and this is no function");
+      skip_rest();
+      return;
+    }
+    const Aggregate a = aggregate();
+    const Ex e = built(a, result_name_, current().result);
+    if (e.ok) emit("RETURN " + e.s + ";", at);
+  }
+  void goto_(const At& at) {
+    const Token t = next();
+    bool is_there = false;
+    for (std::size_t i = 0; i + 1 < tokens_.size() && !is_there; ++i)
+      is_there =
+          tokens_[i].low == t.low && tokens_[i].kind == Tk::name && tokens_[i + 1].low == ":";
+    if (is_there) emit("GOTO " + label(t.raw) + ";", at);
+    else bad(at, "the label is nowhere");
+  }
+  void count(const At& at) {
+    const std::string word = word_;
+    const Token name = peek();
+    will_write(name.low);
+    const Ex to = primary();
+    Ex by = integer(1);
+    if (word == "add" && expect(",")) by = expression();
+    if (!to.ok || !by.ok) return;
+    if (word == "clear") assign(to, integer(0), at);
+    else assign(to, binary(word == "decr" ? Op::sub : Op::add, to, by, at), at);
+  }
+  void accset(const At& at) {
+    const Ex a = as_real(expression(), at);
+    while (accept(",")) (void)expression();
+    while (accept("\\")) {
+      next();
+      if (accept(":=")) (void)expression();
+    }
+    if (!a.ok) return;
+    if (a.is_literal && (a.v <= 0 || a.v > 100)) {
+      bad(at, "the acceleration is a percentage");
+      return;
+    }
+    emit("R_ACC := " + a.s + ";", at);
+    emit("R_ACC_PTP := " + a.s + ";", at);
+    warn(at, "the ramp of AccSet is not said in IRL");
+  }
+  void connect(const At& at) {
+    const Token i = next();
+    expect("with");
+    const Token trap = next();
+    const Symbol* s = find(trap.low);
+    if (!s || s->kind != Symbol::routine) {
+      bad(at, "the trap is nowhere");
+      return;
+    }
+    traps_[i.low] = trap.low;
+    emit("{ " + source_line(at) + " }", at);
+  }
+  void isignal(const At& at) {
+    const bool is_out = word_ == "isignaldo";
+    while (accept("\\")) {
+      next();
+      accept(",");
+    }
+    const Ex s = signal_of(next(), is_out, kBool);
+    expect(",");
+    const Ex v = expression();
+    expect(",");
+    const Token i = next();
+    const auto it = traps_.find(i.low);
+    if (!s.ok || !v.ok) return;
+    if (it == traps_.end()) {
+      bad(at, "no CONNECT before this gives the interrupt a trap");
+      return;
+    }
+    const std::string key = "!interrupt " + i.low;
+    if (!globals_.contains(key)) {
+      Symbol x;
+      x.kind = Symbol::data;
+      x.irl = irl_name(i.raw);
+      const std::string irl = x.irl;
+      globals_.emplace(key, std::move(x));
+      const std::string text = call(it->second, {}, at);
+      const Ex c = binary(Op::eq, s, v, at);
+      Routine& before = current();
+      const bool was_main = is_in_main();
+      Routine& r = open("INTERRUPT " + irl + " WHEN " + c.s, "ENDINTERRUPT", at);
+      r.body.push_back({"  " + text + ";", at, true});
+      if (was_main) close();
+      else set_current(before);
+    }
+    emit("ENABLE " + globals_[key].irl + ";", at);
+  }
+
+  // ---- values ----
+
+  Aggregate aggregate(int depth = 0) {
+    Aggregate a;
+    a.at = here();
+    if (is("[") && depth < 20) {
+      next();
+      a.is_list = true;
+      if (accept("]")) return a;
+      do {
+        a.items.push_back(aggregate(depth + 1));
+      } while (accept(",") && a.items.size() < 100000);
+      expect("]");
+      return a;
+    }
+    a.e = expression();
+    return a;
+  }
+  static std::string shape(const Aggregate& a) {
+    if (!a.is_list) return ".";
+    std::string s;
+    for (const Aggregate& i : a.items) s += i.is_list ? std::to_string(i.items.size()) : ".";
+    return s;
+  }
+  std::vector<Ex> numbers(const Aggregate& a, std::size_t count) {
+    std::vector<Ex> out;
+    if (!a.is_list || a.items.size() != count) {
+      bad(a.at, std::to_string(count) + " numbers in brackets belong here");
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      out.push_back(i < a.items.size() && !a.items[i].is_list ? as_real(a.items[i].e, a.at)
+                                                              : real(0));
+    return out;
+  }
+  std::vector<Ex> external(const Aggregate& a) {
+    std::vector<Ex> out = numbers(a, 6);
+    // 9E9 is an axis that is not there.
+    while (!out.empty() && out.back().is_literal && (out.back().v > 8.9e9)) out.pop_back();
+    for (Ex& e : out)
+      if (e.is_literal && e.v > 8.9e9) e = real(0);
+    return out;
+  }
+  Ex quaternion(const Aggregate& a) {
+    if (!a.is_list) return converted(a.e, kOrientation, a.at);
+    return orientation("ORIQUAT", numbers(a, 4));
+  }
+  Ex point(const Aggregate& a) {
+    if (!a.is_list) return converted(a.e, kPosition, a.at);
+    return position(numbers(a, 3));
+  }
+  Ex frame(const Aggregate& a) {
+    if (!a.is_list) return as_pose(a.e, a.at);
+    if (a.items.size() != 2) return bad(a.at, "a pose has a place and an orientation");
+    const Ex p = point(a.items[0]), o = quaternion(a.items[1]);
+    Ex e = value("POSE(" + p.s + ", " + o.s + ")", kPose);
+    e.ok = p.ok && o.ok;
+    e.is_constant = p.is_constant && o.is_constant;
+    return e;
+  }
+  /// A value of a type of RAPID (`name`, may be empty) that is `t` in IRL.
+  Ex built(const Aggregate& a, const std::string& name, const Type& t) {
+    if (!a.is_list) return converted(a.e, t, a.at);
+    if (t.k == K::array) {
+      std::string list;
+      bool ok = true, is_constant = true;
+      if (t.bounds.size() > 1) {
+        bad(a.at, "values of arrays of several dimensions are not read", "Assign them one by one.");
+        return failed();
+      }
+      for (const Aggregate& i : a.items) {
+        const Ex e = built(i, name, *t.element);
+        ok = ok && e.ok;
+        is_constant = is_constant && e.is_constant;
+        list += (list.empty() ? "" : ", ") + e.s;
+      }
+      if (t.bounds[0].second != static_cast<std::int64_t>(a.items.size()))
+        return bad(a.at, std::to_string(t.bounds[0].second) + " values belong here");
+      Ex e = value("[" + list + "]", t);
+      e.ok = ok;
+      e.is_constant = is_constant;
+      return e;
+    }
+    switch (t.k) {
+      case K::position: return point(a);
+      case K::orientation: return quaternion(a);
+      case K::pose: {
+        if (name == "tooldata" || (name.empty() && shape(a).size() == 3)) {
+          if (a.items.size() != 3) return bad(a.at, "a tool has three parts");
+          if (a.items[0].e.s == "FALSE") bad(a.at, "IRL has no tools that stand still");
+          return frame(a.items[1]);
+        }
+        if (name == "wobjdata" || (name.empty() && shape(a).size() == 5)) {
+          if (a.items.size() != 5) return bad(a.at, "a work object has five parts");
+          if (a.items[0].e.s == "TRUE") bad(a.at, "IRL has no work objects that the robot holds");
+          const Ex u = frame(a.items[3]), o = frame(a.items[4]);
+          if (!u.ok || !o.ok) return failed();
+          const auto is_zero = [](const Ex& e) {
+            return e.s == "POSE(POSITION(0.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0))";
+          };
+          if (is_zero(o)) return u;
+          if (is_zero(u)) return o;
+          return binary(Op::compose, u, o, a.at);
+        }
+        return frame(a);
+      }
+      case K::target: {
+        if (a.items.size() != 4) return bad(a.at, "a robtarget has four parts");
+        const Ex p = point(a.items[0]), o = quaternion(a.items[1]);
+        Ex f = value("POSE(" + p.s + ", " + o.s + ")", kPose);
+        f.ok = p.ok && o.ok;
+        f.is_constant = p.is_constant && o.is_constant;
+        const std::vector<Ex> cf = numbers(a.items[2], 4);
+        // Axes 2, 3 and 5 are not told: whichever turn is nearest.
+        std::vector<Ex> turns(6, integer(-128));
+        for (const std::size_t k : {0U, 3U, 5U}) turns[k] = integer(0);
+        for (const auto& [from, to] : {std::pair{0, 0}, std::pair{1, 3}, std::pair{2, 5}}) {
+          const Ex& c = cf[static_cast<std::size_t>(from)];
+          if (c.is_literal && std::fabs(c.v) < 1000)
+            turns[static_cast<std::size_t>(to)] =
+                integer(static_cast<std::int64_t>(std::floor(c.v / 4)));
+          else if (c.ok) return bad(a.at, "the configuration of this target is not known");
+        }
+        std::int64_t status = 0;
+        if (cf[3].is_literal && cf[3].v >= 0 && cf[3].v <= 7) {
+          const auto x = static_cast<std::int64_t>(cf[3].v);
+          // 4 behind axis 1, 2 behind the lower arm (axis 3), 1 axis 5 is negative.
+          status = ((x >> 2) & 1) | (((x & 2) != 0) != ((x & 4) != 0) ? 2 : 0) | ((x & 1) << 2);
+        } else if (cf[3].ok) {
+          warn(a.at, "the configuration " + cf[3].s +
+                         " is not known; that of arm in front, elbow up is taken");
+          status = 0;
+        }
+        return target(f, integer(status), turns, external(a.items[3]));
+      }
+      case K::joint: {
+        if (a.items.size() != 2) return bad(a.at, "a jointtarget has two parts");
+        return joints(numbers(a.items[0], 6), external(a.items[1]));
+      }
+      case K::real: {
+        if (name == "speeddata" || want_ == "speeddata")
+          return as_real(a.items.empty() ? failed() : a.items[0].e, a.at);
+        if (name == "zonedata" || want_ == "zonedata") {
+          if (a.items.size() < 2) return bad(a.at, "a zone has seven parts");
+          return a.items[0].e.s == "TRUE" ? real(0) : as_real(a.items[1].e, a.at);
+        }
+        return bad(a.at, "a number belongs here");
+      }
+      case K::record: {
+        const auto& fields = records_[t.record];
+        if (fields.size() != a.items.size())
+          return bad(a.at, "this record has " + std::to_string(fields.size()) + " components");
+        std::string list;
+        bool ok = true;
+        for (std::size_t i = 0; i < fields.size(); ++i) {
+          const Ex e = built(a.items[i], {}, fields[i].second);
+          ok = ok && e.ok;
+          list += (i ? ", " : "") + e.s;
+        }
+        Ex e = value(t.record + "(" + list + ")", t);
+        e.ok = ok;
+        return e;
+      }
+      default: return bad(a.at, "brackets hold no value of this type");
+    }
+  }
+  Ex primary() override {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.kind == Tk::number) {
+      next();
+      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
+    }
+    if (t.kind == Tk::text) {
+      next();
+      return string(t.raw);
+    }
+    if (accept("(")) {
+      Ex e = expression();
+      expect(")");
+      return e;
+    }
+    if (is("[")) {
+      const Aggregate a = aggregate();
+      const std::string s = shape(a);
+      if (s == "3446") return built(a, "robtarget", kTarget);
+      if (s == "66") return built(a, "jointtarget", kJoint);
+      if (s == "34") return frame(a);
+      if (s == "...") return point(a);
+      if (s == "....") return quaternion(a);
+      return bad(at, "the type of this value is not known");
+    }
+    if (t.kind != Tk::name) {
+      if (!at_end() && !is(";")) next();
+      return bad(at, "a value belongs here");
+    }
+    next();
+    if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
+    if (is("(") && !(find(t.low) && find(t.low)->kind != Symbol::routine)) return function(t);
+    const Symbol* s = find(t.low);
+    if (!s) {
+      if (t.low.size() >= 2 && (t.low[0] == 'v' || t.low[0] == 'z')) {
+        double n = 0;
+        bool is_all = true;
+        for (std::size_t i = 1; i < t.low.size(); ++i) {
+          is_all = is_all && t.low[i] >= '0' && t.low[i] <= '9' && t.low.size() < 6;
+          n = n * 10 + (t.low[i] - '0');
+        }
+        if (is_all) return t.low == "z0" ? real(0.3) : real(n);
+      }
+      if (t.low == "vmax") return real(5000);
+      if (t.low == "fine") return real(0);
+      if (t.low == "pi") return real(3.141592653589793);
+      if (t.low == "tool0" || t.low == "wobj0") return identity();
+      if (t.low == "high" || t.low == "low") return integer(t.low == "high");
+      if (t.low == "edge") return integer(1);
+      static const std::set<std::string, std::less<>> kSignals{"di", "do", "gi", "go"};
+      if (learned_.flags.contains("output " + t.low) || learned_.flags.contains("input " + t.low) ||
+          kSignals.contains(t.low.substr(0, 2))) {
+        if (t.low.starts_with("do") || t.low.starts_with("go"))
+          return signal_of(t, true, t.low[0] == 'g' ? kInt : kBool);
+        return signal_of(t, learned_.flags.contains("output " + t.low),
+                         t.low.starts_with("gi") ? kInt : kBool);
+      }
+      return bad(at,
+                 std::string(t.raw.substr(0, 60)) + " is declared nowhere" +
+                     (unread_.contains(t.low) ? " that IRL has" : ""),
+                 "Read its module together with this one.");
+    }
+    if (s->kind == Symbol::routine || s->kind == Symbol::data)
+      return bad(at, std::string(t.raw) + " is no value");
+    Ex e = place(s->irl, s->type);
+    e.is_place = s->kind == Symbol::variable || s->kind == Symbol::output;
+    e.is_constant = s->kind == Symbol::constant;
+    return suffixes(std::move(e));
+  }
+  Ex suffixes(Ex e) {
+    for (;;) {
+      if (is("{")) {
+        const At at = next().at;
+        std::string list;
+        std::size_t n = 0;
+        do {
+          const Ex i = as_integer(expression(), at);
+          if (!i.ok) return failed();
+          list += (n++ ? ", " : "") + i.s;
+        } while (accept(","));
+        expect("}");
+        if (e.type.k != K::array || e.type.bounds.size() != n)
+          return bad(at, "this is no array of " + std::to_string(n) + " indices");
+        const Type element = *e.type.element;
+        const bool is_place = e.is_place;
+        e = place(e.s + "[" + list + "]", element);
+        e.is_place = is_place;
+        continue;
+      }
+      if (is(".") && peek(1).kind == Tk::name) {
+        next();
+        const Token f = next();
+        const bool is_place = e.is_place;
+        e = component(e, f);
+        e.is_place = e.is_place && is_place;
+        if (!e.ok) return e;
+        continue;
+      }
+      return e;
+    }
+  }
+  Ex component(const Ex& e, const Token& f) {
+    const std::string& n = f.low;
+    switch (e.type.k) {
+      case K::record:
+        for (const auto& [name, type] : records_[e.type.record])
+          if (name == n) return place(e.s + ".f_" + name, type);
+        break;
+      case K::target:
+        if (n == "trans") return place(e.s + ".PSE.POS", kPosition);
+        if (n == "rot") return place(e.s + ".PSE.ORI", kOrientation);
+        if (n == "extax" && accept(".")) {
+          const Token a = next();
+          if (a.low.size() == 5 && a.low.starts_with("eax_") && a.low[4] >= 'a' &&
+              a.low[4] <= 'f') {
+            learned_.external_axes = std::max(learned_.external_axes, a.low[4] - 'a' + 1);
+            return place(e.s + ".A_JOINT.AA" + std::to_string(a.low[4] - 'a' + 1), kReal);
+          }
+        }
+        break;
+      case K::joint:
+        if (n == "robax" && accept(".")) {
+          const Token a = next();
+          if (a.low.size() == 5 && a.low.starts_with("rax_") && a.low[4] >= '1' && a.low[4] <= '6')
+            return place(e.s + (learned_.external_axes > 0 ? ".M_JOINT.A" : ".A") + a.low.substr(4),
+                         kReal);
+        }
+        if (n == "extax" && accept(".")) {
+          const Token a = next();
+          if (a.low.size() == 5 && a.low.starts_with("eax_") && a.low[4] >= 'a' &&
+              a.low[4] <= 'f') {
+            learned_.external_axes = std::max(learned_.external_axes, a.low[4] - 'a' + 1);
+            return place(e.s + ".A_JOINT.AA" + std::to_string(a.low[4] - 'a' + 1), kReal);
+          }
+        }
+        break;
+      case K::pose:
+        if (n == "trans") return place(e.s + ".POS", kPosition);
+        if (n == "rot") return place(e.s + ".ORI", kOrientation);
+        if (n == "tframe") return e;
+        if (n == "uframe" || n == "oframe") {
+          if (n == "oframe") return bad(f.at, "user and object frame are one in IRL");
+          return e;
+        }
+        break;
+      case K::position:
+        if (n == "x" || n == "y" || n == "z")
+          return place(e.s + "." + std::string(1, static_cast<char>(n[0] - 32)), kReal);
+        break;
+      case K::orientation:
+        if (n.size() == 2 && n[0] == 'q' && n[1] >= '1' && n[1] <= '4')
+          return place(e.s + ".Q" + n.substr(1), kReal);
+        break;
+      case K::real:
+        if (n == "v_tcp" || n == "pzone_tcp") return e;
+        break;
+      default: break;
+    }
+    return bad(f.at, "there is no component " + std::string(f.raw.substr(0, 40)) + " here");
+  }
+  Ex function(const Token& t) {
+    const At at = t.at;
+    next();
+    static const std::map<std::string, std::pair<bool, bool>, std::less<>> kSignals{
+        {"dinput", {false, false}},
+        {"testdi", {false, false}},
+        {"ginput", {false, true}},
+        {"doutput", {true, false}},
+        {"goutput", {true, true}}};
+    if (const auto it = kSignals.find(t.low);
+        it != kSignals.end() && !find(t.low) && peek().kind == Tk::name && is(")", 1)) {
+      const Ex e = signal_of(next(), it->second.first, it->second.second ? kInt : kBool);
+      expect(")");
+      return e;
+    }
+    std::vector<Ex> a;
+    std::map<std::string, Ex> options;
+    while (!at_end() && !is(")") && !is(";")) {
+      if (accept("\\")) {
+        const Token name = next();
+        options[name.low] = accept(":=") ? expression() : boolean(true);
+        accept(",");
+        continue;
+      }
+      a.push_back(expression());
+      if (!accept(",") && !is("\\")) break;
+    }
+    expect(")");
+    for (const Ex& e : a)
+      if (!e.ok) return failed();
+    static const std::map<std::string, std::string, std::less<>> kMath{
+        {"sin", "SIN"},   {"cos", "COS"},     {"tan", "TAN"},   {"asin", "ASIN"}, {"acos", "ACOS"},
+        {"atan", "ATAN"}, {"atan2", "ATAN2"}, {"sqrt", "SQRT"}, {"abs", "ABS"},   {"exp", "EXP"}};
+    if (!find(t.low)) {
+      if (const auto it = kMath.find(t.low); it != kMath.end()) return math(it->second, a, at);
+      if ((t.low == "round" || t.low == "trunc") && a.size() == 1 && options.empty())
+        return math(t.low == "round" ? "ROUND" : "TRUNC", a, at);
+      if ((t.low == "round" || t.low == "trunc") && a.size() == 1 && options.contains("dec") &&
+          options["dec"].is_literal && options["dec"].v >= 0 && options["dec"].v < 9) {
+        const double k = std::pow(10.0, options["dec"].v);
+        return scaled(math(t.low == "round" ? "ROUND" : "TRUNC", {scaled(a[0], k)}, at), 1 / k);
+      }
+      if (t.low == "pow" && a.size() == 2) return binary(Op::power, a[0], a[1], at);
+      if (t.low == "offs" && a.size() == 4) return offset(a[0], a[1], a[2], a[3], at);
+      if (t.low == "reltool" && a.size() == 4) {
+        const auto angle = [&](const char* n) {
+          return options.contains(n) ? options[n] : real(0);
+        };
+        const Ex by = pose({a[1], a[2], a[3]},
+                           orientation("ORIXYZ", {angle("rx"), angle("ry"), angle("rz")}));
+        return with_pose(a[0], binary(Op::compose, as_pose(a[0], at), by, at));
+      }
+      if (t.low == "posemult" && a.size() == 2) return binary(Op::compose, a[0], a[1], at);
+      if (t.low == "posevect" && a.size() == 2) return binary(Op::compose, a[0], a[1], at);
+      if (t.low == "poseinv" && a.size() == 1)
+        return value("INV(" + as_pose(a[0], at).s + ")", kPose);
+      if (t.low == "orientzyx" && a.size() == 3) return orientation("ORIZYX", a);
+      if (t.low == "norient" && a.size() == 1) return a[0];
+      if (t.low == "eulerzyx" && a.size() == 1 && a[0].type.k == K::orientation)
+        for (const char* n : {"x", "y", "z"})
+          if (options.contains(n))
+            return value(
+                std::string("ANGLE") + static_cast<char>(*n - 32) + "('ZYX', " + a[0].s + ")",
+                kReal);
+      if (t.low == "distance" && a.size() == 2 && a[0].type.k == K::position &&
+          a[1].type.k == K::position)
+        return value(helper("distance") + "(" + a[0].s + ", " + a[1].s + ")", kReal);
+      if (t.low == "vectmagn" && a.size() == 1 && a[0].type.k == K::position)
+        return value("SQRT(DOT(" + a[0].s + ", " + a[0].s + "))", kReal);
+      if (t.low == "dotprod" && a.size() == 2 && a[0].type.k == K::position &&
+          a[1].type.k == K::position)
+        return value("DOT(" + a[0].s + ", " + a[1].s + ")", kReal);
+      if (kSignals.contains(t.low) && a.size() == 1) return a[0];
+      if (t.low == "strlen" && a.size() == 1 && a[0].type.k == K::string)
+        return value("LENGTH(" + a[0].s + ")", kInt);
+      if (t.low == "strpart" && a.size() == 3 && a[0].type.k == K::string)
+        return value("EXTRACT(" + a[0].s + ", " + as_integer(a[1], at).s + ", " +
+                         as_integer(a[2], at).s + ")",
+                     kString);
+      if (t.low == "dim" && a.size() == 2 && a[0].type.k == K::array && a[1].is_literal &&
+          a[1].v >= 1 && a[1].v <= static_cast<double>(a[0].type.bounds.size()))
+        return integer(a[0].type.bounds[static_cast<std::size_t>(a[1].v) - 1].second);
+      if (t.low == "present") return boolean(false);
+      static const std::set<std::string, std::less<>> kNone{
+          "crobt",   "cjointt",      "cpos",       "cspeedoverride", "valtostr", "numtostr",
+          "clkread", "calcrobt",     "calcjointt", "ctime",          "cdate",    "opmode",
+          "robos",   "uimessagebox", "uinumentry", "aoutput",        "ainput"};
+      if (kNone.contains(t.low)) return bad(at, "IRL has no counterpart of " + std::string(t.raw));
+    }
+    if (!options.empty()) return bad(at, "IRL has no parameters that may be left out");
+    const Symbol* s = find(t.low);
+    if (s && s->kind == Symbol::routine && s->type.k == K::none && !learned_.stubs.contains(t.low))
+      return bad(at, std::string(t.raw) + " gives no value");
+    const Type result = s && s->type.k != K::none ? s->type : kReal;
+    const std::string text = call(t.raw, a, at, result);
+    if (text.empty()) return failed();
+    return suffixes(value(text, result));
+  }
+
+  std::map<std::string, Type> types_named_;
+  std::map<std::string, double> sizes_;
+  std::set<std::string> unread_, optional_;
+  std::map<std::string, std::string> traps_;
+  std::vector<std::pair<std::string, std::string>> ends_;
+  std::vector<bool> in_arm_;
+  std::vector<std::string> loops_;
+  std::vector<Token> after_;
+  std::string word_, want_, result_name_;
+  bool is_announcing_ = true, has_main_ = false, told_zone_ = false;
+  int nested_ = 0;
+};
+
+}  // namespace
+
+Made read_rapid(const ProgramReaderTask& task, const Params& params, Progress& progress) {
+  return passes<Rapid>(task, params, progress);
+}
+
+}  // namespace robomosp::readers

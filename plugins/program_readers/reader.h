@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all readers share: tokens, typed expressions, names, routines and the IRL written of them
+// (plugin program_readers). Nothing here is shared with post-processors: what they write is read
+// independently.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/program_reader.h>
+
+namespace robomosp::readers {
+
+/// A place in a file that is read; line and column count from 1.
+struct At {
+  std::uint32_t file = 0, line = 1, column = 1, begin = 0, end = 0;
+};
+
+enum class Tk : std::uint8_t { name, number, text, sign, line, end };
+struct Token {
+  Tk kind = Tk::end;
+  std::string_view raw;  ///< as it was written; of texts what is between the quotes
+  std::string low;       ///< lower-case, of names and signs
+  double value = 0;
+  bool is_integer = false;
+  At at;
+};
+
+/// How a language is split into tokens.
+struct Style {
+  std::string_view comment;             ///< begins one, to the end of the line
+  std::string_view quotes = "\"";       ///< of texts
+  std::string_view name_first = "_";    ///< what begins a name, besides letters
+  std::string_view name_rest = "_";     ///< what goes on with it, besides letters and digits
+  std::vector<std::string_view> signs;  ///< of several characters, the longest first
+  bool has_lines = true;                ///< ends of lines are tokens
+  bool joins_in_brackets = false;       ///< not within ( ) and [ ]
+  std::string_view hex = {};            ///< what begins a hexadecimal number, lower-case: "0x"
+};
+struct Comment {
+  std::uint32_t line;
+  std::string text;
+};
+
+// ---- types and expressions of IRL ----
+
+enum class K : std::uint8_t {
+  none,
+  integer,
+  real,
+  boolean,
+  character,
+  string,
+  position,
+  orientation,
+  pose,
+  joint,
+  target,
+  record,
+  array
+};
+struct Type {
+  K k = K::none;
+  std::string record;  ///< name in IRL
+  std::vector<std::pair<std::int64_t, std::int64_t>> bounds;
+  std::shared_ptr<const Type> element;
+  bool operator==(const Type& b) const {
+    return k == b.k && record == b.record && bounds == b.bounds && (!element == !b.element) &&
+           (!element || *element == *b.element);
+  }
+};
+inline const Type kNone{};
+inline const Type kReal{.k = K::real, .record = {}, .bounds = {}, .element = {}};
+inline const Type kInt{.k = K::integer, .record = {}, .bounds = {}, .element = {}};
+inline const Type kBool{.k = K::boolean, .record = {}, .bounds = {}, .element = {}};
+inline const Type kString{.k = K::string, .record = {}, .bounds = {}, .element = {}};
+inline const Type kPosition{.k = K::position, .record = {}, .bounds = {}, .element = {}};
+inline const Type kOrientation{.k = K::orientation, .record = {}, .bounds = {}, .element = {}};
+inline const Type kPose{.k = K::pose, .record = {}, .bounds = {}, .element = {}};
+inline const Type kTarget{.k = K::target, .record = {}, .bounds = {}, .element = {}};
+inline const Type kJoint{.k = K::joint, .record = {}, .bounds = {}, .element = {}};
+[[nodiscard]] bool is_number(const Type&);
+[[nodiscard]] Type array_of(Type element, std::vector<std::pair<std::int64_t, std::int64_t>>);
+
+/// Precedences of IRL, loose to tight.
+enum : int { kOr = 1, kAnd, kNot, kRel, kSum, kTerm, kSign, kPrimary };
+struct Ex {
+  std::string s;
+  int prec = kPrimary;
+  Type type;
+  bool ok = true;
+  bool is_literal = false;  ///< a number that is known, `v`
+  double v = 0;
+  bool is_place = false;     ///< may be assigned
+  bool is_constant = false;  ///< made of numbers only
+  bool is_grouped = false;   ///< stood in parentheses
+  std::string setter;        ///< the statement that gives it a value, with "%" for that
+};
+[[nodiscard]] std::string within(const Ex&, int prec);  ///< in parentheses where needed
+[[nodiscard]] Ex integer(std::int64_t);
+[[nodiscard]] Ex real(double);
+/// The same, without the digits that a change of units leaves behind.
+[[nodiscard]] Ex measure(double);
+[[nodiscard]] Ex boolean(bool);
+[[nodiscard]] Ex string(std::string_view);
+[[nodiscard]] Ex place(std::string s, Type);
+[[nodiscard]] Ex value(std::string s, Type, int prec = kPrimary);
+[[nodiscard]] Ex failed();
+[[nodiscard]] Ex scaled(const Ex&, double);
+[[nodiscard]] Ex negative(const Ex&);
+[[nodiscard]] std::string number_text(double);
+[[nodiscard]] std::string lower(std::string_view);
+/// Rotation about a vector by its length [rad] as w, x, y, z.
+void quaternion_of_vector(const double (&r)[3], double (&q)[4]);
+
+/// What a language's binary sign does.
+enum class Op : std::uint8_t {
+  or_,
+  and_,
+  exor,
+  eq,
+  ne,
+  lt,
+  gt,
+  le,
+  ge,
+  add,
+  sub,
+  mul,
+  div,
+  idiv,
+  mod,
+  compose,
+  power
+};
+struct Binary {
+  std::string_view word;  ///< lower-case
+  int prec;               ///< of the language, tight is great
+  Op op;
+};
+
+struct Symbol {
+  enum Kind : std::uint8_t {
+    variable,
+    constant,
+    routine,
+    input,
+    output,
+    label,
+    data
+  } kind = variable;
+  std::string irl;
+  Type type;  ///< of routines the result
+  struct Parameter {
+    Type type;
+    bool is_out = false;
+  };
+  std::vector<Parameter> parameters;
+  std::map<std::string, Ex> fields;  ///< of data that the reader itself uses
+  bool is_in_parameter = false;
+};
+
+struct Line {
+  std::string s;
+  At at;
+  bool is_mapped = false;
+};
+struct Routine {
+  std::string key;   ///< its name in the source, lower-case
+  std::string head;  ///< without ";"
+  std::string end = "ENDPROC";
+  At at;
+  Type result;
+  std::vector<Line> locals, body;
+  int indent = 1;
+  std::map<std::string, Symbol> symbols;
+};
+
+/// What one pass over the source learns for the next one.
+struct Learned {
+  std::map<std::string, Type> types;               ///< of names that are never declared
+  std::map<std::string, std::vector<Type>> stubs;  ///< routines that are not there
+  std::map<std::string, Type> stub_results;
+  std::map<std::string, std::set<std::string>> modal;  ///< values that a setting gets
+  std::set<std::string> modal_varies;
+  std::set<std::string> flags;  ///< whatever a reader wants to know
+  int external_axes = 0;
+  int turns = 0;
+  bool operator==(const Learned&) const = default;
+};
+
+class Output;
+
+/// A pass of a reader over a program: what the languages have in common.
+class Reader {
+ public:
+  Reader(std::span<const SourceFile> files, Learned& learned, const Params& params,
+         Progress& progress);
+  virtual ~Reader() = default;
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  virtual void run() = 0;
+  /// The program as files; called once, behind run().
+  [[nodiscard]] std::unique_ptr<ReadProgram> finish();
+  [[nodiscard]] bool is_cancelled() const { return is_cancelled_; }
+
+ protected:
+  // ---- faults ----
+  void fault(std::uint32_t severity, const At&, std::string message, std::string hint = {});
+  void warn(const At& at, std::string message, std::string hint = {}) {
+    fault(RMP_FAULT_WARNING, at, std::move(message), std::move(hint));
+  }
+  void fail(const At& at, std::string message, std::string hint = {}) {
+    fault(RMP_FAULT_ERROR, at, std::move(message), std::move(hint));
+  }
+  void note(const At& at, std::string message, std::string hint = {}) {
+    fault(RMP_FAULT_NOTE, at, std::move(message), std::move(hint));
+  }
+  /// What keeps the present statement from being read: it becomes a comment with this fault.
+  Ex bad(const At&, std::string message, std::string hint = {});
+  /// Reads a statement; what was wrong in it is reported and leaves a comment.
+  void statement(const At& from, const std::function<void()>& read);
+  /// The same for a condition, which stands for `otherwise` then.
+  Ex condition(const At& from, const std::function<Ex()>& read);
+  /// Says that a statement of the source has no counterpart: a comment and a fault.
+  void left_out(std::uint32_t severity, const At& at, std::string message, std::string hint = {});
+  [[nodiscard]] std::string source_line(const At&) const;
+
+  // ---- tokens ----
+  /// A part of a file: bytes, and where its first line is.
+  struct Part {
+    std::size_t begin = 0, end = std::string_view::npos;
+    std::uint32_t line = 1;
+  };
+  void scan(std::size_t file, const Style&, const Part&);
+  void scan(std::size_t file, const Style& style) { scan(file, style, Part{}); }
+  [[nodiscard]] const Token& peek(std::size_t n = 0) const;
+  Token next();
+  [[nodiscard]] bool is(std::string_view word, std::size_t n = 0) const;  ///< name or sign
+  bool accept(std::string_view word);
+  /// How many tokens of the text that is read are this word.
+  [[nodiscard]] std::size_t uses(const std::string& low);
+  bool expect(std::string_view word);
+  [[nodiscard]] bool at_end() const { return peek().kind == Tk::end; }
+  [[nodiscard]] bool at_line_end() const {
+    return peek().kind == Tk::line || peek().kind == Tk::end;
+  }
+  void skip_line();
+  /// Passes what is left of a broken statement.
+  virtual void skip_rest();
+  void note_line(const At&, std::string what);  ///< a comment and a note
+  /// In a motion without tool or frame: identity.
+  static Ex identity();
+  [[nodiscard]] At here() const { return peek().at; }
+
+  // ---- expressions ----
+  [[nodiscard]] virtual std::span<const Binary> binaries() const { return {}; }
+  [[nodiscard]] virtual std::string_view not_word() const { return "not"; }
+  /// Where turn 0 of its targets begins [degrees]: -180, or 0 (R_TURNS_FROM of the cell).
+  [[nodiscard]] virtual int turns_from() const { return -180; }
+  [[nodiscard]] virtual int not_precedence() const { return 100; }
+  [[nodiscard]] virtual bool divides_whole() const { return false; }
+  virtual Ex primary() = 0;
+  /// A chance to do what is special with two operands; nothing = as usual.
+  virtual std::optional<Ex> special(Op, const Ex&, const Ex&, const At&) { return std::nullopt; }
+  Ex expression(int least = 0);
+  Ex binary(Op, const Ex&, const Ex&, const At&);
+  Ex converted(const Ex&, const Type&, const At&);
+  Ex as_integer(const Ex&, const At&);
+  Ex as_real(const Ex&, const At&);
+  Ex as_pose(const Ex&, const At&);
+  std::vector<Ex> arguments(std::string_view close = ")");
+  /// A function that many languages have, by its name in IRL; angles in radians or degrees.
+  Ex math(std::string_view irl, const std::vector<Ex>& args, const At&, bool radians = false);
+  Ex pose(const std::vector<Ex>& xyz, const Ex& orientation);
+  Ex position(const std::vector<Ex>& xyz);
+  Ex offset(const Ex& place, const Ex& x, const Ex& y, const Ex& z, const At&);
+  Ex with_pose(const Ex& target, const Ex& pose);
+  /// The place that joints reach, for motions along paths; others stay.
+  Ex as_place(const Ex&);
+  Ex orientation(std::string_view function, const std::vector<Ex>& args);
+  /// `a` are the axes [deg], then the external ones [mm or deg].
+  Ex joints(const std::vector<Ex>& a, const std::vector<Ex>& external);
+  Ex target(const Ex& pose, const Ex& status, const std::vector<Ex>& turns,
+            const std::vector<Ex>& external);
+  [[nodiscard]] Type joint_type() const;
+
+  // ---- names, declarations, routines ----
+  [[nodiscard]] std::string irl_name(std::string_view foreign);
+  [[nodiscard]] std::string type_text(const Type&) const;
+  [[nodiscard]] std::string initial(const Type&) const;  ///< "" = zero is good
+  Symbol* find(std::string_view low);
+  Symbol& declare(std::string_view foreign, Type, Symbol::Kind = Symbol::variable,
+                  bool is_local = false);
+  void declare_variable(const Symbol&, std::string value, const At&, bool is_local = false);
+  /// A variable that its first use declares, of a type that later uses may widen.
+  Symbol& implied(std::string_view foreign, const Type&, const At&);
+  void learn(std::string_view foreign, const Type&);
+  Symbol& signal(bool is_output, std::int64_t number, std::int64_t width = 1);
+  Symbol& named_signal(std::string_view foreign, bool is_output, const Type&, const At&);
+  struct Parameter {
+    std::string foreign;
+    Type type;
+    bool is_out = false;
+  };
+  /// Declares a routine, so that calls before it are understood.
+  void announce(std::string_view foreign, const std::vector<Parameter>&, const Type& result);
+  /// Begins an announced routine. A parameter that is changed and no OUT gets a variable.
+  void begin(std::string_view foreign, const std::vector<Parameter>&, const Type& result,
+             const At&);
+  /// A variable is about to be changed.
+  void will_write(std::string_view low);
+  Routine& open(std::string_view head, std::string_view end, const At&);
+  void close();
+  Routine& current() { return *current_; }
+  void set_current(Routine& r) { current_ = &r; }
+  [[nodiscard]] bool is_in_main() const { return current_ == &main_; }
+  void emit(std::string s, const At&);
+  void indented(int by);
+  void comments_until(const At&);
+  void assign(const Ex& to, const Ex& from, const At&);
+  /// A call of a routine that may not be there: a stub is made then.
+  std::string call(std::string_view foreign, const std::vector<Ex>& args, const At&,
+                   std::optional<Type> result = std::nullopt);
+  std::string helper(std::string_view name);
+  std::string label(std::string_view foreign);
+
+  // ---- motions and settings ----
+  struct Motion {
+    std::string_view word = "LIN";
+    bool is_incremental = false;
+    std::vector<Ex> targets;
+    std::vector<std::pair<std::string, Ex>> attributes;
+    std::string until;
+    bool has_frames = true;  ///< goes to places in the frame that is set
+  };
+  void move(Motion, const At&);
+  void set(std::string_view modal, const Ex&, const At&);
+  [[nodiscard]] bool is_set(std::string_view modal) const;
+  Ex get(std::string_view modal, const Type&, const At&);
+
+  std::span<const SourceFile> files_;
+  Learned& learned_;
+  const Params& params_;
+  Progress& progress_;
+  std::vector<Token> tokens_;
+  std::size_t at_ = 0;
+  std::vector<Comment> comments_;
+  std::size_t next_comment_ = 0;
+  std::uint32_t comment_file_ = 0;
+  std::string name_ = "program";
+  bool strings_are_lists_ = false;
+  std::map<std::string, Symbol> globals_;
+  std::map<std::string, std::vector<std::pair<std::string, Type>>> records_;  ///< by IRL name
+  std::vector<Line> types_, constants_, signals_, variables_;
+  Routine main_;
+
+ private:
+  struct Fault {
+    std::uint32_t severity;
+    At at;
+    std::string message, hint;
+  };
+  void declare_modal(const std::string& key, const Type&, std::string text, const At&);
+  Ex unary(int least);
+  std::vector<Fault> faults_, pending_;
+  std::size_t dropped_faults_ = 0;
+  Routine* current_ = &main_;
+  std::deque<Routine> routines_;
+  std::set<std::string> used_names_;
+  std::map<std::string, int> name_counts_;
+  std::map<std::string, std::string> labels_;
+  std::set<std::string> helpers_;
+  std::map<std::string, std::size_t> uses_;  ///< of words, counted when they are first asked for
+  std::vector<std::vector<std::uint32_t>> line_starts_;
+  int depth_ = 0;
+  bool is_cancelled_ = false;
+};
+
+/// Passes of one reader until nothing new is learned.
+template <class R>
+Result<std::unique_ptr<ReadProgram>> passes(const ProgramReaderTask& task, const Params& params,
+                                            Progress& progress);
+[[nodiscard]] Result<void> fits(std::span<const SourceFile> files);
+[[nodiscard]] Error cancelled();
+
+template <class R>
+Result<std::unique_ptr<ReadProgram>> passes(const ProgramReaderTask& task, const Params& params,
+                                            Progress& progress) {
+  RMP_TRY(fits(task.files));
+  Learned learned;
+  for (int pass = 0;; ++pass) {
+    const Learned before = learned;
+    R reader(task.files, learned, params, progress);
+    reader.run();
+    if (reader.is_cancelled()) return cancelled();
+    if (pass > 0 && (learned == before || pass == 5)) return reader.finish();
+  }
+}
+
+/// "x.src" gives "x"; letters and digits only, so that it names a program.
+[[nodiscard]] std::string_view stem(std::string_view file);
+[[nodiscard]] std::string extension(std::string_view file);
+/// Whether a word of a text stands at the beginning of a line, letter case apart.
+[[nodiscard]] bool has_line(std::string_view text, std::string_view word);
+
+}  // namespace robomosp::readers

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The readers of this plugin, a function each.
+#pragma once
+
+#include <robomosp/sdk/program_reader.h>
+
+namespace robomosp::readers {
+
+using Made = Result<std::unique_ptr<ReadProgram>>;
+[[nodiscard]] Made read_krl(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_rapid(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_urscript(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_melfa(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_tp(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_val3(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_gcode(const ProgramReaderTask&, const Params&, Progress&);
+/// Whether a .prg is one of MELFA-BASIC, by its first lines.
+[[nodiscard]] bool looks_like_melfa(std::string_view text);
+/// Files that the project of a VAL3 application names.
+[[nodiscard]] std::vector<std::string> val3_needs(const SourceFile&);
+
+}  // namespace robomosp::readers

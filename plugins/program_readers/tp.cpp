@@ -1,0 +1,960 @@
+// SPDX-License-Identifier: Apache-2.0
+// FANUC TP: listings .ls.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+#include "reader.h"
+#include "readers.h"
+
+namespace robomosp::readers {
+namespace {
+
+const Style kStyle{.comment = {},
+                   .quotes = "\"'",
+                   .name_first = "_$",
+                   .name_rest = "_$",
+                   .signs = {"<>", "<=", ">="},
+                   .has_lines = false,
+                   .joins_in_brackets = false,
+                   .hex = {}};
+constexpr Binary kBinaries[] = {{"or", 10, Op::or_},   {"and", 12, Op::and_}, {"=", 20, Op::eq},
+                                {"<>", 20, Op::ne},    {"<", 20, Op::lt},     {">", 20, Op::gt},
+                                {"<=", 20, Op::le},    {">=", 20, Op::ge},    {"+", 30, Op::add},
+                                {"-", 30, Op::sub},    {"*", 40, Op::mul},    {"/", 40, Op::div},
+                                {"div", 40, Op::idiv}, {"mod", 40, Op::mod}};
+
+class Tp final : public Reader {
+ public:
+  using Reader::Reader;
+
+  void run() override {
+    for (std::size_t f = 0; f < files_.size(); ++f) split(f);
+    for (std::size_t f = 1; f < programs_.size(); ++f) {
+      const Program& p = programs_[f];
+      announce(p.name, parameters(p), kNone);
+    }
+    for (std::size_t f = 0; f < programs_.size(); ++f) program(f);
+  }
+
+ private:
+  struct Statement {
+    std::size_t begin, end;
+    std::uint32_t line;
+  };
+  struct Program {
+    std::string name;
+    std::vector<Statement> statements, points;
+    At at;
+  };
+
+  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::string_view not_word() const override { return "!"; }
+  int not_precedence() const override { return 60; }
+  void skip_rest() override {
+    while (!at_end()) next();
+  }
+
+  /// The sections of a listing, and their statements, which end with ";".
+  void split(std::size_t f) {
+    const std::string_view text = files_[f].text;
+    Program p;
+    p.name = std::string(stem(files_[f].name));
+    p.at.file = static_cast<std::uint32_t>(f);
+    std::size_t at = 0;
+    std::uint32_t line = 1;
+    enum { none, main, points } section = none;
+    bool has_program = false;
+    while (at < text.size()) {
+      std::size_t end = text.find('\n', at);
+      if (end == std::string_view::npos) end = text.size();
+      std::string_view l = text.substr(at, end - at);
+      const std::size_t first = l.find_first_not_of(" \t\r");
+      const At here{static_cast<std::uint32_t>(f), line, 1, static_cast<std::uint32_t>(at),
+                    static_cast<std::uint32_t>(end)};
+      if (first != std::string_view::npos && l[first] == '/' && l.substr(first, 2) != "//") {
+        std::string word = lower(l.substr(first));
+        word = word.substr(0, word.find_first_of(" \t\r"));
+        section = word == "/mn" ? main : word == "/pos" ? points : none;
+        if (word == "/prog") {
+          has_program = true;
+          std::string_view rest = l.substr(std::min(l.size(), first + 5));
+          const std::size_t b = rest.find_first_not_of(" \t");
+          if (b != std::string_view::npos) {
+            rest = rest.substr(b);
+            p.name = std::string(rest.substr(0, rest.find_first_of(" \t\r")));
+          }
+        }
+        at = end + 1;
+        ++line;
+        continue;
+      }
+      if (section == none || first == std::string_view::npos) {
+        at = end + 1;
+        ++line;
+        continue;
+      }
+      // From here to the ";" that ends a line; comments may have others within.
+      const std::size_t begin = at;
+      const std::uint32_t begin_line = line;
+      bool is_whole = false;
+      for (;;) {
+        std::string_view tail = text.substr(at, end - at);
+        while (!tail.empty() && (tail.back() == ' ' || tail.back() == '\r' || tail.back() == '\t'))
+          tail.remove_suffix(1);
+        ++line;
+        is_whole = !tail.empty() && tail.back() == ';';
+        const std::size_t stop = at + tail.size();
+        at = end + 1;
+        if (is_whole || at >= text.size() || text[at] == '/') {
+          auto& to = section == main ? p.statements : p.points;
+          to.push_back({begin, std::max(begin, is_whole ? stop - 1 : stop), begin_line});
+          break;
+        }
+        end = text.find('\n', at);
+        if (end == std::string_view::npos) end = text.size();
+      }
+      if (!is_whole) fail(here, "a statement ends with \";\"");
+    }
+    if (!has_program) fail(p.at, "this is no listing of a TP program: it has no /PROG");
+    programs_.push_back(std::move(p));
+  }
+  std::vector<Parameter> parameters(const Program& p) const {
+    std::size_t most = 0;
+    for (std::size_t n = 1; n <= 10; ++n)
+      if (learned_.flags.contains("ar " + lower(p.name) + " " + std::to_string(n))) most = n;
+    std::vector<Parameter> out;
+    for (std::size_t n = 1; n <= most; ++n)
+      out.push_back({"AR_" + std::to_string(n), kReal, false});
+    return out;
+  }
+
+  void program(std::size_t f) {
+    const Program& p = programs_[f];
+    name_of_ = lower(p.name);
+    skip_condition_.clear();
+    offset_ = tool_offset_ = failed();
+    points_.clear();
+    ends_.clear();
+    if (f == 0) {
+      name_ = p.name;
+      close();
+    } else {
+      begin(p.name, parameters(p), kNone, p.at);
+    }
+    labels_.clear();
+    std::map<std::size_t, std::string> begins_with;  // of statements, the label
+    for (const Statement& s : p.statements) {
+      const std::string low = lower(files_[f].text.substr(s.begin, s.end - s.begin));
+      for (std::size_t at = low.find("lbl["); at != std::string::npos;
+           at = low.find("lbl[", at + 1)) {
+        const std::size_t b = low.find_first_not_of("0123456789: \t");
+        if (b != at) continue;
+        const std::string name = low.substr(at + 4, low.find_first_of("]:", at) - at - 4);
+        labels_.insert(name);
+        begins_with[static_cast<std::size_t>(&s - p.statements.data())] = name;
+      }
+    }
+    for (const Statement& s : p.points) {
+      scan(f, kStyle, {s.begin, s.end, s.line});
+      pending_point();
+    }
+    for (const Statement& s : p.statements) {
+      if (progress_.cancelled()) {
+        statement(here(), [] {});
+        break;
+      }
+      const auto label = begins_with.find(static_cast<std::size_t>(&s - p.statements.data()) + 1);
+      next_label_ = label == begins_with.end() ? std::string() : label->second;
+      one(f, s);
+    }
+    end_select(p.at);
+    while (!ends_.empty()) {
+      fail(p.at, "a block has no " + ends_.back() + " above");
+      block_end(ends_.back(), p.at);
+    }
+    close();
+  }
+
+  // ---- positions ----
+
+  void pending_point() {
+    const At at = here();
+    statement(at, [&] { point(at); });
+  }
+  void point(const At& at) {
+    if (at_end()) return;
+    if (!expect("p") || !expect("[")) return;
+    const Token n = next();
+    std::string name;
+    if (accept(":")) name = std::string(next().raw);
+    while (!at_end() && !accept("]")) next();
+    if (!n.is_integer) {
+      bad(n.at, "a position has a number");
+      return;
+    }
+    if (!expect("{")) return;
+    std::map<std::string, Ex> parts;
+    std::string configuration;
+    bool is_joint = false, is_second = false;
+    while (!at_end() && !is("}")) {
+      const Token t = next();
+      if (t.kind != Tk::name) continue;
+      if (t.low.starts_with("gp") && is(":")) {
+        is_second = t.low != "gp1";
+        continue;
+      }
+      if (t.low == "config") {
+        accept(":");
+        configuration = std::string(next().raw);
+        continue;
+      }
+      if ((t.low == "uf" || t.low == "ut") && accept(":")) {
+        const Token u = next();
+        if (u.kind == Tk::number) parts[t.low] = integer(static_cast<std::int64_t>(u.value));
+        continue;
+      }
+      if (!accept("=")) continue;
+      bool is_negative = accept("-");
+      const Token v = next();
+      if (v.kind != Tk::number) {
+        // Never taught: "********"
+        bad(v.at, "this position has no value", "Teach it on the controller.");
+        return;
+      }
+      if (is_second) continue;
+      if (t.low.size() == 2 && t.low[0] == 'j') is_joint = true;
+      parts[t.low] = real(is_negative ? -v.value : v.value);
+    }
+    if (is_second) fail(at, "only the first group of this position is read");
+    const auto part = [&](const char* k) {
+      const auto it = parts.find(k);
+      return it == parts.end() ? real(0) : it->second;
+    };
+    std::vector<Ex> external;
+    for (const char* e : {"e1", "e2", "e3"}) external.push_back(part(e));
+    while (!external.empty() && external.back().v == 0) external.pop_back();
+    Ex e;
+    if (is_joint) {
+      e = joints({part("j1"), part("j2"), part("j3"), part("j4"), part("j5"), part("j6")},
+                 external);
+    } else {
+      const Ex p = pose({part("x"), part("y"), part("z")},
+                        orientation("ORIZYX", {part("r"), part("p"), part("w")}));
+      // 'N U T, 0, 0, 0'
+      std::int64_t status = 0;
+      std::vector<Ex> turns(6, integer(0));
+      std::size_t k = 0;
+      const std::string low = lower(configuration);
+      const std::size_t comma = low.find(',');
+      for (const char c : low.substr(0, comma)) {
+        if (c == 'f') status |= 4;
+        if (c == 'd') status |= 2;
+        if (c == 'b') status |= 1;
+      }
+      static constexpr std::size_t kAxes[] = {0, 3, 5};
+      for (std::size_t i = comma; i != std::string::npos && k < 3; i = low.find(',', i + 1)) {
+        const std::string word = low.substr(i + 1, low.find(',', i + 1) - i - 1);
+        const std::size_t b = word.find_first_not_of(' ');
+        if (b != std::string::npos)
+          turns[kAxes[k]] = integer(std::strtol(word.c_str() + b, nullptr, 10));
+        ++k;
+      }
+      e = configuration.empty() ? p : target(p, integer(status), turns, external);
+    }
+    const std::string key = "P_" + std::to_string(static_cast<std::int64_t>(n.value)) +
+                            (name.empty() ? "" : "_" + name);
+    Symbol s;
+    s.irl = irl_name(key);
+    s.type = e.type;
+    declare_variable(s, e.s, at, !is_in_main());
+    points_[static_cast<std::int64_t>(n.value)] = std::move(s);
+  }
+
+  // ---- statements ----
+
+  void one(std::size_t f, const Statement& s) {
+    const std::string_view text = files_[f].text.substr(s.begin, s.end - s.begin);
+    std::size_t i = text.find_first_not_of(" \t");
+    while (i < text.size() && text[i] >= '0' && text[i] <= '9') ++i;
+    while (i < text.size() && (text[i] == ':' || text[i] == ' ' || text[i] == '\t')) ++i;
+    if (i == std::string_view::npos || i >= text.size()) return;
+    const std::string_view body = text.substr(i);
+    At at{static_cast<std::uint32_t>(f), s.line, static_cast<std::uint32_t>(i + 1),
+          static_cast<std::uint32_t>(s.begin + i), static_cast<std::uint32_t>(s.end)};
+    if (body[0] == '!' || body.starts_with("//") || body.starts_with("--")) {
+      const std::string words(body.substr(body[0] == '!' ? 1 : 2));
+      std::string clean;
+      for (const char c : words)
+        clean += c == '{' ? '(' : c == '}' ? ')' : static_cast<unsigned char>(c) < 32 ? ' ' : c;
+      emit("{ " + clean + " }", at);
+      return;
+    }
+    if (body.size() > 8 && lower(body.substr(0, 8)) == "message[") {
+      const std::string_view words =
+          body.substr(8, body.rfind(']') == std::string_view::npos ? 0 : body.rfind(']') - 8);
+      emit("WRITELN(" + string(words).s + ");", at);
+      return;
+    }
+    // PR[n]=LPOS and then all six elements: the position is those alone.
+    std::string packed;
+    for (const char c : body)
+      if (c != ' ' && c != '\t' && c != ';' && c != '\r') packed += lower(std::string(1, c));
+    if (present_) {
+      auto& [number, element, said] = *present_;
+      if (packed.starts_with("pr[" + number + "," + std::to_string(element) + "]=")) {
+        if (++element > 6) present_.reset();
+      } else {
+        left_out(RMP_FAULT_ERROR, said, "IRL has no place where the robot is");
+        present_.reset();
+      }
+    }
+    if (packed.size() > 9 && packed.starts_with("pr[") && packed.ends_with("]=lpos")) {
+      present_ = {packed.substr(3, packed.size() - 9), 1, at};
+      return;
+    }
+    // Further lines begin with ":".
+    scan(f, kStyle, {s.begin + i, s.end, s.line});
+    std::vector<Token> kept;
+    for (const Token& t : tokens_) {
+      if (t.low == ":" && t.kind == Tk::sign && !kept.empty() && t.at.line != kept.back().at.line)
+        continue;
+      kept.push_back(t);
+    }
+    tokens_ = std::move(kept);
+    comment_file_ = static_cast<std::uint32_t>(-1);
+    statement(at, [&] {
+      act(at);
+      if (!at_end()) {
+        bad(here(), "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected here");
+        skip_rest();
+      }
+    });
+  }
+  void act(const At& at) {
+    const Token t = peek();
+    if (is("=") || (is("else") && is(",", 1) && in_select_)) return select_arm(at);
+    end_select(at);
+    if ((t.low == "j" || t.low == "l" || t.low == "c" || t.low == "a" || t.low == "s") &&
+        (is("p", 1) || is("pr", 1)))
+      return motion(at);
+    next();
+    const std::string& w = t.low;
+    if (w == "lbl") {
+      const std::string n = number_in_brackets();
+      if (n.empty()) return;
+      emit("LABEL " + label("lbl_" + n) + ":", at);
+    } else if (w == "jmp" || w == "call" || w == "run") {
+      --at_;
+      action(at);
+    } else if (w == "if") {
+      if_(at);
+    } else if (w == "else") {
+      if (ends_.empty() || ends_.back() != "endif") {
+        bad(at, "ELSE stands outside of IF");
+        return;
+      }
+      indented(-1);
+      emit("ELSE", at);
+      indented(1);
+    } else if (w == "endif" || w == "endfor") {
+      if (ends_.empty() || ends_.back() != w) {
+        bad(at, "this ends nothing that is open");
+        return;
+      }
+      block_end(w, at);
+    } else if (w == "select") {
+      const Ex e = expression(25);
+      if (!e.ok) {
+        skip_rest();
+        return;
+      }
+      selected_ = e;
+      in_select_ = true;
+      is_first_arm_ = true;
+      select_arm(at);
+    } else if (w == "for") {
+      for_(at);
+    } else if (w == "wait") {
+      wait(at);
+    } else if (w == "pause") {
+      emit("PAUSE;", at);
+    } else if (w == "abort") {
+      emit("HALT;", at);
+    } else if (w == "end") {
+      emit("RETURN;", at);
+    } else if (w == "uframe_num" || w == "utool_num") {
+      if (!expect("=")) return;
+      const bool is_tool = w == "utool_num";
+      const Ex n = as_integer(expression(), at);
+      if (!n.ok) return;
+      if (n.is_literal && n.v == 0) set(is_tool ? "tool" : "frame", identity(), at);
+      else set(is_tool ? "tool" : "frame", numbered(is_tool ? "UTOOL" : "UFRAME", n, at), at);
+    } else if (w == "uframe" || w == "utool") {
+      Ex to = bracketed_frame(w == "utool" ? "UTOOL" : "UFRAME", at, true);
+      if (!expect("=")) return;
+      assign(to, as_pose(expression(), at), at);
+    } else if (w == "skip" || w == "offset" || w == "tool_offset") {
+      if (!expect("condition")) return;
+      if (w == "skip") {
+        const Ex c = converted(expression(), kBool, at);
+        if (c.ok) skip_condition_ = c.s;
+      } else {
+        const Ex p = as_pose(expression(), at);
+        (w == "offset" ? offset_ : tool_offset_) = p;
+      }
+      emit("{ " + source_line(at) + " }", at);
+    } else if (w == "override" || w == "payload" || w == "lock" || w == "unlock" || w == "col" ||
+               w == "ualm" || w == "timer" || w == "joint_max_speed" || w == "linear_max_speed" ||
+               w == "weave" || w == "arc" || w == "track" || w == "mnt" || w == "rsr" ||
+               w == "tc_online" || w == "monitor" || w == "coord" || w == "touch" ||
+               w == "search" || w == "vision") {
+      skip_rest();
+      const bool is_meant = w == "timer" || w == "ualm" || w == "arc" || w == "weave" ||
+                            w == "track" || w == "monitor" || w == "touch" || w == "search" ||
+                            w == "vision";
+      left_out(is_meant ? RMP_FAULT_ERROR : RMP_FAULT_WARNING, at,
+               "IRL has no counterpart of " + std::string(t.raw));
+    } else {
+      --at_;
+      assignment(at);
+    }
+  }
+  void block_end(const std::string& word, const At& at) {
+    if (word == "endfor" && !steps_.empty()) {
+      emit(steps_.back(), at);
+      steps_.pop_back();
+    }
+    indented(-1);
+    emit(word == "endif" ? "ENDIF;" : "ENDWHILE;", at);
+    ends_.pop_back();
+  }
+  /// JMP, CALL and what else stands behind a condition.
+  void action(const At& at) {
+    if (accept("jmp")) {
+      if (!expect("lbl")) return;
+      const std::string n = number_in_brackets();
+      if (n.empty()) return;
+      if (!labels_.contains(n)) {
+        bad(at, "the label " + n + " is nowhere");
+        return;
+      }
+      emit("GOTO " + label("lbl_" + n) + ";", at);
+      return;
+    }
+    if (accept("call")) {
+      const Token name = next();
+      std::vector<Ex> args;
+      if (accept("(")) args = arguments();
+      for (Ex& a : args)
+        if (a.type.k == K::integer) a = as_real(a, at);
+      if (lower(name.raw) == lower(programs_[0].name)) {
+        bad(at, "the program calls itself");
+        return;
+      }
+      const std::string text = call(name.raw, args, at);
+      if (!text.empty()) emit(text + ";", at);
+      return;
+    }
+    if (is("run")) {
+      skip_rest();
+      bad(at, "programs that run beside this one are not read");
+      return;
+    }
+    if (accept("pause")) {
+      emit("PAUSE;", at);
+      return;
+    }
+    if (accept("abort")) {
+      emit("HALT;", at);
+      return;
+    }
+    if (accept("end")) {
+      emit("RETURN;", at);
+      return;
+    }
+    assignment(at);
+  }
+  void if_(const At& at) {
+    const Ex c = condition(at, [&] { return expression(); });
+    if (accept("then")) {
+      emit("IF " + c.s + " THEN", at);
+      ends_.push_back("endif");
+      indented(1);
+      return;
+    }
+    if (!expect(",")) {
+      skip_rest();
+      return;
+    }
+    emit("IF " + c.s + " THEN", at);
+    indented(1);
+    action(at);
+    if (accept(",") && accept("else")) {
+      accept(",");
+      indented(-1);
+      emit("ELSE", at);
+      indented(1);
+      action(at);
+    }
+    indented(-1);
+    emit("ENDIF;", at);
+  }
+  void select_arm(const At& at) {
+    if (!in_select_) {
+      bad(at, "this stands outside of SELECT");
+      skip_rest();
+      return;
+    }
+    if (accept("else")) {
+      accept(",");
+      if (is_first_arm_) emit("IF TRUE THEN", at);
+      else emit("ELSE", at);
+    } else {
+      if (!expect("=")) return;
+      const Ex v = expression(25);
+      accept(",");
+      const Ex c = v.ok ? binary(Op::eq, selected_, v, at) : boolean(false);
+      emit((is_first_arm_ ? "IF " : "ELSIF ") + c.s + " THEN", at);
+    }
+    is_first_arm_ = false;
+    has_arms_ = true;
+    indented(1);
+    action(at);
+    indented(-1);
+  }
+  void end_select(const At& at) {
+    if (in_select_ && has_arms_) emit("ENDIF;", at);
+    in_select_ = has_arms_ = false;
+  }
+  void for_(const At& at) {
+    const Ex v = primary();
+    if (!expect("=")) return;
+    const Ex from = expression();
+    const bool is_down = is("downto");
+    if (!accept("downto") && !expect("to")) return;
+    const Ex to = expression();
+    if (!v.ok || !from.ok || !to.ok || !is_number(v.type)) return;
+    // The counter is a register, which keeps its value behind the loop.
+    assign(v, from, at);
+    emit("WHILE " + v.s + (is_down ? " >= " : " <= ") + within(to, kSum) + " DO", at);
+    indented(1);
+    steps_.push_back(v.s + " := " + v.s + (is_down ? " - 1;" : " + 1;"));
+    ends_.push_back("endfor");
+  }
+  void wait(const At& at) {
+    const Ex e = expression();
+    if (!e.ok) return;
+    if (is_number(e.type)) {
+      if (accept("(")) {
+        accept("sec");
+        expect(")");
+      }
+      if (e.is_literal && e.v < 0) {
+        bad(at, "a time is not negative");
+        return;
+      }
+      emit("WAIT " + within(as_real(e, at), kSum) + " SEC;", at);
+      return;
+    }
+    const Ex c = converted(e, kBool, at);
+    if (!c.ok) return;
+    if (accept("timeout")) {
+      expect(",");
+      if (!expect("lbl")) return;
+      const std::string n = number_in_brackets();
+      if (!labels_.contains(n)) {
+        bad(at, "the label " + n + " is nowhere");
+        return;
+      }
+      const Ex t = is_set("wait_timeout") ? get("wait_timeout", kReal, at) : real(30);
+      emit("WAIT FOR " + c.s + " TIMEOUT " + within(t, kSum) + ";", at);
+      // To the next line it goes on anyway.
+      if (n != next_label_) emit("IF R_TIMEOUT THEN GOTO " + label("lbl_" + n) + "; ENDIF;", at);
+      return;
+    }
+    emit("WAIT FOR " + c.s + ";", at);
+  }
+  void motion(const At& at) {
+    const std::string kind = next().low;
+    Motion m;
+    m.word = kind == "j" ? "PTP" : kind == "c" ? "CIRCLE" : "LIN";
+    if (kind == "a" || kind == "s") {
+      skip_rest();
+      bad(at, "arcs of several statements (A, S) are not read", "Use C.");
+      return;
+    }
+    m.targets.push_back(primary());
+    if (kind == "c") m.targets.push_back(primary());
+    const bool is_joint = kind == "j";
+    // The speed.
+    Ex v = peek().low == "max_speed" ? (next(), real(2000)) : primary();
+    if (!v.ok) return;
+    if (!is_number(v.type)) {
+      bad(at, "the speed of the motion belongs here");
+      return;
+    }
+    if (accept("%")) {
+      if (is_joint) m.attributes.emplace_back("SPEED_PTP", as_real(v, at));
+      else bad(at, "a path has a speed in mm/sec");
+    } else if (accept("sec") || accept("msec")) {
+      m.attributes.emplace_back("TIME",
+                                scaled(as_real(v, at), tokens_[at_ - 1].low == "msec" ? 0.001 : 1));
+    } else if (is("deg") || is("mm") || is("cm") || is("inch")) {
+      const std::string unit = next().low;
+      expect("/");
+      const std::string per = next().low;
+      if (unit == "deg") {
+        m.attributes.emplace_back("SPEED_ORI", as_real(v, at));
+      } else {
+        const double k = (unit == "cm" ? 10 : unit == "inch" ? 25.4 : 1) / (per == "min" ? 60 : 1);
+        m.attributes.emplace_back("SPEED", scaled(as_real(v, at), k));
+      }
+      if (is_joint) {
+        const double full = params_.real("tcp_speed") * 1000;
+        Ex share = scaled(m.attributes.back().second, 100 / full);
+        if (share.is_literal && share.v > 100) share = real(100);
+        if (unit != "deg") m.attributes.back() = {"SPEED_PTP", share};
+      }
+    }
+    for (const auto& [name, e] : m.attributes)
+      if (e.is_literal && e.v <= 0) bad(at, "this is no speed");
+    std::string skip;
+    Ex by = failed(), tool_by = failed();
+    while (!at_end()) {
+      const Token t = next();
+      const auto digits = [&](std::size_t from) {
+        double n = 0;
+        for (std::size_t i = from; i < t.low.size(); ++i) {
+          if (t.low[i] < '0' || t.low[i] > '9') return -1.0;
+          n = n * 10 + (t.low[i] - '0');
+        }
+        return t.low.size() > from && t.low.size() < from + 6 ? n : -1.0;
+      };
+      if (t.low == "fine") continue;
+      if (t.low.starts_with("cnt") || t.low == "cnt") {
+        Ex n = digits(3) >= 0 ? real(digits(3)) : primary();
+        if (!n.ok) return;
+        if (n.is_literal && n.v == 0) {
+          m.attributes.emplace_back("C_PASS", boolean(true));
+        } else {
+          if (n.is_literal && n.v > 100) n = real(100);
+          if (!std::exchange(told_cnt_, true) && !is_joint)
+            note(t.at,
+                 "CNT of paths is taken as C_SPEED, the speed in % that is kept at the target");
+          m.attributes.emplace_back(is_joint ? "C_PTP" : "C_SPEED", as_real(n, at));
+        }
+      } else if (t.low.starts_with("acc") && (digits(3) >= 0 || t.low == "acc")) {
+        Ex n = digits(3) >= 0 ? real(digits(3)) : primary();
+        if (n.is_literal && n.v > 100) {
+          warn(t.at, "an acceleration above 100 % is taken as 100 %");
+          n = real(100);
+        }
+        if (n.is_literal && n.v <= 0) bad(t.at, "this is no acceleration");
+        m.attributes.emplace_back(is_joint ? "ACC_PTP" : "ACC", as_real(n, at));
+      } else if ((t.low.starts_with("cd") || t.low.starts_with("cr")) && digits(2) >= 0 &&
+                 !is_joint) {
+        m.attributes.emplace_back("C_CP", real(digits(2)));
+      } else if (t.low == "offset" || t.low == "tool_offset") {
+        Ex p = t.low == "offset" ? offset_ : tool_offset_;
+        if (accept(",")) p = as_pose(primary(), at);
+        else if (!p.ok) bad(t.at, "no condition before this says by how much");
+        (t.low == "offset" ? by : tool_by) = p;
+      } else if (t.low == "inc") {
+        m.is_incremental = true;
+      } else if (t.low == "skip") {
+        expect(",");
+        expect("lbl");
+        skip = number_in_brackets();
+        if (skip_condition_.empty()) bad(t.at, "no SKIP CONDITION is before this");
+        else if (!labels_.contains(skip)) bad(t.at, "the label " + skip + " is nowhere");
+      } else if (t.low == "wjnt" || t.low == "pth" || t.low == "rtcp" || t.low == "break" ||
+                 t.low == "minrot" || t.low == "mrot") {
+        warn(t.at, std::string(t.raw) + " is not said in IRL");
+      } else if (t.low == "ev" || t.low == "ind") {
+        while (!at_end() && !accept("%")) next();
+        warn(t.at, std::string(t.raw) + " is not said in IRL");
+      } else {
+        bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" of a motion is not said in IRL",
+            "Split the statement.");
+        skip_rest();
+        return;
+      }
+    }
+    for (Ex& e : m.targets) {
+      if (!e.ok) return;
+      if (e.type.k == K::joint) {
+        m.has_frames = false;
+        if (!is_joint || by.ok || tool_by.ok) e = as_place(e);
+      }
+      if (by.ok) e = with_pose(e, binary(Op::compose, by, as_pose(e, at), at));
+      if (tool_by.ok) e = with_pose(e, binary(Op::compose, as_pose(e, at), tool_by, at));
+    }
+    if (!skip.empty()) m.until = skip_condition_;
+    move(std::move(m), at);
+    if (!skip.empty() && labels_.contains(skip))
+      emit("IF NOT (" + skip_condition_ + ") THEN GOTO " + label("lbl_" + skip) + "; ENDIF;", at);
+  }
+  void assignment(const At& at) {
+    const Token t = peek();
+    if (t.low == "$waittmout" && is("=", 1)) {
+      next();
+      next();
+      const Ex e = as_real(expression(), at);
+      set("wait_timeout", scaled(e, 0.01), at);
+      return;
+    }
+    if (t.low[0] == '$') {
+      skip_rest();
+      left_out(RMP_FAULT_ERROR, at,
+               "IRL has no counterpart of " + std::string(t.raw.substr(0, 60)));
+      return;
+    }
+    if (t.kind != Tk::name || !(is("[", 1))) {
+      bad(at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
+      skip_rest();
+      return;
+    }
+    const Ex to = primary();
+    if (!to.ok) {
+      skip_rest();
+      return;
+    }
+    if (!expect("=")) return;
+    if (is("pulse")) {
+      next();
+      Ex time = real(0.1);
+      if (accept(",")) {
+        time = primary();
+        accept("sec");
+      }
+      if (!to.is_place || to.type.k != K::boolean || !time.ok) {
+        bad(at, "a pulse is of an output");
+        return;
+      }
+      emit(to.s + " := TRUE;", at);
+      emit("WAIT " + within(as_real(time, at), kSum) + " SEC;", at);
+      emit(to.s + " := FALSE;", at);
+      warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+      return;
+    }
+    const Ex e = expression();
+    if (!e.ok) return;
+    if (to.type.k == K::pose && e.type.k == K::joint) {
+      bad(at, "position registers with joints are not read",
+          "Use positions in Cartesian coordinates.");
+      return;
+    }
+    assign(to, e, at);
+  }
+
+  // ---- values ----
+
+  std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At& at) override {
+    if ((op == Op::add || op == Op::sub) && (a.type.k == K::pose || a.type.k == K::target) &&
+        (b.type.k == K::pose || b.type.k == K::target)) {
+      const Ex x = as_pose(a, at), y = as_pose(b, at);
+      if (x.prec < kPrimary || y.prec < kPrimary) return bad(at, "positions are added two by two");
+      const std::string sign = op == Op::add ? " + " : " - ";
+      std::string p, o;
+      for (const char c : {'X', 'Y', 'Z'})
+        p += (p.empty() ? "" : ", ") + x.s + ".POS." + c + sign + y.s + ".POS." + c;
+      for (const char c : {'Z', 'Y', 'X'})
+        o += (o.empty() ? "ANGLE" : ", ANGLE") + std::string(1, c) + "('ZYX', " + x.s + ".ORI)" +
+             sign + "ANGLE" + c + "('ZYX', " + y.s + ".ORI)";
+      return value("POSE(POSITION(" + p + "), ORIZYX(" + o + "))", kPose);
+    }
+    return std::nullopt;
+  }
+  std::string number_in_brackets() {
+    if (!expect("[")) return {};
+    const Token n = next();
+    while (!at_end() && !is("]")) next();
+    expect("]");
+    if (n.kind == Tk::number && n.is_integer)
+      return std::to_string(static_cast<std::int64_t>(n.value));
+    bad(n.at, "a number belongs here; one that is computed is not read");
+    return {};
+  }
+  /// An index, with its comment behind ":".
+  Ex index(const At& at) {
+    if (!expect("[")) return failed();
+    const Ex i = as_integer(expression(25), at);
+    if (accept(":"))
+      while (!at_end() && !is("]")) next();
+    return i;
+  }
+  Ex element(const std::string& array, const Type& of, const Ex& i, const At& at) {
+    if (!i.ok) return failed();
+    if (i.is_literal && (i.v < 1 || i.v > 10000)) return bad(at, array + " has no number " + i.s);
+    const auto n =
+        i.is_literal ? static_cast<std::int64_t>(i.v) : std::int64_t{of.k == K::pose ? 64 : 200};
+    Symbol& s = implied(array, array_of(of, {{1, n}}), at);
+    return place(s.irl + "[" + i.s + "]", of);
+  }
+  Ex numbered(const std::string& array, const Ex& i, const At& at) {
+    const bool is_new = !globals_.contains(lower(array));
+    const Ex e = element(array, kPose, i, at);
+    if (is_new && e.ok && !learned_.flags.contains("set " + array))
+      fail(at, array + " is set on the controller; its frames are zero here",
+           "Give them their values at the declaration.");
+    return e;
+  }
+  Ex bracketed_frame(const std::string& array, const At& at, bool is_written) {
+    const Ex i = index(at);
+    expect("]");
+    if (is_written) learned_.flags.insert("set " + array);
+    return i.ok ? element(array, kPose, i, at) : failed();
+  }
+  Ex primary() override {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.kind == Tk::number) {
+      next();
+      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
+    }
+    if (t.kind == Tk::text) {
+      next();
+      return string(t.raw);
+    }
+    if (accept("(")) {
+      Ex e = expression();
+      expect(")");
+      return e;
+    }
+    if (t.kind != Tk::name) {
+      if (!at_end()) next();
+      return bad(at, "a value belongs here");
+    }
+    next();
+    if (t.low == "on" || t.low == "off") return boolean(t.low == "on");
+    if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
+    if (t.low == "r") {
+      const Ex i = index(at);
+      expect("]");
+      return element("R", kReal, i, at);
+    }
+    if (t.low == "f" || t.low == "m") {
+      const Ex i = index(at);
+      expect("]");
+      return element(t.low == "f" ? "FLAG" : "MARKER", kBool, i, at);
+    }
+    if (t.low == "sr") {
+      const Ex i = index(at);
+      expect("]");
+      return element("SR", kString, i, at);
+    }
+    if (t.low == "ar") {
+      const Ex i = index(at);
+      expect("]");
+      if (!i.is_literal || i.v < 1 || i.v > 10) return bad(at, "there is no such argument");
+      const std::string n = std::to_string(static_cast<std::int64_t>(i.v));
+      learned_.flags.insert("ar " + name_of_ + " " + n);
+      const Symbol* s = find("ar_" + n);
+      if (!s) s = &implied("AR_" + n, kReal, at);
+      Ex e = place(s->irl, kReal);
+      e.is_place = false;
+      return e;
+    }
+    if (t.low == "p") {
+      const Ex i = index(at);
+      expect("]");
+      if (!i.ok) return i;
+      if (!i.is_literal) return bad(at, "positions whose number is computed are not read");
+      const auto it = points_.find(static_cast<std::int64_t>(i.v));
+      if (it == points_.end()) return bad(at, "the position P[" + i.s + "] has no value in /POS");
+      return place(it->second.irl, it->second.type);
+    }
+    if (t.low == "pr") {
+      const Ex i = index(at);
+      Ex j = failed();
+      if (accept(",")) {
+        j = as_integer(expression(25), at);
+        if (accept(":"))
+          while (!at_end() && !is("]")) next();
+        expect("]");
+        const Ex p = element("PR", kPose, i, at);
+        return p.ok && j.ok ? component(p, j, at) : failed();
+      }
+      expect("]");
+      return element("PR", kPose, i, at);
+    }
+    if (t.low == "uframe" || t.low == "utool")
+      return bracketed_frame(t.low == "utool" ? "UTOOL" : "UFRAME", at, false);
+    if (t.low == "lpos" || t.low == "jpos")
+      return bad(at, "IRL has no place where the robot is", "Keep the place in a variable.");
+    static const std::map<std::string, std::pair<bool, int>, std::less<>> kSignals{
+        {"di", {false, 0}},    {"do", {true, 0}},    {"ri", {false, 1000}}, {"ro", {true, 1000}},
+        {"ui", {false, 2000}}, {"uo", {true, 2000}}, {"si", {false, 3000}}, {"so", {true, 3000}},
+        {"wi", {false, 5000}}, {"wo", {true, 5000}}};
+    if (const auto it = kSignals.find(t.low); it != kSignals.end()) {
+      const Ex i = index(at);
+      expect("]");
+      if (!i.ok) return i;
+      if (!i.is_literal || i.v < 0 || i.v > 100000)
+        return bad(at, "IRL has no signals whose number is computed",
+                   "Give each of them its name.");
+      if (it->second.second > 0 && told_.insert(t.low).second)
+        note(at, std::string(t.raw) + " are numbered from " + std::to_string(it->second.second) +
+                     " on here");
+      const Symbol& s =
+          signal(it->second.first, static_cast<std::int64_t>(i.v) + it->second.second);
+      Ex e = place(s.irl, s.type);
+      e.is_place = it->second.first;
+      return e;
+    }
+    if (t.low == "gi" || t.low == "go") {
+      const Ex i = index(at);
+      expect("]");
+      if (!i.ok) return i;
+      if (!i.is_literal || i.v < 0 || i.v > 1000)
+        return bad(at, "IRL has no signals whose number is computed");
+      if (told_.insert(t.low).second)
+        note(at, std::string(t.raw) + "[n] are taken as 16 bits from 4000 + 16 n on");
+      const Symbol& s = signal(t.low == "go", 4000 + 16 * static_cast<std::int64_t>(i.v), 16);
+      Ex e = place(s.irl, s.type);
+      e.is_place = t.low == "go";
+      return e;
+    }
+    if (is("[")) {
+      while (!at_end() && !accept("]")) next();
+    }
+    return bad(at, "IRL has no counterpart of " + std::string(t.raw.substr(0, 40)));
+  }
+  Ex component(const Ex& p, const Ex& j, const At& at) {
+    if (!j.is_literal || j.v < 1 || j.v > 6)
+      return bad(at, "the component of a position is 1 to 6, and known");
+    const auto k = static_cast<int>(j.v);
+    if (k <= 3) return place(p.s + ".POS." + static_cast<char>('X' + k - 1), kReal);
+    const auto angle = [&](char c) {
+      return std::string("ANGLE") + c + "('ZYX', " + p.s + ".ORI)";
+    };
+    const char axis = static_cast<char>('X' + k - 4);
+    Ex e = place(angle(axis), kReal);
+    e.setter = p.s + ".ORI := ORIZYX(";
+    for (const char c : {'Z', 'Y', 'X'})
+      e.setter += (c == 'Z' ? "" : ", ") + (c == axis ? "%" : angle(c));
+    e.setter += ")";
+    return e;
+  }
+
+  std::vector<Program> programs_;
+  std::map<std::int64_t, Symbol> points_;
+  /// PR[n]=LPOS was read: n, the element that is set next, where it stood.
+  std::optional<std::tuple<std::string, int, At>> present_;
+  std::set<std::string> labels_, told_;
+  std::string next_label_;
+  std::vector<std::string> ends_, steps_;
+  std::string name_of_, skip_condition_;
+  Ex selected_, offset_, tool_offset_;
+  bool in_select_ = false, is_first_arm_ = true, has_arms_ = false, told_cnt_ = false;
+};
+
+}  // namespace
+
+Made read_tp(const ProgramReaderTask& task, const Params& params, Progress& progress) {
+  return passes<Tp>(task, params, progress);
+}
+
+}  // namespace robomosp::readers

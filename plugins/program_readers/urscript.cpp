@@ -1,0 +1,998 @@
+// SPDX-License-Identifier: Apache-2.0
+// Universal Robots URScript: .script.
+#include <algorithm>
+#include <cmath>
+
+#include "reader.h"
+#include "readers.h"
+
+namespace robomosp::readers {
+namespace {
+
+constexpr double kDegree = 57.29577951308232;
+
+const Style kStyle{.comment = "#",
+                   .quotes = "\"'",
+                   .name_first = "_",
+                   .name_rest = "_",
+                   .signs = {"==", "!=", "<=", ">="},
+                   .has_lines = true,
+                   .joins_in_brackets = true,
+                   .hex = "0x"};
+constexpr Binary kBinaries[] = {{"or", 10, Op::or_}, {"xor", 11, Op::exor}, {"and", 12, Op::and_},
+                                {"==", 20, Op::eq},  {"!=", 20, Op::ne},    {"<", 20, Op::lt},
+                                {">", 20, Op::gt},   {"<=", 20, Op::le},    {">=", 20, Op::ge},
+                                {"+", 30, Op::add},  {"-", 30, Op::sub},    {"*", 40, Op::mul},
+                                {"/", 40, Op::div},  {"%", 40, Op::mod},    {"^", 50, Op::power}};
+
+struct Argument {
+  std::string name;
+  Ex e;
+};
+
+class Urscript final : public Reader {
+ public:
+  using Reader::Reader;
+
+  void run() override {
+    name_ = std::string(stem(files_[0].name));
+    scan(0, kStyle);
+    find_routines();
+    block(0);
+  }
+
+ private:
+  struct Def {
+    std::string name;
+    std::vector<std::string> parameters;
+    int depth = 0;
+    bool is_thread = false, is_main = false;
+  };
+
+  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::string_view not_word() const override { return "not"; }
+  int not_precedence() const override { return 15; }
+  bool divides_whole() const override { return false; }
+
+  // ---- structure ----
+
+  void find_routines() {
+    int depth = 0;
+    bool has_statements = false;
+    std::vector<std::size_t> top;
+    bool begins = true;
+    for (std::size_t i = 0; i + 1 < tokens_.size(); ++i) {
+      const Token& t = tokens_[i];
+      const bool is_first =
+          std::exchange(begins, t.kind == Tk::line || (t.low == ":" && t.kind == Tk::sign));
+      if (t.kind == Tk::name && is_first) {
+        if (t.low == "def" || t.low == "thread" || t.low == "sec") {
+          Def d;
+          d.name = std::string(tokens_[i + 1].raw);
+          d.depth = depth;
+          d.is_thread = t.low == "thread";
+          for (std::size_t k = i + 2;
+               k < tokens_.size() && tokens_[k].kind != Tk::line && tokens_[k].low != ")"; ++k)
+            if (tokens_[k].kind == Tk::name) {
+              d.parameters.push_back(std::string(tokens_[k].raw));
+              while (k + 1 < tokens_.size() && tokens_[k + 1].kind != Tk::line &&
+                     tokens_[k + 1].low != "," && tokens_[k + 1].low != ")")
+                ++k;
+            }
+          if (depth == 0 && !d.is_thread) top.push_back(defs_.size());
+          defs_.push_back(std::move(d));
+          ++depth;
+        } else if (t.low == "if" || t.low == "while") {
+          ++depth;
+        } else if (t.low == "end") {
+          depth = std::max(0, depth - 1);
+        } else if (depth == 0 && t.low != "global" && t.low != "local") {
+          has_statements = true;
+        }
+      }
+    }
+    // The program is what a controller would run: the statements outside, or a routine around all.
+    if (!has_statements && !top.empty()) {
+      for (std::size_t n = top.size(); n-- > 0;) {
+        Def& d = defs_[top[n]];
+        if (!d.parameters.empty()) continue;
+        std::size_t uses = 0;
+        for (const Token& t : tokens_) uses += t.kind == Tk::name && t.raw == d.name;
+        if (uses > 1 && top.size() > 1) continue;
+        d.is_main = true;
+        name_ = d.name;
+        break;
+      }
+    }
+    for (const Def& d : defs_) {
+      if (d.is_main) continue;
+      if (d.is_thread) {
+        Symbol& s = declare(d.name, kNone, Symbol::data);
+        s.irl = irl_name(d.name);
+        continue;
+      }
+      const auto r = learned_.types.find(lower(d.name) + "()");
+      announce(d.name, parameters(d), r == learned_.types.end() ? kNone : r->second);
+    }
+  }
+  std::vector<Parameter> parameters(const Def& d) const {
+    std::vector<Parameter> out;
+    for (const std::string& p : d.parameters) {
+      const auto it = learned_.types.find(lower(d.name) + "." + lower(p));
+      out.push_back({p, it == learned_.types.end() ? kReal : it->second, false});
+    }
+    return out;
+  }
+
+  void end_line() {
+    if (!at_line_end())
+      bad(here(), "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected here");
+  }
+  /// Statements up to the END of a routine; those within blocks are kept in a list, no recursion.
+  void block(int) {
+    while (!at_end()) {
+      if (progress_.cancelled()) {
+        statement(here(), [] {});
+        return;
+      }
+      if (peek().kind == Tk::line) {
+        next();
+        continue;
+      }
+      const At at = here();
+      if (is("def") || is("thread") || is("sec")) {
+        definition(at);
+        continue;
+      }
+      if (is("end")) {
+        comments_until(at);
+        next();
+        end_block(at);
+        continue;
+      }
+      statement(at, [&] { one(); });
+      if (here().begin == at.begin && !at_end()) next();
+    }
+    while (!blocks_.empty()) {
+      fail(here(), "a block has no end above");
+      end_block(here());
+    }
+  }
+  struct Block {
+    std::string end;    ///< what closes it in IRL; "" = a routine
+    std::string again;  ///< label of "continue"; "" = not used
+    Routine* before = nullptr;
+    std::string routine;
+    bool is_loop = false, is_main = false;
+  };
+  void definition(const At& at) {
+    next();
+    if (next_def_ >= defs_.size()) {
+      skip_line();
+      return;
+    }
+    const Def& d = defs_[next_def_++];
+    skip_rest();
+    Block b;
+    b.before = is_in_main() ? nullptr : &current();
+    b.routine = routine_;
+    b.is_main = d.is_main;
+    indents_.push_back(current().indent);
+    if (d.is_main) {
+      close();
+    } else if (d.is_thread) {
+      open("PROCESS " + globals_[lower(d.name)].irl, "ENDPROCESS", at);
+      routine_ = lower(d.name);
+    } else {
+      const auto r = learned_.types.find(lower(d.name) + "()");
+      begin(d.name, parameters(d), r == learned_.types.end() ? kNone : r->second, at);
+      routine_ = lower(d.name);
+    }
+    blocks_.push_back(std::move(b));
+  }
+  void end_block(const At& at) {
+    if (blocks_.empty()) {
+      fail(at, "\"end\" ends nothing that is open");
+      return;
+    }
+    Block b = std::move(blocks_.back());
+    blocks_.pop_back();
+    if (b.end.empty()) {
+      if (b.before) set_current(*b.before);
+      else close();
+      routine_ = b.routine;
+      current().indent = indents_.back();
+      indents_.pop_back();
+      return;
+    }
+    if (!b.again.empty()) emit("LABEL " + b.again + ":", at);
+    indented(-1);
+    emit(b.end + ";", at);
+  }
+
+  // ---- statements ----
+
+  /// A loop of nothing but sync(), which may count get_steptime(), is a WAIT FOR. False = it is
+  /// another loop.
+  bool wait_loop(const At& at) {
+    std::size_t k = at_;
+    const auto to_line_end = [&] {
+      while (tokens_[k].kind != Tk::line && tokens_[k].kind != Tk::end) ++k;
+      return tokens_[k].kind == Tk::line && tokens_[k - 1].low == ":";
+    };
+    const auto has = [&](std::initializer_list<std::string_view> words) {
+      std::size_t i = k;
+      for (const std::string_view w : words) {
+        if (i >= tokens_.size()) return false;
+        if (w == "\n") {
+          if (tokens_[i].kind != Tk::line) return false;
+          while (tokens_[i].kind == Tk::line) ++i;
+        } else if (tokens_[i++].low != w) {
+          return false;
+        }
+      }
+      k = i;
+      return true;
+    };
+    if (!to_line_end()) return false;
+    const std::size_t colon = k - 1;
+    std::size_t limit = 0;
+    Token count, told;
+    if (!has({"\n", "sync", "(", ")", "\n", "end"})) {
+      if (at_ < 4 || tokens_[at_ - 1].kind != Tk::line || tokens_[at_ - 2].kind != Tk::number ||
+          tokens_[at_ - 2].value != 0 || tokens_[at_ - 3].low != "=")
+        return false;
+      count = tokens_[at_ - 4];
+      // It is counted for this loop only.
+      if (uses(count.low) != 4) return false;
+      if (!has({"\n", "if", count.low, ">="})) return false;
+      limit = k;
+      if (!to_line_end() || !has({"\n"})) return false;
+      if (tokens_[k].kind == Tk::name && tokens_[k + 1].low == "=") {
+        told = tokens_[k];
+        if (!has({told.low, "=", "true", "\n"})) return false;
+      }
+      if (!has({"break", "\n", "end", "\n", "sync", "(", ")", "\n", count.low, "=", count.low, "+",
+                "get_steptime", "(", ")", "\n", "end"}))
+        return false;
+    }
+    const std::size_t behind = k;
+    next();
+    const std::size_t first = at_;
+    std::string until;
+    if (accept("not")) {
+      const Ex c = expression(not_precedence());
+      if (c.ok && at_ == colon) until = converted(c, kBool, at).s;
+    }
+    if (until.empty()) {
+      at_ = first;
+      const Ex c = converted(expression(), kBool, at);
+      if (c.ok && at_ != colon) bad(here(), "\":\" belongs here");
+      until = "NOT " + within(c, kRel);
+    }
+    if (limit > 0) {
+      at_ = limit;
+      until += " TIMEOUT " + within(as_real(expression(), at), kSum);
+    }
+    emit("WAIT FOR " + until + ";", at);
+    if (told.kind == Tk::name && limit > 0)
+      if (const Symbol* s = find(told.low))
+        emit("IF R_TIMEOUT THEN " + s->irl + " := TRUE; ENDIF;", at);
+    at_ = behind;
+    return true;
+  }
+  Ex truth(const At& at) {
+    const Ex c = condition(at, [&] { return expression(); });
+    if (!accept(":")) bad(here(), "\":\" belongs here");
+    return c;
+  }
+  void one() {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.kind != Tk::name) {
+      bad(at, "a statement does not begin with \"" + std::string(t.raw.substr(0, 40)) + "\"");
+      skip_rest();
+      return;
+    }
+    if (t.low == "if" && !is("=", 1)) {
+      next();
+      const Ex c = truth(at);
+      emit("IF " + c.s + " THEN", at);
+      blocks_.push_back({"ENDIF", {}, nullptr, {}, false, false});
+      indented(1);
+      rest_of_line(at);
+      return;
+    }
+    if (t.low == "elif" || t.low == "else" || t.low == "elseif") {
+      if (blocks_.empty() || blocks_.back().end != "ENDIF") {
+        bad(at, "this stands outside of \"if\"");
+        skip_rest();
+        return;
+      }
+      next();
+      indented(-1);
+      if (t.low == "else") {
+        accept(":");
+        emit("ELSE", at);
+      } else {
+        const Ex c = truth(at);
+        emit("ELSIF " + c.s + " THEN", at);
+      }
+      indented(1);
+      rest_of_line(at);
+      return;
+    }
+    if (t.low == "while") {
+      if (wait_loop(at)) return;
+      next();
+      const Ex c = truth(at);
+      emit("WHILE " + c.s + " DO", at);
+      blocks_.push_back({"ENDWHILE", {}, nullptr, {}, true, false});
+      indented(1);
+      rest_of_line(at);
+      return;
+    }
+    if (t.low == "break" || t.low == "continue") {
+      next();
+      Block* loop = nullptr;
+      for (std::size_t i = blocks_.size(); i-- > 0 && !blocks_[i].end.empty() && !loop;)
+        if (blocks_[i].is_loop) loop = &blocks_[i];
+      if (!loop) {
+        bad(at, "this stands outside of a loop");
+        return;
+      }
+      if (t.low == "break") {
+        emit("EXIT;", at);
+      } else {
+        if (loop->again.empty()) loop->again = irl_name("again");
+        emit("GOTO " + loop->again + ";", at);
+      }
+      return end_line();
+    }
+    if (t.low == "return") {
+      next();
+      if (at_line_end()) {
+        emit("RETURN;", at);
+        return;
+      }
+      if (routine_.empty()) {
+        skip_rest();
+        bad(at, "the program gives no value");
+        return;
+      }
+      const Ex e = expression();
+      if (!e.ok) return;
+      learn(routine_ + "()", e.type);
+      if (current().result.k != K::none)
+        emit("RETURN " + converted(e, current().result, at).s + ";", at);
+      return end_line();
+    }
+    if (t.low == "pass") {
+      next();
+      return end_line();
+    }
+    if (t.low == "halt") {
+      next();
+      emit("HALT;", at);
+      return end_line();
+    }
+    if (t.low == "run" || t.low == "kill" || t.low == "join") {
+      next();
+      thread(t, at);
+      return;
+    }
+    bool is_local = false;
+    if ((t.low == "local" || t.low == "global") && peek(1).kind == Tk::name) {
+      is_local = t.low == "local";
+      next();
+    }
+    if (is("=", 1) || is("[", 1)) {
+      assignment(is_local, at);
+      return end_line();
+    }
+    if (is("(", 1)) {
+      command(at);
+      return end_line();
+    }
+    next();
+    bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
+    skip_rest();
+  }
+  /// if c: statement
+  void rest_of_line(const At&) {
+    if (at_line_end()) return;
+    if (is("end")) return;
+    const At at = here();
+    if (++nested_ < 40) statement(at, [&] { one(); });
+    else skip_rest();
+    --nested_;
+  }
+  void thread(const Token& what, const At& at) {
+    const Token name = next();
+    if (accept("(")) expect(")");
+    const Symbol* s = find(name.low);
+    if (!s || s->kind != Symbol::data) {
+      // kill of a variable that holds the thread
+      const auto it = threads_.find(name.low);
+      s = it == threads_.end() ? nullptr : find(it->second);
+    }
+    if (!s) {
+      bad(at, "there is no thread " + std::string(name.raw.substr(0, 40)));
+      return;
+    }
+    if (what.low == "join") emit("WAIT FOR GETSTATUS(" + s->irl + ") = R_PROCESS_READY;", at);
+    else emit((what.low == "run" ? "START " : "CANCEL ") + s->irl + ";", at);
+    end_line();
+  }
+  void assignment(bool is_local, const At& at) {
+    const Token name = next();
+    if (is("[")) {
+      --at_;
+      const Ex to = primary();
+      if (!expect("=")) return;
+      const Ex e = expression();
+      assign(to, e, at);
+      return;
+    }
+    next();
+    if (is("run") && peek(1).kind == Tk::name) {
+      const Token run = next();
+      threads_[name.low] = peek().low;
+      thread(run, at);
+      return;
+    }
+    const Ex e = expression();
+    if (!e.ok) return;
+    if (e.type.k == K::none) {
+      bad(at, "this gives no value");
+      return;
+    }
+    will_write(name.low);
+    const bool is_inside = !routine_.empty();
+    const auto local = current().symbols.find(name.low);
+    if (is_inside && local == current().symbols.end() &&
+        (is_local || !globals_.contains(name.low))) {
+      const std::string key = routine_ + "." + name.low;
+      if (is_local || !learned_.flags.contains("global " + name.low)) {
+        learn(key, e.type);
+        Symbol& s = declare(name.raw, learned_.types[key], Symbol::variable, true);
+        declare_variable(s, {}, at, true);
+      }
+    }
+    if (is_inside && current().symbols.contains(name.low)) {
+      const std::string key = routine_ + "." + name.low;
+      if (learned_.types.contains(key)) learn(key, e.type);
+      const Symbol& s = current().symbols[name.low];
+      assign(place(s.irl, s.type), e, at);
+      return;
+    }
+    if (!is_inside) learned_.flags.insert("global " + name.low);
+    const Symbol& s = implied(name.raw, e.type, at);
+    if (s.kind != Symbol::variable) {
+      bad(at, std::string(name.raw) + " is no variable");
+      return;
+    }
+    assign(place(s.irl, s.type), e, at);
+  }
+  std::vector<Argument> named_arguments() {
+    std::vector<Argument> out;
+    expect("(");
+    while (!at_line_end() && !is(")")) {
+      Argument a;
+      if (peek().kind == Tk::name && is("=", 1)) {
+        a.name = next().low;
+        next();
+      }
+      a.e = expression();
+      out.push_back(std::move(a));
+      if (!accept(",")) break;
+    }
+    expect(")");
+    return out;
+  }
+  static const Ex* argument(const std::vector<Argument>& all, std::string_view name,
+                            std::size_t place_) {
+    for (const Argument& a : all)
+      if (a.name == name) return &a.e;
+    if (place_ < all.size() && all[place_].name.empty()) {
+      return &all[place_].e;
+    }
+    return nullptr;
+  }
+  void command(const At& at) {
+    const Token t = next();
+    const std::string& w = t.low;
+    if (find(w) && find(w)->kind == Symbol::routine) {
+      const auto args = named_arguments();
+      const std::string text = call_of(t, args, at);
+      if (text.empty()) return;
+      if (find(w)->type.k != K::none && !learned_.stubs.contains(w)) {
+        // Its result is not used.
+        const std::string v = irl_name("unused");
+        (is_in_main() ? variables_ : current().locals)
+            .push_back({type_text(find(w)->type) + ": " + v + ";", at, false});
+        emit(v + " := " + text + ";", at);
+      } else {
+        emit(text + ";", at);
+      }
+      return;
+    }
+    const auto a = named_arguments();
+    for (const Argument& x : a)
+      if (!x.e.ok) return;
+    if (w == "movej" || w == "movel" || w == "movep" || w == "movec") return motion(w, a, at);
+    if (w == "set_tcp" && !a.empty()) {
+      set("tool", as_pose(a[0].e, at), at);
+      return;
+    }
+    static const std::map<std::string, int, std::less<>> kOutputs{
+        {"set_standard_digital_out", 0},
+        {"set_digital_out", 0},
+        {"set_configurable_digital_out", 8},
+        {"set_tool_digital_out", 16}};
+    if (const auto it = kOutputs.find(w); it != kOutputs.end() && a.size() == 2) {
+      const Ex s = output(a[0].e, it->second, at);
+      if (s.ok) assign(s, a[1].e, at);
+      return;
+    }
+    if ((w == "set_standard_analog_out" || w == "set_analog_out") && a.size() == 2 &&
+        a[0].e.is_literal) {
+      Symbol& s = analog(true, a[0].e.v, at);
+      assign(place(s.irl, s.type), as_real(a[1].e, at), at);
+      return;
+    }
+    if (w == "sleep" && a.size() == 1) {
+      const Ex e = as_real(a[0].e, at);
+      if (e.is_literal && e.v < 0) bad(at, "a time is not negative");
+      else if (e.ok) emit("WAIT " + within(e, kSum) + " SEC;", at);
+      return;
+    }
+    if (w == "sync" && a.empty()) {
+      // One cycle of the controller.
+      emit("WAIT 0.002 SEC;", at);
+      return;
+    }
+    if (w == "textmsg" && !a.empty()) {
+      std::string list;
+      for (const Argument& x : a) list += (list.empty() ? "" : ", ") + x.e.s;
+      emit("WRITELN(" + list + ");", at);
+      return;
+    }
+    if (w == "popup" && !a.empty()) {
+      const Ex* blocks = argument(a, "blocking", 4);
+      if (blocks && blocks->s == "TRUE") emit("PAUSE " + a[0].e.s + ";", at);
+      else emit("WRITELN(" + a[0].e.s + ");", at);
+      return;
+    }
+    static const std::set<std::string, std::less<>> kHarmless{
+        "set_payload",
+        "set_payload_mass",
+        "set_payload_cog",
+        "set_gravity",
+        "set_target_payload",
+        "set_tool_voltage",
+        "set_standard_analog_input_domain",
+        "set_tool_communication",
+        "set_analog_outputdomain",
+        "set_analog_inputrange",
+        "set_runstate_outputs",
+        "set_runstate_standard_digital_output_to_value",
+        "modbus_set_runstate_dependent_choice",
+        "set_input_actions_to_default",
+        "reset_world_model",
+        "set_safety_mode_transition_hardness",
+        "set_standard_digital_input_action",
+        "set_tool_digital_input_action",
+        "step_count_jitter"};
+    const bool is_harmless = kHarmless.contains(w);
+    static const std::set<std::string, std::less<>> kKnown{"servoj",
+                                                           "servoc",
+                                                           "speedj",
+                                                           "speedl",
+                                                           "stopj",
+                                                           "stopl",
+                                                           "force_mode",
+                                                           "end_force_mode",
+                                                           "freedrive_mode",
+                                                           "end_freedrive_mode",
+                                                           "teach_mode",
+                                                           "end_teach_mode",
+                                                           "socket_open",
+                                                           "socket_close",
+                                                           "socket_send_string",
+                                                           "socket_send_line",
+                                                           "socket_send_int",
+                                                           "socket_set_var",
+                                                           "enter_critical",
+                                                           "exit_critical",
+                                                           "write_output_float_register",
+                                                           "write_output_integer_register",
+                                                           "write_output_boolean_register",
+                                                           "write_port_bit",
+                                                           "write_port_register",
+                                                           "rtde_set_watchdog",
+                                                           "conveyor_pulse_decode",
+                                                           "track_conveyor_linear",
+                                                           "track_conveyor_circular",
+                                                           "stop_conveyor_tracking",
+                                                           "set_conveyor_tick_count",
+                                                           "powerdown",
+                                                           "zero_ftsensor",
+                                                           "modbus_add_signal",
+                                                           "modbus_set_output_signal",
+                                                           "modbus_delete_signal",
+                                                           "modbus_set_output_register",
+                                                           "modbus_set_signal_update_frequency",
+                                                           "set_flag",
+                                                           "position_deviation_warning",
+                                                           "path_offset_enable",
+                                                           "path_offset_disable",
+                                                           "path_offset_set",
+                                                           "screw_driving"};
+    if (is_harmless || kKnown.contains(w)) {
+      left_out(is_harmless ? RMP_FAULT_WARNING : RMP_FAULT_ERROR, at,
+               "IRL has no counterpart of " + std::string(t.raw));
+      return;
+    }
+    const std::string text = call_of(t, a, at);
+    if (!text.empty()) emit(text + ";", at);
+  }
+  std::string call_of(const Token& t, const std::vector<Argument>& args, const At& at,
+                      std::optional<Type> result = std::nullopt) {
+    std::vector<Ex> list;
+    const Def* def = nullptr;
+    for (const Def& d : defs_)
+      if (lower(d.name) == t.low && !d.is_main) def = &d;
+    for (std::size_t i = 0; i < args.size(); ++i) {
+      if (!args[i].e.ok) return {};
+      if (def && i < def->parameters.size())
+        learn(t.low + "." + lower(def->parameters[i]), args[i].e.type);
+      list.push_back(args[i].e);
+    }
+    if (t.low == lower(name_) && !def) {
+      bad(at, "the program calls itself");
+      return {};
+    }
+    return call(t.raw, list, at, result);
+  }
+  Ex output(const Ex& n, int from, const At& at) {
+    if (!n.is_literal || n.v < 0 || n.v > 1000)
+      return bad(at, "IRL has no signals whose number is computed", "Give each of them its name.");
+    const Symbol& s = signal(true, static_cast<std::int64_t>(n.v) + from);
+    return place(s.irl, s.type);
+  }
+  Symbol& analog(bool is_output, double n, const At& at) {
+    const std::string key = std::string(is_output ? "analog_out_" : "analog_in_") +
+                            std::to_string(static_cast<std::int64_t>(std::clamp(n, 0.0, 100.0)));
+    return named_signal(key, is_output, kReal, at);
+  }
+  void motion(const std::string& w, const std::vector<Argument>& a, const At& at) {
+    Motion m;
+    const bool is_joint = w == "movej", is_arc = w == "movec";
+    m.word = is_joint ? "PTP" : is_arc ? "CIRCLE" : "LIN";
+    const std::size_t first = is_arc ? 2 : 1;
+    if (a.size() < first) {
+      bad(at, w + " needs where to go");
+      return;
+    }
+    for (std::size_t i = 0; i < first; ++i) {
+      Ex e = a[i].e;
+      if (e.type.k != K::pose && e.type.k != K::joint && e.type.k != K::target) {
+        bad(at, "this is no place and no joint position");
+        return;
+      }
+      m.targets.push_back(is_joint ? e : as_place(e));
+    }
+    const Ex* acc = argument(a, "a", first);
+    const Ex* v = argument(a, "v", first + 1);
+    const Ex* time = is_arc || w == "movep" ? nullptr : argument(a, "t", first + 2);
+    const Ex* r = argument(a, "r", is_arc || w == "movep" ? first + 2 : first + 3);
+    if (time && !(time->is_literal && time->v == 0)) {
+      m.attributes.emplace_back("TIME", as_real(*time, at));
+    } else if (v) {
+      Ex speed = as_real(*v, at);
+      if (is_joint) {
+        speed = scaled(speed, 100 / params_.real("joint_speed"));
+        if (speed.is_literal && speed.v > 100) {
+          warn(at, "this is faster than 100 %", "Set joint_speed to what 100 % are.");
+          speed = real(100);
+        }
+      } else {
+        speed = scaled(speed, 1000);
+      }
+      if (speed.is_literal && speed.v <= 0) bad(at, "this is no speed");
+      m.attributes.emplace_back(is_joint ? "SPEED_PTP" : "SPEED", speed);
+    }
+    if (r && !(r->is_literal && r->v == 0)) {
+      Ex blend = scaled(as_real(*r, at), 1000);
+      if (is_joint) {
+        if (!std::exchange(told_blend_, true))
+          note(at, "blend radii of movej are taken as C_PTP in %, as many as they have mm");
+        if (blend.is_literal && blend.v > 100) blend = real(100);
+      }
+      m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", blend);
+    }
+    if (acc && !std::exchange(told_acceleration_, true))
+      warn(at,
+           "accelerations in m/s^2 and rad/s^2 are not said in IRL, which has them in % of the "
+           "greatest",
+           "Set ACC and ACC_PTP by hand.");
+    m.has_frames = false;
+    move(std::move(m), at);
+  }
+
+  // ---- values ----
+
+  std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At& at) override {
+    if (op == Op::mul && a.type.k == K::pose && b.type.k == K::pose)
+      return binary(Op::compose, a, b, at);
+    return std::nullopt;
+  }
+  Ex pose_of(const std::vector<Ex>& x, const At& at) {
+    if (x.size() != 6) return bad(at, "a pose has six numbers");
+    std::vector<Ex> p, r;
+    bool is_known = true;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Ex e = as_real(x[i], at);
+      if (!e.ok) return failed();
+      if (i < 3) p.push_back(scaled(e, 1000));
+      else {
+        r.push_back(e);
+        is_known = is_known && e.is_literal;
+      }
+    }
+    if (is_known) {
+      double q[4];
+      quaternion_of_vector({r[0].v, r[1].v, r[2].v}, q);
+      return pose(p, orientation("ORIQUAT", {measure_exact(q[0]), measure_exact(q[1]),
+                                             measure_exact(q[2]), measure_exact(q[3])}));
+    }
+    // The three parts of a rotation are it, also where it turns about nothing.
+    const std::size_t of = r[0].s.find(".ORI).X * ROTANGLE(");
+    const std::string whole =
+        of != std::string::npos && r[0].s.starts_with("ROTAXIS(") ? r[0].s.substr(8, of - 8) : "";
+    const bool is_whole = !whole.empty() && r[0].s == rotation_part(whole, 'X') &&
+                          r[1].s == rotation_part(whole, 'Y') &&
+                          r[2].s == rotation_part(whole, 'Z');
+    Ex o =
+        is_whole
+            ? value(whole + ".ORI", kOrientation)
+            : value(helper("rotation_vector") + "(" + r[0].s + ", " + r[1].s + ", " + r[2].s + ")",
+                    kOrientation);
+    return pose(p, o);
+  }
+  static Ex measure_exact(double v) { return real(std::fabs(v) < 1e-16 ? 0.0 : v); }
+  Ex primary() override {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.kind == Tk::number) {
+      next();
+      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
+    }
+    if (t.kind == Tk::text) {
+      next();
+      return string(t.raw);
+    }
+    if (accept("(")) {
+      Ex e = expression();
+      expect(")");
+      return suffixes(e);
+    }
+    if (accept("[")) {
+      const auto x = arguments("]");
+      for (const Ex& e : x)
+        if (!e.ok) return failed();
+      const bool are_numbers =
+          std::all_of(x.begin(), x.end(), [](const Ex& e) { return is_number(e.type); });
+      if (x.size() == 6 && are_numbers) {
+        std::vector<Ex> degrees;
+        for (const Ex& e : x) degrees.push_back(scaled(as_real(e, at), kDegree));
+        return suffixes(joints(degrees, {}));
+      }
+      if (x.empty()) return bad(at, "an empty list is not read");
+      Type of = x[0].type;
+      bool is_constant = true;
+      for (const Ex& e : x) {
+        if (is_number(of) && e.type.k == K::real) of = kReal;
+        is_constant = is_constant && e.is_constant;
+      }
+      std::string list;
+      for (const Ex& e : x) {
+        const Ex c = converted(e, of, at);
+        if (!c.ok) return failed();
+        list += (list.empty() ? "" : ", ") + c.s;
+      }
+      Ex e = value("[" + list + "]", array_of(of, {{0, static_cast<std::int64_t>(x.size()) - 1}}));
+      e.is_constant = is_constant;
+      return suffixes(e);
+    }
+    if (t.kind != Tk::name) {
+      if (!at_line_end()) next();
+      return bad(at, "a value belongs here");
+    }
+    next();
+    if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
+    if (t.low == "p" && is("[")) {
+      const Symbol* s = find("p");
+      if (!s || peek(2).low == ",") {
+        next();
+        return suffixes(pose_of(arguments("]"), at));
+      }
+    }
+    if (is("(")) return suffixes(function(t));
+    const Symbol* s = find(t.low);
+    if (!s) {
+      if (t.low == "pi") return real(3.141592653589793);
+      return bad(at, std::string(t.raw.substr(0, 60)) + " has no value above");
+    }
+    if (s->kind == Symbol::routine || s->kind == Symbol::data)
+      return bad(at, std::string(t.raw) + " is no value");
+    Ex e = place(s->irl, s->type);
+    e.is_place = s->kind == Symbol::variable || s->kind == Symbol::output;
+    return suffixes(e);
+  }
+  static std::string rotation_part(const std::string& pose, char axis) {
+    return "ROTAXIS(" + pose + ".ORI)." + axis + " * ROTANGLE(" + pose + ".ORI) / " +
+           number_text(kDegree);
+  }
+  Ex suffixes(Ex e) {
+    while (is("[") && e.ok) {
+      const At at = next().at;
+      const Ex i = as_integer(expression(), at);
+      expect("]");
+      if (!i.ok) return failed();
+      if (e.type.k == K::array) {
+        const Type of = *e.type.element;
+        const bool is_place = e.is_place;
+        e = place(e.s + "[" + i.s + "]", of);
+        e.is_place = is_place;
+        continue;
+      }
+      if (!i.is_literal || i.v < 0 || i.v > 5) return bad(at, "the index is 0 to 5, and known");
+      const auto n = static_cast<int>(i.v);
+      if (e.type.k == K::joint) {
+        const std::string a =
+            e.s + (learned_.external_axes > 0 ? ".M_JOINT.A" : ".A") + std::to_string(n + 1);
+        const bool is_place = e.is_place;
+        e = value(a + " / " + number_text(kDegree), kReal, kTerm);
+        e.is_place = is_place;
+        e.setter = a + " := (%) * " + number_text(kDegree);
+        continue;
+      }
+      if (e.type.k == K::pose) {
+        if (n < 3) {
+          const std::string a = e.s + ".POS." + static_cast<char>('X' + n);
+          const bool is_place = e.is_place;
+          e = value(a + " / 1000.0", kReal, kTerm);
+          e.is_place = is_place;
+          e.setter = a + " := (%) * 1000.0";
+          continue;
+        }
+        const char axis = static_cast<char>('X' + n - 3);
+        const auto component = [&](char c) { return rotation_part(e.s, c); };
+        const bool is_place = e.is_place;
+        std::string setter = e.s + ".ORI := " + (is_place ? helper("rotation_vector") : "") + "(";
+        for (const char c : {'X', 'Y', 'Z'})
+          setter += (c == 'X' ? "" : ", ") + (c == axis ? "%" : component(c));
+        e = value(component(axis), kReal, kTerm);
+        e.is_place = is_place;
+        e.setter = setter + ")";
+        continue;
+      }
+      return bad(at, "this has no elements");
+    }
+    return e;
+  }
+  Ex function(const Token& t) {
+    const At at = t.at;
+    const auto named = named_arguments();
+    std::vector<Ex> a;
+    for (const Argument& x : named) {
+      if (!x.e.ok) return failed();
+      a.push_back(x.e);
+    }
+    const std::string& w = t.low;
+    const Symbol* s = find(w);
+    if (!s || s->kind != Symbol::routine || learned_.stubs.contains(w)) {
+      static const std::map<std::string, std::string, std::less<>> kMath{
+          {"sin", "SIN"},     {"cos", "COS"},   {"tan", "TAN"},
+          {"asin", "ASIN"},   {"acos", "ACOS"}, {"atan", "ATAN"},
+          {"atan2", "ATAN2"}, {"sqrt", "SQRT"}, {"exp", "EXP"}};
+      if (const auto it = kMath.find(w); it != kMath.end()) return math(it->second, a, at, true);
+      if ((w == "norm" || w == "fabs") && a.size() == 1 && is_number(a[0].type))
+        return math("ABS", a, at);
+      if (w == "abs" && a.size() == 1) return math("ABS", a, at);
+      if (w == "d2r" && a.size() == 1) return scaled(as_real(a[0], at), 1 / kDegree);
+      if (w == "r2d" && a.size() == 1) return scaled(as_real(a[0], at), kDegree);
+      if (w == "floor" && a.size() == 1)
+        return value(helper("floor") + "(" + as_real(a[0], at).s + ")", kInt);
+      if (w == "ceil" && a.size() == 1)
+        return value("-" + helper("floor") + "(-(" + as_real(a[0], at).s + "))", kInt, kSign);
+      if (w == "pow" && a.size() == 2) return binary(Op::power, a[0], a[1], at);
+      if (w == "length" && a.size() == 1 && (a[0].type.k == K::array || a[0].type.k == K::string))
+        return value("SIZEOF(" + a[0].s + ")", kInt);
+      if (w == "pose_trans" && a.size() == 2) return binary(Op::compose, a[0], a[1], at);
+      if (w == "pose_inv" && a.size() == 1) {
+        const Ex p = as_pose(a[0], at);
+        return p.ok ? value("INV(" + p.s + ")", kPose) : failed();
+      }
+      if (w == "pose_add" && a.size() == 2 && a[0].type.k == K::pose && a[1].type.k == K::pose) {
+        std::string p;
+        if (a[0].prec < kPrimary || a[1].prec < kPrimary)
+          return bad(at, "the values of pose_add are variables");
+        for (const char c : {'X', 'Y', 'Z'})
+          p += (p.empty() ? "" : ", ") + a[0].s + ".POS." + c + " + " + a[1].s + ".POS." + c;
+        if (a[0].s.find('(') != std::string::npos || a[1].s.find('(') != std::string::npos)
+          return bad(at, "pose_add of values is not read", "Give them names first.");
+        return value("POSE(POSITION(" + p + "), " + a[1].s + ".ORI @ " + a[0].s + ".ORI)", kPose);
+      }
+      if ((w == "get_inverse_kin") && !a.empty() && a[0].type.k == K::pose &&
+          learned_.external_axes == 0)
+        return value("TRAFOINV(" + target(a[0], integer(2), {}, {}).s + ").M_JOINT", kJoint);
+      if (w == "get_forward_kin" && !a.empty() && a[0].type.k == K::joint)
+        return as_pose(as_place(a[0]), at);
+      if (w == "point_dist" && a.size() == 2 && a[0].type.k == K::pose && a[1].type.k == K::pose)
+        return scaled(value(helper("distance") + "(" + a[0].s + ".POS, " + a[1].s + ".POS)", kReal),
+                      0.001);
+      static const std::map<std::string, std::pair<bool, int>, std::less<>> kSignals{
+          {"get_standard_digital_in", {false, 0}},     {"get_digital_in", {false, 0}},
+          {"get_configurable_digital_in", {false, 8}}, {"get_tool_digital_in", {false, 16}},
+          {"get_standard_digital_out", {true, 0}},     {"get_digital_out", {true, 0}},
+          {"get_configurable_digital_out", {true, 8}}, {"get_tool_digital_out", {true, 16}}};
+      if (const auto it = kSignals.find(w); it != kSignals.end() && a.size() == 1) {
+        if (!a[0].is_literal || a[0].v < 0 || a[0].v > 1000)
+          return bad(at, "IRL has no signals whose number is computed",
+                     "Give each of them its name.");
+        const Symbol& x =
+            signal(it->second.first, static_cast<std::int64_t>(a[0].v) + it->second.second);
+        return value(x.irl, x.type);
+      }
+      if ((w == "get_standard_analog_in" || w == "get_analog_in") && a.size() == 1 &&
+          a[0].is_literal)
+        return value(analog(false, a[0].v, at).irl, kReal);
+      if (w == "str_cat" && a.size() == 2 && a[0].type.k == K::string && a[1].type.k == K::string)
+        return binary(Op::add, a[0], a[1], at);
+      if (w == "str_len" && a.size() == 1 && a[0].type.k == K::string)
+        return value("LENGTH(" + a[0].s + ")", kInt);
+      if (w.starts_with("get_") || w.starts_with("socket_") || w.starts_with("read_") ||
+          w.starts_with("is_") || w == "to_str" || w == "to_num" || w == "force" ||
+          w == "interpolate_pose" || w == "pose_sub" || w == "rpc_factory" || w == "random" ||
+          w == "time" || w.starts_with("modbus_") || w.starts_with("str_") ||
+          w.starts_with("request_") || w.starts_with("rotvec") || w.starts_with("rpy") ||
+          w.starts_with("binary_") || w.starts_with("integer_") || w.starts_with("list_") ||
+          w == "struct" || w == "make_list" || w == "pose_dist")
+        return bad(at, "IRL has no counterpart of " + std::string(t.raw));
+    }
+    Type result = kReal;
+    if (s && s->kind == Symbol::routine && !learned_.stubs.contains(w)) {
+      result = s->type;
+      if (result.k == K::none) {
+        // A function whose type is not known yet, in the first pass.
+        (void)call_of(t, named, at);
+        if (!learned_.flags.insert("called " + w).second && learned_.flags.contains("again " + w))
+          return bad(at, std::string(t.raw) + " gives no value that was read");
+        learned_.flags.insert("again " + w);
+        return value(s->irl + "()", kReal);
+      }
+    }
+    const std::string text = call_of(t, named, at, result);
+    return text.empty() ? failed() : value(text, result);
+  }
+
+  std::vector<Def> defs_;
+  std::size_t next_def_ = 0;
+  std::vector<Block> blocks_;
+  std::vector<int> indents_;
+  std::map<std::string, std::string> threads_;
+  std::string routine_;
+  bool told_blend_ = false, told_acceleration_ = false;
+  int nested_ = 0;
+};
+
+}  // namespace
+
+Made read_urscript(const ProgramReaderTask& task, const Params& params, Progress& progress) {
+  return passes<Urscript>(task, params, progress);
+}
+
+}  // namespace robomosp::readers

@@ -1,0 +1,973 @@
+// SPDX-License-Identifier: Apache-2.0
+// Staubli VAL3: an application of .pjx, .dtx and .pgx.
+#include <algorithm>
+#include <cmath>
+
+#include "reader.h"
+#include "readers.h"
+
+namespace robomosp::readers {
+namespace {
+
+const Style kStyle{.comment = "//",
+                   .quotes = "\"",
+                   .name_first = "_",
+                   .name_rest = "_",
+                   .signs = {"==", "!=", "<>", "<=", ">="},
+                   .has_lines = true,
+                   .joins_in_brackets = false,
+                   .hex = {}};
+constexpr Binary kBinaries[] = {
+    {"or", 10, Op::or_}, {"xor", 11, Op::exor}, {"and", 12, Op::and_}, {"==", 20, Op::eq},
+    {"!=", 20, Op::ne},  {"<>", 20, Op::ne},    {"<", 20, Op::lt},     {">", 20, Op::gt},
+    {"<=", 20, Op::le},  {">=", 20, Op::ge},    {"+", 30, Op::add},    {"-", 30, Op::sub},
+    {"*", 40, Op::mul},  {"/", 40, Op::div},    {"%", 40, Op::mod},    {"&", 30, Op::add}};
+
+/// A tag of XML as far as applications have them.
+struct Tag {
+  std::string name;  ///< lower-case, without a prefix
+  std::map<std::string, std::string> attributes;
+  bool is_end = false, is_closed = false;
+  std::size_t begin = 0, end = 0;  ///< bytes of the file
+  std::uint32_t line = 1;
+};
+
+std::string unescaped(std::string_view s) {
+  std::string out;
+  static constexpr std::pair<std::string_view, char> kNames[] = {
+      {"&lt;", '<'}, {"&gt;", '>'}, {"&amp;", '&'}, {"&quot;", '"'}, {"&apos;", '\''}};
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    bool found = false;
+    for (const auto& [name, c] : kNames)
+      if (!found && s.substr(i).starts_with(name)) {
+        out += c;
+        i += name.size() - 1;
+        found = true;
+      }
+    if (!found) out += s[i];
+  }
+  return out;
+}
+/// All tags of a text; CDATA is a tag named "![cdata[", whose bytes are its text.
+std::vector<Tag> tags(std::string_view text) {
+  std::vector<Tag> out;
+  std::uint32_t line = 1;
+  std::size_t i = 0, counted = 0;
+  const auto line_at = [&](std::size_t k) {
+    for (; counted < k; ++counted) line += text[counted] == '\n';
+    return line;
+  };
+  while ((i = text.find('<', i)) != std::string_view::npos) {
+    Tag t;
+    if (text.substr(i).starts_with("<![CDATA[")) {
+      t.name = "![cdata[";
+      t.begin = i + 9;
+      t.end = std::min(text.size(), text.find("]]>", i));
+      t.begin = std::min(t.begin, t.end);
+      t.line = line_at(t.begin);
+      out.push_back(t);
+      i = t.end;
+      if (i >= text.size()) break;
+      continue;
+    }
+    if (text.substr(i).starts_with("<!--")) {
+      i = text.find("-->", i);
+      if (i == std::string_view::npos) break;
+      continue;
+    }
+    t.begin = i;
+    t.line = line_at(i);
+    ++i;
+    if (i < text.size() && text[i] == '/') {
+      t.is_end = true;
+      ++i;
+    }
+    const auto is_blank = [&](std::size_t k) {
+      return text[k] == ' ' || text[k] == '\t' || text[k] == '\n' || text[k] == '\r';
+    };
+    std::size_t e = i;
+    while (e < text.size() && !is_blank(e) && text[e] != '>' && text[e] != '/') ++e;
+    t.name = lower(text.substr(i, e - i));
+    if (const std::size_t colon = t.name.find(':'); colon != std::string::npos)
+      t.name.erase(0, colon + 1);
+    i = e;
+    while (i < text.size() && text[i] != '>') {
+      if (text[i] == '/' || is_blank(i) || text[i] == '?') {
+        t.is_closed = text[i] == '/';
+        ++i;
+        continue;
+      }
+      e = i;
+      while (e < text.size() && text[e] != '=' && text[e] != '>' && !is_blank(e)) ++e;
+      std::string key = lower(text.substr(i, e - i));
+      if (const std::size_t colon = key.find(':'); colon != std::string::npos)
+        key.erase(0, colon + 1);
+      i = e;
+      while (i < text.size() && (is_blank(i) || text[i] == '=')) ++i;
+      if (i < text.size() && (text[i] == '"' || text[i] == '\'')) {
+        const std::size_t close = text.find(text[i], i + 1);
+        if (close == std::string_view::npos) return out;
+        // "xsi:type" and "type" are two things.
+        if (key == "type" && text.substr(e > 8 ? e - 8 : 0, 4) == "xsi:") key = "kind";
+        t.attributes.insert_or_assign(key, unescaped(text.substr(i + 1, close - i - 1)));
+        i = close + 1;
+      } else if (i == e) {
+        ++i;
+      }
+    }
+    t.end = i;
+    out.push_back(std::move(t));
+  }
+  return out;
+}
+std::string base_name(std::string s) {
+  if (const std::size_t slash = s.find_last_of("/\\"); slash != std::string::npos)
+    s.erase(0, slash + 1);
+  return s;
+}
+
+class Val3 final : public Reader {
+ public:
+  using Reader::Reader;
+
+  void run() override {
+    name_ = std::string(stem(files_[0].name));
+    comment_file_ = static_cast<std::uint32_t>(-1);
+    if (extension(files_[0].name) == "pjx") missing();
+    else
+      note({}, "the data of the application are read with its project",
+           "Read the file .pjx, with what lies beside it.");
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      if (extension(files_[f].name) == "dtx") data(f);
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      if (extension(files_[f].name) == "pgx") programs(f);
+    if (programs_.empty()) fail({}, "no program (.pgx) is among the files");
+    std::size_t main = programs_.size();
+    for (std::size_t i = 0; i < programs_.size(); ++i) {
+      const Program& p = programs_[i];
+      if (lower(p.name) == "start" && p.parameters.empty() && main == programs_.size()) main = i;
+    }
+    if (main == programs_.size() && programs_.size() == 1 && programs_[0].parameters.empty())
+      main = 0;
+    if (main == programs_.size() && !programs_.empty())
+      note({}, "no program is named start; nothing is done by itself",
+           "Call one of the procedures behind BEGIN.");
+    for (std::size_t i = 0; i < programs_.size(); ++i)
+      if (i != main) announce(programs_[i].name, programs_[i].parameters, kNone);
+    for (std::size_t i = 0; i < programs_.size(); ++i) {
+      if (is_cancelled()) return;
+      program(programs_[i], i == main);
+    }
+  }
+
+ private:
+  struct Program {
+    std::string name;
+    std::vector<Parameter> parameters;
+    std::vector<Tag> locals;
+    Part code;
+    std::size_t file = 0;
+    At at;
+  };
+  struct Motions {
+    double velocity = 100, acceleration = 100, limit = 99999, leave = 0;
+    std::string blend = "off";
+  };
+
+  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::string_view not_word() const override { return "!"; }
+  int not_precedence() const override { return 60; }
+
+  At at_tag(std::size_t f, const Tag& t) const {
+    const std::string_view text = files_[f].text;
+    const std::size_t before =
+        t.begin == 0 ? std::string_view::npos : text.rfind('\n', t.begin - 1);
+    return {static_cast<std::uint32_t>(f), t.line,
+            static_cast<std::uint32_t>(t.begin -
+                                       (before == std::string_view::npos ? 0 : before + 1) + 1),
+            static_cast<std::uint32_t>(t.begin),
+            static_cast<std::uint32_t>(std::max(t.begin, t.end))};
+  }
+  void missing() {
+    for (const std::string& name : val3_needs(files_[0])) {
+      const bool is_there = std::any_of(files_.begin(), files_.end(), [&](const SourceFile& f) {
+        return lower(f.name) == lower(name);
+      });
+      if (!is_there)
+        fail({}, "the file " + name + " of the project is not there",
+             "It belongs beside the project.");
+    }
+  }
+  std::optional<Type> type_named(const std::string& low) const {
+    static const std::map<std::string, Type, std::less<>> kTypes{
+        {"num", kReal},   {"bool", kBool},    {"string", kString}, {"trsf", kPose},
+        {"point", kPose}, {"pointrx", kPose}, {"pointrs", kPose},  {"frame", kPose},
+        {"tool", kPose},  {"joint", kJoint},  {"jointrx", kJoint}};
+    const auto it = kTypes.find(low);
+    return it == kTypes.end() ? std::nullopt : std::optional(it->second);
+  }
+  static double number(const Tag& t, const char* key) {
+    const auto it = t.attributes.find(key);
+    return it == t.attributes.end() ? 0 : std::strtod(it->second.c_str(), nullptr);
+  }
+  static std::string text(const Tag& t, const char* key) {
+    const auto it = t.attributes.find(key);
+    return it == t.attributes.end() ? std::string() : it->second;
+  }
+  Ex value_of(const std::string& low, const Tag& v) {
+    if (low == "num") return real(number(v, "value"));
+    if (low == "bool") return boolean(lower(text(v, "value")) == "true");
+    if (low == "string") return string(text(v, "value"));
+    if (low.starts_with("joint"))
+      return joints({real(number(v, "j1")), real(number(v, "j2")), real(number(v, "j3")),
+                     real(number(v, "j4")), real(number(v, "j5")), real(number(v, "j6"))},
+                    {});
+    return pose({real(number(v, "x")), real(number(v, "y")), real(number(v, "z"))},
+                orientation("ORIXYZ",
+                            {real(number(v, "rx")), real(number(v, "ry")), real(number(v, "rz"))}));
+  }
+  Ex point_value(const Tag& v, const Ex& p) {
+    const std::string shoulder = lower(text(v, "shoulder")), elbow = lower(text(v, "elbow")),
+                      wrist = lower(text(v, "wrist"));
+    if (shoulder.empty() || shoulder == "ssame" || shoulder == "sfree")
+      return target(p, integer(0), {}, {});
+    // Lefty is in front; enegative is the sign of joint 3, which a shoulder behind turns round.
+    const bool behind = shoulder == "righty";
+    const int status = (behind ? 1 : 0) | ((elbow == "enegative") != behind ? 2 : 0) |
+                       (wrist == "wnegative" ? 4 : 0);
+    return target(p, integer(status), {}, {});
+  }
+  void data(std::size_t f) {
+    std::string name, low;
+    std::vector<Tag> values;
+    Tag head;
+    bool is_open = false;
+    const auto finish = [&] {
+      if (std::exchange(is_open, false)) declare_data(f, head, values);
+    };
+    for (const Tag& t : tags(files_[f].text)) {
+      if ((t.name == "data" || t.name == "local") && !t.is_end) {
+        finish();
+        if (text(t, "name").empty()) continue;
+        head = t;
+        values.clear();
+        is_open = true;
+        if (t.is_closed) finish();
+      } else if (t.name == "data" && t.is_end) {
+        finish();
+      } else if (t.name == "value" && is_open && values.size() < 10000) {
+        values.push_back(t);
+      }
+    }
+    finish();
+  }
+  void declare_data(std::size_t f, const Tag& head, const std::vector<Tag>& values,
+                    bool is_local = false) {
+    const At at = at_tag(f, head);
+    const std::string name = text(head, "name"), low = lower(text(head, "type"));
+    if (globals_.contains(lower(name)) && !is_local) {
+      fail(at, name + " is declared twice");
+      return;
+    }
+    const double size = std::max(1.0, number(head, "size"));
+    if (low == "mdesc") {
+      Motions m;
+      for (const Tag& v : values) {
+        if (text(v, "key") != "0" && values.size() > 1) continue;
+        m.velocity = number(v, "vel");
+        m.acceleration = number(v, "accel");
+        if (v.attributes.contains("tmax")) m.limit = number(v, "tmax");
+        m.blend = lower(text(v, "blend"));
+        m.leave = number(v, "leave");
+      }
+      motions_[lower(name)] = m;
+      return;
+    }
+    if (low == "dio" || low == "aio") {
+      if (size > 1) {
+        std::vector<std::string> all;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(std::min(size, 64.0)); ++i)
+          all.push_back(name + "_" + std::to_string(i));
+        signals_of_[lower(name)] = {all, low == "aio"};
+      } else {
+        signals_of_[lower(name)] = {{name}, low == "aio"};
+      }
+      for (const Tag& v : values) {
+        const std::string link =
+            lower(text(v, "iolink").empty() ? text(v, "link") : text(v, "iolink"));
+        if (link.find("out") != std::string::npos) learned_.flags.insert("output " + lower(name));
+      }
+      return;
+    }
+    const auto t = type_named(low);
+    if (!t || !(size <= 10000)) {
+      note(at, "IRL has no type " + text(head, "type") + "; " + name + " is left out");
+      return;
+    }
+    Type type = *t;
+    const auto n = static_cast<std::size_t>(size);
+    std::vector<Ex> list(n, failed());
+    const bool is_point = low.starts_with("point");
+    bool has_configuration = false;
+    for (const Tag& v : values)
+      has_configuration = has_configuration || (is_point && v.attributes.contains("shoulder"));
+    if (has_configuration || (is_point && learned_.flags.contains("target " + lower(name))))
+      type = kTarget;
+    std::string father;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto k = static_cast<std::size_t>(std::clamp(number(values[i], "key"), 0.0, 9999.0));
+      Ex e = value_of(low, values[i]);
+      if (type.k == K::target) e = point_value(values[i], e);
+      if (k < n) list[k] = e;
+      const std::string of = text(values[i], "fatherid");
+      if (!of.empty() && father.empty()) father = of.substr(0, of.find('['));
+      else if (!of.empty() && father != of.substr(0, of.find('[')))
+        warn(at_tag(f, values[i]),
+             "the elements of " + name + " are of several frames; that of the first is taken");
+    }
+    if (!father.empty() && lower(father) != "world" && lower(father) != "flange")
+      fathers_[lower(name)] = lower(father);
+    const Ex empty = type.k == K::target    ? target(identity(), integer(2), {}, {})
+                     : type.k == K::pose    ? identity()
+                     : type.k == K::joint   ? joints({}, {})
+                     : type.k == K::boolean ? boolean(false)
+                     : type.k == K::string  ? string("")
+                                            : real(0);
+    std::string value;
+    for (std::size_t i = 0; i < n; ++i)
+      value += (i ? ", " : "") + (list[i].ok ? list[i].s : empty.s);
+    if (n > 1) {
+      type = array_of(type, {{0, static_cast<std::int64_t>(n) - 1}});
+      value = "[" + value + "]";
+    }
+    Symbol& s = declare(name, type, Symbol::variable, is_local);
+    declare_variable(s, value, at, is_local);
+  }
+  void programs(std::size_t f) {
+    Program p;
+    bool is_open = false;
+    for (const Tag& t : tags(files_[f].text)) {
+      if (t.name == "program" && !t.is_end && t.attributes.contains("name")) {
+        p = Program{};
+        p.name = text(t, "name");
+        p.file = f;
+        p.at = at_tag(f, t);
+        is_open = true;
+      } else if (t.name == "parameter" && !t.is_end && is_open) {
+        Parameter q;
+        q.foreign = text(t, "name");
+        const std::string low = lower(text(t, "type"));
+        const auto type = type_named(low);
+        q.type = type.value_or(kReal);
+        if (low.starts_with("point")) q.type = kTarget;
+        q.is_out = lower(text(t, "use")) == "reference";
+        if (low == "mdesc" || low == "dio" || !type)
+          fail(at_tag(f, t), "IRL has no parameters of type " + text(t, "type"));
+        else p.parameters.push_back(std::move(q));
+      } else if (t.name == "local" && !t.is_end && is_open) {
+        p.locals.push_back(t);
+      } else if (t.name == "![cdata[" && is_open) {
+        p.code = {t.begin, t.end, t.line};
+        programs_.push_back(p);
+        is_open = false;
+      }
+    }
+  }
+  void program(const Program& p, bool is_main) {
+    if (is_main) close();
+    else begin(p.name, p.parameters, kNone, p.at);
+    for (const Tag& t : p.locals) {
+      // Locals of the program itself are variables of all, by their own names.
+      if (is_main && globals_.contains(lower(text(t, "name")))) {
+        fail(at_tag(p.file, t), text(t, "name") + " is declared twice");
+        continue;
+      }
+      declare_data(p.file, t, {}, !is_main);
+    }
+    scan(p.file, kStyle, p.code);
+    ends_.clear();
+    in_arm_.clear();
+    while (!at_end()) {
+      if (progress_.cancelled()) {
+        statement(here(), [] {});
+        return;
+      }
+      if (peek().kind == Tk::line) {
+        next();
+        continue;
+      }
+      const At at = here();
+      statement(at, [&] {
+        one();
+        if (!at_line_end()) {
+          bad(here(), "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected here");
+          skip_rest();
+        }
+      });
+    }
+    comments_until(here());
+    end_arm();
+    while (!ends_.empty()) {
+      fail(here(), "a block has no " + ends_.back().first + " above");
+      indented(-1);
+      emit(ends_.back().second + ";", here());
+      ends_.pop_back();
+    }
+    current().indent = 1;
+    close();
+  }
+
+  // ---- statements ----
+
+  void push(std::string_view end, std::string irl) {
+    ends_.emplace_back(std::string(end), std::move(irl));
+    indented(1);
+  }
+  void one() {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.kind != Tk::name) {
+      bad(at, "a statement does not begin with \"" + std::string(t.raw.substr(0, 40)) + "\"");
+      skip_rest();
+      return;
+    }
+    const std::string& w = t.low;
+    if (is("=", 1) || is("[", 1) || is(".", 1)) return assignment(at);
+    if (w == "begin" || w == "end") {
+      next();
+      return;
+    }
+    if (w == "if") {
+      next();
+      const Ex c = condition(at, [&] { return expression(); });
+      accept("then");
+      emit("IF " + c.s + " THEN", at);
+      push("endif", "ENDIF");
+      return;
+    }
+    if (w == "else" || w == "elseif") {
+      next();
+      if (ends_.empty() || ends_.back().first != "endif") {
+        bad(at, "this stands outside of if");
+        skip_rest();
+        return;
+      }
+      std::string head = "ELSE";
+      if (w == "elseif") {
+        head = "ELSIF " + condition(at, [&] { return expression(); }).s + " THEN";
+        accept("then");
+      }
+      indented(-1);
+      emit(head, at);
+      indented(1);
+      return;
+    }
+    if (w == "while") {
+      next();
+      const Ex c = condition(at, [&] { return expression(); });
+      accept("do");
+      emit("WHILE " + c.s + " DO", at);
+      push("endwhile", "ENDWHILE");
+      return;
+    }
+    if (w == "do") {
+      next();
+      emit("REPEAT", at);
+      push("until", "UNTIL TRUE");
+      return;
+    }
+    if (w == "until") {
+      next();
+      const Ex c = condition(at, [&] { return expression(); });
+      if (!ends_.empty() && ends_.back().first == "until") ends_.back().second = "UNTIL " + c.s;
+    }
+    if (w == "endif" || w == "endwhile" || w == "endfor" || w == "until" || w == "endswitch") {
+      if (w != "until") next();
+      if (w == "endswitch") end_arm();
+      if (ends_.empty() || ends_.back().first != w) {
+        bad(at, "this ends nothing that is open");
+        return;
+      }
+      if (w == "endswitch" && !in_arm_.empty()) in_arm_.pop_back();
+      if (w == "endfor" && !steps_.empty()) {
+        emit(steps_.back(), at);
+        steps_.pop_back();
+      }
+      indented(-1);
+      emit(ends_.back().second + ";", at);
+      ends_.pop_back();
+      return;
+    }
+    if (w == "for") return for_(at);
+    if (w == "switch") {
+      next();
+      Ex e = expression();
+      if (e.ok && e.type.k == K::real) e = as_integer(e, at);
+      if (!e.ok) e = integer(0);
+      emit("CASE " + e.s + " OF", at);
+      push("endswitch", "ENDCASE");
+      in_arm_.push_back(false);
+      return;
+    }
+    if ((w == "case" || w == "default") && !in_arm_.empty()) {
+      next();
+      std::string head = "DEFAULT:";
+      if (w == "case") {
+        std::string list;
+        do {
+          Ex e = expression();
+          if (e.type.k == K::real) e = as_integer(e, at);
+          if (e.ok && !e.is_constant)
+            e = bad(at, "a value of case is known before the program runs");
+          if (!e.ok) return skip_rest();
+          list += (list.empty() ? "" : ", ") + e.s;
+        } while (accept(","));
+        head = "WHEN " + list + ":";
+      }
+      end_arm();
+      emit(head, at);
+      in_arm_.back() = true;
+      indented(1);
+      return;
+    }
+    if (w == "break") {
+      next();
+      if (!ends_.empty() && ends_.back().first == "endswitch") return;
+      bad(at, "break stands outside of an arm of switch");
+      return;
+    }
+    if (w == "return") {
+      next();
+      emit("RETURN;", at);
+      return;
+    }
+    if (w == "call") {
+      next();
+      const Token name = next();
+      std::vector<Ex> args;
+      if (accept("(")) args = arguments();
+      for (Ex& a : args)
+        if (a.type.k == K::integer) a = as_real(a, at);
+      if (lower(name.raw) == "start" && find("start") == nullptr &&
+          std::any_of(programs_.begin(), programs_.end(),
+                      [](const Program& p) { return lower(p.name) == "start"; })) {
+        bad(at, "the program calls itself");
+        return;
+      }
+      const std::string text = call(name.raw, args, at);
+      if (!text.empty()) emit(text + ";", at);
+      return;
+    }
+    if (w == "movej" || w == "movel" || w == "movec") return motion(at);
+    if (!is("(", 1)) {
+      next();
+      bad(at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
+      skip_rest();
+      return;
+    }
+    next();
+    next();
+    if (w == "waitendmove") {
+      expect(")");
+      note_line(at, "motions of IRL have ended before the next statement, except where they pass");
+      return;
+    }
+    if (w == "open" || w == "close") {
+      const Token tool = next();
+      while (!at_line_end() && !accept(")")) next();
+      Symbol& s = named_signal("hand_" + std::string(tool.raw), true, kBool, at);
+      emit(s.irl + (w == "open" ? " := FALSE;" : " := TRUE;"), at);
+      return;
+    }
+    const auto a = arguments();
+    for (const Ex& e : a)
+      if (!e.ok) return;
+    if (w == "delay" && a.size() == 1) {
+      const Ex e = as_real(a[0], at);
+      if (e.is_literal && e.v < 0) bad(at, "a time is not negative");
+      else if (e.ok) emit("WAIT " + within(e, kSum) + " SEC;", at);
+    } else if (w == "wait" && a.size() == 1) {
+      const Ex c = converted(a[0], kBool, at);
+      if (c.ok) emit("WAIT FOR " + c.s + ";", at);
+    } else if (w == "watch" && a.size() == 2) {
+      const Ex c = converted(a[0], kBool, at), time = as_real(a[1], at);
+      if (c.ok && time.ok) emit("WAIT FOR " + c.s + " TIMEOUT " + within(time, kSum) + ";", at);
+    } else if ((w == "put" || w == "putln" || w == "popupmsg" || w == "logmsg" || w == "title") &&
+               a.size() == 1) {
+      emit((w == "put" ? "WRITE(" : "WRITELN(") + a[0].s + ");", at);
+    } else {
+      static const std::set<std::string, std::less<>> kHarmless{
+          "resetmotion", "autoconnectmove", "enablepower", "disablepower", "setmonitorspeed",
+          "cls",         "gotoxy",          "userpage",    "setmutex",     "restartmove"};
+      left_out(kHarmless.contains(w) ? RMP_FAULT_WARNING : RMP_FAULT_ERROR, at,
+               "IRL has no counterpart of " + std::string(t.raw));
+    }
+  }
+  void end_arm() {
+    if (!in_arm_.empty() && in_arm_.back()) {
+      indented(-1);
+      in_arm_.back() = false;
+    }
+  }
+  void for_(const At& at) {
+    next();
+    const Token name = peek();
+    will_write(name.low);
+    const Ex v = primary();
+    expect("=");
+    const Ex from = expression();
+    expect("to");
+    const Ex to = expression();
+    Ex step = integer(1);
+    if (accept("step")) step = expression();
+    accept("do");
+    if (!v.ok || !from.ok || !to.ok || !step.is_literal || step.v == 0) {
+      if (step.ok && v.ok && from.ok && to.ok) bad(at, "the step of this loop is not known");
+      ends_.emplace_back("endfor", "{ end of the loop }");
+      steps_.push_back("{ no step }");
+      indented(1);
+      return;
+    }
+    assign(v, from, at);
+    emit("WHILE " + v.s + (step.v < 0 ? " >= " : " <= ") + within(to, kSum) + " DO", at);
+    push("endfor", "ENDWHILE");
+    steps_.push_back(v.s + " := " + v.s + (step.v < 0 ? " - " : " + ") +
+                     (step.v < 0 ? negative(step) : step).s + ";");
+  }
+  void motion(const At& at) {
+    const std::string w = next().low;
+    const bool is_joint = w == "movej";
+    Motion m;
+    m.word = is_joint ? "PTP" : w == "movel" ? "LIN" : "CIRCLE";
+    if (!expect("(")) return;
+    std::string father;
+    for (int i = 0; i < (w == "movec" ? 2 : 1); ++i) {
+      father_.clear();
+      const Ex e = expression();
+      expect(",");
+      if (!e.ok) {
+        skip_rest();
+        return;
+      }
+      if (e.type.k != K::pose && e.type.k != K::target && e.type.k != K::joint) {
+        bad(at, "this is no place and no joint position");
+        skip_rest();
+        return;
+      }
+      father = father_;
+      if (e.type.k == K::joint) m.has_frames = false;
+      m.targets.push_back(is_joint ? e : as_place(e));
+    }
+    const Token tool_token = peek();
+    const Ex tool = tool_token.low == "flange" ? (next(), identity()) : expression();
+    expect(",");
+    const Token how = next();
+    if (accept("[")) {
+      (void)expression();
+      expect("]");
+    }
+    expect(")");
+    const auto it = motions_.find(how.low);
+    if (it == motions_.end()) {
+      bad(how.at,
+          "the motion descriptor " + std::string(how.raw.substr(0, 40)) + " is declared nowhere");
+      return;
+    }
+    const Motions& d = it->second;
+    if (is_joint) {
+      if (d.velocity > 0) m.attributes.emplace_back("SPEED_PTP", real(std::min(100.0, d.velocity)));
+      if (d.velocity > 100 && told_.insert(how.low + " v").second)
+        warn(how.at, "a speed above 100 % is taken as 100 %");
+      if (d.acceleration > 0 && d.acceleration != 100)
+        m.attributes.emplace_back("ACC_PTP", real(std::min(100.0, d.acceleration)));
+    } else {
+      if (d.limit > 0 && d.limit < 90000) m.attributes.emplace_back("SPEED", real(d.limit));
+      else if (told_.insert(how.low + " t").second)
+        warn(how.at, std::string(how.raw) + " has no speed in mm/s (tmax); R_SPEED counts");
+      if (d.acceleration > 0 && d.acceleration != 100)
+        m.attributes.emplace_back("ACC", real(std::min(100.0, d.acceleration)));
+    }
+    if (d.blend != "off" && !d.blend.empty() && d.leave > 0)
+      m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP",
+                                real(is_joint ? std::min(100.0, d.leave) : d.leave));
+    if (tool.ok && tool.s != identity().s) m.attributes.emplace_back("TOOL", as_pose(tool, at));
+    if (!father.empty() && m.has_frames) {
+      const Symbol* f = find(father);
+      if (f && (f->type.k == K::pose || f->type.k == K::array))
+        m.attributes.emplace_back("FRAME",
+                                  place(f->irl + (f->type.k == K::array ? "[0]" : ""), kPose));
+    }
+    if (!tool.ok) return;
+    move(std::move(m), at);
+  }
+  /// Whether a variable is declared, and set by watch(), and nothing else: nobody looks at it.
+  [[nodiscard]] bool is_only_watched(const std::string& low) {
+    if (words_.empty())
+      for (const SourceFile& f : files_) {
+        const std::string text = lower(f.text);
+        const auto is_part = [](char c) {
+          return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+        };
+        for (std::size_t i = 0; i < text.size();) {
+          std::size_t end = i;
+          while (end < text.size() && is_part(text[end])) ++end;
+          if (end > i) {
+            auto& [all, watched] = words_[text.substr(i, end - i)];
+            ++all;
+            watched += text.compare(end, 9, " = watch(") == 0;
+          }
+          i = std::max(end, i + 1);
+        }
+      }
+    const auto it = words_.find(low);
+    return it != words_.end() && it->second.first == 1 + it->second.second;
+  }
+  std::map<std::string, std::pair<std::size_t, std::size_t>> words_;  ///< all, and set by watch()
+  void assignment(const At& at) {
+    const Token name = peek();
+    if (is("=", 1) && is("watch", 2) && is("(", 3) && is_only_watched(name.low)) {
+      next();
+      next();
+      one();
+      return;
+    }
+    if (const auto it = motions_.find(name.low); it != motions_.end()) {
+      next();
+      while (accept("[")) {
+        (void)expression();
+        expect("]");
+      }
+      expect(".");
+      const Token field = next();
+      expect("=");
+      const Ex e = expression();
+      if (!e.ok) return;
+      if (!e.is_literal) {
+        bad(at, "a value of a motion descriptor is known", "IRL keeps it with the motions.");
+        return;
+      }
+      // What the next motions of the text get.
+      Motions& m = it->second;
+      if (field.low == "vel") m.velocity = e.v;
+      else if (field.low == "accel") m.acceleration = e.v;
+      else if (field.low == "tvel") m.limit = e.v;
+      else if (field.low == "leave") m.leave = e.v;
+      else if (field.low != "reach" && field.low != "decel" && field.low != "rvel") {
+        bad(at, "this field is not read");
+        return;
+      }
+      if (!ends_.empty())
+        warn(at, "motion descriptors are read from top to bottom, and this is in a block");
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    if (signals_of_.contains(name.low)) learned_.flags.insert("output " + name.low);
+    will_write(name.low);
+    const Ex to = primary();
+    if (!to.ok) {
+      skip_rest();
+      return;
+    }
+    if (!expect("=")) return;
+    const Ex e = expression();
+    assign(to, e, at);
+  }
+
+  // ---- values ----
+
+  std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At& at) override {
+    if (op == Op::mul && a.type.k == K::pose && b.type.k == K::pose)
+      return binary(Op::compose, a, b, at);
+    return std::nullopt;
+  }
+  Ex primary() override {
+    const Token t = peek();
+    const At at = t.at;
+    if (t.kind == Tk::number) {
+      next();
+      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
+    }
+    if (t.kind == Tk::text) {
+      next();
+      return string(t.raw);
+    }
+    if (accept("(")) {
+      Ex e = expression();
+      expect(")");
+      return suffixes(e);
+    }
+    if (accept("{")) {
+      const auto x = arguments("}");
+      for (const Ex& e : x)
+        if (!e.ok) return failed();
+      if (x.size() == 6) return pose({x[0], x[1], x[2]}, orientation("ORIXYZ", {x[3], x[4], x[5]}));
+      return bad(at, "six numbers belong here");
+    }
+    if (t.kind != Tk::name) {
+      if (!at_line_end()) next();
+      return bad(at, "a value belongs here");
+    }
+    next();
+    if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
+    if (t.low == "flange" || t.low == "world") return identity();
+    if (const auto it = signals_of_.find(t.low); it != signals_of_.end()) {
+      std::size_t n = 0;
+      if (accept("[")) {
+        const Ex i = expression();
+        expect("]");
+        if (!i.is_literal || i.v < 0 || i.v >= static_cast<double>(it->second.first.size()))
+          return bad(at, "IRL has no signals whose number is computed",
+                     "Give each of them its name.");
+        n = static_cast<std::size_t>(i.v);
+      }
+      const bool is_out = learned_.flags.contains("output " + t.low);
+      const Symbol& s =
+          named_signal(it->second.first[n], is_out, it->second.second ? kReal : kBool, at);
+      Ex e = place(s.irl, s.type);
+      e.is_place = is_out;
+      return e;
+    }
+    if (is("(")) return suffixes(function(t));
+    const Symbol* s = find(t.low);
+    if (!s || s->kind == Symbol::routine || s->kind == Symbol::data)
+      return bad(at, std::string(t.raw.substr(0, 60)) + " is declared nowhere",
+                 "Read the project (.pjx) with its data.");
+    if (const auto f = fathers_.find(t.low); f != fathers_.end()) father_ = f->second;
+    if (s->type.k == K::array && !is("[")) {
+      // The first element.
+      return suffixes(place(s->irl + "[0]", *s->type.element));
+    }
+    return suffixes(place(s->irl, s->type));
+  }
+  Ex suffixes(Ex e) {
+    for (;;) {
+      if (is("[") && e.ok) {
+        const At at = next().at;
+        const Ex i = as_integer(expression(), at);
+        expect("]");
+        if (!i.ok) return failed();
+        if (e.type.k == K::array) {
+          const Type of = *e.type.element;
+          e = place(e.s + "[" + i.s + "]", of);
+        } else if (!(i.is_literal && i.v == 0)) {
+          return bad(at, "this is no array");
+        }
+        continue;
+      }
+      if (is(".") && peek(1).kind == Tk::name && e.ok) {
+        next();
+        const Token f = next();
+        const std::string& n = f.low;
+        if (e.type.k == K::joint && n.size() == 2 && n[0] == 'j' && n[1] >= '1' && n[1] <= '6') {
+          e = place(e.s + (learned_.external_axes > 0 ? ".M_JOINT.A" : ".A") + n.substr(1), kReal);
+          continue;
+        }
+        if (e.type.k == K::target && n == "trsf") {
+          e = place(e.s + ".PSE", kPose);
+          continue;
+        }
+        if ((e.type.k == K::pose || e.type.k == K::target) && (n == "trsf" || n == "config")) {
+          if (n == "config") return bad(f.at, "configurations are not read as values");
+          continue;
+        }
+        if (e.type.k == K::pose && (n == "x" || n == "y" || n == "z")) {
+          e = place(e.s + ".POS." + static_cast<char>(n[0] - 32), kReal);
+          continue;
+        }
+        if (e.type.k == K::pose && (n == "rx" || n == "ry" || n == "rz")) {
+          const std::string p = e.s;
+          const auto angle = [&](char c) {
+            return std::string("ANGLE") + c + "('XYZ', " + p + ".ORI)";
+          };
+          const char axis = static_cast<char>(n[1] - 32);
+          Ex a = place(angle(axis), kReal);
+          a.setter = p + ".ORI := ORIXYZ(";
+          for (const char c : {'X', 'Y', 'Z'})
+            a.setter += (c == 'X' ? "" : ", ") + (c == axis ? "%" : angle(c));
+          a.setter += ")";
+          e = a;
+          continue;
+        }
+        return bad(f.at, "there is no component " + std::string(f.raw.substr(0, 40)) + " here");
+      }
+      return e;
+    }
+  }
+  Ex function(const Token& t) {
+    const At at = t.at;
+    next();
+    std::string kept = father_;
+    std::vector<Ex> a;
+    if (!accept(")")) {
+      do {
+        a.push_back(expression());
+        if (a.size() == 1) kept = father_;
+      } while (accept(",") && a.size() < 100);
+      expect(")");
+    }
+    for (const Ex& e : a)
+      if (!e.ok) return failed();
+    static const std::map<std::string, std::string, std::less<>> kMath{
+        {"sin", "SIN"},   {"cos", "COS"},   {"tan", "TAN"},    {"asin", "ASIN"},
+        {"acos", "ACOS"}, {"atan", "ATAN"}, {"sqrt", "SQRT"},  {"abs", "ABS"},
+        {"exp", "EXP"},   {"log", "LN"},    {"round", "ROUND"}};
+    if (const auto it = kMath.find(t.low); it != kMath.end()) return math(it->second, a, at);
+    if (t.low == "rounddown" && a.size() == 1)
+      return value(helper("floor") + "(" + as_real(a[0], at).s + ")", kInt);
+    if (t.low == "power" && a.size() == 2) return binary(Op::power, a[0], a[1], at);
+    if (t.low == "appro" && a.size() == 2) {
+      father_ = kept;
+      return with_pose(a[0], binary(Op::compose, as_pose(a[0], at), as_pose(a[1], at), at));
+    }
+    if (t.low == "compose" && a.size() == 3) {
+      // Moved by a transformation that is seen from the frame; the frame of the point is the one.
+      father_ = kept;
+      return with_pose(a[0], binary(Op::compose, as_pose(a[2], at), as_pose(a[0], at), at));
+    }
+    if (t.low == "distance" && a.size() == 2) {
+      const Ex x = as_pose(a[0], at), y = as_pose(a[1], at);
+      return x.ok && y.ok ? value(helper("distance") + "(" + x.s + ".POS, " + y.s + ".POS)", kReal)
+                          : failed();
+    }
+    if (t.low == "len" && a.size() == 1 && a[0].type.k == K::string)
+      return value("LENGTH(" + a[0].s + ")", kInt);
+    if (t.low == "size" && a.size() == 1 && a[0].type.k == K::array)
+      return integer(a[0].type.bounds[0].second + 1);
+    if (t.low == "watch" && a.size() == 2) {
+      const Ex c = converted(a[0], kBool, at), time = as_real(a[1], at);
+      if (!c.ok || !time.ok) return failed();
+      emit("WAIT FOR " + c.s + " TIMEOUT " + within(time, kSum) + ";", at);
+      return value("NOT R_TIMEOUT", kBool, kNot);
+    }
+    return bad(at, "IRL has no counterpart of " + std::string(t.raw.substr(0, 40)));
+  }
+
+  std::vector<Program> programs_;
+  std::map<std::string, Motions> motions_;
+  std::map<std::string, std::pair<std::vector<std::string>, bool>> signals_of_;
+  std::map<std::string, std::string> fathers_;
+  std::vector<std::pair<std::string, std::string>> ends_;
+  std::vector<bool> in_arm_;
+  std::vector<std::string> steps_;
+  std::set<std::string> told_;
+  std::string father_;
+};
+
+}  // namespace
+
+Made read_val3(const ProgramReaderTask& task, const Params& params, Progress& progress) {
+  return passes<Val3>(task, params, progress);
+}
+std::vector<std::string> val3_needs(const SourceFile& file) {
+  std::vector<std::string> out;
+  if (extension(file.name) != "pjx") return out;
+  for (const Tag& t : tags(file.text)) {
+    const auto it = t.attributes.find("file");
+    if (t.is_end || it == t.attributes.end() || out.size() >= 150) continue;
+    const std::string e = extension(it->second);
+    if (e == "pgx" || e == "dtx") out.push_back(base_name(it->second));
+  }
+  return out;
+}
+
+}  // namespace robomosp::readers

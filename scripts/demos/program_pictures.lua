@@ -1,0 +1,51 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Pictures of the way that a robot's tool goes under a program of scripts/programs: the Towers of
+-- Hanoi on three robots, and a seam.
+-- usage: robomosp run scripts/demos/program_pictures.lua [folder [quality of the pictures]]
+local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local programs = ((arg and arg[0] or ""):match("^(.*)/demos/[^/]*$") or "scripts") .. "/programs/"
+
+-- A trajectory through the places that the tool came to, a point each centimetre.
+-- `what`: the robot, or an object at its tool.
+local function traced(cell, run, what, name)
+  if what ~= "rod" then run:compute{ quantities = {"pose"}, robot = what } end
+  local x, y, z = run:values(what .. ".x"), run:values(what .. ".y"), run:values(what .. ".z")
+  -- A new segment wherever the way turns back.
+  local segments, points, before = {}, {}, nil
+  local function close()
+    if #points > 1 then
+      segments[#segments + 1] = {shape = "teach_points", points = points, rounding = 0.001,
+        transition = #segments > 0 and "none" or nil}
+    end
+    points = {points[#points]}
+  end
+  for i = 1, #x do
+    local last = points[#points]
+    local d = last and {x[i] - last[1], y[i] - last[2], z[i] - last[3]}
+    if not last or d[1]^2 + d[2]^2 + d[3]^2 > 1e-4 then
+      if before and before[1] * d[1] + before[2] * d[2] + before[3] * d[3] < 0 then close() end
+      points[#points + 1] = {x[i], y[i], z[i], 0, 0, 0}
+      before = d
+    end
+  end
+  close()
+  trajectory.create{ name = name, segments = segments }
+  cell:add_trajectory{ trajectory = name }
+end
+
+local function picture(name, script, what, at, argument, eye, target)
+  local before = arg
+  arg = {[0] = programs .. script .. ".lua", argument}
+  local cell, run = dofile(programs .. script .. ".lua")
+  arg = before
+  traced(cell, run, what, name .. "_way")
+  local drawn, trouble = pcall(cell.render, cell, { recording = run, at = at, quality = quality,
+    paths = "line", eye = eye, target = target, file = folder .. "/" .. name .. ".png" })
+  if not drawn then print(trouble) end  -- such as: no renderer is installed
+end
+
+for _, robot in ipairs{"pa10", "puma560", "ur5"} do
+  picture("program_hanoi_" .. robot, "hanoi", "rod", 30, robot)
+end
+picture("program_weld", "arc_weld", "ur5", 30,
+  nil, {1.35, -0.85, 0.75}, {0.45, -0.08, 0.25})

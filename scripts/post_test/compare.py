@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares what reader.py reads from posted files with what the interpreter did.
+
+python3 compare.py [PROGRAM...]   ends with 0 where all are equal, with 1 where one is not.
+
+Positions are equal within 0.01 mm, rotations within 0.01 degrees, joints within 0.01 degrees or
+mm, speeds within 0.5 %. `robomosp post test TARGET --reader FOLDER` wrote this folder.
+"""
+import json
+import math
+import pathlib
+import sys
+
+NEAR_MM, NEAR_DEGREES = 0.01, 0.01
+
+
+# ---- rotations, as matrices row by row; angles in degrees ----
+def times(a, b):
+    return [sum(a[3 * i + k] * b[3 * k + j] for k in range(3)) for i in range(3) for j in range(3)]
+
+
+def about(axis, degrees):
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    if axis == "x":
+        return [1, 0, 0, 0, c, -s, 0, s, c]
+    if axis == "y":
+        return [c, 0, s, 0, 1, 0, -s, 0, c]
+    return [c, -s, 0, s, c, 0, 0, 0, 1]
+
+
+def in_turn(axes, angles):
+    m = [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    for axis, angle in zip(axes, angles):
+        m = times(m, about(axis, angle))
+    return m
+
+
+def zyx(a, b, c):
+    """About z, then the new y, then the new x."""
+    return in_turn("zyx", (a, b, c))
+
+
+def xyz(a, b, c):
+    """About x, then the new y, then the new z."""
+    return in_turn("xyz", (a, b, c))
+
+
+def zyz(a, b, c):
+    """About z, then the new y, then the new z."""
+    return in_turn("zyz", (a, b, c))
+
+
+def fixed_xyz(w, p, r):
+    """About the fixed x, then the fixed y, then the fixed z."""
+    return in_turn("zyx", (r, p, w))
+
+
+def quaternion(w, x, y, z):
+    """Scalar first; of any length but 0."""
+    n = math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w / n, x / n, y / n, z / n
+    return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+            2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+
+
+def rotation_vector(x, y, z):
+    """Axis times angle [rad]."""
+    a = math.sqrt(x * x + y * y + z * z)
+    s = 0.5 if a < 1e-12 else math.sin(a / 2) / a
+    return quaternion(math.cos(a / 2), x * s, y * s, z * s)
+
+
+# ---- what a reader yields ----
+class Place:
+    """x, y, z [mm] and a rotation; without one only the position is compared."""
+
+    def __init__(self, x, y, z, rotation=None):
+        self.mm, self.rotation = [float(v) for v in (x, y, z)], rotation
+
+
+class Joints:
+    """Joints [degrees or mm]."""
+
+    def __init__(self, *q):
+        self.q = [float(v) for v in q]
+
+
+def ptp(target, speed=None):
+    return {"do": "ptp", "targets": [target], "speed": speed}
+
+
+def lin(target, speed=None):
+    return {"do": "lin", "targets": [target], "speed": speed}
+
+
+def circle(via, end, speed=None):
+    return {"do": "circle", "targets": [via, end], "speed": speed}
+
+
+def output(number, value):
+    return {"do": "output", "number": number, "value": value}
+
+
+def wait(seconds):
+    return {"do": "wait", "seconds": seconds}
+
+
+def wait_for(condition=None):
+    return {"do": "wait_for", "condition": condition}
+
+
+def message(text):
+    return {"do": "message", "text": text}
+
+
+# ---- the robot, for places that are written as joints ----
+class Robot:
+    """Forward kinematics of robot.model, joint by joint."""
+
+    def __init__(self, file):
+        self.joints, self.tip = [], None
+        for line in file.read_text().splitlines():
+            words = line.split('"') if '"' in line else [line]
+            first = words[0].split()
+            if first[:1] == ["joint"]:
+                kind, parent = words[2].split()[:2]
+                self.joints.append({"kind": kind, "parent": int(parent), "T": None})
+            elif first[:1] == ["placement"]:
+                self.joints[-1]["T"] = [float(v) for v in first[1:13]]
+            elif first[:1] == ["tip"]:
+                numbers = words[2].split()
+                self.tip = (int(numbers[0]), [float(v) for v in numbers[1:13]])
+            elif first[:1] == ["base"]:
+                pass  # places are in the robot's own base
+        self.usable = self.tip is not None and all(
+            j["T"] and j["kind"] in ("revolute", "prismatic") for j in self.joints)
+
+    @staticmethod
+    def chain(a, b):
+        """Poses as x y z [m] and a matrix behind each other."""
+        p, r = a[:3], a[3:]
+        moved = [p[i] + sum(r[3 * i + k] * b[k] for k in range(3)) for i in range(3)]
+        return moved + times(r, b[3:])
+
+    def place(self, q):
+        frames = []
+        for j, v in zip(self.joints, q):
+            base = frames[j["parent"]] if j["parent"] >= 0 else [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]
+            moved = ([0, 0, 0] + about("z", v) if j["kind"] == "revolute"
+                     else [0, 0, v / 1000, 1, 0, 0, 0, 1, 0, 0, 0, 1])
+            frames.append(self.chain(self.chain(base, j["T"]), moved))
+        end = self.chain(frames[self.tip[0]], self.tip[1])
+        return Place(*[1000 * v for v in end[:3]], end[3:])
+
+
+def angle_between(a, b):
+    """Degrees; by the distance of the matrices, as the trace does not resolve small ones."""
+    d = math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b)) / 8)
+    return math.degrees(2 * math.asin(min(1, d)))
+
+
+def difference(meant, read, robot):
+    """What is not equal; "" = nothing."""
+    if meant["do"] != read["do"]:
+        return f"{read['do']} was read, and {meant['do']} is meant"
+    if meant["do"] in ("ptp", "lin", "circle", "path"):
+        if len(meant["targets"]) != len(read["targets"]):
+            return f"{len(read['targets'])} targets instead of {len(meant['targets'])}"
+        for want, got in zip(meant["targets"], read["targets"]):
+            if isinstance(got, Joints) and "joints" in want:
+                far = max([abs(a - b) for a, b in zip(want["joints"], got.q)] or [0])
+                if len(got.q) < len(want["joints"]) or far > NEAR_DEGREES:
+                    return f"joints {got.q} instead of {want['joints']}"
+                continue
+            if isinstance(got, Joints):
+                if not robot or not robot.usable:
+                    return "joints were read for a place, and there is no robot.model to tell where"
+                got = robot.place(got.q)
+            if "position" not in want:
+                return "a place was read, and joints are meant"
+            far = math.dist(got.mm, want["position"])
+            if far > NEAR_MM:
+                return f"{far:.4f} mm from {want['position']}: {got.mm}"
+            if got.rotation:
+                turned = angle_between(got.rotation, quaternion(*want["quaternion"]))
+                if turned > NEAR_DEGREES:
+                    return f"turned by {turned:.4f} degrees"
+        if read["speed"] is not None and abs(read["speed"] - meant["speed"]) > 0.005 * meant["speed"]:
+            return f"speed {read['speed']} instead of {meant['speed']}"
+    elif meant["do"] == "output":
+        if read["number"] != meant["number"] or abs(read["value"] - meant["value"]) > 1e-6:
+            return (f"output {read['number']} := {read['value']} instead of "
+                    f"{meant['number']} := {meant['value']}")
+    elif meant["do"] == "wait":
+        if abs(read["seconds"] - meant["seconds"]) > 1e-3:
+            return f"{read['seconds']} s instead of {meant['seconds']} s"
+    elif meant["do"] == "message" and read["text"] is not None:
+        if read["text"].strip() != meant["text"].strip():
+            return f"the text {read['text']!r} instead of {meant['text']!r}"
+    return ""
+
+
+def main(arguments):
+    here = pathlib.Path(__file__).resolve().parent
+    sys.path.insert(0, str(here))
+    sys.modules.setdefault("compare", sys.modules[__name__])
+    import reader
+
+    model = here / "robot.model"
+    robot = Robot(model) if model.exists() else None
+    traces = sorted((here / "programs").glob("*.trace.json"))
+    chosen = [t for t in traces if not arguments or t.name[:-len(".trace.json")] in arguments]
+    if not chosen:
+        print("There is no program to compare.", file=sys.stderr)
+        return 1
+    wrong = 0
+    for trace in chosen:
+        name = trace.name[:-len(".trace.json")]
+        meant = json.loads(trace.read_text())
+        folder = here / "programs" / name
+        files = {str(f.relative_to(folder)): f.read_text(encoding="utf-8", errors="replace")
+                 for f in sorted(folder.rglob("*")) if f.is_file()}
+        try:
+            got = list(reader.read(files))
+        except NotImplementedError as e:
+            print(e, file=sys.stderr)
+            return 1
+        said = ""
+        for i, (a, b) in enumerate(zip(meant, got)):
+            d = difference(a, b, robot)
+            if d:
+                said = f"action {i + 1} (line {a['line']} of the IRL, {a['do']}): {d}"
+                break
+        if not said and len(meant) != len(got):
+            said = f"{len(got)} actions were read, and {len(meant)} are meant"
+        print(f"{name}: {len(meant)} actions are equal" if not said else f"{name}: {said}")
+        wrong += bool(said)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
