@@ -18,9 +18,11 @@
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/joint_segment.h>
 #include <robomosp/sdk/language.h>
+#include <robomosp/sdk/language_editing.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/planner.h>
+#include <robomosp/sdk/post.h>
 #include <robomosp/sdk/program_tables.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/trajectory.h>
@@ -844,6 +846,85 @@ TEST(Guard, PlannersAskForWholeConfigurations) {
               "provider \"mine\" asked whether something is free that is no configuration");
 }
 
+// --- posts ---------------------------------------------------------------------------------------
+
+struct AnyPost final : Post {
+  PostCapabilities caps;
+  std::function<void(PostOutput&)> says;
+  AnyPost() { caps.title = "Any"; }
+  [[nodiscard]] const PostCapabilities& capabilities() const override { return caps; }
+  Result<void> write(const PostTask&, const Params&, PostOutput& out, Progress&) const override {
+    if (says) says(out);
+    return {};
+  }
+};
+struct NoOutput final : PostOutput {
+  void file(std::string_view, std::string_view) override { ++files; }
+  void from(std::string_view, std::uint32_t, const rmp_span&) override {}
+  void fault(std::uint32_t, const rmp_span&, std::string_view, std::string_view) override {}
+  int files = 0;
+};
+
+TEST(Guard, PostsWriteFilesOfTheirFolderAndSaySomethingOfTheProgram) {
+  ProgramTables tables;
+  tables.files.push_back({"p"});
+  tables.seal();
+  const auto written = [&](std::function<void(PostOutput&)> says,
+                           std::function<void(PostCapabilities&)> spoil = {}) -> std::string {
+    const auto post = guarded_provider<Post>([&] {
+      auto* made = new AnyPost;
+      made->says = says;
+      if (spoil) spoil(made->caps);
+      return made;
+    });
+    PostProfile profile;
+    PostTask task;
+    task.code = &tables.code();
+    task.profile = &profile;
+    NoProgress progress;
+    NoOutput out;
+    const auto done = post->write(task, *make_params({}), out, progress);
+    return done.ok() ? "" : done.error().sentence();
+  };
+  const auto wrong = [](const char* what) {
+    return "provider \"mine\" " + std::string(what) + "." + kReport;
+  };
+  const rmp_span here{0, 1, 1, 0, 0}, nowhere{5, 1, 1, 0, 0};
+  EXPECT_EQ(written([](PostOutput& o) { o.file("a/b.src", "x"); }), "");
+  EXPECT_EQ(written([&](PostOutput& o) { o.fault(RMP_FAULT_ERROR, here, "no", ""); }), "");
+  EXPECT_EQ(written({}), wrong("wrote no file"));
+  EXPECT_EQ(written([&](PostOutput& o) { o.fault(RMP_FAULT_NOTE, here, "no", ""); }),
+            wrong("wrote no file"));
+  for (const char* name : {"../a", "/a", "a//b", "a/", ".", "a/../b"})
+    EXPECT_EQ(written([&](PostOutput& o) { o.file(name, ""); }),
+              wrong("named a file outside of its folder"))
+        << name;
+  EXPECT_EQ(written([](PostOutput& o) { o.file("", ""); }), wrong("named a file \"\""));
+  EXPECT_EQ(written([](PostOutput& o) {
+              o.file("a", "");
+              o.file("a", "");
+            }),
+            wrong("wrote the file a twice"));
+  EXPECT_EQ(written([&](PostOutput& o) {
+              o.file("a", "");
+              o.from("b", 1, here);
+            }),
+            wrong("told where a line comes from that is not there"));
+  EXPECT_EQ(written([&](PostOutput& o) { o.fault(RMP_FAULT_ERROR, nowhere, "no", ""); }),
+            wrong("said something that is no fault of the program"));
+  EXPECT_EQ(written([&](PostOutput& o) { o.fault(9, here, "no", ""); }),
+            wrong("said something that is no fault of the program"));
+  const auto file = [](PostOutput& o) { o.file("a", ""); };
+  EXPECT_EQ(written(file, [](PostCapabilities& c) { c.forms = 0; }),
+            wrong("takes no form of a program"));
+  EXPECT_EQ(written(file, [](PostCapabilities& c) { c.max_name = 1; }),
+            wrong("has names of less than four letters"));
+  EXPECT_EQ(written(file, [](PostCapabilities& c) { c.title = ""; }), wrong("has no title"));
+  EXPECT_EQ(written(file, [](PostCapabilities& c) { c.struct_size = 4; }),
+            wrong("has capabilities of another version"));
+  EXPECT_EQ(written([](PostOutput&) { throw 1; }).substr(0, 21), "provider \"mine\" threw");
+}
+
 // --- languages -----------------------------------------------------------------------------------
 
 struct AnyLanguage final : Language {
@@ -881,6 +962,153 @@ struct AnyLanguage final : Language {
     return std::unique_ptr<CompiledProgram>(std::move(p));
   }
 };
+
+/// Says of a text of ten bytes whatever it is told to say.
+struct AnyEdited final : EditedProgram {
+  SourceRange range{0, 2, 4};
+  std::uint32_t parent = RMP_NONE;
+  SourceTokenKind kind = SourceTokenKind::name;
+  std::vector<SourceEdit> edits;
+  Result<std::vector<SourceFault>> faults(Progress&) const override {
+    SourceFault f;
+    f.range = range;
+    return std::vector<SourceFault>{f};
+  }
+  Result<std::vector<SourceToken>> tokens(std::uint32_t, Progress&) const override {
+    SourceToken t;
+    t.kind = kind;
+    t.begin = range.begin;
+    t.end = range.end;
+    return std::vector<SourceToken>{t};
+  }
+  Result<std::vector<SourceCompletion>> complete(std::uint32_t, std::uint32_t,
+                                                 Progress&) const override {
+    SourceCompletion c;
+    c.kind = kind;
+    c.begin = range.begin;
+    c.end = range.end;
+    return std::vector<SourceCompletion>{c};
+  }
+  Result<SourceHover> hover(std::uint32_t, std::uint32_t, Progress&) const override {
+    SourceHover h;
+    h.range = range;
+    h.detail = "x";
+    return h;
+  }
+  Result<std::vector<SourceRange>> definition(std::uint32_t, std::uint32_t,
+                                              Progress&) const override {
+    return std::vector<SourceRange>{range};
+  }
+  Result<std::vector<SourceReference>> references(std::uint32_t, std::uint32_t,
+                                                  Progress&) const override {
+    SourceReference r;
+    r.range = range;
+    return std::vector<SourceReference>{r};
+  }
+  Result<std::vector<SourceEdit>> rename(std::uint32_t, std::uint32_t, std::string_view,
+                                         Progress&) const override {
+    return edits;
+  }
+  Result<std::string> format(std::uint32_t, const SourceLayout&, Progress&) const override {
+    throw std::runtime_error("no layout");
+  }
+  Result<std::vector<SourceSymbol>> outline(std::uint32_t, Progress&) const override {
+    SourceSymbol s;
+    s.kind = kind;
+    s.parent = parent;
+    s.begin = s.name_begin = range.begin;
+    s.end = s.name_end = range.end;
+    return std::vector<SourceSymbol>{s};
+  }
+  Result<SourceSignature> signature(std::uint32_t, std::uint32_t, Progress&) const override {
+    SourceSignature s;
+    s.label = "f(abcdefgh)";
+    s.parameters = {range.begin, range.end};
+    return s;
+  }
+  Result<std::vector<SourceRange>> folds(std::uint32_t, Progress&) const override {
+    return std::vector<SourceRange>{range};
+  }
+};
+struct AnyEditing final : LanguageEditing {
+  std::function<void(AnyEdited&)> spoil;
+  Result<std::unique_ptr<EditedProgram>> open(const LanguageTask&) const override {
+    auto made = std::make_unique<AnyEdited>();
+    if (spoil) spoil(*made);
+    return std::unique_ptr<EditedProgram>(std::move(made));
+  }
+};
+struct EditingLanguage final : Language {
+  AnyEditing editing;
+  [[nodiscard]] const void* extension(const char* id) const override {
+    return std::string_view(id) == LanguageEditing::kExtensionId
+               ? static_cast<const LanguageEditing*>(&editing)
+               : nullptr;
+  }
+  [[nodiscard]] std::string_view extensions() const override { return "any"; }
+  Result<std::vector<std::string>> needs(const SourceFile&) const override {
+    return std::vector<std::string>{};
+  }
+  Result<std::unique_ptr<CompiledProgram>> compile(const LanguageTask&, const Params&,
+                                                   Progress&) const override {
+    return error(ErrorCode::unsupported, "not asked for");
+  }
+};
+
+TEST(Guard, WhatALanguageTellsEditorsLiesWithinTheTexts) {
+  /// Which answers are refused, a letter each.
+  const auto refused = [](std::function<void(AnyEdited&)> spoil) {
+    const auto language = guarded_provider<Language>([&] {
+      auto* made = new EditingLanguage;
+      made->editing.spoil = spoil;
+      return made;
+    });
+    const auto* editing =
+        static_cast<const LanguageEditing*>(language->extension(LanguageEditing::kExtensionId));
+    const SourceFile file{"p", "0123456789", {}};
+    LanguageTask task;
+    task.files = std::span<const SourceFile>(&file, 1);
+    const auto p = editing->open(task);
+    EXPECT_TRUE(p.ok());
+    NoProgress told;
+    std::string out;
+    const auto ask = [&](char letter, const auto& answer) {
+      if (!answer.ok()) out += letter;
+    };
+    ask('f', (*p)->faults(told));
+    ask('t', (*p)->tokens(0, told));
+    ask('c', (*p)->complete(0, 3, told));
+    ask('h', (*p)->hover(0, 3, told));
+    ask('d', (*p)->definition(0, 3, told));
+    ask('r', (*p)->references(0, 3, told));
+    ask('n', (*p)->rename(0, 3, "x", told));
+    ask('o', (*p)->outline(0, told));
+    ask('s', (*p)->signature(0, 3, told));
+    ask('b', (*p)->folds(0, told));
+    EXPECT_FALSE((*p)->complete(0, 11, told).ok());
+    EXPECT_FALSE((*p)->tokens(1, told).ok());
+    EXPECT_NE((*p)->format(0, {}, told).error().sentence().find("no layout"), std::string::npos);
+    return out;
+  };
+  EXPECT_EQ(refused({}), "");
+  EXPECT_EQ(refused([](AnyEdited& e) { e.range = {0, 2, 20}; }), "ftchdrosb");
+  EXPECT_EQ(refused([](AnyEdited& e) { e.range = {0, 4, 2}; }), "ftchdrosb");
+  EXPECT_EQ(refused([](AnyEdited& e) { e.range.file = 1; }), "fhdrb");
+  EXPECT_EQ(refused([](AnyEdited& e) { e.kind = static_cast<SourceTokenKind>(99); }), "tco");
+  EXPECT_EQ(refused([](AnyEdited& e) { e.parent = 0; }), "o");
+  EXPECT_EQ(refused([](AnyEdited& e) {
+              e.edits = {{{0, 1, 3}, "a", {}}, {{0, 2, 4}, "b", {}}};
+            }),
+            "n");
+  EXPECT_EQ(refused([](AnyEdited& e) {
+              e.edits = {{{0, 5, 6}, "a", {}}, {{0, 1, 2}, "b", {}}};
+            }),
+            "n");
+  EXPECT_EQ(refused([](AnyEdited& e) {
+              e.edits = {{{0, 1, 3}, "a", {}}, {{0, 3, 11}, "b", {}}};
+            }),
+            "n");
+}
 
 TEST(Guard, TablesOfProgramsLeadSomewhereAndInNoCircle) {
   const auto compiled = [](std::function<void(ProgramTables&)> spoil) -> std::string {

@@ -153,7 +153,8 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "robomosp.joint_segment/2, robomosp.language/1, robomosp.module/1, "
           "robomosp.motion_law/2, "
           "robomosp.orientation/2, robomosp.physics/1, robomosp.planner/1, "
-          "robomosp.primitive/1, robomosp.renderer/2, robomosp.retimer/1, "
+          "robomosp.post/1, robomosp.primitive/1, robomosp.program_reader/1, "
+          "robomosp.renderer/2, robomosp.retimer/1, "
           "robomosp.robot_code/1 and robomosp.segment/2."}));
 }
 

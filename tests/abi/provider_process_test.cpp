@@ -21,6 +21,7 @@
 
 #include <gtest/gtest.h>
 #include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/module.h>
 
 #include "kernel/plugin_loader.h"
 #include "kernel/plugin_run.h"
@@ -356,6 +357,53 @@ TEST_F(ProviderProcesses, PluginMovesBetweenTheProgramAndAProcess) {
   const PluginRunScope scope(PluginRun{});
   EXPECT_TRUE(loader_.load(kFile).loaded);
   EXPECT_EQ(process(), nullptr);
+}
+
+TEST_F(ProviderProcesses, OfOnePluginSomeProvidersRunApartAndTheRestInTheProgram) {
+  const std::string file = std::string(ABI_PLUGIN_DIR) + "/abi_reckless_module.so";
+  const auto load = [&](const PluginRun& run) {
+    PluginRunScope scope(run);
+    const auto report = loader_.load(file);
+    EXPECT_TRUE(report.loaded);
+    return std::pair(scope.refusal ? scope.refusal->sentence() : "", report.providers.size());
+  };
+  const auto where = [&] {
+    NoProgress none;
+    DynamicsBatch b;
+    std::vector<double> pid(1);
+    EXPECT_TRUE(solver(model(2))->inertia(b, pid, none).ok());
+    return static_cast<int>(pid[0]);
+  };
+  PluginRuns& runs = PluginRuns::of_program();
+  const std::size_t all = loader_.load(file).providers.size();
+  const auto real = std::filesystem::canonical(file);
+  // By name and interface, whatever the form; what adds commands stays.
+  for (const char* word :
+       {"reckless", "inverse_dynamics reckless", "robomosp.inverse_dynamics/1 reckless"}) {
+    const auto [refusal, count] = load({false, {}, {word}});
+    EXPECT_EQ(refusal, "") << word;
+    EXPECT_EQ(count, all) << word;
+    ASSERT_TRUE(runs.process(real)) << word;
+    EXPECT_TRUE(runs.is_apart(real, InverseDynamics::kInterfaceId, "reckless"));
+    EXPECT_FALSE(runs.is_apart(real, "robomosp.primitive/1", "brick"));
+    const int first = where();
+    EXPECT_EQ(first, runs.process(real)->process()) << word;
+    // Its crash is its own.
+    EXPECT_NE(ask(*solver(model(2)), 1).find(kCrashed), std::string::npos) << word;
+    const int second = where();
+    EXPECT_EQ(second, runs.process(real)->process()) << word;
+    EXPECT_NE(first, second) << word;
+    EXPECT_TRUE(registry_.create<Module>("adds").ok()) << word;
+  }
+  // What is not there, or cannot run so, changes nothing.
+  EXPECT_NE(load({false, {}, {"no_such"}}).first.find("It has reckless, "), std::string::npos)
+      << load({false, {}, {"no_such"}}).first;
+  EXPECT_NE(load({false, {}, {"draws"}}).first.find("a renderer draws"), std::string::npos);
+  EXPECT_NE(load({false, {}, {"adds"}}).first.find("adds commands"), std::string::npos);
+  EXPECT_TRUE(runs.is_apart(real, InverseDynamics::kInterfaceId, "reckless"));
+  EXPECT_EQ(load({true, {}, {}}).first, "");
+  EXPECT_EQ(where(), ::getpid());
+  EXPECT_FALSE(runs.process(real));
 }
 
 TEST_F(ProviderProcesses, WhatCannotMoveStaysAndWorks) {

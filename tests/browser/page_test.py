@@ -177,6 +177,34 @@ class PageTest(unittest.TestCase):
         page.wait("document.getElementById('player').hidden && document.querySelectorAll('figure').length === 0")
         self.assertEqual(page.faults(), [])
 
+    def test_2b_recordings_come_grow_and_go_without_being_asked_for(self):
+        page = self.open()
+        titles = "[...document.getElementById('shown').options].map((o) => o.text)"
+        with self.server.connect() as r:
+            def rows(first, last):
+                return [{"name": "time", "unit": "s", "values": [0.1 * i for i in range(first, last)]},
+                        {"name": "q", "unit": "rad", "values": [[0.01 * i] * 7 for i in range(first, last)]}]
+            cell = r.world.list()[0]
+            begin = time.monotonic()
+            made = r.recording.create(title="measured", world=cell, robot="pa10", columns=rows(0, 11))
+            page.wait(f"{titles}.includes('measured')")
+            page.run("document.getElementById('loop').checked = false")
+            self.assertLess(time.monotonic() - begin, 2.5)  # 0.4 s, unless the machine is busy
+            page.run("(() => { const s = document.getElementById('shown');"
+                     f"s.selectedIndex = {titles}.indexOf('measured'); s.dispatchEvent(new Event('change')); }})()")
+            page.wait("/ 1[.]0+ s$/.test(document.getElementById('now').textContent)")
+            page.wait("document.getElementById('play').getAttribute('aria-label') === 'play'")  # at its end
+            for first in range(11, 51, 10):
+                made.append(columns=rows(first, first + 10))
+            # It grows, stands at its end, and the view stays.
+            page.wait("/^5[.]0+ [/] 5[.]0+ s$/.test(document.getElementById('now').textContent)")
+            self.assertGreater(page.run("document.querySelectorAll('figure').length"), 0)
+            keep(page, "browser_growing")
+            made.remove()
+            page.wait(f"!{titles}.includes('measured')")
+            page.wait("document.getElementById('player').hidden")
+        self.assertEqual(page.faults(), [])
+
     def test_3_a_token_opens_the_console_and_a_wrong_one_is_a_sentence(self):
         page = self.open()
         page.run("document.getElementById('enter').click()")

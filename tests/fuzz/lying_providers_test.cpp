@@ -6,12 +6,14 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -21,6 +23,8 @@
 
 #include "fuzz/lying_bodies.h"
 #include "kernel/interface_file.h"
+#include "kernel/plugin_run.h"
+#include "kernel/provider_process/doors.h"
 #include "kernel/text.h"
 #include "support/lua_program.h"
 #include "support/seed.h"
@@ -74,6 +78,9 @@ constexpr const char* kStage = R"(
   function box() return solid.create{name = "box" .. fresh(), material = "wood", root = {kind = "union", children = {
     {kind = "box", name = "a", x = 0.1 + fresh(), y = 0.1, z = 0.1},
     {kind = "cylinder", name = "b", radius = 0.02, height = 0.2}}}} end
+  -- A body whose shape is none of primitives, so that its mesh is asked for.
+  function hollow() return solid.create{name = "hollow" .. fresh(), root = {kind = "difference", children = {
+    {kind = "box", x = 0.1 + fresh(), y = 0.1, z = 0.1}, {kind = "cylinder", radius = 0.02, height = 0.2}}}} end
   solid.create{name = "ball", root = {kind = "sphere", radius = 0.1}}
   cell = world.create{name = "cell"}
   cell:add_robot{robot = arm, q = "ready"}
@@ -195,7 +202,7 @@ std::map<std::string, Attack> attacks(const Registry& r) {
        R"((function() local b = box(); return object.create{name = "both" .. count, parts = {{what = b},
             {what = box(), position = {0.05, 0, 0}}}}:mass() end)())",
        R"((function() local b = box(); return b:export{file = "b.step"} end)())",
-       R"((function() local b = box(); local w = world.create{name = "other" .. count}; w:add_object{what = b};
+       R"((function() local b = hollow(); local w = world.create{name = "other" .. count}; w:add_object{what = b, position = {0.6, 0, 0}};
             w:add_robot{robot = rods, position = {1, 0, 0}}; return w:clearance() end)())"});
   LIAR(
       LyingPrimitive, CsgPrimitive, "",
@@ -264,6 +271,7 @@ class LyingProviders : public LuaProgramTest {
     fs::current_path(folder_ / "inner");
     std::ofstream("again.lie") << "a file\n";
     std::ofstream(folder_ / "witness") << "untouched\n";
+    ::setenv("ROBOMOSP_LIAR_STATE", liar_state().c_str(), 1);
     LuaProgramTest::SetUp();
     liar().seed(test::seed());
   }
@@ -272,6 +280,16 @@ class LyingProviders : public LuaProgramTest {
     state_.reset();
     fs::current_path(before_);
     fs::remove_all(folder_);
+  }
+  /// Where the liars of all processes decide; one file a program.
+  static const std::string& liar_state() {
+    static const std::string file =
+        (fs::temp_directory_path() / ("lying-state-" + std::to_string(::getpid()))).string();
+    return file;
+  }
+  static void TearDownTestSuite() {
+    fs::remove(liar_state());
+    LuaProgramTest::TearDownTestSuite();
   }
   void offer(const std::string& id, const Attack& a) {
     ProviderInfo info;
@@ -292,9 +310,16 @@ class LyingProviders : public LuaProgramTest {
   }
   void stage() {
     app().document.clear();
+    // The tests share a program and its cache: none makes the numbers of another.
+    static int tests = 0;
+    if (std::exchange(is_new_, false)) run("count = " + std::to_string(2000 * tests++));
     run(kStage);
   }
+  /// Tells them lies for a while, and looks at what becomes of each.
+  void attack(const std::map<std::string, Attack>& all);
   FuzzBudget budget_{3};
+  bool is_apart_ = false;
+  bool is_new_ = true;
   fs::path folder_, before_;
 };
 
@@ -302,10 +327,58 @@ TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
   const auto all = attacks(app().registry);
   for (const InterfaceEntry* known : InterfaceFile::all())
     // Modules are made once, with the program: module_test has those that lie. Of languages
-    // abi_test has tables that lie.
+    // abi_test has tables that lie, and so it has readers and posts that do.
     EXPECT_TRUE(all.contains(known->id) || known->id == "robomosp.module/1" ||
-                known->id == "robomosp.language/1")
+                known->id == "robomosp.language/1" || known->id == "robomosp.post/1" ||
+                known->id == "robomosp.program_reader/1")
         << known->id << " has no provider here that lies";
+  attack(all);
+}
+
+/// The same in a process of their own: what crosses the channel is as wrong as they can make it.
+TEST_F(LyingProviders, InAProcessOfTheirOwnAreNamedAndDoNoHarm) {
+  const fs::path file = fs::canonical(ROBOMOSP_LIAR_PLUGIN);
+  {
+    const PluginRunScope scope(PluginRun{false, {.seconds = 20, .confined = false}});
+    const PluginReport report = app().plugins.load(file.string());
+    ASSERT_TRUE(report.loaded) << (report.refusal ? report.refusal->sentence() : "");
+    EXPECT_TRUE(report.remarks.empty());
+  }
+  // They come under another name below.
+  for (const ProviderInfo& p : app().registry.list())
+    if (p.origin == file.string()) app().registry.remove(p.interface_id, p.name);
+  const auto process = PluginRuns::of_program().process(file);
+  ASSERT_TRUE(process);
+  const auto wire = process->describe();
+  ASSERT_TRUE(wire.ok());
+  auto all = attacks(app().registry);
+  std::erase_if(all, [](const auto& a) { return a.first == render::Renderer::kInterfaceId; });
+  std::set<std::string> there;
+  for (std::uint32_t i = 0; i < wire->providers.size(); ++i) {
+    const std::string id = wire->providers[i].interface_id;
+    const auto at = all.find(id);
+    ASSERT_NE(at, all.end()) << id;
+    there.insert(id);
+    std::vector<std::string> params;
+    if (const auto honest = app().registry.find(id, at->second.honest);
+        honest.ok() && !at->second.honest.empty())
+      for (const ParamSpec& p : honest->schema) params.push_back(p.name);
+    at->second.make = [process, i, id, params] { return process->create(i, id, kName, params); };
+  }
+  for (const auto& [id, one] : all)
+    EXPECT_TRUE(there.contains(id)) << id << " has no provider in the plugin that lies";
+  is_apart_ = true;
+  attack(all);
+  EXPECT_GT(process->starts(), 0U);
+  // It goes on working, and is gone with the program.
+  liar().rest();
+  stage();
+  offer(InverseDynamics::kInterfaceId, all.at(InverseDynamics::kInterfaceId));
+  EXPECT_TRUE(state_->eval(R"(arm:inverse_dynamics{q = "ready"})").ok());
+  withdraw(InverseDynamics::kInterfaceId);
+}
+
+void LyingProviders::attack(const std::map<std::string, Attack>& all) {
   const char* only = std::getenv("ROBOMOSP_LIAR");
   std::map<std::string, std::size_t> told;
   Patience patience(session_);
@@ -349,7 +422,9 @@ TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
         const bool has_stand_in =
             id == CsgEngine::kInterfaceId &&
             ((done.ok() && !has_notes) || answer.find("is a mesh") != std::string::npos);
-        if (is_sure && !has_stand_in) {
+        // From a process the bounds of a solid come with it, whether they are asked for or not.
+        const bool is_unused = is_apart_ && lie.starts_with("csg.bounds");
+        if (is_sure && !has_stand_in && !is_unused) {
           EXPECT_NE(answer.find(kName), std::string::npos) << at;
         }
         if (!done.ok()) {
@@ -366,6 +441,9 @@ TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
       EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 2) << id;
     }
   }
+  std::size_t lies = 0;
+  for (const auto& [id, count] : told) lies += count;
+  std::printf("%zu lies by %zu interfaces\n", lies, told.size());
   // Each has few lines, and may stay honest in all of them.
   EXPECT_TRUE(only || told.size() > all.size() / 2) << told.size() << " of them told lies";
 }

@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 // Liar: decides when a provider of a test answers wrongly, and how, from a seed. At most one lie a
-// command, so that what the program makes of it can be held against it.
+// command, so that what the program makes of it can be held against it. What it decides by may lie
+// in a file, for providers in another process.
 #pragma once
 
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <functional>
 #include <limits>
-#include <mutex>
 #include <new>
 #include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -39,38 +46,42 @@ struct Nothing {};
 
 class Liar {
  public:
-  /// One for all providers of a program. [any thread]
+  /// One for all providers of a program, and for those processes where ROBOMOSP_LIAR_STATE names
+  /// the same file. [any thread]
   static Liar& one() {
-    static Liar liar;
+    static Liar liar(std::getenv("ROBOMOSP_LIAR_STATE"));
     return liar;
   }
-  void seed(std::uint64_t s) { random_.seed(s); }
+  void seed(std::uint64_t s) {
+    const Locked lock(state_);
+    state_.random.seed(s);
+  }
   /// From now on until a lie was told, each answer is one with this chance.
   void arm(double chance) {
-    const std::lock_guard lock(mutex_);
-    chance_ = chance;
-    told_.clear();
-    is_sure_ = false;
-    asked_ = 0;
+    const Locked lock(state_);
+    state_.chance = chance;
+    state_.told[0] = '\0';
+    state_.is_sure = false;
+    state_.asked = 0;
   }
   void rest() { arm(0); }
   [[nodiscard]] std::string told() const {
-    const std::lock_guard lock(mutex_);
-    return told_;
+    const Locked lock(state_);
+    return state_.told;
   }
   [[nodiscard]] bool is_sure() const {
-    const std::lock_guard lock(mutex_);
-    return is_sure_;
+    const Locked lock(state_);
+    return state_.is_sure;
   }
   /// Answers since arm().
   [[nodiscard]] std::size_t asked() const {
-    const std::lock_guard lock(mutex_);
-    return asked_;
+    const Locked lock(state_);
+    return state_.asked;
   }
 
   std::size_t pick(std::size_t n) {
-    const std::lock_guard lock(mutex_);
-    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
+    const Locked lock(state_);
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(state_.random);
   }
   /// NaN or infinite.
   double no_number() {
@@ -157,15 +168,16 @@ class Liar {
   static constexpr std::size_t kCommon = 10;
 
   bool begins() {
-    const std::lock_guard lock(mutex_);
-    ++asked_;
-    if (!told_.empty()) return false;
-    return std::uniform_real_distribution<double>(0, 1)(random_) < chance_;
+    const Locked lock(state_);
+    ++state_.asked;
+    if (state_.told[0] != '\0') return false;
+    return std::uniform_real_distribution<double>(0, 1)(state_.random) < state_.chance;
   }
   void tell(const std::string& who, const std::string& what, Seen seen) {
-    const std::lock_guard lock(mutex_);
-    told_ = who + ": " + what;
-    is_sure_ = seen == Seen::surely;
+    const Locked lock(state_);
+    const std::string words = who + ": " + what;
+    state_.told[words.copy(state_.told, sizeof state_.told - 1)] = '\0';
+    state_.is_sure = seen == Seen::surely;
   }
   /// What any call can do; nothing = it goes on honestly.
   std::optional<Error> common(const std::string& who, std::size_t n, Progress* progress) {
@@ -207,12 +219,44 @@ class Liar {
     }
   }
 
-  mutable std::mutex mutex_;
-  std::mt19937_64 random_{1};
-  double chance_ = 0;
-  std::string told_;
-  bool is_sure_ = false;
-  std::size_t asked_ = 0;
+  /// Nothing in it points anywhere, so that processes can share it.
+  struct State {
+    std::atomic_flag is_locked;
+    std::mt19937_64 random{1};
+    double chance = 0;
+    char told[400] = "";
+    bool is_sure = false;
+    std::size_t asked = 0;
+  };
+  static_assert(std::is_trivially_copyable_v<std::mt19937_64>);
+  class Locked {
+   public:
+    explicit Locked(State& s) : s_(s) {
+      while (s_.is_locked.test_and_set(std::memory_order_acquire)) std::this_thread::yield();
+    }
+    ~Locked() { s_.is_locked.clear(std::memory_order_release); }
+    Locked(const Locked&) = delete;
+    Locked& operator=(const Locked&) = delete;
+
+   private:
+    State& s_;
+  };
+  /// Who comes first makes the file; all begin from the same state.
+  explicit Liar(const char* file) : state_(*shared(file)) {}
+  static State* shared(const char* file) {
+    static State own;
+    if (!file) return &own;
+    const int fd = ::open(file, O_RDWR | O_CLOEXEC);
+    const bool is_new = fd < 0;
+    const int made = is_new ? ::open(file, O_RDWR | O_CREAT | O_CLOEXEC, 0600) : fd;
+    void* at = made >= 0 && ::ftruncate(made, sizeof(State)) == 0
+                   ? ::mmap(nullptr, sizeof(State), PROT_READ | PROT_WRITE, MAP_SHARED, made, 0)
+                   : MAP_FAILED;
+    if (made >= 0) ::close(made);
+    if (at == MAP_FAILED) std::abort();  // the test cannot know what was told
+    return is_new ? new (at) State : static_cast<State*>(at);
+  }
+  State& state_;
 };
 
 }  // namespace robomosp::test

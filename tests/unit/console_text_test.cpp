@@ -241,7 +241,7 @@ TEST_F(ConsoleText, AproposFindsWhatIsMeant) {
   finds("STEP file", "import", 8);
   finds("welding seam", "trajectory.along_edges", 1);
   finds("gripp", "robot.attach", 40);
-  EXPECT_LT(app().commands.apropos("undo").size(), 30U);
+  EXPECT_LT(app().commands.apropos("undo").size(), 36U);
   EXPECT_TRUE(app().commands.apropos("xyzzyqq").empty());
   EXPECT_TRUE(app().commands.apropos("").empty());
   EXPECT_TRUE(app().commands.apropos("  ,.;").empty());

@@ -246,6 +246,21 @@ TEST_F(DefaultProviders, PluginsStayInProcessesOfTheirOwnWhereThatIsKept) {
   EXPECT_EQ(kept.at(file).limits.seconds, 5);
   EXPECT_EQ(kept.at(file).limits.memory, std::uint64_t{1024} << 20);
   EXPECT_TRUE(kept.at(file).limits.confined);
+  // Only some of its providers, by names of any kind; and what cannot be meant.
+  ASSERT_TRUE(load({{"run_in_process", false},
+                    {"providers", List{Value("inverse_dynamics newton_euler")}},
+                    {"keep", "user"}})
+                  .ok());
+  ASSERT_EQ(ioci::kept_plugin_runs().at(file).only,
+            std::vector<std::string>{std::string(InverseDynamics::kInterfaceId) + " newton_euler"});
+  EXPECT_TRUE(ioci::kept_plugin_runs().at(file).limits.confined);
+  for (const Map& wrong :
+       {Map{{"providers", List{Value("newton_euler")}}},
+        Map{{"run_in_process", true}, {"providers", List{Value("newton_euler")}}},
+        Map{{"run_in_process", false}, {"providers", List{}}},
+        Map{{"run_in_process", false}, {"providers", List{Value("no_such")}}}})
+    EXPECT_FALSE(load(wrong).ok());
+  ASSERT_TRUE(load({{"run_in_process", false}, {"keep", "user"}}).ok());
   // Another program finds it so.
   Registry registry;
   PluginLoader loader(registry);

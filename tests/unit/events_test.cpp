@@ -138,6 +138,33 @@ TEST(Events, OfAJobTheNewestStateIsKept) {
   EXPECT_EQ(all.back().job->fraction, 1);
 }
 
+TEST(Events, OfRowsThatAreAppendedTheNewestCountWaitsAndNothingElseIsJoined) {
+  using recording::RecordingChange;
+  using What = RecordingChange::What;
+  Events events;
+  const auto token = events.subscribe({.topics = 1U << static_cast<unsigned>(Topic::recording)});
+  const auto say = [&](std::uint64_t number, What what, std::size_t rows) {
+    events.publish(RecordingChange{number, what, rows, "r"});
+  };
+  say(1, What::added, 1);
+  for (std::size_t i = 2; i <= 1000; ++i) {
+    say(1, What::appended, i);
+    say(2, What::appended, 10 * i);
+  }
+  say(1, What::replaced, 7);
+  say(1, What::appended, 8);
+  say(1, What::removed, 0);
+  const auto all = *events.take(token);
+  ASSERT_EQ(all.size(), 6U);
+  const What kinds[] = {What::added,    What::appended, What::appended,
+                        What::replaced, What::appended, What::removed};
+  const std::size_t rows[] = {1, 1000, 10'000, 7, 8, 0};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i].recording->what, kinds[i]) << i;
+    EXPECT_EQ(all[i].recording->rows, rows[i]) << i;
+  }
+}
+
 TEST(Events, TheFirstOneThatWaitsWakes) {
   Watched w;
   int woken = 0;
@@ -258,8 +285,7 @@ TEST_F(SessionCommands, AGestureOfASessionThatEndsIsCancelled) {
        {{"gesture", g},
         {"command", "material.set"},
         {"arguments", Map{{"id", "brass"}, {"density", 9000}}}});
-    EXPECT_FALSE(
-        app().dispatch(anna_, "material.set", {{"id", "brass"}, {"density", 1}}).ok());
+    EXPECT_FALSE(app().dispatch(anna_, "material.set", {{"id", "brass"}, {"density", 1}}).ok());
   }
   as(anna_, "material.set", {{"id", "brass"}, {"density", 8600}});
   as(anna_, "document.undo");
@@ -269,7 +295,8 @@ TEST_F(SessionCommands, AGestureOfASessionThatEndsIsCancelled) {
 TEST_F(SessionCommands, AnyCommandCanBeAnUpdateOfAGesture) {
   const Value g = as(anna_, "gesture.begin", {{"label", "build"}});
   const auto run = [&](const char* command, Map args) {
-    as(anna_, "gesture.update", {{"gesture", g}, {"command", command}, {"arguments", std::move(args)}});
+    as(anna_, "gesture.update",
+       {{"gesture", g}, {"command", command}, {"arguments", std::move(args)}});
   };
   run("material.create", {{"name", "brass"}, {"density", 8500}});
   run("material.rename", {{"id", "brass"}, {"name", "messing"}});
@@ -278,8 +305,8 @@ TEST_F(SessionCommands, AnyCommandCanBeAnUpdateOfAGesture) {
   EXPECT_TRUE(app().document.history().empty());
   as(anna_, "gesture.cancel", {{"gesture", g}});
   EXPECT_EQ(app().document.now()->size(), 0U);
-  EXPECT_FALSE(app().dispatch(anna_, "gesture.update",
-                              {{"gesture", g}, {"command", "document.list"}}).ok());
+  EXPECT_FALSE(
+      app().dispatch(anna_, "gesture.update", {{"gesture", g}, {"command", "document.list"}}).ok());
 }
 
 TEST_F(SessionCommands, TheArgumentGestureOfBeforeStillSharesAStep) {
@@ -306,7 +333,8 @@ void write_journal(const std::filesystem::path& file, const std::string& text) {
                               std::to_string(text.size()) + "\n\n" + text + "\n";
   std::ofstream(file, std::ios::binary)
       << "robomosp-recovery 1 test\nentry " << payload.size() << " "
-      << Fingerprinter("recovery/1").add(payload).finish().hex() << "\n" << payload;
+      << Fingerprinter("recovery/1").add(payload).finish().hex() << "\n"
+      << payload;
 }
 
 TEST_F(SessionCommands, UnsavedWorkThatWasFoundIsRestoredOrDiscarded) {
@@ -339,11 +367,11 @@ TEST_F(SessionCommands, TheHistorySaysWhenItForgets) {
   as(anna_, "document.history_memory", {{"bytes", 20000}});
   for (int i = 0; i < 100; ++i)
     as(anna_, "material.create", {{"name", "m" + std::to_string(i)}, {"density", 1}});
-  for (int i = 0; i < 100; ++i)
-    as(anna_, "material.remove", {{"id", "m" + std::to_string(i)}});
+  for (int i = 0; i < 100; ++i) as(anna_, "material.remove", {{"id", "m" + std::to_string(i)}});
   EXPECT_GT(at(as(anna_, "document.history"), "forgotten").number(), 0);
   bool is_told = false;
-  for (const Message& m : app().messages.recent(1000)) is_told = is_told || m.code == "history_forgets";
+  for (const Message& m : app().messages.recent(1000))
+    is_told = is_told || m.code == "history_forgets";
   EXPECT_TRUE(is_told);
   ASSERT_TRUE(app().document.set_history_budget(before).ok());
 }

@@ -232,6 +232,32 @@ TEST_F(FileCacheTest, SeveralProgramsAndThreadsWriteOneFolder) {
   EXPECT_EQ(parts, 0U);
 }
 
+TEST_F(FileCacheTest, NotesOfSeveralThreadsAreToldOneAtATime) {
+  constexpr int kKeys = 400;
+  std::atomic<int> within{0}, together{0};
+  int notes = 0;
+  FileCache::Options o = options(std::uint64_t{64} << 20);
+  o.note = [&](const std::string&) {
+    if (++within > 1) ++together;
+    std::this_thread::sleep_for(std::chrono::microseconds(50));
+    ++notes;
+    --within;
+  };
+  FileCache cache(o);
+  for (int i = 0; i < kKeys; ++i) {
+    cache.write("mesh", key(i), "bytes");
+    put(cache.file_of("mesh", key(i)), "nonsense");
+  }
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      for (int i = t; i < kKeys; i += 4) EXPECT_FALSE(cache.read("mesh", key(i)));
+    });
+  for (std::thread& t : threads) t.join();
+  EXPECT_EQ(notes, kKeys);
+  EXPECT_EQ(together, 0);
+}
+
 TEST_F(FileCacheTest, TheFolderIsChosenByTheEnvironment) {
   const auto with = [](const char* name, const char* value, auto&& fn) {
     const char* before = std::getenv(name);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -66,6 +68,39 @@ TEST(GrowingRecordings, IsReplacedOnlyWhenItDidNotGrowMeanwhile) {
   EXPECT_EQ(all.find(n)->rows(), 1U);
   EXPECT_EQ(now->rows(), 3U);
   EXPECT_EQ(*all.append(n, Rows{{2}, {7}}), 2U);
+}
+
+TEST(GrowingRecordings, RowsAreGivenFromAnyOnAndFromTheFirstWhenTheTableIsAnother) {
+  Recordings all;
+  std::vector<RecordingChange::What> heard;
+  all.observe([&](const RecordingChange& c) { heard.push_back(c.what); });
+  const auto n = all.add(table({0, 1}, {5, 6}));
+  ASSERT_TRUE(all.append(n, Rows{{2, 3}, {7, 8}}).ok());  // which no reader has seen
+  const auto x = [&](std::size_t from, std::optional<std::size_t> replaced, std::size_t most) {
+    const auto r = all.rows(n, from, replaced, most, std::vector<std::string>{"x"});
+    EXPECT_TRUE(r.ok() && r->columns.size() == 1);
+    return r->columns.front().second;
+  };
+  using Numbers = std::vector<double>;
+  EXPECT_EQ(x(0, {}, 100), (Numbers{5, 6, 7, 8}));
+  EXPECT_EQ(x(1, 0, 2), (Numbers{6, 7}));
+  EXPECT_EQ(x(3, 0, 0), (Numbers{8})) << "one row at least";
+  EXPECT_EQ(x(4, 0, 100), Numbers());
+  EXPECT_EQ(x(400, 0, 100), Numbers());
+  const auto both = all.rows(n, 1, {}, 4, {});
+  ASSERT_TRUE(both.ok());
+  ASSERT_EQ(both->columns.size(), 2U);
+  EXPECT_EQ(both->columns[0].second, (Numbers{1, 2})) << "numbers of all columns are counted";
+  EXPECT_EQ(both->from, 1U);
+  EXPECT_EQ(both->rows, 4U);
+  ASSERT_TRUE(all.replace(n, all.find(n), table({0, 4}, {1, 2})).ok());
+  EXPECT_EQ(x(2, 0, 100), (Numbers{1, 2}));
+  EXPECT_EQ(x(1, 1, 100), (Numbers{2}));
+  EXPECT_FALSE(all.rows(n, 0, {}, 100, std::vector<std::string>{"y"}).ok());
+  EXPECT_TRUE(all.remove(n));
+  EXPECT_FALSE(all.rows(n, 0, {}, 100, {}).ok());
+  using What = RecordingChange::What;
+  EXPECT_EQ(heard, (std::vector<What>{What::added, What::appended, What::replaced, What::removed}));
 }
 
 TEST(GrowingRecordings, AppendingCostsTheRowsAndNotTheRecording) {

@@ -15,6 +15,7 @@
 
 #include "compile.h"
 #include "intrinsics.h"
+#include "irl_generator.h"
 #include "support/mutator.h"
 #include "support/seed.h"
 #include "syntax.h"
@@ -460,7 +461,34 @@ TEST(Irl, BrokenTextOfCodeIsRefusedWithItsLine) {
       {"robomosp code 1\nROUTINE r0 #0 'p'\nFLY - - -\nEND - - -\n", "no instruction \"FLY\""},
       {"robomosp code 1\nROUTINE r0 #0 'p'\n", "the last routine has no END"},
       {"robomosp code 1\nRECORD #0 - 'R'\nMEMBER - T10 'x'\n", "a record cannot hold itself"},
-      {"robomosp code 1\nARRAY 3..1 T1 ''\n", "are no bounds"}};
+      {"robomosp code 1\nARRAY 3..1 T1 ''\n", "are no bounds"},
+      {"robomosp code 1\nARRAY 1..99999999 T1 ''\n", "more than 16000000 values"},
+      {"robomosp code 1\nINPUT v1 T4 'a'\nAT #-1 #1 -\n", "a signal has a number from 0"},
+      {"robomosp code 1\nVARIABLE v1 T0 'a'\n", "holds no value"},
+      {"robomosp code 1\nRECORD #1 - 'P'\nMEMBER - T1 'x'\nROUTINE r0 #0 'p'\nEND - - -\n",
+       "not those of its role #1"},
+      {"robomosp code 1\nROUTINE r0 #1 'p'\nEND - - -\n", "r0 is not of the kind #0"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nNOT 1 - t0:T1\nEND - - -\n", "NOT has a BOOL"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nJUMP_IF 1 - L0\nLABEL - - L0\nEND - - -\n",
+       "this has a BOOL and a label"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nADD 1 2.0 t0:T1\nEND - - -\n",
+       "two numbers of one type"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nCOPY t0:T1 - t1:T1\nEND - - -\n",
+       "was not set with this type"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nCOPY 1 - t0:T1\nCOPY t0:T5 - t1:T5\nEND - - -\n",
+       "was not set with this type"},
+      {"robomosp code 1\nINPUT v1 T1 'a'\nROUTINE r0 #0 'p'\nCOPY 1 - v1\nEND - - -\n",
+       "COPY has a value"},
+      {"robomosp code 1\nRECORD #0 - 'R'\nMEMBER - T1 'x'\nVARIABLE v1 T10 'a'\nROUTINE r0 #0 "
+       "'p'\nFIELD v1 #1 p0:T1\nEND - - -\n",
+       "FIELD has a record"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nARGUMENT 1 - -\nHALT - - -\nEND - - -\n",
+       "right before the CALL"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nARGUMENT 1 - -\nEND - - -\n", "before no CALL"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nCALL r0 #0 -\nEND - - -\n", "CALL has a procedure"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nMOVE LIN #0 -\nEND - - -\n", "MOVE has an"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nRETURN 1 - -\nEND - - -\n", "RETURN has a value"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nWAIT_TIME 1 - -\nEND - - -\n", "WAIT_TIME has a REAL"}};
   for (const auto& [text, expected] : kBad) {
     const auto r = read_code_text(text);
     ASSERT_FALSE(r.ok()) << text;
@@ -469,89 +497,30 @@ TEST(Irl, BrokenTextOfCodeIsRefusedWithItsLine) {
   }
 }
 
+TEST(Irl, DamagedCodeIsRefusedInWordsOrIsCodeThatReadsAgain) {
+  std::mt19937 random(test::seed());
+  std::vector<std::string> texts;
+  for (const File& f : samples())
+    texts.push_back(code_text(compiled(std::vector<File>{f})->code()));
+  static const char* const kTokens[] = {"t0:T1", "p0:T2", "v1",    "L0",   "r0",   "#1",     "-",
+                                        "TRUE",  "1.5",   "'s'",   "T12",  "CALL", "MOVE",   "\n",
+                                        "#99",   "T99",   "t9:T9", "1..3", "END",  "ROUTINE"};
+  test::Mutator mutator(random, texts, kTokens);
+  int refused = 0;
+  for (int n = 0; n < 3000; ++n) {
+    const auto r = read_code_text(mutator.mutate(texts[random() % texts.size()]));
+    if (!r.ok()) {
+      ++refused;
+      ASSERT_FALSE(r.error().message.empty());
+      continue;
+    }
+    const std::string again = code_text((*r)->code());
+    ASSERT_TRUE(read_code_text(again).ok()) << again;
+  }
+  EXPECT_GT(refused, 1000);
+}
+
 // ---- random programs ----
-
-class Generator {
- public:
-  explicit Generator(std::mt19937& random) : random_(random) {}
-  std::string program() {
-    std::string out =
-        "program Q; const int: N := 3, M := -4; type record real: x, y; endrecord: Rectangle;"
-        "var int: i, k; real: r; bool: b; array [1..N] of int: a; Rectangle: rec;"
-        "pose: pz; string: s;";
-    out += "function f (in int: p, q; inout real: z): int; begin if p > q then return " + whole(2) +
-           "; else return q; endif; endfct;";
-    out += "procedure g; var int: local; begin local := 1; " + block(2) + " endproc;";
-    return out + "begin " + block(3) + " endprogram;";
-  }
-
- private:
-  std::size_t pick(std::size_t n) { return random_() % n; }
-  std::string block(int depth) {
-    std::string out;
-    for (std::size_t n = pick(4); n > 0; --n) out += statement(depth) + " ";
-    return out;
-  }
-  std::string statement(int depth) {
-    switch (pick(depth > 0 ? 14 : 7)) {
-      case 0: return "i := " + whole(3) + ";";
-      case 1: return "r := " + real(3) + ";";
-      case 2: return "b := " + truth(3) + ";";
-      case 3: return "a[" + std::to_string(1 + pick(3)) + "] := " + whole(2) + ";";
-      case 4: return "rec.x := " + real(2) + ";";
-      case 5: return "wait " + std::to_string(pick(9)) + ".5 sec;";
-      case 6:
-        return "move lin pz speed := " + std::to_string(1 + pick(500)) + ".0" +
-               (pick(2) ? " until " + truth(1) : "") + ";";
-      case 7:
-        return "if " + truth(2) + " then " + block(depth - 1) + "elsif " + truth(1) + " then " +
-               block(depth - 1) + "else " + block(depth - 1) + "endif;";
-      case 8: return "while " + truth(2) + " " + block(depth - 1) + "endwhile;";
-      case 9:
-        return "for i := " + whole(1) + " downto " + whole(1) + " step 2 " + block(depth - 1) +
-               "endfor;";
-      case 10: return "repeat " + block(depth - 1) + "until " + truth(2) + ";";
-      case 11: return "loop " + block(depth - 1) + "exit; endloop;";
-      case 12:
-        return "case " + whole(1) + " of when 1, 2: " + block(depth - 1) +
-               "when 3: " + block(depth - 1) + "default: " + block(depth - 1) + "endcase;";
-      default: return "k := f(" + whole(1) + ", " + whole(1) + ", r);";
-    }
-  }
-  std::string whole(int depth) {
-    static const char* const kOps[] = {" + ", " - ", " * "};
-    switch (pick(depth > 0 ? 7 : 4)) {
-      case 0: return std::to_string(pick(20));
-      case 1: return "i";
-      case 2: return "a[k]";
-      case 3: return "N";
-      case 4: return whole(depth - 1) + kOps[pick(3)] + whole(depth - 1);
-      case 5: return "(" + whole(depth - 1) + " - k) div (k + 2)";
-      default: return "-" + whole(0);
-    }
-  }
-  std::string real(int depth) {
-    switch (pick(depth > 0 ? 6 : 3)) {
-      case 0: return std::to_string(pick(20)) + "." + std::to_string(pick(100));
-      case 1: return "rec.y";
-      case 2: return "1.5e-3";
-      case 3: return real(depth - 1) + " / (r + 1.25)";
-      case 4: return "sin(" + real(depth - 1) + ")";
-      default: return real(depth - 1) + " + " + whole(depth - 1);
-    }
-  }
-  std::string truth(int depth) {
-    switch (pick(depth > 0 ? 6 : 2)) {
-      case 0: return "b";
-      case 1: return "TRUE";
-      case 2: return whole(1) + " <= " + real(1);
-      case 3: return truth(depth - 1) + " and " + truth(depth - 1);
-      case 4: return truth(depth - 1) + " or (" + truth(depth - 1) + ")";
-      default: return "(not " + truth(depth - 1) + ")";
-    }
-  }
-  std::mt19937& random_;
-};
 
 TEST(IrlRandom, ProgramsCompileAndTheirPrintedFormMeansTheSame) {
   std::mt19937 random(test::seed());

@@ -130,5 +130,44 @@ TEST_F(ProgramCommands, FilesOfCodeAreReadAgain) {
             "line 3 of three-address code");
 }
 
+TEST_F(ProgramCommands, ANewNameAndALayoutAreOneStepEachAndCanBeUndone) {
+  const std::string text =
+      "PROGRAM p;\nDATALIST 'd.dls';\nVAR POSE: a;\nBEGIN\nMOVE LIN a;\nENDPROGRAM;\n";
+  const Value id = call("program.create", {{"name", "p"}, {"source", text}});
+  call("program.set_file",
+       {{"id", id}, {"name", "d.dls"}, {"text", "a := POSE((1,2,3),ORIZYX(0,0,0));\n"}});
+  const Value done =
+      call("program.rename_symbol", {{"id", id}, {"line", 5}, {"column", 10}, {"to", "here"}});
+  EXPECT_EQ(*at(done, "changed").as_int(), 3);
+  EXPECT_EQ(call("program.source", {{"id", id}, {"name", "d.dls"}}).text().substr(0, 9),
+            "here := P");
+  call("document.undo");
+  EXPECT_EQ(call("program.source", {{"id", id}, {"name", "d.dls"}}).text().substr(0, 9),
+            "a := POSE");
+  // Telling changes nothing; there is nothing to undo behind it but the file.
+  EXPECT_EQ(at(call("program.format", {{"id", id}, {"check", true}}), "changed").text(), "true");
+  EXPECT_EQ(call("program.source", {{"id", id}}).text(), text);
+  call("program.format", {{"id", id}});
+  EXPECT_NE(call("program.source", {{"id", id}}).text().find("\n  MOVE LIN a;"), std::string::npos);
+  EXPECT_EQ(at(call("program.format", {{"id", id}}), "changed").text(), "false");
+  call("document.undo");
+  EXPECT_EQ(call("program.source", {{"id", id}}).text(), text);
+  // Places outside of the text, files that are not there, names that do not go.
+  EXPECT_NE(fails("program.hover", {{"id", id}, {"line", 99}, {"column", 1}})
+                .sentence()
+                .find("no line 99"),
+            std::string::npos);
+  EXPECT_NE(fails("program.hover", {{"id", id}, {"line", 1}, {"column", 99}})
+                .sentence()
+                .find("no column 99"),
+            std::string::npos);
+  EXPECT_FALSE(fails("program.tokens", {{"id", id}, {"name", "x"}}).message.empty());
+  EXPECT_NE(
+      fails("program.rename_symbol", {{"id", id}, {"line", 5}, {"column", 10}, {"to", "POSE"}})
+          .sentence()
+          .find("POSE"),
+      std::string::npos);
+}
+
 }  // namespace
 }  // namespace robomosp

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The server over real sockets, without plugins, so that it is quickly built for ThreadSanitizer:
 // hello, rights, limits, events, undo of each client, several at once, and what attackers send.
+#include <malloc.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 
@@ -9,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -470,6 +472,66 @@ TEST_F(ServerTest, LongCommandsOfSomeDoNotKeepOthersWaitingAndEndWhenAsked) {
   EXPECT_LT(Clock::now() - begin, 30s);
 }
 
+std::size_t threads_of_process() {
+  std::ifstream in("/proc/self/status");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("Threads:")) return std::stoul(line.substr(8));
+  return 0;
+}
+
+TEST_F(ServerTest, WhoWaitsForAJobHoldsNoThread) {
+  constexpr std::size_t kClients = 50;
+  start();
+  Client owner(where());
+  ASSERT_TRUE(is_ok(owner.hello()));
+  ASSERT_TRUE(owner.send(R"({"jsonrpc":"2.0","id":1,"method":"work.rest","job":true,)"
+                         R"("params":{"ms":60000}})"
+                         "\n"));
+  const Value job = result(owner.answer());
+  const auto waits = static_cast<std::int64_t>(options_.limits.waits);
+  ASSERT_GE(waits, 2);
+  std::vector<std::unique_ptr<Client>> all;
+  const std::size_t before = threads_of_process();
+  for (std::size_t i = 0; i < kClients; ++i) {
+    auto& c = *all.emplace_back(std::make_unique<Client>(where()));
+    ASSERT_TRUE(is_ok(c.hello()));
+    for (std::int64_t w = 1; w <= waits; ++w) c.ask("job.wait", {{"id", job}}, 100 + w);
+    // One too many is a sentence; what is asked behind them is answered.
+    c.ask("job.wait", {{"id", job}}, 99);
+    const Map no = c.answer();
+    EXPECT_EQ(*no.find("id")->as_int(), 99);
+    EXPECT_EQ(code(no), "conflict");
+    EXPECT_TRUE(is_ok(c.call("material.list")));
+  }
+  EXPECT_LE(threads_of_process(), before + 4) << kClients * options_.limits.waits << " wait";
+  // One that was taken back, one that is no job, a client that goes.
+  Client& first = *all.front();
+  first.ask("rpc.cancel", {{"request", 101}}, 1);
+  const Map a = first.answer(), b = first.answer();
+  EXPECT_EQ(code(*a.find("id")->as_int() == 101 ? a : b), "cancelled");
+  first.ask("job.wait", {{"id", "job#999999"}}, 7);
+  EXPECT_FALSE(is_ok(first.answer()));
+  all.pop_back();
+  ASSERT_TRUE(is_ok(owner.call("job.cancel", {{"id", job}})));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::vector<bool> is_told(static_cast<std::size_t>(waits) + 1);
+    for (std::int64_t w = i == 0 ? 2 : 1; w <= waits; ++w) {
+      const Map said = all[i]->answer();
+      ASSERT_TRUE(said.find("id")) << i << " " << w;
+      EXPECT_EQ(code(said), "cancelled");
+      is_told.at(static_cast<std::size_t>(*said.find("id")->as_int() - 100)) = true;
+    }
+    EXPECT_EQ(std::count(is_told.begin(), is_told.end(), true), waits - (i == 0 ? 1 : 0));
+  }
+  // One that has ended is answered at once, and its result is that of the job.
+  ASSERT_TRUE(owner.send(R"({"jsonrpc":"2.0","id":1,"method":"work.rest","job":true,)"
+                         R"("params":{"ms":50}})"
+                         "\n"));
+  const Value brief = result(owner.answer());
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(*result(all.back()->call("job.wait", {{"id", brief}})).as_int(), 1);
+}
+
 TEST_F(ServerTest, ClientsThatCameAndWentLeaveNothingBehind) {
   start();
   const auto come = [&](int times) {
@@ -494,6 +556,161 @@ std::uint64_t resident_mib() {
   std::uint64_t all = 0, resident = 0;
   in >> all >> resident;
   return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) >> 20;
+}
+
+struct Footprint {
+  std::int64_t kib = 0;   ///< resident, after what is free was given back
+  std::int64_t used = 0;  ///< of the heap, without what is free in it [KiB]
+  std::size_t threads = 0, descriptors = 0, children = 0;
+};
+Footprint footprint() {
+  Footprint f;
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
+  std::ifstream in("/proc/self/statm");
+  std::int64_t all = 0, resident = 0;
+  in >> all >> resident;
+  f.kib = resident * ::sysconf(_SC_PAGESIZE) / 1024;
+#ifdef __GLIBC__
+  const auto heap = ::mallinfo2();
+  f.used = static_cast<std::int64_t>((heap.uordblks + heap.hblkhd) / 1024);
+#endif
+  f.threads = threads_of_process();
+  f.descriptors = static_cast<std::size_t>(
+      std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
+  for (const auto& task : fs::directory_iterator("/proc/self/task")) {
+    std::ifstream list(task.path() / "children");
+    for (std::string pid; list >> pid;) ++f.children;
+  }
+  return f;
+}
+
+/// "An hour in compressed time": clients that come and go in every way, with what each can leave
+/// behind. ROBOMOSP_LOAD_SECONDS (4) says how long; the memory of before and after is compared.
+TEST_F(ServerTest, ClientsThatDoAllTheyCanAndComeBackLeaveNoMemoryBehind) {
+  start();
+  const std::string secret =
+      grant({.name = "worker", .effects = Effect::reads | Effect::edits | Effect::simulates});
+  std::atomic<std::uint64_t> connections{0}, requests{0}, scripts{0}, jobs{0}, failed{0};
+  // One visit of a client; `n` says what it does and how it leaves.
+  const auto visit = [&](std::uint64_t n) {
+    Client c(where());
+    ++connections;
+    const auto must = [&](const Map& answer) {
+      ++requests;
+      if (!is_ok(answer)) {
+        ++failed;
+        ADD_FAILURE() << n << ": " << to_json(Value(answer));
+      }
+      return answer;
+    };
+    Map how{{"client", "worker " + std::to_string(n % 7)}};
+    if (n % 2 == 0) how.set("token", secret);
+    if (n % 3 != 0)
+      how.set(
+          "subscribe",
+          Map{{"topics", List{Value("change"), Value("recording"), Value("job"), Value("message")}},
+              {"rows", true}});
+    must(c.hello(how));
+    const std::string own = "m" + std::to_string(n);
+    must(c.call("material.create", {{"name", own}, {"density", 1000}}));
+    must(c.call("material.set", {{"id", own}, {"density", 2000}}));
+    must(c.call("document.undo"));
+    const Map recording = must(
+        c.call("recording.create",
+               {{"title", own},
+                {"columns",
+                 List{Map{{"name", "time"}, {"unit", "s"}, {"values", NumericArray({0, 1})}}}}}));
+    must(c.call("recording.append",
+                {{"id", *recording.find("result")},
+                 {"columns",
+                  List{Map{{"name", "time"}, {"unit", "s"}, {"values", NumericArray({2, 3})}}}}}));
+    c.ask("work.rest", {{"ms", 1}}, 1);
+    must(c.answer());
+    (void)c.send(R"({"jsonrpc":"2.0","id":1,"method":"work.rest","job":true,"params":{"ms":)" +
+                 std::string(n % 5 == 0 ? "60000" : "1") + "}}\n");
+    const Map job = must(c.answer());
+    ++jobs;
+    if (n % 5 != 0) must(c.call("job.wait", {{"id", *job.find("result")}}));
+    const Map subscription =
+        must(c.call("server.subscribe", {{"topics", List{Value("run"), Value("change")}}}));
+    if (n % 2 == 0)
+      must(c.call("server.unsubscribe", {{"subscription", *subscription.find("result")}}));
+    if (n % 10 == 0) {
+      must(
+          c.call("lua.eval", {{"code", "local t = {} for i = 1, 1000 do t[i] = i end return #t"}}));
+      ++scripts;
+    }
+    must(c.call("recording.remove", {{"id", *recording.find("result")}}));
+    must(c.call("material.remove", {{"id", own}}));
+    // Some say goodbye, some go within a request, within a wait, or within a line.
+    switch (n % 4) {
+      case 0: must(c.call("server.bye")); break;
+      case 1: c.ask("work.rest", {{"ms", 5}}); break;
+      case 2: c.ask("job.wait", {{"id", *job.find("result")}}, 7); break;
+      default: (void)c.send(R"({"jsonrpc":"2.0","id":1,"meth)");
+    }
+  };
+  std::atomic<std::uint64_t> next{0};
+  const auto work = [&](std::uint64_t until, Clock::time_point end) {
+    std::vector<std::jthread> all;
+    for (int t = 0; t < 4; ++t)
+      all.emplace_back([&] {
+        while (next < until && Clock::now() < end && failed == 0) visit(next++);
+      });
+    all.clear();
+    EXPECT_TRUE(wait_for_clients(0));
+    const auto runs = [] {
+      const auto all_jobs = app().jobs.list();
+      return std::any_of(all_jobs.begin(), all_jobs.end(),
+                         [](const JobStatus& j) { return j.state == JobState::running; });
+    };
+    for (int i = 0; i < 2000 && runs(); ++i) std::this_thread::sleep_for(5ms);
+    ioci::Session own("cleaner");
+    EXPECT_TRUE(app().dispatch(own, "document.clear", {}).ok());
+  };
+  // What has a bound is filled first: sessions that are remembered, jobs, steps of undo.
+  for (int i = 0; i < 4300; ++i) {
+    Client c(where());
+    ASSERT_TRUE(is_ok(c.hello()));
+    ASSERT_TRUE(is_ok(c.call("material.list")));
+  }
+  const auto seconds = [] {
+    const char* given = std::getenv("ROBOMOSP_LOAD_SECONDS");
+    return given ? std::max(1.0, std::atof(given)) : 4.0;
+  }();
+  work(400, Clock::now() + 60s);
+  const Footprint before = footprint();
+  const std::uint64_t first = connections, asked = requests;
+  work(~std::uint64_t{0}, Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                             std::chrono::duration<double>(seconds)));
+  // Threads that are too many end when they are next looked at.
+  Footprint after = footprint();
+  for (int i = 0; i < 400 && after.threads > before.threads + 4; ++i) {
+    std::this_thread::sleep_for(10ms);
+    after = footprint();
+  }
+  const std::uint64_t came = connections - first;
+  std::printf("%s\n", (std::to_string(came) + " connections, " + std::to_string(requests - asked) +
+                       " requests, " + std::to_string(jobs) + " jobs, " + std::to_string(scripts) +
+                       " scripts; in use " + std::to_string(before.used) + " KiB before, " +
+                       std::to_string(after.used) + " after; resident " +
+                       std::to_string(before.kib) + ", " + std::to_string(after.kib))
+                          .c_str());
+  EXPECT_GT(came, 50U);
+  EXPECT_EQ(failed, 0U);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which keep what is freed
+  // What sessions that are remembered have done fills some MiB; then no time makes it more. What is
+  // resident is more by holes between what is used.
+  EXPECT_LT(after.used - before.used, 6 * 1024);
+  EXPECT_LT(after.kib - before.kib, 32 * 1024);
+#endif
+  EXPECT_LE(after.threads, before.threads + 4);
+  EXPECT_LE(after.descriptors, before.descriptors + 4);
+  EXPECT_EQ(after.children, 0U) << "processes of scripts end with their connections";
+  EXPECT_FALSE(app().events.has_subscribers());
+  EXPECT_TRUE(app().recordings.list().empty());
 }
 
 /// A recording of so many rows, a millisecond apart, as a run of a world that is paused.
@@ -619,6 +836,82 @@ TEST_F(ServedRun, RowsComeOnceInOrderAndWhole) {
   const auto text = lost->line();
   ASSERT_TRUE(text);
   EXPECT_NE(text->find("nothing"), std::string::npos) << *text;
+}
+
+TEST_F(ServedRun, RowsThatAreAppendedToARecordingComeOnceInOrderAndWhole) {
+  start();
+  Client owner(where());
+  ASSERT_TRUE(is_ok(owner.hello()));
+  auto whole = listen({{"topics", List{Value("recording")}},
+                       {"rows", List{Value("x")}},
+                       {"arrays", "base64"},
+                       {"rate", 200}});
+  auto seldom = listen({{"topics", List{Value("recording")}}, {"rate", 10}});
+  constexpr std::size_t kParts = 200, kRows = 50, kAll = (kParts + 1) * kRows;
+  std::vector<double> x;
+  const auto part = [&] {
+    std::vector<double> time, values;
+    for (std::size_t i = 0; i < kRows; ++i) {
+      time.push_back(1e-3 * static_cast<double>(x.size()));
+      x.push_back(std::sin(static_cast<double>(x.size())));
+      values.push_back(x.back());
+    }
+    return List{Map{{"name", "time"}, {"unit", "s"}, {"values", NumericArray(time)}},
+                Map{{"name", "x"}, {"values", NumericArray(values)}}};
+  };
+  const Map made = owner.call("recording.create", {{"title", "grows"}, {"columns", part()}});
+  ASSERT_TRUE(is_ok(made)) << to_json(Value(made));
+  const Value id = *made.find("result");
+  const auto begin = Clock::now();
+  for (std::size_t i = 0; i < kParts; ++i)
+    ASSERT_TRUE(is_ok(owner.call("recording.append", {{"id", id}, {"columns", part()}})));
+  const double took = std::chrono::duration<double>(Clock::now() - begin).count();
+  std::vector<double> came;
+  bool is_added = false;
+  while (came.size() < kAll) {
+    const auto text = whole->line();
+    ASSERT_TRUE(text) << came.size();
+    const auto message = from_json(*text);
+    const Map& event = params_of(*message->as_map());
+    EXPECT_EQ(*event.find("topic")->as_string(), "recording");
+    const Value* rows = event.find("rows");
+    if (const Value* kind = event.find("kind"); kind && *kind->as_string() == "added") {
+      is_added = true;
+      EXPECT_EQ(*rows->as_int(), static_cast<std::int64_t>(kRows));
+      EXPECT_EQ(*event.find("title")->as_string(), "grows");
+      continue;
+    }
+    ASSERT_TRUE(rows && rows->as_map() && !rows->as_map()->find("error")) << *text;
+    ASSERT_EQ(*rows->as_map()->find("from")->as_int(), static_cast<std::int64_t>(came.size() + 1));
+    const NumericArray* values = rows->as_map()->find("columns")->as_map()->find("x")->as_array();
+    ASSERT_TRUE(values) << *text;
+    for (std::size_t i = 0; i < values->size(); ++i) came.push_back((*values)[i]);
+  }
+  EXPECT_TRUE(is_added);
+  EXPECT_EQ(came, x);
+  // Without rows there is the count only, at the rate that was asked for.
+  ASSERT_TRUE(is_ok(owner.call("recording.remove", {{"id", id}})));
+  std::size_t events = 0;
+  std::int64_t rows = 0;
+  for (std::string kind; kind != "removed"; ++events) {
+    const auto text = seldom->line();
+    ASSERT_TRUE(text);
+    const auto message = from_json(*text);
+    const Map& event = params_of(*message->as_map());
+    kind = *event.find("kind")->as_string();
+    if (kind == "appended") rows = *event.find("rows")->as_int();
+  }
+  EXPECT_EQ(rows, static_cast<std::int64_t>(kAll));
+  EXPECT_LE(static_cast<double>(events), 10 * took + 8);
+  // Columns that it has not are a sentence of the event.
+  auto wrong = listen({{"topics", List{Value("recording")}}, {"rows", List{Value("nothing")}}});
+  const Map other = owner.call("recording.create", {{"title", "other"}, {"columns", part()}});
+  ASSERT_TRUE(
+      is_ok(owner.call("recording.append", {{"id", *other.find("result")}, {"columns", part()}})));
+  (void)wrong->line();
+  const auto text = wrong->line();
+  ASSERT_TRUE(text);
+  EXPECT_NE(text->find("no column"), std::string::npos) << *text;
 }
 
 TEST_F(ServerTest, WhatTakesTooMuchMemoryEndsAndOthersReadOn) {

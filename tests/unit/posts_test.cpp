@@ -1,0 +1,901 @@
+// SPDX-License-Identifier: Apache-2.0
+// Posts: what they write of programs (files in tests/unit/posts, read line by line against the
+// rules of each controller), what they refuse, and the parts that they are made of.
+#include <clocale>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <sstream>
+
+#include "support/posts.h"
+
+#include "krl.h"
+#include "program/flatten.h"
+#include "program/trace.h"
+#include "program_post/templates.h"
+#include "rapid.h"
+
+namespace robomosp {
+namespace {
+
+namespace fs = std::filesystem;
+using test::expect_golden;
+using test::post_source;
+using test::Posted;
+
+const fs::path kPrograms = fs::path(ROBOMOSP_SOURCE_DIR) / "tests/unit/posts";
+
+std::array<double, 9> rotation(double z, double y, double x) {
+  const double d = post::kDegree;
+  const double a = std::cos(z / d), b = std::sin(z / d), c = std::cos(y / d), e = std::sin(y / d),
+               f = std::cos(x / d), g = std::sin(x / d);
+  return {a * c,
+          a * e * g - b * f,
+          a * e * f + b * g,
+          b * c,
+          b * e * g + a * f,
+          b * e * f - a * g,
+          -e,
+          c * g,
+          c * f};
+}
+
+TEST(PostHelp, OrientationsAreWhatControllersPrint) {
+  // The table of the reference: Rz(30) Ry(20) Rx(10), solved there with the converters of others.
+  const auto r = rotation(30, 20, 10);
+  using post::Orientation;
+  const struct {
+    Orientation how;
+    std::array<double, 4> is;
+    double within;
+  } kTable[] = {{Orientation::zyx, {30, 20, 10, 0}, 1e-9},
+                {Orientation::fixed_xyz, {10, 20, 30, 0}, 1e-9},
+                {Orientation::xyz, {-1.116, 22.242, 28.452, 0}, 6e-4},
+                {Orientation::zyz, {2.727, 22.269, 25.506, 0}, 6e-4},
+                {Orientation::quaternion, {.9515, .0381, .1893, .2393}, 6e-5},
+                {Orientation::rotation_vector, {.0775, .3849, .4865, 0}, 6e-5}};
+  for (const auto& row : kTable) {
+    const auto got = post::orientation(r, row.how);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_NEAR(got[i], row.is[i], row.within) << static_cast<int>(row.how) << " " << i;
+  }
+}
+
+using M = std::array<double, 9>;
+M times(const M& a, const M& b) {
+  M out{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t k = 0; k < 3; ++k) out[3 * i + j] += a[3 * i + k] * b[3 * k + j];
+  return out;
+}
+M about(char axis, double degrees) {
+  return axis == 'x'   ? rotation(0, 0, degrees)
+         : axis == 'y' ? rotation(0, degrees, 0)
+                       : rotation(degrees, 0, 0);
+}
+/// What the numbers of a convention mean, by the definition of each.
+M meaning(post::Orientation how, const std::array<double, 4>& v) {
+  using post::Orientation;
+  switch (how) {
+    case Orientation::zyx:
+      return times(times(about('z', v[0]), about('y', v[1])), about('x', v[2]));
+    case Orientation::fixed_xyz:
+      return times(times(about('z', v[2]), about('y', v[1])), about('x', v[0]));
+    case Orientation::xyz:
+      return times(times(about('x', v[0]), about('y', v[1])), about('z', v[2]));
+    case Orientation::zyz:
+      return times(times(about('z', v[0]), about('y', v[1])), about('z', v[2]));
+    default: return {};
+  }
+}
+TEST(PostHelp, AnglesGiveTheMatrixAgainAlsoWhereTheyAreSingular) {
+  using post::Orientation;
+  for (const auto how :
+       {Orientation::zyx, Orientation::fixed_xyz, Orientation::xyz, Orientation::zyz})
+    for (const double a : {-180.0, -90.0, 0.0, 33.0, 90.0, 180.0})
+      for (const double b : {-180.0, -90.0, 0.0, 20.0, 90.0, 180.0})
+        for (const double c : {-120.0, 0.0, 90.0, 180.0}) {
+          const M r = rotation(a, b, c);
+          const M again = meaning(how, post::orientation(r, how));
+          for (std::size_t i = 0; i < 9; ++i)
+            ASSERT_NEAR(r[i], again[i], 1e-8)
+                << static_cast<int>(how) << " of " << a << " " << b << " " << c;
+        }
+}
+TEST(PostHelp, HalfTurnsHaveAQuaternionAndARotationVector) {
+  for (const char axis : {'x', 'y', 'z'}) {
+    const auto q = post::quaternion(about(axis, 180));
+    double n = 0;
+    for (const double x : q) n += x * x;
+    EXPECT_NEAR(n, 1, 1e-12);
+    EXPECT_GE(q[0], 0);
+    const auto v = post::orientation(about(axis, 180), post::Orientation::rotation_vector);
+    EXPECT_NEAR(std::hypot(v[0], v[1], v[2]), 3.141592653589793, 1e-9);
+  }
+}
+
+TEST(PostHelp, NumbersHaveNoMinusZeroAndNoLocale) {
+  EXPECT_EQ(post::fixed(-0.0004, 3), "0.000");
+  EXPECT_EQ(post::fixed(-0.0006, 3), "-0.001");
+  EXPECT_EQ(post::fixed(-0.0, 0), "0");
+  EXPECT_EQ(post::fixed(1e300, 1).size(), 303U);
+  EXPECT_EQ(post::fixed(std::numeric_limits<double>::infinity(), 2), "nan");
+  EXPECT_EQ(post::trimmed(12.5, 3), "12.5");
+  EXPECT_EQ(post::trimmed(12, 3), "12");
+  EXPECT_EQ(post::trimmed(12, 3, 1), "12.0");
+  EXPECT_EQ(post::trimmed(100, 0), "100");
+  EXPECT_EQ(post::shortest(-0.0), "0.0");
+  EXPECT_EQ(post::shortest(1e-7), "1.0E-07");
+  EXPECT_EQ(post::shortest(0.1), "0.1");
+  EXPECT_EQ(post::shortest(5), "5.0");
+  if (std::setlocale(LC_ALL, "de_DE.UTF-8")) {
+    EXPECT_EQ(post::fixed(0.5, 1), "0.5");
+    std::setlocale(LC_ALL, "C");
+  }
+}
+
+TEST(PostHelp, NamesAreCutUniqueAndNeverReserved) {
+  PostCapabilities c;
+  c.max_name = 6;
+  c.name_case = PostCase::upper;
+  c.reserved = "IF  LOOP";
+  post::Names names(c);
+  EXPECT_EQ(names.unique("loop"), "LOOP2");
+  EXPECT_EQ(names.unique("position_of_a"), "POSITI");
+  EXPECT_EQ(names.unique("position_of_b"), "POSIT2");
+  EXPECT_EQ(names.unique("positi"), "POSIT3");
+  EXPECT_EQ(names.unique("9lives"), "X9LIVE");
+  EXPECT_EQ(names.unique(""), "X");
+  EXPECT_EQ(names.unique("gr\xc3\xbc"), "GR__");
+  EXPECT_EQ(names.of(7, "a"), "A");
+  EXPECT_EQ(names.of(7, "b"), "A");
+}
+
+TEST(PostHelp, ModalValuesAreWrittenWhereTheyChange) {
+  post::Modal<int> m;
+  EXPECT_TRUE(m.changes(1));
+  EXPECT_FALSE(m.changes(1));
+  EXPECT_TRUE(m.changes(2));
+  m.forget();
+  EXPECT_TRUE(m.changes(2));
+}
+
+// ---- the walk ----
+
+/// A language that has begin and end of routines only.
+class Bare final : public Post {
+ public:
+  [[nodiscard]] const PostCapabilities& capabilities() const override {
+    static const PostCapabilities c = [] {
+      PostCapabilities all;
+      all.features = ~0ULL;
+      all.motions = ~0U;
+      all.title = "Bare";
+      return all;
+    }();
+    return c;
+  }
+  Result<void> write(const PostTask& task, const Params&, PostOutput& out,
+                     Progress& progress) const override {
+    class W final : public post::Writer {
+     public:
+      using Writer::Writer;
+
+     private:
+      void begin() override { out_ = &f_; }
+      void routine_begin(std::uint32_t) override { line("begin"); }
+      void routine_end(std::uint32_t) override { line("end"); }
+      void finish() override { f_.give(output_, "bare.txt", false); }
+      std::span<const post::Operator> operators() const override { return {}; }
+      post::File f_;
+    };
+    return W(task, out, capabilities(), progress).run();
+  }
+};
+
+TEST(PostWriter, WhatAPostDoesNotOverrideIsAnErrorAtItsLine) {
+  const std::string head =
+      "PROGRAM p;\nSIGNAL INPUT BOOL: s AT 1;\nOUTPUT BOOL: o AT 2;\nVAR INT: i;\nREAL: x;\n"
+      "POSE: a;\nPROCEDURE q ();\nBEGIN\nENDPROC;\nPROCESS w;\nBEGIN\nENDPROCESS;\n"
+      "INTERRUPT z WHEN s;\nBEGIN\nENDINTERRUPT;\nBEGIN\n";  // 16 lines
+  const std::pair<const char*, const char*> kEach[] = {
+      {"i := 1;", "assignments"},
+      {"o := TRUE;", "outputs"},
+      {"q();", "calls of procedures"},
+      {"WRITELN('a');", "messages (WRITE)"},
+      {"IF s THEN ENDIF;", "IF"},
+      {"WHILE s ENDWHILE;", "WHILE"},
+      {"REPEAT UNTIL s;", "REPEAT"},
+      {"LOOP EXIT; ENDLOOP;", "EXIT"},
+      {"FOR i := 1 TO 2 ENDFOR;", "FOR"},
+      {"CASE i OF WHEN 1: ENDCASE;", "CASE"},
+      {"GOTO l; LABEL l:", "GOTO"},
+      {"RETURN;", "RETURN"},
+      {"WAIT 1.0 SEC;", "WAIT ... SEC"},
+      {"WAIT FOR s;", "WAIT FOR"},
+      {"WAIT FOR s TIMEOUT 1.0;", "WAIT FOR with a TIMEOUT"},
+      {"PAUSE;", "PAUSE"},
+      {"HALT;", "HALT"},
+      {"MOVE PTP a;", "PTP motions"},
+      {"MOVE LIN a;", "LIN motions"},
+      {"MOVE CIRCLE a, a;", "CIRCLE motions"},
+      {"MOVE PATH a, a;", "PATH motions"},
+      {"START w;", "parallel processes"},
+      {"ENABLE z;", "interrupts"}};
+  for (const auto& [statement, what] : kEach) {
+    const Posted got = post_source(Bare(), head + statement + "\nENDPROGRAM;\n");
+    EXPECT_NE(got.faults.find("error 17: Bare has no " + std::string(what) + "."),
+              std::string::npos)
+        << statement << "\n"
+        << got.faults;
+  }
+}
+
+TEST(PostWriter, AnEmptyProgramAndALongOneAreWritten) {
+  EXPECT_EQ(post_source(Bare(), "PROGRAM p;\nBEGIN\nENDPROGRAM;\n").files.at("bare.txt"),
+            "begin\nend\n");
+}
+
+TEST(Krl, WhatALaterMotionOfALoopSetsIsTakenBackAtItsBegin) {
+  const std::string source =
+      "PROGRAM p;\nVAR INT: i;\nPOSE: a := POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 180.0, "
+      "0.0));\nBEGIN\nFOR i := 1 TO 2\nMOVE LIN a;\n"
+      "MOVE LIN a ACC := 50.0 TOOL := a FRAME := a;\nENDFOR;\nENDPROGRAM;\n";
+  const std::string krl = post_source(posts::Krl(), source).files.at("P.src");
+  const std::string body = krl.substr(krl.find("FOR "));
+  const std::string before = body.substr(0, body.find("LIN "));
+  for (const char* each : {"$TOOL=$NULLFRAME", "$BASE=$NULLFRAME", "$ACC.CP=2.3"})
+    EXPECT_NE(before.find(each), std::string::npos) << each << "\n" << krl;
+  const std::string rapid = post_source(posts::Rapid(), source).files.at("p.mod");
+  const std::string loop = rapid.substr(rapid.find("FOR "));
+  const std::string ahead = loop.substr(0, loop.find("MoveL "));
+  for (const char* each : {"RmpTool.tframe:=", "RmpFrame.uframe:=", "AccSet 100,100"})
+    EXPECT_NE(ahead.find(each), std::string::npos) << each << "\n" << rapid;
+}
+
+// ---- passes ----
+
+TEST(Legalise, WhatATargetLacksIsSaidWithWhatItHas) {
+  // RAPID has no REPEAT, LOOP and EXIT, KRL no ELSIF: the files of words.irl show each.
+  const std::string words = test::read_text(kPrograms / "words.irl");
+  const std::string rapid = post_source(posts::Rapid(), words).files.at("words.mod");
+  EXPECT_EQ(rapid.find("REPEAT"), std::string::npos);
+  EXPECT_NE(rapid.find("WHILE TRUE DO"), std::string::npos);
+  EXPECT_NE(rapid.find("GOTO loop_end;"), std::string::npos);
+  const std::string krl = post_source(posts::Krl(), words).files.at("WORDS.src");
+  EXPECT_EQ(krl.find("ELSIF"), std::string::npos);
+}
+
+/// KRL without some of its features.
+class Less final : public Post {
+ public:
+  explicit Less(std::uint64_t features) : caps_(krl_.capabilities()) {
+    caps_.features &= ~features;
+  }
+  [[nodiscard]] const PostCapabilities& capabilities() const override { return caps_; }
+  Result<void> write(const PostTask& task, const Params& params, PostOutput& out,
+                     Progress& progress) const override {
+    return krl_.write(task, params, out, progress);
+  }
+
+ private:
+  posts::Krl krl_;
+  PostCapabilities caps_;
+};
+TEST(Legalise, ForBecomesWhileAndItsVariableKeepsTheLastValue) {
+  const std::string src = post_source(Less(kPostFor),
+                                      "PROGRAM p;\nVAR INT: i, n;\nBEGIN\nFOR i := 1 TO n STEP 2\n"
+                                      "IF i = 3 THEN EXIT; ENDIF;\nENDFOR;\nENDPROGRAM;\n")
+                              .files.at("P.src");
+  const std::string loop =
+      "  LAST=N\n  I=1\n  COUNTER=I\n  WHILE COUNTER<=LAST\n    I=COUNTER\n    IF I==3 THEN\n"
+      "      EXIT\n    ENDIF\n    COUNTER=COUNTER+2\n  ENDWHILE\n";
+  EXPECT_NE(src.find(loop), std::string::npos) << src;
+}
+TEST(Legalise, CaseBecomesIfAndLooksAtItsSelectorOnce) {
+  const std::string src =
+      post_source(Less(kPostCase),
+                  "PROGRAM p;\nVAR INT: i;\nBEGIN\nCASE i + 1 OF\nWHEN 1, 2: i := 5;\n"
+                  "DEFAULT: i := 6;\nENDCASE;\nENDPROGRAM;\n")
+          .files.at("P.src");
+  const std::string chain =
+      "  SELECTOR=I+1\n  IF (SELECTOR==1) OR (SELECTOR==2) THEN\n    I=5\n  ELSE\n    I=6\n  "
+      "ENDIF\n";
+  EXPECT_NE(src.find(chain), std::string::npos) << src;
+}
+
+TEST(Legalise, RecursionThatATargetHasNotIsAnErrorAtItsRoutine) {
+  PostCapabilities c = posts::Krl().capabilities();
+  c.features &= ~static_cast<std::uint64_t>(kPostRecursion);
+  const std::string source = test::read_text(kPrograms / "hanoi.irl");
+  const SourceFile file{"hanoi.irl", source, {}};
+  NoProgress progress;
+  const auto made = irl::compile(std::span(&file, 1), progress);
+  ASSERT_TRUE(made.ok());
+  const auto legal = program_post::legalise((*made)->code(), c);
+  ASSERT_EQ(legal.remarks.size(), 1U);
+  EXPECT_EQ(legal.remarks[0].message,
+            "KUKA KRL has no routines that call themselves, as solve does");
+}
+
+// ---- points ----
+
+TEST(KnownPoints, AreTheValuesOfConstantsAndOfVariablesThatNothingAssigns) {
+  const std::string source =
+      "PROGRAM p;\nVAR\n"
+      "POSE: a := POSE(POSITION(100.0, 0.0, 0.0), ORIZYX(90.0, 0.0, 0.0));\n"
+      "POSE: b := POSE(POSITION(10.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 30.0));\n"
+      "POSE: c;\nBEGIN\n"
+      "MOVE LIN a @ b;\nMOVE LIN INV(a);\nc := a;\nMOVE LIN c;\n"
+      "MOVE LIN POSE(a.POS, ORIMULT(a.ORI, b.ORI));\nENDPROGRAM;\n";
+  const SourceFile file{"p.irl", source, {}};
+  NoProgress progress;
+  const auto made = irl::compile(std::span(&file, 1), progress);
+  ASSERT_TRUE(made.ok());
+  const auto known = program_post::known_points((*made)->code(), nullptr, nullptr);
+  std::vector<const PostPoint*> targets;
+  for (const PostPoint& p : known.points)
+    if (p.motion != RMP_NONE) targets.push_back(&p);
+  ASSERT_EQ(targets.size(), 3U);  // c is assigned
+  const auto first = post::placed(targets[0]->pose, post::Orientation::zyx);
+  EXPECT_NEAR(first.mm[0], 100, 1e-9);
+  EXPECT_NEAR(first.mm[1], 10, 1e-9);
+  EXPECT_NEAR(first.ori[0], 90, 1e-9);
+  EXPECT_NEAR(first.ori[2], 30, 1e-9);
+  const auto second = post::placed(targets[1]->pose, post::Orientation::zyx);
+  EXPECT_NEAR(second.mm[0], 0, 1e-9);
+  EXPECT_NEAR(second.mm[1], 100, 1e-9);
+  EXPECT_NEAR(second.ori[0], -90, 1e-9);
+  EXPECT_STREQ(targets[0]->q_missing,
+               "the joints of this target are not known, since no robot is named");
+}
+
+// ---- files of controllers ----
+
+class Golden : public testing::TestWithParam<const char*> {};
+TEST_P(Golden, Krl) {
+  const std::string name = GetParam();
+  expect_golden(post_source(posts::Krl(), test::read_text(kPrograms / (name + ".irl"))),
+                kPrograms / "krl" / name);
+}
+TEST_P(Golden, Rapid) {
+  const std::string name = GetParam();
+  expect_golden(post_source(posts::Rapid(), test::read_text(kPrograms / (name + ".irl"))),
+                kPrograms / "rapid" / name);
+}
+INSTANTIATE_TEST_SUITE_P(Programs, Golden,
+                         testing::Values("hanoi", "pickplace", "pallet", "weld", "words"));
+
+TEST(Krl, NoLineIsLongerNoNameIsOverAndDeclarationsComeFirst) {
+  for (const char* name : {"hanoi", "pickplace", "pallet", "weld", "words"}) {
+    const Posted got =
+        post_source(posts::Krl(), test::read_text(kPrograms / (std::string(name) + ".irl")));
+    for (const auto& [file, text] : got.files) {
+      std::istringstream all(text);
+      std::string line;
+      bool has_begun = false;
+      while (std::getline(all, line)) {
+        const std::string word = line.substr(std::min(line.find_first_not_of(' '), line.size()));
+        if (word.starts_with("DEF")) has_begun = false;
+        else if (word.starts_with("DECL "))
+          EXPECT_FALSE(has_begun && file.ends_with(".src")) << line;
+        else if (!word.empty()) has_begun = true;
+        std::size_t run = 0;
+        for (const char c : line) {
+          const bool is_part = (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+          run = is_part ? run + 1 : 0;
+          EXPECT_LE(run, 24U) << line;
+        }
+      }
+    }
+  }
+}
+
+TEST(Krl, TheSourceMapLeadsBackToTheLineOfEachMotion) {
+  const std::string source = test::read_text(kPrograms / "pickplace.irl");
+  const Posted got = post_source(posts::Krl(), source);
+  std::istringstream all(got.files.at("PICKPLACE.src")), irl(source);
+  std::vector<std::string> lines;
+  for (std::string l; std::getline(irl, l);) lines.push_back(l);
+  std::string line;
+  int motions = 0;
+  for (std::uint32_t n = 1; std::getline(all, line); ++n) {
+    if (line.find("LIN X") == std::string::npos && line.find("PTP X") == std::string::npos)
+      continue;
+    ++motions;
+    const std::uint32_t from = got.map.at("PICKPLACE.src").at(n);
+    EXPECT_NE(lines.at(from - 1).find("MOVE"), std::string::npos) << line;
+  }
+  EXPECT_EQ(motions, 6);
+}
+
+TEST(Krl, ComputedSpeedsAreSetAgain) {
+  const Posted got = post_source(
+      posts::Krl(),
+      "PROGRAM p;\nVAR REAL: v;\nPOSE: a := POSE(POSITION(1.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0));\n"
+      "BEGIN\nv := 100.0;\nMOVE LIN a SPEED := v;\nv := 200.0;\nMOVE LIN a SPEED := v;\n"
+      "MOVE LIN a SPEED := 50.0;\nMOVE LIN a SPEED := 50.0;\nENDPROGRAM;\n");
+  const std::string& src = got.files.at("P.src");
+  std::size_t n = 0;
+  for (std::size_t at = src.find("$VEL.CP="); at != std::string::npos;
+       at = src.find("$VEL.CP=", at + 1))
+    ++n;
+  EXPECT_EQ(n, 3U) << src;
+}
+
+TEST(Krl, AxesOfTheProfileGiveTheControllersAngles) {
+  const PostAxis axes[] = {{"A1", 0, false, false, -1, 10, 0, 0, 0, {}},
+                           {"A2", 1, false, false, 1, 0, 0, -20, 20, {}},
+                           {"E1", 0, true, true, 2, 1, 0, 0, 0, {}}};
+  test::PostWith with;
+  with.profile.axes = axes;
+  const std::string head = "PROGRAM p;\nBEGIN\nMOVE PTP JOINT(MAIN_JOINT(30.0, ";
+  const std::string tail = ", 0.0, 0.0, 0.0, 0.0), ADD_JOINT(5.0));\nENDPROGRAM;\n";
+  EXPECT_NE(post_source(posts::Krl(), head + "15.0" + tail, with)
+                .files.at("P.dat")
+                .find("{A1 -20.0000,A2 15.0000,E1 11.000}"),
+            std::string::npos);
+  EXPECT_EQ(post_source(posts::Krl(), head + "25.0" + tail, with).faults,
+            "error 3: axis A2 would be at 25, outside its limits of -20 to 20. Move the target, or "
+            "choose another configuration.\n");
+}
+
+TEST(Posts, WhatTheyCannotSayIsAnErrorAtItsLine) {
+  const std::string source =
+      "PROGRAM p;\nVAR STRING: s;\nLIST OF INT: l;\nPOSE: a;\nBEGIN\ns := 'a';\nLIST_ADD(l, 1);\n"
+      "MOVE LIN a WOBBLE := TRUE;\nMOVE LIN a TIME := 2.0;\nENDPROGRAM;\n";
+  const std::string krl = post_source(posts::Krl(), source).faults;
+  for (const char* each :
+       {"error 2: KUKA KRL has no variables of STRING", "error 7: KUKA KRL has no LIST_ADD",
+        "error 8: KUKA KRL has no weaving", "error 9: KUKA KRL has no motions in a given time"})
+    EXPECT_NE(krl.find(each), std::string::npos) << each << "\n" << krl;
+  const std::string rapid = post_source(posts::Rapid(), source).faults;
+  EXPECT_NE(rapid.find("error 7: ABB RAPID has no LIST_ADD"), std::string::npos) << rapid;
+  EXPECT_NE(rapid.find("error 8: ABB RAPID has no weaving"), std::string::npos) << rapid;
+  EXPECT_EQ(rapid.find("error 9"), std::string::npos) << rapid;  // it has \T
+}
+
+// ---- flattened programs ----
+
+struct Flat {
+  program::Trace trace;
+  Posted posted;
+};
+Flat flat_of(const Post& post, const std::string& source, const program::TraceOptions& options) {
+  Flat out;
+  const SourceFile file{"p.irl", source, {}};
+  NoProgress progress;
+  auto made = irl::compile(std::span(&file, 1), progress);
+  EXPECT_TRUE(made.ok());
+  auto trace = program::trace(std::shared_ptr<const CompiledProgram>(std::move(*made)), options);
+  EXPECT_TRUE(trace.ok()) << (trace.ok() ? "" : trace.error().sentence());
+  if (!trace.ok()) return out;
+  out.trace = std::move(*trace);
+  auto tables = program::flatten(out.trace);
+  EXPECT_TRUE(tables.ok()) << (tables.ok() ? "" : tables.error().sentence());
+  if (tables.ok()) out.posted = test::post_code(post, (*tables)->code());
+  return out;
+}
+
+/// "PTP X Y Z A B C" of each motion of a program in KRL, by the .dat's points: what is written, not
+/// how it was made.
+std::vector<std::pair<std::string, std::array<double, 6>>> krl_motions(const Posted& p,
+                                                                       const std::string& name) {
+  std::map<std::string, std::array<double, 6>> points;
+  std::istringstream dat(p.files.at(name + ".dat")), src(p.files.at(name + ".src"));
+  for (std::string l; std::getline(dat, l);) {
+    if (!l.starts_with("DECL E6POS ")) continue;
+    std::array<double, 6> v{};
+    const std::size_t eq = l.find('=');
+    if (std::sscanf(l.c_str() + eq, "={X %lf,Y %lf,Z %lf,A %lf,B %lf,C %lf", v.data(), &v[1], &v[2],
+                    &v[3], &v[4], &v[5]) == 6)
+      points[l.substr(11, eq - 11)] = v;
+  }
+  std::vector<std::pair<std::string, std::array<double, 6>>> out;
+  for (std::string l; std::getline(src, l);) {
+    std::istringstream words(l);
+    std::string word, point;
+    words >> word >> point;
+    if (word == "PTP" || word == "LIN") out.emplace_back(word, points.at(point));
+  }
+  return out;
+}
+
+TEST(Flat, KrlSaysWhatTheInterpreterDid) {
+  // Numbers of motions by hand: 7 transfers of 2 PTP and 4 LIN; 24 cells of 2 PTP and 2 LIN.
+  const std::tuple<const char*, const char*, std::size_t, std::size_t> kEach[] = {
+      {"hanoi", "TOWERS", 14, 28}, {"pallet", "PALLET", 48, 48}};
+  for (const auto& [file, name, ptp, lin] : kEach) {
+    const Flat flat =
+        flat_of(posts::Krl(), test::read_text(kPrograms / (std::string(file) + ".irl")), {});
+    const auto motions = krl_motions(flat.posted, name);
+    std::size_t n = 0, is_ptp = 0;
+    for (const auto& entry : flat.trace.entries) {
+      const auto* moved = std::get_if<program::TracedMotion>(&entry.what);
+      if (!moved) continue;
+      ASSERT_LT(n, motions.size());
+      ASSERT_TRUE(moved->absolute.at(0).has_value());
+      const auto& wanted = *moved->absolute[0];
+      const auto& [word, got] = motions[n++];
+      is_ptp += word == "PTP";
+      for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(got[i], wanted.position[i], 0.01);
+      const M r = rotation(got[3], got[4], got[5]);
+      const auto& [w, x, y, z] = wanted.quaternion;
+      const M by{1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+                 2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                 2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+      for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(r[i], by[i], 1e-5);
+    }
+    EXPECT_EQ(n, motions.size());
+    EXPECT_EQ(is_ptp, ptp);
+    EXPECT_EQ(n, ptp + lin);
+  }
+}
+TEST(Flat, SpeedsOfTheSystemCountWhereNoneIsGiven) {
+  const Flat flat = flat_of(posts::Krl(),
+                            "PROGRAM p;\nVAR POSE: a := POSE(POSITION(1.0, 0.0, 0.0), ORIZYX(0.0, "
+                            "0.0, 0.0));\nBEGIN\nMOVE LIN a SPEED := 100.0;\nMOVE LIN a;\n"
+                            "ENDPROGRAM;\n",
+                            {});
+  const std::string& src = flat.posted.files.at("P.src");
+  EXPECT_LT(src.find("$VEL.CP=0.1\n"), src.find("$VEL.CP=0.25\n")) << src;
+  EXPECT_NE(src.find("$VEL.CP=0.25\n"), std::string::npos);
+}
+
+// ---- templates ----
+
+const char* const kPack = R"(robomosp target 1
+name: acme
+title: Acme ACL
+file: {{name|lower}}.acl
+longest_name: 8
+case: upper
+orientation: fixed_xyz
+features: inputs wait_for variables if while procedures
+motions: ptp_joints ptp_pose lin
+== operators
++ "+" 50
+- "-" 50
+<> "<>" 30
+= "=" 30
+< "<" 30
+AND " and " 20
+NOT "not " 25 prefix
+== program_begin
+begin {{name}}
+== program_end
+end
+== point
+{{name}} = ({{x|fixed:2}}, {{y|fixed:2}}, {{z|fixed:2}} / {{a|fixed:2}}, {{b|fixed:2}}, {{c|fixed:2}})
+== point_joints
+{{name}} = [{{joints}}]
+== ptp_joints
+[speed_changed] rate {{speed|fixed:0}}%
+go {{point}}
+== ptp_pose
+[speed_changed] rate {{speed|fixed:0}}%
+go {{point}}
+== lin
+[speed_changed] rate {{speed|times:0.06|fixed:1}} m/min
+line {{point}}[passes]
+[passes] round {{blend}}
+== output_on
+on {{number}}
+== output_off
+off {{number}}
+== output_value
+put {{number}}, {{value}}
+== input
+in({{number}})
+== wait_time
+rest {{milliseconds}}
+== wait_for
+until {{condition}}
+== comment
+; {{text}}
+== declare_int
+int {{name}} = {{value}}
+== declare_real
+num {{name}} = {{value}}
+== declare_bool
+flag {{name}} = {{value}}
+== assign
+{{name}} = {{value}}
+== if_begin
+if {{condition}}
+== else
+else
+== if_end
+endif
+== while_begin
+while {{condition}}
+== while_end
+endwhile
+== procedure_begin
+sub {{name}}
+== procedure_end
+endsub
+== call
+call {{name}}
+== return
+back
+== halt
+stop
+)";
+
+TEST(Templates, AMadeUpControllerIsWrittenByTheFormAlone) {
+  const auto pack = program_post::read_templates(kPack, "acme.post");
+  ASSERT_TRUE(pack.ok()) << pack.error().sentence();
+  const auto post = program_post::make_template_post(*pack);
+  const Posted got = post_source(*post, R"(PROGRAM stacking;
+SIGNAL
+  INPUT BOOL: part_here AT 4;
+  OUTPUT BOOL: gripper AT 3;
+  OUTPUT INT: lamp AT 8, 4;
+VAR
+  INT: rounds;
+  BOOL: done;
+  JOINT: home := JOINT(MAIN_JOINT(0.0, -90.0, 90.5, 0.0, 0.0, 0.0), ADD_JOINT(0.0));
+  POSE: place := POSE(POSITION(500.0, 0.0, 120.0), ORIZYX(30.0, 20.0, 10.0));
+PROCEDURE grip ();
+BEGIN
+  gripper := TRUE;
+  WAIT 0.25 SEC;
+ENDPROC;
+BEGIN
+  MOVE PTP home SPEED_PTP := 50.0;
+  WHILE rounds < 3 AND NOT done
+    WAIT FOR part_here;
+    MOVE LIN place SPEED := 100.0;
+    grip();
+    MOVE LIN place SPEED := 100.0 C_CP := 5.0;
+    IF rounds = 2 THEN lamp := 5; ELSE rounds := rounds + 1; ENDIF;
+  ENDWHILE;
+  WRITELN('ready');
+ENDPROGRAM;
+)");
+  EXPECT_EQ(got.files.begin()->first, "stacking.acl");
+  EXPECT_EQ(got.files.begin()->second, R"(HOME = [0, -90, 90.5, 0, 0, 0]
+PLACE = (500.00, 0.00, 120.00 / 10.00, 20.00, 30.00)
+begin STACKING
+  int ROUNDS = 0
+  flag DONE = FALSE
+  rate 50%
+  go HOME
+  while ROUNDS<3 and not (DONE)
+    until in(4)
+    rate 6.0 m/min
+    line PLACE[passes]
+    call GRIP
+    rate 6.0 m/min
+    line PLACE[passes]
+    round 5
+    if ROUNDS=2
+      put 8, 5
+    else
+      ROUNDS = ROUNDS+1
+    endif
+  endwhile
+  ; ready
+end
+sub GRIP
+  on 3
+  rest 250
+endsub
+)");
+  EXPECT_EQ(got.faults,
+            "warning 25: Acme ACL writes no texts; this one stands there as a comment.\n");
+}
+
+TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
+  const auto said = [](const std::string& text) {
+    const auto pack = program_post::read_templates(text, "acme.post");
+    return pack.ok() ? std::string("fine") : pack.error().message;
+  };
+  const std::string head = "robomosp target 1\nname: a\nmotions: lin\n";
+  const std::string body =
+      "== program_begin\n== program_end\n== lin\nGO {{x}}\n== output_on\n== output_off\n== "
+      "wait_time\n";
+  EXPECT_EQ(said(head + body), "fine");
+  EXPECT_EQ(said(""), "acme.post:1:1: the first line is not \"robomosp target 1\"");
+  EXPECT_EQ(said("robomosp target 1\n"),
+            "acme.post:1:1: it has no name: name: acme; acme.post:1:1: it has no motions: motions: "
+            "ptp_joints lin; acme.post:1:1: there is no template \"program_begin\", which every "
+            "target needs; acme.post:1:1: there is no template \"program_end\", which every "
+            "target needs; acme.post:1:1: there is no template \"output_on\", which every target "
+            "needs; acme.post:1:1: there is no template \"output_off\", which every target needs; "
+            "acme.post:1:1: there is no template \"wait_time\", which every target needs");
+  const std::pair<std::string, const char*> kWrong[] = {
+      {"hello\n", "acme.post:1:1: the first line is not \"robomosp target 1\""},
+      {head + "features: if\n" + body,
+       "acme.post:4:11: there is no template \"if_begin\", which the feature if needs"},
+      {head + "features: wings\n" + body, "acme.post:4:11: there is no feature \"wings\""},
+      {head + "colour: red\n" + body, "acme.post:4:1: there is no key \"colour\""},
+      {head + "digits: many\n" + body, "acme.post:4:9: \"digits\" is a number from 0 to 12"},
+      {head + body + "== fly\n", "acme.post:11:4: there is no construct \"fly\""},
+      {head + body + "== lin\n", "the construct \"lin\" has a template already"},
+      {head + body + "== halt\n{{speed}}\n", "12:3: \"halt\" has no variable \"speed\""},
+      {head + body + "== comment\n; {{text\n", "12:3: {{ is not closed by }}"},
+      {head + body + "== comment\ntext}}\n", "12:5: }} has no {{ before it"},
+      {head + body + "== comment\n{{te{{text}}\n", "12:1: {{ is not closed by }}"},
+      {head + body + "== comment\n{{text|shout}}\n", "12:8: there is no filter \"shout\""},
+      {head + body + "== comment\n{{text|fixed}}\n", "the filter fixed needs a number: fixed:2"},
+      {head + body + "== comment\n{{text|fixed:99}}\n", "takes a whole number from 0 to 12"},
+      {head + body + "== comment\n{{text|upper:2}}\n", "the filter upper takes no number"},
+      {head + body + "== comment\n# {{text}}\n", "a line that begins with # is a comment"},
+      {head + body + "== comment\n[texd] {{text}}\n", "12:2: \"texd\" is no variable"},
+      {head + body + "== comment\n[not there] {{text}}\n", "\"there\" is no variable"},
+      {head + body + "== comment\n[text {{text}}\n", "[ is not closed by ]"},
+      {head + body + "== if_begin\nif\n",
+       "11:4: the template \"if_begin\" is of the feature if, which the head does not name"},
+      {head + "name: b\n" + body, "4:1: \"name\" is given twice"},
+      {head + "file: ../{{name}}\n" + body, "\"file\" is a name of a file in the folder"},
+      {head + "points: file\n" + body, "there is no template \"point\""},
+      {head + "line_numbers: 10\n" + body, "\"line_numbers\" is the first number and the step"},
+      {head + "line_number: N{{line}}\n" + body, "\"line_number\" needs \"line_numbers\""},
+      {head + "forms: flat, round\n" + body, "4:14: there is no form \"round\""},
+      {head + "title: \xe4\n" + body, "4:8: the byte 0xE4 here is no UTF-8"},
+      {"\xff\xfer\0" + head, "the file is UTF-16"},
+      {head + body + std::string(5 << 20, '#'), "the pack is larger than 4 MiB"},
+      {head + body + "== operators\n+ plus\n", "an operator is: OPERATOR \"SPELLING\" BINDING"},
+      {head + body + "== operators\n** \"^\" 5\n", "12:1: there is no operator \"**\""}};
+  for (const auto& [text, what] : kWrong)
+    EXPECT_NE(said(text).find(what), std::string::npos) << what << "\n" << said(text);
+  EXPECT_EQ(said("\xef\xbb\xbf" + head + body), "fine");  // a mark that some editors write
+  // What helps is told with the fault.
+  std::vector<program_post::PackFault> faults;
+  (void)program_post::read_templates(head + body + "== comment\n{{txt}}\n", "a.post", {}, &faults);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].place(), "a.post:12:3");
+  EXPECT_EQ(faults[0].hint, "Did you mean \"text\"?");
+}
+
+/// A pack of several files, and one program through it.
+Posted from_files(const std::map<std::string, std::string>& files, const std::string& source,
+                  const test::PostWith& with = {}) {
+  const auto pack =
+      program_post::read_templates(files.at("pack"), "pack", [&](const std::string& name) {
+        const auto it = files.find(name);
+        if (it == files.end()) return Result<std::string>(error(ErrorCode::not_found, "none"));
+        return Result<std::string>(it->second);
+      });
+  if (!pack.ok()) {
+    Posted out;
+    out.faults = pack.error().message;
+    return out;
+  }
+  return post_source(*program_post::make_template_post(*pack), source, with);
+}
+const char* const kBase =
+    "motions: lin\nforms: flat\n== program_begin\nBEGIN\n== program_end\nEND\n== lin\nGO {{x}}\n"
+    "== output_on\nON {{number}}\n== output_off\nOFF {{number}}\n== wait_time\nREST {{seconds}}\n";
+const char* const kTwoMoves =
+    "PROGRAM p;\nSIGNAL OUTPUT BOOL: o AT 7;\nVAR POSE: a := POSE(POSITION(12.5, 0.0, 0.0), "
+    "ORIZYX(0.0, 0.0, 0.0));\nBEGIN\nMOVE LIN a;\no := TRUE;\nENDPROGRAM;\n";
+
+TEST(Templates, FilesOfAPackIncludeEachOtherAndTheOuterOneHolds) {
+  const Posted got = from_files({{"pack",
+                                  "robomosp target 1\nname: dialect\ninclude: base.part\n== "
+                                  "output_on\nSET {{number|zeros:3}}\n"},
+                                 {"base.part", kBase}},
+                                kTwoMoves);
+  ASSERT_EQ(got.files.size(), 1U) << got.faults;
+  EXPECT_EQ(got.files.begin()->second, "BEGIN\n  GO 12.5\n  SET 007\nEND\n");
+  const auto wrong = [](std::map<std::string, std::string> files) {
+    return from_files(files, kTwoMoves).faults;
+  };
+  const std::string head = "robomosp target 1\nname: a\ninclude: ";
+  EXPECT_NE(wrong({{"pack", head + "b.part\n"}, {"b.part", "include: pack\n"}})
+                .find("b.part:1:10: files include each other in a circle: pack includes b.part "
+                      "includes pack"),
+            std::string::npos);
+  EXPECT_NE(wrong({{"pack", head + "c.part\n"}})
+                .find("pack:3:10: the included file \"c.part\" cannot be read"),
+            std::string::npos);
+  EXPECT_NE(wrong({{"pack", head + "../c.part\n"}}).find("is not in the pack's folder"),
+            std::string::npos);
+  EXPECT_NE(wrong({{"pack", head + "b.part\n"}, {"b.part", std::string(kBase) + "== fly\n"}})
+                .find("b.part:15:4: there is no construct \"fly\""),
+            std::string::npos);
+  EXPECT_NE(
+      wrong({{"pack", head + "b.part\ninclude: c.part\n"}, {"b.part", kBase}, {"c.part", kBase}})
+          .find("the construct \"lin\" has a template already"),
+      std::string::npos);
+  std::map<std::string, std::string> deep{{"pack", head + "1\n"}};
+  for (int i = 1; i < 20; ++i) deep[std::to_string(i)] = "include: " + std::to_string(i + 1) + "\n";
+  EXPECT_NE(wrong(deep).find("files include each other more than 8 deep"), std::string::npos);
+}
+
+TEST(Templates, LinesAreNumberedAndJumpsKnowTheirNumbers) {
+  const Posted got = from_files(
+      {{"pack",
+        "robomosp target 1\nname: basic\nfile: {{name|upper}}.BAS\nline_numbers: 10 "
+        "5\nline_number: \"{{line|zeros:4}} \"\nindent: 0\nfeatures: goto procedures\nmotions: "
+        "lin\npoints: file\npoints_file: {{name|upper}}.PTS\n== point\n{{number|pad:3}} "
+        "{{x|fixed:1|sign|left:8}};\n== program_begin\nREM {{name}}\n== program_end\nEND\n== "
+        "lin\nMOVE P{{point_number}}\n== output_on\nON\n== output_off\nOFF\n== wait_time\nREST\n== "
+        "goto\nGOTO {{label_line}}\n== label\n== procedure_begin\n== procedure_end\nRETURN\n== "
+        "call\nGOSUB {{routine_line}}\n== return\nRETURN\n"}},
+      "PROGRAM p;\nVAR POSE: a := POSE(POSITION(12.5, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0));\n"
+      "PROCEDURE go; BEGIN MOVE LIN a; ENDPROC;\nBEGIN\nGOTO over;\ngo;\nLABEL over: MOVE LIN "
+      "a;\ngo;\nENDPROGRAM;\n");
+  ASSERT_EQ(got.files.size(), 2U) << got.faults;
+  EXPECT_EQ(got.files.at("P.BAS"),
+            "0010 REM p\n0015 GOTO 25\n0020 GOSUB 40\n0025 MOVE P1\n0030 GOSUB 40\n0035 END\n"
+            "0040 MOVE P1\n0045 RETURN\n");
+  EXPECT_EQ(got.files.at("P.PTS"), "  1 +12.5   ;\n");
+}
+
+TEST(Templates, NothingIsSpoiltByTextsNumbersAndLengths) {
+  const std::string head = "robomosp target 1\nname: a\nfeatures: messages\n" + std::string(kBase);
+  const auto said = [&](const std::string& pack, const std::string& statement) {
+    return from_files({{"pack", pack}}, "PROGRAM p;\nBEGIN\n" + statement + "\nENDPROGRAM;\n");
+  };
+  const std::string print = head + "== message\nPRINT \"{{text}}\"\n";
+  EXPECT_EQ(said(print, "WRITELN('so it is');").files.at("p.txt"),
+            "BEGIN\n  PRINT \"so it is\"\nEND\n");
+  EXPECT_NE(said(print, "WRITELN('a \"b\"');").faults.find("error 3: a has no way to write \""),
+            std::string::npos);
+  const std::string far = "MOVE LIN POSE(POSITION(1.0E300, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0));";
+  EXPECT_NE(said(print, far).faults.find("error 3: the number x here is beyond"),
+            std::string::npos);
+  const std::string narrow = "longest_line: 9\n";
+  const auto at = print.find("features");
+  EXPECT_NE(said(print.substr(0, at) + narrow + print.substr(at), "WRITELN('so it is');")
+                .faults.find("error 3: a line here has 18 characters, and a takes 9"),
+            std::string::npos);
+  // Lines of the controller's record are not lost.
+  test::PostWith with;
+  with.profile.prologue = "INIT\n";
+  with.profile.epilogue = "DONE\n";
+  EXPECT_EQ(from_files({{"pack", print}}, "PROGRAM p;\nBEGIN\nWAIT 1.0 SEC;\nENDPROGRAM;\n", with)
+                .files.at("p.txt"),
+            "BEGIN\n  INIT\n  REST 1\n  DONE\nEND\n");
+}
+TEST(Templates, WhatAPackHasNotIsAnErrorAtItsLine) {
+  const auto pack = program_post::read_templates(
+      "robomosp target 1\nname: a\nmotions: lin\n== program_begin\n== program_end\n== lin\nGO "
+      "{{x}} {{q1}}\n== output_on\n== output_off\n== wait_time\n",
+      "a.post");
+  ASSERT_TRUE(pack.ok());
+  const auto post = program_post::make_template_post(*pack);
+  const Posted got = post_source(*post,
+                                 "PROGRAM p;\nVAR POSE: a := POSE(POSITION(1.0, 0.0, 0.0), "
+                                 "ORIZYX(0.0, 0.0, 0.0));\nINT: i;\nBEGIN\nMOVE LIN a;\n"
+                                 "MOVE PTP a;\nHALT;\ni := 1;\nENDPROGRAM;\n");
+  for (const char* each :
+       {"error 3: a has no declare_int", "error 5: the template's variable q1 has no value here",
+        "error 6: ", "error 7: a has no halt", "error 8: a has no assign"})
+    EXPECT_NE(got.faults.find(each), std::string::npos) << each << "\n" << got.faults;
+}
+
+TEST(Posts, EqualProgramsGiveEqualFiles) {
+  const std::string source = test::read_text(kPrograms / "words.irl");
+  EXPECT_EQ(post_source(posts::Krl(), source).files, post_source(posts::Krl(), source).files);
+}
+
+double seconds_of(const Post& post, int motions) {
+  std::string source = "PROGRAM p;\nBEGIN\n";
+  for (int i = 0; i < motions; ++i)
+    source += "MOVE LIN POSE(POSITION(" + std::to_string(i) + ".5, 0.0, 0.0), ORIZYX(0.0, 90.0, " +
+              std::to_string(i % 90) + ".0));\n";
+  const std::clock_t start = std::clock();  // whatever else runs on the machine
+  const Posted got = post_source(post, source + "ENDPROGRAM;\n");
+  EXPECT_EQ(got.files.size(), post.capabilities().title == "KUKA KRL" ? 2U : 1U);
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+TEST(Posts, TimeGrowsWithTheProgram) {
+  // Ten times the motions take about ten times as long; a square would be a hundred.
+  const posts::Krl krl;
+  const posts::Rapid rapid;
+  for (const Post* p : {static_cast<const Post*>(&krl), static_cast<const Post*>(&rapid)}) {
+    const double few = seconds_of(*p, 2000), many = seconds_of(*p, 20000);
+    EXPECT_LT(many, 35 * few + 0.1) << p->capabilities().title;
+    std::printf("%s: 20000 motions in %.2f s with compiling\n",
+                std::string(p->capabilities().title).c_str(), many);
+  }
+}
+
+}  // namespace
+}  // namespace robomosp

@@ -1,0 +1,865 @@
+// SPDX-License-Identifier: Apache-2.0
+// Readers of controllers' programs: what each makes of programs of our own, line by line; that it
+// compiles; what is refused and where; texts changed at random.
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "compile.h"
+#include "reader.h"
+#include "readers.h"
+#include "support/mutator.h"
+#include "support/seed.h"
+
+namespace robomosp::readers {
+namespace {
+
+struct File {
+  std::string name, text;
+};
+class Settings final : public Params {
+ public:
+  [[nodiscard]] bool has(std::string_view) const override { return true; }
+  [[nodiscard]] double real(std::string_view name) const override {
+    return name == "tcp_speed" ? 1.0 : 3.141592653589793;
+  }
+  [[nodiscard]] long long integer(std::string_view) const override { return 0; }
+  [[nodiscard]] bool boolean(std::string_view) const override { return false; }
+  [[nodiscard]] std::string_view text(std::string_view) const override { return {}; }
+  [[nodiscard]] std::span<const double> reals(std::string_view) const override { return {}; }
+  [[nodiscard]] Pose pose(std::string_view) const override { return {}; }
+};
+using Read = Made (*)(const ProgramReaderTask&, const Params&, Progress&);
+
+std::unique_ptr<ReadProgram> read(Read reader, const std::vector<File>& files) {
+  std::vector<SourceFile> all;
+  for (const File& f : files) all.push_back({f.name, f.text, {}});
+  ProgramReaderTask task;
+  task.files = all;
+  NoProgress progress;
+  auto made = reader(task, Settings(), progress);
+  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
+  return made.ok() ? std::move(made).value() : nullptr;
+}
+/// Errors of the IRL that was made; "" = it compiles.
+std::string errors_of_irl(const ReadProgram& p) {
+  std::vector<SourceFile> files;
+  for (const ReadFile& f : p.files()) files.push_back({f.name, f.text, {}});
+  NoProgress progress;
+  const auto made = irl::compile(files, progress);
+  if (!made.ok()) return made.error().sentence();
+  std::string out;
+  for (const rmp_code_fault& f : made.value()->faults)
+    if (f.severity == RMP_FAULT_ERROR) out += std::to_string(f.span.line) + ": " + f.message + "\n";
+  return out;
+}
+/// "3:7 error message." for each fault that is no note.
+std::string faults(const ReadProgram& p) {
+  std::string out;
+  for (const rmp_code_fault& f : p.faults())
+    if (f.severity != RMP_FAULT_NOTE)
+      out += std::to_string(f.span.line) + ":" + std::to_string(f.span.column) +
+             (f.severity == RMP_FAULT_ERROR ? " error " : " warning ") + f.message + ".\n";
+  return out;
+}
+/// The IRL reads like this: each line of `expected` in this order, blanks at both ends apart.
+void expect_lines(const ReadProgram& p, const std::string& expected) {
+  std::istringstream made{std::string(p.files()[0].text)}, wanted{expected};
+  const auto trimmed = [](std::string s) {
+    const std::size_t b = s.find_first_not_of(' ');
+    return b == std::string::npos ? std::string() : s.substr(b, s.find_last_not_of(' ') - b + 1);
+  };
+  std::string line;
+  for (std::string want; std::getline(wanted, want);) {
+    want = trimmed(want);
+    if (want.empty()) continue;
+    bool found = false;
+    while (!found && std::getline(made, line)) found = trimmed(line) == want;
+    ASSERT_TRUE(found) << "this line is missing, or not in its place:\n"
+                       << want << "\nin\n"
+                       << p.files()[0].text;
+  }
+  EXPECT_EQ(errors_of_irl(p), "") << p.files()[0].text;
+}
+
+const std::vector<File> kKrl{{"weld.src", R"(&ACCESS RVP
+DEF weld( )
+;FOLD INI;%{PE}
+DECL INT i
+DECL E6POS p
+BAS (#INITMOV,0 )
+$VEL.CP=0.3
+$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}
+$APO.CDIS=5
+PTP {A1 0,A2 -90,A3 90,A4 0,A5 90,A6 0}
+p={X 500,Y 0,Z 300,A 0,B 90,C 0,S 2,T 35}
+FOR i=1 TO 3
+  p.Z=p.Z+10*i
+  LIN p C_DIS
+  lamp=TRUE
+  WAIT FOR ($IN[5]==TRUE) AND $IN[6]
+  WAIT SEC 0.5
+ENDFOR
+CIRC {X 1,Y 2,Z 3,A 0,B 0,C 0},{X 10,Y 20,Z 30,A 0,B 0,C 0}
+LIN_REL {Z 100}
+SWITCH i
+CASE 1,2
+ grip(TRUE)
+DEFAULT
+ $VEL.CP=dist(3.0)/2
+ENDSWITCH
+LIN place
+END
+DEF grip(on:IN)
+DECL BOOL on
+IF NOT on THEN
+ on = TRUE
+ GOTO fin
+ENDIF
+$OUT[4]=on
+fin:
+END
+DEFFCT REAL dist(x:IN)
+REAL x
+RETURN SQRT(x*x)
+ENDFCT
+)"},
+                             {"weld.dat", R"(DEFDAT weld PUBLIC
+DECL FRAME place={X 1.5,Y -2,Z 3,A 30,B 20,C 10}
+SIGNAL lamp $OUT[3]
+ENDDAT
+)"}};
+
+TEST(ProgramReaders, KrlBecomesIrl) {
+  const auto p = read(read_krl, kKrl);
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+PROGRAM weld;
+SYSTEM_SPECIFICATION 'weld.ssi';
+OUTPUT BOOL: lamp AT 3;
+INPUT BOOL: in_5 AT 5;
+POSE: place := POSE(POSITION(1.5, -2.0, 3.0), ORIZYX(30.0, 20.0, 10.0));
+INT: i;
+ROBTARGET: p;
+POSE: present_tool := POSE(POSITION(0.0, 0.0, 100.0), ORIZYX(0.0, 0.0, 0.0));
+PROCEDURE grip (IN BOOL: on_given);
+on := on_given;
+IF NOT on THEN
+on := TRUE;
+GOTO fin;
+out_4 := on;
+LABEL fin:
+FUNCTION dist (IN REAL: x): REAL;
+RETURN SQRT(x * x);
+R_SPEED := 300.0;
+MOVE PTP MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 90.0, 0.0) TOOL := present_tool;
+p := ROBTARGET(POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 90.0, 0.0)), 0, [-1, -1, 0, 0, 0, -1], ADD_JOINT(0.0));
+FOR i := 1 TO 3 DO
+p.PSE.POS.Z := p.PSE.POS.Z + 10 * i;
+MOVE LIN p C_CP := 5.0 TOOL := present_tool;
+lamp := TRUE;
+WAIT FOR in_5 = TRUE AND in_6;
+WAIT 0.5 SEC;
+ENDFOR;
+MOVE CIRCLE POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)), POSE(POSITION(10.0, 20.0, 30.0), ORIZYX(0.0, 0.0, 0.0)) TOOL := present_tool;
+MOVE_INC LIN POSE(POSITION(0.0, 0.0, 100.0), ORIZYX(0.0, 0.0, 0.0)) TOOL := present_tool;
+CASE i OF
+WHEN 1, 2:
+grip(TRUE);
+DEFAULT:
+R_SPEED := dist(3.0) / 2 * 1000.0;
+ENDCASE;
+MOVE LIN place TOOL := present_tool;
+ENDPROGRAM;
+)");
+  // Every line knows where it comes from.
+  const std::string_view text = p->files()[0].text;
+  std::uint32_t line = 1;
+  for (std::size_t at = 0; at < text.find("  MOVE LIN p C_CP"); ++at) line += text[at] == '\n';
+  line += 1;
+  const auto row = std::find_if(p->lines().begin(), p->lines().end(), [&](const ReadLine& l) {
+    return l.irl_line == line - 1 || l.irl_line == line;
+  });
+  ASSERT_NE(row, p->lines().end());
+  EXPECT_EQ(row->line, 14U);
+}
+
+TEST(ProgramReaders, KrlSaysWhatItDoesNotRead) {
+  const auto p = read(read_krl, {{"p.src", R"(DEF p()
+PTP XHOME
+LIN {Z 50}
+CIRC {X 1,Y 2,Z 3},{X 4,Y 5,Z 6}, CA 90
+$OUT[n]=TRUE
+IF $IN[1]==TRUE AND $IN[2] THEN
+ENDIF
+other(1)
+TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[1]=TRUE
+ENDLOOP
+LOOP
+END
+)"}});
+  EXPECT_EQ(faults(*p),
+            "2:5 error XHOME is declared nowhere; its values are zero here.\n"
+            "3:5 error components without a value stay as they are, which IRL does not say.\n"
+            "4:1 error IRL has no angle of an arc (CA).\n"
+            "5:6 error n is declared nowhere.\n"
+            "6:17 warning a comparison stands beside AND or OR without parentheses.\n"
+            "8:1 warning other is not among the files; an empty routine stands for it.\n"
+            "9:1 error IRL has no counterpart of this statement.\n"
+            "10:1 error this ends nothing that is open.\n"
+            "12:1 error a block has no endloop above.\n");
+  expect_lines(*p, R"(
+{ not read: LIN (Z 50) }
+)");
+}
+
+const std::vector<File> kRapid{{"cell.mod", R"(%%%
+  VERSION:1
+  LANGUAGE:ENGLISH
+%%%
+MODULE Cell
+  CONST robtarget p1:=[[600,0,500],[0,0,1,0],[0,-1,0,4],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST jointtarget home:=[[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PERS tooldata grip:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]];
+  PERS wobjdata table:=[FALSE,TRUE,"",[[500,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+  VAR speeddata slow:=[80,500,5000,1000];
+  VAR num n:=0;
+  VAR num list{3}:=[1,2,3];
+  PROC main()
+    VAR num k;
+    MoveAbsJ home,v1000,fine,grip;
+    FOR i FROM 1 TO 3 DO
+      n:=n+list{i};
+      MoveL Offs(p1,0,0,100*i),v500,z10,grip\WObj:=table;
+    ENDFOR
+    WHILE n<10 DO
+      Incr n;
+      IF n=5 Set do1;
+      IF di2=1 THEN
+        GOTO again;
+      ELSEIF n>7 THEN TPWrite "n="\Num:=n;
+      ELSE
+        Reset do1;
+      ENDIF
+      again:
+    ENDWHILE
+    MoveC p1,p1,slow,z1,grip;
+    Place 3;
+    TEST n CASE 1,2: Stop; DEFAULT: WaitTime 0.5; ENDTEST
+    WaitDI di2,1\MaxTime:=2;
+    k:=Square(3);
+  ENDPROC
+  PROC Place(num x)
+    x := x+1;
+    MoveJ p1,v200,z50,tool0;
+  ENDPROC
+  FUNC num Square(num x)
+    RETURN x*x;
+  ENDFUNC
+ENDMODULE
+)"}};
+
+TEST(ProgramReaders, RapidBecomesIrl) {
+  const auto p = read(read_rapid, kRapid);
+  EXPECT_EQ(faults(*p),
+            "34:5 warning after the time the controller raises an error; IRL goes on, and "
+            "R_TIMEOUT is TRUE.\n");
+  expect_lines(*p, R"(
+ROBTARGET: p1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 500.0), ORIQUAT(0.0, 0.0, 1.0, 0.0)), 3, [0, -128, -128, -1, -128, 0], ADD_JOINT(0.0));
+MAIN_JOINT: home := MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 30.0, 0.0);
+POSE: grip := POSE(POSITION(0.0, 0.0, 100.0), ORIQUAT(1.0, 0.0, 0.0, 0.0));
+POSE: table := POSE(POSITION(500.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0));
+REAL: slow := 80.0;
+ARRAY [1..3] OF REAL: list_v := [1.0, 2.0, 3.0];
+PROCEDURE Place (IN REAL: x_given);
+x := x + 1;
+MOVE PTP p1 SPEED_PTP := 20.0 C_PTP := 50.0;
+MOVE PTP home SPEED_PTP := 100.0 TOOL := grip;
+FOR i := 1 TO 3 DO
+n := n + list_v[i];
+MOVE LIN shifted_target(p1, 0.0, 0.0, 100 * i) SPEED := 500.0 C_CP := 10.0 TOOL := grip FRAME := table;
+WHILE n < 10 DO
+n := n + 1;
+IF n = 5 THEN
+do1 := TRUE;
+IF di2 = TRUE THEN
+GOTO again;
+ELSIF n > 7 THEN
+WRITELN('n=', n);
+ELSE
+do1 := FALSE;
+LABEL again:
+MOVE CIRCLE p1, p1 SPEED := slow C_CP := 1.0 TOOL := grip;
+Place(3.0);
+CASE ROUND(n) OF
+WHEN 1, 2:
+PAUSE;
+DEFAULT:
+WAIT 0.5 SEC;
+WAIT FOR di2 = TRUE TIMEOUT 2.0;
+k := Square(3.0);
+)");
+}
+
+const std::vector<File> kUrscript{{"prog.script", R"(def prog():
+  n = 0
+  home = [0, 1.5, 0, 0, 0, 0]
+  def grip(on):
+    set_standard_digital_out(3, on)
+    sleep(0.3)
+  end
+  def lift(p0, h):
+    return pose_trans(p0, p[0,0,-h,0,0,0])
+  end
+  thread blink():
+    while True:
+      set_digital_out(1, not get_standard_digital_out(1))
+      sync()
+    end
+  end
+  set_tcp(p[0,0,0.1,0,0,0])
+  run blink()
+  movej(home, v=1.5707963267948966)
+  place = p[0.4,-0.2,0.3,0,0,1.5707963267948966]
+  while n < 5:
+    movel(lift(place, 0.1), v=0.25, r=0.01)
+    place[2] = place[2] + 0.05*n
+    if get_standard_digital_in(2) == False and n > 2:
+      n = n + 0.5
+    elif n == 1:
+      continue
+    else:
+      grip(True)
+      break
+    end
+  end
+  movec(p[0.1,0,0,0,0,0], p[0.2,0,0,0,0,0], v=0.25)
+end
+)"}};
+
+TEST(ProgramReaders, UrscriptBecomesIrl) {
+  const auto p = read(read_urscript, kUrscript);
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+REAL: n;
+MAIN_JOINT: home;
+PROCEDURE grip (IN BOOL: on);
+out_3 := on;
+WAIT 0.3 SEC;
+FUNCTION lift (IN POSE: p0; IN REAL: h): POSE;
+RETURN p0 @ POSE(POSITION(0.0, 0.0, -h * 1000.0), ORIQUAT(1.0, 0.0, 0.0, 0.0));
+PROCESS blink;
+WHILE TRUE DO
+out_1 := NOT out_1;
+ENDPROCESS;
+n := 0.0;
+home := MAIN_JOINT(0.0, 85.9436692696, 0.0, 0.0, 0.0, 0.0);
+START blink;
+MOVE PTP home SPEED_PTP := 50.0 TOOL := present_tool;
+place := POSE(POSITION(400.0, -200.0, 300.0), ORIQUAT(0.7071067811865476, 0.0, 0.0, 0.7071067811865475));
+WHILE n < 5 DO
+MOVE LIN lift(place, 0.1) SPEED := 250.0 C_CP := 10.0 TOOL := present_tool;
+place.POS.Z := (place.POS.Z / 1000.0 + 0.05 * n) * 1000.0;
+IF in_2 = FALSE AND n > 2 THEN
+n := n + 0.5;
+ELSIF n = 1 THEN
+GOTO again;
+grip(TRUE);
+EXIT;
+LABEL again:
+ENDWHILE;
+MOVE CIRCLE POSE(POSITION(100.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)), POSE(POSITION(200.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED := 250.0 TOOL := present_tool;
+)");
+}
+
+const std::vector<File> kTp{{"pick.ls", R"(/PROG  PICK
+/ATTR
+OWNER = MNEDITOR;
+/MN
+   1:  !pick a part ;
+   2:  UFRAME[1]=PR[2] ;
+   3:  UFRAME_NUM=1 ;
+   4:J P[1] 50% FINE    ;
+   5:  LBL[1:again] ;
+   6:L P[2:above] 250mm/sec CNT50 Offset,PR[1] ;
+   7:C P[1]
+    :  P[2] 100mm/sec FINE ;
+   8:  DO[1]=ON ;
+   9:  WAIT DI[3]=ON TIMEOUT,LBL[9] ;
+  10:  WAIT   .50(sec) ;
+  11:  R[1:count]=R[1]+1 ;
+  12:  IF R[1]>3,JMP LBL[9] ;
+  13:  SELECT R[1]=1,JMP LBL[1] ;
+    :  =2,CALL GRIP(1,R[2]) ;
+    :  ELSE,JMP LBL[9] ;
+  14:  FOR R[2]=1 TO 4 ;
+  15:  PR[1,3]=R[2]*10 ;
+  16:  ENDFOR ;
+  17:  IF (DI[1] AND !DI[2]) THEN ;
+  18:  PAUSE ;
+  19:  ELSE ;
+  20:  MESSAGE[No part] ;
+  21:  ENDIF ;
+  22:  SKIP CONDITION DI[4]=ON ;
+  23:L P[2] 100mm/sec FINE Skip,LBL[9] ;
+  24:  LBL[9] ;
+/POS
+P[1]{
+   GP1:
+	UF : 1, UT : 2,	CONFIG : 'F U B, 0, 0, -1',
+	X =   600.000  mm,	Y =      .000  mm,	Z =   400.000  mm,
+	W =   180.000 deg,	P =      -10.000 deg,	R =      30.000 deg
+};
+P[2:"above"]{
+   GP1:
+	UF : 1, UT : 2,
+	J1=     0.000 deg,	J2=     0.000 deg,	J3=   -20.000 deg,
+	J4=     0.000 deg,	J5=   -70.000 deg,	J6=     0.000 deg
+};
+/END
+)"},
+                            {"grip.ls", R"(/PROG GRIP
+/MN
+   1:  IF AR[1]=1,DO[2]=(ON) ;
+   2:  R[5]=AR[2] ;
+/POS
+/END
+)"}};
+
+TEST(ProgramReaders, TpBecomesIrl) {
+  const auto p = read(read_tp, kTp);
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 400.0), ORIZYX(30.0, -10.0, 180.0)), 5, [0, 0, 0, 0, 0, -1], ADD_JOINT(0.0));
+MAIN_JOINT: P_2_above := MAIN_JOINT(0.0, 0.0, -20.0, 0.0, -70.0, 0.0);
+PROCEDURE GRIP (IN REAL: AR_1; IN REAL: AR_2);
+IF AR_1 = 1 THEN
+out_2 := TRUE;
+R[5] := AR_2;
+{ pick a part  }
+UFRAME[1] := PR[2];
+present_frame := UFRAME[1];
+MOVE PTP P_1 SPEED_PTP := 50.0 FRAME := present_frame;
+LABEL lbl_1:
+MOVE LIN with_pose(TRAFO(JOINT(P_2_above, ADD_JOINT(0.0))), PR[1] @ TRAFO(JOINT(P_2_above, ADD_JOINT(0.0))).PSE) SPEED := 250.0 C_SPEED := 50.0;
+out_1 := TRUE;
+WAIT FOR in_3 = TRUE TIMEOUT 30.0;
+IF R_TIMEOUT THEN GOTO lbl_9; ENDIF;
+WAIT 0.5 SEC;
+R[1] := R[1] + 1;
+IF R[1] > 3 THEN
+GOTO lbl_9;
+IF R[1] = 1 THEN
+GOTO lbl_1;
+ELSIF R[1] = 2 THEN
+GRIP(1.0, R[2]);
+ELSE
+GOTO lbl_9;
+R[2] := 1.0;
+WHILE R[2] <= 4 DO
+PR[1].POS.Z := R[2] * 10;
+R[2] := R[2] + 1;
+ENDWHILE;
+IF in_1 AND NOT in_2 THEN
+PAUSE;
+WRITELN('No part');
+MOVE LIN TRAFO(JOINT(P_2_above, ADD_JOINT(0.0))) SPEED := 100.0 UNTIL in_4 = TRUE;
+IF NOT (in_4 = TRUE) THEN GOTO lbl_9; ENDIF;
+LABEL lbl_9:
+)");
+}
+
+const std::vector<File> kMelfa{{"pal.prg", R"(1 Ovrd 50
+2 Spd 200
+3 Def Plt 1,P1,P2,P3, ,3,2,1
+4 M1=0
+5 *Next
+6 Mov P10,-50
+7 Mvs P10
+8 HClose 1
+9 Dly 0.5
+10 P11=Plt 1,M1+1
+11 P11.Z=P11.Z+10
+12 Mov P11*P20
+13 GoSub *Release
+14 M1=M1+1
+15 If M1<6 Then *Next
+16 Select M1
+17 Case 6
+18 Wait M_In(3)=1
+19 Break
+20 Default
+21 Hlt
+22 End Select
+23 Mvr P1,P2,P3
+24 End
+25 *Release
+26 If M_In(2)=0 Then Return
+27 M_Out(10)=1
+28 Return
+P1=(+250.00,+20.00,+180.00,-180.00,+0.00,+90.00)(7,0)
+P2=(+300.00,+20.00,+180.00,-180.00,+0.00,+90.00)(7,0)
+P3=(+250.00,+80.00,+180.00,-180.00,+0.00,+90.00)(7,0)
+P10=(+280.00,-300.00,+180.00,+180.00,+0.00,+90.00)(2,1048575)
+P11=(+0.00,+0.00,+0.00,+0.00,+0.00,+0.00)(7,0)
+P20=(+0.00,+0.00,-50.00,+0.00,+0.00,+0.00)(0,0)
+)"}};
+
+TEST(ProgramReaders, MelfaBecomesIrl) {
+  const auto p = read(read_melfa, kMelfa);
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+OUTPUT BOOL: hand_1 AT 900;
+ROBTARGET: P1 := ROBTARGET(POSE(POSITION(250.0, 20.0, 180.0), ORIZYX(90.0, 0.0, -180.0)), 0, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0));
+ROBTARGET: P10 := ROBTARGET(POSE(POSITION(280.0, -300.0, 180.0), ORIZYX(90.0, 0.0, 180.0)), 5, [-1, -1, -1, -1, -1, 0], ADD_JOINT(0.0));
+i := (number - 1) MOD pallet_1_columns;
+PROCEDURE release_v ();
+IF in_2 = FALSE THEN
+RETURN;
+out_10 := TRUE;
+pallet_1_start := P1.PSE;
+M1 := 0.0;
+LABEL next:
+MOVE PTP with_pose(P10, P10.PSE @ POSE(POSITION(0.0, 0.0, -50.0), ORIQUAT(1.0, 0.0, 0.0, 0.0))) SPEED_PTP := 50.0;
+MOVE LIN P10 SPEED := 100.0;
+hand_1 := TRUE;
+WAIT 0.5 SEC;
+P11.PSE := pallet_1_place(ROUND(M1 + 1));
+P11.PSE.POS.Z := P11.PSE.POS.Z + 10;
+MOVE PTP with_pose(P11, P11.PSE @ P20.PSE) SPEED_PTP := 50.0;
+release_v();
+M1 := M1 + 1;
+IF M1 < 6 THEN
+GOTO next;
+CASE ROUND(M1) OF
+WHEN 6:
+WAIT FOR in_3 = TRUE;
+DEFAULT:
+PAUSE;
+ENDCASE;
+MOVE LIN P1 SPEED := 100.0;
+MOVE CIRCLE P2, P3 SPEED := 100.0;
+RETURN;
+)");
+}
+
+const std::vector<File> kGcode{{"part.ngc", R"(%
+(part one)
+G21 G90 G17
+N10 G0 X0 Y0 Z5
+G1 X10 Y0 F600
+G2 X20 Y10 I10 J0
+G3 X20 Y10 I0 J-5
+G91 G1 X-5
+G90 G20 G1 X1
+G4 P0.5
+M64 P3
+M66 P2 L3 Q4
+G81 X1
+M2
+)"}};
+
+TEST(ProgramReaders, GcodeBecomesIrl) {
+  const auto p = read(read_gcode, kGcode);
+  EXPECT_EQ(faults(*p), "13:1 error G81 is not read.\n");
+  expect_lines(*p, R"(
+{ part one }
+MOVE PTP POSITION(0.0, 0.0, 5.0);
+MOVE LIN POSITION(10.0, 0.0, 5.0) SPEED := 10.0;
+MOVE CIRCLE POSITION(12.9289321881, 7.07106781187, 5.0), POSITION(20.0, 10.0, 5.0) SPEED := 10.0;
+MOVE CIRCLE POSITION(15.0, 5.0, 5.0), POSITION(20.0, 0.0, 5.0) SPEED := 10.0;
+MOVE CIRCLE POSITION(25.0, 5.0, 5.0), POSITION(20.0, 10.0, 5.0) SPEED := 10.0;
+MOVE LIN POSITION(15.0, 10.0, 5.0) SPEED := 10.0;
+MOVE LIN POSITION(25.4, 10.0, 5.0) SPEED := 10.0;
+WAIT 0.5 SEC;
+out_3 := TRUE;
+WAIT FOR in_2 = TRUE TIMEOUT 4.0;
+{ not read: G81 X1 }
+RETURN;
+)");
+}
+
+const std::vector<File> kVal3{
+    {"app.pjx", R"(<?xml version="1.0" encoding="utf-8"?>
+<Project><Programs><Program file="start.pgx"/><Program file="grip.pgx"/></Programs>
+<Database><Data file="app.dtx"/></Database></Project>
+)"},
+    {"app.dtx", R"(<?xml version="1.0"?>
+<Database xmlns:xsi="x"><Datas>
+<Data name="bGrip" xsi:type="array" type="dio" size="1"><Value key="0" link="sysIO\out3"/></Data>
+<Data name="bPart" xsi:type="array" type="dio" size="1"><Value key="0" link="sysIO\in3"/></Data>
+<Data name="fTable" type="frame" size="1"><Value key="0" x="500" rz="90" fatherId="world[0]"/></Data>
+<Data name="jHome" type="jointRx" size="1"><Value key="0" j1="0" j2="10" j3="90" j5="80"/></Data>
+<Data name="mFast" type="mdesc"><Value key="0" accel="50" vel="80" tmax="500" blend="cartesian" leave="20"/></Data>
+<Data name="nCount" type="num" size="1"/>
+<Data name="pPick" type="pointRx" size="2"><Value key="0" x="1" rx="10" ry="20" rz="30" shoulder="righty" elbow="epositive" wrist="wnegative" fatherId="fTable[0]"/></Data>
+<Data name="tGrip" type="tool" size="1"><Value key="0" z="120" fatherId="flange[0]"/></Data>
+</Datas></Database>
+)"},
+    {"start.pgx",
+     R"(<Programs><Program name="start"><Locals><Local name="l_nI" type="num"/></Locals>
+<Code><![CDATA[begin
+  // pick
+  movej(jHome,tGrip,mFast)
+  for l_nI=0 to 1
+    movel(appro(pPick[l_nI],{0,0,-50,0,0,0}),tGrip,mFast)
+    call grip(true, nCount)
+    delay(0.5)
+  endFor
+  if nCount>3 and bPart==true
+    putln("full")
+  elseIf !bPart
+    wait(bPart)
+  else
+    jHome.j1=10
+  endIf
+end]]></Code></Program></Programs>
+)"},
+    {"grip.pgx", R"(<Programs><Program name="grip"><Parameters>
+<Parameter name="x_bShut" type="bool" use="value"/><Parameter name="x_n" type="num" use="reference"/>
+</Parameters><Code><![CDATA[begin
+  bGrip=x_bShut
+  x_n=x_n+1
+end]]></Code></Program></Programs>
+)"}};
+
+TEST(ProgramReaders, Val3BecomesIrl) {
+  EXPECT_EQ(val3_needs({kVal3[0].name, kVal3[0].text, {}}),
+            (std::vector<std::string>{"start.pgx", "grip.pgx", "app.dtx"}));
+  const auto p = read(read_val3, kVal3);
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+INPUT BOOL: bPart AT 1;
+OUTPUT BOOL: bGrip AT 2;
+POSE: fTable := POSE(POSITION(500.0, 0.0, 0.0), ORIXYZ(0.0, 0.0, 90.0));
+MAIN_JOINT: jHome := MAIN_JOINT(0.0, 10.0, 90.0, 0.0, 80.0, 0.0);
+PROCEDURE grip (IN BOOL: x_bShut; INOUT REAL: x_n);
+bGrip := x_bShut;
+x_n := x_n + 1;
+{ pick }
+MOVE PTP jHome SPEED_PTP := 80.0 ACC_PTP := 50.0 C_PTP := 20.0 TOOL := tGrip;
+l_nI := 0.0;
+WHILE l_nI <= 1 DO
+MOVE LIN with_pose(pPick[ROUND(l_nI)], pPick[ROUND(l_nI)].PSE @ POSE(POSITION(0.0, 0.0, -50.0), ORIXYZ(0.0, 0.0, 0.0))) SPEED := 500.0 ACC := 50.0 C_CP := 20.0 TOOL := tGrip FRAME := fTable;
+grip(TRUE, nCount);
+WAIT 0.5 SEC;
+l_nI := l_nI + 1;
+ENDWHILE;
+IF nCount > 3 AND bPart = TRUE THEN
+WRITELN('full');
+ELSIF NOT bPart THEN
+WAIT FOR bPart;
+ELSE
+jHome.A1 := 10.0;
+ENDIF;
+)");
+}
+
+struct Language {
+  const char* name;
+  Read read;
+  const std::vector<File>* sample;
+};
+const Language kLanguages[] = {{"krl", read_krl, &kKrl},
+                               {"rapid", read_rapid, &kRapid},
+                               {"urscript", read_urscript, &kUrscript},
+                               {"tp", read_tp, &kTp},
+                               {"melfa", read_melfa, &kMelfa},
+                               {"gcode", read_gcode, &kGcode},
+                               {"val3", read_val3, &kVal3}};
+
+/// Everything that the host's guard asks of an answer.
+void expect_sound(const ReadProgram& p, const std::vector<File>& files, const std::string& what) {
+  const auto lines = [](std::string_view s) {
+    return static_cast<std::uint32_t>(std::count(s.begin(), s.end(), '\n')) + 1;
+  };
+  ASSERT_FALSE(p.files().empty()) << what;
+  for (const rmp_code_fault& f : p.faults()) {
+    ASSERT_LT(f.span.file, files.size()) << what;
+    ASSERT_TRUE(f.span.line >= 1 && f.span.line <= lines(files[f.span.file].text)) << what;
+    ASSERT_TRUE(f.span.begin <= f.span.end && f.span.end <= files[f.span.file].text.size())
+        << f.message << "\n"
+        << what;
+  }
+  std::uint32_t last = 0;
+  for (const ReadLine& l : p.lines()) {
+    ASSERT_TRUE(l.irl_file == 0 && l.irl_line >= last && l.irl_line <= lines(p.files()[0].text))
+        << what;
+    ASSERT_TRUE(l.file < files.size() && l.line >= 1 && l.line <= lines(files[l.file].text))
+        << what;
+    last = l.irl_line;
+  }
+}
+
+TEST(ProgramReaders, WaitsThatAreLoopsBecomeWaitFor) {
+  const std::string loop =
+      "def p():\n  t = 0.0\n  while not get_standard_digital_in(6):\n    if t >= 2.0:\n      "
+      "break\n"
+      "    end\n    sync()\n    t = t + get_steptime()\n  end\n";
+  const auto ur = read(read_urscript, {{"p.script", loop + "end\n"}});
+  EXPECT_EQ(errors_of_irl(*ur), "");
+  expect_lines(*ur, "WAIT FOR in_6 TIMEOUT 2.0;\n");
+  // The time that it took is looked at: the loop stays.
+  const auto counted = read(read_urscript, {{"p.script", loop + "  textmsg(t)\nend\n"}});
+  expect_lines(*counted, "EXIT;\n");
+  const auto krl = read(read_krl, {{"p.src",
+                                    "DEF p( )\n$TIMER[2]=-1500\n$TIMER_STOP[2]=FALSE\n"
+                                    "WAIT FOR $IN[1] OR $IN[2] OR $TIMER_FLAG[2]\n"
+                                    "$TIMER_STOP[2]=TRUE\nEND\n"}});
+  EXPECT_EQ(faults(*krl), "");
+  EXPECT_EQ(errors_of_irl(*krl), "");
+  expect_lines(*krl, "WAIT FOR in_1 OR in_2 TIMEOUT 1.5;\n");
+  // Of another timer: none of it is a wait with a time.
+  const auto other = read(read_krl, {{"p.src",
+                                      "DEF p( )\n$TIMER[2]=-1500\n$TIMER_STOP[3]=FALSE\n"
+                                      "WAIT FOR $IN[1] OR $TIMER_FLAG[2]\n"
+                                      "$TIMER_STOP[2]=TRUE\nEND\n"}});
+  EXPECT_NE(faults(*other), "");
+}
+
+TEST(ProgramReaders, KrlPlacesWithoutAnglesKeepTheOrientation) {
+  // A FRAME that is declared with X, Y, Z only is a place, not one with zero angles.
+  const auto p = read(read_krl, {{"p.src", "DEF p( )\nLIN XP1\nEND\n"},
+                                 {"p.dat",
+                                  "DEFDAT p PUBLIC\nDECL FRAME XP1={X 1,Y 2,Z 3}\n"
+                                  "ENDDAT\n"}});
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, "MOVE LIN XP1.POS;\n");
+  const auto written =
+      read(read_krl, {{"p.src", "DEF p( )\nLIN XP1\nXP1.Z=5\nEND\n"},
+                      {"p.dat", "DEFDAT p PUBLIC\nDECL FRAME XP1={X 1,Y 2,Z 3}\nENDDAT\n"}});
+  EXPECT_NE(faults(*written).find("XP1 has no A, B, C where it is declared, and is assigned"),
+            std::string::npos)
+      << faults(*written);
+}
+TEST(ProgramReaders, GcodeWaitsOfAMillionSecondsHaveNoEnd) {
+  const auto p = read(read_gcode, {{"p.ngc", "M66 P2 L3 Q1000000\nM66 P2 L4 Q999\nM2\n"}});
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, "WAIT FOR in_2 = TRUE;\nWAIT FOR in_2 = FALSE TIMEOUT 999.0;\n");
+}
+
+TEST(ProgramReaders, TakeAnyTextWithoutACrash) {
+  const auto deep = [](const std::string& open, std::size_t n) {
+    std::string s;
+    for (std::size_t i = 0; i < n; ++i) s += open;
+    return s;
+  };
+  for (const Language& l : kLanguages)
+    for (const std::string& text :
+         {std::string(), std::string("\n"), std::string(100, '\0'), std::string("\xff\xfe\x80"),
+          deep("(", 3000), deep("{", 3000), deep("IF a THEN ", 3000), deep("x = [", 3000),
+          deep("\n1:", 3000), deep("-", 3000), deep("NOT ", 3000), deep("DEF a()\n", 500),
+          deep("def a():\n", 500), deep("<", 50000), deep("1e308*", 3000),
+          std::string(300000, 'a')}) {
+      const std::vector<File> files{{(*l.sample)[0].name, text}};
+      const auto begin = std::chrono::steady_clock::now();
+      const auto p = read(l.read, files);
+      ASSERT_TRUE(p);
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+      EXPECT_LT(took.count(), 10.0) << l.name << ": " << text.substr(0, 80);
+      expect_sound(*p, files, std::string(l.name) + ": " + text.substr(0, 80));
+    }
+}
+
+/// What is read without an error compiles, up to one text in a hundred (a second ELSE, a speed that
+/// is computed and below zero: IRL's own check says so); and of what has errors nearly all does.
+TEST(ProgramReaders, ChangedTextsAreReadOrRefusedAndTheIrlIsRight) {
+  const std::uint32_t seed = test::seed();
+  std::mt19937 random(seed);
+  static constexpr const char* kTokens[] = {
+      "IF ", "END", "(",    ")",     "[",       "]",          "{",        "}",    "=",
+      ":=",  ",",   ";",    "\n",    "1e999",   "-1",         "9E9",      "TRUE", "\"",
+      "'",   "P1",  "LIN ", "WAIT ", "CALL ",   "FOR ",       "def x():", "\xff", "G2",
+      "$",   "#",   "&",    "]]>",   "<Value ", "99999999999"};
+  std::map<std::string, std::string> wrong;
+  for (const Language& l : kLanguages) {
+    std::vector<std::string> all;
+    for (const File& f : *l.sample) all.push_back(f.text);
+    test::Mutator mutator(random, all, kTokens);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(700);
+    int rounds = 0, wrong_irl = 0, broken = 0;
+    while (std::chrono::steady_clock::now() < until) {
+      std::vector<File> files = *l.sample;
+      File& f = files[std::uniform_int_distribution<std::size_t>(0, files.size() - 1)(random)];
+      f.text = mutator.mutate(f.text);
+      const auto begin = std::chrono::steady_clock::now();
+      const auto p = read(l.read, files);
+      ASSERT_TRUE(p) << "seed " << seed;
+      expect_sound(*p, files,
+                   std::string(l.name) + " seed " + std::to_string(seed) + "\n" + f.text);
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+      ASSERT_LT(took.count(), 5.0) << l.name << " seed " << seed << "\n" << f.text;
+      const std::string errors = errors_of_irl(*p);
+      ++rounds;
+      const bool is_read =
+          std::none_of(p->faults().begin(), p->faults().end(),
+                       [](const rmp_code_fault& x) { return x.severity == RMP_FAULT_ERROR; });
+      broken += !errors.empty();
+      if (!errors.empty() && is_read && wrong_irl++ < 1)
+        wrong[l.name] = errors + "\n" + f.text + "\n->\n" + std::string(p->files()[0].text);
+    }
+    RecordProperty(std::string(l.name) + "_rounds", rounds);
+    EXPECT_LE(broken, 1 + rounds / 5) << l.name;
+    std::cout << l.name << ": " << rounds << " texts, the IRL of " << broken << " has errors\n";
+    EXPECT_LE(wrong_irl, 1 + rounds / 100)
+        << l.name << ": " << wrong_irl << " of " << rounds << ", seed " << seed << "\n"
+        << wrong[l.name];
+  }
+}
+
+TEST(ProgramReaders, GrowthIsLinear) {
+  for (const Language& l : kLanguages) {
+    const auto time_of = [&](int n) {
+      std::string s;
+      const std::string name = l.name;
+      if (name == "krl") {
+        s = "DEF p()\n";
+        for (int i = 0; i < n; ++i) s += "LIN {X " + std::to_string(i) + ",Y 0,Z 0,A 0,B 0,C 0}\n";
+        s += "END\n";
+      } else if (name == "rapid") {
+        s = "MODULE m\nPROC main()\n";
+        for (int i = 0; i < n; ++i)
+          s += "MoveL [[" + std::to_string(i) +
+               ",0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n";
+        s += "ENDPROC\nENDMODULE\n";
+      } else if (name == "urscript") {
+        for (int i = 0; i < n; ++i) s += "movel(p[" + std::to_string(i) + ",0,0,0,0,0], v=0.1)\n";
+      } else if (name == "tp") {
+        s = "/PROG P\n/MN\n";
+        for (int i = 0; i < n; ++i) s += " 1:L P[1] 100mm/sec FINE ;\n";
+        s += "/POS\nP[1]{ GP1: CONFIG : 'N U T, 0, 0, 0', X = 1 mm, Y = 2 mm, Z = 3 mm, W = 0 deg, "
+             "P = 0 deg, R = 0 deg };\n/END\n";
+      } else if (name == "melfa") {
+        for (int i = 0; i < n; ++i) s += "Mvs P1\n";
+        s += "P1=(1,2,3,0,0,0)(7,0)\n";
+      } else if (name == "gcode") {
+        for (int i = 0; i < n; ++i) s += "G1 X" + std::to_string(i) + " Y0 Z0 F100\n";
+      } else {
+        s = "<Programs><Program name=\"start\"><Code><![CDATA[begin\n";
+        for (int i = 0; i < n; ++i) s += "delay(1)\n";
+        s += "end]]></Code></Program></Programs>";
+      }
+      const std::vector<File> files{{name == "val3" ? "start.pgx" : (*l.sample)[0].name, s}};
+      const auto begin = std::chrono::steady_clock::now();
+      const auto p = read(l.read, files);
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    };
+    time_of(100);
+    const double small = time_of(1000), large = time_of(10000);
+    EXPECT_LT(large, 40 * small + 0.2) << l.name;
+    EXPECT_LT(large, 3.0) << l.name;
+    RecordProperty(std::string(l.name) + "_10000_lines_ms", static_cast<int>(large * 1000));
+  }
+}
+
+}  // namespace
+}  // namespace robomosp::readers

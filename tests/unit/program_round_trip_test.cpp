@@ -1,0 +1,687 @@
+// SPDX-License-Identifier: Apache-2.0
+// Posted programs mean what the program meant: every target takes every program that comes along,
+// and what the independent readers make of the files is run and compared, motion by motion.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <robomosp/sdk/program_tables.h>
+
+#include "motion/provider_params.h"
+#include "program/trace.h"
+#include "support/program.h"
+#include "support/program_events.h"
+
+namespace robomosp {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Event, test::Signals, test::events, test::same;
+
+/// The profile of the library that each target is posted with.
+const std::map<std::string, std::string> kProfiles{{"as", "kawasaki_e"},
+                                                   {"c", "robomosp_c"},
+                                                   {"crcl", "nist_crcl"},
+                                                   {"fanuc_tp", "fanuc_r30ib"},
+                                                   {"gcode", "linuxcnc_abc"},
+                                                   {"inform", "yaskawa_dx200"},
+                                                   {"joint_trajectory", "ros2_trajectory"},
+                                                   {"krl", "kuka_krc"},
+                                                   {"melfa5", "melfa_cr800"},
+                                                   {"movemaster", "mitsubishi_rv_m1"},
+                                                   {"pa10", "mitsubishi_pa10"},
+                                                   {"pacscript", "denso_rc8"},
+                                                   {"pdl2", "comau_c5g"},
+                                                   {"rapid", "abb_irc5"},
+                                                   {"urscript", "universal_robots"},
+                                                   {"val3", "staubli_cs8"}};
+
+/// A language that is read, and where its signals have names.
+struct Read {
+  const char* target;
+  const char* reader;
+  bool is_named, has_groups;
+};
+constexpr Read kRead[] = {{"krl", "krl", false, false},          {"rapid", "rapid", true, true},
+                          {"urscript", "urscript", true, false}, {"melfa5", "melfa", false, false},
+                          {"melfa4", "melfa", false, false},     {"fanuc_tp", "tp", false, false},
+                          {"val3", "val3", true, false},         {"gcode", "gcode", false, false}};
+
+class RoundTrip : public test::CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    fs::create_directories(folder_);
+    call("robot.get", {{"name", "puma560"}});
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// What a program of the document does.
+  /// Nothing and a sentence where its IRL is wrong or depends on what is not known.
+  std::vector<Event> run(const Value& id, bool has_groups, std::string& why) {
+    Value files = call("program.files", {{"id", id}});
+    std::vector<std::pair<std::string, std::string>> texts;
+    for (const Value& f : *files.as_list()) {
+      const std::string name = *at(f, "name").as_string();
+      const Value text = call("program.source", {{"id", id}, {"name", name}});
+      texts.emplace_back(name, *text.as_string());
+    }
+    std::vector<SourceFile> sources;
+    for (const auto& [name, text] : texts) sources.push_back({name, text, {}});
+    auto language = app().registry.create<Language>("irl");
+    EXPECT_TRUE(language.ok());
+    const auto info = app().registry.find(Language::kInterfaceId, "irl");
+    auto params = motion::checked_params(*info, {}, "irl");
+    LanguageTask task;
+    task.files = sources;
+    auto progress = std::make_unique<Silent>();
+    auto made = (*language)->compile(task, **params, *progress);
+    EXPECT_TRUE(made.ok());
+    std::shared_ptr<const CompiledProgram> shared = std::move(*made);
+    const rmp_code& c = shared->code();
+    for (std::uint32_t i = 0; i < c.faults.count && why.empty(); ++i) {
+      const auto& f = row<rmp_code_fault>(c.faults, i);
+      if (f.severity == RMP_FAULT_ERROR) why = f.message;
+    }
+    if (c.has_errors) return {};
+    auto t = program::trace(shared);
+    if (!t.ok()) why = t.error().message;
+    return t.ok() ? events(*t, has_groups) : std::vector<Event>{};
+  }
+  /// The library's profile of a target, or nothing.
+  Value profile(const std::string& target) {
+    const auto it = kProfiles.find(target);
+    return it == kProfiles.end() ? Value() : call("controller.get", {{"name", it->second}});
+  }
+
+  /// Nothing = it is not posted; empty = what comes back is equal; else what differs.
+  std::optional<std::string> round_trip(const Value& id, const std::string& name,
+                                        const Read& language, const std::string& form,
+                                        bool by_profile) {
+    const std::string to = language.target;
+    std::string why;
+    const std::vector<Event> wanted = run(id, language.has_groups, why);
+    EXPECT_GT(wanted.size(), 5U) << why;
+    const fs::path folder = folder_ / (name + to + form);
+    fs::create_directories(folder);
+    Map args{{"id", id},
+             {"target", to},
+             {"form", form},
+             {"folder", folder.string()},
+             {"robot", "puma560"}};
+    if (const Value with = by_profile ? profile(to) : Value(); with != Value())
+      args.set("profile", with);
+    auto r = app().dispatch(session_, "program.post", args);
+    if (!r.ok()) return std::nullopt;
+    const List& files = *at(*r, "files").as_list();
+    if (files.empty()) return "no files";
+    auto back = app().dispatch(session_, "program.import",
+                               {{"file", *at(files[0], "path").as_string()},
+                                {"language", language.reader},
+                                {"name", std::string("back")}});
+    if (!back.ok()) return back.error().sentence();
+    std::string found;
+    const std::vector<Event> got = run(*back, language.has_groups, found);
+    call("document.undo");
+    if (!found.empty()) return found;
+    Signals signals(language.is_named);
+    std::size_t k = 0;
+    while (k < wanted.size() && k < got.size() && same(wanted[k], got[k], signals)) ++k;
+    if (k == wanted.size() && k == got.size()) return std::string();
+    return std::to_string(k) + " of " + std::to_string(wanted.size()) + "/" +
+           std::to_string(got.size()) + ": " + (k < wanted.size() ? wanted[k].text() : "end") +
+           " | " + (k < got.size() ? got[k].text() : "end");
+  }
+
+  class Silent final : public Progress {
+   public:
+    void report(double, std::string_view) override {}
+    [[nodiscard]] bool cancelled() const override { return false; }
+  };
+  fs::path folder_ = fs::temp_directory_path() / ("round-trip-" + std::to_string(::getpid()));
+};
+
+/// Program, target and form: posted, or what the refusal begins with, led by its line.
+const std::map<std::string, std::string> kHeld{
+    {"as arc_weld flat", "posted"},
+    {"as arc_weld structured", "posted"},
+    {"as hanoi flat", "posted"},
+    {"as hanoi structured", "posted"},
+    {"as palletising flat", "posted"},
+    {"as palletising structured", "posted"},
+    {"as pick_and_place flat", "posted"},
+    {"as pick_and_place structured", "posted"},
+    {"as two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"as two_robots structured", "11: AS has no variables of robots"},
+    {"c arc_weld flat", "posted"},
+    {"c arc_weld structured", "posted"},
+    {"c hanoi flat", "posted"},
+    {"c hanoi structured", "posted"},
+    {"c palletising flat", "posted"},
+    {"c palletising structured", "posted"},
+    {"c pick_and_place flat", "posted"},
+    {"c pick_and_place structured", "posted"},
+    {"c two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"c two_robots structured", "25: C has no parallel processes"},
+    {"crcl arc_weld flat", "21: CRCL has no WAIT FOR with a TIMEOUT"},
+    {"crcl arc_weld structured", "form: CRCL takes no structured program"},
+    {"crcl hanoi flat", "posted"},
+    {"crcl hanoi structured", "form: CRCL takes no structured program"},
+    {"crcl palletising flat", "posted"},
+    {"crcl palletising structured", "form: CRCL takes no structured program"},
+    {"crcl pick_and_place flat", "21: CRCL has no WAIT FOR"},
+    {"crcl pick_and_place structured", "form: CRCL takes no structured program"},
+    {"crcl two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"crcl two_robots structured", "form: CRCL takes no structured program"},
+    {"fanuc_tp arc_weld flat", "posted"},
+    {"fanuc_tp arc_weld structured", "17: FANUC TP has no values of POSITION"},
+    {"fanuc_tp hanoi flat", "posted"},
+    {"fanuc_tp hanoi structured",
+     "52: FANUC TP has no routines that call themselves, as solve does"},
+    {"fanuc_tp palletising flat", "posted"},
+    {"fanuc_tp palletising structured",
+     "22: FANUC TP has no poses that are computed while it runs"},
+    {"fanuc_tp pick_and_place flat",
+     "31: where this increment leads is not known, since the pose before it is not"},
+    {"fanuc_tp pick_and_place structured",
+     "31: where this increment leads is not known, since the pose before it is not"},
+    {"fanuc_tp two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"fanuc_tp two_robots structured", "16: FANUC TP has no variables of type SEMAPHORE"},
+    {"gcode arc_weld flat", "posted"},
+    {"gcode arc_weld structured", "form: G-code takes no structured program"},
+    {"gcode hanoi flat", "posted"},
+    {"gcode hanoi structured", "form: G-code takes no structured program"},
+    {"gcode palletising flat", "posted"},
+    {"gcode palletising structured", "form: G-code takes no structured program"},
+    {"gcode pick_and_place flat", "28: G-code has no motions that end by a condition (UNTIL)"},
+    {"gcode pick_and_place structured", "form: G-code takes no structured program"},
+    {"gcode two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"gcode two_robots structured", "form: G-code takes no structured program"},
+    {"inform arc_weld flat", "posted"},
+    {"inform arc_weld structured", "form: INFORM takes no structured program"},
+    {"inform hanoi flat", "posted"},
+    {"inform hanoi structured", "form: INFORM takes no structured program"},
+    {"inform palletising flat", "posted"},
+    {"inform palletising structured", "form: INFORM takes no structured program"},
+    {"inform pick_and_place flat",
+     "31: where this increment leads is not known, since the pose before it is not"},
+    {"inform pick_and_place structured", "form: INFORM takes no structured program"},
+    {"inform two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"inform two_robots structured", "form: INFORM takes no structured program"},
+    {"joint_trajectory arc_weld flat", "20: JointTrajectory has no outputs"},
+    {"joint_trajectory arc_weld structured", "form: JointTrajectory takes no structured program"},
+    {"joint_trajectory hanoi flat", "33: JointTrajectory has no outputs"},
+    {"joint_trajectory hanoi structured", "form: JointTrajectory takes no structured program"},
+    {"joint_trajectory palletising flat", "24: JointTrajectory has no outputs"},
+    {"joint_trajectory palletising structured",
+     "form: JointTrajectory takes no structured program"},
+    {"joint_trajectory pick_and_place flat", "20: JointTrajectory has no outputs"},
+    {"joint_trajectory pick_and_place structured",
+     "form: JointTrajectory takes no structured program"},
+    {"joint_trajectory two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"joint_trajectory two_robots structured", "form: JointTrajectory takes no structured program"},
+    {"krl arc_weld flat", "posted"},
+    {"krl arc_weld structured", "posted"},
+    {"krl hanoi flat", "posted"},
+    {"krl hanoi structured", "posted"},
+    {"krl palletising flat", "posted"},
+    {"krl palletising structured", "posted"},
+    {"krl pick_and_place flat", "posted"},
+    {"krl pick_and_place structured", "posted"},
+    {"krl two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"krl two_robots structured", "11: KUKA KRL has no descriptions of robots"},
+    {"melfa4 arc_weld flat", "posted"},
+    {"melfa4 arc_weld structured", "posted"},
+    {"melfa4 hanoi flat", "posted"},
+    {"melfa4 hanoi structured",
+     "52: MELFA-BASIC IV has no routines that call themselves, as solve does"},
+    {"melfa4 palletising flat", "posted"},
+    {"melfa4 palletising structured", "posted"},
+    {"melfa4 pick_and_place flat", "posted"},
+    {"melfa4 pick_and_place structured", "posted"},
+    {"melfa4 two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"melfa4 two_robots structured", "16: MELFA-BASIC IV has no variables of type SEMAPHORE"},
+    {"melfa5 arc_weld flat", "posted"},
+    {"melfa5 arc_weld structured", "posted"},
+    {"melfa5 hanoi flat", "posted"},
+    {"melfa5 hanoi structured",
+     "52: MELFA-BASIC V has no routines that call themselves, as solve does"},
+    {"melfa5 palletising flat", "posted"},
+    {"melfa5 palletising structured", "posted"},
+    {"melfa5 pick_and_place flat", "posted"},
+    {"melfa5 pick_and_place structured", "posted"},
+    {"melfa5 two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"melfa5 two_robots structured", "16: MELFA-BASIC V has no variables of type SEMAPHORE"},
+    {"movemaster arc_weld flat",
+     "18: the hand would lean out of the plane of the arm by 11.72 degrees: the Movemaster has "
+     "five axes"},
+    {"movemaster arc_weld structured", "form: Movemaster RV-M1 takes no structured program"},
+    {"movemaster hanoi flat", "posted"},
+    {"movemaster hanoi structured", "form: Movemaster RV-M1 takes no structured program"},
+    {"movemaster palletising flat", "posted"},
+    {"movemaster palletising structured", "form: Movemaster RV-M1 takes no structured program"},
+    {"movemaster pick_and_place flat",
+     "18: the hand would lean out of the plane of the arm by -82.3 degrees: the Movemaster has "
+     "five axes"},
+    {"movemaster pick_and_place structured", "form: Movemaster RV-M1 takes no structured program"},
+    {"movemaster two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"movemaster two_robots structured", "form: Movemaster RV-M1 takes no structured program"},
+    {"pa10 arc_weld flat", "posted"},
+    {"pa10 arc_weld structured", "posted"},
+    {"pa10 hanoi flat", "posted"},
+    {"pa10 hanoi structured", "posted"},
+    {"pa10 palletising flat", "posted"},
+    {"pa10 palletising structured", "posted"},
+    {"pa10 pick_and_place flat", "28: C for the PA-10 has no motions that end by a condition"},
+    {"pa10 pick_and_place structured",
+     "28: C for the PA-10 has no motions that end by a condition"},
+    {"pa10 two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"pa10 two_robots structured", "25: C for the PA-10 has no parallel processes"},
+    {"pacscript arc_weld flat", "posted"},
+    {"pacscript arc_weld structured", "posted"},
+    {"pacscript hanoi flat", "posted"},
+    {"pacscript hanoi structured",
+     "52: PacScript has no routines that call themselves, as solve does"},
+    {"pacscript palletising flat", "posted"},
+    {"pacscript palletising structured", "posted"},
+    {"pacscript pick_and_place flat", "28: PacScript has no motions that end early (UNTIL)"},
+    {"pacscript pick_and_place structured", "28: PacScript has no motions that end early (UNTIL)"},
+    {"pacscript two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"pacscript two_robots structured", "11: PacScript has no variables of robots"},
+    {"pdl2 arc_weld flat", "posted"},
+    {"pdl2 arc_weld structured", "posted"},
+    {"pdl2 hanoi flat", "posted"},
+    {"pdl2 hanoi structured", "posted"},
+    {"pdl2 palletising flat", "posted"},
+    {"pdl2 palletising structured", "posted"},
+    {"pdl2 pick_and_place flat", "posted"},
+    {"pdl2 pick_and_place structured", "posted"},
+    {"pdl2 two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"pdl2 two_robots structured", "11: PDL2 has no variables of robots"},
+    {"rapid arc_weld flat", "posted"},
+    {"rapid arc_weld structured", "posted"},
+    {"rapid hanoi flat", "posted"},
+    {"rapid hanoi structured", "posted"},
+    {"rapid palletising flat", "posted"},
+    {"rapid palletising structured", "posted"},
+    {"rapid pick_and_place flat", "posted"},
+    {"rapid pick_and_place structured", "posted"},
+    {"rapid two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"rapid two_robots structured", "11: ABB RAPID has no descriptions of robots"},
+    {"urscript arc_weld flat", "posted"},
+    {"urscript arc_weld structured", "posted"},
+    {"urscript hanoi flat", "posted"},
+    {"urscript hanoi structured",
+     "52: URScript has no routines that call themselves, as solve does"},
+    {"urscript palletising flat", "posted"},
+    {"urscript palletising structured", "posted"},
+    {"urscript pick_and_place flat", "posted"},
+    {"urscript pick_and_place structured", "posted"},
+    {"urscript two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"urscript two_robots structured", "posted"},
+    {"val3 arc_weld flat", "posted"},
+    {"val3 arc_weld structured",
+     "23: VAL3 has no circles through places that are computed while it runs"},
+    {"val3 hanoi flat", "posted"},
+    {"val3 hanoi structured", "posted"},
+    {"val3 palletising flat", "posted"},
+    {"val3 palletising structured", "posted"},
+    {"val3 pick_and_place flat", "posted"},
+    {"val3 pick_and_place structured", "posted"},
+    {"val3 two_robots flat",
+     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "their order depends on "},
+    {"val3 two_robots structured", "11: VAL3 has no variables of robots"},
+};
+
+/// Round trips that are not equal, and why not.
+const std::map<std::string, std::string> kExceptions{
+    {"krl pick_and_place flat",
+     "UNTIL is said by an interrupt, which stays one: what happens depends on the input"},
+    {"krl pick_and_place structured",
+     "UNTIL is said by an interrupt, which stays one: what happens depends on the input"},
+    {"melfa4 pick_and_place flat",
+     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
+    {"melfa4 pick_and_place structured",
+     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
+    {"melfa5 pick_and_place flat",
+     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
+    {"melfa5 pick_and_place structured",
+     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
+    {"rapid arc_weld structured",
+     "a computed place takes its configuration from CRobT, which IRL does not have"},
+    {"rapid pick_and_place flat", "MOVE_INC is from CRobT, and UNTIL is SearchL: neither is read"},
+    {"rapid pick_and_place structured",
+     "MOVE_INC is from CRobT, and UNTIL is SearchL: neither is read"},
+    {"urscript pick_and_place flat",
+     "UNTIL is said by a thread that ends the motion, which is not read as UNTIL"},
+    {"urscript pick_and_place structured",
+     "UNTIL is said by a thread that ends the motion, which is not read as UNTIL"},
+    {"val3 pick_and_place flat", "MOVE_INC is from here(), which IRL does not have"},
+    {"val3 pick_and_place structured", "MOVE_INC is from here(), which IRL does not have"},
+};
+
+const fs::path kPrograms = fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/programs";
+
+TEST_F(RoundTrip, EveryTargetTakesEveryProgramOrSaysAtWhichLineNot) {
+  std::map<std::string, std::string> held = kHeld;
+  for (const char* name : {"hanoi", "pick_and_place", "palletising", "arc_weld", "two_robots"}) {
+    const Value id =
+        call("program.import", {{"file", (kPrograms / (std::string(name) + ".irl")).string()}});
+    const Value targets = call("program.targets");
+    for (const Value& target : *targets.as_list()) {
+      const std::string to = *at(target, "name").as_string();
+      for (const char* form : {"structured", "flat"}) {
+        Map args{{"id", id}, {"target", to}, {"form", form}, {"check", true}, {"robot", "puma560"}};
+        if (const Value with = profile(to); with != Value()) args.set("profile", with);
+        auto r = app().dispatch(session_, "program.post", args);
+        std::string outcome = "posted";
+        if (!r.ok()) {
+          outcome = r.error().sentence();
+        } else {
+          std::size_t errors = 0;
+          for (const Value& f : *at(*r, "faults").as_list())
+            if (*at(f, "severity").as_string() == "error") {
+              if (errors++ == 0)
+                outcome =
+                    std::to_string(*at(f, "line").as_int()) + ": " + *at(f, "message").as_string();
+              EXPECT_GT(*at(f, "line").as_int(), 0) << to << " " << name;
+            }
+          EXPECT_EQ(*at(*r, "correct").as_bool(), errors == 0) << to << " " << name << " " << form;
+        }
+        const std::string what = to + " " + name + " " + form;
+        const auto it = held.find(what);
+        if (it == held.end()) {
+          ADD_FAILURE() << "{\"" << what << "\", \"" << outcome << "\"},";
+          continue;
+        }
+        EXPECT_TRUE(outcome == it->second ||
+                    (it->second != "posted" && outcome.starts_with(it->second)))
+            << what << ": " << outcome << "\nheld: " << it->second;
+        held.erase(it);
+      }
+    }
+    call("document.undo");
+  }
+  for (const auto& [what, outcome] : held) ADD_FAILURE() << what << " is held and was not posted";
+}
+
+TEST(PostsPage, TheTableSaysWhatIsHeld) {
+  std::ifstream in(fs::path(ROBOMOSP_SOURCE_DIR) / "docs/user/irl/posts.md");
+  const std::vector<std::string> programs{"hanoi", "pick_and_place", "palletising", "arc_weld",
+                                          "two_robots"};
+  std::size_t rows = 0;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with("| `")) continue;
+    std::vector<std::string> cells;
+    std::istringstream all(line.substr(2));
+    for (std::string c; std::getline(all, c, '|');)
+      if (c.find_first_not_of(' ') != std::string::npos)
+        cells.push_back(c.substr(c.find_first_not_of(' '),
+                                 c.find_last_not_of(' ') - c.find_first_not_of(' ') + 1));
+    ASSERT_EQ(cells.size(), programs.size() + 1) << line;
+    const std::string target = cells[0].substr(1, cells[0].size() - 2);
+    for (std::size_t k = 0; k < programs.size(); ++k) {
+      std::string forms;
+      for (const char* form : {"structured", "flat"})
+        if (const auto it = kHeld.find(target + " " + programs[k] + " " + form);
+            it != kHeld.end() && it->second == "posted")
+          forms += (forms.empty() ? "" : ", ") + std::string(form);
+      if (forms.empty()) EXPECT_TRUE(cells[k + 1].starts_with("no: ")) << line;
+      else EXPECT_EQ(cells[k + 1], forms) << target << " " << programs[k];
+    }
+    ++rows;
+  }
+  EXPECT_EQ(rows * programs.size() * 2, kHeld.size());
+}
+
+TEST_F(RoundTrip, WhatReadersMakeOfPostedProgramsDoesTheSame) {
+  std::map<std::string, std::string> exceptions = kExceptions;
+  std::size_t equal = 0;
+  for (const char* name : {"hanoi", "pick_and_place", "palletising", "arc_weld"}) {
+    const Value id =
+        call("program.import", {{"file", (kPrograms / (std::string(name) + ".irl")).string()}});
+    for (const Read& language : kRead)
+      for (const char* form : {"structured", "flat"}) {
+        const std::string to = language.target, what = to + " " + name + " " + form;
+        const auto expected = kHeld.find(what);
+        ASSERT_NE(expected, kHeld.end()) << what;
+        const auto found = round_trip(id, name, language, form, true);
+        EXPECT_EQ(found.has_value(), expected->second == "posted") << what;
+        if (!found) continue;
+        const auto excused = exceptions.find(what);
+        EXPECT_EQ(found->empty(), excused == exceptions.end()) << what << ": " << *found;
+        if (excused != exceptions.end()) exceptions.erase(excused);
+        equal += found->empty();
+      }
+    call("document.undo");
+  }
+  for (const auto& [what, why] : exceptions) ADD_FAILURE() << what << " is excused and not posted";
+  EXPECT_GT(equal, 25U);
+}
+
+/// Flags of the target of a MELFA program: )(FL1,FL2).
+std::string flags(const std::string& text) {
+  std::string out;
+  std::istringstream in(text);
+  for (std::string l; std::getline(in, l);)
+    if (l.starts_with("P") && l.find("=(450.") != std::string::npos) out += l.substr(l.find(")("));
+  return out;
+}
+TEST_F(RoundTrip, StatusAndTurnsComeBack) {
+  // What was read is posted to one language again: the same flags of configuration and turns.
+  std::size_t turned = 0, reached = 0;
+  for (const int status : {0, 1, 2, 4, 6})
+    for (const int angle : {20, 60, 100, 140, 200, 260, 300, 340})
+      for (const int turn : {-1, 0, 1}) {
+        const std::string source =
+            "PROGRAM turning;\nBEGIN\n  MOVE PTP ROBTARGET(POSE(POSITION(450.0, 200.0, 150.0), "
+            "ORIZYX(" +
+            std::to_string(angle) + ".0, 160.0, 0.0)), " + std::to_string(status) + ", [0, " +
+            std::to_string(turn) + "], ADD_JOINT(0.0));\nENDPROGRAM;\n";
+        const Value id = call("program.create", {{"name", "turning"}, {"source", source}});
+        const auto posted = [&](const Value& program, const std::string& to,
+                                const std::string& folder) {
+          Map args{{"id", program}, {"target", to}, {"robot", "puma560"}, {"form", "structured"}};
+          if (!folder.empty()) args.set("folder", folder);
+          return app().dispatch(session_, "program.post", args);
+        };
+        auto direct = posted(id, "melfa5", "");
+        ASSERT_TRUE(direct.ok()) << direct.error().sentence();
+        const std::string want =
+            flags(*at(at(*direct, "files").as_list()->at(0), "text").as_string());
+        // Not reached: without the robot's joints the program's own numbers are written.
+        auto joints = posted(id, "rapid", "");
+        const bool is_reached =
+            joints.ok() &&
+            at(at(*joints, "files").as_list()->at(0), "text").as_string()->find("[0,0,0,") ==
+                std::string::npos;
+        // TP keeps its tools to itself: what is read has one that is not known.
+        for (const char* to : {"krl", "rapid", "melfa5"}) {
+          if (!is_reached) break;
+          const fs::path folder = folder_ / (std::string(to) + std::to_string(status) + "-" +
+                                             std::to_string(angle) + "-" + std::to_string(turn));
+          fs::create_directories(folder);
+          auto files = posted(id, to, folder.string());
+          ASSERT_TRUE(files.ok()) << to << " " << files.error().sentence();
+          const std::string reader = to == std::string("melfa5") ? "melfa" : to;
+          auto back = app().dispatch(
+              session_, "program.import",
+              {{"file", *at(at(*files, "files").as_list()->at(0), "path").as_string()},
+               {"language", reader},
+               {"name", std::string("back")}});
+          ASSERT_TRUE(back.ok()) << to << " " << back.error().sentence();
+          auto again = posted(*back, "melfa5", "");
+          ASSERT_TRUE(again.ok()) << to << " " << again.error().sentence();
+          EXPECT_EQ(flags(*at(at(*again, "files").as_list()->at(0), "text").as_string()), want)
+              << to << " STATUS " << status << " at " << angle << " turn " << turn;
+          call("document.undo");
+          ++reached;
+          turned += turn != 0;
+        }
+        call("document.undo");
+      }
+  EXPECT_GT(reached, 45U);
+  EXPECT_GT(turned, 8U);
+}
+
+/// What a target makes of a program, as one text: its files and what is said of them.
+std::string read_all(const fs::path& folder) {
+  std::map<std::string, fs::path> files;
+  if (fs::exists(folder))
+    for (const auto& e : fs::recursive_directory_iterator(folder))
+      if (e.is_regular_file()) files[fs::relative(e.path(), folder).generic_string()] = e.path();
+  std::string all;
+  for (const auto& [name, path] : files) {
+    std::ifstream in(path, std::ios::binary);
+    all += "==== " + name + "\n";
+    all.append(std::istreambuf_iterator<char>(in), {});
+  }
+  return all;
+}
+
+/// Files in tests/golden/posts, read line by line against the rules of each controller;
+/// ROBOMOSP_UPDATE_GOLDEN=1 writes them anew.
+TEST_F(RoundTrip, FilesOfEveryTargetAreThoseThatWereRead) {
+  const fs::path golden = fs::path(ROBOMOSP_SOURCE_DIR) / "tests/golden/posts";
+  std::set<std::string> targets;
+  for (const auto& [what, outcome] : kHeld) targets.insert(what.substr(0, what.find(' ')));
+  EXPECT_EQ(targets.size(), 17U);
+  for (const fs::path& program :
+       {kPrograms / "pick_and_place.irl", golden / "constructs.irl", golden / "motions.irl"}) {
+    const std::string name = program.stem().string();
+    const Value id = call("program.import", {{"file", program.string()}});
+    for (const std::string& to : targets) {
+      std::string text;
+      for (const char* form : {"structured", "flat"}) {
+        Map args{{"id", id}, {"target", to}, {"form", form}, {"robot", "puma560"}};
+        if (const Value with = profile(to); with != Value()) args.set("profile", with);
+        args.set("inputs", Map{{"ready", true}, {"code", 0}});
+        if (name != "constructs") args.set("inputs", Map{});
+        args.set("check", true);
+        auto checked = app().dispatch(session_, "program.post", args);
+        text += std::string("==== ") + form + "\n";
+        bool is_correct = checked.ok();
+        if (!checked.ok()) {
+          text += checked.error().sentence() + "\n";
+        } else {
+          for (const Value& f : *at(*checked, "faults").as_list())
+            text += std::to_string(*at(f, "line").as_int()) + ": " +
+                    *at(f, "severity").as_string() + ": " + *at(f, "message").as_string() + "\n";
+          is_correct = *at(*checked, "correct").as_bool();
+        }
+        if (!is_correct) continue;
+        const fs::path folder = folder_ / (name + to + form);
+        fs::create_directories(folder);
+        args.set("check", false);
+        args.set("folder", folder.string());
+        call("program.post", args);
+        text += read_all(folder);
+        break;
+      }
+      const fs::path file = golden / (name + "." + to + ".txt");
+      if (std::getenv("ROBOMOSP_UPDATE_GOLDEN")) {
+        std::ofstream(file, std::ios::binary) << text;
+        continue;
+      }
+      std::ifstream in(file, std::ios::binary);
+      EXPECT_EQ(text, std::string(std::istreambuf_iterator<char>(in), {})) << file;
+    }
+    call("document.undo");
+  }
+}
+
+/// The configuration of each target comes back: what a controller writes was compared with its
+/// documentation in the tests of posts and readers.
+TEST_F(RoundTrip, ConfigurationsComeBack) {
+  std::string source = "PROGRAM turns;\nBEGIN\n";
+  for (int status = 0; status < 8; ++status)
+    source +=
+        "  MOVE PTP ROBTARGET(POSE(POSITION(450.0, 200.0, 300.0), ORIZYX(0.0, 120.0, 0.0)), " +
+        std::to_string(status) + ", [0, 0], ADD_JOINT(0.0));\n";
+  source += "ENDPROGRAM;\n";
+  const Value id = call("program.create", {{"name", std::string("turns")}, {"source", source}});
+  for (const Read& language : kRead) {
+    const std::string to = language.target;
+    if (to == "urscript" || to == "gcode") continue;
+    const fs::path folder = folder_ / ("turns" + to);
+    fs::create_directories(folder);
+    const Value r = call("program.post", {{"id", id},
+                                          {"target", to},
+                                          {"form", std::string("structured")},
+                                          {"folder", folder.string()},
+                                          {"robot", std::string("puma560")}});
+    const Value back =
+        call("program.import", {{"file", *at((*at(r, "files").as_list())[0], "path").as_string()},
+                                {"language", std::string(language.reader)},
+                                {"name", std::string("back")}});
+    std::string irl;
+    const Value files = call("program.files", {{"id", back}});
+    for (const Value& f : *files.as_list())
+      irl +=
+          *call("program.source", {{"id", back}, {"name", *at(f, "name").as_string()}}).as_string();
+    for (int status = 0; status < 8; ++status)
+      EXPECT_NE(irl.find("), " + std::to_string(status) + ", ["), std::string::npos)
+          << to << " lost STATUS " << status << "\n"
+          << irl;
+    call("document.undo");
+  }
+}
+
+TEST_F(RoundTrip, GCodeWithoutRotaryAxesKeepsThePlaces) {
+  for (const char* name : {"hanoi", "arc_weld"}) {
+    const Value id =
+        call("program.import", {{"file", (kPrograms / (std::string(name) + ".irl")).string()}});
+    const auto found = round_trip(id, name, {"gcode", "gcode", false, false}, "flat", false);
+    ASSERT_TRUE(found) << name;
+    EXPECT_EQ(*found, "") << name;
+    call("document.undo");
+  }
+}
+
+}  // namespace
+}  // namespace robomosp

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs in worlds: what names mean there, motions, signals, grips, and live runs with a
+// debugger.
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/program.h"
+
+namespace robomosp {
+namespace {
+
+using recording::RecordingPtr;
+
+class ProgramRun : public test::CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    cell_ = world_with({"ur5"});
+  }
+  Value world_with(const std::vector<std::string>& robots) {
+    const Value world = call("world.create", {{"name", "cell" + std::to_string(++made_)}});
+    for (std::size_t i = 0; i < robots.size(); ++i)
+      call("world.add_robot", {{"id", world},
+                               {"robot", call("robot.get", {{"name", robots[i]}})},
+                               {"name", robots[i] + (i ? "_" + std::to_string(i + 1) : "")},
+                               {"position", List{0.0, 1.5 * static_cast<double>(i), 0.0}}});
+    return world;
+  }
+  /// Puts a program into the world of the test.
+  Value put(const std::string& name, const std::string& body, const std::string& declared = "") {
+    const Value p = call("program.create", {{"name", name},
+                                            {"source", "PROGRAM " + name + ";\n" + declared +
+                                                           "BEGIN\n" + body + "ENDPROGRAM;\n"}});
+    call("world.add_program", {{"id", cell_}, {"program", p}});
+    return p;
+  }
+  RecordingPtr run(Map args = {}) {
+    args.set("id", cell_);
+    const Value made = call("world.run_task", args);
+    const Handle* h = made.as_handle();
+    return h ? app().recordings.find(h->number) : nullptr;
+  }
+  std::string fault(Map args = {}) {
+    args.set("id", cell_);
+    return fails("world.run_task", args).sentence();
+  }
+  static const std::vector<double>& column(const RecordingPtr& r, const std::string& name) {
+    static const std::vector<double> none{NAN};
+    for (const auto& c : r->columns)
+      if (c.name == name) return c.values;
+    ADD_FAILURE() << "no column " << name;
+    return none;
+  }
+  /// The first time at which a column is at least so much.
+  static double first(const RecordingPtr& r, const std::string& name, double least) {
+    const auto& v = column(r, name);
+    for (std::size_t i = 0; i < v.size(); ++i)
+      if (v[i] >= least) return column(r, "time")[i];
+    return NAN;
+  }
+  static bool has_note(const RecordingPtr& r, const std::string& part) {
+    for (const std::string& n : r->notes)
+      if (n.find(part) != std::string::npos) return true;
+    return false;
+  }
+  /// Places of the tool, a row each.
+  std::vector<std::array<double, 3>> tool(const RecordingPtr& r) {
+    std::vector<std::array<double, 3>> out;
+    const std::uint64_t number = app().recordings.add(r);
+    call("recording.compute",
+         {{"id", Handle{"recording", number}}, {"quantities", List{"pose"}}, {"robot", "ur5"}});
+    const RecordingPtr with = app().recordings.find(number);
+    const auto &x = column(with, "ur5.x"), &y = column(with, "ur5.y"), &z = column(with, "ur5.z");
+    for (std::size_t i = 0; i < x.size(); ++i) out.push_back({x[i], y[i], z[i]});
+    return out;
+  }
+
+  Value cell_;
+  int made_ = 0;
+};
+
+constexpr const char* kDown = "ORIENTATION: down := ORIZYX(0.0, 180.0, 0.0);\n";
+
+TEST_F(ProgramRun, TheTowersOfHanoiStandWhereTheyBelongOnThreeRobots) {
+  for (const std::string robot : {"ur5", "puma560", "pa10"}) {
+    cell_ = world_with({robot});
+    const double stand = robot == "pa10" ? -0.2 : 0.0;
+    call("world.add_frame",
+         {{"id", cell_}, {"name", "table"}, {"position", List{0.0, 0.0, stand}}});
+    for (int i = 1; i <= 3; ++i) {
+      const std::string name = robot + "_disc" + std::to_string(i);
+      call("solid.create",
+           {{"name", name},
+            {"root", Map{{"kind", "cylinder"}, {"radius", 0.1 - 0.02 * i}, {"height", 0.03}}}});
+      call("world.add_object", {{"id", cell_},
+                                {"what", name},
+                                {"name", "disc" + std::to_string(i)},
+                                {"position", List{0.6, -0.25, stand + 0.03 * (i - 1)}}});
+    }
+    const Value p =
+        call("program.import",
+             {{"file", std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/programs/hanoi.irl"},
+              {"name", "hanoi_" + robot}});
+    call("world.add_program", {{"id", cell_}, {"program", p}, {"name", "hanoi"}});
+    call("program.bind", {{"id", p}, {"kind", "robot"}, {"frame", "table"}});
+    const RecordingPtr r = run();
+    ASSERT_TRUE(r) << robot;
+    for (int i = 1; i <= 3; ++i) {
+      const std::string disc = "disc" + std::to_string(i);
+      EXPECT_NEAR(column(r, disc + ".x").back(), 0.6, 1e-5) << robot;
+      EXPECT_NEAR(column(r, disc + ".y").back(), 0.25, 1e-5) << robot;
+      EXPECT_NEAR(column(r, disc + ".z").back(), stand + 0.03 * (i - 1), 1e-5) << robot;
+    }
+    EXPECT_TRUE(has_note(r, "hanoi: done: 7 discs carried"));
+    std::size_t takes = 0;
+    for (const std::string& n : r->notes) takes += n.find(" takes disc") != std::string::npos;
+    EXPECT_EQ(takes, 7U);
+  }
+}
+
+TEST_F(ProgramRun, AStraightMotionLastsAsItsSpeedAndAccelerationSay) {
+  put("way",
+      "MOVE PTP POSE(POSITION(400.0, 100.0, 300.0), down);\n"
+      "go := TRUE;\n"
+      "MOVE LIN POSE(POSITION(400.0, 100.0, 500.0), down) SPEED := 100.0;\n"
+      "go := FALSE;\n"
+      "MOVE LIN POSE(POSITION(400.0, 100.0, 300.0), down) TIME := 3.0;\n"
+      "go := TRUE;\n",
+      std::string("SIGNAL OUTPUT BOOL: go AT 1;\nVAR ") + kDown);
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  const RecordingPtr r = run({{"sample_time", 0.001}});
+  ASSERT_TRUE(r);
+  const auto& go = column(r, "signal.go");
+  const auto& t = column(r, "time");
+  std::vector<double> changes;
+  for (std::size_t i = 1; i < go.size(); ++i)
+    if (go[i] != go[i - 1]) changes.push_back(t[i]);
+  ASSERT_EQ(changes.size(), 3U);
+  // 200 mm at 100 mm/s, up and down with 2.5 m/s^2: 2 s + 0.04 s.
+  EXPECT_NEAR(changes[1] - changes[0], 2.04, 0.0021);
+  EXPECT_NEAR(changes[2] - changes[1], 3.0, 0.0021);
+  const auto places = tool(r);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (t[i] <= changes[0]) continue;
+    EXPECT_NEAR(places[i][0], 0.4, 1e-6);
+    EXPECT_NEAR(places[i][1], 0.1, 1e-6);
+  }
+  EXPECT_NEAR(places.back()[2], 0.3, 1e-6);
+}
+
+TEST_F(ProgramRun, UntilStopsTheRobotOnItsPath) {
+  put("way",
+      "MOVE PTP POSE(POSITION(400.0, 100.0, 300.0), down);\n"
+      "WAIT FOR start;\n"
+      "MOVE LIN POSE(POSITION(400.0, 100.0, 600.0), down) SPEED := 100.0 UNTIL enough;\n"
+      "WAIT 0.5 SEC;\n",
+      std::string("SIGNAL INPUT BOOL: start AT 1; INPUT BOOL: enough AT 2;\nVAR ") + kDown);
+  put("other", "WAIT 5.0 SEC; start := TRUE; WAIT 1.0 SEC; enough := TRUE;\n",
+      "SIGNAL OUTPUT BOOL: start AT 1; OUTPUT BOOL: enough AT 2;\n");
+  for (const char* name : {"start", "enough"})
+    call("world.add_signal", {{"id", cell_}, {"name", name}});
+  const RecordingPtr r = run({{"sample_time", 0.01}});
+  ASSERT_TRUE(r);
+  const auto places = tool(r);
+  // 1 s of 100 mm/s behind a start with 2.5 m/s^2, and a way to rest.
+  EXPECT_GT(places.back()[2], 0.398 - 1e-6);
+  EXPECT_LT(places.back()[2], 0.42);
+  EXPECT_NEAR(places.back()[0], 0.4, 1e-6);
+  const auto& t = column(r, "time");
+  for (std::size_t j = 1; j <= 6; ++j) {
+    const auto& qd = column(r, "ur5.qd" + std::to_string(j));
+    EXPECT_NEAR(qd.back(), 0, 1e-12);
+    const auto& q = column(r, "ur5.q" + std::to_string(j));
+    for (std::size_t i = 1; i < q.size(); ++i)
+      EXPECT_NEAR(q[i] - q[i - 1], (qd[i] + qd[i - 1]) / 2 * (t[i] - t[i - 1]), 2e-4);
+  }
+}
+
+TEST_F(ProgramRun, ACornerWithinItsZoneIsPassedWithoutAStop) {
+  const std::string corner =
+      "MOVE PTP POSE(POSITION(400.0, -100.0, 300.0), down);\ngo := TRUE;\n"
+      "MOVE LIN POSE(POSITION(400.0, 100.0, 300.0), down) SPEED := 100.0 C_CP := ";
+  const std::string rest =
+      ";\nMOVE LIN POSE(POSITION(400.0, 100.0, 500.0), down) SPEED := 100.0;\ngo := FALSE;\n";
+  const std::string declared = std::string("SIGNAL OUTPUT BOOL: go AT 1;\nVAR ") + kDown;
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  put("stops", corner + "0.0" + rest, declared);
+  put("passes", corner + "10.0" + rest, declared);
+  const auto lasts = [&](const RecordingPtr& r) {
+    const auto& go = column(r, "signal.go");
+    double sum = 0;
+    for (const double g : go) sum += g * 0.01;
+    return sum;
+  };
+  const RecordingPtr stops = run({{"program", "stops"}, {"sample_time", 0.01}}),
+                     passes = run({{"program", "passes"}, {"sample_time", 0.01}});
+  ASSERT_TRUE(stops && passes);
+  EXPECT_LT(lasts(passes), lasts(stops) - 0.01);
+  const auto places = tool(passes);
+  double nearest = 1;
+  for (const auto& p : places)
+    nearest = std::min(nearest, std::hypot(p[0] - 0.4, p[1] - 0.1, p[2] - 0.3));
+  EXPECT_GT(nearest, 1e-4);
+  EXPECT_LT(nearest, 0.01);
+  EXPECT_NEAR(places.back()[2], 0.5, 1e-6);
+}
+
+TEST_F(ProgramRun, ProgramsAndTasksShareSignalsAndRepeatBitForBit) {
+  for (const char* name : {"ask", "answer"})
+    call("world.add_signal", {{"id", cell_}, {"name", name}});
+  put("one",
+      "FOR i := 1 TO 3\nask := TRUE; WAIT FOR answer; WAIT 0.1 SEC; ask := FALSE; WAIT FOR NOT "
+      "answer;\n"
+      "MOVE_INC LIN POSE(POSITION(0.0, 0.0, 10.0), ORIZYX(0.0, 0.0, 0.0));\nENDFOR;\n",
+      "SIGNAL OUTPUT BOOL: ask AT 1; INPUT BOOL: answer AT 2;\nVAR INT: i;\n");
+  call("task.create",
+       {{"name", "two"},
+        {"steps",
+         List{Map{{"step", "repeat"},
+                  {"count", 3},
+                  {"steps", List{Map{{"step", "wait"}, {"condition", "ask == 1"}},
+                                 Map{{"step", "wait"}, {"time", 0.25}},
+                                 Map{{"step", "set"}, {"signal", "answer"}, {"value", 1}},
+                                 Map{{"step", "wait"}, {"condition", "ask == 0"}},
+                                 Map{{"step", "set"}, {"signal", "answer"}, {"value", 0}}}}}}}});
+  call("world.add_task", {{"id", cell_}, {"task", "two"}});
+  const RecordingPtr a = run(), b = run();
+  ASSERT_TRUE(a && b);
+  EXPECT_NEAR(first(a, "signal.answer", 1), 0.26, 0.011);
+  ASSERT_EQ(a->columns.size(), b->columns.size());
+  for (std::size_t c = 0; c < a->columns.size(); ++c)
+    EXPECT_EQ(a->columns[c].values, b->columns[c].values) << a->columns[c].name;
+  EXPECT_EQ(a->notes, b->notes);
+}
+
+TEST_F(ProgramRun, WhatIsBoundToNothingOrWronglyIsASentence) {
+  const Value p =
+      put("signals", "WAIT FOR here;\n", "SIGNAL INPUT BOOL: here AT 1; OUTPUT INT: lamp AT 2;\n");
+  EXPECT_NE(fault().find("the world has no signal for here and lamp"), std::string::npos)
+      << fault();
+  call("program.bind", {{"id", p}, {"kind", "free"}, {"name", "lamp"}});
+  call("program.bind", {{"id", p}, {"kind", "signal"}, {"name", "here"}, {"to", "nothing"}});
+  EXPECT_NE(fault().find("no signal \"nothing\""), std::string::npos) << fault();
+  call("program.bind", {{"id", p}, {"kind", "free"}, {"name", "here"}, {"value", 1}});
+  EXPECT_TRUE(run());
+  call("program.bind", {{"id", p}, {"kind", "grip"}, {"name", "here"}});
+  EXPECT_NE(fault().find("cannot grip"), std::string::npos) << fault();
+  call("program.unbind", {{"id", p}, {"name", "here"}});
+  EXPECT_TRUE(run({{"unbound", "free"}, {"duration", 1}}));
+  call("program.bind", {{"id", p}, {"kind", "robot"}, {"to", "nobody"}});
+  EXPECT_NE(fault({{"unbound", "free"}}).find("no robot \"nobody\""), std::string::npos);
+}
+
+TEST_F(ProgramRun, FaultsNameProgramFileLineAndColumn) {
+  put("far", "MOVE PTP POSE(POSITION(4000.0, 0.0, 0.0), down);\n", std::string("VAR ") + kDown);
+  EXPECT_EQ(fault().find("world \"cell1\", program \"far\", far.irl:4:1: robot \"ur5\" does not"),
+            0U)
+      << fault();
+  call("world.remove_program", {{"id", cell_}, {"name", "far"}});
+  put("joints", "MOVE PTP MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 9000.0);\n");
+  EXPECT_NE(fault().find("joint 6"), std::string::npos) << fault();
+  call("world.remove_program", {{"id", cell_}, {"name", "joints"}});
+  put("slow", "MOVE PTP MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 9.0) SPEED_PTP := share;\n",
+      "VAR REAL: share;\n");
+  EXPECT_NE(fault().find("SPEED_PTP"), std::string::npos) << fault();
+  call("world.remove_program", {{"id", cell_}, {"name", "slow"}});
+  put("never", "LOOP\nWAIT 1.0 SEC;\nENDLOOP;\n");
+  EXPECT_NE(fault({{"most_time", 20}}).find("longer than 20 s"), std::string::npos);
+  EXPECT_NEAR(column(run({{"duration", 5}}), "time").back(), 5, 1e-9);
+  call("world.remove_program", {{"id", cell_}, {"name", "never"}});
+  put("busy", "LOOP\nENDLOOP;\n");
+  EXPECT_NE(fault().find("computes without end"), std::string::npos);
+  call("world.remove_program", {{"id", cell_}, {"name", "busy"}});
+  put("stuck", "WAIT FOR a;\n", "SIGNAL INPUT BOOL: a AT 1;\n");
+  EXPECT_NE(fault({{"unbound", "free"}}).find("can never come true"), std::string::npos);
+}
+
+TEST_F(ProgramRun, LinesAreRecordedAndCostsGrowWithTheMotions) {
+  put("many",
+      "MOVE PTP POSE(POSITION(400.0, 100.0, 300.0), down);\nFOR i := 1 TO n\n"
+      "MOVE_INC LIN POSE(POSITION(0.0, 0.0, 1.0), ORIZYX(0.0, 0.0, 0.0));\n"
+      "MOVE_INC LIN POSE(POSITION(0.0, 0.0, -1.0), ORIZYX(0.0, 0.0, 0.0));\nENDFOR;\n",
+      std::string("SIGNAL INPUT INT: n AT 1;\nVAR INT: i;\n") + kDown);
+  const auto seconds = [&](double n) {
+    call("program.bind", {{"id", "many"}, {"kind", "free"}, {"name", "n"}, {"value", n}});
+    const auto start = std::chrono::steady_clock::now();
+    const RecordingPtr r = run({{"most_time", 1e6}});
+    EXPECT_EQ(column(r, "many.line").back(), 9);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  seconds(10);
+  const double few = seconds(100), many = seconds(800);
+  EXPECT_LT(many, 8 * 3 * few + 0.05);
+}
+
+class ProgramLive : public ProgramRun {
+ protected:
+  Value start() { return call("world.start_run", {{"id", cell_}, {"of", "tasks"}}); }
+  void put_counter() {
+    put("count",
+        "  FOR i := 1 TO 5\n"  // 7
+        "    add(i);\n"        // 8
+        "    WAIT 0.1 SEC;\n"  // 9
+        "    MOVE_INC LIN POSE(POSITION(0.0, 0.0, 10.0), ORIZYX(0.0, 0.0, 0.0));\n"
+        "  ENDFOR;\n",
+        "VAR INT: i, sum;\nPROCEDURE add (IN INT: n);\nBEGIN sum := sum + n;\nENDPROC;\n");
+  }
+};
+
+TEST_F(ProgramLive, ARunStepByStepIsTheWholeRun) {
+  put_counter();
+  const RecordingPtr whole = run();
+  const Value live = start();
+  for (int i = 0; i < 10; ++i) call("run.step", {{"id", live}});
+  call("run.finish", {{"id", live}});
+  const Value made = call("run.recording", {{"id", live}});
+  const RecordingPtr stepped = app().recordings.find(made.as_handle()->number);
+  ASSERT_TRUE(whole && stepped);
+  for (const auto& c : whole->columns) EXPECT_EQ(c.values, column(stepped, c.name)) << c.name;
+  EXPECT_EQ(whole->notes, stepped->notes);
+}
+
+TEST_F(ProgramLive, BreakpointsStopItAndThePastKeepsItsVariables) {
+  put_counter();
+  const Value live = start();
+  const Value b = call("run.set_breakpoint", {{"id", live}, {"line", 8}, {"condition", "i = 3"}});
+  EXPECT_EQ(*at(b, "line").as_int(), 8);
+  const Value stood = call("run.continue", {{"id", live}});
+  EXPECT_EQ(at(stood, "reason").text(), "breakpoint");
+  EXPECT_EQ(*at(stood, "line").as_int(), 8);
+  EXPECT_EQ(at(call("run.evaluate", {{"id", live}, {"expression", "sum"}}), "value").text(), "3");
+  EXPECT_EQ(*at(call("run.step_into", {{"id", live}}), "line").as_int(), 4);
+  EXPECT_EQ(call("run.stack", {{"id", live}}).as_list()->size(), 2U);
+  EXPECT_EQ(at(call("run.evaluate", {{"id", live}, {"expression", "n"}}), "value").text(), "3");
+  const Value moved = call("run.to_motion", {{"id", live}});
+  EXPECT_EQ(at(moved, "reason").text(), "motion");
+  EXPECT_EQ(*at(moved, "line").as_int(), 10);
+  EXPECT_EQ(at(call("run.evaluate", {{"id", live}, {"expression", "sum"}}), "value").text(), "6");
+  // Back, where sum was 1, and forward again.
+  call("run.seek", {{"id", live}, {"time", 0.05}});
+  EXPECT_EQ(at(call("run.evaluate", {{"id", live}, {"expression", "sum"}}), "value").text(), "1");
+  EXPECT_NE(fails("run.set_variable", {{"id", live}, {"variable", "sum"}, {"value", "0"}})
+                .sentence()
+                .find("shows the past"),
+            std::string::npos);
+  call("run.step_over", {{"id", live}});
+  call("run.set_variable", {{"id", live}, {"variable", "sum"}, {"value", "100"}});
+  call("run.clear_breakpoint", {{"id", live}, {"number", at(b, "number")}});
+  EXPECT_EQ(at(call("run.continue", {{"id", live}}), "is_complete").text(), "true");
+  EXPECT_EQ(fails("run.set_breakpoint", {{"id", live}, {"line", 900}}).code,
+            fails("run.set_breakpoint", {{"id", live}, {"line", 901}}).code);
+}
+
+TEST_F(ProgramLive, AnEditOfTheProgramIsTakenOverByRefresh) {
+  put_counter();
+  const Value live = start();
+  call("run.step", {{"id", live}, {"rows", 5}});
+  const Value source = call("program.source", {{"id", "count"}});
+  std::string text = *source.as_string();
+  text.replace(text.find("TO 5"), 4, "TO 9");
+  call("program.set_file", {{"id", "count"}, {"name", "count.irl"}, {"text", text}});
+  EXPECT_EQ(at(call("run.state", {{"id", live}}), "is_outdated").text(), "true");
+  call("run.set_breakpoint", {{"id", live}, {"line", 8}, {"condition", "i = 9"}});
+  const Value now = call("run.refresh", {{"id", live}});
+  EXPECT_EQ(*at(now, "row").as_int(), 6);
+  EXPECT_EQ(at(call("run.continue", {{"id", live}}), "is_stopped").text(), "true");
+  EXPECT_EQ(at(call("run.continue", {{"id", live}}), "is_complete").text(), "true");
+}
+
+}  // namespace
+}  // namespace robomosp
