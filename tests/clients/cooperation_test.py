@@ -17,8 +17,8 @@ SDK = os.path.join(HERE, "..", "..", "sdk", "clients")
 sys.path[:0] = [os.path.join(SDK, "python"), HERE]
 import robomosp  # noqa: E402
 from fake_server import short_folder  # noqa: E402
+from serving import PROGRAM, end, listening  # noqa: E402
 
-PROGRAM = os.environ.get("ROBOMOSP_PROGRAM", "robomosp")
 KILLS = int(os.environ.get("ROBOMOSP_KILLS", "3"))
 SEED = int(os.environ.get("ROBOMOSP_KILL_SEED", "7"))
 PI = math.pi
@@ -29,12 +29,8 @@ class Cell:
 
     def __init__(self, folder):
         self.address = "unix:" + os.path.join(folder, "s")
-        self.process = subprocess.Popen(
-            [PROGRAM, "serve", "--listen", self.address, os.path.join(SDK, "cooperation", "cell.lua")],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        line = self.process.stdout.readline()
-        if not line.startswith("Listening"):
-            raise RuntimeError(line + self.process.stdout.read())
+        self.process, _ = listening(
+            [PROGRAM, "serve", "--listen", self.address, os.path.join(SDK, "cooperation", "cell.lua")])
         self.r = robomosp.connect(self.address, client="watcher")
         self.held = [()]  # who held the bar, one after the other
         self.revisions = 0
@@ -64,9 +60,7 @@ class Cell:
 
     def __exit__(self, *_):
         self.r.close()
-        self.process.terminate()
-        self.process.wait(20)
-        self.process.stdout.close()
+        end(self.process)
 
 
 def said(process, seconds=60):

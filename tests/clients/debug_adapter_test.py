@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A strict client of `robomosp debug-adapter`: sequence numbers, required fields and the order of
 events are checked against the Debug Adapter Protocol, over the programs that come along, with wrong
-requests and with the bytes of broken clients. usage: debug_adapter_test.py PROGRAM
+requests and with the bytes of broken clients.
 ROBOMOSP_FUZZ_SECONDS makes the last longer, ROBOMOSP_TEST_SEED repeats it."""
 
 import json
@@ -16,21 +16,14 @@ import threading
 import time
 import unittest
 
-PROGRAM = os.environ.get("ROBOMOSP_PROGRAM", "robomosp")
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from framed import frame, messages, start  # noqa: E402
+from serving import PROGRAM  # noqa: E402
+
 SEED = int(os.environ.get("ROBOMOSP_TEST_SEED", "1"))
 FUZZ_SECONDS = float(os.environ.get("ROBOMOSP_FUZZ_SECONDS", "8"))
 SAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts/programs")
 PATIENCE = 120
-
-
-def start():
-    return subprocess.Popen([PROGRAM, "debug-adapter"], stdin=subprocess.PIPE,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-
-
-def frame(message):
-    body = message if isinstance(message, bytes) else json.dumps(message).encode()
-    return b"Content-Length: %d\r\n\r\n" % len(body) + body
 
 
 # ---- the protocol: fields with their types; "?" may be left out ----
@@ -109,7 +102,7 @@ def misfit(value, shape, where):
 
 class Editor:
     def __init__(self, **initialize):
-        self.process = start()
+        self.process = start("debug-adapter")
         self.said = self.heard = 0
         self.requests, self.answers = {}, {}
         self.events, self.faults = [], []
@@ -125,27 +118,13 @@ class Editor:
     # ---- what comes ----
 
     def read(self):
-        out = self.process.stdout
-        while True:
-            length = None
-            while True:
-                line = out.readline()
-                if not line:
-                    with self.changed:
-                        self.answers["end"] = True
-                        self.changed.notify_all()
-                    return
-                if not line.endswith(b"\r\n"):
-                    self.faults.append("a line of a head ends without CR LF: %r" % line)
-                if line in (b"\r\n", b"\n"):
-                    break
-                name, value = line.split(b":", 1)
-                if name == b"Content-Length":
-                    length = int(value)
-            message = json.loads(out.read(length).decode("utf-8"))
+        for message in messages(self.process.stdout, self.faults):
             with self.changed:
                 self.look(message)
                 self.changed.notify_all()
+        with self.changed:
+            self.answers["end"] = True
+            self.changed.notify_all()
 
     def look(self, m):
         fault = self.faults.append
@@ -840,7 +819,7 @@ class Requests(Debugging):
                                 "arguments": {"program": script}}), 1),
                 (b"Content-Length: 99999999999\r\n\r\n", 1), (b"X: 1\r\n\r\n", 1),
                 (b"x" * 100000, 1)):
-            process = start()
+            process = start("debug-adapter")
             process.communicate(data, timeout=60)
             self.assertEqual(process.returncode, code, data[:80])
 
@@ -968,7 +947,7 @@ class BrokenClients(Debugging):
         most = 0
         while time.time() < deadline:
             runs += 1
-            process = start()
+            process = start("debug-adapter")
             data = bytearray(b"".join(begin) if runs % 8 else b"")
             for _ in range(60):
                 one = bytearray(seeds.choice(good))
@@ -1018,6 +997,4 @@ class BrokenClients(Debugging):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1 and not sys.argv[1].startswith("-") and os.path.exists(sys.argv[1]):
-        PROGRAM = sys.argv.pop(1)
     unittest.main()

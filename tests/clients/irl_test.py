@@ -14,7 +14,7 @@ ROOT = os.path.join(HERE, "..", "..")
 sys.path[:0] = [os.path.join(ROOT, "sdk", "clients", "python"), HERE]
 import robomosp  # noqa: E402
 from fake_server import HELLO, FakeServer, make_certificate, short_folder  # noqa: E402
-from lua_test import PROGRAM, Serving  # noqa: E402
+from serving import PROGRAM, Serving  # noqa: E402
 
 HANOI = os.path.join(ROOT, "scripts", "programs", "hanoi.irl")
 # As scripts/programs/hanoi.lua, without the program.

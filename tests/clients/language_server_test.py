@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A strict client of `robomosp language-server`: every answer is checked against the protocol (LSP
 3.17), places are counted in UTF-16 by this file's own code, and the bytes of broken clients are
-tried. usage: language_server_test.py PROGRAM"""
+tried."""
 
 import json
 import os
@@ -14,25 +14,17 @@ import threading
 import time
 import unittest
 
-PROGRAM = os.environ.get("ROBOMOSP_PROGRAM", "robomosp")
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from framed import frame, messages, start  # noqa: E402
+
 SEED = int(os.environ.get("ROBOMOSP_TEST_SEED", "1"))
-
-
-def start():
-    return subprocess.Popen([PROGRAM, "language-server"], stdin=subprocess.PIPE,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-
-
-def frame(message):
-    body = message if isinstance(message, bytes) else json.dumps(message).encode()
-    return b"Content-Length: %d\r\n\r\n" % len(body) + body
 
 
 class Editor:
     """Keeps documents as an editor has them, and says so to the server."""
 
     def __init__(self, encoding="utf-16", tree=True):
-        self.process = start()
+        self.process = start("language-server")
         self.number = 0
         self.answers, self.diagnostics, self.shown = {}, {}, []
         self.changed = threading.Condition()
@@ -50,27 +42,7 @@ class Editor:
         self.texts = {}
 
     def read(self):
-        out = self.process.stdout
-        while True:
-            length, head = None, b""
-            while True:
-                line = out.readline()
-                if not line:
-                    with self.changed:
-                        self.answers["end"] = {"error": {"code": 0, "message": "end of output"}}
-                        self.changed.notify_all()
-                    return
-                if not line.endswith(b"\r\n"):
-                    self.faults.append("a line of a head ends without CR LF: %r" % line)
-                if line in (b"\r\n", b"\n"):
-                    break
-                name, value = line.split(b":", 1)
-                if name == b"Content-Length":
-                    length = int(value)
-            if length is None:
-                self.faults.append("a head without Content-Length: %r" % head)
-                return
-            message = json.loads(out.read(length).decode("utf-8"))
+        for message in messages(self.process.stdout, self.faults):
             if message.get("jsonrpc") != "2.0":
                 self.faults.append("no JSON-RPC 2.0: %r" % message)
             with self.changed:
@@ -88,6 +60,9 @@ class Editor:
                         self.faults.append("neither result nor error, or both: %r" % message)
                     self.answers[message["id"]] = message
                 self.changed.notify_all()
+        with self.changed:
+            self.answers["end"] = {"error": {"code": 0, "message": "end of output"}}
+            self.changed.notify_all()
 
     def send(self, message):
         self.process.stdin.write(frame(message))
@@ -486,7 +461,7 @@ class BrokenClients(unittest.TestCase):
         runs = 0
         while time.time() < deadline:
             runs += 1
-            process = start()
+            process = start("language-server")
             data = bytearray()
             for _ in range(30):
                 one = bytearray(seeds.choice(good) if data else good[0])
@@ -522,12 +497,10 @@ class BrokenClients(unittest.TestCase):
         for data, code in ((b"", 1), (frame({"jsonrpc": "2.0", "method": "exit"}), 1),
                            (frame({"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {}}) +
                             frame({"jsonrpc": "2.0", "id": 2, "method": "shutdown"}), 0)):
-            process = start()
+            process = start("language-server")
             process.communicate(data, timeout=30)
             self.assertEqual(process.returncode, code, data)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        PROGRAM = sys.argv.pop(1)
     unittest.main()

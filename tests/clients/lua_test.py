@@ -15,8 +15,7 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(HERE, "..", "..", "sdk", "clients", "python"), HERE]
 from fake_server import HELLO, FakeServer, handle, make_certificate, short_folder  # noqa: E402
-
-PROGRAM = os.environ.get("ROBOMOSP_PROGRAM", "robomosp")
+from serving import PROGRAM, Serving  # noqa: E402
 
 
 def lua(code, *args, seconds=60):
@@ -26,26 +25,6 @@ def lua(code, *args, seconds=60):
         file.flush()
         done = subprocess.run([PROGRAM, "run", file.name, *args], capture_output=True, text=True, timeout=seconds)
     return done.stdout + done.stderr
-
-
-class Serving:
-    """`robomosp serve` with options."""
-
-    def __init__(self, *options, effects="reads,edits,simulates,files_read"):
-        self.process = subprocess.Popen([PROGRAM, "serve", "--allow", effects, *options],
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        line = self.process.stdout.readline()
-        if not line.startswith("Listening"):
-            raise RuntimeError(line + self.process.stdout.read())
-        self.address = line.split()[2].rstrip(",")
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait(20)
-        self.process.stdout.close()
 
 
 class OverAServer(unittest.TestCase):

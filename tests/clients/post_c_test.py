@@ -14,7 +14,7 @@ sys.path.insert(0, HERE)
 sys.path.insert(0, os.path.join(CLIENTS, "python"))
 import robomosp  # noqa: E402
 from fake_server import short_folder  # noqa: E402
-from lua_test import Serving  # noqa: E402
+from serving import Serving  # noqa: E402
 
 CC = shutil.which("cc") or shutil.which("gcc")
 STRICT = ["-std=c11", "-Wall", "-Wextra", "-Werror"]

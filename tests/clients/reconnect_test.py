@@ -15,8 +15,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(HERE, "..", "..", "sdk", "clients", "python"), HERE]
 import robomosp  # noqa: E402
 from fake_server import short_folder  # noqa: E402
+from serving import PROGRAM, end, listening  # noqa: E402
 
-PROGRAM = os.environ.get("ROBOMOSP_PROGRAM", "robomosp")
 KILLS = int(os.environ.get("ROBOMOSP_KILLS", "5"))
 SEED = int(os.environ.get("ROBOMOSP_KILL_SEED", "14"))
 
@@ -31,12 +31,7 @@ class Server:
         self.start()
 
     def start(self):
-        self.process = subprocess.Popen([PROGRAM, "serve", "--listen", self.address],
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                        env=self.environment)
-        line = self.process.stdout.readline()
-        if not line.startswith("Listening"):
-            raise RuntimeError(line + self.process.stdout.read())
+        self.process, _ = listening([PROGRAM, "serve", "--listen", self.address], env=self.environment)
 
     def kill(self):
         self.process.kill()
@@ -47,10 +42,7 @@ class Server:
         return self
 
     def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.terminate()
-            self.process.wait(20)
-            self.process.stdout.close()
+        end(self.process)
 
 
 class Killed(unittest.TestCase):

@@ -11,7 +11,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(HERE, "..", "..", "sdk", "clients", "python"), HERE]
 import robomosp  # noqa: E402
 from fake_server import short_folder  # noqa: E402
-from lua_test import PROGRAM, Serving  # noqa: E402
+from serving import PROGRAM, Serving  # noqa: E402
 
 
 class Signals(unittest.TestCase):

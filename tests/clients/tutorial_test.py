@@ -13,7 +13,7 @@ ROOT = os.path.join(HERE, "..", "..")
 CLIENTS = os.path.join(ROOT, "sdk", "clients")
 sys.path.insert(0, HERE)
 from fake_server import short_folder  # noqa: E402
-from lua_test import PROGRAM, Serving  # noqa: E402
+from serving import PROGRAM, Serving  # noqa: E402
 
 
 def blocks(page):
