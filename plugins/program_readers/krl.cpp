@@ -404,7 +404,7 @@ class Krl final : public Reader {
         const Header& h = headers_[next_header_++];
         is_open = true;
         is_main = h.is_main;
-        ends_.clear();
+        blocks_.clear();
         if (is_main) close();
         else begin(h.name, h.parameters, h.result, h.at);
         if (is_main) name_ = h.name;
@@ -413,7 +413,7 @@ class Krl final : public Reader {
       }
       if (is("end") || is("endfct")) {
         comments_until(here());
-        finish_blocks(here());
+        close_blocks(here());
         if (!is_open) fail(here(), "END stands outside of a routine");
         is_open = false;
         close();
@@ -427,40 +427,12 @@ class Krl final : public Reader {
       }
       line([&] { one(); });
     }
-    finish_blocks(here());
+    close_blocks(here());
     if (is_open) fail(here(), "the last routine has no END");
     close();
   }
 
   // ---- statements ----
-
-  void push(std::string_view end, const std::string& irl) {
-    ends_.push_back({std::string(end), irl});
-    indented(1);
-  }
-  bool pop(std::string_view word, const At& at) {
-    if (ends_.empty() || ends_.back().first != word) {
-      bad(at, lower(word) == word ? "this ends nothing that is open" : "");
-      return false;
-    }
-    indented(-1);
-    emit(ends_.back().second + ";", at);
-    ends_.pop_back();
-    return true;
-  }
-  void finish_blocks(const At& at) {
-    while (!ends_.empty()) {
-      fail(at, "a block has no " + ends_.back().first + " above");
-      indented(-1);
-      if (ends_.back().first == "until") emit("UNTIL TRUE;", at);
-      else emit(ends_.back().second + ";", at);
-      ends_.pop_back();
-    }
-    current().indent = 1;
-  }
-  std::string truth(const At& at) {
-    return condition(at, [&] { return expression(); }).s;
-  }
 
   void one() {
     const Token t = peek();
@@ -724,26 +696,13 @@ class Krl final : public Reader {
     const std::string c = truth(at);
     accept("then");
     emit("IF " + c + " THEN", at);
-    push("endif", "ENDIF");
+    open_block("endif", "ENDIF");
   }
   void else_(const At& at) {
-    if (ends_.empty() || ends_.back().first != "endif") {
-      bad(at, "ELSE stands outside of IF");
-      return;
-    }
-    indented(-1);
-    emit("ELSE", at);
-    indented(1);
+    if (is_in("endif")) between("ELSE", at);
+    else bad(at, "ELSE stands outside of IF");
   }
-  void end_(const At& at) {
-    if (!ends_.empty() && word_ == "endswitch" && ends_.back().first == "endswitch" &&
-        had_case_.back()) {
-      indented(-1);
-    }
-    if (word_ == "endswitch" && !ends_.empty() && ends_.back().first == "endswitch")
-      had_case_.pop_back();
-    pop(word_, at);
-  }
+  void end_(const At& at) { close_block(word_, at); }
   void for_(const At& at) {
     const Token v = next();
     expect("=");
@@ -758,49 +717,38 @@ class Krl final : public Reader {
     if (!from.ok || !to.ok || !step.is_literal || step.v == 0 || !s || s->type.k != K::integer) {
       bad(at,
           !s ? "the loop's variable is declared nowhere" : "this loop has no steps that are known");
-      for_broken(at);
+      // The body is read all the same.
+      open_block("endfor", "{ end of the loop }");
       return;
     }
     head = "FOR " + s->irl + " := " + from.s + (step.v < 0 ? " DOWNTO " : " TO ") + to.s;
     if (std::fabs(step.v) != 1)
       head += " STEP " + integer(static_cast<std::int64_t>(std::fabs(step.v))).s;
     emit(head + " DO", at);
-    push("endfor", "ENDFOR");
-  }
-  /// The body is read all the same.
-  void for_broken(const At&) {
-    ends_.push_back({"endfor", "{ end of the loop }"});
-    indented(1);
+    open_block("endfor", "ENDFOR");
   }
   void while_(const At& at) {
     const std::string c = truth(at);
     accept("do");
     emit("WHILE " + c + " DO", at);
-    push("endwhile", "ENDWHILE");
+    open_block("endwhile", "ENDWHILE");
   }
   void repeat(const At& at) {
     emit("REPEAT", at);
-    push("until", "UNTIL");
+    open_block("until", "UNTIL TRUE");
   }
   void until(const At& at) {
     const std::string c = truth(at);
-    if (!ends_.empty() && ends_.back().first == "until") ends_.back().second = "UNTIL " + c;
-    pop("until", at);
+    if (is_in("until")) blocks_.back().irl = "UNTIL " + c;
+    close_block("until", at);
   }
   void loop(const At& at) {
     emit("LOOP", at);
-    push("endloop", "ENDLOOP");
+    open_block("endloop", "ENDLOOP");
   }
-  void switch_(const At& at) {
-    Ex e = expression();
-    if (e.ok && e.type.k == K::real) e = as_integer(e, at);
-    if (!e.ok) e = integer(0);
-    emit("CASE " + e.s + " OF", at);
-    push("endswitch", "ENDCASE");
-    had_case_.push_back(false);
-  }
+  void switch_(const At& at) { open_case("endswitch", at); }
   bool in_switch(const At& at) {
-    if (!ends_.empty() && ends_.back().first == "endswitch") return true;
+    if (is_in("endswitch")) return true;
     bad(at, "this stands outside of SWITCH");
     return false;
   }
@@ -813,22 +761,14 @@ class Krl final : public Reader {
       if (!e.ok || !e.is_constant) return skip_rest();
       list += (list.empty() ? "" : ", ") + e.s;
     } while (accept(","));
-    if (had_case_.back()) indented(-1);
-    emit("WHEN " + list + ":", at);
-    had_case_.back() = true;
-    indented(1);
+    open_arm("WHEN " + list + ":", at);
   }
   void default_(const At& at) {
-    if (!in_switch(at)) return;
-    if (had_case_.back()) indented(-1);
-    emit("DEFAULT:", at);
-    had_case_.back() = true;
-    indented(1);
+    if (in_switch(at)) open_arm("DEFAULT:", at);
   }
   void exit(const At& at) {
-    const bool is_in_loop = std::any_of(ends_.begin(), ends_.end(), [](const auto& e) {
-      return e.second == "ENDLOOP" || e.second == "ENDFOR" || e.second == "ENDWHILE" ||
-             e.first == "until";
+    const bool is_in_loop = std::any_of(blocks_.begin(), blocks_.end(), [](const Block& b) {
+      return b.irl == "ENDLOOP" || b.irl == "ENDFOR" || b.irl == "ENDWHILE" || b.word == "until";
     });
     if (is_in_loop) emit("EXIT;", at);
     else bad(at, "EXIT stands outside of a loop");
@@ -1481,8 +1421,6 @@ class Krl final : public Reader {
   std::size_t next_header_ = 0;
   std::string main_name_;
   std::set<std::string> stop_interrupts_;
-  std::vector<std::pair<std::string, std::string>> ends_;
-  std::vector<bool> had_case_;
   std::string word_;
   std::optional<Type> want_;
   Type field_type_;

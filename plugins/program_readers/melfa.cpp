@@ -197,7 +197,7 @@ class Melfa final : public Reader {
         if (used_lines_.contains(lines_[n].number))
           labels_here_.insert("line_" + std::to_string(lines_[n].number));
       }
-    ends_.clear();
+    blocks_.clear();
     goal_.clear();
     for (std::size_t n = from; n < to; ++n) {
       if (of.empty() && is_outside_[n]) continue;
@@ -214,7 +214,7 @@ class Melfa final : public Reader {
       // Whether the arm is still where the motion above has brought it.
       static const std::set<std::string, std::less<>> kStays{
           "mov", "mvs", "mvr", "cnt", "spd", "jovrd", "ovrd", "accel", "dly", "m_out"};
-      if (!l.label.empty() || used_lines_.contains(l.number) || !ends_.empty()) goal_.clear();
+      if (!l.label.empty() || used_lines_.contains(l.number) || !blocks_.empty()) goal_.clear();
       if (l.first >= l.end) continue;
       if (!kStays.contains(tokens_[l.first].low)) goal_.clear();
       at_ = l.first;
@@ -234,14 +234,7 @@ class Melfa final : public Reader {
       });
     }
     const At at = tokens_[std::min(tokens_.size() - 1, to > from ? lines_[to - 1].first : 0)].at;
-    end_arm(at);
-    while (!ends_.empty()) {
-      fail(at, "a block has no " + ends_.back().first + " above");
-      indented(-1);
-      emit(ends_.back().second + ";", at);
-      ends_.pop_back();
-    }
-    current().indent = 1;
+    close_blocks(at);
   }
 
   /// A loop that looks at M_Timer while it waits is a WAIT FOR with TIMEOUT:
@@ -313,20 +306,6 @@ class Melfa final : public Reader {
 
   // ---- statements ----
 
-  void push(std::string_view word, std::string irl) {
-    ends_.emplace_back(std::string(word), std::move(irl));
-    indented(1);
-  }
-  bool pop(std::string_view word, const At& at) {
-    if (ends_.empty() || ends_.back().first != word) {
-      bad(at, "this ends nothing that is open");
-      return false;
-    }
-    indented(-1);
-    emit(ends_.back().second + ";", at);
-    ends_.pop_back();
-    return true;
-  }
   void one() {
     const Token t = peek();
     const At at = t.at;
@@ -554,11 +533,11 @@ class Melfa final : public Reader {
     one();
   }
   void if_(const At& at) {
-    const Ex c = condition(at, [&] { return expression(); });
+    const std::string c = truth(at);
     expect("then");
-    emit("IF " + c.s + " THEN", at);
+    emit("IF " + c + " THEN", at);
     if (at_line_end()) {
-      push("endif", "ENDIF");
+      open_block("endif", "ENDIF");
       return;
     }
     if (++nested_ > 30) {
@@ -571,9 +550,7 @@ class Melfa final : public Reader {
     simple(at);
     while (accept(":")) simple(at);
     if (accept("else")) {
-      indented(-1);
-      emit("ELSE", at);
-      indented(1);
+      between("ELSE", at);
       if (!at_line_end()) simple(at);
       while (accept(":")) simple(at);
     }
@@ -583,29 +560,25 @@ class Melfa final : public Reader {
     emit("ENDIF;", at);
   }
   void else_(const At& at) {
-    if (ends_.empty() || ends_.back().first != "endif") {
+    if (!is_in("endif")) {
       bad(at, "Else stands outside of If");
       skip_rest();
       return;
     }
-    indented(-1);
-    emit("ELSE", at);
-    indented(1);
+    between("ELSE", at);
     if (!at_line_end()) simple(at);
   }
   void elseif(const At& at) {
-    if (ends_.empty() || ends_.back().first != "endif") {
+    if (!is_in("endif")) {
       bad(at, "ElseIf stands outside of If");
       skip_rest();
       return;
     }
-    const Ex c = condition(at, [&] { return expression(); });
+    const std::string c = truth(at);
     accept("then");
-    indented(-1);
-    emit("ELSIF " + c.s + " THEN", at);
-    indented(1);
+    between("ELSIF " + c + " THEN", at);
   }
-  void end_word(const At& at) { pop(word_, at); }
+  void end_word(const At& at) { close_block(word_, at); }
   void for_(const At& at) {
     const Token name = peek();
     will_write(name.low);
@@ -620,7 +593,7 @@ class Melfa final : public Reader {
     if (accept("step")) step = expression(25);
     if (!v.ok || !from.ok || !to.ok || !v.is_place || !step.is_literal || step.v == 0) {
       if (step.ok && v.ok && from.ok && to.ok) bad(at, "the step of this loop is not known");
-      push("next", "{ end of the loop }");
+      open_block("next", "{ end of the loop }");
       steps_.push_back({});
       return;
     }
@@ -628,41 +601,27 @@ class Melfa final : public Reader {
     assign(v, from, at);
     learned_.modal_varies.insert("=" + v.s);
     emit("WHILE " + v.s + (step.v < 0 ? " >= " : " <= ") + within(to, kSum) + " DO", at);
-    push("next", "ENDWHILE");
+    open_block("next", "ENDWHILE");
     steps_.push_back(v.s + " := " + v.s + (step.v < 0 ? " - " : " + ") +
                      (step.v < 0 ? negative(step) : step).s + ";");
   }
   void next_(const At& at) {
     if (peek().kind == Tk::name) next();
-    if (ends_.empty() || ends_.back().first != "next" || steps_.empty()) {
+    if (!is_in("next") || steps_.empty()) {
       bad(at, "Next ends no loop");
       return;
     }
     if (!steps_.back().empty()) emit(steps_.back(), at);
     steps_.pop_back();
-    pop("next", at);
+    close_block("next", at);
   }
   void while_(const At& at) {
-    const Ex c = condition(at, [&] { return expression(); });
-    emit("WHILE " + c.s + " DO", at);
-    push("wend", "ENDWHILE");
+    emit("WHILE " + truth(at) + " DO", at);
+    open_block("wend", "ENDWHILE");
   }
-  void select(const At& at) {
-    Ex e = expression();
-    if (e.ok && e.type.k == K::real) e = as_integer(e, at);
-    if (!e.ok) e = integer(0);
-    emit("CASE " + e.s + " OF", at);
-    push("select", "ENDCASE");
-    in_arm_.push_back(false);
-  }
-  void end_arm(const At&) {
-    if (!in_arm_.empty() && in_arm_.back()) {
-      indented(-1);
-      in_arm_.back() = false;
-    }
-  }
+  void select(const At& at) { open_case("select", at); }
   void case_(const At& at) {
-    if (in_arm_.empty()) {
+    if (!is_in("select")) {
       bad(at, "Case stands outside of Select");
       skip_rest();
       return;
@@ -687,42 +646,26 @@ class Melfa final : public Reader {
       skip_rest();
       return;
     }
-    end_arm(at);
-    emit("WHEN " + list + ":", at);
-    in_arm_.back() = true;
-    indented(1);
+    open_arm("WHEN " + list + ":", at);
   }
   void default_(const At& at) {
-    if (in_arm_.empty()) {
-      bad(at, "Default stands outside of Select");
-      return;
-    }
-    end_arm(at);
-    emit("DEFAULT:", at);
-    in_arm_.back() = true;
-    indented(1);
+    if (is_in("select")) open_arm("DEFAULT:", at);
+    else bad(at, "Default stands outside of Select");
   }
   void break_(const At& at) {
-    const bool is_in_loop = std::any_of(ends_.begin(), ends_.end(),
-                                        [](const auto& e) { return e.second == "ENDWHILE"; });
-    if (!ends_.empty() && ends_.back().first == "select")
-      return;  // arms do not run into each other
+    const bool is_in_loop = std::any_of(blocks_.begin(), blocks_.end(),
+                                        [](const Block& b) { return b.irl == "ENDWHILE"; });
+    if (is_in("select")) return;  // arms do not run into each other
     if (is_in_loop) emit("EXIT;", at);
     else bad(at, "Break stands within a block of an arm", "Let the arm end by itself.");
   }
   void end(const At& at) {
     if (accept("select")) {
-      if (ends_.empty() || ends_.back().first != "select") {
-        bad(at, "End Select ends nothing that is open");
-        return;
-      }
-      end_arm(at);
-      if (!in_arm_.empty()) in_arm_.pop_back();
-      pop("select", at);
+      close_block("select", at, "End Select ends nothing that is open");
       return;
     }
     if (accept("if")) {
-      pop("endif", at);
+      close_block("endif", at);
       return;
     }
     emit(routine_.empty() ? "RETURN;" : "HALT;", at);
@@ -1447,8 +1390,6 @@ class Melfa final : public Reader {
   std::set<std::string> all_labels_, labels_here_;
   std::set<std::int64_t> line_numbers_, used_lines_;
   std::map<std::string, std::pair<std::int64_t, std::int64_t>> ios_;
-  std::vector<std::pair<std::string, std::string>> ends_;
-  std::vector<bool> in_arm_;
   std::vector<std::string> steps_;
   std::string word_, routine_, goal_;  // goal_: where the motion above has ended
   int nested_ = 0;

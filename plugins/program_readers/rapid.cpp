@@ -315,7 +315,7 @@ class Rapid final : public Reader {
     if (is_main) close();
     else begin(name.raw, list, result, at);
     current().indent = 1;
-    ends_.clear();
+    blocks_.clear();
     while (!at_end() && !is(end) && !is("endmodule")) {
       if (progress_.cancelled()) return;
       if (is("error") || is("undo") || is("backward")) {
@@ -329,7 +329,7 @@ class Rapid final : public Reader {
       if (here().begin == from.begin && !at_end()) next();
     }
     comments_until(here());
-    finish_blocks(here());
+    close_blocks(here());
     if (!accept(end))
       fail(here(), "the routine " + std::string(name.raw.substr(0, 60)) + " has no " + end);
     close();
@@ -344,36 +344,6 @@ class Rapid final : public Reader {
 
   // ---- statements ----
 
-  void push(std::string_view end, std::string irl) {
-    ends_.emplace_back(std::string(end), std::move(irl));
-    indented(1);
-  }
-  void pop(const At& at) {
-    if (ends_.empty() || ends_.back().first != word_) {
-      bad(at, "\"" + word_ + "\" ends nothing that is open");
-      return;
-    }
-    indented(-1);
-    if (word_ == "endtest" && !in_arm_.empty()) {
-      if (in_arm_.back()) indented(-1);
-      in_arm_.pop_back();
-    }
-    emit(ends_.back().second + ";", at);
-    ends_.pop_back();
-  }
-  void finish_blocks(const At& at) {
-    while (!ends_.empty()) {
-      fail(at, "a block has no " + ends_.back().first + " above");
-      indented(-1);
-      emit(ends_.back().second + ";", at);
-      ends_.pop_back();
-    }
-    in_arm_.clear();
-    current().indent = 1;
-  }
-  std::string truth(const At& at) {
-    return condition(at, [&] { return expression(); }).s;
-  }
   void semicolon() {
     if (accept(";")) return;
     bad(here(), "\";\" belongs here, and not \"" + std::string(peek().raw.substr(0, 40)) + "\"");
@@ -517,7 +487,7 @@ class Rapid final : public Reader {
     const std::string c = truth(at);
     if (accept("then")) {
       emit("IF " + c + " THEN", at);
-      push("endif", "ENDIF");
+      open_block("endif", "ENDIF");
       return;
     }
     // IF c statement;
@@ -534,28 +504,21 @@ class Rapid final : public Reader {
     emit("ENDIF;", at);
   }
   void elseif(const At& at) {
-    if (ends_.empty() || ends_.back().first != "endif") {
+    if (!is_in("endif")) {
       bad(at, "ELSEIF stands outside of IF");
       return;
     }
     const std::string c = truth(at);
     accept("then");
-    indented(-1);
-    emit("ELSIF " + c + " THEN", at);
-    indented(1);
+    between("ELSIF " + c + " THEN", at);
   }
   void else_(const At& at) {
-    if (ends_.empty() || ends_.back().first != "endif") {
-      bad(at, "ELSE stands outside of IF");
-      return;
-    }
-    indented(-1);
-    emit("ELSE", at);
-    indented(1);
+    if (is_in("endif")) between("ELSE", at);
+    else bad(at, "ELSE stands outside of IF");
   }
   void end_(const At& at) {
     const std::string word = word_;
-    pop(at);
+    close_block(word, at, "\"" + word + "\" ends nothing that is open");
     if (word == "endfor" && !loops_.empty()) {
       current().symbols.erase(loops_.back());
       if (is_in_main()) globals_.erase("." + loops_.back());
@@ -595,32 +558,22 @@ class Rapid final : public Reader {
       emit("FOR " + irl + " := " + from.s + (is_down ? " DOWNTO " : " TO ") + to.s + by + " DO",
            at);
     else emit("FOR " + irl + " := 1 TO 0 DO", at);
-    push("endfor", "ENDFOR");
+    open_block("endfor", "ENDFOR");
   }
   void while_(const At& at) {
     const std::string c = truth(at);
     accept("do");
     emit("WHILE " + c + " DO", at);
-    push("endwhile", "ENDWHILE");
+    open_block("endwhile", "ENDWHILE");
   }
-  void test(const At& at) {
-    Ex e = expression();
-    if (e.ok && e.type.k == K::real) e = as_integer(e, at);
-    if (!e.ok) e = integer(0);
-    emit("CASE " + e.s + " OF", at);
-    push("endtest", "ENDCASE");
-    in_arm_.push_back(false);
-  }
+  void test(const At& at) { open_case("endtest", at); }
   void arm(const std::string& head, const At& at) {
-    if (in_arm_.empty() || ends_.empty() || ends_.back().first != "endtest") {
+    if (!is_in("endtest")) {
       bad(at, "this stands outside of TEST");
       skip_rest();
       return;
     }
-    if (in_arm_.back()) indented(-1);
-    emit(head, at);
-    in_arm_.back() = true;
-    indented(1);
+    open_arm(head, at);
   }
   void case_(const At& at) {
     std::string list;
@@ -1146,14 +1099,7 @@ class Rapid final : public Reader {
   Ex primary() override {
     const Token t = peek();
     const At at = t.at;
-    if (t.kind == Tk::number) {
-      next();
-      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
-    }
-    if (t.kind == Tk::text) {
-      next();
-      return string(t.raw);
-    }
+    if (const auto e = literal_here()) return *e;
     if (accept("(")) {
       Ex e = expression();
       expect(")");
@@ -1407,8 +1353,6 @@ class Rapid final : public Reader {
   std::map<std::string, double> sizes_;
   std::set<std::string> unread_, optional_;
   std::map<std::string, std::string> traps_;
-  std::vector<std::pair<std::string, std::string>> ends_;
-  std::vector<bool> in_arm_;
   std::vector<std::string> loops_;
   std::vector<Token> after_;
   std::string word_, want_, result_name_;

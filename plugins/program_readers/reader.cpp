@@ -507,6 +507,14 @@ void Reader::left_out(std::uint32_t severity, const At& at, std::string message,
 
 // ---- expressions ----
 
+std::optional<Ex> Reader::literal_here() {
+  const Token t = peek();
+  if (t.kind != Tk::number && t.kind != Tk::text) return std::nullopt;
+  next();
+  if (t.kind == Tk::text) return string(t.raw);
+  return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
+}
+
 Ex Reader::expression(int least) {
   if (++depth_ > kDeepest) {
     --depth_;
@@ -1015,6 +1023,52 @@ void Reader::comments_until(const At& at) {
     where.line = comments_[next_comment_].line;
     emit("{ " + s + " }", where);
   }
+}
+
+// ---- blocks ----
+
+void Reader::open_block(std::string_view word, std::string irl) {
+  blocks_.push_back({std::string(word), std::move(irl), false});
+  indented(1);
+}
+bool Reader::is_in(std::string_view word) const {
+  return !blocks_.empty() && blocks_.back().word == word;
+}
+bool Reader::close_block(std::string_view word, const At& at, std::string otherwise) {
+  if (!is_in(word)) {
+    bad(at, std::move(otherwise));
+    return false;
+  }
+  indented(blocks_.back().has_arm ? -2 : -1);
+  emit(blocks_.back().irl + ";", at);
+  blocks_.pop_back();
+  return true;
+}
+void Reader::close_blocks(const At& at) {
+  while (!blocks_.empty()) {
+    const std::string word = blocks_.back().word;
+    fail(at, "a block has no " + word + " above");
+    close_block(word, at);
+  }
+  current().indent = 1;
+}
+void Reader::between(const std::string& head, const At& at) {
+  indented(-1);
+  emit(head, at);
+  indented(1);
+}
+void Reader::open_case(std::string_view word, const At& at) {
+  Ex e = expression();
+  if (e.ok && e.type.k == K::real) e = as_integer(e, at);
+  if (!e.ok) e = integer(0);
+  emit("CASE " + e.s + " OF", at);
+  open_block(word, "ENDCASE");
+}
+void Reader::open_arm(const std::string& head, const At& at) {
+  if (blocks_.back().has_arm) indented(-1);
+  emit(head, at);
+  blocks_.back().has_arm = true;
+  indented(1);
 }
 void Reader::assign(const Ex& to, const Ex& from, const At& at) {
   if (!to.ok || !from.ok) return;

@@ -272,6 +272,8 @@ class Reader {
   [[nodiscard]] virtual int not_precedence() const { return 100; }
   [[nodiscard]] virtual bool divides_whole() const { return false; }
   virtual Ex primary() = 0;
+  /// The number or string that stands here, if one does.
+  std::optional<Ex> literal_here();
   /// A chance to do what is special with two operands; nothing = as usual.
   virtual std::optional<Ex> special(Op, const Ex&, const Ex&, const At&) { return std::nullopt; }
   Ex expression(int least = 0);
@@ -336,6 +338,31 @@ class Reader {
   std::string helper(std::string_view name);
   std::string label(std::string_view foreign);
 
+  // ---- blocks ----
+  /// A block of the source that is open.
+  struct Block {
+    std::string word;      ///< that ends it in the source
+    std::string irl;       ///< its end in IRL, without ";"
+    bool has_arm = false;  ///< of a CASE: one of its arms is open
+  };
+  void open_block(std::string_view word, std::string irl);
+  /// The innermost block ends with this word.
+  [[nodiscard]] bool is_in(std::string_view word) const;
+  /// Ends the innermost block; the statement is bad where another word ends it.
+  bool close_block(std::string_view word, const At&,
+                   std::string otherwise = "this ends nothing that is open");
+  /// Ends what is open where a routine ends, with a fault each.
+  void close_blocks(const At&);
+  /// ELSE and ELSIF of the innermost block.
+  void between(const std::string& head, const At&);
+  /// CASE of the value that stands here, and its arms; the innermost block is that CASE.
+  void open_case(std::string_view word, const At&);
+  void open_arm(const std::string& head, const At&);
+  /// A condition as text.
+  std::string truth(const At& at) {
+    return condition(at, [&] { return expression(); }).s;
+  }
+
   // ---- motions and settings ----
   struct Motion {
     std::string_view word = "LIN";
@@ -365,6 +392,7 @@ class Reader {
   std::map<std::string, std::vector<std::pair<std::string, Type>>> records_;  ///< by IRL name
   std::vector<Line> types_, constants_, signals_, variables_;
   Routine main_;
+  std::vector<Block> blocks_;  ///< of the routine that is read
 
  private:
   struct Fault {

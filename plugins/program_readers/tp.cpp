@@ -810,14 +810,7 @@ class Tp final : public Reader {
   Ex primary() override {
     const Token t = peek();
     const At at = t.at;
-    if (t.kind == Tk::number) {
-      next();
-      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
-    }
-    if (t.kind == Tk::text) {
-      next();
-      return string(t.raw);
-    }
+    if (const auto e = literal_here()) return *e;
     if (accept("(")) {
       Ex e = expression();
       expect(")");

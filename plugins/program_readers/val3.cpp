@@ -385,8 +385,7 @@ class Val3 final : public Reader {
       declare_data(p.file, t, {}, !is_main);
     }
     scan(p.file, kStyle, p.code);
-    ends_.clear();
-    in_arm_.clear();
+    blocks_.clear();
     while (!at_end()) {
       if (progress_.cancelled()) {
         statement(here(), [] {});
@@ -406,23 +405,12 @@ class Val3 final : public Reader {
       });
     }
     comments_until(here());
-    end_arm();
-    while (!ends_.empty()) {
-      fail(here(), "a block has no " + ends_.back().first + " above");
-      indented(-1);
-      emit(ends_.back().second + ";", here());
-      ends_.pop_back();
-    }
-    current().indent = 1;
+    close_blocks(here());
     close();
   }
 
   // ---- statements ----
 
-  void push(std::string_view end, std::string irl) {
-    ends_.emplace_back(std::string(end), std::move(irl));
-    indented(1);
-  }
   void one() {
     const Token t = peek();
     const At at = t.at;
@@ -439,77 +427,62 @@ class Val3 final : public Reader {
     }
     if (w == "if") {
       next();
-      const Ex c = condition(at, [&] { return expression(); });
+      const std::string c = truth(at);
       accept("then");
-      emit("IF " + c.s + " THEN", at);
-      push("endif", "ENDIF");
+      emit("IF " + c + " THEN", at);
+      open_block("endif", "ENDIF");
       return;
     }
     if (w == "else" || w == "elseif") {
       next();
-      if (ends_.empty() || ends_.back().first != "endif") {
+      if (!is_in("endif")) {
         bad(at, "this stands outside of if");
         skip_rest();
         return;
       }
       std::string head = "ELSE";
       if (w == "elseif") {
-        head = "ELSIF " + condition(at, [&] { return expression(); }).s + " THEN";
+        head = "ELSIF " + truth(at) + " THEN";
         accept("then");
       }
-      indented(-1);
-      emit(head, at);
-      indented(1);
+      between(head, at);
       return;
     }
     if (w == "while") {
       next();
-      const Ex c = condition(at, [&] { return expression(); });
+      const std::string c = truth(at);
       accept("do");
-      emit("WHILE " + c.s + " DO", at);
-      push("endwhile", "ENDWHILE");
+      emit("WHILE " + c + " DO", at);
+      open_block("endwhile", "ENDWHILE");
       return;
     }
     if (w == "do") {
       next();
       emit("REPEAT", at);
-      push("until", "UNTIL TRUE");
+      open_block("until", "UNTIL TRUE");
       return;
     }
     if (w == "until") {
       next();
-      const Ex c = condition(at, [&] { return expression(); });
-      if (!ends_.empty() && ends_.back().first == "until") ends_.back().second = "UNTIL " + c.s;
+      const std::string c = truth(at);
+      if (is_in("until")) blocks_.back().irl = "UNTIL " + c;
     }
     if (w == "endif" || w == "endwhile" || w == "endfor" || w == "until" || w == "endswitch") {
       if (w != "until") next();
-      if (w == "endswitch") end_arm();
-      if (ends_.empty() || ends_.back().first != w) {
-        bad(at, "this ends nothing that is open");
-        return;
-      }
-      if (w == "endswitch" && !in_arm_.empty()) in_arm_.pop_back();
-      if (w == "endfor" && !steps_.empty()) {
+      if (w == "endfor" && is_in(w) && !steps_.empty()) {
         emit(steps_.back(), at);
         steps_.pop_back();
       }
-      indented(-1);
-      emit(ends_.back().second + ";", at);
-      ends_.pop_back();
+      close_block(w, at);
       return;
     }
     if (w == "for") return for_(at);
     if (w == "switch") {
       next();
-      Ex e = expression();
-      if (e.ok && e.type.k == K::real) e = as_integer(e, at);
-      if (!e.ok) e = integer(0);
-      emit("CASE " + e.s + " OF", at);
-      push("endswitch", "ENDCASE");
-      in_arm_.push_back(false);
+      open_case("endswitch", at);
       return;
     }
-    if ((w == "case" || w == "default") && !in_arm_.empty()) {
+    if ((w == "case" || w == "default") && is_in("endswitch")) {
       next();
       std::string head = "DEFAULT:";
       if (w == "case") {
@@ -524,15 +497,12 @@ class Val3 final : public Reader {
         } while (accept(","));
         head = "WHEN " + list + ":";
       }
-      end_arm();
-      emit(head, at);
-      in_arm_.back() = true;
-      indented(1);
+      open_arm(head, at);
       return;
     }
     if (w == "break") {
       next();
-      if (!ends_.empty() && ends_.back().first == "endswitch") return;
+      if (is_in("endswitch")) return;
       bad(at, "break stands outside of an arm of switch");
       return;
     }
@@ -603,12 +573,6 @@ class Val3 final : public Reader {
                "IRL has no counterpart of " + std::string(t.raw));
     }
   }
-  void end_arm() {
-    if (!in_arm_.empty() && in_arm_.back()) {
-      indented(-1);
-      in_arm_.back() = false;
-    }
-  }
   void for_(const At& at) {
     next();
     const Token name = peek();
@@ -623,14 +587,13 @@ class Val3 final : public Reader {
     accept("do");
     if (!v.ok || !from.ok || !to.ok || !step.is_literal || step.v == 0) {
       if (step.ok && v.ok && from.ok && to.ok) bad(at, "the step of this loop is not known");
-      ends_.emplace_back("endfor", "{ end of the loop }");
+      open_block("endfor", "{ end of the loop }");
       steps_.push_back("{ no step }");
-      indented(1);
       return;
     }
     assign(v, from, at);
     emit("WHILE " + v.s + (step.v < 0 ? " >= " : " <= ") + within(to, kSum) + " DO", at);
-    push("endfor", "ENDWHILE");
+    open_block("endfor", "ENDWHILE");
     steps_.push_back(v.s + " := " + v.s + (step.v < 0 ? " - " : " + ") +
                      (step.v < 0 ? negative(step) : step).s + ";");
   }
@@ -756,7 +719,7 @@ class Val3 final : public Reader {
         bad(at, "this field is not read");
         return;
       }
-      if (!ends_.empty())
+      if (!blocks_.empty())
         warn(at, "motion descriptors are read from top to bottom, and this is in a block");
       emit("{ " + source_line(at) + " }", at);
       return;
@@ -783,14 +746,7 @@ class Val3 final : public Reader {
   Ex primary() override {
     const Token t = peek();
     const At at = t.at;
-    if (t.kind == Tk::number) {
-      next();
-      return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
-    }
-    if (t.kind == Tk::text) {
-      next();
-      return string(t.raw);
-    }
+    if (const auto e = literal_here()) return *e;
     if (accept("(")) {
       Ex e = expression();
       expect(")");
@@ -946,8 +902,6 @@ class Val3 final : public Reader {
   std::map<std::string, Motions> motions_;
   std::map<std::string, std::pair<std::vector<std::string>, bool>> signals_of_;
   std::map<std::string, std::string> fathers_;
-  std::vector<std::pair<std::string, std::string>> ends_;
-  std::vector<bool> in_arm_;
   std::vector<std::string> steps_;
   std::set<std::string> told_;
   std::string father_;
