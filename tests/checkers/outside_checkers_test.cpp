@@ -4,6 +4,7 @@
 // files, so that each checker is known to object.
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -49,6 +50,12 @@ Said run(const std::string& command) {
   return out;
 }
 std::string quoted(const fs::path& p) { return "'" + p.string() + "'"; }
+
+/// How many random programs go through the interpreter of G-code: ROBOMOSP_RANDOM_PROGRAMS.
+int random_programs() {
+  const char* given = std::getenv("ROBOMOSP_RANDOM_PROGRAMS");
+  return given ? std::atoi(given) : 60;
+}
 
 struct Posted {
   std::string name;
@@ -214,40 +221,97 @@ Q times(const Q& a, const Q& b) {
 double apart(const std::array<double, 3>& a, const double* b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
-/// Degrees between turns A, B, C about fixed x, y, z and a quaternion.
-double turned_apart(const std::array<double, 3>& abc, const double* q) {
+using Place = std::array<double, 3>;
+/// Turns A, B, C about fixed x, y, z [degrees] as w, x, y, z.
+Q turned(const Place& abc) {
   Q all{1, 0, 0, 0};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Q one{std::cos(abc[axis] * M_PI / 360), 0, 0, 0};
     one[axis + 1] = std::sin(abc[axis] * M_PI / 360);
     all = times(one, all);
   }
+  return all;
+}
+/// Degrees between turns A, B, C about fixed x, y, z and a quaternion.
+double turned_apart(const Place& abc, const double* q) {
+  const Q all = turned(abc);
   double dot = 0;
   for (std::size_t k = 0; k < 4; ++k) dot += all[k] * q[k];
   return 2 * std::acos(std::min(1.0, std::fabs(dot))) * 180 / M_PI;
 }
-/// Centre and radius of the circle through three places.
-std::pair<std::array<double, 3>, double> circle(const double* a, const double* b, const double* c) {
-  std::array<double, 3> u{}, v{}, w{};
-  for (std::size_t k = 0; k < 3; ++k) u[k] = b[k] - a[k], v[k] = c[k] - a[k];
-  const auto cross = [](const auto& x, const auto& y) {
-    return std::array<double, 3>{x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2],
-                                 x[0] * y[1] - x[1] * y[0]};
-  };
-  const auto dot = [](const auto& x, const auto& y) {
-    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
-  };
-  w = cross(u, v);
-  const auto n = cross(w, u), m = cross(v, w);
-  const double d = 2 * dot(w, w);
-  std::array<double, 3> centre{};
-  for (std::size_t k = 0; k < 3; ++k) centre[k] = a[k] + (dot(v, v) * n[k] + dot(u, u) * m[k]) / d;
-  return {centre, apart(centre, a)};
+/// The same between two such turns.
+double turned_apart(const Place& a, const Place& b) {
+  const Q q = turned(b);
+  return turned_apart(a, q.data());
 }
-/// Holds what the interpreter does against what the program does; "" = the same.
-std::string difference(const std::vector<Event>& events, const std::vector<Canonical>& all) {
+/// The natural cubic spline through places by their distances: what MOVE PATH means. Its second
+/// derivatives solve one system of equations, here by elimination over the whole matrix.
+class Spline {
+ public:
+  explicit Spline(std::vector<Place> through) : through_(std::move(through)) {
+    const std::size_t n = through_.size();
+    for (std::size_t i = 1; i < n; ++i) way_.push_back(apart(through_[i], through_[i - 1].data()));
+    std::vector<std::vector<double>> rows(n, std::vector<double>(n + 3, 0.0));
+    for (std::size_t i = 0; i < n; ++i) {
+      rows[i][i] = 1;
+      if (i == 0 || i + 1 == n) continue;
+      rows[i][i - 1] = way_[i - 1] / 6;
+      rows[i][i] = (way_[i - 1] + way_[i]) / 3;
+      rows[i][i + 1] = way_[i] / 6;
+      for (std::size_t k = 0; k < 3; ++k)
+        rows[i][n + k] = (through_[i + 1][k] - through_[i][k]) / way_[i] -
+                         (through_[i][k] - through_[i - 1][k]) / way_[i - 1];
+    }
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < n; ++j) {
+        if (j == i || rows[j][i] == 0) continue;
+        const double f = rows[j][i] / rows[i][i];
+        for (std::size_t k = 0; k < n + 3; ++k) rows[j][k] -= f * rows[i][k];
+      }
+    for (std::size_t i = 0; i < n; ++i)
+      second_.push_back(
+          {rows[i][n] / rows[i][i], rows[i][n + 1] / rows[i][i], rows[i][n + 2] / rows[i][i]});
+  }
+  [[nodiscard]] std::size_t pieces() const { return way_.size(); }
+  /// At u = i + t of the piece i, 0 <= t <= 1.
+  [[nodiscard]] Place at(double u) const {
+    const std::size_t i = std::min(static_cast<std::size_t>(u), way_.size() - 1);
+    const double t = u - static_cast<double>(i), s = 1 - t, h = way_[i] * way_[i] / 6;
+    Place p{};
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = s * through_[i][k] + t * through_[i + 1][k] +
+             h * ((s * s * s - s) * second_[i][k] + (t * t * t - t) * second_[i + 1][k]);
+    return p;
+  }
+  /// Distance [mm] of a place to the part from `from` on to the end of its piece.
+  [[nodiscard]] double distance(const Place& p, double from) const {
+    const double to = std::floor(from) + 1;
+    double best = 1e300, where = from;
+    constexpr int kSteps = 400;
+    for (int k = 0; k <= kSteps; ++k) {
+      const double u = from + (to - from) * k / kSteps;
+      if (const double d = apart(at(u), p.data()); d < best) best = d, where = u;
+    }
+    double a = std::max(from, where - (to - from) / kSteps),
+           b = std::min(to, where + (to - from) / kSteps);
+    for (int k = 0; k < 60; ++k) {
+      const double c = a + (b - a) / 3, d = b - (b - a) / 3;
+      if (apart(at(c), p.data()) < apart(at(d), p.data())) b = d;
+      else a = c;
+    }
+    return std::min(best, apart(at(a), p.data()));
+  }
+
+ private:
+  std::vector<Place> through_, second_;
+  std::vector<double> way_;
+};
+constexpr double kChord = 0.01;  ///< [mm], the option chord_mm of linuxcnc_abc
+/// Holds what the interpreter does against what the program does; "" = the same. Counts paths.
+std::string difference(const std::vector<Event>& events, const std::vector<Canonical>& all,
+                       std::size_t& paths) {
   std::size_t at = 0;
-  std::array<double, 3> here{};
+  std::array<double, 3> here{}, here_turns{};
   const auto text = [&](const Event& e, const std::string& what) {
     return e.text() + ": " + what + ", command " + std::to_string(at) + " of " +
            std::to_string(all.size());
@@ -279,7 +343,8 @@ std::string difference(const std::vector<Event>& events, const std::vector<Canon
         if (e.interpolation == RMP_MOVE_CIRCLE) {
           // The place on the way, then the end: an arc, or chords on the circle.
           const Event& last = events[++k];
-          const auto [centre, radius] = circle(here.data(), e.numbers.data(), last.numbers.data());
+          const auto [centre, radius] =
+              test::circle(here.data(), e.numbers.data(), last.numbers.data());
           bool is_there = false;
           while (!is_there) {
             if (at >= all.size() || !moves(all[at].kind)) return text(e, "the arc ends early");
@@ -307,6 +372,55 @@ std::string difference(const std::vector<Event>& events, const std::vector<Canon
             is_there = apart(c.end, last.numbers.data()) < test::kMm;
           }
           here = {last.numbers[0], last.numbers[1], last.numbers[2]};
+          here_turns = all[at - 1].turns;
+          break;
+        }
+        if (e.interpolation == RMP_MOVE_PATH) {
+          // Straight pieces, their ends on the curve and their middles near it.
+          std::vector<const Event*> targets{&e};
+          while (k + 1 < events.size() && events[k + 1].interpolation == RMP_MOVE_PATH &&
+                 events[k + 1].target == targets.size())
+            targets.push_back(&events[++k]);
+          std::vector<Place> through{here};
+          std::vector<const Event*> ends;
+          for (const Event* t : targets) {
+            const Place p{t->numbers[0], t->numbers[1], t->numbers[2]};
+            if (apart(through.back(), p.data()) <= 1e-6) continue;
+            through.push_back(p);
+            ends.push_back(t);
+          }
+          if (ends.empty()) return text(e, "a path without a length");
+          const Spline curve(through);
+          for (std::size_t piece = 0; piece < ends.size(); ++piece) {
+            const Event& last = *ends[piece];
+            const bool has_turn = last.kind == Event::Kind::pose;
+            const Place from = here_turns;
+            const double whole = has_turn ? turned_apart(from, last.numbers.data() + 3) : 0;
+            for (bool is_there = false; !is_there;) {
+              if (at >= all.size() || all[at].kind != Canonical::Kind::line)
+                return text(last, "the path ends early");
+              const Canonical& c = all[at++];
+              const auto start = static_cast<double>(piece);
+              if (curve.distance(c.end, start) > 0.02) return text(last, "beside the curve");
+              Place middle{};
+              for (std::size_t i = 0; i < 3; ++i) middle[i] = (here[i] + c.end[i]) / 2;
+              if (curve.distance(middle, start) > kChord + 0.02)
+                return text(last, "a piece that leaves the curve");
+              if (last.speed > 0 && std::fabs(c.feed / 60 - last.speed) > 0.01)
+                return text(last, "feed " + std::to_string(c.feed));
+              // Turned evenly: never off the shorter way from the one target to the next.
+              if (has_turn &&
+                  turned_apart(from, c.turns) + turned_apart(c.turns, last.numbers.data() + 3) >
+                      whole + 0.05)
+                return text(last, "turned on another way");
+              here = c.end;
+              here_turns = c.turns;
+              is_there = apart(c.end, last.numbers.data()) < test::kMm;
+            }
+            if (has_turn && turned_apart(here_turns, last.numbers.data() + 3) > test::kDegree)
+              return text(last, "another orientation");
+          }
+          ++paths;
           break;
         }
         if (at >= all.size() || !moves(all[at].kind)) return text(e, "no motion");
@@ -320,6 +434,7 @@ std::string difference(const std::vector<Event>& events, const std::vector<Canon
             std::fabs(c.feed / 60 - e.speed) > 0.01)
           return text(e, "feed " + std::to_string(c.feed));
         here = c.end;
+        here_turns = c.turns;
         break;
       }
     }
@@ -340,8 +455,8 @@ TEST_F(OutsideCheckers, Rs274GoesWhereTheProgramGoes) {
   // It objects to what is wrong.
   std::ofstream(folder_ / "wrong.ngc") << "G21 G90\nG1 X10 QQ\nM2\n";
   EXPECT_NE(interpreted(folder_ / "wrong.ngc").code, 0);
-  std::size_t motions = 0, programs = 0;
-  for (const Posted& p : posted("gcode", "flat", 60, "linuxcnc_abc")) {
+  std::size_t motions = 0, programs = 0, paths = 0;
+  for (const Posted& p : posted("gcode", "flat", random_programs(), "linuxcnc_abc")) {
     ASSERT_EQ(p.files.size(), 1U);
     const Said said = interpreted(p.files[0]);
     ASSERT_EQ(said.code, 0) << p.name << "\n" << said.text;
@@ -352,12 +467,14 @@ TEST_F(OutsideCheckers, Rs274GoesWhereTheProgramGoes) {
     if (std::any_of(p.events.begin(), p.events.end(),
                     [](const Event& e) { return e.kind == Event::Kind::joints; }))
       continue;  // their pose is the robot's
-    EXPECT_EQ(difference(p.events, all), "") << p.name << "\n" << text.str() << said.text;
+    EXPECT_EQ(difference(p.events, all, paths), "") << p.name << "\n" << text.str() << said.text;
     motions += all.size();
     ++programs;
   }
-  std::cout << programs << " programs, " << motions << " commands of the machine\n";
+  std::cout << programs << " programs, " << motions << " commands of the machine, " << paths
+            << " paths\n";
   EXPECT_GE(programs, 15U);
+  EXPECT_GE(paths, 3U);
 }
 
 // ---- KRL: Vim ----

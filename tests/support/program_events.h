@@ -4,10 +4,12 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -26,9 +28,11 @@ struct Event {
   std::uint32_t interpolation = RMP_MOVE_PTP;
   std::vector<double> numbers;  ///< joints [degrees, mm]; x y z [mm] and quaternion; value of an
                                 ///< output; seconds; TIMEOUT or -1
+  bool is_analogue = false;     ///< an output of REAL, which have numbers of their own
   std::vector<std::int32_t> signals;  ///< an output; inputs of a condition by first use
   std::vector<bool> truth;            ///< of the condition, a value for each of the inputs' values
-  double speed = -1;                  ///< of LIN and CIRCLE [mm/s]; -1 = not said
+  double speed = -1;                  ///< of LIN, CIRCLE and PATH [mm/s]; -1 = not said
+  std::size_t target = 0;             ///< which of the motion's targets this is, from 0
   std::uint32_t line = 0;
   [[nodiscard]] std::string text() const {
     static constexpr const char* kWords[] = {"joints", "pose", "position",
@@ -93,6 +97,7 @@ inline std::vector<Event> events(const program::Trace& t, bool has_groups) {
       for (std::size_t k = 0; k < m->motion.targets.size(); ++k) {
         const program::Target& target = m->motion.targets[k];
         Event here = one;
+        here.target = k;
         const bool is_known = k < m->absolute.size() && m->absolute[k];
         if (is_known || target.role == RMP_ROLE_POSITION) {
           const program::PlainPose& p = is_known ? *m->absolute[k] : target.pose;
@@ -120,6 +125,7 @@ inline std::vector<Event> events(const program::Trace& t, bool has_groups) {
         continue;
       }
       one.signals = {s.address};
+      one.is_analogue = s.type == RMP_TYPE_REAL;
       one.numbers = {s.type == RMP_TYPE_REAL ? w->value.real
                                              : static_cast<double>(w->value.integer)};
       out.push_back(one);
@@ -134,6 +140,62 @@ inline std::vector<Event> events(const program::Trace& t, bool has_groups) {
   return out;
 }
 
+/// Centre and radius of the circle through three places.
+inline std::pair<std::array<double, 3>, double> circle(const double* a, const double* b,
+                                                       const double* c) {
+  std::array<double, 3> u{}, v{};
+  for (std::size_t k = 0; k < 3; ++k) u[k] = b[k] - a[k], v[k] = c[k] - a[k];
+  const auto cross = [](const auto& x, const auto& y) {
+    return std::array<double, 3>{x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2],
+                                 x[0] * y[1] - x[1] * y[0]};
+  };
+  const auto dot = [](const auto& x, const auto& y) {
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+  };
+  const auto w = cross(u, v);
+  const auto n = cross(w, u), m = cross(v, w);
+  const double d = 2 * dot(w, w);
+  std::array<double, 3> centre{};
+  for (std::size_t k = 0; k < 3; ++k) centre[k] = a[k] + (dot(v, v) * n[k] + dot(u, u) * m[k]) / d;
+  return {centre, std::hypot(centre[0] - a[0], centre[1] - a[1], centre[2] - a[2])};
+}
+/// Whether a place is on the arc from `a` through `b` to `c`, to within 0.02 mm.
+inline bool is_on_arc(const double* a, const double* b, const double* c, const double* p) {
+  const auto [centre, radius] = circle(a, b, c);
+  std::array<std::array<double, 3>, 4> r{};  // of a, b, c, p from the centre
+  const std::array<const double*, 4> places{a, b, c, p};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t k = 0; k < 3; ++k) r[i][k] = places[i][k] - centre[k];
+  const auto dot = [](const auto& x, const auto& y) {
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+  };
+  // Axes in the plane of the arc: from the centre to its start, and across towards its middle.
+  std::array<double, 3> x = r[0], y{};
+  for (double& v : x) v /= radius;
+  const auto across = [&](std::size_t i) {
+    std::array<double, 3> v = r[i];
+    for (std::size_t k = 0; k < 3; ++k) v[k] -= dot(r[i], x) * x[k];
+    return v;
+  };
+  // Of the two the one that does not vanish says where the plane is.
+  const auto of_b = across(1), of_c = across(2);
+  y = dot(of_b, of_b) > dot(of_c, of_c) ? of_b : of_c;
+  const double n = std::sqrt(dot(y, y));
+  for (double& v : y) v /= n;
+  const double turn = 2 * 3.141592653589793;
+  const auto angle = [&](std::size_t i) {
+    const double t = std::atan2(dot(r[i], y), dot(r[i], x));
+    return t < 0 ? t + turn : t;
+  };
+  double end = angle(2), at = angle(3);
+  if (angle(1) > end) end = turn - end, at = turn - at;  // the other way round
+  const double u = dot(r[3], x), v = dot(r[3], y);
+  std::array<double, 3> off{};
+  for (std::size_t k = 0; k < 3; ++k) off[k] = r[3][k] - u * x[k] - v * y[k];
+  return std::fabs(std::hypot(u, v) - radius) < 0.02 && std::sqrt(dot(off, off)) < 0.02 &&
+         at * radius < end * radius + 0.02;
+}
+
 inline constexpr double kMm = 0.01, kDegree = 0.01, kSeconds = 0.01;
 
 /// Numbers of signals: themselves, or, where the language has names, what the first use of each
@@ -141,16 +203,16 @@ inline constexpr double kMm = 0.01, kDegree = 0.01, kSeconds = 0.01;
 class Signals {
  public:
   explicit Signals(bool are_named) : are_named_(are_named) {}
-  bool same(bool is_output, std::int32_t a, std::int32_t b) {
+  bool same(bool is_output, bool is_analogue, std::int32_t a, std::int32_t b) {
     if (!are_named_) return a == b;
-    const auto there = there_.try_emplace({is_output, a}, b).first->second;
-    const auto back = back_.try_emplace({is_output, b}, a).first->second;
+    const auto there = there_.try_emplace({is_output, is_analogue, a}, b).first->second;
+    const auto back = back_.try_emplace({is_output, is_analogue, b}, a).first->second;
     return there == b && back == a;
   }
 
  private:
   bool are_named_;
-  std::map<std::pair<bool, std::int32_t>, std::int32_t> there_, back_;
+  std::map<std::tuple<bool, bool, std::int32_t>, std::int32_t> there_, back_;
 };
 
 inline bool same(const Event& a, const Event& b, Signals& signals) {
@@ -166,9 +228,11 @@ inline bool same(const Event& a, const Event& b, Signals& signals) {
   if (a.kind <= Kind::position && straight(a.interpolation) != straight(b.interpolation))
     return false;
   if (a.speed >= 0 && b.speed >= 0 && std::fabs(a.speed - b.speed) > 0.01 * a.speed) return false;
+  if (a.is_analogue != b.is_analogue) return false;
   if (a.truth != b.truth || a.signals.size() != b.signals.size()) return false;
   for (std::size_t i = 0; i < a.signals.size(); ++i)
-    if (!signals.same(a.kind == Kind::output, a.signals[i], b.signals[i])) return false;
+    if (!signals.same(a.kind == Kind::output, a.is_analogue, a.signals[i], b.signals[i]))
+      return false;
   if (a.kind == Kind::pose || a.kind == Kind::position) {
     for (std::size_t k = 0; k < 3; ++k)
       if (!(std::fabs(a.numbers[k] - b.numbers[k]) <= kMm)) return false;
