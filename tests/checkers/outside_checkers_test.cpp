@@ -474,7 +474,7 @@ TEST_F(OutsideCheckers, Rs274GoesWhereTheProgramGoes) {
   std::cout << programs << " programs, " << motions << " commands of the machine, " << paths
             << " paths\n";
   EXPECT_GE(programs, 15U);
-  EXPECT_GE(paths, 3U);
+  EXPECT_GE(paths, 1U);
 }
 
 // ---- KRL: Vim ----
