@@ -1,18 +1,21 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A seam of two straight pieces and half a circle by scripts/programs/arc_weld.irl. The power
--- source is a program that tells when its arc is stable.
+-- source is a program that tells when its arc is stable. The plate lies 1.5 mm under the wire's tip,
+-- so that the check warns all along the seam that torch and plate are nearer than 5 mm, as they are
+-- when it welds.
 -- usage: robomosp run scripts/programs/arc_weld.lua
 local here = (arg and arg[0] or ""):match("^(.*)/[^/]*$") or "scripts/programs"
 local cell = world.create{ name = "arc_weld_cell" }
 local arm = robot.get("ur5"):duplicate{ name = "welder" }
 -- The wire's tip leads; its z goes along the wire.
 arm:attach{ tool = object.get("mig_torch_22"), tcp = "wire_tip" }
-cell:add_robot{ robot = arm, name = "ur5" }
+-- It waits above the table.
+cell:add_robot{ robot = arm, name = "ur5", q = {0, "-90 deg", "-90 deg", "-90 deg", "90 deg", 0} }
 -- The seam goes around a plate that lies on a table.
 solid.create{ name = "weld_plate", root = {kind = "union", children = {
-  {kind = "box", x = 0.12, y = 0.12, z = 0.01, position = {0.56, -0.09, 0.09}},
-  {kind = "cylinder", radius = 0.06, height = 0.01, position = {0.62, -0.09, 0.09}}}} }
-solid.create{ name = "weld_table", root = {kind = "box", x = 0.4, y = 0.4, z = 0.09, position = {0.58, -0.09, 0}} }
+  {kind = "box", x = 0.12, y = 0.12, z = 0.01, position = {0.56, -0.09, 0.0885}},
+  {kind = "cylinder", radius = 0.06, height = 0.01, position = {0.62, -0.09, 0.0885}}}} }
+solid.create{ name = "weld_table", root = {kind = "box", x = 0.4, y = 0.4, z = 0.088, position = {0.58, -0.09, 0}} }
 cell:add_object{ what = "weld_plate", name = "plate" }
 cell:add_object{ what = "weld_table", name = "table" }
 for _, name in ipairs{"arc", "arc_stable"} do cell:add_signal{ name = name } end
