@@ -169,5 +169,101 @@ TEST_F(ProgramCommands, ANewNameAndALayoutAreOneStepEachAndCanBeUndone) {
       std::string::npos);
 }
 
+TEST_F(ProgramCommands, SourceInOtherEncodingsIsReadAndSaid) {
+  const auto told = [&](const std::string& code) {
+    std::string all;
+    for (const Message& m : app().messages.recent(1000))
+      if (m.code == code) all = m.text;
+    return all;
+  };
+  const std::string ascii = "PROGRAM p;\n{ x }\nBEGIN\nENDPROGRAM;\n";
+  const std::string utf8 =
+      "PROGRAM p;\n{ \xc3\xa4 \xe2\x82\xac \xf0\x9f\xa4\x96 }\nBEGIN\nENDPROGRAM;\n";
+  // a umlaut, euro, robot: one, one, two units.
+  const std::u16string wide = u"PROGRAM p;\n{ \u00e4 \u20ac \U0001F916 }\nBEGIN\nENDPROGRAM;\n";
+  std::string little = "\xff\xfe", big = "\xfe\xff";
+  for (const char16_t c : wide) {
+    little += static_cast<char>(c & 0xff);
+    little += static_cast<char>(c >> 8);
+    big += static_cast<char>(c >> 8);
+    big += static_cast<char>(c & 0xff);
+  }
+  int n = 0;
+  for (const std::string& bytes : {little, big, "\xef\xbb\xbf" + utf8, utf8}) {
+    const std::string name = "e" + std::to_string(n++);
+    write(name + ".irl", bytes);
+    const Value id = call("program.import", {{"file", (folder_ / (name + ".irl")).string()}});
+    EXPECT_EQ(call("program.source", {{"id", id}}).text(), utf8);
+    EXPECT_EQ(at(call("program.check", {{"id", id}}), "errors").text(), "0");
+    EXPECT_EQ(told("encoding"), n <= 2 ? name +
+                                             ".irl: the file is in UTF-16 and was read so; it is "
+                                             "kept in UTF-8."
+                                       : "e1.irl: the file is in UTF-16 and was read so; it is "
+                                         "kept in UTF-8.");
+    // The editor's services see what is kept.
+    EXPECT_EQ(at(*call("program.tokens", {{"id", id}}).as_list()->begin(), "column").text(), "1");
+  }
+  // Latin-1 is read, and the first line that is so is told.
+  write("latin.irl", "PROGRAM p;\n\n{ m\xe1ximo }\nBEGIN\nENDPROGRAM;\n");
+  call("program.import", {{"file", (folder_ / "latin.irl").string()}});
+  EXPECT_EQ(told("encoding"),
+            "latin.irl: line 3 is no UTF-8, so that the file was read as ISO 8859-1 (Latin-1); it "
+            "is kept in UTF-8.");
+  // So are programs of controllers.
+  write("weld.src",
+        "DEF weld( )\n; \xfc"
+        "ber\nHALT\nEND\n");
+  call("program.import", {{"file", (folder_ / "weld.src").string()}});
+  EXPECT_EQ(told("encoding").substr(0, 16), "weld.src: line 2");
+  call("program.read_foreign", {{"file", (folder_ / "weld.src").string()}});
+  // Bytes that are no text, UTF-16 without its mark among them.
+  write("binary.irl", std::string("PROGRAM p;\n\0\1\2", 14));
+  write("bare.irl", little.substr(2));
+  write("binary.src", std::string("DEF p( )\n\n\0END", 14));
+  EXPECT_EQ(fails("program.import", {{"file", (folder_ / "binary.irl").string()}}).sentence(),
+            "binary.irl: line 2 has a zero byte, and no text has one. A program is a file of text. "
+            "If this is one in UTF-16, save it in UTF-8, or with its byte order mark.");
+  EXPECT_EQ(fails("program.import", {{"file", (folder_ / "bare.irl").string()}}).where, "bare.irl");
+  EXPECT_EQ(fails("program.import", {{"file", (folder_ / "binary.src").string()}})
+                .sentence()
+                .substr(0, 18),
+            "binary.src: line 3");
+  EXPECT_NE(fails("program.create", {{"name", "z"}, {"source", std::string("a\0b", 3)}})
+                .sentence()
+                .find("zero byte"),
+            std::string::npos);
+  // Half a pair, and half a letter at the end.
+  write("half.irl", std::string("\xff\xfe{\0\x00\xd8}\0x", 9));
+  const Value half = call("program.import", {{"file", (folder_ / "half.irl").string()}});
+  EXPECT_EQ(call("program.source", {{"id", half}}).text(), "{\xef\xbf\xbd}\xef\xbf\xbd");
+}
+
+TEST_F(ProgramCommands, AnExtensionOfSeveralReadersSaysWhichTookIt) {
+  const auto told = [&] {
+    std::string all;
+    for (const Message& m : app().messages.recent(1000))
+      if (m.code == "reader") all = m.text;
+    return all;
+  };
+  write("a.prg", "MODULE m\nPROC main()\nWaitTime 1;\nENDPROC\nENDMODULE\n");
+  write("b.prg", "10 Ovrd 50\n20 Dly 1\n30 End\n");
+  call("program.import", {{"file", (folder_ / "a.prg").string()}});
+  EXPECT_EQ(told(),
+            "a.prg was taken by the reader rapid, since its words are of that language; language = "
+            "\"melfa\" chooses another.");
+  call("program.import", {{"file", (folder_ / "b.prg").string()}});
+  EXPECT_EQ(told(),
+            "b.prg was taken by the reader melfa, since its words are of that language; language = "
+            "\"rapid\" chooses another.");
+  // Named, it is taken so, and nothing is told.
+  call("program.import",
+       {{"file", (folder_ / "a.prg").string()}, {"name", "named"}, {"language", "rapid"}});
+  EXPECT_EQ(told().substr(0, 5), "b.prg");
+  write("c.prg", "what is this\n");
+  EXPECT_EQ(fails("program.import", {{"file", (folder_ / "c.prg").string()}}).sentence(),
+            "c.prg: its extension is of several controllers, and the text does not say which. Give "
+            "language = rapid or melfa.");
+}
+
 }  // namespace
 }  // namespace robomosp

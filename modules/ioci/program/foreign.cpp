@@ -8,7 +8,6 @@
 #include "io/native.h"
 #include "ioci/program/program_files.h"
 #include "kernel/file_root.h"
-#include "kernel/utf8.h"
 #include "motion/provider_params.h"
 
 namespace robomosp::ioci {
@@ -60,7 +59,7 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
   if (candidates.empty()) return std::string();
   if (candidates.size() == 1) return candidates[0].name;
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
-  const std::string source = as_utf8(bytes);
+  const std::string source = as_utf8(bytes);  // read_foreign tells what it was in
   if (source.starts_with("robomosp program "))
     return error(ErrorCode::invalid_argument, "it is a program of our own, saved by program.save",
                  "program.load reads it.", path.filename().string());
@@ -73,7 +72,18 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
     most = std::max(most, sure);
     if (sure == most) best.push_back(c.name);
   }
-  if (best.size() == 1) return best[0];
+  if (best.size() == 1) {
+    std::string others;
+    for (const Candidate& c : candidates)
+      if (c.name != best[0])
+        others += (others.empty() ? "" : " or ") + ("language = " + text::quote(c.name));
+    ctx.app.messages.post(Severity::info, "reader",
+                          file + " was taken by the reader " + best[0] +
+                              ", since its words are of that language; " + others +
+                              " chooses another.",
+                          "program");
+    return best[0];
+  }
   std::string list;
   for (const std::string& b : best) list += (list.empty() ? "" : " or ") + b;
   return error(ErrorCode::invalid_argument,
@@ -90,7 +100,8 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
   Foreign out;
   out.reader = name;
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
-  out.files.push_back({path.filename().string(), as_utf8(bytes)});
+  RMP_TRY_ASSIGN(std::string text, told_source(ctx, path.filename().string(), bytes));
+  out.files.push_back({path.filename().string(), std::move(text)});
   // What belongs to it lies beside it, in whatever letters.
   std::vector<FolderEntry> beside;
   bool is_listed = false;
@@ -118,7 +129,8 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
                      path.filename().string());
       RMP_TRY_ASSIGN(const std::string more,
                      io::read_file(path.parent_path() / found->name, kMostSource));
-      out.files.push_back({found->name, as_utf8(more)});
+      RMP_TRY_ASSIGN(std::string beside_it, told_source(ctx, found->name, more));
+      out.files.push_back({found->name, std::move(beside_it)});
     }
   }
   std::vector<SourceFile> sources;

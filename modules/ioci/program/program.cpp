@@ -117,7 +117,8 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
     file += ".irl";
   }
   RMP_TRY(check_file_name(file));
-  p.files.push_back({file, lines_of(as_utf8(text_of(args, "source")))});
+  RMP_TRY_ASSIGN(const std::string source, told_source(ctx, file, text_of(args, "source")));
+  p.files.push_back({file, lines_of(source)});
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
   return Value(Application::handle(id));
 }
@@ -175,7 +176,8 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
   if (has(args, "language")) p.language = info.name;
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
-  p.files.push_back({path.filename().string(), lines_of(as_utf8(bytes))});
+  RMP_TRY_ASSIGN(const std::string text, told_source(ctx, path.filename().string(), bytes));
+  p.files.push_back({path.filename().string(), lines_of(text)});
   // What a source names lies beside it, and may name more.
   constexpr std::size_t kMostFiles = 100;
   std::set<std::string> seen{p.files[0].name};
@@ -198,7 +200,8 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
                      "it names more than " + std::to_string(kMostFiles) + " files", {},
                      path.filename().string());
       RMP_TRY_ASSIGN(const std::string more, io::read_file(beside, kMostSource));
-      p.files.push_back({base, lines_of(as_utf8(more))});
+      RMP_TRY_ASSIGN(const std::string found, told_source(ctx, base, more));
+      p.files.push_back({base, lines_of(found)});
     }
   }
   const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
@@ -231,7 +234,8 @@ Result<Value> export_files(CommandContext& ctx, const Map& args) {
 Result<Value> set_file(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "name");
   RMP_TRY(check_file_name(name));
-  std::vector<std::string> lines = lines_of(as_utf8(text_of(args, "text")));
+  RMP_TRY_ASSIGN(const std::string text, told_source(ctx, name, text_of(args, "text")));
+  std::vector<std::string> lines = lines_of(text);
   RMP_TRY(edit_program(ctx, ref(args, "id"), [&](Program& p) -> Result<void> {
     if (ProgramFile* f = find_file(p, name)) f->lines = std::move(lines);
     else p.files.push_back({name, std::move(lines)});

@@ -12,7 +12,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/commands.h"
-#include "kernel/utf8.h"
+#include "ioci/program/source_bytes.h"
 #include "model/program.h"
 
 namespace robomosp::ioci {
@@ -29,21 +29,14 @@ Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
   });
 }
 
-/// Text in UTF-8: what is none is of the time before, a byte a letter (ISO 8859-1).
-[[nodiscard]] inline std::string as_utf8(std::string_view bytes) {
-  if (text::first_bad_byte(bytes) == std::string_view::npos) return std::string(bytes);
-  std::string out;
-  for (const char c : bytes) {
-    const auto u = static_cast<unsigned char>(c);
-    if (u == 0) continue;
-    if (u < 0x80) {
-      out += c;
-    } else {
-      out += static_cast<char>(0xC0U | (u >> 6U));
-      out += static_cast<char>(0x80U | (u & 0x3FU));
-    }
-  }
-  return out;
+/// Text of a file or argument; a sentence is told where it was in no UTF-8 (source_bytes.h).
+[[nodiscard]] inline Result<std::string> told_source(CommandContext& ctx, const std::string& file,
+                                                     std::string_view bytes) {
+  auto made = source_of_bytes(bytes);
+  if (!made.ok()) return std::move(made).error().in(file);
+  if (!made->note.empty())
+    ctx.app.messages.post(Severity::warning, "encoding", file + ": " + made->note + ".", "program");
+  return std::move(made->text);
 }
 /// Text as lines, of which there is at least one.
 [[nodiscard]] inline std::vector<std::string> lines_of(std::string_view text) {
