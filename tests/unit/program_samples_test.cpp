@@ -205,6 +205,7 @@ TEST(ProgramSamples, PalletisingFillsTheTray) {
   EXPECT_EQ(w.text, "full\n");
   ASSERT_EQ(w.motions.size(), 96u);
   EXPECT_EQ(count_of(w, RMP_MOVE_PTP), 48u);
+  EXPECT_EQ(count_of(w, RMP_MOVE_LIN), 48u);
   std::size_t k = 0;
   for (int l = 0; l < 2; ++l)
     for (int r = 0; r < 3; ++r)
@@ -253,7 +254,12 @@ TEST(ProgramSamples, ArcWeldHasItsLength) {
   EXPECT_NEAR(length(moves[1]->absolute[0]->position, from) + arc +
                   length(to, moves[4]->absolute[0]->position),
               428.50, 0.005);
-  EXPECT_EQ(moves[2]->motion.attributes.speed, 8);
+  // 428.50 mm at 8 mm/s.
+  double seconds = arc / moves[3]->motion.attributes.speed;
+  seconds += length(moves[1]->absolute[0]->position, from) / moves[2]->motion.attributes.speed;
+  seconds += length(to, moves[4]->absolute[0]->position) / moves[4]->motion.attributes.speed;
+  EXPECT_NEAR(seconds, 53.56, 0.005);
+  for (const std::size_t k : {2, 3, 4}) EXPECT_EQ(moves[k]->motion.attributes.speed, 8);
 }
 
 TEST(ProgramSamples, TwoRobotsPassPartsInTurn) {

@@ -678,11 +678,26 @@ class CWriter final : public post::Writer {
     if (m[RMP_ATTR_FRAME].given) cannot("increments in a frame", "Give them in the base.");
     line(std::string(function) + "(" + by + behind(m));
   }
+  /// The PA-10's library goes to poses on straight lines only.
+  bool moves_straight_to_poses() const { return (caps_.features & kPostUntil) == 0; }
+  void goes_straight() {
+    warn(
+        "this PTP goes on a straight line: the library of the PA-10 moves to poses straight, and "
+        "the joints of this target are not known",
+        "Name the robot (program.post{robot = ...}), or give MAIN_JOINT.");
+  }
   void ptp(const Motion& m) override {
     const Target& t = m.targets[0];
+    const bool is_joints = t.role == RMP_ROLE_JOINT || t.role == RMP_ROLE_MAIN_JOINT;
+    const bool is_straight = (m.incremental || !is_joints) && moves_straight_to_poses();
+    const bool has_joints =
+        is_straight && !m.incremental && t.point && !t.point->q.empty() && !m[RMP_ATTR_FRAME].given;
+    if (is_straight && !has_joints) goes_straight();
     if (m.incremental) increment(m, "rmp_ptp_by");
-    else if (t.role == RMP_ROLE_JOINT || t.role == RMP_ROLE_MAIN_JOINT)
-      line("rmp_ptp_joints(" + text(t.expression) + behind(m));
+    else if (is_joints) line("rmp_ptp_joints(" + text(t.expression) + behind(m));
+    else if (has_joints)
+      line("rmp_ptp_to(rmp_joints(" + numbers(t.point->q, post::kDegree) + ", " +
+           numbers(t.point->external, 1) + "), " + pose(m, t) + behind(m));
     else line("rmp_ptp_pose(" + pose(m, t) + behind(m));
     action(m);
   }

@@ -65,6 +65,8 @@ int rmp_arc(rmp_pose begin, rmp_pose via, rmp_pose end, int k, rmp_pose *out);
 void rmp_open(int argc, char **argv);
 void rmp_close(void);
 void rmp_ptp_joints(rmp_joint to, rmp_move how, rmp_condition until);
+/* The same pose by joints that lead there, for controllers that move straight to poses. */
+void rmp_ptp_to(rmp_joint to, rmp_pose pse, rmp_move how, rmp_condition until);
 void rmp_ptp_pose(rmp_pose to, rmp_move how, rmp_condition until);
 void rmp_lin(rmp_pose to, rmp_move how, rmp_condition until);
 void rmp_circle(rmp_pose via, rmp_pose end, rmp_move how, rmp_condition until);
@@ -379,6 +381,10 @@ void rmp_ptp_joints(rmp_joint to, rmp_move how, rmp_condition until) {
   for (i = 0; i < RMP_MOST_JOINTS; ++i) values[i] = to.main[i] / DEGREE;
   to_joints(values, how, until);
 }
+void rmp_ptp_to(rmp_joint to, rmp_pose pse, rmp_move how, rmp_condition until) {
+  (void)pse;
+  rmp_ptp_joints(to, how, until);
+}
 void rmp_ptp_pose(rmp_pose to, rmp_move how, rmp_condition until) {
   double values[RMP_MOST_JOINTS];
   memcpy(values, q, sizeof values);
@@ -529,6 +535,11 @@ void rmp_ptp_joints(rmp_joint to, rmp_move how, rmp_condition until) {
   last.w2 = to.main[6] / DEGREE;
   is_here = 0;
   pa_exe_axs(RMP_PA10_ARM, S1 | S2 | S3 | E1 | E2 | W1 | W2, &last, WM_WAIT);
+}
+void rmp_ptp_to(rmp_joint to, rmp_pose pse, rmp_move how, rmp_condition until) {
+  rmp_ptp_joints(to, how, until);
+  here = pse;
+  is_here = 1;
 }
 static void go(rmp_pose to) {
   const rmp_position n = rmp_rotated(to.ori, rmp_at(1, 0, 0)), o = rmp_rotated(to.ori, rmp_at(0, 1, 0)),
