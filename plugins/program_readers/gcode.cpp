@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // G-code (RS274): .ngc, .nc, .tap, .gcode.
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -40,6 +41,17 @@ class Gcode final : public Reader {
         text.find_first_not_of(" \t\r\n%", at) != std::string_view::npos)
       note({0, line, 1, static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(at)},
            "what stands behind the end of the program is not read");
+    // Programs of printers have no such word.
+    const std::size_t last = text.find_last_not_of(" \t\r\n");
+    if (!is_over_ && !is_printer_ && last != std::string_view::npos && text[last] != '%') {
+      const auto end = static_cast<std::uint32_t>(last + 1);
+      const auto before = text.substr(0, last);
+      const std::size_t begin =
+          before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
+      warn({0, 1 + static_cast<std::uint32_t>(std::count(before.begin(), before.end(), '\n')),
+            static_cast<std::uint32_t>(last - begin + 1), end - 1, end},
+           "the program has no end (M2, M30 or %)", "Is the file whole?");
+    }
   }
 
  private:

@@ -26,6 +26,8 @@ constexpr Binary kBinaries[] = {
     {"+", 30, Op::add},       {"-", 30, Op::sub},      {"*", 40, Op::mul},    {"/", 40, Op::div},
     {":", 50, Op::compose}};
 
+constexpr const char* kRoutine = "A routine begins with DEF name( ) and ends with END.";
+
 class Krl final : public Reader {
  public:
   using Reader::Reader;
@@ -414,14 +416,14 @@ class Krl final : public Reader {
       if (is("end") || is("endfct")) {
         comments_until(here());
         close_blocks(here());
-        if (!is_open) fail(here(), "END stands outside of a routine");
+        if (!is_open) fail(here(), "END stands outside of a routine", kRoutine);
         is_open = false;
         close();
         skip_line();
         continue;
       }
       if (!is_open) {
-        fail(here(), "this stands outside of a routine");
+        fail(here(), "this stands outside of a routine", kRoutine);
         skip_line();
         continue;
       }

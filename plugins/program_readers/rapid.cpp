@@ -130,8 +130,9 @@ class Rapid final : public Reader {
     if (is("proc") || is("func") || is("trap")) return routine();
     if (accept(";")) return;
     if (is_announcing_) {
-      fail(at, "\"" + std::string(peek().raw.substr(0, 40)) +
-                   "\" is not expected outside of a routine");
+      fail(at,
+           "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected outside of a routine",
+           "A module holds data and routines: MODULE name, PROC name(), ENDPROC, ENDMODULE.");
     }
     next();
     while (!at_end() && !is(";") && !is("proc") && !is("func") && !is("trap") && !is("endmodule") &&

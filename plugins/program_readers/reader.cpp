@@ -390,6 +390,8 @@ void Reader::fault(std::uint32_t severity, const At& at, std::string message, st
     ++dropped_faults_;
     return;
   }
+  if (hint.empty() && severity == RMP_FAULT_ERROR)
+    hint = "Change it in this file and read it again, or write in the IRL what it means.";
   faults_.push_back({severity, at, std::move(message), std::move(hint)});
 }
 Ex Reader::bad(const At& at, std::string message, std::string hint) {
@@ -1377,6 +1379,11 @@ std::unique_ptr<ReadProgram> Reader::finish() {
          false});
     r.body.push_back({"  RETURN " + given + ";", r.at, false});
   }
+  const bool is_empty = constants_.empty() && types_.empty() && signals_.empty() &&
+                        variables_.empty() && routines_.empty() && main_.body.empty();
+  if (is_empty)
+    fail({0, 1, 1, 0, 0}, "there is nothing of a program in this file",
+         "It is empty or of another language; language = ... names the reader.");
   section("CONST", constants_);
   section("TYPE", types_);
   section("SIGNAL", signals_);

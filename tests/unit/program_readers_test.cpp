@@ -770,6 +770,50 @@ TEST(ProgramReaders, TakeAnyTextWithoutACrash) {
     }
 }
 
+/// A text that is none of the language: read without a crash, and said at a place, with what to do.
+TEST(ProgramReaders, WrongInputIsAFaultWithALineAndAHint) {
+  const std::string line(std::size_t{1} << 20, 'x');
+  std::string deep, binary;
+  for (int i = 0; i < 100'000; ++i) deep += "((";
+  std::mt19937 random(7);
+  for (int i = 0; i < 50'000; ++i) binary += static_cast<char>(random() % 255 + 1);
+  for (const Language& l : kLanguages) {
+    const std::string whole = (*l.sample)[0].text;
+    const std::vector<std::pair<const char*, std::string>> kWrong{
+        {"empty", ""},
+        {"blank", " \r\n\t\n"},
+        {"a line of 1 MB", line},
+        {"deep", deep},
+        {"binary", binary},
+        {"half", whole.substr(0, whole.size() / 2)},
+        {"deep behind it", whole + deep}};
+    for (const auto& [what, text] : kWrong) {
+      SCOPED_TRACE(std::string(l.name) + ": " + what);
+      const std::vector<File> files{{(*l.sample)[0].name, text}};
+      const auto begin = std::chrono::steady_clock::now();
+      const auto p = read(l.read, files);
+      ASSERT_TRUE(p);
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+      EXPECT_LT(took.count(), 10.0);
+      expect_sound(*p, files, what);
+      std::size_t said = 0, hints = 0;
+      for (const rmp_code_fault& f : p->faults()) {
+        if (f.severity == RMP_FAULT_NOTE) continue;
+        ++said;
+        hints += *f.hint != 0;
+        EXPECT_STRNE(f.message, "");
+        EXPECT_LT(std::string_view(f.message).size(), 1000U);
+        EXPECT_GE(f.span.column, 1U);
+      }
+      EXPECT_GT(said, 0U) << p->files()[0].text.substr(0, 300);
+      EXPECT_LT(said, 10'000U);
+      if (said > 0) {
+        EXPECT_GT(hints, 0U) << p->faults()[0].span.line << ": " << p->faults()[0].message;
+      }
+    }
+  }
+}
+
 /// What is read without an error compiles, up to one text in a hundred (a second ELSE, a speed that
 /// is computed and below zero: IRL's own check says so); and of what has errors nearly all does.
 TEST(ProgramReaders, ChangedTextsAreReadOrRefusedAndTheIrlIsRight) {
