@@ -187,6 +187,20 @@ TEST_F(Classic, ASpellingHasItsOwnOrderOfWordsAndFixedArguments) {
             "robot.fk: the word \"0\" is one too many. help(\"robot.fk\") lists the arguments.");
 }
 
+/// No spelling for programs is known of 2006, and none is made up (decision 0067).
+TEST_F(Classic, ProgramsHaveNoLinesOfTheirOwn) {
+  for (const CommandSpec* c : app().commands.list())
+    if (std::string_view(c->name).starts_with("program.")) {
+      EXPECT_EQ(c->classic, "") << c->name;
+    }
+  for (const char* line : {"PProgram hanoi Run", "feIRLC hanoi.irl -S ../System"}) {
+    const auto refused = app().dispatch_classic(session_, line);
+    ASSERT_FALSE(refused.ok()) << line;
+    EXPECT_NE(refused.error().sentence().find(std::string(line).substr(0, 6)), std::string::npos)
+        << refused.error().sentence();
+  }
+}
+
 TEST_F(Classic, TheToolFollowsTheTargetOfTheWorld) {
   EXPECT_EQ(classic("World bench GetTargetId"), Value("bench.target"));
   classic("PRobot arm FollowTarget");
