@@ -504,6 +504,62 @@ TEST_F(RoundTrip, WhatReadersMakeOfPostedProgramsDoesTheSame) {
   EXPECT_GT(equal, 25U);
 }
 
+/// form = "automatic": the files of the structured form where that can be said, else those of the
+/// flat one with a note that tells why; where neither can, the faults.
+TEST_F(RoundTrip, AutomaticIsTheStructuredFormOrElseTheFlatOneWithANote) {
+  std::size_t structured = 0, flat = 0, told = 0, neither = 0;
+  for (const char* name : {"hanoi", "pick_and_place", "palletising", "arc_weld"}) {
+    const Value id =
+        call("program.import", {{"file", (kPrograms / (std::string(name) + ".irl")).string()}});
+    const Value targets = call("program.targets");
+    for (const Value& target : *targets.as_list()) {
+      const std::string to = *at(target, "name").as_string();
+      SCOPED_TRACE(to + " " + name);
+      const auto post_in = [&](const char* form) {
+        Map args{{"id", id}, {"target", to}, {"form", form}, {"check", true}, {"robot", "puma560"}};
+        if (const Value with = profile(to); with != Value()) args.set("profile", with);
+        return app().dispatch(session_, "program.post", args);
+      };
+      const auto is_posted = [&](const char* form) {
+        return kHeld.at(to + " " + name + " " + form) == "posted";
+      };
+      const auto got = post_in("automatic");
+      ASSERT_TRUE(got.ok()) << got.error().sentence();
+      EXPECT_EQ(*at(*got, "correct").as_bool(), is_posted("structured") || is_posted("flat"));
+      if (!*at(*got, "correct").as_bool()) {
+        ++neither;
+        EXPECT_GT(at(*got, "faults").as_list()->size(), 0U);
+        continue;
+      }
+      const char* form = is_posted("structured") ? "structured" : "flat";
+      EXPECT_EQ(*at(*got, "form").as_string(), form);
+      const auto same = post_in(form);
+      ASSERT_TRUE(same.ok()) << same.error().sentence();
+      EXPECT_EQ(at(*got, "files"), at(*same, "files"));
+      std::string notes;
+      for (const Value& f : *at(*got, "faults").as_list())
+        if (*at(f, "message").as_string() != "")
+          notes += *at(f, "severity").as_string() + ": " + *at(f, "message").as_string() + "\n";
+      if (is_posted("structured")) {
+        ++structured;
+      } else {
+        ++flat;
+        // A target without a structured form has nothing to explain.
+        if (!post_in("structured").ok()) continue;
+        ++told;
+        EXPECT_GT(at(*got, "faults").as_list()->size(), at(*same, "faults").as_list()->size())
+            << notes;
+        EXPECT_NE(notes.find("flat"), std::string::npos) << notes;
+      }
+    }
+    call("document.undo");
+  }
+  EXPECT_GT(structured, 20U);
+  EXPECT_GT(flat, 5U);
+  EXPECT_GT(told, 0U);
+  EXPECT_GT(neither, 0U);
+}
+
 /// Flags of the target of a MELFA program: )(FL1,FL2).
 std::string flags(const std::string& text) {
   std::string out;
@@ -592,7 +648,8 @@ TEST_F(RoundTrip, FilesOfEveryTargetAreThoseThatWereRead) {
   for (const auto& [what, outcome] : kHeld) targets.insert(what.substr(0, what.find(' ')));
   EXPECT_EQ(targets.size(), 17U);
   for (const fs::path& program :
-       {kPrograms / "pick_and_place.irl", golden / "constructs.irl", golden / "motions.irl"}) {
+       {kPrograms / "pick_and_place.irl", golden / "constructs.irl", golden / "motions.irl",
+        golden / "control.irl", golden / "plain.irl"}) {
     const std::string name = program.stem().string();
     const Value id = call("program.import", {{"file", program.string()}});
     for (const std::string& to : targets) {
@@ -601,7 +658,8 @@ TEST_F(RoundTrip, FilesOfEveryTargetAreThoseThatWereRead) {
         Map args{{"id", id}, {"target", to}, {"form", form}, {"robot", "puma560"}};
         if (const Value with = profile(to); with != Value()) args.set("profile", with);
         args.set("inputs", Map{{"ready", true}, {"code", 0}});
-        if (name != "constructs") args.set("inputs", Map{});
+        if (name == "control") args.set("inputs", Map{{"ready", true}});
+        else if (name != "constructs") args.set("inputs", Map{});
         args.set("check", true);
         auto checked = app().dispatch(session_, "program.post", args);
         text += std::string("==== ") + form + "\n";
