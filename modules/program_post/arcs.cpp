@@ -275,10 +275,14 @@ class Arcs final : public Rewriter {
     const PostPoint* p = point(target);
     if (!p || !p->has_pose || p->role == RMP_ROLE_ADD_JOINT) return std::nullopt;
     if (m.is_incremental) {
-      if (!last_) return std::nullopt;
+      if (!last_ || !frame) return std::nullopt;
+      Pose by = p->pose, turn;
+      if (p->role == RMP_ROLE_POSITION) by.R = Pose{}.R;
+      turn.R = frame->R;
+      by = post::product(post::product(turn, by), post::inverse(turn));
       Pose out = last_->base_T_tip;
-      for (std::size_t k = 0; k < 3; ++k) out.p[k] += p->pose.p[k];
-      if (p->role == RMP_ROLE_POSE) out.R = post::product(p->pose, last_->base_T_tip).R;
+      for (std::size_t k = 0; k < 3; ++k) out.p[k] += by.p[k];
+      out.R = post::product(by, last_->base_T_tip).R;
       return out;
     }
     if (p->role == RMP_ROLE_JOINT || p->role == RMP_ROLE_MAIN_JOINT) return p->pose;

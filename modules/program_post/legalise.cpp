@@ -7,6 +7,7 @@
 #include <robomosp/sdk/post_writer.h>
 
 #include "program_post/arcs.h"
+#include "program_post/parts.h"
 #include "program_post/scalars.h"
 
 namespace robomosp::program_post {
@@ -53,6 +54,7 @@ class Passes {
       const std::uint32_t body = t_->routines[r].body;
       t_->routines[r].body = block(body, {}, 0);
     }
+    if (options.parts > 0) out.parts = to_parts(*t_, options.parts, options.name);
     t_->seal();
     out.tables = std::move(t_);
     return out;

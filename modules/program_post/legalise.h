@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <robomosp/sdk/post.h>
@@ -24,11 +25,14 @@ struct Remark {
 struct Legal {
   std::unique_ptr<ProgramTables> tables;  ///< texts are those of the program, which outlives them
   std::vector<Remark> remarks;
+  std::size_t parts = 0;  ///< how many there are besides the program itself
 };
 
 struct LegaliseOptions {
   std::span<const PostPoint> points;  ///< known points of the program (points.h), for arcs
   double chord_mm = 0.1;              ///< how far straight pieces may be from an arc
+  std::size_t parts = 0;              ///< about how many programs it becomes (parts.h); 0 = one
+  std::string_view name = "part";     ///< what their names begin with
 };
 
 /// A copy of the structured program, rewritten for a target where its capabilities lack something:

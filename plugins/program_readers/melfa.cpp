@@ -31,6 +31,9 @@ class Melfa final : public Reader {
 
   void run() override {
     name_ = std::string(stem(files_[0].name));
+    // Programs that are called come first: what they have is theirs, and nothing else is there yet.
+    for (std::size_t f = 1; f < files_.size(); ++f) announce(called_name(f), {}, kNone);
+    for (std::size_t f = 1; f < files_.size(); ++f) called_program(f);
     scan(0, kStyle);
     split();
     declare_positions();
@@ -58,6 +61,44 @@ class Melfa final : public Reader {
     std::string label;
     std::size_t first, end;
   };
+
+  [[nodiscard]] std::string called_name(std::size_t file) const {
+    return "program_" + std::string(stem(files_[file].name));
+  }
+  /// A program that another one calls by CallP: a procedure with variables of its own.
+  void called_program(std::size_t file) {
+    scan(file, kStyle);
+    lines_.clear();
+    split();
+    begin(called_name(file), {}, kNone, At{static_cast<std::uint32_t>(file), 1, 1, 0, 0});
+    is_called_ = true;
+    declare_positions();
+    for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
+      if (tokens_[i].kind == Tk::name && tokens_[i].low == "gosub") {
+        fail(tokens_[i].at, "subroutines of a program that is called are not read",
+             "Write them into the program, or read it by itself.");
+        break;
+      }
+    all_labels_.clear();
+    used_lines_.clear();
+    for (const SourceLine& l : lines_) all_labels_.insert(l.label);
+    find_line_numbers();
+    is_outside_.assign(lines_.size(), false);
+    emit_lines(0, lines_.size(), {});
+    is_called_ = false;
+    close();
+    lines_.clear();
+    all_labels_.clear();
+    line_numbers_.clear();
+    used_lines_.clear();
+  }
+  /// A variable that its first use declares: of this program, and of no other.
+  Symbol& own(std::string_view foreign, const Type& t, const At& at) {
+    if (!is_called_ || find(lower(foreign))) return implied(foreign, t, at);
+    Symbol& s = declare(foreign, t, Symbol::variable, true);
+    declare_variable(s, {}, at, true);
+    return s;
+  }
 
   std::span<const Binary> binaries() const override { return kBinaries; }
   std::string_view not_word() const override { return "not"; }
@@ -118,13 +159,14 @@ class Melfa final : public Reader {
         if (!e.ok) return;
         learn(name.low, e.type);
         const Type t = learned_.types[name.low];
-        if (globals_.contains(name.low)) {
+        if (is_called_ ? current().symbols.contains(name.low) : globals_.contains(name.low)) {
           bad(at, std::string(name.raw) + " has two values");
           return;
         }
-        Symbol& s = declare(name.raw, t);
+        Symbol& s = declare(name.raw, t, Symbol::variable, is_called_);
         const Ex x = converted(e, t, at);
-        declare_variable(s, x.s, at);
+        declare_variable(s, x.s, at, is_called_);
+        if (is_straight_) straight_.insert(s.irl);
       });
     }
   }
@@ -180,6 +222,9 @@ class Melfa final : public Reader {
         fail(tokens_[lines_[s.first].first].at, "the program runs into the subroutine " + s.label,
              "End it before.");
     }
+    find_line_numbers();
+  }
+  void find_line_numbers() {
     for (const auto& l : lines_)
       if (l.has_number && l.number >= 0) line_numbers_.insert(l.number);
     for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
@@ -493,8 +538,14 @@ class Melfa final : public Reader {
       bad(at, "IRL has no motions relative to the tool where it is");
       return;
     }
+    if (is("p_curr") && is("+", 1)) {
+      next();
+      next();
+      m.is_incremental = true;
+    }
     Ex e = expression();
     if (!e.ok) return;
+    if (m.is_incremental) return step(std::move(m), e, is_joint, at);
     if (e.type.k != K::pose && e.type.k != K::target && e.type.k != K::joint) {
       bad(at, "this is no position");
       return;
@@ -504,6 +555,27 @@ class Melfa final : public Reader {
     if (e.type.k == K::joint) m.has_frames = false;
     attributes(m, is_joint, at);
     goal_ = !is("wthif") ? e.s : "";
+    tail(std::move(m), at);
+  }
+  /// P_Curr+P1: by so much from where it is, where the tool does not turn.
+  void step(Motion m, const Ex& e, bool is_joint, const At& at) {
+    if (e.type.k != K::pose && e.type.k != K::target) {
+      bad(at, "this is no position");
+      return;
+    }
+    if (is_set("frame")) {
+      bad(at, "a step from P_Curr behind Base is not read", "Give the position that is meant.");
+      return;
+    }
+    if (!straight_.contains(e.s) || learned_.flags.contains("assigned " + e.s)) {
+      bad(at, "a step from P_Curr that may turn the tool is not read",
+          "Add a position whose A, B and C are 0.");
+      return;
+    }
+    const Ex p = as_pose(e, at);
+    m.targets.push_back(value(within(p, kPrimary) + ".POS", kPosition));
+    attributes(m, is_joint, at);
+    goal_.clear();
     tail(std::move(m), at);
   }
   void arc(const At& at) {
@@ -583,7 +655,7 @@ class Melfa final : public Reader {
     const Token name = peek();
     will_write(name.low);
     learn(lower(name.raw), kReal);
-    if (!find(name.low)) implied(name.raw, kReal, at);
+    if (!find(name.low)) own(name.raw, kReal, at);
     const Ex v = primary();
     expect("=");
     const Ex from = expression(25);
@@ -838,8 +910,8 @@ class Melfa final : public Reader {
         suffix();
         if (find(n.low)) continue;  // its position stands behind the program
         if (it->second.k == K::target) learned_.turns = 6;
-        Symbol& s = declare(n.raw, it->second);
-        declare_variable(s, {}, at);
+        Symbol& s = declare(n.raw, it->second, Symbol::variable, is_called_);
+        declare_variable(s, {}, at, is_called_);
       } while (accept(","));
       return;
     }
@@ -947,8 +1019,8 @@ class Melfa final : public Reader {
       }
       const Type of = type_of(n);
       if (of.k == K::target) learned_.turns = 6;
-      Symbol& s = declare(n.raw, array_of(of, bounds));
-      declare_variable(s, {}, at);
+      Symbol& s = declare(n.raw, array_of(of, bounds), Symbol::variable, is_called_);
+      declare_variable(s, {}, at, is_called_);
     } while (accept(","));
   }
   void callp(const At& at) {
@@ -1059,7 +1131,7 @@ class Melfa final : public Reader {
       if (t.k == K::integer || t.k == K::boolean) t = kReal;
       if (t.k == K::pose && type_of(name).k == K::target && learned_.types.contains(name.low))
         t = learned_.types[name.low];
-      const Symbol& s = implied(name.raw, t, at);
+      const Symbol& s = own(name.raw, t, at);
       keep_number(s.irl, e);
       assign(place(s.irl, s.type), e, at);
       return;
@@ -1075,6 +1147,7 @@ class Melfa final : public Reader {
     }
     const Ex e = is("(") && is_position_list() ? literal(name, at) : expression();
     keep_number(to.s, e);
+    learned_.flags.insert("assigned " + to.s.substr(0, to.s.find('.')));
     assign(to, e, at);
   }
   /// What numbers a variable gets in all of the program: signals may be named by it.
@@ -1117,6 +1190,9 @@ class Melfa final : public Reader {
       if (!e.ok) return failed();
     for (const Ex& e : f)
       if (!e.ok) return failed();
+    is_straight_ = true;
+    for (std::size_t i = 3; i < 6 && i < x.size(); ++i)
+      is_straight_ = is_straight_ && x[i].is_literal && x[i].v == 0;
     if (x.size() > 8 || x.empty()) return bad(at, "a position has 3 to 8 numbers");
     std::vector<Ex> external;
     for (std::size_t i = 6; i < x.size(); ++i) external.push_back(x[i]);
@@ -1258,7 +1334,7 @@ class Melfa final : public Reader {
           fail(at, std::string(t.raw) + " has no value in the program; it is zero here",
                "Teach it, or add its line.");
       }
-      Symbol& made = implied(t.raw, guess, at);
+      Symbol& made = own(t.raw, guess, at);
       return suffixes(place(made.irl, made.type));
     }
     return suffixes(place(s->irl, s->type));
@@ -1391,6 +1467,9 @@ class Melfa final : public Reader {
   std::set<std::int64_t> line_numbers_, used_lines_;
   std::map<std::string, std::pair<std::int64_t, std::int64_t>> ios_;
   std::vector<std::string> steps_;
+  std::set<std::string> straight_;     ///< positions that are given with angles of zero
+  bool is_straight_ = false;           ///< the position that was read last
+  bool is_called_ = false;             ///< the program that is read is one that another calls
   std::string word_, routine_, goal_;  // goal_: where the motion above has ended
   int nested_ = 0;
 };

@@ -85,11 +85,28 @@ struct Tp {
     return read_tp(t, p, g);
   }
 };
-struct Melfa : Alone {
+struct Melfa {
   static constexpr ReaderFormat kFormats[] = {{"prg", "Mitsubishi MELFA-BASIC"},
                                               {"mb4", "Mitsubishi MELFA-BASIC IV"},
                                               {"mb5", "Mitsubishi MELFA-BASIC V"}};
   static std::int32_t claims(const SourceFile& f) { return looks_like_melfa(f.text) ? 2 : 1; }
+  /// Programs that are called: CallP "NAME".
+  static std::vector<std::string> needs(const SourceFile& f) {
+    std::vector<std::string> out;
+    const std::string low = lower(f.text);
+    for (std::size_t at = low.find("callp"); at != std::string::npos;
+         at = low.find("callp", at + 5)) {
+      const std::size_t begin = low.find_first_not_of(" \t", at + 5);
+      if (begin == std::string::npos || low[begin] != '"') continue;
+      const std::size_t end = low.find_first_of("\"\r\n", begin + 1);
+      if (end == std::string::npos || low[end] != '"') continue;
+      const std::string name(f.text.substr(begin + 1, end - begin - 1));
+      if (!name.empty() && name.size() < 64 && out.size() < 200 &&
+          name.find_first_of("/\\") == std::string::npos)
+        out.push_back(name + "." + std::string(extension(f.name)));
+    }
+    return out;
+  }
   static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
     return read_melfa(t, p, g);
   }

@@ -416,7 +416,7 @@ class Rapid final : public Reader {
         {"connect", &Rapid::connect},
         {"isignaldi", &Rapid::isignal},
         {"isignaldo", &Rapid::isignal},
-        {"searchl", &Rapid::no_counterpart},
+        {"searchl", &Rapid::motion},
         {"searchc", &Rapid::no_counterpart},
         {"raise", &Rapid::no_counterpart},
         {"velset", &Rapid::no_counterpart},
@@ -625,9 +625,28 @@ class Rapid final : public Reader {
         }
       }
     };
-    std::map<std::string, Ex> given;
+    std::map<std::string, Ex> given, here;
     options(given);  // \Conc
+    if (word == "searchl" && !search(given, m, at)) return;
     const auto read_target = [&] {
+      if (m.word != "CIRCLE" && is("offs") && is("(", 1) && is("crobt", 2)) {
+        // So much from where it is.
+        next();
+        next();
+        next();
+        expect("(");
+        accept(",");
+        options(here);
+        expect(")");
+        std::vector<Ex> by;
+        for (int k = 0; k < 3; ++k) {
+          expect(",");
+          by.push_back(as_real(expression(), at));
+        }
+        expect(")");
+        m.is_incremental = true;
+        return position(by);
+      }
       const Aggregate a = aggregate();
       const Ex e = built(a, word == "moveabsj" ? "jointtarget" : "robtarget",
                          word == "moveabsj" ? kJoint : kTarget);
@@ -646,12 +665,15 @@ class Rapid final : public Reader {
     want_.clear();
     options(given);
     expect(",");
-    want_ = "zonedata";
-    const Aggregate zone_value = aggregate();
-    const Ex zone = built(zone_value, "zonedata", kReal);
-    want_.clear();
-    options(given);
-    expect(",");
+    Ex zone = real(0);
+    if (word != "searchl") {
+      want_ = "zonedata";
+      const Aggregate zone_value = aggregate();
+      zone = built(zone_value, "zonedata", kReal);
+      want_.clear();
+      options(given);
+      expect(",");
+    }
     const Token tool = next();
     const Ex t = frame_named(tool);
     options(given);
@@ -689,6 +711,17 @@ class Rapid final : public Reader {
       m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", z);
     }
     const Ex id = identity();
+    if (m.is_incremental) {
+      const auto given_or = [&](const std::map<std::string, Ex>& all, const char* name) {
+        const auto it = all.find(name);
+        return it == all.end() ? id.s : it->second.s;
+      };
+      if (given_or(here, "tool") != t.s || given_or(here, "wobj") != given_or(given, "wobj")) {
+        bad(at, "CRobT is of another tool or work object than the motion",
+            "Give both the same, and MOVE_INC says it.");
+        return;
+      }
+    }
     if (t.s != id.s) m.attributes.emplace_back("TOOL", t);
     if (const auto it = given.find("wobj");
         it != given.end() && it->second.s != id.s && word != "moveabsj")
@@ -698,15 +731,50 @@ class Rapid final : public Reader {
     move(std::move(m), at);
     if (output.ok && level.ok) emit(output.s + " := " + level.s + ";", at);
   }
+  /// SearchL\SStop, signal, place, ...: a straight motion that a signal ends.
+  bool search(const std::map<std::string, Ex>& given, Motion& m, const At& at) {
+    m.word = "LIN";
+    if (!given.contains("stop") && !given.contains("pstop") && !given.contains("sstop")) {
+      bad(at, "a search that goes on behind its signal is not said in IRL",
+          "Give it \\Stop, \\PStop or \\SStop.");
+      skip_rest();
+      return false;
+    }
+    expect(",");
+    const Token name = next();
+    bool is_low = false;
+    while (accept("\\")) {
+      const Token level = next();
+      is_low = level.low == "lowlevel";
+      if (!is_low && level.low != "highlevel") {
+        bad(level.at, "a search for an edge of its signal is not said in IRL",
+            "IRL asks for a level: \\HighLevel or \\LowLevel.");
+        skip_rest();
+        return false;
+      }
+    }
+    const Ex s = signal_of(name, false, kBool);
+    expect(",");
+    const Token found = next();
+    expect(",");
+    if (!s.ok || found.kind != Tk::name) return false;
+    m.until = is_low ? "NOT " + s.s : s.s;
+    note(at, "where the signal came is not kept in " + std::string(found.raw.substr(0, 40)) +
+                 ", and that it did not come is no error in IRL");
+    return true;
+  }
   Ex signal_of(const Token& t, bool is_output, const Type& type) {
     if (t.kind != Tk::name) return bad(t.at, "the name of a signal belongs here");
     if (const Symbol* s = find(t.low); s && s->kind != Symbol::input && s->kind != Symbol::output)
       return bad(t.at, std::string(t.raw) + " is no signal");
     learned_.flags.insert((is_output ? "output " : "input ") + t.low);
-    if (type.k != K::boolean) learned_.flags.insert("group " + t.low);
-    const bool is_group = learned_.flags.contains("group " + t.low);
+    if (type.k == K::real) learned_.flags.insert("analogue " + t.low);
+    else if (type.k != K::boolean) learned_.flags.insert("group " + t.low);
+    const Type& of = learned_.flags.contains("analogue " + t.low) ? kReal
+                     : learned_.flags.contains("group " + t.low)  ? kInt
+                                                                  : kBool;
     const bool is_out = learned_.flags.contains("output " + t.low);
-    const Symbol& s = named_signal(t.raw, is_out, is_group ? kInt : kBool, t.at);
+    const Symbol& s = named_signal(t.raw, is_out, of, t.at);
     Ex e = place(s.irl, s.type);
     e.is_place = is_out;
     return e;
@@ -717,13 +785,13 @@ class Rapid final : public Reader {
     if (s.ok) assign(s, integer(on), at);
   }
   void set_signal(const At& at) {
-    const bool is_bool = word_ == "setdo";
+    const Type& type = word_ == "setdo" ? kBool : word_ == "setgo" ? kInt : kReal;
     while (accept("\\")) {
       const Token option = next();
       if (accept(":=")) (void)expression();
       bad(option.at, "IRL sets signals at once", "Split the statement.");
     }
-    const Ex s = signal_of(next(), true, is_bool ? kBool : kInt);
+    const Ex s = signal_of(next(), true, type);
     expect(",");
     const Token v = peek();
     Ex e;

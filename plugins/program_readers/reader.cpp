@@ -948,15 +948,17 @@ Symbol& Reader::signal(bool is_output, std::int64_t number, std::int64_t width) 
                       false});
   return globals_.emplace(key, std::move(s)).first->second;
 }
-Symbol& Reader::named_signal(std::string_view foreign, bool is_output, const Type& t,
-                             const At& at) {
+Symbol& Reader::named_signal(std::string_view foreign, bool is_output, const Type& t, const At& at,
+                             std::int64_t known_number) {
   const std::string low = lower(foreign);
   if (Symbol* s = find(low)) return *s;
   Symbol& s = declare(foreign, t, is_output ? Symbol::output : Symbol::input);
-  const std::size_t number = signals_.size() + 1;
+  const std::int64_t number =
+      known_number >= 0 ? known_number : static_cast<std::int64_t>(signals_.size()) + 1;
   signals_.push_back({std::string(is_output ? "OUTPUT " : "INPUT ") + type_text(t) + ": " + s.irl +
-                          " AT " + std::to_string(number) + (t.k == K::boolean ? "" : ", 16") + ";",
+                          " AT " + std::to_string(number) + (t.k == K::integer ? ", 16" : "") + ";",
                       at, true});
+  if (known_number >= 0) return s;
   note(at,
        "the number of the signal " + std::string(foreign) +
            " is in the controller's configuration; " + std::to_string(number) + " is taken for it",

@@ -310,7 +310,9 @@ class Reader {
   Symbol& implied(std::string_view foreign, const Type&, const At&);
   void learn(std::string_view foreign, const Type&);
   Symbol& signal(bool is_output, std::int64_t number, std::int64_t width = 1);
-  Symbol& named_signal(std::string_view foreign, bool is_output, const Type&, const At&);
+  /// A signal that the program names; its number, where the language has it and not -1.
+  Symbol& named_signal(std::string_view foreign, bool is_output, const Type&, const At&,
+                       std::int64_t number = -1);
   struct Parameter {
     std::string foreign;
     Type type;

@@ -662,9 +662,9 @@ class Urscript final : public Reader {
     return place(s.irl, s.type);
   }
   Symbol& analog(bool is_output, double n, const At& at) {
-    const std::string key = std::string(is_output ? "analog_out_" : "analog_in_") +
-                            std::to_string(static_cast<std::int64_t>(std::clamp(n, 0.0, 100.0)));
-    return named_signal(key, is_output, kReal, at);
+    const auto number = static_cast<std::int64_t>(std::clamp(n, 0.0, 100.0));
+    return named_signal((is_output ? "analog_out_" : "analog_in_") + std::to_string(number),
+                        is_output, kReal, at, number);
   }
   void motion(const std::string& w, const std::vector<Argument>& a, const At& at) {
     Motion m;

@@ -323,6 +323,7 @@ std::string difference(const std::vector<Event>& events, const std::vector<Canon
     const Event& e = events[k];
     switch (e.kind) {
       case Event::Kind::joints: return text(e, "joints");
+      case Event::Kind::step: return text(e, "a step from where nobody knows");
       case Event::Kind::condition: break;  // M66 is no command of the machine
       case Event::Kind::wait:
         if (at >= all.size() || all[at].kind != Canonical::Kind::dwell ||

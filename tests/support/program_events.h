@@ -18,13 +18,14 @@
 
 #include <robomosp/sdk/program_tables.h>
 
+#include "program/state.h"
 #include "program/trace.h"
 
 namespace robomosp::test {
 
 /// What a controller does, one behind the other.
 struct Event {
-  enum class Kind { joints, pose, position, output, wait, condition } kind = Kind::pose;
+  enum class Kind { joints, pose, position, step, output, wait, condition } kind = Kind::pose;
   std::uint32_t interpolation = RMP_MOVE_PTP;
   std::vector<double> numbers;  ///< joints [degrees, mm]; x y z [mm] and quaternion; value of an
                                 ///< output; seconds; TIMEOUT or -1
@@ -35,10 +36,10 @@ struct Event {
   std::size_t target = 0;             ///< which of the motion's targets this is, from 0
   std::uint32_t line = 0;
   [[nodiscard]] std::string text() const {
-    static constexpr const char* kWords[] = {"joints", "pose", "position",
+    static constexpr const char* kWords[] = {"joints", "pose", "position", "step",
                                              "output", "wait", "wait for"};
     std::string s = kWords[static_cast<int>(kind)];
-    if (kind <= Kind::position) s += " " + std::to_string(interpolation);
+    if (kind <= Kind::step) s += " " + std::to_string(interpolation);
     for (const std::int32_t i : signals) s += " #" + std::to_string(i);
     for (const double x : numbers) s += " " + std::to_string(x);
     for (const bool is_on : truth) s += is_on ? "1" : "0";
@@ -99,7 +100,19 @@ inline std::vector<Event> events(const program::Trace& t, bool has_groups) {
         Event here = one;
         here.target = k;
         const bool is_known = k < m->absolute.size() && m->absolute[k];
-        if (is_known || target.role == RMP_ROLE_POSITION) {
+        if (!is_known && m->motion.is_incremental && target.joints.empty()) {
+          // From where the run only knows, by so much in the base's axes.
+          program::PlainPose by = target.pose;
+          if (target.role == RMP_ROLE_POSITION) by.quaternion = {1, 0, 0, 0};
+          if (m->motion.attributes.frame) {
+            program::PlainPose f = *m->motion.attributes.frame;
+            f.position = {0, 0, 0};
+            by = program::compose_poses(program::compose_poses(f, by), program::inverse_pose(f));
+          }
+          here.kind = Event::Kind::step;
+          here.numbers.assign(by.position.begin(), by.position.end());
+          here.numbers.insert(here.numbers.end(), by.quaternion.begin(), by.quaternion.end());
+        } else if (is_known || target.role == RMP_ROLE_POSITION) {
           const program::PlainPose& p = is_known ? *m->absolute[k] : target.pose;
           // A place keeps the orientation before it, which may be known.
           here.kind = is_known ? Event::Kind::pose : Event::Kind::position;
@@ -225,15 +238,14 @@ inline bool same(const Event& a, const Event& b, Signals& signals) {
   const auto straight = [](std::uint32_t kind) {
     return kind == RMP_MOVE_PATH ? std::uint32_t{RMP_MOVE_LIN} : kind;
   };
-  if (a.kind <= Kind::position && straight(a.interpolation) != straight(b.interpolation))
-    return false;
+  if (a.kind <= Kind::step && straight(a.interpolation) != straight(b.interpolation)) return false;
   if (a.speed >= 0 && b.speed >= 0 && std::fabs(a.speed - b.speed) > 0.01 * a.speed) return false;
   if (a.is_analogue != b.is_analogue) return false;
   if (a.truth != b.truth || a.signals.size() != b.signals.size()) return false;
   for (std::size_t i = 0; i < a.signals.size(); ++i)
     if (!signals.same(a.kind == Kind::output, a.is_analogue, a.signals[i], b.signals[i]))
       return false;
-  if (a.kind == Kind::pose || a.kind == Kind::position) {
+  if (a.kind == Kind::pose || a.kind == Kind::position || a.kind == Kind::step) {
     for (std::size_t k = 0; k < 3; ++k)
       if (!(std::fabs(a.numbers[k] - b.numbers[k]) <= kMm)) return false;
     if (is_place) return true;

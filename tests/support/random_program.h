@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <initializer_list>
 #include <random>
 #include <string>
 #include <vector>
@@ -47,15 +48,15 @@ class RandomProgram {
     out += "VAR\n  ORIENTATION: down := ORIZYX(0.0, 180.0, 0.0);\n";
     for (std::size_t k = 0; k < kPoses; ++k)
       out += "  POSE: p" + std::to_string(k) + " := " + literal_pose() + ";\n";
-    out += "  POSE: shift := POSE(POSITION(" + number(-30, 30) + ", " + number(-30, 30) + ", " +
-           number(-60, 0) + "), ORIZYX(" + number(-20, 20) + ", 0.0, 0.0));\n";
+    out += joined({"  POSE: shift := POSE(POSITION(", number(-30, 30), ", ", number(-30, 30), ", ",
+                   number(-60, 0), "), ORIZYX(", number(-20, 20), ", 0.0, 0.0));\n"});
     if (has_[kRobtargets])
-      out += "  ROBTARGET: t0 := ROBTARGET(" + literal_pose() + ", " + std::to_string(pick(8)) +
-             ", [0, 0], ADD_JOINT(0.0));\n";
+      out += joined({"  ROBTARGET: t0 := ROBTARGET(", literal_pose(), ", ", std::to_string(pick(8)),
+                     ", [0, 0], ADD_JOINT(0.0));\n"});
     if (has_[kJoints]) out += "  JOINT: j0 := JOINT(" + literal_joints() + ", ADD_JOINT(0.0));\n";
     if (has_[kVariables]) {
-      out += "  INT: i, j := " + whole_literal() + ", k := " + whole_literal() + ";\n";
-      out += "  REAL: r := " + number(-9, 9) + ", q := " + number(0, 9) + ";\n";
+      out += joined({"  INT: i, j := ", whole_literal(), ", k := ", whole_literal(), ";\n"});
+      out += joined({"  REAL: r := ", number(-9, 9), ", q := ", number(0, 9), ";\n"});
       out += "  BOOL: b, c := TRUE;\n";
     }
     if (has_[kComputed]) out += "  POSE: pv := " + literal_pose() + ";\n  POSITION: ps;\n";
@@ -138,6 +139,13 @@ class RandomProgram {
     std::size_t counters = 0;
   };
 
+  /// The parts one behind the other. Draws stand in such lists, which are evaluated from left to
+  /// right, and never on both sides of a +, so that a seed is one program whatever the compiler.
+  static std::string joined(std::initializer_list<std::string> parts) {
+    std::string all;
+    for (const std::string& part : parts) all += part;
+    return all;
+  }
   /// From 0 to 1.
   double fraction() { return static_cast<double>(random_()) / 4294967295.0; }
   std::size_t pick(std::size_t n) { return random_() % n; }
@@ -158,27 +166,29 @@ class RandomProgram {
 
   // ---- geometry ----
   std::string literal_position() {
-    return "POSITION(" + number(380, 560) + ", " + number(-260, 260) + ", " + number(60, 330) + ")";
+    return joined(
+        {"POSITION(", number(380, 560), ", ", number(-260, 260), ", ", number(60, 330), ")"});
   }
   std::string literal_pose() {
     switch (pick(7)) {
       case 0:
-        return "POSE(" + literal_position() + ", ORIZYX(" + number(-80, 80) + ", " +
-               number(150, 179) + ", " + number(-25, 25) + "))";
+        return joined({"POSE(", literal_position(), ", ORIZYX(", number(-80, 80), ", ",
+                       number(150, 179), ", ", number(-25, 25), "))"});
       case 1:
-        return "POSE(" + literal_position() + ", ORIXYZ(" + number(150, 179) + ", " +
-               number(-25, 25) + ", " + number(-80, 80) + "))";
+        return joined({"POSE(", literal_position(), ", ORIXYZ(", number(150, 179), ", ",
+                       number(-25, 25), ", ", number(-80, 80), "))"});
       case 2:
-        return "POSE(" + literal_position() + ", ORIVANG(POSITION(0.0, 1.0, 0.0), " +
-               number(140, 180) + "))";
+        return joined({"POSE(", literal_position(), ", ORIVANG(POSITION(0.0, 1.0, 0.0), ",
+                       number(140, 180), "))"});
       case 3: return "POSE(" + literal_position() + ", ORIQUAT(0.0, 0.6, 0.8, 0.0))";
       default:
-        return "POSE(" + literal_position() + ", ORIZYX(" + number(-90, 90) + ", 180.0, 0.0))";
+        return joined(
+            {"POSE(", literal_position(), ", ORIZYX(", number(-90, 90), ", 180.0, 0.0))"});
     }
   }
   std::string literal_joints() {
-    return "MAIN_JOINT(" + number(-90, 90) + ", " + number(-80, -20) + ", " + number(40, 110) +
-           ", " + number(-60, 60) + ", " + number(15, 80) + ", " + number(-90, 90) + ")";
+    return joined({"MAIN_JOINT(", number(-90, 90), ", ", number(-80, -20), ", ", number(40, 110),
+                   ", ", number(-60, 60), ", ", number(15, 80), ", ", number(-90, 90), ")"});
   }
   /// A pose that is known before it runs, or a computed one.
   std::string pose(const Scope& s, int depth) {
@@ -191,12 +201,12 @@ class RandomProgram {
         return known;
       case 3:
         if (has_[kComputed])
-          return "POSE(POSITION(" + number(380, 520) + " + 2.0 * " + one(s.ints) + ", " +
-                 number(-200, 200) + ", " + number(100, 300) + "), down)";
+          return joined({"POSE(POSITION(", number(380, 520), " + 2.0 * ", one(s.ints), ", ",
+                         number(-200, 200), ", ", number(100, 300), "), down)"});
         return known;
       case 4:
         if (has_[kPoseFunctions] && !s.is_routine)
-          return "spot(" + std::to_string(1 + pick(3)) + ", " + number(0, 90) + ")";
+          return joined({"spot(", std::to_string(1 + pick(3)), ", ", number(0, 90), ")"});
         return known;
       case 5:
         if (has_[kRecords] && has_[kComputed])
@@ -232,18 +242,19 @@ class RandomProgram {
     const auto next = [&] { return integer(s, depth - 1); };
     switch (pick(14)) {
       case 0:
-      case 1: return "(" + next() + " + " + next() + ")";
-      case 2: return "(" + next() + " - " + next() + ")";
+      case 1: return joined({"(", next(), " + ", next(), ")"});
+      case 2: return joined({"(", next(), " - ", next(), ")"});
       case 3:
-        return next() + " MOD " + std::to_string(2 + pick(5)) + " * " + std::to_string(pick(4));
-      case 4: return "(" + next() + ") DIV " + std::to_string(1 + pick(6));
-      case 5: return "(" + next() + ") MOD " + std::to_string(2 + pick(8));
+        return joined(
+            {next(), " MOD ", std::to_string(2 + pick(5)), " * ", std::to_string(pick(4))});
+      case 4: return joined({"(", next(), ") DIV ", std::to_string(1 + pick(6))});
+      case 5: return joined({"(", next(), ") MOD ", std::to_string(2 + pick(8))});
       case 6: return "-(" + next() + ")";
       case 7:
         if (has_[kMath]) return "ABS(" + next() + ")";
         return next();
       case 8:
-        if (has_[kMath]) return (pick(2) ? "ROUND(" : "TRUNC(") + real(s, depth - 1) + ")";
+        if (has_[kMath]) return joined({(pick(2) ? "ROUND(" : "TRUNC("), real(s, depth - 1), ")"});
         return next();
       case 9:
         if (has_[kArrays]) return "a[" + std::to_string(lower_) + " + ABS(" + next() + " MOD 4)]";
@@ -279,7 +290,8 @@ class RandomProgram {
           break;
         case 3:
           if (has_[kArrays] && lower_ > 0)
-            return "grid[" + std::to_string(1 + pick(2)) + ", " + std::to_string(pick(3)) + "]";
+            return joined(
+                {"grid[", std::to_string(1 + pick(2)), ", ", std::to_string(pick(3)), "]"});
           break;
         default: break;
       }
@@ -287,16 +299,16 @@ class RandomProgram {
     }
     const auto next = [&] { return real(s, depth - 1); };
     switch (pick(8)) {
-      case 0: return "(" + next() + " + " + next() + ")";
-      case 1: return "(" + next() + " - " + next() + ")";
+      case 0: return joined({"(", next(), " + ", next(), ")"});
+      case 1: return joined({"(", next(), " - ", next(), ")"});
       case 2: return "(" + next() + ") * 0.5";
-      case 3: return "(" + next() + ") / " + number(1, 9);
+      case 3: return joined({"(", next(), ") / ", number(1, 9)});
       case 4: return "-(" + next() + ")";
       case 5: return "(" + integer(s, depth - 1) + ") / 4";
       case 6:
         if (has_[kMath]) {
           static const char* const kForms[] = {"SIN(", "COS(", "ABS(", "ATAN("};
-          return kForms[pick(4)] + next() + ")";
+          return joined({kForms[pick(4)], next(), ")"});
         }
         return next();
       default:
@@ -329,13 +341,13 @@ class RandomProgram {
     switch (pick(7)) {
       case 0:
       case 1:
-      case 2: return integer(s, depth - 1) + kSigns[pick(6)] + integer(s, depth - 1);
-      case 3: return real(s, depth - 1) + kSigns[2 + pick(4)] + real(s, depth - 1);
-      case 4: return "(" + next() + (pick(2) ? " AND " : " OR ") + next() + ")";
+      case 2: return joined({integer(s, depth - 1), kSigns[pick(6)], integer(s, depth - 1)});
+      case 3: return joined({real(s, depth - 1), kSigns[2 + pick(4)], real(s, depth - 1)});
+      case 4: return joined({"(", next(), (pick(2) ? " AND " : " OR "), next(), ")"});
       case 5: return "NOT (" + next() + ")";
       default:
-        if (has_[kMath]) return "(" + next() + " EXOR " + next() + ")";
-        return "(" + next() + " OR " + next() + ")";
+        if (has_[kMath]) return joined({"(", next(), " EXOR ", next(), ")"});
+        return joined({"(", next(), " OR ", next(), ")"});
     }
   }
   /// Of WAIT FOR and UNTIL: inputs only.
@@ -346,10 +358,10 @@ class RandomProgram {
         default: return pick(2) ? "in1" : "in2";
       }
     switch (pick(5)) {
-      case 0: return condition(0) + " AND " + condition(0);
-      case 1: return condition(0) + " OR " + condition(0);
+      case 0: return joined({condition(0), " AND ", condition(0)});
+      case 1: return joined({condition(0), " OR ", condition(0)});
       case 2: return "NOT (" + condition(depth - 1) + ")";
-      case 3: return "(" + condition(0) + " OR " + condition(0) + ") AND " + condition(0);
+      case 3: return joined({"(", condition(0), " OR ", condition(0), ") AND ", condition(0)});
       default: return condition(0);
     }
   }
@@ -367,14 +379,14 @@ class RandomProgram {
   std::string counter(Scope& s) { return "n" + std::to_string(s.counters++); }
   std::string assignment(const Scope& s, const std::string& p) {
     switch (pick(10)) {
-      case 0: return p + one(s.real_places) + " := " + bounded_real(s) + ";\n";
-      case 1: return p + one(s.truth_places) + " := " + truth(s, 2) + ";\n";
+      case 0: return joined({p, one(s.real_places), " := ", bounded_real(s), ";\n"});
+      case 1: return joined({p, one(s.truth_places), " := ", truth(s, 2), ";\n"});
       case 2:
         if (has_[kArrays])
-          return p + "a[" +
-                 (pick(2) ? std::to_string(lower_ + static_cast<int>(pick(4)))
-                          : std::to_string(lower_) + " + ABS(" + one(s.ints) + " MOD 4)") +
-                 "] := " + bounded(s) + ";\n";
+          return joined({p, "a[",
+                         (pick(2) ? std::to_string(lower_ + static_cast<int>(pick(4)))
+                                  : std::to_string(lower_) + " + ABS(" + one(s.ints) + " MOD 4)"),
+                         "] := ", bounded(s), ";\n"});
         break;
       case 3:
         if (has_[kRecords]) switch (pick(5)) {
@@ -390,7 +402,8 @@ class RandomProgram {
             case 0: return p + "LIST_ADD(l, " + bounded(s) + ");\n";
             case 1: return p + "LIST_INSERT(l, 1, " + bounded(s) + ");\n";
             case 2: return p + "LIST_ADD(l, 4);\n" + p + "LIST_DELETE(l, 1);\n";
-            default: return p + one(s.int_places) + " := LIST_INDEX(l, " + bounded(s) + ");\n";
+            default:
+              return joined({p, one(s.int_places), " := LIST_INDEX(l, ", bounded(s), ");\n"});
           }
         break;
       case 5:
@@ -408,22 +421,23 @@ class RandomProgram {
             case 2: return p + "ps := pv.POS;\n";
             case 3: return p + "pv := p" + std::to_string(pick(kPoses)) + " @ shift;\n";
             default:
-              return p + "ps := POSITION(" + number(400, 500) + ", " + one(s.reals) + ", 200.0);\n";
+              return joined(
+                  {p, "ps := POSITION(", number(400, 500), ", ", one(s.reals), ", 200.0);\n"});
           }
         break;
       case 7:
         if (has_[kArrays] && lower_ > 0)
-          return p + "grid[" + std::to_string(1 + pick(2)) + ", " + std::to_string(pick(3)) +
-                 "] := " + bounded_real(s) + ";\n";
+          return joined({p, "grid[", std::to_string(1 + pick(2)), ", ", std::to_string(pick(3)),
+                         "] := ", bounded_real(s), ";\n"});
         break;
       default: break;
     }
-    return p + one(s.int_places) + " := " + bounded(s) + ";\n";
+    return joined({p, one(s.int_places), " := ", bounded(s), ";\n"});
   }
   std::string bounded(const Scope& s) { return "(" + integer(s, 3) + ") MOD 40"; }
   std::string bounded_real(const Scope& s) {
     switch (pick(3)) {
-      case 0: return "(" + integer(s, 2) + ") MOD 30 + " + number(0, 1);
+      case 0: return joined({"(", integer(s, 2), ") MOD 30 + ", number(0, 1)});
       case 1: return number(-20, 20);
       default: {
         // Within 30 of zero, whatever it is.
@@ -450,7 +464,7 @@ class RandomProgram {
         break;
       default: break;
     }
-    return p + (pick(2) ? "out1" : "out2") + " := " + (pick(2) ? "TRUE" : "FALSE") + ";\n";
+    return joined({p, (pick(2) ? "out1" : "out2"), " := ", (pick(2) ? "TRUE" : "FALSE"), ";\n"});
   }
   std::string attributes(const Scope& s, bool is_ptp, bool may_compute) {
     std::string out;
@@ -477,29 +491,45 @@ class RandomProgram {
     if (has_[kTools] && chance(0.4))
       add("TOOL", "POSE(POSITION(0.0, 0.0, " + number(10, 60) + "), ORIZYX(0.0, 0.0, 0.0))");
     if (has_[kFrames] && chance(0.3))
-      add("FRAME", "POSE(POSITION(" + number(-40, 40) + ", " + number(-40, 40) +
-                       ", 20.0), ORIZYX(" + number(-20, 20) + ", 0.0, 0.0))");
+      add("FRAME", joined({"POSE(POSITION(", number(-40, 40), ", ", number(-40, 40),
+                           ", 20.0), ORIZYX(", number(-20, 20), ", 0.0, 0.0))"}));
     return out;
   }
   std::string motion(const Scope& s, const std::string& p) {
     std::string out;
     bool is_ptp = pick(2) == 0;
     if (has_[kIncrements] && chance(0.15)) {
-      out = p + "MOVE_INC " + (pick(4) ? "LIN" : "PTP") + " POSE(POSITION(" + number(-20, 20) +
-            ", " + number(-20, 20) + ", " + number(-20, 20) + "), ORIZYX(" +
-            (pick(3) ? "0.0" : number(-9, 9)) + ", 0.0, 0.0))";
+      out = joined({p, "MOVE_INC ", (pick(4) ? "LIN" : "PTP"), " POSE(POSITION(", number(-20, 20),
+                    ", ", number(-20, 20), ", ", number(-20, 20), "), ORIZYX(",
+                    (pick(3) ? "0.0" : number(-9, 9)), ", 0.0, 0.0))"});
       is_ptp = out.find(" PTP ") != std::string::npos;
     } else if (has_[kCircles] && chance(0.25)) {
       // A place on the way that lies apart from the line to the end.
       const std::string x = number(400, 440), z = number(100, 300);
-      out = p + "MOVE LIN POSE(POSITION(" + x + ", -40.0, " + z + "), down);\n" + p +
-            "MOVE CIRCLE POSE(POSITION(" + number(460, 520) + ", " + number(-10, 10) + ", " +
-            (pick(2) ? z : number(90, 310)) + "), down), POSE(POSITION(" + x + ", " +
-            number(30, 90) + ", " + z + "), down)";
+      out = joined({p,
+                    "MOVE LIN POSE(POSITION(",
+                    x,
+                    ", -40.0, ",
+                    z,
+                    "), down);\n",
+                    p,
+                    "MOVE CIRCLE POSE(POSITION(",
+                    number(460, 520),
+                    ", ",
+                    number(-10, 10),
+                    ", ",
+                    (pick(2) ? z : number(90, 310)),
+                    "), down), POSE(POSITION(",
+                    x,
+                    ", ",
+                    number(30, 90),
+                    ", ",
+                    z,
+                    "), down)"});
       is_ptp = false;
     } else if (has_[kPaths] && chance(0.2)) {
-      out = p + "MOVE PATH " + pose(s, 0) + ", p" + std::to_string(pick(kPoses)) + ", " +
-            literal_pose();
+      out = joined(
+          {p, "MOVE PATH ", pose(s, 0), ", p", std::to_string(pick(kPoses)), ", ", literal_pose()});
       is_ptp = false;
     } else if (has_[kJoints] && chance(0.25)) {
       out = p + "MOVE PTP " + (pick(2) ? "j0" : literal_joints());
@@ -514,7 +544,8 @@ class RandomProgram {
     }
     out += attributes(s, is_ptp, true);
     if (has_[kUntil] && chance(0.25))
-      out += " UNTIL " + condition(1) + (has_[kRoutines] && pick(12) == 0 ? " DO beep" : "");
+      out +=
+          joined({" UNTIL ", condition(1), (has_[kRoutines] && pick(12) == 0 ? " DO beep" : "")});
     return out + ";\n";
   }
   std::string statement(Scope& s, int depth, int indent) {
@@ -538,17 +569,17 @@ class RandomProgram {
         if (has_[kWaits]) {
           if (has_[kVariables] && pick(4) == 0)
             return p + "WAIT 0.1 + 0.05 * ABS(" + one(s.ints) + ") SEC;\n";
-          return p + "WAIT " + std::to_string(pick(3)) + "." + std::to_string(1 + pick(9)) +
-                 " SEC;\n";
+          return joined(
+              {p, "WAIT ", std::to_string(pick(3)), ".", std::to_string(1 + pick(9)), " SEC;\n"});
         }
         break;
       case 9:
-        return p + "WAIT FOR " + condition(2) +
-               (has_[kTimeouts] && pick(2) ? " TIMEOUT " + number(1, 9) : "") + ";\n";
+        return joined({p, "WAIT FOR ", condition(2),
+                       (has_[kTimeouts] && pick(2) ? " TIMEOUT " + number(1, 9) : ""), ";\n"});
       case 10:
         if (nests && has_[kIf]) {
-          std::string out = p + "IF " + truth(s, 2) + " THEN\n" + inner(2);
-          if (pick(3) == 0) out += p + "ELSIF " + truth(s, 1) + " THEN\n" + inner(1);
+          std::string out = joined({p, "IF ", truth(s, 2), " THEN\n", inner(2)});
+          if (pick(3) == 0) out += joined({p, "ELSIF ", truth(s, 1), " THEN\n", inner(1)});
           if (pick(2)) out += p + "ELSE\n" + inner(2);
           return out + p + "ENDIF;\n";
         }
@@ -558,10 +589,11 @@ class RandomProgram {
           const std::string n = counter(s);
           const bool is_down = pick(3) == 0;
           const std::size_t from = pick(4), count = pick(4);
-          return p + "FOR " + n + " := " + std::to_string(is_down ? from + count : from) +
-                 (is_down ? " DOWNTO " : " TO ") + std::to_string(is_down ? from : from + count) +
-                 (pick(4) == 0 ? " STEP 2" : "") + " DO\n" + with(s, n, inner(2), indent) + p +
-                 "ENDFOR;\n";
+          return joined({p, "FOR ", n, " := ", std::to_string(is_down ? from + count : from),
+                         (is_down ? " DOWNTO " : " TO "),
+                         std::to_string(is_down ? from : from + count),
+                         (pick(4) == 0 ? " STEP 2" : ""), " DO\n", with(s, n, inner(2), indent), p,
+                         "ENDFOR;\n"});
         }
         break;
       case 12:
@@ -569,34 +601,36 @@ class RandomProgram {
           const std::string n = counter(s), most = std::to_string(1 + pick(3));
           switch (pick(3)) {
             case 0:
-              return p + n + " := 0;\n" + p + "WHILE " + n + " < " + most +
-                     (pick(3) ? "" : " AND " + truth(s, 1)) + " DO\n" + p + "  " + n + " := " + n +
-                     " + 1;\n" + inner(2) + p + "ENDWHILE;\n";
+              return joined({p, n, " := 0;\n", p, "WHILE ", n, " < ", most,
+                             (pick(3) ? "" : " AND " + truth(s, 1)), " DO\n", p, "  ", n, " := ", n,
+                             " + 1;\n", inner(2), p, "ENDWHILE;\n"});
             case 1:
-              return p + n + " := 0;\n" + p + "REPEAT\n" + p + "  " + n + " := " + n + " + 1;\n" +
-                     inner(2) + p + "UNTIL " + n + " >= " + most +
-                     (pick(3) ? "" : " OR " + truth(s, 1)) + ";\n";
+              return joined({p, n, " := 0;\n", p, "REPEAT\n", p, "  ", n, " := ", n, " + 1;\n",
+                             inner(2), p, "UNTIL ", n, " >= ", most,
+                             (pick(3) ? "" : " OR " + truth(s, 1)), ";\n"});
             default:
               if (!has_[kExit]) return motion(s, p);
-              return p + n + " := 0;\n" + p + "LOOP\n" + p + "  " + n + " := " + n + " + 1;\n" +
-                     inner(1) + p + "  IF " + n + " > " + most + " THEN EXIT; ENDIF;\n" + inner(1) +
-                     p + "ENDLOOP;\n";
+              return joined(
+                  {p,        n,       " := 0;\n",  p,     "LOOP\n",  p,
+                   "  ",     n,       " := ",      n,     " + 1;\n", inner(1),
+                   p,        "  IF ", n,           " > ", most,      " THEN EXIT; ENDIF;\n",
+                   inner(1), p,       "ENDLOOP;\n"});
           }
         }
         break;
       case 13:
         if (nests && has_[kCase])
-          return p + "CASE ABS(" + integer(s, 1) + ") MOD 5 OF\n" + p + "WHEN 0:\n" + inner(1) + p +
-                 "WHEN 1, 3:\n" + inner(1) + (pick(2) ? p + "DEFAULT:\n" + inner(1) : "") + p +
-                 "ENDCASE;\n";
+          return joined({p, "CASE ABS(", integer(s, 1), ") MOD 5 OF\n", p, "WHEN 0:\n", inner(1), p,
+                         "WHEN 1, 3:\n", inner(1), (pick(2) ? p + "DEFAULT:\n" + inner(1) : ""), p,
+                         "ENDCASE;\n"});
         break;
       case 14:
         if (has_[kGoto] && has_[kVariables]) {
           const std::string label = "mark" + std::to_string(labels_++);
           if (pick(2))
-            return p + "IF " + truth(s, 1) + " THEN GOTO " + label + "; ENDIF;\n" +
-                   (depth > 0 ? block(s, 2, depth - 1, indent) : motion(s, p)) + p + "LABEL " +
-                   label + ":\n" + motion(s, p);
+            return joined({p, "IF ", truth(s, 1), " THEN GOTO ", label, "; ENDIF;\n",
+                           (depth > 0 ? block(s, 2, depth - 1, indent) : motion(s, p)), p, "LABEL ",
+                           label, ":\n", motion(s, p)});
           const std::string n = counter(s);
           return p + n + " := 0;\n" + p + "LABEL " + label + ":\n" + p + n + " := " + n +
                  " + 1;\n" + (depth > 0 ? block(s, 2, depth - 1, indent) : motion(s, p)) + p +
@@ -607,15 +641,15 @@ class RandomProgram {
         if (has_[kRoutines] && !s.is_routine) {
           switch (pick(4)) {
             case 0:
-              return p + "act(" + integer(s, 1) + ", " + number(0, 9) + ", p" +
-                     std::to_string(pick(kPoses)) + ");\n";
+              return joined({p, "act(", integer(s, 1), ", ", number(0, 9), ", p",
+                             std::to_string(pick(kPoses)), ");\n"});
             case 1:
               if (has_[kOutParameters]) return p + "change(i, " + (pick(2) ? "j" : "k") + ");\n";
               return p + "beep;\n";
             case 2: return p + "beep();\n";
             default:
-              return p + one(s.int_places) + " := (" + integer(s, 2) + " + twice(" + integer(s, 1) +
-                     (has_[kEffects] ? ", j" : "") + ")) MOD 40;\n";
+              return joined({p, one(s.int_places), " := (", integer(s, 2), " + twice(",
+                             integer(s, 1), (has_[kEffects] ? ", j" : ""), ")) MOD 40;\n"});
           }
         }
         break;
@@ -654,7 +688,7 @@ class RandomProgram {
       return body + p + "MOVE LIN POSE(POSITION(420.0 + 5.0 * " + n + ", " + number(-100, 100) +
              ", 200.0), down);\n";
     if (has_[kOutputs]) return body + p + "out2 := " + n + " MOD 2 = 0;\n";
-    return body + p + one(s.int_places) + " := (" + one(s.ints) + " + " + n + ") MOD 40;\n";
+    return joined({body, p, one(s.int_places), " := (", one(s.ints), " + ", n, ") MOD 40;\n"});
   }
   Scope globals() const {
     Scope s;

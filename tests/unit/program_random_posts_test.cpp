@@ -240,6 +240,16 @@ class RandomPosts : public test::CommandTest {
         if (std::fabs(before.numbers[i] - at.numbers[i]) > 1e-6) return false;
       return true;
     };
+    // G-code has the centre of an arc, and no place on its way: any of the same arc will do.
+    const auto is_same_arc = [&] {
+      const Event &a = wanted[k], &b = (*got)[g];
+      return std::string_view(language.target) == "gcode" && k > 0 && k + 1 < wanted.size() &&
+             a.interpolation == RMP_MOVE_CIRCLE && a.target == 0 &&
+             b.interpolation == a.interpolation && b.target == 0 && is_place(wanted[k - 1]) &&
+             is_place(a) && is_place(wanted[k + 1]) && is_place(b) &&
+             test::is_on_arc(wanted[k - 1].numbers.data(), a.numbers.data(),
+                             wanted[k + 1].numbers.data(), b.numbers.data());
+    };
     while (k < wanted.size() && g < got->size()) {
       Event want = wanted[k];
       const Event& found = (*got)[g];
@@ -249,7 +259,14 @@ class RandomPosts : public test::CommandTest {
           is_place(want) && is_place(found) && found.interpolation == RMP_MOVE_LIN &&
           (want.interpolation == RMP_MOVE_PATH || want.interpolation == RMP_MOVE_CIRCLE);
       if (is_piece) want.interpolation = RMP_MOVE_LIN;
-      if (is_place_of_joints(want, found) || test::same(want, found, signals)) ++k, ++g;
+      // Behind joints the post knows by its robot how the tool is turned, and this run does not.
+      if (want.kind == Event::Kind::position && found.kind == Event::Kind::pose) {
+        want.kind = found.kind;
+        want.numbers = {want.numbers[0],  want.numbers[1],  want.numbers[2], found.numbers[3],
+                        found.numbers[4], found.numbers[5], found.numbers[6]};
+      }
+      if (is_place_of_joints(want, found) || test::same(want, found, signals) || is_same_arc())
+        ++k, ++g;
       else if (is_piece && k > 0 && stays(wanted[k - 1], want)) ++k;
       else if (is_piece) ++g;
       else break;

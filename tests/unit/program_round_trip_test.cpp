@@ -384,19 +384,8 @@ const std::map<std::string, std::string> kExceptions{
      "UNTIL is said by an interrupt, which stays one: what happens depends on the input"},
     {"krl pick_and_place structured",
      "UNTIL is said by an interrupt, which stays one: what happens depends on the input"},
-    {"melfa4 pick_and_place flat",
-     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
-    {"melfa4 pick_and_place structured",
-     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
-    {"melfa5 pick_and_place flat",
-     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
-    {"melfa5 pick_and_place structured",
-     "where UNTIL stops is not known: MOVE_INC behind it is from P_Curr, which is not read"},
     {"rapid arc_weld structured",
      "a computed place takes its configuration from CRobT, which IRL does not have"},
-    {"rapid pick_and_place flat", "MOVE_INC is from CRobT, and UNTIL is SearchL: neither is read"},
-    {"rapid pick_and_place structured",
-     "MOVE_INC is from CRobT, and UNTIL is SearchL: neither is read"},
     {"urscript pick_and_place flat",
      "UNTIL is said by a thread that ends the motion, which is not read as UNTIL"},
     {"urscript pick_and_place structured",
@@ -558,6 +547,119 @@ TEST_F(RoundTrip, AutomaticIsTheStructuredFormOrElseTheFlatOneWithANote) {
   EXPECT_GT(flat, 5U);
   EXPECT_GT(told, 0U);
   EXPECT_GT(neither, 0U);
+}
+
+/// The library's controller with a limit that is lower.
+std::string with_limit(const std::string& name, const std::string& limit) {
+  std::ifstream in(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/controllers" / (name + ".ctl"));
+  std::ostringstream out;
+  out << in.rdbuf();
+  std::string text = out.str();
+  const std::size_t at = text.find("name " + name);
+  EXPECT_NE(at, std::string::npos);
+  text.replace(at, name.size() + 5, "name small\n" + limit);
+  return text;
+}
+TEST_F(RoundTrip, WhatIsTooLongForOneFileIsSeveralThatDoTheSame) {
+  const Value id = call("program.import", {{"file", (kPrograms / "palletising.irl").string()}});
+  struct {
+    const char *target, *controller, *limit, *call;
+    const Read* reader;
+    std::ptrdiff_t most_lines;
+  } const kCases[] = {
+      {"melfa5", "melfa_cr800", "max_lines 90", "CallP \"", &kRead[3], 90},
+      {"melfa5", "melfa_cr800", "max_points 12", "CallP \"", &kRead[3], 0},
+      {"fanuc_tp", "fanuc_r30ib", "max_lines 300", "CALL ", &kRead[5], 300},
+      {"inform", "yaskawa_dx200", "max_points 40", "CALL JOB:", nullptr, 0},
+      {"inform", "yaskawa_dx200", "max_lines 150", "CALL JOB:", nullptr, 150},
+  };
+  for (const auto& c : kCases) {
+    const std::string what = std::string(c.target) + " " + c.limit;
+    const fs::path folder = folder_ / (std::string(c.target) + std::string(c.limit));
+    fs::create_directories(folder);
+    const fs::path record = folder / "small.ctl";
+    std::ofstream(record) << with_limit(c.controller, c.limit);
+    const Value profile = call("controller.load", {{"file", record.string()}});
+    Map args{{"id", id},           {"target", c.target}, {"form", "flat"},
+             {"robot", "puma560"}, {"profile", profile}, {"folder", folder.string()}};
+    auto r = app().dispatch(session_, "program.post", args);
+    ASSERT_TRUE(r.ok()) << what << ": " << r.error().sentence();
+    std::map<std::string, std::string> texts;  // by the name that calls them
+    std::string main;
+    for (const Value& f : *at(*r, "files").as_list()) {
+      const fs::path path = *at(f, "path").as_string();
+      std::ifstream in(path);
+      std::ostringstream out;
+      out << in.rdbuf();
+      if (main.empty()) main = path.stem().string();
+      const std::string text = out.str();
+      texts[path.stem().string()] = text;
+      if (c.most_lines > 0) {
+        EXPECT_LE(std::count(text.begin(), text.end(), '\n'), c.most_lines) << what << " " << path;
+      }
+    }
+    EXPECT_GT(texts.size(), 2U) << what;
+    // The program calls each of the others once, and names are those of files.
+    std::size_t calls = 0;
+    std::string all;
+    for (std::size_t k = texts[main].find(c.call); k != std::string::npos;
+         k = texts[main].find(c.call, k + 1), ++calls) {
+      const std::size_t begin = k + std::string(c.call).size();
+      const std::string name =
+          texts[main].substr(begin, texts[main].find_first_of("\" ;\r\n", begin) - begin);
+      ASSERT_TRUE(texts.contains(name)) << what << " calls " << name;
+      all += texts[name];
+    }
+    EXPECT_EQ(calls, texts.size() - 1) << what;
+    if (c.reader) {
+      auto back =
+          app().dispatch(session_, "program.import",
+                         {{"file", (*at(at(*r, "files").as_list()->at(0), "path").as_string())},
+                          {"language", c.reader->reader},
+                          {"name", std::string("back")}});
+      ASSERT_TRUE(back.ok()) << what << ": " << back.error().sentence();
+      std::string why;
+      const std::vector<Event> wanted = run(id, c.reader->has_groups, why);
+      const std::vector<Event> got = run(*back, c.reader->has_groups, why);
+      EXPECT_EQ(why, "") << what;
+      Signals signals(c.reader->is_named);
+      ASSERT_EQ(wanted.size(), got.size()) << what;
+      for (std::size_t k = 0; k < wanted.size(); ++k)
+        ASSERT_TRUE(same(wanted[k], got[k], signals))
+            << what << ": " << wanted[k].text() << " | " << got[k].text();
+      call("document.undo");
+    } else {
+      // Jobs, one behind the other: the motions of the job that is whole, each to the same numbers.
+      const auto motions = [](const std::string& text) {
+        std::vector<std::string> out;
+        std::map<std::string, std::string> positions;
+        std::istringstream in(text);
+        for (std::string l; std::getline(in, l);) {
+          if (l[0] == '/') continue;
+          if (l.starts_with("C0")) positions[l.substr(0, 6)] = l.substr(7);
+          const std::size_t k = l.find(" C0");
+          if (!l.starts_with("MOV") || k == std::string::npos) continue;
+          EXPECT_TRUE(positions.contains(l.substr(k + 1, 6))) << l;
+          out.push_back(l.substr(0, k) + " " + positions[l.substr(k + 1, 6)] + l.substr(k + 7));
+        }
+        return out;
+      };
+      args.set("profile", call("controller.get", {{"name", c.controller}}));
+      args.set("overwrite", true);
+      const fs::path whole = folder / "whole";
+      fs::create_directories(whole);
+      args.set("folder", whole.string());
+      auto one = app().dispatch(session_, "program.post", args);
+      ASSERT_TRUE(one.ok()) << one.error().sentence();
+      ASSERT_EQ(at(*one, "files").as_list()->size(), 1U);
+      std::ifstream in(*at(at(*one, "files").as_list()->at(0), "path").as_string());
+      std::ostringstream text;
+      text << in.rdbuf();
+      EXPECT_GT(motions(text.str()).size(), 90U);
+      EXPECT_EQ(motions(text.str()), motions(all)) << what;
+    }
+    call("controller.remove", {{"id", profile}});
+  }
 }
 
 /// Flags of the target of a MELFA program: )(FL1,FL2).

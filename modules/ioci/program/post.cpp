@@ -249,8 +249,14 @@ Result<double> chord_of(const PostProfile& profile, double otherwise) {
   return otherwise;
 }
 
-Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& code,
-                       std::uint32_t form, Collected& out) {
+/// Writes it as one program, or as about so many parts besides; gives how many there are, and
+/// whether a limit of the controller is passed.
+struct Written {
+  std::size_t parts = 0;
+  double over = 0;  ///< the greatest share of a limit that it takes
+};
+Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rmp_code& code,
+                               std::uint32_t form, std::size_t parts, Collected& out) {
   const PostCapabilities& caps = asked.post->capabilities();
   program_post::LegaliseOptions options;
   program_post::KnownPoints before;
@@ -260,6 +266,8 @@ Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& 
     options.points = before.points;
     RMP_TRY_ASSIGN(options.chord_mm, chord_of(asked.profile.view, options.chord_mm));
   }
+  options.parts = parts;
+  options.name = asked.name;
   program_post::Legal legal = program_post::legalise(code, caps, options);
   for (const auto& r : legal.remarks) out.faults.push_back({r.severity, r.span, r.message, r.hint});
   const auto points = program_post::known_points(legal.tables->code(), asked.robot.get(),
@@ -273,8 +281,12 @@ Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& 
   task.kinematics = asked.kinematics.get();
   task.profile = &asked.profile.view;
   RMP_TRY(asked.post->write(task, *asked.params, out, ctx.progress));
+  Written written;
+  written.parts = legal.parts;
   const auto over = [&](std::int64_t most, std::int64_t is, const char* what,
                         const std::string& file) {
+    if (most > 0)
+      written.over = std::max(written.over, static_cast<double>(is) / static_cast<double>(most));
     if (most > 0 && is > most)
       out.faults.push_back({RMP_FAULT_ERROR, row<rmp_code_routine>(code.routines, 0).span,
                             "the file " + file + " has " + std::to_string(is) + " " + what +
@@ -287,11 +299,53 @@ Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& 
     over(profile.max_lines > 0 ? profile.max_lines : caps.max_lines,
          std::count(bytes.begin(), bytes.end(), '\n'), "lines", name);
   }
-  std::int64_t points_used = 0;
-  for (const PostPoint& p : points.points) points_used += p.motion != RMP_NONE;
-  over(profile.max_points > 0 ? profile.max_points : caps.max_points, points_used, "points",
+  // Each file has the points of its own motions.
+  std::vector<std::int64_t> points_used(1, 0);
+  if (written.parts == 0) {
+    for (const PostPoint& p : points.points) points_used[0] += p.motion != RMP_NONE;
+  } else {
+    const rmp_code& c = *task.code;
+    points_used.assign(c.routines.count, 0);
+    for (std::uint32_t r = 0; r < c.routines.count; ++r)
+      for (std::uint32_t s = row<rmp_code_routine>(c.routines, r).body; s != RMP_NONE;
+           s = row<rmp_code_statement>(c.statements, s).next)
+        if (const auto m = row<rmp_code_statement>(c.statements, s).motion; m != RMP_NONE)
+          points_used[r] += row<rmp_code_motion>(c.motions, m).target_count;
+  }
+  over(profile.max_points > 0 ? profile.max_points : caps.max_points,
+       *std::max_element(points_used.begin(), points_used.end()), "points",
        out.files.empty() ? std::string("written") : out.files.front().first);
   out.form = form == kPostFlat ? "flat" : "structured";
+  return written;
+}
+
+/// The program in one file, or, where it is too long for one and the target has such, in several.
+Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& code,
+                       std::uint32_t form, Collected& out) {
+  RMP_TRY_ASSIGN(const Written whole, write_in_parts(ctx, asked, code, form, 0, out));
+  if (form != kPostFlat || whole.over <= 1 || out.errors() == 0 ||
+      (asked.post->capabilities().features & kPostParts) == 0)
+    return {};
+  // Parts are of about equally many statements, not lines: more where one is still too long.
+  auto count = static_cast<std::size_t>(std::ceil(std::min(whole.over, 1e6) * 1.05)) + 1;
+  for (int tries = 0; tries < 5; ++tries) {
+    Collected divided;
+    RMP_TRY_ASSIGN(const Written w, write_in_parts(ctx, asked, code, form, count, divided));
+    if (w.parts < 2) return {};
+    if (divided.errors() == 0) {
+      divided.faults.push_back({RMP_FAULT_NOTE, row<rmp_code_routine>(code.routines, 0).span,
+                                "the program is too long for one file there, and is posted as " +
+                                    std::to_string(w.parts) + " programs that " + asked.name +
+                                    " calls",
+                                "The controller's record says what it takes (max_lines, "
+                                "max_points, max_bytes)."});
+      out = std::move(divided);
+      return {};
+    }
+    if (w.over <= 1) return {};
+    count = count + std::max<std::size_t>(
+                        1, static_cast<std::size_t>(static_cast<double>(count) * (w.over - 1)));
+  }
   return {};
 }
 
@@ -643,8 +697,7 @@ RMP_COMMANDS(post_commands) {
                   defaulted("run_check", "bool", "", false,
                             "Checks it by a run as well (program.check_run), in its world or alone "
                             "with the robot, and refuses where that has errors."),
-                  optional("world", "ref:world", "",
-                           "Which of its worlds it runs in."),
+                  optional("world", "ref:world", "", "Which of its worlds it runs in."),
                   defaulted("overwrite", "bool", "", false, "Whether files are replaced."),
                   defaulted("source_map", "bool", "", false,
                             "Whether the lines that lines come from are returned."),

@@ -425,9 +425,16 @@ class AsWriter final : public brand::BrandWriter {
       return;
     }
     if (x.incremental) {
+      if (!x.frame.text.empty()) {
+        cannot("increments in a frame that is computed", "Give them in the base's axes.");
+        return;
+      }
+      // SHIFT is along the base's axes.
+      Pose turn;
+      if (x.frame.pose) turn.R = x.frame.pose->R;
+      const Vec3 d = post::product(turn, *x.goals[0].pose).p;
       line("BREAK");
       describe(m, x);
-      const Vec3& d = x.goals[0].pose->p;
       line(std::string(x.is_ptp ? "JMOVE" : "LMOVE") + " SHIFT(HERE BY " + length(d[0] * 1000) +
            ", " + length(d[1] * 1000) + ", " + length(d[2] * 1000) + ")");
     }

@@ -528,6 +528,7 @@ class BrandWriter : public Writer {
     if (g.is_joints) return g;
     if (t.point && t.point->has_pose) {
       if (!is_sane(t.point->pose)) return std::nullopt;
+      no_turns(t.point);
       g.pose = t.point->pose;
       return g;
     }

@@ -648,6 +648,7 @@ class CWriter final : public post::Writer {
     switch (t.role) {
       case RMP_ROLE_POSE: p = text(t.expression); break;
       case RMP_ROLE_ROBTARGET: {
+        no_turns(t.point);
         if (t.point && t.point->has_pose)
           p = "rmp_placed(" + at(t.point->pose) + ", " + turned(t.point->pose) + ")";
         else p = place(t.expression) + ".pse";

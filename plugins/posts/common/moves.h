@@ -113,16 +113,29 @@ class MoveWriter : public Writer {
   static bool is_joints(std::uint32_t role) {
     return role == RMP_ROLE_JOINT || role == RMP_ROLE_MAIN_JOINT;
   }
+  /// The step of an increment in the base's axes, where it is known: FRAME turns it.
+  std::optional<Pose> step(const Motion& m, const Target& t) const {
+    if (!t.point || !t.point->has_pose) return std::nullopt;
+    Pose out = t.point->pose;
+    if (t.role == RMP_ROLE_POSITION) out.R = Pose{}.R;
+    if (!m[RMP_ATTR_FRAME].given) return out;
+    const PostPoint* f = point(m[RMP_ATTR_FRAME].expression);
+    if (!f || !f->has_pose) return std::nullopt;
+    Pose turn;
+    turn.R = f->pose.R;
+    return product(product(turn, out), inverse(turn));
+  }
   /// base_T_tip at a target, where it is known; increments are added to the goal before. Says
   /// nothing where it is not known.
   std::optional<Pose> goal(const Motion& m, const Target& t) {
     if (!t.point || !t.point->has_pose) return std::nullopt;
     const Pose& p = t.point->pose;
     if (m.incremental) {
-      if (!last_) return std::nullopt;
+      const auto by = step(m, t);
+      if (!last_ || !by) return std::nullopt;
       Pose out = *last_;
-      for (std::size_t i = 0; i < 3; ++i) out.p[i] += p.p[i];
-      if (t.role != RMP_ROLE_POSITION) out.R = product(p, *last_).R;
+      for (std::size_t i = 0; i < 3; ++i) out.p[i] += by->p[i];
+      out.R = product(*by, *last_).R;
       return out;
     }
     if (is_joints(t.role)) return p;

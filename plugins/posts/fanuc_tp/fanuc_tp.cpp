@@ -907,11 +907,11 @@ const PostCapabilities& FanucTp::capabilities() const {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.features = kPostProcedures | kPostParameters | kPostLocals | kPostIntegers | kPostReals |
-                 kPostBooleans | kPostArrays | kPostRecords | kPostPoses | kPostIf | kPostWhile |
-                 kPostRepeat | kPostLoop | kPostExit | kPostFor | kPostForStep | kPostGoto |
-                 kPostReturn | kPostWaitFor | kPostWaitTimeout | kPostUntil | kPostVariableTargets |
-                 kPostVariableAttributes | kPostMessages | kPostPause | kPostOutputsAreRead |
-                 kPostTools | kPostFrames | kPostTime;
+                 kPostParts | kPostBooleans | kPostArrays | kPostRecords | kPostPoses | kPostIf |
+                 kPostWhile | kPostRepeat | kPostLoop | kPostExit | kPostFor | kPostForStep |
+                 kPostGoto | kPostReturn | kPostWaitFor | kPostWaitTimeout | kPostUntil |
+                 kPostVariableTargets | kPostVariableAttributes | kPostMessages | kPostPause |
+                 kPostOutputsAreRead | kPostTools | kPostFrames | kPostTime;
     c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle;
     c.circle = PostCircle::via;
     c.blending = PostBlending::percent;

@@ -69,6 +69,7 @@ class GWriter final : public StraightWriter {
   }
   bool prepare(const Motion& m, bool is_ptp) {
     if (!plain(m) || !no_until(m) || !no_tool(m)) return false;
+    for (const Target& t : m.targets) no_turns(t.point);
     const double r = certain(m, is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP, "C_CP and C_PTP", 0);
     std::string mode = "G61.1";  // each target is a stop; G61 goes on where two are in line
     if (r > 0 && !is_ptp) {
@@ -126,6 +127,22 @@ class GWriter final : public StraightWriter {
     line("G1 " + words(*at) + f);
     arrived(at);
   }
+  /// The orientation that words() of it writes, when A, B and C are so much of their way.
+  std::array<double, 9> turned(const Pose& from, const Pose& to, double share) {
+    const auto a = placed(from, Orientation::fixed_xyz).ori,
+               b = placed(to, Orientation::fixed_xyz).ori;
+    Pose all;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double t = (a[axis] + share * (b[axis] - a[axis])) / kDegree;
+      const std::size_t i = (axis + 1) % 3, k = (axis + 2) % 3;
+      Pose one;
+      one.R[4 * i] = one.R[4 * k] = std::cos(t);
+      one.R[3 * i + k] = -std::sin(t);
+      one.R[3 * k + i] = std::sin(t);
+      all = product(one, all);
+    }
+    return all.R;
+  }
   void circle(const Motion& m) override {
     if (!prepare(m, false)) return;
     if (m.incremental) {
@@ -159,6 +176,24 @@ class GWriter final : public StraightWriter {
     Vec3 c{};
     for (std::size_t i = 0; i < 3; ++i) c[i] = (dot(u, u) * vn[i] + dot(v, v) * nu[i]) / (2 * area);
     const double size = std::sqrt(area);
+    if (rotary_) {
+      // The machine turns evenly from end to end: what is asked for on the way has to lie there.
+      const auto angle = [&](const Vec3& from_start) {
+        Vec3 r{}, x{};
+        for (std::size_t i = 0; i < 3; ++i) r[i] = from_start[i] - c[i], x[i] = -c[i];
+        const Vec3 y = cross(n, x);
+        const double t = std::atan2(dot(r, y) / size, dot(r, x));
+        return t > 0 ? t : t + 2 * 3.141592653589793;
+      };
+      const auto there = turned(*last(), *to, angle(u) / angle(v));
+      double trace = 0;
+      for (std::size_t i = 0; i < 9; ++i) trace += there[i] * via->R[i];
+      if (!(std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0)) * kDegree < 0.01)) {
+        cannot("circles with an orientation of its own at the via point",
+               "Give all three places one orientation, or write it as LIN.");
+        return;
+      }
+    }
     const std::string f = feed(m);
     const auto offset = [&](const char* word, double x) { return word + length(x); };
     for (std::size_t i = 0; i < 3; ++i) {

@@ -14,8 +14,19 @@ class InformWriter final : public StraightWriter {
   using StraightWriter::StraightWriter;
 
  private:
+  struct Position {
+    std::string kind, conf, text;
+    int tool = 0;
+    rmp_span from{};
+  };
+  struct Job {
+    File lines{0};
+    std::vector<Position> points;
+    std::map<std::string, std::size_t> known;
+  };
+
   void begin() override {
-    out_ = &lines_;
+    out_ = &job_.lines;
     pl_mm_ = number_option("pl_mm", 10);
     const std::string_view wish = option("postype");
     if (!wish.empty() && upper(wish) != "PULSE" && upper(wish) != "BASE") {
@@ -39,26 +50,47 @@ class InformWriter final : public StraightWriter {
     }
     if (profile_.frame >= 0)
       note("poses are written in the robot's base: the profile's frame is not used");
-    if (!profile_.prologue.empty()) lines_.add_lines(profile_.prologue);
+    if (!profile_.prologue.empty()) job_.lines.add_lines(profile_.prologue);
+  }
+  /// Parts of a program that is too long for one job are jobs that it calls.
+  void routine_begin(std::uint32_t r) override {
+    if (r == 0) return;
+    program_ = std::exchange(job_, {});
+    out_ = &job_.lines;
+  }
+  void routine_end(std::uint32_t r) override {
+    if (r == 0) return;
+    finished_.emplace_back(r, std::exchange(job_, std::exchange(program_, {})));
+  }
+  void call(std::uint32_t r, std::span<const std::uint32_t>) override {
+    line("CALL JOB:" + routine_name(r));
+    arrived(std::nullopt);
+    start_.clear();
   }
   void finish() override {
-    if (!profile_.epilogue.empty()) lines_.add_lines(profile_.epilogue);
+    if (!profile_.epilogue.empty()) job_.lines.add_lines(profile_.epilogue);
+    give(0, job_);
+    for (const auto& [r, job] : finished_) give(r, job);
+  }
+  void give(std::uint32_t r, const Job& job) {
+    at_ = routine(r).span;
+    const std::string job_name = r == 0 ? std::string(task_.name) : routine_name(r);
     const std::size_t most =
         static_cast<std::size_t>(profile_.max_points > 0 ? profile_.max_points : caps_.max_points);
-    if (points_.size() > most)
-      fail("the job has " + std::to_string(points_.size()) + " positions, and a job takes " +
+    if (job.points.size() > most)
+      fail("the job has " + std::to_string(job.points.size()) + " positions, and a job takes " +
                std::to_string(most),
            "Divide the program, or say in the profile (max_points) what it takes.");
-    const rmp_span head = routine(0).span;
+    const rmp_span head = routine(r).span;
     File all(0);
     const auto add = [&](const std::string& s) { all.add(s, &head); };
     add("/JOB");
-    add("//NAME " + std::string(task_.name));
+    add("//NAME " + job_name);
     add("//POS");
-    add("///NPOS " + std::to_string(points_.size()) + ",0,0,0,0,0");
+    add("///NPOS " + std::to_string(job.points.size()) + ",0,0,0,0,0");
     int tool = -1;
     std::string kind, conf;
-    for (const Position& p : points_) {
+    for (const Position& p : job.points) {
       if (p.tool != tool) add("///TOOL " + std::to_string(p.tool));
       tool = p.tool;
       if (p.kind != kind) {
@@ -77,32 +109,27 @@ class InformWriter final : public StraightWriter {
     }
     add("//INST");
     add("///DATE " + std::string(option("date", "2000/01/01 00:00")));
-    const bool is_relative = std::any_of(points_.begin(), points_.end(),
+    const bool is_relative = std::any_of(job.points.begin(), job.points.end(),
                                          [](const Position& p) { return p.kind == "BASE"; });
     add(is_relative ? "///ATTR SC,RW,RJ" : "///ATTR SC,RW");
     if (is_relative) add("////FRAME BASE");
     add("///GROUP1 RB1");
     add("NOP");
-    all.append(lines_);
+    all.append(job.lines);
     add("END");
-    all.give(output_, std::string(task_.name) + ".JBI", true);
+    all.give(output_, job_name + ".JBI", true);
   }
   void declare(std::uint32_t s, std::uint32_t) override {
     at_ = symbol(s).span;
     cannot("variables with names", "Post the flattened program (form = \"flat\").");
   }
-  struct Position {
-    std::string kind, conf, text;
-    int tool = 0;
-    rmp_span from{};
-  };
   std::string add(std::string kind, std::string conf, const std::string& numbers) {
-    const auto [it, is_new] = known_points_.try_emplace(
-        kind + conf + std::to_string(tool_now_) + numbers, points_.size());
+    const auto [it, is_new] = job_.known.try_emplace(
+        kind + conf + std::to_string(tool_now_) + numbers, job_.points.size());
     std::string n = std::to_string(it->second);
     n = "C" + std::string(n.size() < 5 ? 5 - n.size() : 0, '0') + n;
     if (is_new)
-      points_.push_back({std::move(kind), std::move(conf), n + "=" + numbers, tool_now_, at_});
+      job_.points.push_back({std::move(kind), std::move(conf), n + "=" + numbers, tool_now_, at_});
     return n;
   }
   /// Name of a target's position; empty = said.
@@ -360,9 +387,8 @@ class InformWriter final : public StraightWriter {
   void halt() override { line("ABORT"); }
   void return_(std::uint32_t) override { line("RET"); }
 
-  File lines_{0};
-  std::vector<Position> points_;
-  std::map<std::string, std::size_t> known_points_;
+  Job job_, program_;  ///< the one that is written; the program while a part is
+  std::vector<std::pair<std::uint32_t, Job>> finished_;
   std::vector<double> q_before_;
   std::string start_;
   bool pulses_ = false;
@@ -377,7 +403,7 @@ const PostCapabilities& Inform::capabilities() const {
     PostCapabilities c;
     c.forms = kPostFlat;
     c.features = kPostWaitFor | kPostWaitTimeout | kPostUntil | kPostMessages | kPostPause |
-                 kPostTools | kPostFrames | kPostReturn;
+                 kPostTools | kPostFrames | kPostReturn | kPostParts;
     c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle;
     c.circle = PostCircle::via;
     c.blending = PostBlending::zone;

@@ -18,12 +18,21 @@ class MelfaWriter final : public MoveWriter {
 
  private:
   // ---- the program ----
+  /// A file: its lines, and the positions that stand behind them.
+  struct Program {
+    File lines{0};
+    std::vector<std::string> positions;
+    Points points, joints;
+  };
+  /// A part of a flattened program that is too long for one file.
+  [[nodiscard]] bool is_part(std::uint32_t r) const { return r != 0 && task_.form == kPostFlat; }
+
   void begin() override {
-    out_ = &lines_;
+    out_ = &program_.lines;
     ptp_radius_ = number_option("ptp_radius", 50);
     if (profile_.frame >= 0)
       note("poses are written in the robot's base: the profile's frame is not set by Base");
-    if (!profile_.prologue.empty()) lines_.add_lines(profile_.prologue);
+    if (!profile_.prologue.empty()) program_.lines.add_lines(profile_.prologue);
     for (const char* s : {"P1", "J1", "M1", "C1"}) names_.reserve(s);
   }
   void routine_begin(std::uint32_t r) override {
@@ -36,14 +45,23 @@ class MelfaWriter final : public MoveWriter {
     if (x.kind == RMP_ROUTINE_PROCESS)
       cannot("parallel processes within a program", "Post it as a program for a slot of its own.");
     if (x.kind == RMP_ROUTINE_INTERRUPT) cannot("interrupts of this kind", "Use UNTIL.");
+    if (is_part(r)) {
+      main_ = std::exchange(program_, {});
+      return;
+    }
     line(entry(r));
   }
   void routine_end(std::uint32_t r) override {
+    if (is_part(r)) {
+      line("End");
+      finished_.emplace_back(r, std::exchange(program_, std::exchange(main_, {})));
+      return;
+    }
     if (r != 0) {
       line("Return");
       return;
     }
-    if (!profile_.epilogue.empty()) lines_.add_lines(profile_.epilogue);
+    if (!profile_.epilogue.empty()) program_.lines.add_lines(profile_.epilogue);
     line("End");
   }
   std::string entry(std::uint32_t r) {
@@ -52,24 +70,29 @@ class MelfaWriter final : public MoveWriter {
     return it->second;
   }
   void finish() override {
+    give(0, program_);
+    for (auto& [r, part] : finished_) give(r, part);
+  }
+  void give(std::uint32_t r, Program& p) {
     std::size_t n = 0;
     const std::size_t longest = step_ == 10 ? 127 : 240;
-    for (std::string& s : lines_.lines()) {
+    for (std::string& s : p.lines.lines()) {
       s = std::to_string(++n * static_cast<std::size_t>(step_)) + " " + s;
       if (s.size() <= longest) continue;
-      at_ = lines_.spans()[n - 1].file != RMP_NONE ? lines_.spans()[n - 1] : routine(0).span;
+      at_ = p.lines.spans()[n - 1].file != RMP_NONE ? p.lines.spans()[n - 1] : routine(r).span;
       fail("this becomes a line of " + std::to_string(s.size()) + " characters, and " +
                std::string(caps_.title) + " takes " + std::to_string(longest),
            "Compute parts of it before, or give shorter names.");
     }
     const std::size_t most =
         static_cast<std::size_t>(profile_.max_lines > 0 ? profile_.max_lines : caps_.max_lines);
+    at_ = routine(r).span;
     if (n > most)
       fail("the program has " + std::to_string(n) + " lines, and the controller takes " +
                std::to_string(most),
            "Divide it, or say in the profile (max_lines) what it takes.");
-    for (const std::string& s : positions_) lines_.add(s);
-    lines_.give(output_, std::string(task_.name) + ".prg", true);
+    for (const std::string& s : p.positions) p.lines.add(s);
+    p.lines.give(output_, (r == 0 ? std::string(task_.name) : routine_name(r)) + ".prg", true);
   }
   std::string new_label() { return "*" + names_.unique("L"); }
 
@@ -301,8 +324,9 @@ class MelfaWriter final : public MoveWriter {
         {RMP_EXPR_SUBTRACT, "-", 6},
         {RMP_EXPR_MULTIPLY, "*", 7},
         {RMP_EXPR_DIVIDE, "/", 7},
-        {RMP_EXPR_DIV, "\\", 7},
-        {RMP_EXPR_MOD, " Mod ", 7},
+        // Which of them and * and / goes first is left to no controller: parentheses say it.
+        {RMP_EXPR_DIV, "\\", 7, Operator::infix, 6},
+        {RMP_EXPR_MOD, " Mod ", 7, Operator::infix, 6},
     };
     return kAll;
   }
@@ -458,11 +482,11 @@ class MelfaWriter final : public MoveWriter {
 
   // ---- points ----
   std::string constant_position(const std::string& numbers) {
-    const auto [n, is_new] = points_.add(numbers);
+    const auto [n, is_new] = program_.points.add(numbers);
     std::string name = "P" + std::to_string(n + 1);
     if (is_new) {
       names_.reserve(name);
-      positions_.push_back(name + "=" + numbers);
+      program_.positions.push_back(name + "=" + numbers);
     }
     return name;
   }
@@ -507,11 +531,11 @@ class MelfaWriter final : public MoveWriter {
     std::string s = "(";
     for (std::size_t i = 0; i < q.size(); ++i) s += (i ? "," : "") + number(q[i], 3);
     for (const double v : external_axes(p)) s += "," + number(v, 3);
-    const auto [n, is_new] = joints_.add(s + ")");
+    const auto [n, is_new] = program_.joints.add(s + ")");
     std::string name = "J" + std::to_string(n + 1);
     if (is_new) {
       names_.reserve(name);
-      positions_.push_back(name + "=" + s + ")");
+      program_.positions.push_back(name + "=" + s + ")");
     }
     return name;
   }
@@ -589,6 +613,10 @@ class MelfaWriter final : public MoveWriter {
 
   // ---- statements ----
   void call(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
+    if (is_part(r)) {
+      line("CallP \"" + routine_name(r) + "\"");
+      return;
+    }
     const auto& x = routine(r);
     std::vector<std::pair<std::string, std::string>> back;
     for (std::uint32_t k = 0; k < x.parameter_count && k < arguments.size(); ++k) {
@@ -833,14 +861,18 @@ class MelfaWriter final : public MoveWriter {
       return pose_name(*at, m.incremental ? nullptr : t.point, true);
     }
     if (m.incremental) {
-      const bool turns =
-          t.role != RMP_ROLE_POSITION && (!t.point || !same_place({t.point->pose.R, {}}, Pose{}));
-      if (turns) {
+      const auto by = step(m, t);
+      if (t.role != RMP_ROLE_POSITION && (!by || !same_place({by->R, {}}, Pose{}))) {
         cannot("increments that turn from a pose that is not known",
                "Begin with a motion to a pose.");
         return {};
       }
-      return "P_Curr+" + within(expr(t.expression), 7);
+      if (!m[RMP_ATTR_FRAME].given) return "P_Curr+" + within(expr(t.expression), 7);
+      if (!by) {
+        cannot("increments in a frame that are computed", "Give them in the base's axes.");
+        return {};
+      }
+      return "P_Curr+" + pose_name(*by, nullptr, false);
     }
     if (t.role == RMP_ROLE_POSITION) {
       const std::string p = names_.unique("PT"), v = text(t.expression);
@@ -903,9 +935,8 @@ class MelfaWriter final : public MoveWriter {
   }
 
   int step_;
-  File lines_{0};
-  std::vector<std::string> positions_;
-  Points points_, joints_;
+  Program program_, main_;  ///< the one that is written; the program itself while a part is
+  std::vector<std::pair<std::uint32_t, Program>> finished_;
   std::map<std::pair<std::uint32_t, std::string>, std::string> parts_;
   std::map<std::uint32_t, std::string> entries_, results_, user_labels_;
   std::vector<Loop> loops_;
@@ -923,7 +954,7 @@ PostCapabilities melfa(int version) {
                kPostIf | kPostWhile | kPostRepeat | kPostLoop | kPostExit | kPostFor |
                kPostForStep | kPostGoto | kPostReturn | kPostWaitFor | kPostWaitTimeout |
                kPostUntil | kPostVariableTargets | kPostVariableAttributes | kPostPause |
-               kPostOutputsAreRead | kPostTools | kPostFrames;
+               kPostOutputsAreRead | kPostTools | kPostFrames | kPostParts;
   c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle | kPostPtpIncrement |
               kPostLinIncrement;
   c.circle = PostCircle::via;

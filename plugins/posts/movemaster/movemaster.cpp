@@ -61,6 +61,7 @@ class MovemasterWriter final : public StraightWriter {
   /// Number of the position; 0 = said.
   std::size_t position(const Motion& m, const Target& t) {
     no_external(t.point);
+    no_turns(t.point);
     if (is_joints(t.role) && !m.incremental && t.point && t.point->has_pose &&
         !std::exchange(told_joints_, true))
       note("joints are written as the pose that they give: MJ moves by angles only");

@@ -425,7 +425,10 @@ class Pdl2Writer final : public brand::BrandWriter {
       if (x.incremental) {
         const Vec3& d = g.pose->p;
         goals.push_back("RELATIVE VEC(" + length(d[0] * 1000) + ", " + length(d[1] * 1000) + ", " +
-                        length(d[2] * 1000) + ") IN BASE");
+                        length(d[2] * 1000) + ") IN " +
+                        (x.frame.text.empty() && is_identity(x.frame.pose.value_or(Pose{}))
+                             ? "BASE"
+                             : "UFRAME"));
         continue;
       }
       if (g.is_joints) {

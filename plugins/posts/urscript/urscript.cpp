@@ -1123,10 +1123,15 @@ class UrWriter final : public MoveWriter {
         cannot("increments of joints", "Give joints, or an increment of the pose.");
         return {};
       }
-      if (t.role == RMP_ROLE_POSITION)
-        return "pose_add(" + text(t.expression) + ", get_target_tcp_pose())";
       // Positions are added, and the increment's rotation stands in front: the base's axes.
-      return "pose_add(" + text(t.expression) + ", get_target_tcp_pose())";
+      if (!m[RMP_ATTR_FRAME].given)
+        return "pose_add(" + text(t.expression) + ", get_target_tcp_pose())";
+      const auto by = step(m, t);
+      if (!by) {
+        cannot("increments in a frame that are computed", "Give them in the base's axes.");
+        return {};
+      }
+      return "pose_add(" + pose_text(*by) + ", get_target_tcp_pose())";
     }
     if (is_joints(t.role)) {
       if (m[RMP_ATTR_FRAME].given) note("FRAME has no meaning for joints and is not written");

@@ -65,6 +65,9 @@ enum PostFeature : std::uint64_t {
   kPostTime = 1ULL << 41U,            ///< attribute TIME
   kPostTeach = 1ULL << 42U,
   kPostShortCircuit = 1ULL << 43U,  ///< AND and OR look at their right side only where it counts
+  /// In a flattened program procedures are programs of their own in files of their own: one that is
+  /// too long is divided into such.
+  kPostParts = 1ULL << 44U,
 };
 
 /// Motions that it has, to be summed by `|`. Circles that it has none of become chords, PATH a

@@ -813,7 +813,7 @@ class Writer {
   void no_turns(const PostPoint* p) {
     if (!p) return;
     for (const std::int32_t t : p->turns)
-      if (t != 0 || p->turns_from != kTurnsFrom) {
+      if (!is_any_turn(t) && (t != 0 || p->turns_from != kTurnsFrom)) {
         warn("TURNS of this target are not written: " + std::string(caps_.title) +
                  " has none, and the robot goes the shortest way",
              "Move to joints (MAIN_JOINT) where the turn matters.");
