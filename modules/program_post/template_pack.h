@@ -3,7 +3,9 @@
 // processing, program_post; of these two files only).
 #pragma once
 
+#include <algorithm>
 #include <deque>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -54,6 +56,23 @@ class TemplatePack {
     return it == templates.end() ? nullptr : &it->second;
   }
 };
+
+/// Whether a construct is lost where its template writes no line.
+[[nodiscard]] bool must_say(std::string_view construct);
+/// Whether a template writes one of these variables, or asks for it.
+[[nodiscard]] inline bool uses(const Template* t,
+                               std::initializer_list<std::string_view> variables) {
+  if (!t) return false;
+  const auto is_one = [&](std::string_view name) {
+    return std::find(variables.begin(), variables.end(), name) != variables.end();
+  };
+  for (const TemplateLine& l : *t) {
+    if (!l.condition.empty() && is_one(l.condition)) return true;
+    for (const Piece& p : l.pieces)
+      if (p.is_variable && is_one(p.text)) return true;
+  }
+  return false;
+}
 
 /// Filters that make a text of a certain length, or change its letters; all others need a number.
 [[nodiscard]] constexpr bool is_of_text(std::string_view filter) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -24,59 +25,65 @@ struct Construct {
   std::string_view name;
   std::string_view variables;  ///< separated by blanks
   std::string_view feature;    ///< that needs it; "" = all packs do; "-" = none does
+  /// Variables that its template writes, or something would be lost: groups separated by blanks, of
+  /// each one of those separated by |, q and e standing for all joints. "!" = it writes something.
+  std::string_view needs;
 };
 constexpr std::string_view kMotion =
     "point x y z a b c d joints speed speed_changed speed_m speed_ori speed_ptp acc blend "
     "blend_ptp "
     "passes time status turns speed_percent point_number ";
+constexpr std::string_view kTarget = "point|point_number|x|y|z|joints|q";
 constexpr Construct kConstructs[] = {
-    {"program_begin", "name program tool frame", ""},
-    {"program_end", "name program", ""},
-    {"points_begin", "name points", "-"},
-    {"point", "name x y z a b c d joints status turns number", "-"},
-    {"point_joints", "name joints number", "-"},
-    {"points_end", "name points", "-"},
-    {"comment", "text", "-"},
-    {"ptp_joints", kMotion, "ptp_joints"},
-    {"ptp_pose", kMotion, "ptp_pose"},
-    {"lin", kMotion, "lin"},
+    {"program_begin", "name program tool frame", "", ""},
+    {"program_end", "name program", "", ""},
+    {"points_begin", "name points", "-", ""},
+    {"point", "name x y z a b c d joints status turns number", "-", "x|y|z|joints|q"},
+    {"point_joints", "name joints number", "-", "joints|q"},
+    {"points_end", "name points", "-", ""},
+    {"comment", "text", "-", ""},
+    {"ptp_joints", kMotion, "ptp_joints", "point|point_number|joints|q"},
+    {"ptp_pose", kMotion, "ptp_pose", kTarget},
+    {"lin", kMotion, "lin", kTarget},
     {"circle",
-     "via end via_x via_y via_z via_a via_b via_c via_d x y z a b c d speed speed_changed speed_m "
+     "via end point via_x via_y via_z via_a via_b via_c via_d x y z a b c d speed speed_changed "
+     "speed_m "
      "speed_ori acc blend passes time speed_percent point_number via_number",
-     "circle"},
-    {"output_on", "signal number", ""},
-    {"output_off", "signal number", ""},
-    {"output_value", "signal number value", "-"},
-    {"input", "signal number", "inputs"},
-    {"wait_time", "seconds milliseconds", ""},
-    {"wait_for", "condition", "wait_for"},
-    {"wait_for_timeout", "condition seconds milliseconds", "wait_timeout"},
-    {"declare_int", "name value", "variables"},
-    {"declare_real", "name value", "variables"},
-    {"declare_bool", "name value", "variables"},
-    {"assign", "name value", "variables"},
-    {"if_begin", "condition", "if"},
-    {"else_if", "condition", "elsif"},
-    {"else", "", "if"},
-    {"if_end", "", "if"},
-    {"while_begin", "condition", "while"},
-    {"while_end", "", "while"},
-    {"repeat_begin", "", "repeat"},
-    {"repeat_end", "condition", "repeat"},
-    {"loop_begin", "", "loop"},
-    {"loop_end", "", "loop"},
-    {"exit", "", "exit"},
-    {"for_begin", "name from to step", "for"},
-    {"for_end", "name", "for"},
-    {"goto", "label label_line", "goto"},
-    {"label", "label label_line", "goto"},
-    {"procedure_begin", "name", "procedures"},
-    {"procedure_end", "name", "procedures"},
-    {"call", "name routine_line", "procedures"},
-    {"return", "", "procedures"},
-    {"message", "text", "messages"},
-    {"pause", "", "pause"},
-    {"halt", "", "-"}};
+     "circle", "via|via_number|via_x|via_y|via_z end|point|point_number|x|y|z"},
+    {"output_on", "signal number", "", "!"},
+    {"output_off", "signal number", "", "!"},
+    {"output_value", "signal number value", "-", "value"},
+    {"input", "signal number", "inputs", "!"},
+    {"wait_time", "seconds milliseconds", "", "seconds|milliseconds"},
+    {"wait_for", "condition", "wait_for", "condition"},
+    {"wait_for_timeout", "condition seconds milliseconds", "wait_timeout",
+     "condition seconds|milliseconds"},
+    {"declare_int", "name value", "variables", ""},
+    {"declare_real", "name value", "variables", ""},
+    {"declare_bool", "name value", "variables", ""},
+    {"assign", "name value", "variables", "name value"},
+    {"if_begin", "condition", "if", "condition"},
+    {"else_if", "condition", "elsif", "condition"},
+    {"else", "", "if", "!"},
+    {"if_end", "", "if", ""},
+    {"while_begin", "condition", "while", "condition"},
+    {"while_end", "", "while", ""},
+    {"repeat_begin", "", "repeat", ""},
+    {"repeat_end", "condition", "repeat", "condition"},
+    {"loop_begin", "", "loop", ""},
+    {"loop_end", "", "loop", ""},
+    {"exit", "", "exit", "!"},
+    {"for_begin", "name from to step", "for", "from to"},
+    {"for_end", "name", "for", ""},
+    {"goto", "label label_line", "goto", "label|label_line"},
+    {"label", "label label_line", "goto", ""},
+    {"procedure_begin", "name", "procedures", ""},
+    {"procedure_end", "name", "procedures", ""},
+    {"call", "name routine_line", "procedures", "name|routine_line"},
+    {"return", "", "procedures", "!"},
+    {"message", "text", "messages", "text"},
+    {"pause", "", "pause", "!"},
+    {"halt", "", "-", "!"}};
 constexpr std::pair<std::string_view, std::uint64_t> kFeatures[] = {
     {"inputs", 0},
     {"wait_for", kPostWaitFor},
@@ -114,11 +121,11 @@ constexpr std::pair<std::string_view, std::uint32_t> kOperators[] = {
 constexpr std::string_view kFilters[] = {"fixed", "trimmed", "times", "plus",  "upper", "lower",
                                          "pad",   "left",    "zeros", "first", "sign"};
 constexpr std::string_view kKeys[] = {
-    "name",        "title",       "file",        "reserved",    "longest_name", "max_points",
-    "max_lines",   "digits",      "indent",      "length_unit", "angle_unit",   "between_joints",
-    "true",        "false",       "line_ending", "case",        "points",       "points_file",
-    "forms",       "orientation", "features",    "motions",     "include",      "line_numbers",
-    "line_number", "longest_line"};
+    "name",        "title",        "file",        "reserved",    "longest_name", "max_points",
+    "max_lines",   "digits",       "indent",      "length_unit", "angle_unit",   "between_joints",
+    "true",        "false",        "line_ending", "case",        "points",       "points_file",
+    "forms",       "orientation",  "features",    "motions",     "include",      "line_numbers",
+    "line_number", "longest_line", "characters"};
 
 std::string_view trim(std::string_view s) {
   while (!s.empty() && (s.front() == ' ' || s.front() == '\t')) s.remove_prefix(1);
@@ -173,8 +180,7 @@ class Reader {
     return error(ErrorCode::syntax, all,
                  faults_.size() == 1 && !faults_.front().hint.empty()
                      ? faults_.front().hint
-                     : "docs/plugin_author/post_templates.md tells the form.",
-                 where);
+                     : "docs/plugin_author/post_templates.md tells the form.");
   }
 
  private:
@@ -314,7 +320,8 @@ class Reader {
     if (trim(line).empty()) return;
     const std::size_t colon = line.find(':');
     if (colon == std::string_view::npos)
-      return say(line, "a line of the head is KEY: VALUE, and templates begin with == CONSTRUCT");
+      return say(line, "a line of the head is KEY: VALUE, and templates begin with == CONSTRUCT",
+                 "Such as name: acme, or == lin.");
     const std::string_view key = trim(line.substr(0, colon)), value = trim(line.substr(colon + 1));
     const std::string_view at = value.empty() ? line.substr(line.size()) : value;
     TemplatePack& p = *pack_;
@@ -395,6 +402,10 @@ class Reader {
     } else if (key == "line_ending") {
       if (value != "lf" && value != "crlf") return say(at, "\"line_ending\" is lf or crlf");
       p.caps.crlf = value == "crlf";
+    } else if (key == "characters") {
+      if (value == "ascii") p.caps.charset = PostCharset::ascii;
+      else if (value == "utf8") p.caps.charset = PostCharset::utf8;
+      else say(at, "\"characters\" is ascii or utf8");
     } else if (key == "case") {
       if (value == "upper") p.caps.name_case = PostCase::upper;
       else if (value == "lower") p.caps.name_case = PostCase::lower;
@@ -462,7 +473,8 @@ class Reader {
       for (const Construct& c : kConstructs) all.emplace_back(c.name);
       all.emplace_back("operators");
       const std::string near = text::did_you_mean(section, all);
-      say(at, "there is no construct \"" + section + "\"", near);
+      say(at, "there is no construct \"" + section + "\"",
+          near.empty() ? "docs/plugin_author/post_templates.md lists them." : near);
       return nullptr;
     }
     const auto [it, is_new] = owners_.try_emplace(section, Owner{file_, depth_, place_of(at)});
@@ -470,7 +482,7 @@ class Reader {
       // A file's own template takes the place of what the files that it includes have.
       if (it->second.file == file_ || it->second.depth <= depth_) {
         say(at, "the construct \"" + section + "\" has a template already",
-            it->second.file == file_ ? std::string()
+            it->second.file == file_ ? std::string("Keep one of them.")
                                      : "The other one is in " + it->second.file + ".");
         return it->second.file == file_ ? known : nullptr;
       }
@@ -636,6 +648,39 @@ class Reader {
                                        [&](const auto& m) { return m.first == c.feature; });
     return (is_motion ? "the motion " : "the feature ") + std::string(c.feature);
   }
+  /// Says what a template does not write of its construct.
+  void loses_nothing(const Construct& c, const Place& at) {
+    const Template* t = pack_->find(c.name);
+    if (!t || c.needs.empty()) return;
+    if (t->empty())
+      return say(at,
+                 "the template \"" + std::string(c.name) +
+                     "\" writes nothing, and the statement would be lost",
+                 "Write the controller's line for it.");
+    const auto is_one = [](std::string_view variable, std::string_view group) {
+      if (variable.size() > 1 && (variable[0] == 'q' || variable[0] == 'e') &&
+          number<int>(variable.substr(1)))
+        variable = "q";
+      for (const auto word : text::split(group, '|'))
+        if (word == variable) return true;
+      return false;
+    };
+    for (const auto group : words(c.needs)) {
+      bool is_there = group == "!";
+      for (const TemplateLine& l : *t)
+        for (const Piece& piece : l.pieces)
+          is_there = is_there || (piece.is_variable && is_one(piece.text, group));
+      if (is_there) continue;
+      std::vector<std::string> all;
+      for (const auto word : text::split(group, '|'))
+        all.push_back("{{" + (word == "q" ? std::string("q1") : std::string(word)) + "}}");
+      const std::string either = all.size() == 1 ? all[0] : "one of " + text::enumerate(all);
+      say(at,
+          "the template \"" + std::string(c.name) + "\" does not write " + either +
+              ", which would be lost",
+          "Write it where the controller's line has it.");
+    }
+  }
   void finish(const std::string& where) {
     TemplatePack& p = *pack_;
     const Place head{where};
@@ -665,6 +710,8 @@ class Reader {
                 (c.feature.empty() ? std::string("every target needs") : of(c) + " needs"),
             "Write the section == " + std::string(c.name) + ".");
     }
+    for (const auto& [name, owner] : owners_)
+      if (const Construct* c = construct(name)) loses_nothing(*c, owner.at);
     if (const auto f = features_.find("variables"); f != features_.end() && p.operators.empty())
       say(f->second, "there is no section \"operators\", which the feature variables needs");
     if (const auto f = features_.find("inputs"); f != features_.end())
@@ -691,6 +738,7 @@ class Reader {
     const std::size_t dot = file_text_.rfind('.');
     p.extensions = dot == std::string::npos ? "" : file_text_.substr(dot + 1);
     if (p.extensions.find_first_of("{}|") != std::string::npos) p.extensions.clear();
+    p.extensions = post::lower(p.extensions);
     p.caps.title = p.title;
     p.caps.reserved = p.reserved;
     p.caps.extensions = p.extensions;
@@ -719,6 +767,11 @@ class Reader {
 };
 
 }  // namespace
+
+bool must_say(std::string_view construct) {
+  return std::any_of(std::begin(kConstructs), std::end(kConstructs),
+                     [&](const Construct& c) { return c.name == construct && !c.needs.empty(); });
+}
 
 Result<std::shared_ptr<const TemplatePack>> read_templates(std::string_view text,
                                                            const std::string& where,

@@ -91,14 +91,22 @@ class TemplateWriter final : public post::Writer {
   void emit(std::string_view construct, const Variables& variables, int before = 0, int after = 0) {
     const Template* t = pack_.find(construct);
     if (!t) {
-      cannot(std::string(construct));
+      cannot(std::string(construct), "Write the template == " + std::string(construct) +
+                                         " (and its feature) in the pack, or "
+                                         "the program otherwise.");
       return;
     }
     if (before < 0) out_->out();
+    bool is_said = false;
     for (const TemplateLine& l : *t) {
       if (!l.condition.empty() && is_on(variables, l.condition) == l.is_not) continue;
       line(filled(l, variables));
+      is_said = true;
     }
+    if (!is_said && must_say(construct))
+      fail("the template \"" + std::string(construct) +
+               "\" writes nothing here: none of its conditions holds",
+           "Give it a line that is written in this case, too.");
     if (after > 0) out_->in();
   }
 
@@ -151,6 +159,10 @@ class TemplateWriter final : public post::Writer {
     const std::string value = symbol(s).value != RMP_NONE ? text(symbol(s).value)
                               : t == RMP_TYPE_BOOL        ? pack_.false_word
                                                           : std::string("0");
+    if (symbol(s).value != RMP_NONE && !uses(pack_.find(kind), {"value"}))
+      fail("the value that " + std::string(symbol(s).name) +
+               " begins with is lost: the template \"" + kind + "\" does not write {{value}}",
+           "Add it to the template, or assign the value where the program begins.");
     emit(kind, {{"name", word(name(s))}, {"value", word(value)}});
   }
   void finish() override {
@@ -221,14 +233,24 @@ class TemplateWriter final : public post::Writer {
   Text literal(const rmp_code_constant& k) override {
     if (k.kind == RMP_CONSTANT_INT && k.type == RMP_TYPE_BOOL)
       return {k.integer ? pack_.true_word : pack_.false_word};
-    if (k.kind == RMP_CONSTANT_TEXT) return {std::string(k.text, k.text_size)};
+    if (k.kind == RMP_CONSTANT_TEXT) {
+      const std::string said(k.text, k.text_size);
+      if (caps_.charset == PostCharset::ascii && std::any_of(said.begin(), said.end(), [](char c) {
+            return static_cast<unsigned char>(c) > 126;
+          }))
+        cannot("letters beyond ASCII", "Write plain letters, or characters: utf8 in the pack.");
+      return {said};
+    }
     return Writer::literal(k);
   }
   Text string_literal(std::string_view s) override { return {std::string(s)}; }
   Text input(const post::Signal& s) override {
     const Template* t = pack_.find("input");
     if (!t || t->empty() || s.type != RMP_TYPE_BOOL) {
-      cannot("inputs of this kind");
+      cannot(s.type == RMP_TYPE_BOOL ? "inputs" : "inputs of several bits",
+             s.type == RMP_TYPE_BOOL
+                 ? "Add the feature inputs and the template == input to the pack."
+                 : "Ask for each bit as an input of its own.");
       return {};
     }
     Text out{filled(t->front(), signal_variables(s))};
@@ -353,6 +375,49 @@ class TemplateWriter final : public post::Writer {
 
   // ---- motions ----
   void forget() override { speed_.forget(); }
+  /// Says which attributes the template of a motion does not write.
+  void tell_dropped(const Motion& m) {
+    const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
+    const char* construct = m.interpolation == RMP_MOVE_LIN      ? "lin"
+                            : m.interpolation == RMP_MOVE_CIRCLE ? "circle"
+                            : pack_.find("ptp_pose")             ? "ptp_pose"
+                                                                 : "ptp_joints";
+    const Template* t = pack_.find(construct);
+    if (!t) return;
+    struct Row {
+      std::uint32_t attribute;
+      const char* word;
+      double standard;
+      std::initializer_list<std::string_view> variables;
+    };
+    const Row of_ptp[] = {
+        {RMP_ATTR_SPEED_PTP, "SPEED_PTP", 100, {"speed", "speed_m", "speed_ptp", "speed_percent"}},
+        {RMP_ATTR_ACC_PTP, "ACC_PTP", 100, {"acc"}},
+        {RMP_ATTR_C_PTP, "C_PTP", 0, {"blend", "blend_ptp", "passes"}}};
+    const Row of_path[] = {{RMP_ATTR_SPEED, "SPEED", 250, {"speed", "speed_m", "speed_percent"}},
+                           {RMP_ATTR_SPEED_ORI, "SPEED_ORI", 90, {"speed_ori"}},
+                           {RMP_ATTR_ACC, "ACC", 100, {"acc"}},
+                           {RMP_ATTR_C_CP, "C_CP", 0, {"blend", "passes"}},
+                           {RMP_ATTR_C_SPEED, "C_SPEED", 100, {}}};
+    const auto look = [&](const Row& r) {
+      const auto& a = m[r.attribute];
+      if (!a.given || a.known == r.standard || uses(t, r.variables)) return;
+      const std::string way = r.variables.size() == 0
+                                  ? std::string("templates have no variable for it")
+                                  : "the template \"" + std::string(construct) + "\" has no {{" +
+                                        std::string(*r.variables.begin()) + "}}";
+      warn(std::string(r.word) + " is not written: " + way,
+           "Take it out here" +
+               std::string(r.variables.size() == 0 ? "." : ", or add it to the template."));
+    };
+    if (is_ptp) std::for_each(std::begin(of_ptp), std::end(of_ptp), look);
+    else std::for_each(std::begin(of_path), std::end(of_path), look);
+    look({RMP_ATTR_C_PASS, "C_PASS", 0, {"passes", "blend"}});
+    const auto& time = m[RMP_ATTR_TIME];
+    if (time.given && time.known != -1.0 && !uses(t, {"time"}))
+      fail("TIME is not written: the template \"" + std::string(construct) + "\" has no {{time}}",
+           "Give SPEED instead, or add it to the template.");
+  }
   Variables motion_variables(const Motion& m) {
     Variables v;
     const auto put = [&](const char* name, std::uint32_t a, double otherwise) {
@@ -369,6 +434,9 @@ class TemplateWriter final : public post::Writer {
       if (m[a].given) cannot(what);
     if (m[RMP_ATTR_WOBBLE].given && m[RMP_ATTR_WOBBLE].known != 0.0) cannot("weaving");
     if (m[RMP_ATTR_DEVICE].given && m[RMP_ATTR_DEVICE].known != 1.0) cannot("other devices");
+    if (m[RMP_ATTR_ADAX_CONTROL].given && m[RMP_ATTR_ADAX_CONTROL].known != 0.0)
+      cannot("control of additional axes");
+    tell_dropped(m);
     const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
     put("speed", is_ptp ? RMP_ATTR_SPEED_PTP : RMP_ATTR_SPEED, is_ptp ? 100 : 250);
     put("speed_ptp", RMP_ATTR_SPEED_PTP, 100);

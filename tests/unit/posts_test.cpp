@@ -695,8 +695,8 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
   };
   const std::string head = "robomosp target 1\nname: a\nmotions: lin\n";
   const std::string body =
-      "== program_begin\n== program_end\n== lin\nGO {{x}}\n== output_on\n== output_off\n== "
-      "wait_time\n";
+      "== program_begin\n== program_end\n== lin\nGO {{x}}\n== output_on\nON\n== output_off\nOFF\n"
+      "== wait_time\nREST {{seconds}}\n";
   EXPECT_EQ(said(head + body), "fine");
   EXPECT_EQ(said(""), "acme.post:1:1: the first line is not \"robomosp target 1\"");
   EXPECT_EQ(said("robomosp target 1\n"),
@@ -713,22 +713,22 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
       {head + "features: wings\n" + body, "acme.post:4:11: there is no feature \"wings\""},
       {head + "colour: red\n" + body, "acme.post:4:1: there is no key \"colour\""},
       {head + "digits: many\n" + body, "acme.post:4:9: \"digits\" is a number from 0 to 12"},
-      {head + body + "== fly\n", "acme.post:11:4: there is no construct \"fly\""},
+      {head + body + "== fly\n", "acme.post:14:4: there is no construct \"fly\""},
       {head + body + "== lin\n", "the construct \"lin\" has a template already"},
-      {head + body + "== halt\n{{speed}}\n", "12:3: \"halt\" has no variable \"speed\""},
-      {head + body + "== comment\n; {{text\n", "12:3: {{ is not closed by }}"},
-      {head + body + "== comment\ntext}}\n", "12:5: }} has no {{ before it"},
-      {head + body + "== comment\n{{te{{text}}\n", "12:1: {{ is not closed by }}"},
-      {head + body + "== comment\n{{text|shout}}\n", "12:8: there is no filter \"shout\""},
+      {head + body + "== halt\n{{speed}}\n", "15:3: \"halt\" has no variable \"speed\""},
+      {head + body + "== comment\n; {{text\n", "15:3: {{ is not closed by }}"},
+      {head + body + "== comment\ntext}}\n", "15:5: }} has no {{ before it"},
+      {head + body + "== comment\n{{te{{text}}\n", "15:1: {{ is not closed by }}"},
+      {head + body + "== comment\n{{text|shout}}\n", "15:8: there is no filter \"shout\""},
       {head + body + "== comment\n{{text|fixed}}\n", "the filter fixed needs a number: fixed:2"},
       {head + body + "== comment\n{{text|fixed:99}}\n", "takes a whole number from 0 to 12"},
       {head + body + "== comment\n{{text|upper:2}}\n", "the filter upper takes no number"},
       {head + body + "== comment\n# {{text}}\n", "a line that begins with # is a comment"},
-      {head + body + "== comment\n[texd] {{text}}\n", "12:2: \"texd\" is no variable"},
+      {head + body + "== comment\n[texd] {{text}}\n", "15:2: \"texd\" is no variable"},
       {head + body + "== comment\n[not there] {{text}}\n", "\"there\" is no variable"},
       {head + body + "== comment\n[text {{text}}\n", "[ is not closed by ]"},
       {head + body + "== if_begin\nif\n",
-       "11:4: the template \"if_begin\" is of the feature if, which the head does not name"},
+       "14:4: the template \"if_begin\" is of the feature if, which the head does not name"},
       {head + "name: b\n" + body, "4:1: \"name\" is given twice"},
       {head + "file: ../{{name}}\n" + body, "\"file\" is a name of a file in the folder"},
       {head + "points: file\n" + body, "there is no template \"point\""},
@@ -739,7 +739,7 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
       {"\xff\xfer\0" + head, "the file is UTF-16"},
       {head + body + std::string(5 << 20, '#'), "the pack is larger than 4 MiB"},
       {head + body + "== operators\n+ plus\n", "an operator is: OPERATOR \"SPELLING\" BINDING"},
-      {head + body + "== operators\n** \"^\" 5\n", "12:1: there is no operator \"**\""}};
+      {head + body + "== operators\n** \"^\" 5\n", "15:1: there is no operator \"**\""}};
   for (const auto& [text, what] : kWrong)
     EXPECT_NE(said(text).find(what), std::string::npos) << what << "\n" << said(text);
   EXPECT_EQ(said("\xef\xbb\xbf" + head + body), "fine");  // a mark that some editors write
@@ -747,7 +747,7 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
   std::vector<program_post::PackFault> faults;
   (void)program_post::read_templates(head + body + "== comment\n{{txt}}\n", "a.post", {}, &faults);
   ASSERT_EQ(faults.size(), 1U);
-  EXPECT_EQ(faults[0].place(), "a.post:12:3");
+  EXPECT_EQ(faults[0].place(), "a.post:15:3");
   EXPECT_EQ(faults[0].hint, "Did you mean \"text\"?");
 }
 
@@ -814,7 +814,8 @@ TEST(Templates, LinesAreNumberedAndJumpsKnowTheirNumbers) {
         "5\nline_number: \"{{line|zeros:4}} \"\nindent: 0\nfeatures: goto procedures\nmotions: "
         "lin\npoints: file\npoints_file: {{name|upper}}.PTS\n== point\n{{number|pad:3}} "
         "{{x|fixed:1|sign|left:8}};\n== program_begin\nREM {{name}}\n== program_end\nEND\n== "
-        "lin\nMOVE P{{point_number}}\n== output_on\nON\n== output_off\nOFF\n== wait_time\nREST\n== "
+        "lin\nMOVE P{{point_number}}\n== output_on\nON\n== output_off\nOFF\n== wait_time\nREST "
+        "{{seconds}}\n== "
         "goto\nGOTO {{label_line}}\n== label\n== procedure_begin\n== procedure_end\nRETURN\n== "
         "call\nGOSUB {{routine_line}}\n== return\nRETURN\n"}},
       "PROGRAM p;\nVAR POSE: a := POSE(POSITION(12.5, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0));\n"
@@ -856,7 +857,7 @@ TEST(Templates, NothingIsSpoiltByTextsNumbersAndLengths) {
 TEST(Templates, WhatAPackHasNotIsAnErrorAtItsLine) {
   const auto pack = program_post::read_templates(
       "robomosp target 1\nname: a\nmotions: lin\n== program_begin\n== program_end\n== lin\nGO "
-      "{{x}} {{q1}}\n== output_on\n== output_off\n== wait_time\n",
+      "{{x}} {{q1}}\n== output_on\nON\n== output_off\nOFF\n== wait_time\nREST {{seconds}}\n",
       "a.post");
   ASSERT_TRUE(pack.ok());
   const auto post = program_post::make_template_post(*pack);

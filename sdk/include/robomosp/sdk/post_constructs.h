@@ -18,8 +18,23 @@ struct ConstructCase {
   std::string text;        ///< the statement, one line of IRL
   std::string source;      ///< a program in which it stands
   std::string without;     ///< the same program without it
+  std::string bare;        ///< of a motion with attributes: the program without these; "" = not so
   std::uint32_t line = 0;  ///< where it stands in `source`
 };
+
+/// A motion without its attributes; "" = it has none.
+[[nodiscard]] inline std::string without_attributes(const std::string& construct) {
+  const std::size_t move = construct.find("MOVE");
+  if (move == std::string::npos) return {};
+  // Attributes stand behind the targets: " SPEED := 80.0, C_CP := 5.0 UNTIL ready;"
+  const std::size_t assigns = construct.find(" := ", move);
+  if (assigns == std::string::npos) return {};
+  const std::size_t begin = construct.rfind(' ', assigns - 1);
+  std::size_t end = construct.find(" UNTIL ", assigns);
+  if (end == std::string::npos) end = construct.rfind(';');
+  if (begin == std::string::npos || end == std::string::npos || end < begin) return {};
+  return construct.substr(0, begin) + construct.substr(end);
+}
 
 /// The program of a case with a statement behind it, so that the construct is not its end.
 [[nodiscard]] inline std::string followed(std::string source) {
@@ -85,6 +100,8 @@ struct ConstructCase {
                        whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
       c.source = filled(whole, "{{construct}}", line);
       c.without = filled(whole, "{{construct}}", "");
+      if (const std::string bare = without_attributes(c.text); !bare.empty())
+        c.bare = filled(whole, "{{construct}}", bare);
       out.push_back(std::move(c));
       before.clear();
     }
