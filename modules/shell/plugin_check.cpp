@@ -267,11 +267,15 @@ Result<int> test_plugin(const std::string& file, const std::string& sdk,
       const fs::path program,
       suites_program(sdk.empty() ? executable_folder().parent_path() : fs::absolute(sdk, failed)));
   std::vector<std::string> words{program.string(), full.string()};
-  // What controllers ask and forward dynamics are compared with, unless the caller names another.
-  const fs::path dynamics = executable_folder().parent_path() / "lib" / "robomosp" / "plugins" /
-                            "dynamics_newton_euler.so";
-  if (fs::is_regular_file(dynamics, failed))
-    words.insert(words.end(), {"--dynamics", dynamics.string()});
+  // What controllers ask, forward dynamics are compared with and posts are judged by, unless the
+  // caller names another.
+  const fs::path prefix = executable_folder().parent_path();
+  const fs::path plugins = prefix / "lib" / "robomosp" / "plugins";
+  for (const auto& [option, own] :
+       {std::pair("--dynamics", plugins / "dynamics_newton_euler.so"),
+        {"--language", plugins / "irl.so"},
+        {"--constructs", prefix / "share" / "robomosp" / "post_test" / "constructs.txt"}})
+    if (fs::is_regular_file(own, failed)) words.insert(words.end(), {option, own.string()});
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& w : words) argv.push_back(w.data());

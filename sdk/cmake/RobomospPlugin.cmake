@@ -7,7 +7,7 @@ if(NOT DEFINED BUILD_TESTING OR BUILD_TESTING)
 endif()
 
 # robomosp_add_plugin(name SOURCES file... [LIBS library...] [TEST file...]
-#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller|module|planner|retimer|robot_code...]
+#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller|module|planner|retimer|robot_code|post...]
 #                     [MODELS model...] [DYNAMICS plugin-file] [RUNNER command...])
 # Makes <name>.so as the loader wants it: hidden symbols, no prefix, robomosp::sdk linked. TEST adds
 # a GoogleTest program <name>_test, which finds the plugin in the definition ROBOMOSP_PLUGIN_FILE.
@@ -17,7 +17,8 @@ endif()
 # <robomosp/sdk/conformance/all_models.h>, or files of robot.save_model, to run the suites "ik",
 # "dynamics", "controller" and "robot_code" on. RUNNER runs generated code for the suite "robot_code"
 # (robot_code_suite.h, run_by). DYNAMICS is the plugin whose inverse dynamics the suite "controller"
-# asks; the installed dynamics_newton_euler when left out. The suites of segments, curves, motion laws
+# asks; the installed dynamics_newton_euler when left out. The suite "post" compiles its programs with
+# the installed irl. The suites of segments, curves, motion laws
 # and orientations need cases of your own: include <robomosp/sdk/conformance/segment_suite.h>,
 # curve_suite.h, motion_law_suite.h or orientation_suite.h in your TEST.
 function(robomosp_add_plugin name)
@@ -68,6 +69,10 @@ function(robomosp_add_plugin name)
       set(arg_DYNAMICS "$<TARGET_FILE:${arg_DYNAMICS}>")
     endif()
     list(APPEND options --dynamics "${arg_DYNAMICS}")
+  endif()
+  get_filename_component(language "${_robomosp_package_dir}/../../robomosp/plugins/irl.so" ABSOLUTE)
+  if(EXISTS "${language}")
+    list(APPEND options --language "${language}" --constructs "${_robomosp_constructs}")
   endif()
   foreach(word IN LISTS arg_RUNNER)
     list(APPEND options --runner "${word}")

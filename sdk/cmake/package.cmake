@@ -21,6 +21,12 @@ install(EXPORT RobomospTargets NAMESPACE robomosp:: DESTINATION "${package_dir}"
 install(DIRECTORY "${sdk_dir}/include/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT sdk)
 install(DIRECTORY "${sdk_dir}/template" "${sdk_dir}/examples" "${sdk_dir}/suites" "${sdk_dir}/clients" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
 
+# What the suite "post" compiles its programs with, and the catalogue of these.
+if(TARGET irl)
+  install(TARGETS irl LIBRARY DESTINATION "${ROBOMOSP_PLUGIN_INSTALL_DIR}" COMPONENT sdk)
+endif()
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/scripts/post_test" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
+
 # What an author reads: the pages, the licence.
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/plugin_author" "${PROJECT_SOURCE_DIR}/docs/decisions"
   DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT sdk FILES_MATCHING PATTERN "*.md")

@@ -51,7 +51,9 @@ constexpr const char* kUsage =
     "                    that have no inverse are compared with\n"
     "  --runner WORD     command that runs generated code, a word each (may be repeated)\n"
     "  --sample FILE     a program without errors for languages (may be repeated); what it names\n"
-    "                    is taken from its folder\n";
+    "                    is taken from its folder\n"
+    "  --language FILE   plugin whose language compiles the programs that posts are judged by\n"
+    "  --constructs FILE catalogue of these programs: share/robomosp/post_test/constructs.txt\n";
 
 int wrong(const std::string& what) {
   std::fprintf(stderr, "%s\n%s", what.c_str(), kUsage);
@@ -105,6 +107,10 @@ int read(int argc, char** argv, std::vector<char*>& rest) {
       s.runner.push_back(value);
     } else if (word == "--sample") {
       s.samples.push_back(value);
+    } else if (word == "--language") {
+      s.language = value;
+    } else if (word == "--constructs") {
+      s.constructs = value;
     } else {
       return wrong("\"" + word + "\" is no option.");
     }

@@ -21,6 +21,8 @@ struct Subject {
   std::string dynamics;              ///< plugin with inverse dynamics; empty = none
   std::vector<std::string> runner;   ///< runs generated code; empty = none
   std::vector<std::string> samples;  ///< files of programs for languages
+  std::string language;              ///< plugin that compiles programs for posts; empty = none
+  std::string constructs;            ///< file of the catalogue that posts are tried with
   std::string work;                  ///< folder for files
   std::set<std::string> notes;       ///< why a suite that has providers here is not run
   std::set<std::string> found;       ///< suites that have providers here

@@ -2,6 +2,7 @@
 // Solvers with one fault each, around shipped ones: what the suites of the SDK have to find.
 #include <dlfcn.h>
 
+#include <atomic>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -11,6 +12,7 @@
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/post.h>
 
 namespace {
 
@@ -134,6 +136,55 @@ class Timid final : public CollisionEngine {
   std::unique_ptr<CollisionEngine> inner_ = shipped<CollisionEngine>("collision_fcl.so", "fcl");
 };
 
+/// A post that changes what another one writes.
+class Retold : public Post {
+ public:
+  [[nodiscard]] const PostCapabilities& capabilities() const override {
+    return inner_->capabilities();
+  }
+  Result<void> write(const PostTask& task, const Params& params, PostOutput& output,
+                     Progress& progress) const override {
+    Sink sink(*this, output);
+    return inner_->write(task, params, sink, progress);
+  }
+
+ protected:
+  virtual std::string retold(std::string text) const = 0;
+
+ private:
+  struct Sink final : PostOutput {
+    Sink(const Retold& by, PostOutput& to) : by_(by), to_(to) {}
+    void file(std::string_view name, std::string_view bytes) override {
+      to_.file(name, by_.retold(std::string(bytes)));
+    }
+    void from(std::string_view, std::uint32_t, const rmp_span&) override {}
+    void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
+               std::string_view hint) override {
+      to_.fault(severity, span, message, hint);
+    }
+    const Retold& by_;
+    PostOutput& to_;
+  };
+  std::unique_ptr<Post> inner_ = shipped<Post>("post_krl.so", "krl");
+};
+/// Loses what is done to outputs.
+class Loser final : public Retold {
+  std::string retold(std::string text) const override {
+    for (std::size_t at; (at = text.find("$OUT[")) != std::string::npos;) {
+      const std::size_t begin = text.rfind('\n', at) + 1;
+      text.erase(begin, text.find('\n', at) + 1 - begin);
+    }
+    return text;
+  }
+};
+/// Numbers what it writes.
+class Restless final : public Retold {
+  std::string retold(std::string text) const override {
+    return text + "; " + std::to_string(++count_) + "\r\n";
+  }
+  static inline std::atomic<int> count_ = 0;  // of all instances
+};
+
 }  // namespace
 
 RMP_PLUGIN("org.example.faulty", "0.1.0", "Apache-2.0", "Solvers with one fault each",
@@ -142,4 +193,6 @@ RMP_PLUGIN("org.example.faulty", "0.1.0", "Apache-2.0", "Solvers with one fault 
            RMP_PROVIDER_NO_PARAMS(Unwilling, "unwilling", "Solves nothing.", "serial"),
            RMP_PROVIDER_NO_PARAMS(Inverse, "inverse", "Is right.", "serial,tree"),
            RMP_PROVIDER_NO_PARAMS(Allocates, "allocates", "Allocates.", "serial,tree"),
-           RMP_PROVIDER_NO_PARAMS(Timid, "timid", "Everything touches.", "approximate"))
+           RMP_PROVIDER_NO_PARAMS(Timid, "timid", "Everything touches.", "approximate"),
+           RMP_PROVIDER_NO_PARAMS(Loser, "loser", "Loses outputs.", ""),
+           RMP_PROVIDER_NO_PARAMS(Restless, "restless", "Numbers what it writes.", ""))

@@ -79,6 +79,23 @@ TEST(Suites, FindABoundThatBoundsNothing) {
   EXPECT_EQ(run.code, 1) << run.text;
 }
 
+TEST(Suites, FindWhatAPostLosesAndWhatDiffersTheSecondTime) {
+  const std::string with = "--suite post --language " + kShipped +
+                           "irl.so\" --constructs \"" ROBOMOSP_SOURCE_DIR
+                           "/scripts/post_test/constructs.txt\" ";
+  const Outcome lost = suites(kFaulty + with + "--gtest_filter='*EveryConstruct*loser*'");
+  EXPECT_EQ(lost.code, 1) << lost.text;
+  EXPECT_TRUE(has(lost, "lost: the files are as without it")) << lost.text;
+  const Outcome other = suites(kFaulty + with + "--gtest_filter='*EqualPrograms*restless*'");
+  EXPECT_EQ(other.code, 1) << other.text;
+  const Outcome good = suites(kShipped + "post_krl.so\" " + with);
+  EXPECT_EQ(good.code, 0) << good.text;
+  // Without a language there is no program to be written.
+  const Outcome none = suites(kShipped + "post_krl.so\" --suite post");
+  EXPECT_EQ(none.code, 3) << none.text;
+  EXPECT_TRUE(has(none, "--language gives the plugin that compiles them")) << none.text;
+}
+
 TEST(Suites, SayThatNothingWasJudged) {
   // A solver that refuses every robot passes no test: it was only never asked.
   const Outcome run = suites(kFaulty + "--suite ik --gtest_filter='*unwilling*'");

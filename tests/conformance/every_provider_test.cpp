@@ -57,7 +57,6 @@ const std::map<std::string, std::string> kTestedElsewhere{
     {"robomosp.importer/1",
      "tests/unit/cad_exchange_test.cpp, robot_files_test.cpp and tests/fuzz"},
     {"robomosp.exporter/1", "tests/unit/cad_exchange_test.cpp"},
-    {"robomosp.post/1", "tests/unit/posts_test.cpp and those of each target"},
     {"robomosp.program_reader/1",
      "tests/unit/program_readers_test.cpp; what readers share is the guard of the host"},
     {"robomosp.renderer/2", "tests/viewer/render_test.cpp"},

@@ -2,7 +2,11 @@
 // Lying providers of solids, contact, files and pictures.
 #pragma once
 
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <sstream>
 #include <vector>
@@ -12,6 +16,8 @@
 #include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/post.h>
+#include <robomosp/sdk/program_tables.h>
 #include <robomosp/sdk/render.h>
 
 #include "fuzz/lying_motion.h"
@@ -436,6 +442,165 @@ class LyingExporter final : public Exporter {
             task.report->counts.push_back({liar().wild_text(), -7});
           }}});
   }
+};
+
+/// Writes what another post writes, with a lie between.
+class LyingPost final : public Lying<Post> {
+ public:
+  using Lying::Lying;
+  const PostCapabilities& capabilities() const override {
+    using Caps = PostCapabilities;
+    lied_ = liar().value<Caps>(
+        "post.capabilities", [&] { return inner_->capabilities(); },
+        {{"no form", Seen::surely, [](Caps& c) { c.forms = 0; }},
+         {"names of no letters", Seen::surely,
+          [](Caps& c) { c.max_name = liar().pick(2) ? -1 : std::numeric_limits<int>::min(); }},
+         {"no title", Seen::surely, [](Caps& c) { c.title = {}; }},
+         {"a title of no text", Seen::surely, [](Caps& c) { c.title = no_text(); }},
+         {"reserved words without an end", Seen::surely,
+          [](Caps& c) {
+            c.reserved = {"x", liar().wild_size()};
+          }},
+         {"extensions that lead out", Seen::surely, [](Caps& c) { c.extensions = "../x"; }},
+         {"another version", Seen::surely, [](Caps& c) { c.struct_size = 8; }},
+         {"circles of no kind", Seen::surely,
+          [](Caps& c) { c.circle = static_cast<PostCircle>(99); }},
+         {"a case of no kind", Seen::surely,
+          [](Caps& c) { c.name_case = static_cast<PostCase>(-7); }},
+         {"a negative number of points", Seen::surely, [](Caps& c) { c.max_points = -3; }},
+         {"a title of strange words", Seen::maybe, [](Caps& c) { c.title = "\x1b[2J\x07 x"; }},
+         {"all features", Seen::maybe, [](Caps& c) { c.features = ~std::uint64_t{0}; }},
+         {"no features", Seen::maybe, [](Caps& c) { c.features = 0; }},
+         {"no motions", Seen::maybe, [](Caps& c) { c.motions = 0; }},
+         {"all motions", Seen::maybe, [](Caps& c) { c.motions = ~0U; }}});
+    return lied_;
+  }
+  Result<void> write(const PostTask& task, const Params& params, PostOutput& to,
+                     Progress& p) const override {
+    using Said = std::vector<std::function<void(PostOutput&)>>;
+    const auto one = [](auto&& act) { return [act](Said& all) { all.emplace_back(act); }; };
+    const rmp_span here = row<rmp_code_routine>(task.code->routines, 0).span;
+    const auto fault = [here](std::uint32_t severity, auto&& spoil) {
+      rmp_span at = here;
+      spoil(at);
+      return
+          [severity, at](PostOutput& o) { o.fault(severity, at, "it has no such thing", "Go."); };
+    };
+    RMP_TRY_ASSIGN(
+        const Said all,
+        liar().answer<Said>(
+            "post.write", &p,
+            [&]() -> Result<Said> {
+              Kept kept;
+              RMP_TRY(inner_->write(task, params, kept, p));
+              return std::move(kept.all);
+            },
+            {{"nothing", Seen::surely, [](Said& a) { a.clear(); }},
+             {"a name that leads out", Seen::surely, one([](PostOutput& o) {
+                const char* names[] = {"../out",    "/out", "",     ".",
+                                       "a/../../b", "..",   "a/..", "a//b"};
+                o.file(names[liar().pick(8)], "x");
+              })},
+             {"a name that no file has", Seen::surely, one([](PostOutput& o) {
+                switch (liar().pick(4)) {
+                  case 0: o.file(std::string(5000, 'n'), "x"); break;
+                  case 1: o.file(std::string_view("a\0b", 3), "x"); break;
+                  case 2: o.file(no_text(), "x"); break;
+                  default: o.file("c:\\boot", "x"); break;
+                }
+              })},
+             {"one name twice", Seen::surely, one([](PostOutput& o) {
+                o.file("a", "x");
+                o.file("a", "y");
+              })},
+             {"bytes that are none", Seen::surely,
+              one([](PostOutput& o) { o.file("a", no_text()); })},
+             {"a file without an end", Seen::surely, one([](PostOutput& o) {
+                o.file("a", {"x", liar().wild_size()});
+              })},
+             {"a file of 300 MiB", Seen::surely, one([](PostOutput& o) {
+                constexpr std::size_t kSize = std::size_t{300} << 20;
+                const std::unique_ptr<void, void (*)(void*)> room(std::calloc(kSize, 1),
+                                                                  &std::free);
+                if (room) o.file("a", {static_cast<const char*>(room.get()), kSize});
+                else o.file("..", "");
+              })},
+             {"files without end", Seen::surely, one([](PostOutput& o) {
+                for (int i = 0; i < 200'000; ++i) o.file("f" + std::to_string(i), "x");
+              })},
+             {"a line of a file that is not there", Seen::surely,
+              one([here](PostOutput& o) { o.from("nowhere", 1, here); })},
+             {"a line that is not there", Seen::surely, one([here](PostOutput& o) {
+                o.file("a", "one\n");
+                o.from("a", liar().pick(2) ? 0 : 4'000'000'000U, here);
+              })},
+             {"a line from nowhere", Seen::surely, one([here](PostOutput& o) {
+                o.file("a", "one\n");
+                rmp_span at = here;
+                at.file = 77;
+                o.from("a", 1, at);
+              })},
+             {"lines without end", Seen::surely, one([here](PostOutput& o) {
+                o.file("a", "one\n");
+                for (int i = 0; i < 2'000'000; ++i) o.from("a", 1, here);
+              })},
+             {"a severity that is none", Seen::surely, one(fault(9, [](rmp_span&) {}))},
+             {"a fault of another file", Seen::surely,
+              one(fault(RMP_FAULT_ERROR, [](rmp_span& s) { s.file = RMP_NONE; }))},
+             {"a fault behind the program", Seen::surely,
+              one(fault(RMP_FAULT_ERROR, [](rmp_span& s) { s.end = 4'000'000'000U; }))},
+             {"a fault that ends before it begins", Seen::surely,
+              one(fault(RMP_FAULT_ERROR, [](rmp_span& s) { s.begin = s.end + 1; }))},
+             {"a fault at a line that is none", Seen::surely,
+              one(fault(RMP_FAULT_WARNING, [](rmp_span& s) { s.line = 4'000'000'000U; }))},
+             {"a fault without words", Seen::surely,
+              one([here](PostOutput& o) { o.fault(RMP_FAULT_ERROR, here, "", ""); })},
+             {"a fault of no text", Seen::surely,
+              one([here](PostOutput& o) { o.fault(RMP_FAULT_ERROR, here, no_text(), ""); })},
+             {"a fault of strange words", Seen::maybe, one([here](PostOutput& o) {
+                o.fault(RMP_FAULT_ERROR, here, "w" + liar().wild_text(), liar().wild_text());
+              })},
+             {"faults without end", Seen::maybe, one([here](PostOutput& o) {
+                for (int i = 0; i < 300'000; ++i) o.fault(RMP_FAULT_WARNING, here, "hm", "");
+              })},
+             {"no numbers", Seen::maybe,
+              one([](PostOutput& o) { o.file("a", "LIN {X nan,Y inf}\n"); })}}));
+    for (const auto& one_of : all) one_of(to);
+    return {};
+  }
+
+ private:
+  /// A view of nothing that has a length.
+  static std::string_view no_text() {
+    std::string_view none("12345");
+    const char* nowhere = nullptr;
+    // Where the pointer lies in it.
+    for (std::size_t at = 0; at + sizeof nowhere <= sizeof none; at += sizeof nowhere) {
+      const char* is = nullptr;
+      std::memcpy(&is, reinterpret_cast<const char*>(&none) + at, sizeof is);
+      if (is != none.data()) continue;
+      std::memcpy(reinterpret_cast<char*>(&none) + at, &nowhere, sizeof nowhere);
+      break;
+    }
+    return none;
+  }
+  struct Kept final : PostOutput {
+    void file(std::string_view name, std::string_view bytes) override {
+      all.emplace_back(
+          [n = std::string(name), b = std::string(bytes)](PostOutput& o) { o.file(n, b); });
+    }
+    void from(std::string_view file, std::uint32_t line, const rmp_span& span) override {
+      all.emplace_back(
+          [f = std::string(file), line, span](PostOutput& o) { o.from(f, line, span); });
+    }
+    void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
+               std::string_view hint) override {
+      all.emplace_back([severity, span, m = std::string(message),
+                        h = std::string(hint)](PostOutput& o) { o.fault(severity, span, m, h); });
+    }
+    std::vector<std::function<void(PostOutput&)>> all;
+  };
+  mutable PostCapabilities lied_;
 };
 
 /// Draws nothing, in the size that was asked for.

@@ -104,6 +104,15 @@ constexpr const char* kStage = R"(
   lone = arm:duplicate("lone")
   alone = world.create{name = "alone"}
   alone:add_robot{robot = lone, q = "ready"}
+  lift = program.create{name = "lift", source = [[
+PROGRAM lift;
+SIGNAL OUTPUT BOOL: grip AT 2;
+VAR POSE: place := POSE(POSITION(500.0, 0.0, 120.0), ORIZYX(0.0, 180.0, 0.0));
+BEGIN
+  MOVE LIN place SPEED := 80.0;
+  grip := TRUE;
+ENDPROGRAM;
+]]}
   local at = lone:fk{q = "ready"}
   alone:add_frame{name = "target", rpy = at.rpy,
     position = {at.position[1], at.position[2], at.position[3] + 0.05}}
@@ -208,6 +217,11 @@ std::map<std::string, Attack> attacks(const Registry& r) {
       LyingPrimitive, CsgPrimitive, "",
       {R"(solid.create{name = "p" .. fresh(), root = {kind = "custom", primitive = "liar"}}:mass())"});
   LIAR(LyingImporter, Importer, "", {R"(import{file = "again.lie"})"});
+  LIAR(LyingPost, Post, "krl",
+       {R"(lift:post{target = "liar"})",
+        R"(lift:post{target = "liar", check = true, source_map = true})",
+        R"(lift:post{target = "liar", form = "flat", robot = "arm"})",
+        R"(lift:post{target = "liar", folder = ".", overwrite = true})", "program.targets()"});
   LIAR(LyingExporter, Exporter, "",
        {R"(solid.export{id = "ball", file = "out.lie"})", R"(cell:export{file = "out.lie"})"});
   LIAR(
@@ -327,10 +341,9 @@ TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
   const auto all = attacks(app().registry);
   for (const InterfaceEntry* known : InterfaceFile::all())
     // Modules are made once, with the program: module_test has those that lie. Of languages
-    // abi_test has tables that lie, and so it has readers and posts that do.
+    // abi_test has tables that lie, and so it has readers that do.
     EXPECT_TRUE(all.contains(known->id) || known->id == "robomosp.module/1" ||
-                known->id == "robomosp.language/1" || known->id == "robomosp.post/1" ||
-                known->id == "robomosp.program_reader/1")
+                known->id == "robomosp.language/1" || known->id == "robomosp.program_reader/1")
         << known->id << " has no provider here that lies";
   attack(all);
 }
@@ -352,7 +365,10 @@ TEST_F(LyingProviders, InAProcessOfTheirOwnAreNamedAndDoNoHarm) {
   const auto wire = process->describe();
   ASSERT_TRUE(wire.ok());
   auto all = attacks(app().registry);
-  std::erase_if(all, [](const auto& a) { return a.first == render::Renderer::kInterfaceId; });
+  // Neither has a form between processes.
+  std::erase_if(all, [](const auto& a) {
+    return a.first == render::Renderer::kInterfaceId || a.first == Post::kInterfaceId;
+  });
   std::set<std::string> there;
   for (std::uint32_t i = 0; i < wire->providers.size(); ++i) {
     const std::string id = wire->providers[i].interface_id;

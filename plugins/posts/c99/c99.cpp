@@ -366,11 +366,17 @@ class CWriter final : public post::Writer {
   Text field(std::uint32_t, std::uint32_t, const rmp_code_expression& x) override {
     return {place(row_of(x))};
   }
-  static std::string at(const Pose& p) {
+  std::string at(const Pose& p) {
+    for (const double x : p.p)
+      if (!(std::fabs(x) < 1e6))
+        fail("a position here is beyond what a robot reaches", "Check what it is computed from.");
     return "rmp_at(" + post::shortest(p.p[0] * 1000) + ", " + post::shortest(p.p[1] * 1000) + ", " +
            post::shortest(p.p[2] * 1000) + ")";
   }
-  static std::string turned(const Pose& p) {
+  std::string turned(const Pose& p) {
+    for (const double x : p.R)
+      if (!std::isfinite(x))
+        fail("an orientation here is not finite", "Check what it is computed from.");
     const auto q = post::quaternion(p.R);
     return "rmp_turned(" + post::shortest(q[0]) + ", " + post::shortest(q[1]) + ", " +
            post::shortest(q[2]) + ", " + post::shortest(q[3]) + ")";
@@ -602,6 +608,8 @@ class CWriter final : public post::Writer {
     if (blends(m.interpolation == RMP_MOVE_PTP ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP) ||
         (m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0))
       note("C stops at this target: the functions that it calls do not blend");
+    if (m[RMP_ATTR_C_SPEED].given && m[RMP_ATTR_C_SPEED].known != 100.0)
+      warn("C_SPEED is not written: the functions that C calls do not blend", "Take it out.");
     if ((caps_.features & kPostUntil) == 0 && !std::exchange(told_speed_, true))
       warn("the library's own speeds count: its functions for speeds are not called",
            "Set the speeds at the arm, or in the profile's prologue.");

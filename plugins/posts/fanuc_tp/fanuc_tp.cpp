@@ -29,6 +29,8 @@ class TpWriter final : public MoveWriter {
 
   // ---- the program ----
   void begin() override {
+    // Programs are files of a controller whose file system knows these as devices.
+    for (const char* device : {"CON", "PRN", "AUX", "NUL", "COM1", "LPT1"}) names_.reserve(device);
     programs_.resize(c_.routines.count);
     next_[0] = static_cast<std::int64_t>(number_option("first_register", 1));
     next_[1] = static_cast<std::int64_t>(number_option("first_flag", 1));
@@ -921,8 +923,7 @@ const PostCapabilities& FanucTp::capabilities() const {
     c.crlf = true;
     c.max_lines = 9999;
     c.max_nesting = 10;
-    c.reserved = "CON PRN AUX NUL COM1 LPT1";
-    c.extensions = "LS";
+    c.extensions = "ls";
     c.title = "FANUC TP";
     return c;
   }();

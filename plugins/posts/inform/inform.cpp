@@ -412,7 +412,7 @@ const PostCapabilities& Inform::capabilities() const {
     c.crlf = true;
     c.max_points = 99'999;
     c.max_lines = 9999;
-    c.extensions = "JBI";
+    c.extensions = "jbi";
     c.title = "INFORM";
     return c;
   }();

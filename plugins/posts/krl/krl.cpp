@@ -408,6 +408,10 @@ class KrlWriter final : public post::Writer {
   }
   std::string frame(const Pose& pose) {
     const auto p = post::placed(pose, post::Orientation::zyx);
+    for (const double x : p.mm)
+      if (std::isfinite(x) && std::fabs(x) > 1e9)
+        fail("a position here is beyond what a controller takes",
+             "Check what it is computed from.");
     static constexpr const char* kWords[] = {"{X ", ",Y ", ",Z ", ",A ", ",B ", ",C "};
     std::string s;
     for (std::size_t i = 0; i < 3; ++i) s += kWords[i] + length(p.mm[i]);
@@ -732,8 +736,11 @@ class KrlWriter final : public post::Writer {
         said += std::string(constant(x.constant).text, constant(x.constant).text_size);
       else said += "<" + text(v) + ">";
     }
-    for (char& c : said)
+    for (char& c : said) {
       if (static_cast<unsigned char>(c) < 32) c = ' ';
+      if (static_cast<unsigned char>(c) > 126)
+        fail("this text has characters that KUKA KRL has not", "Use letters of ASCII.");
+    }
     warn("KUKA KRL writes no texts by itself; this one stands there as a comment",
          "Call a message program of the controller in its place.");
     line("; WRITE " + said);

@@ -328,7 +328,10 @@ class RapidWriter final : public post::Writer {
     return "0";
   }
   std::string plain(double v, int digits) {
-    if (!std::isfinite(v)) fail("a number here is not finite", "Check what it is computed from.");
+    if (!(std::fabs(v) < 1e9))
+      fail(std::isfinite(v) ? "a number here is beyond what a controller takes"
+                            : "a number here is not finite",
+           "Check what it is computed from.");
     return post::trimmed(v, digits);
   }
   std::string mm(double metres) { return plain(metres * 1000, profile_.length_digits); }
@@ -433,6 +436,8 @@ class RapidWriter final : public post::Writer {
     for (const char c : s) {
       if (static_cast<unsigned char>(c) < 32)
         fail("this text has a control character", "Take it out.");
+      if (static_cast<unsigned char>(c) > 126)
+        fail("this text has characters that ABB RAPID has not", "Use letters of ASCII.");
       out += c;
       if (c == '"' || c == '\\') out += c;
     }
