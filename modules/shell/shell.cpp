@@ -30,6 +30,7 @@
 #include "ioci/core/application.h"
 #include "ioci/core/kept_solvers.h"
 #include "ioci/core/lua_plugins.h"
+#include "ioci/program/packs.h"
 #include "ioci/recording/watchers.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/text.h"
@@ -379,6 +380,43 @@ struct PostSettings {
   bool check = false, run_check = false, overwrite = false;
 };
 
+/// Tells an error of a post and gives its exit code: what files and folders do not allow is wrong
+/// input, as a name is that there is not.
+int fail_post(const Voice& voice, const Error& e) {
+  const int code = voice.fail(e);
+  return e.code == ErrorCode::io ? 3 : code;
+}
+
+/// Faults at places to standard error, "file:line:column: severity: sentence" a line.
+void tell_faults(const Settings& s, const List& faults) {
+  for (const Value& each : faults) {
+    const Map& f = *each.as_map();
+    if (s.quiet && *f.find("severity")->as_string() != "error") continue;
+    const std::string hint = *f.find("hint")->as_string();
+    std::fprintf(
+        stderr, "%s\n",
+        text::visible(*f.find("file")->as_string() + ":" + f.find("line")->text() + ":" +
+                      f.find("column")->text() + ": " + *f.find("severity")->as_string() + ": " +
+                      *f.find("message")->as_string() + (hint.empty() ? "" : " " + hint))
+            .c_str());
+  }
+}
+
+/// All that is wrong with a pack of templates, a line each; false = nothing is.
+bool tell_pack_faults(const Settings& s, const Voice& voice, const std::string& file) {
+  List faults;
+  for (const auto& f : ioci::pack_faults(file))
+    faults.emplace_back(Map{{"severity", "error"},
+                            {"file", f.file},
+                            {"line", static_cast<std::int64_t>(f.line)},
+                            {"column", static_cast<std::int64_t>(f.column)},
+                            {"message", f.message + "."},
+                            {"hint", f.hint}});
+  if (faults.empty() || voice.json()) return false;  // with --json one error has them all
+  tell_faults(s, faults);
+  return true;
+}
+
 /// Writes a page with the code of several targets side by side; where one cannot say the program,
 /// the page says so, and it ends with 1.
 int compare_posts(Program& p, const Settings& s, const Voice& voice, const PostSettings& how,
@@ -390,7 +428,7 @@ int compare_posts(Program& p, const Settings& s, const Voice& voice, const PostS
     targets.emplace_back(std::string(text::trim(each)));
   asked.set("targets", Value(std::move(targets)));
   auto made = p.app->dispatch(*p.session, "program.compare_targets", asked);
-  if (!made.ok()) return voice.fail(made.error());
+  if (!made.ok()) return fail_post(voice, made.error());
   const Map& found = *made->as_map();
   bool is_correct = true;
   for (const Value& each : *found.find("targets")->as_list())
@@ -416,47 +454,57 @@ int compare_posts(Program& p, const Settings& s, const Voice& voice, const PostS
 /// Posts a program to the files of a controller; its faults go to standard error, a line each.
 int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   Program p;
-  if (auto started = start(p, s, voice, "post"); !started.ok()) return voice.fail(started.error());
+  if (auto started = start(p, s, voice, "post"); !started.ok())
+    return fail_post(voice, started.error());
   const auto ask = [&](const char* command, const Map& args) {
     return p.app->dispatch(*p.session, command, args);
   };
   Map args;
   if (!how.templates.empty()) {
+    if (tell_pack_faults(s, voice, how.templates)) return 3;
     auto added = ask("program.add_target", Map{{"file", how.templates}});
-    if (!added.ok()) return voice.fail(added.error());
+    if (!added.ok()) return fail_post(voice, added.error());
     args.set("target", *added);
   }
   auto program = ask("program.import", Map{{"file", how.file}});
-  if (!program.ok()) return voice.fail(program.error());
+  if (!program.ok()) return fail_post(voice, program.error());
   args.set("id", *program);
+  // A source with errors is told whole, before anything else.
+  auto checked = ask("program.check", Map{{"id", *program}});
+  if (!checked.ok()) return fail_post(voice, checked.error());
+  if (!*checked->as_map()->find("correct")->as_bool()) {
+    if (voice.json()) voice.result(*checked, "");
+    else tell_faults(s, *checked->as_map()->find("faults")->as_list());
+    return 1;
+  }
   if (!how.target.empty()) args.set("target", how.target);
   if (!how.profile.empty()) {
     if (how.profile.ends_with(".ctl")) {
       auto loaded = ask("file.load", Map{{"file", how.profile}});
-      if (!loaded.ok()) return voice.fail(loaded.error());
+      if (!loaded.ok()) return fail_post(voice, loaded.error());
       args.set("profile", *loaded);
     } else {
       auto found = ask("controller.get", Map{{"name", how.profile}});
-      if (!found.ok()) return voice.fail(found.error());
+      if (!found.ok()) return fail_post(voice, found.error());
       args.set("profile", *found);
     }
   }
   if (!how.robot.empty()) {
     if (how.robot.ends_with(".rbt")) {
       auto loaded = ask("file.load", Map{{"file", how.robot}});
-      if (!loaded.ok()) return voice.fail(loaded.error());
+      if (!loaded.ok()) return fail_post(voice, loaded.error());
       args.set("robot", *loaded);
     } else {
       auto found = ask("robot.get", Map{{"name", how.robot}});
-      if (!found.ok()) return voice.fail(found.error());
+      if (!found.ok()) return fail_post(voice, found.error());
       args.set("robot", *found);
     }
   }
   if (!how.world.empty()) {
     auto loaded = ask("file.load", Map{{"file", how.world}});
-    if (!loaded.ok()) return voice.fail(loaded.error());
+    if (!loaded.ok()) return fail_post(voice, loaded.error());
     auto placed = ask("world.add_program", Map{{"id", *loaded}, {"program", *program}});
-    if (!placed.ok()) return voice.fail(placed.error());
+    if (!placed.ok()) return fail_post(voice, placed.error());
     args.set("world", *loaded);
   }
   if (!how.side_by_side.empty()) return compare_posts(p, s, voice, how, args);
@@ -468,28 +516,19 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   // All faults are wanted, not the first: what is wrong is looked for before anything is written.
   args.set("check", true);
   auto posted = ask("program.post", args);
-  if (!posted.ok()) return voice.fail(posted.error());
+  if (!posted.ok()) return fail_post(voice, posted.error());
   const Map found = *posted->as_map();
   const bool is_correct = *found.find("correct")->as_bool();
   if (is_correct && !how.check && !how.folder.empty()) {
     args.set("check", false);
     posted = ask("program.post", args);
-    if (!posted.ok()) return voice.fail(posted.error());
+    if (!posted.ok()) return fail_post(voice, posted.error());
   }
   if (voice.json()) {
     voice.result(*posted, "");
     return is_correct ? 0 : 1;
   }
-  for (const Value& each : *found.find("faults")->as_list()) {
-    const Map& f = *each.as_map();
-    if (s.quiet && *f.find("severity")->as_string() != "error") continue;
-    std::fprintf(
-        stderr, "%s\n",
-        text::visible(*f.find("file")->as_string() + ":" + f.find("line")->text() + ":" +
-                      f.find("column")->text() + ": " + *f.find("severity")->as_string() + ": " +
-                      *f.find("message")->as_string() + " " + *f.find("hint")->as_string())
-            .c_str());
-  }
+  tell_faults(s, *found.find("faults")->as_list());
   if (!is_correct) return 1;
   const Map written = *posted->as_map();
   for (const Value& each : *written.find("files")->as_list()) {
@@ -512,6 +551,11 @@ int run_post_test(const Settings& s, const Voice& voice, const PostTest& how) {
   const Ask ask = [&](const char* command, const Map& args) {
     return p.app->dispatch(*p.session, command, args);
   };
+  std::error_code none;
+  const bool is_pack =
+      how.what.ends_with(".post") ||
+      std::filesystem::is_regular_file(std::filesystem::path(how.what) / ioci::kPackFile, none);
+  if (is_pack && tell_pack_faults(s, voice, how.what)) return 3;
   Map report;
   const auto tested = test_post(
       *p.app, ask, how,
@@ -519,7 +563,7 @@ int run_post_test(const Settings& s, const Voice& voice, const PostTest& how) {
         if (!voice.json()) voice.line(text::visible(l));
       },
       report);
-  if (!tested.ok()) return voice.fail(tested.error());
+  if (!tested.ok()) return fail_post(voice, tested.error());
   if (voice.json()) voice.result(report, "");
   return *tested;
 }
@@ -1233,6 +1277,10 @@ int shell_main(int argc, char** argv) {
       "--side-by-side", posted.side_by_side,
       "Page with the code of several targets (--target krl,rapid): .html, .md or .txt");
   post->add_flag("--overwrite", posted.overwrite, "Replace files that are there");
+  post->footer(
+      "Exit codes: 0 posted; 1 the program has errors, or the target cannot say it: nothing is "
+      "written; 2 wrong usage; 3 wrong input: a file, folder, pack, target, robot or controller "
+      "that is not there or cannot be used; 130 interrupted.");
   post->require_subcommand(0, 1);
   PostTest tested;
   CLI::App* post_test = post->add_subcommand(
@@ -1253,6 +1301,10 @@ int shell_main(int argc, char** argv) {
   post_test->add_option("--reader", tested.reader,
                         "Folder for what an independent reader needs to read the files back");
   post_test->add_flag("--brief", tested.brief, "Only what is refused or wrong");
+  post_test->footer(
+      "Exit codes: 0 nothing is wrong; 1 something is lost, has no line or differs the second "
+      "time; "
+      "2 wrong usage; 3 wrong input: nothing could be tested; 130 interrupted.");
   IrlWords program;
   IrlSettings& irl_how = program.settings;
   CLI::App* irl = cli.add_subcommand(

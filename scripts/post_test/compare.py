@@ -162,6 +162,8 @@ def angle_between(a, b):
 
 def difference(meant, read, robot):
     """What is not equal; "" = nothing."""
+    if not isinstance(read, dict) or "do" not in read:
+        return f"reader.py yields what is no action: {read!r:.60}"
     if meant["do"] != read["do"]:
         return f"{read['do']} was read, and {meant['do']} is meant"
     if meant["do"] in ("ptp", "lin", "circle", "path"):
@@ -170,7 +172,7 @@ def difference(meant, read, robot):
         for want, got in zip(meant["targets"], read["targets"]):
             if isinstance(got, Joints) and "joints" in want:
                 far = max([abs(a - b) for a, b in zip(want["joints"], got.q)] or [0])
-                if len(got.q) < len(want["joints"]) or far > NEAR_DEGREES:
+                if len(got.q) < len(want["joints"]) or not far <= NEAR_DEGREES:
                     return f"joints {got.q} instead of {want['joints']}"
                 continue
             if isinstance(got, Joints):
@@ -180,11 +182,11 @@ def difference(meant, read, robot):
             if "position" not in want:
                 return "a place was read, and joints are meant"
             far = math.dist(got.mm, want["position"])
-            if far > NEAR_MM:
+            if not far <= NEAR_MM:
                 return f"{far:.4f} mm from {want['position']}: {got.mm}"
             if got.rotation:
                 turned = angle_between(got.rotation, quaternion(*want["quaternion"]))
-                if turned > NEAR_DEGREES:
+                if not turned <= NEAR_DEGREES:
                     return f"turned by {turned:.4f} degrees"
         if read["speed"] is not None and abs(read["speed"] - meant["speed"]) > 0.005 * meant["speed"]:
             return f"speed {read['speed']} instead of {meant['speed']}"
@@ -201,11 +203,26 @@ def difference(meant, read, robot):
     return ""
 
 
+def place_of(e):
+    """Where reader.py stood when it was thrown."""
+    line = 0
+    trace = e.__traceback__
+    while trace:
+        if trace.tb_frame.f_code.co_filename.endswith("reader.py"):
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"line {line}" if line else "called from compare.py"
+
+
 def main(arguments):
     here = pathlib.Path(__file__).resolve().parent
     sys.path.insert(0, str(here))
     sys.modules.setdefault("compare", sys.modules[__name__])
-    import reader
+    try:
+        import reader
+    except Exception as e:  # whatever its author wrote
+        print(f"reader.py cannot be used: {type(e).__name__}: {e}", file=sys.stderr)
+        return 1
 
     model = here / "robot.model"
     robot = Robot(model) if model.exists() else None
@@ -221,14 +238,20 @@ def main(arguments):
         folder = here / "programs" / name
         files = {str(f.relative_to(folder)): f.read_text(encoding="utf-8", errors="replace")
                  for f in sorted(folder.rglob("*")) if f.is_file()}
+        said, got = "", []
         try:
-            got = list(reader.read(files))
+            for action in reader.read(files) or []:
+                got.append(action)
         except NotImplementedError as e:
             print(e, file=sys.stderr)
             return 1
-        said = ""
+        except Exception as e:
+            said = f"reader.py stopped: {type(e).__name__}: {e} ({place_of(e)}, behind {len(got)} actions)"
         for i, (a, b) in enumerate(zip(meant, got)):
-            d = difference(a, b, robot)
+            try:
+                d = difference(a, b, robot)
+            except Exception as e:
+                d = f"reader.py yields what is no action: {type(e).__name__}: {e}"
             if d:
                 said = f"action {i + 1} (line {a['line']} of the IRL, {a['do']}): {d}"
                 break

@@ -22,64 +22,18 @@
 
 #include <nlohmann/json.hpp>
 
+#include "shell/child_program.h"
+
 namespace {
 
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
-
-const std::string kProgram = std::string(ROBOMOSP_BUILD_DIR) + "/bin/robomosp";
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-  long memory = 0;  ///< most that it held [KiB]
-};
-
-std::string slurp(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// A folder of this test process, removed at the end.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "robomosp-shell-XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path); }
-};
-
-[[noreturn]] void execute(std::vector<std::string> args) {
-  args.insert(args.begin(), kProgram);
-  std::vector<char*> argv;
-  for (std::string& a : args) argv.push_back(a.data());
-  argv.push_back(nullptr);
-  ::execv(kProgram.c_str(), argv.data());
-  ::_exit(127);
-}
-
-/// `most_file`: bytes that a file may have; negative = any number.
-Outcome run(const std::vector<std::string>& args, const std::string& input = {},
-            long most_file = -1) {
-  const Folder folder;
-  std::ofstream(folder.path / "in", std::ios::binary) << input;
-  std::fflush(nullptr);  // or the child would print what waits in the buffers once more
-  const pid_t child = ::fork();
-  if (child == 0) {
-    if (!std::freopen((folder.path / "in").c_str(), "r", stdin)) ::_exit(126);
-    if (!std::freopen((folder.path / "out").c_str(), "w", stdout)) ::_exit(126);
-    if (!std::freopen((folder.path / "err").c_str(), "w", stderr)) ::_exit(126);
-    const rlimit limit{static_cast<rlim_t>(most_file), static_cast<rlim_t>(most_file)};
-    if (most_file >= 0 && ::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(126);
-    execute(args);
-  }
-  int status = 0;
-  rusage used{};
-  ::wait4(child, &status, 0, &used);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          slurp(folder.path / "out"), slurp(folder.path / "err"), used.ru_maxrss};
-}
+using robomosp::test::execute;
+using robomosp::test::Folder;
+using robomosp::test::kProgram;
+using robomosp::test::Outcome;
+using robomosp::test::run;
+using robomosp::test::slurp;
 
 TEST(CommandLine, EvaluatesAnExpression) {
   const auto r = run({"-q", "eval", "6 * 7"});

@@ -54,6 +54,14 @@ Result<std::shared_ptr<const program_post::TemplatePack>> read_pack(
   return program_post::read_templates(text, brief(file), beside, faults);
 }
 
+std::vector<PackFault> pack_faults(fs::path file) {
+  std::error_code none;
+  if (fs::is_directory(file, none)) file /= kPackFile;
+  std::vector<PackFault> faults;
+  (void)read_pack(file, read_plain, &faults);
+  return faults;
+}
+
 Result<std::string> add_pack(Registry& registry, const fs::path& file,
                              std::shared_ptr<const program_post::TemplatePack> pack,
                              bool replaces) {
@@ -81,6 +89,10 @@ Result<std::string> add_pack(Registry& registry, const fs::path& file,
 }
 
 void load_packs(Registry& registry, Messages& messages, std::span<const fs::path> folders) {
+  const auto refuse = [&](const fs::path& file, const std::string& what) {
+    messages.post(Severity::warning, "pack_refused",
+                  "the pack " + text::quote(file.string()) + " was left out: " + what, "packs");
+  };
   std::set<fs::path> seen;
   for (const fs::path& folder : folders) {
     std::vector<fs::path> files;
@@ -88,12 +100,18 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
     for (fs::directory_iterator it(folder, failed), end; !failed && it != end;
          it.increment(failed)) {
       std::error_code none;
-      if (it->is_directory(none)) {
-        if (fs::is_regular_file(it->path() / kPackFile, none))
-          files.push_back(it->path() / kPackFile);
-      } else if (it->path().extension() == ".post" && it->is_regular_file(none)) {
-        files.push_back(it->path());
-      }
+      const fs::path& file = it->path();
+      const bool is_called_so = file.extension() == ".post";
+      const fs::file_type is = fs::status(file, none).type();
+      if (is == fs::file_type::directory && fs::is_regular_file(file / kPackFile, none))
+        files.push_back(file / kPackFile);
+      else if (is == fs::file_type::regular && is_called_so) files.push_back(file);
+      else if (is == fs::file_type::directory && is_called_so)
+        refuse(file, std::string("it is a folder without a file ") + kPackFile + ".");
+      else if (is_called_so)
+        refuse(file, fs::is_symlink(file, none) && is != fs::file_type::fifo
+                         ? "it leads to nothing that can be read."
+                         : "it is no file.");
     }
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files) {
@@ -106,10 +124,7 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
                       "packs");
         continue;
       }
-      const auto warn = [&](const std::string& what) {
-        messages.post(Severity::warning, "pack_refused",
-                      "the pack " + text::quote(file.string()) + " was left out: " + what, "packs");
-      };
+      const auto warn = [&](const std::string& what) { refuse(file, what); };
       std::vector<PackFault> faults;
       auto pack = read_pack(file, read_plain, &faults);
       if (!pack.ok()) {

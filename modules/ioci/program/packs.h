@@ -31,6 +31,10 @@ using ReadPack = std::function<Result<std::string>(const std::filesystem::path&,
     const std::filesystem::path&, const ReadPack& read,
     std::vector<program_post::PackFault>* faults = nullptr);
 
+/// What is wrong with a pack, that is a file or a folder, one by one; empty = nothing, or it cannot
+/// be read at all.
+[[nodiscard]] std::vector<program_post::PackFault> pack_faults(std::filesystem::path);
+
 /// Adds the target of a pack. A pack takes the place of one of the same name where it may, but of
 /// nothing else. Gives its name.
 Result<std::string> add_pack(Registry&, const std::filesystem::path&,

@@ -438,6 +438,22 @@ Result<std::shared_ptr<const CompiledProgram>> flatten_it(CommandContext& ctx, c
   return std::shared_ptr<const CompiledProgram>(std::move(tables));
 }
 
+/// The place that an error of a run tells as "file:line:column"; nothing = it tells none.
+std::optional<rmp_span> place_in(const rmp_code& code, std::string_view where) {
+  const auto words = text::split(where, ':');
+  if (words.size() < 3) return std::nullopt;
+  const auto line = text::read_int(words[words.size() - 2]);
+  const auto column = text::read_int(words[words.size() - 1]);
+  if (!line || !column || *line < 1 || *column < 1) return std::nullopt;
+  std::string_view file = words[words.size() - 3];
+  file.remove_prefix(std::min(file.rfind(' ') + 1, file.size()));  // behind "program ..., "
+  for (std::uint32_t i = 0; i < code.files.count; ++i)
+    if (row<rmp_code_file>(code.files, i).name == file)
+      return rmp_span{i, static_cast<std::uint32_t>(*line), static_cast<std::uint32_t>(*column), 0,
+                      0};
+  return std::nullopt;
+}
+
 /// What program.check_run says of the program: in its world, or alone with the robot.
 Result<Map> run_of(CommandContext& ctx, const Map& args) {
   Map asked{{"id", *args.find("id")}};
@@ -468,9 +484,17 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   const bool falls_back = form == "automatic" && takes_flat && takes_structure && out.errors() > 0;
   if (out.form.empty() || falls_back) {
     auto flattened = flatten_it(ctx, args, made);
-    if (!flattened.ok() && !falls_back)
-      return std::move(flattened).error().in(name_in(ctx, ref(args, "id")));
-    if (flattened.ok()) {
+    if (!flattened.ok() && !falls_back) {
+      // Where faults are asked for, it is one of them: the program's, not the command's.
+      const bool is_of_program = (flattened.error().code == ErrorCode::unsupported ||
+                                  flattened.error().code == ErrorCode::invalid_argument) &&
+                                 place_in(code, flattened.error().where);
+      if (!flag(args, "check") || !is_of_program)
+        return std::move(flattened).error().in(name_in(ctx, ref(args, "id")));
+      out.form = "flat";
+      out.faults.push_back({RMP_FAULT_ERROR, *place_in(code, flattened.error().where),
+                            flattened.error().message, flattened.error().hint});
+    } else if (flattened.ok()) {
       flat = std::move(flattened).value();
       Collected other;
       RMP_TRY(write_one(ctx, asked, flat->code(), kPostFlat, other));
@@ -484,7 +508,9 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
       }
       if (!falls_back || other.errors() == 0) out = std::move(other);
     } else {
-      out.faults.push_back({RMP_FAULT_NOTE, row<rmp_code_routine>(code.routines, 0).span,
+      out.faults.push_back({RMP_FAULT_NOTE,
+                            place_in(code, flattened.error().where)
+                                .value_or(row<rmp_code_routine>(code.routines, 0).span),
                             "the program cannot be flattened either: " + flattened.error().message,
                             flattened.error().hint});
     }
