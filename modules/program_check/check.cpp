@@ -78,8 +78,12 @@ class Checker {
     index();
     for (std::size_t i = 0; i < out_.motions.size(); ++i) motion_faults(i);
     for (std::size_t r = 0; r < told_.robots.size(); ++r) {
-      if (motions_of_[r].empty()) continue;
+      const bool is_additional =
+          motions_of_[r].empty() &&
+          std::find(told_.additional.begin(), told_.additional.end(), r) != told_.additional.end();
+      if (motions_of_[r].empty() && !is_additional) continue;
       RMP_TRY(limits(r));
+      if (is_additional) continue;
       controller_limits(r);
       RMP_TRY(straight_motions(r));
     }
@@ -125,6 +129,16 @@ class Checker {
              row < rows && time()[row] <= m.end + kSame; ++row)
           motion_at_[r][row] = i;
       }
+    // What its additional joints move goes along with the motions of its arms.
+    for (const std::size_t r : told_.additional) {
+      if (r >= told_.robots.size() || !motions_of_[r].empty()) continue;
+      for (std::size_t i = 0; i < out_.motions.size(); ++i) {
+        const InspectedMotion& m = out_.motions[i].motion;
+        for (std::size_t row = first_row(m.start - kSame);
+             row < rows && time()[row] <= m.end + kSame; ++row)
+          motion_at_[r][row] = i;
+      }
+    }
   }
   [[nodiscard]] std::size_t first_row(double t) const {
     return static_cast<std::size_t>(std::lower_bound(time().begin(), time().end(), t) -
@@ -252,6 +266,20 @@ class Checker {
                                       {&JointModel::max_acceleration, "acceleration"},
                                       {&JointModel::max_force, "torque"}})
       if (!limited(limit)) unlimited.emplace_back(what);
+    if (std::any_of(joints.begin(), joints.end(),
+                    [](const JointModel& j) { return std::isfinite(j.max_jerk); }))
+      out_.not_checked.push_back("Jerk: joints of " + name +
+                                 " have limits of it, and a run has no column of it.");
+    for (const auto& [limit, what] : {std::pair{&JointModel::max_velocity, "velocity"},
+                                      {&JointModel::max_acceleration, "acceleration"},
+                                      {&JointModel::max_force, "torque"}}) {
+      std::vector<std::string> without;
+      for (std::size_t j = 0; j < joints.size(); ++j)
+        if (!std::isfinite(joints[j].*limit)) without.push_back(std::to_string(j + 1));
+      if (!without.empty() && without.size() < joints.size())
+        out_.not_checked.push_back("Without a limit of the " + std::string(what) + ", of " + name +
+                                   ": joint " + text::enumerate(without) + ".");
+    }
     if (!unlimited.empty())
       out_.not_checked.push_back("No joint of " + name + " has a limit of its " +
                                  text::enumerate(unlimited) +
@@ -292,7 +320,7 @@ class Checker {
         for (std::size_t row = 0; row < rows; ++row) {
           const std::size_t i = motion_at_[r][row];
           if (i == kNone || is_jump_[row] || !out_.motions[i].motion.is_carried_out) continue;
-          if (is_rate && c->upper > 0) {
+          if (is_rate && c->upper > 0 && out_.motions[i].motion.robot == r) {
             const double share = std::fabs(c->values[row]) / c->upper;
             if (share > out_.motions[i].utilisation) {
               out_.motions[i].utilisation = share;
@@ -324,7 +352,8 @@ class Checker {
                       ", " + unit.text(f.excess) + " beyond its limit of " +
                       unit.text(is_of_place ? f.limit : std::fabs(f.limit));
           f.hint = q.hint;
-          place_of_tip(r, row, f);
+          f.robot = name;
+          place_of_tip(out_.motions[i].motion.robot, row, f);
           add(std::move(f));
         }
       }
@@ -336,6 +365,10 @@ class Checker {
     const std::string& name = robot(r).name;
     for (const AxisLimit& axis : options_.axes) {
       const Column* c = out_.recording->find(name + ".q" + std::to_string(axis.joint + 1));
+      if (!c)
+        out_.not_checked.push_back(
+            "Axis " + axis.name + " of controller " + quote(options_.controller) + " is of joint " +
+            std::to_string(axis.joint + 1) + ", which " + name + " does not have.");
       if (!c || !(axis.lower < axis.upper)) continue;
       const double unit = c->unit == "rad" ? kDegree : 1e3;
       std::map<std::size_t, std::pair<std::size_t, double>> worst;
@@ -530,6 +563,14 @@ class Checker {
         if (found->clearance[row] < m.clearance)
           m.clearance = found->clearance[row], m.nearest = found->nearest[row];
       }
+    if (out_.motions.empty()) {
+      if (!found->touches.empty())
+        out_.not_checked.push_back(
+            "Contacts are faults of the programs and tasks that move something, and this one moves "
+            "nothing: " +
+            std::to_string(found->touches.size()) + " were found.");
+      return keep_clearance(std::move(found->clearance));
+    }
     for (const Touch& t : found->touches) {
       const std::size_t row = std::min(first_row(t.at - kSame), is_jump_.size() - 1);
       // What a jump passes through says nothing; what it ends in does.
@@ -566,8 +607,11 @@ class Checker {
                           : "Move the target away, or give a smaller clearance.";
       add(std::move(f));
     }
+    return keep_clearance(std::move(found->clearance));
+  }
+  Result<void> keep_clearance(std::vector<double> clearance) {
     Column c{"clearance", "m", "least distance of bodies that are not meant to touch",
-             found->clearance};
+             std::move(clearance)};
     c.lower = options_.clearance;
     Recording with = *out_.recording;
     std::erase_if(with.columns, [](const Column& x) { return x.name == "clearance"; });
@@ -614,6 +658,26 @@ class Checker {
     }
   }
 
+  /// What others move, whose limits are not this program's.
+  void others() {
+    std::vector<std::string> names;
+    for (std::size_t r = 0; r < told_.robots.size(); ++r) {
+      if (!motions_of_[r].empty() ||
+          std::find(told_.additional.begin(), told_.additional.end(), r) != told_.additional.end())
+        continue;
+      const std::size_t n = robot(r).model->coordinate_count();
+      bool moves = false;
+      for (std::size_t j = 0; j < n && !moves; ++j)
+        if (const Column* c = out_.recording->find(robot(r).name + ".q" + std::to_string(j + 1)))
+          moves = std::any_of(c->values.begin(), c->values.end(),
+                              [&](double v) { return std::fabs(v - c->values.front()) > 1e-9; });
+      if (moves) names.push_back(robot(r).name);
+    }
+    if (!names.empty())
+      out_.not_checked.push_back("Limits of " + text::enumerate(names) +
+                                 ", which other programs or tasks move.");
+  }
+
   void finish() {
     if (!told_.run_error.empty())
       out_.not_checked.push_back("The run ended early: " + told_.run_error);
@@ -637,6 +701,11 @@ class Checker {
     if (failed)
       out_.not_checked.push_back("The cycle time lacks " + std::to_string(failed) +
                                  " motions that could not be carried out.");
+    if (told_.events_left_out)
+      out_.not_checked.push_back(std::to_string(told_.events_left_out) +
+                                 " events behind the first " + std::to_string(told_.events.size()) +
+                                 ".");
+    others();
     if (told_.motions_left_out)
       out_.not_checked.push_back(std::to_string(told_.motions_left_out) +
                                  " motions behind the first " +

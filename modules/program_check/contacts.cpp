@@ -12,6 +12,7 @@
 #include "evaluation/payload.h"
 #include "kernel/text.h"
 #include "program_check/check.h"
+#include "robotics/singularity.h"
 
 namespace robomosp::program_check {
 namespace {
@@ -49,8 +50,32 @@ Result<collision::ObjectPlaces> places_at(const model::World& world, const Recor
 struct Stretch {
   std::size_t first = 0, last = 0, worst = 0;
   double distance = 0;
+  double placed_at = 0;  ///< distance, of whatever sign, where the position is from
   Vec3 position{};
 };
+
+/// No point of two bodies comes nearer to the other by more than this from a row to the next: what
+/// each robot's joints do, at its whole reach, added up over the robots [m].
+template <class At>
+double most_way(const CollisionModel& model, At&& at, std::size_t row) {
+  const auto now = at(row), next = at(row + 1);
+  double out = 0;
+  for (const auto& robot : model.robots()) {
+    const RobotModel& m = *robot.model;
+    double reach = m.tips.empty() ? 0 : robotics::reach(m, 0);
+    double body = 0;
+    for (const auto& b : model.bodies())
+      if (b.robot >= 0 && model.robots()[static_cast<std::size_t>(b.robot)].name == robot.name)
+        body = std::max(body, b.reach);
+    reach += body;
+    for (std::size_t j = 0; j < m.joints.size() && m.is_simple(); ++j) {
+      const double d = std::fabs(next[robot.first + j] - now[robot.first + j]);
+      out += d * (m.joints[j].type == JointType::revolute ? reach : 1.0);
+    }
+    if (!m.is_simple()) out = std::numeric_limits<double>::infinity();
+  }
+  return out;
+}
 
 /// The object that a body is, where it is one of the world.
 std::string object_of(const collision::CollisionBody& b) {
@@ -83,12 +108,16 @@ Result<Contacts> contacts(const sim::Simulator& sim, const Recording& r, const O
     const auto& b = model.bodies()[static_cast<std::size_t>(c.pair.b)];
     const auto key = a.name < b.name ? std::pair(a.name, b.name) : std::pair(b.name, a.name);
     auto& all = found[key];
-    if (all.empty() || all.back().last + 1 < row) all.push_back({row, row, row, c.at.distance, {}});
+    if (all.empty() || all.back().last + 1 < row)
+      all.push_back({row, row, row, c.at.distance, 0, {}});
     Stretch& s = all.back();
-    if (row == s.first || c.at.distance < s.distance) {
-      s.worst = row, s.distance = c.at.distance;
+    // Of bodies deep in each other the nearest points may be anywhere: where they begin to touch is
+    // where they do.
+    if (row == s.first || std::fabs(c.at.distance) < s.placed_at) {
+      s.placed_at = std::fabs(c.at.distance);
       for (std::size_t k = 0; k < 3; ++k) s.position[k] = 0.5 * (c.at.on_a[k] + c.at.on_b[k]);
     }
+    if (row == s.first || c.at.distance < s.distance) s.worst = row, s.distance = c.at.distance;
     s.last = row;
     const auto robot = [&](const collision::CollisionBody& x) {
       return x.robot < 0 ? std::string() : model.robots()[static_cast<std::size_t>(x.robot)].name;
@@ -105,6 +134,19 @@ Result<Contacts> contacts(const sim::Simulator& sim, const Recording& r, const O
     if (i == 0 && !model->shapeless().empty())
       out.notes.push_back(
           "Without a shape, and so never in contact: " + text::enumerate(model->shapeless()) + ".");
+    if (i == 0) {
+      std::vector<std::string> passed;
+      for (const auto& p : model->passed())
+        if (p.reason == collision::PairReason::rule) passed.push_back(model->describe(p.pair));
+      constexpr std::size_t kMost = 10;
+      const std::size_t count = passed.size();
+      if (count > kMost) passed.resize(kMost);
+      if (count > 0)
+        out.notes.push_back(
+            "Allowed to touch by rules of the world or robot: " + text::enumerate(passed) +
+            (count > kMost ? ", and " + std::to_string(count - kMost) + " others" : std::string()) +
+            ".");
+    }
     unchecked_pairs = model->pairs().size();
     if (model->pairs().empty()) continue;
     RMP_TRY_ASSIGN(const auto q, collision::configurations(*model, r));
@@ -130,15 +172,19 @@ Result<Contacts> contacts(const sim::Simulator& sim, const Recording& r, const O
         for (const Contact& one : near) add(*model, one, row);
       }
     }
-    // Between rows that are near each other's bodies, as the joints go evenly.
+    // Between rows, as the joints go evenly: where bodies are nearer than they may come to each
+    // other until the next row, and at least where they are near.
     constexpr double kNear = 0.05;  // [m]
+    const auto quiet = [&](std::size_t k) { return out.clearance[k] > options.touch; };
+    const auto may_meet = [&](std::size_t k) {  // between k and k + 1
+      const double near = std::min(out.clearance[k], out.clearance[k + 1]);
+      return quiet(k) && quiet(k + 1) && !is_jump[k] && !is_jump[k + 1] &&
+             (near < kNear || out.clearance[k] + out.clearance[k + 1] < most_way(*model, at, k));
+    };
     for (std::size_t row = begin; row + 1 < end; ++row) {
-      const auto quiet = [&](std::size_t k) {
-        return out.clearance[k] > options.touch && out.clearance[k] < kNear;
-      };
-      if (!quiet(row) || !quiet(row + 1) || is_jump[row] || is_jump[row + 1]) continue;
+      if (!may_meet(row)) continue;
       std::size_t last = row + 1;
-      while (last + 1 < end && quiet(last + 1) && !is_jump[last + 1]) ++last;
+      while (last + 1 < end && may_meet(last)) ++last;
       RMP_TRY_ASSIGN(const auto contact,
                      model->check_path(std::span(q).subspan(row * width, (last + 1 - row) * width),
                                        options.touch, progress));
@@ -166,7 +212,8 @@ Result<Contacts> contacts(const sim::Simulator& sim, const Recording& r, const O
         const bool touches_putting = from <= load.to + slack && to >= load.to - slack;
         if (other_robot == load.robot) {  // also by what else it holds, such as a rod
           is_meant = is_meant || touches_taking || touches_putting;
-        } else if (!other_object.empty()) {
+        } else if (!other_object.empty() || !other_robot.empty()) {
+          // What it lies on may be a robot, too: a belt, or who hands it over.
           is_meant = is_meant || touches_taking ||
                      (touches_putting && s.distance >= -kSupport - kTolerance);
         }

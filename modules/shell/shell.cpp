@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -376,7 +377,7 @@ int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
 /// What `robomosp post` was asked for.
 struct PostSettings {
   std::string file, target, profile, robot, folder, form = "automatic", name, templates;
-  std::string world, side_by_side;
+  std::string world, side_by_side, picture, plot;
   bool check = false, run_check = false, overwrite = false;
 };
 
@@ -451,6 +452,46 @@ int compare_posts(Program& p, const Settings& s, const Voice& voice, const PostS
   return is_correct ? 0 : 1;
 }
 
+/// The program of the file, and the world that has it, of a script that makes both: its bindings
+/// count, and what runs beside it. A script whose worlds have no program of that file gives its
+/// only world this one. What the script prints goes to standard error.
+Result<std::pair<Value, Value>> cell_of_script(Program& p, const PostSettings& how) {
+  p.printed = [](std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); };
+  RMP_TRY(p.lua->run_file(how.world));
+  const auto ask = [&](const char* command, const Map& args) {
+    return p.app->dispatch(*p.session, command, args);
+  };
+  const std::string wanted = std::filesystem::path(how.file).filename().string();
+  RMP_TRY_ASSIGN(const Value worlds, ask("world.list", Map{}));
+  std::vector<std::pair<Value, Value>> found;
+  for (const Value& world : *worlds.as_list()) {
+    RMP_TRY_ASSIGN(const Value programs, ask("world.programs", Map{{"id", world}}));
+    for (const Value& each : *programs.as_list()) {
+      RMP_TRY_ASSIGN(const Value id,
+                     ask("program.get", Map{{"name", *each.as_map()->find("program")}}));
+      RMP_TRY_ASSIGN(const Value files, ask("program.files", Map{{"id", id}}));
+      const List& all = *files.as_list();
+      if (!all.empty() && *all.front().as_map()->find("name")->as_string() == wanted)
+        found.emplace_back(id, world);
+    }
+  }
+  if (found.size() == 1) return found.front();
+  if (!found.empty())
+    return error(ErrorCode::conflict,
+                 "the script has " + std::to_string(found.size()) + " programs of the file " +
+                     text::quote(wanted) + " in its worlds",
+                 "Let it make one.", how.world);
+  if (worlds.as_list()->size() != 1)
+    return error(ErrorCode::not_found,
+                 "the script makes " + std::to_string(worlds.as_list()->size()) +
+                     " worlds, and none has a program of the file " + text::quote(wanted),
+                 "Let it make one world, or place the program with world.add_program.", how.world);
+  const Value& world = worlds.as_list()->front();
+  RMP_TRY_ASSIGN(const Value id, ask("program.import", Map{{"file", how.file}}));
+  RMP_TRY(ask("world.add_program", Map{{"id", world}, {"program", id}}));
+  return std::pair(id, world);
+}
+
 /// Posts a program to the files of a controller; its faults go to standard error, a line each.
 int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   Program p;
@@ -466,7 +507,16 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
     if (!added.ok()) return fail_post(voice, added.error());
     args.set("target", *added);
   }
-  auto program = ask("program.import", Map{{"file", how.file}});
+  const bool is_script = how.world.ends_with(".lua");
+  Result<Value> program = Value();
+  if (is_script) {
+    auto found = cell_of_script(p, how);
+    if (!found.ok()) return voice.fail(found.error(), p.lua->traceback());
+    program = found->first;
+    args.set("world", found->second);
+  } else {
+    program = ask("program.import", Map{{"file", how.file}});
+  }
   if (!program.ok()) return fail_post(voice, program.error());
   args.set("id", *program);
   // A source with errors is told whole, before anything else.
@@ -500,7 +550,7 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
       args.set("robot", *found);
     }
   }
-  if (!how.world.empty()) {
+  if (!how.world.empty() && !is_script) {
     auto loaded = ask("file.load", Map{{"file", how.world}});
     if (!loaded.ok()) return fail_post(voice, loaded.error());
     auto placed = ask("world.add_program", Map{{"id", *loaded}, {"program", *program}});
@@ -511,6 +561,8 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   if (!how.folder.empty()) args.set("folder", how.folder);
   if (!how.name.empty()) args.set("name", how.name);
   args.set("run_check", how.run_check);
+  if (!how.picture.empty()) args.set("picture", how.picture);
+  if (!how.plot.empty()) args.set("plot", how.plot);
   args.set("form", how.form);
   args.set("overwrite", how.overwrite);
   // All faults are wanted, not the first: what is wrong is looked for before anything is written.
@@ -521,6 +573,9 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   const bool is_correct = *found.find("correct")->as_bool();
   if (is_correct && !how.check && !how.folder.empty()) {
     args.set("check", false);
+    args.set("run_check", false);  // it has just been correct
+    args.erase("picture");
+    args.erase("plot");
     posted = ask("program.post", args);
     if (!posted.ok()) return fail_post(voice, posted.error());
   }
@@ -529,6 +584,9 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
     return is_correct ? 0 : 1;
   }
   tell_faults(s, *found.find("faults")->as_list());
+  if (const Value* run = found.find("run"); run && !s.quiet)
+    for (const Value& each : *run->as_map()->find("not_checked")->as_list())
+      std::fprintf(stderr, "not checked: %s\n", text::visible(*each.as_string()).c_str());
   if (!is_correct) return 1;
   const Map written = *posted->as_map();
   for (const Value& each : *written.find("files")->as_list()) {
@@ -1272,7 +1330,14 @@ int shell_main(int argc, char** argv) {
   post->add_flag(
       "--run-check", posted.run_check,
       "Check it by a run, in the world or alone with the robot; post nothing with errors");
-  post->add_option("--world", posted.world, "World that it runs in: a .wld file");
+  post->add_option("--world", posted.world,
+                   "World that it runs in: a .wld file, or a .lua script that makes it");
+  CLI::Option* const is_run = post->get_option("--run-check");
+  post->add_option("--picture", posted.picture, "With --run-check: the tool's way, a .png file")
+      ->needs(is_run);
+  post->add_option("--plot", posted.plot,
+                   "With --run-check: joints against their limits, .svg, .png or .pdf")
+      ->needs(is_run);
   post->add_option(
       "--side-by-side", posted.side_by_side,
       "Page with the code of several targets (--target krl,rapid): .html, .md or .txt");

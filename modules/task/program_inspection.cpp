@@ -22,7 +22,10 @@ void ProgramActor::tell(InspectedEvent::Kind kind, ProgramPlace where, std::stri
                         std::string hint, std::vector<std::string> signals) {
   constexpr std::size_t kMost = 10'000;
   auto& all = inspection_->events;
-  if (all.size() >= kMost) return;
+  if (all.size() >= kMost) {
+    ++inspection_->events_left_out;
+    return;
+  }
   all.push_back({kind, std::move(where), std::move(message), std::move(hint), std::move(signals)});
 }
 

@@ -101,7 +101,9 @@ struct ProgramInspection {
   std::vector<InspectedRobot> robots;
   std::vector<InspectedMotion> motions;
   std::vector<InspectedEvent> events;
+  std::vector<std::size_t> additional;  ///< rows of the robots that its additional joints move
   std::size_t motions_left_out = 0;
+  std::size_t events_left_out = 0;
   std::size_t motions_slowed = 0;           ///< by most_speed
   std::optional<program::Machine> machine;  ///< as it is at the end
   double end = 0;                           ///< of the program [s]

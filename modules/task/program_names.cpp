@@ -170,6 +170,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
                  "leaves it to the program alone.",
                  where);
   for (const model::ProgramBinding& b : placed.bindings) {
+    if (gives_value(b.kind)) continue;  // the compiled program has it
     if (b.kind == BindingKind::joint || (b.kind == BindingKind::grip && text::read_int(b.name))) {
       const auto number = text::read_int(b.name);
       if (!number || *number < 1 || *number > 100)
@@ -234,6 +235,8 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
   if (wanted.inspection) {
     out.inspection_ = std::move(wanted.inspection);
     out.machine_.keep_journal();
+    for (const auto& [number, use] : out.names_->joints)
+      if (!use.is_grip) out.inspection_->additional.push_back(use.at);
     for (const auto& a : x.actors_)
       out.inspection_->robots.push_back({a.placed->name, a.model, a.world_T_base, a.record->ik});
   }

@@ -177,6 +177,13 @@ bool Checker::run() {
   symbol_names_.push_back(kNone);
   check_unit(main, scope);
   if (is_cancelled_) return false;
+  is_given_.resize(given_.size());
+  s_ = &main;
+  for (std::size_t i = 0; i < given_.size(); ++i)
+    if (!is_given_[i])
+      fail(main.nodes[0],
+           "the program declares no " + std::string(given_[i].name) + ", which is given a value",
+           "Declare it in the program, behind VAR or CONST.");
 
   // Taught values.
   s_ = &main;
@@ -529,11 +536,91 @@ void Checker::variables(const Node& section) {
       if (is_constant && (t == RMP_TYPE_FILE || t == RMP_TYPE_TEXT || t == RMP_TYPE_SEMAPHORE))
         fail(n, shown(t) + " cannot be constant", "Declare it as a variable, behind VAR.");
       if (s == kNone) continue;
+      if (!given_.empty() && routine_ == kNone && out_.scopes[scope_].kind == RMP_SCOPE_PROGRAM)
+        value = given(n, t, value);
       out_.symbols[s].value = value;
       if (is_constant && value != kNone)
         out_.symbols[s].constant = out_.expressions[value].constant;
     }
   }
+}
+
+Id Checker::given(const Node& n, Id type, Id value) {
+  const std::string name = upper(written(n));
+  is_given_.resize(given_.size());
+  for (std::size_t i = 0; i < given_.size(); ++i) {
+    const GivenValue& g = given_[i];
+    if (upper(g.name) != name) continue;
+    is_given_[i] = true;
+    const std::string what = "the value that " + written(n) + " is given";
+    if (type == kBad) continue;
+    if (type == RMP_TYPE_SEMAPHORE || type == RMP_TYPE_FILE || type == RMP_TYPE_TEXT) {
+      fail(n, written(n) + " is given a value, and " + shown(type) + " takes none");
+      continue;
+    }
+    // The part of a record that its declaration makes.
+    Id wanted = type, part = kNone;
+    if (!g.field.empty()) {
+      const std::string field = upper(g.field);
+      const rmp_code_type t = out_.types[type];
+      for (Id k = 0; t.kind == RMP_TYPE_RECORD && k < t.field_count; ++k)
+        if (upper(out_.fields[t.first_field + k].name) == field) {
+          part = k;
+          wanted = out_.fields[t.first_field + k].type;
+        }
+      if (part == kNone) {
+        fail(n, shown(type) + " has no field " + std::string(g.field) + ", which is given a value");
+        continue;
+      }
+      if (value == kNone || out_.expressions[value].op != RMP_EXPR_MAKE ||
+          out_.expressions[value].count != t.field_count) {
+        fail(n,
+             std::string(g.field) + " of " + written(n) +
+                 " is given a value, and its declaration gives the others none",
+             "Such as: ROBTARGET: " + written(n) +
+                 " := ROBTARGET(place, -1, [-128, -128], "
+                 "ADD_JOINT(0.0));");
+        continue;
+      }
+    }
+    if (!given_source_) {
+      for (const GivenValue& one : given_) {
+        std::string line = std::string(one.name) + " := " + std::string(one.text) + ";";
+        std::replace(line.begin(), line.end(), '\n', ' ');
+        given_text_ += line + "\n";
+      }
+      given_source_ = &load("given values", given_text_, Unit::data_list);
+    }
+    Source* const before = s_;
+    s_ = given_source_;
+    Id text = kNone;
+    if (!s_->nodes.empty() && s_->nodes[0].first != kNone)
+      for (Id a = at(s_->nodes[0].first).first; a != kNone; a = at(a).next)
+        if (at(a).kind == N::assign && s_->tokens[at(a).token].line == i + 1)
+          text = at(at(a).first).next;
+    Id made = kNone;
+    if (text != kNone) {
+      made = component(text, wanted, what);
+      if (type_of(made) != kBad && !is_pure(made))
+        fail(at(text), what + " is not known before the program runs",
+             "It is made of numbers, constants and functions of the language.");
+    }
+    s_ = before;
+    if (made == kNone) {
+      if (faults_.errors() == 0) fail(n, what + " is no expression: " + std::string(g.text));
+      continue;
+    }
+    if (part == kNone) {
+      value = made;
+      continue;
+    }
+    const rmp_code_expression old = out_.expressions[value];
+    std::vector<Id> parts;
+    for (Id k = 0; k < old.count; ++k) parts.push_back(out_.links[old.first + k]);
+    parts[part] = made;
+    value = add_with(RMP_EXPR_MAKE, type, old.span, parts);
+  }
+  return value;
 }
 
 void Checker::types(const Node& section) {

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include <robomosp/sdk/language.h>
 #include <robomosp/sdk/program_tables.h>
 
 #include "intrinsics.h"
@@ -37,6 +38,8 @@ class Checker {
   using Id = std::uint32_t;
   Checker(ProgramTables& out, Names& names, Faults& faults, std::span<const SourceFile> files,
           Progress& progress);
+  /// Before run(): what the program's variables and constants begin with.
+  void give(std::span<const GivenValue> values) { given_ = values; }
   /// Reads and checks the first file and what it names. False = it was cancelled.
   bool run();
 
@@ -74,6 +77,8 @@ class Checker {
   [[nodiscard]] std::string suggestion(std::uint32_t name) const;
   void sections(Id first);
   void variables(const Node& section);
+  /// What the declarator begins with: its own value, or one that is given.
+  Id given(const Node& declarator, Id type, Id value);
   void types(const Node& section);
   void signals(const Node& section);
   void routine_head(const Node& n);
@@ -175,6 +180,10 @@ class Checker {
   std::unordered_map<std::uint32_t, std::pair<Id, Id>> labels_;  ///< name -> symbol, block
   bool is_cancelled_ = false;
   std::vector<Use>* uses_ = nullptr;
+  std::span<const GivenValue> given_;
+  std::string given_text_;          ///< a line each
+  Source* given_source_ = nullptr;  ///< once the first was asked for
+  std::vector<bool> is_given_;      ///< whether a declaration took it
   Depth depth_ = Depth::all;
 };
 

@@ -15,7 +15,8 @@ constexpr std::size_t kMostBytes = std::size_t{64} << 20;
 }  // namespace
 
 Result<std::unique_ptr<ProgramTables>> compile(std::span<const SourceFile> files,
-                                               Progress& progress) {
+                                               Progress& progress,
+                                               std::span<const GivenValue> values) {
   if (files.empty())
     return error(ErrorCode::invalid_argument, "there is no file to compile",
                  "Give the program's source.");
@@ -24,10 +25,16 @@ Result<std::unique_ptr<ProgramTables>> compile(std::span<const SourceFile> files
       return error(ErrorCode::unsupported,
                    "the source has more than " + std::to_string(kMostBytes) + " bytes",
                    "Split it over modules.", std::string(f.name));
+  for (const GivenValue& v : values)
+    if (v.text.size() > kMostBytes)
+      return error(ErrorCode::unsupported,
+                   "the value has more than " + std::to_string(kMostBytes) + " bytes", {},
+                   std::string(v.name));
   auto out = std::make_unique<ProgramTables>();
   Names names;
   Faults faults;
   Checker checker(*out, names, faults, files, progress);
+  checker.give(values);
   if (!checker.run()) return error(ErrorCode::cancelled, "the compiler was stopped");
   std::stable_sort(faults.all.begin(), faults.all.end(), [](const Fault& a, const Fault& b) {
     return std::pair(a.file, a.at.begin) < std::pair(b.file, b.at.begin);

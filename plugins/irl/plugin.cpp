@@ -22,6 +22,7 @@ class Editing final : public LanguageEditing {
 class Irl final : public Language {
  public:
   [[nodiscard]] const void* extension(const char* id) const override {
+    if (id && std::string_view(id) == kGivenValues) return this;
     return id && std::string_view(id) == LanguageEditing::kExtensionId
                ? static_cast<const LanguageEditing*>(&editing_)
                : nullptr;
@@ -32,7 +33,8 @@ class Irl final : public Language {
   }
   Result<std::unique_ptr<CompiledProgram>> compile(const LanguageTask& task, const Params&,
                                                    Progress& progress) const override {
-    RMP_TRY_ASSIGN(auto tables, irl::compile(task.files, progress));
+    const auto values = RMP_HAS(&task, values) ? task.values : std::span<const GivenValue>();
+    RMP_TRY_ASSIGN(auto tables, irl::compile(task.files, progress, values));
     return std::unique_ptr<CompiledProgram>(std::move(tables));
   }
 

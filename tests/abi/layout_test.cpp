@@ -1018,9 +1018,15 @@ void programs(std::ostringstream& out) {
   FIELD(SourceFile, name);
   FIELD(SourceFile, text);
   FIELD(SourceFile, room);
+  TYPE(GivenValue);
+  FIELD(GivenValue, name);
+  FIELD(GivenValue, field);
+  FIELD(GivenValue, text);
+  FIELD(GivenValue, room);
   TYPE(LanguageTask);
   FIELD(LanguageTask, struct_size);
   FIELD(LanguageTask, files);
+  FIELD(LanguageTask, values);
   TYPE(CompiledProgram);
   VIRTUAL(CompiledProgram, extension);
   VIRTUAL(CompiledProgram, code);

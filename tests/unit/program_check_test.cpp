@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a program's check by a run finds, where it says it is, and that it changes nothing.
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -44,6 +47,58 @@ class ProgramCheck : public test::CommandTest {
     for (const Value& f : *at(checked, "faults").as_list())
       if (*at(f, "kind").as_string() == kind) out += std::to_string(*at(f, "line").as_int()) + " ";
     return out;
+  }
+  /// The fault of a kind, the only one; nil = there is none, or more.
+  static Value only(const Value& checked, const std::string& kind) {
+    Value out;
+    std::size_t count = 0;
+    for (const Value& f : *at(checked, "faults").as_list())
+      if (*at(f, "kind").as_string() == kind) out = f, ++count;
+    EXPECT_EQ(count, 1U) << kind << "\n" << report(checked);
+    return count == 1 ? out : Value();
+  }
+  static void expect_none(const Value& checked, const std::string& kind) {
+    EXPECT_EQ(lines(checked, kind), "") << report(checked);
+  }
+  static std::string report(const Value& checked) { return *at(checked, "report").as_string(); }
+  /// What a fault compares; nan = it is none.
+  static double number(const Value& fault, const char* key) {
+    const Map* m = fault.as_map();
+    const Value* v = m ? m->find(key) : nullptr;
+    return v && v->is_number() ? v->number() : std::numeric_limits<double>::quiet_NaN();
+  }
+  static bool says(const Value& checked, const std::string& words) {
+    for (const Value& n : *at(checked, "not_checked").as_list())
+      if (n.as_string()->find(words) != std::string::npos) return true;
+    return false;
+  }
+  /// A cell of its own for an arm; program() then puts programs into it.
+  void use(const Value& arm, const std::string& name) {
+    cell_ = call("world.create", {{"name", name}});
+    call("world.add_robot", {{"id", cell_}, {"robot", arm}, {"name", std::string("ur5")}});
+  }
+  Value copy(const std::string& name, const std::string& of = "ur5") {
+    return call("robot.duplicate", {{"id", call("robot.get", {{"name", of}})}, {"name", name}});
+  }
+  Value put_with(const std::string& declarations, const std::string& body) {
+    const Value p =
+        call("program.create",
+             {{"name", "job" + std::to_string(++made_)},
+              {"source", "PROGRAM job;\n" + declarations + "BEGIN\n" + body + "ENDPROGRAM;\n"}});
+    call("world.add_program", {{"id", cell_}, {"program", p}});
+    return p;
+  }
+  /// An arc of 120 degrees about the robot's first axis, 500 mm away, the tool turning with it:
+  /// joint 1 alone moves. In line 4.
+  static std::string arc(double speed) {
+    const auto at = [](double degrees) {
+      const double a = degrees * std::numbers::pi / 180;
+      return "POSE(POSITION(" + std::to_string(500 * std::cos(a)) + ", " +
+             std::to_string(500 * std::sin(a)) + ", 300.0), ORIZYX(" + std::to_string(degrees) +
+             ", 180.0, 0.0))";
+    };
+    return "  MOVE PTP " + at(-60) + ";\n  MOVE CIRCLE " + at(0) + ", " + at(60) +
+           " SPEED := " + std::to_string(speed) + ", SPEED_ORI := 400.0;\n";
   }
   Value arm_, cell_;
   int made_ = 0;
@@ -129,6 +184,326 @@ TEST_F(ProgramCheck, APostIsRefusedWithErrorsAndWritesNothing) {
   EXPECT_NE(e.sentence().find("3"), std::string::npos) << e.sentence();
   EXPECT_TRUE(fs::is_empty(folder));
   fs::remove_all(folder);
+}
+
+// Each kind of fault where it is the truth by a number of another source, and where it must not be.
+
+TEST_F(ProgramCheck, SpeedIsThatOfTheToolOverItsRadius) {
+  // 1.047 m of arc under 2.5 m/s^2: no more than sqrt(2.5 * 1.047) m/s is come to, at 0.5 m.
+  const double arc_length = 0.5 * 120 * std::numbers::pi / 180;
+  const double rate = std::sqrt(2.5 * arc_length) / 0.5;
+  const Value f = only(check(put(arc(1800)), {{"sample_time", 0.002}}), "speed");
+  EXPECT_EQ(number(f, "line"), 4);
+  EXPECT_EQ(number(f, "joint"), 1);
+  EXPECT_NEAR(number(f, "value"), rate, 0.006);
+  EXPECT_NEAR(number(f, "limit"), std::numbers::pi, 1e-9);
+  EXPECT_NEAR(number(f, "excess"), number(f, "value") - std::numbers::pi, 1e-9);
+  // 1 m/s at 0.5 m is 2 rad/s.
+  use(arm_, "slower");
+  const Value slow = check(put(arc(1000)), {{"sample_time", 0.002}});
+  expect_none(slow, "speed");
+  const Value& share = at(at(slow, "motions").as_list()->back(), "speed_share");
+  EXPECT_NEAR(*share.as_real(), 2 / std::numbers::pi, 1e-3);
+}
+
+TEST_F(ProgramCheck, AccelerationIsThatOfTheToolOverItsRadius) {
+  const Value arm = copy("quick");
+  call("robot.set_link", {{"id", arm}, {"link", 1}, {"max_acceleration", 4.0}});
+  use(arm, "acceleration");
+  const Value c = check(put(arc(1000)), {{"sample_time", 0.002}});
+  const Value f = only(c, "acceleration");
+  EXPECT_EQ(number(f, "line"), 4);
+  EXPECT_NEAR(number(f, "value"), 2.5 / 0.5, 1e-3);  // of either sign: it brakes as it starts
+  EXPECT_EQ(*at(f, "severity").as_string(), "warning");
+  // The other joints have none, which is said.
+  EXPECT_TRUE(says(c, "acceleration")) << report(c);
+  call("robot.set_link", {{"id", arm}, {"link", 1}, {"max_acceleration", 6.0}});
+  use(arm, "acceleration_within");
+  expect_none(check(put(arc(1000)), {{"sample_time", 0.002}}), "acceleration");
+}
+
+TEST_F(ProgramCheck, TorqueIsWeightTimesLever) {
+  const Value arm = copy("strong");
+  for (int link = 1; link <= 6; ++link)
+    call("robot.set_link", {{"id", arm},
+                            {"link", link},
+                            {"mass", link == 6 ? 5.0 : 0.0},
+                            {"com", List{0.0, 0.0, 0.0}},
+                            {"inertia", List{0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}});
+  call("robot.set_link", {{"id", arm}, {"link", 2}, {"max_force", 30.0}});
+  use(arm, "torque");
+  // So slow that nothing but the weight counts: 5 kg as far from the shoulder as the tool is, which
+  // is where the last link has its origin.
+  const Value p =
+      put("  MOVE PTP MAIN_JOINT(0.0, -0.5, 0.0, 0.0, 0.0, 0.0) SPEED_PTP := 1.0, "
+          "ACC_PTP := 1.0;\n");
+  const Value c = check(p, {{"contacts", false}});
+  const Value f = only(c, "torque");
+  const NumericArray& end = *at(at(c, "motions").as_list()->back(), "end").as_array();
+  EXPECT_NEAR(std::fabs(number(f, "value")), 5 * 9.81 * std::fabs(end[0]), 0.6);
+  EXPECT_GT(std::fabs(end[0]), 0.8);
+  EXPECT_EQ(std::fabs(number(f, "limit")), 30);
+  call("robot.set_link", {{"id", arm}, {"link", 2}, {"max_force", 45.0}});
+  expect_none(check(p, {{"contacts", false}}), "torque");
+  // Not asked for is said.
+  EXPECT_TRUE(says(check(p, {{"torques", false}}), "Torques"));
+}
+
+TEST_F(ProgramCheck, ClearanceAndDepthAreTheDistanceOfTheWalls) {
+  const Value arm = copy("probe");
+  call("robot.add_tool", {{"id", arm},
+                          {"name", std::string("rod_tip")},
+                          {"link", 6},
+                          {"position", List{0.0, 0.0, 0.12}}});
+  const Value rod =
+      call("solid.create",
+           {{"name", std::string("rod")},
+            {"root", Map{{"kind", std::string("cylinder")}, {"radius", 0.012}, {"height", 0.12}}}});
+  const Value wall =
+      call("solid.create",
+           {{"name", std::string("wall")},
+            {"root", Map{{"kind", std::string("box")}, {"x", 0.1}, {"y", 0.02}, {"z", 0.3}}}});
+  const auto beside = [&](double gap) {
+    use(arm, "gap" + std::to_string(++made_));
+    call("world.add_object", {{"id", cell_}, {"what", rod}, {"name", std::string("rod")}});
+    call("world.attach", {{"id", cell_},
+                          {"object", std::string("rod")},
+                          {"robot", std::string("ur5")},
+                          {"link", std::string("rod_tip")},
+                          {"rpy", List{std::numbers::pi, 0.0, 0.0}}});
+    call("world.add_object", {{"id", cell_},
+                              {"what", wall},
+                              {"name", std::string("wall")},
+                              {"position", List{0.4, 0.2 + 0.012 + gap + 0.01, 0.0}}});
+    const Value p = put("  MOVE PTP " + place(400, 200, 400) + ";\n  MOVE LIN " +
+                        place(400, 200, 250) + " SPEED := 200.0;\n");
+    call("program.bind",
+         {{"id", p}, {"kind", std::string("robot")}, {"tool", std::string("rod_tip")}});
+    return check(p);
+  };
+  const Value near = beside(0.003);
+  expect_none(near, "contact");
+  const Value f = only(near, "clearance");
+  EXPECT_EQ(number(f, "line"), 4);
+  EXPECT_NEAR(number(f, "value"), 0.003, 2e-4);
+  EXPECT_EQ(*at(f, "severity").as_string(), "warning");
+  const Value into = beside(-0.002);
+  expect_none(into, "clearance");
+  EXPECT_NEAR(number(only(into, "contact"), "value"), -0.002, 2e-4);
+  EXPECT_FALSE(*at(into, "correct").as_bool());
+  const Value away = beside(0.02);
+  expect_none(away, "contact");
+  expect_none(away, "clearance");
+}
+
+TEST_F(ProgramCheck, AThinWallBetweenTwoRowsIsNotPassed) {
+  // At 1 m/s rows half a second apart are 0.5 m from each other, and so from the wall between.
+  const Value wall =
+      call("solid.create",
+           {{"name", std::string("sheet")},
+            {"root", Map{{"kind", std::string("box")}, {"x", 0.4}, {"y", 0.002}, {"z", 0.6}}}});
+  call("world.add_object", {{"id", cell_}, {"what", wall}, {"position", List{0.55, 0.0, 0.0}}});
+  const Value p = put("  MOVE PTP " + place(500, -350, 300) + ";\n  MOVE LIN " +
+                      place(500, 350, 300) + " SPEED := 1000.0;\n");
+  for (const double step : {0.02, 0.3}) {
+    const Value c = check(p, {{"sample_time", step}});
+    EXPECT_NE(lines(c, "contact").find('4'), std::string::npos) << step << "\n" << report(c);
+  }
+}
+
+TEST_F(ProgramCheck, SingularitiesAndChangesOfTheWristAreWhereJointFiveIsZero) {
+  const Value arm = call("robot.get", {{"name", std::string("kr5")}});
+  const auto down = [&](const std::string& cell) {
+    use(arm, "wrist" + std::to_string(++made_));
+    return check(put_with(
+        "VAR\n"
+        "  POSE: tray := POSE(POSITION(700.0, -200.0, 20.0), ORIZYX(30.0, 0.0, 0.0));\n"
+        "  POSE: grasp := POSE(POSITION(0.0, 0.0, 0.0), ORIZYX(0.0, 180.0, 0.0));\n"
+        "  POSE: higher := POSE(POSITION(0.0, 0.0, 120.0), ORIZYX(0.0, 0.0, 0.0));\n"
+        "  POSE: place;\n",
+        "  place := tray @ POSE(POSITION(" + cell +
+            "), ORIZYX(0.0, 0.0, 0.0));\n  MOVE PTP place @ higher @ grasp;\n  MOVE LIN place @ "
+            "grasp SPEED := 150.0;\n"));
+  };
+  const auto fifth = [&](const Value& c, std::size_t motion) {
+    const Value& row = (*at(c, "targets").as_list())[motion];
+    return (*at(row, "q").as_array())[4];
+  };
+  const Value through = down("0.0, 85.0, 0.0");
+  ASSERT_EQ(at(through, "targets").as_list()->size(), 2U);
+  // The wrist is stretched where the fifth angle changes its sign: it does on the way.
+  EXPECT_LT(fifth(through, 0) * fifth(through, 1), 0);
+  EXPECT_EQ(number(only(through, "configuration"), "line"), 9);
+  EXPECT_GT(number(only(through, "singularity"), "value"), 100);
+  const Value beside = down("330.0, 170.0, 0.0");
+  EXPECT_GT(fifth(beside, 0) * fifth(beside, 1), 0);
+  expect_none(beside, "configuration");
+  expect_none(beside, "singularity");
+}
+
+TEST_F(ProgramCheck, AxesOfTheControllerCount) {
+  const auto profile = [&](const char* name, double lower, std::int64_t joint) {
+    return call("record.create", {{"kind", std::string("controller")},
+                                  {"name", std::string(name)},
+                                  {"fields", Map{{"target", std::string("krl")},
+                                                 {"axes", List{Map{{"name", std::string("A1")},
+                                                                   {"joint", joint},
+                                                                   {"sign", -1},
+                                                                   {"offset", 10.0},
+                                                                   {"lower", lower},
+                                                                   {"upper", 170.0}}}}}}});
+  };
+  call(
+      "world.set_robot_q",
+      {{"id", cell_}, {"robot", std::string("ur5")}, {"q", List{0.0, -1.0, 1.0, -1.5, -1.5, 0.0}}});
+  const Value p = put("  MOVE PTP MAIN_JOINT(30.0, -60.0, 60.0, -90.0, -90.0, 0.0);\n");
+  // -1 * 30 + 10 is -20 degrees.
+  const Value f = only(check(p, {{"profile", profile("narrow", -12, 1)}}), "controller");
+  EXPECT_NEAR(number(f, "value"), -20, 1e-6);
+  EXPECT_NEAR(number(f, "excess"), 8, 1e-6);
+  expect_none(check(p, {{"profile", profile("wide", -30, 1)}}), "controller");
+  // An axis that is of no joint is said.
+  EXPECT_TRUE(says(check(p, {{"profile", profile("seventh", -30, 7)}}), "joint 7"));
+}
+
+TEST_F(ProgramCheck, WaitsWithoutAnEndAndThoseThatRunOut) {
+  call("world.add_signal", {{"id", cell_}, {"name", std::string("go")}});
+  const std::string head = "SIGNAL\n  INPUT BOOL: go AT 1;\n";
+  const Value p = put_with(head, "  WAIT FOR go;\n  WAIT FOR go TIMEOUT 0.5;\n  WAIT 0.1 SEC;\n");
+  const Value alone = check(p);
+  EXPECT_EQ(number(only(alone, "signal"), "line"), 5);
+  const Value late = only(alone, "timeout");
+  EXPECT_EQ(number(late, "line"), 6);
+  EXPECT_NEAR(number(late, "time"), 0.5, 0.021);
+  // The wait itself costs nothing, the other two 0.5 and 0.1 s.
+  EXPECT_NEAR(*at(at(alone, "cycle_time"), "total").as_real(), 0.6, 0.03);
+  // With one that gives it neither is a fault.
+  put_with("SIGNAL\n  OUTPUT BOOL: go AT 1;\n", "  WAIT 0.25 SEC;\n  go := TRUE;\n");
+  const Value both = check(p);
+  expect_none(both, "signal");
+  expect_none(both, "timeout");
+  EXPECT_TRUE(*at(both, "correct").as_bool()) << report(both);
+  // Beside nobody it stands again.
+  EXPECT_FALSE(lines(check(p, {{"alone", true}}), "signal").empty());
+}
+
+TEST_F(ProgramCheck, ASemaphoreThatNobodyReleases) {
+  const Value stuck = check(put_with("VAR\n  SEMAPHORE: s := 0;\n", "  ACQUIRE(s);\n"));
+  EXPECT_EQ(number(only(stuck, "signal"), "line"), 5);
+  const Value free = check(put_with("VAR\n  SEMAPHORE: s := 1;\n", "  ACQUIRE(s);\n"));
+  expect_none(free, "signal");
+}
+
+TEST_F(ProgramCheck, GripsThatFindNothing) {
+  const std::string head = "SIGNAL\n  OUTPUT BOOL: gripper AT 3;\n";
+  const std::string body = "  MOVE PTP " + place(400, 200, 300) + ";\n  gripper := TRUE;\n";
+  EXPECT_EQ(number(only(check(put_with(head, body)), "grip"), "line"), 6);
+  const Value part = call("solid.create", {{"name", std::string("part")},
+                                           {"root", Map{{"kind", std::string("box")},
+                                                        {"x", 0.04},
+                                                        {"y", 0.04},
+                                                        {"z", 0.04},
+                                                        {"position", List{0.0, 0.0, -0.04}}}}});
+  call("world.add_object", {{"id", cell_},
+                            {"what", part},
+                            {"name", std::string("part")},
+                            {"position", List{0.4, 0.2, 0.3}}});
+  const Value c = check(put_with(head, body), {{"alone", true}});
+  expect_none(c, "grip");
+  // What is taken touches what takes it, which is meant.
+  expect_none(c, "contact");
+}
+
+TEST_F(ProgramCheck, UntilThatNeverComesTrue) {
+  call("world.add_signal", {{"id", cell_}, {"name", std::string("arrived")}});
+  const Value p = put_with("SIGNAL\n  INPUT BOOL: arrived AT 1;\n",
+                           "  MOVE PTP " + place(400, 200, 400) + ";\n  MOVE LIN " +
+                               place(400, 200, 300) + " SPEED := 50.0 UNTIL arrived;\n");
+  const Value f = only(check(p), "until");
+  EXPECT_EQ(number(f, "line"), 6);
+  EXPECT_EQ(*at(f, "severity").as_string(), "note");
+  put_with("SIGNAL\n  OUTPUT BOOL: arrived AT 1;\n", "  WAIT 2.0 SEC;\n  arrived := TRUE;\n");
+  expect_none(check(p), "until");
+}
+
+TEST_F(ProgramCheck, MotionsThatAreNotPossibleAndProgramsThatEnd) {
+  const Value line = check(put("  MOVE PTP " + place(400, 200, 400) + ";\n  MOVE CIRCLE " +
+                               place(400, 200, 350) + ", " + place(400, 200, 300) + ";\n"));
+  EXPECT_EQ(number(only(line, "motion"), "line"), 4);
+  expect_none(line, "program");
+  EXPECT_TRUE(says(line, "cycle time lacks 1"));
+  use(arm_, "ends");
+  const Value ends =
+      check(put_with("VAR\n  INT: a := 1, b := 0;\n", "  WAIT 0.1 SEC;\n  a := a DIV b;\n"));
+  const Value f = only(ends, "program");
+  EXPECT_EQ(number(f, "line"), 6);
+  EXPECT_NEAR(number(f, "time"), 0.1, 1e-9);
+  expect_none(ends, "motion");
+  use(arm_, "circle");
+  const Value circle = check(put("  MOVE PTP " + place(400, 200, 400) + ";\n  MOVE CIRCLE " +
+                                 place(430, 200, 350) + ", " + place(400, 200, 300) + ";\n"));
+  expect_none(circle, "motion");
+}
+
+TEST_F(ProgramCheck, WhatIsNotCarriedOutIsANote) {
+  const std::string to = "  MOVE PTP " + place(400, 200, 400);
+  const Value f = only(check(put(to + " C_SPEED := 10.0;\n")), "ignored");
+  EXPECT_EQ(number(f, "line"), 3);
+  EXPECT_EQ(*at(f, "severity").as_string(), "note");
+  expect_none(check(put(to + ";\n")), "ignored");
+}
+
+TEST_F(ProgramCheck, WhatIsNotLookedAtIsSaid) {
+  const Value c = check(put("  MOVE PTP " + place(400, 200, 400) + ";\n"));
+  EXPECT_TRUE(says(c, "limit of its acceleration and torque"));
+  // A program that moves nothing has no contacts of its own, whoever else has some.
+  const Value floor =
+      call("solid.create",
+           {{"name", std::string("floor")},
+            {"root", Map{{"kind", std::string("box")}, {"x", 2.0}, {"y", 2.0}, {"z", 0.6}}}});
+  call("world.add_object", {{"id", cell_}, {"what", floor}, {"position", List{1.2, 0.0, 0.0}}});
+  const Value still = check(put("  WAIT 0.5 SEC;\n"));
+  expect_none(still, "contact");
+  EXPECT_TRUE(says(still, "moves nothing")) << report(still);
+  // Others move the robot: their limits are theirs.
+  EXPECT_TRUE(says(still, "Limits of ur5"));
+  // A time that is up is said.
+  const Value cut = check(put("  WAIT 5.0 SEC;\n"), {{"most_time", 1.0}});
+  EXPECT_TRUE(says(cut, "was ended after")) << report(cut);
+  EXPECT_FALSE(*at(at(cut, "cycle_time"), "complete").as_bool());
+}
+
+TEST_F(ProgramCheck, RulesThatAllowContactsAreSaid) {
+  const Value wall =
+      call("solid.create",
+           {{"name", std::string("wall")},
+            {"root", Map{{"kind", std::string("box")}, {"x", 0.05}, {"y", 0.6}, {"z", 1.0}}}});
+  call("world.add_object", {{"id", cell_},
+                            {"what", wall},
+                            {"name", std::string("wall")},
+                            {"position", List{0.45, 0.0, 0.3}}});
+  const Value p =
+      put("  MOVE PTP " + place(400, 400, 400) + ";\n  MOVE PTP " + place(550, -300, 400) + ";\n");
+  EXPECT_FALSE(says(check(p), "Allowed to touch"));
+  call("world.allow_pair", {{"id", cell_},
+                            {"a", std::string("ur5.wrist_3")},
+                            {"b", std::string("wall")},
+                            {"reason", std::string("soft")}});
+  EXPECT_TRUE(says(check(p), "Allowed to touch"));
+}
+
+TEST_F(ProgramCheck, PicturesAndPlotsAreOfARunThatWasAskedFor) {
+  const Value p = put("  MOVE PTP " + place(400, 200, 400) + ";\n");
+  const Error e = fails(
+      "program.post", {{"id", p}, {"target", std::string("krl")}, {"plot", std::string("x.svg")}});
+  EXPECT_NE(e.sentence().find("run_check"), std::string::npos) << e.sentence();
+  const fs::path file = fs::temp_directory_path() / "robomosp-check-plot.svg";
+  const Value out = call(
+      "program.post",
+      {{"id", p}, {"target", std::string("krl")}, {"run_check", true}, {"plot", file.string()}});
+  EXPECT_TRUE(*at(out, "correct").as_bool());
+  EXPECT_GT(fs::file_size(file), 1000U);
+  fs::remove(file);
 }
 
 TEST_F(ProgramCheck, TwoTargetsSideBySide) {

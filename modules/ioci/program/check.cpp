@@ -173,7 +173,10 @@ void mark(const CheckedProgram& c, render::Scene& scene) {
     // The worst that is wrong at each point.
     std::vector<const Fault*> at(way.world_T_tip.size(), nullptr);
     for (const Fault& f : c.check.faults) {
-      if (f.motion != i || !is_drawn(f)) continue;
+      if (!is_drawn(f)) continue;
+      // Bodies touch over several motions; their fault stands at the line of the worst.
+      const bool is_of_bodies = f.kind == FaultKind::contact || f.kind == FaultKind::clearance;
+      if (f.motion != i && !(is_of_bodies && !way.rows.empty())) continue;
       for (std::size_t k = 0; k < at.size(); ++k) {
         const bool is_in = way.rows.empty() ? k >= c.check.motions[i].motion.is_reached.size() ||
                                                   !c.check.motions[i].motion.is_reached[k]
@@ -249,6 +252,18 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
   for (const MotionReport& m : c.check.motions)
     if (m.motion.robot < c.check.inspection->robots.size())
       robots.insert(c.check.inspection->robots[m.motion.robot].name);
+  // Where the robot was put to its target, nothing moved.
+  std::vector<bool> is_jump(time.size(), false);
+  for (const MotionReport& m : c.check.motions) {
+    if (!m.motion.is_jump) continue;
+    for (std::size_t row = 0; row < time.size(); ++row) {
+      const double step = row > 0 ? time[row] - time[row - 1] : 0.0;
+      if (time[row] >= m.motion.start - 1.5 * step - 1e-9 &&
+          time[row] <= m.motion.end + 1.5 * step + 1e-9)
+        is_jump[row] = true;
+    }
+  }
+  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   const auto panel = [&](const std::string& robot, const char* stem, const std::string& label) {
     recording::PlotPanel p;
     p.y_label = label;
@@ -265,7 +280,10 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
       line.x = time;
       const double middle = 0.5 * (column->upper + column->lower),
                    half = 0.5 * (column->upper - column->lower);
-      for (const double v : column->values) line.y.push_back((v - middle) / half);
+      const bool is_place = std::string_view(stem) == ".q";
+      for (std::size_t row = 0; row < time.size(); ++row)
+        line.y.push_back(is_jump[row] && !is_place ? kNothing
+                                                   : (column->values[row] - middle) / half);
       p.lines.push_back(std::move(line));
     }
     if (!p.lines.empty()) out.panels.push_back(std::move(p));
@@ -283,8 +301,9 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
     line.name = "clearance";
     line.x = time;
     bool has_value = false;
-    for (const double v : column->values) {
-      line.y.push_back(std::isfinite(v) ? v * 1000 : std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t row = 0; row < time.size(); ++row) {
+      const double v = column->values[row];
+      line.y.push_back(std::isfinite(v) && !is_jump[row] ? v * 1000 : kNothing);
       has_value = has_value || std::isfinite(v);
     }
     p.lower = c.options.clearance * 1000;
@@ -302,6 +321,12 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
       const auto b = static_cast<unsigned>(std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F);
       return std::string{kDigits[b >> 4U], kDigits[b & 15U]};
     };
+    // A line is named once where it has several faults at a time.
+    const std::string word = "line " + std::to_string(f.place.span.line);
+    const bool is_named = std::any_of(out.marks.begin(), out.marks.end(), [&](const auto& m) {
+      return m.text == word && f.from <= m.to + 1e-9 && f.to >= m.from - 1e-9;
+    });
+    if (is_named) continue;
     out.marks.push_back({f.from, std::max(f.to, f.from),
                          "line " + std::to_string(f.place.span.line),
                          "#" + hex(look.colour.r) + hex(look.colour.g) + hex(look.colour.b)});
@@ -537,7 +562,7 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args) {
       const bool is_own = other.program == id && other.placement->name == placed.name;
       if (!is_own && flag(args, "alone")) continue;
       task::ProgramInWorld one;
-      RMP_TRY_ASSIGN(one.code, compile_program(ctx, other.program));
+      RMP_TRY_ASSIGN(one.code, compile_program(ctx, other.program, other.placement));
       one.placement = *other.placement;
       one.frees_unbound = frees;
       if (is_own) checked = run.programs.size(), out.code = one.code;
@@ -648,7 +673,8 @@ RMP_COMMANDS(program_check_commands) {
        field("recording", "handle", "", "The run.")}};
   c.effect = Effect::simulates;
   // With `robot` it makes a world in a transaction that nobody commits.
-  c.sometimes = Effects(Effect::files_write) | Effect::edits;
+  // Plots of pixels are drawn by another program.
+  c.sometimes = Effects(Effect::files_write) | Effect::edits | Effect::processes;
   c.run = check;
   c.runs = RunKind::task;
   return {std::move(c)};

@@ -9,6 +9,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/commands.h"
+#include "model/program.h"
 
 namespace robomosp::ioci {
 
@@ -19,6 +20,9 @@ struct Compiled {
 };
 
 /// The program of a checked `id`; the first error of its source is the command's, with its place.
-Result<Compiled> compile_whole(CommandContext& ctx, const Map& args);
+/// Its points and numbers that follow a world are those of `placed`, or of the place that `world`
+/// and `name_there` of the arguments name, or of the only one.
+Result<Compiled> compile_whole(CommandContext& ctx, const Map& args,
+                               const model::ProgramPlacement* placed = nullptr);
 
 }  // namespace robomosp::ioci

@@ -3,10 +3,13 @@
 #include "ioci/program/in_world.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cmath>
 #include <set>
 
 #include "ioci/core/commands.h"
+#include "ioci/program/points.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/world/members.h"
 
@@ -51,6 +54,10 @@ Result<Value> add_program(CommandContext& ctx, const Map& args) {
   for (const PlacedProgram& p : programs_of(ctx.snapshot(), made.world))
     taken.insert(p.placement->name);
   const bool is_given = has(args, "name");
+  // Its places are told apart by their names, in other worlds as well.
+  if (!is_given)
+    for (const ProgramPlacement& x : program_in(ctx.snapshot(), id)->placements)
+      taken.insert(x.name);
   const std::string wanted = is_given ? text_of(args, "name") : ctx.snapshot().find(id)->name;
   made.name = wanted;
   if (wanted.empty())
@@ -91,6 +98,34 @@ Result<Value> list_programs(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
+/// Three numbers or expressions as texts; "" = 0.
+Result<void> read_expressions(const Map& args, const char* name, const char* unit,
+                              std::array<std::string*, 3> out) {
+  if (!has(args, name)) return {};
+  const Value& given = *args.find(name);
+  std::vector<Value> all;
+  if (const List* list = given.as_list()) all.assign(list->begin(), list->end());
+  else if (const NumericArray* numbers = given.as_array())
+    for (const double x : numbers->data()) all.emplace_back(x);
+  if (all.size() != out.size())
+    return error(
+        ErrorCode::invalid_argument,
+        std::string(name) + " has three numbers or expressions, and this is " + given.text(),
+        "Such as {0, 0, \"height + 50 mm\"}.", name);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (const std::string* text = all[i].as_string()) {
+      *out[i] = *text;
+    } else if (all[i].is_number() && std::isfinite(all[i].number())) {
+      *out[i] = all[i].number() == 0 ? "" : text::print(all[i].number()) + " " + unit;
+    } else {
+      return error(ErrorCode::invalid_argument,
+                   all[i].text() + " is neither a number nor an expression",
+                   "Such as {0, 0, \"height + 50 mm\"}.", name);
+    }
+  }
+  return {};
+}
+
 Result<Value> bind(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, *program_in(ctx.snapshot(), id)));
@@ -112,8 +147,9 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
                  std::string("Give ") + what + ".", what);
   };
   if (b.kind != BindingKind::robot) RMP_TRY(needs("name", !b.name.empty()));
-  if (b.kind == BindingKind::signal || b.kind == BindingKind::joint)
+  if (b.kind == BindingKind::signal || b.kind == BindingKind::joint || b.kind == BindingKind::point)
     RMP_TRY(needs("to", !b.to.empty()));
+  if (b.kind == BindingKind::value) RMP_TRY(needs("expression", has(args, "expression")));
   const auto only = [&](const char* what, bool is_of) -> Result<void> {
     if (is_of || !has(args, what)) return {};
     return error(ErrorCode::invalid_argument,
@@ -126,10 +162,29 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
   RMP_TRY(only("reach", b.kind == BindingKind::grip));
   RMP_TRY(only("value", b.kind == BindingKind::free));
   if (has(args, "robot")) {
-    if (b.kind != BindingKind::grip)
-      return error(ErrorCode::invalid_argument, "only a grip has a robot besides",
+    if (b.kind != BindingKind::grip && b.kind != BindingKind::point)
+      return error(ErrorCode::invalid_argument, "only a grip and a point have a robot besides",
                    "Give the robot as to.", "robot");
     b.joint = text_of(args, "robot");
+  }
+  RMP_TRY(only("at", b.kind == BindingKind::point));
+  RMP_TRY(only("position", b.kind == BindingKind::point));
+  RMP_TRY(only("rpy", b.kind == BindingKind::point));
+  RMP_TRY(only("expression", b.kind == BindingKind::value));
+  b.at = text_of(args, "at");
+  b.expression = text_of(args, "expression");
+  RMP_TRY(read_expressions(args, "position", "m", {&b.x, &b.y, &b.z}));
+  RMP_TRY(read_expressions(args, "rpy", "rad", {&b.roll, &b.pitch, &b.yaw}));
+  if (model::gives_value(b.kind)) {
+    // It has to mean something now: another program than this would be posted without a word.
+    ProgramPlacement trial = program_in(ctx.snapshot(), id)->placements[at];
+    std::erase_if(trial.bindings,
+                  [](const ProgramBinding& old) { return old.kind != BindingKind::robot; });
+    RMP_TRY_ASSIGN(const auto plain, compile_program(ctx, id, &trial));
+    trial.bindings.push_back(b);
+    auto found = bound_values(ctx, trial, plain->code());
+    if (!found.ok()) return std::move(found).error();
+    RMP_TRY(compile_program(ctx, id, &trial));
   }
   RMP_TRY(edit_program(ctx, id, [&](Program& p) -> Result<void> {
     auto& all = p.placements[at].bindings;
@@ -161,6 +216,9 @@ Result<Value> unbind(CommandContext& ctx, const Map& args) {
 
 Result<Value> bindings(CommandContext& ctx, const Map& args) {
   const Program& p = *program_in(ctx.snapshot(), ref(args, "id"));
+  const auto is_robot = [](const ProgramBinding& b) {
+    return b.kind == BindingKind::grip || b.kind == BindingKind::point;
+  };
   List out;
   for (const ProgramPlacement& x : p.placements) {
     if (has(args, "name_there") && x.name != text_of(args, "name_there")) continue;
@@ -173,10 +231,14 @@ Result<Value> bindings(CommandContext& ctx, const Map& args) {
                            {"to", b.to},
                            {"frame", b.frame},
                            {"tool", b.tool},
-                           {"joint", b.kind == BindingKind::grip ? std::string() : b.joint},
-                           {"robot", b.kind == BindingKind::grip ? b.joint : std::string()},
+                           {"joint", is_robot(b) ? std::string() : b.joint},
+                           {"robot", is_robot(b) ? b.joint : std::string()},
                            {"reach", b.reach},
-                           {"value", b.value}});
+                           {"value", b.value},
+                           {"at", b.at},
+                           {"position", List{Value(b.x), Value(b.y), Value(b.z)}},
+                           {"rpy", List{Value(b.roll), Value(b.pitch), Value(b.yaw)}},
+                           {"expression", b.expression}});
   }
   return Value(std::move(out));
 }
@@ -369,7 +431,7 @@ Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
                  "Name the one with program = ...", "values");
   for (const PlacedProgram& p : programs) {
     task::ProgramInWorld one;
-    RMP_TRY_ASSIGN(one.code, compile_program(ctx, p.program));
+    RMP_TRY_ASSIGN(one.code, compile_program(ctx, p.program, p.placement));
     one.placement = *p.placement;
     one.frees_unbound = text_of(args, "unbound") == "free";
     one.values = values;
@@ -432,19 +494,37 @@ RMP_COMMANDS(program_in_world_commands) {
       "output, or an additional joint by its number, whose change to TRUE takes the object whose "
       "box is nearest to the tool and no farther than `reach`, and to FALSE lets it go. joint: an "
       "additional joint by its number, as a joint of a robot or mechanism. free: nothing in the "
-      "world; an input then has `value`.",
+      "world; an input then has `value`. "
+      "point: a variable POSE, ROBTARGET (its pose), POSITION or ORIENTATION begins where an "
+      "object or frame of the world has it: at its frame, or `at` a centre point, part, node or "
+      "feature of it, moved by `position` and turned by `rpy` there. A feature's z axis is its "
+      "outward normal or axis. value: a REAL or INT begins with an expression, in mm, degrees, kg "
+      "and s. Both know the parameters of the object, or of the world for its frames, and "
+      "parameters of worlds as `cell.height`; what is bound stands in the program wherever it is "
+      "run, checked or posted, and follows every change.",
       with_cell("assert(there:bindings()[1].to == \"ready\")"),
       {self("program"), world, there,
        choice("kind", binding_words(), "What the name stands for.", true),
        optional("name", "string", "", "In the program; left out, its own robot."),
        optional("to", "string", "",
-                "In the world: robot, signal, or the object that a grip takes."),
+                "In the world: robot, signal, the object that a grip takes, the object or frame "
+                "that a point is on, or the object whose parameters a value has; the world's own "
+                "when left out."),
        optional("frame", "string", "", "Frame or object of the world that targets are in."),
        optional("tool", "string", "", "Tool, link, or held object with its tool centre point."),
        optional("joint", "string", "", "Of the robot: name or number."),
-       optional("robot", "string", "", "Whose tool a grip is; the program's own when left out."),
+       optional("robot", "string", "",
+                "Whose tool a grip is, or whose target a point; the program's own when left out."),
        above_zero(optional("reach", "real", "m", "Of a grip; 5 mm when left out.")),
-       optional("value", "real", "", "Of a free input.")},
+       optional("value", "real", "", "Of a free input."),
+       optional("at", "string", "",
+                "Of a point: a centre point or part of the object, a node of the solid, or a "
+                "feature by number or words (object.place); its frame when left out."),
+       optional("position", "any", "m",
+                "Of a point: from there, three numbers or expressions in its axes."),
+       optional("rpy", "any", "rad",
+                "Of a point: roll, pitch, yaw there, three numbers or expressions."),
+       optional("expression", "string", "", "Of a value, over parameters: \"bore/2 + 3 mm\".")},
       {}, Effect::edits, bind);
   add("program.unbind", "Takes a binding of a program away.",
       "The name then means what has the same name in the world.",
@@ -463,9 +543,13 @@ RMP_COMMANDS(program_in_world_commands) {
         field("frame", "string", "", "What targets are in."),
         field("tool", "string", "", "What targets are for, or what takes."),
         field("joint", "string", "", "Of the robot."),
-        field("robot", "string", "", "Whose tool a grip is."),
+        field("robot", "string", "", "Whose tool a grip is, or whose target a point."),
         field("reach", "real", "m", "Of a grip; 0 is 5 mm."),
-        field("value", "real", "", "Of a free input.")}},
+        field("value", "real", "", "Of a free input."),
+        field("at", "string", "", "Where on the object a point is."),
+        field("position", "list", "", "Expressions of a point, [m]; empty is 0."),
+        field("rpy", "list", "", "Expressions of a point, [rad]; empty is 0."),
+        field("expression", "string", "", "Of a value.")}},
       Effect::reads, bindings);
   add("program.set_profile", "Names the profile of the controller that a program is meant for.", "",
       with_cell("there:set_profile(\"kr_c4\")\nassert(there:profile() == \"kr_c4\")"),

@@ -16,8 +16,10 @@ namespace robomosp::ioci {
 
 /// The program of a record; nullptr = it is another kind's, or none.
 [[nodiscard]] const model::Program* program_in(const document::Snapshot&, AnyId);
-/// Compiled; an error of its source is an error that names the first.
-Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext&, AnyId);
+/// Compiled, with what bindings of a place give its variables (the only one's where none is given);
+/// an error of its source is an error that names the first.
+Result<std::shared_ptr<const CompiledProgram>> compile_program(
+    CommandContext&, AnyId, const model::ProgramPlacement* placed = nullptr);
 
 struct PlacedProgram {
   AnyId program;

@@ -457,7 +457,7 @@ std::optional<rmp_span> place_in(const rmp_code& code, std::string_view where) {
 /// What program.check_run says of the program: in its world, or alone with the robot.
 Result<Map> run_of(CommandContext& ctx, const Map& args) {
   Map asked{{"id", *args.find("id")}};
-  for (const char* each : {"world", "profile"})
+  for (const char* each : {"world", "profile", "picture", "plot"})
     if (has(args, each)) asked.set(each, *args.find(each));
   if (has(args, "robot") && program_in(ctx.snapshot(), ref(args, "id"))->placements.empty())
     asked.set("robot", *args.find("robot"));
@@ -519,6 +519,11 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   const std::size_t errors = out.errors();
   Map run;
   std::int64_t run_errors = 0;
+  for (const char* drawn : {"picture", "plot"})
+    if (has(args, drawn) && !flag(args, "run_check"))
+      return error(ErrorCode::invalid_argument,
+                   std::string("a ") + drawn + " is of the check by a run, which is not asked for",
+                   "Give run_check = true, or leave it out.", drawn);
   if (flag(args, "run_check")) {
     RMP_TRY_ASSIGN(run, run_of(ctx, args));
     run_errors = *run.find("errors")->as_int();
@@ -724,6 +729,10 @@ RMP_COMMANDS(post_commands) {
                             "Checks it by a run as well (program.check_run), in its world or alone "
                             "with the robot, and refuses where that has errors."),
                   optional("world", "ref:world", "", "Which of its worlds it runs in."),
+                  optional("picture", "path", "",
+                           "With run_check: a picture of the tool's way, *.png."),
+                  optional("plot", "path", "",
+                           "With run_check: a plot over time, *.svg, *.png or *.pdf."),
                   defaulted("overwrite", "bool", "", false, "Whether files are replaced."),
                   defaulted("source_map", "bool", "", false,
                             "Whether the lines that lines come from are returned."),
@@ -742,7 +751,8 @@ RMP_COMMANDS(post_commands) {
                     field("source_map", "list", "",
                           "A table a line: file, line, source, source_line.")}},
        .effect = Effect::reads,
-       .sometimes = Effects(Effect::files_write) | Effect::simulates | Effect::edits,
+       .sometimes =
+           Effects(Effect::files_write) | Effect::simulates | Effect::edits | Effect::processes,
        .run = post});
   all.push_back(
       {.name = "program.add_target",

@@ -63,12 +63,19 @@ std::string irl_real(double value) {
   return s;
 }
 
+std::string irl_position(const Vec3& p) {
+  constexpr double kMm = 1e3;
+  return "POSITION(" + irl_real(kMm * p[0]) + ", " + irl_real(kMm * p[1]) + ", " +
+         irl_real(kMm * p[2]) + ")";
+}
+std::string irl_orientation(const std::array<double, 9>& rotation) {
+  constexpr double kDegree = 180 / std::numbers::pi;
+  const Vec3 a = spatial::to_rpy(rotation);
+  return "ORIZYX(" + irl_real(kDegree * a[2]) + ", " + irl_real(kDegree * a[1]) + ", " +
+         irl_real(kDegree * a[0]) + ")";
+}
 std::string irl_pose(const Pose& pose) {
-  constexpr double kMm = 1e3, kDegree = 180 / std::numbers::pi;
-  const Vec3 a = spatial::to_rpy(pose.R);
-  return "POSE(POSITION(" + irl_real(kMm * pose.p[0]) + ", " + irl_real(kMm * pose.p[1]) + ", " +
-         irl_real(kMm * pose.p[2]) + "), ORIZYX(" + irl_real(kDegree * a[2]) + ", " +
-         irl_real(kDegree * a[1]) + ", " + irl_real(kDegree * a[0]) + "))";
+  return "POSE(" + irl_position(pose.p) + ", " + irl_orientation(pose.R) + ")";
 }
 
 std::string irl_string(std::string_view text) {

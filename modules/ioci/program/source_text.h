@@ -3,6 +3,7 @@
 // (layer: application, ioci only).
 #pragma once
 
+#include <array>
 #include <map>
 #include <set>
 #include <span>
@@ -17,6 +18,10 @@ namespace robomosp::ioci {
 
 /// A REAL as the language writes it, to a billionth: "120.0", "-0.5", "1.0e+300".
 [[nodiscard]] std::string irl_real(double value);
+/// `POSITION(x, y, z)` of a point in metres, in mm.
+[[nodiscard]] std::string irl_position(const Vec3&);
+/// `ORIZYX(a, b, c)` of a rotation matrix, row-major, in degrees.
+[[nodiscard]] std::string irl_orientation(const std::array<double, 9>&);
 /// `POSE(POSITION(x, y, z), ORIZYX(a, b, c))` of a pose in metres, in mm and degrees.
 [[nodiscard]] std::string irl_pose(const Pose& pose);
 /// A STRING of a text; line ends become blanks, which the language has no sign for.

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "ioci/core/commands.h"
+#include "ioci/records/features.h"
 #include "kernel/fresh_names.h"
 #include "kernel/units.h"
 #include "spatial/pose.h"
@@ -506,6 +507,21 @@ ReturnSpec features_returns() {
 }
 
 }  // namespace
+
+Result<CsgFeature> feature_of(CommandContext& ctx, AnyId what, const Value& selector,
+                              const std::string& whose, std::string_view path) {
+  const auto is_place = [](const CsgFeature& f) { return is_point_mate(f); };
+  constexpr std::string_view kWords = "a point or has one";
+  if (selector.as_string() && datum(text::trim(*selector.as_string())))
+    return choose({}, selector, is_place, kWords, whose, path);
+  RMP_TRY_ASSIGN(const Features all, features_of(ctx, what));
+  return choose(all, selector, is_place, kWords, whose, path);
+}
+
+std::array<double, 9> feature_rotation(const CsgFeature& f) {
+  if (f.direction == Vec3{}) return Pose{}.R;
+  return turned(least_turn({0, 0, 1}, f.direction), Pose{}).R;
+}
 
 RMP_COMMANDS(assembly_commands) {
   std::vector<CommandSpec> all;

@@ -194,8 +194,11 @@ class Flat {
       if (p != 0 || mark.text.empty()) continue;
       lower = x0 < taken ? lower + kTextSize : 0;
       if (lower > inner_ - kTextSize) lower = 0;
-      canvas_.text(x0 + 3, y0 + 8 + lower, mark.text);
-      taken = x0 + 3 + kLetter * static_cast<double>(mark.text.size());
+      const double width = kLetter * static_cast<double>(mark.text.size());
+      if (x0 + 3 + width > right_)  // where the legend begins
+        canvas_.text(x0 - 3, y0 + 8 + lower, mark.text, Anchor::end);
+      else canvas_.text(x0 + 3, y0 + 8 + lower, mark.text);
+      taken = x0 + 3 + width;
     }
     for (const double limit : {panel.lower, panel.upper})
       if (limit >= range.low && limit <= range.high)

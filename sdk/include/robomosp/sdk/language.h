@@ -25,12 +25,25 @@ struct SourceFile {
   Room room{};
 };
 
+/// A value that a variable or constant of the program begins with, in place of what its declaration
+/// says: of a point that follows an object. A compiler that knows them says so by
+/// Language::extension(kGivenValues); to others none are given.
+struct GivenValue {
+  std::string_view name;   ///< as the program declares it, behind VAR or CONST; letter case aside
+  std::string_view field;  ///< of a record that its declaration makes: "PSE"; "" = the whole
+  std::string_view text;   ///< an expression of the language
+  Room room{};
+};
+inline constexpr const char* kGivenValues = "robomosp.given_values/1";
+
 /// What is compiled. Made by the host; may gain fields at the end.
 struct LanguageTask {
   std::uint32_t struct_size = sizeof(LanguageTask);  ///< see plugin.h
   /// The program first, then whatever it may name: cells, modules, lists of data. A compiler opens
   /// no files.
   std::span<const SourceFile> files;
+  /// Each name and field once. What does not fit the program is a fault of it.
+  std::span<const GivenValue> values{};
 };
 
 /// A compiled program, which owns its tables; constant from when it is made. [any thread]
