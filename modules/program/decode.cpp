@@ -307,16 +307,19 @@ class Decoder {
       }
     }
     c_.globals = static_cast<std::uint32_t>(globals);
-    const std::pair<std::string_view, std::uint32_t*> system[] = {{"R_SPEED", &c_.r_speed},
-                                                                  {"R_SPEED_ORI", &c_.r_speed_ori},
-                                                                  {"R_ACC", &c_.r_acc},
-                                                                  {"R_MOVE_TIME", &c_.r_move_time},
-                                                                  {"R_C_CP", &c_.r_c_cp},
-                                                                  {"R_C_SPEED", &c_.r_c_speed},
-                                                                  {"R_SPEED_PTP", &c_.r_speed_ptp},
-                                                                  {"R_ACC_PTP", &c_.r_acc_ptp},
-                                                                  {"R_C_PTP", &c_.r_c_ptp},
-                                                                  {"R_TIMEOUT", &c_.r_timeout}};
+    const std::pair<std::string_view, std::uint32_t*> system[] = {
+        {"R_SPEED", &c_.r_speed},
+        {"R_SPEED_ORI", &c_.r_speed_ori},
+        {"R_ACC", &c_.r_acc},
+        {"R_MOVE_TIME", &c_.r_move_time},
+        {"R_C_CP", &c_.r_c_cp},
+        {"R_C_SPEED", &c_.r_c_speed},
+        {"R_WOBBLE_AMPLITUDE", &c_.r_wobble_amplitude},
+        {"R_WOBBLE_LENGTH", &c_.r_wobble_length},
+        {"R_SPEED_PTP", &c_.r_speed_ptp},
+        {"R_ACC_PTP", &c_.r_acc_ptp},
+        {"R_C_PTP", &c_.r_c_ptp},
+        {"R_TIMEOUT", &c_.r_timeout}};
     for (std::uint32_t i = 0; i < t_.symbols.count; ++i) {
       const auto& s = c_.symbol(i);
       if (s.kind != RMP_SYMBOL_VARIABLE || c_.place_of[i].space != kGlobal) continue;

@@ -400,6 +400,8 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
   system(c_.r_move_time, a.time);
   system(c_.r_c_cp, a.c_cp);
   system(c_.r_c_speed, a.c_speed);
+  system(c_.r_wobble_amplitude, a.wobble_amplitude);
+  system(c_.r_wobble_length, a.wobble_length);
   system(c_.r_speed_ptp, a.speed_ptp);
   system(c_.r_acc_ptp, a.acceleration_ptp);
   system(c_.r_c_ptp, a.c_ptp);
@@ -473,6 +475,13 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
     return false;
   } else if (a.c_speed < 0 || a.c_speed > 100) {
     return fail("C_SPEED is " + shown(a.c_speed) + ", and is a percentage, 0 to 100");
+  }
+  if (a.weaves && !is_ptp) {
+    if (!not_negative("R_WOBBLE_AMPLITUDE", a.wobble_amplitude)) return false;
+    if (!(a.wobble_length > 0))
+      return fail(
+          "R_WOBBLE_LENGTH is " + shown(a.wobble_length) + ", and WOBBLE needs one above zero",
+          "It is the way for one swing to both sides and back, in mm.");
   }
   if (!share("ACC", a.acceleration)) return false;
   if (a.time < 0 && a.time != -1)

@@ -293,6 +293,12 @@ class Flattening {
     number_attribute(RMP_ATTR_C_CP, a.c_cp, standard.c_cp);
     number_attribute(RMP_ATTR_C_SPEED, a.c_speed, standard.c_speed);
     attribute(RMP_ATTR_C_PASS, a.passes, [&] { return whole(a.passes, RMP_TYPE_BOOL); });
+    if (a.weaves && (a.wobble_amplitude != standard.wobble_amplitude ||
+                     a.wobble_length != standard.wobble_length))
+      return error(ErrorCode::unsupported,
+                   "the swings of WOBBLE are not those that R_WOBBLE_AMPLITUDE and R_WOBBLE_LENGTH "
+                   "begin with, which a program of motions alone cannot say",
+                   "Leave these variables as they are, or WOBBLE out.");
     attribute(RMP_ATTR_WOBBLE, a.weaves, [&] { return whole(a.weaves, RMP_TYPE_BOOL); });
     if (a.robot_symbol != kNone)
       attributes.push_back(

@@ -285,8 +285,9 @@ struct Machine::Code {
   std::vector<std::uint32_t> statement_ops;  ///< first op of each statement, ascending
   // System variables: offsets of globals; kNone = the program has no such one.
   std::uint32_t r_speed = kNone, r_speed_ori = kNone, r_acc = kNone, r_move_time = kNone,
-                r_c_cp = kNone, r_c_speed = kNone, r_speed_ptp = kNone, r_acc_ptp = kNone,
-                r_c_ptp = kNone, r_timeout = kNone;
+                r_c_cp = kNone, r_c_speed = kNone, r_wobble_amplitude = kNone,
+                r_wobble_length = kNone, r_speed_ptp = kNone, r_acc_ptp = kNone, r_c_ptp = kNone,
+                r_timeout = kNone;
 
   [[nodiscard]] const rmp_code& tables() const { return program->code(); }
   [[nodiscard]] const rmp_code_type& type(std::uint32_t t) const {

@@ -55,6 +55,8 @@ struct MotionAttributes {
   double c_speed = 100;           ///< speed in the transition [%]
   bool passes = false;            ///< C_PASS: without a stop at its target
   bool weaves = false;            ///< WOBBLE
+  double wobble_amplitude = 2;    ///< to each side [mm]: R_WOBBLE_AMPLITUDE
+  double wobble_length = 6;       ///< of the path for one swing [mm]: R_WOBBLE_LENGTH
   double speed_ptp = 100;         ///< [% of the greatest]
   double acceleration_ptp = 100;  ///< [%]
   double c_ptp = 0;               ///< [%]

@@ -49,6 +49,8 @@ constexpr std::size_t kMostParts = 10'000;                   ///< of one answer
 constexpr std::size_t kMostNotes = 1000;                     ///< told at once
 constexpr std::size_t kMostTargets = 50;                     ///< of one gotoTargets
 constexpr std::size_t kMostCompletions = 500;
+constexpr const char* kAsks =
+    "The program waits for a line: type it in the debug console, and continue.";
 constexpr std::uint64_t kMostSource = std::uint64_t{16} << 20;  ///< of a file that is compared
 constexpr auto kFirstNap = 1ms, kMostNap = 20ms;  ///< between looks at programs that run
 constexpr auto kFarNap = 50ms;                    ///< the same in another program
@@ -1165,6 +1167,7 @@ class Adapter {
   }
 
   void runs() {
+    reads_.clear();
     is_running_ = true;
     nap_ = kFirstNap;
     forget_stop();
@@ -1239,6 +1242,17 @@ class Adapter {
                      : reason == "motion"   ? "step"
                                             : "pause";
     if (reason == "breakpoint") hit(number_at(place, "breakpoint"), body);
+    if (reason == "pause" && !text_at(place, "file").empty() && place.as_map()->find("message")) {
+      const std::string said = text_at(place, "message");
+      body["description"] = "PAUSE";
+      if (!said.empty()) body["text"] = said;
+    }
+    if (reason == "input") {
+      body["description"] = "READ waits for a line";
+      body["text"] = kAsks;
+      say(std::string(kAsks) + "\n", "console");
+    }
+    if (reason == "input" && !is_past) reads_ = text_at(place, "program");
     later("stopped", std::move(body));
   }
   void hit(std::int64_t number, Json& body) {
@@ -1623,6 +1637,13 @@ class Adapter {
     if (!frame.ok()) return failed(frame.error());
     const Json& given = member(a, "expression");
     if (!given.is_string()) return Failure{"The request has no expression."};
+    if (!reads_.empty() && string_member(a, "context") == "repl") {
+      const auto done =
+          ask("run.input", Map{{"text", given.get<std::string>()}, {"program", reads_}});
+      if (!done.ok()) return failed(done.error());
+      return Json{{"result", "READ gets this line when the program continues."},
+                  {"variablesReference", 0}};
+    }
     std::string expression(text::trim(given.get_ref<const std::string&>()));
     while (expression.ends_with(';')) expression.pop_back();
     if (const std::size_t sign = assignment(expression); sign != std::string::npos) {
@@ -1766,6 +1787,7 @@ class Adapter {
   bool is_initialized_ = false, is_configured_ = false, is_over_ = false;
   bool is_running_ = false, is_ended_ = false;
   bool is_faulted_ = false, is_end_told_ = false;
+  std::string reads_;  ///< program that waits for a line; "" = none
   Value fault_;
   bool stops_on_entry_ = false, stops_at_end_ = false, has_no_debug_ = false;
   bool breaks_on_faults_ = true;

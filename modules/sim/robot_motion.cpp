@@ -353,6 +353,10 @@ class Builder {
     if (!has_end) times.push_back(path->duration());
     std::vector<PathSample> samples(times.size());
     RMP_TRY(path->sample(times, samples).in(task_.where));
+    if (task_.weave) {
+      RMP_TRY_ASSIGN(const auto weaving, motion::Weaving::over(path, *task_.weave));
+      RMP_TRY(weaving.move(times, samples).in(task_.where));
+    }
     std::vector<Pose> targets;
     targets.reserve(samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "kernel/registry.h"
 #include "model/records.h"
 #include "motion/cartesian_path.h"
+#include "motion/weave.h"
 
 namespace robomosp::sim {
 
@@ -38,6 +40,7 @@ struct RobotMotionTask {
   IkObjective objective = IkObjective::none;
   const ClearanceField* clearance = nullptr;
   motion::FindTrajectory stored;
+  std::optional<motion::Weave> weave;  ///< laid over its paths in space
 };
 
 /// Samples at 0, step, 2 step, ... less the lead, and the very end; tables row-major, dof entries a

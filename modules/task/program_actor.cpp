@@ -35,7 +35,7 @@ constexpr double kSameJoints = 1e-6;  ///< sim::robot_motion takes these as the 
 constexpr double kFullAcceleration = 2.5, kFullTurning = 10;
 constexpr int kMostSlices = 100;  ///< of computing at one instant
 constexpr int kTries = 5;         ///< of ever shorter transitions
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 
 Pose to_pose(const PlainPose& p) {
   Pose out;
@@ -252,32 +252,44 @@ class ProgramCell final : public program::World {
     return {};
   }
   Result<std::optional<std::string>> read_line(std::uint32_t) override {
-    return fails(ErrorCode::unsupported, "READ has nobody to ask in a run of a world",
-                 "Give the value by a signal or in the source.");
+    const std::vector<std::string>& lines = a_.typed_ ? *a_.typed_ : a_.own_lines_;
+    if (a_.lines_read_ < lines.size()) return std::optional(lines[a_.lines_read_++]);
+    if (a_.is_attended_) {
+      a_.wants_line_ = true;
+      return std::optional<std::string>();
+    }
+    return fails(
+        ErrorCode::not_found,
+        "READ asks for line " + std::to_string(a_.lines_read_ + 1) + ", and " +
+            (lines.empty() ? "nobody answers" : std::to_string(lines.size()) + " were given"),
+        "Give lines = {...}, or start a live run, which waits for run.input.");
   }
   Result<void> pause(std::uint32_t process, std::string_view message) override {
     x_.note(now_, n_.name + " is at PAUSE" + (message.empty() ? "" : ": ") + std::string(message) +
-                      "; nobody is asked, and it goes on");
+                      (a_.typed_ ? "" : "; nobody is asked, and it goes on"));
     if (a_.inspection_)
       tell(InspectedEvent::Kind::pause, "PAUSE: nobody is asked in a check, and it goes on", "");
-    pauses_.insert(process);
+    a_.paused_.insert(process);
     return {};
   }
   Result<std::string> read_file(std::string_view name) override {
-    return fails(ErrorCode::unsupported,
-                 "a program in a world opens no files, and no " + quote(name),
-                 "Keep its values in a list of data (.dls).");
+    if (!a_.files_) return has_no_files("opens", name);
+    auto bytes = a_.files_->read(name);
+    if (!bytes.ok()) a_.code_ = bytes.error().code;
+    return bytes;
   }
-  Result<void> write_file(std::string_view name, std::string_view, bool) override {
-    return fails(ErrorCode::unsupported,
-                 "a program in a world writes no files, and no " + quote(name),
-                 "WRITELN becomes a note of the recording.");
+  Result<void> write_file(std::string_view name, std::string_view bytes, bool adds) override {
+    if (!a_.files_) return has_no_files("writes", name);
+    return checked(a_.files_->write(name, bytes, adds));
   }
-
-  [[nodiscard]] const std::set<std::uint32_t>& pauses() const { return pauses_; }
-  void go_on() { pauses_.clear(); }
 
  private:
+  Error has_no_files(const char* does, std::string_view name) {
+    return fails(ErrorCode::unsupported,
+                 std::string("the program ") + does + " the file " + quote(name) +
+                     ", and the run has no folder for files",
+                 "Give files = a folder.");
+  }
   Error fails(ErrorCode code, std::string message, std::string hint = {}) {
     a_.code_ = code;
     return error(code, std::move(message), std::move(hint));
@@ -660,6 +672,7 @@ class ProgramCell final : public program::World {
     const double start = b.start;
     const TaskExecutor::Grip& tip = b.tip;
     const Pose& frame = b.frame;
+    RMP_TRY(refuse_unheeded(at));
     tell_unheeded(at);
     Goal from;
     from.q = TaskExecutor::sample(robot, start).q;
@@ -689,8 +702,10 @@ class ProgramCell final : public program::World {
     open.actor = who, open.tip = tip, open.velocity_share = d.velocity_share;
     open.c_cp = m.interpolation == RMP_MOVE_PTP ? 0 : at.c_cp * kMillimetre;
     open.c_ptp = m.interpolation == RMP_MOVE_PTP ? at.c_ptp : 0;
+    open.c_speed = m.interpolation == RMP_MOVE_PTP ? 1 : at.c_speed / 100;
+    open.speed = m.interpolation == RMP_MOVE_PTP || at.time > 0 ? 0 : at.speed * kMillimetre;
     open.start = open.end = start;
-    if (before && (before->c_cp > 0 || before->c_ptp > 0) && along.empty() &&
+    if (before && (before->c_cp > 0 || before->c_ptp > 0) && before->c_speed > 0 && along.empty() &&
         !d.trajectory.segments.empty()) {
       RMP_TRY_ASSIGN(const bool is_blended, blend(m.after, *before, who, open, plan));
       if (is_blended) {
@@ -699,7 +714,7 @@ class ProgramCell final : public program::World {
       }
       note_once(
           "a transition was left out where it would pass the limits of the joints or the "
-          "length of the next motion; " +
+          "length of the next motion, or where C_SPEED is next to nothing; " +
           name + " stops there");
     }
     RMP_TRY_ASSIGN(motion, plan(start));
@@ -717,14 +732,21 @@ class ProgramCell final : public program::World {
     return {};
   }
 
+  static Result<void> refuse_unheeded(const MotionAttributes& at) {
+    if (at.device != 1)
+      return error(ErrorCode::unsupported,
+                   "DEVICE " + std::to_string(at.device) + " cannot be moved by its number",
+                   "Name its ROBOT by ACT_ROB, or its joints as additional ones.");
+    if (at.additional_axes != 0)
+      return error(ErrorCode::unsupported,
+                   "ADAX_CONTROL " + std::to_string(at.additional_axes) +
+                       " is not carried out: the tool's path is that of the robot alone",
+                   "Leave it out (0); additional joints then go along in the motion's time.");
+    return {};
+  }
   void tell_unheeded(const MotionAttributes& at) {
-    if (at.weaves) note_once("WOBBLE is not carried out: the tool goes without weaving");
     if (at.passes && !(at.c_cp > 0) && !(at.c_ptp > 0))
       note_once("C_PASS without C_CP or C_PTP is not carried out: the motion stops at its target");
-    if ((at.given & (1U << RMP_ATTR_C_SPEED)) && at.c_speed != 100)
-      note_once("C_SPEED is not heeded: the speed in a transition follows from both motions");
-    if (at.device != 1) note_once("DEVICE is not heeded");
-    if (at.additional_axes != 0) note_once("ADAX_CONTROL is not heeded");
   }
 
   /// The targets of a motion; with `solves` each has joint values.
@@ -795,6 +817,14 @@ class ProgramCell final : public program::World {
                    "SPEED and SPEED_ORI are above 0.");
     RMP_TRY_ASSIGN(const double acceleration, share(at.acceleration, "ACC"));
     d.tip = tip;
+    if (at.weaves && at.wobble_amplitude > 0) {
+      double way = 0;
+      Vec3 last = from.pose.p;
+      for (const Goal& g : goals) way += distance(last, g.pose.p), last = g.pose.p;
+      d.weave = motion::Weave{at.wobble_amplitude * kMillimetre, at.wobble_length * kMillimetre};
+      // Under TIME: twice the mean speed, over arcs longer than their chords.
+      d.weave_speed = at.time > 0 ? kPi * way / at.time : at.speed * kMillimetre;
+    }
     const auto segment = [&](const char* shape, std::vector<Pose> points, double part) {
       model::TrajectorySegment s;
       s.shape.name = shape;
@@ -870,6 +900,7 @@ class ProgramCell final : public program::World {
       }
     }
     double overlap = end - at;
+    bool is_slowed = before.c_speed >= 1;
     for (int tries = 0; tries < kTries && overlap > x_.step() / 4; ++tries, overlap /= 2) {
       RMP_TRY_ASSIGN(sim::RobotMotion motion, plan(end - overlap));
       if (motion.times.size() < 2) return false;
@@ -878,6 +909,14 @@ class ProgramCell final : public program::World {
         overlap = lasts;  // halved next
         continue;
       }
+      if (!std::exchange(is_slowed, true)) {
+        // C_SPEED: the later it leaves its path, the slower it crosses.
+        const double most = slow_crossing(before, who, motion, overlap);
+        if (most < overlap) {
+          overlap = 2 * most;  // halved next
+          continue;
+        }
+      }
       if (!x_.push_blended(who, end - overlap, std::move(motion), 1)) continue;
       open.start = end - overlap;
       open.end = open.start + lasts;
@@ -885,6 +924,57 @@ class ProgramCell final : public program::World {
       return true;
     }
     return false;
+  }
+
+  /// Velocity of a tool of a robot that moves so [m/s].
+  Vec3 tip_velocity(std::size_t who, const TaskExecutor::Grip& tip,
+                    const TaskExecutor::Actor& moved, double t) const {
+    constexpr double h = 1e-4;  // [s]
+    const double from = std::max(0.0, t - h), to = t + h;
+    const Vec3 a = base_T_tip(who, tip, TaskExecutor::sample(moved, from).q).p,
+               b = base_T_tip(who, tip, TaskExecutor::sample(moved, to).q).p;
+    Vec3 out{};
+    for (std::size_t k = 0; k < 3; ++k) out[k] = (b[k] - a[k]) / (to - from);
+    return out;
+  }
+  /// The longest time that `next` may begin before the end of `before`, at most `overlap`, so that
+  /// the tool crosses with no more than C_SPEED % of the speed [s].
+  double slow_crossing(const ProgramActor::OpenMotion& before, std::size_t who,
+                       const sim::RobotMotion& next, double overlap) {
+    constexpr std::size_t kCount = 200;
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    TaskExecutor::Actor after = robot;
+    after.moves = {{0, next}};
+    after.start.assign(next.q.begin(),
+                       next.q.begin() + static_cast<std::ptrdiff_t>(robot.start.size()));
+    const double end = TaskExecutor::moved_until(robot);
+    double speed = before.speed;
+    if (!(speed > 0))  // of its TIME: the greatest that it has
+      for (std::size_t k = 0; k <= kCount; ++k) {
+        const Vec3 v = tip_velocity(who, before.tip, robot,
+                                    before.start + (end - before.start) * static_cast<double>(k) /
+                                                       static_cast<double>(kCount));
+        speed = std::max(speed, std::hypot(v[0], v[1], v[2]));
+      }
+    std::vector<Vec3> leaving, coming;
+    const double step = overlap / static_cast<double>(kCount);
+    for (std::size_t k = 0; k <= kCount; ++k) {
+      const double u = step * static_cast<double>(k);
+      leaving.push_back(tip_velocity(who, before.tip, robot, end - overlap + u));
+      coming.push_back(tip_velocity(who, before.tip, after, u));
+    }
+    const double wanted = before.c_speed * speed;
+    const auto least = [&](std::size_t count) {
+      double out = HUGE_VAL;
+      for (std::size_t k = 0; k <= count; ++k) {
+        const Vec3 &a = leaving[kCount - count + k], &b = coming[k];
+        out = std::min(out, std::hypot(a[0] + b[0], a[1] + b[1], a[2] + b[2]));
+      }
+      return out;
+    };
+    std::size_t count = kCount;
+    while (count > 0 && least(count) > wanted) --count;
+    return step * static_cast<double>(count);
   }
 
   struct Along {
@@ -1087,6 +1177,10 @@ class ProgramCell final : public program::World {
         (*path)->sample_times(std::max(x_.step(), lasts / kMostSamples));
     std::vector<PathSample> samples(times.size());
     if (!(*path)->sample(times, samples).ok()) return {};
+    if (d.weave) {
+      const auto weaving = motion::Weaving::over(*path, *d.weave);
+      if (!weaving.ok() || !weaving->move(times, samples).ok()) return {};
+    }
     std::vector<Pose> targets;
     for (const PathSample& one : samples)
       targets.push_back(sim::in_base(one, d.base_T_trajectory).pose);
@@ -1133,12 +1227,16 @@ class ProgramCell final : public program::World {
   TaskExecutor& x_;
   double now_;
   Progress& progress_;
-  std::set<std::uint32_t> pauses_;
   MotionTrouble trouble_;  ///< of the last error of a motion, for checks
 };
 
 Result<void> ProgramActor::advance(TaskExecutor& executor, double now, Progress& progress) {
   ProgramCell cell(*this, executor, now, progress);
+  const auto resume = [&] {
+    for (const std::uint32_t process : std::exchange(paused_, {})) machine_.resume_pause(process);
+  };
+  if (std::exchange(is_shown_, false)) resume();
+  wants_line_ = false;
   for (int slices = 0;;) {
     const program::Status& s = machine_.run(now, cell);
     note_line(now);
@@ -1164,9 +1262,12 @@ Result<void> ProgramActor::advance(TaskExecutor& executor, double now, Progress&
           ErrorCode::conflict, "it computes without end at t = " + text::print_rounded(now) + " s",
           "Put a motion or a WAIT into the loop.", "program " + quote(name()) + ", " + where());
     }
-    if (cell.pauses().empty() || s.state != program::RunState::waiting) break;
-    for (const std::uint32_t process : cell.pauses()) machine_.resume_pause(process);
-    cell.go_on();
+    if (paused_.empty() || s.state != program::RunState::waiting) break;
+    if (is_attended_) {
+      is_shown_ = true;
+      break;
+    }
+    resume();
   }
   if (is_over() && !text_.empty()) {
     executor.note(now, name() + ": " + text_);
@@ -1191,7 +1292,8 @@ std::optional<double> ProgramActor::next_time(double now, double cycle) const {
   std::optional<double> next;
   const auto at = [&](double t) { next = next ? std::min(*next, t) : t; };
   // A machine that was stopped, or is new, goes on at once.
-  if (s.state == program::RunState::busy || s.state == program::RunState::stopped) return now;
+  if (s.state == program::RunState::busy || s.state == program::RunState::stopped || is_asking())
+    return now;
   if (is_over()) {
     // A program that ends while its last motion runs is over when that is.
     for (const auto& [number, open] : open_)

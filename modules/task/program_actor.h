@@ -8,7 +8,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,6 +25,16 @@
 
 namespace robomosp::task {
 
+/// Files that programs open: names are those of the programs. [the run's thread]
+class ProgramFolder {
+ public:
+  virtual ~ProgramFolder() = default;
+  [[nodiscard]] virtual Result<std::string> read(std::string_view name) const = 0;
+  /// `adds` = behind what is there.
+  [[nodiscard]] virtual Result<void> write(std::string_view name, std::string_view bytes,
+                                           bool adds) const = 0;
+};
+
 /// A compiled program and what its names mean in a world.
 struct ProgramInWorld {
   std::shared_ptr<const CompiledProgram> code;
@@ -31,6 +43,8 @@ struct ProgramInWorld {
   /// A run for a check: it goes on behind faults, and fills this. null = a plain run.
   std::shared_ptr<ProgramInspection> inspection = nullptr;
   std::vector<program::Preset> values = {};  ///< of variables, given before the first statement
+  std::vector<std::string> lines = {};       ///< what READ gets, one after the other
+  std::shared_ptr<const ProgramFolder> files = nullptr;  ///< null = it opens none
 };
 
 /// A value; copies go on by themselves. [one thread]
@@ -42,6 +56,15 @@ class ProgramActor {
 
   /// While it computes it looks here whether it is to stop. Outlives this.
   void set_pause_wish(const std::atomic<bool>* wish) { pause_wish_ = wish; }
+  /// Of a run that somebody looks at: what READ gets, which may grow while the run rests. Outlives
+  /// this. Without it, READ gets what the program was given.
+  void set_lines(const std::vector<std::string>* lines) { typed_ = lines; }
+  /// Whether somebody is there: at PAUSE, and where READ finds no line, it then asks (is_asking)
+  /// instead of going on, or failing.
+  void set_attended(bool is_attended) { is_attended_ = is_attended; }
+  /// Stands at PAUSE until run() is called again, or at READ until there is a line.
+  [[nodiscard]] bool is_asking() const { return is_shown_ || wants_line_; }
+  [[nodiscard]] std::size_t lines_read() const { return lines_read_; }
   /// Lets it go on at time `now` [s] until it waits, is over, or its debugger stops it.
   Result<void> run(TaskExecutor&, double now, Progress&);
   [[nodiscard]] const std::string& name() const { return names_->name; }
@@ -100,6 +123,8 @@ class ProgramActor {
     std::size_t actor = 0;
     double start = 0, end = 0;
     double c_cp = 0, c_ptp = 0;
+    double c_speed = 1;  ///< a share
+    double speed = 0;    ///< along its path [m/s]; 0 = it has a TIME
     double velocity_share = 1;
     TaskExecutor::Grip tip;
     std::vector<std::pair<std::size_t, bool>> grips;  ///< at its end
@@ -140,6 +165,14 @@ class ProgramActor {
   std::shared_ptr<ProgramInspection> inspection_;
   program::Presets presets_;
   bool has_told_halt_ = false;
+  const std::vector<std::string>* typed_ = nullptr;
+  std::vector<std::string> own_lines_;
+  std::shared_ptr<const ProgramFolder> files_;
+  std::size_t lines_read_ = 0;
+  bool is_attended_ = false;
+  std::set<std::uint32_t> paused_;  ///< processes at PAUSE
+  bool is_shown_ = false;           ///< those; they go on with the next run()
+  bool wants_line_ = false;
 };
 
 }  // namespace robomosp::task

@@ -75,7 +75,22 @@ Result<sim::RobotMotion> TaskExecutor::driven(std::size_t who, const Drive& d,
   task.where = where;
   task.base_T_trajectory = d.base_T_trajectory;
   task.step = step_;
-  task.lead = lead_of(t, step_);
+  if (d.weave) {
+    // Every swing has its samples, however far the rows are apart.
+    constexpr double kSamples = 24;                         // of a swing to both sides
+    constexpr double kLeast = 1.0e-4;                       // between them [s]
+    const double swings = d.weave_speed / d.weave->length;  // a second
+    const double parts = std::max(1.0, std::ceil(step_ * kSamples * swings));
+    if (!(step_ / parts >= kLeast))
+      return error(ErrorCode::unsupported,
+                   "weaving of " + text::print_rounded(d.weave->length * 1000) + " mm at " +
+                       text::print_rounded(d.weave_speed * 1000) + " mm/s is " +
+                       text::print_rounded(swings) + " swings a second, and no robot follows",
+                   "Go more slowly, or give R_WOBBLE_LENGTH a greater value.");
+    task.step = step_ / parts;
+    task.weave = d.weave;
+  }
+  task.lead = lead_of(t, task.step);
   RMP_TRY_ASSIGN(auto m, sim::robot_motion(sim_->registry, task, progress));
   if (m.times.empty() || m.times.front() > 0) {
     m.times.insert(m.times.begin(), 0.0);

@@ -231,6 +231,8 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
   if (!presets.ok()) return std::move(presets).error().in(where);
   ProgramActor out(std::move(names), std::move(*machine));
   out.presets_ = std::move(*presets);
+  out.own_lines_ = std::move(wanted.lines);
+  out.files_ = std::move(wanted.files);
   out.taken_.resize(out.names_->grips.size());
   if (wanted.inspection) {
     out.inspection_ = std::move(wanted.inspection);

@@ -224,7 +224,7 @@ class Runner {
         seen_[i] = {true, executor_.changes(), next_row()};
         RMP_TRY(programs_[i].run(executor_, now_, progress_));
         is_going = true;
-        if (programs_[i].is_stopped()) {
+        if (programs_[i].is_stopped() || programs_[i].is_asking()) {
           stopped_at_ = i;
           return true;
         }
@@ -491,7 +491,13 @@ Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wa
     watch->rows.clear();
     watch->bytes = 0;
     watch->chosen.reset();
-    for (ProgramActor& p : programs) p.set_pause_wish(&watch->wants_pause);
+    for (std::size_t i = 0; i < programs.size(); ++i) {
+      programs[i].set_pause_wish(&watch->wants_pause);
+      // What was given at the start comes before what is typed.
+      const auto [at, is_new] =
+          watch->lines.try_emplace(programs[i].name(), wanted.programs[i].lines);
+      programs[i].set_lines(&at->second);
+    }
   }
   bool has_begun = false;
   double last = -1;
@@ -499,6 +505,7 @@ Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wa
     const double row = wanted.sample_time * static_cast<double>(k);
     if (watch && !has_begun && row >= from * (1 - 1e-12)) {
       has_begun = true;
+      for (ProgramActor& p : programs) p.set_attended(true);
       if (watch->begin) RMP_TRY(watch->begin(programs));
     }
     if (watch) watch->is_stopped = false;

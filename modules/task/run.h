@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -70,8 +71,10 @@ struct ProgramWatch {
   std::optional<Chosen> chosen;
   /// Is asked for before the first instruction, and after run.refresh: breakpoints.
   std::function<Result<void>(std::vector<ProgramActor>&)> begin;
+  /// What was typed for READ, by program; a run reads on where it has come to.
+  std::map<std::string, std::vector<std::string>> lines;
   double now = 0;
-  bool is_stopped = false;     ///< a program stands at a breakpoint or behind a step
+  bool is_stopped = false;     ///< a program stands at a breakpoint, behind a step, or asks
   std::size_t stopped_at = 0;  ///< which
   /// A program that computes stops when it sees this. Not guarded.
   std::atomic<bool> wants_pause{false};

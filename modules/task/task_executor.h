@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernel/expression.h"
+#include "motion/weave.h"
 #include "robotics/build_model.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"
@@ -119,6 +120,8 @@ class TaskExecutor {
     std::optional<Grip> tip;                            ///< that follows it; none = of joints
     std::vector<double> from;                           ///< joint values at its start
     double velocity_share = 1, acceleration_share = 1;  ///< of the joints' limits
+    std::optional<motion::Weave> weave;                 ///< laid over its paths
+    double weave_speed = 0;                             ///< along the path, at most [m/s]
   };
   Result<sim::RobotMotion> driven(std::size_t actor, const Drive&, const std::string& where,
                                   double t, Progress&) const;

@@ -2,6 +2,7 @@
 // program.run_alone: a program without a world, its texts and outputs.
 #include "program/alone.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "ioci/core/commands.h"
@@ -37,6 +38,51 @@ Result<std::map<std::string, program::SignalValue>> read_inputs(const Value* giv
     out.emplace(name, v);
   }
   return out;
+}
+
+Result<std::vector<std::vector<std::string>>> read_lines(const Value* given,
+                                                         const std::vector<std::string>& names,
+                                                         std::string_view path) {
+  std::vector<std::vector<std::string>> out(names.size());
+  if (!given || given->is_nil()) return out;
+  const auto texts = [&](const Value& value) -> Result<std::vector<std::string>> {
+    const List* list = value.as_list();
+    if (!list)
+      return error(ErrorCode::invalid_argument, "lines are a list of texts, not " + value.text(),
+                   "Give lines = {\"12\", \"yes\"}.", std::string(path));
+    std::vector<std::string> all;
+    for (const Value& one : *list) {
+      all.push_back(one.as_string() ? *one.as_string() : one.text());
+      if (all.back().find('\n') != std::string::npos)
+        return error(ErrorCode::invalid_argument,
+                     "line " + std::to_string(all.size()) + " has an end of line in it",
+                     "Give each line as a text of its own.", std::string(path));
+    }
+    return all;
+  };
+  // An empty table is an empty list of lines.
+  if (const Map* map = given->as_map(); map && !map->empty()) {
+    for (const auto& [name, value] : *map) {
+      const auto at = std::find(names.begin(), names.end(), name);
+      if (at == names.end()) return unknown_name("program", name, names);
+      RMP_TRY_ASSIGN(out[static_cast<std::size_t>(at - names.begin())], texts(value));
+    }
+    return out;
+  }
+  if (const List* list = given->as_list(); given->as_map() || (list && list->empty())) return out;
+  if (names.size() != 1)
+    return error(ErrorCode::invalid_argument,
+                 "lines are for one program, and " + std::to_string(names.size()) + " run",
+                 "Give them by name: lines = {program_name = {...}}.", std::string(path));
+  RMP_TRY_ASSIGN(out.front(), texts(*given));
+  return out;
+}
+
+ParamSpec lines_field() {
+  return optional("lines", "any", "",
+                  "What READ gets, one line after the other: a list for the only program, or a "
+                  "table of lists by the names of programs. Where they end, a live run waits for "
+                  "run.input, and others end with an error.");
 }
 
 Result<std::shared_ptr<const CompiledProgram>> compile_now(Application& app, const Handle& handle,

@@ -9,8 +9,10 @@
 #include <set>
 
 #include "ioci/core/commands.h"
+#include "ioci/program/alone_inputs.h"
 #include "ioci/program/points.h"
 #include "ioci/program/program_kind.h"
+#include "ioci/program/run_files.h"
 #include "ioci/world/members.h"
 
 namespace robomosp::ioci {
@@ -286,7 +288,8 @@ Result<Value> run_program(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, p));
   Map run{{"id", Application::handle(AnyId(p.placements[at].world))},
           {"program", p.placements[at].name}};
-  for (const char* each : {"unbound", "values", "sample_time", "most_time", "duration"})
+  for (const char* each :
+       {"unbound", "values", "lines", "files", "sample_time", "most_time", "duration"})
     if (has(args, each)) run.set(each, *args.find(each));
   return ctx.dispatch("world.run_task", run);
 }
@@ -429,8 +432,14 @@ Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::invalid_argument,
                  "values are for one program, and " + std::to_string(programs.size()) + " run",
                  "Name the one with program = ...", "values");
+  std::vector<std::string> names;
+  for (const PlacedProgram& p : programs) names.push_back(p.placement->name);
+  const auto files = program_folder(args);
+  RMP_TRY_ASSIGN(const auto lines, read_lines(args.find("lines"), names, "lines"));
   for (const PlacedProgram& p : programs) {
     task::ProgramInWorld one;
+    one.lines = lines[run.programs.size()];
+    one.files = files;
     RMP_TRY_ASSIGN(one.code, compile_program(ctx, p.program, p.placement));
     one.placement = *p.placement;
     one.frees_unbound = text_of(args, "unbound") == "free";
@@ -576,7 +585,7 @@ RMP_COMMANDS(program_in_world_commands) {
                   optional("robot", "ref:robot", "", "For a program that no world has."),
                   choice("unbound", {"error", "free"},
                          "Signals without a binding are an error, or the program's own."),
-                  values_field(),
+                  values_field(), lines_field(), files_field(),
                   above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
                   above_zero(defaulted("most_time", "real", "s", 3600.0,
                                        "A run that takes longer is an error.")),
@@ -584,6 +593,7 @@ RMP_COMMANDS(program_in_world_commands) {
                       optional("duration", "real", "s", "What is not over by then ends there."))},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates | Effect::edits,
+       .sometimes = Effect::files_read | Effect::files_write,
        .run = run_program});
   return all;
 }

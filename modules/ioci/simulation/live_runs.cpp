@@ -282,21 +282,27 @@ Result<Value> start(CommandContext& ctx, const Map& args) {
 }
 
 /// Computes on with the world as it is now.
-Result<Value> anew(CommandContext& ctx, const Map& args,
+Result<Value> anew(CommandContext& ctx, const Map& args, bool is_same_run,
                    Result<void> (sim::LiveRun::*how)(sim::LiveRun::Source, Progress&)) {
   const LiveRunPtr run = entry_of(ctx, args);
   LiveRunEntry& entry = *run;
+  const auto before = entry.watch();
   auto source = source_of(ctx, entry);
+  // What was typed counts again where the same run goes on.
+  if (const auto now = entry.watch(); is_same_run && before && now && before != now) {
+    const std::lock_guard old(before->mutex);
+    now->lines = before->lines;
+  }
   if (!source.ok()) return answer(ctx, args, std::move(source).error());
   entry.set_snapshot(ctx.base());
   return answer(ctx, args, (entry.run.get()->*how)(std::move(*source), ctx.progress));
 }
 Result<Value> reset(CommandContext& ctx, const Map& args) {
   set_entry(*entry_of(ctx, args), args);
-  return anew(ctx, args, &sim::LiveRun::start);
+  return anew(ctx, args, false, &sim::LiveRun::start);
 }
 Result<Value> refresh(CommandContext& ctx, const Map& args) {
-  return anew(ctx, args, &sim::LiveRun::refresh);
+  return anew(ctx, args, true, &sim::LiveRun::refresh);
 }
 
 Result<Value> step(CommandContext& ctx, const Map& args) {

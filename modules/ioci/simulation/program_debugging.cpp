@@ -113,7 +113,22 @@ Map place(const task::ProgramWatch& watch, const LiveRunEntry& entry) {
   if (!is_stopped || stopped_at >= watch.programs.size()) return out;
   const Machine& machine = machine_at(watch, row, stopped_at);
   const auto& stop = machine.status().stop;
-  if (!stop) return out;
+  if (!stop) {
+    // It asks: PAUSE, or READ.
+    for (const program::Wait& w : machine.status().waits) {
+      const bool is_pause = w.kind == program::WaitKind::pause;
+      if (!is_pause && w.kind != program::WaitKind::line) continue;
+      out.set("program", watch.programs[stopped_at].name());
+      out.set("reason", is_pause ? "pause" : "input");
+      out.set("process", static_cast<std::int64_t>(w.process));
+      out.set("file", file_of(machine, w.span));
+      out.set("line", static_cast<std::int64_t>(w.span.line));
+      out.set("column", static_cast<std::int64_t>(w.span.column));
+      if (is_pause) out.set("message", w.message);
+      break;
+    }
+    return out;
+  }
   static constexpr const char* kReasons[] = {"breakpoint", "step", "motion", "pause", "entry"};
   out.set("program", watch.programs[stopped_at].name());
   out.set("reason", kReasons[static_cast<std::size_t>(stop->reason)]);
@@ -382,6 +397,34 @@ Result<Value> set_variable(CommandContext& ctx, const Map& args) {
   return Value(variable_map(v));
 }
 
+Result<Value> input(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = run_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
+  const std::lock_guard lock(watch->mutex);
+  RMP_TRY_ASSIGN(const std::size_t at, program_at(*watch, args));
+  const std::string line = text_of(args, "text");
+  constexpr std::size_t kMostLine = std::size_t{1} << 20, kMostLines = 100'000;
+  if (line.size() > kMostLine || line.find('\n') != std::string::npos)
+    return error(
+        ErrorCode::invalid_argument,
+        line.size() > kMostLine ? "a line of " + std::to_string(line.size()) + " bytes is too long"
+                                : std::string("a line has no end of line in it"),
+        line.size() > kMostLine ? "Give at most 1048576." : "Give one line after the other.",
+        "text");
+  const task::ProgramActor& program = watch->programs[at];
+  if (program.is_over())
+    return error(ErrorCode::conflict,
+                 "program " + text::quote(program.name()) + " is over and reads nothing",
+                 "run.reset begins again.");
+  std::vector<std::string>& lines = watch->lines[program.name()];
+  if (lines.size() >= kMostLines)
+    return error(ErrorCode::unsupported, "the program was given 100000 lines already",
+                 "Let it read a file.");
+  lines.push_back(line);
+  return Value(Map{{"program", program.name()},
+                   {"unread", static_cast<std::int64_t>(lines.size() - program.lines_read())}});
+}
+
 /// A program that counts, and its run, for examples.
 std::string with_run(const char* rest) {
   return with_arm(
@@ -476,12 +519,14 @@ RMP_COMMANDS(program_debugging_commands) {
        field("error", "string", "", "Why it could not go on; absent when it could."),
        field("is_past", "bool", "", "It is computed farther than what is shown."),
        field("program", "string", "", "That stands; so the next ones."),
-       field("reason", "string", "", "breakpoint, step, motion, pause, entry or fault."),
+       field("reason", "string", "",
+             "breakpoint, step, motion, pause (run.pause, or PAUSE), input (READ waits for "
+             "run.input), entry or fault."),
        field("process", "int", "", "Number of its routine, 0 is the program."),
        field("file", "string", "", "Where it stands."),
        field("line", "int", "", "Where it stands."), field("column", "int", "", "Where it stands."),
        field("breakpoint", "int", "", "Its number, at one."),
-       field("message", "string", "", "What is wrong, at a fault.")}};
+       field("message", "string", "", "What is wrong, at a fault; what PAUSE says.")}};
   const std::vector<ParamSpec> breakpoint_fields{
       field("number", "int", "", "Of the breakpoint."),
       field("program", "string", "", "Its name in the world."),
@@ -561,6 +606,32 @@ RMP_COMMANDS(program_debugging_commands) {
   add("run.to_motion", "Goes on until a process is about to begin a motion.", "",
       with_run("assert(run:to_motion().is_complete)"), {self("run"), program, process, speed},
       stood, Effect::simulates, step<program::StepKind::motion>);
+  add("run.input", "Gives a program the next line that it reads.",
+      "A program of a live run that comes to READ without a line lets the run rest with the reason "
+      "input; run.continue goes on with the line. Lines that are given before are kept until they "
+      "are read, also over run.refresh.",
+      with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n"
+               "local asks = program.create{name = \"asks\", source = [[\n"
+               "PROGRAM asks;\n"
+               "VAR INT: n;\n"
+               "BEGIN\n"
+               "  READLN(n);\n"
+               "  WRITELN(2 * n);\n"
+               "  WAIT 0.1 SEC;\n"
+               "ENDPROGRAM;\n"
+               "]]}\ncell:add_program{program = asks}\n"
+               "local run = cell:start_run(\"tasks\")\n"
+               "assert(run:continue().reason == \"input\")\n"
+               "run:input(\"21\")\n"
+               "run:continue()\n"
+               "assert(run:recording():notes()[1] == \"t = 0 s: asks: 42\")"),
+      {self("run"), needed("text", "string", "", "The line, without its end."), program},
+      {"map",
+       "",
+       "",
+       {field("program", "string", "", "Whose line it is."),
+        field("unread", "int", "", "Lines that it has not read yet, with this one.")}},
+      Effect::simulates, input);
   add("run.stack", "Lists the calls that a process of a program is in, innermost first.",
       "At the time that the run shows; so run.variables and run.evaluate. Back in what is recorded "
       "it is what was behind that row.",

@@ -2,7 +2,9 @@
 // Commands for what worlds have for tasks: frames, lights, tasks, signals, held objects.
 #include <algorithm>
 
+#include "ioci/program/alone_inputs.h"
 #include "ioci/program/in_world.h"
+#include "ioci/program/run_files.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/task/steps.h"
 #include "ioci/world/members.h"
@@ -276,7 +278,7 @@ RMP_COMMANDS(world_task_commands) {
                   optional("program", "any", "", "Name or names of programs in the world."),
                   choice("unbound", {"error", "free"},
                          "Signals of programs without a binding are an error, or their own."),
-                  values_field(),
+                  values_field(), lines_field(), files_field(),
                   above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
                   above_zero(defaulted("most_time", "real", "s", 3600.0,
                                        "A run that takes longer is an error.")),
@@ -285,6 +287,7 @@ RMP_COMMANDS(world_task_commands) {
                   watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
+       .sometimes = Effect::files_read | Effect::files_write,
        .run = run_task,
        .runs = RunKind::task});
   const auto list = [&](const char* command, const char* summary, const char* make,

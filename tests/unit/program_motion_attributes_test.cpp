@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// Attributes of motions of programs in worlds: weaving, the speed of transitions, devices and
+// additional axes.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/program_run.h"
+
+namespace robomosp {
+namespace {
+
+using recording::RecordingPtr;
+using test::kDown;
+using test::ProgramRun;
+
+class MotionAttributes : public ProgramRun {
+ protected:
+  std::string declared(const std::string& more = "") { return "VAR " + std::string(kDown) + more; }
+  /// Rates of a joint by differences, against those that are recorded: no jumps in either.
+  static void expect_smooth(const RecordingPtr& r, const std::string& robot, std::size_t joints) {
+    const auto& t = column(r, "time");
+    for (std::size_t j = 1; j <= joints; ++j) {
+      const auto& q = column(r, robot + ".q" + std::to_string(j));
+      const auto& qd = column(r, robot + ".qd" + std::to_string(j));
+      double worst = 0, greatest = 0;
+      for (std::size_t i = 1; i + 1 < t.size(); ++i) {
+        if (t[i + 1] - t[i - 1] < 1e-6) continue;
+        worst = std::max(worst, std::fabs((q[i + 1] - q[i - 1]) / (t[i + 1] - t[i - 1]) - qd[i]));
+        greatest = std::max(greatest, std::fabs(qd[i]));
+      }
+      EXPECT_LT(worst, 0.02 * greatest + 2e-3) << "joint " << j;
+    }
+  }
+};
+
+TEST_F(MotionAttributes, WobbleIsASineOverTheWayToBothSides) {
+  put("seam",
+      "MOVE PTP POSE(POSITION(400.0, -100.0, 300.0), down);\n"
+      "go := TRUE;\n"
+      "R_WOBBLE_AMPLITUDE := 3.0;\nR_WOBBLE_LENGTH := 20.0;\n"
+      "MOVE LIN POSITION(400.0, 100.0, 300.0) SPEED := 50.0 WOBBLE := TRUE;\n"
+      "go := FALSE;\n",
+      "SIGNAL OUTPUT BOOL: go AT 1;\n" + declared());
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  const RecordingPtr r = run({{"sample_time", 0.002}});
+  ASSERT_TRUE(r);
+  const auto& go = column(r, "signal.go");
+  const auto places = tool(r);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < go.size(); ++i)
+    if (go[i] > 0) rows.push_back(i);
+  ASSERT_GT(rows.size(), 1000U);
+  rows.push_back(rows.back() + 1);
+  for (const std::size_t i : {rows.front(), rows.back()}) {
+    EXPECT_NEAR(places[i][0], 0.4, 1e-5);
+    EXPECT_NEAR(std::fabs(places[i][1]), 0.1, 1e-5);
+  }
+  // The tool looks down and goes along y: its sides are along x.
+  double least = 1, most = -1, worst = 0, before = -1;
+  for (const std::size_t i : rows) {
+    const double s = (places[i][1] + 0.1) * 1000, x = (places[i][0] - 0.4) * 1000;
+    EXPECT_GE(s, before - 1e-6);
+    before = s;
+    EXPECT_NEAR(places[i][2], 0.3, 1e-6);
+    least = std::min(least, x), most = std::max(most, x);
+    if (s < 20 || s > 180) continue;
+    const double wave = 3 * std::sin(2 * std::numbers::pi * s / 20);
+    worst = std::max(worst, std::fabs(std::fabs(x) - std::fabs(wave)));
+  }
+  EXPECT_LT(worst, 0.005);
+  EXPECT_NEAR(most, 3, 0.01);
+  EXPECT_NEAR(least, -3, 0.01);
+  expect_smooth(r, "ur5", 6);
+  // The speed along the seam is as it was asked for.
+  const auto& t = column(r, "time");
+  EXPECT_NEAR(t[rows.back()] - t[rows.front()], 200.0 / 50 + 50.0 / 2500, 0.005);
+}
+
+TEST_F(MotionAttributes, WobbleFollowsArcsAndStopsAtTheEndsOfEachPiece) {
+  put("round",
+      "MOVE PTP POSE(POSITION(400.0, -50.0, 300.0), down);\n"
+      "go := TRUE;\n"
+      "MOVE CIRCLE POSITION(450.0, 0.0, 300.0), POSITION(400.0, 50.0, 300.0) SPEED := 30.0 "
+      "WOBBLE := TRUE;\n"
+      "go := FALSE;\n"
+      "MOVE LIN POSITION(400.0, 80.0, 300.0), POSITION(430.0, 80.0, 300.0) WOBBLE := TRUE TIME := "
+      "4.0;\n"
+      "MOVE LIN POSITION(430.0, 80.0, 290.0) SPEED := 20.0;\n",
+      "SIGNAL OUTPUT BOOL: go AT 1;\n" + declared());
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  const RecordingPtr r = run({{"sample_time", 0.004}});
+  ASSERT_TRUE(r);
+  const auto& go = column(r, "signal.go");
+  const auto places = tool(r);
+  double least = 1, most = -1;
+  bool has_corner = false;
+  for (std::size_t i = 0; i < go.size(); ++i) {
+    const double radius = std::hypot(places[i][0] - 0.4, places[i][1]) * 1000;
+    has_corner = has_corner || std::hypot(places[i][0] - 0.4, places[i][1] - 0.08) < 2e-5;
+    if (go[i] < 1) continue;
+    least = std::min(least, radius - 50), most = std::max(most, radius - 50);
+  }
+  EXPECT_NEAR(most, 2, 0.02);  // as R_WOBBLE_AMPLITUDE begins
+  EXPECT_NEAR(least, -2, 0.02);
+  EXPECT_TRUE(has_corner);
+  EXPECT_NEAR(places.back()[2], 0.29, 1e-6);
+  expect_smooth(r, "ur5", 6);
+}
+
+TEST_F(MotionAttributes, WobbleThatCannotBeIsAnErrorAtItsLine) {
+  const auto of = [&](const std::string& name, const std::string& body) {
+    put(name, "MOVE PTP POSE(POSITION(400.0, -100.0, 300.0), down);\n" + body, declared());
+    const std::string said = fault();
+    call("world.remove_program", {{"id", cell_}, {"name", name}});
+    return said;
+  };
+  const std::string along =
+      of("along", "MOVE LIN POSITION(400.0, -100.0, 200.0) WOBBLE := TRUE;\n");
+  EXPECT_NE(along.find("along.irl:5:1: the tool cannot swing to its sides"), std::string::npos)
+      << along;
+  const std::string none =
+      of("none", "R_WOBBLE_LENGTH := 0.0;\nMOVE LIN POSITION(400.0, 0.0, 300.0) WOBBLE := TRUE;\n");
+  EXPECT_NE(none.find("none.irl:6:1: R_WOBBLE_LENGTH is 0"), std::string::npos) << none;
+  const std::string fine = of(
+      "fine", "R_WOBBLE_LENGTH := 1.0e-3;\nMOVE LIN POSITION(400.0, 0.0, 300.0) WOBBLE := TRUE;\n");
+  EXPECT_NE(fine.find("swings a second"), std::string::npos) << fine;
+  const std::string less =
+      of("less",
+         "R_WOBBLE_AMPLITUDE := -1.0;\nMOVE LIN POSITION(400.0, 0.0, 300.0) WOBBLE := TRUE;\n");
+  EXPECT_NE(less.find("R_WOBBLE_AMPLITUDE is -1"), std::string::npos) << less;
+}
+
+TEST_F(MotionAttributes, CSpeedBoundsTheSpeedInTheTransition) {
+  const auto slowest = [&](double share) {
+    const std::string name = "corner" + std::to_string(static_cast<int>(share));
+    put(name,
+        "MOVE PTP POSE(POSITION(400.0, -100.0, 300.0), down);\n"
+        "go := TRUE;\n"
+        "MOVE LIN POSITION(400.0, 0.0, 300.0) SPEED := 100.0 C_CP := 30.0 ACC := 20.0 C_SPEED := " +
+            std::to_string(share) +
+            ";\n"
+            "MOVE LIN POSITION(400.0, 100.0, 300.0) SPEED := 100.0 ACC := 20.0;\n"
+            "go := FALSE;\n",
+        "SIGNAL OUTPUT BOOL: go AT 1;\n" + declared());
+    const RecordingPtr r = run({{"sample_time", 0.002}});
+    call("world.remove_program", {{"id", cell_}, {"name", name}});
+    const auto places = tool(r);
+    const auto& t = column(r, "time");
+    double least = 1;
+    for (std::size_t i = 1; i + 1 < t.size(); ++i) {
+      if (std::fabs(places[i][1]) > 0.05 || t[i + 1] - t[i - 1] < 1e-6) continue;
+      const double way =
+          std::hypot(places[i + 1][0] - places[i - 1][0], places[i + 1][1] - places[i - 1][1]);
+      least = std::min(least, way / (t[i + 1] - t[i - 1]));
+    }
+    return least * 1000;
+  };
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  const double fast = slowest(100);
+  EXPECT_GT(fast, 90);
+  EXPECT_NEAR(slowest(60), 60, 2.5);
+  EXPECT_NEAR(slowest(25), 25, 2.5);
+  EXPECT_LT(slowest(0), 1);
+}
+
+}  // namespace
+}  // namespace robomosp
