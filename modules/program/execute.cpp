@@ -542,6 +542,7 @@ bool Run::control(Process& p, const Op& o) {
       const bool stops = o.code == Do::stop;
       if (other->is_stopped == stops) return true;
       other->is_stopped = stops;
+      if (!stops) wake(*other);
       for (const OpenMotion& m : other->open) {
         const auto done = stops ? world_->hold_motion(m.number) : world_->resume_motion(m.number);
         if (!done.ok()) return fail(done.error());

@@ -620,6 +620,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       }
       if (best) {
         best->is_granted = true;
+        wake(*of);
         ++*pc;
         return Did::done;
       }

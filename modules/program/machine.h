@@ -189,6 +189,8 @@ class Machine {
   [[nodiscard]] const rmp_code& code() const;
   [[nodiscard]] const std::shared_ptr<const CompiledProgram>& compiled() const;
   [[nodiscard]] std::uint64_t instructions() const;
+  /// How often a process was asked so far whether it can go on.
+  [[nodiscard]] std::uint64_t looks() const;
   /// Bytes that variables, stacks, strings and lists take.
   [[nodiscard]] std::uint64_t bytes() const;
   /// Processes that have begun and not ended (0 = the program), in their order.

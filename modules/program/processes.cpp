@@ -47,6 +47,7 @@ const rmp_code& Machine::code() const { return code_->tables(); }
 const std::shared_ptr<const CompiledProgram>& Machine::compiled() const { return code_->program; }
 const Status& Machine::status() const { return state_->status; }
 std::uint64_t Machine::instructions() const { return state_->instructions; }
+std::uint64_t Machine::looks() const { return state_->looks; }
 std::uint64_t Machine::bytes() const {
   return Run(*code_, *state_, nullptr, nullptr, nullptr).bytes();
 }
@@ -89,27 +90,55 @@ std::string Fault::sentence() const {
 // ---- processes ----
 
 Process* Run::process_of(std::uint32_t routine) {
-  for (Process& p : s_.processes)
-    if (p.routine == routine) return &p;
-  return nullptr;
+  if (routine >= s_.process_at.size() || s_.process_at[routine] == kNone) return nullptr;
+  return &s_.processes[s_.process_at[routine]];
 }
 
+void Run::count_bytes(Process& p) {
+  const std::uint64_t now = p.bytes();
+  s_.process_bytes += now - p.counted;
+  p.counted = now;
+}
+
+bool Run::sleeps(const Process& p) const {
+  if (p.is_ended || p.is_stopped || p.used >= c_.limits.slice) return true;
+  if (!p.open.empty() || !p.interrupts.empty()) return false;
+  switch (p.wait.kind) {
+    case Waits::time: return s_.now < p.wait.until;
+    case Waits::semaphore:
+    case Waits::pause: return !p.wait.is_granted;
+    default: return false;
+  }
+}
+
+void Run::wake(const Process& p) { awake_.emplace(-std::int64_t{p.priority}, p.routine); }
+
 void Run::start_process(std::uint32_t routine, std::int32_t priority) {
-  Process* p = process_of(routine);
-  if (!p) p = &s_.processes.emplace_back();
-  const std::uint64_t used = p->used;
-  *p = {};
-  p->used = used;
-  p->routine = routine;
-  p->priority = priority;
-  if (!push_frame(*p, routine, 0, FrameKind::call)) return;
-  p->pc = c_.routines[routine].first;
-  s_.order.clear();
-  for (std::uint32_t k = 0; k < s_.processes.size(); ++k) s_.order.push_back(k);
-  std::sort(s_.order.begin(), s_.order.end(), [&](std::uint32_t a, std::uint32_t b) {
+  const auto is_before = [&](std::uint32_t a, std::uint32_t b) {
     const Process &x = s_.processes[a], &y = s_.processes[b];
     return x.priority != y.priority ? x.priority > y.priority : x.routine < y.routine;
-  });
+  };
+  Process* p = process_of(routine);
+  if (p) {
+    s_.order.erase(
+        std::lower_bound(s_.order.begin(), s_.order.end(), s_.process_at[routine], is_before));
+    awake_.erase({-std::int64_t{p->priority}, routine});
+  } else {
+    if (s_.process_at.size() <= routine) s_.process_at.resize(c_.routines.size(), kNone);
+    s_.process_at[routine] = static_cast<std::uint32_t>(s_.processes.size());
+    p = &s_.processes.emplace_back();
+  }
+  const std::uint64_t used = p->used, counted = p->counted;
+  *p = {};
+  p->used = used, p->counted = counted;
+  p->routine = routine;
+  p->priority = priority;
+  const std::uint32_t at = s_.process_at[routine];
+  s_.order.insert(std::lower_bound(s_.order.begin(), s_.order.end(), at, is_before), at);
+  wake(*p);
+  const bool has_room = push_frame(*p, routine, 0, FrameKind::call);
+  count_bytes(*p);
+  if (has_room) p->pc = c_.routines[routine].first;
 }
 
 void Run::abort_all(Process& p, AbortReason reason) {
@@ -217,6 +246,13 @@ bool Run::interrupts(Process& p) {
 
 /// Lets a process go on, if it can. True = it has.
 bool Run::look(Process& p) {
+  ++s_.looks;
+  const bool has_gone_on = look_at(p);
+  count_bytes(p);
+  return has_gone_on;
+}
+
+bool Run::look_at(Process& p) {
   if (p.is_ended || p.is_stopped) return false;
   p_ = &p;
   s_.running = p.routine;
@@ -353,22 +389,21 @@ void Run::run(double now) {
   }
   for (Process& p : s_.processes) p.used = 0;
   ++s_.progress;  // every condition is looked at once
-  for (bool goes_on = true; goes_on;) {
-    goes_on = false;
-    // Whenever one has gone on, those of higher priority are asked again.
-    for (std::size_t k = 0; k < s_.order.size() && !goes_on; ++k) {
-      goes_on = look(s_.processes[s_.order[k]]);
-      if (status.fault || status.is_halted || status.stop || status.state == RunState::cancelled)
-        break;
-    }
+  awake_.clear();
+  for (const std::uint32_t k : s_.order)
+    if (!s_.processes[k].is_ended)
+      awake_.emplace_hint(awake_.end(), -std::int64_t{s_.processes[k].priority},
+                          s_.processes[k].routine);
+  for (auto next = awake_.begin(); next != awake_.end();) {
+    Process& p = *process_of(next->second);
+    const bool has_gone_on = look(p);
     if (status.fault || status.is_halted || status.stop || status.state == RunState::cancelled)
       break;
-    if (goes_on) {
-      // Only those whose slice is used up are left: they go on in the next run.
-      goes_on = std::any_of(s_.processes.begin(), s_.processes.end(), [&](const Process& p) {
-        return !p.is_ended && !p.is_stopped && p.used < c_.limits.slice;
-      });
-    }
+    // Nothing asks again in vain: who sleeps is left out until something wakes it.
+    const auto at = next++;
+    if (sleeps(p)) awake_.erase(at);
+    // Whenever one has gone on, those of higher priority are asked again.
+    if (has_gone_on) next = awake_.begin();
   }
   if (status.fault || status.is_halted) {
     for (Process& p : s_.processes) {

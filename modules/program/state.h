@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/program_numbers.h>
@@ -398,12 +399,19 @@ struct Process {
   std::size_t condition_depth = 0;  ///< frames when a condition of UNTIL or WHEN runs; 0 = none
   std::uint64_t used = 0;           ///< of the slice of this run()
   std::string input;                ///< of the operator, not read yet
+  std::uint64_t counted = 0;        ///< of its bytes in State::process_bytes
+  [[nodiscard]] std::uint64_t bytes() const {
+    return stack.size() * sizeof(Slot) + frames.size() * sizeof(Frame) + input.size();
+  }
 };
 
 struct Machine::State {
   std::vector<Slot> globals;
   std::deque<Process> processes;
-  std::vector<std::uint32_t> order;  ///< of them: those of higher priority first
+  std::vector<std::uint32_t> order;       ///< of them: those of higher priority first
+  std::vector<std::uint32_t> process_at;  ///< by routine: which of them; kNone = none yet
+  std::uint64_t process_bytes = 0;        ///< of all as they were counted last
+  std::uint64_t looks = 0;                ///< how often one was asked whether it goes on
   Heap heap;
   double now = 0;
   bool has_begun = false;
@@ -478,6 +486,13 @@ class Run {
   enum class Next : std::uint8_t { go_on, wait, end, stop, condition_true, condition_false };
   // ---- processes.cpp ----
   bool look(Process&);
+  bool look_at(Process&);
+  /// Takes over what a process needs now into the sum.
+  void count_bytes(Process&);
+  /// Whether nothing that others do in this run() lets it go on, but what calls wake().
+  [[nodiscard]] bool sleeps(const Process&) const;
+  /// It is asked again in this run().
+  void wake(const Process&);
   bool interrupts(Process&);
   Next condition(Process&, std::uint32_t op);
   bool poll(Process&);
@@ -528,6 +543,8 @@ class Run {
   const std::atomic<bool>* cancel_;
   Observer* observer_;
   Process* p_ = nullptr;
+  /// Those that are asked in this run(), those of higher priority first: -priority, routine.
+  std::set<std::pair<std::int64_t, std::uint32_t>> awake_;
   std::uint32_t at_ = 0;         ///< op
   std::uint64_t cost_ = 0;       ///< of long copies, in instructions
   std::uint32_t last_test_ = 0;  ///< op at which the last condition ended

@@ -216,10 +216,9 @@ void Run::append_text(std::uint32_t type, const Slot* slots, std::string& out,
 }
 
 std::uint64_t Run::bytes() const {
-  std::uint64_t all = s_.globals.size() * 8 + s_.heap.bytes;
-  for (const Process& p : s_.processes)
-    all += p.stack.size() * 8 + p.frames.size() * sizeof(Frame) + p.input.size();
-  return all;
+  // Only what the running process needs has changed since it was counted.
+  const std::uint64_t own = p_ ? p_->bytes() - p_->counted : 0;
+  return s_.globals.size() * sizeof(Slot) + s_.heap.bytes + s_.process_bytes + own;
 }
 
 /// Marks what slots lead to; a slot that looks like a handle is one (state.h).

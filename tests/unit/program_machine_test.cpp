@@ -637,5 +637,62 @@ TEST(Machine, StepIntoGoesStatementByStatement) {
   EXPECT_EQ(lines, "8 9 10 ");
 }
 
+/// Processes that `text` begins, started by the program from the first to the last.
+std::string started(int count, const std::string& text, const std::string& behind = "") {
+  std::string declared = "VAR INT: k; SEMAPHORE: s;\n", starts;
+  for (int i = 0; i < count; ++i) {
+    const std::string name = "q" + std::to_string(i);
+    declared += "PROCESS " + name + "; BEGIN " + text + " k := k + 1; ENDPROCESS;\n";
+    starts += "START " + name + ";\n";
+  }
+  return body(starts + behind, declared);
+}
+
+TEST(Machine, StartingProcessesIsLinearInTheirNumber) {
+  struct Case {
+    const char* waits;
+    const char* behind;
+  };
+  for (const Case& c : {Case{"WAIT 1.0 SEC;", ""}, Case{"", ""},
+                        Case{"ACQUIRE(s); RELEASE(s);", "WAIT 1.0 SEC; RELEASE(s);"}})
+    for (const int count : {10, 1'000, 10'000}) {
+      Machine m = loaded(started(count, c.waits, c.behind));
+      TestWorld w;
+      m.run(0, w);
+      // Once when it is started, once when it waits; the program itself twice for each.
+      EXPECT_LE(m.looks(), 4U * static_cast<unsigned>(count) + 4U) << c.waits << count;
+      EXPECT_GE(m.looks(), static_cast<unsigned>(count)) << c.waits << count;
+      w.now = 1;
+      const Status& s = m.run(1, w);
+      EXPECT_EQ(s.state, RunState::over) << c.waits << count << fault_of(s);
+      EXPECT_LE(m.looks(), 8U * static_cast<unsigned>(count) + 8U) << c.waits << count;
+      const auto k = m.evaluate("k", 0, Machine::kNoFrame);
+      ASSERT_TRUE(k.ok()) << k.error().sentence();
+      EXPECT_EQ(k->value, std::to_string(count)) << c.waits;
+    }
+}
+
+TEST(Machine, TheBytesOfProcessesAreThoseOfTheirStacks) {
+  // The sum that is kept goes up with what a recursion takes and down when its process is over.
+  Machine m = loaded(R"(PROGRAM p;
+PROCEDURE deep(IN INT: n); VAR ARRAY [1..100] OF INT: a;
+BEGIN IF n > 0 THEN deep(n - 1); ELSE WAIT 1.0 SEC; ENDIF; ENDPROC;
+PROCESS one; BEGIN deep(50); ENDPROCESS;
+BEGIN
+  START one; WAIT 2.0 SEC;
+  START one; WAIT 2.0 SEC;
+ENDPROGRAM;)");
+  TestWorld w;
+  const auto bytes_at = [&](double t) {
+    w.now = t;
+    m.run(t, w);
+    return m.bytes();
+  };
+  const std::uint64_t deep = bytes_at(0), ended = bytes_at(1), again = bytes_at(2);
+  EXPECT_GE(deep, ended + 50 * 100 * 8);
+  EXPECT_EQ(bytes_at(3), ended);
+  EXPECT_EQ(again, deep);
+}
+
 }  // namespace
 }  // namespace robomosp::program
