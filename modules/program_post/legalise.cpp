@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_post/legalise.h"
 
+#include <algorithm>
 #include <cstring>
+#include <map>
 #include <optional>
+#include <set>
 
 #include <robomosp/sdk/post_writer.h>
 
@@ -42,6 +45,7 @@ class Passes {
     Legal out;
     to_chords(*t_, caps_, options.points, options.chord_mm, out.remarks);
     to_scalars(*t_, caps_, out.remarks);
+    find_loops_whose_variable_is_read_behind();
     for (std::uint32_t r = 0; r < t_->routines.size(); ++r) {
       routine_ = r;
       const rmp_code_routine& it = t_->routines[r];
@@ -331,6 +335,77 @@ class Passes {
       if (calls(t_->links[x.first + k])) return true;
     return false;
   }
+  /// FOR of controllers leaves its variable at the value behind the last one, or nobody says at
+  /// which. Where the value may be read behind the loop, the loop becomes a WHILE that keeps it.
+  /// By places in the text: a mention outside of all loops over the variable, behind this one, or
+  /// anywhere when it runs again or another routine reads it.
+  void find_loops_whose_variable_is_read_behind() {
+    struct Over {
+      std::uint32_t statement, file, begin, body, end, first;  ///< first: of its routine
+      bool runs_again;
+    };
+    std::map<std::uint32_t, std::vector<Over>> loops;  // by variable
+    std::set<std::uint32_t> places;                    // left sides of assignments
+    bool has_goto = false;
+    for (const rmp_code_routine& r : t_->routines) {
+      const std::uint32_t first = r.body == RMP_NONE ? 0 : st(r.body).span.begin;
+      // Ends of blocks; nesting is as deep as the compiler lets it be.
+      const auto walk = [&](const auto& self, std::uint32_t i, bool again) -> std::uint32_t {
+        std::uint32_t end = 0;
+        for (; i != RMP_NONE; i = st(i).next) {
+          const rmp_code_statement& s = st(i);
+          const bool is_for = s.op == RMP_STMT_FOR || s.op == RMP_STMT_FOR_DOWN;
+          const bool is_loop =
+              is_for || s.op == RMP_STMT_WHILE || s.op == RMP_STMT_REPEAT || s.op == RMP_STMT_LOOP;
+          has_goto = has_goto || s.op == RMP_STMT_GOTO;
+          if (s.op == RMP_STMT_ASSIGN) places.insert(s.a);
+          const std::uint32_t inner =
+              std::max(s.span.end, s.body == RMP_NONE ? 0U : self(self, s.body, again || is_loop));
+          if (is_for) {
+            const std::uint32_t body = s.body == RMP_NONE ? inner : st(s.body).span.begin;
+            loops[s.symbol].push_back({i, s.span.file, s.span.begin, body, inner, first, again});
+          }
+          end = std::max(end, inner);
+        }
+        return end;
+      };
+      walk(walk, r.body, false);
+    }
+    if (loops.empty()) return;
+    for (auto& [v, all] : loops)
+      std::sort(all.begin(), all.end(), [](const Over& a, const Over& b) {
+        return std::pair(a.file, a.begin) < std::pair(b.file, b.begin);
+      });
+    struct Outside {
+      std::uint32_t file = RMP_NONE, least = RMP_NONE, most = 0;
+      bool is_elsewhere = false;  ///< in several files
+    };
+    std::map<std::uint32_t, Outside> outside;
+    for (std::uint32_t e = 0; e < t_->expressions.size(); ++e) {
+      const rmp_code_expression& x = t_->expressions[e];
+      if (x.op != RMP_EXPR_SYMBOL || places.count(e) > 0) continue;
+      const auto of = loops.find(x.symbol);
+      if (of == loops.end()) continue;
+      // The last loop over it that begins before the mention.
+      const auto behind = std::upper_bound(
+          of->second.begin(), of->second.end(), std::pair(x.span.file, x.span.begin),
+          [](const auto& at, const Over& l) { return at < std::pair(l.file, l.begin); });
+      if (behind != of->second.begin()) {
+        const Over& l = *std::prev(behind);
+        if (l.file == x.span.file && x.span.begin >= l.body && x.span.begin < l.end) continue;
+      }
+      Outside& o = outside[x.symbol];
+      o.is_elsewhere = o.is_elsewhere || (o.file != RMP_NONE && o.file != x.span.file);
+      o.file = x.span.file;
+      o.least = std::min(o.least, x.span.begin);
+      o.most = std::max(o.most, x.span.begin);
+    }
+    for (const auto& [v, o] : outside)
+      for (const Over& l : loops[v])
+        if (l.runs_again || has_goto || o.is_elsewhere || o.file != l.file || o.most > l.begin ||
+            o.least < l.first)
+          read_behind_.insert(l.statement);
+  }
   std::uint32_t for_loop(std::uint32_t i, int depth) {
     std::optional<double> step = 1.0;
     if (st(i).c != RMP_NONE) {
@@ -341,7 +416,8 @@ class Passes {
     }
     const bool is_plain = step && *step == 1.0 && st(i).op == RMP_STMT_FOR;
     const bool is_int = t_->symbols[st(i).symbol].type == RMP_TYPE_INT;
-    if (is_int && has(kPostFor) && (is_plain || (step && has(kPostForStep))))
+    const bool is_read_behind = has(kPostWhile) && read_behind_.count(i) > 0;
+    if (is_int && has(kPostFor) && (is_plain || (step && has(kPostForStep))) && !is_read_behind)
       return whole_loop(i, depth, true, i);
     // v := from; last := to; WHILE v <= last; body; v := v + step; ENDWHILE
     const rmp_span span = st(i).span;
@@ -441,6 +517,7 @@ class Passes {
   const PostCapabilities& caps_;
   std::unique_ptr<ProgramTables> t_;
   std::uint32_t routine_ = 0;
+  std::set<std::uint32_t> read_behind_;  ///< FOR statements
 };
 
 }  // namespace

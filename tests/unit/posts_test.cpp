@@ -293,6 +293,39 @@ TEST(Legalise, ForBecomesWhileAndItsVariableKeepsTheLastValue) {
       "      EXIT\n    ENDIF\n    COUNTER=COUNTER+2\n  ENDWHILE\n";
   EXPECT_NE(src.find(loop), std::string::npos) << src;
 }
+/// Controllers leave a FOR's variable elsewhere than IRL does: 4 behind FOR I=1 TO 3.
+TEST(Legalise, AForWhoseVariableIsReadBehindItBecomesAWhileThatKeepsIt) {
+  const auto text = [](const std::string& declarations, const std::string& statements) {
+    const Posted p = post_source(posts::Krl(),
+                                 "PROGRAM p;\nSIGNAL OUTPUT BOOL: o AT 1;\nVAR INT: "
+                                 "i, n;\n" +
+                                     declarations + "BEGIN\n" + statements + "\nENDPROGRAM;\n");
+    EXPECT_EQ(p.faults, "");
+    return p.files.at("P.src");
+  };
+  const std::string loop = "FOR i := 1 TO 3 o := TRUE; ENDFOR; ";
+  const std::string kKept[] = {loop + "n := i;", loop + "IF i = 3 THEN o := FALSE; ENDIF;",
+                               // It runs again, and reads what the run before left.
+                               "FOR n := 1 TO 2 o := i = 3; " + loop + "ENDFOR;",
+                               "LABEL l: o := i = 3; " + loop + "IF o THEN GOTO l; ENDIF;",
+                               // The head of another loop over it.
+                               loop + "FOR i := i TO 5 o := TRUE; ENDFOR;"};
+  for (const std::string& each : kKept) {
+    const std::string got = text("", each);
+    EXPECT_NE(got.find("WHILE COUNTER"), std::string::npos) << each << "\n" << got;
+  }
+  EXPECT_NE(text("PROCEDURE q; BEGIN o := i = 3; ENDPROC;\n", loop + "q;").find("WHILE COUNTER"),
+            std::string::npos);
+  const std::string kPlain[] = {loop, "n := i; i := 2; " + loop, loop + loop,
+                                "FOR i := 1 TO 3 n := n + i; ENDFOR;",
+                                "FOR n := 1 TO 2 FOR i := 1 TO 3 o := i = n; ENDFOR; ENDFOR;"};
+  for (const std::string& each : kPlain) {
+    const std::string got = text("", each);
+    EXPECT_EQ(got.find("WHILE"), std::string::npos) << each << "\n" << got;
+    EXPECT_NE(got.find("FOR I=1 TO 3"), std::string::npos) << each << "\n" << got;
+  }
+}
+
 TEST(Legalise, CaseBecomesIfAndLooksAtItsSelectorOnce) {
   const std::string src =
       post_source(Less(kPostCase),
