@@ -81,6 +81,42 @@ TEST(GCodePost, ArcsInThePlanesHaveTheirCentreAndOthersAreChords) {
   EXPECT_TRUE(has_text(t, "X0.000 Y10.000 Z3.000 F15000.000\nM2\n"));
 }
 
+/// Rotary axes go from number to number: 180 to -135 would be 315 degrees for a turn of 45.
+TEST(GCodePost, RotaryAxesGoOnFromWhereTheyAre) {
+  PostOption rotary;
+  rotary.name = "rotary";
+  rotary.value = "ABC";
+  How how;
+  how.robot = true;
+  how.form = kPostFlat;
+  how.profile.options = {&rotary, 1};
+  std::string irl = "PROGRAM prog;\nBEGIN\n";
+  // Two whole turns of C, and the hand over the edge where A and C turn round.
+  for (int k = 0; k <= 48; ++k)
+    irl += "MOVE LIN POSE(POSITION(500.0, 0.0, 200.0), ORIZYX(" + std::to_string(15 * k) +
+           ".0, 180.0, 0.0));\n";
+  for (int b = 60; b <= 120; b += 15)
+    irl += "MOVE LIN POSE(POSITION(500.0, 0.0, 200.0), ORIZYX(0.0, " + std::to_string(b) +
+           ".0, 0.0));\n";
+  const Posted p = posted(kPost, irl + "ENDPROGRAM;\n", how);
+  ASSERT_EQ(p.errors, 0) << p.faults;
+  std::vector<Numbers> at;
+  for (const std::string& l : lines_of(p.text())) {
+    const std::size_t a = l.find(" A"), b = l.find(" B"), c = l.find(" C");
+    if (!l.starts_with("G1 ") || a == std::string::npos) continue;
+    at.push_back(
+        {std::stod(l.substr(a + 2)), std::stod(l.substr(b + 2)), std::stod(l.substr(c + 2))});
+  }
+  ASSERT_EQ(at.size(), 54U) << p.text();
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    if (i == 49) continue;  // between the two parts
+    double way = 0;
+    for (std::size_t k = 0; k < 3; ++k) way += std::fabs(at[i][k] - at[i - 1][k]);
+    EXPECT_NEAR(way, 15, 1e-3) << i;
+  }
+  EXPECT_NEAR(std::fabs(at[48][2] - at[0][2]), 720, 1e-3);
+}
+
 TEST(GCodePost, AnotherOrientationIsAnErrorOnThreeAxes) {
   const Posted p =
       posted(kPost,

@@ -760,8 +760,7 @@ TEST_F(RoundTrip, FilesOfEveryTargetAreThoseThatWereRead) {
         Map args{{"id", id}, {"target", to}, {"form", form}, {"robot", "puma560"}};
         if (const Value with = profile(to); with != Value()) args.set("profile", with);
         args.set("inputs", Map{{"ready", true}, {"code", 0}});
-        if (name == "control") args.set("inputs", Map{{"ready", true}});
-        else if (name != "constructs") args.set("inputs", Map{});
+        if (name != "constructs") args.set("inputs", Map{});
         args.set("check", true);
         auto checked = app().dispatch(session_, "program.post", args);
         text += std::string("==== ") + form + "\n";

@@ -47,8 +47,30 @@ class GWriter final : public StraightWriter {
     const Placed at = placed(p, Orientation::fixed_xyz);
     std::string out;
     for (std::size_t i = 0; i < 3; ++i) out += kNames[i] + length(at.mm[i]);
-    for (std::size_t i = 0; rotary_ && i < 3; ++i) out += kNames[i + 3] + angle(at.ori[i]);
+    if (rotary_) turn_near({at.ori[0], at.ori[1], at.ori[2]});
+    for (std::size_t i = 0; rotary_ && i < 3; ++i) out += kNames[i + 3] + angle(turned_[i]);
     return out;
+  }
+  /// Axes go from number to number, so that 180 to -135 would be nearly a turn: of all angles of an
+  /// orientation, those nearest to where the axes are.
+  void turn_near(const std::array<double, 3>& ori) {
+    const auto near = [&](std::array<double, 3> a) {
+      for (std::size_t i = 0; i < 3; ++i) a[i] += 360 * std::round((turned_[i] - a[i]) / 360);
+      return a;
+    };
+    const auto way_to = [&](const std::array<double, 3>& a) {
+      double sum = 0;
+      for (std::size_t i = 0; i < 3; ++i) sum += std::fabs(a[i] - turned_[i]);
+      return sum;
+    };
+    if (!std::exchange(is_turned_, true)) {
+      turned_ = ori;
+      return;
+    }
+    const std::array<double, 3> one = near(ori);
+    const std::array<double, 3> other = near({ori[0] + 180, 180 - ori[1], ori[2] + 180});
+    constexpr double kTie = 1e-6;
+    turned_ = way_to(other) < way_to(one) - kTie ? other : one;
   }
   /// Whether the machine may hold this orientation.
   bool held(const Pose& p) {
@@ -299,7 +321,8 @@ class GWriter final : public StraightWriter {
   File lines_{0};
   Modal<std::string> blend_, plane_{};
   std::optional<std::array<double, 9>> orientation_;
-  bool rotary_ = false, inverse_ = false;
+  std::array<double, 3> turned_{};  ///< where A, B and C are [degrees]
+  bool rotary_ = false, inverse_ = false, is_turned_ = false;
   double chord_mm_ = 0.01;
 };
 
