@@ -174,6 +174,29 @@ P[2]{
   EXPECT_EQ(text.substr(text.find("/MN")), "/MN\n   1:  WAIT AR[1] ;\n/POS\n/END\n");
 }
 
+/// A register may have held joints: LPOS makes it a Cartesian one before its elements are written.
+TEST(FanucTpPost, APositionRegisterIsMadeCartesianBeforeItsElements) {
+  const Posted p = posted(kPost, R"(PROGRAM prog;
+VAR
+  POSE: a := POSE(POSITION(500.0, -10.0, 300.0), ORIZYX(0.0, 180.0, 0.0));
+BEGIN
+  a.POS.Z := 250.0;
+  MOVE LIN a SPEED := 100.0;
+ENDPROGRAM;
+)");
+  ASSERT_EQ(p.errors, 0) << p.faults;
+  const std::string text = p.text();
+  const std::size_t made = text.find("]=LPOS ;");
+  ASSERT_NE(made, std::string::npos) << text;
+  const std::size_t pr = text.rfind("PR[", made);
+  const std::string name = text.substr(pr, made - pr);
+  EXPECT_GT(text.find(name + ",1]=500", made), made);
+  EXPECT_NE(text.find(name + ",1]=500", made), std::string::npos) << text;
+  EXPECT_NE(text.find(name + ",2]=(-10", made), std::string::npos) << text;
+  EXPECT_NE(text.find(name + ",6]=", made), std::string::npos) << text;
+  EXPECT_LT(made, text.find(",3]=250")) << text;
+}
+
 TEST(FanucTpPost, ThePageIsRight) {
   How how;
   how.robot = true;

@@ -110,6 +110,29 @@ TEST(InformPost, PulsesAreThoseOfTheTargetsJoints) {
   }
 }
 
+TEST(InformPost, AnalogueOutputsAreVoltsWithinWhatTheControllerHas) {
+  const auto with = [](const std::string& number, const std::string& volts) {
+    How how;
+    how.form = kPostFlat;
+    return posted(kPost,
+                  "PROGRAM prog;\nSIGNAL OUTPUT REAL: v AT " + number + ";\nBEGIN\nv := " + volts +
+                      ";\nENDPROGRAM;\n",
+                  how);
+  };
+  for (const auto& [volts, written] : {std::pair{"2.5", "2.50"}, std::pair{"-14.0", "-14.00"},
+                                       std::pair{"0.0", "0.00"}, std::pair{"14.0", "14.00"}}) {
+    const Posted p = with("3", volts);
+    EXPECT_EQ(p.errors, 0) << p.faults;
+    EXPECT_TRUE(has_text(p.text(), std::string("\r\nAOUT AO#(3) ") + written + "\r\n")) << p.text();
+  }
+  EXPECT_TRUE(has_text(with("3", "14.01").faults, "error 4: an analogue output of 14.01 V"));
+  EXPECT_TRUE(has_text(with("3", "-1.0E300").faults, "error 4: an analogue output of "));
+  EXPECT_TRUE(
+      has_text(with("41", "1.0").faults, "error 4: signal 41 is none of the analogue ones"));
+  EXPECT_EQ(with("40", "1.0").errors, 0);
+  EXPECT_TRUE(has_text(with("0", "1.0").faults, "error 4: signal 0 is none of the analogue ones"));
+}
+
 TEST(InformPost, ThePageIsRight) {
   How how;
   how.robot = true;

@@ -171,6 +171,34 @@ P4=(550.000,-300.000,120.000,180.000,0.000,180.000)(7,0)
 )");
 }
 
+TEST(MelfaPost, ALineLongerThanTheControllerTakesIsAnErrorAtItsLine) {
+  const auto with = [](const Post& post, int terms) {
+    std::string sum = "i";
+    for (int k = 0; k < terms; ++k) sum += " + i";
+    return posted(
+        post, "PROGRAM prog;\nVAR INT: i, j;\nBEGIN\ni := 1;\nj := " + sum + ";\nENDPROGRAM;\n");
+  };
+  for (const auto& [post, most] : {std::pair{static_cast<const Post*>(&kFour), 127},
+                                   std::pair{static_cast<const Post*>(&kFive), 240}}) {
+    // Each term is three characters; the longest that is taken, and one more.
+    std::size_t longest = 0;
+    int terms = 1;
+    for (; terms < 200; ++terms) {
+      const Posted p = with(*post, terms);
+      if (p.errors > 0) {
+        EXPECT_TRUE(has_text(p.faults, "error 5: this becomes a line of ")) << p.faults;
+        EXPECT_TRUE(has_text(p.faults, "takes " + std::to_string(most))) << p.faults;
+        break;
+      }
+      for (const std::string& l : lines_of(p.text()))
+        longest = std::max(longest, l.size() - (l.ends_with('\r') ? 1 : 0));
+    }
+    EXPECT_LT(terms, 200);
+    EXPECT_LE(longest, static_cast<std::size_t>(most));
+    EXPECT_GT(longest, static_cast<std::size_t>(most) - 6);
+  }
+}
+
 TEST(MelfaPost, ThePageIsRight) {
   How how;
   how.robot = true;

@@ -326,6 +326,28 @@ TEST(Legalise, AForWhoseVariableIsReadBehindItBecomesAWhileThatKeepsIt) {
   }
 }
 
+/// A search ends at once where the signal is as asked already; \NegFlank would wait for the edge.
+TEST(Rapid, ASearchForAnInvertedSignalLooksForItsLevel) {
+  const std::string source =
+      "PROGRAM p;\nSIGNAL INPUT BOOL: s AT 1;\nVAR POSE: q := POSE(POSITION(500.0, 0.0, 300.0), "
+      "ORIZYX(0.0, 180.0, 0.0));\nBEGIN\nMOVE LIN q UNTIL s;\nENDPROGRAM;\n";
+  for (const bool inverted : {false, true}) {
+    PostSignal signal;
+    signal.name = "s";
+    signal.number = 7;
+    signal.inverted = inverted;
+    test::PostWith with;
+    with.profile.signals = {&signal, 1};
+    const Posted p = post_source(posts::Rapid(), source, with);
+    EXPECT_EQ(p.faults.find("error"), std::string::npos) << p.faults;
+    const std::string& text = p.files.begin()->second;
+    EXPECT_NE(
+        text.find(inverted ? "SearchL\\SStop,di7\\LowLevel,RmpHit," : "SearchL\\SStop,di7,RmpHit,"),
+        std::string::npos)
+        << text;
+  }
+}
+
 TEST(Legalise, CaseBecomesIfAndLooksAtItsSelectorOnce) {
   const std::string src =
       post_source(Less(kPostCase),
