@@ -76,6 +76,37 @@ INSTANTIATE_TEST_SUITE_P(All, Script, ::testing::ValuesIn(scripts()), [](const a
   return name;
 });
 
+/// Programs of scripts/programs in their cells, as docs/user/irl/checking.md says.
+std::vector<std::string> programs() {
+  std::vector<std::string> all;
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/programs"))
+    if (entry.path().extension() == ".irl") all.push_back(entry.path().stem().string());
+  std::sort(all.begin(), all.end());
+  return all;
+}
+class ShippedProgram : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(ShippedProgram, IsPostedBehindACheckWithoutErrors) {
+  const std::string at = ROBOMOSP_SOURCE_DIR "/scripts/programs/" + GetParam();
+  // The only target that takes two robots.
+  const std::string target = GetParam() == "two_robots" ? "urscript" : "krl";
+  const auto o =
+      run("post " + at + ".irl --world " + at + ".lua --run-check --check --target " + target);
+  EXPECT_EQ(o.status, 0) << o.said;
+  EXPECT_EQ(o.said.find(": error: "), std::string::npos) << o.said;
+  EXPECT_NE(o.said.find("not checked: "), std::string::npos) << o.said;
+  // What remains is explained in the page, and no more.
+  const auto has = [&](const char* words) { return o.said.find(words) != std::string::npos; };
+  EXPECT_EQ(has("less than the 5 mm wanted"), GetParam() == "arc_weld") << o.said;
+  EXPECT_EQ(has("ends with STATUS 0"), GetParam() == "pick_and_place") << o.said;
+  for (const char* never : {"touch,", "singular configuration", "does not reach", "nobody gives",
+                            "nothing is within", "run out of time"})
+    EXPECT_FALSE(has(never)) << never << "\n" << o.said;
+}
+INSTANTIATE_TEST_SUITE_P(All, ShippedProgram, ::testing::ValuesIn(programs()),
+                         [](const auto& param) { return param.param; });
+
 TEST(LuaLibrary, DoesWhatItsCommentsSay) {
   const auto o = run(R"(eval "local rm = require 'robomosp'
     local v = rm.linspace(0, 1, 5)

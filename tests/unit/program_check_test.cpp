@@ -400,7 +400,7 @@ TEST_F(ProgramCheck, GripsThatFindNothing) {
                            place(400, 200, 300) + ";\n  gripper := TRUE;\n";
   call("world.set_robot_q", {{"id", cell_},
                              {"robot", std::string("ur5")},
-                             {"q", List{0.0, -1.57, 1.57, -1.57, -1.57, 0.0}}});
+                             {"q", List{0.0, -1.57, -1.57, -1.57, 1.57, 0.0}}});
   EXPECT_EQ(number(only(check(put_with(head, body)), "grip"), "line"), 7);
   const Value part = call("solid.create", {{"name", std::string("part")},
                                            {"root", Map{{"kind", std::string("box")},
