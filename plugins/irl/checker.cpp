@@ -594,10 +594,14 @@ Id Checker::given(const Node& n, Id type, Id value) {
     Source* const before = s_;
     s_ = given_source_;
     Id text = kNone;
+    std::size_t statements = 0;  // a value is one
     if (!s_->nodes.empty() && s_->nodes[0].first != kNone)
-      for (Id a = at(s_->nodes[0].first).first; a != kNone; a = at(a).next)
-        if (at(a).kind == N::assign && s_->tokens[at(a).token].line == i + 1)
-          text = at(at(a).first).next;
+      for (Id a = at(s_->nodes[0].first).first; a != kNone; a = at(a).next) {
+        if (s_->tokens[at(a).token].line != i + 1) continue;
+        ++statements;
+        if (at(a).kind == N::assign) text = at(at(a).first).next;
+      }
+    if (statements != 1) text = kNone;
     Id made = kNone;
     if (text != kNone) {
       made = component(text, wanted, what);

@@ -666,5 +666,56 @@ TEST(IrlFiles, ProgramsOf2006AreChecked) {
   EXPECT_GE(programs, 3);
 }
 
+/// Faults of a program whose variables are given values.
+std::string given_faults(const std::vector<GivenValue>& values, std::string* tables = nullptr) {
+  const std::string text =
+      "PROGRAM p;\nCONST\n  INT: N := 2;\nVAR\n  REAL: r;\n  SEMAPHORE: s := 1;\n  ARRAY [1..N] "
+      "OF INT: a;\n  ROBTARGET: t := ROBTARGET(POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, "
+      "0.0)), 2, [0, 0], ADD_JOINT(0.0));\n  ROBTARGET: u;\nBEGIN\n  r := r + 1.0;\nENDPROGRAM;\n";
+  const std::vector<SourceFile> files{{"p.irl", text, {}}};
+  NoProgress progress;
+  auto made = compile(files, progress, values);
+  EXPECT_TRUE(made.ok());
+  if (!made.ok()) return {};
+  if (tables && (*made)->code().has_errors == 0) *tables = code_text((*made)->code());
+  return faults(**made);
+}
+
+TEST(IrlGivenValues, TakeThePlaceOfWhatIsDeclared) {
+  std::string plain, given;
+  EXPECT_EQ(given_faults({}, &plain), "");
+  EXPECT_EQ(given_faults({{"n", "", "5", {}},
+                          {"R", "", "1.5 + 2.0", {}},
+                          {"t", "pse", "POSE(POSITION(7.0, 8.0, 9.0), ORIZYX(0.0, 0.0, 0.0))", {}}},
+                         &given),
+            "");
+  EXPECT_NE(plain, given);
+  EXPECT_NE(given.find("3.5"), std::string::npos) << given;
+  EXPECT_EQ(plain.find("3.5"), std::string::npos);
+  // A line end in a value is a blank.
+  EXPECT_EQ(given_faults({{"r", "", "1.5\n + 2.0", {}}, {"n", "", "3", {}}}), "");
+}
+
+TEST(IrlGivenValues, WhatDoesNotFitIsAFault) {
+  const auto says = [](const std::vector<GivenValue>& values, const char* words) {
+    const std::string all = given_faults(values);
+    EXPECT_NE(all.find(words), std::string::npos) << all;
+  };
+  says({{"nobody", "", "1", {}}}, "declares no nobody");
+  says({{"", "", "", {}}}, "declares no ");
+  says({{"r", "", "TRUE", {}}}, "needs REAL");
+  says({{"n", "", "1.5", {}}}, "needs INT");
+  says({{"s", "", "3", {}}}, "takes none");
+  says({{"t", "NONE", "3", {}}}, "has no field NONE");
+  says({{"u", "PSE", "POSE(POSITION(7.0, 8.0, 9.0), ORIZYX(0.0, 0.0, 0.0))", {}}}, "others none");
+  for (const char* broken : {"", "1 +", "(", ")", ";", "1; r := 2", "'", "{", "{ }", "\xff", "r",
+                             "r := 3", "1.0e999", "nothing", "((((((((((1", "BEGIN", "ENDPROGRAM;"})
+    EXPECT_NE(given_faults({{"r", "", broken, {}}}), "") << broken;
+  // A long one is read, or refused with a sentence.
+  std::string sum = "1.0";
+  for (int i = 0; i < 20000; ++i) sum += " + 1.0";
+  (void)given_faults({{"r", "", sum, {}}});
+}
+
 }  // namespace
 }  // namespace robomosp::irl
