@@ -106,6 +106,27 @@ example(python_code "code generator" eval
   "local p, f = robot('puma560'), io.open('${work}/check.py', 'w') p:generate_code{folder = '${work}', name = 'puma', provider = 'python'} local tau = p:inverse_dynamics{q = {0.1, -0.5, 0.7, 0.2, 0.9, -0.4}, qd = {1, -1, 0.5, 2, -2, 1}, qdd = {3, 1, -2, 0, 1, 4}} f:write('import puma\\ntau = puma.inverse_dynamics([0.1, -0.5, 0.7, 0.2, 0.9, -0.4], [1, -1, 0.5, 2, -2, 1], [3, 1, -2, 0, 1, 4])\\nassert all(abs(a - b) < 1e-9 for a, b in zip(tau, [' .. table.concat({table.unpack(tau)}, ', ') .. ']))\\n') f:close()")
 run("Using the code" python3 "${work}/check.py")
 
+# A post and a pack of templates, each for a controller that does not exist: nothing of a program is
+# lost, and their readers, which know the language and not the post, read what the interpreter did.
+function(read_back what folder target)
+  run("Testing ${what}" "${program}" ${ARGN} post test "${target}" --brief --reader "${work}/${folder}_back")
+  file(COPY "${work}/prefix/share/robomosp/examples/${folder}/reader.py" DESTINATION "${work}/${folder}_back")
+  run("Reading ${what} back" python3 "${work}/${folder}_back/compare.py")
+endfunction()
+example(kestrel_post "post" eval
+  "local lift = program.create{name = 'lift', source = [[PROGRAM lift; SIGNAL OUTPUT BOOL: grip AT 3; VAR INT: n; BEGIN WHILE n < 2 DO grip := TRUE; WAIT 0.25 SEC; n := n + 1; ENDWHILE; ENDPROGRAM;]]} local text = lift:post{target = 'kestrel'}.files[1].text assert(text:find('S0002 IFNOT R1 < 2 JUMP S0007', 1, true), text)")
+# The page shows what it writes.
+file(MAKE_DIRECTORY "${work}/lift")
+run("Posting the page's program" "${program}" --plugin-path "${work}/kestrel_post/build" post "${work}/kestrel_post/lift.irl" --target kestrel --robot ur5 -o "${work}/lift")
+run("Looking at the page" "${program}" eval
+  "local function all(f) return (io.open(f):read('a'):gsub('\\r', '')) end local page = all('${SOURCE_DIR}/docs/plugin_author/post.md') for _, f in ipairs{'KSL', 'KPT'} do assert(page:find(all('${work}/lift/LIFT.' .. f), 1, true), f) end")
+read_back("the post" kestrel_post kestrel --plugin-path "${work}/kestrel_post/build")
+run("Testing the post by its file" ${CMAKE_COMMAND} -E env "XDG_CACHE_HOME=${work}/cache" "${program}" plugin test "${work}/kestrel_post/build/kestrel_post.so" --sdk "${work}/prefix" --gtest_brief=1)
+file(COPY "${work}/prefix/share/robomosp/examples/tern_pack" DESTINATION "${work}/packs")
+run("Finding the pack in its folder" "${program}" --plugin-path "${work}/packs" eval
+  "for _, t in ipairs(program.targets()) do if t.name == 'tern' then return end end error('there is no target tern')")
+read_back("the pack" tern_pack "${work}/packs/tern_pack")
+
 if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
   file(COPY "${SOURCE_DIR}/tests/abi/helper_plugin" DESTINATION "${work}")
   run("Configuring a plugin with the helper library" ${CMAKE_COMMAND} -S "${work}/helper_plugin" -B "${work}/helper_plugin/build" ${generator})
