@@ -164,7 +164,7 @@ const std::map<std::string, std::string> kHeld{
     {"as pick_and_place flat", "posted"},
     {"as pick_and_place structured", "posted"},
     {"as two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"as two_robots structured", "11: AS has no variables of robots"},
     {"c arc_weld flat", "posted"},
@@ -176,7 +176,7 @@ const std::map<std::string, std::string> kHeld{
     {"c pick_and_place flat", "posted"},
     {"c pick_and_place structured", "posted"},
     {"c two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"c two_robots structured", "25: C has no parallel processes"},
     {"crcl arc_weld flat", "21: CRCL has no WAIT FOR with a TIMEOUT"},
@@ -188,7 +188,7 @@ const std::map<std::string, std::string> kHeld{
     {"crcl pick_and_place flat", "21: CRCL has no WAIT FOR"},
     {"crcl pick_and_place structured", "form: CRCL takes no structured program"},
     {"crcl two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"crcl two_robots structured", "form: CRCL takes no structured program"},
     {"fanuc_tp arc_weld flat", "posted"},
@@ -204,7 +204,7 @@ const std::map<std::string, std::string> kHeld{
     {"fanuc_tp pick_and_place structured",
      "31: where this increment leads is not known, since the pose before it is not"},
     {"fanuc_tp two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"fanuc_tp two_robots structured", "16: FANUC TP has no variables of type SEMAPHORE"},
     {"gcode arc_weld flat", "posted"},
@@ -216,7 +216,7 @@ const std::map<std::string, std::string> kHeld{
     {"gcode pick_and_place flat", "28: G-code has no motions that end by a condition (UNTIL)"},
     {"gcode pick_and_place structured", "form: G-code takes no structured program"},
     {"gcode two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"gcode two_robots structured", "form: G-code takes no structured program"},
     {"inform arc_weld flat", "posted"},
@@ -229,7 +229,7 @@ const std::map<std::string, std::string> kHeld{
      "31: where this increment leads is not known, since the pose before it is not"},
     {"inform pick_and_place structured", "form: INFORM takes no structured program"},
     {"inform two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"inform two_robots structured", "form: INFORM takes no structured program"},
     {"joint_trajectory arc_weld flat", "20: JointTrajectory has no outputs"},
@@ -243,7 +243,7 @@ const std::map<std::string, std::string> kHeld{
     {"joint_trajectory pick_and_place structured",
      "form: JointTrajectory takes no structured program"},
     {"joint_trajectory two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"joint_trajectory two_robots structured", "form: JointTrajectory takes no structured program"},
     {"krl arc_weld flat", "posted"},
@@ -255,7 +255,7 @@ const std::map<std::string, std::string> kHeld{
     {"krl pick_and_place flat", "posted"},
     {"krl pick_and_place structured", "posted"},
     {"krl two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"krl two_robots structured", "11: KUKA KRL has no descriptions of robots"},
     {"melfa4 arc_weld flat", "posted"},
@@ -268,7 +268,7 @@ const std::map<std::string, std::string> kHeld{
     {"melfa4 pick_and_place flat", "posted"},
     {"melfa4 pick_and_place structured", "posted"},
     {"melfa4 two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"melfa4 two_robots structured", "16: MELFA-BASIC IV has no variables of type SEMAPHORE"},
     {"melfa5 arc_weld flat", "posted"},
@@ -281,7 +281,7 @@ const std::map<std::string, std::string> kHeld{
     {"melfa5 pick_and_place flat", "posted"},
     {"melfa5 pick_and_place structured", "posted"},
     {"melfa5 two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"melfa5 two_robots structured", "16: MELFA-BASIC V has no variables of type SEMAPHORE"},
     {"movemaster arc_weld flat",
@@ -297,7 +297,7 @@ const std::map<std::string, std::string> kHeld{
      "five axes"},
     {"movemaster pick_and_place structured", "form: Movemaster RV-M1 takes no structured program"},
     {"movemaster two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"movemaster two_robots structured", "form: Movemaster RV-M1 takes no structured program"},
     {"pa10 arc_weld flat", "posted"},
@@ -310,7 +310,7 @@ const std::map<std::string, std::string> kHeld{
     {"pa10 pick_and_place structured",
      "28: C for the PA-10 has no motions that end by a condition"},
     {"pa10 two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"pa10 two_robots structured", "25: C for the PA-10 has no parallel processes"},
     {"pacscript arc_weld flat", "posted"},
@@ -323,7 +323,7 @@ const std::map<std::string, std::string> kHeld{
     {"pacscript pick_and_place flat", "28: PacScript has no motions that end early (UNTIL)"},
     {"pacscript pick_and_place structured", "28: PacScript has no motions that end early (UNTIL)"},
     {"pacscript two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"pacscript two_robots structured", "11: PacScript has no variables of robots"},
     {"pdl2 arc_weld flat", "posted"},
@@ -335,7 +335,7 @@ const std::map<std::string, std::string> kHeld{
     {"pdl2 pick_and_place flat", "posted"},
     {"pdl2 pick_and_place structured", "posted"},
     {"pdl2 two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"pdl2 two_robots structured", "11: PDL2 has no variables of robots"},
     {"rapid arc_weld flat", "posted"},
@@ -347,7 +347,7 @@ const std::map<std::string, std::string> kHeld{
     {"rapid pick_and_place flat", "posted"},
     {"rapid pick_and_place structured", "posted"},
     {"rapid two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"rapid two_robots structured", "11: ABB RAPID has no descriptions of robots"},
     {"urscript arc_weld flat", "posted"},
@@ -360,7 +360,7 @@ const std::map<std::string, std::string> kHeld{
     {"urscript pick_and_place flat", "posted"},
     {"urscript pick_and_place structured", "posted"},
     {"urscript two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"urscript two_robots structured", "posted"},
     {"val3 arc_weld flat", "posted"},
@@ -373,7 +373,7 @@ const std::map<std::string, std::string> kHeld{
     {"val3 pick_and_place flat", "posted"},
     {"val3 pick_and_place structured", "posted"},
     {"val3 two_robots flat",
-     "program \"two_robots\", two_robots.irl:49:5: the processes bring and take both move, and "
+     "49: the processes bring and take both move, and "
      "their order depends on "},
     {"val3 two_robots structured", "11: VAL3 has no variables of robots"},
 };
