@@ -14,7 +14,9 @@
 #include "robotics/grip.h"
 #include "robotics/kinematics.h"
 #include "sim/ik_choice.h"
+#include "sim/joint_rates.h"
 #include "spatial/pose.h"
+#include "spatial/quintic.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::task {
@@ -214,7 +216,10 @@ class ProgramCell final : public program::World {
   Result<Target> forward(const Target& given, std::uint32_t) override {
     auto made = [&]() -> Result<Target> {
       RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(RMP_NONE));
-      RMP_TRY_ASSIGN(const auto q, joints_of(use->actor, given.joints));
+      RMP_TRY_ASSIGN(auto q, joints_of(use->actor, given.joints));
+      const auto now = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
+      q.insert(q.begin(), now.begin(),
+               now.begin() + static_cast<std::ptrdiff_t>(rail_of(use->actor)));
       RMP_TRY_ASSIGN(Target out, state_at(*use, q));
       out.additional = given.additional;
       return out;
@@ -343,15 +348,49 @@ class ProgramCell final : public program::World {
   }
   Result<std::vector<double>> joints_of(std::size_t who, const std::vector<double>& given) const {
     const TaskExecutor::Actor& robot = x_.actors_[who];
-    if (given.size() != robot.start.size())
+    const std::size_t rail = rail_of(who);
+    if (given.size() + rail != robot.start.size())
       return error(ErrorCode::invalid_argument,
                    "the target has " + std::to_string(given.size()) + " joints, robot " +
-                       quote(robot.placed->name) + " " + std::to_string(robot.start.size()),
+                       quote(robot.placed->name) + " " + std::to_string(robot.start.size()) +
+                       (rail == 0 ? std::string()
+                                  : ", of which " + std::to_string(rail) + " are additional"),
                    "Give the program the cell of this robot (SYSTEM_SPECIFICATION).");
     std::vector<double> q;
     for (std::size_t j = 0; j < given.size(); ++j)
-      q.push_back(given[j] * (TaskExecutor::is_rotary(robot, j) ? kDegree : kMillimetre));
+      q.push_back(given[j] * (TaskExecutor::is_rotary(robot, rail + j) ? kDegree : kMillimetre));
     return q;
+  }
+  /// How many of a robot's first joints are additional axes of the program: a rail.
+  [[nodiscard]] std::size_t rail_of(std::size_t who) const {
+    const auto it = n_.rails.find(who);
+    return it == n_.rails.end() ? 0 : it->second;
+  }
+  /// base_T_carriage: what the arm stands on, with the first joint values of `q`.
+  [[nodiscard]] Pose base_T_carriage(std::size_t who, std::span<const double> q) const {
+    Pose out{};
+    const RobotModel& model = *x_.actors_[who].model;
+    for (std::size_t j = 0; j < rail_of(who); ++j)
+      out = spatial::compose(out, moved_joint(model.joints[j], q[j]));
+    return out;
+  }
+  /// parent_T_joint of a joint of one coordinate.
+  static Pose moved_joint(const JointModel& joint, double q) {
+    Pose by{};
+    if (joint.type == JointType::prismatic) by.p = {0, 0, q};
+    else by.R = spatial::from_quaternion({std::cos(q / 2), 0, 0, std::sin(q / 2)});
+    return spatial::compose(joint.placement, by);
+  }
+  /// A robot behind its rail: the joints that solvers of its arm move.
+  [[nodiscard]] std::shared_ptr<RobotModel> arm_of(std::size_t who,
+                                                   const TaskExecutor::Grip& tip) const {
+    auto model = std::make_shared<RobotModel>(*x_.actors_[who].model);
+    const auto rail = static_cast<std::int32_t>(rail_of(who));
+    model->joints.erase(model->joints.begin(), model->joints.begin() + rail);
+    for (JointModel& j : model->joints) j.parent = std::max(-1, j.parent - rail);
+    model->number_coordinates();
+    model->tips = {{"tool", std::max(-1, tip.joint - rail), tip.joint_T_grip}};
+    return model;
   }
 
   std::shared_ptr<const ProgramActor::Solver> solver(std::size_t who, const TaskExecutor::Grip& tip,
@@ -361,8 +400,7 @@ class ProgramCell final : public program::World {
           same_pose(s->tip.joint_T_grip, tip.joint_T_grip))
         return s;
     const TaskExecutor::Actor& robot = x_.actors_[who];
-    auto model = std::make_shared<RobotModel>(*robot.model);
-    model->tips = {{"tool", tip.joint, tip.joint_T_grip}};
+    auto model = arm_of(who, tip);
     auto bound = sim::bind_ik(x_.sim_->registry, std::move(model), robot.record->ik);
     if (!bound.ok()) {
       failed = std::move(bound).error();
@@ -383,10 +421,11 @@ class ProgramCell final : public program::World {
     return out;
   }
   [[nodiscard]] std::vector<std::int32_t> turns_of(const TaskExecutor::Actor& robot,
-                                                   std::span<const double> q) const {
+                                                   std::span<const double> q,
+                                                   std::size_t rail) const {
     const double from = turns_from(a_.machine_.code());
     std::vector<std::int32_t> out;
-    for (std::size_t j = 0; j < q.size(); ++j)
+    for (std::size_t j = rail; j < q.size(); ++j)
       out.push_back(TaskExecutor::is_rotary(robot, j) ? turn_of(q[j] / kDegree, from) : 0);
     return out;
   }
@@ -396,13 +435,14 @@ class ProgramCell final : public program::World {
     RMP_TRY_ASSIGN(const Pose frame, base_T_frame(use, nullptr));
     Target out;
     out.pose = to_plain(spatial::compose(spatial::inverse(frame), base_T_tip(use.actor, tip, q)));
-    for (std::size_t j = 0; j < q.size(); ++j)
+    const std::size_t rail = rail_of(use.actor);
+    for (std::size_t j = rail; j < q.size(); ++j)
       out.joints.push_back(q[j] / (TaskExecutor::is_rotary(robot, j) ? kDegree : kMillimetre));
     out.additional = additional_now();
     Result<void> failed;
     if (const auto s = solver(use.actor, tip, failed))
-      if (!s->branches.empty()) out.status = status_of(s->branches, q);
-    out.turns = turns_of(robot, q);
+      if (!s->branches.empty()) out.status = status_of(s->branches, std::span(q).subspan(rail));
+    out.turns = turns_of(robot, q, rail);
     return out;
   }
   [[nodiscard]] std::vector<double> additional_now() const {
@@ -429,15 +469,20 @@ class ProgramCell final : public program::World {
   }
   /// The configuration for a pose: of the branch and turns that a ROBTARGET names, else the
   /// nearest.
+  /// The joints of its rail stay as the seed has them.
   Result<std::vector<double>> configuration(std::size_t who, const TaskExecutor::Grip& tip,
                                             const Pose& base_T_target,
-                                            const std::vector<double>& seed, const Target* target) {
+                                            const std::vector<double>& all, const Target* target) {
     const TaskExecutor::Actor& robot = x_.actors_[who];
+    const std::size_t rail = rail_of(who);
+    const std::vector<double> seed(all.begin() + static_cast<std::ptrdiff_t>(rail), all.end());
+    const Pose arm_T_target =
+        spatial::compose(spatial::inverse(base_T_carriage(who, all)), base_T_target);
     Result<void> failed;
     const auto s = solver(who, tip, failed);
     if (!s) return std::move(failed).error();
     IkBatch batch;
-    batch.targets = {&base_T_target, 1};
+    batch.targets = {&arm_T_target, 1};
     batch.seeds = seed;
     batch.all_solutions = true;
     RMP_TRY_ASSIGN(const auto results, sim::solve_ik(s->ik, batch, progress_));
@@ -479,8 +524,8 @@ class ProgramCell final : public program::World {
           has_status ? std::min(target->turns.size(), n) : 0;  // of the last joints
       bool fits = true;
       for (std::size_t j = 0; j < n; ++j) {
-        if (!TaskExecutor::is_rotary(robot, j)) continue;
-        const JointModel& joint = robot.model->joints[j];
+        if (!TaskExecutor::is_rotary(robot, rail + j)) continue;
+        const JointModel& joint = robot.model->joints[rail + j];
         if (j + turns < n || is_any_turn(target->turns[j + turns - n])) {
           q[j] = turned(joint, q[j], seed[j]);
           continue;
@@ -497,7 +542,10 @@ class ProgramCell final : public program::World {
       for (std::size_t j = 0; j < n; ++j) way += (q[j] - seed[j]) * (q[j] - seed[j]);
       if (best.empty() || way < least - kSame) best = std::move(q), least = way;
     }
-    if (!best.empty()) return best;
+    if (!best.empty()) {
+      best.insert(best.begin(), all.begin(), all.begin() + static_cast<std::ptrdiff_t>(rail));
+      return best;
+    }
     trouble_ = {};
     trouble_.world_T_target = spatial::compose(robot.world_T_base, base_T_target);
     if (is_turn_missing)
@@ -567,16 +615,44 @@ class ProgramCell final : public program::World {
     Pose pose;
     const Target* target = nullptr;
   };
-  Result<Goal> goal(const program::Motion& m, const Target& t, std::size_t who, const Pose& frame,
-                    const TaskExecutor::Grip& tip, const Goal& before) {
+  struct Along {
+    std::size_t actor = 0;
+    std::vector<double> to;
+    sim::RobotMotion motion;
+  };
+  /// Who moves, with which tool, in which frame, and from when on.
+  struct Beginning {
+    const ProgramActor::RobotUse* use = nullptr;
+    const ProgramActor::OpenMotion* before = nullptr;  ///< that this one may run into
+    double start = 0;
+    TaskExecutor::Grip tip;
+    Pose frame;
+    // Of additional axes, and of ADAX_CONTROL:
+    std::vector<double> rail_to;        ///< values of the joints before the chain at its end
+    std::optional<std::size_t> device;  ///< the positioner that the path is seen from
+    std::vector<double> device_from, device_to;  ///< its joint values at the start, and the end
+    TaskExecutor::Grip device_tip;
+    Pose reference_from, reference_to;  ///< base_T_reference, at the motion's start and end
+    std::vector<Along> along;           ///< other robots and mechanisms, and where they go
+    std::vector<std::pair<std::size_t, bool>> grips;  ///< at its end
+    std::vector<double> additional;                   ///< as they are then
+    bool reference_is_carriage = false;
+    [[nodiscard]] bool is_tied() const { return !rail_to.empty() || device.has_value(); }
+  };
+  Result<Goal> goal(const program::Motion& m, const Target& t, const Beginning& b,
+                    const Goal& before) {
+    const std::size_t who = b.use->actor, rail = rail_of(who);
+    const Pose& frame = b.frame;
+    const TaskExecutor::Grip& tip = b.tip;
     Goal out;
     out.target = t.role == RMP_ROLE_ROBTARGET ? &t : nullptr;
     if (t.role == RMP_ROLE_MAIN_JOINT || t.role == RMP_ROLE_JOINT) {
       out.is_joints = true;
       RMP_TRY_ASSIGN(out.q, joints_of(who, t.joints));
       if (m.is_incremental)
-        for (std::size_t j = 0; j < out.q.size(); ++j) out.q[j] += before.q[j];
-      for (std::size_t j = 0; j < out.q.size(); ++j) {
+        for (std::size_t j = 0; j < out.q.size(); ++j) out.q[j] += before.q[rail + j];
+      out.q.insert(out.q.begin(), b.rail_to.begin(), b.rail_to.end());
+      for (std::size_t j = rail; j < out.q.size(); ++j) {
         const JointModel& joint = x_.actors_[who].model->joints[j];
         if (out.q[j] >= joint.lower - kSame && out.q[j] <= joint.upper + kSame) continue;
         const double unit = TaskExecutor::is_rotary(x_.actors_[who], j) ? kDegree : kMillimetre;
@@ -585,7 +661,7 @@ class ProgramCell final : public program::World {
         trouble_.value = out.q[j];
         trouble_.excess = std::max(out.q[j] - joint.upper, joint.lower - out.q[j]);
         return error(ErrorCode::unreachable,
-                     "joint " + std::to_string(j + 1) + " of " +
+                     "joint " + std::to_string(j - rail + 1) + " of " +
                          quote(x_.actors_[who].placed->name) + " cannot go to " +
                          text::print_rounded(out.q[j] / unit),
                      "It goes from " + text::print_rounded(joint.lower / unit) + " to " +
@@ -594,7 +670,15 @@ class ProgramCell final : public program::World {
       out.pose = base_T_tip(who, tip, out.q);
       return out;
     }
-    if (t.role == RMP_ROLE_ADD_JOINT) return before;
+    if (t.role == RMP_ROLE_ADD_JOINT) {
+      if (b.is_tied() && m.attributes.additional_axes != 0) {
+        out.pose = before.pose;  // the tool stays in what the path is in
+        return out;
+      }
+      out = before;
+      out.is_joints = true;
+      return out;
+    }
     Pose p = to_pose(t.pose);
     if (m.is_incremental) {
       // By this much in the axes of the targets' frame.
@@ -613,18 +697,33 @@ class ProgramCell final : public program::World {
     return out;
   }
 
-  /// Who moves, with which tool, in which frame, and from when on.
-  struct Beginning {
-    const ProgramActor::RobotUse* use = nullptr;
-    const ProgramActor::OpenMotion* before = nullptr;  ///< that this one may run into
-    double start = 0;
-    TaskExecutor::Grip tip;
-    Pose frame;
-  };
+  /// DEVICE: 1 is the robot itself, others are of the robot's R_DEVICES, where it has them.
+  Result<const ProgramActor::RobotUse*> device_of(const MotionAttributes& at) {
+    if (at.device == 1) return robot_of(at.robot_symbol);
+    std::int64_t number = at.device;
+    if (!at.robot.empty()) {
+      const auto listed =
+          a_.machine_.evaluate(at.robot + ".R_DEVICES[" + std::to_string(at.device) + "]", 0,
+                               program::Machine::kNoFrame);
+      const auto read = listed.ok() ? text::read_int(listed->value) : std::nullopt;
+      if (read) number = *read;
+    }
+    const auto it = n_.devices.find(number);
+    if (it != n_.devices.end()) return &it->second;
+    const std::string word = std::to_string(number);
+    return error(ErrorCode::invalid_argument,
+                 "DEVICE is " + std::to_string(at.device) +
+                     (number == at.device ? std::string()
+                                          : ", which is device " + word + " of " + at.robot) +
+                     ", and the world has none of that number",
+                 number < 1 ? std::string("Name one that the robot has in R_DEVICES.")
+                            : "program.bind{kind = \"robot\", name = \"" + word +
+                                  "\", to = ...} gives it a robot of the world.");
+  }
   Result<Beginning> beginning(const program::Motion& m) {
     const MotionAttributes& at = m.attributes;
     Beginning out;
-    RMP_TRY_ASSIGN(out.use, robot_of(at.robot_symbol));
+    RMP_TRY_ASSIGN(out.use, device_of(at));
     const std::size_t who = out.use->actor;
     const TaskExecutor::Actor& robot = x_.actors_[who];
     const std::string& name = robot.placed->name;
@@ -656,7 +755,56 @@ class ProgramCell final : public program::World {
       RMP_TRY_ASSIGN(out.tip, x_.tip(who, out.use->tool));
     }
     RMP_TRY_ASSIGN(out.frame, base_T_frame(*out.use, at.frame ? &*at.frame : nullptr));
+    RMP_TRY(additional(m, out));
+    RMP_TRY(tie(m, out));
     return out;
+  }
+  /// What the path of a motion is in: ADAX_CONTROL.
+  Result<void> tie(const program::Motion& m, Beginning& out) {
+    constexpr std::int32_t kKeep = 1, kKeepRelative = 2, kOfDevice = 3;
+    const MotionAttributes& at = m.attributes;
+    const std::int32_t control = at.additional_axes;
+    const std::size_t who = out.use->actor;
+    const std::vector<double> q = TaskExecutor::sample(x_.actors_[who], out.start).q;
+    if (control < 0 || control > kOfDevice)
+      return error(ErrorCode::invalid_argument,
+                   "ADAX_CONTROL is " + std::to_string(control) + ", which means nothing",
+                   "Give 0, TCP_KEEP, TCP_KEEP_REL or DEVICE_REL.");
+    if (control == 0 && rail_of(who) > 0) {
+      out.reference_from = base_T_carriage(who, q);
+      out.reference_to = base_T_carriage(who, out.rail_to);
+      out.reference_is_carriage = true;
+    }
+    if (control <= kKeep) return {};
+    const std::string word = control == kKeepRelative ? "TCP_KEEP_REL" : "DEVICE_REL";
+    std::set<std::size_t> devices;
+    for (const auto& [number, use] : n_.joints)
+      if (!use.is_grip && use.at != who) devices.insert(use.at);
+    if (devices.size() != 1)
+      return error(ErrorCode::invalid_argument,
+                   devices.empty()
+                       ? "ADAX_CONTROL is " + word + ", and no additional joint is a positioner's"
+                       : "ADAX_CONTROL is " + word + ", and the additional joints are of " +
+                             std::to_string(devices.size()) + " devices",
+                   "program.bind{kind = \"joint\", name = \"1\", to = ...} names the joints of "
+                   "one positioner.");
+    const std::size_t device = *devices.begin();
+    out.device = device;
+    out.device_from = TaskExecutor::sample(x_.actors_[device], out.start).q;
+    out.device_to = out.device_from;
+    for (const Along& one : out.along)
+      if (one.actor == device) out.device_to = one.to;
+    RMP_TRY_ASSIGN(out.device_tip, x_.tip(device, {}));
+    const Pose base_T_device = spatial::compose(spatial::inverse(x_.actors_[who].world_T_base),
+                                                x_.actors_[device].world_T_base);
+    out.reference_from =
+        spatial::compose(base_T_device, base_T_tip(device, out.device_tip, out.device_from));
+    out.reference_to =
+        spatial::compose(base_T_device, base_T_tip(device, out.device_tip, out.device_to));
+    if (control == kOfDevice)
+      out.frame =
+          at.frame ? spatial::compose(out.reference_to, to_pose(*at.frame)) : out.reference_to;
+    return {};
   }
 
   Result<void> begin(const program::Motion& m) {
@@ -671,19 +819,25 @@ class ProgramCell final : public program::World {
     const std::string& name = robot.placed->name;
     const double start = b.start;
     const TaskExecutor::Grip& tip = b.tip;
-    const Pose& frame = b.frame;
-    RMP_TRY(refuse_unheeded(at));
     tell_unheeded(at);
     Goal from;
     from.q = TaskExecutor::sample(robot, start).q;
     from.pose = base_T_tip(who, tip, from.q);
     TaskExecutor::Drive d;
     d.from = from.q;
-    RMP_TRY(drive(m, who, frame, tip, from, d));
+    RMP_TRY(drive(m, b, from, d));
     // Additional joints go along, in the same time.
     ProgramActor::OpenMotion open;
-    std::vector<Along> along;
-    RMP_TRY(additional(m, open, along, start));
+    std::vector<Along> along = b.along;
+    open.grips = b.grips;
+    if (b.is_tied() && m.interpolation != RMP_MOVE_PTP) {
+      open.actor = who, open.tip = tip, open.start = start;
+      RMP_TRY_ASSIGN(const double total, begin_tied(b, from.q, d, start));
+      a_.additional_ = b.additional;
+      open.end = start + total;
+      a_.open_[m.number] = std::move(open);
+      return {};
+    }
     const std::string where;
     sim::RobotMotion motion;
     double least = 0;
@@ -709,6 +863,7 @@ class ProgramCell final : public program::World {
         !d.trajectory.segments.empty()) {
       RMP_TRY_ASSIGN(const bool is_blended, blend(m.after, *before, who, open, plan));
       if (is_blended) {
+        a_.additional_ = b.additional;
         a_.open_[m.number] = std::move(open);
         return {};
       }
@@ -717,6 +872,8 @@ class ProgramCell final : public program::World {
           "length of the next motion, or where C_SPEED is next to nothing; " +
           name + " stops there");
     }
+    if (before && (before->c_cp > 0 || before->c_ptp > 0) && !along.empty())
+      note_once("a transition was left out where additional axes move; " + name + " stops there");
     RMP_TRY_ASSIGN(motion, plan(start));
     double total = motion.times.empty() ? 0 : motion.times.back();
     for (Along& one : along) {
@@ -727,53 +884,62 @@ class ProgramCell final : public program::World {
       x_.push(one.actor, start, std::move(one.motion));
     }
     x_.push(who, start, std::move(motion));
+    a_.additional_ = b.additional;
     open.end = start + total;
     a_.open_[m.number] = std::move(open);
     return {};
   }
 
-  static Result<void> refuse_unheeded(const MotionAttributes& at) {
-    if (at.device != 1)
-      return error(ErrorCode::unsupported,
-                   "DEVICE " + std::to_string(at.device) + " cannot be moved by its number",
-                   "Name its ROBOT by ACT_ROB, or its joints as additional ones.");
-    if (at.additional_axes != 0)
-      return error(ErrorCode::unsupported,
-                   "ADAX_CONTROL " + std::to_string(at.additional_axes) +
-                       " is not carried out: the tool's path is that of the robot alone",
-                   "Leave it out (0); additional joints then go along in the motion's time.");
-    return {};
-  }
   void tell_unheeded(const MotionAttributes& at) {
     if (at.passes && !(at.c_cp > 0) && !(at.c_ptp > 0))
       note_once("C_PASS without C_CP or C_PTP is not carried out: the motion stops at its target");
   }
 
   /// The targets of a motion; with `solves` each has joint values.
-  Result<std::vector<Goal>> goals_of(const program::Motion& m, std::size_t who, const Pose& frame,
-                                     const TaskExecutor::Grip& tip, const Goal& from, bool solves) {
+  /// Poses are those in the robot's base at the motion's end.
+  Result<std::vector<Goal>> goals_of(const program::Motion& m, const Beginning& b, const Goal& from,
+                                     bool solves) {
     std::vector<Goal> goals;
     Goal before = from;
+    if (b.is_tied()) {
+      if (m.targets.size() > 1 &&
+          (m.interpolation == RMP_MOVE_PTP || m.interpolation == RMP_MOVE_LIN))
+        return error(ErrorCode::unsupported,
+                     "several targets in one motion, while additional axes move with it",
+                     "Give each target a MOVE of its own.");
+      std::copy(b.rail_to.begin(), b.rail_to.end(), before.q.begin());
+      before.pose = spatial::compose(
+          b.reference_to, spatial::compose(spatial::inverse(b.reference_from), from.pose));
+    }
     for (const Target& t : m.targets) {
-      RMP_TRY_ASSIGN(Goal next, goal(m, t, who, frame, tip, before));
-      if (solves && !next.is_joints && t.role != RMP_ROLE_ADD_JOINT) {
-        RMP_TRY_ASSIGN(next.q, configuration(who, tip, next.pose, before.q, next.target));
+      const bool is_kept = t.role == RMP_ROLE_ADD_JOINT && !b.is_tied();
+      RMP_TRY_ASSIGN(Goal next, goal(m, t, b, before));
+      if (solves && !next.is_joints && !is_kept) {
+        RMP_TRY_ASSIGN(next.q,
+                       configuration(b.use->actor, b.tip, next.pose, before.q, next.target));
       } else if (next.q.empty()) {
         next.q = before.q;
       }
-      if (t.role != RMP_ROLE_ADD_JOINT) goals.push_back(next);
+      if (!is_kept) goals.push_back(next);
       before = std::move(next);
     }
     return goals;
   }
 
   /// The segments of a motion.
-  Result<void> drive(const program::Motion& m, std::size_t who, const Pose& frame,
-                     const TaskExecutor::Grip& tip, const Goal& from, TaskExecutor::Drive& d) {
+  Result<void> drive(const program::Motion& m, const Beginning& b, const Goal& begins,
+                     TaskExecutor::Drive& d) {
+    const TaskExecutor::Grip& tip = b.tip;
+    Goal from = begins;
     const MotionAttributes& at = m.attributes;
     const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
-    RMP_TRY_ASSIGN(const std::vector<Goal> goals, goals_of(m, who, frame, tip, from, is_ptp));
+    RMP_TRY_ASSIGN(std::vector<Goal> goals, goals_of(m, b, from, is_ptp));
     if (goals.empty()) return {};
+    if (b.is_tied() && !is_ptp) {
+      // As seen from what the path is in.
+      from.pose = spatial::compose(spatial::inverse(b.reference_from), from.pose);
+      for (Goal& g : goals) g.pose = spatial::compose(spatial::inverse(b.reference_to), g.pose);
+    }
     const auto share = [&](double percent, const char* what) -> Result<double> {
       if (!(percent > 0) || percent > 100)
         return error(
@@ -977,11 +1143,6 @@ class ProgramCell final : public program::World {
     return step * static_cast<double>(count);
   }
 
-  struct Along {
-    std::size_t actor = 0;
-    std::vector<double> to;
-    sim::RobotMotion motion;
-  };
   Result<sim::RobotMotion> move_along(const Along& one, double duration, double start) {
     TaskExecutor::Drive d;
     d.from = TaskExecutor::sample(x_.actors_[one.actor], start).q;
@@ -998,14 +1159,22 @@ class ProgramCell final : public program::World {
     return x_.driven(one.actor, d, {}, start, progress_);
   }
   /// What additional joints do: grips at the motion's end, and joints that go along.
-  Result<void> additional(const program::Motion& m, ProgramActor::OpenMotion& open,
-                          std::vector<Along>& along, double start) {
+  Result<void> additional(const program::Motion& m, Beginning& b) {
+    const double start = b.start;
+    std::vector<Along>& along = b.along;
+    std::vector<double>& values = b.additional;
+    values = a_.additional_;
+    const std::size_t rail = rail_of(b.use->actor);
+    if (rail > 0) {
+      const auto now = TaskExecutor::sample(x_.actors_[b.use->actor], start).q;
+      b.rail_to.assign(now.begin(), now.begin() + static_cast<std::ptrdiff_t>(rail));
+    }
     for (const Target& t : m.targets) {
       if (t.role != RMP_ROLE_ADD_JOINT && t.role != RMP_ROLE_JOINT && t.role != RMP_ROLE_ROBTARGET)
         continue;
       for (std::size_t k = 0; k < t.additional.size(); ++k) {
-        if (a_.additional_.size() <= k) a_.additional_.resize(k + 1);
-        const double was = a_.additional_[k],
+        if (values.size() <= k) values.resize(k + 1);
+        const double was = values[k],
                      value = m.is_incremental ? was + t.additional[k] : t.additional[k];
         const auto use = n_.joints.find(k + 1);
         if (use == n_.joints.end()) {
@@ -1016,15 +1185,16 @@ class ProgramCell final : public program::World {
                              "\", to = ...} gives it a joint of the world.");
           continue;
         }
-        a_.additional_[k] = value;
+        values[k] = value;
         if (use->second.is_grip) {
-          if ((was > 0.5) != (value > 0.5)) open.grips.emplace_back(use->second.at, value > 0.5);
+          if ((was > 0.5) != (value > 0.5)) b.grips.emplace_back(use->second.at, value > 0.5);
           continue;
         }
         const TaskExecutor::Actor& other = x_.actors_[use->second.at];
+        const bool is_own = use->second.at == b.use->actor;
         auto one = std::find_if(along.begin(), along.end(),
                                 [&](const Along& a) { return a.actor == use->second.at; });
-        if (one == along.end()) {
+        if (!is_own && one == along.end()) {
           if (TaskExecutor::moved_until(other) > start + kSame)
             return error(ErrorCode::conflict,
                          "robot " + quote(other.placed->name) + " is moved already",
@@ -1041,10 +1211,194 @@ class ProgramCell final : public program::World {
               "additional joint " + std::to_string(k + 1) + " cannot go to " +
                   text::print_rounded(value),
               "It is joint " + quote(joint.name) + " of " + quote(other.placed->name) + ".");
-        one->to[use->second.joint] = q;
+        (is_own ? b.rail_to : one->to)[use->second.joint] = q;
       }
     }
     return {};
+  }
+
+  // ---- motions whose path is in what additional axes move ----
+  /// What moves as `s` in a frame that moves as `frame`.
+  static PathSample carried(const PathSample& frame, const PathSample& s) {
+    using namespace spatial;
+    const Vec3 r = rotate(frame.pose, s.pose.p), v = rotate(frame.pose, s.velocity),
+               turns = rotate(frame.pose, s.angular_velocity);
+    const Vec3 &w = frame.angular_velocity, &wd = frame.angular_acceleration;
+    PathSample out;
+    out.pose = compose(frame.pose, s.pose);
+    out.velocity = add(frame.velocity, add(cross(w, r), v));
+    out.angular_velocity = add(w, turns);
+    out.acceleration = add(frame.acceleration,
+                           add(add(cross(wd, r), cross(w, cross(w, r))),
+                               add(scale(cross(w, v), 2), rotate(frame.pose, s.acceleration))));
+    out.angular_acceleration =
+        add(wd, add(rotate(frame.pose, s.angular_acceleration), cross(w, turns)));
+    return out;
+  }
+  /// A joint's frame, and what stands in it, of a robot whose joints go from one vector to another
+  /// by `share`, with its derivatives by the time.
+  static PathSample moving(const RobotModel& model, std::int32_t joint, const Pose& joint_T_at,
+                           std::span<const double> from, std::span<const double> to,
+                           const spatial::Jet& share) {
+    std::vector<std::size_t> chain;
+    for (std::int32_t j = joint; j >= 0; j = model.joints[static_cast<std::size_t>(j)].parent)
+      chain.push_back(static_cast<std::size_t>(j));
+    PathSample out, still;
+    for (std::size_t i = chain.size(); i-- > 0;) {
+      const JointModel& one = model.joints[chain[i]];
+      const double way = to[chain[i]] - from[chain[i]], q = from[chain[i]] + share.v * way;
+      still.pose = one.placement;
+      out = carried(out, still);
+      PathSample by;
+      if (one.type == JointType::prismatic) {
+        by.pose.p = {0, 0, q};
+        by.velocity = {0, 0, share.d * way}, by.acceleration = {0, 0, share.dd * way};
+      } else {
+        by.pose.R = spatial::from_quaternion({std::cos(q / 2), 0, 0, std::sin(q / 2)});
+        by.angular_velocity = {0, 0, share.d * way};
+        by.angular_acceleration = {0, 0, share.dd * way};
+      }
+      out = carried(out, by);
+    }
+    still.pose = joint_T_at;
+    return carried(out, still);
+  }
+  /// How long axes need from one vector to another by spatial::ease, within their limits [s].
+  static double least_time(const RobotModel& model, std::span<const double> from,
+                           std::span<const double> to) {
+    double out = 0;
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const JointModel& joint = model.joints[j];
+      const double way = std::fabs(to[j] - from[j]);
+      const double v = std::isfinite(joint.max_velocity) ? joint.max_velocity : 1;
+      const double a = std::isfinite(joint.max_acceleration) ? joint.max_acceleration : 4 * v;
+      out = std::max({out, 1.875 * way / v, std::sqrt(10 / std::sqrt(3.0) * way / a)});
+    }
+    return out;
+  }
+  /// Begins a path of a tool together with its additional axes; how long it takes [s].
+  Result<double> begin_tied(const Beginning& b, const std::vector<double>& q0,
+                            const TaskExecutor::Drive& d, double start) {
+    const std::size_t who = b.use->actor, rail = b.rail_to.size();
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    std::shared_ptr<const motion::Path> path;
+    if (!d.trajectory.segments.empty()) {
+      RMP_TRY_ASSIGN(path, motion::Path::build(x_.sim_->registry, "motion", d.trajectory, {}));
+    }
+    std::optional<motion::Weaving> weaving;
+    if (path && d.weave) {
+      RMP_TRY_ASSIGN(weaving, motion::Weaving::over(path, *d.weave));
+    }
+    double total = std::max(path ? path->duration() : 0.0,
+                            least_time(*robot.model, std::span(q0).first(rail), b.rail_to));
+    for (const Along& one : b.along) {
+      const TaskExecutor::Actor& other = x_.actors_[one.actor];
+      total =
+          std::max(total, least_time(*other.model, TaskExecutor::sample(other, start).q, one.to));
+    }
+    if (!(total > kSame)) return 0.0;
+    // The path takes as long as the slowest axis.
+    const double rate = path ? path->duration() / total : 1;
+    RMP_TRY_ASSIGN(const std::vector<double> times, x_.sample_times(start, total, d));
+    std::vector<PathSample> samples(times.size());
+    if (path) {
+      std::vector<double> own = times;
+      for (double& t : own) t *= rate;
+      RMP_TRY(path->sample(own, samples));
+      if (weaving) RMP_TRY(weaving->move(own, samples));
+      for (PathSample& s : samples) {
+        s.velocity = spatial::scale(s.velocity, rate);
+        s.angular_velocity = spatial::scale(s.angular_velocity, rate);
+        s.acceleration = spatial::scale(s.acceleration, rate * rate);
+        s.angular_acceleration = spatial::scale(s.angular_acceleration, rate * rate);
+      }
+    } else {
+      const Pose stays =
+          spatial::compose(spatial::inverse(b.reference_from), base_T_tip(who, b.tip, q0));
+      for (PathSample& s : samples) s.pose = stays;
+    }
+    const auto share = [&](double t) {
+      spatial::Jet s = spatial::ease(std::clamp(t / total, 0.0, 1.0));
+      s.d /= total, s.dd /= total * total;
+      return s;
+    };
+    const auto last_of_rail = static_cast<std::int32_t>(rail) - 1;
+    std::vector<double> rail_from(q0.begin(), q0.begin() + static_cast<std::ptrdiff_t>(rail));
+    const bool is_in_carriage = !b.device && b.reference_is_carriage;
+    std::vector<Pose> targets;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      PathSample& s = samples[i];
+      if (is_in_carriage) {
+        targets.push_back(s.pose);
+        continue;
+      }
+      if (b.device) {
+        const TaskExecutor::Actor& device = x_.actors_[*b.device];
+        PathSample base;
+        base.pose = spatial::compose(spatial::inverse(robot.world_T_base), device.world_T_base);
+        s = carried(
+            carried(base, moving(*device.model, b.device_tip.joint, b.device_tip.joint_T_grip,
+                                 b.device_from, b.device_to, share(times[i]))),
+            s);
+      }
+      if (rail > 0)
+        s = sim::seen_from(
+            moving(*robot.model, last_of_rail, Pose{}, rail_from, b.rail_to, share(times[i])), s);
+      targets.push_back(s.pose);
+    }
+    Result<void> failed;
+    const auto solves = solver(who, b.tip, failed);
+    if (!solves) return std::move(failed).error();
+    IkBatch batch;
+    const std::vector<double> seed(q0.begin() + static_cast<std::ptrdiff_t>(rail), q0.end());
+    batch.targets = targets;
+    batch.seeds = seed;
+    batch.continuous = true;
+    RMP_TRY_ASSIGN(const auto results, sim::solve_ik(solves->ik, batch, progress_));
+    const std::size_t n = seed.size();
+    std::vector<double> q, qd(times.size() * n), qdd(times.size() * n);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      const IkResult& r = results[i];
+      if (r.status != IkStatus::solved) {
+        trouble_ = {};
+        trouble_.joint =
+            r.limiting_joint < 0 ? -1 : r.limiting_joint + static_cast<std::int32_t>(rail);
+        trouble_.excess = std::max(r.shortfall, r.position_error);
+        return error(ErrorCode::unreachable,
+                     "robot " + quote(robot.placed->name) +
+                         " cannot follow at t = " + text::print_rounded(times[i]) +
+                         " s of the motion, while additional axes " +
+                         "move: " + (r.detail.empty() ? "there is no solution" : r.detail),
+                     "Move the target or the robot, or let the axes go elsewhere.");
+      }
+      q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(n));
+    }
+    sim::joint_rates(*arm_of(who, b.tip), times, q, samples, qd, qdd);
+    const auto all = [&](std::size_t actor, std::span<const double> from,
+                         std::span<const double> to, bool has_arm) {
+      sim::RobotMotion m;
+      m.times = times;
+      for (std::size_t i = 0; i < times.size(); ++i) {
+        const spatial::Jet s = share(times[i]);
+        for (std::size_t j = 0; j < to.size(); ++j) {
+          m.q.push_back(from[j] + s.v * (to[j] - from[j]));
+          m.qd.push_back(s.d * (to[j] - from[j]));
+          m.qdd.push_back(s.dd * (to[j] - from[j]));
+        }
+        for (std::size_t j = 0; has_arm && j < n; ++j) {
+          m.q.push_back(q[i * n + j]);
+          m.qd.push_back(qd[i * n + j]);
+          m.qdd.push_back(qdd[i * n + j]);
+        }
+      }
+      x_.push(actor, start, std::move(m));
+    };
+    for (const Along& one : b.along) {
+      const auto from = TaskExecutor::sample(x_.actors_[one.actor], start).q;
+      all(one.actor, from, one.to, false);
+    }
+    all(who, rail_from, b.rail_to, true);
+    return total;
   }
 
   // ---- checks ----
@@ -1095,7 +1449,7 @@ class ProgramCell final : public program::World {
     out.is_displaced = wanted != told.wanted.end();
     from.pose = out.is_displaced ? wanted->second : base_T_tip(who, b->tip, from.q);
     // Where it is to end, whether it comes there or not.
-    const auto goals = goals_of(m, who, b->frame, b->tip, from, false);
+    const auto goals = goals_of(m, *b, from, false);
     if (goals.ok() && !goals->empty()) out.base_T_target = goals->back().pose;
     const MotionTrouble of_goal = trouble_;
     trouble_ = {};
@@ -1128,7 +1482,7 @@ class ProgramCell final : public program::World {
     const double now = std::max(b->start, TaskExecutor::moved_until(robot));
     double end = now;
     trouble_ = {};
-    const auto ends = goals_of(m, who, b->frame, b->tip, from, true);
+    const auto ends = goals_of(m, *b, from, true);
     if (ends.ok() && !ends->empty()) {
       sim::RobotMotion jump;
       jump.times = {0, x_.step()};
@@ -1153,9 +1507,8 @@ class ProgramCell final : public program::World {
     out.start = now, out.end = end;
     ProgramActor::OpenMotion open = ended_at(who, end);
     open.tip = b->tip;
-    std::vector<Along> along;  // grips of its additional joints still take place
-    const auto more = additional(m, open, along, now);
-    if (!more.ok() && out.error.empty()) fails_at(out, more.error());
+    open.grips = b->grips;  // of its additional joints, which still take place
+    a_.additional_ = b->additional;
     a_.open_[m.number] = std::move(open);
     keep(std::move(out));
     return {};
@@ -1167,7 +1520,7 @@ class ProgramCell final : public program::World {
     const std::size_t who = b.use->actor;
     TaskExecutor::Drive d;
     d.from = from.q;
-    if (!drive(m, who, b.frame, b.tip, from, d).ok()) return {};
+    if (b.is_tied() || !drive(m, b, from, d).ok()) return {};
     auto path = motion::Path::build(x_.sim_->registry, "motion", d.trajectory, {});
     Result<void> failed;
     const auto s = solver(who, b.tip, failed);

@@ -118,6 +118,9 @@ class ProgramActor {
     std::map<std::uint32_t, SignalUse> signals;  ///< by symbol
     std::vector<GripUse> grips;
     std::map<std::size_t, JointUse> joints;  ///< additional ones, from 1
+    /// How many of a robot's first joints are additional ones: a rail. By actor.
+    std::map<std::size_t, std::size_t> rails;
+    std::map<std::int64_t, RobotUse> devices;  ///< by number, for DEVICE
   };
   struct OpenMotion {
     std::size_t actor = 0;

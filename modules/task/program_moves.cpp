@@ -56,6 +56,27 @@ double TaskExecutor::moved_until(const Actor& a) {
   return a.moves.empty() ? 0 : a.moves.back().start + a.moves.back().motion.times.back();
 }
 
+Result<double> TaskExecutor::parts_of_row(const Drive& d) const {
+  if (!d.weave) return 1.0;
+  // Every swing has its samples, however far the rows are apart.
+  constexpr double kSamples = 24;                         // of a swing to both sides
+  constexpr double kLeast = 1.0e-4;                       // between them [s]
+  const double swings = d.weave_speed / d.weave->length;  // a second
+  const double parts = std::max(1.0, std::ceil(step_ * kSamples * swings));
+  if (step_ / parts >= kLeast || parts == 1) return parts;
+  return error(ErrorCode::unsupported,
+               "weaving of " + text::print_rounded(d.weave->length * 1000) + " mm at " +
+                   text::print_rounded(d.weave_speed * 1000) + " mm/s is " +
+                   text::print_rounded(swings) + " swings a second, and no robot follows",
+               "Go more slowly, or give R_WOBBLE_LENGTH a greater value.");
+}
+
+Result<std::vector<double>> TaskExecutor::sample_times(double t, double duration,
+                                                       const Drive& d) const {
+  RMP_TRY_ASSIGN(const double parts, parts_of_row(d));
+  return task::sample_times(t, duration, step_ / parts);
+}
+
 Result<sim::RobotMotion> TaskExecutor::driven(std::size_t who, const Drive& d,
                                               const std::string& where, double t,
                                               Progress& progress) const {
@@ -74,22 +95,9 @@ Result<sim::RobotMotion> TaskExecutor::driven(std::size_t who, const Drive& d,
   task.name = "motion";
   task.where = where;
   task.base_T_trajectory = d.base_T_trajectory;
-  task.step = step_;
-  if (d.weave) {
-    // Every swing has its samples, however far the rows are apart.
-    constexpr double kSamples = 24;                         // of a swing to both sides
-    constexpr double kLeast = 1.0e-4;                       // between them [s]
-    const double swings = d.weave_speed / d.weave->length;  // a second
-    const double parts = std::max(1.0, std::ceil(step_ * kSamples * swings));
-    if (!(step_ / parts >= kLeast))
-      return error(ErrorCode::unsupported,
-                   "weaving of " + text::print_rounded(d.weave->length * 1000) + " mm at " +
-                       text::print_rounded(d.weave_speed * 1000) + " mm/s is " +
-                       text::print_rounded(swings) + " swings a second, and no robot follows",
-                   "Go more slowly, or give R_WOBBLE_LENGTH a greater value.");
-    task.step = step_ / parts;
-    task.weave = d.weave;
-  }
+  RMP_TRY_ASSIGN(const double parts, parts_of_row(d));
+  task.step = step_ / parts;
+  task.weave = d.weave;
   task.lead = lead_of(t, task.step);
   RMP_TRY_ASSIGN(auto m, sim::robot_motion(sim_->registry, task, progress));
   if (m.times.empty() || m.times.front() > 0) {
@@ -153,7 +161,7 @@ double TaskExecutor::brake(std::size_t who, double t, double* way) {
   for (int tries = 0; tries < kTries; ++tries, T *= 1.5) {
     m = {};
     bool is_within = true;
-    for (const double x : sample_times(t, T, step_)) {
+    for (const double x : task::sample_times(t, T, step_)) {
       const double u = std::min(left, x - x * x / (2 * T)), rate = u < left ? 1 - x / T : 0;
       const JointState s = sample(a, t + u);
       m.times.push_back(x);

@@ -2,6 +2,7 @@
 // What the names of a program mean in its world: bindings, and what goes without.
 #include <algorithm>
 #include <cctype>
+#include <set>
 
 #include "kernel/text.h"
 #include "task/members.h"
@@ -208,7 +209,9 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
       continue;
     }
     if (b.kind == BindingKind::robot) {
-      if (b.name.empty() || std::find(used.begin(), used.end(), &b) != used.end()) continue;
+      if (b.name.empty() || text::read_int(b.name) ||
+          std::find(used.begin(), used.end(), &b) != used.end())
+        continue;
       return error(ErrorCode::unknown_name, "it has no robot " + quote(b.name),
                    "Give the name or number of a ROBOT of its cell, or none for its own.", where);
     }
@@ -225,6 +228,32 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
     RMP_TRY_ASSIGN(use.at, grip_of(nullptr));
     names->joints[1] = use;
   }
+  // Joints of a program's own robots that are additional ones stand before the chain: a rail.
+  std::set<std::size_t> movers;
+  if (names->own) movers.insert(names->own->actor);
+  for (const auto& [robot_symbol, use] : names->robots) movers.insert(use.actor);
+  for (const std::size_t mover : movers) {
+    std::set<std::size_t> bound;
+    for (const auto& [number, use] : names->joints)
+      if (!use.is_grip && use.at == mover) bound.insert(use.joint);
+    if (bound.empty()) continue;
+    const RobotModel& model = *x.actors_[mover].model;
+    if (*bound.rbegin() + 1 != bound.size() || bound.size() >= model.joints.size() ||
+        !model.is_serial())
+      return error(ErrorCode::unsupported,
+                   "additional joints of robot " + quote(x.actors_[mover].placed->name) +
+                       " are not the first ones of its chain",
+                   "Bind its rail, from its joint 1 on, and leave the arm to the program's robot.",
+                   where);
+    names->rails[mover] = bound.size();
+  }
+  for (const model::ProgramBinding& b : placed.bindings)
+    if (const auto number = text::read_int(b.name); number && b.kind == BindingKind::robot) {
+      RMP_TRY_ASSIGN(names->devices[*number], use_of(b));
+    }
+  std::int64_t number_of_robot = 0;
+  for (const auto& [robot_symbol, use] : names->robots)
+    names->devices.try_emplace(++number_of_robot, use);
   auto machine = program::Machine::load(wanted.code);
   if (!machine.ok()) return std::move(machine).error().in(where);
   auto presets = program::Presets::make(*machine, wanted.values);

@@ -128,6 +128,11 @@ class TaskExecutor {
   /// Which limits of the joints a model has, less a share.
   [[nodiscard]] static std::shared_ptr<const RobotModel> slowed(
       const std::shared_ptr<const RobotModel>&, double velocity_share, double acceleration_share);
+  /// Times at which a motion that begins at t [s] has samples: its ends, the rows between, and more
+  /// where it weaves. ErrorCode::unsupported where it weaves too fast.
+  Result<std::vector<double>> sample_times(double t, double duration, const Drive&) const;
+  /// Into how many parts the time between rows is divided for that.
+  [[nodiscard]] Result<double> parts_of_row(const Drive&) const;
   /// The end of the last move that has been given.
   [[nodiscard]] static double moved_until(const Actor&);
   void push(std::size_t actor, double start, sim::RobotMotion);

@@ -168,5 +168,162 @@ TEST_F(MotionAttributes, CSpeedBoundsTheSpeedInTheTransition) {
   EXPECT_LT(slowest(0), 1);
 }
 
+/// A column that lifts an arm of six axes, and a turntable beside it.
+class AdditionalAxes : public MotionAttributes {
+ protected:
+  void SetUp() override {
+    MotionAttributes::SetUp();
+    constexpr double kQuarter = std::numbers::pi / 2;
+    const auto row = [](const char* name, double a, double alpha, double d) {
+      return Map{{"name", name},
+                 {"joint", "revolute"},
+                 {"a", a},
+                 {"alpha", alpha},
+                 {"d", d},
+                 {"lower", -6.28},
+                 {"upper", 6.28},
+                 {"max_velocity", 3.0},
+                 {"max_acceleration", 15.0}};
+    };
+    List links;
+    links.emplace_back(Map{{"name", "column"},
+                           {"joint", "prismatic"},
+                           {"lower", -0.5},
+                           {"upper", 0.5},
+                           {"max_velocity", 0.4},
+                           {"max_acceleration", 1.0}});
+    links.emplace_back(row("l1", 0.0, kQuarter, 0.089159));
+    links.emplace_back(row("l2", -0.425, 0.0, 0.0));
+    links.emplace_back(row("l3", -0.39225, 0.0, 0.0));
+    links.emplace_back(row("l4", 0.0, kQuarter, 0.10915));
+    links.emplace_back(row("l5", 0.0, -kQuarter, 0.09465));
+    links.emplace_back(row("l6", 0.0, 0.0, 0.0823));
+    call("robot.create", {{"name", "lifted"}, {"links", std::move(links)}});
+    call("robot.create", {{"name", "table"},
+                          {"links", List{Map{{"name", "plate"},
+                                             {"joint", "revolute"},
+                                             {"lower", -3.0},
+                                             {"upper", 3.0},
+                                             {"max_velocity", 1.0},
+                                             {"max_acceleration", 2.0}}}}});
+    cell_ = call("world.create", {{"name", "axes"}});
+    call("world.add_robot", {{"id", cell_},
+                             {"robot", "lifted"},
+                             {"name", "ur5"},
+                             {"q", NumericArray({0.0, 0.0, -1.2, 1.4, -1.77, -1.57, 0.0})}});
+    call("world.add_robot", {{"id", cell_},
+                             {"robot", "table"},
+                             {"name", "table"},
+                             {"position", List{-0.45, -0.11, 0.1}}});
+  }
+  Value placed(const std::string& name, const std::string& body, bool has_rail, bool has_table) {
+    const Value p = call("program.create", {{"name", name},
+                                            {"source", "PROGRAM " + name +
+                                                           ";\nSYSTEM_SPECIFICATION "
+                                                           "'two.ssi';\nBEGIN\n" +
+                                                           body + "ENDPROGRAM;\n"}});
+    call(
+        "program.set_file",
+        {{"id", p},
+         {"name", "two.ssi"},
+         {"text",
+          "PROGRAM two;\nCONST INT: R_NTURNS := 2, R_NADDJ := 2, R_NJ := 8, R_DEVICE_NUMBER := 1;\n"
+          "TYPE\nRECORD REAL: A1, A2, A3, A4, A5, A6; ENDRECORD: MAIN_JOINT;\n"
+          "RECORD REAL: AA1, AA2; ENDRECORD: ADD_JOINT;\n"
+          "RECORD MAIN_JOINT: M_JOINT; ADD_JOINT: A_JOINT; ENDRECORD: JOINT;\n"
+          "RECORD POSE: PSE; INT: STATUS; ARRAY [1..R_NTURNS] OF INT: TURNS; ADD_JOINT: A_JOINT; "
+          "ENDRECORD: ROBTARGET;\nENDPROGRAM;\n"}});
+    call("world.add_program", {{"id", cell_}, {"program", p}, {"robot", "ur5"}});
+    if (has_rail)
+      call("program.bind", {{"id", p}, {"kind", "joint"}, {"name", "1"}, {"to", "ur5"}});
+    if (has_table)
+      call("program.bind", {{"id", p}, {"kind", "joint"}, {"name", "2"}, {"to", "table"}});
+    return p;
+  }
+  void take_out(const std::string& name) {
+    call("world.remove_program", {{"id", cell_}, {"name", name}});
+  }
+};
+
+TEST_F(AdditionalAxes, TcpKeepHoldsTheToolWhileTheColumnLifts) {
+  placed("keep", "MOVE LIN ADD_JOINT(120.0, 0.0) ADAX_CONTROL := TCP_KEEP;\n", true, false);
+  const RecordingPtr r = run({{"sample_time", 0.01}});
+  ASSERT_TRUE(r);
+  EXPECT_NEAR(column(r, "ur5.q1").back(), 0.12, 1e-9);
+  const auto places = tool(r);
+  for (const auto& p : places)
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(p[k], places.front()[k], 1e-5);
+  expect_smooth(r, "ur5", 7);
+  take_out("keep");
+  // Without control the tool rises with the column, and the arm stands.
+  placed("free", "MOVE LIN ADD_JOINT(120.0, 0.0);\n", true, false);
+  const RecordingPtr lifted = run({{"sample_time", 0.01}});
+  const auto with = tool(lifted);
+  EXPECT_NEAR(with.back()[2] - with.front()[2], 0.12, 1e-6);
+  EXPECT_NEAR(column(lifted, "ur5.q3").back(), column(lifted, "ur5.q3").front(), 1e-6);
+}
+
+TEST_F(AdditionalAxes, AStraightMotionStaysStraightWhileTheColumnMoves) {
+  placed("both",
+         "MOVE_INC LIN POSE(POSITION(0.0, 80.0, 0.0), ORIZYX(0.0, 0.0, 0.0)) SPEED := 50.0;\n"
+         "MOVE LIN ADD_JOINT(-60.0, 0.0) ADAX_CONTROL := TCP_KEEP;\n",
+         true, false);
+  const RecordingPtr r = run({{"sample_time", 0.01}});
+  ASSERT_TRUE(r);
+  const auto places = tool(r);
+  EXPECT_NEAR(places.back()[1] - places.front()[1], 0.08, 1e-5);
+  for (const auto& p : places) {
+    EXPECT_NEAR(p[0], places.front()[0], 1e-5);
+    EXPECT_NEAR(p[2], places.front()[2], 1e-5);
+  }
+  EXPECT_NEAR(column(r, "ur5.q1").back(), -0.06, 1e-9);
+}
+
+TEST_F(AdditionalAxes, TheToolFollowsAPositioner) {
+  placed("turn", "MOVE LIN ADD_JOINT(0.0, 20.0) ADAX_CONTROL := TCP_KEEP_REL;\n", false, true);
+  // Seven joints in one chain: the column stays free, and only the table is an additional axis.
+  call("program.bind", {{"id", "turn"}, {"kind", "joint"}, {"name", "1"}, {"to", "ur5"}});
+  const RecordingPtr r = run({{"sample_time", 0.01}});
+  ASSERT_TRUE(r);
+  const auto places = tool(r);
+  const auto& turned = column(r, "table.q1");
+  EXPECT_NEAR(turned.back(), 20 * std::numbers::pi / 180, 1e-9);
+  const double x0 = places.front()[0] + 0.45, y0 = places.front()[1] + 0.11;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double c = std::cos(turned[i]), s = std::sin(turned[i]);
+    EXPECT_NEAR(places[i][0] + 0.45, c * x0 - s * y0, 1e-4);
+    EXPECT_NEAR(places[i][1] + 0.11, s * x0 + c * y0, 1e-4);
+    EXPECT_NEAR(places[i][2], places.front()[2], 1e-5);
+  }
+  expect_smooth(r, "ur5", 7);
+}
+
+TEST_F(AdditionalAxes, WhatCannotBeIsAnErrorAtItsLine) {
+  placed("none", "MOVE LIN ADD_JOINT(0.0, 0.0) ADAX_CONTROL := DEVICE_REL;\n", true, false);
+  EXPECT_NE(fault().find("none.irl:4:1: ADAX_CONTROL is DEVICE_REL, and no additional joint"),
+            std::string::npos)
+      << fault();
+  take_out("none");
+  placed("odd", "MOVE LIN ADD_JOINT(0.0, 0.0) ADAX_CONTROL := 7;\n", true, false);
+  EXPECT_NE(fault().find("odd.irl:4:1: ADAX_CONTROL is 7"), std::string::npos) << fault();
+  take_out("odd");
+  placed("device", "MOVE PTP MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) DEVICE := 2;\n", true, false);
+  EXPECT_NE(fault().find("device.irl:4:1: DEVICE is 2, and the world has none"), std::string::npos)
+      << fault();
+}
+
+TEST_F(MotionAttributes, DeviceChoosesTheRobotThatMoves) {
+  cell_ = world_with({"ur5", "ur5"});
+  const Value p = put("choose",
+                      "MOVE PTP MAIN_JOINT(10.0, -90.0, 90.0, 0.0, 0.0, 0.0);\n"
+                      "MOVE PTP MAIN_JOINT(20.0, -90.0, 90.0, 0.0, 0.0, 0.0) DEVICE := 2;\n");
+  call("program.bind", {{"id", p}, {"kind", "robot"}, {"to", "ur5"}});
+  call("program.bind", {{"id", p}, {"kind", "robot"}, {"name", "2"}, {"to", "ur5_2"}});
+  const RecordingPtr r = run();
+  ASSERT_TRUE(r);
+  EXPECT_NEAR(column(r, "ur5.q1").back(), 10 * std::numbers::pi / 180, 1e-9);
+  EXPECT_NEAR(column(r, "ur5_2.q1").back(), 20 * std::numbers::pi / 180, 1e-9);
+}
+
 }  // namespace
 }  // namespace robomosp
