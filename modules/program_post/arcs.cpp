@@ -310,8 +310,10 @@ class Arcs final : public Rewriter {
       is_tool_known = p && p->has_pose;
       if (is_tool_known) tool = p->pose;
     }
+    // Another tool has its tip elsewhere.
+    if (last_ && !(is_tool_known && same(last_->tool, tool))) last_.reset();
     const std::optional<At> start = last_;
-    const bool has_start = last_ && is_tool_known && same(last_->tool, tool);
+    const bool has_start = last_.has_value();
     std::vector<Pose> goals;
     std::optional<At> end;
     for (Id k = 0; k < m.target_count; ++k) {

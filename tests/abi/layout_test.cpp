@@ -1192,6 +1192,7 @@ void post_types(std::ostringstream& out) {
   VALUE(kPostTime);
   VALUE(kPostTeach);
   VALUE(kPostShortCircuit);
+  VALUE(kPostParts);
   VALUE(kPostPtpJoints);
   VALUE(kPostPtpPose);
   VALUE(kPostLinPose);

@@ -549,6 +549,31 @@ TEST_F(RoundTrip, AutomaticIsTheStructuredFormOrElseTheFlatOneWithANote) {
   EXPECT_GT(neither, 0U);
 }
 
+TEST_F(RoundTrip, StepsBehindAnotherToolBeginWhereItsTipIs) {
+  const auto text = [&](const char* tool) {
+    const Value id =
+        call("program.create",
+             {{"name", "steps"},
+              {"source", std::string("PROGRAM steps;\nBEGIN\n  MOVE PTP POSE(POSITION(450.0, 0.0, "
+                                     "300.0), ORIZYX(0.0, 180.0, 0.0));\n  MOVE_INC LIN "
+                                     "POSITION(10.0, 0.0, 20.0)") +
+                             tool +
+                             " FRAME := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(90.0, 0.0, "
+                             "0.0));\nENDPROGRAM;\n"}});
+    const Value r = call(
+        "program.post", {{"id", id}, {"target", "melfa5"}, {"robot", "puma560"}, {"form", "flat"}});
+    call("document.undo");
+    return *at(at(r, "files").as_list()->at(0), "text").as_string();
+  };
+  // The step goes along y, as its frame is turned: to a place that is known, or from the tip.
+  const std::string same_tool = text(""),
+                    other = text(" TOOL := POSE(POSITION(0.0, 0.0, 50.0), ORIZYX(0.0, 0.0, 0.0))");
+  EXPECT_NE(same_tool.find("=(450.000,10.000,320.000,"), std::string::npos) << same_tool;
+  EXPECT_EQ(same_tool.find("P_Curr"), std::string::npos) << same_tool;
+  EXPECT_NE(other.find("Mvs P_Curr+P"), std::string::npos) << other;
+  EXPECT_NE(other.find("=(0.000,10.000,20.000,"), std::string::npos) << other;
+}
+
 /// The library's controller with a limit that is lower.
 std::string with_limit(const std::string& name, const std::string& limit) {
   std::ifstream in(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/controllers" / (name + ".ctl"));

@@ -39,8 +39,22 @@ class MoveWriter : public Writer {
 
   void forget() override { last_.reset(); }
 
-  /// Whether the motion has nothing that no target here has; says what it has.
+  /// Whether the motion has nothing that no target here has; says what it has. Where it goes with
+  /// another tool than the one before, the tip is not where that one has brought its own.
   bool plain(const Motion& m) {
+    std::optional<Pose> tool;
+    std::uint32_t computed = RMP_NONE;
+    if (m[RMP_ATTR_TOOL].given) {
+      const PostPoint* p = point(m[RMP_ATTR_TOOL].expression);
+      if (p && p->has_pose) tool = p->pose;
+      else computed = m[RMP_ATTR_TOOL].expression;
+    }
+    has_other_tool_ = computed != RMP_NONE || computed != computed_tool_ ||
+                      tool.has_value() != tool_before_.has_value() ||
+                      (tool && !same_place(*tool, *tool_before_));
+    tool_before_ = tool;
+    computed_tool_ = computed;
+    if (has_other_tool_) last_.reset();
     bool fine = true;
     const auto refuse = [&](std::uint32_t a, const char* what, double harmless, const char* hint) {
       if (!m[a].given || (m[a].known && *m[a].known == harmless)) return;
@@ -263,8 +277,11 @@ class MoveWriter : public Writer {
     return errors_ == before ? out : std::vector<double>{};
   }
 
+  bool has_other_tool_ = false;  ///< the motion, than the one before
+
  private:
-  std::optional<Pose> last_;
+  std::optional<Pose> last_, tool_before_;
+  std::uint32_t computed_tool_ = RMP_NONE;
   bool told_external_ = false;
 };
 

@@ -266,6 +266,7 @@ class InformWriter final : public StraightWriter {
   }
   bool prepare(const Motion& m) {
     if (!plain(m)) return false;
+    if (has_other_tool_) start_.clear();
     tool_now_ = tool_;
     if (m[RMP_ATTR_TOOL].given) {
       const auto p = pose_of(m, RMP_ATTR_TOOL, "TOOL");

@@ -789,6 +789,7 @@ class MelfaWriter final : public MoveWriter {
   }
   bool prepare(const Motion& m, bool is_ptp) {
     if (!plain(m)) return false;
+    if (has_other_tool_) last_name_.clear();
     if (has_time(m)) {
       cannot("TIME of motions", "Give SPEED or SPEED_PTP.");
       return false;
