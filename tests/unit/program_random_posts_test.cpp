@@ -259,6 +259,27 @@ class RandomPosts : public test::CommandTest {
           is_place(want) && is_place(found) && found.interpolation == RMP_MOVE_LIN &&
           (want.interpolation == RMP_MOVE_PATH || want.interpolation == RMP_MOVE_CIRCLE);
       if (is_piece) want.interpolation = RMP_MOVE_LIN;
+      // So it knows where a step from there leads; what is seen of both ends is as long.
+      const auto last =
+          std::find_if(wanted.rbegin() + static_cast<std::ptrdiff_t>(wanted.size() - k),
+                       wanted.rend(), [](const Event& e) { return e.kind <= Event::Kind::step; });
+      const auto from = std::find_if(last, wanted.rend(), [](const Event& e) {
+        return e.kind == Event::Kind::joints || e.kind == Event::Kind::pose;
+      });
+      if (want.kind == Event::Kind::step && found.kind == Event::Kind::pose &&
+          from != wanted.rend() && from->kind == Event::Kind::joints) {
+        bool is_it = g == 0 || !is_place((*got)[g - 1]);
+        for (std::size_t i = 0; !is_it && i < 3; ++i) {
+          if (!(std::fabs(found.numbers[i] - (*got)[g - 1].numbers[i] - want.numbers[i]) <=
+                test::kMm))
+            break;
+          is_it = i == 2;
+        }
+        if (is_it) {
+          want.kind = found.kind;
+          want.numbers = found.numbers;
+        }
+      }
       // Behind joints the post knows by its robot how the tool is turned, and this run does not.
       if (want.kind == Event::Kind::position && found.kind == Event::Kind::pose) {
         want.kind = found.kind;
@@ -267,7 +288,7 @@ class RandomPosts : public test::CommandTest {
       }
       if (is_place_of_joints(want, found) || test::same(want, found, signals) || is_same_arc())
         ++k, ++g;
-      else if (is_piece && k > 0 && stays(wanted[k - 1], want)) ++k;
+      else if (is_piece && last != wanted.rend() && stays(*last, want)) ++k;
       else if (is_piece) ++g;
       else break;
     }

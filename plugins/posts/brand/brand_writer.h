@@ -406,7 +406,7 @@ class BrandWriter : public Writer {
   Text make(std::span<const std::uint32_t> o, const rmp_code_expression& e) override {
     switch (role(e.type)) {
       case RMP_ROLE_POSITION: return {translation(text(o[0]), text(o[1]), text(o[2]))};
-      case RMP_ROLE_POSE: return product(expr(o[0]), expr(o[1]));
+      case RMP_ROLE_POSE: return product_of(o[0], o[1]);
       default: return Writer::make(o, e);
     }
   }
@@ -427,7 +427,7 @@ class BrandWriter : public Writer {
         out = product(out, Text{rotation(k.axes[i], text(a[k.arguments[i]]))});
       return out;
     }
-    if (name == "ORIMULT" && a.size() == 2) return product(expr(a[0]), expr(a[1]));
+    if (name == "ORIMULT" && a.size() == 2) return product_of(a[0], a[1]);
     if (name == "INV" && a.size() == 1) return inverse_of(expr(a[0]));
     if (name == "FLOAT" && a.size() == 1) return expr(a[0]);
     if (const auto f = function(name); !f.empty()) return {f + "(" + list(a) + ")"};
@@ -441,7 +441,12 @@ class BrandWriter : public Writer {
              "Write POSE(position, orientation) @ and use the pose that comes out.");
       return {};
     }
-    return product(expr(a), expr(b));
+    return product_of(a, b);
+  }
+  /// The left side first: what it calls may write lines of its own.
+  Text product_of(std::uint32_t a, std::uint32_t b) {
+    Text left = expr(a);
+    return product(std::move(left), expr(b));
   }
   const Operator* operation(const rmp_code_expression& e) override {
     const auto o = links(e.first, e.count);

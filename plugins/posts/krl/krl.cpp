@@ -32,7 +32,7 @@ constexpr Operator kOperators[] = {{RMP_EXPR_EQUAL, "==", 10},
                                    {RMP_EXPR_DIV, "/", 60},
                                    {RMP_EXPR_MOD, "RMP_MOD", 100, Operator::call},
                                    {RMP_EXPR_NOT, "NOT ", 70, Operator::prefix},
-                                   {RMP_EXPR_NEGATE, "-", 45, Operator::prefix}};
+                                   {RMP_EXPR_NEGATE, "-", 45, Operator::prefix_group}};
 // INT / INT is whole in KRL.
 constexpr Operator kDivideWhole{RMP_EXPR_DIVIDE, "*1.0/", 60};
 constexpr int kFrameBinding = 80;

@@ -349,13 +349,13 @@ class MelfaWriter final : public MoveWriter {
              "Write an IF within an IF where the right side must not be.");
       const bool is_and = (x.op == RMP_EXPR_AND) == is_true;
       const int b = is_and ? 3 : 1;
-      return {within(compare(o[0], is_true), b) + (is_and ? " And " : " Or ") +
-                  within(compare(o[1], is_true), b + 1),
-              b};
+      const std::string left = within(compare(o[0], is_true), b);
+      return {left + (is_and ? " And " : " Or ") + within(compare(o[1], is_true), b + 1), b};
     }
     if (x.op == RMP_EXPR_EXOR) {
       const auto part = [&](bool a, bool b) {
-        return "(" + within(compare(o[0], a), 4) + " And " + within(compare(o[1], b), 4) + ")";
+        const std::string left = within(compare(o[0], a), 4);
+        return "(" + left + " And " + within(compare(o[1], b), 4) + ")";
       };
       return {part(true, !is_true) + " Or " + part(false, is_true), 1};
     }
@@ -365,7 +365,8 @@ class MelfaWriter final : public MoveWriter {
         for (std::size_t i = 0; i < 2; ++i)
           if (const auto v = known(o[1 - i])) return compare(o[i], (*v != 0) == same);
         const auto part = [&](bool a, bool b) {
-          return "(" + within(compare(o[0], a), 4) + " And " + within(compare(o[1], b), 4) + ")";
+          const std::string left = within(compare(o[0], a), 4);
+          return "(" + left + " And " + within(compare(o[1], b), 4) + ")";
         };
         return {part(true, same) + " Or " + part(false, !same), 1};
       }
@@ -378,7 +379,8 @@ class MelfaWriter final : public MoveWriter {
       }
       std::size_t sign = x.op - RMP_EXPR_EQUAL;
       if (!is_true) sign = kOther[sign];
-      return {within(expr(o[0]), 6) + kSigns[sign] + within(expr(o[1]), 6), 5};
+      const std::string left = within(expr(o[0]), 6);
+      return {left + kSigns[sign] + within(expr(o[1]), 6), 5};
     }
     // A value of its own: a variable, a signal, what a function gave.
     return {within(expr(e), 6) + (is_true ? "=1" : "=0"), 5};
@@ -414,7 +416,8 @@ class MelfaWriter final : public MoveWriter {
     return Writer::convert(operand, e);
   }
   Text compose(std::uint32_t a, std::uint32_t b, const rmp_code_expression&) override {
-    return {within(expr(a), 7) + "*" + within(expr(b), 8), 7};
+    const std::string left = within(expr(a), 7);
+    return {left + "*" + within(expr(b), 8), 7};
   }
   Text make(std::span<const std::uint32_t> o, const rmp_code_expression& e) override {
     switch (role(e.type)) {
@@ -787,6 +790,11 @@ class MelfaWriter final : public MoveWriter {
     if (m[a].expression == RMP_NONE) return fixed(otherwise, digits);
     return text(m[a].expression);
   }
+  /// A setting, where it is another one; what is computed may have changed since.
+  void set(Modal<std::string>& modal, const std::string& v, bool is_known, const std::string& all) {
+    if (modal.changes(v)) line(all);
+    if (!is_known) modal.forget();
+  }
   bool prepare(const Motion& m, bool is_ptp) {
     if (!plain(m)) return false;
     if (has_other_tool_) last_name_.clear();
@@ -810,16 +818,16 @@ class MelfaWriter final : public MoveWriter {
     }
     if (is_ptp) {
       const std::string v = value(m, RMP_ATTR_SPEED_PTP, "SPEED_PTP", 0.01, 100, 2, 100);
-      if (joint_speed_.changes(v)) line("JOvrd " + v);
+      set(joint_speed_, v, m[RMP_ATTR_SPEED_PTP].known.has_value(), "JOvrd " + v);
     } else {
       const std::string v = value(m, RMP_ATTR_SPEED, "SPEED", 0.01, 10'000, 2, 250);
-      if (speed_.changes(v)) line("Spd " + v);
+      set(speed_, v, m[RMP_ATTR_SPEED].known.has_value(), "Spd " + v);
       if (m[RMP_ATTR_SPEED_ORI].given)
         warn("SPEED_ORI is not written: the tool turns along with the path", "Give a lower SPEED.");
     }
     const std::uint32_t acc = is_ptp && !m[RMP_ATTR_ACC].given ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC;
     const std::string a = value(m, acc, "the acceleration", 1, 100, 0, 100);
-    if (accel_.changes(a)) line("Accel " + a + "," + a);
+    set(accel_, a, m[acc].known.has_value(), "Accel " + a + "," + a);
     const std::uint32_t c = is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP;
     std::string blend = "Cnt 0";
     if (m[c].known) {
@@ -841,7 +849,7 @@ class MelfaWriter final : public MoveWriter {
       warn("a motion with UNTIL is not blended", "Take C_CP and C_PTP out.");
       blend = "Cnt 0";
     }
-    if (blend_.changes(blend)) line(blend);
+    set(blend_, blend, m[c].known.has_value(), blend);
     return true;
   }
   std::string target(const Motion& m, const Target& t) {

@@ -31,7 +31,7 @@ constexpr Operator kOperators[] = {{RMP_EXPR_OR, " OR ", 10},
                                    {RMP_EXPR_DIV, " DIV ", 50},
                                    {RMP_EXPR_MOD, " MOD ", 50},
                                    {RMP_EXPR_NOT, "NOT ", 5, Operator::prefix_group},
-                                   {RMP_EXPR_NEGATE, "-", 35, Operator::prefix}};
+                                   {RMP_EXPR_NEGATE, "-", 35, Operator::prefix_group}};
 
 struct Helper {
   const char* name;

@@ -603,8 +603,9 @@ class Writer {
       return {o->spelling + within(expr(operands[0]), o->binding), o->binding};
     // Comparisons are not joined without parentheses.
     const bool compares = x.op >= RMP_EXPR_EQUAL && x.op <= RMP_EXPR_GREATER_EQUAL;
-    return {within(expr(operands[0]), o->binding + (compares ? 1 : 0)) + o->spelling +
-                within(expr(operands[1]), o->binding + 1),
+    // The left side first: what it calls may write lines of its own.
+    const std::string left = within(expr(operands[0]), o->binding + (compares ? 1 : 0));
+    return {left + o->spelling + within(expr(operands[1]), o->binding + 1),
             o->outer > 0 ? o->outer : o->binding};
   }
   /// The same without its binding.

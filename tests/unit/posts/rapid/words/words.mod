@@ -39,7 +39,7 @@ MODULE words
     i:=3;
     swap i,j;
     x2:=larger(way{1},way{i-6+1})/i;
-    y2:=(-x2)*(x2-(y2-1))+Sin(x2)/2;
+    y2:=(-(x2))*(x2-(y2-1))+Sin(x2)/2;
     n:=RmpDiv(i+j, 3)+RmpMod(i, 4)-RmpTrunc(x2)+RmpRound(y2);
     found:=(NOT (i=j OR x2<y2 AND found)) XOR i<>3;
     FOR i_i FROM 10 TO 2 STEP 2 DO
