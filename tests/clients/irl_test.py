@@ -119,7 +119,7 @@ class Alone(Folder):
         self.fails(irl(self.write("empty.irl", "")), 1, "empty.irl:1:1: error:")
         with open(os.path.join(self.folder, "noise.irl"), "wb") as file:
             file.write(os.urandom(50_000))
-        self.fails(irl(os.path.join(self.folder, "noise.irl")), 1, "noise.irl:")
+        self.fails(irl(os.path.join(self.folder, "noise.irl")), 3, "noise.irl:", "zero byte")
         deep = self.write("deep.irl", "PROGRAM deep;\nPROCEDURE f();\nBEGIN\n  f();\nENDPROC;\nBEGIN\n  f();\nENDPROGRAM;\n")
         self.fails(irl(deep), 1, "deep.irl:4:", "calls are within each other")
         self.assertEqual(irl(deep, "--check").returncode, 0)

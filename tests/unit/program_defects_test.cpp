@@ -35,7 +35,8 @@ std::string written(const std::string& text) {
 TEST(DefectsOf2006, WhatATargetHasNoRuleForIsAnErrorAndNeverLeftOut) {
   const std::string head =
       "robomosp target 1\nname: a\nmotions: lin\n== program_begin\n"
-      "== program_end\n== output_on\n== output_off\n== wait_time\n";
+      "== program_end\n== output_on\nON {{number}}\n== output_off\nOFF {{number}}\n"
+      "== wait_time\nWAIT {{seconds}}\n";
   // A pack without the rule does not load.
   const auto poor = program_post::read_templates(head, "a.post");
   ASSERT_FALSE(poor.ok());
