@@ -747,6 +747,18 @@ Result<void> check_others(const World& w, Names& names, Subject& subject) {
     if (!t.task) return fault("the placed task " + quote(t.name) + " names no task");
     if (!t.robot.empty() && !is_name(t.robot)) return bad_name(t.robot, "robot of a task");
   }
+  for (std::size_t i = 0; i < w.programs.size(); ++i) {
+    const PlacedProgram& p = w.programs[i];
+    subject = {"program", i};
+    RMP_TRY(names.add(p.name));
+    if (!p.program || to_string(p.program.kind) != "program")
+      return fault("the placed program " + quote(p.name) + " names no program");
+    if (!p.robot.empty() && !is_name(p.robot)) return bad_name(p.robot, "robot of a program");
+    for (const ProgramBinding& b : p.bindings) {
+      RMP_TRY(finite(b.reach, "a reach of program " + quote(p.name)));
+      RMP_TRY(finite(b.value, "a value of program " + quote(p.name)));
+    }
+  }
   Names signals("signal");
   for (std::size_t i = 0; i < w.signals.size(); ++i) {
     subject = {"signal", i};
@@ -781,6 +793,7 @@ void for_each_other_name(const World& w, Fn&& fn) {
   each(w.frames);
   each(w.lights);
   each(w.tasks);
+  each(w.programs);
 }
 
 /// Calls `fn` for the objects in blocks that `other` does not have at the same places.

@@ -19,6 +19,7 @@ WorldIndex::WorldIndex(const model::World& world) {
   add(MemberList::frames, world.frames);
   add(MemberList::lights, world.lights);
   add(MemberList::tasks, world.tasks);
+  add(MemberList::programs, world.programs);
   add(MemberList::signals, world.signals);
 }
 

@@ -22,9 +22,10 @@ enum class MemberList : std::uint8_t {
   frames,
   lights,
   tasks,
+  programs,
   signals,
 };
-inline constexpr std::size_t kMemberLists = 7;
+inline constexpr std::size_t kMemberLists = 8;
 
 /// Where in its lists a world keeps what has a name. Immutable; the world must outlive it.
 class WorldIndex {

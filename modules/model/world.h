@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worlds: placed objects, robots, trajectories, tasks, and signals (layer: data processing, model).
-// SI and radians.
+// Worlds: placed objects, robots, trajectories, tasks, programs, and signals (layer: data
+// processing, model). SI and radians.
 #pragma once
 
 #include <array>
@@ -15,6 +15,7 @@
 #include "model/basics.h"
 #include "model/fields.h"
 #include "model/kind.h"
+#include "model/program_binding.h"
 
 namespace robomosp::model {
 
@@ -153,6 +154,22 @@ constexpr void fields(V& v, Of<Signal>) {
   v("description", &Signal::description).doc("What it is, for people.");
 }
 
+/// A program that runs in the world, and what its names mean there.
+struct PlacedProgram {
+  std::string name;   ///< unique in the world
+  AnyId program;      ///< of kind program
+  std::string robot;  ///< of the world, that motions mean which name none; "" = its only one
+  std::vector<ProgramBinding> bindings;
+};
+template <class V>
+constexpr void fields(V& v, Of<PlacedProgram>) {
+  v("name", &PlacedProgram::name).needed().doc("Unique in the world.");
+  v("program", &PlacedProgram::program).needed().doc("The program that runs there.");
+  v("robot", &PlacedProgram::robot)
+      .doc("That motions mean which name none; empty is the world's only one.");
+  v("bindings", &PlacedProgram::bindings).doc("What its names mean there.");
+}
+
 /// An object that a robot holds when the world starts.
 struct Attachment {
   std::string object, robot;
@@ -178,6 +195,7 @@ struct World {
   std::vector<PlacedFrame> frames;
   std::vector<PlacedLight> lights;
   std::vector<PlacedTask> tasks;
+  std::vector<PlacedProgram> programs;
   std::vector<Signal> signals;
   std::vector<Attachment> attachments;  ///< at most one an object
   std::vector<CollisionPairRule> pair_rules;
@@ -196,6 +214,7 @@ constexpr void fields(V& v, Of<World>) {
   v("frames", &World::frames).by_names().doc("Named places.");
   v("lights", &World::lights).by_names().doc("Lights.");
   v("tasks", &World::tasks).doc("Placed tasks.");
+  v("programs", &World::programs).doc("Placed programs.");
   v("signals", &World::signals).doc("Wires between devices, which tasks set and wait for.");
   v("attachments", &World::attachments).doc("Objects that robots hold at the start.");
   v("pair_rules", &World::pair_rules)

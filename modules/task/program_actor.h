@@ -16,7 +16,7 @@
 
 #include <robomosp/sdk/language.h>
 
-#include "model/program.h"
+#include "model/world.h"
 #include "program/machine.h"
 #include "program/presets.h"
 #include "sim/ik_choice.h"
@@ -38,7 +38,7 @@ class ProgramFolder {
 /// A compiled program and what its names mean in a world.
 struct ProgramInWorld {
   std::shared_ptr<const CompiledProgram> code;
-  model::ProgramPlacement placement;
+  model::PlacedProgram placement;
   bool frees_unbound = false;  ///< signals that nothing is bound to are the program's own
   /// A run for a check: it goes on behind faults, and fills this. null = a plain run.
   std::shared_ptr<ProgramInspection> inspection = nullptr;
@@ -64,6 +64,7 @@ class ProgramActor {
   void set_attended(bool is_attended) { is_attended_ = is_attended; }
   /// Stands at PAUSE until run() is called again, or at READ until there is a line.
   [[nodiscard]] bool is_asking() const { return is_shown_ || wants_line_; }
+  [[nodiscard]] bool wants_line() const { return wants_line_; }
   [[nodiscard]] std::size_t lines_read() const { return lines_read_; }
   /// Lets it go on at time `now` [s] until it waits, is over, or its debugger stops it.
   Result<void> run(TaskExecutor&, double now, Progress&);

@@ -31,7 +31,7 @@ const rmp_code_symbol& symbol(const rmp_code& c, std::uint32_t i) {
 
 Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld wanted,
                                           std::vector<std::string>& notes) {
-  const model::ProgramPlacement& placed = wanted.placement;
+  const model::PlacedProgram& placed = wanted.placement;
   const rmp_code& c = wanted.code->code();
   const std::string where = "program " + quote(placed.name);
   auto names = std::make_shared<Names>();

@@ -341,7 +341,7 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
 
 /// A world for a program that has none: the robot alone, in a snapshot that nobody publishes.
 Result<void> alone(CommandContext& ctx, const Map& args, AnyId id, CheckedProgram& out,
-                   model::ProgramPlacement& placement) {
+                   std::string& name_there) {
   // The scratch records are those that are published: what is edited here must be among them.
   for (const AnyId used : {id, ref(args, "robot")})
     if (ctx.base()->find(used) != ctx.snapshot().find(used))
@@ -357,8 +357,7 @@ Result<void> alone(CommandContext& ctx, const Map& args, AnyId id, CheckedProgra
   const std::string name = ctx.snapshot().find(id)->name;
   RMP_TRY_ASSIGN(out.world, scratch.add(scratch.free_name(Kind::world, name + "_check"), world));
   out.snapshot = std::make_shared<const document::Snapshot>(scratch.now());
-  placement.name = name;
-  placement.world = out.world;
+  name_there = name;
   return {};
 }
 
@@ -529,41 +528,36 @@ Schema check_params() {
 
 Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
-  const model::Program& p = *program_in(ctx.snapshot(), id);
+  const auto places = places_of(ctx.snapshot(), id);
   CheckedProgram out;
   task::TaskRun run;
   std::size_t checked = 0;
   const bool frees = text_of(args, "unbound") == "free";
-  const bool is_placed = std::any_of(p.placements.begin(), p.placements.end(), [&](const auto& x) {
-    return (!has(args, "world") || AnyId(x.world) == ref(args, "world")) &&
-           (!has(args, "name_there") || x.name == text_of(args, "name_there"));
-  });
-  if (!is_placed && has(args, "robot") && p.placements.empty()) {
+  if (places.empty() && has(args, "robot")) {
     task::ProgramInWorld one;
     RMP_TRY_ASSIGN(one.code, compile_program(ctx, id));
-    RMP_TRY(alone(ctx, args, id, out, one.placement));
+    RMP_TRY(alone(ctx, args, id, out, one.placement.name));
     one.frees_unbound = frees;
     out.code = one.code, out.name = one.placement.name;
     run.programs.push_back(std::move(one));
   } else {
-    if (p.placements.empty())
+    if (places.empty())
       return error(ErrorCode::invalid_argument, "no world has this program",
                    "Give robot = one that it runs on, alone; or place it with world.add_program.",
                    name_in(ctx, id));
     if (has(args, "robot"))
       return error(ErrorCode::invalid_argument, "the program has a world already",
                    "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
-    RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, p));
-    const model::ProgramPlacement& placed = p.placements[at];
-    out.world = placed.world, out.name = placed.name;
+    RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
+    out.world = place.world, out.name = place.placed->name;
     // A snapshot is a value that shares its records.
     out.snapshot = std::make_shared<const document::Snapshot>(ctx.snapshot());
-    for (const PlacedProgram& other : programs_of(ctx.snapshot(), placed.world)) {
-      const bool is_own = other.program == id && other.placement->name == placed.name;
+    for (const ProgramPlace& other : programs_of(ctx.snapshot(), place.world)) {
+      const bool is_own = other.at == place.at;
       if (!is_own && flag(args, "alone")) continue;
       task::ProgramInWorld one;
-      RMP_TRY_ASSIGN(one.code, compile_program(ctx, other.program, other.placement));
-      one.placement = *other.placement;
+      RMP_TRY_ASSIGN(one.code, compile_program(ctx, other.placed->program, &other));
+      one.placement = *other.placed;
       one.frees_unbound = frees;
       if (is_own) checked = run.programs.size(), out.code = one.code;
       run.programs.push_back(std::move(one));

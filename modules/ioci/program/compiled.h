@@ -9,7 +9,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/commands.h"
-#include "model/program.h"
+#include "ioci/program/program_place.h"
 
 namespace robomosp::ioci {
 
@@ -20,9 +20,9 @@ struct Compiled {
 };
 
 /// The program of a checked `id`; the first error of its source is the command's, with its place.
-/// Its points and numbers that follow a world are those of `placed`, or of the place that `world`
+/// Its points and numbers that follow a world are those of `place`, or of the place that `world`
 /// and `name_there` of the arguments name, or of the only one.
 Result<Compiled> compile_whole(CommandContext& ctx, const Map& args,
-                               const model::ProgramPlacement* placed = nullptr);
+                               const ProgramPlace* place = nullptr);
 
 }  // namespace robomosp::ioci

@@ -19,9 +19,9 @@ namespace robomosp::ioci {
 namespace {
 
 using model::BindingKind;
+using model::PlacedProgram;
 using model::Program;
 using model::ProgramBinding;
-using model::ProgramPlacement;
 
 std::vector<std::string> binding_words() {
   return {model::kBindingWords.begin(), model::kBindingWords.end()};
@@ -40,63 +40,49 @@ Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
   });
 }
 
+/// Changes what a world says of one of its programs.
+template <class Fn>
+Result<void> edit_place(CommandContext& ctx, const ProgramPlace& place, Fn&& fn) {
+  auto done = change<model::World>(ctx, AnyId(place.world),
+                                   [&](model::World& w) { return fn(w.programs[place.at]); });
+  if (!done.ok()) return std::move(done).error().in(name_in(ctx, AnyId(place.world)));
+  return {};
+}
+
 Result<Value> add_program(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "program");
-  ProgramPlacement made;
-  made.world = typed<model::World>(args);
-  made.robot = text_of(args, "robot");
-  const model::World& world = *ctx.snapshot().get(made.world);
-  if (!made.robot.empty() && std::none_of(world.robots.begin(), world.robots.end(),
-                                          [&](const auto& r) { return r.name == made.robot; })) {
-    std::vector<std::string> known;
-    for (const auto& r : world.robots) known.push_back(r.name);
-    return unknown_name("robot", made.robot, known);
+  PlacedProgram made;
+  made.program = ref(args, "program");
+  if (has(args, "robot")) {
+    RMP_TRY_ASSIGN(const std::size_t at,
+                   find_robot(ctx, typed<model::World>(args), *args.find("robot"), "robot"));
+    made.robot = ctx.snapshot().get(typed<model::World>(args))->robots[at].name;
   }
-  std::set<std::string> taken = member_names(world);
-  for (const PlacedProgram& p : programs_of(ctx.snapshot(), made.world))
-    taken.insert(p.placement->name);
-  const bool is_given = has(args, "name");
-  // Its places are told apart by their names, in other worlds as well.
-  if (!is_given)
-    for (const ProgramPlacement& x : program_in(ctx.snapshot(), id)->placements)
-      taken.insert(x.name);
-  const std::string wanted = is_given ? text_of(args, "name") : ctx.snapshot().find(id)->name;
-  made.name = wanted;
-  if (wanted.empty())
-    return error(ErrorCode::invalid_argument, "the name is empty", "Give a name.", "name");
-  if (is_given && taken.contains(wanted))
-    return error(ErrorCode::conflict,
-                 "the world has a member or program " + text::quote(wanted) + " already",
-                 "Choose another name.", "name");
-  for (int k = 2; taken.contains(made.name); ++k) made.name = wanted + "_" + std::to_string(k);
-  const std::string name = made.name;
-  RMP_TRY(edit_program(ctx, id, [&](Program& p) -> Result<void> {
-    p.placements.push_back(std::move(made));
+  const std::string wanted = ctx.snapshot().find(made.program)->name;
+  RMP_TRY(change_world(ctx, args, [&](model::World& w) -> Result<void> {
+    RMP_TRY_ASSIGN(made.name, member_name(w, args, wanted));
+    w.programs.push_back(made);
     return {};
   }));
-  return Value(name);
+  return Value(made.name);
 }
 
 Result<Value> remove_program(CommandContext& ctx, const Map& args) {
-  const auto world = typed<model::World>(args);
-  const std::string name = text_of(args, "name");
-  RMP_TRY_ASSIGN(const auto found, programs_of(ctx.snapshot(), world, {name}));
-  RMP_TRY(edit_program(ctx, found.front().program, [&](Program& p) -> Result<void> {
-    std::erase_if(p.placements, [&](const ProgramPlacement& x) {
-      return x.world.number == world.number && x.name == name;
-    });
+  RMP_TRY_ASSIGN(const std::size_t at,
+                 find_program(ctx, typed<model::World>(args), *args.find("name"),
+                              name_in(ctx, ref(args, "id"))));
+  return change_world(ctx, args, [&](model::World& w) -> Result<void> {
+    w.programs.erase(w.programs.begin() + static_cast<std::ptrdiff_t>(at));
     return {};
-  }));
-  return Value();
+  });
 }
 
 Result<Value> list_programs(CommandContext& ctx, const Map& args) {
   List out;
-  for (const PlacedProgram& p : programs_of(ctx.snapshot(), typed<model::World>(args)))
-    out.emplace_back(Map{{"name", p.placement->name},
+  for (const PlacedProgram& p : content<model::World>(ctx, args).programs)
+    out.emplace_back(Map{{"name", p.name},
                          {"program", ctx.snapshot().find(p.program)->name},
-                         {"robot", p.placement->robot},
-                         {"bindings", static_cast<std::int64_t>(p.placement->bindings.size())}});
+                         {"robot", p.robot},
+                         {"bindings", static_cast<std::int64_t>(p.bindings.size())}});
   return Value(std::move(out));
 }
 
@@ -130,7 +116,7 @@ Result<void> read_expressions(const Map& args, const char* name, const char* uni
 
 Result<Value> bind(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
-  RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, *program_in(ctx.snapshot(), id)));
+  RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
   ProgramBinding b;
   const std::string word = text_of(args, "kind");
   for (std::size_t k = 0; k < model::kBindingWords.size(); ++k)
@@ -179,34 +165,34 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
   RMP_TRY(read_expressions(args, "rpy", "rad", {&b.roll, &b.pitch, &b.yaw}));
   if (model::gives_value(b.kind)) {
     // It has to mean something now: another program than this would be posted without a word.
-    ProgramPlacement trial = program_in(ctx.snapshot(), id)->placements[at];
+    PlacedProgram trial = *place.placed;
+    const ProgramPlace tried{place.world, place.at, &trial};
     std::erase_if(trial.bindings,
                   [](const ProgramBinding& old) { return old.kind != BindingKind::robot; });
-    RMP_TRY_ASSIGN(const auto plain, compile_program(ctx, id, &trial));
+    RMP_TRY_ASSIGN(const auto plain, compile_program(ctx, id, &tried));
     trial.bindings.push_back(b);
-    auto found = bound_values(ctx, trial, plain->code());
+    auto found = bound_values(ctx, tried, plain->code());
     if (!found.ok()) return std::move(found).error();
-    RMP_TRY(compile_program(ctx, id, &trial));
+    RMP_TRY(compile_program(ctx, id, &tried));
   }
-  RMP_TRY(edit_program(ctx, id, [&](Program& p) -> Result<void> {
-    auto& all = p.placements[at].bindings;
+  RMP_TRY(edit_place(ctx, place, [&](PlacedProgram& p) -> Result<void> {
+    auto& all = p.bindings;
     // A name means one thing: robots are apart from signals and joints.
     std::erase_if(all, [&](const ProgramBinding& old) {
       return same(old.name, b.name) &&
              (old.kind == BindingKind::robot) == (b.kind == BindingKind::robot);
     });
-    all.push_back(std::move(b));
+    all.push_back(b);
     return {};
   }));
   return Value();
 }
 
 Result<Value> unbind(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
-  RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, *program_in(ctx.snapshot(), id)));
+  RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
   const std::string name = text_of(args, "name");
-  RMP_TRY(edit_program(ctx, id, [&](Program& p) -> Result<void> {
-    auto& all = p.placements[at].bindings;
+  RMP_TRY(edit_place(ctx, place, [&](PlacedProgram& p) -> Result<void> {
+    auto& all = p.bindings;
     if (std::erase_if(all, [&](const ProgramBinding& b) { return same(b.name, name); }) > 0)
       return {};
     std::vector<std::string> known;
@@ -217,16 +203,13 @@ Result<Value> unbind(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> bindings(CommandContext& ctx, const Map& args) {
-  const Program& p = *program_in(ctx.snapshot(), ref(args, "id"));
   const auto is_robot = [](const ProgramBinding& b) {
     return b.kind == BindingKind::grip || b.kind == BindingKind::point;
   };
   List out;
-  for (const ProgramPlacement& x : p.placements) {
-    if (has(args, "name_there") && x.name != text_of(args, "name_there")) continue;
-    if (has(args, "world") && !(AnyId(x.world) == ref(args, "world"))) continue;
-    for (const ProgramBinding& b : x.bindings)
-      out.emplace_back(Map{{"name_there", x.name},
+  for (const ProgramPlace& x : places_of(ctx.snapshot(), ref(args, "id"), args)) {
+    for (const ProgramBinding& b : x.placed->bindings)
+      out.emplace_back(Map{{"name_there", x.placed->name},
                            {"world", Application::handle(AnyId(x.world))},
                            {"kind", std::string(to_string(b.kind))},
                            {"name", b.name},
@@ -260,11 +243,7 @@ Result<Value> run_program(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   Map asked = args;
   asked.erase("id");
-  const bool is_placed =
-      std::any_of(program_in(ctx.snapshot(), id)->placements.begin(),
-                  program_in(ctx.snapshot(), id)->placements.end(), [&](const ProgramPlacement& x) {
-                    return !has(args, "world") || AnyId(x.world) == ref(args, "world");
-                  });
+  const bool is_placed = !places_of(ctx.snapshot(), id, args).empty();
   if (!is_placed && has(args, "robot")) {
     // A world for the program alone.
     const std::string name = ctx.snapshot().find(id)->name;
@@ -284,10 +263,8 @@ Result<Value> run_program(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::invalid_argument, "the program has a world already",
                  "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
   }
-  const Program& p = *program_in(ctx.snapshot(), id);
-  RMP_TRY_ASSIGN(const std::size_t at, placement_of(ctx, args, p));
-  Map run{{"id", Application::handle(AnyId(p.placements[at].world))},
-          {"program", p.placements[at].name}};
+  RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
+  Map run{{"id", Application::handle(AnyId(place.world))}, {"program", place.placed->name}};
   for (const char* each :
        {"unbound", "values", "lines", "files", "sample_time", "most_time", "duration"})
     if (has(args, each)) run.set(each, *args.find(each));
@@ -326,19 +303,40 @@ const Program* program_in(const document::Snapshot& snapshot, AnyId id) {
   return &std::get<model::OtherContent>(r->body).as<Program>();
 }
 
-Result<std::size_t> placement_of(CommandContext& ctx, const Map& args, const Program& p) {
-  std::vector<std::size_t> fit;
-  std::vector<std::string> known;
-  for (std::size_t i = 0; i < p.placements.size(); ++i) {
-    const ProgramPlacement& x = p.placements[i];
-    known.push_back(x.name);
-    if (has(args, "name_there") && x.name != text_of(args, "name_there")) continue;
-    if (has(args, "world") && !(AnyId(x.world) == ref(args, "world"))) continue;
-    fit.push_back(i);
+std::string describe(const document::Snapshot& snapshot, const ProgramPlace& p) {
+  return text::quote(p.placed->name) + " in " + snapshot.describe(AnyId(p.world));
+}
+
+std::vector<ProgramPlace> programs_of(const document::Snapshot& snapshot, WorldId world) {
+  std::vector<ProgramPlace> out;
+  const model::World* w = snapshot.get(world);
+  for (std::size_t i = 0; w && i < w->programs.size(); ++i)
+    out.push_back({world, i, &w->programs[i]});
+  return out;
+}
+
+std::vector<ProgramPlace> places_of(const document::Snapshot& snapshot, AnyId program,
+                                    const Map& args) {
+  std::vector<ProgramPlace> out;
+  for (const AnyId user : snapshot.referrers(program)) {
+    if (user.kind != Kind::world || (has(args, "world") && !(user == ref(args, "world")))) continue;
+    for (const ProgramPlace& p : programs_of(snapshot, WorldId{user.number}))
+      if (p.placed->program == program &&
+          (!has(args, "name_there") || p.placed->name == text_of(args, "name_there")))
+        out.push_back(p);
   }
+  return out;
+}
+
+Result<ProgramPlace> place_of(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  const auto fit = places_of(ctx.snapshot(), id, args);
   if (fit.size() == 1) return fit.front();
-  const std::string where = name_in(ctx, ref(args, "id"));
-  if (p.placements.empty())
+  std::vector<std::string> known;
+  for (const ProgramPlace& p : fit.empty() ? places_of(ctx.snapshot(), id) : fit)
+    known.push_back(describe(ctx.snapshot(), p));
+  const std::string where = name_in(ctx, id);
+  if (known.empty())
     return error(ErrorCode::not_found, "no world has this program",
                  "world.add_program gives one it.", where);
   if (fit.empty())
@@ -346,33 +344,8 @@ Result<std::size_t> placement_of(CommandContext& ctx, const Map& args, const Pro
                  "It is there as " + text::enumerate(known) + ".", where);
   return error(ErrorCode::invalid_argument,
                "the program is in worlds " + std::to_string(fit.size()) + " times",
-               "Give world, or name_there, one of " + text::enumerate(known) + ".", where);
-}
-
-std::vector<PlacedProgram> programs_of(const document::Snapshot& snapshot, WorldId world) {
-  std::vector<PlacedProgram> out;
-  for (const AnyId id : snapshot.list(program_kind()))
-    if (const Program* p = program_in(snapshot, id))
-      for (const ProgramPlacement& x : p->placements)
-        if (x.world.number == world.number) out.push_back({id, &x});
-  return out;
-}
-
-Result<std::vector<PlacedProgram>> programs_of(const document::Snapshot& snapshot, WorldId world,
-                                               const std::vector<std::string>& names) {
-  const std::vector<PlacedProgram> all = programs_of(snapshot, world);
-  std::vector<PlacedProgram> out;
-  for (const std::string& name : names) {
-    const auto it = std::find_if(all.begin(), all.end(),
-                                 [&](const PlacedProgram& p) { return p.placement->name == name; });
-    if (it == all.end()) {
-      std::vector<std::string> known;
-      for (const PlacedProgram& p : all) known.push_back(p.placement->name);
-      return unknown_name("program", name, known);
-    }
-    out.push_back(*it);
-  }
-  return out;
+               "Give world or name_there, or both: it is there as " + text::enumerate(known) + ".",
+               where);
 }
 
 Result<std::vector<program::Preset>> read_presets(const Value* given, std::string_view path) {
@@ -409,23 +382,21 @@ Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
       RMP_TRY_ASSIGN(const std::size_t at, find_task(ctx, run.world, one, "task"));
       run.tasks.push_back(ctx.snapshot().get(run.world)->tasks[at].name);
     }
-  std::vector<PlacedProgram> programs;
+  std::vector<ProgramPlace> programs = programs_of(ctx.snapshot(), run.world);
   if (has(args, "program")) {
-    std::vector<std::string> names;
-    for (const Value& one : each(*args.find("program")))
-      names.push_back(one.as_string() ? *one.as_string() : one.text());
-    RMP_TRY_ASSIGN(programs, programs_of(ctx.snapshot(), run.world, names));
-  } else if (!has(args, "task")) {
-    programs = programs_of(ctx.snapshot(), run.world);
+    std::vector<ProgramPlace> wanted;
+    for (const Value& one : each(*args.find("program"))) {
+      RMP_TRY_ASSIGN(const std::size_t at, find_program(ctx, run.world, one, "program"));
+      if (std::any_of(wanted.begin(), wanted.end(), [&](const auto& w) { return w.at == at; }))
+        return error(ErrorCode::invalid_argument,
+                     "program " + text::quote(programs[at].placed->name) + " is given twice",
+                     "Name each once.", "program");
+      wanted.push_back(programs[at]);
+    }
+    programs = std::move(wanted);
+  } else if (has(args, "task")) {
+    programs.clear();
   }
-  for (std::size_t i = 0; i < programs.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (programs[i].placement->name == programs[k].placement->name)
-        return error(ErrorCode::conflict,
-                     "two programs are " + text::quote(programs[i].placement->name) +
-                         " in the world, as after record.duplicate",
-                     "world.remove_program takes the first out; place it again under another name.",
-                     name_in(ctx, AnyId(run.world)));
   run.has_tasks = has(args, "task") || !has(args, "program");
   RMP_TRY_ASSIGN(const auto values, read_presets(args.find("values"), "values"));
   if (!values.empty() && programs.size() != 1)
@@ -433,15 +404,15 @@ Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
                  "values are for one program, and " + std::to_string(programs.size()) + " run",
                  "Name the one with program = ...", "values");
   std::vector<std::string> names;
-  for (const PlacedProgram& p : programs) names.push_back(p.placement->name);
+  for (const ProgramPlace& p : programs) names.push_back(p.placed->name);
   const auto files = program_folder(args);
   RMP_TRY_ASSIGN(const auto lines, read_lines(args.find("lines"), names, "lines"));
-  for (const PlacedProgram& p : programs) {
+  for (const ProgramPlace& p : programs) {
     task::ProgramInWorld one;
     one.lines = lines[run.programs.size()];
     one.files = files;
-    RMP_TRY_ASSIGN(one.code, compile_program(ctx, p.program, p.placement));
-    one.placement = *p.placement;
+    RMP_TRY_ASSIGN(one.code, compile_program(ctx, p.placed->program, &p));
+    one.placement = *p.placed;
     one.frees_unbound = text_of(args, "unbound") == "free";
     one.values = values;
     run.programs.push_back(std::move(one));
@@ -471,8 +442,8 @@ RMP_COMMANDS(program_in_world_commands) {
                   there = optional("name_there", "string", "",
                                    "Its name there, where it is in worlds several times.");
   add("world.add_program", "Gives a world a program.",
-      "The place is kept with the program: what its names mean in this world (program.bind). A "
-      "program may be in several worlds, and several times in one.",
+      "The world keeps what its names mean there (program.bind). A program may be in several "
+      "worlds, and several times in one.",
       with_cell("assert(cell:programs()[1].name == \"there\")"),
       {self("world"), needed("program", "ref:program", "", "The program."),
        optional("name", "string", "", "Its name in the world; made of its own when left out."),

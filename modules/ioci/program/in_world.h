@@ -9,6 +9,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/command.h"
+#include "ioci/program/program_place.h"
 #include "model/program.h"
 #include "task/run.h"
 
@@ -18,20 +19,19 @@ namespace robomosp::ioci {
 [[nodiscard]] const model::Program* program_in(const document::Snapshot&, AnyId);
 /// Compiled, with what bindings of a place give its variables (the only one's where none is given);
 /// an error of its source is an error that names the first.
-Result<std::shared_ptr<const CompiledProgram>> compile_program(
-    CommandContext&, AnyId, const model::ProgramPlacement* placed = nullptr);
+Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext&, AnyId,
+                                                               const ProgramPlace* = nullptr);
 
-struct PlacedProgram {
-  AnyId program;
-  const model::ProgramPlacement* placement = nullptr;  ///< of the snapshot
-};
-/// Programs of a world, in the order in which they and their places were made.
-[[nodiscard]] std::vector<PlacedProgram> programs_of(const document::Snapshot&, WorldId);
-/// The same by their names there; an error names one that is none.
-Result<std::vector<PlacedProgram>> programs_of(const document::Snapshot&, WorldId,
-                                               const std::vector<std::string>& names);
-/// Which place of a program is meant: by its name there, its world, or the only one.
-Result<std::size_t> placement_of(CommandContext&, const Map& args, const model::Program&);
+/// Programs of a world, in the order of its list; none where there is no such world.
+[[nodiscard]] std::vector<ProgramPlace> programs_of(const document::Snapshot&, WorldId);
+/// The places of a program in worlds, those of one world in a row; of `args`, world and name_there
+/// leave out others.
+[[nodiscard]] std::vector<ProgramPlace> places_of(const document::Snapshot&, AnyId program,
+                                                  const Map& args = {});
+/// The place of the program `id` that world and name_there mean, or the only one.
+Result<ProgramPlace> place_of(CommandContext&, const Map& args);
+/// "carry" in world "bench", with its quotes.
+[[nodiscard]] std::string describe(const document::Snapshot&, const ProgramPlace&);
 /// Values of variables from a table: names, and numbers, truths or expressions of the language.
 Result<std::vector<program::Preset>> read_presets(const Value*, std::string_view path);
 /// The argument values of what runs one program.

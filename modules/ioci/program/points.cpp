@@ -21,8 +21,8 @@ namespace robomosp::ioci {
 namespace {
 
 using model::BindingKind;
+using model::PlacedProgram;
 using model::ProgramBinding;
-using model::ProgramPlacement;
 using text::quote;
 
 template <class Row>
@@ -34,12 +34,13 @@ bool same(std::string_view a, std::string_view b) { return post::upper(a) == pos
 /// Computes the values of one place.
 class Binder {
  public:
-  Binder(CommandContext& ctx, const ProgramPlacement& placed, const rmp_code& code)
+  Binder(CommandContext& ctx, const ProgramPlace& place, const rmp_code& code)
       : ctx_(ctx),
-        placed_(placed),
+        placed_(*place.placed),
         code_(code),
-        world_(*ctx.snapshot().get(placed.world)),
-        world_name_(ctx.snapshot().find(AnyId(placed.world))->name),
+        world_(*ctx.snapshot().get(place.world)),
+        world_body_(ctx.snapshot().find(AnyId(place.world))->body),
+        world_name_(ctx.snapshot().find(AnyId(place.world))->name),
         worlds_(ctx.snapshot().world_parameters()) {}
 
   Result<BoundValue> value(const ProgramBinding& b) {
@@ -101,10 +102,9 @@ class Binder {
                        "Bind the point to an object or frame that stands still.");
       return Place{model::pose(o.placement), &ctx_.snapshot().find(o.what)->body, {}, o.what};
     }
-    const model::Body& own = ctx_.snapshot().find(AnyId(placed_.world))->body;
     for (const model::PlacedFrame& f : world_.frames)
-      if (f.name == name) return Place{model::pose(f.placement), &own, world_name_, {}};
-    if (name.empty()) return Place{Pose{}, &own, world_name_, {}};
+      if (f.name == name) return Place{model::pose(f.placement), &world_body_, world_name_, {}};
+    if (name.empty()) return Place{Pose{}, &world_body_, world_name_, {}};
     std::vector<std::string> known;
     for (const model::PlacedObject& o : world_.objects) known.push_back(o.name);
     for (const model::PlacedFrame& f : world_.frames) known.push_back(f.name);
@@ -228,31 +228,32 @@ class Binder {
   }
 
   CommandContext& ctx_;
-  const ProgramPlacement& placed_;
+  const PlacedProgram& placed_;
   const rmp_code& code_;
   const model::World& world_;
+  const model::Body& world_body_;
   std::string world_name_;
   model::WorldParameters worlds_;
 };
 
 }  // namespace
 
-bool gives_values(const ProgramPlacement& placed) {
+bool gives_values(const PlacedProgram& placed) {
   return std::any_of(placed.bindings.begin(), placed.bindings.end(),
                      [](const ProgramBinding& b) { return model::gives_value(b.kind); });
 }
 
-Result<std::vector<BoundValue>> bound_values(CommandContext& ctx, const ProgramPlacement& placed,
+Result<std::vector<BoundValue>> bound_values(CommandContext& ctx, const ProgramPlace& place,
                                              const rmp_code& plain) {
   std::vector<BoundValue> out;
-  if (!ctx.snapshot().get(placed.world))
+  if (!ctx.snapshot().get(place.world))
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
-  Binder binder(ctx, placed, plain);
-  for (const ProgramBinding& b : placed.bindings) {
+  Binder binder(ctx, place, plain);
+  for (const ProgramBinding& b : place.placed->bindings) {
     if (!model::gives_value(b.kind)) continue;
     auto one = binder.value(b);
     if (!one.ok())
-      return std::move(one).error().in("program " + quote(placed.name) + ", " +
+      return std::move(one).error().in("program " + quote(place.placed->name) + ", " +
                                        std::string(to_string(b.kind)) + " " + quote(b.name));
     out.push_back(std::move(*one));
   }

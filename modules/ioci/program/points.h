@@ -9,7 +9,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/command.h"
-#include "model/program.h"
+#include "ioci/program/program_place.h"
 
 namespace robomosp::ioci {
 
@@ -20,11 +20,11 @@ struct BoundValue {
 };
 
 /// Whether bindings of a place give variables what they begin with.
-[[nodiscard]] bool gives_values(const model::ProgramPlacement&);
+[[nodiscard]] bool gives_values(const model::PlacedProgram&);
 /// What they give now, in their order. `plain` is the program without them, which tells the types
 /// of its variables. An error names the binding: a member, feature, parameter or variable that is
 /// not there, an object that a robot holds, a dimension that does not fit.
-Result<std::vector<BoundValue>> bound_values(CommandContext&, const model::ProgramPlacement&,
+Result<std::vector<BoundValue>> bound_values(CommandContext&, const ProgramPlace&,
                                              const rmp_code& plain);
 
 }  // namespace robomosp::ioci

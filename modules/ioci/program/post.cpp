@@ -459,7 +459,7 @@ Result<Map> run_of(CommandContext& ctx, const Map& args) {
   Map asked{{"id", *args.find("id")}};
   for (const char* each : {"world", "profile", "picture", "plot"})
     if (has(args, each)) asked.set(each, *args.find(each));
-  if (has(args, "robot") && program_in(ctx.snapshot(), ref(args, "id"))->placements.empty())
+  if (has(args, "robot") && places_of(ctx.snapshot(), ref(args, "id")).empty())
     asked.set("robot", *args.find("robot"));
   RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.check_run", asked));
   return *found.as_map();

@@ -44,34 +44,28 @@ std::vector<std::string> file_names(const Program& p) {
 }
 
 /// What the program's variables begin with, as its bindings say; none where they say nothing.
-Result<std::vector<BoundValue>> values_of(CommandContext& ctx, const Map& args, const Program& p,
-                                          const model::ProgramPlacement* placed,
+Result<std::vector<BoundValue>> values_of(CommandContext& ctx,
+                                          const std::vector<ProgramPlace>& places,
                                           const rmp_code& plain) {
   std::vector<BoundValue> out;
-  if (placed) {
-    if (gives_values(*placed)) return bound_values(ctx, *placed, plain);
-    return out;
-  }
-  const model::ProgramPlacement* first = nullptr;
-  for (const model::ProgramPlacement& x : p.placements) {
-    if (has(args, "world") && !(AnyId(x.world) == ref(args, "world"))) continue;
-    if (has(args, "name_there") && x.name != text_of(args, "name_there")) continue;
-    if (!gives_values(x)) continue;
+  std::optional<ProgramPlace> first;
+  for (const ProgramPlace& x : places) {
+    if (!gives_values(*x.placed)) continue;
     RMP_TRY_ASSIGN(auto values, bound_values(ctx, x, plain));
     if (!first) {
-      first = &x, out = std::move(values);
+      first = x, out = std::move(values);
     } else if (values != out) {
       return error(ErrorCode::invalid_argument,
-                   "the points of the program are others as " + text::quote(first->name) +
-                       " and as " + text::quote(x.name) + " in their worlds",
-                   "Give world, or take the program out of all worlds but one.");
+                   "the points of the program are others as " + describe(ctx.snapshot(), *first) +
+                       " and as " + describe(ctx.snapshot(), x),
+                   "Give world or name_there, or take the program out of all places but one.");
     }
   }
   return out;
 }
 
 Result<Compiled> compile(CommandContext& ctx, const Map& args,
-                         const model::ProgramPlacement* placed = nullptr) {
+                         const ProgramPlace* place = nullptr) {
   const Program& p = program_of(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   if (p.files.empty())
@@ -94,11 +88,10 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args,
   auto made = language->compile(task, *params, ctx.progress);
   if (!made.ok()) return std::move(made).error().in(where);
   out.program = std::move(made).value();
-  const bool may_give = placed
-                            ? gives_values(*placed)
-                            : std::any_of(p.placements.begin(), p.placements.end(), gives_values);
-  if (!may_give || out.code().has_errors) return out;
-  auto found = values_of(ctx, args, p, placed, out.code());
+  if (out.code().has_errors) return out;
+  auto found =
+      values_of(ctx, place ? std::vector{*place} : places_of(ctx.snapshot(), ref(args, "id"), args),
+                out.code());
   if (!found.ok()) return std::move(found).error().in(where);
   if (found->empty()) return out;
   if (!language->extension(kGivenValues))
@@ -117,9 +110,8 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args,
 
 }  // namespace
 
-Result<Compiled> compile_whole(CommandContext& ctx, const Map& args,
-                               const model::ProgramPlacement* placed) {
-  RMP_TRY_ASSIGN(Compiled out, compile(ctx, args, placed));
+Result<Compiled> compile_whole(CommandContext& ctx, const Map& args, const ProgramPlace* place) {
+  RMP_TRY_ASSIGN(Compiled out, compile(ctx, args, place));
   const rmp_code& c = out.code();
   if (!c.has_errors) return out;
   std::uint32_t errors = 0;
@@ -531,9 +523,9 @@ std::string with_program(const char* rest) {
 
 }  // namespace
 
-Result<std::shared_ptr<const CompiledProgram>> compile_program(
-    CommandContext& ctx, AnyId id, const model::ProgramPlacement* placed) {
-  RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, Map{{"id", Application::handle(id)}}, placed));
+Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext& ctx, AnyId id,
+                                                               const ProgramPlace* place) {
+  RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, Map{{"id", Application::handle(id)}}, place));
   return std::shared_ptr<const CompiledProgram>(std::move(made.program));
 }
 

@@ -178,8 +178,9 @@ Map live_run_state(const Application& app, const LiveRunEntry& entry) {
   bool is_outdated = !is_same(*entry.snapshot(), *app.document.now(), subject);
   if (subject.kind == Kind::world && entry.of == "tasks")
     for (const document::SnapshotPtr& each : {entry.snapshot(), app.document.now()})
-      for (const PlacedProgram& p : programs_of(*each, WorldId{subject.number}))
-        is_outdated = is_outdated || !is_same(*entry.snapshot(), *app.document.now(), p.program);
+      for (const ProgramPlace& p : programs_of(*each, WorldId{subject.number}))
+        is_outdated =
+            is_outdated || !is_same(*entry.snapshot(), *app.document.now(), p.placed->program);
   Map out{{"time", s.time},
           {"row", static_cast<std::int64_t>(s.row + 1)},
           {"rows", static_cast<std::int64_t>(s.rows)},

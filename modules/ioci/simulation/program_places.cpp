@@ -3,6 +3,7 @@
 // over what is recorded line by line.
 #include <algorithm>
 #include <set>
+#include <unordered_map>
 
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
@@ -57,6 +58,14 @@ std::string state_of(const Machine& m) {
   }
 }
 
+/// As it was when the run began.
+const model::Program* program_of(const document::Snapshot& snapshot, const LiveRunEntry& entry,
+                                 std::string_view name) {
+  for (const ProgramPlace& p : programs_of(snapshot, WorldId{entry.subject.number}))
+    if (p.placed->name == name) return program_in(snapshot, p.placed->program);
+  return nullptr;
+}
+
 Result<Value> run_programs(CommandContext& ctx, const Map& args) {
   const LiveRunPtr entry = run_of(ctx, args);
   RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
@@ -67,11 +76,8 @@ Result<Value> run_programs(CommandContext& ctx, const Map& args) {
   for (std::size_t i = 0; i < watch->programs.size(); ++i) {
     const Machine& m = machine_at(*watch, row, i);
     List files, processes;
-    const auto placed =
-        programs_of(*snapshot, WorldId{entry->subject.number}, {watch->programs[i].name()});
-    if (placed.ok())
-      for (const model::ProgramFile& f : program_in(*snapshot, placed->front().program)->files)
-        files.emplace_back(f.name);
+    if (const model::Program* p = program_of(*snapshot, *entry, watch->programs[i].name()))
+      for (const model::ProgramFile& f : p->files) files.emplace_back(f.name);
     for (const std::uint32_t p : m.processes()) {
       Map one{{"number", static_cast<std::int64_t>(p)}, {"name", m.process_name(p)}};
       if (const auto calls = m.call_stack(p); !calls.empty()) {
@@ -117,11 +123,11 @@ Result<Value> program_text(CommandContext& ctx, const Map& args) {
     name = watch->programs[at].name();
   }
   const document::SnapshotPtr snapshot = entry->snapshot();
-  RMP_TRY_ASSIGN(const auto found, programs_of(*snapshot, WorldId{entry->subject.number}, {name}));
-  const model::Program& p = *program_in(*snapshot, found.front().program);
+  const model::Program* const p = program_of(*snapshot, *entry, name);
+  if (!p) return unknown_name("program", name, {});
   const std::string source = text_of(args, "source");
   std::vector<std::string> known;
-  for (const model::ProgramFile& f : p.files) {
+  for (const model::ProgramFile& f : p->files) {
     if (source.empty() || same(f.name, source)) return Value(text_of_file(f));
     known.push_back(f.name);
   }
@@ -147,37 +153,47 @@ struct Spot {
   }
 };
 std::optional<Spot> spot_of(const Machine& m, std::uint32_t process) {
-  const auto calls = m.call_stack(process);
-  if (calls.empty()) return std::nullopt;
-  const rmp_span& s = calls.front().span;
-  return Spot{s.file, s.line, s.column, calls.size()};
+  const auto place = m.place_of(process);
+  if (!place) return std::nullopt;
+  return Spot{place->span.file, place->span.line, place->span.column, place->depth};
+}
+
+/// Breakpoints that stop, of each program by line.
+using BreakpointLines =
+    std::vector<std::unordered_map<std::uint32_t, std::vector<program::Breakpoint>>>;
+BreakpointLines lines_of(const task::ProgramWatch& watch, Breakpoints& set) {
+  BreakpointLines out(watch.programs.size());
+  const std::lock_guard lock(set.mutex);
+  for (std::size_t p = 0; p < out.size(); ++p)
+    for (const Breakpoints::One& b : set.all)
+      if (b.program == watch.programs[p].name() && b.what.log.empty())
+        out[p][b.what.line].push_back(b.what);
+  return out;
 }
 
 /// Whether a program comes to a breakpoint in a row, other than in the row before.
-bool has_breakpoint(const task::ProgramWatch& watch, const Breakpoints& set, std::size_t row) {
-  const auto machine = [&](std::size_t i, std::size_t program) -> const Machine& {
-    return machine_at(watch, i, program);
-  };
-  for (std::size_t p = 0; p < watch.programs.size(); ++p)
-    for (const Breakpoints::One& b : set.all) {
-      if (b.program != watch.programs[p].name() || !b.what.log.empty()) continue;
-      const Machine& m = machine(row, p);
-      for (const std::uint32_t process : m.processes()) {
-        const auto now = spot_of(m, process);
-        if (!now || now->line != b.what.line ||
-            !same(file_of(m, rmp_span{now->file, 0, 0, 0, 0}), b.what.file))
-          continue;
-        if (row > 0) {
-          const auto before = spot_of(machine(row - 1, p), process);
-          if (before && before->is_line_of(*now)) continue;
-        }
-        if (!b.what.condition.empty()) {
-          const auto v = m.evaluate(b.what.condition, process, 0);
-          if (!v.ok() || v->value != "TRUE") continue;
-        }
-        return true;
+bool has_breakpoint(const task::ProgramWatch& watch, const BreakpointLines& lines,
+                    std::size_t row) {
+  for (std::size_t p = 0; p < watch.programs.size(); ++p) {
+    if (lines[p].empty()) continue;
+    const Machine& m = machine_at(watch, row, p);
+    for (const std::uint32_t process : m.processes()) {
+      const auto now = spot_of(m, process);
+      const auto here = now ? lines[p].find(now->line) : lines[p].end();
+      if (here == lines[p].end()) continue;
+      if (row > 0) {
+        const auto before = spot_of(machine_at(watch, row - 1, p), process);
+        if (before && before->is_line_of(*now)) continue;
+      }
+      const std::string file = file_of(m, rmp_span{now->file, 0, 0, 0, 0});
+      for (const program::Breakpoint& b : here->second) {
+        if (!same(file, b.file)) continue;
+        if (b.condition.empty()) return true;
+        const auto v = m.evaluate(b.condition, process, 0);
+        if (v.ok() && v->value == "TRUE") return true;
       }
     }
+  }
   return false;
 }
 
@@ -211,11 +227,10 @@ Result<Value> step_recorded(CommandContext& ctx, const Map& args) {
   const std::uint32_t process = process_of(machine_at(*watch, at, program), args);
   const auto here = spot_of(machine_at(*watch, at, program), process);
   if (at >= watch->rows.size()) at = watch->rows.size() - 1;
+  const BreakpointLines lines =
+      kind == "breakpoint" ? lines_of(*watch, *entry->breakpoints) : BreakpointLines();
   const auto fits = [&](std::size_t row) {
-    if (kind == "breakpoint") {
-      const std::lock_guard own(entry->breakpoints->mutex);
-      return has_breakpoint(*watch, *entry->breakpoints, row);
-    }
+    if (kind == "breakpoint") return has_breakpoint(*watch, lines, row);
     const auto there = spot_of(machine_at(*watch, row, program), process);
     if (!there || !here) return there.has_value() != here.has_value();
     if (kind == "out") return there->depth < here->depth;
@@ -250,10 +265,8 @@ Result<Value> recorded_at(CommandContext& ctx, const Map& args) {
     std::set<std::uint32_t> now;
     const Machine& m = machine_at(*watch, row, program);
     for (const std::uint32_t process : m.processes()) {
-      const auto calls = m.call_stack(process);
-      if (calls.empty() || calls.front().span.line != line ||
-          !same(file_of(m, calls.front().span), source))
-        continue;
+      const auto place = m.place_of(process);
+      if (!place || place->span.line != line || !same(file_of(m, place->span), source)) continue;
       now.insert(process);
       if (!before.contains(process)) found.emplace_back(watch->rows[row].time, process);
     }

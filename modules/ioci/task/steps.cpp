@@ -223,6 +223,10 @@ void set_members(Map& out, const document::Snapshot& snapshot, const model::Worl
   out.set("tasks", list_of(w.tasks, [&](const model::PlacedTask& t) {
             return Map{{"name", t.name}, {"task", ref_value(snapshot, t.task)}, {"robot", t.robot}};
           }));
+  out.set("programs", list_of(w.programs, [&](const model::PlacedProgram& p) {
+            return Map{
+                {"name", p.name}, {"program", ref_value(snapshot, p.program)}, {"robot", p.robot}};
+          }));
   out.set("signals", list_of(w.signals, [](const model::Signal& s) {
             return Map{{"name", s.name},
                        {"kind", s.kind == model::SignalKind::digital ? "digital" : "analogue"},

@@ -10,6 +10,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
+#include "ioci/program/program_kind.h"
 #include "ioci/world/members.h"
 #include "kernel/fresh_names.h"
 #include "model/placement.h"
@@ -79,6 +80,13 @@ class Elements {
     for (model::PlacedTask t : other.tasks) {
       t.robot = now(t.robot);
       RMP_TRY(put(&World::tasks, std::move(t)));
+    }
+    for (model::PlacedProgram p : other.programs) {
+      p.robot = now(p.robot);
+      for (model::ProgramBinding& b : p.bindings)
+        for (std::string* member : {&b.to, &b.frame, &b.tool, &b.joint})
+          if (b.kind != model::BindingKind::signal) *member = now(*member);
+      RMP_TRY(put(&World::programs, std::move(p)));
     }
     for (const model::Signal& s : other.signals) RMP_TRY(put_signal(s));
     for (model::Attachment a : other.attachments) {
@@ -172,7 +180,7 @@ Result<Value> load_element(CommandContext& ctx, const Map& args) {
                                                                   : io::Reload::no;
   RMP_TRY_ASSIGN(const AnyId id, read_record(ctx, file, reload));
   RMP_TRY(only_for(args, "q", Kind::robot, id.kind));
-  RMP_TRY(only_for(args, "robot", Kind::task, id.kind));
+  if (id.kind != program_kind()) RMP_TRY(only_for(args, "robot", Kind::task, id.kind));
   if (id == world)
     return error(ErrorCode::invalid_argument, text::quote(file) + " is the file of this world",
                  "Give the file of an element.", name_in(ctx, world));
@@ -208,7 +216,12 @@ Result<Value> load_element(CommandContext& ctx, const Map& args) {
             RMP_TRY(all.put(&World::tasks, {name, TaskId{id.number}, text_of(args, "robot")}));
             break;
           case Kind::world: RMP_TRY(all.put_world(std::get<World>(record.body), placement)); break;
-          default: RMP_TRY(all.put(&World::objects, {name, id, placement}));
+          default:
+            if (id.kind == program_kind()) {
+              RMP_TRY(all.put(&World::programs, {name, id, text_of(args, "robot"), {}}));
+            } else {
+              RMP_TRY(all.put(&World::objects, {name, id, placement}));
+            }
         }
         names = all.names();
         has_renamed = all.has_renamed();
@@ -247,16 +260,18 @@ RMP_COMMANDS(world_load_commands) {
   for (ParamSpec& p : placement_fields("the world")) params.push_back(std::move(p));
   params.push_back(
       optional("q", "any", "rad or m", "Of a robot: joint values shown, or the name of a pose."));
-  params.push_back(
-      optional("robot", "string", "", "Of a task: the robot its steps mean when they name none."));
+  params.push_back(optional("robot", "string", "",
+                            "Of a task or program: the robot that it means where it names none."));
   params.push_back(reload_field());
   all.push_back(
       {.name = "world.load_element",
        .classic = "",
-       .summary = "Loads a file into a world: an object, robot, trajectory, task, or all that "
-                  "another world holds.",
+       .summary =
+           "Loads a file into a world: an object, robot, trajectory, task, program, or all that "
+           "another world holds.",
        .details =
-           "Files are those of file.load (*.part, *.csg, *.rbt, *.tjc, *.tsk, *.wld and those of "
+           "Files are those of file.load (*.part, *.csg, *.rbt, *.tjc, *.tsk, *.prg, *.wld and "
+           "those of "
            "ROBOMOSP 1.4) and of import (URDF, STEP, STL and the like). What is read and where it "
            "is placed is one step to undo. A member that is replaced leaves its place to the new "
            "one unless a place is given. A file that is in the document already is read again with "

@@ -54,6 +54,7 @@ Result<std::size_t> find_member(const CommandContext& ctx, WorldId world, docume
 AnyId robot_of(const model::PlacedRobot& r) { return r.robot; }
 AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
 AnyId task_of(const model::PlacedTask& t) { return t.task; }
+AnyId program_of(const model::PlacedProgram& p) { return p.program; }
 
 bool has_member(const World& w, const std::string& name) {
   const auto has = [&](const auto& list) {
@@ -63,7 +64,7 @@ bool has_member(const World& w, const std::string& name) {
     });
   };
   return has(w.objects) || has(w.robots) || has(w.trajectories) || has(w.frames) || has(w.lights) ||
-         has(w.tasks);
+         has(w.tasks) || has(w.programs);
 }
 
 }  // namespace
@@ -85,6 +86,12 @@ Result<std::size_t> find_task(const CommandContext& ctx, WorldId world, const Va
                               std::string_view path) {
   return find_member(ctx, world, document::MemberList::tasks, ctx.snapshot().get(world)->tasks,
                      given, task_of, "task", path);
+}
+
+Result<std::size_t> find_program(const CommandContext& ctx, WorldId world, const Value& given,
+                                 std::string_view path) {
+  return find_member(ctx, world, document::MemberList::programs,
+                     ctx.snapshot().get(world)->programs, given, program_of, "program", path);
 }
 
 namespace {
@@ -109,7 +116,7 @@ std::size_t number_behind(std::string_view name, std::string_view wanted) {
 std::string free_member_name(const World& w, const std::string& wanted) {
   bool is_taken = false;
   const std::size_t count = w.objects.size() + w.robots.size() + w.trajectories.size() +
-                            w.frames.size() + w.lights.size() + w.tasks.size();
+                            w.frames.size() + w.lights.size() + w.tasks.size() + w.programs.size();
   std::vector<char> numbers(count + 3);  // one pass: worlds have thousands of members
   const auto look = [&](const auto& list) {
     for (const auto& m : list) {
@@ -124,6 +131,7 @@ std::string free_member_name(const World& w, const std::string& wanted) {
   look(w.frames);
   look(w.lights);
   look(w.tasks);
+  look(w.programs);
   if (!is_taken) return wanted;
   std::size_t n = 2;
   while (n < numbers.size() && numbers[n]) ++n;
@@ -141,6 +149,7 @@ std::set<std::string> member_names(const World& w) {
   add(w.frames);
   add(w.lights);
   add(w.tasks);
+  add(w.programs);
   return out;
 }
 

@@ -13,7 +13,7 @@
 
 namespace robomosp::ioci {
 
-/// Names of all objects, robots, trajectories, frames, lights and tasks.
+/// Names of all objects, robots, trajectories, frames, lights, tasks and programs.
 [[nodiscard]] std::set<std::string> member_names(const model::World& w);
 /// The given argument `name`, or one made of `wanted`; an error when the given one is taken.
 [[nodiscard]] Result<std::string> member_name(const model::World& w, const Map& args,
@@ -36,6 +36,9 @@ namespace robomosp::ioci {
 /// The same of a task.
 [[nodiscard]] Result<std::size_t> find_task(const CommandContext&, WorldId, const Value& given,
                                             std::string_view path);
+/// The same of a program.
+[[nodiscard]] Result<std::size_t> find_program(const CommandContext&, WorldId, const Value& given,
+                                               std::string_view path);
 
 /// The frame "target" of a world; while there is none, its origin.
 inline constexpr std::string_view kTarget = "target";

@@ -80,8 +80,7 @@ RMP_COMMANDS(world_pack_commands) {
        .summary = "Gives a world with all that it refers to as texts.",
        .details =
            "As they are now, whether they were saved or not. world.unpack makes the world of "
-           "them again, in this program or in another one of the same version. Programs are "
-           "no part of it: their files name nothing of the world.",
+           "them again, in this program or in another one of the same version.",
        .example = kExample,
        .params = {self("world")},
        .returns = {"map",

@@ -165,7 +165,8 @@ Result<Value> remove_member(CommandContext& ctx, const Map& args) {
     let_go.clear(), standing.clear();
     if (erase_if(w.objects, named) + std::erase_if(w.robots, named) +
             std::erase_if(w.trajectories, named) + std::erase_if(w.frames, named) +
-            std::erase_if(w.lights, named) + std::erase_if(w.tasks, named) ==
+            std::erase_if(w.lights, named) + std::erase_if(w.tasks, named) +
+            std::erase_if(w.programs, named) ==
         0)
       return no_member(w, name);
     std::erase_if(w.attachments, [&](const auto& a) {

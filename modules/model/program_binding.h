@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// What names of programs mean in worlds (layer: data processing, model). SI and radians.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "model/fields.h"
+
+namespace robomosp::model {
+
+/// What a name of a program means in a world.
+enum class BindingKind : std::uint8_t {
+  robot,   ///< its robot is that of the world
+  signal,  ///< its signal is that of the world
+  grip,    ///< its output, or additional joint, takes and lets go
+  joint,   ///< its additional joint is a joint of a robot or mechanism of the world
+  free,    ///< its signal is its own: an input has a value, an output is for nobody
+  point,   ///< its variable is a place on an object or frame of the world
+  value,   ///< its variable is an expression over parameters of an object or of the world
+};
+/// Whether such a binding gives a variable what it begins with.
+[[nodiscard]] constexpr bool gives_value(BindingKind k) {
+  return k == BindingKind::point || k == BindingKind::value;
+}
+/// How files and commands name them, in order of BindingKind.
+inline constexpr std::array<std::string_view, 7> kBindingWords{"robot", "signal", "grip", "joint",
+                                                               "free",  "point",  "value"};
+constexpr std::span<const std::string_view> words(Of<BindingKind>) { return kBindingWords; }
+[[nodiscard]] constexpr std::string_view to_string(BindingKind k) {
+  return kBindingWords[static_cast<std::size_t>(k)];
+}
+
+struct ProgramBinding {
+  BindingKind kind = BindingKind::signal;
+  std::string name;  ///< in the program; of an additional joint its number; "" = its own robot
+  std::string to;  ///< in the world: robot, signal; the object that a grip takes, "" = the nearest;
+                   ///< the object or frame that a point is on; of a value "" = the world itself
+  std::string frame;  ///< robot: frame or object of the world for base targets; "" = its base
+  std::string tool;   ///< robot, grip: link, tool or centre point; "" = the robot's tool
+  std::string joint;  ///< joint: its name or number; grip: the robot that takes, "" = the own
+  double reach = 0;   ///< grip: what is farther from the tool stays [m]; 0 = 5 mm
+  double value = 0;   ///< free: of an input
+  std::string at;     ///< point: centre point, part, node or feature of the object; "" = its frame
+  /// point: from there, in its axes; expressions, "" = 0
+  std::string x, y, z, roll, pitch, yaw;
+  std::string expression;  ///< value
+};
+template <class V>
+constexpr void fields(V& v, Of<ProgramBinding>) {
+  v("kind", &ProgramBinding::kind).needed().doc("What the name stands for.");
+  v("name", &ProgramBinding::name)
+      .doc("In the program; of an additional joint its number; empty is its own robot.");
+  v("to", &ProgramBinding::to)
+      .doc(
+          "Robot or signal of the world; of a grip the object that it takes, empty is the "
+          "nearest; what a point is on; whose parameters a value has, empty is the world's.");
+  v("frame", &ProgramBinding::frame)
+      .doc("Frame or object of the world that the robot's targets are in; empty is its base.");
+  v("tool", &ProgramBinding::tool)
+      .doc("Link, tool or tool centre point that targets are for, or that takes.");
+  v("joint", &ProgramBinding::joint)
+      .doc(
+          "Of the robot or mechanism: name or number; of a grip or point the robot that it is "
+          "of.");
+  v("reach", &ProgramBinding::reach)
+      .unit("m")
+      .at_least(0)
+      .doc("A grip takes nothing that is farther from its tool; 0 is 5 mm.");
+  v("value", &ProgramBinding::value).doc("Of a free input.");
+  v("at", &ProgramBinding::at)
+      .doc(
+          "Of a point: centre point or part of the object, node of the solid, or a feature by "
+          "words or number; empty is its frame.");
+  v("x", &ProgramBinding::x).doc("Of a point: how far from there, an expression [m]; empty is 0.");
+  v("y", &ProgramBinding::y).doc("Likewise.");
+  v("z", &ProgramBinding::z).doc("Likewise.");
+  v("roll", &ProgramBinding::roll)
+      .doc("Of a point: turn Rz(yaw) Ry(pitch) Rx(roll) there, an expression [rad]; empty is 0.");
+  v("pitch", &ProgramBinding::pitch).doc("Likewise.");
+  v("yaw", &ProgramBinding::yaw).doc("Likewise.");
+  v("expression", &ProgramBinding::expression)
+      .doc("Of a value: over parameters of the object, or of worlds.");
+}
+
+}  // namespace robomosp::model
