@@ -51,11 +51,21 @@ Result<void> check_fits(std::size_t was, std::size_t is) {
                "Begin again from the start: run.reset.");
 }
 
+Error over_before(std::optional<double> end, double from) {
+  return error(ErrorCode::conflict,
+               "it is over " +
+                   (end ? "at " + at(*end) + " now, before " : std::string("now before ")) +
+                   at(from) + ", where it is to go on",
+               "Go back (run.seek) and refresh it there, or begin again: run.reset.");
+}
+
 Result<void> hand_on(const Recording& table, double from, RowSink& sink) {
   if (table.columns.empty() || table.columns.front().name != "time")
     return error(ErrorCode::invalid_argument, "the recording has no time as its first column",
                  "Give one of a motion.");
   const std::vector<double>& times = table.columns.front().values;
+  if (!times.empty() && times.back() < from - tolerance(from))
+    return over_before(times.back(), from);
   for (std::size_t row = 0; row < times.size(); ++row) {
     if (times[row] < from - tolerance(from)) continue;
     auto state = std::make_shared<RunState>();
@@ -70,17 +80,21 @@ class LiveRun::Gate final : public RowSink {
  public:
   Gate(LiveRun& run, std::stop_token stop) : run_(run), stop_(std::move(stop)) {}
   Result<void> take(const Recording& table, std::size_t row, RunStatePtr state) override {
-    return run_.take(table, row, std::move(state), stop_);
+    if (!is_admitted_) RMP_TRY(run_.admit(stop_));
+    is_admitted_ = true;
+    return run_.take(table, row, std::move(state), std::exchange(rests_behind_next_, false), stop_);
   }
-  void rest_behind_next() override {
-    const std::lock_guard lock(run_.mutex_);
-    run_.rests_behind_next_ = true;
+  void rest_behind_next() override { rests_behind_next_ = true; }
+  Result<void> rest(const Recording& table) override {
+    return is_admitted_ ? run_.rest(table, stop_) : Result<void>();  // there is no row yet
   }
-  Result<void> rest(const Recording& table) override { return run_.rest(table, stop_); }
+  [[nodiscard]] bool is_admitted() const { return is_admitted_; }
 
  private:
   LiveRun& run_;
   std::stop_token stop_;
+  bool is_admitted_ = false;        ///< its rows are the run's
+  bool rests_behind_next_ = false;  ///< as the simulation said
 };
 
 LiveRun::LiveRun(Clock clock) : clock_(std::move(clock)) {
@@ -103,45 +117,11 @@ void LiveRun::join() {
 
 // ---- the simulation's thread ----
 
-void LiveRun::launch(Source source, RunStatePtr from) {
-  is_resting_ = is_finished_ = is_complete_ = false;
-  fraction_ = 0;
-  failure_.reset();
-  thread_ = std::jthread(
-      [this, source = std::move(source), from = std::move(from)](const std::stop_token& stop) {
-        turns::compute();
-        Gate gate(*this, stop);
-        StopProgress progress(stop, [this](double fraction, std::string_view what) {
-          const std::lock_guard lock(mutex_);
-          fraction_ = fraction, what_ = what;
-        });
-        auto done = [&]() -> Result<RecordingPtr> {
-          try {
-            return source(from.get(), gate, progress);
-          } catch (const std::exception& e) {
-            return error(ErrorCode::internal, std::string("the simulation threw: ") + e.what());
-          } catch (...) {
-            return error(ErrorCode::internal, "the simulation threw an unknown exception");
-          }
-        }();
-        {
-          const std::lock_guard lock(mutex_);
-          if (!stop.stop_requested()) {
-            if (done.ok()) take_notes(**done);
-            else failure_ = std::move(done).error();
-            is_complete_ = !failure_;
-          }
-          is_finished_ = true, is_resting_ = false;
-        }
-        changed_.notify_all();
-      });
-}
-
-Result<void> LiveRun::take(const Recording& table, std::size_t row, RunStatePtr state,
+Result<void> LiveRun::take(const Recording& table, std::size_t row, RunStatePtr state, bool rests,
                            const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   append(table, row, std::move(state));
-  if (std::exchange(rests_behind_next_, false)) rest_here();
+  if (rests) rest_here();
   return wait_behind_row(lock, stop);
 }
 
@@ -322,6 +302,83 @@ Result<void> LiveRun::await(std::unique_lock<std::mutex>& lock, Progress& progre
   return {};
 }
 
+template <class Prepare>
+Result<void> LiveRun::replace(Source source, RunStatePtr from, Progress& progress,
+                              Prepare&& prepare) {
+  const bool goes_on = from != nullptr;
+  const double begin = goes_on ? from->time : 0;
+  std::unique_lock lock(mutex_);
+  admission_ = Admission::none;
+  refusal_.reset();
+  std::jthread made(
+      [this, source = std::move(source), from = std::move(from)](const std::stop_token& stop) {
+        turns::compute();
+        Gate gate(*this, stop);
+        StopProgress with(stop, [&](double fraction, std::string_view what) {
+          const std::lock_guard own(mutex_);
+          fraction_ = fraction, what_ = what;
+        });
+        auto done = [&]() -> Result<RecordingPtr> {
+          try {
+            return source(from.get(), gate, with);
+          } catch (const std::exception& e) {
+            return error(ErrorCode::internal, std::string("the simulation threw: ") + e.what());
+          } catch (...) {
+            return error(ErrorCode::internal, "the simulation threw an unknown exception");
+          }
+        }();
+        {
+          const std::lock_guard own(mutex_);
+          if (!gate.is_admitted()) {
+            admission_ = Admission::refused;
+            if (!done.ok()) refusal_ = std::move(done).error();
+          } else {
+            if (!stop.stop_requested()) {
+              if (done.ok()) take_notes(**done);
+              else failure_ = std::move(done).error();
+              is_complete_ = !failure_;
+            }
+            is_finished_ = true, is_resting_ = false;
+          }
+        }
+        changed_.notify_all();
+      });
+  auto waited = await(lock, progress, [this] {
+    return admission_ == Admission::asked || admission_ == Admission::refused;
+  });
+  if (!waited.ok() || admission_ == Admission::refused) {
+    auto refusal = refusal_;
+    lock.unlock();
+    made.request_stop();
+    made.join();
+    if (!waited.ok()) return waited;
+    if (refusal) return std::move(*refusal);
+    return goes_on ? over_before(std::nullopt, begin)
+                   : error(ErrorCode::invalid_argument, "the simulation has no rows",
+                           "Give it a duration.");
+  }
+  lock.unlock();
+  join();
+  lock.lock();
+  prepare();
+  is_resting_ = is_finished_ = is_complete_ = false;
+  fraction_ = 0;
+  failure_.reset();
+  thread_ = std::move(made);
+  admission_ = Admission::given;
+  changed_.notify_all();
+  return await(lock, progress, [this] { return (!states_.empty() && !is_first_) || is_finished_; });
+}
+
+Result<void> LiveRun::admit(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  admission_ = Admission::asked;
+  changed_.notify_all();
+  changed_.wait(lock, stop, [this] { return admission_ == Admission::given; });
+  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was stopped");
+  return {};
+}
+
 Error LiveRun::moved() const {
   return error(ErrorCode::conflict, "another command moved the run meanwhile",
                "run.state gives what it shows.");
@@ -339,19 +396,19 @@ Result<void> LiveRun::start(Source source, Progress& progress) {
 }
 
 Result<void> LiveRun::start_anew(Source source, Progress& progress) {
-  join();
-  std::unique_lock lock(mutex_);
-  table_ = {};
-  source_of_.clear(), states_.clear(), old_notes_.clear(), note_counts_.clear();
-  is_first_ = false;
-  restart(0);
-  stand(0);
-  want_rows_ = 1;
-  launch(std::move(source), nullptr);
-  RMP_TRY(await(lock, progress, [this] { return !states_.empty() || is_finished_; }));
-  if (states_.empty() && failure_) return *failure_;
-  if (states_.empty())
-    return error(ErrorCode::invalid_argument, "the simulation has no rows", "Give it a duration.");
+  {
+    const std::lock_guard lock(mutex_);
+    stand(place().time);
+  }
+  RMP_TRY(replace(std::move(source), nullptr, progress, [this] {
+    table_ = {};
+    source_of_.clear(), states_.clear(), old_notes_.clear(), note_counts_.clear();
+    is_first_ = false;
+    restart(0);
+    stand(0);
+    want_rows_ = 1;
+  }));
+  const std::lock_guard lock(mutex_);
   position_ = first_time();
   return {};
 }
@@ -365,23 +422,20 @@ Result<void> LiveRun::refresh(Source source, Progress& progress) {
   }
   const double time = place().time;
   stand(time);
-  lock.unlock();
-  join();
-  lock.lock();
   const std::size_t rows = row_at(time) + 1;
-  for (Column& c : table_.columns) c.values.resize(rows);
-  states_.resize(rows);
-  note_counts_.resize(rows);
-  restart(rows);
-  if (table_.notes.size() > note_counts_.back()) table_.notes.resize(note_counts_.back());
-  table_.notes.push_back("went on at " + at(head_time()) + " with the world as it was then");
-  old_notes_ = table_.notes;
-  stand(head_time());
-  is_first_ = true;
-  launch(std::move(source), states_.back());
-  RMP_TRY(await(lock, progress, [this] { return !is_first_ || is_finished_; }));
-  if (failure_) return *failure_;
-  return {};
+  RunStatePtr from = states_[rows - 1];
+  lock.unlock();
+  return replace(std::move(source), std::move(from), progress, [this, rows] {
+    for (Column& c : table_.columns) c.values.resize(rows);
+    states_.resize(rows);
+    note_counts_.resize(rows);
+    restart(rows);
+    if (table_.notes.size() > note_counts_.back()) table_.notes.resize(note_counts_.back());
+    table_.notes.push_back("went on at " + at(head_time()) + " with the world as it was then");
+    old_notes_ = table_.notes;
+    stand(head_time());
+    is_first_ = true;
+  });
 }
 
 Result<void> LiveRun::step(std::int64_t rows, Progress& progress) {

@@ -48,9 +48,10 @@ class LiveRun {
   LiveRun& operator=(const LiveRun&) = delete;
 
   /// Starts, or starts again without what was recorded, and waits for the first row. Paused then.
+  /// Where there is none, it stays paused with what it had.
   Result<void> start(Source source, Progress& progress);
   /// Goes on from the row that is shown with another source; rows behind it are dropped. Waits for
-  /// the first row. On an error the run keeps its rows and can be refreshed again.
+  /// the first row. Where there is none, it stays paused with its old source and all its rows.
   Result<void> refresh(Source source, Progress& progress);
 
   /// So many rows on, or back when negative, and paused there; computes what is missing.
@@ -131,10 +132,15 @@ class LiveRun {
   /// Finds the columns of a table, and adds those that are new, at a row with so many before it.
   void match_columns(const recording::Recording& table, std::size_t row);
   [[nodiscard]] bool has_columns_of(const recording::Recording& table) const;
-  void launch(Source source, RunStatePtr from);
+  /// Lets a source compute to its first row beside the one that there is, and then takes that one's
+  /// place; `prepare` is called then. With control_ held.
+  template <class Prepare>
+  Result<void> replace(Source source, RunStatePtr from, Progress& progress, Prepare&& prepare);
+  /// Waits until a new source may take the old one's place.
+  Result<void> admit(const std::stop_token& stop);
 
   Result<void> take(const recording::Recording& table, std::size_t row, RunStatePtr state,
-                    const std::stop_token& stop);
+                    bool rests, const std::stop_token& stop);
   /// Rests as the simulation wants, not before row one was wanted. With mutex_ held.
   void rest_here();
   Result<void> wait_behind_row(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
@@ -167,11 +173,14 @@ class LiveRun {
   bool is_finished_ = true;          ///< no simulation runs
   bool is_complete_ = false;         ///< it ran to its end
   bool is_first_ = false;            ///< the next row is the first after a refresh
-  bool rests_behind_next_ = false;   ///< as the simulation said
   std::uint64_t rests_ = 0;          ///< counts the rests that it wanted
   double fraction_ = 0;              ///< as the simulation reports
   std::string what_;
   std::optional<Error> failure_;
+  /// A source that is to take the place of the one that there is.
+  enum class Admission : std::uint8_t { none, asked, given, refused };
+  Admission admission_ = Admission::none;
+  std::optional<Error> refusal_;  ///< why it has no row; none = it says nothing
 
   std::jthread thread_;  ///< last, so that it ends before what it uses
 };

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -55,6 +56,9 @@ using RunStatePtr = std::shared_ptr<const RunState>;
 /// An error where a robot has another number of joint values than its state.
 Result<void> check_fits(std::size_t was, std::size_t is);
 
+/// An error of a simulation that is to go on at time `from` [s], and is over before.
+[[nodiscard]] Error over_before(std::optional<double> end, double from);
+
 /// Takes rows as they are made. [the thread that computes]
 class RowSink {
  public:
@@ -70,7 +74,7 @@ class RowSink {
 };
 
 /// Hands on rows that are known already, from a time on, such as those of a motion along a
-/// trajectory; the states are the times.
+/// trajectory; the states are the times. None from then on is an error.
 Result<void> hand_on(const recording::Recording& table, double from, RowSink& sink);
 
 }  // namespace robomosp::sim

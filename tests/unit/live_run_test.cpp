@@ -249,6 +249,60 @@ TEST_F(Gate, RefreshedItGoesOnFromWhatIsShown) {
   ASSERT_EQ(r->notes.size(), 1U + 2U);
 }
 
+TEST_F(Gate, ASourceWithoutARowLeavesTheOldOneInItsPlace) {
+  start(100);
+  ok(run->go_to(1, progress));
+  ok(run->go_to(0.5, progress));
+  const auto restarts = run->shown().restarts;
+  const auto shorter = run->refresh(counter.source(3), progress);
+  ASSERT_FALSE(shorter.ok());
+  EXPECT_NE(shorter.error().message.find("over now before t = 0.5 s"), std::string::npos);
+  const auto broken = run->refresh(counter.source(3, true), progress);
+  ASSERT_FALSE(broken.ok());
+  EXPECT_EQ(broken.error().message, "the engine broke");
+  const auto again = run->start(counter.source(0, true), progress);
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(run->shown().rows, 11U);
+  EXPECT_NEAR(run->shown().time, 0.5, 1e-12);
+  EXPECT_EQ(run->shown().restarts, restarts);
+  EXPECT_FALSE(run->shown().failure);
+  counter.was_cancelled = false;
+  ok(run->go_to(2, progress));
+  EXPECT_FALSE(counter.was_cancelled);
+  EXPECT_EQ(run->recording()->columns[1].values.back(), 400);
+  ok(run->refresh(counter.source(25), progress));  // and can still be replaced
+  EXPECT_TRUE(counter.was_cancelled);
+  ok(run->finish(progress));
+  EXPECT_EQ(run->shown().rows, 25U);
+}
+
+/// Gives up when it has waited for a while.
+class Tired final : public Progress {
+ public:
+  void report(double, std::string_view) override { ++asked_; }
+  [[nodiscard]] bool cancelled() const override { return asked_ > 1; }
+
+ private:
+  std::atomic<int> asked_{0};
+};
+
+TEST_F(Gate, WhoGivesUpARefreshKeepsTheOldSource) {
+  start(100);
+  ok(run->go_to(1, progress));
+  Tired user;
+  const auto done = run->refresh(
+      [](const RunState*, RowSink&, Progress& p) -> Result<RecordingPtr> {
+        while (!p.cancelled()) std::this_thread::yield();  // on its way there for ever
+        return error(ErrorCode::cancelled, "stopped");
+      },
+      user);
+  ASSERT_FALSE(done.ok());
+  EXPECT_EQ(done.error().code, ErrorCode::cancelled);
+  EXPECT_EQ(run->shown().rows, 11U);
+  ok(run->step(3, progress));
+  EXPECT_EQ(run->shown().rows, 14U);
+}
+
 TEST_F(Gate, PiecesFollowItsRowsAndNameTheFirstThatIsAnother) {
   start(100);
   ok(run->go_to(1, progress));
