@@ -74,9 +74,10 @@ MotionReference::MotionReference(const RobotModel& model, std::vector<double> q)
     : model_(&model), times_{0}, q_(std::move(q)), qd_(model.dof(), 0.0), qdd_(model.dof(), 0.0) {}
 
 Result<MotionReference> MotionReference::from_recording(const RobotModel& model,
-                                                        const Recording& recording) {
+                                                        const Recording& recording,
+                                                        const std::string& stem) {
   MotionReference r(model);
-  RMP_TRY_ASSIGN(auto q, timed_rows(recording, "q", model.coordinate_count()));
+  RMP_TRY_ASSIGN(auto q, timed_rows(recording, stem + "q", model.coordinate_count()));
   r.times_ = std::move(q.times);
   r.q_ = std::move(q.values);
   const double start = r.times_.front();
@@ -86,12 +87,12 @@ Result<MotionReference> MotionReference::from_recording(const RobotModel& model,
   r.qdd_.resize(r.times_.size() * n);
   const bool is_plain = n == model.coordinate_count();
   if (is_plain) differentiate(r.times_, r.q_, n, r.qd_, r.qdd_);
-  if (recording.find("qd1") || !is_plain) {
-    RMP_TRY_ASSIGN(auto qd, timed_rows(recording, "qd", n));
+  if (recording.find(stem + "qd1") || !is_plain) {
+    RMP_TRY_ASSIGN(auto qd, timed_rows(recording, stem + "qd", n));
     r.qd_ = std::move(qd.values);
   }
-  if (recording.find("qdd1")) {
-    RMP_TRY_ASSIGN(auto qdd, timed_rows(recording, "qdd", n));
+  if (recording.find(stem + "qdd1")) {
+    RMP_TRY_ASSIGN(auto qdd, timed_rows(recording, stem + "qdd", n));
     r.qdd_ = std::move(qdd.values);
   }
   return r;

@@ -34,9 +34,11 @@ class MotionReference {
  public:
   /// Held there.
   MotionReference(const RobotModel& model, std::vector<double> q);
-  /// Joint columns q, and qd and qdd where there are such (else by differences).
+  /// Joint columns q, and qd and qdd where there are such (else by differences); `stem` stands
+  /// before their names, as in "left.q1".
   static Result<MotionReference> from_recording(const RobotModel& model,
-                                                const recording::Recording& recording);
+                                                const recording::Recording& recording,
+                                                const std::string& stem = {});
   /// Makes the tip follow a path as well: `base_T_path` times its poses.
   void follow(std::shared_ptr<const motion::Path> path, const Pose& base_T_path);
 

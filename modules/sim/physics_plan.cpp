@@ -134,7 +134,11 @@ Result<double> PhysicsSimulation::plan_move(Actor& a, const PhysicsAction& actio
     Run along{run_.world, a.placed->name, action.trajectory, 0, {}};
     RMP_TRY_ASSIGN(recorded, sim_.inverse_kinematics(along, progress));
   }
-  RMP_TRY_ASSIGN(auto motion, MotionReference::from_recording(*a.model, *recorded));
+  // Of several robots, such as of tasks and programs: its own columns.
+  const std::string own = a.placed->name + ".";
+  RMP_TRY_ASSIGN(auto motion,
+                 MotionReference::from_recording(*a.model, *recorded,
+                                                 recorded->find(own + "q1") ? own : std::string()));
   MotionReference::Sample s;
   RMP_TRY(motion.at(0, s));
   if (a.path->is_empty() && begin == 0) {

@@ -54,7 +54,9 @@ Schema action_fields() {
           optional("robot", "string", "",
                    "Who does it; the one of the action before, or the only one."),
           optional("q", "any", "rad or m", "Where to: joint values or the name of a pose."),
-          optional("recording", "ref:recording", "", "Along its columns q1, q2 and so on."),
+          optional("recording", "ref:recording", "",
+                   "Along its columns q1, q2 and so on; of several robots, as of tasks and "
+                   "programs, along those of this one, as in left.q1."),
           optional("trajectory", "string", "", "Along a trajectory of the world with the tool."),
           optional("object", "string", "",
                    "To grasp: what the tool touches when left out. To release: all."),
