@@ -11,7 +11,10 @@
 
 #include "program_post/arcs.h"
 #include "program_post/parts.h"
+#include "program_post/points.h"
+#include "program_post/rewriter.h"
 #include "program_post/scalars.h"
+#include "program_post/taught.h"
 
 namespace robomosp::program_post {
 namespace {
@@ -22,115 +25,92 @@ void copy(std::vector<Row>& to, const rmp_table& from) {
   for (std::uint32_t i = 0; i < from.count; ++i) to.push_back(row<Row>(from, i));
 }
 
-class Passes {
+std::unique_ptr<ProgramTables> copied(const rmp_code& code) {
+  auto to = std::make_unique<ProgramTables>();
+  copy(to->files, code.files);
+  copy(to->types, code.types);
+  copy(to->fields, code.fields);
+  copy(to->constants, code.constants);
+  copy(to->scopes, code.scopes);
+  copy(to->symbols, code.symbols);
+  copy(to->routines, code.routines);
+  copy(to->expressions, code.expressions);
+  copy(to->statements, code.statements);
+  copy(to->motions, code.motions);
+  copy(to->attributes, code.attributes);
+  copy(to->links, code.links);
+  for (rmp_code_routine& r : to->routines) r.first_instruction = r.instruction_count = 0;
+  to->set_name(code.name);
+  return to;
+}
+
+class Passes final : Rewriter {
  public:
-  Passes(const rmp_code& code, const PostCapabilities& caps)
-      : caps_(caps), t_(std::make_unique<ProgramTables>()) {
-    copy(t_->files, code.files);
-    copy(t_->types, code.types);
-    copy(t_->fields, code.fields);
-    copy(t_->constants, code.constants);
-    copy(t_->scopes, code.scopes);
-    copy(t_->symbols, code.symbols);
-    copy(t_->routines, code.routines);
-    copy(t_->expressions, code.expressions);
-    copy(t_->statements, code.statements);
-    copy(t_->motions, code.motions);
-    copy(t_->attributes, code.attributes);
-    copy(t_->links, code.links);
-    for (rmp_code_routine& r : t_->routines) r.first_instruction = r.instruction_count = 0;
-    t_->set_name(code.name);
-  }
+  Passes(ProgramTables& t, const PostCapabilities& caps) : Rewriter(t), caps_(caps) {}
   Legal run(const LegaliseOptions& options) {
     Legal out;
-    to_chords(*t_, caps_, options.points, options.chord_mm, out.remarks);
-    to_scalars(*t_, caps_, out.remarks);
+    KnownPoints known;
+    std::vector<PostPoint> points(options.points.begin(), options.points.end());
+    if (!has(kPostTeach) && to_taught_values(t_, out.remarks) && !points.empty())
+      known = known_now(points);
+    to_chords(t_, caps_, points, options.chord_mm, out.remarks);
+    to_scalars(t_, caps_, out.remarks);
     find_loops_whose_variable_is_read_behind();
-    for (std::uint32_t r = 0; r < t_->routines.size(); ++r) {
+    for (std::uint32_t r = 0; r < t_.routines.size(); ++r) {
       routine_ = r;
-      const rmp_code_routine& it = t_->routines[r];
+      const rmp_code_routine& it = t_.routines[r];
       if (it.is_recursive && !has(kPostRecursion))
         out.remarks.push_back(
             {RMP_FAULT_ERROR, it.span,
              std::string(caps_.title) + " has no routines that call themselves, as " +
-                 t_->symbols[it.symbol].name + " does",
+                 t_.symbols[it.symbol].name + " does",
              "Post the flattened program (form = \"flat\"), or write it with a loop."});
-      const std::uint32_t body = t_->routines[r].body;
-      t_->routines[r].body = block(body, {}, 0);
+      const std::uint32_t body = t_.routines[r].body;
+      t_.routines[r].body = block(body, {}, 0);
     }
-    if (options.parts > 0) out.parts = to_parts(*t_, options.parts, options.name);
-    t_->seal();
-    out.tables = std::move(t_);
+    if (options.parts > 0) out.parts = to_parts(t_, options.parts, options.name);
     return out;
   }
 
  private:
   static constexpr int kDeepest = 1200;
+  /// Adds the points that are known now to those that were; gives what they refer to.
+  KnownPoints known_now(std::vector<PostPoint>& points) {
+    t_.seal();
+    KnownPoints out = known_points(t_.code(), nullptr, nullptr);
+    const auto by_expression = [](const PostPoint& a, const PostPoint& b) {
+      return a.expression < b.expression;
+    };
+    const std::vector<PostPoint> before = points;
+    for (const PostPoint& p : out.points)
+      if (!std::binary_search(before.begin(), before.end(), p, by_expression)) points.push_back(p);
+    std::sort(points.begin(), points.end(), by_expression);
+    return out;
+  }
   /// What EXIT within a loop jumps to; made when it is asked for.
   struct Loop {
     bool is_rewritten = false;
     std::uint32_t* label = nullptr;
   };
   [[nodiscard]] bool has(std::uint64_t feature) const { return (caps_.features & feature) != 0; }
-  rmp_code_statement& st(std::uint32_t i) { return t_->statements[i]; }
-
-  std::uint32_t expression(std::uint32_t op, std::uint32_t type, const rmp_span& span,
-                           std::initializer_list<std::uint32_t> operands,
-                           std::uint32_t symbol = RMP_NONE, std::uint32_t constant = RMP_NONE) {
-    rmp_code_expression e{};
-    e.op = op;
-    e.type = type;
-    e.symbol = symbol;
-    e.constant = constant;
-    e.first = static_cast<std::uint32_t>(t_->links.size());
-    e.count = static_cast<std::uint32_t>(operands.size());
-    e.span = span;
-    t_->links.insert(t_->links.end(), operands);
-    t_->expressions.push_back(e);
-    return static_cast<std::uint32_t>(t_->expressions.size() - 1);
-  }
-  std::uint32_t literal(std::uint32_t type, std::int64_t value, const rmp_span& span) {
-    rmp_code_constant k{};
-    k.kind = RMP_CONSTANT_INT;
-    k.type = type;
-    k.integer = value;
-    k.text = "";
-    t_->constants.push_back(k);
-    return expression(RMP_EXPR_LITERAL, type, span, {}, RMP_NONE,
-                      static_cast<std::uint32_t>(t_->constants.size() - 1));
-  }
-  std::uint32_t statement(std::uint32_t op, const rmp_span& span) {
-    rmp_code_statement s{};
-    s.op = op;
-    s.next = s.a = s.b = s.c = s.body = s.symbol = s.motion = RMP_NONE;
-    s.span = span;
-    t_->statements.push_back(s);
-    return static_cast<std::uint32_t>(t_->statements.size() - 1);
-  }
-  std::uint32_t symbol(std::uint32_t kind, std::uint32_t type, const char* name,
-                       const rmp_span& span) {
+  std::uint32_t new_label(const char* name, const rmp_span& span) {
     rmp_code_symbol s{};
-    s.kind = kind;
-    s.type = type;
-    s.name = t_->keep(name);
-    s.scope = t_->routines[routine_].scope;
+    s.kind = RMP_SYMBOL_LABEL;
+    s.type = RMP_TYPE_VOID;
+    s.name = t_.keep(name);
+    s.scope = t_.routines[routine_].scope;
     s.routine = routine_ == 0 ? RMP_NONE : routine_;
     s.value = s.constant = RMP_NONE;
     s.span = span;
-    t_->symbols.push_back(s);
-    return static_cast<std::uint32_t>(t_->symbols.size() - 1);
+    t_.symbols.push_back(s);
+    return static_cast<std::uint32_t>(t_.symbols.size() - 1);
   }
-  std::uint32_t variable(std::uint32_t s, const rmp_span& span) {
-    return expression(RMP_EXPR_SYMBOL, t_->symbols[s].type, span, {}, s);
-  }
-  /// The symbol is given by parameters of routines as rows one behind the other, so new ones stand
-  /// behind all; writers ask for the routine that a symbol belongs to.
+  /// An assignment to a variable.
   std::uint32_t assign(std::uint32_t s, std::uint32_t value, const rmp_span& span) {
-    const std::uint32_t i = statement(RMP_STMT_ASSIGN, span);
-    const std::uint32_t place = variable(s, span);
-    st(i).a = place;
-    st(i).b = value;
-    return i;
+    return assignment(variable(s, span), value, span);
+  }
+  std::uint32_t integer(std::int64_t v, const rmp_span& span) {
+    return literal(t_.integer(v), span);
   }
 
   /// Rewrites a block; gives its first statement.
@@ -176,7 +156,7 @@ class Passes {
         return whole_loop(i, depth, true, [&] {
           if (stays) return i;
           st(i).op = RMP_STMT_WHILE;
-          const std::uint32_t always = literal(RMP_TYPE_BOOL, 1, st(i).span);
+          const std::uint32_t always = truth(true, st(i).span);
           st(i).a = always;
           return i;
         }());
@@ -187,8 +167,7 @@ class Passes {
       case RMP_STMT_EXIT:
         if (has(kPostExit) && !loop.is_rewritten) return i;
         if (!loop.label || !has(kPostGoto)) return i;  // the writer says that there is no EXIT
-        if (*loop.label == RMP_NONE)
-          *loop.label = symbol(RMP_SYMBOL_LABEL, RMP_TYPE_VOID, "loop_end", st(i).span);
+        if (*loop.label == RMP_NONE) *loop.label = new_label("loop_end", st(i).span);
         st(i).op = RMP_STMT_GOTO;
         st(i).symbol = *loop.label;
         return i;
@@ -221,7 +200,7 @@ class Passes {
       std::uint32_t end = RMP_NONE;
       std::uint32_t body = block(st(i).body, {false, &end}, depth + 1);
       const std::uint32_t leave = statement(RMP_STMT_EXIT, span);
-      const std::uint32_t test = make_if(st(i).a, leave, span);
+      const std::uint32_t test = if_then(st(i).a, leave, span);
       body = joined(body, test);
       st(i).op = RMP_STMT_LOOP;
       st(i).a = RMP_NONE;
@@ -231,13 +210,13 @@ class Passes {
     if (!has(kPostGoto)) return i;  // the writer says so
     // LABEL again: body; IF NOT until THEN GOTO again;
     std::uint32_t end = RMP_NONE;
-    const std::uint32_t again = symbol(RMP_SYMBOL_LABEL, RMP_TYPE_VOID, "repeat", span);
+    const std::uint32_t again = new_label("repeat", span);
     const std::uint32_t begin = label(again, span);
     const std::uint32_t body = block(st(i).body, {true, &end}, depth + 1);
     const std::uint32_t jump = statement(RMP_STMT_GOTO, span);
     st(jump).symbol = again;
     const std::uint32_t stays = expression(RMP_EXPR_NOT, RMP_TYPE_BOOL, span, {st(i).a});
-    const std::uint32_t test = make_if(stays, jump, span);
+    const std::uint32_t test = if_then(stays, jump, span);
     st(begin).next = joined(body, test);
     if (end != RMP_NONE) {
       const std::uint32_t behind = label(end, span);
@@ -251,14 +230,6 @@ class Passes {
     while (st(tail).next != RMP_NONE) tail = st(tail).next;
     st(tail).next = second;
     return first;
-  }
-  std::uint32_t make_if(std::uint32_t condition, std::uint32_t then, const rmp_span& span) {
-    const std::uint32_t i = statement(RMP_STMT_IF, span);
-    const std::uint32_t arm = statement(RMP_STMT_ARM, span);
-    st(arm).a = condition;
-    st(arm).body = then;
-    st(i).body = arm;
-    return i;
   }
   /// IF a ELSIF b ELSE c to IF a ELSE IF b ELSE c.
   void nest(std::uint32_t i) {
@@ -280,10 +251,10 @@ class Passes {
     std::uint32_t before = RMP_NONE;
     // The selector is looked at once.
     std::uint32_t selector = st(i).a;
-    const rmp_code_expression asked = t_->expressions[selector];
+    const rmp_code_expression asked = t_.expressions[selector];
     std::uint32_t kept = RMP_NONE;
     if (asked.op != RMP_EXPR_SYMBOL && asked.constant == RMP_NONE) {
-      kept = symbol(RMP_SYMBOL_VARIABLE, asked.type, "selector", span);
+      kept = new_variable(asked.type, "selector", routine_, span);
       before = assign(kept, selector, span);
     }
     st(i).op = RMP_STMT_IF;
@@ -295,7 +266,7 @@ class Passes {
       for (std::uint32_t k = 0; k < count; ++k) {
         const std::uint32_t value = kept == RMP_NONE ? selector : variable(kept, at);
         const std::uint32_t one =
-            expression(RMP_EXPR_EQUAL, RMP_TYPE_BOOL, at, {value, t_->links[first + k]});
+            expression(RMP_EXPR_EQUAL, RMP_TYPE_BOOL, at, {value, t_.links[first + k]});
         all = all == RMP_NONE ? one : expression(RMP_EXPR_OR, RMP_TYPE_BOOL, at, {all, one});
       }
       st(a).a = all;
@@ -303,7 +274,7 @@ class Passes {
     }
     // Only DEFAULT: its statements are all that there is.
     if (st(i).body != RMP_NONE && st(st(i).body).a == RMP_NONE) {
-      const std::uint32_t always = literal(RMP_TYPE_BOOL, 1, span);
+      const std::uint32_t always = truth(true, span);
       st(st(i).body).a = always;
     }
     if (st(i).body == RMP_NONE) return before;
@@ -317,22 +288,22 @@ class Passes {
       const std::uint32_t i = open.back();
       open.pop_back();
       if (i == RMP_NONE) continue;
-      const rmp_code_statement& s = t_->statements[i];
+      const rmp_code_statement& s = t_.statements[i];
       open.push_back(s.next);
       open.push_back(s.body);
       if (s.symbol == variable) return true;
-      if (s.op == RMP_STMT_ASSIGN && t_->expressions[s.a].op == RMP_EXPR_SYMBOL &&
-          t_->expressions[s.a].symbol == variable)
+      if (s.op == RMP_STMT_ASSIGN && t_.expressions[s.a].op == RMP_EXPR_SYMBOL &&
+          t_.expressions[s.a].symbol == variable)
         return true;
     }
     return false;
   }
   bool calls(std::uint32_t e) {
-    if (e == RMP_NONE || t_->expressions[e].constant != RMP_NONE) return false;
-    const rmp_code_expression x = t_->expressions[e];
+    if (e == RMP_NONE || t_.expressions[e].constant != RMP_NONE) return false;
+    const rmp_code_expression x = t_.expressions[e];
     if (x.op == RMP_EXPR_CALL) return true;
     for (std::uint32_t k = 0; k < x.count; ++k)
-      if (calls(t_->links[x.first + k])) return true;
+      if (calls(t_.links[x.first + k])) return true;
     return false;
   }
   /// FOR of controllers leaves its variable at the value behind the last one, or nobody says at
@@ -347,7 +318,7 @@ class Passes {
     std::map<std::uint32_t, std::vector<Over>> loops;  // by variable
     std::set<std::uint32_t> places;                    // left sides of assignments
     bool has_goto = false;
-    for (const rmp_code_routine& r : t_->routines) {
+    for (const rmp_code_routine& r : t_.routines) {
       const std::uint32_t first = r.body == RMP_NONE ? 0 : st(r.body).span.begin;
       // Ends of blocks; nesting is as deep as the compiler lets it be.
       const auto walk = [&](const auto& self, std::uint32_t i, bool again) -> std::uint32_t {
@@ -381,8 +352,8 @@ class Passes {
       bool is_elsewhere = false;  ///< in several files
     };
     std::map<std::uint32_t, Outside> outside;
-    for (std::uint32_t e = 0; e < t_->expressions.size(); ++e) {
-      const rmp_code_expression& x = t_->expressions[e];
+    for (std::uint32_t e = 0; e < t_.expressions.size(); ++e) {
+      const rmp_code_expression& x = t_.expressions[e];
       if (x.op != RMP_EXPR_SYMBOL || places.count(e) > 0) continue;
       const auto of = loops.find(x.symbol);
       if (of == loops.end()) continue;
@@ -410,22 +381,22 @@ class Passes {
     std::optional<double> step = 1.0;
     if (st(i).c != RMP_NONE) {
       step.reset();
-      const std::uint32_t k = t_->expressions[st(i).c].constant;
-      if (k != RMP_NONE && t_->constants[k].kind == RMP_CONSTANT_INT)
-        step = static_cast<double>(t_->constants[k].integer);
+      const std::uint32_t k = t_.expressions[st(i).c].constant;
+      if (k != RMP_NONE && t_.constants[k].kind == RMP_CONSTANT_INT)
+        step = static_cast<double>(t_.constants[k].integer);
     }
     const bool is_plain = step && *step == 1.0 && st(i).op == RMP_STMT_FOR;
-    const bool is_int = t_->symbols[st(i).symbol].type == RMP_TYPE_INT;
+    const bool is_int = t_.symbols[st(i).symbol].type == RMP_TYPE_INT;
     const bool is_read_behind = has(kPostWhile) && read_behind_.count(i) > 0;
     if (is_int && has(kPostFor) && (is_plain || (step && has(kPostForStep))) && !is_read_behind)
       return whole_loop(i, depth, true, i);
     // v := from; last := to; WHILE v <= last; body; v := v + step; ENDWHILE
     const rmp_span span = st(i).span;
-    const std::uint32_t v = st(i).symbol, type = t_->symbols[v].type;
+    const std::uint32_t v = st(i).symbol, type = t_.symbols[v].type;
     const bool is_down = st(i).op == RMP_STMT_FOR_DOWN;
     const auto held = [&](std::uint32_t e, const char* name, std::uint32_t& head) {
-      if (e == RMP_NONE || t_->expressions[e].constant != RMP_NONE) return e;
-      const std::uint32_t s = symbol(RMP_SYMBOL_VARIABLE, t_->expressions[e].type, name, span);
+      if (e == RMP_NONE || t_.expressions[e].constant != RMP_NONE) return e;
+      const std::uint32_t s = new_variable(t_.expressions[e].type, name, routine_, span);
       const std::uint32_t a = assign(s, e, span);
       head = joined(head, a);
       return variable(s, span);
@@ -437,7 +408,7 @@ class Passes {
     const std::uint32_t to = held(st(i).b, "last", head);
     std::uint32_t by = held(st(i).c, "step", head);
     if (by == RMP_NONE) {
-      by = literal(RMP_TYPE_INT, 1, span);
+      by = integer(1, span);
       if (type == RMP_TYPE_REAL) by = expression(RMP_EXPR_CONVERT, RMP_TYPE_REAL, span, {by});
     }
     // Limit and step are computed before the variable changes; it keeps its last value, as a
@@ -449,7 +420,7 @@ class Passes {
     std::uint32_t counter = v;
     std::uint32_t keep = RMP_NONE;
     if (is_own) {
-      counter = symbol(RMP_SYMBOL_VARIABLE, type, "counter", span);
+      counter = new_variable(type, "counter", routine_, span);
       const std::uint32_t first = variable(v, span);
       const std::uint32_t begin = assign(counter, first, span);
       head = joined(head, begin);
@@ -480,7 +451,7 @@ class Passes {
   /// PATH a, b, c: LIN to each, passing all but the last.
   std::uint32_t move(std::uint32_t i) {
     const std::uint32_t number = st(i).motion;
-    const rmp_code_motion m = t_->motions[number];
+    const rmp_code_motion m = t_.motions[number];
     if (m.interpolation != RMP_MOVE_PATH || (caps_.motions & kPostPath) || m.until != RMP_NONE ||
         m.target_count == 0)
       return i;
@@ -489,24 +460,24 @@ class Passes {
       const std::uint32_t s = k == 0 ? i : statement(RMP_STMT_MOVE, st(i).span);
       rmp_code_motion part = m;
       part.interpolation = RMP_MOVE_LIN;
-      part.first_target = static_cast<std::uint32_t>(t_->links.size());
+      part.first_target = static_cast<std::uint32_t>(t_.links.size());
       part.target_count = 1;
-      const std::uint32_t target = t_->links[m.first_target + k];
-      t_->links.push_back(target);
+      const std::uint32_t target = t_.links[m.first_target + k];
+      t_.links.push_back(target);
       if (k + 1 < m.target_count) {
         // Passed, not stopped at.
-        const std::uint32_t always = literal(RMP_TYPE_BOOL, 1, m.span);
-        part.first_attribute = static_cast<std::uint32_t>(t_->attributes.size());
+        const std::uint32_t always = truth(true, m.span);
+        part.first_attribute = static_cast<std::uint32_t>(t_.attributes.size());
         for (std::uint32_t a = 0; a < m.attribute_count; ++a) {
-          const rmp_code_attribute other = t_->attributes[m.first_attribute + a];
-          if (other.attribute != RMP_ATTR_C_PASS) t_->attributes.push_back(other);
+          const rmp_code_attribute other = t_.attributes[m.first_attribute + a];
+          if (other.attribute != RMP_ATTR_C_PASS) t_.attributes.push_back(other);
         }
-        t_->attributes.push_back({RMP_ATTR_C_PASS, always, m.span});
+        t_.attributes.push_back({RMP_ATTR_C_PASS, always, m.span});
         part.attribute_count =
-            static_cast<std::uint32_t>(t_->attributes.size()) - part.first_attribute;
+            static_cast<std::uint32_t>(t_.attributes.size()) - part.first_attribute;
       }
-      t_->motions.push_back(part);
-      st(s).motion = static_cast<std::uint32_t>(t_->motions.size() - 1);
+      t_.motions.push_back(part);
+      st(s).motion = static_cast<std::uint32_t>(t_.motions.size() - 1);
       if (tail == RMP_NONE) head = s;
       else st(tail).next = s;
       tail = s;
@@ -515,7 +486,6 @@ class Passes {
   }
 
   const PostCapabilities& caps_;
-  std::unique_ptr<ProgramTables> t_;
   std::uint32_t routine_ = 0;
   std::set<std::uint32_t> read_behind_;  ///< FOR statements
 };
@@ -524,7 +494,11 @@ class Passes {
 
 Legal legalise(const rmp_code& code, const PostCapabilities& capabilities,
                const LegaliseOptions& options) {
-  return Passes(code, capabilities).run(options);
+  auto tables = copied(code);
+  Legal out = Passes(*tables, capabilities).run(options);
+  tables->seal();
+  out.tables = std::move(tables);
+  return out;
 }
 
 bool wants_points(const rmp_code& code, const PostCapabilities& capabilities) {

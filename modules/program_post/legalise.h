@@ -36,9 +36,10 @@ struct LegaliseOptions {
 };
 
 /// A copy of the structured program, rewritten for a target where its capabilities lack something:
+/// - TEACH to assignments (taught.h);
 /// - circles and smooth paths to straight pieces (arcs.h);
-/// - records to variables, functions to procedures, OUT parameters to variables, AND and OR to IF
-///   (scalars.h);
+/// - records to variables, functions to procedures, OUT parameters to variables, AND and OR to IF,
+///   values that a call changes to variables (scalars.h);
 /// - CASE to IF, ELSIF to nested IF, FOR to WHILE, LOOP to WHILE, REPEAT and EXIT to jumps.
 /// Each row keeps the span of what it was made of. Recursion that the target has none of is an
 /// error among the remarks. Three-address code is not copied. Linear.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_post/scalars.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <set>
@@ -10,6 +11,7 @@
 
 #include <robomosp/sdk/post_writer.h>
 
+#include "program_post/effects.h"
 #include "program_post/rewriter.h"
 
 namespace robomosp::program_post {
@@ -30,7 +32,9 @@ class Scalars final : public Rewriter {
                 (caps.features & kPostProcedures) != 0),
         no_short_((caps.features & kPostShortCircuit) == 0 && (caps.features & kPostIf) != 0 &&
                   (caps.features & kPostBooleans) != 0),
-        has_locals_((caps.features & kPostLocals) != 0) {}
+        has_locals_((caps.features & kPostLocals) != 0),
+        has_exit_((caps.features & (kPostExit | kPostGoto)) != 0),
+        effects_(t) {}
 
   void run() {
     find_split();
@@ -235,7 +239,7 @@ class Scalars final : public Rewriter {
     }
   }
   [[nodiscard]] bool is_any() {
-    if (!parts_.empty() || no_short_) return true;
+    if (!parts_.empty() || no_short_ || effects_.is_any()) return true;
     for (const Signature& s : signatures_)
       if (s.is_changed) return true;
     for (Id e = 0; e < t_.expressions.size(); ++e)
@@ -265,6 +269,58 @@ class Scalars final : public Rewriter {
       if (matters(operand(e, k))) return true;
     return false;
   }
+  /// Whether one of these values changes what another one reads.
+  bool is_disordered(const std::vector<Id>& all) {
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (is_disturbed(all, k)) return true;
+    return false;
+  }
+  /// Whether a value would be another one if one of those behind it were computed first: it is
+  /// kept in a variable before.
+  bool is_disturbed(const std::vector<Id>& all, std::size_t k) {
+    if (!effects_.is_any()) return false;
+    for (std::size_t j = k + 1; j < all.size(); ++j)
+      if (effects_.depend(all[k], all[j])) return true;
+    return false;
+  }
+  /// The same of an operand. The right side of AND and OR is computed behind the left anyway, and
+  /// the object of an index where the element is read.
+  bool is_disturbed(Id e, Id k) {
+    if (!may_hoist_ || ex(e).op == RMP_EXPR_AND || ex(e).op == RMP_EXPR_OR || !effects_.changes(e))
+      return false;
+    return is_disturbed(operands(e), k);
+  }
+  std::vector<Id> operands(Id e) const {
+    std::vector<Id> out;
+    for (Id k = 0; k < ex(e).count; ++k) out.push_back(operand(e, k));
+    return out;
+  }
+  /// Indices of a place in the order in which they are computed.
+  std::vector<Id> indices(Id e) const {
+    std::vector<Id> out;
+    for (; ex(e).op == RMP_EXPR_FIELD || ex(e).op == RMP_EXPR_INDEX; e = operand(e, 0))
+      if (ex(e).op == RMP_EXPR_INDEX) out.insert(out.begin(), operand(e, 1));
+    return out;
+  }
+  /// Whether the indices of a place are kept before the next one is computed.
+  bool keeps_indices(Id object, Id next) {
+    if (!may_hoist_) return false;
+    if (needs(next)) return true;
+    const std::vector<Id> before = indices(object);
+    return std::any_of(before.begin(), before.end(),
+                       [&](Id i) { return effects_.depend(i, next); });
+  }
+  /// Whether the order of parts matters anywhere within an expression.
+  bool has_disorder(Id e) {
+    if (!effects_.changes(e)) return false;
+    const bool is_element = ex(e).op == RMP_EXPR_FIELD || ex(e).op == RMP_EXPR_INDEX;
+    if (ex(e).op != RMP_EXPR_AND && ex(e).op != RMP_EXPR_OR &&
+        is_disordered(is_element ? indices(e) : operands(e)))
+      return true;
+    for (Id k = 0; k < ex(e).count; ++k)
+      if (has_disorder(operand(e, k))) return true;
+    return false;
+  }
   /// The last operand that needs statements before it; what is left of it is kept in variables.
   Id last_needing(Id e) {
     const Id count = ex(e).count;
@@ -275,6 +331,7 @@ class Scalars final : public Rewriter {
   /// The same of a place: a record that is made on the spot gets a variable, and an index that is
   /// written for each part of one is computed once.
   bool place_needs(Id e) {
+    if (effects_.changes(e) && is_disordered(indices(e))) return true;
     const bool is_whole = is_split(ex(e).type) && leaves_of_type(ex(e).type).size() > 1;
     bool is_record = is_split(ex(e).type);
     while (ex(e).op == RMP_EXPR_FIELD || ex(e).op == RMP_EXPR_INDEX) {
@@ -309,13 +366,24 @@ class Scalars final : public Rewriter {
       return out;
     }
     for (Id k = 0; !out && k < x.count; ++k) out = needs(operand(e, k));
+    if (!out && x.op != RMP_EXPR_AND && x.op != RMP_EXPR_OR && effects_.changes(e))
+      out = is_disordered(operands(e));
     if (needs_.size() <= e) needs_.resize(t_.expressions.size(), 0);
     needs_[e] = out ? 2 : 1;
     return out;
   }
   /// Whether statements before a condition would come at another time than it.
   bool is_refused(Id e, const char* what) {
-    if (e == RMP_NONE || !calls_changed(e)) return false;
+    if (e == RMP_NONE) return false;
+    if (!calls_changed(e)) {
+      if (!has_disorder(e)) return false;
+      fault(
+          ex(e).span,
+          "which part of this condition " + title_ +
+              " computes first is not known, and a function in it changes what another part reads",
+          "Ask for a signal or a variable, or write a loop around the call.");
+      return true;
+    }
     fault(ex(e).span,
           title_ + " has no functions within " + what + " that are to give a value there",
           "Ask for a signal or a variable, or write a loop around the call.");
@@ -389,9 +457,10 @@ class Scalars final : public Rewriter {
     const Id last = last_needing(e);
     for (Id k = 0; k < x.count; ++k) {
       const Id o = operand(e, k);
-      Id v = rewritten(o);
+      const bool later = k < last || is_disturbed(e, k);
       const bool is_object = k == 0 && (x.op == RMP_EXPR_FIELD || x.op == RMP_EXPR_INDEX);
-      if (k < last && !is_object) v = settled(v);
+      Id v = is_object && later && is_place(o) ? placed(o, true) : rewritten(o);
+      if (later && !is_object) v = settled(v);
       changed = changed || v != o;
       all.push_back(v);
     }
@@ -432,8 +501,14 @@ class Scalars final : public Rewriter {
       case RMP_EXPR_INDEX: {
         auto p = partial(operand(e, 0));
         if (!p) return p;
-        if (x.op == RMP_EXPR_FIELD) p->path.push_back(x.symbol);
-        else p->indices.push_back(rewritten(operand(e, 1)));
+        if (x.op == RMP_EXPR_FIELD) {
+          p->path.push_back(x.symbol);
+        } else {
+          const Id i = operand(e, 1);
+          if (keeps_indices(operand(e, 0), i))
+            for (Id& before : p->indices) before = settled(before);
+          p->indices.push_back(rewritten(i));
+        }
         p->type = x.type;
         return p;
       }
@@ -460,11 +535,12 @@ class Scalars final : public Rewriter {
   /// Number of the part that a path leads to, among those of its root; the first within it.
   std::size_t leaf_number(const Partial& p) {
     const auto& all = leaves_of_type(t_.symbols[p.root].type);
-    for (std::size_t k = 0; k < all.size(); ++k) {
-      if (all[k].path.size() < p.path.size()) continue;
-      if (std::equal(p.path.begin(), p.path.end(), all[k].path.begin())) return k;
-    }
-    return 0;
+    // Leaves stand in the order of their paths.
+    const auto at = std::lower_bound(all.begin(), all.end(), p.path,
+                                     [](const Leaf& l, const auto& path) { return l.path < path; });
+    const bool is_one = at != all.end() && at->path.size() >= p.path.size() &&
+                        std::equal(p.path.begin(), p.path.end(), at->path.begin());
+    return is_one ? static_cast<std::size_t>(at - all.begin()) : 0;
   }
   /// Part `number` of the root, with the indices so far.
   Id part(const Partial& p, std::size_t number, const rmp_span& span) {
@@ -497,7 +573,7 @@ class Scalars final : public Rewriter {
     for (Id k = 0; k < x.count; ++k) {
       const Id o = operand(e, k);
       each.push_back(is_split(ex(o).type) ? leaf_values(o) : std::vector<Id>{rewritten(o)});
-      if (k < last)
+      if (k < last || is_disturbed(e, k))
         for (Id& v : each.back()) v = settled(v);
     }
     if (t_.types[x.type].kind != RMP_TYPE_ARRAY) {
@@ -591,7 +667,7 @@ class Scalars final : public Rewriter {
       const Id a = operand(e, k);
       const Id p = s.old[k];
       const bool is_out = t_.symbols[p].mode != RMP_MODE_IN;
-      const std::vector<Id> values = argument(a, is_out, k < last);
+      const std::vector<Id> values = argument(a, is_out, k < last || is_disturbed(e, k));
       if (is_out && no_out_) {
         const Id root = root_of(a);
         const bool is_twice = !changed.insert(root).second;
@@ -637,8 +713,8 @@ class Scalars final : public Rewriter {
       std::vector<Id> all;
       const Id last = last_needing(e);
       for (Id k = 0; k < x.count; ++k) {
-        const auto values =
-            argument(operand(e, k), t_.symbols[s.old[k]].mode != RMP_MODE_IN, k < last);
+        const auto values = argument(operand(e, k), t_.symbols[s.old[k]].mode != RMP_MODE_IN,
+                                     k < last || is_disturbed(e, k));
         all.insert(all.end(), values.begin(), values.end());
       }
       return expression(RMP_EXPR_CALL, x.type, x.span, all, x.symbol, x.constant);
@@ -658,7 +734,8 @@ class Scalars final : public Rewriter {
   Id placed(Id e, bool settle) {
     const rmp_code_expression x = ex(e);
     if (x.op == RMP_EXPR_INDEX) {
-      const Id object = placed(operand(e, 0), settle);
+      const Id object =
+          placed(operand(e, 0), settle || keeps_indices(operand(e, 0), operand(e, 1)));
       Id i = rewritten(operand(e, 1));
       if (settle) i = settled(i);
       if (object == operand(e, 0) && i == operand(e, 1)) return e;
@@ -691,7 +768,8 @@ class Scalars final : public Rewriter {
                                   x.kind != RMP_SYMBOL_ROBOT))
         continue;
       const Id r = x.routine == RMP_NONE ? 0 : x.routine;
-      const bool is_late = depends(x.value, late) || calls_changed(x.value);
+      const bool is_late =
+          depends(x.value, late) || calls_changed(x.value) || has_disorder(x.value);
       const auto it = parts_.find(s);
       if (it == parts_.end() && !is_late) continue;
       routine_ = r;
@@ -782,9 +860,10 @@ class Scalars final : public Rewriter {
       case RMP_STMT_FOR:
       case RMP_STMT_FOR_DOWN: {
         Id from = rewritten(s.a);
-        if (needs(s.b) || needs(s.c)) from = settled(from);
+        const std::vector<Id> all{s.a, s.b, s.c};
+        if (needs(s.b) || needs(s.c) || is_disturbed(all, 0)) from = settled(from);
         Id to = rewritten(s.b);
-        if (s.c != RMP_NONE && needs(s.c)) to = settled(to);
+        if (s.c != RMP_NONE && (needs(s.c) || is_disturbed(all, 1))) to = settled(to);
         const Id by = rewritten(s.c);
         const Id body = block(s.body);
         st(i).a = from;
@@ -797,7 +876,9 @@ class Scalars final : public Rewriter {
       }
       case RMP_STMT_RETURN: return_(i); return;
       case RMP_STMT_WAIT_FOR: {
-        const Id limit = rewritten(s.b);
+        Id limit = rewritten(s.b);
+        // It is asked for once, however often the language writes it.
+        if (effects_.changes(s.b)) limit = settled(limit);
         st(i).b = limit;
         if (!is_refused(s.a, "WAIT FOR")) {
           const Id c = asked_again(s.a);
@@ -845,9 +926,13 @@ class Scalars final : public Rewriter {
   }
   void assign(Id i) {
     const rmp_code_statement s = st(i);
+    // The value first, then where it goes.
+    std::vector<Id> in_order = indices(s.a);
+    in_order.insert(in_order.begin(), s.b);
+    const bool is_kept = needs(s.a) || is_disturbed(in_order, 0);
     if (!is_split(ex(s.a).type)) {
       Id v = rewritten(s.b);
-      if (needs(s.a)) v = settled(v);
+      if (is_kept) v = settled(v);
       const Id to = placed(s.a, false);
       st(i).a = to;
       st(i).b = v;
@@ -859,7 +944,7 @@ class Scalars final : public Rewriter {
     const bool is_made = ex(s.b).op == RMP_EXPR_MAKE;
     auto values = leaf_values(s.b);
     // Part by part the others would see what the first have got.
-    if ((is_made && (is_param || names(s.b, root))) || needs(s.a))
+    if ((is_made && (is_param || names(s.b, root))) || is_kept)
       for (Id& v : values) v = settled(v);
     auto p = partial(s.a);
     if (!p) return;
@@ -895,7 +980,7 @@ class Scalars final : public Rewriter {
       const auto kind = t_.types[ex(a).type].kind;
       const bool is_stream = kind == RMP_TYPE_LIST || kind == RMP_TYPE_TEXT ||
                              kind == RMP_TYPE_FILE || kind == RMP_TYPE_SEMAPHORE;
-      const bool later = k < last;
+      const bool later = k < last || is_disturbed(s.a, k);
       if (is_split(ex(a).type)) {
         if (!is_write || (k > 0 && t_.types[ex(operand(s.a, 0)).type].kind == RMP_TYPE_FILE)) {
           fault(ex(a).span, title_ + " has no records, and " + name + " takes one as a whole",
@@ -993,6 +1078,25 @@ class Scalars final : public Rewriter {
       emit(i);
       return;
     }
+    if (!has_exit_) {
+      // t := c; WHILE t ... t := c; ENDWHILE, and REPEAT ... t := c; UNTIL t
+      const Id t = temporary(RMP_TYPE_BOOL, s.span);
+      const auto ask = [&] {
+        const Id c = rewritten(s.a);
+        emit(assignment(variable(t, s.span), c, s.span));
+      };
+      if (s.op == RMP_STMT_WHILE) ask();
+      Chain outer = std::exchange(out_, Chain{});
+      Chain body;
+      append(body, block(s.body));
+      ask();
+      append(body, std::exchange(out_, outer).head);
+      const Id c = variable(t, s.span);
+      st(i).a = c;
+      st(i).body = body.head;
+      emit(i);
+      return;
+    }
     // LOOP ... IF c THEN EXIT; ENDIF; ENDLOOP
     Chain outer = std::exchange(out_, Chain{});
     Chain body;
@@ -1037,7 +1141,7 @@ class Scalars final : public Rewriter {
       if (needs(all[k])) last = k;
     for (std::size_t k = 0; k < all.size(); ++k) {
       Id v = rewritten(all[k]);
-      if (k < last) v = settled(v);
+      if (k < last || is_disturbed(all, k)) v = settled(v);
       changed = changed || v != all[k];
       made.push_back(v);
     }
@@ -1065,7 +1169,7 @@ class Scalars final : public Rewriter {
   static constexpr int kDeepest = 1200;
   std::string title_;
   std::vector<Remark>& remarks_;
-  bool no_records_, no_functions_, no_out_, no_short_, has_locals_;
+  bool no_records_, no_functions_, no_out_, no_short_, has_locals_, has_exit_;
   std::vector<bool> is_split_;
   std::map<std::tuple<std::int32_t, std::int32_t, Id>, Id> arrays_;
   std::map<Id, std::vector<Leaf>> leaf_types_;
@@ -1074,6 +1178,7 @@ class Scalars final : public Rewriter {
   std::vector<Signature> signatures_;
   std::vector<std::uint8_t> needs_;  ///< 0 = not looked at, 1 = no, 2 = yes
   std::vector<std::set<Id>> named_;  ///< by routine
+  Effects effects_;
   Id first_symbols_ = 0, routine_ = 0;
   Chain out_;
   bool may_hoist_ = true;

@@ -258,7 +258,7 @@ class Lowering {
   void statement(const rmp_code_statement s) {  // a copy: tables grow
     switch (s.op) {
       case RMP_STMT_ASSIGN: {
-        const Operand v = value(s.b);
+        const Operand v = settled(value(s.b), has_call(s.a));
         if (e(s.a).op == RMP_EXPR_SYMBOL) return emit(RMP_OP_COPY, v, {}, variable(e(s.a).symbol));
         const Operand to = place(s.a);
         return emit(RMP_OP_STORE, v, {}, to);

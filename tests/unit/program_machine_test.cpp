@@ -308,6 +308,25 @@ ENDPROGRAM;)");
   EXPECT_EQ(w.text, "low< high >low moved ");
 }
 
+TEST(Machine, AnAssignmentHasItsValueBeforeTheCallsOfItsPlace) {
+  Machine m = [] {
+    auto made = Machine::load(compiled({{"p.irl", R"(PROGRAM p;
+VAR INT: i := 1; ARRAY [1..4] OF INT: a;
+FUNCTION next: INT; BEGIN i := i + 1; RETURN i; ENDFCT;
+BEGIN
+  a[next] := i;
+  a[next] := i + next;
+  WRITE(a);
+ENDPROGRAM;)"}}));
+    EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
+    return std::move(made).value();
+  }();
+  TestWorld w;
+  m.run(0, w);
+  // 1 to a[2], then 2 + 3 to a[4].
+  EXPECT_EQ(w.text, "[0, 1, 0, 5]");
+}
+
 TEST(Machine, HaltPauseTeachAndFiles) {
   Machine m = [] {
     auto made = Machine::load(compiled({{"p.irl", R"(PROGRAM p;

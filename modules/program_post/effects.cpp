@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program_post/effects.h"
+
+#include <algorithm>
+
+namespace robomosp::program_post {
+
+using Id = std::uint32_t;
+
+Effects::Effects(const ProgramTables& tables) : t_(tables) {
+  std::set<Id> open;
+  for (const rmp_code_routine& r : t_.routines) {
+    std::vector<bool>& all = is_changed_.emplace_back();
+    for (Id k = 0; k < r.parameter_count; ++k)
+      all.push_back(t_.symbols[r.first_parameter + k].mode != RMP_MODE_IN);
+  }
+  for (const rmp_code_expression& e : t_.expressions) {
+    if (e.op != RMP_EXPR_CALL || e.constant != RMP_NONE) continue;
+    const Id r = t_.symbols[e.symbol].routine;
+    if (t_.routines[r].kind == RMP_ROUTINE_FUNCTION) open.insert(r);
+  }
+  std::map<Id, std::set<Id>> calls;
+  while (!open.empty()) {
+    const Id r = open.extract(open.begin()).value();
+    add_routine(r, routines_[r], calls[r]);
+    for (const Id inner : calls[r])
+      if (!routines_.contains(inner)) open.insert(inner);
+  }
+  // What is a routine's own is gone when it ends; parameters that it changes are told by its calls.
+  for (auto& [r, own] : routines_) {
+    const auto is_own = [&, r = r](Id s) { return s != RMP_NONE && t_.symbols[s].routine == r; };
+    std::erase_if(own.read, is_own);
+    std::erase_if(own.changed, is_own);
+  }
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (auto& [r, own] : routines_)
+      for (const Id inner : calls[r]) {
+        const std::size_t before = own.read.size() + own.changed.size();
+        const Touched& more = routines_[inner];
+        own.read.insert(more.read.begin(), more.read.end());
+        own.changed.insert(more.changed.begin(), more.changed.end());
+        grows = grows || own.read.size() + own.changed.size() != before;
+      }
+  }
+  for (const auto& [r, own] : routines_)
+    is_any_ = is_any_ || (t_.routines[r].kind == RMP_ROUTINE_FUNCTION &&
+                          (!own.changed.empty() ||
+                           std::count(is_changed_[r].begin(), is_changed_[r].end(), true) > 0));
+}
+
+Id Effects::operand(Id e, Id k) const { return t_.links[t_.expressions[e].first + k]; }
+
+void Effects::touch(Id symbol, std::set<Id>& to) const {
+  if (symbol == RMP_NONE) return;
+  const rmp_code_symbol& s = t_.symbols[symbol];
+  if (s.kind == RMP_SYMBOL_INPUT || s.kind == RMP_SYMBOL_OUTPUT) to.insert(RMP_NONE);
+  // R_SPEED and its kin are what motions ask for.
+  if (s.kind == RMP_SYMBOL_VARIABLE && s.scope != RMP_NONE &&
+      t_.scopes[s.scope].kind == RMP_SCOPE_PREDEFINED)
+    to.insert(RMP_NONE);
+  if (s.kind == RMP_SYMBOL_VARIABLE || s.kind == RMP_SYMBOL_PARAMETER ||
+      s.kind == RMP_SYMBOL_ROBOT || s.kind == RMP_SYMBOL_OUTPUT)
+    to.insert(symbol);
+}
+
+void Effects::add_place(Id e, Touched& to) const {
+  while ((t_.expressions[e].op == RMP_EXPR_FIELD || t_.expressions[e].op == RMP_EXPR_INDEX) &&
+         t_.expressions[e].count > 0)
+    e = operand(e, 0);
+  if (t_.expressions[e].op == RMP_EXPR_SYMBOL) touch(t_.expressions[e].symbol, to.changed);
+}
+
+void Effects::add_expression(Id first, Touched& to, std::set<Id>& calls) const {
+  std::vector<Id> open{first};
+  while (!open.empty()) {
+    const Id e = open.back();
+    open.pop_back();
+    if (e == RMP_NONE) continue;
+    const rmp_code_expression& x = t_.expressions[e];
+    if (x.constant != RMP_NONE && t_.types[x.type].kind <= RMP_TYPE_STRING) continue;
+    if (x.op == RMP_EXPR_SYMBOL) touch(x.symbol, to.read);
+    if (x.op == RMP_EXPR_CALL) {
+      const Id r = t_.symbols[x.symbol].routine;
+      calls.insert(r);
+      for (Id k = 0; k < x.count && k < is_changed_[r].size(); ++k)
+        if (is_changed_[r][k]) add_place(operand(e, k), to);
+    }
+    for (Id k = 0; k < x.count; ++k) open.push_back(operand(e, k));
+  }
+}
+
+void Effects::add_routine(Id r, Touched& to, std::set<Id>& calls) const {
+  std::vector<Id> open{t_.routines[r].body};
+  while (!open.empty()) {
+    const Id i = open.back();
+    open.pop_back();
+    if (i == RMP_NONE) continue;
+    const rmp_code_statement& s = t_.statements[i];
+    open.push_back(s.next);
+    open.push_back(s.body);
+    for (const Id e : {s.a, s.b, s.c}) add_expression(e, to, calls);
+    switch (s.op) {
+      case RMP_STMT_ASSIGN: add_place(s.a, to); break;
+      case RMP_STMT_FOR:
+      case RMP_STMT_FOR_DOWN: touch(s.symbol, to.changed); break;
+      case RMP_STMT_CALL:
+        if (t_.expressions[s.a].op == RMP_EXPR_CALL) break;
+        // READ, LIST_ADD and their kin change what they are given; WRITE is seen.
+        to.changed.insert(RMP_NONE);
+        for (Id k = 0; k < t_.expressions[s.a].count; ++k) add_place(operand(s.a, k), to);
+        break;
+      case RMP_STMT_IF:
+      case RMP_STMT_ARM:
+      case RMP_STMT_CASE:
+      case RMP_STMT_WHILE:
+      case RMP_STMT_REPEAT:
+      case RMP_STMT_LOOP:
+      case RMP_STMT_EXIT:
+      case RMP_STMT_GOTO:
+      case RMP_STMT_LABEL:
+      case RMP_STMT_RETURN: break;
+      case RMP_STMT_TEACH: touch(s.symbol, to.changed); [[fallthrough]];
+      default: to.changed.insert(RMP_NONE); break;
+    }
+    if (s.motion == RMP_NONE) continue;
+    const rmp_code_motion& m = t_.motions[s.motion];
+    for (Id k = 0; k < m.target_count; ++k) add_expression(t_.links[m.first_target + k], to, calls);
+    for (Id k = 0; k < m.attribute_count; ++k)
+      add_expression(t_.attributes[m.first_attribute + k].value, to, calls);
+    add_expression(m.until, to, calls);
+    if (m.action != RMP_NONE) calls.insert(m.action);
+  }
+}
+
+bool Effects::changes(Id e) {
+  if (!is_any_ || e == RMP_NONE) return false;
+  if (changes_.size() <= e) changes_.resize(t_.expressions.size(), 0);
+  if (changes_[e] != 0) return changes_[e] == 2;
+  const rmp_code_expression& x = t_.expressions[e];
+  bool out = false;
+  if (x.constant == RMP_NONE || t_.types[x.type].kind > RMP_TYPE_STRING) {
+    if (x.op == RMP_EXPR_CALL) {
+      const Id r = t_.symbols[x.symbol].routine;
+      const auto own = routines_.find(r);
+      out = (own != routines_.end() && !own->second.changed.empty()) ||
+            std::count(is_changed_[r].begin(), is_changed_[r].end(), true) > 0;
+    }
+    for (Id k = 0; !out && k < x.count; ++k) out = changes(operand(e, k));
+  }
+  changes_[e] = out ? 2 : 1;
+  return out;
+}
+
+Effects::Touched Effects::of(Id e) const {
+  Touched out;
+  std::set<Id> calls;
+  add_expression(e, out, calls);
+  for (const Id r : calls) {
+    const auto own = routines_.find(r);
+    if (own == routines_.end()) continue;
+    out.read.insert(own->second.read.begin(), own->second.read.end());
+    out.changed.insert(own->second.changed.begin(), own->second.changed.end());
+  }
+  return out;
+}
+
+bool Effects::is_reference(Id s) const {
+  return s != RMP_NONE && t_.symbols[s].kind == RMP_SYMBOL_PARAMETER &&
+         t_.symbols[s].mode != RMP_MODE_IN;
+}
+
+bool Effects::meet(const std::set<Id>& a, const std::set<Id>& b) const {
+  for (const Id x : a) {
+    if (b.contains(x)) return true;
+    for (const Id y : b) {
+      if (x == RMP_NONE || y == RMP_NONE) continue;
+      const auto is_shared = [&](Id s) {
+        return is_reference(s) || t_.symbols[s].routine == RMP_NONE;
+      };
+      if ((is_reference(x) && is_shared(y)) || (is_reference(y) && is_shared(x))) return true;
+    }
+  }
+  return false;
+}
+
+bool Effects::depend(Id a, Id b) {
+  if (a == RMP_NONE || b == RMP_NONE || (!changes(a) && !changes(b))) return false;
+  const Touched x = of(a), y = of(b);
+  return meet(x.changed, y.read) || meet(x.read, y.changed) || meet(x.changed, y.changed);
+}
+
+}  // namespace robomosp::program_post
