@@ -4,11 +4,12 @@
 #include <cmath>
 #include <string>
 
-#include <robomosp/sdk/post_writer.h>
+#include "../common/declared.h"
 
 namespace robomosp::posts {
 namespace {
 
+using post::Helper;
 using post::Motion;
 using post::Operator;
 using post::Signal;
@@ -37,10 +38,6 @@ constexpr Operator kOperators[] = {{RMP_EXPR_EQUAL, "==", 10},
 constexpr Operator kDivideWhole{RMP_EXPR_DIVIDE, "*1.0/", 60};
 constexpr int kFrameBinding = 80;
 
-struct Helper {
-  const char* name;
-  const char* text;
-};
 constexpr Helper kHelpers[] = {{"RMP_XYZ",
                                 "DEFFCT FRAME RMP_XYZ(X:IN,Y:IN,Z:IN)\n"
                                 "  DECL REAL X,Y,Z\n"
@@ -157,9 +154,11 @@ const PostCapabilities& capabilities_of() {
   return all;
 }
 
-class KrlWriter final : public post::Writer {
+class KrlWriter final : public post::DeclaredWriter {
  public:
-  using Writer::Writer;
+  KrlWriter(const PostTask& task, PostOutput& output, Progress& progress)
+      : DeclaredWriter(task, output, capabilities_of(), progress,
+                       {'[', ']', "=", "", "RECORD_TYPE", 50}) {}
 
  private:
   // ---- program ----
@@ -172,13 +171,9 @@ class KrlWriter final : public post::Writer {
     structures();
     for (std::uint32_t s = 0; s < c_.symbols.count; ++s)
       if (is_used(s)) group_signal(s);
-    // In a loop what a motion further down sets is there at the motions above it.
-    for (std::uint32_t i = 0; i < c_.attributes.count; ++i) {
-      const auto a = row<rmp_code_attribute>(c_.attributes, i).attribute;
-      other_tool_ = other_tool_ || a == RMP_ATTR_TOOL;
-      other_base_ = other_base_ || a == RMP_ATTR_FRAME;
-      changed_acc_ = changed_acc_ || a == RMP_ATTR_ACC;
-    }
+    other_tool_ = is_anywhere(RMP_ATTR_TOOL);
+    other_base_ = is_anywhere(RMP_ATTR_FRAME);
+    changed_acc_ = is_anywhere(RMP_ATTR_ACC);
   }
   void structures() {
     // Made of earlier types, so the order of their rows is one of declaration.
@@ -246,11 +241,7 @@ class KrlWriter final : public post::Writer {
   }
   void routine_code(std::uint32_t r) override {
     if (r == 0) start();
-    for (const std::uint32_t s : init_) {
-      at_ = symbol(s).span;
-      initial(name(s), symbol(s).type, symbol(s).value);
-    }
-    at_ = routine(r).span;
+    set_initial(r);
   }
   void start() {
     line("BAS(#INITMOV,0)");
@@ -289,16 +280,9 @@ class KrlWriter final : public post::Writer {
       body_.add("");
       body_.append(f);
     }
+    static constexpr std::pair<const char*, const char*> kNeeds[] = {{"RMP_ROUND", "RMP_TRUNC"}};
     const std::string used = joined(body_);
-    std::set<std::string> wanted;
-    for (const Helper& h : kHelpers)
-      if (used.find(std::string(h.name) + "(") != std::string::npos) wanted.insert(h.name);
-    if (wanted.contains("RMP_ROUND")) wanted.insert("RMP_TRUNC");
-    for (const Helper& h : kHelpers) {
-      if (!wanted.contains(h.name)) continue;
-      body_.add("");
-      body_.add_lines(h.text);
-    }
+    add_helpers(used, kHelpers, kNeeds, body_);
     if (used.find("RMP_T") != std::string::npos) dat_.add("DECL FRAME RMP_T");
     dat_.append(points_);
     dat_.add("ENDDAT");
@@ -306,16 +290,8 @@ class KrlWriter final : public post::Writer {
     body_.give(output_, name + ".src", caps_.crlf);
     dat_.give(output_, name + ".dat", caps_.crlf);
   }
-  static std::string joined(const post::File& f) {
-    std::string all;
-    for (const std::string& l : f.lines()) all += l + "\n";
-    return all;
-  }
 
   // ---- types and values ----
-  std::string struct_name(std::uint32_t t) {
-    return names_.of((1ULL << 41U) + t, *type(t).name ? type(t).name : "RECORD_TYPE");
-  }
   std::string krl_type(std::uint32_t t) {
     const auto& x = type(t);
     switch (x.kind) {
@@ -340,55 +316,14 @@ class KrlWriter final : public post::Writer {
       default: return struct_name(t);
     }
   }
-  std::string dimensions(std::uint32_t t) {
-    std::string out;
-    int n = 0;
-    for (; type(t).kind == RMP_TYPE_ARRAY; t = type(t).element, ++n)
-      out += (n ? "," : "") + std::to_string(std::int64_t{type(t).upper} - type(t).lower + 1);
-    if (n > 3) cannot("arrays of more than three dimensions");
-    return n ? "[" + out + "]" : "";
+  void begins_with(const std::string&, std::uint32_t) override {
+    fail("an array can only begin with its elements", "Write them as [a, b, c].");
   }
-  /// Assigns a variable the value that it begins with.
-  void initial(const std::string& to, std::uint32_t t, std::uint32_t value) {
-    constexpr std::int64_t kMost = 10000;
-    const auto& x = type(t);
-    if (x.kind == RMP_TYPE_ARRAY) {
-      const std::int64_t n = std::int64_t{x.upper} - x.lower + 1;
-      if (n > kMost) {
-        fail("an array of " + std::to_string(n) + " elements would be set one by one",
-             "Up to 10000 are.");
-        return;
-      }
-      const bool is_made = value != RMP_NONE && expression(value).op == RMP_EXPR_MAKE;
-      if (value != RMP_NONE && !is_made) {
-        fail("an array can only begin with its elements", "Write them as [a, b, c].");
-        return;
-      }
-      const std::string start = to.back() == ']' ? to.substr(0, to.size() - 1) + "," : to + "[";
-      const auto of = is_made ? links(expression(value).first, expression(value).count)
-                              : std::span<const std::uint32_t>();
-      for (std::int64_t i = 0; i < n; ++i)
-        initial(
-            start + std::to_string(i + 1) + "]", x.element,
-            static_cast<std::size_t>(i) < of.size() ? of[static_cast<std::size_t>(i)] : RMP_NONE);
-      return;
-    }
-    if (x.kind == RMP_TYPE_RECORD && x.role == RMP_ROLE_NONE) {
-      const bool is_made = value != RMP_NONE && expression(value).op == RMP_EXPR_MAKE;
-      if (value != RMP_NONE && !is_made) {
-        line(to + "=" + text(value));
-        return;
-      }
-      const auto of = is_made ? links(expression(value).first, expression(value).count)
-                              : std::span<const std::uint32_t>();
-      for (std::uint32_t k = 0; k < x.field_count; ++k)
-        initial(to + "." + field_name(t, k), field_row(x.first_field + k).type,
-                k < of.size() ? of[k] : RMP_NONE);
-      return;
-    }
-    line(to + "=" + (value == RMP_NONE ? zero(t) : aggregate_or_text(value)));
+  std::string first_value(std::uint32_t value) override {
+    const PostPoint* p = point(value);
+    return p ? aggregate(*p) : text(value);
   }
-  std::string zero(std::uint32_t t) {
+  std::string zero(std::uint32_t t) override {
     const std::string k = krl_type(t);
     if (k == "FRAME") return "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}";
     if (k == "E6POS")
@@ -401,10 +336,6 @@ class KrlWriter final : public post::Writer {
     if (k == "BOOL") return "FALSE";
     if (k == "CHAR") return "\" \"";
     return "0";
-  }
-  std::string aggregate_or_text(std::uint32_t value) {
-    const PostPoint* p = point(value);
-    return p ? aggregate(*p) : text(value);
   }
   std::string frame(const Pose& pose) {
     const auto p = post::placed(pose, post::Orientation::zyx);
@@ -559,7 +490,7 @@ class KrlWriter final : public post::Writer {
     return (s.is_output ? "$OUT" : "$IN") + n;
   }
   /// Where the parts of a geometric value stand: target.PSE.POS is the target.
-  std::string place(std::uint32_t e) {
+  std::string place(std::uint32_t e) override {
     const auto& x = expression(e);
     if (x.op == RMP_EXPR_FIELD) {
       const std::uint32_t object = links(x.first, x.count)[0];
@@ -590,42 +521,6 @@ class KrlWriter final : public post::Writer {
     }
     return field_name(t, number);
   }
-  std::string indexed(std::uint32_t e) {
-    // a[i][j] is a[i,j].
-    std::vector<std::uint32_t> chain;
-    while (expression(e).op == RMP_EXPR_INDEX) {
-      chain.push_back(e);
-      e = links(expression(e).first, expression(e).count)[0];
-    }
-    if (type(expression(e).type).kind != RMP_TYPE_ARRAY) {
-      cannot("elements of " + type_name(expression(e).type));
-      return "0";
-    }
-    std::string out = place(e) + "[";
-    for (std::size_t k = chain.size(); k-- > 0;) {
-      const auto& x = expression(chain[k]);
-      const auto of = links(x.first, x.count);
-      const std::int64_t shift = 1 - std::int64_t{type(expression(of[0]).type).lower};
-      const auto value = known(of[1]);
-      if (value) out += std::to_string(static_cast<std::int64_t>(*value) + shift);
-      else if (shift == 0) out += text(of[1]);
-      else
-        out += within(expr(of[1]), 50) + (shift > 0 ? "+" : "-") +
-               std::to_string(shift > 0 ? shift : -shift);
-      out += k ? "," : "]";
-    }
-    return out;
-  }
-  Text index(std::uint32_t object, std::uint32_t, const rmp_code_expression& x) override {
-    // The row of x itself is asked for.
-    (void)object;
-    return {indexed(static_cast<std::uint32_t>(row_of(x)))};
-  }
-  std::size_t row_of(const rmp_code_expression& x) const {
-    return static_cast<std::size_t>(reinterpret_cast<const char*>(&x) -
-                                    static_cast<const char*>(c_.expressions.rows)) /
-           c_.expressions.row_size;
-  }
   Text field(std::uint32_t object, std::uint32_t number, const rmp_code_expression& x) override {
     const std::uint32_t of = role(expression(object).type);
     if (of == RMP_ROLE_POSE) {
@@ -638,10 +533,10 @@ class KrlWriter final : public post::Writer {
       fail("KUKA KRL takes parts of variables only", "Assign the value to a variable before.");
       return {"0"};
     }
-    return {place(static_cast<std::uint32_t>(row_of(x)))};
+    return {place(row_of(x))};
   }
   std::optional<Text> known_point(const PostPoint& p, const rmp_code_expression& x) override {
-    return Text{point_name(p, static_cast<std::uint32_t>(row_of(x)))};
+    return Text{point_name(p, row_of(x))};
   }
   Text make(std::span<const std::uint32_t> of, const rmp_code_expression& x) override {
     switch (role(x.type)) {
@@ -765,24 +660,12 @@ class KrlWriter final : public post::Writer {
   }
   void for_end(std::uint32_t) override { close("ENDFOR"); }
   void exit_loop() override { line("EXIT"); }
-  void case_begin(std::uint32_t s) override {
-    line("SWITCH " + text(s));
-    arms_.push_back(false);
-  }
+  void case_begin(std::uint32_t s) override { case_opens("SWITCH " + text(s)); }
   void case_when(std::span<const std::uint32_t> labels) override {
     arm("CASE " + list(labels, ","));
   }
   void case_default() override { arm("DEFAULT"); }
-  void arm(const std::string& head) {
-    if (arms_.back()) out_->out();
-    open(head);
-    arms_.back() = true;
-  }
-  void case_end() override {
-    if (arms_.back()) out_->out();
-    arms_.pop_back();
-    line("ENDSWITCH");
-  }
+  void case_end() override { case_closes("ENDSWITCH"); }
   void go_to(std::uint32_t l) override { line("GOTO " + name(l)); }
   void label(std::uint32_t l) override { line(name(l) + ":"); }
   void return_(std::uint32_t v) override { line(v == RMP_NONE ? "RETURN" : "RETURN " + text(v)); }
@@ -1080,7 +963,6 @@ class KrlWriter final : public post::Writer {
 
   post::File body_, dat_, points_;
   std::vector<post::File> extra_;
-  std::vector<std::uint32_t> init_;
   post::Points table_;
   std::vector<std::string> point_names_;
   std::map<std::pair<bool, std::int64_t>, std::string> groups_;
@@ -1088,7 +970,6 @@ class KrlWriter final : public post::Writer {
   post::Modal<std::string> speed_, speed_ori_, acc_, cdis_, speed_ptp_, acc_ptp_, cptp_, tool_,
       base_;
   bool changed_acc_ = false, other_tool_ = false, other_base_ = false;
-  std::vector<bool> arms_;  ///< of the SWITCHes around: whether one is open
 };
 
 }  // namespace
@@ -1097,7 +978,7 @@ const PostCapabilities& Krl::capabilities() const { return capabilities_of(); }
 
 Result<void> Krl::write(const PostTask& task, const Params&, PostOutput& output,
                         Progress& progress) const {
-  return KrlWriter(task, output, capabilities_of(), progress).run();
+  return KrlWriter(task, output, progress).run();
 }
 
 }  // namespace robomosp::posts

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <string>
 
-#include <robomosp/sdk/post_writer.h>
+#include "../common/declared.h"
 
 namespace robomosp::posts {
 namespace {
 
+using post::Helper;
 using post::Motion;
 using post::Operator;
 using post::Signal;
@@ -33,10 +34,6 @@ constexpr Operator kOperators[] = {{RMP_EXPR_OR, " OR ", 10},
                                    {RMP_EXPR_NOT, "NOT ", 5, Operator::prefix_group},
                                    {RMP_EXPR_NEGATE, "-", 35, Operator::prefix_group}};
 
-struct Helper {
-  const char* name;
-  const char* text;
-};
 constexpr Helper kHelpers[] = {{"RmpTarget",
                                 "  LOCAL FUNC robtarget RmpTarget(pose p)\n"
                                 "    VAR robtarget t;\n"
@@ -118,9 +115,11 @@ const PostCapabilities& capabilities_of() {
   return all;
 }
 
-class RapidWriter final : public post::Writer {
+class RapidWriter final : public post::DeclaredWriter {
  public:
-  using Writer::Writer;
+  RapidWriter(const PostTask& task, PostOutput& output, Progress& progress)
+      : DeclaredWriter(task, output, capabilities_of(), progress,
+                       {'{', '}', ":=", ";", "recordtype", 40}) {}
 
  private:
   // ---- program ----
@@ -129,13 +128,9 @@ class RapidWriter final : public post::Writer {
     for (auto* f : {&data_, &body_}) f->in();
     structures();
     tool_and_frame();
-    // In a loop what a motion further down sets is there at the motions above it.
-    for (std::uint32_t i = 0; i < c_.attributes.count; ++i) {
-      const auto a = row<rmp_code_attribute>(c_.attributes, i).attribute;
-      other_tool_ = other_tool_ || a == RMP_ATTR_TOOL;
-      other_frame_ = other_frame_ || a == RMP_ATTR_FRAME;
-      changed_acc_ = changed_acc_ || a == RMP_ATTR_ACC || a == RMP_ATTR_ACC_PTP;
-    }
+    other_tool_ = is_anywhere(RMP_ATTR_TOOL);
+    other_frame_ = is_anywhere(RMP_ATTR_FRAME);
+    changed_acc_ = is_anywhere(RMP_ATTR_ACC) || is_anywhere(RMP_ATTR_ACC_PTP);
   }
   void structures() {
     for (const std::uint32_t t : records_in_use()) {
@@ -207,11 +202,7 @@ class RapidWriter final : public post::Writer {
       line("ConfL\\" + std::string(option("conf_l", "Off")) + ";");
       if (!profile_.prologue.empty()) body_.add_lines(profile_.prologue);
     }
-    for (const std::uint32_t s : init_) {
-      at_ = symbol(s).span;
-      initial(name(s), symbol(s).type, symbol(s).value);
-    }
-    at_ = routine(r).span;
+    set_initial(r);
   }
   void routine_end(std::uint32_t r) override {
     if (r == 0 && !profile_.epilogue.empty()) body_.add_lines(profile_.epilogue);
@@ -223,12 +214,6 @@ class RapidWriter final : public post::Writer {
     close(routine(r).kind == RMP_ROUTINE_FUNCTION ? "ENDFUNC" : "ENDPROC");
   }
   void finish() override {
-    std::string used;
-    for (const std::string& l : body_.lines()) used += l + "\n";
-    std::set<std::string> wanted;
-    for (const Helper& h : kHelpers)
-      if (used.find(std::string(h.name) + "(") != std::string::npos) wanted.insert(h.name);
-    if (wanted.contains("RmpMod") || wanted.contains("RmpDiv")) wanted.insert("RmpTrunc");
     post::File all;
     const std::string name = routine_name(0);
     all.add("MODULE " + name);
@@ -236,19 +221,14 @@ class RapidWriter final : public post::Writer {
     all.append(points_);
     all.add("");
     all.append(body_);
-    for (const Helper& h : kHelpers) {
-      if (!wanted.contains(h.name)) continue;
-      all.add("");
-      all.add_lines(h.text);
-    }
+    static constexpr std::pair<const char*, const char*> kNeeds[] = {{"RmpMod", "RmpTrunc"},
+                                                                     {"RmpDiv", "RmpTrunc"}};
+    add_helpers(joined(body_), kHelpers, kNeeds, all);
     all.add("ENDMODULE");
     all.give(output_, name + ".mod", caps_.crlf);
   }
 
   // ---- types and values ----
-  std::string struct_name(std::uint32_t t) {
-    return names_.of((1ULL << 41U) + t, *type(t).name ? type(t).name : "recordtype");
-  }
   std::string rapid_type(std::uint32_t t) {
     const auto& x = type(t);
     switch (x.kind) {
@@ -273,48 +253,12 @@ class RapidWriter final : public post::Writer {
       default: return struct_name(t);
     }
   }
-  std::string dimensions(std::uint32_t t) {
-    std::string out;
-    int n = 0;
-    for (; type(t).kind == RMP_TYPE_ARRAY; t = type(t).element, ++n)
-      out += (n ? "," : "") + std::to_string(std::int64_t{type(t).upper} - type(t).lower + 1);
-    if (n > 3) cannot("arrays of more than three dimensions");
-    return n ? "{" + out + "}" : "";
+  void begins_with(const std::string& to, std::uint32_t value) override { set(to, text(value)); }
+  std::string first_value(std::uint32_t value) override {
+    const PostPoint* p = point(value);
+    return p ? literal_point(*p) : text(value);
   }
-  void initial(const std::string& to, std::uint32_t t, std::uint32_t value) {
-    constexpr std::int64_t kMost = 10000;
-    const auto& x = type(t);
-    const bool is_made = value != RMP_NONE && expression(value).op == RMP_EXPR_MAKE;
-    const auto of = is_made ? links(expression(value).first, expression(value).count)
-                            : std::span<const std::uint32_t>();
-    if (x.kind == RMP_TYPE_ARRAY) {
-      const std::int64_t n = std::int64_t{x.upper} - x.lower + 1;
-      if (n > kMost) {
-        fail("an array of " + std::to_string(n) + " elements would be set one by one",
-             "Up to 10000 are.");
-        return;
-      }
-      if (value != RMP_NONE && !is_made) {
-        line(to + ":=" + text(value) + ";");
-        return;
-      }
-      const std::string start = to.back() == '}' ? to.substr(0, to.size() - 1) + "," : to + "{";
-      for (std::int64_t i = 0; i < n; ++i)
-        initial(
-            start + std::to_string(i + 1) + "}", x.element,
-            static_cast<std::size_t>(i) < of.size() ? of[static_cast<std::size_t>(i)] : RMP_NONE);
-      return;
-    }
-    if (x.kind == RMP_TYPE_RECORD && x.role == RMP_ROLE_NONE && (is_made || value == RMP_NONE)) {
-      for (std::uint32_t k = 0; k < x.field_count; ++k)
-        initial(to + "." + field_name(t, k), field_row(x.first_field + k).type,
-                k < of.size() ? of[k] : RMP_NONE);
-      return;
-    }
-    const PostPoint* p = value == RMP_NONE ? nullptr : point(value);
-    line(to + ":=" + (p ? literal_point(*p) : value == RMP_NONE ? zero(t) : text(value)) + ";");
-  }
-  std::string zero(std::uint32_t t) {
+  std::string zero(std::uint32_t t) override {
     const std::string k = rapid_type(t);
     if (k == "bool") return "FALSE";
     if (k == "string") return "\"\"";
@@ -485,14 +429,8 @@ class RapidWriter final : public post::Writer {
       default: return "";
     }
   }
-  std::uint32_t row_of(const rmp_code_expression& x) const {
-    return static_cast<std::uint32_t>(
-        static_cast<std::size_t>(reinterpret_cast<const char*>(&x) -
-                                 static_cast<const char*>(c_.expressions.rows)) /
-        c_.expressions.row_size);
-  }
   /// Where something stands: target.PSE is the target, whose trans and rot are the pose's.
-  std::string place(std::uint32_t e) {
+  std::string place(std::uint32_t e) override {
     const auto& x = expression(e);
     if (x.op == RMP_EXPR_SYMBOL) return variable(x.symbol).text;
     if (x.op == RMP_EXPR_INDEX) return indexed(e);
@@ -512,34 +450,6 @@ class RapidWriter final : public post::Writer {
       return "x";
     }
     return place(object) + "." + word;
-  }
-  std::string indexed(std::uint32_t e) {
-    std::vector<std::uint32_t> chain;
-    while (expression(e).op == RMP_EXPR_INDEX) {
-      chain.push_back(e);
-      e = links(expression(e).first, expression(e).count)[0];
-    }
-    if (type(expression(e).type).kind != RMP_TYPE_ARRAY) {
-      cannot("elements of " + type_name(expression(e).type));
-      return "x";
-    }
-    std::string out = place(e) + "{";
-    for (std::size_t k = chain.size(); k-- > 0;) {
-      const auto& x = expression(chain[k]);
-      const auto of = links(x.first, x.count);
-      const std::int64_t shift = 1 - std::int64_t{type(expression(of[0]).type).lower};
-      if (const auto value = known(of[1]))
-        out += std::to_string(static_cast<std::int64_t>(*value) + shift);
-      else if (shift == 0) out += text(of[1]);
-      else
-        out += within(expr(of[1]), 40) + (shift > 0 ? "+" : "-") +
-               std::to_string(shift > 0 ? shift : -shift);
-      out += k ? "," : "}";
-    }
-    return out;
-  }
-  Text index(std::uint32_t, std::uint32_t, const rmp_code_expression& x) override {
-    return {indexed(row_of(x))};
   }
   Text field(std::uint32_t object, std::uint32_t number, const rmp_code_expression& x) override {
     if (role(expression(object).type) == RMP_ROLE_ROBTARGET && number == 0) {
@@ -697,24 +607,12 @@ class RapidWriter final : public post::Writer {
     line(name(s) + ":=" + counter + ";");
   }
   void for_end(std::uint32_t) override { close("ENDFOR"); }
-  void case_begin(std::uint32_t s) override {
-    line("TEST " + text(s));
-    arms_.push_back(false);
-  }
+  void case_begin(std::uint32_t s) override { case_opens("TEST " + text(s)); }
   void case_when(std::span<const std::uint32_t> labels) override {
     arm("CASE " + list(labels, ",") + ":");
   }
   void case_default() override { arm("DEFAULT:"); }
-  void arm(const std::string& head) {
-    if (arms_.back()) out_->out();
-    open(head);
-    arms_.back() = true;
-  }
-  void case_end() override {
-    if (arms_.back()) out_->out();
-    arms_.pop_back();
-    line("ENDTEST");
-  }
+  void case_end() override { case_closes("ENDTEST"); }
   void go_to(std::uint32_t l) override { line("GOTO " + name(l) + ";"); }
   void label(std::uint32_t l) override { line(name(l) + ":"); }
   void return_(std::uint32_t v) override {
@@ -951,7 +849,6 @@ class RapidWriter final : public post::Writer {
   }
 
   post::File body_, data_, points_;
-  std::vector<std::uint32_t> init_;
   post::Points table_;
   std::vector<std::string> point_names_;
   std::string tool_text_, tail_;
@@ -959,7 +856,6 @@ class RapidWriter final : public post::Writer {
   bool searches_ = false, in_search_ = false;
   bool changed_acc_ = false, passed_ = false, other_tool_ = false, other_frame_ = false,
        has_flag_ = false;
-  std::vector<bool> arms_;
 };
 
 }  // namespace
@@ -968,7 +864,7 @@ const PostCapabilities& Rapid::capabilities() const { return capabilities_of(); 
 
 Result<void> Rapid::write(const PostTask& task, const Params&, PostOutput& output,
                           Progress& progress) const {
-  return RapidWriter(task, output, capabilities_of(), progress).run();
+  return RapidWriter(task, output, progress).run();
 }
 
 }  // namespace robomosp::posts
