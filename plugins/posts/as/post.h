@@ -70,9 +70,7 @@ class AsWriter final : public brand::BrandWriter {
   void routine_begin(std::uint32_t r) override {
     out_ = &programs_;
     const auto k = routine(r).kind;
-    if (k == RMP_ROUTINE_PROCESS)
-      cannot("parallel processes", "Post them as programs of their own.");
-    if (k == RMP_ROUTINE_INTERRUPT) cannot("interrupts", "Ask for the condition in the program.");
+    refuse_beside(r);
     std::string all;
     if (check_parameters(r))
       for (std::uint32_t i = 0; i < routine(r).parameter_count; ++i) {
@@ -200,16 +198,10 @@ class AsWriter final : public brand::BrandWriter {
   }
   std::string element(const std::string& n, const std::vector<std::string>& i,
                       const std::vector<brand::Bounds>& b) override {
+    // Elements have any number from 0 on.
     std::string out;
-    for (std::size_t k = 0; k < i.size(); ++k) {
-      std::int64_t number = 0;
-      const auto r = std::from_chars(i[k].data(), i[k].data() + i[k].size(), number);
-      const bool is_number = r.ec == std::errc() && r.ptr == i[k].data() + i[k].size();
-      const std::int64_t shift = b[k].lower < 0 ? -std::int64_t{b[k].lower} : 0;
-      out += (k ? "," : "") + (is_number ? std::to_string(number + shift)
-                               : shift   ? i[k] + " + " + std::to_string(shift)
-                                         : i[k]);
-    }
+    for (std::size_t k = 0; k < i.size(); ++k)
+      out += (k ? "," : "") + counted(i[k], std::max<std::int64_t>(0, -std::int64_t{b[k].lower}));
     return n + "[" + out + "]";
   }
   void assign_text(const std::string& to, Kind k, const std::string& value) override {
@@ -219,44 +211,35 @@ class AsWriter final : public brand::BrandWriter {
   // ---- statements ----
   std::string temporary(Kind) override { return "." + names_.unique("f"); }
   void if_begin(std::uint32_t c) override {
-    if (reads_signals(c)) settle();
+    settle_for(c);
     const std::string s = text(c);
     open("IF " + s + " THEN");
   }
   void else_() override { middle("ELSE"); }
   void if_end() override { close("END"); }
   void while_begin(std::uint32_t c) override {
-    if (reads_signals(c)) settle();
-    reads_.push_back(reads_signals(c));
+    loop_asks(c);
     open("WHILE " + asked_again(c) + " DO");
   }
   void while_end() override {
-    if (reads_.back()) settle();
-    reads_.pop_back();
+    loop_asks_again();
     close("END");
   }
   void repeat_begin() override { open("DO"); }
   void repeat_end(std::uint32_t until) override {
-    if (reads_signals(until)) settle();
+    settle_for(until);
     close("UNTIL " + asked_again(until));
   }
   void loop_begin() override { open("WHILE TRUE DO"); }
   void loop_end() override { close("END"); }
   void for_begin(std::uint32_t s, std::uint32_t from, std::uint32_t to, std::uint32_t step,
                  bool down) override {
-    std::string by;
-    if (step != RMP_NONE) {
-      const Text t = expr(step);
-      by = down ? "-" + within(t, 8) : t.text;
-    } else if (down) {
-      by = "-1";
-    }
-    open("FOR " + leaf_name(s, "", Kind::integer) + " = " + text(from) + " TO " + text(to) +
-         (by.empty() ? "" : " STEP " + by));
+    open("FOR " + leaf_name(s, "", Kind::integer) + " = " +
+         range(from, to, step, down, " TO ", " STEP ", 8));
   }
   void for_end(std::uint32_t) override { close("END"); }
   void case_begin(std::uint32_t selector) override {
-    if (reads_signals(selector)) settle();
+    settle_for(selector);
     open("CASE " + text(selector) + " OF");
   }
   void case_when(std::span<const std::uint32_t> labels) override {
@@ -292,6 +275,7 @@ class AsWriter final : public brand::BrandWriter {
     if (timeout == RMP_NONE) {
       if (plain) {
         const Signal s = signal(x.symbol);
+        if (!is_numbered(s)) return;
         line(std::string("SWAIT ") + (s.inverted ? "-" : "") + number_of(s));
       } else {
         line("WAIT " + asked_again(c));
@@ -317,15 +301,9 @@ class AsWriter final : public brand::BrandWriter {
     line("HALT");
   }
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
-    std::string all;
-    for (const std::uint32_t v : values) {
-      const Kind k = kind(expression(v).type);
-      if (k == Kind::none || k == Kind::transform) {
-        cannot("messages of " + type_name(expression(v).type), "Write its parts.");
-        return;
-      }
-      all += (all.empty() ? "" : ", ") + text(v);
-    }
+    auto given = message_text(values, ", ");
+    if (!given) return;
+    std::string all = std::move(*given);
     if (!ends_line) all += all.empty() ? "/S" : ", /S";
     settle();
     line("PRINT " + (all.empty() ? "\"\"" : all));
@@ -334,21 +312,13 @@ class AsWriter final : public brand::BrandWriter {
   // ---- signals ----
   /// Inputs have numbers from 1001.
   std::string number_of(const Signal& s) {
-    if (!s.target.empty())
-      fail("signals of AS have numbers, and the profile names one " + s.target,
-           "Give number instead of target in the profile.");
     if (s.number < 1) fail("signals of AS are numbered from 1", "Give its number in the profile.");
     const double base = number_option("input_base", 1000);
     return std::to_string(s.number +
                           (!s.is_output && s.number <= 1000 ? static_cast<std::int64_t>(base) : 0));
   }
-  bool is_analog(const Signal& s) {
-    if (s.type != RMP_TYPE_REAL) return false;
-    cannot("analog signals", "Use an INT of several bits.");
-    return true;
-  }
   Text signal_text(const Signal& s) {
-    if (is_analog(s)) return {};
+    if (!is_numbered(s)) return {};
     if (s.type == RMP_TYPE_INT)
       return {"BITS(" + number_of(s) + "," + std::to_string(s.width) + ")"};
     return {std::string("SIG(") + (s.inverted ? "-" : "") + number_of(s) + ")"};
@@ -356,7 +326,7 @@ class AsWriter final : public brand::BrandWriter {
   Text input(const Signal& s) override { return signal_text(s); }
   Text output(const Signal& s) override { return signal_text(s); }
   void set_output(const Signal& s, std::uint32_t value) override {
-    if (is_analog(s)) return;
+    if (!is_numbered(s)) return;
     const std::string n = number_of(s);
     const std::string v = text(value);
     settle();
@@ -499,7 +469,6 @@ class AsWriter final : public brand::BrandWriter {
   std::map<std::string, std::string> places_, joints_;
   std::map<std::uint32_t, std::size_t> labels_;
   std::map<std::uint32_t, std::string> config_;
-  std::vector<bool> reads_;
   std::string result_;
   Modal<std::string> tool_;
   brand::Number mm_;

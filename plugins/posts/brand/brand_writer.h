@@ -704,6 +704,13 @@ class BrandWriter : public Writer {
     line(call_line(routine_name(r), all + (all.empty() ? "" : ", ") + to));
     return {to};
   }
+  /// Routines that none of these languages has within a program.
+  void refuse_beside(std::uint32_t r) {
+    if (routine(r).kind == RMP_ROUTINE_PROCESS)
+      cannot("parallel processes", "Post them as programs of their own.");
+    if (routine(r).kind == RMP_ROUTINE_INTERRUPT)
+      cannot("interrupts", "Ask for the condition in the program.");
+  }
   void call(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
     std::string all = list(arguments);
     if (routine(r).kind == RMP_ROUTINE_FUNCTION && !has_functions())
@@ -716,6 +723,77 @@ class BrandWriter : public Writer {
     std::string s = text(condition);
     may_call_ = true;
     return s;
+  }
+  /// While a program runs ahead of its motions: signals are asked for when these have ended.
+  void settle_for(std::uint32_t condition) {
+    if (reads_signals(condition)) settle();
+  }
+  void loop_asks(std::uint32_t condition) {
+    settle_for(condition);
+    reads_.push_back(reads_signals(condition));
+  }
+  void loop_asks_again() {
+    if (reads_.back()) settle();
+    reads_.pop_back();
+  }
+  /// What FOR counts through, in words of the target: from, to and, where it is not 1, the step
+  /// that is added. `sign` is how strongly a sign binds.
+  std::string range(std::uint32_t from, std::uint32_t to, std::uint32_t step, bool down,
+                    const char* to_word, const char* step_word, int sign) {
+    std::string out = text(from);
+    out += to_word + text(to);
+    if (step == RMP_NONE) return out + (down ? step_word + std::string("-1") : "");
+    const Text by = expr(step);
+    return out + step_word + (down ? "-" + within(by, sign) : by.text);
+  }
+  /// An index that begins elsewhere, by so much.
+  static std::string counted(const std::string& index, std::int64_t shift) {
+    std::int64_t number = 0;
+    const auto r = std::from_chars(index.data(), index.data() + index.size(), number);
+    if (r.ec == std::errc() && r.ptr == index.data() + index.size())
+      return std::to_string(number + shift);
+    if (shift == 0) return index;
+    return index + (shift > 0 ? " + " : " - ") + std::to_string(shift > 0 ? shift : -shift);
+  }
+  /// Indices, one behind the other; `first` is the number of the first element there.
+  static std::string counted(const std::vector<std::string>& indices,
+                             const std::vector<Bounds>& bounds, std::int64_t first,
+                             const char* between = ", ") {
+    std::string out;
+    for (std::size_t k = 0; k < indices.size(); ++k)
+      out += (k ? between : "") + counted(indices[k], first - std::int64_t{bounds[k].lower});
+    return out;
+  }
+  /// Values of a message that are words and numbers, one behind the other; nothing = said.
+  std::optional<std::string> message_text(std::span<const std::uint32_t> values,
+                                          const char* between) {
+    std::string all;
+    for (const std::uint32_t v : values) {
+      if (!is_word(v)) return std::nullopt;
+      all += (all.empty() ? "" : between) + text(v);
+    }
+    return all;
+  }
+  bool is_word(std::uint32_t value) {
+    const Kind k = kind(expression(value).type);
+    if (k != Kind::none && k != Kind::transform) return true;
+    cannot("messages of " + type_name(expression(value).type), "Write its parts.");
+    return false;
+  }
+  /// Of a wait, in languages that count milliseconds.
+  void warn_of_rounding(std::uint32_t seconds) {
+    const auto k = known(seconds);
+    if (k && std::fabs(*k * 1000 - std::round(*k * 1000)) > 1e-9)
+      warn("the time is rounded to milliseconds");
+  }
+  /// Signals that have numbers only, and no analog ones; says it if this is another.
+  bool is_numbered(const Signal& s) {
+    if (s.type == RMP_TYPE_REAL) cannot("analog signals", "Use an INT of several bits.");
+    if (!s.target.empty())
+      fail("signals of " + std::string(caps_.title) + " have numbers, and the profile names one " +
+               s.target,
+           "Give number instead of target in the profile.");
+    return s.type != RMP_TYPE_REAL && s.target.empty();
   }
   static std::vector<std::string_view> lines_of(std::string_view s) {
     std::vector<std::string_view> out;
@@ -792,6 +870,7 @@ class BrandWriter : public Writer {
  private:
   std::map<std::pair<std::uint32_t, std::string>, std::uint64_t> keys_;
   std::vector<std::uint32_t> to_set_;
+  std::vector<bool> reads_;  ///< of the WHILEs around: whether they ask for signals
 
  protected:
   bool may_call_ = true;

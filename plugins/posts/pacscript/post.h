@@ -84,9 +84,7 @@ class PacWriter final : public brand::BrandWriter {
   void routine_begin(std::uint32_t r) override {
     result_.clear();
     const auto k = routine(r).kind;
-    if (k == RMP_ROUTINE_PROCESS)
-      cannot("parallel processes", "Post them as programs of their own.");
-    if (k == RMP_ROUTINE_INTERRUPT) cannot("interrupts", "Ask for the condition in the program.");
+    refuse_beside(r);
     Procedure& p = r == 0 ? main_ : procedures_.emplace_back();
     now_ = &p;
     out_ = &p.code;
@@ -213,18 +211,7 @@ class PacWriter final : public brand::BrandWriter {
   }
   std::string element(const std::string& n, const std::vector<std::string>& i,
                       const std::vector<brand::Bounds>& b) override {
-    std::string out;
-    for (std::size_t k = 0; k < i.size(); ++k) {
-      std::int64_t number = 0;
-      const auto r = std::from_chars(i[k].data(), i[k].data() + i[k].size(), number);
-      const bool is_number = r.ec == std::errc() && r.ptr == i[k].data() + i[k].size();
-      const std::int64_t low = b[k].lower;
-      out += (k ? ", " : "") + (is_number ? std::to_string(number - low)
-                                : low > 0 ? i[k] + " - " + std::to_string(low)
-                                : low < 0 ? i[k] + " + " + std::to_string(-low)
-                                          : i[k]);
-    }
-    return n + "(" + out + ")";
+    return n + "(" + counted(i, b, 0) + ")";
   }
   void assign_text(const std::string& to, Kind, const std::string& value) override {
     line(to + " = " + value);
@@ -263,15 +250,8 @@ class PacWriter final : public brand::BrandWriter {
   void loop_end() override { loop_closes("Loop"); }
   void for_begin(std::uint32_t s, std::uint32_t from, std::uint32_t to, std::uint32_t step,
                  bool down) override {
-    std::string by;
-    if (step != RMP_NONE) {
-      const Text t = expr(step);
-      by = down ? "-" + within(t, 9) : t.text;
-    } else if (down) {
-      by = "-1";
-    }
-    loop_opens("For " + leaf_name(s, "", Kind::integer) + " = " + text(from) + " To " + text(to) +
-                   (by.empty() ? "" : " Step " + by),
+    loop_opens("For " + leaf_name(s, "", Kind::integer) + " = " +
+                   range(from, to, step, down, " To ", " Step ", 9),
                "For");
   }
   void for_end(std::uint32_t s) override { loop_closes("Next " + leaf_name(s, "", Kind::integer)); }
@@ -294,9 +274,7 @@ class PacWriter final : public brand::BrandWriter {
     return within(expr(seconds), 8) + " * 1000";
   }
   void wait_time(std::uint32_t seconds) override {
-    const auto k = known(seconds);
-    if (k && std::fabs(*k * 1000 - std::round(*k * 1000)) > 1e-9)
-      warn("the time is rounded to milliseconds");
+    warn_of_rounding(seconds);
     line("Delay " + milliseconds(seconds));
   }
   void wait_for(std::uint32_t c, std::uint32_t timeout) override {
@@ -321,32 +299,18 @@ class PacWriter final : public brand::BrandWriter {
   void pause(std::uint32_t m) override { line("Hold" + (m == RMP_NONE ? "" : " " + text(m))); }
   void halt() override { line("Halt"); }
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
-    std::string all;
-    for (const std::uint32_t v : values) {
-      const Kind k = kind(expression(v).type);
-      if (k == Kind::none || k == Kind::transform) {
-        cannot("messages of " + type_name(expression(v).type), "Write its parts.");
-        return;
-      }
-      all += (all.empty() ? "" : "; ") + text(v);
-    }
+    const auto all = message_text(values, "; ");
+    if (!all) return;
     if (!ends_line) note("each message of PacScript is a line of its own");
-    line("PrintDbg " + (all.empty() ? "\"\"" : all));
+    line("PrintDbg " + (all->empty() ? "\"\"" : *all));
   }
 
   // ---- signals ----
-  bool is_bad(const Signal& s) {
-    if (s.type == RMP_TYPE_REAL) cannot("analog signals", "Use an INT of several bits.");
-    if (!s.target.empty())
-      fail("signals of PacScript have numbers, and the profile names one " + s.target,
-           "Give number instead of target in the profile.");
-    return s.type == RMP_TYPE_REAL || !s.target.empty();
-  }
   static std::string bits(const Signal& s) {
     return "IO[" + std::to_string(s.number) + " To " + std::to_string(s.number + s.width - 1) + "]";
   }
   Text signal_text(const Signal& s) {
-    if (is_bad(s)) return {};
+    if (!is_numbered(s)) return {};
     if (s.type == RMP_TYPE_INT) {
       if (!may_call_) {
         fail("a signal of several bits in a condition that is asked again cannot be posted",
@@ -362,7 +326,7 @@ class PacWriter final : public brand::BrandWriter {
   Text input(const Signal& s) override { return signal_text(s); }
   Text output(const Signal& s) override { return signal_text(s); }
   void set_output(const Signal& s, std::uint32_t value) override {
-    if (is_bad(s)) return;
+    if (!is_numbered(s)) return;
     const std::string v = text(value);
     const std::string io = "IO[" + std::to_string(s.number) + "]";
     if (s.type == RMP_TYPE_INT) {

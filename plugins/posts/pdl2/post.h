@@ -87,9 +87,7 @@ class Pdl2Writer final : public brand::BrandWriter {
   }
   void routine_begin(std::uint32_t r) override {
     const auto k = routine(r).kind;
-    if (k == RMP_ROUTINE_PROCESS)
-      cannot("parallel processes", "Post them as programs of their own.");
-    if (k == RMP_ROUTINE_INTERRUPT) cannot("interrupts", "Ask for the condition in the program.");
+    refuse_beside(r);
     Routine& p = r == 0 ? main_ : routines_.emplace_back();
     now_ = &p;
     out_ = &p.code;
@@ -221,18 +219,7 @@ class Pdl2Writer final : public brand::BrandWriter {
   }
   std::string element(const std::string& n, const std::vector<std::string>& i,
                       const std::vector<brand::Bounds>& b) override {
-    std::string out;
-    for (std::size_t k = 0; k < i.size(); ++k) {
-      std::int64_t number = 0;
-      const auto r = std::from_chars(i[k].data(), i[k].data() + i[k].size(), number);
-      const bool is_number = r.ec == std::errc() && r.ptr == i[k].data() + i[k].size();
-      const std::int64_t shift = 1 - std::int64_t{b[k].lower};
-      out += (k ? ", " : "") + (is_number   ? std::to_string(number + shift)
-                                : shift < 0 ? i[k] + " - " + std::to_string(-shift)
-                                : shift > 0 ? i[k] + " + " + std::to_string(shift)
-                                            : i[k]);
-    }
-    return n + "[" + out + "]";
+    return n + "[" + counted(i, b, 1) + "]";
   }
   void assign_text(const std::string& to, Kind, const std::string& value) override {
     line(to + " := " + value);
@@ -300,9 +287,7 @@ class Pdl2Writer final : public brand::BrandWriter {
     return "ROUND(" + within(expr(seconds), 6) + " * 1000)";
   }
   void wait_time(std::uint32_t seconds) override {
-    const auto k = known(seconds);
-    if (k && std::fabs(*k * 1000 - std::round(*k * 1000)) > 1e-9)
-      warn("the time is rounded to milliseconds");
+    warn_of_rounding(seconds);
     line("DELAY " + milliseconds(seconds));
   }
   void wait_for(std::uint32_t c, std::uint32_t timeout) override {
@@ -334,15 +319,9 @@ class Pdl2Writer final : public brand::BrandWriter {
   }
   void halt() override { line("DEACTIVATE " + routine_name(0)); }
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
-    std::string all;
-    for (const std::uint32_t v : values) {
-      const Kind k = kind(expression(v).type);
-      if (k == Kind::none || k == Kind::transform) {
-        cannot("messages of " + type_name(expression(v).type), "Write its parts.");
-        return;
-      }
-      all += (all.empty() ? "" : ", ") + text(v);
-    }
+    auto given = message_text(values, ", ");
+    if (!given) return;
+    std::string all = std::move(*given);
     if (ends_line) all += all.empty() ? "NL" : ", NL";
     line("WRITE (" + all + ")");
   }

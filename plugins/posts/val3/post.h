@@ -270,9 +270,9 @@ class Val3Writer final : public brand::BrandWriter {
   [[nodiscard]] std::span<const Operator> operators() const override {
     static constexpr Operator kAll[] = {{RMP_EXPR_OR, " or ", 1},
                                         {RMP_EXPR_AND, " and ", 2},
-                                        {RMP_EXPR_EQUAL, " == ", 3},
-                                        {RMP_EXPR_NOT_EQUAL, " != ", 3},
-                                        {RMP_EXPR_EXOR, " != ", 3},
+                                        {RMP_EXPR_EQUAL, " == ", 4},
+                                        {RMP_EXPR_NOT_EQUAL, " != ", 4},
+                                        {RMP_EXPR_EXOR, " != ", 5, Operator::infix, 4},
                                         {RMP_EXPR_LESS, " < ", 4},
                                         {RMP_EXPR_LESS_EQUAL, " <= ", 4},
                                         {RMP_EXPR_GREATER, " > ", 4},
@@ -330,16 +330,7 @@ class Val3Writer final : public brand::BrandWriter {
   }
   std::string element(const std::string& n, const std::vector<std::string>& i,
                       const std::vector<brand::Bounds>& b) override {
-    const std::int32_t lower = b[0].lower;
-    std::int64_t number = 0;
-    const auto r = std::from_chars(i[0].data(), i[0].data() + i[0].size(), number);
-    if (r.ec == std::errc() && r.ptr == i[0].data() + i[0].size())
-      return n + "[" + std::to_string(number - lower) + "]";
-    return n + "[" + i[0] +
-           (lower > 0   ? " - " + std::to_string(lower)
-            : lower < 0 ? " + " + std::to_string(-std::int64_t{lower})
-                        : "") +
-           "]";
+    return n + "[" + counted(i, b, 0) + "]";
   }
   void assign_text(const std::string& to, Kind, const std::string& value) override {
     line(to + " = " + value);
@@ -356,7 +347,7 @@ class Val3Writer final : public brand::BrandWriter {
     return "call " + n + "(" + arguments + ")";
   }
   void if_begin(std::uint32_t c) override {
-    if (reads_signals(c)) settle();
+    settle_for(c);
     const std::string s = text(c);
     open("if " + s);
   }
@@ -364,33 +355,24 @@ class Val3Writer final : public brand::BrandWriter {
   void else_() override { middle("else"); }
   void if_end() override { close("endIf"); }
   void while_begin(std::uint32_t c) override {
-    if (reads_signals(c)) settle();
-    reads_.push_back(reads_signals(c));
+    loop_asks(c);
     open("while " + asked_again(c));
   }
   void while_end() override {
-    if (reads_.back()) settle();
-    reads_.pop_back();
+    loop_asks_again();
     close("endWhile");
   }
   void repeat_begin() override { open("do"); }
   void repeat_end(std::uint32_t until) override {
-    if (reads_signals(until)) settle();
+    settle_for(until);
     close("until " + asked_again(until));
   }
   void loop_begin() override { open("while true"); }
   void loop_end() override { close("endWhile"); }
   void for_begin(std::uint32_t s, std::uint32_t from, std::uint32_t to, std::uint32_t step,
                  bool down) override {
-    std::string by;
-    if (step != RMP_NONE) {
-      const Text t = expr(step);
-      by = down ? "-" + within(t, 8) : t.text;
-    } else if (down) {
-      by = "-1";
-    }
-    open("for " + leaf_name(s, "", Kind::integer) + " = " + text(from) + " to " + text(to) +
-         (by.empty() ? "" : " step " + by));
+    open("for " + leaf_name(s, "", Kind::integer) + " = " +
+         range(from, to, step, down, " to ", " step ", 8));
   }
   void for_end(std::uint32_t) override { close("endFor"); }
   void return_(std::uint32_t value) override {
@@ -453,11 +435,8 @@ class Val3Writer final : public brand::BrandWriter {
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
     std::string all;
     for (const std::uint32_t v : values) {
+      if (!is_word(v)) return;
       const Kind k = kind(expression(v).type);
-      if (k == Kind::none || k == Kind::transform) {
-        cannot("messages of " + type_name(expression(v).type), "Write its parts.");
-        return;
-      }
       const std::string t = within(expr(v), 6);
       all += (all.empty() ? "" : " + ") +
              (k == Kind::string ? t
@@ -640,7 +619,6 @@ class Val3Writer final : public brand::BrandWriter {
   std::map<std::string, std::string> kept_;
   std::map<std::string, int> counts_;
   std::map<std::uint32_t, Signal> signals_;
-  std::vector<bool> reads_;
   std::size_t points_ = 0;
   bool pending_ = false;
 };
