@@ -18,9 +18,9 @@ using post::Text;
 
 constexpr Operator kOperators[] = {{RMP_EXPR_OR, " || ", 10},
                                    {RMP_EXPR_AND, " && ", 20},
-                                   {RMP_EXPR_EXOR, " != ", 30},
-                                   {RMP_EXPR_EQUAL, " == ", 30},
-                                   {RMP_EXPR_NOT_EQUAL, " != ", 30},
+                                   {RMP_EXPR_EXOR, " != ", 45, Operator::infix, 40},
+                                   {RMP_EXPR_EQUAL, " == ", 40},
+                                   {RMP_EXPR_NOT_EQUAL, " != ", 40},
                                    {RMP_EXPR_LESS, " < ", 40},
                                    {RMP_EXPR_LESS_EQUAL, " <= ", 40},
                                    {RMP_EXPR_GREATER, " > ", 40},
@@ -33,7 +33,8 @@ constexpr Operator kOperators[] = {{RMP_EXPR_OR, " || ", 10},
                                    {RMP_EXPR_MOD, " % ", 60},
                                    {RMP_EXPR_NOT, "!", 5, Operator::prefix_group},
                                    {RMP_EXPR_NEGATE, "-", 5, Operator::prefix_group}};
-// Joined with others they stand in parentheses, which compilers ask for.
+// Joined with others they stand in parentheses, which compilers ask for, as comparisons of
+// comparisons do.
 constexpr Operator kAndInOr{RMP_EXPR_AND, " && ", 20, Operator::infix, 9};
 
 PostCapabilities both() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // TP has registers instead of variables: R for numbers, F (flags) for BOOL, PR for poses; AR are a
-// program's parameters. A routine is a program of its own. Conditions and sums stand in
-// parentheses (mixed logic, R-30iA and later).
+// program's parameters, numbers only: of a BOOL 0 or 1. A routine is a program of its own.
+// Conditions and sums stand in parentheses (mixed logic, R-30iA and later).
 #include "fanuc_tp.h"
 
 #include "../common/moves.h"
@@ -20,7 +20,8 @@ class TpWriter final : public MoveWriter {
     Points known;
     std::uint32_t labels = 0;
   };
-  /// Numbers of a variable: the first register, and what is at it.
+  enum Space : int { numbers = 0, flags = 1, poses = 2 };
+  /// Numbers or flags of a variable: the first register, and what is at it.
   struct Slot {
     std::int64_t base = 0;
     std::int64_t stride_register = -1;  ///< register with the rest of the number; -1 = none
@@ -51,7 +52,7 @@ class TpWriter final : public MoveWriter {
       at_ = s.span;
       if (s.mode != RMP_MODE_IN)
         cannot("parameters that are changed (OUT, INOUT)", "Use a variable of the program.");
-      if (s.type != RMP_TYPE_INT && s.type != RMP_TYPE_REAL)
+      if (s.type != RMP_TYPE_INT && s.type != RMP_TYPE_REAL && s.type != RMP_TYPE_BOOL)
         cannot("parameters of type " + type_name(s.type), "Use a variable of the program.");
     }
     if (x.parameter_count > 10) cannot("routines of more than 10 parameters");
@@ -127,29 +128,38 @@ class TpWriter final : public MoveWriter {
   std::string new_label() { return "LBL[" + std::to_string(++here().labels) + "]"; }
 
   // ---- registers ----
-  std::int64_t slots(std::uint32_t t, int depth = 0) const {
+  /// Whether it is made of numbers, BOOLs and positions.
+  bool has_slots(std::uint32_t t, int depth = 0) const {
     const auto& x = type(t);
-    if (depth > 100) return 0;
-    if (t == RMP_TYPE_INT || t == RMP_TYPE_REAL) return 1;
-    if (x.role == RMP_ROLE_POSITION) return 3;
+    if (depth > 100) return false;
+    if (t == RMP_TYPE_INT || t == RMP_TYPE_REAL || t == RMP_TYPE_BOOL) return true;
+    if (x.role == RMP_ROLE_POSITION) return true;
+    if (x.kind == RMP_TYPE_ARRAY) return has_slots(x.element, depth + 1);
+    if (x.kind != RMP_TYPE_RECORD || x.role != RMP_ROLE_NONE) return false;
+    for (std::uint32_t k = 0; k < x.field_count; ++k)
+      if (!has_slots(field_row(x.first_field + k).type, depth + 1)) return false;
+    return true;
+  }
+  /// How many numbers or flags it takes.
+  std::int64_t slots(std::uint32_t t, Space space) const {
+    const auto& x = type(t);
+    if (t == RMP_TYPE_BOOL) return space == flags ? 1 : 0;
+    if (t == RMP_TYPE_INT || t == RMP_TYPE_REAL) return space == numbers ? 1 : 0;
+    if (x.role == RMP_ROLE_POSITION) return space == numbers ? 3 : 0;
     if (x.kind == RMP_TYPE_ARRAY)
-      return (std::int64_t{x.upper} - x.lower + 1) * slots(x.element, depth + 1);
-    if (x.kind != RMP_TYPE_RECORD || x.role != RMP_ROLE_NONE) return 0;
+      return (std::int64_t{x.upper} - x.lower + 1) * slots(x.element, space);
     std::int64_t all = 0;
-    for (std::uint32_t k = 0; k < x.field_count; ++k) {
-      const std::int64_t n = slots(field_row(x.first_field + k).type, depth + 1);
-      if (n == 0) return 0;
-      all += n;
-    }
+    for (std::uint32_t k = 0; k < x.field_count; ++k)
+      all += slots(field_row(x.first_field + k).type, space);
     return all;
   }
   bool is_pose(std::uint32_t t) const {
     return role(t) == RMP_ROLE_POSE || role(t) == RMP_ROLE_ROBTARGET;
   }
-  std::int64_t take(int kind, std::int64_t count) {
+  std::int64_t take(Space space, std::int64_t count) {
     static constexpr std::array<const char*, 3> kNames{"registers", "flags", "position_registers"};
     static constexpr std::array<double, 3> kMost{200, 1024, 100};
-    const auto k = static_cast<std::size_t>(kind);
+    const auto k = static_cast<std::size_t>(space);
     const std::int64_t first = next_[k];
     const auto most = static_cast<std::int64_t>(number_option(kNames[k], kMost[k]));
     if (count > most || first + count - 1 > most) {
@@ -162,16 +172,11 @@ class TpWriter final : public MoveWriter {
     next_[k] += count;
     return first;
   }
-  std::int64_t base_of(std::uint32_t s) {
-    const auto it = bases_.find(s);
+  std::int64_t base_of(std::uint32_t s, Space space) {
+    const auto it = bases_.find({s, space});
     if (it != bases_.end()) return it->second;
-    const std::uint32_t t = symbol(s).type;
-    std::int64_t b = 0;
-    if (t == RMP_TYPE_BOOL) b = take(1, 1);
-    else if (is_pose(t)) b = take(2, 1);
-    else b = take(0, std::max<std::int64_t>(1, slots(t)));
-    bases_.emplace(s, b);
-    return b;
+    const std::int64_t n = space == poses ? 1 : slots(symbol(s).type, space);
+    return bases_[{s, space}] = take(space, std::max<std::int64_t>(1, n));
   }
   std::string comment(std::uint32_t s) { return ":" + std::string(symbol(s).name).substr(0, 16); }
   void declare(std::uint32_t s, std::uint32_t r) override {
@@ -181,25 +186,36 @@ class TpWriter final : public MoveWriter {
     if (x.type == RMP_TYPE_BOOL) {
       put(variable(s).text + "=(" + (x.value == RMP_NONE ? "OFF" : text(x.value)) + ")");
     } else if (is_pose(x.type)) {
-      if (x.value != RMP_NONE) assign_pose(base_of(s), x.value);
-      else base_of(s);
-    } else if (const std::int64_t n = slots(x.type)) {
-      const std::int64_t b = base_of(s);
-      if (n > 1000) return;  // said by take()
-      std::vector<std::string> values;
-      collect(x.type, x.value, values);
-      for (std::size_t i = 0; i < values.size(); ++i)
-        put("R[" + std::to_string(b + static_cast<std::int64_t>(i)) +
-            (values.size() == 1 ? comment(s) : "") + "]=" + values[i]);
+      const std::int64_t to = base_of(s, poses);
+      if (x.value != RMP_NONE) assign_pose(to, x.value);
+    } else if (has_slots(x.type)) {
+      std::array<std::int64_t, 2> first{};
+      const std::uint32_t errors = errors_;
+      for (const Space space : {numbers, flags})
+        if (slots(x.type, space) > 0) first[space] = base_of(s, space);
+      if (errors_ != errors) return;
+      Values all;
+      collect(x.type, x.value, all);
+      const bool is_one = all[numbers].size() == 1 && all[flags].empty();
+      for (const Space space : {numbers, flags})
+        for (std::size_t i = 0; i < all[space].size(); ++i)
+          put((space == flags ? "F[" : "R[") +
+              std::to_string(first[space] + static_cast<std::int64_t>(i)) +
+              (is_one ? comment(s) : "") + "]=" + all[space][i]);
     } else {
       cannot("variables of type " + type_name(x.type),
              "Post the flattened program (form = \"flat\").");
     }
     (void)r;
   }
-  void collect(std::uint32_t t, std::uint32_t e, std::vector<std::string>& out) {
-    if (slots(t) == 1 && (t == RMP_TYPE_INT || t == RMP_TYPE_REAL)) {
-      out.push_back(e == RMP_NONE ? "0" : operand(e));
+  using Values = std::array<std::vector<std::string>, 2>;  ///< numbers, flags
+  void collect(std::uint32_t t, std::uint32_t e, Values& out) {
+    if (t == RMP_TYPE_INT || t == RMP_TYPE_REAL) {
+      out[numbers].push_back(e == RMP_NONE ? "0" : operand(e));
+      return;
+    }
+    if (t == RMP_TYPE_BOOL) {
+      out[flags].push_back("(" + (e == RMP_NONE ? "OFF" : text(e)) + ")");
       return;
     }
     std::span<const std::uint32_t> parts;
@@ -207,7 +223,7 @@ class TpWriter final : public MoveWriter {
       const auto& x = expression(e);
       const PostPoint* p = point(e);
       if (p && p->has_pose && p->role == RMP_ROLE_POSITION) {
-        for (const double v : p->pose.p) out.push_back(length(v * 1000));
+        for (const double v : p->pose.p) out[numbers].push_back(length(v * 1000));
         return;
       }
       if (x.op != RMP_EXPR_MAKE) {
@@ -227,37 +243,37 @@ class TpWriter final : public MoveWriter {
                   : field_row(x.first_field + static_cast<std::uint32_t>(k)).type,
               k < parts.size() ? parts[k] : RMP_NONE, out);
   }
-  std::optional<Slot> slot(std::uint32_t e) {
+  std::optional<Slot> slot(std::uint32_t e, Space space) {
     const auto& x = expression(e);
     const auto o = links(x.first, x.count);
     if (x.op == RMP_EXPR_SYMBOL) {
       const auto& s = symbol(x.symbol);
       if (s.kind == RMP_SYMBOL_PARAMETER || s.kind == RMP_SYMBOL_INPUT ||
-          s.kind == RMP_SYMBOL_OUTPUT || slots(s.type) == 0)
+          s.kind == RMP_SYMBOL_OUTPUT || !has_slots(s.type))
         return std::nullopt;
-      return Slot{base_of(x.symbol), -1, x.type};
+      return Slot{base_of(x.symbol, space), -1, x.type};
     }
     if (x.op == RMP_EXPR_FIELD) {
-      auto p = slot(o[0]);
+      auto p = slot(o[0], space);
       if (!p) return std::nullopt;
       const auto& of = type(expression(o[0]).type);
       for (std::uint32_t k = 0; k < x.symbol; ++k)
-        p->base += slots(field_row(of.first_field + k).type);
+        p->base += slots(field_row(of.first_field + k).type, space);
       p->type = x.type;
       return p;
     }
     if (x.op == RMP_EXPR_INDEX) {
       const auto& of = type(expression(o[0]).type);
-      auto p = slot(o[0]);
+      auto p = slot(o[0], space);
       if (!p || of.kind != RMP_TYPE_ARRAY) return std::nullopt;
-      const std::int64_t n = slots(of.element);
+      const std::int64_t n = slots(of.element, space);
       p->type = x.type;
       if (const auto v = known(o[1])) {
         p->base += (static_cast<std::int64_t>(*v) - of.lower) * n;
         return p;
       }
       p->base -= of.lower * n;
-      const std::int64_t t = take(0, 1);
+      const std::int64_t t = take(numbers, 1);
       std::string sum = n == 1 ? text(o[1]) : within(expr(o[1]), 7) + "*" + std::to_string(n);
       if (p->stride_register >= 0) sum += "+R[" + std::to_string(p->stride_register) + "]";
       put("R[" + std::to_string(t) + "]=(" + sum + ")");
@@ -267,27 +283,31 @@ class TpWriter final : public MoveWriter {
     return std::nullopt;
   }
   std::string slot_text(const Slot& s) {
-    if (s.type != RMP_TYPE_INT && s.type != RMP_TYPE_REAL) {
+    if (s.type != RMP_TYPE_INT && s.type != RMP_TYPE_REAL && s.type != RMP_TYPE_BOOL) {
       cannot("whole values of type " + type_name(s.type), "Assign its parts one by one.");
       return "R[1]";
     }
-    if (s.stride_register < 0) return "R[" + std::to_string(s.base) + "]";
+    const std::string kind = s.type == RMP_TYPE_BOOL ? "F[" : "R[";
+    if (s.stride_register < 0) return kind + std::to_string(s.base) + "]";
     const std::string t = "R[" + std::to_string(s.stride_register) + "]";
     if (s.base != 0)
       put(t + "=(" + t + (s.base > 0 ? "+" : "-") + std::to_string(s.base > 0 ? s.base : -s.base) +
           ")");
-    return "R[" + t + "]";
+    return kind + t + "]";
   }
+  static Space space_of(std::uint32_t t) { return t == RMP_TYPE_BOOL ? flags : numbers; }
   Text variable(std::uint32_t s) override {
     const auto& x = symbol(s);
     if (x.kind == RMP_SYMBOL_PARAMETER) {
       const std::uint32_t k = s - routine(in_routine_).first_parameter + 1;
-      return {"AR[" + std::to_string(k) + "]"};
+      const std::string ar = "AR[" + std::to_string(k) + "]";
+      return x.type == RMP_TYPE_BOOL ? Text{ar + "=1", 5} : Text{ar};
     }
-    if (x.type == RMP_TYPE_BOOL) return {"F[" + std::to_string(base_of(s)) + comment(s) + "]"};
-    if (is_pose(x.type)) return {"PR[" + std::to_string(base_of(s)) + "]"};
+    if (x.type == RMP_TYPE_BOOL)
+      return {"F[" + std::to_string(base_of(s, flags)) + comment(s) + "]"};
+    if (is_pose(x.type)) return {"PR[" + std::to_string(base_of(s, poses)) + "]"};
     if (x.type == RMP_TYPE_INT || x.type == RMP_TYPE_REAL)
-      return {"R[" + std::to_string(base_of(s)) + comment(s) + "]"};
+      return {"R[" + std::to_string(base_of(s, numbers)) + comment(s) + "]"};
     cannot("values of type " + type_name(x.type), "Use numbers, or post the flattened program.");
     return {"R[1]"};
   }
@@ -305,17 +325,17 @@ class TpWriter final : public MoveWriter {
     if (x.op != RMP_EXPR_SYMBOL || !is_pose(x.type) ||
         symbol(x.symbol).kind == RMP_SYMBOL_PARAMETER)
       return std::nullopt;
-    return "PR[" + std::to_string(base_of(x.symbol)) + "," + std::to_string(n + 1) + "]";
+    return "PR[" + std::to_string(base_of(x.symbol, poses)) + "," + std::to_string(n + 1) + "]";
   }
   Text field(std::uint32_t object, std::uint32_t n, const rmp_code_expression& e) override {
     if (const auto p = pose_part(object, n)) return {*p};
-    if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0))))
+    if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0)), space_of(e.type)))
       return {slot_text(*s)};
     cannot("this part of a value while it runs", "Use numbers, or post the flattened program.");
     return {"R[1]"};
   }
   Text index(std::uint32_t, std::uint32_t, const rmp_code_expression& e) override {
-    if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0))))
+    if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0)), space_of(e.type)))
       return {slot_text(*s)};
     cannot("this element while it runs", "Use an ARRAY of numbers, or post the flattened program.");
     return {"R[1]"};
@@ -336,7 +356,7 @@ class TpWriter final : public MoveWriter {
     const auto& x = expression(value);
     if (x.op == RMP_EXPR_SYMBOL && is_pose(x.type) &&
         symbol(x.symbol).kind == RMP_SYMBOL_VARIABLE) {
-      put(pr + "]=PR[" + std::to_string(base_of(x.symbol)) + "]");
+      put(pr + "]=PR[" + std::to_string(base_of(x.symbol, poses)) + "]");
       return;
     }
     cannot("poses that are computed while it runs",
@@ -348,12 +368,12 @@ class TpWriter final : public MoveWriter {
   void assign(std::uint32_t to, std::uint32_t value) override {
     const auto& x = expression(to);
     if (x.op == RMP_EXPR_SYMBOL && is_pose(x.type)) {
-      assign_pose(base_of(x.symbol), value);
+      assign_pose(base_of(x.symbol, poses), value);
       return;
     }
     if (x.type == RMP_TYPE_BOOL) {
-      if (x.op == RMP_EXPR_SYMBOL) put(variable(x.symbol).text + "=(" + text(value) + ")");
-      else cannot("BOOL within arrays and records", "Use INT.");
+      const std::string v = text(value);
+      put(text(to) + "=(" + v + ")");
       return;
     }
     const std::string v = operand(value);
@@ -384,6 +404,8 @@ class TpWriter final : public MoveWriter {
         {RMP_EXPR_GREATER_EQUAL, ">=", 5},
         {RMP_EXPR_AND, " AND ", 3},
         {RMP_EXPR_OR, " OR ", 1},
+        // Comparisons stand in parentheses within it.
+        {RMP_EXPR_EXOR, "<>", 6, Operator::infix, 5},
     };
     return kAll;
   }
@@ -479,16 +501,31 @@ class TpWriter final : public MoveWriter {
   void call(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
     std::string all;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
+      if (expression(arguments[i]).type == RMP_TYPE_BOOL) {
+        all += (i ? "," : "") + zero_or_one(arguments[i]);
+        continue;
+      }
       // Arguments are constants and registers; sums go through a register.
       Text t = expr(arguments[i]);
       if (t.binding < 100) {
-        const std::string reg = "R[" + std::to_string(take(0, 1)) + "]";
+        const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
         put(reg + "=(" + t.text + ")");
         t.text = reg;
       }
       all += (i ? "," : "") + t.text;
     }
     put("CALL " + routine_name(r) + (all.empty() ? "" : "(" + all + ")"));
+  }
+  /// A BOOL as a number.
+  std::string zero_or_one(std::uint32_t e) {
+    if (const auto v = known(e)) return *v != 0 ? "1" : "0";
+    const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
+    put("IF (" + text(e) + ") THEN");
+    put(reg + "=1");
+    put("ELSE");
+    put(reg + "=0");
+    put("ENDIF");
+    return reg;
   }
   void message(std::span<const std::uint32_t> values, bool) override {
     std::string all;
@@ -545,7 +582,7 @@ class TpWriter final : public MoveWriter {
     const auto once = [&](std::uint32_t e) {
       if (e == RMP_NONE) return std::string("1");
       if (known(e)) return signed_number(text(e));
-      const std::string reg = "R[" + std::to_string(take(0, 1)) + "]";
+      const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
       put(reg + "=" + operand(e));
       return reg;
     };
@@ -738,7 +775,7 @@ class TpWriter final : public MoveWriter {
     const auto& x = expression(t.expression);
     if (!t.point && is_pose(x.type) && x.op == RMP_EXPR_SYMBOL && !m.incremental &&
         !m[RMP_ATTR_FRAME].given)
-      return "PR[" + std::to_string(base_of(x.symbol)) + "]";
+      return "PR[" + std::to_string(base_of(x.symbol, poses)) + "]";
     const auto at = certain_goal(m, t);
     if (!at) return {};
     const Pose written = framed(*at, used_frame_pose_);
@@ -802,7 +839,7 @@ class TpWriter final : public MoveWriter {
       const Text t = expr(m[a].expression);
       std::string reg = t.text;
       if (!reg.starts_with("R[") || t.binding < 100) {
-        reg = "R[" + std::to_string(take(0, 1)) + "]";
+        reg = "R[" + std::to_string(take(numbers, 1)) + "]";
         put(reg + "=(" + t.text + ")");
       }
       return " " + reg + unit;
@@ -892,7 +929,7 @@ class TpWriter final : public MoveWriter {
 
   std::deque<Program> programs_;
   std::array<std::int64_t, 3> next_{1, 1, 1};
-  std::map<std::uint32_t, std::int64_t> bases_;
+  std::map<std::pair<std::uint32_t, Space>, std::int64_t> bases_;
   std::map<std::uint32_t, std::string> user_labels_;
   std::vector<Loop> loops_;
   Modal<std::int32_t> frame_, tool_;

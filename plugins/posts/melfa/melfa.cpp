@@ -469,9 +469,23 @@ class MelfaWriter final : public MoveWriter {
       return {"M1"};
     }
     // Its result may be computed again before it is used.
-    const std::string keep = names_.unique(std::string(1, k) + "T") + (k == 'C' ? "$" : "");
+    const std::string keep = temporary(k);
     line(keep + "=" + result(r));
     return {keep};
+  }
+  std::string temporary(char k) {
+    return names_.unique(std::string(1, k) + "T") + (k == 'C' ? "$" : "");
+  }
+  bool has_call(std::uint32_t first) const {
+    std::vector<std::uint32_t> open{first};
+    while (!open.empty()) {
+      const auto& x = expression(open.back());
+      open.pop_back();
+      if (x.constant != RMP_NONE) continue;
+      if (x.op == RMP_EXPR_CALL) return true;
+      for (const std::uint32_t o : links(x.first, x.count)) open.push_back(o);
+    }
+    return false;
   }
   std::string result(std::uint32_t r) {
     const auto [it, is_new] = results_.try_emplace(r);
@@ -621,7 +635,11 @@ class MelfaWriter final : public MoveWriter {
       return;
     }
     const auto& x = routine(r);
-    std::vector<std::pair<std::string, std::string>> back;
+    std::vector<std::pair<std::string, std::string>> back, kept;
+    // Parameters are variables of the program: a call in a later argument may be of this routine.
+    std::size_t last = 0;
+    for (std::size_t k = 0; k < arguments.size(); ++k)
+      if (has_call(arguments[k])) last = k;
     for (std::uint32_t k = 0; k < x.parameter_count && k < arguments.size(); ++k) {
       const std::uint32_t s = x.first_parameter + k;
       const auto& p = symbol(s);
@@ -630,16 +648,31 @@ class MelfaWriter final : public MoveWriter {
         return;
       }
       const std::string to = part(s, "", kind(p.type));
-      if (p.mode != RMP_MODE_OUT) set(to, p.type, arguments[k]);
-      else if (kind(p.type) == 'M') line(to + "=0");
-      if (p.mode == RMP_MODE_IN) continue;
-      const auto where = place(arguments[k]);
-      if (!where) {
+      auto where = p.mode == RMP_MODE_IN ? std::nullopt : place(arguments[k]);
+      if (p.mode != RMP_MODE_IN && !where) {
         cannot("this place as an OUT parameter", "Use a variable.");
         return;
       }
-      back.emplace_back(place_text(*where), to);
+      // The element that it was before the call gets the value.
+      if (where && where->index.find_first_not_of("0123456789") != std::string::npos) {
+        const std::string i = names_.unique("MT");
+        line(i + "=" + std::exchange(where->index, i));
+      }
+      if (where && k < last) {
+        if (p.mode != RMP_MODE_OUT) kept.emplace_back(to, place_text(*where));
+        else if (kind(p.type) == 'M') kept.emplace_back(to, "0");
+      } else if (where) {
+        if (p.mode != RMP_MODE_OUT) line(to + "=" + place_text(*where));
+        else if (kind(p.type) == 'M') line(to + "=0");
+      } else if (k < last) {
+        kept.emplace_back(to, temporary(kind(p.type)));
+        set(kept.back().second, p.type, arguments[k]);
+      } else {
+        set(to, p.type, arguments[k]);
+      }
+      if (where) back.emplace_back(place_text(*where), to);
     }
+    for (const auto& [to, from] : kept) line(to + "=" + from);
     line("GoSub " + entry(r));
     for (const auto& [to, from] : back) line(to + "=" + from);
   }
