@@ -147,6 +147,17 @@ End Function
 )");
   EXPECT_EQ(o.faults, "note 11: C_PTP of 20 % is posted as 20 mm\n");
 }
+TEST(PostPacScript, AnInputAndAnOutputOfOneNumberAreTold) {
+  const auto faults = [](const char* signals) {
+    return run(kPac, std::string("PROGRAM p;\nSIGNAL ") + signals +
+                         "\nBEGIN\n  lamp := 1;\n  WAIT FOR ok;\nENDPROGRAM;")
+        .faults;
+  };
+  EXPECT_EQ(faults("INPUT BOOL: ok AT 6; OUTPUT INT: lamp AT 4, 2;"), "");
+  EXPECT_EQ(faults("INPUT BOOL: ok AT 5; OUTPUT INT: lamp AT 4, 2;"),
+            "error 5: IO[5] would be an input and an output: PacScript has one row of numbers for "
+            "both\n");
+}
 TEST(PostPacScript, NoGreatestSpeedIsSaid) {
   EXPECT_NE(run(kPac, with("MOVE LIN " RMP_A ";")).faults.find("which the profile does not give"),
             std::string::npos);

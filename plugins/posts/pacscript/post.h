@@ -309,8 +309,23 @@ class PacWriter final : public brand::BrandWriter {
   static std::string bits(const Signal& s) {
     return "IO[" + std::to_string(s.number) + " To " + std::to_string(s.number + s.width - 1) + "]";
   }
+  /// Inputs and outputs are one row of numbers there, and two in IRL.
+  bool is_in_one_row(const Signal& s) {
+    if (!is_numbered(s)) return false;
+    for (std::int64_t n = s.number; n < s.number + std::max(s.width, 1); ++n) {
+      const auto [it, is_new] = ios_.try_emplace(n, s.is_output, false);
+      auto& [is_output, is_told] = it->second;
+      if (is_output == s.is_output) continue;
+      if (!std::exchange(is_told, true))
+        fail("IO[" + std::to_string(n) +
+                 "] would be an input and an output: PacScript has one row of numbers for both",
+             "Give one of the two signals another number in the profile.");
+      return false;
+    }
+    return true;
+  }
   Text signal_text(const Signal& s) {
-    if (!is_numbered(s)) return {};
+    if (!is_in_one_row(s)) return {};
     if (s.type == RMP_TYPE_INT) {
       if (!may_call_) {
         fail("a signal of several bits in a condition that is asked again cannot be posted",
@@ -326,7 +341,7 @@ class PacWriter final : public brand::BrandWriter {
   Text input(const Signal& s) override { return signal_text(s); }
   Text output(const Signal& s) override { return signal_text(s); }
   void set_output(const Signal& s, std::uint32_t value) override {
-    if (!is_numbered(s)) return;
+    if (!is_in_one_row(s)) return;
     const std::string v = text(value);
     const std::string io = "IO[" + std::to_string(s.number) + "]";
     if (s.type == RMP_TYPE_INT) {
@@ -433,6 +448,7 @@ class PacWriter final : public brand::BrandWriter {
   std::deque<Procedure> procedures_;
   Procedure* now_ = nullptr;
   std::vector<std::string> loops_;
+  std::map<std::int64_t, std::pair<bool, bool>> ios_;  ///< is an output; a clash was told
   std::string result_;
   Modal<std::string> tool_, work_;
   bool told_ = false;
