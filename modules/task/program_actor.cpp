@@ -140,7 +140,7 @@ class ProgramCell final : public program::World {
     if (it == a_.open_.end()) return {};
     a_.held_.erase(number);
     const std::size_t who = it->second.actor;
-    const double stands = x_.brake(who, now_);
+    const double stands = x_.brake(moved_by(it->second), now_);
     if (a_.inspection_)
       for (InspectedMotion& told : a_.inspection_->motions)
         if (told.number >= number && told.robot == who && told.end > stands)
@@ -153,10 +153,14 @@ class ProgramCell final : public program::World {
     const auto it = a_.open_.find(number);
     if (it == a_.open_.end() || a_.held_.contains(number)) return {};
     ProgramActor::HeldMotion held;
-    held.moves = x_.actors_[it->second.actor].moves;
-    if (held.moves.size() > 3) held.moves.erase(held.moves.begin(), held.moves.end() - 3);
+    const std::vector<std::size_t> all = moved_by(it->second);
+    for (const std::size_t who : all) {
+      auto& moves = held.moves[who];
+      moves = x_.actors_[who].moves;
+      if (moves.size() > 3) moves.erase(moves.begin(), moves.end() - 3);
+    }
     double way = 0;
-    x_.brake(it->second.actor, now_, &way);
+    x_.brake(all, now_, &way);
     held.at = now_ + way, held.began = now_;
     a_.held_.emplace(number, std::move(held));
     return {};
@@ -165,31 +169,36 @@ class ProgramCell final : public program::World {
     const auto it = a_.open_.find(number);
     const auto held = a_.held_.find(number);
     if (it == a_.open_.end() || held == a_.held_.end()) return {};
-    TaskExecutor::Actor& robot = x_.actors_[it->second.actor];
-    const double start = std::max(now_, TaskExecutor::moved_until(robot));
-    TaskExecutor::Actor as_it_was = robot;
-    as_it_was.moves = held->second.moves;
-    const double end = TaskExecutor::moved_until(as_it_was), at = held->second.at;
-    const double left = std::max(0.0, end - at), rise = std::min(0.25, 2 * left);
-    sim::RobotMotion m;
-    const double total = left + rise / 2;
-    const double step = x_.step();
-    for (double t = 0;;
-         t = std::min(total, (std::floor((start + t) / step * (1 + 1e-12)) + 1) * step - start)) {
-      const double u = t < rise ? t * t / (2 * rise) : t - rise / 2;
-      const double rate = t < rise ? t / rise : 1, by = t < rise ? 1 / rise : 0;
-      const auto s = TaskExecutor::sample(as_it_was, at + std::min(left, u));
-      m.times.push_back(t);
-      for (std::size_t j = 0; j < s.q.size(); ++j) {
-        m.q.push_back(s.q[j]);
-        m.qd.push_back(t >= total ? 0 : rate * s.qd[j]);
-        m.qdd.push_back(rate * rate * s.qdd[j] + by * s.qd[j]);
-      }
-      if (t >= total) break;
+    double start = now_, left = 0;
+    const double at = held->second.at, step = x_.step();
+    std::map<std::size_t, TaskExecutor::Actor> as_they_were;
+    for (const auto& [who, moves] : held->second.moves) {
+      start = std::max(start, TaskExecutor::moved_until(x_.actors_[who]));
+      TaskExecutor::Actor& one = as_they_were.emplace(who, x_.actors_[who]).first->second;
+      one.moves = moves;
+      left = std::max(left, TaskExecutor::moved_until(one) - at);
     }
-    x_.push(it->second.actor, start, std::move(m));
+    const double rise = std::min(0.25, 2 * left), total = left + rise / 2;
+    for (const auto& [who, one] : as_they_were) {
+      sim::RobotMotion m;
+      for (double t = 0;;
+           t = std::min(total, (std::floor((start + t) / step * (1 + 1e-12)) + 1) * step - start)) {
+        const double u = t < rise ? t * t / (2 * rise) : t - rise / 2;
+        const double rate = t < rise ? t / rise : 1, by = t < rise ? 1 / rise : 0;
+        const auto s = TaskExecutor::sample(one, at + std::min(left, u));
+        m.times.push_back(t);
+        for (std::size_t j = 0; j < s.q.size(); ++j) {
+          m.q.push_back(s.q[j]);
+          m.qd.push_back(t >= total ? 0 : rate * s.qd[j]);
+          m.qdd.push_back(rate * rate * s.qdd[j] + by * s.qd[j]);
+        }
+        if (t >= total) break;
+      }
+      x_.push(who, start, std::move(m));
+    }
     for (auto& [other, open] : a_.open_)
       if (open.actor == it->second.actor && other >= number) open.end = start + total;
+    it->second.along_from = start;
     a_.held_.erase(held);
     return {};
   }
@@ -289,6 +298,15 @@ class ProgramCell final : public program::World {
   }
 
  private:
+  /// The robot of a motion, and what goes along and was not given another motion since.
+  [[nodiscard]] std::vector<std::size_t> moved_by(const ProgramActor::OpenMotion& open) const {
+    std::vector<std::size_t> out{open.actor};
+    for (const std::size_t who : open.along)
+      if (const auto& moves = x_.actors_[who].moves;
+          !moves.empty() && moves.back().start <= open.along_from)
+        out.push_back(who);
+    return out;
+  }
   Error has_no_files(const char* does, std::string_view name) {
     return fails(ErrorCode::unsupported,
                  std::string("the program ") + does + " the file " + quote(name) +
@@ -830,6 +848,8 @@ class ProgramCell final : public program::World {
     ProgramActor::OpenMotion open;
     std::vector<Along> along = b.along;
     open.grips = b.grips;
+    for (const Along& one : along) open.along.push_back(one.actor);
+    open.along_from = start;
     if (b.is_tied() && m.interpolation != RMP_MOVE_PTP) {
       open.actor = who, open.tip = tip, open.start = start;
       RMP_TRY_ASSIGN(const double total, begin_tied(b, from.q, d, start));

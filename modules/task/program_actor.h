@@ -125,6 +125,8 @@ class ProgramActor {
   };
   struct OpenMotion {
     std::size_t actor = 0;
+    std::vector<std::size_t> along;  ///< other robots and mechanisms that it moves
+    double along_from = 0;           ///< since when, without a stop [s]
     double start = 0, end = 0;
     double c_cp = 0, c_ptp = 0;
     double c_speed = 1;  ///< a share
@@ -135,7 +137,7 @@ class ProgramActor {
   };
   /// A motion that STOP holds, as it would have gone on.
   struct HeldMotion {
-    std::vector<TaskExecutor::Move> moves;
+    std::map<std::size_t, std::vector<TaskExecutor::Move>> moves;  ///< by actor
     double at = 0;  ///< where it stands, as a time of those [s]
     double began = 0;
   };

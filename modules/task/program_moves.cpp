@@ -138,47 +138,57 @@ bool TaskExecutor::push_blended(std::size_t who, double start, sim::RobotMotion 
   return true;
 }
 
-double TaskExecutor::brake(std::size_t who, double t, double* way) {
-  Actor& a = actors_[who];
-  while (!a.moves.empty() && a.moves.back().start > t) a.moves.pop_back();
-  const double end = moved_until(a);
+double TaskExecutor::brake(std::span<const std::size_t> whose, double t, double* way) {
   if (way) *way = 0;
-  if (end <= t) return t;
-  const std::size_t n = a.start.size();
-  const double left = end - t;
+  std::vector<std::size_t> moving;
   // The way is run through ever more slowly: by T it has come T/2 further.
-  const JointState now = sample(a, t);
   double T = 0;
-  for (std::size_t j = 0; j < n; ++j) {
-    const double limit = a.model->joints[j].max_acceleration;
-    T = std::max(T, std::isfinite(limit) && limit > 0  ? std::fabs(now.qd[j]) / limit
-                    : std::fabs(now.qd[j]) > kLeastWay ? kBrakeRise
-                                                       : 0);
+  for (const std::size_t who : whose) {
+    Actor& a = actors_[who];
+    while (!a.moves.empty() && a.moves.back().start > t) a.moves.pop_back();
+    if (moved_until(a) <= t) continue;
+    moving.push_back(who);
+    const JointState now = sample(a, t);
+    for (std::size_t j = 0; j < now.qd.size(); ++j) {
+      const double limit = a.model->joints[j].max_acceleration;
+      T = std::max(T, std::isfinite(limit) && limit > 0  ? std::fabs(now.qd[j]) / limit
+                      : std::fabs(now.qd[j]) > kLeastWay ? kBrakeRise
+                                                         : 0);
+    }
   }
+  if (moving.empty()) return t;
   if (T == 0) T = step_;
-  sim::RobotMotion m;
+  std::vector<sim::RobotMotion> braked;
   constexpr int kTries = 8;
   for (int tries = 0; tries < kTries; ++tries, T *= 1.5) {
-    m = {};
+    braked.assign(moving.size(), {});
     bool is_within = true;
-    for (const double x : task::sample_times(t, T, step_)) {
-      const double u = std::min(left, x - x * x / (2 * T)), rate = u < left ? 1 - x / T : 0;
-      const JointState s = sample(a, t + u);
-      m.times.push_back(x);
-      for (std::size_t j = 0; j < n; ++j) {
-        const double qdd = rate * rate * s.qdd[j] - (u < left ? s.qd[j] / T : 0);
-        m.q.push_back(s.q[j]);
-        m.qd.push_back(rate * s.qd[j]);
-        m.qdd.push_back(x == T ? 0 : qdd);
-        const double limit = std::max(a.model->joints[j].max_acceleration, std::fabs(s.qdd[j]));
-        is_within = is_within && !(std::fabs(qdd) > limit * (1 + 1e-3));
+    for (std::size_t k = 0; k < moving.size(); ++k) {
+      const Actor& a = actors_[moving[k]];
+      const double left = moved_until(a) - t;
+      sim::RobotMotion& m = braked[k];
+      for (const double x : task::sample_times(t, T, step_)) {
+        const double u = std::min(left, x - x * x / (2 * T)), rate = u < left ? 1 - x / T : 0;
+        const JointState s = sample(a, t + u);
+        m.times.push_back(x);
+        for (std::size_t j = 0; j < s.q.size(); ++j) {
+          const double qdd = rate * rate * s.qdd[j] - (u < left ? s.qd[j] / T : 0);
+          m.q.push_back(s.q[j]);
+          m.qd.push_back(rate * s.qd[j]);
+          m.qdd.push_back(x == T ? 0 : qdd);
+          const double limit = std::max(a.model->joints[j].max_acceleration, std::fabs(s.qdd[j]));
+          is_within = is_within && !(std::fabs(qdd) > limit * (1 + 1e-3));
+        }
       }
     }
     if (is_within) break;
   }
-  const double took = m.times.back();
-  if (way) *way = std::min(left, took / 2);
-  a.moves.push_back({t, std::move(m)});
+  const double took = braked.front().times.back();
+  for (std::size_t k = 0; k < moving.size(); ++k) {
+    Actor& a = actors_[moving[k]];
+    if (way) *way = std::max(*way, std::min(moved_until(a) - t, took / 2));
+    a.moves.push_back({t, std::move(braked[k])});
+  }
   return t + took;
 }
 

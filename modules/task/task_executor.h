@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -139,9 +140,10 @@ class TaskExecutor {
   /// Puts a motion behind the last one so that it begins at `start`, before that ends: what is left
   /// of that one is added to it. False = joints would be too fast, and nothing was done.
   bool push_blended(std::size_t actor, double start, sim::RobotMotion, double velocity_share);
-  /// Brakes a robot on its way from t on within its joints' limits; when it stands. Moves that have
-  /// not begun are dropped. `way` = how far on its way it comes [s].
-  double brake(std::size_t actor, double t, double* way = nullptr);
+  /// Brakes robots on their ways from t on within their joints' limits, all by the same law, so
+  /// that they stay together; when all stand. Moves that have not begun are dropped. `way` = how
+  /// far on their way they come [s].
+  double brake(std::span<const std::size_t> actors, double t, double* way = nullptr);
   /// Objects whose box holds the point or is no farther from it than `reach`, nearest first.
   Result<std::vector<std::string>> touching(const Vec3& world_point, double reach, double t,
                                             Progress&) const;

@@ -2,6 +2,7 @@
 // Attributes of motions of programs in worlds: weaving, the speed of transitions, devices and
 // additional axes.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -216,12 +217,14 @@ class AdditionalAxes : public MotionAttributes {
                              {"name", "table"},
                              {"position", List{-0.45, -0.11, 0.1}}});
   }
-  Value placed(const std::string& name, const std::string& body, bool has_rail, bool has_table) {
-    const Value p = call("program.create", {{"name", name},
-                                            {"source", "PROGRAM " + name +
-                                                           ";\nSYSTEM_SPECIFICATION "
-                                                           "'two.ssi';\nBEGIN\n" +
-                                                           body + "ENDPROGRAM;\n"}});
+  Value placed(const std::string& name, const std::string& body, bool has_rail, bool has_table,
+               const std::string& declared = "") {
+    const Value p =
+        call("program.create", {{"name", name},
+                                {"source", "PROGRAM " + name +
+                                               ";\nSYSTEM_SPECIFICATION "
+                                               "'two.ssi';\n" +
+                                               declared + "BEGIN\n" + body + "ENDPROGRAM;\n"}});
     call(
         "program.set_file",
         {{"id", p},
@@ -296,6 +299,150 @@ TEST_F(AdditionalAxes, TheToolFollowsAPositioner) {
     EXPECT_NEAR(places[i][2], places.front()[2], 1e-5);
   }
   expect_smooth(r, "ur5", 7);
+}
+
+TEST_F(AdditionalAxes, TargetsOfADeviceAreInTheFrameOfItsTipWhileItTurns) {
+  // The table stands at (-450, -110, 100) mm and turns about z; the column lifts meanwhile.
+  const std::string to =
+      "(POSE(POSITION(-150.0, 40.0, 200.0), ORIZYX(120.0, 0.0, 180.0)), -1, [-128, -128], ";
+  const std::string relative = " ADAX_CONTROL := DEVICE_REL";
+  constexpr double kDegree = std::numbers::pi / 180;
+  const std::array<double, 3> target{-0.15, 0.04, 0.2};
+  struct Seen {
+    std::array<double, 3> place;  ///< in the frame of the table's tip [m]
+    double yaw = 0;               ///< [rad]
+  };
+  const auto seen = [&](const RecordingPtr& r) {
+    const std::uint64_t number = app().recordings.add(r);
+    call("recording.compute",
+         {{"id", Handle{"recording", number}}, {"quantities", List{"pose"}}, {"robot", "ur5"}});
+    const RecordingPtr with = app().recordings.find(number);
+    const auto& q = column(with, "table.q1");
+    std::vector<Seen> out;
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const double x = column(with, "ur5.x")[i] + 0.45, y = column(with, "ur5.y")[i] + 0.11;
+      const double c = std::cos(q[i]), s = std::sin(q[i]);
+      Seen one;
+      one.place = {c * x + s * y, c * y - s * x, column(with, "ur5.z")[i] - 0.1};
+      one.yaw = std::remainder(column(with, "ur5.yaw")[i] - q[i], 2 * std::numbers::pi);
+      // It looks down all the time.
+      EXPECT_NEAR(std::fabs(column(with, "ur5.roll")[i]), std::numbers::pi, 1e-3);
+      EXPECT_NEAR(column(with, "ur5.pitch")[i], 0, 1e-3);
+      out.push_back(one);
+    }
+    return out;
+  };
+  const auto expect_there = [&](const Seen& last) {
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(last.place[k], target[k], 1e-5) << k;
+    EXPECT_NEAR(last.yaw, 120 * kDegree, 1e-5);
+  };
+  placed("straight",
+         "MOVE LIN ROBTARGET" + to + "ADD_JOINT(60.0, 40.0)) SPEED := 200.0" + relative + ";\n" +
+             "MOVE LIN ROBTARGET" + to + "ADD_JOINT(0.0, -20.0)) SPEED := 200.0" + relative + ";\n",
+         true, true);
+  const RecordingPtr r = run({{"sample_time", 0.01}});
+  ASSERT_TRUE(r);
+  const auto &t = column(r, "time"), &turned = column(r, "table.q1");
+  const auto places = seen(r);
+  const auto turn =
+      static_cast<std::size_t>(std::max_element(turned.begin(), turned.end()) - turned.begin());
+  EXPECT_NEAR(turned[turn], 40 * kDegree, 1e-4);
+  EXPECT_NEAR(turned.back(), -20 * kDegree, 1e-9);
+  EXPECT_NEAR(column(r, "ur5.q1").back(), 0, 1e-9);
+  // The table is the slowest: 40 and 60 degrees with 2 rad/s^2 and 1 rad/s.
+  const auto least = [&](double way) {
+    return std::max(1.875 * way, std::sqrt(10 / std::sqrt(3.0) * way / 2));
+  };
+  EXPECT_NEAR(t.back(), least(40 * kDegree) + least(60 * kDegree), 1e-6);
+  // A straight way as seen from the table, then none.
+  const auto &a = places.front().place, &b = target;
+  const double length = std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+  double before = -1;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (i > turn) {
+      expect_there(places[i]);
+      continue;
+    }
+    double along = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      along += (places[i].place[k] - a[k]) * (b[k] - a[k]) / length;
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(places[i].place[k], a[k] + (b[k] - a[k]) * along / length, 1e-5) << i;
+    EXPECT_GE(along, before - 1e-6);
+    EXPECT_LE(along, length + 1e-6);
+    before = along;
+  }
+  EXPECT_NEAR(places.front().yaw, 90 * kDegree, 1e-3);
+  expect_there(places.back());
+  expect_smooth(r, "ur5", 7);
+  take_out("straight");
+  // Joint by joint, and by a frame that stands on the table.
+  placed("joints", "MOVE PTP ROBTARGET" + to + "ADD_JOINT(60.0, 40.0))" + relative + ";\n", true,
+         true);
+  expect_there(seen(run({{"sample_time", 0.01}})).back());
+  take_out("joints");
+  placed("framed",
+         "MOVE LIN ROBTARGET(POSE(POSITION(10.0, 0.0, 0.0), ORIZYX(30.0, 0.0, 180.0)), -1, [-128, "
+         "-128], ADD_JOINT(60.0, 40.0)) FRAME := POSE(POSITION(-150.0, 30.0, 200.0), ORIZYX(90.0, "
+         "0.0, 0.0)) SPEED := 200.0" +
+             relative + ";\n",
+         true, true);
+  expect_there(seen(run({{"sample_time", 0.01}})).back());
+}
+
+TEST_F(AdditionalAxes, WhatGoesAlongIsBrakedHeldAndGoesOnWithTheArm) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const auto expect_on_the_table = [&](const RecordingPtr& r) {
+    const auto places = tool(r);
+    const auto& turned = column(r, "table.q1");
+    const double x0 = places.front()[0] + 0.45, y0 = places.front()[1] + 0.11;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double c = std::cos(turned[i]), s = std::sin(turned[i]);
+      EXPECT_NEAR(places[i][0] + 0.45, c * x0 - s * y0, 1e-4) << i;
+      EXPECT_NEAR(places[i][1] + 0.11, s * x0 + c * y0, 1e-4) << i;
+    }
+    expect_smooth(r, "ur5", 7);
+    expect_smooth(r, "table", 1);
+  };
+  const std::string turn = "MOVE LIN ADD_JOINT(0.0, 40.0) ADAX_CONTROL := TCP_KEEP_REL";
+  call("world.add_signal", {{"id", cell_}, {"name", "enough"}});
+  const Value ends = call("program.create", {{"name", "ends"},
+                                             {"source",
+                                              "PROGRAM ends;\nSIGNAL OUTPUT BOOL: enough AT 1;\n"
+                                              "BEGIN\nWAIT 0.7 SEC; enough := TRUE;\nWAIT 1.5 "
+                                              "SEC;\nENDPROGRAM;\n"}});
+  call("world.add_program", {{"id", cell_}, {"program", ends}, {"robot", "ur5"}});
+  placed("cut_off", turn + " UNTIL enough;\n", true, true, "SIGNAL INPUT BOOL: enough AT 1;\n");
+  const RecordingPtr cut = run({{"sample_time", 0.01}});
+  ASSERT_TRUE(cut);
+  // It needs sqrt(10 / sqrt(3) way / 2) s for its way, with the ease of minimum jerk. From 0.7 s on
+  // its time runs ever more slowly: when it stands T later, it has come as far as in T/2.
+  const double way = 40 * kDegree, all = std::sqrt(10 / std::sqrt(3.0) * way / 2);
+  const auto eased = [&](double when) {
+    const double u = when / all;
+    return way * u * u * u * (10 + u * (6 * u - 15));
+  };
+  const auto &when = column(cut, "time"), &rate = column(cut, "table.qd1");
+  double stands = 0;
+  for (std::size_t i = 0; i < when.size(); ++i)
+    if (rate[i] != 0) stands = when[i] + 0.005;  // between two rows
+  EXPECT_GT(stands, 0.7 + 0.9 / 2);              // 0.9 rad/s with 2 rad/s^2
+  EXPECT_LT(stands, all + 0.1);
+  EXPECT_NEAR(column(cut, "table.q1").back(), eased(0.7 + (stands - 0.7) / 2), 0.004);
+  EXPECT_NEAR(rate.back(), 0, 1e-12);
+  expect_on_the_table(cut);
+  take_out("cut_off");
+  placed("held", "START turns;\nWAIT 0.7 SEC;\nSTOP turns;\nWAIT 1.2 SEC;\nCONTINUE turns;\n", true,
+         true, "PROCESS turns;\nBEGIN\n" + turn + ";\nENDPROCESS;\n");
+  const RecordingPtr held = run({{"sample_time", 0.01}});
+  ASSERT_TRUE(held);
+  const auto &t = column(held, "time"), &q = column(held, "table.q1");
+  double stood = 0;
+  for (std::size_t i = 1; i < t.size(); ++i)
+    if (t[i] > 0.8 && t[i] < 1.9 && q[i] == q[i - 1]) stood += t[i] - t[i - 1];
+  EXPECT_GT(stood, 0.3);
+  EXPECT_NEAR(q.back(), way, 1e-9);
+  expect_on_the_table(held);
 }
 
 TEST_F(AdditionalAxes, WhatCannotBeIsAnErrorAtItsLine) {
