@@ -27,7 +27,7 @@ class RandomProgram {
       has_[p] = chance(0.3 + share);
     if (has_[kRecursion] || has_[kOutParameters]) has_[kRoutines] = true;
     if (has_[kLists] || has_[kStrings] || has_[kRecords] || has_[kArrays] || has_[kRoutines] ||
-        has_[kLoops] || has_[kCase] || has_[kGoto] || has_[kComputed])
+        has_[kLoops] || has_[kCase] || has_[kGoto] || has_[kComputed] || has_[kTruths])
       has_[kVariables] = true;
   }
 
@@ -69,6 +69,7 @@ class RandomProgram {
           "  SLOT: cell;\n  ARRAY [1..2] OF SLOT: cells := [SLOT(2, 0.5, FALSE, "
           "POSITION(400.0, 10.0, 200.0)), SLOT(-1, 2.25, TRUE, POSITION(420.0, -10.0, "
           "220.0))];\n";
+    if (has_[kTruths]) out += "  ARRAY [0..3] OF BOOL: seen := [TRUE, FALSE, TRUE, FALSE];\n";
     if (has_[kLists]) out += "  LIST OF INT: l;\n";
     if (has_[kStrings]) out += "  STRING: s := 'ab';\n  CHAR: letter := 'k';\n";
     if (main_counters_ > 0) {
@@ -128,6 +129,7 @@ class RandomProgram {
     kReadOutputs,
     kSystem,
     kEffects,  // functions that change what stands beside their calls
+    kTruths,   // BOOL in arrays, as parameters and results, compared
     kParts
   };
   static constexpr std::size_t kPoses = 4;
@@ -332,13 +334,21 @@ class RandomProgram {
         case 3:
           if (has_[kStrings]) return pick(2) ? "s = 'ab'" : "letter > 'f'";
           break;
+        case 4:
+          if (has_[kTruths]) return "seen[ABS(" + one(s.ints) + " MOD 4)]";
+          break;
         default: break;
       }
       return one(s.truths);
     }
     static const char* const kSigns[] = {" = ", " <> ", " < ", " <= ", " > ", " >= "};
     const auto next = [&] { return truth(s, depth - 1); };
-    switch (pick(7)) {
+    switch (pick(has_[kTruths] ? 9 : 7)) {
+      case 8:
+        if (has_[kRoutines] && !s.is_routine)
+          return joined({"is_set(", next(), ", ", integer(s, depth - 1), ")"});
+        [[fallthrough]];
+      case 7: return joined({"((", next(), ")", kSigns[pick(2)], "(", next(), "))"});
       case 0:
       case 1:
       case 2: return joined({integer(s, depth - 1), kSigns[pick(6)], integer(s, depth - 1)});
@@ -697,6 +707,10 @@ class RandomProgram {
       s.reals = s.real_places = {"r", "q"};
       s.truths = s.truth_places = {"b", "c"};
     }
+    if (has_[kTruths]) {
+      s.truths.emplace_back("seen[1]");
+      s.truth_places.emplace_back("seen[2]");
+    }
     return s;
   }
   static std::string local_counters(const Scope& s) {
@@ -719,6 +733,11 @@ class RandomProgram {
                    (has_[kEffects] ? "; INOUT INT: w" : "") + "): INT;\nVAR INT: m;\nBEGIN\n" +
                    (has_[kEffects] ? "  w := (w + 1) MOD 9;\n  k := (k + 3) MOD 7;\n" : "") +
                    "  m := 2 * (x MOD 50);\n  RETURN m;\nENDFCT;\n";
+      if (has_[kTruths])
+        routines_ +=
+            "FUNCTION is_set (IN BOOL: sure; IN INT: n): BOOL;\nBEGIN\n  IF sure THEN RETURN n > "
+            "2; "
+            "ENDIF;\n  RETURN seen[ABS(n MOD 4)] = TRUE;\nENDFCT;\n";
       routines_ +=
           "PROCEDURE beep;\nBEGIN\n  out1 := TRUE;\n  WAIT 0.2 SEC;\n  out1 := FALSE;\n"
           "ENDPROC;\n";

@@ -354,6 +354,12 @@ class RandomPosts : public test::CommandTest {
     }
     return joined(lines);
   }
+  /// What is said of a program without its place.
+  static std::string sentence_of(const std::string& said) {
+    std::size_t at = said.find("rnd.irl:");
+    for (int k = 0; k < 3 && at != std::string::npos; ++k) at = said.find(':', at + 1);
+    return at == std::string::npos ? said : said.substr(at + 2);
+  }
   static void keep(const std::string& name, const std::string& text, const Outcome& out) {
     const char* folder = std::getenv("ROBOMOSP_RANDOM_KEEP");
     if (!folder) return;
@@ -421,6 +427,7 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
         ++tally.of[out.kind];
         if (out.kind == Outcome::Kind::told || out.kind == Outcome::Kind::untraced)
           ++tally.why[out.why];
+        if (out.kind == Outcome::Kind::refused) ++tally.why["refused: " + sentence_of(out.why)];
         if (out.kind != Outcome::Kind::different) continue;
         if (differences[target + " " + form]++ < 3) found.push_back({target, form, out});
       }
@@ -455,7 +462,8 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
     std::vector<std::pair<std::size_t, std::string>> reasons;
     for (const auto& [why, n] : tally.why) reasons.emplace_back(n, why);
     std::sort(reasons.rbegin(), reasons.rend());
-    for (std::size_t i = 0; i < std::min<std::size_t>(reasons.size(), given || single ? 8 : 0); ++i)
+    for (std::size_t i = 0; i < std::min<std::size_t>(reasons.size(), given || single ? 12 : 0);
+         ++i)
       std::cout << "    " << reasons[i].first << " " << reasons[i].second << "\n";
   }
   for (const auto& [what, n] : differences) ADD_FAILURE() << n << " different in " << what;
