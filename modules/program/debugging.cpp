@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <tuple>
 #include <variant>
 
 #include "program/state.h"
@@ -20,6 +21,13 @@ bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z')
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 constexpr int kMostDepth = 100;
+
+/// A process that has begun and not ended; nullptr = there is none.
+Process* begun_process(Machine::State& s, std::uint32_t routine) {
+  if (routine >= s.process_at.size() || s.process_at[routine] == kNone) return nullptr;
+  Process& p = s.processes[s.process_at[routine]];
+  return p.is_ended ? nullptr : &p;
+}
 
 }  // namespace
 
@@ -116,9 +124,7 @@ class Debugger {
   }
 
   Result<void> at_frame(std::uint32_t process, std::uint32_t frame) {
-    Process* p = nullptr;
-    for (Process& x : s_.processes)
-      if (x.routine == process && !x.is_ended) p = &x;
+    Process* const p = begun_process(s_, process);
     process_ = p;
     frame_ = nullptr;
     if (frame == Machine::kNoFrame) {
@@ -506,9 +512,12 @@ class Debugger {
     const std::uint32_t routine = frame_ ? frame_->routine : 0;
     std::uint32_t best = kNone;
     int best_rank = -1;
-    for (std::uint32_t s = 0; s < t.symbols.count; ++s) {
+    static const std::vector<std::uint32_t> nothing;
+    const auto found = c_.debug_index().symbols.find(wanted);
+    const auto& named = found == c_.debug_index().symbols.end() ? nothing : found->second;
+    for (const std::uint32_t s : named) {
       const auto& x = c_.symbol(s);
-      if (upper(x.name) != wanted || c_.place_of[s].offset == kNone) continue;
+      if (c_.place_of[s].offset == kNone) continue;
       int rank = 0;
       if (c_.place_of[s].space == kFrame) {
         if (x.routine != routine || !frame_) continue;
@@ -523,9 +532,9 @@ class Debugger {
       }
     }
     if (best == kNone) {
-      for (std::uint32_t s = 0; s < t.symbols.count; ++s) {
+      for (const std::uint32_t s : named) {
         const auto& x = c_.symbol(s);
-        if (upper(x.name) == wanted && (x.kind == RMP_SYMBOL_INPUT || x.kind == RMP_SYMBOL_OUTPUT))
+        if (x.kind == RMP_SYMBOL_INPUT || x.kind == RMP_SYMBOL_OUTPUT)
           return none("the signal " + std::string(x.name) + " has its value in the world",
                       "Ask the world for it.");
       }
@@ -620,14 +629,43 @@ std::uint32_t first_op(const Machine::Code& code, std::uint32_t routine) {
 
 }  // namespace
 
+const DebugIndex& Machine::Code::debug_index() const {
+  std::call_once(is_indexed_, [this] {
+    index_.statements = statement_ops;
+    const auto place = [this](std::uint32_t op) {
+      const rmp_span& s = instruction(op).span;
+      return std::tuple(s.file, s.line, s.column, op);
+    };
+    std::sort(index_.statements.begin(), index_.statements.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return place(a) < place(b); });
+    for (std::uint32_t s = 0; s < tables().symbols.count; ++s) {
+      index_.symbols[upper(symbol(s).name)].push_back(s);
+      if (place_of[s].offset != kNone && place_of[s].space == kFrame)
+        index_.locals[symbol(s).routine].push_back(s);
+    }
+    for (std::uint32_t r = 0; r < tables().routines.count; ++r)
+      index_.routines[upper(routine_name(r))] = r;
+  });
+  return index_;
+}
+
+std::uint32_t Machine::Code::statement_at(std::uint32_t file, std::uint32_t line) const {
+  const auto& all = debug_index().statements;
+  const auto at =
+      std::lower_bound(all.begin(), all.end(), std::pair(file, line),
+                       [&](std::uint32_t op, const std::pair<std::uint32_t, std::uint32_t>& to) {
+                         const rmp_span& s = instruction(op).span;
+                         return std::pair(s.file, s.line) < to;
+                       });
+  return at != all.end() && instruction(*at).span.file == file ? *at : kNone;
+}
+
 Result<std::vector<rmp_span>> Machine::statements(std::string_view file) const {
   RMP_TRY_ASSIGN(const std::uint32_t wanted, file_row(code(), file));
   std::vector<rmp_span> out;
-  for (const std::uint32_t op : code_->statement_ops)
+  for (const std::uint32_t op : code_->debug_index().statements)
     if (code_->instruction(op).span.file == wanted) out.push_back(code_->instruction(op).span);
   const auto key = [](const rmp_span& s) { return std::pair(s.line, s.column); };
-  std::sort(out.begin(), out.end(),
-            [&](const rmp_span& a, const rmp_span& b) { return key(a) < key(b); });
   out.erase(std::unique(out.begin(), out.end(),
                         [&](const rmp_span& a, const rmp_span& b) { return key(a) == key(b); }),
             out.end());
@@ -655,27 +693,21 @@ Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
   }
   // The first statement at or behind the line; of several in one line the first one.
   std::uint32_t best = kNone;
+  const DebugIndex& index = code_->debug_index();
   if (!b.routine.empty()) {
-    std::string known;
-    for (std::uint32_t r = 0; r < t.routines.count; ++r) {
-      if (upper(code_->routine_name(r)) == upper(b.routine)) best = first_op(*code_, r);
-      if (r < 20) known += (r ? ", " : "") + code_->routine_name(r);
-    }
-    if (best == kNone)
+    if (const auto found = index.routines.find(upper(b.routine)); found != index.routines.end())
+      best = first_op(*code_, found->second);
+    if (best == kNone) {
+      std::string known;
+      for (std::uint32_t r = 0; r < t.routines.count && r < 20; ++r)
+        known += (r ? ", " : "") + code_->routine_name(r);
       return error(ErrorCode::not_found,
                    "the program has no routine " + b.routine + " that does something",
                    "It has " + known + ".");
-    file = code_->instruction(best).span.file;
-  }
-  for (const std::uint32_t op : code_->statement_ops) {
-    const rmp_span& s = code_->instruction(op).span;
-    if (!b.routine.empty() || s.file != file || s.line < b.line) continue;
-    if (best == kNone) {
-      best = op;
-      continue;
     }
-    const rmp_span& x = code_->instruction(best).span;
-    if (s.line < x.line || (s.line == x.line && s.column < x.column)) best = op;
+    file = code_->instruction(best).span.file;
+  } else {
+    best = code_->statement_at(file, b.line);
   }
   if (best == kNone)
     return error(ErrorCode::not_found,
@@ -686,24 +718,48 @@ Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
   b.line = code_->instruction(best).span.line;
   b.column = code_->instruction(best).span.column;
   State& s = own();
-  b.number = s.next_breakpoint++;
-  b.hits = 0;
-  s.breakpoints.push_back(b);
-  s.breakpoint_op.push_back(best);
+  if (b.number == 0) b.number = s.next_breakpoint, b.hits = 0;
+  s.next_breakpoint = std::max(s.next_breakpoint, b.number + 1);
+  BreakpointSet& set = own_part(s.breakpoints);
+  const std::uint64_t hits = std::exchange(b.hits, 0);
+  set.all.emplace(b.number, BreakpointSet::One{b, best});
+  std::vector<std::uint32_t>& here = set.numbers[best];
+  here.insert(std::upper_bound(here.begin(), here.end(), b.number), b.number);
+  if (hits > 0) own_part(s.hits)[b.number] = b.hits = hits;
+  set.is_at.resize(code_->ops.size());
+  set.is_at[best] = true;
   return b;
 }
 
 bool Machine::remove_breakpoint(std::uint32_t number) {
+  if (!state_->breakpoints || !state_->breakpoints->all.contains(number)) return false;
   State& s = own();
-  for (std::size_t k = 0; k < s.breakpoints.size(); ++k) {
-    if (s.breakpoints[k].number != number) continue;
-    s.breakpoints.erase(s.breakpoints.begin() + static_cast<std::ptrdiff_t>(k));
-    s.breakpoint_op.erase(s.breakpoint_op.begin() + static_cast<std::ptrdiff_t>(k));
-    return true;
+  BreakpointSet& set = own_part(s.breakpoints);
+  const auto found = set.all.find(number);
+  const std::uint32_t op = found->second.op;
+  set.all.erase(found);
+  const auto at = set.numbers.find(op);
+  std::erase(at->second, number);
+  if (at->second.empty()) {
+    set.numbers.erase(at);
+    set.is_at[op] = false;
   }
-  return false;
+  if (set.all.empty()) s.breakpoints = nullptr;
+  if (s.hits && s.hits->contains(number)) own_part(s.hits).erase(number);
+  return true;
 }
-std::vector<Breakpoint> Machine::breakpoints() const { return state_->breakpoints; }
+std::vector<Breakpoint> Machine::breakpoints() const {
+  std::vector<Breakpoint> out;
+  if (!state_->breakpoints) return out;
+  out.reserve(state_->breakpoints->all.size());
+  for (const auto& [number, one] : state_->breakpoints->all) {
+    out.push_back(one.what);
+    if (!state_->hits) continue;
+    if (const auto hits = state_->hits->find(number); hits != state_->hits->end())
+      out.back().hits = hits->second;
+  }
+  return out;
+}
 
 void Machine::step(StepKind kind, std::uint32_t process) {
   State& s = own();
@@ -712,20 +768,60 @@ void Machine::step(StepKind kind, std::uint32_t process) {
   s.step_process = process;
   s.step_depth = 1;
   s.step_from = {kNone, 0, 0, 0, 0};
-  for (const Process& p : s.processes)
-    if (p.routine == process && !p.is_ended) {
-      s.step_depth = p.frames.size();
-      std::uint32_t op = p.pc;
-      if (p.wait.is_behind && op > 0) --op;
-      if (op < code_->ops.size() && code_->instruction_of[op] != kNone)
-        s.step_from = code_->instruction(op).span;
-    }
+  if (const auto at = place_of(process)) {
+    s.step_depth = at->depth;
+    if (at->span.line > 0) s.step_from = at->span;
+  }
 }
 void Machine::pause() { own().wants_pause = true; }
 void Machine::stop_on_entry(bool counts) {
   State& s = own();
   s.entry_op = first_op(*code_, 0);
   s.entry_counts = counts;
+}
+
+bool Machine::has_instructions_of(const Machine& other) const {
+  const auto &a = code_->ops, &b = other.code_->ops;
+  return code_ == other.code_ ||
+         std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Op& x, const Op& y) { return x.code == y.code; });
+}
+
+bool Machine::stop_as(const Machine& other, double until, bool exactly) {
+  const State& theirs = *other.state_;
+  const auto& stop = theirs.status.stop;
+  if (theirs.status.state != RunState::stopped || !stop) return false;
+  State::Again again;
+  again.until = until;
+  again.reason = stop->reason;
+  again.breakpoint = stop->breakpoint;
+  const bool is_same = has_instructions_of(other);
+  if (is_same) {
+    for (const Process& p : theirs.processes)
+      if (p.routine == stop->process && !p.is_ended) again.op = p.pc;
+    again.process = stop->process;
+  } else {
+    const auto& routines = code_->debug_index().routines;
+    const auto process = routines.find(upper(other.process_name(stop->process)));
+    const rmp_table& files = other.code().files;
+    if (stop->span.file >= files.count || process == routines.end()) return false;
+    const auto file = file_row(code(), row<rmp_code_file>(files, stop->span.file).name);
+    if (!file.ok()) return false;
+    again.op = code_->statement_at(*file, stop->span.line);
+    again.process = process->second;
+  }
+  if (again.op == kNone) return false;
+  if (exactly) {
+    if (!is_same || state_->instructions > theirs.instructions) return false;
+    again.instructions = theirs.instructions;
+  } else if (stop->reason == StopReason::breakpoint && theirs.breakpoints) {
+    const auto at = theirs.breakpoints->all.find(stop->breakpoint);
+    if (at != theirs.breakpoints->all.end()) again.condition = at->second.what.condition;
+  }
+  State& s = own();
+  s.entry_counts = again.reason == StopReason::entry && theirs.entry_counts;
+  s.again = std::move(again);
+  return true;
 }
 
 void Machine::keep_journal() {
@@ -760,22 +856,33 @@ bool Machine::waive_wait(std::uint32_t process) {
 
 std::vector<CallPlace> Machine::call_stack(std::uint32_t process) const {
   std::vector<CallPlace> out;
-  for (const Process& p : state_->processes) {
-    if (p.routine != process || p.is_ended) continue;
-    std::uint32_t op = p.pc;
-    if (p.wait.is_behind && op > 0) --op;
-    for (std::size_t k = p.frames.size(); k-- > 0;) {
-      CallPlace x;
-      x.routine = p.frames[k].routine;
-      x.name = code_->routine_name(x.routine);
-      if (op < code_->ops.size() && code_->instruction_of[op] != kNone)
-        x.span = code_->instruction(op).span;
-      x.statement_line = x.span.line;
-      out.push_back(std::move(x));
-      op = p.frames[k].back;
-      if (op > 0 && p.frames[k].kind == FrameKind::call) --op;
-    }
+  const Process* const p = begun_process(*state_, process);
+  if (!p) return out;
+  std::uint32_t op = p->pc;
+  if (p->wait.is_behind && op > 0) --op;
+  for (std::size_t k = p->frames.size(); k-- > 0;) {
+    CallPlace x;
+    x.routine = p->frames[k].routine;
+    x.name = code_->routine_name(x.routine);
+    if (op < code_->ops.size() && code_->instruction_of[op] != kNone)
+      x.span = code_->instruction(op).span;
+    x.statement_line = x.span.line;
+    out.push_back(std::move(x));
+    op = p->frames[k].back;
+    if (op > 0 && p->frames[k].kind == FrameKind::call) --op;
   }
+  return out;
+}
+
+std::optional<Machine::InnermostPlace> Machine::place_of(std::uint32_t process) const {
+  const Process* const p = begun_process(*state_, process);
+  if (!p || p->frames.empty()) return std::nullopt;
+  InnermostPlace out;
+  out.depth = p->frames.size();
+  std::uint32_t op = p->pc;
+  if (p->wait.is_behind && op > 0) --op;
+  if (op < code_->ops.size() && code_->instruction_of[op] != kNone)
+    out.span = code_->instruction(op).span;
   return out;
 }
 
@@ -786,10 +893,11 @@ std::vector<Variable> Machine::variables(std::uint32_t process, std::uint32_t fr
   if (!d.at_frame(process, frame).ok() || !d.process()) return out;
   const Process& p = *d.process();
   const std::uint32_t routine = p.frames[p.frames.size() - 1 - frame].routine;
-  for (std::uint32_t s = 0; s < code().symbols.count; ++s) {
+  const auto locals = code_->debug_index().locals.find(routine);
+  if (locals == code_->debug_index().locals.end()) return out;
+  for (const std::uint32_t s : locals->second) {
     const auto& x = code_->symbol(s);
     const Place& place = code_->place_of[s];
-    if (place.offset == kNone || place.space != kFrame || x.routine != routine) continue;
     std::uint64_t character = 0;
     const Slot* slots = d.slots_of(s, nullptr, &character);
     if (!slots) continue;

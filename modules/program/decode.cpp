@@ -670,9 +670,7 @@ class Decoder {
         if (t.kind != RMP_TYPE_RECORD || k >= t.field_count) return bad("there is no such field");
         if (i.a.kind == RMP_OPERAND_VARIABLE)
           RMP_TRY(refresh(static_cast<std::uint32_t>(i.a.index), k));
-        std::uint32_t offset = 0;
-        for (std::uint32_t f = 0; f < k; ++f)
-          offset += type(c_.field(t.first_field + f).type).slots;
+        const std::uint32_t offset = field_offset(a.type, k);
         RMP_TRY_ASSIGN(Place r, reference(i.r));
         if (!same(r.type, c_.field(t.first_field + k).type)) return bad("a field has another type");
         if (a.is_reference) {
@@ -1252,6 +1250,18 @@ class Decoder {
     return {};
   }
 
+  /// Slots before a field of a record.
+  std::uint32_t field_offset(std::uint32_t of, std::uint32_t k) {
+    const auto& t = c_.type(of);
+    std::vector<std::uint32_t>& known = field_offsets_[of];
+    if (known.empty()) {
+      known.resize(t.field_count);
+      for (std::uint32_t f = 1; f < t.field_count; ++f)
+        known[f] = known[f - 1] + type(c_.field(t.first_field + f - 1).type).slots;
+    }
+    return known[k];
+  }
+
   /// Where statements begin: where the place in the source changes.
   void statements() {
     for (std::uint32_t r = 0; r < t_.routines.count; ++r) {
@@ -1271,6 +1281,7 @@ class Decoder {
   Machine::Code& c_;
   const rmp_code& t_;
   std::vector<std::uint32_t> owner_;  ///< by symbol: routine whose frame it is in
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> field_offsets_;  ///< by type
   std::uint32_t first_number_ = 0, timeout_symbol_ = kNone;
   // Of one routine.
   std::uint32_t routine_ = 0, index_ = 0, moves_ = 0, waits_ = 0;

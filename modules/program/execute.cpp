@@ -564,30 +564,33 @@ bool Run::control(Process& p, const Op& o) {
                                             : const_cast<Slot*>(c_.constants.data()))[o.b]
                              .integer()
                        : 0;
-      for (Process& other : s_.processes)
-        for (const EnabledInterrupt& y : other.interrupts)
-          if (y.routine == o.n && !other.is_ended) {
-            if (other.routine == p.routine) return true;
-            return fail("the interrupt " + c_.routine_name(o.n) + " is enabled by " +
-                            c_.routine_name(other.routine) + " already",
-                        "An interrupt belongs to one process: DISABLE it there first.");
-          }
-      const auto before =
-          std::find_if(p.interrupts.begin(), p.interrupts.end(), [&](const EnabledInterrupt& y) {
-            return y.priority < x.priority || (y.priority == x.priority && y.routine > x.routine);
+      if (s_.enabled_by.size() <= o.n) s_.enabled_by.resize(c_.routines.size(), kNone);
+      if (const std::uint32_t by = s_.enabled_by[o.n]; by != kNone && !s_.processes[by].is_ended) {
+        if (s_.processes[by].routine == p.routine) return true;
+        return fail("the interrupt " + c_.routine_name(o.n) + " is enabled by " +
+                        c_.routine_name(s_.processes[by].routine) + " already",
+                    "An interrupt belongs to one process: DISABLE it there first.");
+      }
+      s_.enabled_by[o.n] = s_.process_at[p.routine];
+      const auto before = std::upper_bound(
+          p.interrupts.begin(), p.interrupts.end(), x,
+          [](const EnabledInterrupt& a, const EnabledInterrupt& b) {
+            return a.priority != b.priority ? a.priority > b.priority : a.routine < b.routine;
           });
       p.interrupts.insert(before, x);
       return true;
     }
     default:
-      for (Process& other : s_.processes)
-        std::erase_if(other.interrupts,
-                      [&](const EnabledInterrupt& y) { return y.routine == o.n; });
+      if (o.n >= s_.enabled_by.size() || s_.enabled_by[o.n] == kNone) return true;
+      std::erase_if(s_.processes[s_.enabled_by[o.n]].interrupts,
+                    [&](const EnabledInterrupt& y) { return y.routine == o.n; });
+      s_.enabled_by[o.n] = kNone;
       return true;
   }
 }
 
-bool Run::stops_here(Process& p, std::uint32_t op) {
+/// `used` = instructions since the last piece.
+bool Run::stops_here(Process& p, std::uint32_t op, std::uint64_t used) {
   if (p.condition_depth) return false;
   const bool is_resumed = s_.resume_op == op && s_.resume_process == p.routine;
   if (is_resumed) {
@@ -634,19 +637,28 @@ bool Run::stops_here(Process& p, std::uint32_t op) {
     }
   }
   // All that are here count and say what they log, whatever stops it.
-  for (std::size_t k = 0; k < s_.breakpoints.size(); ++k) {
-    Breakpoint& b = s_.breakpoints[k];
-    if (!b.is_enabled || s_.breakpoint_op[k] != op) continue;
-    if (!b.condition.empty() && !holds(p, b.condition)) continue;
-    ++b.hits;
-    if (b.hits <= b.ignore || (b.until && b.hits > b.until)) continue;
-    if (b.every > 1 && b.hits % b.every != 0) continue;
-    if (!b.log.empty()) {
-      say_log(p, op, b.log);
-    } else if (!reason) {
-      reason = StopReason::breakpoint;
-      number = b.number;
+  const BreakpointSet* const set = s_.breakpoints.get();
+  if (set && op < set->is_at.size() && set->is_at[op])
+    for (const std::uint32_t k : set->numbers.at(op)) {
+      const Breakpoint& b = set->all.at(k).what;
+      if (!b.is_enabled || (!b.condition.empty() && !holds(p, b.condition))) continue;
+      const std::uint64_t hits = ++own_part(s_.hits)[k];
+      if (hits <= b.ignore || (b.until && hits > b.until)) continue;
+      if (b.every > 1 && hits % b.every != 0) continue;
+      if (!b.log.empty()) {
+        say_log(p, op, b.log);
+      } else if (!reason) {
+        reason = StopReason::breakpoint;
+        number = k;
+      }
     }
+  if (Machine::State::Again& again = s_.again; !reason && again.op != kNone) {
+    const bool is_there =
+        again.op == op && again.process == p.routine &&
+        (again.instructions == 0 || again.instructions == s_.instructions + used + cost_) &&
+        (again.condition.empty() || holds(p, again.condition));
+    if (s_.now <= again.until && is_there) reason = again.reason, number = again.breakpoint;
+    if (s_.now > again.until || is_there) again.op = kNone;
   }
   return reason && stop(*reason, number);
 }
@@ -654,8 +666,8 @@ bool Run::stops_here(Process& p, std::uint32_t op) {
 Run::Next Run::execute(Process& p) {
   p_ = &p;
   s_.running = p.routine;
-  const bool debugs = !s_.breakpoints.empty() || s_.is_stepping || s_.wants_pause ||
-                      s_.entry_op != kNone || s_.resume_op != kNone || s_.keeps_journal;
+  const bool debugs = s_.breakpoints || s_.is_stepping || s_.wants_pause || s_.entry_op != kNone ||
+                      s_.resume_op != kNone || s_.again.op != kNone || s_.keeps_journal;
   return debugs ? loop<true>(p) : loop<false>(p);
 }
 
@@ -755,7 +767,7 @@ Run::Next Run::loop(Process& p) {
     const std::uint64_t piece = std::min<std::uint64_t>(kChunk, c_.limits.slice - p.used);
     while (used < piece) {
       if constexpr (kDebug) {
-        if (stops_here(p, pc)) {
+        if (stops_here(p, pc, used)) {
           p.pc = pc;
           result = Next::stop;
           goto done;

@@ -209,8 +209,9 @@ class Machine {
   bool waive_wait(std::uint32_t process);
 
   // ---- debugger (debugging.cpp) ----
-  /// Sets a breakpoint and tells it with its number and its line. Errors: there is no such file, no
-  /// statement from that line on, or the condition is no expression.
+  /// Sets a breakpoint and tells it with its number and its line; one that has a number, which no
+  /// other has, keeps it with its hits. Errors: there is no such file, no statement from that line
+  /// on, or the condition is no expression.
   Result<Breakpoint> set_breakpoint(Breakpoint);
   bool remove_breakpoint(std::uint32_t number);
   [[nodiscard]] std::vector<Breakpoint> breakpoints() const;
@@ -222,6 +223,13 @@ class Machine {
   /// Before the first run(): stops before the first statement. `counts` = a breakpoint that is set
   /// there meanwhile stops it still.
   void stop_on_entry(bool counts);
+  /// Stops once, at the latest at time `until` [s], as another run stands that its debugger has
+  /// stopped: `exactly` where the same process comes to the same instruction after as many of them,
+  /// else to the same statement, of other code to the same line, where the condition of a
+  /// breakpoint holds. False = there is no such place any more, or the other one does not stand.
+  bool stop_as(const Machine& other, double until, bool exactly);
+  /// Whether both go through the same instructions, whatever their constants are.
+  [[nodiscard]] bool has_instructions_of(const Machine& other) const;
   /// Where statements of a file begin ("" = the program's own), in order of lines. Errors name
   /// the files that there are.
   [[nodiscard]] Result<std::vector<rmp_span>> statements(std::string_view file) const;
@@ -235,6 +243,13 @@ class Machine {
   [[nodiscard]] std::string process_name(std::uint32_t process) const;
   /// Innermost first; empty = there is no such process.
   [[nodiscard]] std::vector<CallPlace> call_stack(std::uint32_t process = 0) const;
+  /// Where the innermost call of a process is, however many there are; nothing = there is no such
+  /// process.
+  struct InnermostPlace {
+    rmp_span span{};
+    std::size_t depth = 0;  ///< calls
+  };
+  [[nodiscard]] std::optional<InnermostPlace> place_of(std::uint32_t process = 0) const;
   /// Variables of a frame (0 = innermost): parameters, then locals, in order of declaration.
   [[nodiscard]] std::vector<Variable> variables(std::uint32_t process, std::uint32_t frame,
                                                 const VariableCut& = {}) const;

@@ -20,22 +20,12 @@ Machine& Machine::operator=(Machine&&) noexcept = default;
 Machine::~Machine() = default;
 
 /// The state, for changes: copies of the machine keep theirs.
-Machine::State& Machine::own() {
-#if defined(__SANITIZE_THREAD__)  // knows no fences: there it copies in any case
-  state_ = std::make_shared<State>(*state_);
-#else
-  if (state_.use_count() > 1) state_ = std::make_shared<State>(*state_);
-  else std::atomic_thread_fence(std::memory_order_acquire);
-#endif
-  return *state_;
-}
+Machine::State& Machine::own() { return own_part(state_); }
 
 void Machine::restart() {
   auto fresh = std::make_shared<State>();
   fresh->breakpoints = state_->breakpoints;
-  fresh->breakpoint_op = state_->breakpoint_op;
   fresh->next_breakpoint = state_->next_breakpoint;
-  for (Breakpoint& b : fresh->breakpoints) b.hits = 0;
   fresh->status.state = RunState::busy;
   fresh->globals.resize(code_->globals);
   fresh->keeps_journal = state_->keeps_journal;
@@ -49,7 +39,9 @@ const Status& Machine::status() const { return state_->status; }
 std::uint64_t Machine::instructions() const { return state_->instructions; }
 std::uint64_t Machine::looks() const { return state_->looks; }
 std::uint64_t Machine::bytes() const {
-  return Run(*code_, *state_, nullptr, nullptr, nullptr).bytes();
+  constexpr std::uint64_t kBytesOfHit = 64;
+  return Run(*code_, *state_, nullptr, nullptr, nullptr).bytes() +
+         (state_->hits ? state_->hits->size() * kBytesOfHit : 0);
 }
 
 std::vector<std::uint32_t> Machine::processes() const {
@@ -113,6 +105,12 @@ bool Run::sleeps(const Process& p) const {
 
 void Run::wake(const Process& p) { awake_.emplace(-std::int64_t{p.priority}, p.routine); }
 
+void Run::disable_all(Process& p) {
+  for (const EnabledInterrupt& x : p.interrupts)
+    if (std::uint32_t& by = s_.enabled_by[x.routine]; by == s_.process_at[p.routine]) by = kNone;
+  p.interrupts.clear();
+}
+
 void Run::start_process(std::uint32_t routine, std::int32_t priority) {
   const auto is_before = [&](std::uint32_t a, std::uint32_t b) {
     const Process &x = s_.processes[a], &y = s_.processes[b];
@@ -128,6 +126,7 @@ void Run::start_process(std::uint32_t routine, std::int32_t priority) {
     s_.process_at[routine] = static_cast<std::uint32_t>(s_.processes.size());
     p = &s_.processes.emplace_back();
   }
+  disable_all(*p);
   const std::uint64_t used = p->used, counted = p->counted;
   *p = {};
   p->used = used, p->counted = counted;
@@ -337,7 +336,7 @@ bool Run::look_at(Process& p) {
     case Next::end:
       p.is_ended = true;
       p.stack = {};
-      p.interrupts.clear();
+      disable_all(p);
       ++s_.progress;
       return true;
     case Next::wait: break;

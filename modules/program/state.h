@@ -3,10 +3,13 @@
 // program).
 #pragma once
 
+#include <atomic>
 #include <bit>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <string>
 #include <string_view>
@@ -261,6 +264,15 @@ struct RoutineInfo {
   std::uint32_t condition = kNone;
 };
 
+/// What debuggers look up, made for the first that does.
+struct DebugIndex {
+  /// First ops of statements by file, line and column; of one place the earlier ones first.
+  std::vector<std::uint32_t> statements;
+  std::unordered_map<std::string, std::vector<std::uint32_t>> symbols;  ///< by name in capitals
+  std::unordered_map<std::string, std::uint32_t> routines;  ///< the same; of one name the last
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> locals;  ///< symbols of a routine
+};
+
 struct Machine::Code {
   std::shared_ptr<const CompiledProgram> program;
   Limits limits;
@@ -312,7 +324,27 @@ struct Machine::Code {
   /// As a declaration writes it.
   [[nodiscard]] std::string type_name(std::uint32_t t) const;
   [[nodiscard]] Signal signal(std::uint32_t symbol) const;
+  [[nodiscard]] const DebugIndex& debug_index() const;  ///< [any thread]
+  /// First op of the first statement of a file at or behind a line; kNone = there is none.
+  [[nodiscard]] std::uint32_t statement_at(std::uint32_t file, std::uint32_t line) const;
+
+ private:
+  mutable std::once_flag is_indexed_;
+  mutable DebugIndex index_;
 };
+
+/// Breakpoints; copies of a machine share them until one changes its own.
+struct BreakpointSet {
+  struct One {
+    Breakpoint what;  ///< without its hits
+    std::uint32_t op = kNone;
+  };
+  std::map<std::uint32_t, One> all;                                       ///< by number
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> numbers;  ///< by op, ascending
+  std::vector<bool> is_at;                                                ///< by op
+};
+/// How often breakpoints were hit, by number; those that were.
+using BreakpointHits = std::map<std::uint32_t, std::uint64_t>;
 
 /// Texts, lists and files, by handle.
 struct Heap {
@@ -410,8 +442,10 @@ struct Machine::State {
   std::deque<Process> processes;
   std::vector<std::uint32_t> order;       ///< of them: those of higher priority first
   std::vector<std::uint32_t> process_at;  ///< by routine: which of them; kNone = none yet
-  std::uint64_t process_bytes = 0;        ///< of all as they were counted last
-  std::uint64_t looks = 0;                ///< how often one was asked whether it goes on
+  std::vector<std::uint32_t>
+      enabled_by;                   ///< by routine of an interrupt: which of them; kNone = none
+  std::uint64_t process_bytes = 0;  ///< of all as they were counted last
+  std::uint64_t looks = 0;          ///< how often one was asked whether it goes on
   Heap heap;
   double now = 0;
   bool has_begun = false;
@@ -422,8 +456,8 @@ struct Machine::State {
   bool is_timeout_unknown = false;
   Status status;
   // Debugger.
-  std::vector<Breakpoint> breakpoints;
-  std::vector<std::uint32_t> breakpoint_op;  ///< beside them
+  std::shared_ptr<BreakpointSet> breakpoints;  ///< null = there are none
+  std::shared_ptr<BreakpointHits> hits;        ///< null = none was
   std::uint32_t next_breakpoint = 1;
   bool is_stepping = false, wants_pause = false;
   std::uint32_t entry_op = kNone;  ///< where it stops once
@@ -434,12 +468,36 @@ struct Machine::State {
   rmp_span step_from{};
   std::uint32_t resume_op = kNone;  ///< where it has stopped: not again at once
   std::uint32_t resume_process = kNone;
+  /// Where it stops once, as another run stands.
+  struct Again {
+    std::uint32_t op = kNone;  ///< kNone = nowhere
+    std::uint32_t process = 0;
+    std::uint64_t instructions = 0;  ///< so far; 0 = however many
+    std::string condition;           ///< "" = none
+    double until = 0;                ///< [s]
+    StopReason reason = StopReason::step;
+    std::uint32_t breakpoint = 0;
+  };
+  Again again;
   std::uint32_t running = 0;  ///< routine of the process that asks the world
   // Journal.
   bool keeps_journal = false;
   std::vector<bool> has_run;  ///< by op
   std::vector<EndedWait> timeouts;
 };
+
+/// What copies share, for changes: made where there is none, copied where others have it too.
+template <class T>
+T& own_part(std::shared_ptr<T>& part) {
+  if (!part) part = std::make_shared<T>();
+#if defined(__SANITIZE_THREAD__)  // knows no fences: there it copies in any case
+  part = std::make_shared<T>(*part);
+#else
+  if (part.use_count() > 1) part = std::make_shared<T>(*part);
+  else std::atomic_thread_fence(std::memory_order_acquire);
+#endif
+  return *part;
+}
 
 /// What a flat run wants to hear of (trace.cpp).
 class Observer {
@@ -500,13 +558,14 @@ class Run {
   void write_files();
   void tell();
   void start_process(std::uint32_t routine, std::int32_t priority);
+  void disable_all(Process&);
   [[nodiscard]] Process* process_of(std::uint32_t routine);
   bool push_frame(Process&, std::uint32_t routine, std::uint32_t back, FrameKind kind);
   // ---- execute.cpp ----
   Next execute(Process&);
   template <bool kDebug>
   Next loop(Process&);
-  bool stops_here(Process&, std::uint32_t op);
+  bool stops_here(Process&, std::uint32_t op, std::uint64_t used);
   /// Whether a condition of a breakpoint holds; one that has no value there does not.
   bool holds(Process&, const std::string& condition);
   /// The text of a log point with its values.
