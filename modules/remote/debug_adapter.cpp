@@ -43,7 +43,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostWaiting = std::size_t{64} << 20;  ///< bytes that wait to be answered
-constexpr std::size_t kMostBreakpoints = 10'000;             ///< of one request
+constexpr std::size_t kMostBreakpoints = 100'000;            ///< of all sources; of all routines
+constexpr std::size_t kMostSources = 10'000;                 ///< that have breakpoints, or had
 constexpr std::size_t kMostReferences = 200'000;             ///< of one stop
 constexpr std::size_t kMostParts = 10'000;                   ///< of one answer
 constexpr std::size_t kMostNotes = 1000;                     ///< told at once
@@ -274,10 +275,11 @@ class Adapter {
   }
 
   void take(std::string body) {
-    if (!is_bounded_json(body))
+    const auto bytes = bytes_of_json(body);
+    if (!bytes)
       return complain("A message is nested too deep or has too many values, and is left out.");
     Waiting w;
-    w.bytes = body.size();
+    w.bytes = *bytes;
     w.message = Json::parse(body, nullptr, false);
     if (w.message.is_discarded())
       return complain("A message is no JSON in UTF-8, and is left out.");
@@ -750,7 +752,10 @@ class Adapter {
     return out;
   }
   void clear(Wanted& w) {
-    for (const std::int64_t n : w.numbers) (void)ask("run.clear_breakpoint", Map{{"number", n}});
+    for (const std::int64_t n : w.numbers) {
+      (void)ask("run.clear_breakpoint", Map{{"number", n}});
+      ids_.erase(n);
+    }
     w.numbers.clear();
     w.is_verified = false;
   }
@@ -776,6 +781,7 @@ class Adapter {
       return;
     }
     w.numbers.push_back(number_at(*made, "number"));
+    ids_[w.numbers.back()] = {w.id, !w.routine.empty()};
     if (w.is_verified) return;
     w.is_verified = true;
     w.at_line = number_at(*made, "line");
@@ -813,6 +819,7 @@ class Adapter {
       w.numbers.clear();
       w.is_verified = false;
     };
+    ids_.clear();
     for (auto& [key, of] : wanted_) {
       for (Wanted& w : of.all) anew(w);
       place(of);
@@ -874,8 +881,17 @@ class Adapter {
         for (const Json& line : lines) given.push_back({{"line", line}});
     }
     if (!given.is_array()) return Failure{"breakpoints is a list."};
-    if (given.size() > kMostBreakpoints)
-      return Failure{"A source has at most " + std::to_string(kMostBreakpoints) + " breakpoints."};
+    const std::string key =
+        of.reference > 0 ? "#" + std::to_string(of.reference) : of.path + "\n" + of.name;
+    std::size_t others = 0;
+    for (const auto& [source, set] : wanted_)
+      if (source != key) others += set.all.size();
+    if (given.size() > kMostBreakpoints - others)
+      return Failure{"There are at most " + std::to_string(kMostBreakpoints) + " breakpoints" +
+                     (others > 0 ? ", and other sources have " + std::to_string(others) : "") +
+                     "."};
+    if (!wanted_.contains(key) && (wanted_.size() >= kMostSources || paths_.size() >= kMostSources))
+      return Failure{"At most " + std::to_string(kMostSources) + " sources have breakpoints."};
     for (const Json& one : given) {
       const Json& line = member(one, "line");
       if (!line.is_number_integer()) return Failure{"A breakpoint has a line, a whole number."};
@@ -888,8 +904,6 @@ class Adapter {
       if (w.line < 1) w.message = "Lines begin at " + std::to_string(first_line_) + ".";
       of.all.push_back(std::move(w));
     }
-    const std::string key =
-        of.reference > 0 ? "#" + std::to_string(of.reference) : of.path + "\n" + of.name;
     if (const auto old = wanted_.find(key); old != wanted_.end()) {
       if (debuggee_)
         for (Wanted& w : old->second.all) clear(w);
@@ -1004,20 +1018,34 @@ class Adapter {
     }
     return out;
   }
-  const std::string& program_text(const std::string& program, const std::string& file) {
-    const auto [it, is_new] = texts_.try_emplace({program, file});
-    if (is_new) {
-      const auto text = ask("run.program_text", Map{{"program", program}, {"source", file}});
-      if (text.ok() && text->as_string()) it->second = *text->as_string();
+  /// A text with the places where its lines begin.
+  struct Lines {
+    std::string text;
+    std::vector<std::size_t> starts;
+    [[nodiscard]] std::string_view at(std::int64_t line) const {
+      if (line < 1 || static_cast<std::size_t>(line) > starts.size()) return {};
+      const std::string_view rest =
+          std::string_view(text).substr(starts[static_cast<std::size_t>(line) - 1]);
+      return rest.substr(0, rest.find('\n'));
     }
-    return it->second;
+  };
+  const Lines& program_lines(const std::string& program, const std::string& file) {
+    const auto [it, is_new] = texts_.try_emplace({program, file});
+    Lines& out = it->second;
+    if (!is_new) return out;
+    const auto text = ask("run.program_text", Map{{"program", program}, {"source", file}});
+    if (text.ok() && text->as_string()) out.text = *text->as_string();
+    out.starts.push_back(0);
+    for (std::size_t i = 0; i < out.text.size(); ++i)
+      if (out.text[i] == '\n') out.starts.push_back(i + 1);
+    return out;
   }
   /// Whether a file on the disk is what a program runs.
   bool has_text(const fs::path& path, const std::string& program, const std::string& file) {
     if (file_kind(path) != FileKind::file) return false;
     const auto bytes = io::read_file(path, kMostSource);
     if (!bytes.ok()) return false;
-    std::string on_disk = ioci::as_utf8(*bytes), runs = program_text(program, file);
+    std::string on_disk = ioci::as_utf8(*bytes), runs = program_lines(program, file).text;
     for (std::string* s : {&on_disk, &runs}) {
       std::erase(*s, '\r');
       while (!s->empty() && s->back() == '\n') s->pop_back();
@@ -1053,8 +1081,7 @@ class Adapter {
   std::int64_t column_of(const std::string& program, const std::string& file, std::int64_t line,
                          std::int64_t column) {
     if (line < 1) return first_column_;
-    return units(line_of(program_text(program, file), static_cast<std::size_t>(line)), column) - 1 +
-           first_column_;
+    return units(program_lines(program, file).at(line), column) - 1 + first_column_;
   }
 
   Answer loaded_sources(const Json&) {
@@ -1256,17 +1283,10 @@ class Adapter {
     later("stopped", std::move(body));
   }
   void hit(std::int64_t number, Json& body) {
-    Json ids = Json::array();
-    for (const auto& [key, of] : wanted_)
-      for (const Wanted& w : of.all)
-        if (std::find(w.numbers.begin(), w.numbers.end(), number) != w.numbers.end())
-          ids.push_back(w.id);
-    for (const Wanted& w : functions_)
-      if (std::find(w.numbers.begin(), w.numbers.end(), number) != w.numbers.end()) {
-        ids.push_back(w.id);
-        body["reason"] = "function breakpoint";
-      }
-    if (!ids.empty()) body["hitBreakpointIds"] = std::move(ids);
+    const auto found = ids_.find(number);
+    if (found == ids_.end()) return;
+    body["hitBreakpointIds"] = {found->second.first};
+    if (found->second.second) body["reason"] = "function breakpoint";
   }
   void end(int code) {
     if (is_ended_) return;
@@ -1799,9 +1819,11 @@ class Adapter {
   std::map<std::string, WantedOf> wanted_;  ///< by source
   std::vector<Wanted> functions_;
   std::int64_t breakpoints_made_ = 0;
-  std::set<std::string> paths_;                                       ///< that the editor has named
-  std::map<std::pair<std::string, std::string>, Json> sources_;       ///< by program and file
-  std::map<std::pair<std::string, std::string>, std::string> texts_;  ///< the same
+  std::map<std::int64_t, std::pair<std::int64_t, bool>>
+      ids_;                      ///< by number of the run; of a routine
+  std::set<std::string> paths_;  ///< that the editor has named
+  std::map<std::pair<std::string, std::string>, Json> sources_;  ///< by program and file
+  std::map<std::pair<std::string, std::string>, Lines> texts_;   ///< the same
   std::map<std::int64_t, std::pair<std::string, std::string>> references_to_sources_;
   std::map<Thread, std::int64_t> threads_;
   std::map<std::int64_t, Thread> threads_by_number_;

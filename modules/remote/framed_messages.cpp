@@ -95,7 +95,8 @@ bool write_all(int fd, std::string_view bytes) {
   return true;
 }
 
-bool is_bounded_json(std::string_view s) {
+std::optional<std::size_t> bytes_of_json(std::string_view s) {
+  constexpr std::size_t kBytesOfValue = 96;  // the half of an object with one member
   std::size_t depth = 0, values = 0;
   bool is_string = false;
   for (std::size_t i = 0; i < s.size(); ++i) {
@@ -107,13 +108,14 @@ bool is_bounded_json(std::string_view s) {
     }
     if (c == '"') is_string = true;
     if (c == '[' || c == '{') {
-      if (++depth > kDeepest) return false;
+      if (++depth > kDeepest) return std::nullopt;
       ++values;
     }
     if ((c == ']' || c == '}') && depth > 0) --depth;
-    if (c == ',' && ++values > kMostEditorValues) return false;
+    if (c == ',') ++values;
+    if (values > kMostEditorValues) return std::nullopt;
   }
-  return values <= kMostEditorValues;
+  return s.size() + values * kBytesOfValue;
 }
 
 const Json& member(const Json& j, const char* name) {

@@ -57,8 +57,9 @@ class Frames {
 /// Writes all; false = nobody reads any more.
 bool write_all(int fd, std::string_view bytes);
 
-/// Whether a text may be read as JSON: not too deep, not too many values.
-[[nodiscard]] bool is_bounded_json(std::string_view text);
+/// About how many bytes a text takes that is read as JSON; nothing = it is nested too deep, or has
+/// too many values.
+[[nodiscard]] std::optional<std::size_t> bytes_of_json(std::string_view text);
 
 /// A member of an object; null where there is none.
 [[nodiscard]] const nlohmann::json& member(const nlohmann::json& j, const char* name);

@@ -44,6 +44,8 @@ constexpr std::uint64_t kMostBeside = std::uint64_t{16}
                                       << 20;  ///< of a file that is read from disk
 constexpr std::size_t kMostFiles = 100;       ///< of a program
 constexpr std::size_t kMostPrograms = 8;      ///< that are kept
+constexpr std::uint64_t kMostWork = std::uint64_t{4}
+                                    << 30;  ///< bytes that changes of one message go over
 /// How long nothing comes before programs are checked [ms]: completion behind a key comes first.
 constexpr int kQuiet = 40;
 constexpr std::size_t kMostItems = 200;                      ///< of a completion
@@ -66,7 +68,30 @@ Failure failure(const Error& e) {
 
 enum class Units : std::uint8_t { utf16, utf8 };
 
-/// A text with its lines, as editors count: behind \n, \r\n and \r.
+bool is_inner(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80; }
+/// Of UTF-16: all of a character count with its first byte.
+std::uint32_t units_of(char c) {
+  return is_inner(c) ? 0 : static_cast<unsigned char>(c) >= 0xF0 ? 2 : 1;
+}
+/// The byte of a character within a line of `size` bytes without its end; behind it is its end.
+template <class At>
+std::uint32_t byte_in_line(std::uint32_t size, std::uint32_t character, Units units, At&& at) {
+  std::uint32_t i = 0;
+  if (units == Units::utf8) {
+    i = std::min(character, size);
+    while (i > 0 && i < size && is_inner(at(i))) --i;
+    return i;
+  }
+  for (std::uint32_t n = 0; i < size && n < character;) {
+    n += units_of(at(i));
+    ++i;
+    while (i < size && is_inner(at(i))) ++i;
+  }
+  return i;
+}
+
+/// A text with its lines, as editors count: behind \n, \r\n and \r. A place in a line costs nothing
+/// that grows with the line.
 class Text {
  public:
   Text() { set({}); }
@@ -75,42 +100,44 @@ class Text {
   void set(std::string s) {
     all_ = std::move(s);
     starts_.assign(1, 0);
-    for (std::size_t i = 0; i < all_.size(); ++i)
+    marks_.clear();
+    std::uint32_t units = 0;
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      if (i % kMark == 0) marks_.push_back(units);
+      units += units_of(all_[i]);
       if (all_[i] == '\n' || (all_[i] == '\r' && (i + 1 == all_.size() || all_[i + 1] != '\n')))
         starts_.push_back(static_cast<std::uint32_t>(i + 1));
+    }
+    if (all_.size() % kMark == 0) marks_.push_back(units);
   }
   /// A place behind the end of a line is its end, as the protocol has it.
   [[nodiscard]] std::uint32_t byte(std::uint32_t line, std::uint32_t character, Units units) const {
     if (line >= starts_.size()) return static_cast<std::uint32_t>(all_.size());
-    std::uint32_t i = starts_[line];
-    std::uint32_t end =
-        line + 1 < starts_.size() ? starts_[line + 1] : static_cast<std::uint32_t>(all_.size());
-    while (end > i && (all_[end - 1] == '\n' || all_[end - 1] == '\r')) --end;
-    if (units == Units::utf8) {
-      i += std::min(character, end - i);
-      while (i > starts_[line] && is_inner(i)) --i;
-      return i;
-    }
-    for (std::uint32_t n = 0; i < end && n < character;) {
-      n += units_of(i);
+    const std::uint32_t start = starts_[line], end = line_end(line);
+    if (units == Units::utf8 || end - start <= kMark)
+      return start + byte_in_line(end - start, character, units,
+                                  [&](std::uint32_t i) { return all_[start + i]; });
+    // From the last mark that is not behind it.
+    const std::uint64_t wanted = std::uint64_t{units_before(start)} + character;
+    const auto behind = std::lower_bound(marks_.begin(), marks_.end(), wanted);
+    const auto mark = static_cast<std::uint32_t>(behind - marks_.begin());
+    std::uint32_t i = std::max(start, mark > 0 ? (mark - 1) * kMark : 0);
+    for (std::uint64_t n = units_before(i); i < end && n < wanted;) {
+      n += units_of(all_[i]);
       ++i;
-      while (i < end && is_inner(i)) ++i;
+      while (i < end && is_inner(all_[i])) ++i;
     }
-    return i;
+    return std::min(i, end);
   }
   [[nodiscard]] Json position(std::uint32_t byte, Units units) const {
     const auto it = std::upper_bound(starts_.begin(), starts_.end(), byte) - 1;
-    std::uint32_t n = 0;
-    if (units == Units::utf8) n = byte - *it;
-    else
-      for (std::uint32_t i = *it; i < byte; ++i)
-        if (!is_inner(i)) n += units_of(i);
-    return {{"line", it - starts_.begin()}, {"character", n}};
+    return {{"line", it - starts_.begin()}, {"character", this->units(*it, byte, units)}};
   }
   [[nodiscard]] std::uint32_t line_of(std::uint32_t byte) const {
     return static_cast<std::uint32_t>(std::upper_bound(starts_.begin(), starts_.end(), byte) -
                                       starts_.begin() - 1);
   }
+  /// Without the signs that end it.
   [[nodiscard]] std::uint32_t line_end(std::uint32_t line) const {
     std::uint32_t end =
         line + 1 < starts_.size() ? starts_[line + 1] : static_cast<std::uint32_t>(all_.size());
@@ -120,25 +147,122 @@ class Text {
   [[nodiscard]] std::uint32_t line_begin(std::uint32_t line) const { return starts_[line]; }
   [[nodiscard]] std::uint32_t units(std::uint32_t begin, std::uint32_t end, Units units) const {
     if (units == Units::utf8) return end - begin;
-    std::uint32_t n = 0;
-    for (std::uint32_t i = begin; i < end; ++i)
-      if (!is_inner(i)) n += units_of(i);
-    return n;
+    return units_before(end) - units_before(begin);
   }
   [[nodiscard]] Json range(std::uint32_t begin, std::uint32_t end, Units units) const {
     return {{"start", position(begin, units)}, {"end", position(end, units)}};
   }
 
  private:
-  [[nodiscard]] bool is_inner(std::uint32_t i) const {
-    return i < all_.size() && (static_cast<unsigned char>(all_[i]) & 0xC0U) == 0x80;
-  }
-  /// Of UTF-16, of the character that begins here.
-  [[nodiscard]] std::uint32_t units_of(std::uint32_t i) const {
-    return static_cast<unsigned char>(all_[i]) >= 0xF0 ? 2 : 1;
+  static constexpr std::uint32_t kMark = 1024;
+  /// Units of UTF-16 before a byte.
+  [[nodiscard]] std::uint32_t units_before(std::uint32_t byte) const {
+    const std::uint32_t mark = byte / kMark;
+    std::uint32_t n = marks_[mark];
+    for (std::uint32_t i = mark * kMark; i < byte; ++i) n += units_of(all_[i]);
+    return n;
   }
   std::string all_;
-  std::vector<std::uint32_t> starts_;
+  std::vector<std::uint32_t> starts_;  ///< of lines
+  std::vector<std::uint32_t> marks_;   ///< units before every kMark bytes
+};
+
+/// A text while an editor changes it at many places: a change costs what its lines have, and what
+/// lies between it and the one before.
+class ChangedText {
+ public:
+  explicit ChangedText(const std::string& s) { set(s); }
+  void set(std::string_view s) {
+    above_.clear();
+    below_.clear();
+    size_ = s.size();
+    split(s, below_);
+    std::reverse(below_.begin(), below_.end());
+  }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  /// Bytes that were gone over so far.
+  [[nodiscard]] std::uint64_t work() const { return work_; }
+  /// False = it ends before it begins.
+  bool replace(std::uint32_t l0, std::uint32_t c0, std::uint32_t l1, std::uint32_t c1,
+               std::string_view with, Units units) {
+    const auto lines = static_cast<std::uint32_t>(above_.size() + below_.size());
+    // Behind the last line is its end.
+    const auto bound = [&](std::uint32_t& line, std::uint32_t& character) {
+      if (line < lines) return;
+      line = lines - 1;
+      character = 0xffffffffU;
+    };
+    bound(l0, c0);
+    bound(l1, c1);
+    if (l1 < l0) return false;
+    go_to(l0);
+    const std::uint32_t last = l1 - l0;
+    const auto line = [&](std::uint32_t k) -> const std::string& {
+      return below_[below_.size() - 1 - k];
+    };
+    const std::uint32_t b0 = byte_of(line(0), c0, units), b1 = byte_of(line(last), c1, units);
+    if (last == 0 && b1 < b0) return false;
+    std::string now = line(0).substr(0, b0);
+    now += with;
+    now.append(line(last), b1, std::string::npos);
+    for (std::uint32_t k = 0; k <= last; ++k) {
+      size_ -= below_.back().size();
+      below_.pop_back();
+    }
+    // Of \r\n both belong to one line, wherever they come from.
+    if (!above_.empty() && above_.back().back() == '\r' && now.starts_with('\n')) {
+      size_ -= above_.back().size();
+      now.insert(0, above_.back());
+      above_.pop_back();
+    }
+    if (now.ends_with('\r') && !below_.empty() && below_.back().starts_with('\n')) {
+      size_ -= below_.back().size();
+      now += below_.back();
+      below_.pop_back();
+    }
+    size_ += now.size();
+    work_ += now.size();
+    std::vector<std::string> made;
+    split(now, made);
+    // What ends in the middle of the text has no empty line behind it.
+    if (!below_.empty() && made.back().empty()) made.pop_back();
+    for (std::size_t k = made.size(); k-- > 0;) below_.push_back(std::move(made[k]));
+    if (below_.empty()) below_.emplace_back();
+    return true;
+  }
+  [[nodiscard]] std::string all() const {
+    std::string out;
+    out.reserve(size_);
+    for (const std::string& s : above_) out += s;
+    for (std::size_t k = below_.size(); k-- > 0;) out += below_[k];
+    return out;
+  }
+
+ private:
+  /// Lines with what ends them; behind an end there is one more.
+  static void split(std::string_view s, std::vector<std::string>& out) {
+    std::size_t start = 0;
+    for (std::size_t i = 0; i < s.size(); ++i)
+      if (s[i] == '\n' || (s[i] == '\r' && (i + 1 == s.size() || s[i + 1] != '\n'))) {
+        out.emplace_back(s.substr(start, i + 1 - start));
+        start = i + 1;
+      }
+    out.emplace_back(s.substr(start));
+  }
+  static std::uint32_t byte_of(const std::string& line, std::uint32_t character, Units units) {
+    std::size_t end = line.size();
+    while (end > 0 && (line[end - 1] == '\n' || line[end - 1] == '\r')) --end;
+    return byte_in_line(static_cast<std::uint32_t>(end), character, units,
+                        [&](std::uint32_t i) { return line[i]; });
+  }
+  void go_to(std::size_t line) {
+    work_ += line > above_.size() ? line - above_.size() : above_.size() - line;
+    for (; above_.size() > line; above_.pop_back()) below_.push_back(std::move(above_.back()));
+    for (; above_.size() < line; below_.pop_back()) above_.push_back(std::move(below_.back()));
+  }
+  std::vector<std::string> above_, below_;  ///< lines; below_ from the end
+  std::size_t size_ = 0;
+  std::uint64_t work_ = 0;
 };
 
 /// "file:///a%20b" as a path; nothing = it is of another kind.
@@ -200,6 +324,9 @@ struct Document {
   std::vector<std::string> needs;
   std::shared_ptr<const Text> needs_of;  ///< the text that `needs` were read from
   bool is_due = false;                   ///< its faults are to be told
+  /// What they were told of the last time: the files of its program, and its version.
+  std::vector<std::pair<std::string, std::shared_ptr<const Text>>> told;
+  std::int64_t told_version = 0;
 };
 struct ProgramFileOfEditor {
   std::string name, uri;
@@ -231,7 +358,7 @@ class Server {
     while (!is_over_) {
       const bool is_idle = waiting_.empty() && !any_due();
       if (is_readable_ && waiting_bytes_ < kMostWaiting)
-        read(is_idle ? -1 : waiting_.empty() ? kQuiet : 0);
+        read(is_idle ? -1 : waiting_.empty() && !is_quiet_ ? kQuiet : 0);
       if (is_broken_) return 1;
       if (!waiting_.empty()) {
         Waiting next = std::move(waiting_.front());
@@ -261,8 +388,10 @@ class Server {
     has_read_ = false;
     pollfd ready{in_, POLLIN, 0};
     const int n = ::poll(&ready, 1, timeout);
+    if (n == 0 && timeout > 0) is_quiet_ = true;
     if (n <= 0) return;
     has_read_ = true;
+    is_quiet_ = false;
     char chunk[1 << 16];
     const ssize_t got = ::read(in_, chunk, sizeof chunk);
     if (got < 0 && errno == EINTR) return;
@@ -280,11 +409,12 @@ class Server {
     is_readable_ = false;
   }
   void take(std::string body) {
-    if (!is_bounded_json(body))
+    const auto bytes = bytes_of_json(body);
+    if (!bytes)
       return answer_failure(
           nullptr, {kInvalidRequest, "the message is nested too deep or has too many values."});
     Waiting w;
-    w.bytes = body.size();
+    w.bytes = *bytes;
     w.message = Json::parse(body, nullptr, false);
     if (w.message.is_discarded())
       return answer_failure(nullptr, {kParseError, "the message is no JSON in UTF-8."});
@@ -366,8 +496,8 @@ class Server {
       return answer_failure(id, {kNotInitialized, "initialize comes first."});
     const auto found = methods().find(method);
     if (found == methods().end())
-      return answer_failure(id,
-                            {kUnknownMethod, "there is no method " + text::quote(method) + "."});
+      return answer_failure(
+          id, {kUnknownMethod, "there is no method " + text::quote(method.substr(0, 80)) + "."});
     current_ = id;
     is_current_cancelled_ = false;
     auto answer = (this->*found->second)(params);
@@ -474,7 +604,7 @@ class Server {
     d.text = std::make_shared<const Text>(all.get<std::string>());
     d.order = ++opened_;
     documents_[uri] = std::move(d);
-    due_all();
+    due_beside(uri);
   }
   void changed(const std::string& uri, const Json& params) {
     const auto found = documents_.find(uri);
@@ -482,14 +612,14 @@ class Server {
     Document& d = found->second;
     const Json& changes = member(params, "contentChanges");
     if (!changes.is_array()) return warn("A change of " + uri + " has no contentChanges.");
-    std::shared_ptr<const Text> now = d.text;
+    ChangedText now(d.text->all());
     for (const Json& c : changes) {
       if (!member(c, "text").is_string())
         return warn("A change of " + uri + " has no text, and is not made. Open it again.");
       const std::string& with = member(c, "text").get_ref<const std::string&>();
       const Json& range = member(c, "range");
       if (range.is_null()) {
-        now = std::make_shared<const Text>(with);
+        now.set(with);
       } else {
         const auto l0 = number_member(member(range, "start"), "line"),
                    c0 = number_member(member(range, "start"), "character"),
@@ -497,25 +627,24 @@ class Server {
                    c1 = number_member(member(range, "end"), "character");
         if (!l0 || !c0 || !l1 || !c1)
           return warn("A change of " + uri + " has no range, and is not made. Open it again.");
-        const std::uint32_t begin = now->byte(*l0, *c0, units_), end = now->byte(*l1, *c1, units_);
-        if (end < begin)
+        if (!now.replace(*l0, *c0, *l1, *c1, with, units_))
           return warn("A change of " + uri + " ends before it begins, and is not made.");
-        std::string all = now->all();
-        all.replace(begin, end - begin, with);
-        now = std::make_shared<const Text>(std::move(all));
       }
-      if (now->all().size() > kMostText)
+      if (now.size() > kMostText)
         return warn(uri + " is too long, and its last change is not looked at.");
+      if (now.work() > kMostWork)
+        return warn("Too many changes of long lines of " + uri +
+                    " came at once, and are not made. Open it again.");
     }
     const Json& version = member(member(params, "textDocument"), "version");
     if (version.is_number_integer()) d.version = version.get<std::int64_t>();
-    d.text = std::move(now);
-    due_all();
+    d.text = std::make_shared<const Text>(now.all());
+    due_beside(uri);
   }
   void closed(const std::string& uri) {
     if (documents_.erase(uri) == 0) return;
     notify("textDocument/publishDiagnostics", {{"uri", uri}, {"diagnostics", Json::array()}});
-    due_all();
+    due_beside(uri);
   }
   void forget_files() {
     beside_.clear();
@@ -523,6 +652,12 @@ class Server {
   }
   void due_all() {
     for (auto& [uri, d] : documents_) d.is_due = true;
+  }
+  /// Programs are made of files of one folder.
+  void due_beside(const std::string& changed) {
+    const std::string folder = folder_of(changed);
+    for (auto& [uri, d] : documents_)
+      if (folder_of(uri) == folder) d.is_due = true;
   }
   [[nodiscard]] bool any_due() const {
     if (is_shut_down_) return false;
@@ -1127,6 +1262,10 @@ class Server {
     };
     constexpr int kError = 1, kInformation = 3;
     Document& root = root_of(d);
+    // What has not changed is not told again.
+    std::vector<std::pair<std::string, std::shared_ptr<const Text>>> of;
+    for (ProgramFileOfEditor& f : files_of(root)) of.emplace_back(f.uri, std::move(f.text));
+    if (of == d.told && d.version == d.told_version) return;
     const auto language = language_of(d.name);
     if (!language.ok()) {
       note(language.error().sentence(), kError);
@@ -1156,6 +1295,8 @@ class Server {
         }
       }
     }
+    d.told = std::move(of);
+    d.told_version = d.version;
     notify("textDocument/publishDiagnostics",
            {{"uri", d.uri}, {"version", d.version}, {"diagnostics", std::move(all)}});
   }
@@ -1168,6 +1309,7 @@ class Server {
   Json current_;
   bool is_current_cancelled_ = false;
   bool has_read_ = false;  ///< the last time that it looked
+  bool is_quiet_ = false;  ///< nothing has come for a while
   bool is_readable_ = true, is_broken_ = false, is_over_ = false;
   bool is_initialized_ = false, is_shut_down_ = false;
   Units units_ = Units::utf16;

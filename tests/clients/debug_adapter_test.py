@@ -766,7 +766,7 @@ class Requests(Debugging):
         self.assertIn("whole number", e.refused("setBreakpoints", source={"path": path},
                                                 breakpoints=[{"line": "3"}]))
         self.assertIn("at most", e.refused("setBreakpoints", source={"path": path},
-                                           breakpoints=[{"line": 1}] * 10001))
+                                           breakpoints=[{"line": 1}] * 100001))
         got = e.ask("setBreakpoints", source={"path": "/other/file.irl"}, breakpoints=[
             {"line": 1}, {"line": 0}, {"line": -5}, {"line": 2 ** 40}])["breakpoints"]
         self.assertEqual([b["verified"] for b in got], [False] * 4)
