@@ -86,6 +86,7 @@ class Values {
   /// 0 = a type whose values are not numbers, or too many.
   void slots() {
     slots_.assign(c_.types.count, 0);
+    field_from_.assign(c_.fields.count, 0);
     for (std::uint32_t t = 0; t < c_.types.count; ++t) {
       const auto& x = type(t);
       std::size_t n = 0;
@@ -98,6 +99,7 @@ class Values {
         bool whole = true;
         for (std::uint32_t k = 0; k < x.field_count; ++k) {
           const std::size_t f = slots_[row<rmp_code_field>(c_.fields, x.first_field + k).type];
+          field_from_[x.first_field + k] = n;
           whole = whole && f > 0;
           n += f;
         }
@@ -189,10 +191,7 @@ class Values {
       case RMP_EXPR_FIELD: {
         const auto& t = type(at(operand(e, 0)).type);
         if (t.kind != RMP_TYPE_RECORD || e.symbol >= t.field_count) return nullptr;
-        std::size_t from = 0;
-        for (std::uint32_t k = 0; k < e.symbol; ++k)
-          from += slots_[row<rmp_code_field>(c_.fields, t.first_field + k).type];
-        return part(of(0), from, slots_[e.type]);
+        return part(of(0), field_from_[t.first_field + e.symbol], slots_[e.type]);
       }
       case RMP_EXPR_INDEX: {
         const auto& t = type(at(operand(e, 0)).type);
@@ -330,6 +329,7 @@ class Values {
 
   const rmp_code& c_;
   std::vector<std::size_t> slots_;
+  std::vector<std::size_t> field_from_;  ///< by field: numbers before it in its record
   std::vector<bool> assigned_;
   bool timeout_known_ = false;
   std::vector<Numbers> values_;

@@ -264,9 +264,14 @@ Id Checker::module_scope(const Node& where, std::uint32_t name) {
     fail(where, "module " + wanted + " is imported by itself, through what it imports");
     return modules_[name] = kNone;
   }
-  for (const SourceFile& f : files_) {
+  if (module_files_.empty())
+    for (std::size_t i = 1; i < files_.size(); ++i) {
+      const std::string_view base = base_name(files_[i].name);
+      module_files_.emplace(upper(base.substr(0, base.rfind('.'))), i);
+    }
+  if (const auto there = module_files_.find(wanted); there != module_files_.end()) {
+    const SourceFile& f = files_[there->second];
     const std::string_view base = base_name(f.name);
-    if (upper(base.substr(0, base.rfind('.'))) != wanted || &f == &files_[0]) continue;
     if (loading_.size() >= 64) {
       fail(where, "more than 64 modules import each other in a row");
       return modules_[name] = kNone;
@@ -940,6 +945,8 @@ Id Checker::record(const Node& n) {
   const Id first = static_cast<Id>(out_.fields.size());
   out_.fields.insert(out_.fields.end(), fields.begin(), fields.end());
   field_names_.insert(field_names_.end(), names.begin(), names.end());
+  for (std::size_t k = 0; k < names.size(); ++k)
+    field_at_.emplace(std::pair(first, names[k]), static_cast<Id>(k));
   Id row = first;
   for (Id d = n.first; d != kNone; d = at(d).next)
     for (Id v = at(at(d).first).next; v != kNone; v = at(v).next)

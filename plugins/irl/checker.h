@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -158,9 +159,13 @@ class Checker {
   std::vector<std::unordered_map<std::uint32_t, Id>> known_;  ///< by scope: name -> symbol
   std::vector<std::uint64_t> slots_;                          ///< by type
   std::unordered_map<std::string, Id> structural_;
-  std::vector<Id> field_names_;  ///< by field
+  std::vector<Id> field_names_;                          ///< by field
+  std::map<std::pair<Id, std::uint32_t>, Id> field_at_;  ///< first field of a record, name -> which
   std::vector<Id> symbol_names_;
   std::unordered_map<std::uint32_t, Id> modules_;  ///< name -> scope
+  /// Names of files without their folders and ends, in capitals -> the first such one but the
+  /// program's.
+  std::unordered_map<std::string, std::size_t> module_files_;
   std::set<std::uint32_t> loading_;
   std::vector<std::set<std::uint32_t>> exports_;  ///< by scope; only of modules
   std::unordered_map<Id, std::pair<Source*, Id>> bodies_;

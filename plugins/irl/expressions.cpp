@@ -283,11 +283,11 @@ Id Checker::expression(Id id, Id expected) {
         return bad(n);
       }
       const rmp_code_type& x = out_.types[t];
-      for (Id k = 0; k < x.field_count; ++k)
-        if (field_names_[x.first_field + k] == n.name) {
-          use(n, x.first_field + k, Use::field);
-          return add(RMP_EXPR_FIELD, out_.fields[x.first_field + k].type, span(n), {of}, k);
-        }
+      if (const auto found = field_at_.find({x.first_field, n.name}); found != field_at_.end()) {
+        use(n, x.first_field + found->second, Use::field);
+        return add(RMP_EXPR_FIELD, out_.fields[x.first_field + found->second].type, span(n), {of},
+                   found->second);
+      }
       std::string all;
       for (Id k = 0; k < x.field_count && k < 20; ++k)
         all += (k ? ", " : "") + std::string(out_.fields[x.first_field + k].name);

@@ -777,12 +777,7 @@ class Krl final : public Reader {
   }
   void goto_(const At& at) {
     const Token t = next();
-    bool is_there = false;
-    for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
-      is_there =
-          is_there || (tokens_[i].low == t.low && tokens_[i].kind == Tk::name &&
-                       tokens_[i + 1].low == ":" && (i == 0 || tokens_[i - 1].kind == Tk::line));
-    if (!is_there || t.kind != Tk::name) {
+    if (t.kind != Tk::name || !has_label(t.low, true)) {
       bad(at, "the label is nowhere");
       return;
     }

@@ -128,6 +128,9 @@ class Melfa final : public Reader {
       }
       lines_.push_back(std::move(l));
     }
+    const SourceLine* last_number = nullptr;
+    for (const SourceLine& l : lines_)
+      if (l.has_number) last_number = &l;
     bool is_behind_end = false;
     for (SourceLine& l : lines_) {
       if (l.first >= l.end) continue;
@@ -138,9 +141,7 @@ class Melfa final : public Reader {
                             (tokens_[l.first + 1].low == "(" && tokens_[l.end - 1].low == ")"));
       bool has_comma = false;
       for (std::size_t k = l.first; k < l.end; ++k) has_comma = has_comma || tokens_[k].low == ",";
-      const bool is_last =
-          &l == &lines_.back() || std::all_of(&l + 1, lines_.data() + lines_.size(),
-                                              [&](const SourceLine& m) { return !m.has_number; });
+      const bool is_last = !last_number || &l >= last_number;
       l.is_data = is_list && has_comma && tokens_[l.first + 1].low == "=" && !l.has_number &&
                   (has_numbers || is_behind_end) && (is_last || is_behind_end);
       if (t.low == "end" && l.end == l.first + 1) is_behind_end = true;

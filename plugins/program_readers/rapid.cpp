@@ -918,11 +918,7 @@ class Rapid final : public Reader {
   }
   void goto_(const At& at) {
     const Token t = next();
-    bool is_there = false;
-    for (std::size_t i = 0; i + 1 < tokens_.size() && !is_there; ++i)
-      is_there =
-          tokens_[i].low == t.low && tokens_[i].kind == Tk::name && tokens_[i + 1].low == ":";
-    if (is_there) emit("GOTO " + label(t.raw) + ";", at);
+    if (has_label(t.low, false)) emit("GOTO " + label(t.raw) + ";", at);
     else bad(at, "the label is nowhere");
   }
   void count(const At& at) {

@@ -1238,6 +1238,17 @@ std::string Reader::label(std::string_view foreign) {
   return it->second;
 }
 
+bool Reader::has_label(const std::string& low, bool begins_line) {
+  for (std::size_t i = 0; !has_colons_ && i + 1 < tokens_.size(); ++i)
+    if (tokens_[i].kind == Tk::name && tokens_[i + 1].low == ":") {
+      bool& begins = colons_[tokens_[i].low];
+      begins = begins || i == 0 || tokens_[i - 1].kind == Tk::line;
+    }
+  has_colons_ = true;
+  const auto found = colons_.find(low);
+  return found != colons_.end() && (found->second || !begins_line);
+}
+
 // ---- motions and settings ----
 
 void Reader::declare_modal(const std::string& key, const Type& t, std::string text, const At& at) {

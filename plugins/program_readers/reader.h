@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -339,6 +340,9 @@ class Reader {
                    std::optional<Type> result = std::nullopt);
   std::string helper(std::string_view name);
   std::string label(std::string_view foreign);
+  /// Whether a name of the text that was scanned stands before a colon, or does so where a line
+  /// begins.
+  [[nodiscard]] bool has_label(const std::string& low, bool begins_line);
 
   // ---- blocks ----
   /// A block of the source that is open.
@@ -411,6 +415,8 @@ class Reader {
   std::set<std::string> used_names_;
   std::map<std::string, int> name_counts_;
   std::map<std::string, std::string> labels_;
+  std::unordered_map<std::string, bool> colons_;  ///< names before colons; one begins a line
+  bool has_colons_ = false;
   std::set<std::string> helpers_;
   std::map<std::string, std::size_t> uses_;  ///< of words, counted when they are first asked for
   std::vector<std::vector<std::uint32_t>> line_starts_;

@@ -47,6 +47,8 @@ void Reader::scan(std::size_t file, const Style& style, const Part& part) {
   uses_.clear();
   const std::string_view text = files_[file].text.substr(0, part.end);
   tokens_.clear();
+  colons_.clear();
+  has_colons_ = false;
   comments_.clear();
   next_comment_ = 0;
   comment_file_ = static_cast<std::uint32_t>(file);

@@ -640,9 +640,11 @@ class Urscript final : public Reader {
   std::string call_of(const Token& t, const std::vector<Argument>& args, const At& at,
                       std::optional<Type> result = std::nullopt) {
     std::vector<Ex> list;
-    const Def* def = nullptr;
-    for (const Def& d : defs_)
-      if (lower(d.name) == t.low && !d.is_main) def = &d;
+    if (def_of_.empty())
+      for (std::size_t d = 0; d < defs_.size(); ++d)
+        if (!defs_[d].is_main) def_of_[lower(defs_[d].name)] = d;
+    const auto known = def_of_.find(t.low);
+    const Def* const def = known == def_of_.end() ? nullptr : &defs_[known->second];
     for (std::size_t i = 0; i < args.size(); ++i) {
       if (!args[i].e.ok) return {};
       if (def && i < def->parameters.size())
@@ -973,6 +975,7 @@ class Urscript final : public Reader {
   }
 
   std::vector<Def> defs_;
+  std::unordered_map<std::string, std::size_t> def_of_;  ///< by name, when one is called first
   std::size_t next_def_ = 0;
   std::vector<Block> blocks_;
   std::vector<int> indents_;

@@ -224,10 +224,14 @@ class Names {
     if (c_.name_case == PostCase::lower) base = lower(base);
     const auto most = static_cast<std::size_t>(std::max(c_.max_name, 4));
     std::string name = base.substr(0, most);
-    for (std::uint64_t n = 2; !used_.insert(folded(name)).second; ++n) {
+    if (used_.insert(folded(name)).second) return name;
+    // Numbers that were given once are not tried again.
+    std::uint64_t& n = numbers_.try_emplace(folded(name), 1).first->second;
+    do {
+      ++n;
       const std::string tail = std::to_string(n);
       name = base.substr(0, most - std::min(most - 1, tail.size())) + tail;
-    }
+    } while (!used_.insert(folded(name)).second);
     return name;
   }
 
@@ -238,6 +242,7 @@ class Names {
   const PostCapabilities& c_;
   std::map<std::uint64_t, std::string> names_;
   std::set<std::string, std::less<>> used_;
+  std::map<std::string, std::uint64_t> numbers_;  ///< by name: the last that was put behind it
 };
 
 // ---- files ----
@@ -391,6 +396,11 @@ class Writer {
     for (std::uint32_t r = 1; r < c_.routines.count; ++r)
       if (reached_[r]) order.push_back(r);
     order.insert(program_is_last() ? order.end() : order.begin(), 0U);
+    std::vector<std::vector<std::uint32_t>> locals(c_.routines.count);
+    for (std::uint32_t s = 0; s < c_.symbols.count; ++s) {
+      const std::uint32_t r = symbol(s).routine == RMP_NONE ? 0 : symbol(s).routine;
+      if (r < locals.size() && is_local_of(s, r)) locals[r].push_back(s);
+    }
     for (const std::uint32_t r : order) {
       if (progress_.cancelled()) return error(ErrorCode::cancelled, "the post was stopped");
       progress_.report(static_cast<double>(r) / std::max(1U, c_.routines.count), "writing");
@@ -398,8 +408,8 @@ class Writer {
       at_ = routine(r).span;
       forget();
       routine_begin(r);
-      for (std::uint32_t s = 0; s < c_.symbols.count; ++s)
-        if (used_[s] && is_local_of(s, r)) declare(s, r);
+      for (const std::uint32_t s : locals[r])
+        if (used_[s]) declare(s, r);
       routine_code(r);
       block(routine(r).body, 0);
       at_ = end_of(routine(r).span);
@@ -548,7 +558,7 @@ class Writer {
     return {};
   }
   virtual Text compose(std::uint32_t /*a*/, std::uint32_t /*b*/, const rmp_code_expression&) {
-    cannot("the operator @ while it runs",
+    cannot("operator @ while it runs",
            "Post the flattened program, or compute the pose with constants.");
     return {};
   }
@@ -593,7 +603,7 @@ class Writer {
     }
     const Operator* o = operation(x);
     if (!o || !*o->spelling) {
-      cannot(std::string("the operator ") + operator_name(x.op));
+      cannot(std::string("operator ") + operator_name(x.op));
       return {};
     }
     if (o->form == Operator::call) return {std::string(o->spelling) + "(" + list(operands) + ")"};
