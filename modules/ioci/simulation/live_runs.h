@@ -34,9 +34,11 @@ struct Breakpoints {
   /// breakpoint that is set there meanwhile counts.
   enum class Entry : std::uint8_t { runs, stops, waits };
   std::mutex mutex;
-  Entry entry = Entry::runs;  // guarded by mutex
-  std::int64_t next = 1;      // guarded by mutex
-  std::vector<One> all;       // guarded by mutex
+  Entry entry = Entry::runs;        // guarded by mutex
+  std::int64_t next = 1;            // guarded by mutex
+  std::map<std::int64_t, One> all;  // guarded by mutex; by number
+  /// Numbers by program and by what its machine has given. Guarded by mutex.
+  std::map<std::pair<std::string, std::uint32_t>, std::int64_t> numbers;
 };
 
 struct LiveRunEntry {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
@@ -138,9 +140,9 @@ Map place(const task::ProgramWatch& watch, const LiveRunEntry& entry) {
   out.set("column", static_cast<std::int64_t>(stop->span.column));
   if (stop->reason == program::StopReason::breakpoint) {
     const std::lock_guard lock(entry.breakpoints->mutex);
-    for (const Breakpoints::One& b : entry.breakpoints->all)
-      if (b.program == watch.programs[stopped_at].name() && b.own == stop->breakpoint)
-        out.set("breakpoint", b.number);
+    const auto& numbers = entry.breakpoints->numbers;
+    const auto found = numbers.find({watch.programs[stopped_at].name(), stop->breakpoint});
+    if (found != numbers.end()) out.set("breakpoint", found->second);
   }
   return out;
 }
@@ -219,7 +221,8 @@ Result<Value> set_breakpoint(CommandContext& ctx, const Map& args) {
   one.what.column = made->column;
   const std::lock_guard own(entry->breakpoints->mutex);
   one.number = entry->breakpoints->next++;
-  entry->breakpoints->all.push_back(one);
+  entry->breakpoints->all.emplace(one.number, one);
+  entry->breakpoints->numbers[{one.program, one.own}] = one.number;
   return Value(breakpoint_map(one, 0));
 }
 
@@ -230,13 +233,13 @@ Result<Value> clear_breakpoint(CommandContext& ctx, const Map& args) {
   const std::lock_guard lock(watch->mutex);
   const std::lock_guard own(entry->breakpoints->mutex);
   auto& all = entry->breakpoints->all;
-  const auto it =
-      std::find_if(all.begin(), all.end(), [&](const auto& b) { return b.number == number; });
+  const auto it = all.find(number);
   if (it == all.end())
     return error(ErrorCode::not_found, "the run has no breakpoint " + std::to_string(number),
                  "run.breakpoints lists them.", "number");
   for (task::ProgramActor& p : watch->programs)
-    if (p.name() == it->program) p.machine().remove_breakpoint(it->own);
+    if (p.name() == it->second.program) p.machine().remove_breakpoint(it->second.own);
+  entry->breakpoints->numbers.erase({it->second.program, it->second.own});
   all.erase(it);
   return Value();
 }
@@ -246,14 +249,14 @@ Result<Value> breakpoints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto watch, watch_of(*entry));
   const std::lock_guard lock(watch->mutex);
   const std::lock_guard own(entry->breakpoints->mutex);
+  std::map<std::pair<std::string, std::uint32_t>, std::uint64_t> hits;
+  for (const task::ProgramActor& p : watch->programs)
+    for (const program::Breakpoint& x : p.machine().breakpoints())
+      if (x.hits > 0) hits[{p.name(), x.number}] = x.hits;
   List out;
-  for (const Breakpoints::One& b : entry->breakpoints->all) {
-    std::uint64_t hits = 0;
-    for (const task::ProgramActor& p : watch->programs)
-      if (p.name() == b.program)
-        for (const program::Breakpoint& x : p.machine().breakpoints())
-          if (x.number == b.own) hits = x.hits;
-    out.emplace_back(breakpoint_map(b, hits));
+  for (const auto& [n, b] : entry->breakpoints->all) {
+    const auto counted = hits.find({b.program, b.own});
+    out.emplace_back(breakpoint_map(b, counted == hits.end() ? 0 : counted->second));
   }
   return Value(std::move(out));
 }
@@ -454,7 +457,8 @@ Result<void> Breakpoints::set_all(std::vector<task::ProgramActor>& programs) {
   const Entry entry_now = std::exchange(entry, Entry::runs);
   if (entry_now != Entry::runs && !programs.empty())
     programs.front().machine().stop_on_entry(entry_now == Entry::waits);
-  for (One& b : all)
+  numbers.clear();
+  for (auto& [number, b] : all)
     for (task::ProgramActor& p : programs) {
       if (p.name() != b.program) continue;
       auto made = p.machine().set_breakpoint(b.what);
@@ -462,6 +466,7 @@ Result<void> Breakpoints::set_all(std::vector<task::ProgramActor>& programs) {
         return std::move(made).error().in("program " + text::quote(b.program) + ", breakpoint " +
                                           std::to_string(b.number));
       b.own = made->number;
+      numbers[{b.program, b.own}] = number;
     }
   return {};
 }

@@ -165,7 +165,7 @@ BreakpointLines lines_of(const task::ProgramWatch& watch, Breakpoints& set) {
   BreakpointLines out(watch.programs.size());
   const std::lock_guard lock(set.mutex);
   for (std::size_t p = 0; p < out.size(); ++p)
-    for (const Breakpoints::One& b : set.all)
+    for (const auto& [number, b] : set.all)
       if (b.program == watch.programs[p].name() && b.what.log.empty())
         out[p][b.what.line].push_back(b.what);
   return out;
