@@ -751,8 +751,7 @@ Result<void> check_others(const World& w, Names& names, Subject& subject) {
     const PlacedProgram& p = w.programs[i];
     subject = {"program", i};
     RMP_TRY(names.add(p.name));
-    if (!p.program || to_string(p.program.kind) != "program")
-      return fault("the placed program " + quote(p.name) + " names no program");
+    if (!p.program) return fault("the placed program " + quote(p.name) + " names no program");
     if (!p.robot.empty() && !is_name(p.robot)) return bad_name(p.robot, "robot of a program");
     for (const ProgramBinding& b : p.bindings) {
       RMP_TRY(finite(b.reach, "a reach of program " + quote(p.name)));

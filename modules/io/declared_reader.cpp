@@ -68,7 +68,7 @@ void DeclaredReader::add_rules(const Target& t, const Member& f, std::vector<Rul
     return;
   }
   if (f.type->shape == Shape::reference) {
-    std::vector<Kind> kinds = f.kinds.empty() ? f.type->kinds : f.kinds;
+    std::vector<Kind> kinds = model::kinds_of(f, *f.type);
     if (kinds.empty()) kinds.assign(all_kinds().begin(), all_kinds().end());
     if (f.is_written_by_kind) {
       for (const Kind k : kinds) out.push_back(reference(to_string(k), {k}, owner, setter(way)));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/data.h"
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -276,6 +277,22 @@ void differ(const Type& t, const void* a, const void* b, const std::string& path
 
 // ---- references ----
 
+}  // namespace
+
+const std::vector<Kind>& kinds_of(const Field& f, const Type& reference) {
+  if (!f.kinds.empty()) return f.kinds;
+  if (!reference.kinds.empty()) return reference.kinds;
+  static const auto each = [] {
+    std::array<std::vector<Kind>, 256> out;  // as many as a Kind has values
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {static_cast<Kind>(i)};
+    return out;
+  }();
+  const auto named = kind_from(f.name);
+  return named ? each[static_cast<std::size_t>(*named)] : reference.kinds;
+}
+
+namespace {
+
 struct References {
   const std::function<void(const HeldReference&)>& see;
 
@@ -286,8 +303,7 @@ struct References {
     switch (t.shape) {
       case Shape::reference:
         if (const AnyId id = t.id(p))
-          see({id, element.empty() ? field->name : element,
-               field->kinds.empty() ? &t.kinds : &field->kinds});
+          see({id, element.empty() ? field->name : element, &kinds_of(*field, t)});
         return;
       case Shape::structure:
         if (const std::string* name = field ? name_of(t, p) : nullptr) element = *name;

@@ -50,6 +50,9 @@ void feed(Fingerprinter&, const Content&, const FeedReference&);
 /// length is one difference, as is a value that only one of the two has.
 [[nodiscard]] std::vector<std::string> differences(const Body& before, const Body& after);
 
+/// Kinds that a reference may have: as declared, or the registered kind that has the field's name;
+/// none = any. Stays as long as the program. [any thread]
+[[nodiscard]] const std::vector<Kind>& kinds_of(const Field&, const Type& reference);
 /// A reference of a record: who holds it, and which kinds its declaration allows (none = any).
 struct HeldReference {
   AnyId id;

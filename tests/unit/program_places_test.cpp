@@ -53,7 +53,7 @@ TEST_F(ProgramPlaces, AWorldThatIsSavedTakesItsProgramsAndBindingsAlong) {
   const Value loaded = call("world.load", {{"file", file.string()}});
   EXPECT_EQ(programs(loaded), "shines:shines::1");
   cell_ = loaded;
-  EXPECT_EQ(column(run(), "lamp").back(), 1);
+  EXPECT_EQ(column(run(), "signal.lamp").back(), 1);
 }
 
 TEST_F(ProgramPlaces, APackedWorldHasThem) {
@@ -170,7 +170,7 @@ TEST_F(ProgramPlaces, AFileOfAWorldThatNamesAnotherKindIsRefused) {
   std::stringstream text;
   text << std::ifstream(file).rdbuf();
   std::string damaged = text.str();
-  const std::string reference = "program \"programs/shines.prg\"";
+  const std::string reference = "program \"shines.prg\"";
   const auto at = damaged.find(reference);
   ASSERT_NE(at, std::string::npos) << damaged;
   call("task.create", {{"name", std::string("stands")}});

@@ -312,11 +312,11 @@ TEST_F(ProgramPoints, BindingsAreSavedAndLoaded) {
            {"position", List{0.0, 0.0, std::string("height")}},
            {"rpy", List{std::string("180 deg"), 0.0, 0.0}}});
   const std::string before = posted(p);
-  const std::string file = (folder / "job.prg").string();
-  call("program.save", {{"id", p}, {"file", file}});
-  call("program.remove", {{"id", p}});
-  const Value again = call("program.load", {{"file", file}});
-  EXPECT_EQ(posted(again), before);
+  const std::string file = (folder / "cell.wld").string();
+  call("world.save", {{"id", cell_}, {"file", file}});
+  app().document.clear();
+  call("world.load", {{"file", file}});
+  EXPECT_EQ(posted(call("program.get", {{"name", std::string("job1")}})), before);
   fs::remove_all(folder);
 }
 

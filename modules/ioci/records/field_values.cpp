@@ -35,11 +35,6 @@ std::string kinds_text(const std::vector<Kind>& kinds) {
   return out.empty() ? "any" : out;
 }
 
-/// The kinds that a reference may have.
-const std::vector<Kind>& kinds_of(const Field& f, const Type& reference) {
-  return f.kinds.empty() ? reference.kinds : f.kinds;
-}
-
 // ---- from a record to values ----
 
 class Writer {
