@@ -116,6 +116,7 @@ class Thread {
 };
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNear = 1e-9;                   ///< times this near are the same [s]
 constexpr std::uint64_t kBytesOfMachine = 2000;  ///< about, beside its variables
 constexpr std::size_t kFewRows = 8;              ///< are kept, whatever they take
 
@@ -375,8 +376,7 @@ class Runner {
 };
 
 /// The rows at these times, with the programs' lines.
-recording::Recording rows_of(const TaskExecutor& executor,
-                             const std::vector<ProgramActor>& programs, recording::Recording table,
+recording::Recording rows_of(const std::vector<ProgramActor>& programs, recording::Recording table,
                              const std::string& title) {
   table.title = title;
   for (const ProgramActor& p : programs) {
@@ -384,7 +384,6 @@ recording::Recording rows_of(const TaskExecutor& executor,
     for (const double t : table.columns.front().values) c.values.push_back(p.line_at(t));
     table.columns.push_back(std::move(c));
   }
-  static_cast<void>(executor);
   return table;
 }
 
@@ -418,11 +417,107 @@ void keep_row(ProgramWatch& watch, double now, bool is_new) {
   watch.rows = std::move(kept);
 }
 
-}  // namespace
+/// Whether a program that stands now does so as another run stood.
+bool stands_as(const ProgramWatch::Stand& stand, const ProgramActor& p) {
+  if (p.is_stopped()) return true;  // nothing else stops it on the way there
+  if (!stand.stopped || stand.programs[*stand.stopped].first != p.name()) return false;
+  const program::Machine& stood = stand.programs[*stand.stopped].second;
+  if (stood.status().state == program::RunState::stopped) return false;
+  return !p.machine().has_instructions_of(stood) ||
+         p.machine().instructions() >= stood.instructions();
+}
 
-Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wanted,
-                                    Progress& progress, sim::RowSink* sink, ProgramWatch* watch,
-                                    double from) {
+/// A run, row by row. With `from`, nothing = it would not stand there `exactly` as it stood.
+Result<std::optional<recording::RecordingPtr>> run_rows(
+    Runner& runner, TaskExecutor& executor, std::vector<ProgramActor>& programs,
+    const TaskRun& wanted, const std::string& title, sim::RowSink& sink, ProgramWatch* watch,
+    std::unique_lock<std::mutex>& lock, std::optional<double> from, bool exactly) {
+  using Done = std::optional<recording::RecordingPtr>;
+  const double begin = from.value_or(0), near = kNear * std::max(1.0, begin);
+  std::size_t told = 0;  // notes that were handed on before
+  const auto table_at = [&](double t) {
+    recording::Recording table = rows_of(programs, executor.table({t}), title);
+    table.notes.erase(table.notes.begin(), table.notes.begin() + static_cast<std::ptrdiff_t>(told));
+    return table;
+  };
+  const auto run_to = [&](double t) -> Result<Runner::End> {
+    RMP_TRY_ASSIGN(const Runner::End end, runner.run_to(t));
+    if (from && end == Runner::End::over && runner.now() < begin - near)
+      return sim::over_before(runner.now(), begin);
+    return end;
+  };
+  const auto set_breakpoints = [&] {
+    if (!watch || !watch->begin) return;
+    for (const std::string& n : watch->begin(programs)) executor.note(runner.now(), n);
+  };
+  bool has_begun = false;
+  double last = -1;
+  for (std::size_t k = 0;;) {
+    double row = wanted.sample_time * static_cast<double>(k);
+    const bool arrives = !has_begun && (!from || row >= begin - near);
+    bool is_armed = false;
+    if (arrives && from) {
+      if (row > begin + near) row = begin;
+      // All that happens there is still to come.
+      if (begin > near) RMP_TRY(run_to(begin - near));
+      if (watch && watch->stand && watch->stand->stopped) {
+        const auto& [name, machine] = watch->stand->programs[*watch->stand->stopped];
+        for (ProgramActor& p : programs) {
+          if (p.name() != name) continue;
+          is_armed = exactly && p.machine().stop_as(machine, begin + near, true);
+          if (!is_armed) p.machine().stop_as(machine, begin + near, false);
+        }
+      }
+    }
+    if (arrives && watch) {
+      for (ProgramActor& p : programs) p.set_attended(true);
+      if (!from) set_breakpoints();
+    }
+    if (watch) watch->is_stopped = false;
+    RMP_TRY_ASSIGN(Runner::End end, run_to(row));
+    if (arrives && from) {
+      const auto passes = [&] {
+        const ProgramActor& p = programs[runner.stopped_at()];
+        return watch && !p.wants_line() && !(watch->stand && stands_as(*watch->stand, p));
+      };
+      while (end == Runner::End::stopped && passes()) {
+        RMP_TRY_ASSIGN(end, run_to(row));
+      }
+      if (is_armed && end != Runner::End::stopped) return Done{};
+      told = executor.notes().size();
+      set_breakpoints();
+    }
+    has_begun = has_begun || arrives;
+    const double now = runner.now();
+    const bool is_stopped = end == Runner::End::stopped;
+    if (watch) {
+      watch->now = now, watch->is_stopped = is_stopped, watch->stopped_at = runner.stopped_at();
+      keep_row(*watch, now, now > last);
+    }
+    // An end that is no farther from a row than that is the row.
+    const bool is_new = now > last + (end == Runner::End::over ? kNear : 0);
+    const recording::Recording table = table_at(now);
+    if (lock.owns_lock()) lock.unlock();
+    if (is_new && now >= begin - near) {
+      if (is_stopped) sink.rest_behind_next();
+      auto state = std::make_shared<sim::RunState>();
+      state->time = now;
+      RMP_TRY(sink.take(table, 0, std::move(state)));
+    } else if (is_stopped) {
+      RMP_TRY(sink.rest(table));
+    }
+    if (watch) lock.lock();
+    if (end == Runner::End::over) return Done(std::make_shared<const recording::Recording>(table));
+    if (is_new) last = now;
+    if (!is_stopped && row >= wanted.sample_time * static_cast<double>(k) - near) ++k;
+  }
+}
+
+/// One attempt of run(): nothing = to be repeated not `exactly`.
+Result<std::optional<recording::RecordingPtr>> run_once(const sim::Simulator& sim,
+                                                        const TaskRun& wanted, Progress& progress,
+                                                        sim::RowSink* sink, ProgramWatch* watch,
+                                                        std::optional<double> from, bool exactly) {
   RMP_TRY_ASSIGN(TaskExecutor executor,
                  TaskExecutor::create(sim, wanted.world, wanted.sample_time, progress));
   const model::World& world = *sim.snapshot.get(wanted.world);
@@ -462,15 +557,18 @@ Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wa
                                                       : threads.empty() ? ": programs"
                                                                         : ": tasks and programs");
   if (!sink) {
+    const auto recorded =
+        [&](recording::Recording table) -> std::optional<recording::RecordingPtr> {
+      return std::make_shared<const recording::Recording>(
+          rows_of(programs, std::move(table), title));
+    };
     if (wanted.outside) {
       for (std::size_t k = 0;; ++k) {
         RMP_TRY_ASSIGN(const Runner::End end,
                        runner.run_to(wanted.sample_time * static_cast<double>(k)));
         const bool is_over = end != Runner::End::limit;
         RMP_TRY(wanted.outside->row(executor, programs, runner.now(), runner.is_idle(), is_over));
-        if (is_over)
-          return std::make_shared<const recording::Recording>(
-              rows_of(executor, programs, executor.recording(runner.now()), title));
+        if (is_over) return recorded(executor.recording(runner.now()));
       }
     }
     const auto ended = runner.run_to(kNever);
@@ -484,8 +582,7 @@ Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wa
       if (!told || ended.error().code == ErrorCode::cancelled) return ended.error();
       told->run_error = ended.error().sentence();
     }
-    return std::make_shared<const recording::Recording>(
-        rows_of(executor, programs, executor.recording(runner.now()), title));
+    return recorded(executor.recording(runner.now()));
   }
   if (watch) {
     watch->rows.clear();
@@ -499,40 +596,19 @@ Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wa
       programs[i].set_lines(&at->second);
     }
   }
-  bool has_begun = false;
-  double last = -1;
-  for (std::size_t k = 0;;) {
-    const double row = wanted.sample_time * static_cast<double>(k);
-    if (watch && !has_begun && row >= from * (1 - 1e-12)) {
-      has_begun = true;
-      for (ProgramActor& p : programs) p.set_attended(true);
-      if (watch->begin) RMP_TRY(watch->begin(programs));
-    }
-    if (watch) watch->is_stopped = false;
-    RMP_TRY_ASSIGN(const Runner::End end, runner.run_to(row));
-    const double now = runner.now();
-    const bool is_stopped = end == Runner::End::stopped;
-    if (watch) {
-      watch->now = now, watch->is_stopped = is_stopped, watch->stopped_at = runner.stopped_at();
-      keep_row(*watch, now, now > last);
-    }
-    // An end that is no farther from a row than that is the row.
-    const bool is_new = now > last + (end == Runner::End::over ? 1e-9 : 0);
-    const recording::Recording table = rows_of(executor, programs, executor.table({now}), title);
-    if (lock.owns_lock()) lock.unlock();
-    if (is_new && now >= from - 1e-9 * std::max(1.0, from)) {
-      if (is_stopped) sink->rest_behind_next();
-      auto state = std::make_shared<sim::RunState>();
-      state->time = now;
-      RMP_TRY(sink->take(table, 0, std::move(state)));
-    } else if (is_stopped) {
-      RMP_TRY(sink->rest(table));
-    }
-    if (watch) lock.lock();
-    if (end == Runner::End::over) return std::make_shared<const recording::Recording>(table);
-    if (is_new) last = now;
-    if (!is_stopped) ++k;
-  }
+  return run_rows(runner, executor, programs, wanted, title, *sink, watch, lock, from, exactly);
+}
+
+}  // namespace
+
+Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wanted,
+                                    Progress& progress, sim::RowSink* sink, ProgramWatch* watch,
+                                    std::optional<double> from) {
+  const bool stood = from && watch && watch->stand && watch->stand->stopped;
+  auto made = run_once(sim, wanted, progress, sink, watch, from, stood);
+  if (made.ok() && !*made) made = run_once(sim, wanted, progress, sink, watch, from, false);
+  if (!made.ok()) return std::move(made).error();
+  return std::move(**made);
 }
 
 }  // namespace robomosp::task

@@ -69,8 +69,16 @@ struct ProgramWatch {
     std::size_t rows = 0;  ///< that there were
   };
   std::optional<Chosen> chosen;
-  /// Is asked for before the first instruction, and after run.refresh: breakpoints.
-  std::function<Result<void>(std::vector<ProgramActor>&)> begin;
+  /// Sets breakpoints: before the first instruction, or where a run goes on. What it gives are
+  /// notes.
+  std::function<std::vector<std::string>(std::vector<ProgramActor>&)> begin;
+  /// How a run stood that is to go on with an edited world: it is computed anew to there without a
+  /// stop, and stands as it stood. Not guarded; does not change.
+  struct Stand {
+    std::vector<std::pair<std::string, program::Machine>> programs;  ///< by name
+    std::optional<std::size_t> stopped;                              ///< which of them stands
+  };
+  std::optional<Stand> stand;
   /// What was typed for READ, by program; a run reads on where it has come to.
   std::map<std::string, std::vector<std::string>> lines;
   double now = 0;
@@ -92,9 +100,11 @@ inline constexpr std::uint64_t kMostWatchedBytes = std::uint64_t{1} << 30;
 /// file, line and column. Programs have a column `<program>.line`.
 ///
 /// With a sink every row is handed on as it is made. With a watch besides, programs can be stopped;
-/// then the sink rests.
+/// then the sink rests. `from` = a time [s] at which a run of before goes on: rows and notes up to
+/// it are not handed on again; a run that is over before is an error.
 [[nodiscard]] Result<recording::RecordingPtr> run(const sim::Simulator&, const TaskRun&, Progress&,
                                                   sim::RowSink* sink = nullptr,
-                                                  ProgramWatch* watch = nullptr, double from = 0);
+                                                  ProgramWatch* watch = nullptr,
+                                                  std::optional<double> from = std::nullopt);
 
 }  // namespace robomosp::task

@@ -9,6 +9,7 @@
 #include "ioci/program/in_world.h"
 #include "ioci/recording/origins.h"
 #include "ioci/simulation/live_runs.h"
+#include "ioci/simulation/program_debugging.h"
 #include "ioci/simulation/run_pulse.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -67,14 +68,20 @@ bool asks_scripts(const Registry& registry, const LiveSource& live) {
   });
 }
 
-Result<sim::LiveRun::Source> source_of(CommandContext& ctx, LiveRunEntry& entry) {
+/// How an entry is computed from now on, and its programs; null = it has none to look at.
+struct Made {
+  sim::LiveRun::Source source;
+  std::shared_ptr<task::ProgramWatch> watch = {};
+};
+
+Result<Made> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
   // A source computes with what is published, while a group of edits is only this session's.
   if (ctx.is_in_group())
     return error(ErrorCode::conflict, "a live run cannot begin while a group of edits is open",
                  "Finish the group first.");
   if (entry.of == kReplay) {
     RMP_TRY_ASSIGN(auto recording, recording_of(ctx, entry.with.find("recording")));
-    return replay(std::move(recording));
+    return Made{replay(std::move(recording))};
   }
   const std::span<const Simulation> all = entry.subject.kind == "world"
                                               ? std::span<const Simulation>(kOfWorlds)
@@ -93,18 +100,17 @@ Result<sim::LiveRun::Source> source_of(CommandContext& ctx, LiveRunEntry& entry)
     RMP_TRY_ASSIGN(LiveSource live, simulation->live(ctx, checked));
     if (live.source && !asks_scripts(ctx.app.registry, live)) {
       if (live.watch)
-        live.watch->begin = [set = entry.breakpoints](std::vector<task::ProgramActor>& programs) {
-          return set->set_all(programs);
+        live.watch->begin = [set = entry.breakpoints,
+                             watch = live.watch.get()](std::vector<task::ProgramActor>& programs) {
+          return set->set_all(programs, watch->stand ? &*watch->stand : nullptr);
         };
-      entry.set_watch(std::move(live.watch));
-      return std::move(live.source);
+      return Made{std::move(live.source), std::move(live.watch)};
     }
-    entry.set_watch(nullptr);
   }
   RMP_TRY_ASSIGN(const Value made, ctx.dispatch(simulation->command, args));
   RMP_TRY_ASSIGN(auto recording, recording_of(ctx, &made));
   ctx.app.recordings.remove(made.as_handle()->number);
-  return replay(std::move(recording));
+  return Made{replay(std::move(recording))};
 }
 
 LiveRunPtr entry_of(CommandContext& ctx, const Map& args) {
@@ -276,33 +282,65 @@ Result<Value> start(CommandContext& ctx, const Map& args) {
   entry.title = ctx.name_of(entry.subject).value_or("") + ": " + entry.of;
   entry.set_snapshot(ctx.base());
   set_entry(entry, args);
-  RMP_TRY_ASSIGN(auto source, source_of(ctx, entry));
+  RMP_TRY_ASSIGN(Made simulation, source_of(ctx, entry));
+  entry.set_watch(std::move(simulation.watch));
   entry.run = std::make_unique<sim::LiveRun>();
-  RMP_TRY(entry.run->start(std::move(source), ctx.progress));
+  RMP_TRY(entry.run->start(std::move(simulation.source), ctx.progress));
   return Value(Handle{"run", ctx.app.runs->add(made)});
 }
 
-/// Computes on with the world as it is now.
+/// How the programs of a run that rests stand at the time that it shows.
+task::ProgramWatch::Stand stand_of(const task::ProgramWatch& watch, const LiveRunEntry& entry) {
+  task::ProgramWatch::Stand out;
+  const std::size_t row = debugging::row_shown(watch, entry);
+  const bool is_now = row >= watch.rows.size();
+  for (std::size_t i = 0; i < watch.programs.size(); ++i)
+    out.programs.emplace_back(watch.programs[i].name(), debugging::machine_at(watch, row, i));
+  const std::size_t at = is_now ? watch.stopped_at : watch.rows[row].stopped_at;
+  if ((is_now ? watch.is_stopped : watch.rows[row].is_stopped) && at < out.programs.size())
+    out.stopped = at;
+  return out;
+}
+
+/// Lets a run rest, also where a program computes without end.
+Result<void> rest(CommandContext& ctx, const LiveRunEntry& entry) {
+  const auto watch = entry.watch();
+  if (watch) watch->wants_pause = true;
+  auto done = entry.run->pause(ctx.progress);
+  if (watch) watch->wants_pause = false;
+  return done;
+}
+
+/// Computes on with the world as it is now; what cannot leaves the run as it was.
 Result<Value> anew(CommandContext& ctx, const Map& args, bool is_same_run,
                    Result<void> (sim::LiveRun::*how)(sim::LiveRun::Source, Progress&)) {
   const LiveRunPtr run = entry_of(ctx, args);
   LiveRunEntry& entry = *run;
-  const auto before = entry.watch();
-  auto source = source_of(ctx, entry);
-  // What was typed counts again where the same run goes on.
-  if (const auto now = entry.watch(); is_same_run && before && now && before != now) {
+  auto made = source_of(ctx, entry);
+  if (!made.ok()) return answer(ctx, args, std::move(made).error());
+  if (const auto before = entry.watch(); is_same_run && before && made->watch) {
+    if (auto rested = rest(ctx, entry); !rested.ok()) return answer(ctx, args, std::move(rested));
     const std::lock_guard old(before->mutex);
-    now->lines = before->lines;
+    made->watch->lines = before->lines;  // what was typed counts again
+    made->watch->stand = stand_of(*before, entry);
   }
-  if (!source.ok()) return answer(ctx, args, std::move(source).error());
-  entry.set_snapshot(ctx.base());
-  return answer(ctx, args, (entry.run.get()->*how)(std::move(*source), ctx.progress));
+  auto done = (entry.run.get()->*how)(std::move(made->source), ctx.progress);
+  if (done.ok()) {
+    entry.set_watch(std::move(made->watch));
+    entry.set_snapshot(ctx.base());
+  }
+  return answer(ctx, args, std::move(done));
 }
 Result<Value> reset(CommandContext& ctx, const Map& args) {
   set_entry(*entry_of(ctx, args), args);
   return anew(ctx, args, false, &sim::LiveRun::start);
 }
 Result<Value> refresh(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr run = entry_of(ctx, args);
+  {
+    const std::lock_guard lock(run->breakpoints->mutex);
+    run->breakpoints->entry = Breakpoints::Entry::runs;
+  }
   return anew(ctx, args, true, &sim::LiveRun::refresh);
 }
 
@@ -319,13 +357,7 @@ Result<Value> finish(CommandContext& ctx, const Map& args) {
   return answer(ctx, args, entry_of(ctx, args)->run->finish(ctx.progress));
 }
 Result<Value> pause(CommandContext& ctx, const Map& args) {
-  const LiveRunPtr entry = entry_of(ctx, args);
-  // A program that computes without end stops, too.
-  const auto watch = entry->watch();
-  if (watch) watch->wants_pause = true;
-  auto done = entry->run->pause(ctx.progress);
-  if (watch) watch->wants_pause = false;
-  return answer(ctx, args, std::move(done));
+  return answer(ctx, args, rest(ctx, *entry_of(ctx, args)));
 }
 
 Result<Value> play(CommandContext& ctx, const Map& args) {
@@ -492,7 +524,8 @@ RMP_COMMANDS(run_commands) {
       "Rows behind it are dropped. Objects and driven robots keep place and speed by name, "
       "gripped objects stay gripped, new objects begin where they are placed. Motions that follow "
       "from the time alone, as kinematic ones and tasks, are computed anew from their start and go "
-      "on at this time.",
+      "on at this time; programs come there without a stop, and stand where they stood. What "
+      "cannot go on there is an error, and the run stays as it was.",
       with_fall("fall:seek(0.1)\ncell:add_object{what = \"box\", name = \"late\", position = "
                 "{0.5, 0, 0.3}}\n"
                 "assert(fall:state().is_outdated)\nlocal s = fall:refresh()\n"
@@ -500,7 +533,7 @@ RMP_COMMANDS(run_commands) {
                 "assert(fall:step(5).objects.late.position[3] < 0.3)"),
       {self("run")}, shown, Effect::simulates, refresh);
   add("run.reset", "Begins a run again from its start with the world as it is now.",
-      "It takes back no edit.",
+      "It takes back no edit. Where it cannot begin, the run stays as it was.",
       with_fall("fall:finish()\ncell:place{member = \"box\", position = {0, 0, 0.2}}\n"
                 "local s = fall:reset()\n"
                 "assert(s.time == 0 and s.rows == 1 and s.objects.box.position[3] == 0.2)"),

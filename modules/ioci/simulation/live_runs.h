@@ -28,8 +28,10 @@ struct Breakpoints {
     std::uint32_t own = 0;  ///< number that its machine gave it
     program::Breakpoint what;
   };
-  /// Into the machines of programs that begin anew.
-  Result<void> set_all(std::vector<task::ProgramActor>&);
+  /// Into the machines of programs that begin anew, or go on where a run stood, with the hits that
+  /// there were. Gives a note of each that has no place any more; it is kept.
+  std::vector<std::string> set_all(std::vector<task::ProgramActor>&,
+                                   const task::ProgramWatch::Stand*);
   /// How programs begin the next time: run, or stop before the first statement; where it waits, a
   /// breakpoint that is set there meanwhile counts.
   enum class Entry : std::uint8_t { runs, stops, waits };

@@ -452,23 +452,36 @@ std::string with_run(const char* rest) {
 
 }  // namespace
 
-Result<void> Breakpoints::set_all(std::vector<task::ProgramActor>& programs) {
+std::vector<std::string> Breakpoints::set_all(std::vector<task::ProgramActor>& programs,
+                                              const task::ProgramWatch::Stand* stand) {
   const std::lock_guard lock(mutex);
   const Entry entry_now = std::exchange(entry, Entry::runs);
   if (entry_now != Entry::runs && !programs.empty())
     programs.front().machine().stop_on_entry(entry_now == Entry::waits);
-  numbers.clear();
-  for (auto& [number, b] : all)
-    for (task::ProgramActor& p : programs) {
-      if (p.name() != b.program) continue;
-      auto made = p.machine().set_breakpoint(b.what);
-      if (!made.ok())
-        return std::move(made).error().in("program " + text::quote(b.program) + ", breakpoint " +
-                                          std::to_string(b.number));
-      b.own = made->number;
-      numbers[{b.program, b.own}] = number;
+  std::map<std::pair<std::string, std::uint32_t>, std::uint64_t> hits;
+  if (stand)
+    for (const auto& [name, machine] : stand->programs)
+      for (const program::Breakpoint& x : machine.breakpoints())
+        if (x.hits > 0) hits[{name, x.number}] = x.hits;
+  std::map<std::string, program::Machine*> machines;
+  for (task::ProgramActor& p : programs) machines[p.name()] = &p.machine();
+  std::vector<std::string> notes;
+  for (const auto& [number, b] : all) {
+    const std::string word = "breakpoint " + std::to_string(b.number) + " stops nowhere: program " +
+                             text::quote(b.program);
+    const auto at = machines.find(b.program);
+    if (at == machines.end()) {
+      notes.push_back(word + " is not run");
+      continue;
     }
-  return {};
+    program::Breakpoint what = b.what;
+    what.number = b.own;
+    const auto counted = hits.find({b.program, b.own});
+    what.hits = counted == hits.end() ? 0 : counted->second;
+    const auto made = at->second->set_breakpoint(std::move(what));
+    if (!made.ok()) notes.push_back(word + ": " + made.error().message);
+  }
+  return notes;
 }
 
 Result<LiveSource> live_tasks(CommandContext& ctx, const Map& args) {
@@ -483,7 +496,7 @@ Result<LiveSource> live_tasks(CommandContext& ctx, const Map& args) {
                 snapshot = ctx.app.document.now(), run = std::move(run), watch = out.watch](
                    const sim::RunState* from, sim::RowSink& sink, Progress& progress) {
     return task::run({registry, derived, *snapshot}, run, progress, &sink, watch.get(),
-                     from ? from->time : 0);
+                     from ? std::optional(from->time) : std::nullopt);
   };
   return out;
 }
