@@ -21,14 +21,15 @@ enum class BindingKind : std::uint8_t {
   free,    ///< its signal is its own: an input has a value, an output is for nobody
   point,   ///< its variable is a place on an object or frame of the world
   value,   ///< its variable is an expression over parameters of an object or of the world
+  task,    ///< its output starts a task of the world, its input tells that it is done
 };
 /// Whether such a binding gives a variable what it begins with.
 [[nodiscard]] constexpr bool gives_value(BindingKind k) {
   return k == BindingKind::point || k == BindingKind::value;
 }
 /// How files and commands name them, in order of BindingKind.
-inline constexpr std::array<std::string_view, 7> kBindingWords{"robot", "signal", "grip", "joint",
-                                                               "free",  "point",  "value"};
+inline constexpr std::array<std::string_view, 8> kBindingWords{"robot", "signal", "grip",  "joint",
+                                                               "free",  "point",  "value", "task"};
 constexpr std::span<const std::string_view> words(Of<BindingKind>) { return kBindingWords; }
 [[nodiscard]] constexpr std::string_view to_string(BindingKind k) {
   return kBindingWords[static_cast<std::size_t>(k)];
@@ -37,8 +38,9 @@ constexpr std::span<const std::string_view> words(Of<BindingKind>) { return kBin
 struct ProgramBinding {
   BindingKind kind = BindingKind::signal;
   std::string name;  ///< in the program; of an additional joint its number; "" = its own robot
-  std::string to;  ///< in the world: robot, signal; the object that a grip takes, "" = the nearest;
-                   ///< the object or frame that a point is on; of a value "" = the world itself
+  std::string
+      to;  ///< in the world: robot, signal, task; the object that a grip takes, "" = the nearest;
+           ///< the object or frame that a point is on; of a value "" = the world itself
   std::string frame;  ///< robot: frame or object of the world for base targets; "" = its base
   std::string tool;   ///< robot, grip: link, tool or centre point; "" = the robot's tool
   std::string joint;  ///< joint: its name or number; grip: the robot that takes, "" = the own
@@ -56,7 +58,7 @@ constexpr void fields(V& v, Of<ProgramBinding>) {
       .doc("In the program; of an additional joint its number; empty is its own robot.");
   v("to", &ProgramBinding::to)
       .doc(
-          "Robot or signal of the world; of a grip the object that it takes, empty is the "
+          "Robot, signal or task of the world; of a grip the object that it takes, empty is the "
           "nearest; what a point is on; whose parameters a value has, empty is the world's.");
   v("frame", &ProgramBinding::frame)
       .doc("Frame or object of the world that the robot's targets are in; empty is its base.");

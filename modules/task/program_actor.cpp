@@ -82,6 +82,8 @@ class ProgramCell final : public program::World {
     const auto use = n_.signals.find(s.symbol);
     SignalValue v;
     if (use == n_.signals.end()) return std::optional(v);
+    if (use->second.kind == ProgramActor::SignalUse::task && !s.is_output)
+      return std::optional(value_of(s, x_.started()[use->second.at].is_done ? 1 : 0));
     if (use->second.kind != ProgramActor::SignalUse::wire) {
       if (s.is_output) {
         if (const auto at = a_.outputs_.find(s.symbol); at != a_.outputs_.end()) v = at->second;
@@ -99,6 +101,13 @@ class ProgramCell final : public program::World {
     if (use->second.kind == ProgramActor::SignalUse::grip) {
       if ((before.integer != 0) == (v.integer != 0)) return {};
       return checked(grip(use->second.at, v.integer != 0));
+    }
+    if (use->second.kind == ProgramActor::SignalUse::task) {
+      if (v.integer == 0 || before.integer != 0) return {};
+      const std::string task = "task " + quote(x_.world_->tasks[use->second.at].name);
+      if (x_.start_task(use->second.at)) x_.note(now_, n_.name + " starts " + task);
+      else x_.note(now_, n_.name + " does not start " + task + ", which runs still");
+      return {};
     }
     const TaskExecutor::Wire& w = x_.wires_[use->second.at];
     const double value = s.type == RMP_TYPE_REAL ? v.real : static_cast<double>(v.integer);
@@ -1705,9 +1714,9 @@ std::string ProgramActor::where() const {
 void ProgramActor::note_line(double t) {
   const program::Status& s = machine_.status();
   if (s.state == program::RunState::over) return;
-  const auto calls = machine_.call_stack(0);
-  if (calls.empty()) return;
-  const std::uint32_t line = calls.front().span.line;
+  const auto at = machine_.place_of(0);
+  if (!at) return;
+  const std::uint32_t line = at->span.line;
   if (!lines_.empty() && lines_.back().second == line) return;
   if (!lines_.empty() && lines_.back().first == t) lines_.back().second = line;
   else lines_.emplace_back(t, line);

@@ -69,6 +69,8 @@ class ProgramActor {
   /// Lets it go on at time `now` [s] until it waits, is over, or its debugger stops it.
   Result<void> run(TaskExecutor&, double now, Progress&);
   [[nodiscard]] const std::string& name() const { return names_->name; }
+  /// Tasks of the world that it may start, by their places there.
+  [[nodiscard]] const std::set<std::size_t>& tasks() const { return names_->tasks; }
   [[nodiscard]] bool is_over() const;
   [[nodiscard]] bool is_stopped() const;  ///< by its debugger
   /// The time at which it goes on if no signal changes; none = never.
@@ -102,8 +104,8 @@ class ProgramActor {
     double reach = 0;
   };
   struct SignalUse {
-    enum Kind { wire, grip, free } kind = free;
-    std::size_t at = 0;  ///< wire, or grip
+    enum Kind { wire, grip, free, task } kind = free;
+    std::size_t at = 0;  ///< wire, grip, or task of the world
     double value = 0;    ///< of a free input
   };
   struct JointUse {
@@ -118,6 +120,7 @@ class ProgramActor {
     std::map<std::uint32_t, RobotUse> robots;    ///< by symbol
     std::map<std::uint32_t, SignalUse> signals;  ///< by symbol
     std::vector<GripUse> grips;
+    std::set<std::size_t> tasks;             ///< of the world, that signals are bound to
     std::map<std::size_t, JointUse> joints;  ///< additional ones, from 1
     /// How many of a robot's first joints are additional ones: a rail. By actor.
     std::map<std::size_t, std::size_t> rails;

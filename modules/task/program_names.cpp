@@ -136,6 +136,18 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
                      "Bind an output.", where);
       use.kind = SignalUse::grip;
       RMP_TRY_ASSIGN(use.at, grip_of(b));
+    } else if (const auto* bound = of(BindingKind::task, s.name)) {
+      used.push_back(bound);
+      if (s.type != RMP_TYPE_BOOL)
+        return error(ErrorCode::invalid_argument,
+                     "signal " + quote(s.name) + " is no BOOL, and starts no task",
+                     "Bind an output BOOL that starts it, or an input BOOL that tells its end.",
+                     where);
+      auto task = find_member(x.task_of_, bound->to, "task");
+      if (!task.ok()) return std::move(task).error().in(where);
+      use.kind = SignalUse::task;
+      use.at = *task;
+      names->tasks.insert(use.at);
     } else if (const auto* own = of(BindingKind::free, s.name)) {
       used.push_back(own);
       use.value = own->value;

@@ -22,11 +22,18 @@ constexpr std::size_t kMostAtOnce = 100'000;  ///< steps without time between
 /// The steps of one placed task as they are carried out: blocks and calls on a stack.
 class Thread {
  public:
-  Thread(const document::Snapshot& snapshot, const model::PlacedTask& placed)
-      : snapshot_(snapshot), name_(placed.name) {
-    enter(placed.task, placed.robot);
+  /// `at` is its place in the world. It has not begun.
+  Thread(const document::Snapshot& snapshot, const model::PlacedTask& placed, std::size_t at)
+      : place(at), snapshot_(snapshot), placed_(&placed), name_(placed.name) {}
+  /// From its first step on, at time t.
+  void begin(double t) {
+    ready_at = t;
+    deadline.reset();
+    calls_.clear();
+    enter(placed_->task, placed_->robot);
   }
 
+  std::size_t place = 0;  ///< in the world
   double ready_at = 0;
   std::optional<double> deadline;  ///< of the wait it is in
 
@@ -111,6 +118,7 @@ class Thread {
   }
 
   const document::Snapshot& snapshot_;
+  const model::PlacedTask* placed_;
   std::string name_;
   std::vector<Call> calls_;
 };
@@ -230,7 +238,12 @@ class Runner {
           return true;
         }
       }
-      for (Thread& thread : threads_)
+      for (Thread& thread : threads_) {
+        if (executor_.started()[thread.place].is_wanted) {
+          executor_.task_begins(thread.place);
+          thread.begin(now_);
+          is_going = true;
+        }
         while (thread.ready_at <= now_ && thread.has_step()) {
           const std::string where = thread.where();
           if (++count > kMostAtOnce)
@@ -246,6 +259,12 @@ class Runner {
           if (!*done) break;
           is_going = true;
         }
+        if (executor_.started()[thread.place].is_running && !thread.has_step() &&
+            thread.ready_at <= now_) {
+          executor_.task_ends(thread.place);
+          is_going = true;
+        }
+      }
     }
     return false;
   }
@@ -513,6 +532,28 @@ Result<std::optional<recording::RecordingPtr>> run_rows(
   }
 }
 
+/// The tasks that a run is asked for; none has begun.
+Result<std::vector<Thread>> threads_of(const document::Snapshot& snapshot,
+                                       const model::World& world, const TaskRun& wanted) {
+  std::vector<std::string> known;
+  for (const auto& t : world.tasks) known.push_back(t.name);
+  std::vector<Thread> threads;
+  if (!wanted.has_tasks) return threads;
+  for (const std::string& name : wanted.tasks.empty() ? known : wanted.tasks) {
+    const auto it = std::find(known.begin(), known.end(), name);
+    if (it == known.end()) {
+      std::string hint = text::did_you_mean(name, known);
+      if (hint.empty())
+        hint = known.empty() ? "world.add_task gives it one."
+                             : "It has " + text::enumerate(known) + ".";
+      return error(ErrorCode::unknown_name, "the world has no task " + quote(name), hint);
+    }
+    const auto at = static_cast<std::size_t>(it - known.begin());
+    threads.emplace_back(snapshot, world.tasks[at], at);
+  }
+  return threads;
+}
+
 /// One attempt of run(): nothing = to be repeated not `exactly`.
 Result<std::optional<recording::RecordingPtr>> run_once(const sim::Simulator& sim,
                                                         const TaskRun& wanted, Progress& progress,
@@ -521,22 +562,7 @@ Result<std::optional<recording::RecordingPtr>> run_once(const sim::Simulator& si
   RMP_TRY_ASSIGN(TaskExecutor executor,
                  TaskExecutor::create(sim, wanted.world, wanted.sample_time, progress));
   const model::World& world = *sim.snapshot.get(wanted.world);
-  std::vector<std::string> known;
-  for (const auto& t : world.tasks) known.push_back(t.name);
-  std::vector<Thread> threads;
-  threads.reserve(world.tasks.size());
-  if (wanted.has_tasks)
-    for (const std::string& name : wanted.tasks.empty() ? known : wanted.tasks) {
-      const auto it = std::find(known.begin(), known.end(), name);
-      if (it == known.end()) {
-        std::string hint = text::did_you_mean(name, known);
-        if (hint.empty())
-          hint = known.empty() ? "world.add_task gives it one."
-                               : "It has " + text::enumerate(known) + ".";
-        return error(ErrorCode::unknown_name, "the world has no task " + quote(name), hint);
-      }
-      threads.emplace_back(sim.snapshot, world.tasks[static_cast<std::size_t>(it - known.begin())]);
-    }
+  RMP_TRY_ASSIGN(std::vector<Thread> threads, threads_of(sim.snapshot, world, wanted));
   if (threads.empty() && wanted.programs.empty())
     return error(ErrorCode::invalid_argument, "the world has no task or program to run",
                  "world.add_task and world.add_program give it one.");
@@ -546,8 +572,18 @@ Result<std::optional<recording::RecordingPtr>> run_once(const sim::Simulator& si
     std::vector<std::string> notes;
     RMP_TRY_ASSIGN(ProgramActor actor, ProgramActor::create(executor, p, notes));
     for (const std::string& n : notes) executor.note(0, n);
+    for (const std::size_t task : actor.tasks()) {
+      if (std::none_of(threads.begin(), threads.end(),
+                       [&](const Thread& t) { return t.place == task; }))
+        threads.emplace_back(sim.snapshot, world.tasks[task], task);
+      executor.give_to_program(task);
+      executor.note(0, "task " + quote(world.tasks[task].name) + " begins when program " +
+                           quote(actor.name()) + " starts it");
+    }
     made.push_back(std::move(actor));
   }
+  for (Thread& t : threads)
+    if (!executor.started()[t.place].is_of_program) t.begin(0);
   std::unique_lock<std::mutex> lock;
   if (watch) lock = std::unique_lock(watch->mutex);
   programs = std::move(made);

@@ -91,7 +91,8 @@ struct ProgramWatch {
 /// What rows of a ProgramWatch may take; beyond it every second older one is given up [bytes].
 inline constexpr std::uint64_t kMostWatchedBytes = std::uint64_t{1} << 30;
 
-/// Every task and program runs by itself from t = 0; moves and waits take time, all else none.
+/// Every task and program runs by itself from t = 0, but for tasks that programs start; moves and
+/// waits take time, all else none.
 /// Columns: time,
 /// `<robot>.q1`, `<robot>.qd1`, `<robot>.qdd1`, ... of all robots, `signal.<name>`, and the poses
 /// `<object>.x .y .z .qw .qx .qy .qz` of the objects that were held; notes tell what was taken, put

@@ -91,6 +91,9 @@ Result<TaskExecutor> TaskExecutor::create(const sim::Simulator& sim, WorldId id,
     s.wire_of_.emplace(signal.name, s.wires_.size());
     s.wires_.push_back({&signal, {{0, signal.initial}}});
   }
+  s.started_.resize(s.world_->tasks.size());
+  for (std::size_t i = 0; i < s.world_->tasks.size(); ++i)
+    s.task_of_.emplace(s.world_->tasks[i].name, i);
   for (std::size_t i = 0; i < s.world_->frames.size(); ++i)
     s.frame_of_.emplace(s.world_->frames[i].name, i);
   for (const model::Attachment& held : s.world_->attachments) {
@@ -272,6 +275,20 @@ Result<void> TaskExecutor::set(const std::string& signal, const std::string& exp
   w.history.emplace_back(t, value);
   ++changes_;
   return {};
+}
+
+bool TaskExecutor::start_task(std::size_t task) {
+  Started& s = started_[task];
+  if (s.is_running) return false;
+  s = {s.is_of_program, true, true, false};
+  ++changes_;
+  return true;
+}
+
+void TaskExecutor::task_ends(std::size_t task) {
+  started_[task].is_running = false;
+  started_[task].is_done = true;
+  ++changes_;
 }
 
 void TaskExecutor::note(double t, const std::string& text) {

@@ -51,8 +51,22 @@ class TaskExecutor {
   /// Its rows at these times, which rise, and all columns that there are by now.
   [[nodiscard]] recording::Recording table(std::vector<double> times) const;
   [[nodiscard]] double step() const { return step_; }
-  /// Counts the changes of signals.
+  /// Counts the changes of signals, and of tasks that programs start.
   [[nodiscard]] std::size_t changes() const { return changes_; }
+
+  // ---- tasks that programs start, by their places in the world ----
+  struct Started {
+    bool is_of_program = false;  ///< does not begin by itself
+    bool is_wanted = false;      ///< is to begin now
+    bool is_running = false;     ///< from then to its end
+    bool is_done = false;        ///< from its end until it is started again
+  };
+  [[nodiscard]] const std::vector<Started>& started() const { return started_; }
+  void give_to_program(std::size_t task) { started_[task].is_of_program = true; }
+  /// False = it runs still, and goes on.
+  bool start_task(std::size_t task);
+  void task_begins(std::size_t task) { started_[task].is_wanted = false; }
+  void task_ends(std::size_t task);
 
   // ---- for who looks on from outside ----
   /// Signals by name with their values now, in the order of the world.
@@ -197,7 +211,8 @@ class TaskExecutor {
   std::vector<Actor> actors_;
   std::vector<Thing> things_;
   std::vector<Wire> wires_;
-  std::unordered_map<std::string, std::size_t> actor_of_, thing_of_, wire_of_, frame_of_;
+  std::vector<Started> started_;
+  std::unordered_map<std::string, std::size_t> actor_of_, thing_of_, wire_of_, frame_of_, task_of_;
   std::vector<std::string> notes_;
   std::set<std::pair<std::string, std::string>> told_;  ///< robot and note of its moves
   std::size_t changes_ = 0;

@@ -135,7 +135,8 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
                  std::string("Give ") + what + ".", what);
   };
   if (b.kind != BindingKind::robot) RMP_TRY(needs("name", !b.name.empty()));
-  if (b.kind == BindingKind::signal || b.kind == BindingKind::joint || b.kind == BindingKind::point)
+  if (b.kind == BindingKind::signal || b.kind == BindingKind::joint ||
+      b.kind == BindingKind::point || b.kind == BindingKind::task)
     RMP_TRY(needs("to", !b.to.empty()));
   if (b.kind == BindingKind::value) RMP_TRY(needs("expression", has(args, "expression")));
   const auto only = [&](const char* what, bool is_of) -> Result<void> {
@@ -473,7 +474,9 @@ RMP_COMMANDS(program_in_world_commands) {
       "in `frame` (its base when left out) and for `tool`. signal: a signal of the world. grip: an "
       "output, or an additional joint by its number, whose change to TRUE takes the object whose "
       "box is nearest to the tool and no farther than `reach`, and to FALSE lets it go. joint: an "
-      "additional joint by its number, as a joint of a robot or mechanism. free: nothing in the "
+      "additional joint by its number, as a joint of a robot or mechanism. task: an output BOOL, "
+      "whose change to TRUE starts a task of the world, which then begins in no other way; an "
+      "input BOOL is TRUE from the task's end until it is started again. free: nothing in the "
       "world; an input then has `value`. "
       "point: a variable POSE, ROBTARGET (its pose), POSITION or ORIENTATION begins where an "
       "object or frame of the world has it: at its frame, or `at` a centre point, part, node or "
@@ -487,7 +490,7 @@ RMP_COMMANDS(program_in_world_commands) {
        choice("kind", binding_words(), "What the name stands for.", true),
        optional("name", "string", "", "In the program; left out, its own robot."),
        optional("to", "string", "",
-                "In the world: robot, signal, the object that a grip takes, the object or frame "
+                "In the world: robot, signal, task, the object that a grip takes, the object or frame "
                 "that a point is on, or the object whose parameters a value has; the world's own "
                 "when left out."),
        optional("frame", "string", "", "Frame or object of the world that targets are in."),
