@@ -33,6 +33,7 @@ struct Event {
   std::vector<std::int32_t> signals;  ///< an output; inputs of a condition by first use
   std::vector<bool> truth;            ///< of the condition, a value for each of the inputs' values
   double speed = -1;                  ///< of LIN, CIRCLE and PATH [mm/s]; -1 = not said
+  double share = -1;                  ///< of PTP [%], which same() does not compare; -1 = not said
   std::size_t target = 0;             ///< which of the motion's targets this is, from 0
   std::uint32_t line = 0;
   [[nodiscard]] std::string text() const {
@@ -95,6 +96,7 @@ inline std::vector<Event> events(const program::Trace& t, bool has_groups) {
       // Where a time is given, the speed is what comes of it.
       if (one.interpolation != RMP_MOVE_PTP && !(m->motion.attributes.time > 0))
         one.speed = m->motion.attributes.speed;
+      if (one.interpolation == RMP_MOVE_PTP) one.share = m->motion.attributes.speed_ptp;
       for (std::size_t k = 0; k < m->motion.targets.size(); ++k) {
         const program::Target& target = m->motion.targets[k];
         Event here = one;
@@ -172,8 +174,9 @@ inline std::pair<std::array<double, 3>, double> circle(const double* a, const do
   for (std::size_t k = 0; k < 3; ++k) centre[k] = a[k] + (dot(v, v) * n[k] + dot(u, u) * m[k]) / d;
   return {centre, std::hypot(centre[0] - a[0], centre[1] - a[1], centre[2] - a[2])};
 }
-/// Whether a place is on the arc from `a` through `b` to `c`, to within 0.02 mm.
-inline bool is_on_arc(const double* a, const double* b, const double* c, const double* p) {
+/// Whether a place is on the arc from `a` through `b` to `c`, to within so many mm.
+inline bool is_on_arc(const double* a, const double* b, const double* c, const double* p,
+                      double mm = 0.02) {
   const auto [centre, radius] = circle(a, b, c);
   std::array<std::array<double, 3>, 4> r{};  // of a, b, c, p from the centre
   const std::array<const double*, 4> places{a, b, c, p};
@@ -205,8 +208,8 @@ inline bool is_on_arc(const double* a, const double* b, const double* c, const d
   const double u = dot(r[3], x), v = dot(r[3], y);
   std::array<double, 3> off{};
   for (std::size_t k = 0; k < 3; ++k) off[k] = r[3][k] - u * x[k] - v * y[k];
-  return std::fabs(std::hypot(u, v) - radius) < 0.02 && std::sqrt(dot(off, off)) < 0.02 &&
-         at * radius < end * radius + 0.02;
+  return std::fabs(std::hypot(u, v) - radius) < mm && std::sqrt(dot(off, off)) < mm &&
+         at * radius < end * radius + mm;
 }
 
 inline constexpr double kMm = 0.01, kDegree = 0.01, kSeconds = 0.01;
