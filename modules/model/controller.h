@@ -109,8 +109,12 @@ constexpr void fields(V& v, Of<Controller>) {
   v("signals", &Controller::signals).by_names().doc("Names and numbers of signals there.");
   v("tools", &Controller::tools).by_names().doc("That the controller keeps.");
   v("frames", &Controller::frames).by_names().doc("That the controller keeps.");
-  v("tool", &Controller::tool).doc("Of the tools: the one that programs begin with.");
-  v("frame", &Controller::frame).doc("Of the frames: the one that programs begin with.");
+  v("tool", &Controller::tool)
+      .file("default_tool")
+      .doc("Of the tools: the one that programs begin with.");
+  v("frame", &Controller::frame)
+      .file("default_frame")
+      .doc("Of the frames: the one that programs begin with.");
   v("prologue", &Controller::prologue).doc("Lines of its language behind a program's beginning.");
   v("epilogue", &Controller::epilogue).doc("Lines of its language at a program's end.");
   v("length_digits", &Controller::length_digits).range(0, 12).doc("Of mm, behind the point.");

@@ -451,6 +451,7 @@ class Reader {
         for (const auto& [word, bits] : kMotions)
           if (word == w) {
             p.caps.motions |= bits;
+            if (bits == kPostCircle) p.caps.circle = PostCircle::via;
             features_.try_emplace(std::string(w), place_of(w));
             found = true;
           }

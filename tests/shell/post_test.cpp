@@ -130,6 +130,57 @@ TEST_F(PostCommand, ExitCodesTellAProgramsFaultsUsageAndWrongInputApart) {
   EXPECT_TRUE(has(run({"post", "--help"}).out, "Exit codes: 0 posted"));
 }
 
+/// Short texts are kept within their string, and move along with it.
+TEST_F(PostCommand, TextsOfAControllersRecordAreWrittenWhateverTheirLength) {
+  const std::string lift = at("lift.irl");
+  std::string tooled = pack("acme");
+  tooled.replace(tooled.find("BEGIN\n"), 6, "BEGIN {{tool}} {{frame}}\n");
+  write(at("tooled.post"), tooled);
+  const auto record = [&](const std::string& target, const std::string& line) {
+    write(at("r.ctl"), "robomosp controller 1\nname \"c\"\ntarget \"" + target +
+                           "\"\nprogram \"P1\"\nprologue \"" + line + "\"\nepilogue \"E" + line +
+                           "\"\nsignal grip { target \"G9\" number 9 }\n"
+                           "tool t { number 4 }\nframe f { number 5 }\n"
+                           "default_tool \"t\"\ndefault_frame \"f\"\n");
+  };
+  for (std::size_t length = 1; length < 40; length += length < 20 ? 1 : 7) {
+    std::string line;
+    for (std::size_t i = 0; i < length; ++i) line += static_cast<char>('A' + i % 26);
+    record("krl", line);
+    const Outcome krl = post({lift, "--profile", at("r.ctl"), "--robot", "ur5"});
+    EXPECT_EQ(krl.code, 0) << krl.err;
+    EXPECT_TRUE(has(krl.out, line + "\n") && has(krl.out, "E" + line + "\n")) << krl.out;
+    EXPECT_FALSE(has(krl.out, std::string(1, '\0'))) << length;
+    record("acme", line);
+    const Outcome acme = post({lift, "--templates", at("tooled.post"), "--profile", at("r.ctl")});
+    EXPECT_EQ(acme.code, 0) << acme.err;
+    EXPECT_EQ(acme.out, "=== P1.txt\nBEGIN 4 5\n  " + line +
+                            "\n  GO 500 0 120 180 0 180 80\n  ON 9\n  E" + line + "\nEND\n");
+  }
+}
+
+TEST_F(PostCommand, ACircleIsWrittenByThePacksTemplate) {
+  write(at("arc.irl"),
+        "PROGRAM arc;\nVAR POSE: a := POSE(POSITION(500.0, 0.0, 120.0), ORIZYX(0.0, 180.0, 0.0)),\n"
+        "  b := POSE(POSITION(550.0, 50.0, 120.0), ORIZYX(0.0, 180.0, 0.0)),\n"
+        "  c := POSE(POSITION(600.0, 0.0, 120.0), ORIZYX(0.0, 180.0, 0.0));\n"
+        "BEGIN\n  MOVE LIN a;\n  MOVE CIRCLE b, c SPEED := 40.0;\nENDPROGRAM;\n");
+  std::string round =
+      pack("acme",
+           "== circle\nARC {{via_x}} {{via_y}} {{via_z}} TO {{x}} {{y}} {{z}} {{a}} "
+           "{{b}} {{c}} AT {{speed}}\n");
+  round.replace(round.find("motions: lin"), 12, "motions: lin circle");
+  write(at("round.post"), round);
+  const Outcome with = post({at("arc.irl"), "--templates", at("round.post")});
+  EXPECT_EQ(with.code, 0) << with.err;
+  EXPECT_EQ(with.err, "");
+  EXPECT_TRUE(has(with.out, "ARC 550 50 120 TO 600 0 120 180 0 180 AT 40\n")) << with.out;
+  // Without, it is straight pieces, and said to be.
+  write(at("good.post"), pack("acme"));
+  const Outcome without = run({"post", at("arc.irl"), "--templates", at("good.post")});
+  EXPECT_TRUE(has(without.err, "straight pieces")) << without.err;
+}
+
 TEST_F(PostCommand, APackIsReadAsItIsAndItsFaultsHaveAPlace) {
   const std::string lift = at("lift.irl");
   const auto told = [&](const std::string& text) {

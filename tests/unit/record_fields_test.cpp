@@ -4,6 +4,7 @@
 // and describe; undo must bring its bits back.
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -17,7 +18,10 @@
 #include "document/digest.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "kernel/text.h"
+#include "model/controller.h"
 #include "model/data.h"
+#include "model/declare.h"
 #include "support/field_walk.h"
 #include "support/sample_records.h"
 
@@ -179,6 +183,76 @@ TEST(Declarations, SayWhatEachFieldIs) {
       EXPECT_TRUE(!is_word || !field->type->words.empty()) << name;
     }
   }
+}
+
+TEST(Declarations, NoTwoFieldsOfAStructShareAWordInFiles) {
+  (void)model::register_kind_of<model::Controller>("controller", ".ctl", "controllers");
+  std::set<const model::Type*> seen;
+  const std::function<void(const model::Type&, const std::string&)> look =
+      [&](const model::Type& t, const std::string& name) {
+        if (t.element) return look(*t.element, name);
+        if (!seen.insert(&t).second) return;
+        std::set<std::string_view> words;
+        for (const model::Field& f : t.fields) {
+          EXPECT_TRUE(words.insert(f.word_in_files()).second) << name << ": " << f.word_in_files();
+          look(*f.type, name + "." + std::string(f.name));
+        }
+      };
+  // The others have files of their own.
+  for (const Kind kind : all_kinds().subspan(kNamedKinds))
+    look(*model::info(kind).type, std::string(to_string(kind)));
+}
+
+/// All fields of a controller have another value than the usual one, and come back.
+TEST(ControllerFile, HasEveryFieldOfAControllerAndIsReadBack) {
+  const Kind kind = model::register_kind_of<model::Controller>("controller", ".ctl", "controllers");
+  model::Controller c;
+  c.description = "cell 3";
+  c.target = "krl";
+  c.program = "MAIN";
+  c.axes = {{"A1", 2, true, true, -1, 5, 1000, -10, 10}};
+  c.signals = {{"grip", "$OUT", 17, "hand", true}};
+  c.tools.resize(2);
+  c.tools[0].name = "hand";
+  c.tools[1] = {"torch", 3, {}, 2.5};
+  c.tools[1].placement.position = {0.1, 0.2, 0.3};
+  c.frames = c.tools;
+  c.frames[1].mass = 0;
+  c.tool = "torch";
+  c.frame = "hand";
+  c.prologue = {"ABC", "a longer line than fits into a string itself"};
+  c.epilogue = {"X", ""};
+  c.length_digits = 1;
+  c.angle_digits = 2;
+  c.speed_digits = 5;
+  c.max_points = 10;
+  c.max_lines = 20;
+  c.max_bytes = 30;
+  c.max_speed = 0.5;
+  c.max_speed_ori = 1.5;
+  c.options = {{"acc_cp", "1.5"}};
+  const model::Controller usual;
+  const model::Body body = model::OtherContent(kind, c), plain = model::OtherContent(kind, usual);
+  EXPECT_EQ(model::differences(body, plain).size(), model::info(kind).type->fields.size());
+  const auto read = [&](const std::string& text) {
+    Document d;
+    auto tx = d.begin("load");
+    auto loaded = io::load_text(*tx, text, "cell.ctl", fs::temp_directory_path(), {});
+    EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.error().sentence()) << "\n" << text;
+    return loaded.ok() ? tx->now().find(loaded->id)->body : model::Body{};
+  };
+  Document d;
+  auto tx = d.begin("add");
+  const auto id = tx->add({"cell", "", body});
+  ASSERT_TRUE(id.ok()) << id.error().sentence();
+  const auto text = io::print(tx->now(), *id, "cell.ctl", {});
+  ASSERT_TRUE(text.ok()) << text.error().sentence();
+  EXPECT_NE(text->find("default_tool \"torch\""), std::string::npos) << *text;
+  const auto back = read(*text);
+  EXPECT_TRUE(model::equal(back, body)) << *text << text::join(model::differences(back, body), " ");
+  // As they were written before the chosen ones had words of their own.
+  const auto old = read("robomosp controller 1\nname cell\ntarget \"krl\"\ntool hand { }\n");
+  EXPECT_EQ(std::get<model::OtherContent>(old).as<model::Controller>().tools.size(), 1U);
 }
 
 TEST(Differences, NameThePathsOfWhatDiffers) {

@@ -107,8 +107,13 @@ class HostKinematics final : public PostKinematics {
   Progress& progress_;
 };
 
-/// A controller's record as posts see it; owns what the views refer to.
+/// A controller's record as posts see it; owns what the views refer to, and stays where it is: the
+/// text of a short string moves along with the string.
 struct Profile {
+  Profile() = default;
+  Profile(const Profile&) = delete;
+  Profile& operator=(const Profile&) = delete;
+
   Controller record;
   std::string name, prologue, epilogue;
   std::vector<PostAxis> axes;
@@ -217,7 +222,7 @@ struct Asked {
   ProviderInfo info;
   std::shared_ptr<Post> post;
   std::unique_ptr<Params> params;
-  Profile profile;
+  std::unique_ptr<Profile> profile = std::make_unique<Profile>();
   std::shared_ptr<const RobotModel> robot;
   std::unique_ptr<HostKinematics> kinematics;
   std::vector<double> start;
@@ -264,7 +269,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
     before =
         program_post::known_points(code, asked.robot.get(), asked.kinematics.get(), asked.start);
     options.points = before.points;
-    RMP_TRY_ASSIGN(options.chord_mm, chord_of(asked.profile.view, options.chord_mm));
+    RMP_TRY_ASSIGN(options.chord_mm, chord_of(asked.profile->view, options.chord_mm));
   }
   options.parts = parts;
   options.name = asked.name;
@@ -279,7 +284,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   task.points = points.points;
   task.robot = asked.robot.get();
   task.kinematics = asked.kinematics.get();
-  task.profile = &asked.profile.view;
+  task.profile = &asked.profile->view;
   RMP_TRY(asked.post->write(task, *asked.params, out, ctx.progress));
   Written written;
   written.parts = legal.parts;
@@ -293,7 +298,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
                                 ", and the controller takes " + std::to_string(most),
                             "Split the program, or raise the limit in the controller's record."});
   };
-  const auto& profile = asked.profile.view;
+  const auto& profile = asked.profile->view;
   for (const auto& [name, bytes] : out.files) {
     over(profile.max_bytes, static_cast<std::int64_t>(bytes.size()), "bytes", name);
     over(profile.max_lines > 0 ? profile.max_lines : caps.max_lines,
@@ -354,21 +359,21 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& c
   if (has(args, "profile")) {
     const AnyId id = ref(args, "profile");
     const model::Record* r = ctx.snapshot().find(id);
-    out.profile.record = std::get<model::OtherContent>(r->body).as<Controller>();
-    out.profile.name = r->name;
+    out.profile->record = std::get<model::OtherContent>(r->body).as<Controller>();
+    out.profile->name = r->name;
   }
   std::string target = text_of(args, "target");
-  if (target.empty()) target = out.profile.record.target;
+  if (target.empty()) target = out.profile->record.target;
   if (target.empty())
     return error(ErrorCode::invalid_argument, "no target is given",
                  "Give target = \"krl\" or a profile; program.targets lists them.", "target");
-  if (has(args, "profile") && !out.profile.record.target.empty() &&
-      out.profile.record.target != target)
+  if (has(args, "profile") && !out.profile->record.target.empty() &&
+      out.profile->record.target != target)
     return error(ErrorCode::invalid_argument,
-                 "controller " + text::quote(out.profile.name) + " is of the target " +
-                     text::quote(out.profile.record.target) + ", not " + text::quote(target),
+                 "controller " + text::quote(out.profile->name) + " is of the target " +
+                     text::quote(out.profile->record.target) + ", not " + text::quote(target),
                  "Give the profile without a target.", "target");
-  RMP_TRY(out.profile.fill());
+  RMP_TRY(out.profile->fill());
   RMP_TRY_ASSIGN(out.info, ctx.app.registry.find(Post::kInterfaceId, target));
   RMP_TRY_ASSIGN(auto post, ctx.app.registry.create<Post>(out.info.name));
   out.post = std::shared_ptr<Post>(std::move(post));
@@ -388,7 +393,7 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& c
     out.start = robotics::home_joint_values(r);
   }
   out.name = text_of(args, "name");
-  if (out.name.empty()) out.name = out.profile.record.program;
+  if (out.name.empty()) out.name = out.profile->record.program;
   if (out.name.empty()) out.name = plain(code.name);
   return out;
 }
