@@ -343,6 +343,56 @@ TEST_F(ProgramRefresh, OtherProgramsThatWaitDoNotMoveThePlace) {
   EXPECT_NEAR(time(), 0.25, 1e-12);
 }
 
+TEST_F(ProgramRefresh, ValuesThatWereGivenCountAgain) {
+  live_ =
+      call("world.start_run", {{"id", cell_},
+                               {"of", "tasks"},
+                               {"with", Map{{"program", "count"}, {"values", Map{{"sum", 100}}}}}});
+  const Value b = stops({{"line", 8}, {"condition", "i = 3"}});
+  go();
+  EXPECT_EQ(value("sum"), "103");
+  refresh();
+  EXPECT_EQ(at(place(), "breakpoint").text(), at(b, "number").text());
+  EXPECT_EQ(value("sum"), "103");
+  edit("sum := sum + n;", "sum := sum + 2 * n;");
+  refresh();
+  EXPECT_EQ(value("sum"), "106");
+  call("run.reset", {{"id", live_}});
+  EXPECT_EQ(at(go(), "breakpoint").text(), at(b, "number").text());
+  EXPECT_EQ(value("sum"), "106");
+}
+
+TEST_F(ProgramRefresh, AFaultIsMendedWhereItStands) {
+  edit("sum := sum + n;", "sum := sum + n DIV (3 - n);");
+  live_ = start();
+  const std::string said = fails("run.continue", {{"id", live_}}).sentence();
+  EXPECT_NE(said.find("divides by zero"), std::string::npos) << said;
+  EXPECT_EQ(at(place(), "reason").text(), "fault");
+  const double when = time();
+  EXPECT_GT(when, 0.2);
+  edit("n DIV (3 - n)", "n");
+  refresh();
+  EXPECT_EQ(time(), when);
+  EXPECT_EQ(at(go(), "is_complete").text(), "true");
+  EXPECT_EQ(value("sum"), "15");
+}
+
+TEST_F(ProgramRefresh, ARunThatPlaysRestsAndGoesOn) {
+  edit("TO 5", "TO 400");
+  edit("0.0, 10.0), ORI", "0.0, 0.1), ORI");
+  live_ = start();
+  call("run.play", {{"id", live_}, {"speed", "max"}});
+  while (time() < 0.5) {
+  }
+  edit("TO 400", "TO 300");
+  const Value now = refresh();
+  EXPECT_EQ(at(now, "is_playing").text(), "false");
+  EXPECT_GE(at(now, "time").number(), 0.5);
+  call("run.play", {{"id", live_}, {"speed", "max"}});
+  EXPECT_EQ(at(call("run.finish", {{"id", live_}}), "is_complete").text(), "true");
+  EXPECT_EQ(value("sum"), "45150");
+}
+
 TEST_F(ProgramRefresh, AResetThatCannotBeginLeavesTheRun) {
   stops({{"line", 8}, {"condition", "i = 3"}});
   go();
