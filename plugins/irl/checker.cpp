@@ -695,6 +695,7 @@ void Checker::give_role(Id t, std::uint32_t name, const Node& where) {
            out_.fields[x.first_field + 1].type == RMP_TYPE_INT &&
            out_.fields[x.first_field + 2].type != kBad &&
            out_.types[out_.fields[x.first_field + 2].type].kind == RMP_TYPE_ARRAY &&
+           out_.types[out_.fields[x.first_field + 2].type].element == RMP_TYPE_INT &&
            field_role(3) == RMP_ROLE_ADD_JOINT;
     needed = "a POSE, an INT (status), an array of INT (turns) and an ADD_JOINT";
   } else if (n == "R_SPEC_TYPE") {

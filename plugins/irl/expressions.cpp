@@ -152,14 +152,22 @@ bool Checker::is_pure(Id e) const {
   return true;
 }
 
+/// A type of the language or of the cell, whatever has its name in the program.
 Id Checker::named_type(std::string_view name) const {
   const Id n = names_.find(name);
   if (n == kNone) return kBad;
-  const Id s = lookup(n);
-  return s != kNone && out_.symbols[s].kind == RMP_SYMBOL_TYPE ? out_.symbols[s].type : kBad;
+  constexpr Id kPredefinedScope = 0, kCellScope = 1;
+  for (const Id scope : {kPredefinedScope, kCellScope}) {
+    if (scope >= known_.size()) continue;
+    const auto found = known_[scope].find(n);
+    if (found != known_[scope].end() && out_.symbols[found->second].kind == RMP_SYMBOL_TYPE)
+      return out_.symbols[found->second].type;
+  }
+  return kBad;
 }
 
 Id Checker::zero(Id type, const rmp_span& where) {
+  if (type == kBad) return add_with(RMP_EXPR_MAKE, kBad, where, {});  // that has been said
   if (type == RMP_TYPE_REAL) return literal(out_.real(0), where);
   if (type == RMP_TYPE_STRING) return literal(out_.text(""), where);
   if (is_basic(type)) return literal(out_.integer(0, type), where);
@@ -485,6 +493,12 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
     return bad(n);
   };
   const std::string name(in->name);
+  const auto without_type = [&](bool is_joint) {
+    return failed(
+        kNone,
+        name + " is of " + (is_joint ? "JOINT" : "ROBTARGET") + ", and the cell has no such type",
+        "Declare it in the cell, as the standard one does.");
+  };
   const char many = in->parameters == "w" || in->parameters == "m" ? in->parameters[0] : '\0';
   if (!many && nodes.size() != in->parameters.size()) {
     for (const Id a : nodes) expression(a);
@@ -511,6 +525,7 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
     else if (p == 'J') wanted = named_type("JOINT");
     else if (p == 'T') wanted = named_type("ROBTARGET");
     else if (p == 'e') wanted = element;
+    if (wanted == kBad && (p == 'J' || p == 'T')) return without_type(p == 'J');
     Id e = expression(nodes[k], wanted);
     const Id t = type_of(e);
     if (t == kBad) {
@@ -575,6 +590,7 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
   else if (r == "P") result = named_type("POSE");
   else if (r == "J") result = named_type("JOINT");
   else if (r == "T") result = named_type("ROBTARGET");
+  if (result == kBad) return without_type(r == "J");
   // Functions of numbers that are known are numbers that are known.
   std::vector<double> x;
   for (const Id a : arguments) {
