@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Seeded mutation of the files that are neither native nor of CAD: robots as URDF, MJCF and SDF,
 // recordings as CSV and in the program's own format, journals of unsaved work, shapes of imported
-// solids. What is refused is refused in a sentence and leaves the document as it was; what is read
-// can be used.
+// solids, programs and profiles of controllers. What is refused is refused in a sentence and leaves
+// the document as it was; what is read can be used.
 #include <unistd.h>
 
 #include <algorithm>
@@ -298,6 +298,40 @@ TEST_F(FileFuzz, ShapesOfImportedSolidsAreReadOrRefusedInASentence) {
       (void)may("solid.volume", of, text);
       (void)may("solid.text", of, text);
     }
+    return true;
+  });
+}
+
+TEST_F(FileFuzz, ProgramsAndControllersAreReadOrRefusedInASentence) {
+  const Value lift =
+      call("program.create",
+           {{"name", "lift"},
+            {"source",
+             "PROGRAM lift;\nSIGNAL INPUT BOOL: here AT 1; OUTPUT BOOL: grip AT 2;\nVAR POSE: p := "
+             "POSE(POSITION(500.0, 0.0, 120.0), ORIZYX(0.0, 180.0, 0.0));\nBEGIN\n  WAIT FOR "
+             "here;\n  MOVE "
+             "LIN p SPEED := 80.0;\n  grip := TRUE;\nENDPROGRAM;\n"}});
+  call("program.save", {{"id", lift}, {"file", (folder_ / "lift.prg").string()}});
+  const fs::path library = fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/controllers";
+  std::vector<std::string> names{"lift.prg"};
+  for (const char* name : {"kuka_krc.ctl", "fanuc_r30ib.ctl", "melfa_cr800.ctl", "linuxcnc_abc.ctl",
+                           "yaskawa_dx200.ctl"}) {
+    put(folder_ / name, get(library / name));
+    names.emplace_back(name);
+  }
+  const std::string source = *call("program.source", {{"id", lift}}).as_string();
+  change(names, 0.2, [&](const fs::path& file, const std::string& text) {
+    app().document.clear();
+    if (!may("file.load", {{"file", file.string()}}, text)) return false;
+    app().document.clear();
+    const Value loaded = call("file.load", {{"file", file.string()}});
+    if (file.extension() == ".prg") {
+      (void)may("program.check", {{"id", loaded}}, text);
+      (void)may("program.code", {{"id", loaded}}, text);
+      return true;
+    }
+    const Value program = call("program.create", {{"name", "lift"}, {"source", source}});
+    (void)may("program.post", {{"id", program}, {"profile", loaded}}, text);
     return true;
   });
 }
