@@ -929,6 +929,32 @@ TEST_F(RoundTrip, WhatACallChangesIsReadBeforeAndBehindItAsInTheProgram) {
   EXPECT_NE(text.find("up(&i, 1)"), std::string::npos) << text;
 }
 
+TEST_F(RoundTrip, FunctionsAreAskedInConditionsThatAreAskedAgain) {
+  const std::string source = telling(
+      "INT: i := 0, n;\n",
+      "FUNCTION up (INOUT INT: w; IN INT: by): INT;\nBEGIN\n  w := w + by;\n  RETURN w;\nENDFCT;\n"
+      "FUNCTION is_less (IN INT: p): BOOL;\nBEGIN\n  RETURN p < 3;\nENDFCT;\n",
+      "  WHILE is_less(n)\n    n := n + 1; tell(n);\n  ENDWHILE;\n"
+      "  WHILE up(i, 1) < 4 AND is_less(i - 1)\n    tell(i + 1);\n  ENDWHILE;\n"
+      "  REPEAT tell(2); UNTIL up(i, 2) > 9 OR NOT is_less(n - 1);\n"
+      "  IF i = 0 THEN tell(1); ELSIF up(i, 1) > 30 THEN tell(2); ELSIF is_less(2) THEN tell(3);\n"
+      "  ELSE tell(4); ENDIF;\n"
+      "  tell(i);\n"
+      "  MOVE PTP POSE(POSITION(450.0, 0.0, 300.0), ORIZYX(0.0, 120.0, 0.0));\n");
+  const Value id = call("program.create", {{"name", std::string("telling")}, {"source", source}});
+  for (const Read& language : kRead) {
+    // VAL3 has functions before its lines only, and says so.
+    if (std::string(language.target) == "gcode" || std::string(language.target) == "val3") continue;
+    const auto found = round_trip(id, "telling", language, "structured", true);
+    ASSERT_TRUE(found) << language.target << ": " << refused(id, language.target);
+    EXPECT_EQ(*found, "") << language.target;
+  }
+  for (const char* to : {"c", "pa10", "pdl2", "pacscript"})
+    EXPECT_EQ(refused(id, to), "it is") << to;
+  for (const char* to : {"val3", "as"})
+    EXPECT_NE(refused(id, to).find("telling.irl:"), std::string::npos) << refused(id, to);
+}
+
 TEST_F(RoundTrip, FunctionsThatChangeNothingStandInTheirExpressions) {
   const std::string source = telling(
       "INT: i := 1, x;\n", "FUNCTION twice (IN INT: p): INT;\nBEGIN\n  RETURN p + p;\nENDFCT;\n",

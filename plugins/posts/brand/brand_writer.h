@@ -437,7 +437,7 @@ class BrandWriter : public Writer {
   virtual std::string function(std::string_view) { return ""; }
   Text compose(std::uint32_t a, std::uint32_t b, const rmp_code_expression& e) override {
     if (role(e.type) == RMP_ROLE_POSITION) {
-      cannot("a position moved by @ while it runs",
+      cannot("positions that are moved by @ while it runs",
              "Write POSE(position, orientation) @ and use the pose that comes out.");
       return {};
     }

@@ -108,7 +108,7 @@ class CrclWriter final : public brand::BrandWriter {
   }
   std::string rotation(std::size_t, const std::string&) override { return "rotation"; }
   Text product(const Text& a, const Text&) override {
-    cannot("the operator @");
+    cannot("operator @");
     return a;
   }
   Text inverse_of(const Text& a) override {

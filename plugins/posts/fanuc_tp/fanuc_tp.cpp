@@ -227,7 +227,7 @@ class TpWriter final : public MoveWriter {
         return;
       }
       if (x.op != RMP_EXPR_MAKE) {
-        cannot("this value of type " + type_name(t) + " at the start of a variable",
+        cannot("such value of type " + type_name(t) + " at the start of a variable",
                "Assign its parts in the program.");
         return;
       }
@@ -331,13 +331,13 @@ class TpWriter final : public MoveWriter {
     if (const auto p = pose_part(object, n)) return {*p};
     if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0)), space_of(e.type)))
       return {slot_text(*s)};
-    cannot("this part of a value while it runs", "Use numbers, or post the flattened program.");
+    cannot("such part of a value while it runs", "Use numbers, or post the flattened program.");
     return {"R[1]"};
   }
   Text index(std::uint32_t, std::uint32_t, const rmp_code_expression& e) override {
     if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0)), space_of(e.type)))
       return {slot_text(*s)};
-    cannot("this element while it runs", "Use an ARRAY of numbers, or post the flattened program.");
+    cannot("such element while it runs", "Use an ARRAY of numbers, or post the flattened program.");
     return {"R[1]"};
   }
   void assign_pose(std::int64_t to, std::uint32_t value) {
@@ -390,6 +390,8 @@ class TpWriter final : public MoveWriter {
   std::span<const Operator> operators() const override {
     static constexpr Operator kAll[] = {
         {RMP_EXPR_NOT, "!", 8, Operator::prefix},
+        // There is a sign of numbers only.
+        {RMP_EXPR_NEGATE, "0-", 6, Operator::prefix_group},
         {RMP_EXPR_ADD, "+", 6},
         {RMP_EXPR_SUBTRACT, "-", 6},
         {RMP_EXPR_MULTIPLY, "*", 7},
@@ -437,6 +439,15 @@ class TpWriter final : public MoveWriter {
   Text intrinsic(std::string_view f, std::span<const std::uint32_t> a,
                  const rmp_code_expression& e) override {
     if (f == "FLOAT") return expr(a[0]);
+    if (f == "ABS" && !is_asked_again_) {
+      const std::string v = operand(a[0]);
+      const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
+      put(reg + "=" + v);
+      put("IF (" + reg + "<0) THEN");
+      put(reg + "=(0-" + reg + ")");
+      put("ENDIF");
+      return {reg};
+    }
     return Writer::intrinsic(f, a, e);
   }
 
@@ -465,7 +476,7 @@ class TpWriter final : public MoveWriter {
     }
     const auto v = known(value);
     if (!v) {
-      cannot("an INT on single outputs while it runs",
+      cannot("INT on single outputs while it runs",
              "Make a group of them, and give the profile its number with kind G.");
       return;
     }
@@ -481,7 +492,7 @@ class TpWriter final : public MoveWriter {
   }
   Text read(const Signal& s) {
     if (s.type == RMP_TYPE_INT && !is_group(s)) {
-      cannot("an INT of single signals",
+      cannot("INT of single signals",
              "Make a group of them, and give the profile its number with kind G.");
       return {"R[1]"};
     }
@@ -625,13 +636,16 @@ class TpWriter final : public MoveWriter {
     put("WAIT " + s + "(sec)");
   }
   void wait_for(std::uint32_t c, std::uint32_t timeout) override {
+    is_asked_again_ = true;
+    const std::string asked = condition(c);
+    is_asked_again_ = false;
     if (timeout == RMP_NONE) {
-      put("WAIT " + condition(c));
+      put("WAIT " + asked);
       return;
     }
     const auto v = known(timeout);
     if (!v || !(*v >= 0 && *v <= 327)) {
-      cannot(v ? "a TIMEOUT of " + shortest(*v) + " s" : "a TIMEOUT that is computed",
+      cannot(v ? "TIMEOUT of " + shortest(*v) + " s" : "TIMEOUT that is computed",
              "Give a constant from 0 to 327 s.");
       return;
     }
@@ -640,7 +654,7 @@ class TpWriter final : public MoveWriter {
     if (told) put(variable(flag).text + "=(OFF)");
     put("$WAITTMOUT=" + fixed(*v * 100, 0));
     const std::string late = new_label();
-    put("WAIT " + condition(c) + " TIMEOUT," + late);
+    put("WAIT " + asked + " TIMEOUT," + late);
     if (told) {
       const std::string on = new_label();
       put("JMP " + on);
@@ -813,7 +827,7 @@ class TpWriter final : public MoveWriter {
     if (has_time(m)) {
       const auto t = time_of(m);
       if (!t) {
-        if (!m[RMP_ATTR_TIME].known) cannot("a TIME that is computed", "Give a constant.");
+        if (!m[RMP_ATTR_TIME].known) cannot("TIME that is computed", "Give a constant.");
         return " 100%";
       }
       std::string s = fixed(*t, 1);
@@ -936,6 +950,7 @@ class TpWriter final : public MoveWriter {
   std::int32_t used_frame_ = 0, used_tool_ = 1;
   Pose used_frame_pose_;
   std::string skip_;
+  bool is_asked_again_ = false;  ///< a condition that is looked at until it is true
   double cnt_mm_ = 100;
   int externals_ = 0;
 };

@@ -344,7 +344,7 @@ class TrajectoryWriter final : public StraightWriter {
     const auto v = seconds(e, 1e6);
     if (!v || *v == 0) return;
     if (points_.empty()) {
-      cannot("a wait before the first motion", "Move first.");
+      cannot("wait before the first motion", "Move first.");
       return;
     }
     add(points_.back().q, *v);

@@ -512,7 +512,7 @@ class KrlWriter final : public post::DeclaredWriter {
       case RMP_ROLE_MAIN_JOINT: return "A" + std::to_string(number + 1);
       case RMP_ROLE_ADD_JOINT: return "E" + std::to_string(number + 1);
       case RMP_ROLE_ROBTARGET:
-        cannot("this part of a target", "Only its PSE is there.");
+        cannot("such part of a target", "Only its PSE is there.");
         return "S";
       case RMP_ROLE_ORIENTATION:
         cannot("quaternions", "Use ANGLEX, ANGLEY and ANGLEZ of the mode 'ZYX' instead.");

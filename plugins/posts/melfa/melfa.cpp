@@ -198,7 +198,7 @@ class MelfaWriter final : public MoveWriter {
     std::span<const std::uint32_t> parts;
     if (e != RMP_NONE) {
       if (expression(e).op != RMP_EXPR_MAKE) {
-        cannot("this value of type " + type_name(t) + " at the start of a variable",
+        cannot("such value of type " + type_name(t) + " at the start of a variable",
                "Assign its parts in the program.");
         return;
       }
@@ -274,14 +274,14 @@ class MelfaWriter final : public MoveWriter {
     if (const auto p = place(static_cast<std::uint32_t>(&e - &expression(0))))
       return {place_text(*p)};
     if (role(expression(object).type) == RMP_ROLE_ROBTARGET && n == 0) return expr(object);
-    cannot("this part of a value while it runs",
+    cannot("such part of a value while it runs",
            "Read X, Y and Z, or post the flattened program (form = \"flat\").");
     return {"M1"};
   }
   Text index(std::uint32_t, std::uint32_t, const rmp_code_expression& e) override {
     if (const auto p = place(static_cast<std::uint32_t>(&e - &expression(0))))
       return {place_text(*p)};
-    cannot("this element while it runs", "Use an ARRAY of the program.");
+    cannot("such element while it runs", "Use an ARRAY of the program.");
     return {"M1"};
   }
   void assign(std::uint32_t to, std::uint32_t value) override {
@@ -650,7 +650,7 @@ class MelfaWriter final : public MoveWriter {
       const std::string to = part(s, "", kind(p.type));
       auto where = p.mode == RMP_MODE_IN ? std::nullopt : place(arguments[k]);
       if (p.mode != RMP_MODE_IN && !where) {
-        cannot("this place as an OUT parameter", "Use a variable.");
+        cannot("such place as an OUT parameter", "Use a variable.");
         return;
       }
       // The element that it was before the call gets the value.

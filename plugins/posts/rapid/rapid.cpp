@@ -445,7 +445,7 @@ class RapidWriter final : public post::DeclaredWriter {
       return place(object) + "." + field_name(expression(object).type, x.symbol);
     const std::string word = part(of, x.symbol);
     if (word.empty()) {
-      cannot("this part of " + type_name(expression(object).type),
+      cannot("such part of " + type_name(expression(object).type),
              "PSE and the additional joints of a target are there.");
       return "x";
     }

@@ -305,7 +305,7 @@ class UrWriter final : public MoveWriter {
           if (e != RMP_NONE) {
             const auto& v = expression(e);
             if (v.op != RMP_EXPR_MAKE) {
-              cannot("this value of type " + type_name(of) + " at the start of a variable",
+              cannot("such value of type " + type_name(of) + " at the start of a variable",
                      "Assign its parts in the program.");
               fine = false;
               return;
@@ -425,7 +425,7 @@ class UrWriter final : public MoveWriter {
       return {"str_at(" + text(object) + ", " + less(i, 1) + ")"};
     const auto me = static_cast<std::uint32_t>(&e - &expression(0));
     if (auto p = place(me)) return {place_text(*p)};
-    cannot("this use of an element", "Assign it to a variable first.");
+    cannot("such use of an element", "Assign it to a variable first.");
     return {"x"};
   }
   Text field(std::uint32_t object, std::uint32_t n, const rmp_code_expression& e) override {
@@ -851,7 +851,7 @@ class UrWriter final : public MoveWriter {
   void intrinsic_call(std::string_view f, std::span<const std::uint32_t> a) override {
     if (f == "ACQUIRE") {
       const auto p = place(a[0]);
-      if (!p) return cannot("this semaphore");
+      if (!p) return cannot("such semaphore");
       const std::string s = place_text(*p);
       line("enter_critical");
       open("while " + s + " <= 0:");
@@ -865,7 +865,7 @@ class UrWriter final : public MoveWriter {
     }
     if (f == "RELEASE") {
       const auto p = place(a[0]);
-      if (!p) return cannot("this semaphore");
+      if (!p) return cannot("such semaphore");
       const std::string s = place_text(*p);
       line("enter_critical");
       line(s + " = " + s + " + 1");
