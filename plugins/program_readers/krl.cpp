@@ -570,6 +570,19 @@ class Krl final : public Reader {
       bad(at, "BAS(#" + std::string(what.raw) + ") is not known");
     }
   }
+  /// FHOME and PDEFAULT as the controller comes with them in $config.dat, which every program of
+  /// inline forms begins with; nothing of other names.
+  std::map<std::string, Symbol>::iterator delivered_data(const Token& name) {
+    Symbol s;
+    s.kind = Symbol::data;
+    if (name.low == "fhome") s.fields = {{"tool_no", integer(0)}, {"base_no", integer(0)}};
+    else if (name.low == "pdefault") s.fields = {{"apo_dist", integer(100)}};
+    else return globals_.end();
+    warn(name.at,
+         std::string(name.raw) + " is in $config.dat, which is not among the files; " +
+             (name.low == "fhome" ? "tool 0 and base 0 are taken" : "APO_DIST 100 is taken"));
+    return globals_.emplace(name.low, std::move(s)).first;
+  }
   void take_data(const std::string& name, std::string_view kind, const At& at) {
     const auto& fields = globals_.at(name).fields;
     if (const auto it = fields.find("apo_dist"); it != fields.end())
@@ -963,7 +976,8 @@ class Krl final : public Reader {
       next();
       next();
       const Token from = next();
-      const auto it = globals_.find(from.low);
+      auto it = globals_.find(from.low);
+      if (it == globals_.end()) it = delivered_data(from);
       if (it == globals_.end() || it->second.kind != Symbol::data) {
         bad(at, std::string(from.raw.substr(0, 40)) + " is declared nowhere",
             "Read the program together with its .dat.");

@@ -1112,6 +1112,7 @@ class Melfa final : public Reader {
   void assignment(const At& at) {
     const Token name = peek();
     will_write(name.low);
+    learned_.flags.insert("valued " + name.low);
     next();
     suffix();
     const bool is_plain = is("=");
@@ -1331,7 +1332,7 @@ class Melfa final : public Reader {
       const Type guess = learned_.types.contains(t.low) ? learned_.types[t.low] : type_of(t);
       if (guess.k == K::target || guess.k == K::joint) {
         if (guess.k == K::target) learned_.turns = 6;
-        if (!learned_.types.contains(t.low))
+        if (!learned_.flags.contains("valued " + t.low))
           fail(at, std::string(t.raw) + " has no value in the program; it is zero here",
                "Teach it, or add its line.");
       }

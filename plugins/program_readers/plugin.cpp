@@ -44,17 +44,35 @@ struct Krl {
   }
   static std::vector<std::string> needs(const SourceFile& f) {
     const std::string name(stem(f.name));
-    if (extension(f.name) == "src") return {name + ".dat"};
+    if (extension(f.name) == "src") return {name + ".dat", "$config.dat"};
     return {};
   }
   static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
     return read_krl(t, p, g);
   }
 };
-struct Rapid : Alone {
-  static constexpr ReaderFormat kFormats[] = {
-      {"mod", "ABB RAPID"}, {"prg", "ABB RAPID"}, {"sys", "ABB RAPID, system module"}};
+struct Rapid {
+  static constexpr ReaderFormat kFormats[] = {{"mod", "ABB RAPID"},
+                                              {"prg", "ABB RAPID"},
+                                              {"sys", "ABB RAPID, system module"},
+                                              {"pgf", "ABB RAPID, list of a program's modules"}};
   static std::int32_t claims(const SourceFile& f) { return claim(f, {"module", "%%%", "proc"}); }
+  /// The modules of a .pgf; and of a module CalibData, where RobotStudio keeps tools and objects.
+  static std::vector<std::string> needs(const SourceFile& f) {
+    if (extension(f.name) != "pgf") return {"CalibData.mod"};
+    std::vector<std::string> out;
+    const std::string low = lower(f.text);
+    for (std::size_t at = low.find("<module>"); at != std::string::npos;
+         at = low.find("<module>", at + 8)) {
+      const std::size_t end = low.find('<', at + 8);
+      if (end == std::string::npos) break;
+      std::string name(f.text.substr(at + 8, end - at - 8));
+      const std::size_t folder = name.find_last_of("/\\");
+      if (folder != std::string::npos) name.erase(0, folder + 1);
+      if (!name.empty() && name.size() < 64 && out.size() < 200) out.push_back(std::move(name));
+    }
+    return out;
+  }
   static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
     return read_rapid(t, p, g);
   }
@@ -154,7 +172,8 @@ RMP_PLUGIN(
     "org.robomosp.program_readers", "1.0.0", "Apache-2.0",
     "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi and Staubli, and G-code, to IRL.",
     RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
-    RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys.", "", kRapidParams),
+    RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys; .pgf.", "",
+                 kRapidParams),
     RMP_PROVIDER(Of<Urscript>, "urscript", "Universal Robots URScript: .script.", "",
                  kUrscriptParams),
     RMP_PROVIDER(Of<Tp>, "tp", "FANUC TP: .ls.", "", kTpParams),

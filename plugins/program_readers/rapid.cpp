@@ -38,7 +38,8 @@ class Rapid final : public Reader {
   void run() override {
     name_ = std::string(stem(files_[0].name));
     for (is_announcing_ = true;; is_announcing_ = false) {
-      for (std::size_t f = 0; f < files_.size(); ++f) file(f);
+      for (std::size_t f = 0; f < files_.size(); ++f)
+        if (extension(files_[f].name) != "pgf") file(f);
       if (!is_announcing_) break;
     }
     if (!has_main_)

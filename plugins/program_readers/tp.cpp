@@ -31,6 +31,7 @@ class Tp final : public Reader {
 
   void run() override {
     for (std::size_t f = 0; f < files_.size(); ++f) split(f);
+    for (const SourceFile& file : files_) are_timers_read_ = are_timers_read_ || reads_timer(file);
     for (std::size_t f = 1; f < programs_.size(); ++f) {
       const Program& p = programs_[f];
       announce(p.name, parameters(p), kNone);
@@ -47,6 +48,7 @@ class Tp final : public Reader {
     std::string name;
     std::vector<Statement> statements, points;
     At at;
+    std::set<int> groups;  ///< that it moves besides the first, of DEFAULT_GROUP
   };
 
   std::span<const Binary> binaries() const override { return kBinaries; }
@@ -56,6 +58,22 @@ class Tp final : public Reader {
     while (!at_end()) next();
   }
 
+  /// TIMER[n] stands somewhere else than at the beginning of a statement, before "=".
+  static bool reads_timer(const SourceFile& file) {
+    const std::string low = lower(file.text);
+    for (std::size_t at = low.find("timer["); at != std::string::npos;
+         at = low.find("timer[", at + 6)) {
+      const std::size_t line = low.find_last_of(";\n", at) + 1;  // npos + 1 is 0
+      const std::size_t first = low.find_first_not_of("0123456789: \t", line);
+      if (low[first] == '!') continue;
+      const std::size_t close = low.find(']', at);
+      const std::size_t behind = low.find_first_not_of(" \t", std::min(close, low.size() - 1) + 1);
+      if (first != at || close == std::string::npos || behind == std::string::npos ||
+          low[behind] != '=')
+        return true;
+    }
+    return false;
+  }
   /// The sections of a listing, and their statements, which end with ";".
   void split(std::size_t f) {
     const std::string_view text = files_[f].text;
@@ -91,6 +109,14 @@ class Tp final : public Reader {
         continue;
       }
       if (section == none || first == std::string_view::npos) {
+        // DEFAULT_GROUP = 1,1,*,*,*;
+        if (first != std::string_view::npos && lower(l.substr(first, 13)) == "default_group") {
+          int group = 1;
+          for (const char c : l.substr(std::min(l.size(), l.find('=')))) {
+            if (c == ',') ++group;
+            if (c == '1' && group > 1) p.groups.insert(group);
+          }
+        }
         at = end + 1;
         ++line;
         continue;
@@ -133,6 +159,7 @@ class Tp final : public Reader {
   void program(std::size_t f) {
     const Program& p = programs_[f];
     name_of_ = lower(p.name);
+    groups_ = p.groups;
     skip_condition_.clear();
     offset_ = tool_offset_ = failed();
     points_.clear();
@@ -144,14 +171,27 @@ class Tp final : public Reader {
       begin(p.name, parameters(p), kNone, p.at);
     }
     labels_.clear();
+    placed_.clear();
     std::map<std::size_t, std::string> begins_with;  // of statements, the label
+    // What is done at a point (P-SPS) has labels of its own, up to the line of dashes.
+    std::vector<std::string> scopes;
+    std::size_t logics = 0;
+    bool is_logic = false;
     for (const Statement& s : p.statements) {
       const std::string low = lower(files_[f].text.substr(s.begin, s.end - s.begin));
+      const std::size_t text = low.find_first_not_of("0123456789: \t");
+      if (text != std::string::npos && low.compare(text, 2, "--") == 0) is_logic = false;
+      const std::string scope = is_logic ? "p" + std::to_string(logics) + "_" : "";
+      scopes.push_back(scope);
+      if (text != std::string::npos && low[text] != '!' && low.find("p-sps") != low.npos) {
+        is_logic = true;
+        ++logics;
+      }
       for (std::size_t at = low.find("lbl["); at != std::string::npos;
            at = low.find("lbl[", at + 1)) {
         const std::size_t b = low.find_first_not_of("0123456789: \t");
         if (b != at) continue;
-        const std::string name = low.substr(at + 4, low.find_first_of("]:", at) - at - 4);
+        const std::string name = scope + low.substr(at + 4, low.find_first_of("]:", at) - at - 4);
         labels_.insert(name);
         begins_with[static_cast<std::size_t>(&s - p.statements.data())] = name;
       }
@@ -167,6 +207,7 @@ class Tp final : public Reader {
       }
       const auto label = begins_with.find(static_cast<std::size_t>(&s - p.statements.data()) + 1);
       next_label_ = label == begins_with.end() ? std::string() : label->second;
+      scope_ = scopes[static_cast<std::size_t>(&s - p.statements.data())];
       one(f, s);
     }
     end_select(p.at);
@@ -197,22 +238,26 @@ class Tp final : public Reader {
     if (!expect("{")) return;
     std::map<std::string, Ex> parts;
     std::string configuration;
-    bool is_joint = false, is_second = false;
+    bool is_joint = false, is_known = true;
+    int group = 1;
+    std::map<int, std::map<std::string, Ex>> others;  // joints of further groups
     while (!at_end() && !is("}")) {
       const Token t = next();
       if (t.kind != Tk::name) continue;
-      if (t.low.starts_with("gp") && is(":")) {
-        is_second = t.low != "gp1";
+      if (t.low.size() == 3 && t.low.starts_with("gp") && is(":")) {
+        group = t.low[2] - '0';
         continue;
       }
       if (t.low == "config") {
         accept(":");
-        configuration = std::string(next().raw);
+        const Token c = next();
+        if (group == 1) configuration = std::string(c.raw);
         continue;
       }
       if ((t.low == "uf" || t.low == "ut") && accept(":")) {
         const Token u = next();
-        if (u.kind == Tk::number) parts[t.low] = integer(static_cast<std::int64_t>(u.value));
+        if (u.kind == Tk::number && group == 1)
+          parts[t.low] = integer(static_cast<std::int64_t>(u.value));
         continue;
       }
       if (!accept("=")) continue;
@@ -223,18 +268,48 @@ class Tp final : public Reader {
         bad(v.at, "this position has no value", "Teach it on the controller.");
         return;
       }
-      if (is_second) continue;
+      if (group != 1) {
+        const bool is_axis = t.low.size() == 2 && t.low[0] == 'j';
+        if (is_axis) others[group][t.low] = real(is_negative ? -v.value : v.value);
+        is_known = is_known && (is_axis || !groups_.contains(group));
+        continue;
+      }
       if (t.low.size() == 2 && t.low[0] == 'j') is_joint = true;
       parts[t.low] = real(is_negative ? -v.value : v.value);
     }
-    if (is_second) fail(at, "only the first group of this position is read");
+    if (parts.empty() && !others.empty()) {
+      bad(at, "this position is of another group than the first, which alone is read");
+      return;
+    }
+    if (!is_known)
+      fail(at, "another group of this position has no joints but a place, which is not read",
+           "A second robot is a program of its own.");
     const auto part = [&](const char* k) {
       const auto it = parts.find(k);
       return it == parts.end() ? real(0) : it->second;
     };
     std::vector<Ex> external;
     for (const char* e : {"e1", "e2", "e3"}) external.push_back(part(e));
-    while (!external.empty() && external.back().v == 0) external.pop_back();
+    const bool has_own =
+        std::any_of(external.begin(), external.end(), [](const Ex& x) { return x.v != 0; });
+    // What further groups move are additional axes, too: behind E1 to E3, where there are such.
+    std::vector<Ex> further;
+    for (const auto& [number, axes] : others)
+      if (groups_.contains(number))
+        for (const auto& [axis, v] : axes) further.push_back(v);
+    if (!further.empty()) {
+      if (!has_own && !learned_.flags.contains("own axes")) external.clear();
+      external.insert(external.end(), further.begin(), further.end());
+      if (external.size() > 6) {
+        fail(at, "this position has more than six additional axes; those behind are left out");
+        external.resize(6);
+      }
+      if (!std::exchange(told_groups_, true))
+        note(at, "the joints of the groups behind the first are additional axes here");
+    } else {
+      while (!external.empty() && external.back().v == 0) external.pop_back();
+    }
+    if (has_own) learned_.flags.insert("own axes");
     Ex e;
     if (is_joint) {
       e = joints({part("j1"), part("j2"), part("j3"), part("j4"), part("j5"), part("j6")},
@@ -261,7 +336,8 @@ class Tp final : public Reader {
           turns[kAxes[k]] = integer(std::strtol(word.c_str() + b, nullptr, 10));
         ++k;
       }
-      e = configuration.empty() ? p : target(p, integer(status), turns, external);
+      e = configuration.empty() && external.empty() ? p
+                                                    : target(p, integer(status), turns, external);
     }
     const std::string key = "P_" + std::to_string(static_cast<std::int64_t>(n.value)) +
                             (name.empty() ? "" : "_" + name);
@@ -312,6 +388,8 @@ class Tp final : public Reader {
     }
     if (packed.size() > 9 && packed.starts_with("pr[") && packed.ends_with("]=lpos")) {
       present_ = {packed.substr(3, packed.size() - 9), 1, at};
+      learned_.flags.insert("set pr " +
+                            packed.substr(3, packed.find_first_not_of("0123456789", 3) - 3));
       return;
     }
     // Further lines begin with ":".
@@ -342,8 +420,12 @@ class Tp final : public Reader {
     next();
     const std::string& w = t.low;
     if (w == "lbl") {
-      const std::string n = number_in_brackets();
+      const std::string n = label_in_brackets();
       if (n.empty()) return;
+      if (!placed_.insert(n).second) {
+        bad(at, "this label is there already");
+        return;
+      }
       emit("LABEL " + label("lbl_" + n) + ":", at);
     } else if (w == "jmp" || w == "call" || w == "run") {
       --at_;
@@ -405,13 +487,20 @@ class Tp final : public Reader {
         (w == "offset" ? offset_ : tool_offset_) = p;
       }
       emit("{ " + source_line(at) + " }", at);
+    } else if (w == "ualm") {
+      const std::string n = number_in_brackets();
+      if (n.empty()) return;
+      emit("WRITELN(" + string("UALM[" + n + "]").s + ");", at);
+      emit("PAUSE;", at);
+      warn(at,
+           "an alarm of the user is a line of text and PAUSE; its text and what it does else "
+           "are set on the controller");
     } else if (w == "override" || w == "payload" || w == "lock" || w == "unlock" || w == "col" ||
-               w == "ualm" || w == "timer" || w == "joint_max_speed" || w == "linear_max_speed" ||
-               w == "weave" || w == "arc" || w == "track" || w == "mnt" || w == "rsr" ||
-               w == "tc_online" || w == "monitor" || w == "coord" || w == "touch" ||
-               w == "search" || w == "vision") {
+               w == "timer" || w == "joint_max_speed" || w == "linear_max_speed" || w == "weave" ||
+               w == "arc" || w == "track" || w == "mnt" || w == "rsr" || w == "tc_online" ||
+               w == "monitor" || w == "coord" || w == "touch" || w == "search" || w == "vision") {
       skip_rest();
-      const bool is_meant = w == "timer" || w == "ualm" || w == "arc" || w == "weave" ||
+      const bool is_meant = (w == "timer" && are_timers_read_) || w == "arc" || w == "weave" ||
                             w == "track" || w == "monitor" || w == "touch" || w == "search" ||
                             w == "vision";
       left_out(is_meant ? RMP_FAULT_ERROR : RMP_FAULT_WARNING, at,
@@ -430,11 +519,33 @@ class Tp final : public Reader {
     emit(word == "endif" ? "ENDIF;" : "ENDWHILE;", at);
     ends_.pop_back();
   }
+  /// The key of a label: its number, and of which point's logic it is.
+  std::string label_in_brackets() {
+    const std::string n = number_in_brackets();
+    return n.empty() ? n : scope_ + n;
+  }
+  /// JMP LBL[R[n]]: one jump for each label that is there; a fault of the controller else.
+  void computed_jump(const At& at) {
+    const Ex n = index(at);
+    if (!expect("]") || !n.ok) return;
+    for (const std::string& key : labels_) {
+      if (!key.starts_with(scope_) ||
+          key.find_first_not_of("0123456789", scope_.size()) != std::string::npos)
+        continue;
+      emit("IF " + within(n, kSum) + " = " + key.substr(scope_.size()) + " THEN GOTO " +
+               label("lbl_" + key) + "; ENDIF;",
+           at);
+    }
+    emit("HALT;", at);
+    note(at, "of other numbers than those of labels, the program halts here",
+         "The controller has a fault there.");
+  }
   /// JMP, CALL and what else stands behind a condition.
   void action(const At& at) {
     if (accept("jmp")) {
       if (!expect("lbl")) return;
-      const std::string n = number_in_brackets();
+      if (is("[") && (peek(1).low == "r" || peek(1).low == "ar")) return computed_jump(at);
+      const std::string n = label_in_brackets();
       if (n.empty()) return;
       if (!labels_.contains(n)) {
         bad(at, "the label " + n + " is nowhere");
@@ -445,6 +556,7 @@ class Tp final : public Reader {
     }
     if (accept("call")) {
       const Token name = next();
+      learned_.flags.insert("called " + name.low);
       std::vector<Ex> args;
       if (accept("(")) args = arguments();
       for (Ex& a : args)
@@ -529,6 +641,7 @@ class Tp final : public Reader {
     in_select_ = has_arms_ = false;
   }
   void for_(const At& at) {
+    will_set();
     const Ex v = primary();
     if (!expect("=")) return;
     const Ex from = expression();
@@ -563,7 +676,7 @@ class Tp final : public Reader {
     if (accept("timeout")) {
       expect(",");
       if (!expect("lbl")) return;
-      const std::string n = number_in_brackets();
+      const std::string n = label_in_brackets();
       if (!labels_.contains(n)) {
         bad(at, "the label " + n + " is nowhere");
         return;
@@ -585,8 +698,13 @@ class Tp final : public Reader {
       bad(at, "arcs of several statements (A, S) are not read", "Use C.");
       return;
     }
+    const bool is_register = is("pr");
     m.targets.push_back(primary());
     if (kind == "c") m.targets.push_back(primary());
+    if (is_register && !groups_.empty() && told_.insert("groups of " + name_of_).second)
+      fail(at,
+           "the joints of further groups in position registers are not read; they stay where "
+           "they are");
     const bool is_joint = kind == "j";
     // The speed.
     Ex v = peek().low == "max_speed" ? (next(), real(2000)) : primary();
@@ -621,6 +739,7 @@ class Tp final : public Reader {
     for (const auto& [name, e] : m.attributes)
       if (e.is_literal && e.v <= 0) bad(at, "this is no speed");
     std::string skip;
+    std::size_t at_point = 0, behind_point = 0;  ///< where what is done at the point stands
     Ex by = failed(), tool_by = failed();
     while (!at_end()) {
       const Token t = next();
@@ -666,9 +785,30 @@ class Tp final : public Reader {
       } else if (t.low == "skip") {
         expect(",");
         expect("lbl");
-        skip = number_in_brackets();
+        skip = label_in_brackets();
         if (skip_condition_.empty()) bad(t.at, "no SKIP CONDITION is before this");
         else if (!labels_.contains(skip)) bad(t.at, "the label " + skip + " is nowhere");
+      } else if (t.low == "tb" || t.low == "ta" || t.low == "db") {
+        // The time or the way before the point, and what is done there.
+        const Ex by_how_much = primary();
+        if (!accept("sec") && !accept("msec") && !accept("mm"))
+          bad(here(), "sec or mm belongs here");
+        if (!by_how_much.ok || !expect(",")) return;
+        const bool is_behind = t.low == "ta" && !(by_how_much.is_literal && by_how_much.v == 0);
+        if (is_behind)
+          fail(t.at,
+               "what is done after a point while the next motion goes is not said in IRL; it "
+               "is left out");
+        else if (!(by_how_much.is_literal && by_how_much.v == 0))
+          warn(t.at, "what is done " + std::string(t.low == "db" ? "a way" : "a time") +
+                         " before the point is done at the point");
+        if (accept("p") && accept("-") && accept("sps")) continue;
+        const std::size_t from = at_;
+        while (!at_end() && !is("offset") && !is("tool_offset") && !is("skip")) next();
+        if (!is_behind) {
+          at_point = from;
+          behind_point = at_;
+        }
       } else if (t.low == "wjnt" || t.low == "pth" || t.low == "rtcp" || t.low == "break" ||
                  t.low == "minrot" || t.low == "mrot") {
         warn(t.at, std::string(t.raw) + " is not said in IRL");
@@ -693,6 +833,14 @@ class Tp final : public Reader {
     }
     if (!skip.empty()) m.until = skip_condition_;
     move(std::move(m), at);
+    if (at_point != 0) {
+      const std::size_t behind = at_;
+      at_ = at_point;
+      action(at);
+      if (at_ != behind_point)
+        bad(here(), "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected here");
+      at_ = behind;
+    }
     if (!skip.empty() && labels_.contains(skip))
       emit("IF NOT (" + skip_condition_ + ") THEN GOTO " + label("lbl_" + skip) + "; ENDIF;", at);
   }
@@ -716,6 +864,7 @@ class Tp final : public Reader {
       skip_rest();
       return;
     }
+    will_set();
     const Ex to = primary();
     if (!to.ok) {
       skip_rest();
@@ -780,17 +929,52 @@ class Tp final : public Reader {
   /// An index, with its comment behind ":".
   Ex index(const At& at) {
     if (!expect("[")) return failed();
+    // PR[GP1:n]
+    if (peek().low.size() == 3 && peek().low.starts_with("gp") && is(":", 1)) {
+      const Token group = next();
+      next();
+      if (group.low != "gp1")
+        return bad(group.at, "position registers are of the first group alone here");
+    }
     const Ex i = as_integer(expression(25), at);
     if (accept(":"))
       while (!at_end() && !is("]")) next();
     return i;
+  }
+  /// R[n] or PR[n] stands here and gets a value.
+  void will_set() {
+    if (!is("r") && !is("pr")) return;
+    const std::size_t k = peek(2).low.starts_with("gp") && is(":", 3) ? 4 : 2;
+    const Token& n = peek(k);
+    const bool is_known = n.is_integer && (is("]", k + 1) || is(",", k + 1) || is(":", k + 1));
+    learned_.flags.insert(
+        "set " + peek().low + " " +
+        (is_known ? std::to_string(static_cast<std::int64_t>(n.value)) : std::string("*")));
+  }
+  /// Registers keep their values on the controller; what no program here sets is zero.
+  void will_read(const std::string& word, const Ex& i, const At& at) {
+    if (!i.is_literal || learned_.flags.contains("set " + word + " *")) return;
+    const std::string key = word + " " + std::to_string(static_cast<std::int64_t>(i.v));
+    if (learned_.flags.contains("set " + key) || !told_.insert("unset " + key).second) return;
+    const std::string name = (word == "r" ? "R[" : "PR[") + i.s + "]";
+    if (word == "pr")
+      fail(at, name + " is set on the controller; it is zero here",
+           "Give it its value at the declaration of PR.");
+    else
+      warn(at, name + " is set by no program here; it is zero",
+           "Give it its value at the declaration of R.");
   }
   Ex element(const std::string& array, const Type& of, const Ex& i, const At& at) {
     if (!i.ok) return failed();
     if (i.is_literal && (i.v < 1 || i.v > 10000)) return bad(at, array + " has no number " + i.s);
     const auto n =
         i.is_literal ? static_cast<std::int64_t>(i.v) : std::int64_t{of.k == K::pose ? 64 : 200};
-    Symbol& s = implied(array, array_of(of, {{1, n}}), at);
+    // A program may have the name of the registers: CALL PR(...).
+    const std::string key = lower(array);
+    const bool is_program = learned_.flags.contains("called " + key) ||
+                            std::any_of(programs_.begin(), programs_.end(),
+                                        [&](const Program& p) { return lower(p.name) == key; });
+    Symbol& s = implied(is_program ? array + "_register" : array, array_of(of, {{1, n}}), at);
     return place(s.irl + "[" + i.s + "]", of);
   }
   Ex numbered(const std::string& array, const Ex& i, const At& at) {
@@ -826,6 +1010,7 @@ class Tp final : public Reader {
     if (t.low == "r") {
       const Ex i = index(at);
       expect("]");
+      if (i.ok) will_read("r", i, at);
       return element("R", kReal, i, at);
     }
     if (t.low == "f" || t.low == "m") {
@@ -861,6 +1046,7 @@ class Tp final : public Reader {
     }
     if (t.low == "pr") {
       const Ex i = index(at);
+      if (i.ok) will_read("pr", i, at);
       Ex j = failed();
       if (accept(",")) {
         j = as_integer(expression(25), at);
@@ -901,11 +1087,17 @@ class Tp final : public Reader {
       const Ex i = index(at);
       expect("]");
       if (!i.ok) return i;
-      if (!i.is_literal || i.v < 0 || i.v > 1000)
-        return bad(at, "IRL has no signals whose number is computed");
+      if (!i.is_literal)
+        return bad(at, "IRL has no signals whose number is computed",
+                   "Give each of them its name.");
+      if (i.v < 0 || i.v > 20'000) return bad(at, "there is no group of signals of this number");
+      // WI and WO begin at 5000.
+      const auto n = static_cast<std::int64_t>(i.v);
       if (told_.insert(t.low).second)
-        note(at, std::string(t.raw) + "[n] are taken as 16 bits from 4000 + 16 n on");
-      const Symbol& s = signal(t.low == "go", 4000 + 16 * static_cast<std::int64_t>(i.v), 16);
+        note(at, std::string(t.raw) +
+                     "[n] are taken as 16 bits from 4000 + 16 n on, above 62 from "
+                     "200000 + 16 n on");
+      const Symbol& s = signal(t.low == "go", (n > 62 ? 200'000 : 4000) + 16 * n, 16);
       Ex e = place(s.irl, s.type);
       e.is_place = t.low == "go";
       return e;
@@ -936,8 +1128,11 @@ class Tp final : public Reader {
   std::map<std::int64_t, Symbol> points_;
   /// PR[n]=LPOS was read: n, the element that is set next, where it stood.
   std::optional<std::tuple<std::string, int, At>> present_;
-  std::set<std::string> labels_, told_;
+  std::set<std::string> labels_, told_, placed_;
   std::string next_label_;
+  std::string scope_;     ///< of the labels: of which point's logic they are
+  std::set<int> groups_;  ///< that the program moves, besides the first
+  bool are_timers_read_ = false, told_groups_ = false;
   std::vector<std::string> ends_, steps_;
   std::string name_of_, skip_condition_;
   Ex selected_, offset_, tool_offset_;

@@ -289,6 +289,16 @@ class Urscript final : public Reader {
   void one() {
     const Token t = peek();
     const At at = t.at;
+    if (is("$") && peek(1).kind == Tk::number) {
+      // $ 3 "MoveJ": where the line comes from on the pendant.
+      const Token words = peek(2);
+      skip_rest();
+      std::string clean;
+      for (const char c : words.kind == Tk::text ? words.raw : std::string_view())
+        clean += c == '{' ? '(' : c == '}' ? ')' : static_cast<unsigned char>(c) < 32 ? ' ' : c;
+      if (!clean.empty()) emit("{ " + clean + " }", at);
+      return;
+    }
     if (t.kind != Tk::name) {
       bad(at, "a statement does not begin with \"" + std::string(t.raw.substr(0, 40)) + "\"");
       skip_rest();
@@ -395,6 +405,10 @@ class Urscript final : public Reader {
       return end_line();
     }
     next();
+    if ((t.low == "enter_critical" || t.low == "exit_critical") && at_line_end()) {
+      note_line(at, "keeps other threads from what is between; IRL has nothing of it");
+      return end_line();
+    }
     bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
     skip_rest();
   }
@@ -531,6 +545,18 @@ class Urscript final : public Reader {
         {"set_configurable_digital_out", 8},
         {"set_tool_digital_out", 16}};
     if (const auto it = kOutputs.find(w); it != kOutputs.end() && a.size() == 2) {
+      if (!a[0].e.is_literal && a[0].e.ok && is_number(a[0].e.type)) {
+        // Which one is computed: there are no more than these.
+        const Ex n = as_integer(a[0].e, at), to = converted(a[1].e, kBool, at);
+        if (!n.ok || !to.ok) return;
+        emit("CASE " + n.s + " OF", at);
+        for (int k = 0; k < (it->second == 16 ? 2 : 8); ++k)
+          emit("  WHEN " + std::to_string(k) + ": " + signal(true, k + it->second).irl +
+                   " := " + to.s + ";",
+               at);
+        emit("ENDCASE;", at);
+        return;
+      }
       const Ex s = output(a[0].e, it->second, at);
       if (s.ok) assign(s, a[1].e, at);
       return;
@@ -662,6 +688,26 @@ class Urscript final : public Reader {
       return bad(at, "IRL has no signals whose number is computed", "Give each of them its name.");
     const Symbol& s = signal(true, static_cast<std::int64_t>(n.v) + from);
     return place(s.irl, s.type);
+  }
+  /// A function that gives the signal of a number: get_digital_in(n), where n is computed.
+  std::string reading(const std::string& name, bool is_output, int from, const At& at) {
+    const std::string key = "%" + name;
+    if (const auto it = globals_.find(key); it != globals_.end()) return it->second.irl;
+    Symbol s;
+    s.kind = Symbol::routine;
+    s.irl = irl_name(name);
+    Routine& reader = current();
+    Routine& r = open("FUNCTION " + s.irl + " (IN INT: n): BOOL", "ENDFCT", at);
+    set_current(reader);
+    r.body.push_back({"  CASE n OF", {}, false});
+    for (int k = 0; k < (from == 16 ? 2 : 8); ++k)
+      r.body.push_back(
+          {"    WHEN " + std::to_string(k) + ": RETURN " + signal(is_output, k + from).irl + ";",
+           {},
+           false});
+    r.body.push_back({"  ENDCASE;", {}, false});
+    r.body.push_back({"  RETURN FALSE;", {}, false});
+    return globals_.emplace(key, std::move(s)).first->second.irl;
   }
   Symbol& analog(bool is_output, double n, const At& at) {
     const auto number = static_cast<std::int64_t>(std::clamp(n, 0.0, 100.0));
@@ -935,6 +981,12 @@ class Urscript final : public Reader {
           {"get_standard_digital_out", {true, 0}},     {"get_digital_out", {true, 0}},
           {"get_configurable_digital_out", {true, 8}}, {"get_tool_digital_out", {true, 16}}};
       if (const auto it = kSignals.find(w); it != kSignals.end() && a.size() == 1) {
+        if (!a[0].is_literal && a[0].ok && is_number(a[0].type)) {
+          const Ex n = as_integer(a[0], at);
+          return n.ok ? value(reading(w, it->second.first, it->second.second, at) + "(" + n.s + ")",
+                              kBool)
+                      : failed();
+        }
         if (!a[0].is_literal || a[0].v < 0 || a[0].v > 1000)
           return bad(at, "IRL has no signals whose number is computed",
                      "Give each of them its name.");
@@ -945,6 +997,9 @@ class Urscript final : public Reader {
       if ((w == "get_standard_analog_in" || w == "get_analog_in") && a.size() == 1 &&
           a[0].is_literal)
         return value(analog(false, a[0].v, at).irl, kReal);
+      if ((w == "get_standard_analog_out" || w == "get_analog_out") && a.size() == 1 &&
+          a[0].is_literal)
+        return value(analog(true, a[0].v, at).irl, kReal);
       if (w == "str_cat" && a.size() == 2 && a[0].type.k == K::string && a[1].type.k == K::string)
         return binary(Op::add, a[0], a[1], at);
       if (w == "str_len" && a.size() == 1 && a[0].type.k == K::string)

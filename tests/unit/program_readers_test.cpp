@@ -222,6 +222,33 @@ END
 )");
 }
 
+TEST(ProgramReaders, KrlInlineFormsBeginWithTheDeliveredHome) {
+  const auto p = read(read_krl, {{"cell.src", R"(DEF cell()
+PDAT_ACT=PDEFAULT
+FDAT_ACT=FHOME
+BAS (#FRAMES )
+BAS (#PTP_PARAMS,100 )
+PTP XHOME
+PTP XHOME C_PTP
+END
+)"},
+                                 {"$config.dat", R"(DEFDAT $CONFIG PUBLIC
+DECL E6AXIS XHOME={A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}
+ENDDAT
+)"}});
+  EXPECT_EQ(faults(*p),
+            "2:10 warning PDEFAULT is in $config.dat, which is not among the files; APO_DIST 100 "
+            "is taken.\n"
+            "3:10 warning FHOME is in $config.dat, which is not among the files; tool 0 and base "
+            "0 are taken.\n");
+  expect_lines(*p, R"(
+MAIN_JOINT: XHOME := MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 0.0, 0.0);
+R_SPEED_PTP := 100.0;
+MOVE PTP XHOME TOOL := present_tool;
+MOVE PTP XHOME C_PTP := 100.0 TOOL := present_tool;
+)");
+}
+
 const std::vector<File> kRapid{{"cell.mod", R"(%%%
   VERSION:1
   LANGUAGE:ENGLISH
@@ -310,6 +337,31 @@ k := Square(3.0);
 )");
 }
 
+TEST(ProgramReaders, RapidProgramIsWhatItsListOfModulesNames) {
+  const auto p = read(read_rapid, {{"cell.pgf", R"(<?xml version="1.0" encoding="ISO-8859-1" ?>
+<Program>
+  <Module>MainModule.mod</Module>
+</Program>
+)"},
+                                   {"MainModule.mod", R"(MODULE MainModule
+  PROC main()
+    MoveL p1,v100,fine,cup;
+  ENDPROC
+ENDMODULE
+)"},
+                                   {"CalibData.mod", R"(MODULE CalibData
+  PERS tooldata cup:=[TRUE,[[0,0,80],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]];
+  CONST robtarget p1:=[[600,0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+ENDMODULE
+)"}});
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+PROGRAM cell;
+POSE: cup := POSE(POSITION(0.0, 0.0, 80.0), ORIQUAT(1.0, 0.0, 0.0, 0.0));
+MOVE LIN p1 SPEED := 100.0 TOOL := cup;
+)");
+}
+
 const std::vector<File> kUrscript{{"prog.script", R"(def prog():
   n = 0
   home = [0, 1.5, 0, 0, 0, 0]
@@ -345,6 +397,51 @@ const std::vector<File> kUrscript{{"prog.script", R"(def prog():
   movec(p[0.1,0,0,0,0,0], p[0.2,0,0,0,0,0], v=0.25)
 end
 )"}};
+
+TEST(ProgramReaders, UrscriptFromThePendantAndSignalsOfComputedNumbers) {
+  const auto p = read(read_urscript, {{"saved.script", R"(def saved():
+  def light(lamp):
+    if get_standard_digital_in(lamp):
+      set_tool_digital_out(lamp, True)
+    end
+  end
+  $ 1 "Robot {Program}"
+  $ 2 "Wait: 0.5"
+  sleep(0.5)
+  enter_critical
+  light(1)
+  exit_critical
+  $ 3 "If"
+  if get_standard_analog_out(0) > 0.5:
+    $ 4 "Stop"
+    halt
+  end
+end
+)"}});
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+PROCEDURE light (IN INT: lamp);
+IF get_standard_digital_in(lamp) THEN
+CASE lamp OF
+WHEN 0: out_16 := TRUE;
+WHEN 1: out_17 := TRUE;
+ENDCASE;
+FUNCTION get_standard_digital_in (IN INT: n): BOOL;
+CASE n OF
+WHEN 0: RETURN in_0;
+WHEN 7: RETURN in_7;
+RETURN FALSE;
+{ Robot (Program) }
+{ Wait: 0.5 }
+WAIT 0.5 SEC;
+{ enter_critical }
+light(1);
+{ If }
+IF analog_out_0 > 0.5 THEN
+{ Stop }
+HALT;
+)");
+}
 
 TEST(ProgramReaders, UrscriptBecomesIrl) {
   const auto p = read(read_urscript, kUrscript);
@@ -437,7 +534,7 @@ P[2:"above"]{
 
 TEST(ProgramReaders, TpBecomesIrl) {
   const auto p = read(read_tp, kTp);
-  EXPECT_EQ(faults(*p), "");
+  EXPECT_EQ(faults(*p), "6:18 error PR[2] is set on the controller; it is zero here.\n");
   expect_lines(*p, R"(
 ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 400.0), ORIZYX(30.0, -10.0, 180.0)), 5, [0, 0, 0, 0, 0, -1], ADD_JOINT(0.0));
 MAIN_JOINT: P_2_above := MAIN_JOINT(0.0, 0.0, -20.0, 0.0, -70.0, 0.0);
@@ -476,6 +573,180 @@ MOVE LIN TRAFO(JOINT(P_2_above, ADD_JOINT(0.0))) SPEED := 100.0 UNTIL in_4 = TRU
 IF NOT (in_4 = TRUE) THEN GOTO lbl_9; ENDIF;
 LABEL lbl_9:
 )");
+}
+
+TEST(ProgramReaders, TpGroupsBehindTheFirstAreAdditionalAxes) {
+  const auto listing = [](const std::string& groups) {
+    return "/PROG GUN\n/ATTR\nDEFAULT_GROUP\t= " + groups + R"(;
+/MN
+   1:J P[1] 50% FINE ;
+   2:L P[2] 200mm/sec FINE ;
+/POS
+P[1]{
+   GP1:
+	UF : 0, UT : 1,
+	J1=     1.000 deg,	J2=     2.000 deg,	J3=     3.000 deg,
+	J4=     4.000 deg,	J5=     5.000 deg,	J6=     6.000 deg
+   GP3:
+	UF : 0, UT : 1,
+	J1=    40.000  mm
+};
+P[2]{
+   GP1:
+	UF : 0, UT : 1,	CONFIG : 'F U T, 0, 0, 0',
+	X =   500.000  mm,	Y =    10.000  mm,	Z =   600.000  mm,
+	W =     0.000 deg,	P =     0.000 deg,	R =    90.000 deg
+   GP2:
+	UF : 0, UT : 1,
+	J1=    -7.500  mm
+   GP3:
+	UF : 0, UT : 1,
+	J1=     0.000  mm
+};
+/END
+)";
+  };
+  const auto p = read(read_tp, {{"gun.ls", listing("1,*,1,*,*")}});
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+JOINT: P_1 := JOINT(MAIN_JOINT(1.0, 2.0, 3.0, 4.0, 5.0, 6.0), ADD_JOINT(40.0));
+ROBTARGET: P_2 := ROBTARGET(POSE(POSITION(500.0, 10.0, 600.0), ORIZYX(90.0, 0.0, 0.0)), 4, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0));
+)");
+  // The groups that the program does not move are not read.
+  const auto alone = read(read_tp, {{"gun.ls", listing("1,*,*,*,*")}});
+  EXPECT_EQ(faults(*alone), "");
+  expect_lines(*alone, "MAIN_JOINT: P_1 := MAIN_JOINT(1.0, 2.0, 3.0, 4.0, 5.0, 6.0);");
+  // A second robot's place, and what is of another group alone, is no axis.
+  const auto second = read(read_tp, {{"two.ls", R"(/PROG TWO
+/ATTR
+DEFAULT_GROUP = 1,1,*,*,*;
+/MN
+   1:J P[1] 50% FINE ;
+   2:J PR[4] 50% FINE ;
+/POS
+P[1]{
+   GP1:
+	UF : 0, UT : 1,	CONFIG : 'N U T, 0, 0, 0',
+	X = 1.0 mm, Y = 2.0 mm, Z = 3.0 mm, W = 0.0 deg, P = 0.0 deg, R = 0.0 deg
+   GP2:
+	UF : 0, UT : 1,	CONFIG : 'F U T, 0, 0, 0',
+	X = 9.0 mm, Y = 9.0 mm, Z = 9.0 mm, W = 0.0 deg, P = 0.0 deg, R = 0.0 deg
+};
+P[2]{
+   GP2:
+	UF : 0, UT : 1,
+	J1= 9.0 mm
+};
+/END
+)"}});
+  EXPECT_EQ(faults(*second),
+            "6:6 error the joints of further groups in position registers are not read; they stay "
+            "where they are.\n"
+            "6:8 error PR[4] is set on the controller; it is zero here.\n"
+            "8:1 error another group of this position has no joints but a place, which is not "
+            "read.\n"
+            "16:1 error this position is of another group than the first, which alone is read.\n");
+  expect_lines(
+      *second,
+      "ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)), 0, "
+      "[0, 0, 0, 0, 0, 0], ADD_JOINT(0.0));");
+}
+
+TEST(ProgramReaders, TpJumpsTimersAlarmsAndWhatIsDoneAtAPoint) {
+  const auto p = read(read_tp, {{"spot.ls", R"(/PROG SPOT
+/MN
+   1:  TIMER[4]=RESET ;
+   2:  !TIMER[4]=START in words ;
+   3:  PR[GP1:5,3]=(12) ;
+   4:  JMP LBL[R[2]] ;
+   5:  LBL[1:first] ;
+   6:J PR[5] 50% CNT100 TB    .10sec,P-SPS    ;
+      1:  LBL[1] ;
+      2:  IF (DI[1]),JMP LBL[1] ;
+       ------ ;
+   7:L PR[5] 100mm/sec FINE TB   0.00sec,P-SPS Offset,PR[6]   ;
+      1:  LBL[1] ;
+      2:  DO[3]=ON ;
+       ------ ;
+   8:L PR[5] 100mm/sec FINE DB    5.0mm,DO[4]=OFF ;
+   9:L PR[5] 100mm/sec FINE TA    .20sec,DO[4]=ON ;
+  10:  IF (DI[2]),JMP LBL[1] ;
+  11:  UALM[7] ;
+  12:  LBL[12] ;
+  13:  LBL[12] ;
+/POS
+/END
+)"}});
+  EXPECT_EQ(
+      faults(*p),
+      "3:8 warning IRL has no counterpart of TIMER.\n"
+      "6:16 warning R[2] is set by no program here; it is zero.\n"
+      "8:25 warning what is done a time before the point is done at the point.\n"
+      "12:55 error PR[6] is set on the controller; it is zero here.\n"
+      "16:29 warning what is done a way before the point is done at the point.\n"
+      "17:29 error what is done after a point while the next motion goes is not said in IRL; it is "
+      "left out.\n"
+      "19:8 warning an alarm of the user is a line of text and PAUSE; its text and what it does "
+      "else are set on the controller.\n"
+      "21:8 error this label is there already.\n");
+  expect_lines(*p, R"(
+PR[5].POS.Z := 12.0;
+IF ROUND(R[2]) = 1 THEN GOTO lbl_1; ENDIF;
+IF ROUND(R[2]) = 12 THEN GOTO lbl_12; ENDIF;
+HALT;
+LABEL lbl_1:
+MOVE PTP PR[5] SPEED_PTP := 50.0 C_PTP := 100.0;
+LABEL lbl_p1_1:
+IF in_1 THEN
+GOTO lbl_p1_1;
+MOVE LIN PR[6] @ PR[5] SPEED := 100.0;
+LABEL lbl_p2_1:
+out_3 := TRUE;
+MOVE LIN PR[5] SPEED := 100.0;
+out_4 := FALSE;
+MOVE LIN PR[5] SPEED := 100.0;
+IF in_2 THEN
+GOTO lbl_1;
+WRITELN('UALM[7]');
+PAUSE;
+LABEL lbl_12:
+)");
+  // Programs that are called as registers are, and are not.
+  const auto named = read(read_tp, {{"shift.ls", R"(/PROG SHIFT
+/MN
+   1:  CALL PR(7,R[1]) ;
+   2:  R[1]=5 ;
+   3:L PR[7] 100mm/sec FINE ;
+   4:  CALL R ;
+/POS
+/END
+)"},
+                                    {"pr.ls", R"(/PROG PR
+/MN
+   1:  PR[7,1]=AR[2] ;
+   2:  R[2]=AR[1] ;
+/POS
+/END
+)"}});
+  expect_lines(*named, R"(
+PROCEDURE PR (IN REAL: AR_1; IN REAL: AR_2);
+PR_register[7].POS.X := AR_2;
+R_register_v[2] := AR_1;
+PR(7.0, R_register_v[1]);
+MOVE LIN PR_register[7] SPEED := 100.0;
+)");
+  // A timer that somebody looks at is missed.
+  const auto looked = read(read_tp, {{"cycle.ls", R"(/PROG CYCLE
+/MN
+   1:  TIMER[1]=START ;
+   2:  IF TIMER[1]>5,JMP LBL[1] ;
+   3:  LBL[1] ;
+/POS
+/END
+)"}});
+  EXPECT_EQ(faults(*looked),
+            "3:8 error IRL has no counterpart of TIMER.\n"
+            "4:11 error IRL has no counterpart of TIMER.\n");
 }
 
 const std::vector<File> kMelfa{{"pal.prg", R"(1 Ovrd 50
@@ -550,6 +821,41 @@ MOVE LIN P1 SPEED := 100.0;
 MOVE CIRCLE P2, P3 SPEED := 100.0;
 RETURN;
 )");
+}
+
+TEST(ProgramReaders, WhatIsTaughtElsewhereIsZeroAndSaid) {
+  const auto melfa = read(read_melfa, {{"pick.mb5", R"(Mov P1
+P2=P1
+P2.Z=P2.Z+10
+Mvs P2
+Mvs P3
+GoSub *Down
+End
+*Down
+P3=P2
+Return
+)"}});
+  EXPECT_EQ(faults(*melfa), "1:5 error P1 has no value in the program; it is zero here.\n");
+  const auto tp = read(read_tp, {{"pick.ls", R"(/PROG PICK
+/MN
+   1:J PR[4:home] 50% FINE ;
+   2:L PR[4:home] 100mm/sec FINE ;
+   3:  PR[5,2:place]=R[3:width] ;
+   4:L PR[5:place] R[6]mm/sec FINE Offset,PR[6] ;
+   5:  CALL SETUP ;
+/POS
+/END
+)"},
+                                 {"setup.ls", R"(/PROG SETUP
+/MN
+   1:  PR[6]=PR[5] ;
+   2:  R[6]=200 ;
+/POS
+/END
+)"}});
+  EXPECT_EQ(faults(*tp),
+            "3:8 error PR[4] is set on the controller; it is zero here.\n"
+            "5:22 warning R[3] is set by no program here; it is zero.\n");
 }
 
 const std::vector<File> kGcode{{"part.ngc", R"(%
