@@ -78,6 +78,7 @@ template const Type& type_of<SolidNode>();
 template const Type& type_of<Link>();
 template const Type& type_of<NamedPose>();
 template const Type& type_of<CollisionPairRule>();
+template const Type& type_of<ProgramBinding>();
 template const Type& type_of<PlacedRobot>();
 template const Type& type_of<TrajectorySegment>();
 template const Type& type_of<TaskStep>();

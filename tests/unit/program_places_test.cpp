@@ -56,6 +56,34 @@ TEST_F(ProgramPlaces, AWorldThatIsSavedTakesItsProgramsAndBindingsAlong) {
   EXPECT_EQ(column(run(), "signal.lamp").back(), 1);
 }
 
+TEST_F(ProgramPlaces, BindingsOfNumbersAndOfTheProgramsOwnRobotAreSavedAndReadAgain) {
+  const auto bind = [&](const char* kind, const char* name, const char* to) {
+    Map args{{"id", shines_}, {"kind", std::string(kind)}, {"to", std::string(to)}};
+    if (*name) args.set("name", std::string(name));
+    if (std::string(kind) == "joint") args.set("joint", std::string("1"));
+    call("program.bind", args);
+  };
+  bind("robot", "", "ur5");
+  bind("robot", "2", "ur5");
+  bind("joint", "1", "ur5");
+  bind("grip", "2", "");
+  bind("robot", "light", "ur5");  // beside the signal of that name
+  const fs::path file = folder_ / "cell.wld";
+  call("world.save", {{"id", cell_}, {"file", file.string()}});
+  const Value before = call("program.bindings", {{"id", shines_}});
+  ASSERT_EQ(before.as_list()->size(), 6U);
+  app().document.clear();
+  const Value loaded = call("world.load", {{"file", file.string()}});
+  const Value after = call("program.bindings", {{"id", std::string("shines")}});
+  ASSERT_EQ(after.as_list()->size(), before.as_list()->size());
+  for (std::size_t i = 0; i < before.as_list()->size(); ++i)
+    for (const char* field : {"kind", "name", "to", "joint"})
+      EXPECT_EQ(*(*after.as_list())[i].as_map()->find(field)->as_string(),
+                *(*before.as_list())[i].as_map()->find(field)->as_string())
+          << i << " " << field;
+  EXPECT_EQ(programs(loaded), "shines:shines::6");
+}
+
 TEST_F(ProgramPlaces, APackedWorldHasThem) {
   const Value packed = call("world.pack", {{"id", cell_}});
   app().document.clear();
