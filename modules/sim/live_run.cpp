@@ -82,11 +82,17 @@ class LiveRun::Gate final : public RowSink {
   Result<void> take(const Recording& table, std::size_t row, RunStatePtr state) override {
     if (!is_admitted_) RMP_TRY(run_.admit(stop_));
     is_admitted_ = true;
-    return run_.take(table, row, std::move(state), std::exchange(rests_behind_next_, false), stop_);
+    return run_.take(table, row, std::move(state), std::exchange(notes_before_, 0),
+                     std::exchange(rests_behind_next_, false), stop_);
+  }
+  bool has_notes(std::size_t count) override {
+    if (is_admitted_) notes_before_ = count;
+    return is_admitted_;
   }
   void rest_behind_next() override { rests_behind_next_ = true; }
   Result<void> rest(const Recording& table) override {
-    return is_admitted_ ? run_.rest(table, stop_) : Result<void>();  // there is no row yet
+    // Without one there is no row yet.
+    return is_admitted_ ? run_.rest(table, std::exchange(notes_before_, 0), stop_) : Result<void>();
   }
   [[nodiscard]] bool is_admitted() const { return is_admitted_; }
 
@@ -95,6 +101,7 @@ class LiveRun::Gate final : public RowSink {
   std::stop_token stop_;
   bool is_admitted_ = false;        ///< its rows are the run's
   bool rests_behind_next_ = false;  ///< as the simulation said
+  std::size_t notes_before_ = 0;    ///< that the next table leaves out
 };
 
 LiveRun::LiveRun(Clock clock) : clock_(std::move(clock)) {
@@ -117,10 +124,10 @@ void LiveRun::join() {
 
 // ---- the simulation's thread ----
 
-Result<void> LiveRun::take(const Recording& table, std::size_t row, RunStatePtr state, bool rests,
-                           const std::stop_token& stop) {
+Result<void> LiveRun::take(const Recording& table, std::size_t row, RunStatePtr state,
+                           std::size_t notes_before, bool rests, const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  append(table, row, std::move(state));
+  append(table, row, std::move(state), notes_before);
   if (rests) rest_here();
   return wait_behind_row(lock, stop);
 }
@@ -134,9 +141,10 @@ void LiveRun::rest_here() {
   ++rests_;
 }
 
-Result<void> LiveRun::rest(const Recording& table, const std::stop_token& stop) {
+Result<void> LiveRun::rest(const Recording& table, std::size_t notes_before,
+                           const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  take_notes(table);
+  take_notes(table, notes_before);
   if (!note_counts_.empty()) note_counts_.back() = table_.notes.size();
   rest_here();
   // Nothing but a new wish goes on from here, even one for the row that there is.
@@ -219,13 +227,25 @@ void LiveRun::match_columns(const Recording& table, std::size_t row) {
                          ", behind it as at last: " + text::enumerate(gone));
 }
 
-void LiveRun::take_notes(const Recording& table) {
-  if (table_.notes.size() == old_notes_.size() + table.notes.size()) return;
-  table_.notes = old_notes_;
-  table_.notes.insert(table_.notes.end(), table.notes.begin(), table.notes.end());
+void LiveRun::take_notes(const Recording& table, std::size_t before) {
+  std::vector<std::string>& all = table_.notes;
+  const std::size_t first = old_notes_.size() + before;
+  if (all.size() == first + table.notes.size()) return;
+  if (before == 0) {
+    all = old_notes_;
+  } else if (all.size() < first) {
+    // The latest of the parts before have come behind what this one has told.
+    const auto missing = static_cast<std::ptrdiff_t>(first - all.size());
+    all.insert(all.end() - static_cast<std::ptrdiff_t>(before), old_notes_.end() - missing,
+               old_notes_.end());
+  } else {
+    all.resize(first);
+  }
+  all.insert(all.end(), table.notes.begin(), table.notes.end());
 }
 
-void LiveRun::append(const Recording& table, std::size_t row, RunStatePtr state) {
+void LiveRun::append(const Recording& table, std::size_t row, RunStatePtr state,
+                     std::size_t notes_before) {
   if (states_.empty()) {
     table_ = without_rows(table);
     source_of_.resize(table.columns.size());
@@ -247,7 +267,7 @@ void LiveRun::append(const Recording& table, std::size_t row, RunStatePtr state)
     states_.push_back(std::move(state));
     note_counts_.push_back(0);
   }
-  take_notes(table);
+  take_notes(table, notes_before);
   note_counts_.back() = table_.notes.size();
 }
 
@@ -334,7 +354,7 @@ Result<void> LiveRun::replace(Source source, RunStatePtr from, Progress& progres
             if (!done.ok()) refusal_ = std::move(done).error();
           } else {
             if (!stop.stop_requested()) {
-              if (done.ok()) take_notes(**done);
+              if (done.ok()) take_notes(**done, 0);
               else failure_ = std::move(done).error();
               is_complete_ = !failure_;
             }

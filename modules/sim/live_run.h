@@ -127,8 +127,10 @@ class LiveRun {
   Result<void> start_anew(Source source, Progress& progress);  ///< with control_ held
   void stand(double time);
   void restart(std::size_t kept);
-  void append(const recording::Recording& table, std::size_t row, RunStatePtr state);
-  void take_notes(const recording::Recording& table);
+  void append(const recording::Recording& table, std::size_t row, RunStatePtr state,
+              std::size_t notes_before);
+  /// `before` = notes of this part that the table leaves out.
+  void take_notes(const recording::Recording& table, std::size_t before);
   /// Finds the columns of a table, and adds those that are new, at a row with so many before it.
   void match_columns(const recording::Recording& table, std::size_t row);
   [[nodiscard]] bool has_columns_of(const recording::Recording& table) const;
@@ -140,11 +142,12 @@ class LiveRun {
   Result<void> admit(const std::stop_token& stop);
 
   Result<void> take(const recording::Recording& table, std::size_t row, RunStatePtr state,
-                    bool rests, const std::stop_token& stop);
+                    std::size_t notes_before, bool rests, const std::stop_token& stop);
   /// Rests as the simulation wants, not before row one was wanted. With mutex_ held.
   void rest_here();
   Result<void> wait_behind_row(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
-  Result<void> rest(const recording::Recording& table, const std::stop_token& stop);
+  Result<void> rest(const recording::Recording& table, std::size_t notes_before,
+                    const std::stop_token& stop);
   void join();
   /// Until `is_done` holds; `lock` holds mutex_.
   template <class Done>

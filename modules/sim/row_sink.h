@@ -67,6 +67,9 @@ class RowSink {
   /// the simulation, which returns it.
   virtual Result<void> take(const recording::Recording& table, std::size_t row,
                             RunStatePtr state) = 0;
+  /// Whether the next table may leave out its first `count` notes, since it has them from tables
+  /// before.
+  virtual bool has_notes(std::size_t /*count*/) { return false; }
   /// Lets the run rest behind the next row, whatever was wanted of it.
   virtual void rest_behind_next() {}
   /// The same behind the last row, now: blocks until the run is to go on. The table's notes count.

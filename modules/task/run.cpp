@@ -453,11 +453,10 @@ Result<std::optional<recording::RecordingPtr>> run_rows(
     std::unique_lock<std::mutex>& lock, std::optional<double> from, bool exactly) {
   using Done = std::optional<recording::RecordingPtr>;
   const double begin = from.value_or(0), near = kNear * std::max(1.0, begin);
-  std::size_t told = 0;  // notes that were handed on before
-  const auto table_at = [&](double t) {
-    recording::Recording table = rows_of(programs, executor.table({t}), title);
-    table.notes.erase(table.notes.begin(), table.notes.begin() + static_cast<std::ptrdiff_t>(told));
-    return table;
+  std::size_t told = 0;    // notes of the run before
+  std::size_t handed = 0;  // notes behind them that the sink has
+  const auto table_at = [&](double t, std::size_t before) {
+    return rows_of(programs, executor.table({t}, told + before), title);
   };
   const auto run_to = [&](double t) -> Result<Runner::End> {
     RMP_TRY_ASSIGN(const Runner::End end, runner.run_to(t));
@@ -515,9 +514,12 @@ Result<std::optional<recording::RecordingPtr>> run_rows(
     }
     // An end that is no farther from a row than that is the row.
     const bool is_new = now > last + (end == Runner::End::over ? kNear : 0);
-    const recording::Recording table = table_at(now);
+    const bool is_taken = is_new && now >= begin - near;
+    const bool is_short = (is_taken || is_stopped) && sink.has_notes(handed);
+    const recording::Recording table = table_at(now, is_short ? handed : 0);
+    if (is_taken || is_stopped) handed = executor.notes().size() - told;
     if (lock.owns_lock()) lock.unlock();
-    if (is_new && now >= begin - near) {
+    if (is_taken) {
       if (is_stopped) sink.rest_behind_next();
       auto state = std::make_shared<sim::RunState>();
       state->time = now;
@@ -526,7 +528,9 @@ Result<std::optional<recording::RecordingPtr>> run_rows(
       RMP_TRY(sink.rest(table));
     }
     if (watch) lock.lock();
-    if (end == Runner::End::over) return Done(std::make_shared<const recording::Recording>(table));
+    if (end == Runner::End::over)
+      return Done(
+          std::make_shared<const recording::Recording>(is_short ? table_at(now, 0) : table));
     if (is_new) last = now;
     if (!is_stopped && row >= wanted.sample_time * static_cast<double>(k) - near) ++k;
   }

@@ -291,8 +291,16 @@ void TaskExecutor::task_ends(std::size_t task) {
   ++changes_;
 }
 
+// What the notes of a run may take, and what each takes besides its letters [bytes].
+constexpr std::size_t kMostNoteBytes = std::size_t{64} << 20, kBytesOfNote = 64;
+
 void TaskExecutor::note(double t, const std::string& text) {
-  notes_.push_back("t = " + text::print_rounded(t) + " s: " + text);
+  if (note_bytes_ > kMostNoteBytes) return;
+  note_bytes_ += text.size() + kBytesOfNote;
+  notes_.push_back("t = " + text::print_rounded(t) + " s: " +
+                   (note_bytes_ > kMostNoteBytes
+                        ? std::string("more than 64 MB were said; what follows is left out")
+                        : text));
 }
 
 recording::Recording TaskExecutor::recording(double end) const {
@@ -303,10 +311,11 @@ recording::Recording TaskExecutor::recording(double end) const {
   return table(std::move(times));
 }
 
-recording::Recording TaskExecutor::table(std::vector<double> at) const {
+recording::Recording TaskExecutor::table(std::vector<double> at, std::size_t told) const {
   recording::Recording out;
   out.world = id_;
-  out.notes = notes_;
+  out.notes.assign(notes_.begin() + static_cast<std::ptrdiff_t>(std::min(told, notes_.size())),
+                   notes_.end());
   out.loads.emplace();
   for (const Thing& thing : things_)
     for (std::size_t i = 0; i < thing.history.size(); ++i) {

@@ -49,7 +49,8 @@ class TaskExecutor {
 
   [[nodiscard]] recording::Recording recording(double end) const;
   /// Its rows at these times, which rise, and all columns that there are by now.
-  [[nodiscard]] recording::Recording table(std::vector<double> times) const;
+  /// Notes are those behind `told`.
+  [[nodiscard]] recording::Recording table(std::vector<double> times, std::size_t told = 0) const;
   [[nodiscard]] double step() const { return step_; }
   /// Counts the changes of signals, and of tasks that programs start.
   [[nodiscard]] std::size_t changes() const { return changes_; }
@@ -214,6 +215,7 @@ class TaskExecutor {
   std::vector<Started> started_;
   std::unordered_map<std::string, std::size_t> actor_of_, thing_of_, wire_of_, frame_of_, task_of_;
   std::vector<std::string> notes_;
+  std::size_t note_bytes_ = 0;
   std::set<std::pair<std::string, std::string>> told_;  ///< robot and note of its moves
   std::size_t changes_ = 0;
   mutable std::unordered_map<std::string, Expression> compiled_;

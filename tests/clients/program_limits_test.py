@@ -600,6 +600,42 @@ class Changes(Limits):
         self.grows("errors", spent)
 
 
+class Notes(Limits):
+    def live(self, c, body):
+        c.result("world.create", name="w")
+        c.result("program.create", name="says", source="PROGRAM says;\nVAR\n  INT: i;\n  STRING: s;\nBEGIN\n" +
+                 body + "ENDPROGRAM;\n")
+        c.result("world.add_program", id="w", program="says")
+        run = c.result("world.start_run", id="w", of="tasks")
+        c.result("run.finish", id=run)
+        return run
+
+    def test_what_a_program_says_costs_what_it_says(self):
+        spent = []
+        for n in (100, 1000, 10000):
+            c = self.peer(Commands)
+            took, run = self.spent(c, lambda: self.live(
+                c, "  FOR i := 1 TO %d\n    WRITELN('line ', i);\n    WAIT 0.01 SEC;\n  ENDFOR;\n" % n))
+            notes = c.result("run.notes", **{"id": run, "from": 1, "most": 10000})
+            self.assertEqual(len(notes), n)
+            for k in (1, n // 2, n):
+                self.assertTrue(notes[k - 1].endswith("line %d" % k), notes[k - 1])
+            spent.append((n, took))
+            self.done(c, 0)
+        self.grows("lines that a program says", spent)
+
+    def test_more_than_64_mb_are_left_out_with_a_word(self):
+        c = self.peer(Commands)
+        run = self.live(c, "  s := 'abcdefgh';\n  FOR i := 1 TO 13\n    s := CONCAT(s, s);\n  ENDFOR;\n"
+                        "  FOR i := 1 TO 3000\n    WRITELN(s);\n  ENDFOR;\n")
+        count = c.result("run.place", id=run)["notes"]
+        self.assertGreater(count, 900)
+        self.assertLess(count, 1100)
+        last = c.result("run.notes", **{"id": run, "from": count, "most": 1})[0]
+        self.assertIn("left out", last)
+        self.done(c, 0, 600 * MEGABYTE)
+
+
 class Order(Limits):
     def test_requests_of_a_debugger_in_any_order_have_one_answer_each(self):
         seeds = random.Random(SEED)
