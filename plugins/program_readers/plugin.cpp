@@ -87,9 +87,10 @@ struct Urscript : Alone {
 struct Tp {
   static constexpr ReaderFormat kFormats[] = {{"ls", "FANUC TP"}};
   static std::int32_t claims(const SourceFile& f) { return claim(f, {"/prog"}); }
-  /// Programs that are called.
+  /// Programs that are called, and what a backup has of registers and frames.
   static std::vector<std::string> needs(const SourceFile& f) {
-    std::vector<std::string> out;
+    if (extension(f.name) != "ls") return {};
+    std::vector<std::string> out{"posreg.va", "numreg.va", "sysframe.va"};
     const std::string low = lower(f.text);
     for (std::size_t at = low.find("call "); at != std::string::npos;
          at = low.find("call ", at + 5)) {

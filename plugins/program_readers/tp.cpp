@@ -30,13 +30,15 @@ class Tp final : public Reader {
   using Reader::Reader;
 
   void run() override {
-    for (std::size_t f = 0; f < files_.size(); ++f) split(f);
-    for (const SourceFile& file : files_) are_timers_read_ = are_timers_read_ || reads_timer(file);
-    for (std::size_t f = 1; f < programs_.size(); ++f) {
-      const Program& p = programs_[f];
-      announce(p.name, parameters(p), kNone);
+    for (std::size_t f = 0; f < files_.size(); ++f) {
+      if (extension(files_[f].name) == "va") values(f);
+      else split(f);
     }
-    for (std::size_t f = 0; f < programs_.size(); ++f) program(f);
+    for (const SourceFile& file : files_) are_timers_read_ = are_timers_read_ || reads_timer(file);
+    for (std::size_t f = 1; f < programs_.size(); ++f)
+      if (!programs_[f].is_values) announce(programs_[f].name, parameters(programs_[f]), kNone);
+    for (std::size_t f = 0; f < programs_.size(); ++f)
+      if (!programs_[f].is_values) program(f);
   }
 
  private:
@@ -48,7 +50,8 @@ class Tp final : public Reader {
     std::string name;
     std::vector<Statement> statements, points;
     At at;
-    std::set<int> groups;  ///< that it moves besides the first, of DEFAULT_GROUP
+    std::set<int> groups;    ///< that it moves besides the first, of DEFAULT_GROUP
+    bool is_values = false;  ///< no program but variables of the controller, .va
   };
 
   std::span<const Binary> binaries() const override { return kBinaries; }
@@ -73,6 +76,69 @@ class Tp final : public Reader {
         return true;
     }
     return false;
+  }
+  /// What a backup says of registers and frames: POSREG.VA, NUMREG.VA, SYSFRAME.VA. Of the first
+  /// group; what has no values, or joints, is not in it.
+  void values(std::size_t f) {
+    Program& p = programs_.emplace_back();
+    p.is_values = true;
+    static const std::map<std::string, const char*, std::less<>> kArrays{
+        {"$posreg", "PR"}, {"$numreg", "R"}, {"$mnuframe", "UFRAME"}, {"$mnutool", "UTOOL"}};
+    const std::string text = lower(files_[f].text);
+    std::string array;
+    std::int64_t number = 0;
+    std::map<char, double> parts;
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find('\n', at), text.size());
+      const std::string line = text.substr(at, end - at);
+      at = end + 1;
+      const std::size_t first = line.find_first_not_of(" \t\r");
+      if (first == std::string::npos) continue;
+      if (line[first] == '[' && line.find('$') != std::string::npos && line[first + 1] == '*') {
+        // [*POSREG*]$POSREG  Storage: ...
+        const std::size_t name = line.find('$');
+        const auto it = kArrays.find(line.substr(name, line.find_first_of(" \t\r", name) - name));
+        array = it == kArrays.end() ? "" : it->second;
+        number = 0;
+        continue;
+      }
+      if (array.empty()) continue;
+      if (line[first] == '[') {
+        // [1,12] = and lines behind it, or [12] = 4.5
+        const std::size_t close = line.find(']', first), comma = line.find(',', first);
+        parts.clear();
+        number = 0;
+        if (close == std::string::npos) continue;
+        const std::size_t from = comma < close ? comma + 1 : first + 1;
+        const auto n = std::strtoll(line.c_str() + from, nullptr, 10);
+        const bool is_first = comma > close || line.compare(first, 3, "[1,") == 0;
+        if (!is_first || n < 1 || n > 10'000) continue;
+        if (array != "R") {
+          number = n;
+          continue;
+        }
+        const std::size_t equals = line.find('=', close);
+        if (equals == std::string::npos) continue;
+        char* stop = nullptr;
+        const double v = std::strtod(line.c_str() + equals + 1, &stop);
+        if (stop != line.c_str() + equals + 1 && std::isfinite(v)) known_[array][n] = real(v).s;
+        continue;
+      }
+      if (number == 0) continue;
+      for (std::size_t k = first; k + 1 < line.size(); ++k) {
+        if (line[k + 1] != ':' || std::string_view("xyzwpr").find(line[k]) == std::string::npos ||
+            (k > 0 && line[k - 1] != ' ' && line[k - 1] != '\t'))
+          continue;
+        char* stop = nullptr;
+        const double v = std::strtod(line.c_str() + k + 2, &stop);
+        if (stop != line.c_str() + k + 2 && std::isfinite(v)) parts[line[k]] = v;
+      }
+      if (parts.size() == 6)
+        known_[array][number] =
+            pose({real(parts['x']), real(parts['y']), real(parts['z'])},
+                 orientation("ORIZYX", {real(parts['r']), real(parts['p']), real(parts['w'])}))
+                .s;
+    }
   }
   /// The sections of a listing, and their statements, which end with ";".
   void split(std::size_t f) {
@@ -941,6 +1007,31 @@ class Tp final : public Reader {
       while (!at_end() && !is("]")) next();
     return i;
   }
+  /// The array of registers or frames, which the first use declares with what is known of it.
+  Symbol& registers(const std::string& array, const std::string& name, const Type& of,
+                    std::int64_t n, const At& at) {
+    const auto known = known_.find(array);
+    if (known == known_.end()) return implied(name, array_of(of, {{1, n}}), at);
+    const std::string low = lower(name);
+    learn(low, array_of(of, {{1, n}}));
+    if (Symbol* s = find(low)) return *s;
+    const Type type = learned_.types[low];
+    std::string list;
+    for (std::int64_t k = 1; k <= type.bounds[0].second; ++k) {
+      const auto it = known->second.find(k);
+      list += (k > 1 ? ", " : "") + (it != known->second.end() ? it->second
+                                     : of.k == K::pose         ? identity().s
+                                                               : "0.0");
+    }
+    Symbol& s = declare(name, type);
+    declare_variable(s, "[" + list + "]", at);
+    return s;
+  }
+  [[nodiscard]] bool is_known(const std::string& array, const Ex& i) const {
+    const auto it = known_.find(array);
+    return it != known_.end() && i.is_literal &&
+           it->second.contains(static_cast<std::int64_t>(i.v));
+  }
   /// R[n] or PR[n] stands here and gets a value.
   void will_set() {
     if (!is("r") && !is("pr")) return;
@@ -953,16 +1044,21 @@ class Tp final : public Reader {
   }
   /// Registers keep their values on the controller; what no program here sets is zero.
   void will_read(const std::string& word, const Ex& i, const At& at) {
+    if (is_known(word == "r" ? "R" : "PR", i)) {
+      if (word == "pr" && told_.insert("kept pr").second)
+        note(at, "position registers are read without their configuration");
+      return;
+    }
     if (!i.is_literal || learned_.flags.contains("set " + word + " *")) return;
     const std::string key = word + " " + std::to_string(static_cast<std::int64_t>(i.v));
     if (learned_.flags.contains("set " + key) || !told_.insert("unset " + key).second) return;
     const std::string name = (word == "r" ? "R[" : "PR[") + i.s + "]";
     if (word == "pr")
       fail(at, name + " is set on the controller; it is zero here",
-           "Give it its value at the declaration of PR.");
+           "Give it its value at the declaration of PR, or POSREG.VA beside the listing.");
     else
       warn(at, name + " is set by no program here; it is zero",
-           "Give it its value at the declaration of R.");
+           "Give it its value at the declaration of R, or NUMREG.VA beside the listing.");
   }
   Ex element(const std::string& array, const Type& of, const Ex& i, const At& at) {
     if (!i.ok) return failed();
@@ -974,15 +1070,18 @@ class Tp final : public Reader {
     const bool is_program = learned_.flags.contains("called " + key) ||
                             std::any_of(programs_.begin(), programs_.end(),
                                         [&](const Program& p) { return lower(p.name) == key; });
-    Symbol& s = implied(is_program ? array + "_register" : array, array_of(of, {{1, n}}), at);
+    Symbol& s = registers(array, is_program ? array + "_register" : array, of, n, at);
     return place(s.irl + "[" + i.s + "]", of);
   }
   Ex numbered(const std::string& array, const Ex& i, const At& at) {
     const bool is_new = !globals_.contains(lower(array));
     const Ex e = element(array, kPose, i, at);
-    if (is_new && e.ok && !learned_.flags.contains("set " + array))
+    const bool is_missed = known_.contains(array) ? i.is_literal && !is_known(array, i) &&
+                                                        told_.insert("unset " + array + i.s).second
+                                                  : is_new;
+    if (is_missed && e.ok && !learned_.flags.contains("set " + array))
       fail(at, array + " is set on the controller; its frames are zero here",
-           "Give them their values at the declaration.");
+           "Give them their values at the declaration, or SYSFRAME.VA beside the listing.");
     return e;
   }
   Ex bracketed_frame(const std::string& array, const At& at, bool is_written) {
@@ -1126,6 +1225,8 @@ class Tp final : public Reader {
 
   std::vector<Program> programs_;
   std::map<std::int64_t, Symbol> points_;
+  /// What backups say of PR, R, UFRAME and UTOOL, in IRL.
+  std::map<std::string, std::map<std::int64_t, std::string>> known_;
   /// PR[n]=LPOS was read: n, the element that is set next, where it stood.
   std::optional<std::tuple<std::string, int, At>> present_;
   std::set<std::string> labels_, told_, placed_;

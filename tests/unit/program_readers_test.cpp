@@ -823,6 +823,56 @@ RETURN;
 )");
 }
 
+TEST(ProgramReaders, TpTakesRegistersAndFramesOfABackup) {
+  const auto p = read(
+      read_tp,
+      {{"home.ls", R"(/PROG HOME
+/MN
+   1:  UTOOL_NUM=2 ;
+   2:  UFRAME_NUM=1 ;
+   3:L PR[2:park] R[3]mm/sec FINE ;
+   4:L PR[1] 100mm/sec FINE ;
+/POS
+/END
+)"},
+       {"POSREG.VA", R"([*POSREG*]$POSREG  Storage: SHADOW  Access: RW  : ARRAY[2,9] OF Position Reg
+    [1,1] =   'joints'   Group: 1
+  J1 =     1.000 deg   J2 =     2.000 deg   J3 =     3.000 deg
+  J4 =     4.000 deg   J5 =     5.000 deg   J6 =     6.000 deg
+    [1,2] =   'park: here'
+  Group: 1   Config: N U T, 0, 0, 0
+  X:   500.500   Y:   -20.000   Z:     .250
+  W:   180.000   P:     0.000   R:    90.000
+    [1,3] =   '' Uninitialized
+    [2,1] =   ''
+  Group: 2   Config: N U T, 0, 0, 0
+  X:     9.000   Y:     9.000   Z:     9.000
+  W:     9.000   P:     9.000   R:     9.000
+)"},
+       {"numreg.va", R"([*NUMREG*]$NUMREG  Storage: SHADOW  Access: RW  : ARRAY[200] OF Numeric Reg
+  [1] = 7  'count'
+  [2] = -1.5  ''
+  [3] = 250  'speed'
+)"},
+       {"sysframe.va", R"([*SYSTEM*]$MNUFRAME  Storage: SHADOW  Access: RW  : ARRAY[2,9] OF POSITION
+    [1,1] =
+  Group: 1   Config: N D B, 0, 0, 0
+  X:   884.000   Y:     0.000   Z:     0.000
+  W:     0.000   P:     0.000   R:     0.000
+[*SYSTEM*]$MNUFRAMENUM  Storage: SHADOW  Access: RW  : ARRAY[2] OF BYTE
+  [1] = 0
+)"}});
+  EXPECT_EQ(faults(*p),
+            "3:8 error UTOOL is set on the controller; its frames are zero here.\n"
+            "6:8 error PR[1] is set on the controller; it is zero here.\n");
+  expect_lines(*p, R"(
+ARRAY [1..1] OF POSE: UFRAME := [POSE(POSITION(884.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0))];
+ARRAY [1..2] OF POSE: PR := [POSE(POSITION(0.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)), POSE(POSITION(500.5, -20.0, 0.25), ORIZYX(90.0, 0.0, 180.0))];
+ARRAY [1..3] OF REAL: R := [7.0, -1.5, 250.0];
+MOVE LIN PR[2] SPEED := R[3] TOOL := present_tool FRAME := present_frame;
+)");
+}
+
 TEST(ProgramReaders, WhatIsTaughtElsewhereIsZeroAndSaid) {
   const auto melfa = read(read_melfa, {{"pick.mb5", R"(Mov P1
 P2=P1
