@@ -42,6 +42,7 @@ class Debugger {
     std::uint64_t address = 0;
     std::uint64_t character = 0;  ///< of a string: from 1
     std::string name;
+    bool is_known = false;  ///< made of numbers and texts that stand in the expression
     [[nodiscard]] const Slot* slots() const { return at ? at : own.data(); }
   };
 
@@ -57,12 +58,18 @@ class Debugger {
     if (kind_ != 'e') return wrong("\"" + word_ + "\" stands where the expression ends");
     return v;
   }
-  /// Only whether it can be read; names count when it is evaluated.
-  Result<void> read(std::string_view text) {
+  /// Whether it is a condition that may have a value in a routine: what it names is there, and its
+  /// types fit. What only its values tell, such as an index that is too large, is not looked at.
+  Result<void> check_condition(std::string_view text, std::uint32_t routine) {
     is_reading_ = true;
-    auto v = evaluate_without_frame(text);
-    if (!v.ok() && v.error().code == ErrorCode::syntax) return v.error();
-    return {};
+    routine_ = routine;
+    RMP_TRY_ASSIGN(const Value v, evaluate_without_frame(text));
+    return is_condition(v);
+  }
+  Result<bool> condition(std::string_view text, std::uint32_t process) {
+    RMP_TRY_ASSIGN(const Value v, evaluate(text, process, 0));
+    RMP_TRY(is_condition(v));
+    return v.slots()->integer() != 0;
   }
   Result<Value> evaluate_without_frame(std::string_view text) {
     text_ = text;
@@ -258,6 +265,18 @@ class Debugger {
     return v;
   }
   static Value truth(bool b) { return of(RMP_TYPE_BOOL, Slot::of(b)); }
+  static Value known(Value v) {
+    v.is_known = true;
+    return v;
+  }
+  static Value typed(std::uint32_t type) { return of(type, Slot{}); }
+  [[nodiscard]] Result<void> is_condition(const Value& v) const {
+    if (v.type == RMP_TYPE_BOOL) return {};
+    return none("a condition is true or false, and this is " + c_.type_name(v.type));
+  }
+  /// Only types count, as the value is not asked for or not there.
+  [[nodiscard]] bool has_no_values() const { return is_reading_ || is_skipping_; }
+  [[nodiscard]] bool counts(const Value& v) const { return !is_reading_ || v.is_known; }
   [[nodiscard]] std::string text_of(const Value& v) const {
     if (v.type == RMP_TYPE_CHAR) return std::string(1, static_cast<char>(v.slots()->integer()));
     return v.at ? std::string(run_.text_of(*v.at)) : v.text;
@@ -280,12 +299,15 @@ class Debugger {
       if (!is_or && !(kind_ == 'o' && word_ == "EXOR")) return a;
       next();
       const bool skips = is_skipping_;
-      if (is_or && a.type == RMP_TYPE_BOOL && a.slots()->integer()) is_skipping_ = true;
+      if (is_or && a.type == RMP_TYPE_BOOL && counts(a) && a.slots()->integer())
+        is_skipping_ = true;
       auto b = both(depth);
       is_skipping_ = skips;
       if (!b.ok()) return b;
-      if (!is_skipping_ && !is_reading_) {
-        if (a.type != RMP_TYPE_BOOL || b->type != RMP_TYPE_BOOL) return none("OR joins conditions");
+      if (a.type != RMP_TYPE_BOOL || b->type != RMP_TYPE_BOOL)
+        return none((is_or ? "OR" : "EXOR") + std::string(" joins conditions"));
+      if (is_reading_) a = typed(RMP_TYPE_BOOL);
+      if (!has_no_values()) {
         const bool x = a.slots()->integer(), y = b->slots()->integer();
         a = truth(is_or ? x || y : x != y);
       }
@@ -295,23 +317,21 @@ class Debugger {
     RMP_TRY_ASSIGN(Value a, inverted(depth));
     while (take("AND")) {
       const bool skips = is_skipping_;
-      if (a.type == RMP_TYPE_BOOL && !a.slots()->integer()) is_skipping_ = true;
+      if (a.type == RMP_TYPE_BOOL && counts(a) && !a.slots()->integer()) is_skipping_ = true;
       auto b = inverted(depth);
       is_skipping_ = skips;
       if (!b.ok()) return b;
-      if (!is_skipping_ && !is_reading_) {
-        if (a.type != RMP_TYPE_BOOL || b->type != RMP_TYPE_BOOL)
-          return none("AND joins conditions");
-        a = truth(a.slots()->integer() && b->slots()->integer());
-      }
+      if (a.type != RMP_TYPE_BOOL || b->type != RMP_TYPE_BOOL) return none("AND joins conditions");
+      if (is_reading_) a = typed(RMP_TYPE_BOOL);
+      if (!has_no_values()) a = truth(a.slots()->integer() && b->slots()->integer());
     }
     return a;
   }
   Result<Value> inverted(int depth) {
     if (!take("NOT")) return compared(depth);
     RMP_TRY_ASSIGN(Value a, compared(depth));
-    if (is_skipping_ || is_reading_) return truth(false);
     if (a.type != RMP_TYPE_BOOL) return none("NOT stands before a condition");
+    if (has_no_values()) return typed(RMP_TYPE_BOOL);
     return truth(!a.slots()->integer());
   }
   Result<Value> compared(int depth) {
@@ -322,18 +342,20 @@ class Debugger {
     if (op.empty()) return a;
     next();
     RMP_TRY_ASSIGN(Value b, sum(depth));
-    if (is_skipping_ || is_reading_) return truth(false);
+    const bool is_order = op != "=" && op != "<>";
+    if (!(is_number(a) && is_number(b)) && !(is_text(a) && is_text(b)) &&
+        !(a.type == RMP_TYPE_BOOL && b.type == RMP_TYPE_BOOL && !is_order))
+      return none("\"" + op + "\" does not join " + c_.type_name(a.type) + " and " +
+                  c_.type_name(b.type));
+    if (has_no_values()) return typed(RMP_TYPE_BOOL);
     int order = 0;
     if (is_number(a) && is_number(b)) {
       const double x = number_of(a), y = number_of(b);
       order = x < y ? -1 : x > y ? 1 : 0;
     } else if (is_text(a) && is_text(b)) {
       order = text_of(a).compare(text_of(b));
-    } else if (a.type == RMP_TYPE_BOOL && b.type == RMP_TYPE_BOOL && (op == "=" || op == "<>")) {
-      order = (a.slots()->integer() != 0) != (b.slots()->integer() != 0);
     } else {
-      return none("\"" + op + "\" does not join " + c_.type_name(a.type) + " and " +
-                  c_.type_name(b.type));
+      order = (a.slots()->integer() != 0) != (b.slots()->integer() != 0);
     }
     return truth(op == "="    ? order == 0
                  : op == "<>" ? order != 0
@@ -343,10 +365,18 @@ class Debugger {
                               : order >= 0);
   }
   Result<Value> joined(const Value& a, const Value& b, char op) {
-    if (is_skipping_ || is_reading_) return of(RMP_TYPE_INT, Slot::of(1));
     if (!is_number(a) || !is_number(b))
       return none("an operation is of " + c_.type_name(a.type) + " and " + c_.type_name(b.type),
                   "It is of numbers.");
+    const bool is_real = a.type == RMP_TYPE_REAL || b.type == RMP_TYPE_REAL;
+    if (is_real && (op == 'd' || op == 'm')) return none("DIV and MOD are of INT");
+    if (is_skipping_ || !counts(b) || (!counts(a) && !(op == 'd' || op == 'm' || op == '/')))
+      return typed(is_real || op == '/' ? RMP_TYPE_REAL : RMP_TYPE_INT);
+    RMP_TRY_ASSIGN(Value v, computed(a, b, op));
+    v.is_known = a.is_known && b.is_known;
+    return v;
+  }
+  Result<Value> computed(const Value& a, const Value& b, char op) {
     if (op == '/' ||
         ((a.type == RMP_TYPE_REAL || b.type == RMP_TYPE_REAL) && op != 'd' && op != 'm')) {
       const double x = number_of(a), y = number_of(b);
@@ -355,7 +385,6 @@ class Debugger {
       if (!std::isfinite(v)) return none("the value is beyond what a REAL holds");
       return of(RMP_TYPE_REAL, Slot::of_real(v));
     }
-    if (a.type == RMP_TYPE_REAL || b.type == RMP_TYPE_REAL) return none("DIV and MOD are of INT");
     const std::int64_t x = a.slots()->integer(), y = b.slots()->integer();
     if ((op == 'd' || op == 'm') && y == 0) return none("this divides by zero");
     const std::int64_t v = op == '+'   ? x + y
@@ -393,8 +422,12 @@ class Debugger {
     if (take("+")) return factor(depth + 1);
     if (take("-")) {
       RMP_TRY_ASSIGN(Value a, factor(depth + 1));
-      if (a.type == RMP_TYPE_REAL) return of(RMP_TYPE_REAL, Slot::of_real(-number_of(a)));
-      return joined(of(RMP_TYPE_INT, Slot::of(0)), a, '-');
+      if (a.type == RMP_TYPE_REAL) {
+        Value v = of(RMP_TYPE_REAL, Slot::of_real(-number_of(a)));
+        v.is_known = a.is_known;
+        return v;
+      }
+      return joined(known(of(RMP_TYPE_INT, Slot::of(0))), a, '-');
     }
     if (take("(")) {
       RMP_TRY_ASSIGN(Value a, either(depth + 1));
@@ -411,7 +444,7 @@ class Debugger {
         return wrong("the number " + word_ + " is beyond what " + (is_real ? "a REAL" : "an INT") +
                      " holds");
       next();
-      return is_real ? of(RMP_TYPE_REAL, Slot::of_real(r)) : of(RMP_TYPE_INT, Slot::of(i));
+      return known(is_real ? of(RMP_TYPE_REAL, Slot::of_real(r)) : of(RMP_TYPE_INT, Slot::of(i)));
     }
     if (kind_ == 's') {
       Value v;
@@ -433,51 +466,57 @@ class Debugger {
     if (kind_ == 'o' && word_ == "(")
       return wrong(wanted + " is called, and a debugger calls nothing",
                    "Names, fields, elements and operators may stand here.");
-    if (wanted == "TRUE" || wanted == "FALSE") return truth(wanted == "TRUE");
-    if (!is_reading_) {
-      RMP_TRY_ASSIGN(v, variable(wanted));
-    } else {
-      v = of(RMP_TYPE_INT, Slot::of(1));
-    }
+    if (wanted == "TRUE" || wanted == "FALSE") return known(truth(wanted == "TRUE"));
+    RMP_TRY_ASSIGN(v, variable(wanted));
     for (;;) {
       if (take(".")) {
         if (kind_ != 'n') return wrong("the name of a field is missing before " + word_);
-        if (!is_reading_) {
-          const rmp_code_type& t = c_.type(v.type);
-          if (t.kind != RMP_TYPE_RECORD) return none(c_.type_name(v.type) + " has no fields");
-          std::uint32_t offset = 0, found = kNone;
-          for (std::uint32_t k = 0; k < t.field_count && found == kNone; ++k) {
-            const auto& f = c_.field(t.first_field + k);
-            if (upper(f.name) == word_) found = f.type;
-            else offset += c_.types[f.type].slots;
-          }
-          if (found == kNone) return none(c_.type_name(v.type) + " has no field " + word_);
-          v.at += offset;
-          v.address += offset;
-          v.type = found;
+        const rmp_code_type& t = c_.type(v.type);
+        if (t.kind != RMP_TYPE_RECORD) return none(c_.type_name(v.type) + " has no fields");
+        std::uint32_t offset = 0, found = kNone;
+        for (std::uint32_t k = 0; k < t.field_count && found == kNone; ++k) {
+          const auto& f = c_.field(t.first_field + k);
+          if (upper(f.name) == word_) found = f.type;
+          else offset += c_.types[f.type].slots;
         }
+        if (found == kNone) return none(c_.type_name(v.type) + " has no field " + word_);
+        if (v.at) v.at += offset;
+        v.address += offset;
+        v.type = found;
         next();
         continue;
       }
       if (!take("[")) return v;
       do {
         RMP_TRY_ASSIGN(Value i, either(depth + 1));
-        if (is_reading_) continue;
         if (i.type != RMP_TYPE_INT) return none("an index is an INT");
-        RMP_TRY(index(v, i.slots()->integer()));
+        if (has_no_values()) RMP_TRY(element(v, i));
+        else RMP_TRY(index(v, i.slots()->integer()));
       } while (take(","));
       if (!take("]")) return wrong("\"]\" is missing before " + word_);
     }
   }
+  static Error outside(std::int64_t i, std::int64_t low, std::int64_t high) {
+    return none("the index " + std::to_string(i) + " is outside " + std::to_string(low) + ".." +
+                std::to_string(high));
+  }
+  /// Only the type of an element; of an array its bounds, where the index is known.
+  Result<void> element(Value& v, const Value& i) const {
+    const TypeInfo& t = c_.types[v.type];
+    if (t.kind != RMP_TYPE_ARRAY && t.kind != RMP_TYPE_STRING && t.kind != RMP_TYPE_LIST)
+      return none(c_.type_name(v.type) + " has no elements");
+    const std::int64_t k = i.slots()->integer();
+    const std::int64_t last = std::int64_t{t.lower} + t.length - 1;
+    if (t.kind == RMP_TYPE_ARRAY && !is_skipping_ && i.is_known && (k < t.lower || k > last))
+      return outside(k, t.lower, last);
+    v = typed(t.kind == RMP_TYPE_STRING ? std::uint32_t{RMP_TYPE_CHAR} : t.element);
+    return {};
+  }
   Result<void> index(Value& v, std::int64_t i) {
     const TypeInfo& t = c_.types[v.type];
-    const auto outside = [&](std::int64_t low, std::int64_t high) {
-      return none("the index " + std::to_string(i) + " is outside " + std::to_string(low) + ".." +
-                  std::to_string(high));
-    };
     if (t.kind == RMP_TYPE_ARRAY) {
       const std::int64_t k = i - t.lower;
-      if (k < 0 || k >= t.length) return outside(t.lower, std::int64_t{t.lower} + t.length - 1);
+      if (k < 0 || k >= t.length) return outside(i, t.lower, std::int64_t{t.lower} + t.length - 1);
       const auto offset = static_cast<std::uint64_t>(k) * t.element_slots;
       v.at += offset;
       v.address += offset;
@@ -487,7 +526,7 @@ class Debugger {
     if (t.kind == RMP_TYPE_STRING) {
       const std::string s = text_of(v);
       if (i < 1 || i > static_cast<std::int64_t>(s.size()))
-        return outside(1, static_cast<std::int64_t>(s.size()));
+        return outside(i, 1, static_cast<std::int64_t>(s.size()));
       v.own = {Slot::of(static_cast<unsigned char>(s[static_cast<std::size_t>(i - 1)]))};
       v.at = nullptr;
       v.character = static_cast<std::uint64_t>(i);
@@ -498,7 +537,7 @@ class Debugger {
     const Heap::List* l = run_.list_of(*v.at);
     const std::int64_t n =
         l && t.element_slots ? static_cast<std::int64_t>(l->slots.size() / t.element_slots) : 0;
-    if (i < 1 || i > n) return outside(1, n);
+    if (i < 1 || i > n) return outside(i, 1, n);
     const auto offset = static_cast<std::uint64_t>(i - 1) * t.element_slots;
     v.address = kListAddress |
                 (static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.at->bits)) << 32) | offset;
@@ -509,7 +548,7 @@ class Debugger {
   /// Of the innermost scope in which the name is: routine, program, modules and cell.
   Result<Value> variable(const std::string& wanted) {
     const rmp_code& t = c_.tables();
-    const std::uint32_t routine = frame_ ? frame_->routine : 0;
+    const std::uint32_t routine = is_reading_ ? routine_ : frame_ ? frame_->routine : 0;
     std::uint32_t best = kNone;
     int best_rank = -1;
     static const std::vector<std::uint32_t> nothing;
@@ -520,7 +559,7 @@ class Debugger {
       if (c_.place_of[s].offset == kNone) continue;
       int rank = 0;
       if (c_.place_of[s].space == kFrame) {
-        if (x.routine != routine || !frame_) continue;
+        if (x.routine != routine || (!frame_ && !is_reading_)) continue;
         rank = 100;
       } else if (x.scope != kNone && x.scope < t.scopes.count) {
         rank = static_cast<int>(row<rmp_code_scope>(t.scopes, x.scope).kind) + 1;
@@ -542,6 +581,7 @@ class Debugger {
     }
     Value v;
     v.type = c_.place_of[best].type;
+    if (is_reading_) return typed(v.type);
     v.at = slots_of(best, &v.address, &v.character);
     v.name = c_.symbol(best).name;
     if (!v.at) return none(v.name + " has no value here");
@@ -564,11 +604,11 @@ class Debugger {
   char kind_ = 'e';
   std::string word_;
   bool is_reading_ = false, is_skipping_ = false;
+  std::uint32_t routine_ = 0;  ///< in which names are looked up while it is read
 };
 
-bool Run::holds(Process& p, const std::string& condition) {
-  const auto v = Debugger(c_, s_).evaluate(condition, p.routine, 0);
-  return v.ok() && v->type == RMP_TYPE_BOOL && v->slots()->integer();
+Result<bool> Run::holds(Process& p, const std::string& condition) {
+  return Debugger(c_, s_).condition(condition, p.routine);
 }
 
 std::string Run::log_text(Process& p, const std::string& log) {
@@ -687,10 +727,6 @@ std::string Machine::process_name(std::uint32_t process) const {
 Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
   const rmp_code& t = code();
   RMP_TRY_ASSIGN(std::uint32_t file, file_row(t, b.file));
-  if (!b.condition.empty()) {
-    auto read = Debugger(*code_, *state_).read(b.condition);
-    if (!read.ok()) return std::move(read.error()).in("the condition of a breakpoint");
-  }
   // The first statement at or behind the line; of several in one line the first one.
   std::uint32_t best = kNone;
   const DebugIndex& index = code_->debug_index();
@@ -713,6 +749,11 @@ Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
     return error(ErrorCode::not_found,
                  "there is no statement in line " + std::to_string(b.line) + " or behind it",
                  "Choose a line that does something.");
+  if (!b.condition.empty()) {
+    const auto checked =
+        Debugger(*code_, *state_).check_condition(b.condition, code_->routine_of_op[best]);
+    if (!checked.ok()) return Error(checked.error()).in("the condition of a breakpoint");
+  }
   const rmp_code_file& f = row<rmp_code_file>(t.files, file);
   b.file = f.name;
   b.line = code_->instruction(best).span.line;

@@ -597,8 +597,10 @@ bool Run::stops_here(Process& p, std::uint32_t op, std::uint64_t used) {
     s_.resume_op = kNone;
     return false;
   }
+  std::string message;
   const auto stop = [&](StopReason reason, std::uint32_t number) {
     Stop x;
+    x.message = std::move(message);
     x.reason = reason;
     x.process = p.routine;
     x.breakpoint = number;
@@ -610,6 +612,9 @@ bool Run::stops_here(Process& p, std::uint32_t op, std::uint64_t used) {
     s_.resume_op = op;
     s_.resume_process = p.routine;
     return true;
+  };
+  const auto no_value = [](const Error& e) {
+    return "The condition of the breakpoint has no value here: " + e.message + ".";
   };
   // Breakpoints are not asked before it goes on from there.
   if (s_.entry_op == op && s_.entry_counts) return stop(StopReason::entry, 0);
@@ -641,7 +646,19 @@ bool Run::stops_here(Process& p, std::uint32_t op, std::uint64_t used) {
   if (set && op < set->is_at.size() && set->is_at[op])
     for (const std::uint32_t k : set->numbers.at(op)) {
       const Breakpoint& b = set->all.at(k).what;
-      if (!b.is_enabled || (!b.condition.empty() && !holds(p, b.condition))) continue;
+      if (!b.is_enabled) continue;
+      if (const Result<bool> is_so = b.condition.empty() ? true : holds(p, b.condition);
+          !is_so.ok()) {
+        // It is no hit, and whoever set it learns why.
+        if (!reason) {
+          reason = StopReason::breakpoint;
+          number = k;
+          message = no_value(is_so.error());
+        }
+        continue;
+      } else if (!*is_so) {
+        continue;
+      }
       const std::uint64_t hits = ++own_part(s_.hits)[k];
       if (hits <= b.ignore || (b.until && hits > b.until)) continue;
       if (b.every > 1 && hits % b.every != 0) continue;
@@ -653,10 +670,14 @@ bool Run::stops_here(Process& p, std::uint32_t op, std::uint64_t used) {
       }
     }
   if (Machine::State::Again& again = s_.again; !reason && again.op != kNone) {
-    const bool is_there =
+    bool is_there =
         again.op == op && again.process == p.routine &&
-        (again.instructions == 0 || again.instructions == s_.instructions + used + cost_) &&
-        (again.condition.empty() || holds(p, again.condition));
+        (again.instructions == 0 || again.instructions == s_.instructions + used + cost_);
+    if (is_there && !again.condition.empty()) {
+      const Result<bool> is_so = holds(p, again.condition);
+      is_there = !is_so.ok() || *is_so;
+      if (!is_so.ok()) message = no_value(is_so.error());
+    }
     if (s_.now <= again.until && is_there) reason = again.reason, number = again.breakpoint;
     if (s_.now > again.until || is_there) again.op = kNone;
   }

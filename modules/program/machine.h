@@ -88,6 +88,7 @@ struct Stop {
   std::uint32_t process = 0;
   std::uint32_t breakpoint = 0;  ///< its number
   rmp_span span{};
+  std::string message;  ///< of a breakpoint whose condition has no value: a sentence; ""
 };
 struct Status {
   RunState state = RunState::waiting;
@@ -114,8 +115,9 @@ struct StatementPlace {
 };
 
 /// A breakpoint: a place, and perhaps a condition (an expression of IRL over what is visible there:
-/// names, fields, indices, numbers, strings, operators and parentheses, no calls), and at which
-/// hits it stops: those behind `ignore` and up to `until`, each `every`th.
+/// names, fields, indices, numbers, strings, operators and parentheses, no calls; one that has no
+/// value when it comes there stops, and says so), and at which hits it stops: those behind `ignore`
+/// and up to `until`, each `every`th.
 struct Breakpoint {
   std::uint32_t number = 0;  ///< given by the machine
   std::string file;          ///< "" = the program's own

@@ -566,8 +566,8 @@ class Run {
   template <bool kDebug>
   Next loop(Process&);
   bool stops_here(Process&, std::uint32_t op, std::uint64_t used);
-  /// Whether a condition of a breakpoint holds; one that has no value there does not.
-  bool holds(Process&, const std::string& condition);
+  /// Whether a condition of a breakpoint holds. Fails: it has no value there.
+  Result<bool> holds(Process&, const std::string& condition);
   /// The text of a log point with its values.
   [[nodiscard]] std::string log_text(Process&, const std::string& log);
   void say_log(Process&, std::uint32_t op, const std::string& log);

@@ -1269,6 +1269,10 @@ class Adapter {
                      : reason == "motion"   ? "step"
                                             : "pause";
     if (reason == "breakpoint") hit(number_at(place, "breakpoint"), body);
+    if (const std::string why = text_at(place, "message"); reason == "breakpoint" && !why.empty()) {
+      body["text"] = why;
+      say(why + "\n", "important");
+    }
     if (reason == "pause" && !text_at(place, "file").empty() && place.as_map()->find("message")) {
       const std::string said = text_at(place, "message");
       body["description"] = "PAUSE";

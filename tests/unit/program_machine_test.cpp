@@ -555,6 +555,72 @@ ENDPROGRAM;)");
   EXPECT_FALSE(m.set_breakpoint(b).ok());
 }
 
+TEST(Machine, RefusesConditionsThatNoLineCanHave) {
+  Machine m = loaded(R"(PROGRAM p;
+TYPE RECORD INT: a; ENDRECORD: REC;
+VAR INT: i, sum; BOOL: is_on; REC: r; ARRAY [1..3] OF INT: v; LIST OF INT: l; STRING: s;
+PROCEDURE add(IN INT: n);
+BEGIN
+  sum := sum + n;
+ENDPROC;
+BEGIN
+  add(1);
+ENDPROGRAM;)");
+  const auto refusal = [&m](std::uint32_t line, const char* condition) {
+    Breakpoint b;
+    b.line = line;
+    b.condition = condition;
+    const auto set = m.set_breakpoint(b);
+    return set.ok() ? std::string() : set.error().sentence();
+  };
+  for (const auto& [line, condition, sentence] :
+       {std::tuple{6u, "zz = 1", "nothing that has a value is named ZZ"},
+        std::tuple{6u, "sum", "a condition is true or false, and this is INT"},
+        std::tuple{6u, "1 DIV 0 = 1", "divides by zero"},
+        std::tuple{6u, "sum DIV 0 = 1", "divides by zero"},
+        std::tuple{6u, "sum = 'a'", "does not join INT and STRING"},
+        std::tuple{6u, "v[9] = 1", "the index 9 is outside 1..3"},
+        std::tuple{6u, "is_on AND v[-1] = 1", "outside 1..3"},
+        std::tuple{6u, "sum[1] = 1", "INT has no elements"},
+        std::tuple{6u, "r.b = 1", "REC has no field B"}, std::tuple{6u, "NOT sum", "condition"},
+        std::tuple{6u, "is_on OR sum", "OR joins conditions"},
+        std::tuple{6u, "r.a + is_on > 1", "INT and BOOL"},
+        std::tuple{6u, "add(1)", "a debugger calls nothing"}, std::tuple{9u, "n = 1", "named N"}}) {
+    EXPECT_NE(refusal(line, condition).find(sentence), std::string::npos)
+        << condition << ": " << refusal(line, condition);
+  }
+  for (const char* condition :
+       {"n = 1", "is_on", "v[n] = 1 AND l[n] > 2", "r.a DIV n = 2.5 OR s[1] = 'a'", "v[3] = -1",
+        "NOT (is_on EXOR n < 3)", "FALSE AND v[n] DIV sum = 1", "l[9] = 1"})
+    EXPECT_EQ(refusal(6, condition), "") << condition;
+}
+
+TEST(Machine, StopsWhereAConditionHasNoValueAndSaysWhy) {
+  Machine m = loaded(R"(PROGRAM p;
+VAR INT: i, sum; ARRAY [1..3] OF INT: v;
+BEGIN
+  FOR i := 0 TO 4
+    sum := sum + 1;
+  ENDFOR;
+ENDPROGRAM;)");
+  Breakpoint b;
+  b.line = 5;
+  b.condition = "i > 0 AND v[i] = 1";  // asked from 1 on, without a value at 4
+  b.log = "never";
+  const auto set = m.set_breakpoint(b);
+  ASSERT_TRUE(set.ok()) << set.error().sentence();
+  TestWorld w;
+  ASSERT_EQ(m.run(0, w).state, RunState::stopped);
+  EXPECT_EQ(m.status().stop->reason, StopReason::breakpoint);
+  EXPECT_EQ(m.status().stop->breakpoint, set->number);
+  EXPECT_EQ(m.status().stop->message,
+            "The condition of the breakpoint has no value here: the index 4 is outside 1..3.");
+  EXPECT_EQ(m.evaluate("i")->value, "4");
+  EXPECT_EQ(m.breakpoints().front().hits, 0u);
+  EXPECT_EQ(run_to_end(m, w).state, RunState::over);
+  EXPECT_EQ(m.evaluate("sum")->value, "5");
+}
+
 TEST(Machine, KnowsEveryFunctionOfTheLanguage) {
   const std::string head =
       "PROGRAM p; VAR INT: i := 1; REAL: r := 1.0; CHAR: c; BOOL: b; STRING: s := 'ab';"

@@ -143,6 +143,7 @@ Map place(const task::ProgramWatch& watch, const LiveRunEntry& entry) {
     const auto& numbers = entry.breakpoints->numbers;
     const auto found = numbers.find({watch.programs[stopped_at].name(), stop->breakpoint});
     if (found != numbers.end()) out.set("breakpoint", found->second);
+    if (!stop->message.empty()) out.set("message", stop->message);
   }
   return out;
 }
@@ -544,7 +545,10 @@ RMP_COMMANDS(program_debugging_commands) {
        field("file", "string", "", "Where it stands."),
        field("line", "int", "", "Where it stands."), field("column", "int", "", "Where it stands."),
        field("breakpoint", "int", "", "Its number, at one."),
-       field("message", "string", "", "What is wrong, at a fault; what PAUSE says.")}};
+       field(
+           "message", "string", "",
+           "What is wrong, at a fault; what PAUSE says; at a breakpoint, why its condition has no "
+           "value.")}};
   const std::vector<ParamSpec> breakpoint_fields{
       field("number", "int", "", "Of the breakpoint."),
       field("program", "string", "", "Its name in the world."),
@@ -572,6 +576,8 @@ RMP_COMMANDS(program_debugging_commands) {
                "fast as it computes. run.place tells where it is.");
   add("run.set_breakpoint", "Lets a live run stop where a program comes to a line.",
       "The condition is an expression of the language over what is visible there, without calls. "
+      "Names and types that do not fit are refused here; a condition that has no value when it is "
+      "computed, as v[9] of eight elements, stops there, and message says why. "
       "Breakpoints stay with the run, also after run.refresh and run.reset. A run starts with what "
       "its programs do at time 0 done; run.reset begins again and stops there, too.",
       with_run("local b = run:set_breakpoint{line = 5, condition = \"n = 3\"}\n"

@@ -258,7 +258,9 @@ Result<Value> recorded_at(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t program, program_at(*watch, args));
   const auto line = static_cast<std::uint32_t>(integer(args, "line"));
   std::string source = text_of(args, "source");
-  if (source.empty()) source = file_of(watch->programs[program].machine(), rmp_span{0, 0, 0, 0, 0});
+  const Machine& last = watch->programs[program].machine();
+  if (source.empty()) source = file_of(last, rmp_span{0, 0, 0, 0, 0});
+  RMP_TRY(last.statements(source));
   std::vector<std::pair<double, std::uint32_t>> found;
   std::set<std::uint32_t> before;
   for (std::size_t row = 0; row < watch->rows.size(); ++row) {
