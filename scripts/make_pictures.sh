@@ -36,7 +36,7 @@ welding normal: welding_large_tube welding_small_tube
 story_pictures normal: programmer_cell researcher_error researcher_steps student_arm student_torques
 bridge_pictures: bridge_residual
 check_pictures normal: check_faults check_plot check_weld
-program_pictures normal: program_hanoi_pa10 program_hanoi_puma560 program_hanoi_ur5 program_weave program_weld
+program_pictures normal: program_hanoi_pa10 program_hanoi_puma560 program_hanoi_ur5 program_palletising program_pick_and_place program_two_robots program_weave program_weld
 library_pictures normal: library_robots library_parts tools_library
 LIST
 }

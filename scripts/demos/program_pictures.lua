@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Pictures of the way that a robot's tool goes under a program of scripts/programs: the Towers of
--- Hanoi on three robots, and a seam, straight and woven.
+-- Hanoi on three robots, parts from a feeder, a pallet, two robots, and a seam, straight and woven.
 -- usage: robomosp run scripts/demos/program_pictures.lua [folder [quality of the pictures]]
 local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
 local programs = ((arg and arg[0] or ""):match("^(.*)/demos/[^/]*$") or "scripts") .. "/programs/"
@@ -40,15 +40,23 @@ local function picture(name, script, what, at, argument, eye, target)
   arg = {[0] = programs .. script .. ".lua", argument}
   local cell, run = dofile(programs .. script .. ".lua")
   arg = before
-  traced(cell, run, what, name .. "_way")
+  for _, one in ipairs(type(what) == "table" and what or {what}) do
+    traced(cell, run, one, name .. "_way_" .. one)
+  end
   local drawn, trouble = pcall(cell.render, cell, { recording = run, at = at, quality = quality,
-    paths = "line", eye = eye, target = target, file = folder .. "/" .. name .. ".png" })
+    paths = "line", axes = false, eye = eye, target = target, file = folder .. "/" .. name .. ".png" })
   if not drawn then print(trouble) end  -- such as: no renderer is installed
 end
 
 for _, robot in ipairs{"pa10", "puma560", "ur5"} do
   picture("program_hanoi_" .. robot, "hanoi", "rod", 30, robot)
 end
+picture("program_pick_and_place", "pick_and_place", "ur5", 16,
+  nil, {2.7, -1.2, 1.9}, {0.15, 0.0, 0.5})
+picture("program_palletising", "palletising", "kr5", 30,
+  nil, {2.9, -1.5, 2.0}, {0.5, 0.15, 0.4})
+picture("program_two_robots", "two_robots", {"left", "right"}, 9,
+  nil, {3.4, -0.9, 2.2}, {0.2, 0.0, 0.2})
 picture("program_weld", "arc_weld", "ur5", 30,
   nil, {1.35, -0.85, 0.75}, {0.45, -0.08, 0.25})
 
@@ -58,7 +66,7 @@ do
   local source = seam:source():gsub("SPEED := WELDING", "SPEED := WELDING, WOBBLE := TRUE")
   source = source:gsub("  arc := TRUE;", "  R_WOBBLE_AMPLITUDE := 4.0;\n  R_WOBBLE_LENGTH := 12.0;\n  arc := TRUE;")
   seam:set_file{ name = "arc_weld.irl", text = source:gsub("ORIZYX%(0.0, 135.0, 0.0%)", "ORIZYX(0.0, 180.0, 0.0)") }
-  cell:remove_member("program_weld_way")
+  cell:remove_member("program_weld_way_ur5")
   local run = cell:run_task{}
   traced(cell, run, "ur5", "program_weave_way", 0.0008, "arc")
   local drawn, trouble = pcall(cell.render, cell, { recording = run, at = 38, quality = quality,

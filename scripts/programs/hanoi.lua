@@ -21,6 +21,10 @@ cell:attach{ object = "rod", robot = which, link = "rod", rpy = {math.pi, 0, 0} 
 cell:add_frame{ name = "table", position = {0, 0, stand} }
 solid.create{ name = "hanoi_table_" .. which, root = {kind = "box", x = 0.4, y = 0.8, z = 0.02} }
 cell:add_object{ what = "hanoi_table_" .. which, name = "board", position = {0.6, 0, stand - 0.0205} }
+if stand < 0 then  -- the robot stands above the table, on a post
+  solid.create{ name = "hanoi_post_" .. which, root = {kind = "cylinder", radius = 0.1, height = 0.0195 - stand} }
+  cell:add_object{ what = "hanoi_post_" .. which, name = "post", position = {0, 0, stand - 0.0205} }
+end
 for i = 1, 3 do
   local name = "disc" .. i
   solid.create{ name = "hanoi_" .. name .. "_" .. which,
