@@ -197,6 +197,52 @@ ENDPROGRAM;
   EXPECT_LT(made, text.find(",3]=250")) << text;
 }
 
+TEST(FanucTpPost, WhatTpHasNoWordsForGoesThroughRegistersAndFlags) {
+  const Posted p = posted(kPost, R"(PROGRAM prog;
+TYPE RECORD BOOL: hot; INT: n; BOOL: full; ENDRECORD: CRATE;
+VAR INT: i; BOOL: b; ARRAY [2..3] OF CRATE: c;
+PROCEDURE say (IN BOOL: what); BEGIN b := NOT what; ENDPROC;
+BEGIN
+  i := -(i + 1);
+  i := 2 + ABS(i - 5);
+  WAIT i / 4 SEC;
+  c[i].full := b EXOR i > 3;
+  c[3].n := 7;
+  say(c[3].hot);
+  WAIT FOR ABS(i) > 3;
+ENDPROGRAM;
+)");
+  // A condition that is looked at again has no place for lines before it.
+  EXPECT_EQ(p.errors, 1) << p.faults;
+  EXPECT_TRUE(has_text(p.faults, "error 12: FANUC TP has no ABS() while it runs")) << p.faults;
+  std::string text = p.files.at("PROG.LS");
+  std::erase(text, '\r');
+  const std::size_t begin = text.find("R[1:i]=(0-"), end = text.find("  WAIT (");
+  ASSERT_NE(begin, std::string::npos) << text;
+  std::string lines;
+  std::istringstream in(text.substr(begin, end - begin));
+  for (std::string l; std::getline(in, l);) lines += l.substr(l.find(':') == 4 ? 5 : 0) + "\n";
+  EXPECT_TRUE(lines.starts_with(R"(R[1:i]=(0-(R[1:i]+1)) ;
+  R[4]=(R[1:i]-5) ;
+  IF (R[4]<0) THEN ;
+  R[4]=(0-R[4]) ;
+  ENDIF ;
+  R[1:i]=(2+R[4]) ;
+  R[5]=(R[1:i]/4) ;
+  WAIT R[5] ;
+  R[6]=(R[1:i]*2) ;
+  R[6]=(R[6]-1) ;
+  F[R[6]]=(F[1:b]<>(R[1:i]>3)) ;
+  R[3]=7 ;
+  IF (F[4]) THEN ;
+  R[7]=1 ;
+  ELSE ;
+  R[7]=0 ;
+  ENDIF ;
+  CALL SAY(R[7]) ;
+)")) << lines;
+}
+
 TEST(FanucTpPost, ThePageIsRight) {
   How how;
   how.robot = true;

@@ -516,16 +516,16 @@ class TpWriter final : public MoveWriter {
         all += (i ? "," : "") + zero_or_one(arguments[i]);
         continue;
       }
-      // Arguments are constants and registers; sums go through a register.
-      Text t = expr(arguments[i]);
-      if (t.binding < 100) {
-        const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
-        put(reg + "=(" + t.text + ")");
-        t.text = reg;
-      }
-      all += (i ? "," : "") + t.text;
+      all += (i ? "," : "") + in_register(expr(arguments[i]));
     }
     put("CALL " + routine_name(r) + (all.empty() ? "" : "(" + all + ")"));
+  }
+  /// Arguments and times are constants and registers; sums go through a register.
+  std::string in_register(const Text& t) {
+    if (t.binding == 100) return t.text;
+    const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
+    put(reg + "=(" + t.text + ")");
+    return reg;
   }
   /// A BOOL as a number.
   std::string zero_or_one(std::uint32_t e) {
@@ -621,9 +621,7 @@ class TpWriter final : public MoveWriter {
   void wait_time(std::uint32_t seconds) override {
     const auto v = known(seconds);
     if (!v) {
-      const Text t = expr(seconds);
-      if (t.binding == 100) put("WAIT " + t.text);
-      else cannot("waits of a computed time", "Assign the time to a REAL first.");
+      put("WAIT " + in_register(expr(seconds)));
       return;
     }
     if (!(*v >= 0 && *v <= 655)) {
