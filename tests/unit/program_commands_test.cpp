@@ -216,6 +216,11 @@ TEST_F(ProgramCommands, SourceInOtherEncodingsIsReadAndSaid) {
   call("program.import", {{"file", (folder_ / "weld.src").string()}});
   EXPECT_EQ(told("encoding").substr(0, 16), "weld.src: line 2");
   call("program.read_foreign", {{"file", (folder_ / "weld.src").string()}});
+  // A controller's file may have a name that a record has not.
+  write("3-weld#1.src", "DEF weld( )\nHALT\nEND\n");
+  const Value odd = call("program.import", {{"file", (folder_ / "3-weld#1.src").string()}});
+  EXPECT_EQ(call("program.source", {{"id", odd}, {"name", "x3-weld_1.src"}}).text(),
+            "DEF weld( )\nHALT\nEND\n");
   // Bytes that are no text, UTF-16 without its mark among them.
   write("binary.irl", std::string("PROGRAM p;\n\0\1\2", 14));
   write("bare.irl", little.substr(2));

@@ -163,6 +163,17 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   return Value(Application::handle(id));
 }
 
+/// What a record may be named after a controller's file, which may begin with a digit and have
+/// any characters: others than letters, digits, _ - . and spaces are "_".
+std::string record_name(std::string_view foreign) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  std::string out;
+  for (const char c : foreign)
+    out += is_letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == ' ' ? c : '_';
+  while (!out.empty() && out.back() == ' ') out.pop_back();
+  return out.empty() || !is_letter(out.front()) ? "x" + out : out;
+}
+
 /// A controller's program: its IRL, and behind it the files that it was, so that nothing is lost.
 Result<Value> import_foreign(CommandContext& ctx, const Map& args,
                              const std::filesystem::path& path, const std::string& reader) {
@@ -177,8 +188,17 @@ Result<Value> import_foreign(CommandContext& ctx, const Map& args,
       if (g.name == name) name = "irl_" + name;
     p.files.push_back({name, lines_of(f.text)});
   }
-  for (const ForeignFile& f : made.files) p.files.push_back({f.name, lines_of(f.text)});
-  const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
+  for (const ForeignFile& f : made.files) {
+    const std::string plain = record_name(f.name);
+    std::string file = plain;
+    for (int n = 2;
+         std::any_of(p.files.begin(), p.files.end(), [&](const auto& g) { return g.name == file; });
+         ++n)
+      file = "x" + std::to_string(n) + "_" + plain;
+    p.files.push_back({file, lines_of(f.text)});
+  }
+  const std::string name =
+      has(args, "name") ? text_of(args, "name") : record_name(path.stem().string());
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
   constexpr std::size_t kMostTold = 20;
   std::size_t errors = 0, warnings = 0, told = 0;
