@@ -807,7 +807,12 @@ class TpWriter final : public MoveWriter {
     } else if (m[a].expression != RMP_NONE) {
       cannot("C_CP and C_PTP that are computed", "Give constants.");
     }
-    if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0 && cnt == 0) cnt = 100;
+    if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0 && cnt == 0) {
+      cnt = 100;
+      if (m.until == RMP_NONE)
+        note("C_PASS without a distance is written as CNT100, and in a run the robot stops here",
+             std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
+    }
     cnt = std::clamp(std::round(cnt), 0.0, 100.0);
     if (m.until != RMP_NONE && cnt > 0) {
       warn("a motion with UNTIL is not blended", "Take C_CP and C_PTP out.");

@@ -791,7 +791,12 @@ class KrlWriter final : public post::DeclaredWriter {
       set(cdis_, "$APO.CDIS=" + scaled(c, 1), c.known.has_value());
       return " C_DIS";
     }
-    return passes(m) ? " C_VEL" : "";
+    if (!passes(m)) return "";
+    note(
+        "C_PASS without C_CP is written as C_VEL: the robot passes as $APO.CVEL says, and in a run "
+        "it stops here",
+        "Give C_CP.");
+    return " C_VEL";
   }
   bool passes(const Motion& m) {
     const auto& p = m[RMP_ATTR_C_PASS];
@@ -812,7 +817,13 @@ class KrlWriter final : public post::DeclaredWriter {
       set(cptp_, "$APO.CPTP=" + percent(c), c.known.has_value());
       return " C_PTP";
     }
-    return passes(m) ? " C_PTP" : "";
+    if (!passes(m)) return "";
+    note(
+        "C_PASS without C_PTP is written as C_PTP: the robot passes as $APO.CPTP says, and in a "
+        "run "
+        "it stops here",
+        "Give C_PTP.");
+    return " C_PTP";
   }
   std::string percent(const post::Attribute& a) {
     if (!a.known) return text(a.expression);

@@ -872,7 +872,14 @@ class MelfaWriter final : public MoveWriter {
         r *= ptp_radius_ / 100;
       }
       if (r > 0) blend = "Cnt 1," + fixed(r, 2) + "," + fixed(r, 2);
-      else if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0) blend = "Cnt 1";
+      else if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0) {
+        blend = "Cnt 1";
+        if (m.until == RMP_NONE)
+          note(
+              "C_PASS without a distance is written as Cnt 1: how far the robot stays away is the "
+              "controller's, and in a run it stops here",
+              std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
+      }
     } else if (m[c].expression != RMP_NONE) {
       std::string r = text(m[c].expression);
       if (is_ptp) r = within(expr(m[c].expression), 7) + "*" + trimmed(ptp_radius_ / 100, 6, 1);

@@ -714,6 +714,11 @@ class RapidWriter final : public post::DeclaredWriter {
       r = value_of(c, is_ptp ? at_full / 100 : 1.0, 0);
     } else if (pass.given && pass.known != 0.0) {
       r = plain(number_option("zone_pass", 10), 3);
+      note("C_PASS without a distance is written as a zone of " + r +
+               " mm, and in a run the robot "
+               "stops here",
+           std::string("Give ") + (is_ptp ? "C_PTP" : "C_CP") +
+               "; the profile's option zone_pass is the zone.");
     } else {
       return "fine";
     }
