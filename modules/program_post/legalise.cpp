@@ -13,6 +13,7 @@
 #include "program_post/parts.h"
 #include "program_post/points.h"
 #include "program_post/rewriter.h"
+#include "program_post/robots.h"
 #include "program_post/scalars.h"
 #include "program_post/taught.h"
 
@@ -49,6 +50,7 @@ class Passes final : Rewriter {
   Passes(ProgramTables& t, const PostCapabilities& caps) : Rewriter(t), caps_(caps) {}
   Legal run(const LegaliseOptions& options) {
     Legal out;
+    to_one_robot(t_, caps_.title, out.remarks);
     KnownPoints known;
     std::vector<PostPoint> points(options.points.begin(), options.points.end());
     if (!has(kPostTeach) && to_taught_values(t_, out.remarks) && !points.empty())

@@ -36,6 +36,7 @@ struct LegaliseOptions {
 };
 
 /// A copy of the structured program, rewritten for a target where its capabilities lack something:
+/// - ACT_ROB to nothing, where all motions are of one robot (robots.h);
 /// - TEACH to assignments (taught.h);
 /// - circles and smooth paths to straight pieces (arcs.h);
 /// - records to variables, functions to procedures, OUT parameters to variables, AND and OR to IF,
