@@ -257,7 +257,9 @@ class Run {
   /// A fault of the run, not of how it was asked for.
   int ended_by(const Error& e) const {
     const int code = voice_.fail(e);
-    const bool is_of_run = e.where.find("program ") != std::string::npos;
+    // A wait that nothing ends is told by the world.
+    const bool is_of_run =
+        e.where.find("program ") != std::string::npos || e.code == ErrorCode::conflict;
     return is_of_run && e.code != ErrorCode::cancelled && e.code != ErrorCode::unreachable ? kFault
                                                                                            : code;
   }

@@ -187,7 +187,7 @@ class Runner {
         return End::over;
       }
       if (std::min(next, limit) > most_)
-        return error(ErrorCode::invalid_argument,
+        return error(ErrorCode::conflict,
                      (programs_.empty() ? "the tasks take longer than "
                                         : "the tasks and programs take longer than ") +
                          text::print_rounded(most_) + " s",

@@ -84,6 +84,20 @@ TEST_F(ProgramCommands, ImportTakesTheFilesThatAProgramNames) {
   EXPECT_EQ(read(folder_ / "out" / "cell.ssi"), read(folder_ / "cell.ssi"));
 }
 
+TEST_F(ProgramCommands, TheListOfDataBesideAProgramThatNamesNoneIsTaken) {
+  write("p.irl", "PROGRAM p;\nVAR INT: n;\nBEGIN\nTEACH n;\nENDPROGRAM;\n");
+  write("datalist.dls", "n := 7;\n");
+  const Value id = call("program.import", {{"file", (folder_ / "p.irl").string()}});
+  EXPECT_EQ(*call("program.source", {{"id", id}, {"name", "datalist.dls"}}).as_string(),
+            "n := 7;\n");
+  EXPECT_EQ(at(call("program.check", {{"id", id}}), "errors").text(), "0");
+  // One that it names is its own.
+  write("q.irl", "PROGRAM q;\nDATALIST 'own.dls';\nVAR INT: n;\nBEGIN\nTEACH n;\nENDPROGRAM;\n");
+  write("own.dls", "n := 8;\n");
+  const Value own = call("program.import", {{"file", (folder_ / "q.irl").string()}});
+  EXPECT_NE(fails("program.source", {{"id", own}, {"name", "datalist.dls"}}).message, "");
+}
+
 TEST_F(ProgramCommands, AFileThatIsMissingIsReportedAndThenAFault) {
   write("p.irl", "PROGRAM p;\nDATALIST 'values.dls';\nBEGIN\nENDPROGRAM;\n");
   const Value id = call("program.import", {{"file", (folder_ / "p.irl").string()}});

@@ -150,6 +150,7 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
   RMP_TRY(only("joint", b.kind == BindingKind::joint));
   RMP_TRY(only("reach", b.kind == BindingKind::grip));
   RMP_TRY(only("value", b.kind == BindingKind::free));
+  RMP_TRY(only("to", b.kind != BindingKind::free));
   if (has(args, "robot")) {
     if (b.kind != BindingKind::grip && b.kind != BindingKind::point)
       return error(ErrorCode::invalid_argument, "only a grip and a point have a robot besides",

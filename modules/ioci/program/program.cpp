@@ -264,6 +264,21 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
       p.files.push_back({base, lines_of(found)});
     }
   }
+  // Who names no list of data has that of this name, where there is one.
+  const std::string list = "datalist.dls";
+  const bool has_list = std::any_of(p.files.begin(), p.files.end(), [](const ProgramFile& f) {
+    return std::filesystem::path(f.name).extension() == ".dls";
+  });
+  if (const auto beside = path.parent_path() / list;
+      !has_list && file_kind(beside) == FileKind::file) {
+    RMP_TRY_ASSIGN(const std::string more, io::read_file(beside, kMostSource));
+    RMP_TRY_ASSIGN(const std::string found, told_source(ctx, list, more));
+    p.files.push_back({list, lines_of(found)});
+    ctx.app.messages.post(Severity::info, "file_note",
+                          p.files[0].name + " names no list of data: " + list +
+                              " beside it is taken along.",
+                          "program");
+  }
   const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
   return Value(Application::handle(id));
@@ -581,7 +596,8 @@ RMP_COMMANDS(program_commands) {
        .summary = "Makes a program from a file of source, such as .irl, or of a controller.",
        .details =
            "The files that it names (system specification .ssi, lists of data .dls, modules) "
-           "are taken from the same folder; one that is not there is reported. Text that is "
+           "are taken from the same folder; one that is not there is reported. Where it names no list of "
+           "data, datalist.dls of that folder is taken. Text that is "
            "no UTF-8 is read as ISO 8859-1. A controller's program (.src, .mod, .script, .ls, ...) "
            "becomes IRL, with its own files behind it; what IRL does not say of it is reported, "
            "and program.read_foreign gives the same as a table.",
