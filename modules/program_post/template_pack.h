@@ -41,8 +41,10 @@ class TemplatePack {
   PostCapabilities caps;
   post::Orientation orientation = post::Orientation::zyx;
   int digits = 3, indent = 2;
-  std::string separator = ", ", true_word = "TRUE", false_word = "FALSE";
+  std::string separator = ", ", between_values = ", ", text_sign = "\"", true_word = "TRUE",
+              false_word = "FALSE";
   double length = 1, angle = 1;  ///< units of a mm and of a degree
+  std::string angles = "abc";    ///< of an orientation: those that are written
   std::map<std::string, Template, std::less<>> templates;
   std::vector<post::Operator> operators;
   std::deque<std::string> spellings;
@@ -50,6 +52,7 @@ class TemplatePack {
   TemplateLine file_name, points_file;
   int first_number = 0, number_step = 0;  ///< of lines; a step of 0 = they have none
   TemplateLine line_number;
+  bool are_points_numbered = true;
   int longest_line = 0;  ///< bytes; 0 = any
   [[nodiscard]] const Template* find(std::string_view construct) const {
     const auto it = templates.find(construct);
@@ -72,6 +75,17 @@ class TemplatePack {
       if (p.is_variable && is_one(p.text)) return true;
   }
   return false;
+}
+
+/// The number of a joint's variable: 3 of "q3" where `kind` is 'q'; 0 = it is none.
+[[nodiscard]] inline std::size_t joint_number(std::string_view variable, char kind) {
+  if (variable.size() < 2 || variable.size() > 4 || variable[0] != kind) return 0;
+  std::size_t n = 0;
+  for (const char c : variable.substr(1)) {
+    if (c < '0' || c > '9') return 0;
+    n = 10 * n + static_cast<std::size_t>(c - '0');
+  }
+  return n;
 }
 
 /// Filters that make a text of a certain length, or change its letters; all others need a number.

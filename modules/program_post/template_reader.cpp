@@ -56,7 +56,7 @@ constexpr Construct kConstructs[] = {
     {"input", "signal number", "inputs", "!"},
     {"wait_time", "seconds milliseconds", "", "seconds|milliseconds"},
     {"wait_for", "condition", "wait_for", "condition"},
-    {"wait_for_timeout", "condition seconds milliseconds", "wait_timeout",
+    {"wait_for_timeout", "condition seconds milliseconds timed_out", "wait_timeout",
      "condition seconds|milliseconds"},
     {"declare_int", "name value", "variables", ""},
     {"declare_real", "name value", "variables", ""},
@@ -81,8 +81,8 @@ constexpr Construct kConstructs[] = {
     {"procedure_end", "name", "procedures", ""},
     {"call", "name routine_line", "procedures", "name|routine_line"},
     {"return", "", "procedures", "!"},
-    {"message", "text", "messages", "text"},
-    {"pause", "", "pause", "!"},
+    {"message", "text values", "messages", "text|values"},
+    {"pause", "text values", "pause", "!"},
     {"halt", "", "-", "!"}};
 constexpr std::pair<std::string_view, std::uint64_t> kFeatures[] = {
     {"inputs", 0},
@@ -121,11 +121,19 @@ constexpr std::pair<std::string_view, std::uint32_t> kOperators[] = {
 constexpr std::string_view kFilters[] = {"fixed", "trimmed", "times", "plus",  "upper", "lower",
                                          "pad",   "left",    "zeros", "first", "sign"};
 constexpr std::string_view kKeys[] = {
-    "name",        "title",        "file",        "reserved",    "longest_name", "max_points",
-    "max_lines",   "digits",       "indent",      "length_unit", "angle_unit",   "between_joints",
-    "true",        "false",        "line_ending", "case",        "points",       "points_file",
-    "forms",       "orientation",  "features",    "motions",     "include",      "line_numbers",
-    "line_number", "longest_line", "characters"};
+    "name",         "title",          "file",        "reserved",        "longest_name",
+    "max_points",   "max_lines",      "digits",      "indent",          "length_unit",
+    "angle_unit",   "between_joints", "true",        "false",           "line_ending",
+    "case",         "points",         "points_file", "forms",           "orientation",
+    "features",     "motions",        "include",     "line_numbers",    "line_number",
+    "longest_line", "characters",     "angles",      "points_numbered", "between_values",
+    "text_sign"};
+/// Variables that are texts whatever the program is, and those that stand for the number of a line
+/// that may not be written yet.
+constexpr std::string_view kTexts[] = {"name",  "program", "text",      "condition",
+                                       "label", "signal",  "point",     "via",
+                                       "end",   "joints",  "timed_out", "values"};
+constexpr std::string_view kMarks[] = {"label_line", "routine_line"};
 
 std::string_view trim(std::string_view s) {
   while (!s.empty() && (s.front() == ' ' || s.front() == '\t')) s.remove_prefix(1);
@@ -281,12 +289,24 @@ class Reader {
         continue;
       }
       if (section.empty()) header(line);
+      else if (is_like_section(line)) continue;
       else if (section == "operators") operation(line);
       else if (known && !trim(line).empty()) {
         const auto parsed = parse(line, known->variables, section);
         if (owners_[section].file == file_) pack_->templates[section].push_back(parsed);
       }
     }
+  }
+  /// What looks like the beginning of a section and is none, by mistake: said.
+  bool is_like_section(std::string_view line) {
+    std::string_view rest = trim(line);
+    if (!rest.starts_with('=')) return false;
+    rest.remove_prefix(std::min(rest.find_first_not_of('='), rest.size()));
+    const std::string word(trim(rest));
+    if (!construct(word) && word != "operators") return false;
+    say(trim(line), "this line looks like the beginning of a section, and is none",
+        "Write == " + word + " at the line's beginning, or \\ before the controller's own line.");
+    return true;
   }
   void include(std::string_view value) {
     const std::string name(value);
@@ -332,10 +352,10 @@ class Reader {
                            " to " + std::to_string(most));
       to = *v;
     };
-    const auto real = [&](double& to) {
+    const auto real = [&](double& to, const char* what) {
       const auto v = number<double>(value);
       if (!v || !std::isfinite(*v) || *v == 0)
-        return say(at, "\"" + std::string(key) + "\" is a number other than 0");
+        return say(at, "\"" + std::string(key) + "\" is a number other than 0", what);
       to = *v;
     };
     if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))
@@ -375,16 +395,36 @@ class Reader {
     } else if (key == "indent") {
       whole(p.indent, 0, 16);
     } else if (key == "length_unit") {
-      real(p.length);
+      real(
+          p.length,
+          "How much a mm is in the controller's unit: 0.001 for metres, 0.03937007874 for inches.");
     } else if (key == "angle_unit") {
-      real(p.angle);
+      real(p.angle, "How much a degree is in the controller's unit: 0.01745329252 for radians.");
     } else if (key == "between_joints") {
       p.separator = unquoted(value);
+    } else if (key == "between_values") {
+      p.between_values = unquoted(value);
+    } else if (key == "text_sign") {
+      p.text_sign = value;
     } else if (key == "true") {
       p.true_word = value;
     } else if (key == "false") {
       p.false_word = value;
+    } else if (key == "points_numbered") {
+      if (value != "yes" && value != "no") return say(at, "\"points_numbered\" is yes or no");
+      p.are_points_numbered = value == "yes";
+    } else if (key == "angles") {
+      angles_at_ = place_of(at);
+      p.angles.clear();
+      for (const auto w : words(value)) {
+        if (w == "none") continue;
+        if (w.size() != 1 || w[0] < 'a' || w[0] > 'd')
+          return say(w, "\"angles\" are those of a, b, c and d that are written, or none",
+                     "Such as angles: c, for a controller that only turns about one axis.");
+        p.angles += w;
+      }
     } else if (key == "line_numbers") {
+      has_line_numbers_ = true;
       const auto both = words(value);
       const auto first = both.empty() ? std::nullopt : number<int>(both[0]);
       const auto step = both.size() < 2 ? std::nullopt : number<int>(both[1]);
@@ -502,7 +542,7 @@ class Reader {
     const std::size_t quote = rest.size() > 1 ? rest.find('"', 1) : std::string_view::npos;
     if (rest.empty() || rest.front() != '"' || quote == std::string_view::npos)
       return say(line, "an operator is: OPERATOR \"SPELLING\" BINDING, such as + \" + \" 50");
-    const std::string spelling(rest.substr(1, quote - 1));
+    std::string spelling(rest.substr(1, quote - 1));
     const auto behind = words(rest.substr(quote + 1));
     const auto binding = behind.empty() ? std::nullopt : number<int>(behind[0]);
     if (!binding || *binding < 1 || *binding > 99)
@@ -514,10 +554,25 @@ class Reader {
     else if (behind.size() > 1 && behind[1] == "call") o.form = post::Operator::call;
     else if (behind.size() > 1)
       return say(behind[1], "behind the binding stands prefix, call or nothing");
+    // Words between names and numbers stand by themselves.
+    const auto is_letter = [](char c) {
+      return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_';
+    };
+    if (o.form == post::Operator::infix && !spelling.empty()) {
+      if (is_letter(spelling.front())) spelling.insert(0, 1, ' ');
+      if (is_letter(spelling.back())) spelling += ' ';
+    }
     o.spelling = pack_->spellings.emplace_back(spelling).c_str();
     for (const auto& [name, op] : kOperators)
       if (name == word) {
         o.op = op;
+        const auto [it, is_new] = operator_owners_.try_emplace(op, Owner{file_, depth_, {}});
+        // A file's own takes the place of what the files that it includes have.
+        if (!is_new && it->second.depth <= depth_)
+          return say(word, "the operator \"" + std::string(word) + "\" is given twice",
+                     it->second.file == file_ ? std::string("Keep one of them.")
+                                              : "The other one is in " + it->second.file + ".");
+        it->second = Owner{file_, depth_, {}};
         std::erase_if(pack_->operators,
                       [&](const post::Operator& other) { return other.op == o.op; });
         pack_->operators.push_back(o);
@@ -542,6 +597,14 @@ class Reader {
     for (const auto w : words(variables)) out.emplace_back(w);
     return out;
   }
+  /// Whether one of the words is a variable that may be asked for: then it is meant as a condition.
+  static bool is_about(std::string_view inner, const std::vector<std::string>& variables) {
+    if (inner.find("{{") != std::string_view::npos) return false;
+    for (const auto w : words(inner))
+      if (w.size() > 1 && std::find(variables.begin(), variables.end(), w) != variables.end())
+        return true;
+    return false;
+  }
   void condition(std::string_view& line, std::string_view variables, TemplateLine& out) {
     const std::size_t end = line.find(']');
     std::string_view inner = line.substr(1, std::min(end, line.size()) - 1);
@@ -560,13 +623,18 @@ class Reader {
       out.condition = name;
       line.remove_prefix(end + 1);
       if (line.starts_with(" ")) line.remove_prefix(1);
+      if (line.starts_with("\\")) return line.remove_prefix(1);
+      const std::string_view second = line.substr(0, std::min(line.find(']'), line.size()));
+      if (line.starts_with("[") && second.size() < line.size() && is_about(second.substr(1), all))
+        say(second, "a line has one condition",
+            "Write two lines, or \\ before a [ that is the controller's own.");
       return;
     }
     // [ may be the controller's own; what looks like a condition is none by mistake.
     const auto near = is_word ? text::nearest(name, all) : std::nullopt;
     if (end == std::string_view::npos && is_known)
       say(line, "[ is not closed by ]", "Write [" + std::string(inner) + "] before the text.");
-    else if (is_not || near)
+    else if (is_not || near || is_about(inner, all))
       say(name, "\"" + std::string(name) + "\" is no variable to be asked for here",
           (near ? "Did you mean [" + *near + "]? " : std::string()) +
               "Begin the line with \\ where the controller's own line begins with [.");
@@ -609,6 +677,8 @@ class Reader {
     if (!is_variable(name, variables)) {
       const auto all = names_of(variables);
       std::string near = text::did_you_mean(name, all);
+      if (name.starts_with("end_") && section == "circle")
+        near = "The end's are point, point_number, x, y, z, a, b, c and d.";
       if (near.empty() && !all.empty()) near = "It has " + text::enumerate(all) + ".";
       say(name.empty() ? inner : name,
           "\"" + section + "\" has no variable \"" + std::string(name) + "\"", near);
@@ -624,6 +694,18 @@ class Reader {
             instead(filter.name, kFilters));
         continue;
       }
+      const auto is_in = [&](const auto& list) {
+        return std::find(std::begin(list), std::end(list), name) != std::end(list);
+      };
+      if (!is_of_text(filter.name) && is_in(kTexts))
+        say(f,
+            "the filter " + filter.name + " needs a number, and " + std::string(name) +
+                " is a text",
+            name == "joints" ? "Write {{q1|fixed:2}}, {{q2|fixed:2}} and so on."
+                             : "Take the filter out.");
+      if (is_in(kMarks))
+        say(f, std::string(name) + " has no filters: it is a number that is known at the end only",
+            "Take the filter out.");
       const bool wants = filter.name != "upper" && filter.name != "lower" && filter.name != "sign";
       const auto by = colon < f.size() ? number<double>(f.substr(colon + 1)) : std::nullopt;
       if (!wants && colon < f.size()) say(f, "the filter " + filter.name + " takes no number");
@@ -649,6 +731,59 @@ class Reader {
                                        [&](const auto& m) { return m.first == c.feature; });
     return (is_motion ? "the motion " : "the feature ") + std::string(c.feature);
   }
+  /// A place that is written by numbers has all of them.
+  void whole_place(const Construct& c, const Template& t, std::string_view group, const Place& at) {
+    const auto writes = [&](std::string_view variable) {
+      for (const TemplateLine& l : t)
+        for (const Piece& p : l.pieces)
+          if (p.is_variable && p.text == variable) return true;
+      return false;
+    };
+    const auto lost = [&](const std::string& variable) {
+      say(at,
+          "the template \"" + std::string(c.name) + "\" does not write {{" + variable +
+              "}}, which would be lost",
+          variable.size() == 1 && variable[0] <= 'd'
+              ? "Write it, or name in the head the angles that the controller has: angles: none."
+              : "Write it where the controller's line has it.");
+    };
+    bool is_by_joints = false;
+    for (const char kind : {'q', 'e'}) {
+      std::size_t last = 0;
+      for (const TemplateLine& l : t)
+        for (const Piece& p : l.pieces)
+          if (p.is_variable) last = std::max(last, joint_number(p.text, kind));
+      is_by_joints = is_by_joints || last > 0;
+      for (std::size_t i = 1; i < last; ++i)
+        if (!writes(kind + std::to_string(i))) lost(kind + std::to_string(i));
+    }
+    const bool is_via = group.starts_with("via");
+    if (is_by_joints || writes("joints") ||
+        (is_via ? writes("via") || writes("via_number")
+                : writes("point") || writes("point_number") || writes("end")))
+      return;
+    const std::string before = is_via ? "via_" : "";
+    for (const char axis : {'x', 'y', 'z'})
+      if (!writes(before + axis)) lost(before + axis);
+    if (!is_via)  // that of an arc is between its ends' anyway
+      for (const char angle : pack_->angles)
+        if (!writes(std::string(1, angle))) lost(std::string(1, angle));
+  }
+  /// Names of points say where they are elsewhere.
+  void names_are_told(const Construct& c, const Place& at) {
+    const Template* t = pack_->find(c.name);
+    const bool is_joints = c.name == "ptp_joints";
+    const char* of = is_joints ? "point_joints" : "point";
+    if (!t || pack_->find(of)) return;
+    for (const TemplateLine& l : *t)
+      for (const Piece& p : l.pieces)
+        if (p.is_variable && (p.text == "point" || p.text == "point_number" || p.text == "via" ||
+                              p.text == "via_number" || p.text == "end"))
+          return say(at,
+                     "the template \"" + std::string(c.name) + "\" writes {{" + p.text +
+                         "}}, and there is no template \"" + of + "\" that tells where it is",
+                     std::string("Write the section == ") + of + ", or the numbers themselves.");
+  }
   /// Says what a template does not write of its construct.
   void loses_nothing(const Construct& c, const Place& at) {
     const Template* t = pack_->find(c.name);
@@ -671,7 +806,11 @@ class Reader {
       for (const TemplateLine& l : *t)
         for (const Piece& piece : l.pieces)
           is_there = is_there || (piece.is_variable && is_one(piece.text, group));
-      if (is_there) continue;
+      if (is_there) {
+        if (group.starts_with("via") || group.ends_with("|q") || group.ends_with("|z"))
+          whole_place(c, *t, group, at);
+        continue;
+      }
       std::vector<std::string> all;
       for (const auto word : text::split(group, '|'))
         all.push_back("{{" + (word == "q" ? std::string("q1") : std::string(word)) + "}}");
@@ -711,8 +850,15 @@ class Reader {
                 (c.feature.empty() ? std::string("every target needs") : of(c) + " needs"),
             "Write the section == " + std::string(c.name) + ".");
     }
+    if (p.orientation == post::Orientation::quaternion && !angles_at_) p.angles = "abcd";
+    if (p.angles.find('d') != std::string::npos && p.orientation != post::Orientation::quaternion)
+      say(*angles_at_, "d is the fourth number of a quaternion",
+          "Take it out, or write orientation: quaternion.");
     for (const auto& [name, owner] : owners_)
-      if (const Construct* c = construct(name)) loses_nothing(*c, owner.at);
+      if (const Construct* c = construct(name)) {
+        loses_nothing(*c, owner.at);
+        names_are_told(*c, owner.at);
+      }
     if (const auto f = features_.find("variables"); f != features_.end() && p.operators.empty())
       say(f->second, "there is no section \"operators\", which the feature variables needs");
     if (const auto f = features_.find("inputs"); f != features_.end())
@@ -727,7 +873,7 @@ class Reader {
     if ((p.points == TemplatePack::Points::file) != !p.points_file.pieces.empty())
       say(head, "\"points: file\" and \"points_file\" belong together",
           "Such as points: file and points_file: {{name}}.pts.");
-    if (has_line_number_ && p.number_step == 0)
+    if (has_line_number_ && !has_line_numbers_)
       say(head, "\"line_number\" needs \"line_numbers\": line_numbers: 10 10");
     std::tie(file_, whole_) = std::pair(where, std::string_view());
     line_ = 1;
@@ -756,13 +902,15 @@ class Reader {
   std::uint32_t line_ = 0;
   int depth_ = 0;
   std::size_t bytes_ = 0;
-  bool is_readable_ = true, has_line_number_ = false;
-  std::vector<std::string> open_;  ///< files that are being read, the including ones first
+  bool is_readable_ = true, has_line_number_ = false, has_line_numbers_ = false;
+  std::optional<Place> angles_at_;  ///< where the head has them
+  std::vector<std::string> open_;   ///< files that are being read, the including ones first
   std::string file_text_;
   Place name_at_;
   std::set<std::pair<std::string, std::string>> keys_;  ///< file, key
   std::map<std::string, Place> features_;               ///< and motions
   std::map<std::string, Owner> owners_;                 ///< of the templates
+  std::map<std::uint32_t, Owner> operator_owners_;
   std::vector<PackFault> faults_;
   std::shared_ptr<TemplatePack> pack_ = std::make_shared<TemplatePack>();
 };

@@ -2,6 +2,7 @@
 #include "program_post/templates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -49,10 +50,14 @@ class TemplateWriter final : public post::Writer {
       }
       const auto it = variables.find(p.text);
       if (it == variables.end()) {
-        fail("the template's variable " + p.text + " has no value here",
-             p.text == "speed_percent" || p.text == "speed_m"
-                 ? "Post constants, and give max_speed in the controller's record."
-                 : "Take it out of the template, or name the robot.");
+        fail(
+            "the template's variable " + p.text + " has no value here",
+            p.text == "speed_percent" || p.text == "speed_m"
+                ? "Post constants, and give max_speed in the controller's record."
+            : p.text == "joints" || p.text == "turns" || joint_number(p.text, 'q') > 0 ||
+                    joint_number(p.text, 'e') > 0
+                ? "Take it out of the template, or name the robot."
+                : "Take it out of the template, or write it under the condition [" + p.text + "].");
         continue;
       }
       Variable v = it->second;
@@ -77,7 +82,8 @@ class TemplateWriter final : public post::Writer {
     if (is_of_text(f.name)) return;
     if (!v.number)
       return fail("the filter " + f.name + " needs a number, and " + name + " is computed here",
-                  "Write constants, or post the flattened program.");
+                  task_.form == kPostFlat ? "Take the filter out of the template."
+                                          : "Write constants, or post the flattened program.");
     if (f.name == "sign") {
       if (!v.text.starts_with('-')) v.text.insert(0, 1, '+');
       return;
@@ -138,8 +144,7 @@ class TemplateWriter final : public post::Writer {
       return;
     }
     if (routine(r).kind != RMP_ROUTINE_PROCEDURE || routine(r).parameter_count > 0)
-      cannot("routines with parameters, results or conditions",
-             "Post the flattened program (form = \"flat\").");
+      cannot("routines with parameters, results or conditions", flat_hint());
     emit("procedure_begin", v, 0, 1);
   }
   void routine_end(std::uint32_t r) override {
@@ -174,7 +179,9 @@ class TemplateWriter final : public post::Writer {
     if (pack_.points == Where::before) all.append(points);
     all.append(body_);
     if (pack_.points == Where::behind) all.append(points);
-    number_lines(all, pack_.points == Where::before ? points.size() : 0);
+    const std::size_t before = pack_.points == Where::before ? points.size() : 0;
+    if (pack_.are_points_numbered) number_lines(all, before, 0, all.size());
+    else number_lines(all, 0, before, before + body_.size());
     if (pack_.longest_line > 0)
       for (std::size_t i = 0; i < all.size(); ++i)
         if (all.lines()[i].size() > static_cast<std::size_t>(pack_.longest_line)) {
@@ -193,8 +200,9 @@ class TemplateWriter final : public post::Writer {
       points.give(output_, own, caps_.crlf);
     }
   }
-  /// Numbers before the lines, and in place of the marks of jumps to them.
-  void number_lines(post::File& all, std::size_t before) {
+  /// Numbers before the lines from `first` to `end`, and in place of the marks of jumps to them; of
+  /// the program there are `before` in front of it that have numbers.
+  void number_lines(post::File& all, std::size_t before, std::size_t first, std::size_t end_line) {
     const auto number_at = [&](std::size_t i) {
       return pack_.first_number + static_cast<std::int64_t>(before + i) * pack_.number_step;
     };
@@ -208,9 +216,9 @@ class TemplateWriter final : public post::Writer {
         l.replace(at, end + 1 - at,
                   line == starts_.end() ? "?" : std::to_string(number_at(line->second)));
       }
-      if (pack_.number_step == 0) continue;
+      if (pack_.number_step == 0 || i < first || i >= end_line) continue;
       const double n = static_cast<double>(pack_.first_number) +
-                       static_cast<double>(i) * static_cast<double>(pack_.number_step);
+                       static_cast<double>(i - first) * static_cast<double>(pack_.number_step);
       l.insert(0, filled(pack_.line_number, {{"line", num(n)}}));
     }
   }
@@ -306,19 +314,68 @@ class TemplateWriter final : public post::Writer {
       }
     return {};
   }
-  void message(std::span<const std::uint32_t> values, bool) override {
+  /// A text that is known before the program runs; nothing = it has values that are not.
+  std::optional<std::string> constant_text(std::span<const std::uint32_t> values) {
     std::string said;
-    for (const std::uint32_t v : values) said += text(v);
-    if (std::any_of(said.begin(), said.end(),
-                    [](char c) { return static_cast<unsigned char>(c) < 32; }))
-      return cannot("texts with control characters", "Take them out of the text.");
-    const char* construct = pack_.find("message") ? "message" : "comment";
-    if (const std::string bad = spoils(construct, said); !bad.empty())
-      return cannot("way to write " + bad + " within a text", "Take it out of the text.");
-    if (pack_.find("message")) return emit("message", {{"text", word(said)}});
-    if (!pack_.find("comment")) return cannot("messages", "Take the statement out.");
-    warn(pack_.title + " writes no texts; this one stands there as a comment");
-    emit("comment", {{"text", word(said)}});
+    for (const std::uint32_t v : values) {
+      // How a controller prints the others is its own.
+      const std::uint32_t t = expression(v).type;
+      if (expression(v).constant == RMP_NONE || t == RMP_TYPE_REAL || t == RMP_TYPE_BOOL)
+        return std::nullopt;
+      said += text(v);
+    }
+    return said;
+  }
+  /// Texts in their signs and values, as the controller's own lines join them.
+  std::string joined(std::span<const std::uint32_t> values) {
+    std::vector<std::pair<std::string, bool>> parts;  // text, and whether it is a constant
+    for (const std::uint32_t v : values) {
+      const std::uint32_t one[] = {v};
+      const auto said = constant_text(one);
+      if (said && !parts.empty() && parts.back().second) parts.back().first += *said;
+      else parts.emplace_back(said ? *said : text(v), said.has_value());
+    }
+    if (parts.empty()) parts.emplace_back("", true);
+    std::string out;
+    for (const auto& [part, is_text] : parts) {
+      if (!out.empty()) out += pack_.between_values;
+      if (is_text && !pack_.text_sign.empty() && part.find(pack_.text_sign) != std::string::npos)
+        cannot("way to write " + pack_.text_sign + " within a text", "Take it out of the text.");
+      out += is_text ? pack_.text_sign + part + pack_.text_sign : part;
+    }
+    return out;
+  }
+  /// Fills in what a message says; false = said why not.
+  bool say_values(Variables& v, std::string_view construct, std::span<const std::uint32_t> values) {
+    const auto said = constant_text(values);
+    if (!said && !uses(pack_.find(construct), {"values"})) {
+      cannot("way to write values within texts: the template \"" + std::string(construct) +
+                 "\" has no {{values}}",
+             flat_hint());
+      return false;
+    }
+    if (const std::string bad = said ? spoils(construct, *said) : ""; !bad.empty()) {
+      cannot("way to write " + bad + " within a text", "Take it out of the text.");
+      return false;
+    }
+    v["text"] = word(said.value_or(""));
+    v["values"] = word(uses(pack_.find(construct), {"values"}) ? joined(values) : std::string());
+    for (const char* each : {"text", "values"})
+      for (const char c : v[each].text)
+        if (static_cast<unsigned char>(c) < 32) {
+          cannot("texts with control characters", "Take them out of the text.");
+          return false;
+        }
+    return true;
+  }
+  void message(std::span<const std::uint32_t> values, bool) override {
+    const bool is_message = pack_.find("message") != nullptr;
+    if (!is_message && !pack_.find("comment")) return cannot("messages", "Take the statement out.");
+    const char* construct = is_message ? "message" : "comment";
+    Variables v;
+    if (!say_values(v, construct, values)) return;
+    if (!is_message) warn(pack_.title + " writes no texts; this one stands there as a comment");
+    emit(construct, v);
   }
   void if_begin(std::uint32_t c) override { emit("if_begin", condition(c), 0, 1); }
   void else_if(std::uint32_t c) override { emit("else_if", condition(c), -1, 1); }
@@ -353,24 +410,59 @@ class TemplateWriter final : public post::Writer {
     emit("return", {});
   }
   Variables condition(std::uint32_t c) { return {{"condition", word(text(c))}}; }
-  void seconds(Variables& v, std::uint32_t e) {
-    const auto s = known(e);
-    if (!s) return cannot("times that are computed", "Give a number of seconds.");
-    v.emplace("seconds", num(*s));
-    v.emplace("milliseconds", num(*s * 1000));
+  /// The way out where the structured form does not say it.
+  std::string flat_hint() const {
+    return task_.form == kPostFlat ? "Write it otherwise."
+                                   : "Post the flattened program (form = \"flat\").";
+  }
+  /// False = said.
+  bool seconds(Variables& v, std::uint32_t e, std::string_view construct) {
+    if (const auto s = known(e)) {
+      v.emplace("seconds", num(*s));
+      v.emplace("milliseconds", num(*s * 1000));
+      return true;
+    }
+    // What is computed stands there as it is.
+    if (uses(pack_.find(construct), {"milliseconds"})) {
+      cannot("times that are computed, in milliseconds",
+             "Give a number of seconds, or write the template with {{seconds}}.");
+      return false;
+    }
+    v.emplace("seconds", word(text(e)));
+    return true;
   }
   void wait_time(std::uint32_t e) override {
     Variables v;
-    seconds(v, e);
-    emit("wait_time", v);
+    if (seconds(v, e, "wait_time")) emit("wait_time", v);
   }
   void wait_for(std::uint32_t c, std::uint32_t timeout) override {
     Variables v = condition(c);
     if (timeout == RMP_NONE) return emit("wait_for", v);
-    seconds(v, timeout);
+    if (!seconds(v, timeout, "wait_for_timeout")) return;
+    const std::uint32_t told = system_symbol("R_TIMEOUT");
+    const bool is_asked = told != RMP_NONE && is_used(told);
+    const Template* t = pack_.find("wait_for_timeout");
+    if (is_asked && t && !uses(t, {"timed_out"}))
+      return cannot(
+          "outcome of WAIT FOR with a TIMEOUT (R_TIMEOUT): the template "
+          "\"wait_for_timeout\" does not set {{timed_out}}",
+          "Let it set it, such as {{timed_out}} = not ({{condition}}).");
+    v["timed_out"] = word(is_asked ? name(told) : std::string());
     emit("wait_for_timeout", v);
   }
-  void pause(std::uint32_t) override { emit("pause", {}); }
+  void pause(std::uint32_t m) override {
+    Variables v{{"text", word("")}, {"values", word("")}};
+    const std::uint32_t one[] = {m};
+    if (m != RMP_NONE && uses(pack_.find("pause"), {"text", "values"})) {
+      if (!say_values(v, "pause", one)) return;
+    } else if (m != RMP_NONE && (pack_.find("message") || pack_.find("comment"))) {
+      message(one, true);
+    } else if (m != RMP_NONE) {
+      warn("the text of PAUSE is not written: the template \"pause\" has no {{text}}",
+           "Take it out here, or add it to the template.");
+    }
+    emit("pause", v);
+  }
   void halt() override { emit("halt", {}); }
 
   // ---- motions ----
@@ -401,7 +493,10 @@ class TemplateWriter final : public post::Writer {
                            {RMP_ATTR_C_SPEED, "C_SPEED", 100, {}}};
     const auto look = [&](const Row& r) {
       const auto& a = m[r.attribute];
-      if (!a.given || a.known == r.standard || uses(t, r.variables)) return;
+      // Where the program sets the system's variable, every motion after it is meant.
+      if ((!a.given && (a.known || a.expression == RMP_NONE)) || a.known == r.standard ||
+          uses(t, r.variables))
+        return;
       const std::string way = r.variables.size() == 0
                                   ? std::string("templates have no variable for it")
                                   : "the template \"" + std::string(construct) + "\" has no {{" +
@@ -427,7 +522,9 @@ class TemplateWriter final : public post::Writer {
     };
     if (m.until != RMP_NONE) cannot("motions that end by a condition");
     if (m.incremental)
-      cannot("increments", "Post the flattened program, or move to the pose that is meant.");
+      cannot("increments", task_.form == kPostFlat
+                               ? "Move to the pose that is meant: behind UNTIL it is not known."
+                               : "Post the flattened program, or move to the pose that is meant.");
     for (const auto& [a, what] : {std::pair{RMP_ATTR_TOOL, "tools of single motions"},
                                   {RMP_ATTR_FRAME, "frames of motions"},
                                   {RMP_ATTR_ACT_ROB, "choice of the robot"}})
@@ -455,15 +552,53 @@ class TemplateWriter final : public post::Writer {
     if (!speed.number) speed_.forget();
     v["speed_changed"] = num(changes ? 1 : 0);
     const bool passes = (m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0) ||
-                        (v["blend"].number && *v["blend"].number > 0);
+                        !v["blend"].number || *v["blend"].number > 0;  // computed: it may
     v["passes"] = num(passes ? 1 : 0);
     return v;
   }
+  /// Whether a template that writes joints one by one writes all of them; false = said.
+  bool has_all_joints(const char* construct, std::size_t joints, std::size_t external) {
+    const Template* t = pack_.find(construct);
+    std::size_t last_q = 0, last_e = 0;
+    bool has_list = false;
+    if (t)
+      for (const TemplateLine& l : *t)
+        for (const Piece& p : l.pieces) {
+          if (!p.is_variable) continue;
+          last_q = std::max(last_q, joint_number(p.text, 'q'));
+          last_e = std::max(last_e, joint_number(p.text, 'e'));
+          has_list = has_list || p.text == "joints";
+        }
+    if (has_list || last_q == 0 || (last_q >= joints && last_e >= external)) return true;
+    fail("the joint " +
+             (last_q < joints ? "q" + std::to_string(last_q + 1)
+                              : "e" + std::to_string(last_e + 1)) +
+             " of this target is lost: the template \"" + construct + "\" does not write it",
+         "Write all joints of the robot there, or {{joints}}.");
+    return false;
+  }
+  /// Angles that the pack does not write stay as they are from the first pose on; false = said.
+  bool keeps_other_angles(const std::array<double, 4>& ori, bool turns) {
+    const std::size_t count = pack_.orientation == post::Orientation::quaternion ? 4 : 3;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (pack_.angles.find("abcd"[i]) != std::string::npos) continue;
+      if (!first_angles_[i]) first_angles_[i] = ori[i];
+      double far = std::fabs(ori[i] - *first_angles_[i]);
+      if (turns) far = std::min(far, std::fabs(far - 360));
+      if (far < (turns ? 1e-3 : 1e-5)) continue;
+      fail("the orientation of this pose is lost: its angle " + std::string(1, "abcd"[i]) +
+               " is another than before, and " + pack_.title + " does not write it",
+           "Keep the orientation of the first pose, or name the angle in the pack's head.");
+      return false;
+    }
+    return true;
+  }
   /// Values of a target; `prefix` "via_" for the first of a circle.
-  bool place(Variables& v, const post::Target& t, const std::string& prefix, bool is_joints) {
+  bool place(Variables& v, const post::Target& t, const std::string& prefix, bool is_joints,
+             const char* motion) {
     const PostPoint* p = t.point;
     if (!p) {
-      cannot("targets that are computed", "Post the flattened program (form = \"flat\").");
+      cannot("targets that are computed", flat_hint());
       return false;
     }
     Variables own;
@@ -475,6 +610,7 @@ class TemplateWriter final : public post::Writer {
                          pack_.orientation != post::Orientation::rotation_vector;
       for (std::size_t i = 0; i < 4; ++i)
         own[prefix + kNames[3 + i]] = num(at.ori[i] * (turns ? pack_.angle : 1.0));
+      if (!keeps_other_angles(at.ori, turns)) return false;
     } else if (!is_joints) {
       cannot("targets of " + type_name(expression(t.expression).type) + " for this motion",
              "Give a POSE.");
@@ -492,6 +628,9 @@ class TemplateWriter final : public post::Writer {
                  "Check what it is computed from.");
             return false;
           }
+      const char* construct = is_joints ? "point_joints" : "point";
+      if (!pack_.find(construct)) construct = motion;
+      if (!has_all_joints(construct, a.size(), e.size())) return false;
       for (std::size_t i = 0; i < a.size(); ++i) {
         own["q" + std::to_string(i + 1)] = num(a[i] * pack_.angle);
         all += (i ? pack_.separator : "") + num(a[i] * pack_.angle).text;
@@ -541,19 +680,22 @@ class TemplateWriter final : public post::Writer {
     const bool has_joints = (caps_.motions & kPostPtpJoints) != 0;
     // Said by joints where poses are not, as far as they are known; and the other way.
     const bool by_joints = is_joints ? has_joints : !has_pose;
-    if (!place(v, t, "", by_joints)) return;
+    const char* construct = by_joints ? "ptp_joints" : "ptp_pose";
+    if (!place(v, t, "", by_joints, construct)) return;
     if (by_joints ? !has_joints : !has_pose)
       return cannot(by_joints ? "motions to joints" : "motions of the joints to poses");
-    emit(by_joints ? "ptp_joints" : "ptp_pose", v);
+    emit(construct, v);
   }
   void lin(const Motion& m) override {
     Variables v = motion_variables(m);
-    if (place(v, m.targets[0], "", false)) emit("lin", v);
+    if (place(v, m.targets[0], "", false, "lin")) emit("lin", v);
   }
   void circle(const Motion& m) override {
     Variables v = motion_variables(m);
     if (m.targets.size() != 2) return fail("a circle has two targets");
-    if (!place(v, m.targets[0], "via_", false) || !place(v, m.targets[1], "", false)) return;
+    if (!place(v, m.targets[0], "via_", false, "circle") ||
+        !place(v, m.targets[1], "", false, "circle"))
+      return;
     v["end"] = v["point"];
     emit("circle", v);
   }
@@ -564,6 +706,7 @@ class TemplateWriter final : public post::Writer {
   std::vector<std::string> names_of_points_;
   std::vector<std::tuple<std::string, Variables, rmp_span>> points_;
   post::Modal<std::string> speed_;
+  std::array<std::optional<double>, 4> first_angles_;  ///< that are not written
   static constexpr std::uint64_t kLabel = 1ULL << 40U;
   static constexpr double kGreatest = 1e12;
   std::map<std::uint64_t, std::size_t> starts_;  ///< lines of routines, and of labels (kLabel +)

@@ -505,6 +505,12 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
     if (tell_pack_faults(s, voice, how.templates)) return 3;
     auto added = ask("program.add_target", Map{{"file", how.templates}});
     if (!added.ok()) return fail_post(voice, added.error());
+    if (!how.target.empty() && how.target != *added->as_string())
+      return fail_post(
+          voice, error(ErrorCode::invalid_argument,
+                       "the target " + text::quote(how.target) + " is asked for, and the pack is " +
+                           text::quote(*added->as_string()),
+                       "Give --target or --templates.", "--target"));
     args.set("target", *added);
   }
   const bool is_script = how.world.ends_with(".lua");

@@ -181,6 +181,33 @@ TEST_F(PostCommand, ACircleIsWrittenByThePacksTemplate) {
   EXPECT_TRUE(has(without.err, "straight pieces")) << without.err;
 }
 
+TEST_F(PostCommand, APackAndAnotherTargetAreNotTakenAtOnce) {
+  write(at("good.post"), pack("acme"));
+  expect(3, "the target \"krl\" is asked for, and the pack is \"acme\"",
+         {at("lift.irl"), "--target", "krl", "--templates", at("good.post")});
+  expect(0, "", {at("lift.irl"), "--target", "acme", "--templates", at("good.post")});
+}
+
+/// What is flattened already is no way out, and what stands in its way is told with the other.
+TEST_F(PostCommand, NobodySendsAFlattenedProgramToItself) {
+  write(at("search.irl"),
+        "PROGRAM search;\nSIGNAL INPUT BOOL: touched AT 1;\n"
+        "VAR POSE: a := POSE(POSITION(500.0, 0.0, 120.0), ORIZYX(0.0, 180.0, 0.0));\n"
+        "BEGIN\n  MOVE LIN a;\n  MOVE LIN a UNTIL touched;\n  MOVE_INC LIN POSITION(0.0, 0.0, "
+        "5.0);\nENDPROGRAM;\n");
+  std::string both = pack("acme");
+  both.replace(both.find("forms: flat\n"), 12, "");
+  write(at("both.post"), both);
+  const Outcome flat =
+      run({"post", at("search.irl"), "--templates", at("both.post"), "--form", "flat"});
+  EXPECT_EQ(flat.code, 1) << flat.out;
+  EXPECT_TRUE(has(flat.err, "acme has no motions that end by a condition")) << flat.err;
+  EXPECT_FALSE(has(flat.err, "flattened program")) << flat.err;
+  const Outcome automatic = run({"post", at("search.irl"), "--templates", at("both.post")});
+  EXPECT_EQ(automatic.code, 1) << automatic.out;
+  EXPECT_TRUE(has(automatic.err, "note: the flattened program is refused, too: ")) << automatic.err;
+}
+
 TEST_F(PostCommand, APackIsReadAsItIsAndItsFaultsHaveAPlace) {
   const std::string lift = at("lift.irl");
   const auto told = [&](const std::string& text) {
@@ -267,12 +294,11 @@ TEST(PostPacks, FilesFoldersAndLinksAreTargetsAndTheFirstOfANameIsTaken) {
                                                      {"three", b.path / "again.post"}})
     EXPECT_TRUE(has(o.out, name + "\t" + origin.string())) << o.out;
   EXPECT_TRUE(has(o.err,
-                  "linked.post\" was left out: linked.post: there is a target \"one\" "
+                  "linked.post\" was left out: there is a target \"one\" "
                   "already, from \"" +
                       (a.path / "one.post").string() + "\". Give the pack another name."))
       << o.err;
-  EXPECT_TRUE(has(o.err, "three.post\" was left out: three.post: there is a target \"three\""))
-      << o.err;
+  EXPECT_TRUE(has(o.err, "three.post\" was left out: there is a target \"three\"")) << o.err;
   EXPECT_FALSE(has(o.err, "no_pack")) << o.err;  // a folder is a pack where it has pack.post
 }
 
@@ -282,8 +308,7 @@ TEST(PostPacks, NoneTakesThePlaceOfAShippedTarget) {
   const Outcome o = listed({a.path});
   EXPECT_EQ(o.code, 0);
   EXPECT_FALSE(has(o.out, "krl")) << o.out;
-  EXPECT_TRUE(has(o.err, "mine.post\" was left out: mine.post: there is a target \"krl\" already"))
-      << o.err;
+  EXPECT_TRUE(has(o.err, "mine.post\" was left out: there is a target \"krl\" already")) << o.err;
   const Outcome by_hand = run({"-q", "post", "test", (a.path / "mine.post").string()});
   EXPECT_EQ(by_hand.code, 3) << by_hand.out;
   EXPECT_TRUE(has(by_hand.err, "Give the pack another name.")) << by_hand.err;
@@ -307,9 +332,9 @@ TEST(PostPacks, WhatCannotBeReadIsSaidAndTheOthersAreThere) {
   EXPECT_TRUE(has(o.out, "good\t")) << o.out << o.err;
   EXPECT_EQ(std::count(o.out.begin(), o.out.end(), '\n'), 1) << o.out;
   for (const char* said :
-       {"empty.post\" was left out: empty.post:1:1: the first line is not",
+       {"empty.post\" was left out: line 1, column 1: the first line is not",
         "huge.post\" was left out: it is larger than 4 MiB. A pack is a template a construct;",
-        "broken.post\" was left out: broken.post:18:8: \"halt\" has no variable \"now\".",
+        "broken.post\" was left out: line 18, column 8: \"halt\" has no variable \"now\".",
         "dangling.post\" was left out: it leads to nothing", "round.post\" was left out: it leads",
         "folder.post\" was left out: it is a folder without a file pack.post.",
         "pipe.post\" was left out: it is no file", "is not in the pack's folder"})

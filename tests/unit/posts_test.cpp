@@ -750,7 +750,8 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
   };
   const std::string head = "robomosp target 1\nname: a\nmotions: lin\n";
   const std::string body =
-      "== program_begin\n== program_end\n== lin\nGO {{x}}\n== output_on\nON\n== output_off\nOFF\n"
+      "== program_begin\n== program_end\n== lin\nGO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}}\n== "
+      "output_on\nON\n== output_off\nOFF\n"
       "== wait_time\nREST {{seconds}}\n";
   EXPECT_EQ(said(head + body), "fine");
   EXPECT_EQ(said(""), "acme.post:1:1: the first line is not \"robomosp target 1\"");
@@ -776,7 +777,7 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
       {head + body + "== comment\n{{te{{text}}\n", "15:1: {{ is not closed by }}"},
       {head + body + "== comment\n{{text|shout}}\n", "15:8: there is no filter \"shout\""},
       {head + body + "== comment\n{{text|fixed}}\n", "the filter fixed needs a number: fixed:2"},
-      {head + body + "== comment\n{{text|fixed:99}}\n", "takes a whole number from 0 to 12"},
+      {head + body + "== output_value\n{{value|fixed:99}}\n", "takes a whole number from 0 to 12"},
       {head + body + "== comment\n{{text|upper:2}}\n", "the filter upper takes no number"},
       {head + body + "== comment\n# {{text}}\n", "a line that begins with # is a comment"},
       {head + body + "== comment\n[texd] {{text}}\n", "15:2: \"texd\" is no variable"},
@@ -823,8 +824,9 @@ Posted from_files(const std::map<std::string, std::string>& files, const std::st
   return post_source(*program_post::make_template_post(*pack), source, with);
 }
 const char* const kBase =
-    "motions: lin\nforms: flat\n== program_begin\nBEGIN\n== program_end\nEND\n== lin\nGO {{x}}\n"
-    "== output_on\nON {{number}}\n== output_off\nOFF {{number}}\n== wait_time\nREST {{seconds}}\n";
+    "motions: lin\nforms: flat\n== program_begin\nBEGIN\n== program_end\nEND\n== lin\n"
+    "GO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}}\n== output_on\nON {{number}}\n== output_off\nOFF "
+    "{{number}}\n== wait_time\nREST {{seconds}}\n";
 const char* const kTwoMoves =
     "PROGRAM p;\nSIGNAL OUTPUT BOOL: o AT 7;\nVAR POSE: a := POSE(POSITION(12.5, 0.0, 0.0), "
     "ORIZYX(0.0, 0.0, 0.0));\nBEGIN\nMOVE LIN a;\no := TRUE;\nENDPROGRAM;\n";
@@ -836,7 +838,7 @@ TEST(Templates, FilesOfAPackIncludeEachOtherAndTheOuterOneHolds) {
                                  {"base.part", kBase}},
                                 kTwoMoves);
   ASSERT_EQ(got.files.size(), 1U) << got.faults;
-  EXPECT_EQ(got.files.begin()->second, "BEGIN\n  GO 12.5\n  SET 007\nEND\n");
+  EXPECT_EQ(got.files.begin()->second, "BEGIN\n  GO 12.5 0 0 0 0 0\n  SET 007\nEND\n");
   const auto wrong = [](std::map<std::string, std::string> files) {
     return from_files(files, kTwoMoves).faults;
   };
@@ -867,8 +869,10 @@ TEST(Templates, LinesAreNumberedAndJumpsKnowTheirNumbers) {
       {{"pack",
         "robomosp target 1\nname: basic\nfile: {{name|upper}}.BAS\nline_numbers: 10 "
         "5\nline_number: \"{{line|zeros:4}} \"\nindent: 0\nfeatures: goto procedures\nmotions: "
-        "lin\npoints: file\npoints_file: {{name|upper}}.PTS\n== point\n{{number|pad:3}} "
-        "{{x|fixed:1|sign|left:8}};\n== program_begin\nREM {{name}}\n== program_end\nEND\n== "
+        "lin\npoints: file\npoints_file: {{name|upper}}.PTS\nangles: none\n== "
+        "point\n{{number|pad:3}} "
+        "{{x|fixed:1|sign|left:8}}{{y}}{{z}};\n== program_begin\nREM {{name}}\n== "
+        "program_end\nEND\n== "
         "lin\nMOVE P{{point_number}}\n== output_on\nON\n== output_off\nOFF\n== wait_time\nREST "
         "{{seconds}}\n== "
         "goto\nGOTO {{label_line}}\n== label\n== procedure_begin\n== procedure_end\nRETURN\n== "
@@ -880,7 +884,7 @@ TEST(Templates, LinesAreNumberedAndJumpsKnowTheirNumbers) {
   EXPECT_EQ(got.files.at("P.BAS"),
             "0010 REM p\n0015 GOTO 25\n0020 GOSUB 40\n0025 MOVE P1\n0030 GOSUB 40\n0035 END\n"
             "0040 MOVE P1\n0045 RETURN\n");
-  EXPECT_EQ(got.files.at("P.PTS"), "  1 +12.5   ;\n");
+  EXPECT_EQ(got.files.at("P.PTS"), "  1 +12.5   00;\n");
 }
 
 TEST(Templates, NothingIsSpoiltByTextsNumbersAndLengths) {
@@ -909,6 +913,247 @@ TEST(Templates, NothingIsSpoiltByTextsNumbersAndLengths) {
                 .files.at("p.txt"),
             "BEGIN\n  INIT\n  REST 1\n  DONE\nEND\n");
 }
+/// A pack whose sections, and lines of its head, are those of a few and the given ones.
+std::string small_pack(
+    const std::string& head, const std::string& sections,
+    const std::string& lin = "GO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}} {{speed}}") {
+  std::string base = "robomosp target 1\nname: a\nmotions: lin\n" + head +
+                     "== program_begin\nBEGIN\n== program_end\nEND\n== output_on\nON {{number}}\n"
+                     "== output_off\nOFF {{number}}\n== wait_time\nREST {{seconds}}\n";
+  if (!lin.empty()) base += "== lin\n" + lin + "\n";
+  return base + sections;
+}
+const char* const kVariables =
+    "== declare_int\nINT {{name}}={{value}}\n== declare_real\nREAL {{name}}={{value}}\n"
+    "== declare_bool\nBOOL {{name}}={{value}}\n== assign\n{{name}}={{value}}\n"
+    "== operators\n+ \"+\" 50\n* \"*\" 60\n< \"<\" 30\nNOT \"not\" 25 prefix\n";
+Posted of_small(const std::string& pack, const std::string& declared, const std::string& statements,
+                const test::PostWith& with = {}) {
+  return from_files({{"pack", pack}},
+                    "PROGRAM p;\n" + declared + "\nBEGIN\n" + statements + "\nENDPROGRAM;\n", with);
+}
+std::string said_of(const std::string& pack) {
+  const auto read = program_post::read_templates(pack, "a.post");
+  return read.ok() ? std::string("fine") : read.error().message;
+}
+
+TEST(Templates, WhetherAWaitRanOutOfTimeIsSetByTheTemplateOrRefused) {
+  const std::string signals = "SIGNAL INPUT BOOL: ready AT 1; OUTPUT BOOL: g AT 3;";
+  const std::string asks = "WAIT FOR ready TIMEOUT 2.0; IF R_TIMEOUT THEN g := TRUE; ENDIF;";
+  const std::string head = "features: inputs wait_for wait_timeout variables if\n";
+  const std::string rest = std::string(kVariables) +
+                           "== input\nDI{{number}}\n== wait_for\nUNTIL {{condition}}\n"
+                           "== if_begin\nIF {{condition}}\n== else\nELSE\n== if_end\nENDIF\n"
+                           "== wait_for_timeout\nUNTIL {{condition}} MAX {{seconds}}\n";
+  EXPECT_NE(
+      of_small(small_pack(head, rest), signals, asks)
+          .faults.find("error 4: a has no outcome of WAIT FOR with a TIMEOUT (R_TIMEOUT): the "
+                       "template \"wait_for_timeout\" does not set {{timed_out}}"),
+      std::string::npos);
+  const std::string sets = rest + "[timed_out] {{timed_out}}=not ({{condition}})\n";
+  Posted got = of_small(small_pack(head, sets), signals, asks);
+  EXPECT_EQ(got.files["p.txt"],
+            "BEGIN\n  BOOL R_TIMEOUT=FALSE\n  UNTIL DI1 MAX 2\n  R_TIMEOUT=not (DI1)\n"
+            "  IF R_TIMEOUT\n    ON 3\n  ENDIF\nEND\n")
+      << got.faults;
+  // Where nothing asks for it, nothing is set.
+  EXPECT_EQ(of_small(small_pack(head, sets), signals, "WAIT FOR ready TIMEOUT 2.0;").files["p.txt"],
+            "BEGIN\n  UNTIL DI1 MAX 2\nEND\n");
+}
+
+TEST(Templates, ValuesOfMessagesAreWrittenAsValuesOrRefused) {
+  const std::string declared = "VAR INT: n := 6;";
+  const std::string says = "n := n + 1; WRITELN('n is ', n, ' now');";
+  const std::string head = "features: variables messages pause\n";
+  const std::string pause = std::string(kVariables) + "== pause\nSTOP\n";
+  const Posted lost =
+      of_small(small_pack(head, pause + "== message\nSAY \"{{text}}\"\n"), declared, says);
+  EXPECT_NE(lost.faults.find("error 4: a has no way to write values within texts: the template "
+                             "\"message\" has no {{values}}"),
+            std::string::npos)
+      << lost.faults;
+  EXPECT_EQ(of_small(small_pack(head + "between_values: \"; \"\ntext_sign: '\n",
+                                pause + "== message\nSAY {{values}}\n"),
+                     declared, says)
+                .files["p.txt"],
+            "BEGIN\n  INT n=6\n  n=n+1\n  SAY 'n is '; n; ' now'\nEND\n");
+  EXPECT_NE(
+      of_small(small_pack(head, pause + "== message\nSAY {{values}}\n"), "", "WRITELN('a \"b\"');")
+          .faults.find("a has no way to write \""),
+      std::string::npos);
+}
+
+TEST(Templates, TheTextOfAPauseIsWrittenOrSaidToBeLost) {
+  const std::string head = "features: pause\n", says = "PAUSE 'look';";
+  EXPECT_EQ(of_small(small_pack(head, "== pause\nSTOP \"{{text}}\"\n"), "", says).files["p.txt"],
+            "BEGIN\n  STOP \"look\"\nEND\n");
+  EXPECT_EQ(of_small(small_pack("features: pause messages\n",
+                                "== pause\nSTOP\n== message\nSAY {{text}}\n"),
+                     "", says)
+                .files["p.txt"],
+            "BEGIN\n  SAY look\n  STOP\nEND\n");
+  Posted lost = of_small(small_pack(head, "== pause\nSTOP\n"), "", says);
+  EXPECT_EQ(lost.files["p.txt"], "BEGIN\n  STOP\nEND\n");
+  EXPECT_NE(lost.faults.find("warning 4: the text of PAUSE is not written"), std::string::npos)
+      << lost.faults;
+}
+
+TEST(Templates, WhatIsComputedWhileItRunsIsWrittenAsItStands) {
+  const std::string declared =
+      "VAR REAL: r := 5.0; POSE: a := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0));";
+  const std::string lin =
+      "GO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}} {{speed}}\n[passes] ROUND {{blend}}";
+  const std::string pack = small_pack("features: variables\n", kVariables, lin);
+  EXPECT_EQ(of_small(pack, declared, "r := r * 2.0; MOVE LIN a C_CP := r; MOVE LIN a; WAIT r SEC;")
+                .files["p.txt"],
+            "BEGIN\n  REAL r=5.0\n  r=r*2.0\n  GO 1 2 3 0 0 0 250\n  ROUND r\n"
+            "  GO 1 2 3 0 0 0 250\n  REST r\nEND\n");
+  std::string ms = pack;
+  ms.replace(ms.find("{{seconds}}"), 11, "{{milliseconds}}");
+  const Posted refused = of_small(ms, declared, "r := r * 2.0; WAIT r SEC;");
+  EXPECT_NE(refused.faults.find("error 4: a has no times that are computed, in milliseconds"),
+            std::string::npos)
+      << refused.faults;
+  EXPECT_EQ(refused.faults.find("name the robot"), std::string::npos) << refused.faults;
+}
+
+TEST(Templates, AttributesThatTheSystemsVariablesGiveAreNotDroppedWithoutAWord) {
+  const Posted got = of_small(
+      small_pack("features: variables\n", kVariables, "GO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}}"),
+      "VAR POSE: a := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0));",
+      "R_SPEED := 80.0; MOVE LIN a;");
+  EXPECT_NE(got.faults.find("warning 4: SPEED is not written"), std::string::npos) << got.faults;
+}
+
+TEST(Templates, NothingOfAPlaceIsLost) {
+  const auto point = [](const std::string& head, const std::string& line) {
+    return small_pack(head, "== point\n" + line + "\n", "GO {{point}}");
+  };
+  const std::string a = "a.post:16:4: ", lost = "}}, which would be lost";
+  EXPECT_EQ(said_of(point("", "{{name}} {{x}} {{y}} {{z}} {{a}} {{b}} {{c}}")), "fine");
+  EXPECT_EQ(said_of(point("", "{{name}} {{x}} {{z}} {{a}} {{b}} {{c}}")),
+            a + "the template \"point\" does not write {{y" + lost);
+  EXPECT_EQ(said_of(point("", "{{name}} {{x}} {{y}} {{z}} {{a}} {{b}}")),
+            a + "the template \"point\" does not write {{c" + lost);
+  EXPECT_EQ(
+      said_of(point("orientation: quaternion\n", "{{name}} {{x}} {{y}} {{z}} {{a}} {{b}} {{c}}")),
+      "a.post:17:4: the template \"point\" does not write {{d" + lost);
+  EXPECT_EQ(said_of(point("", "{{name}} {{q1}} {{q3}}")),
+            a + "the template \"point\" does not write {{q2" + lost);
+  EXPECT_EQ(
+      said_of(point("angles: d\n", "{{name}} {{x}} {{y}} {{z}}")).find("a.post:4:9: d is the"), 0U);
+  EXPECT_EQ(said_of(small_pack("", "", "GO {{point_number}}")),
+            "a.post:14:4: the template \"lin\" writes {{point_number}}, and there is no template "
+            "\"point\" that tells where it is");
+  // A controller that turns about no axis takes poses that are all turned alike.
+  const std::string flat = point("angles: none\n", "{{name}}={{x}} {{y}} {{z}}");
+  const std::string declared =
+      "VAR POSE: a := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(10.0, 0.0, 180.0));\n"
+      "POSE: b := POSE(POSITION(1.0, 2.0, 4.0), ORIZYX(10.0, 0.0, -180.0));\n"
+      "POSE: c := POSE(POSITION(1.0, 2.0, 4.0), ORIZYX(11.0, 0.0, 180.0));";
+  EXPECT_EQ(of_small(flat, declared, "MOVE LIN a; MOVE LIN b;").files["p.txt"],
+            "a=1 2 3\nb=1 2 4\nBEGIN\n  GO a\n  GO b\nEND\n");
+  EXPECT_NE(
+      of_small(flat, declared, "MOVE LIN a;\nMOVE LIN c;")
+          .faults.find("error 7: the orientation of this pose is lost: its angle a is another "
+                       "than before"),
+      std::string::npos);
+  // Joints that a robot has, and the template has not.
+  const std::string joints =
+      "robomosp target 1\nname: a\nmotions: ptp_joints\n== program_begin\nBEGIN\n"
+      "== program_end\nEND\n== output_on\nON {{number}}\n== output_off\nOFF {{number}}\n"
+      "== wait_time\nREST {{seconds}}\n== ptp_joints\nGO {{q1}} {{q2}} {{q3}} {{q4}} {{q5}} "
+      "{{speed}}\n";
+  EXPECT_NE(of_small(joints, "",
+                     "MOVE PTP JOINT(MAIN_JOINT(1.0, 2.0, 3.0, 4.0, 5.0, 6.0), ADD_JOINT(0.0));")
+                .faults.find("error 4: the joint q6 of this target is lost: the template "
+                             "\"ptp_joints\" does not write it"),
+            std::string::npos);
+}
+
+TEST(Templates, LinesThatLookLikeSectionsOrConditionsAreNoText) {
+  const auto with = [](const std::string& lines) {
+    return said_of(small_pack("", "== comment\n; {{text}}\n" + lines));
+  };
+  EXPECT_EQ(with("= halt\nSTOP\n"),
+            "a.post:18:1: this line looks like the beginning of a section, and is none");
+  EXPECT_NE(with(" == halt\nSTOP\n"), "fine");
+  EXPECT_EQ(with("== halt\nSTOP\n"), "fine");
+  EXPECT_EQ(with("\\= halt\n= 5\n"), "fine");
+  const std::string coord = " {{x}} {{y}} {{z}} {{a}} {{b}} {{c}} {{speed}}";
+  const auto lin = [&](const std::string& begin) {
+    return said_of(small_pack("", "", begin + " GO" + coord));
+  };
+  EXPECT_EQ(lin("[no passes]"), "a.post:15:2: \"no passes\" is no variable to be asked for here");
+  EXPECT_EQ(lin("[passes] [acc]"), "a.post:15:10: a line has one condition");
+  EXPECT_EQ(lin("[not passes]"), "fine");
+  EXPECT_EQ(lin("\\[no passes]"), "fine");
+  EXPECT_EQ(lin("[passes] \\[acc]"), "fine");
+  EXPECT_EQ(lin("[AX 1]"), "fine");  // the controller's own
+}
+
+TEST(Templates, PointsMayStandWithoutNumbersOfLines) {
+  const std::string declared =
+      "VAR POSE: a := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0));";
+  for (const char* where : {"before", "behind"}) {
+    const auto pack = [&](const char* numbered) {
+      return small_pack("line_numbers: 10 5\npoints: " + std::string(where) +
+                            "\npoints_numbered: " + numbered + "\nangles: none\nindent: 0\n",
+                        "== point\n{{name}}={{x}} {{y}} {{z}}\n", "GO {{point}}");
+    };
+    const bool is_before = std::string(where) == "before";
+    EXPECT_EQ(of_small(pack("no"), declared, "MOVE LIN a;").files["p.txt"],
+              is_before ? "a=1 2 3\n10 BEGIN\n15 GO a\n20 END\n"
+                        : "10 BEGIN\n15 GO a\n20 END\na=1 2 3\n");
+    EXPECT_EQ(of_small(pack("yes"), declared, "MOVE LIN a;").files["p.txt"],
+              is_before ? "10 a=1 2 3\n15 BEGIN\n20 GO a\n25 END\n"
+                        : "10 BEGIN\n15 GO a\n20 END\n25 a=1 2 3\n");
+  }
+  EXPECT_NE(said_of(small_pack("points_numbered: off\n", "")).find("is yes or no"),
+            std::string::npos);
+}
+
+TEST(Templates, OperatorsOfLettersStandByThemselvesAndComeOnce) {
+  const std::string more = std::string(kVariables) + "AND \"AND\" 20\nMOD \"mod\" 60\n";
+  EXPECT_EQ(of_small(small_pack("features: variables\n", more), "VAR INT: i, j; BOOL: b;",
+                     "b := i < 3 AND NOT b; i := i MOD j;")
+                .files["p.txt"],
+            "BEGIN\n  INT i=0\n  INT j=0\n  BOOL b=FALSE\n  b=i<3 AND not(b)\n  i=i mod j\nEND\n");
+  EXPECT_EQ(said_of(small_pack("features: variables\n", more + "AND \"&\" 20\n")),
+            "a.post:32:1: the operator \"AND\" is given twice");
+  // A file's own takes the place of an included one.
+  EXPECT_EQ(from_files({{"pack", small_pack("features: variables\ninclude: o.part\n",
+                                            std::string(kVariables) + "AND \"&\" 20\n")},
+                        {"o.part", "== operators\nAND \"and\" 20\n"}},
+                       "PROGRAM p;\nVAR BOOL: b, c;\nBEGIN\nb := b AND c;\nENDPROGRAM;\n")
+                .files["p.txt"],
+            "BEGIN\n  BOOL b=FALSE\n  BOOL c=FALSE\n  b=b&c\nEND\n");
+}
+
+TEST(Templates, SentencesNameTheWayOutThatThereIs) {
+  const auto hints = [](const std::string& pack) {
+    std::vector<program_post::PackFault> faults;
+    (void)program_post::read_templates(pack, "a.post", {}, &faults);
+    std::string all;
+    for (const auto& f : faults) all += f.message + ". " + f.hint + "\n";
+    return all;
+  };
+  EXPECT_EQ(hints(small_pack("line_numbers: 5\nline_number: N{{line}}\n", "")),
+            "\"line_numbers\" is the first number and the step, such as 10 10. \n");
+  EXPECT_EQ(hints(small_pack("length_unit: inch\n", "")),
+            "\"length_unit\" is a number other than 0. How much a mm is in the controller's unit: "
+            "0.001 for metres, 0.03937007874 for inches.\n");
+  EXPECT_EQ(hints(small_pack("", "== comment\n; {{text|fixed:2}}\n")),
+            "the filter fixed needs a number, and text is a text. Take the filter out.\n");
+  const std::string round =
+      "robomosp target 1\nname: a\nmotions: lin circle\n== point\n{{name}} {{x}} {{y}} {{z}} {{a}} "
+      "{{b}} {{c}}\n== circle\nARC {{via_number}} {{end_number}} {{point}}\n";
+  EXPECT_NE(hints(small_pack("", "") + round.substr(round.find("== point")))
+                .find("\"circle\" has no variable \"end_number\". The end's are point, "
+                      "point_number, x, y, z, a, b, c and d."),
+            std::string::npos);
+}
+
 TEST(Templates, WhatAPackHasNotIsAnErrorAtItsLine) {
   const auto pack = program_post::read_templates(
       "robomosp target 1\nname: a\nmotions: lin\n== program_begin\n== program_end\n== lin\nGO "

@@ -42,7 +42,8 @@ TEST(DefectsOf2006, WhatATargetHasNoRuleForIsAnErrorAndNeverLeftOut) {
   ASSERT_FALSE(poor.ok());
   EXPECT_TRUE(has_text(poor.error().message, "lin")) << poor.error().message;
   // What the rules do not say is an error at its line.
-  const auto pack = program_post::read_templates(head + "== lin\nGO {{x}}\n", "a.post");
+  const auto pack = program_post::read_templates(
+      head + "== lin\nGO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}}\n", "a.post");
   ASSERT_TRUE(pack.ok()) << pack.error().sentence();
   const auto said = test::post_source(*program_post::make_template_post(*pack),
                                       "PROGRAM p;\nVAR " + kPose +

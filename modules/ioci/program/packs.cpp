@@ -130,7 +130,10 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
       if (!pack.ok()) {
         if (faults.empty()) warn(pack.error().sentence());
         for (std::size_t i = 0; i < std::min(faults.size(), kMostSaid); ++i)
-          warn(faults[i].place() + ": " + faults[i].message + "." +
+          warn((faults[i].file == brief(file) ? "line " + std::to_string(faults[i].line) +
+                                                    ", column " + std::to_string(faults[i].column)
+                                              : faults[i].place()) +
+               ": " + faults[i].message + "." +
                (faults[i].hint.empty() ? "" : " " + faults[i].hint));
         if (faults.size() > kMostSaid)
           warn(std::to_string(faults.size() - kMostSaid) +
@@ -138,7 +141,8 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
         continue;
       }
       if (const auto added = add_pack(registry, file, *pack, false); !added.ok())
-        warn(added.error().sentence());
+        warn(added.error().message + "." +
+             (added.error().hint.empty() ? "" : " " + added.error().hint));
     }
   }
 }

@@ -193,8 +193,27 @@ struct Line {
   std::uint32_t line = 0;
   rmp_span span{};
 };
+/// A hint without the way that was taken already: the flattened program.
+std::string without_flat(std::string hint) {
+  static constexpr std::pair<std::string_view, std::string_view> kWords[] = {
+      {", or post the flattened program (form = \"flat\")", ""},
+      {", or post the flattened program", ""},
+      {"Post the flattened program (form = \"flat\").", "Write it otherwise."},
+      {"Post the flattened program.", "Write it otherwise."}};
+  for (const auto& [what, by] : kWords)
+    if (const auto at = hint.find(what); at != std::string::npos) hint.replace(at, what.size(), by);
+  for (const std::string_view begin :
+       {"Post the flattened program (form = \"flat\"), or ", "Post the flattened program, or "})
+    if (hint.starts_with(begin)) {
+      hint.erase(0, begin.size());
+      if (!hint.empty() && hint[0] >= 'a' && hint[0] <= 'z')
+        hint[0] = static_cast<char>(hint[0] - 'a' + 'A');
+    }
+  return hint;
+}
 class Collected final : public PostOutput {
  public:
+  bool is_flat = false;
   void file(std::string_view name, std::string_view bytes) override {
     files.emplace_back(name, bytes);
   }
@@ -205,7 +224,8 @@ class Collected final : public PostOutput {
   }
   void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
              std::string_view hint) override {
-    faults.push_back({severity, span, std::string(message), std::string(hint)});
+    faults.push_back({severity, span, std::string(message),
+                      is_flat ? without_flat(std::string(hint)) : std::string(hint)});
   }
   [[nodiscard]] std::size_t errors() const {
     return static_cast<std::size_t>(std::count_if(faults.begin(), faults.end(), [](const Fault& f) {
@@ -263,6 +283,7 @@ struct Written {
 Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rmp_code& code,
                                std::uint32_t form, std::size_t parts, Collected& out) {
   const PostCapabilities& caps = asked.post->capabilities();
+  out.is_flat = form == kPostFlat;
   program_post::LegaliseOptions options;
   program_post::KnownPoints before;
   if (program_post::wants_points(code, caps)) {
@@ -274,7 +295,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   options.parts = parts;
   options.name = asked.name;
   program_post::Legal legal = program_post::legalise(code, caps, options);
-  for (const auto& r : legal.remarks) out.faults.push_back({r.severity, r.span, r.message, r.hint});
+  for (const auto& r : legal.remarks) out.fault(r.severity, r.span, r.message, r.hint);
   const auto points = program_post::known_points(legal.tables->code(), asked.robot.get(),
                                                  asked.kinematics.get(), asked.start);
   PostTask task;
@@ -511,7 +532,15 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
                             {RMP_FAULT_NOTE, why.span,
                              "the flattened program is posted, since " + why.message, ""});
       }
-      if (!falls_back || other.errors() == 0) out = std::move(other);
+      if (!falls_back || other.errors() == 0) {
+        out = std::move(other);
+      } else {
+        const Fault& why =
+            *std::find_if(other.faults.begin(), other.faults.end(),
+                          [](const Fault& f) { return f.severity == RMP_FAULT_ERROR; });
+        out.faults.push_back({RMP_FAULT_NOTE, why.span,
+                              "the flattened program is refused, too: " + why.message, why.hint});
+      }
     } else {
       out.faults.push_back({RMP_FAULT_NOTE,
                             place_in(code, flattened.error().where)
@@ -780,7 +809,7 @@ RMP_COMMANDS(post_commands) {
                   "== program_end\n"
                   "STOP\n"
                   "== lin\n"
-                  "GO {{x|fixed:1}} {{y|fixed:1}} {{z|fixed:1}}\n"
+                  "GO {{x|fixed:1}} {{y|fixed:1}} {{z|fixed:1}} {{a}} {{b}} {{c}}\n"
                   "== output_on\n"
                   "ON {{number}}\n"
                   "== output_off\n"
