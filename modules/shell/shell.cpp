@@ -385,6 +385,7 @@ struct PostSettings {
 /// input, as a name is that there is not.
 int fail_post(const Voice& voice, const Error& e) {
   const int code = voice.fail(e);
+  if (e.code == ErrorCode::unsupported) return 1;  // the target cannot say it
   return e.code == ErrorCode::io ? 3 : code;
 }
 
