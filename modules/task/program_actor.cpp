@@ -35,8 +35,11 @@ constexpr double kSame = 1e-9;        ///< times and ways this near are the same
 constexpr double kSameJoints = 1e-6;  ///< sim::robot_motion takes these as the same
 /// 100 % of ACC: acceleration of the tool [m/s^2] and of its turning [rad/s^2].
 constexpr double kFullAcceleration = 2.5, kFullTurning = 10;
-constexpr int kMostSlices = 100;  ///< of computing at one instant
-constexpr int kTries = 5;         ///< of ever shorter transitions
+/// Of motions under TIME, which only the joints bound [m/s, rad/s].
+constexpr double kAnySpeed = 1e6;
+constexpr double kWithin = 1 + 1e-6;  ///< of a limit
+constexpr int kMostSlices = 100;      ///< of computing at one instant
+constexpr int kTries = 5;             ///< of ever shorter transitions
 constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 
 Pose to_pose(const PlainPose& p) {
@@ -877,10 +880,14 @@ class ProgramCell final : public program::World {
     const auto plan = [&](double when) -> Result<sim::RobotMotion> {
       if (d.trajectory.segments.empty()) return sim::RobotMotion{};
       RMP_TRY_ASSIGN(auto made, x_.driven(who, d, where, when, progress_));
-      if (made.times.back() >= least || along.empty()) return made;
-      if (d.trajectory.segments.size() == 1)
-        d.trajectory.segments[0].shape.params["duration"] = least;
-      return x_.driven(who, d, where, when, progress_);
+      if (made.times.back() < least && !along.empty()) {
+        if (d.trajectory.segments.size() == 1)
+          d.trajectory.segments[0].shape.params["duration"] = least;
+        RMP_TRY_ASSIGN(made, x_.driven(who, d, where, when, progress_));
+      }
+      if (m.interpolation != RMP_MOVE_PTP && at.time > 0)
+        RMP_TRY(keeps_speeds(who, made, std::max(at.time, made.times.back())));
+      return made;
     };
     open.actor = who, open.tip = tip, open.velocity_share = d.velocity_share;
     open.c_cp = m.interpolation == RMP_MOVE_PTP ? 0 : at.c_cp * kMillimetre;
@@ -917,6 +924,33 @@ class ProgramCell final : public program::World {
     open.end = start + total;
     a_.open_[m.number] = std::move(open);
     return {};
+  }
+
+  /// A motion under TIME has no speed of its own: the joints bound it.
+  Result<void> keeps_speeds(std::size_t who, const sim::RobotMotion& m, double time) {
+    const TaskExecutor::Actor& robot = x_.actors_[who];
+    const std::size_t n = robot.start.size();
+    double worst = kWithin, fastest = 0;
+    std::size_t which = n;
+    for (std::size_t k = 0; k < m.qd.size(); ++k) {
+      const double rate = std::fabs(m.qd[k]),
+                   share = rate / robot.model->joints[k % n].max_velocity;
+      if (share > worst) worst = share, fastest = rate, which = k % n;
+    }
+    if (which == n) return {};
+    const bool is_rotary = TaskExecutor::is_rotary(robot, which);
+    const double unit = is_rotary ? kDegree : kMillimetre;
+    const std::string word = is_rotary ? " degrees/s" : " mm/s";
+    trouble_ = {};
+    trouble_.joint = static_cast<std::int32_t>(which);
+    return error(ErrorCode::unreachable,
+                 "TIME of " + text::print_rounded(time) + " s is too short: joint " +
+                     std::to_string(which - std::min(which, rail_of(who)) + 1) + " of " +
+                     quote(robot.placed->name) + " would go at " +
+                     text::print_rounded(fastest / unit, 4) + word + ", and its greatest is " +
+                     text::print_rounded(robot.model->joints[which].max_velocity / unit, 4),
+                 "Give TIME of " + text::print_rounded(std::ceil(time * worst * 1000) / 1000) +
+                     " s or more.");
   }
 
   void tell_unheeded(const MotionAttributes& at) {
@@ -1026,14 +1060,12 @@ class ProgramCell final : public program::World {
       s.law.name = "trapezoidal";
       if (std::string_view(shape) == "cubic_spline") s.orientation.name = "squad";
       for (const Pose& p : points) s.points.push_back(model::placement(p));
-      if (at.time > 0) {
-        s.shape.params["duration"] = at.time * part;
-      } else {
-        s.shape.params["speed"] = at.speed * kMillimetre;
-        s.shape.params["acceleration"] = kFullAcceleration * acceleration;
-        s.shape.params["angular_speed"] = at.speed_orientation * kDegree;
-        s.shape.params["angular_acceleration"] = kFullTurning * acceleration;
-      }
+      const bool is_timed = at.time > 0;
+      if (is_timed) s.shape.params["duration"] = at.time * part;
+      s.shape.params["speed"] = is_timed ? kAnySpeed : at.speed * kMillimetre;
+      s.shape.params["angular_speed"] = is_timed ? kAnySpeed : at.speed_orientation * kDegree;
+      s.shape.params["acceleration"] = kFullAcceleration * acceleration;
+      s.shape.params["angular_acceleration"] = kFullTurning * acceleration;
       d.trajectory.segments.push_back(std::move(s));
     };
     if (m.interpolation == RMP_MOVE_CIRCLE) {

@@ -84,6 +84,69 @@ TEST_F(ProgramRun, AStraightMotionLastsAsItsSpeedAndAccelerationSay) {
   EXPECT_NEAR(places.back()[2], 0.3, 1e-6);
 }
 
+TEST_F(ProgramRun, TimeIsBoundedByTheJointsAndTheAccelerationOnly) {
+  const auto lasts = [&](const std::string& name, const std::string& motion) {
+    put(name,
+        "MOVE PTP POSE(POSITION(500.0, -200.0, 300.0), down);\ngo := TRUE;\n" + motion +
+            "\ngo := FALSE;\n",
+        std::string("SIGNAL OUTPUT BOOL: go AT 1;\nVAR ") + kDown);
+    const RecordingPtr r = run({{"sample_time", 0.001}});
+    call("world.remove_program", {{"id", cell_}, {"name", name}});
+    if (!r) return 0.0;
+    const auto &go = column(r, "signal.go"), &t = column(r, "time");
+    double out = 0;
+    for (std::size_t i = 1; i < go.size(); ++i)
+      if (go[i] != go[i - 1]) out = t[i] - out;
+    const auto place = tool(r).back();
+    EXPECT_NEAR(place[1], name.starts_with("spot") ? -0.2 : 0.2, 1e-6) << name;
+    return out;
+  };
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  const std::string to = "POSE(POSITION(500.0, 200.0, 300.0), down)";
+  // 400 mm with 2.5 m/s^2 take 0.8 s at least, whatever SPEED says.
+  EXPECT_NEAR(lasts("fast", "MOVE LIN " + to + " TIME := 1.2 SPEED := 100.0;"), 1.2, 0.0021);
+  EXPECT_NEAR(lasts("slow", "MOVE LIN " + to + " TIME := 6.0;"), 6.0, 0.0021);
+  EXPECT_NEAR(lasts("round",
+                    "MOVE CIRCLE POSITION(600.0, 0.0, 300.0), POSITION(500.0, 200.0, 300.0) "
+                    "TIME := 3.0;"),
+              3.0, 0.0021);
+  EXPECT_NEAR(lasts("curve",
+                    "MOVE PATH POSITION(600.0, 0.0, 300.0), POSITION(500.0, 200.0, 300.0) "
+                    "TIME := 3.0;"),
+              3.0, 0.0021);
+  EXPECT_NEAR(lasts("spot",
+                    "MOVE LIN POSE(POSITION(500.0, -200.0, 300.0), ORIZYX(90.0, 180.0, "
+                    "0.0)) TIME := 2.0;"),
+              2.0, 0.0021);
+  const auto refused = [&](const std::string& name, const std::string& motion) {
+    put(name, "MOVE PTP POSE(POSITION(500.0, -200.0, 300.0), down);\n" + motion + "\n",
+        std::string("VAR ") + kDown);
+    const std::string said = fault();
+    call("world.remove_program", {{"id", cell_}, {"name", name}});
+    return said;
+  };
+  const std::string short_of = refused("accel", "MOVE LIN " + to + " TIME := 0.5;");
+  EXPECT_NE(short_of.find("too short for the limits. The shortest is 0.8 s."), std::string::npos)
+      << short_of;
+  // A turn of the hand on the spot by half a turn: within ACC, and too fast for the wrist.
+  const std::string joint =
+      refused("wrist",
+              "MOVE LIN POSE(POSITION(500.0, -200.0, 300.0), ORIZYX(179.0, 180.0, 0.0)) "
+              "TIME := 1.2;");
+  EXPECT_NE(joint.find("TIME of 1.2 s is too short: joint 6 of \"ur5\" would go at"),
+            std::string::npos)
+      << joint;
+  const auto at = joint.find("Give TIME of ");
+  ASSERT_NE(at, std::string::npos) << joint;
+  // What is said to be enough is.
+  const double enough = std::stod(joint.substr(at + 13));
+  EXPECT_NEAR(lasts("spot2",
+                    "MOVE LIN POSE(POSITION(500.0, -200.0, 300.0), ORIZYX(179.0, 180.0, "
+                    "0.0)) TIME := " +
+                        std::to_string(enough) + ";"),
+              enough, 0.0021);
+}
+
 TEST_F(ProgramRun, UntilStopsTheRobotOnItsPath) {
   put("way",
       "MOVE PTP POSE(POSITION(400.0, 100.0, 300.0), down);\n"
