@@ -54,7 +54,7 @@ std::string quoted(const fs::path& p) { return "'" + p.string() + "'"; }
 /// How many random programs go through the interpreter of G-code: ROBOMOSP_RANDOM_PROGRAMS.
 int random_programs() {
   const char* given = std::getenv("ROBOMOSP_RANDOM_PROGRAMS");
-  return given ? std::atoi(given) : 60;
+  return given ? std::atoi(given) : 160;
 }
 
 struct Posted {

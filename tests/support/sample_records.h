@@ -10,13 +10,16 @@
 
 #include "document/document.h"
 #include "io/geometry.h"
+#include "model/declare.h"
 #include "model/parametric.h"
+#include "model/program.h"
 
 namespace robomosp::test {
 
 struct SampleRecords {
   document::Document document;
-  std::vector<AnyId> ids;  ///< of what the tests change
+  std::vector<AnyId> ids;       ///< of what the tests change
+  std::vector<AnyId> programs;  ///< that the world may run
   MaterialId steel, brass;
   SolidId ball, block;
   ObjectId pair, inner;
@@ -57,6 +60,15 @@ struct SampleRecords {
     other_job = add(*tx, "other_job", Task{});
     third_job = add(*tx, "third_job", Task{});
     job = add(*tx, "job", a_task());
+    const Kind program = register_kind_of<Program>("program", ".prg", "programs");
+    for (const char* name : {"carry", "rest"}) {
+      Record r;
+      r.name = name;
+      r.body = OtherContent(program, Program{});
+      const auto id = tx->add(std::move(r));
+      EXPECT_TRUE(id.ok()) << (id.ok() ? "" : id.error().sentence());
+      if (id.ok()) programs.push_back(*id);
+    }
     cell = add(*tx, "cell", a_world());
     const auto commit = tx->commit();
     EXPECT_TRUE(commit.ok()) << (commit.ok() ? "" : commit.error().sentence());
@@ -289,6 +301,10 @@ struct SampleRecords {
     w.frames = {{"table", turned()}};
     w.lights = {{"lamp", LightKind::spot, turned(), {0.5F, 0.25F, 0.125F, 1}, 2, 0.75}};
     w.tasks = {{"job", job, "arm"}};
+    ProgramBinding binding;
+    binding.kind = BindingKind::point;
+    binding.name = "place";
+    w.programs = {{"carry", programs.front(), "arm", {binding}}};
     w.signals = {{"open", SignalKind::digital, "", 1, "arm", "rack", "of the gripper"},
                  {"level", SignalKind::analogue, "m", 0.5, "", "", ""}};
     w.attachments = {{"part", "arm", "camera", turned()}};

@@ -63,11 +63,14 @@ struct EveryField : testing::Test {
   SampleRecords samples;
   fs::path folder = fs::temp_directory_path() / ("fields-" + std::to_string(::getpid()));
   std::vector<std::string> texts;
+  std::vector<AnyId> targets;  ///< of references
 
   void SetUp() override {
     fs::create_directories(folder);
     auto tx = samples.document.begin("save");
-    for (const AnyId id : samples.ids) {
+    targets = samples.ids;
+    targets.insert(targets.end(), samples.programs.begin(), samples.programs.end());
+    for (const AnyId id : targets) {
       const std::string& name = tx->now().find(id)->name;
       const auto saved =
           io::save(*tx, id, folder / (name + std::string(io::extension(id.kind))), {});
@@ -113,7 +116,7 @@ TEST_F(EveryField, IsSeenByFingerprintDifferencesFileAndDescribeAndUndoBringsItB
       bool is_new = std::any_of(leaf.way.begin(), leaf.way.end(), [&](const Leaf::Step& step) {
         return step.field && !done.contains(step.field);
       });
-      for (const test::Change& change : test::changes(*leaf.type, texts, samples.ids)) {
+      for (const test::Change& change : test::changes(*leaf.type, texts, targets)) {
         model::Body changed = body;
         change(*leaf.type, leaf.in(changed));
         const bool is_same = model::equal(body, changed);

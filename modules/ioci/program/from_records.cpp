@@ -522,9 +522,12 @@ class TaskWriter {
     else if (s.is_straight)
       attributes = " SPEED := " + irl_real(kMm * (s.tool_speed > 0 ? s.tool_speed : kToolSpeed));
     else if (s.speed < 1) attributes = " SPEED_PTP := " + irl_real(kPercent * s.speed);
-    if (!s.profile.empty())
-      source_.note("Profiles of the joints' motions (" + s.profile +
-                   ") are left to the controller.");
+    const std::string profile = s.profile.empty() ? "quintic" : s.profile;
+    if (!s.is_straight && profile != "trapezoidal")
+      source_.note("Motions of the joints by the profile " + profile +
+                   " are trapezoidal in the program" +
+                   (s.duration > 0 ? ", and take their time."
+                                   : ", and take another time; a step with a time keeps it."));
     if (s.target) {
       RMP_TRY_ASSIGN(const Pose f, frame(s.frame));
       const Pose base_T_frame = spatial::compose(source_.arm().base_T_world, f);
@@ -688,6 +691,10 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
               " rows are kept; between them the joints stay within " +
               irl_real(kDegree * real(args, "tolerance")) + " degrees (" +
               irl_real(kMm * real(args, "tolerance")) + " mm of sliding joints) of the others.");
+  if (rows.size() > 2)
+    source.note(
+        "C_PASS lets a controller go on through the rows. A run in a world stops at each of them, "
+        "and refuses times that are too short for that: give a greater tolerance to run it here.");
   const std::string title = r->title.empty() ? "recording" : r->title;
   return finish(ctx, args, source, name + " recorded", "Of the recording " + title, {}, {});
 }

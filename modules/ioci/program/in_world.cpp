@@ -205,28 +205,13 @@ Result<Value> unbind(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> bindings(CommandContext& ctx, const Map& args) {
-  const auto is_robot = [](const ProgramBinding& b) {
-    return b.kind == BindingKind::grip || b.kind == BindingKind::point;
-  };
   List out;
-  for (const ProgramPlace& x : places_of(ctx.snapshot(), ref(args, "id"), args)) {
-    for (const ProgramBinding& b : x.placed->bindings)
-      out.emplace_back(Map{{"name_there", x.placed->name},
-                           {"world", Application::handle(AnyId(x.world))},
-                           {"kind", std::string(to_string(b.kind))},
-                           {"name", b.name},
-                           {"to", b.to},
-                           {"frame", b.frame},
-                           {"tool", b.tool},
-                           {"joint", is_robot(b) ? std::string() : b.joint},
-                           {"robot", is_robot(b) ? b.joint : std::string()},
-                           {"reach", b.reach},
-                           {"value", b.value},
-                           {"at", b.at},
-                           {"position", List{Value(b.x), Value(b.y), Value(b.z)}},
-                           {"rpy", List{Value(b.roll), Value(b.pitch), Value(b.yaw)}},
-                           {"expression", b.expression}});
-  }
+  for (const ProgramPlace& x : places_of(ctx.snapshot(), ref(args, "id"), args))
+    for (const ProgramBinding& b : x.placed->bindings) {
+      Map one{{"name_there", x.placed->name}, {"world", Application::handle(AnyId(x.world))}};
+      for (const auto& [key, value] : binding_value(b)) one.append(key, value);
+      out.emplace_back(std::move(one));
+    }
   return Value(std::move(out));
 }
 
@@ -303,6 +288,23 @@ const Program* program_in(const document::Snapshot& snapshot, AnyId id) {
   const model::Record* r = snapshot.find(id);
   if (!r || id.kind != program_kind()) return nullptr;
   return &std::get<model::OtherContent>(r->body).as<Program>();
+}
+
+Map binding_value(const ProgramBinding& b) {
+  const bool has_robot = b.kind == BindingKind::grip || b.kind == BindingKind::point;
+  return Map{{"kind", std::string(to_string(b.kind))},
+             {"name", b.name},
+             {"to", b.to},
+             {"frame", b.frame},
+             {"tool", b.tool},
+             {"joint", has_robot ? std::string() : b.joint},
+             {"robot", has_robot ? b.joint : std::string()},
+             {"reach", b.reach},
+             {"value", b.value},
+             {"at", b.at},
+             {"position", List{Value(b.x), Value(b.y), Value(b.z)}},
+             {"rpy", List{Value(b.roll), Value(b.pitch), Value(b.yaw)}},
+             {"expression", b.expression}};
 }
 
 std::string describe(const document::Snapshot& snapshot, const ProgramPlace& p) {
@@ -490,10 +492,11 @@ RMP_COMMANDS(program_in_world_commands) {
       {self("program"), world, there,
        choice("kind", binding_words(), "What the name stands for.", true),
        optional("name", "string", "", "In the program; left out, its own robot."),
-       optional("to", "string", "",
-                "In the world: robot, signal, task, the object that a grip takes, the object or frame "
-                "that a point is on, or the object whose parameters a value has; the world's own "
-                "when left out."),
+       optional(
+           "to", "string", "",
+           "In the world: robot, signal, task, the object that a grip takes, the object or frame "
+           "that a point is on, or the object whose parameters a value has; the world's own "
+           "when left out."),
        optional("frame", "string", "", "Frame or object of the world that targets are in."),
        optional("tool", "string", "", "Tool, link, or held object with its tool centre point."),
        optional("joint", "string", "", "Of the robot: name or number."),

@@ -30,6 +30,8 @@ Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext&, 
                                                   const Map& args = {});
 /// The place of the program `id` that world and name_there mean, or the only one.
 Result<ProgramPlace> place_of(CommandContext&, const Map& args);
+/// A binding as program.bindings tells it.
+[[nodiscard]] Map binding_value(const model::ProgramBinding&);
 /// "carry" in world "bench", with its quotes.
 [[nodiscard]] std::string describe(const document::Snapshot&, const ProgramPlace&);
 /// Values of variables from a table: names, and numbers, truths or expressions of the language.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "ioci/core/commands.h"
+#include "ioci/program/in_world.h"
 #include "ioci/trajectory/segments.h"
 
 namespace robomosp::ioci {
@@ -224,8 +225,10 @@ void set_members(Map& out, const document::Snapshot& snapshot, const model::Worl
             return Map{{"name", t.name}, {"task", ref_value(snapshot, t.task)}, {"robot", t.robot}};
           }));
   out.set("programs", list_of(w.programs, [&](const model::PlacedProgram& p) {
-            return Map{
-                {"name", p.name}, {"program", ref_value(snapshot, p.program)}, {"robot", p.robot}};
+            return Map{{"name", p.name},
+                       {"program", ref_value(snapshot, p.program)},
+                       {"robot", p.robot},
+                       {"bindings", list_of(p.bindings, binding_value)}};
           }));
   out.set("signals", list_of(w.signals, [](const model::Signal& s) {
             return Map{{"name", s.name},
