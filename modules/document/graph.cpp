@@ -64,15 +64,15 @@ Result<void> check_references(const Snapshot& s, const Record& record, const Rec
   std::optional<Error> fault;
   const auto look = [&](const model::HeldReference& r) {
     if (fault) return;
-    const bool is_allowed = r.kinds->empty() || std::find(r.kinds->begin(), r.kinds->end(),
-                                                          r.id.kind) != r.kinds->end();
+    const bool is_allowed =
+        r.kinds.empty() || std::find(r.kinds.begin(), r.kinds.end(), r.id.kind) != r.kinds.end();
     if (!s.find(r.id)) {
       fault = error(ErrorCode::stale_handle,
                     quote(r.where) + " refers to " + std::string(to_string(r.id.kind)) + " #" +
                         std::to_string(r.id.number) + ", which does not exist");
     } else if (!is_allowed) {
       std::string kinds;
-      for (const Kind k : *r.kinds)
+      for (const Kind k : r.kinds)
         kinds += (kinds.empty() ? "" : " or ") + with_article(to_string(k));
       fault = error(ErrorCode::invalid_argument, quote(r.where) + " refers to " + s.describe(r.id),
                     "Only " + kinds + " can be there.");

@@ -68,8 +68,9 @@ void DeclaredReader::add_rules(const Target& t, const Member& f, std::vector<Rul
     return;
   }
   if (f.type->shape == Shape::reference) {
-    std::vector<Kind> kinds = model::kinds_of(f, *f.type);
-    if (kinds.empty()) kinds.assign(all_kinds().begin(), all_kinds().end());
+    const auto declared = model::kinds_of(f, *f.type);
+    const auto allowed = declared.empty() ? all_kinds() : declared;
+    std::vector<Kind> kinds(allowed.begin(), allowed.end());
     if (f.is_written_by_kind) {
       for (const Kind k : kinds) out.push_back(reference(to_string(k), {k}, owner, setter(way)));
       return;
@@ -188,36 +189,34 @@ Rule DeclaredReader::list_rule(const Target& t, const Member& f) {
     });
   const auto named = std::make_shared<std::unordered_map<std::string, Index>>();
   const bool is_named = has_name(*f.type->element);
-  return repeated(
-      f.word_in_files(), [this, t, &f, list, way, named, is_named](Index i) -> Result<void> {
-        const Type& type = *f.type->element;
-        const std::string_view word = f.word_in_files();
-        const std::size_t n = f.type->length(list);
-        f.type->resize(list, n + 1);
-        void* p = f.type->at(list, n);
-        Target inner{&type, p, to_element(way, n), article(noun(word)), t.alternative};
-        if (&type == &type_of<model::ProgramBinding>()) {
-          // Its name is one of a program, a number or none, and may come again.
-          auto& of = *static_cast<std::string*>(type.field("name")->in(p));
-          out_.places[{word, n}] = at(i).offset;
-          RMP_TRY(need_argument(i));
-          RMP_TRY(need_block(i));
-          if (at(i).argument != Argument::word && at(i).argument != Argument::string)
-            return s_.at(at(i).argument_offset, ErrorCode::syntax, quote(word) + " needs a name");
-          of = at(i).argument == Argument::word ? std::string(at(i).text) : unescape(at(i).text);
-          inner.shown = noun(word) + " " + quote(of);
-        } else if (is_named) {
-          auto& name = *static_cast<std::string*>(type.field("name")->in(p));
-          RMP_TRY(element(i, word, n, name, *named));
-          inner.shown = noun(word) + " " + quote(name);
-        } else {
-          out_.places[{word, n}] = at(i).offset;
-          RMP_TRY(need_block(i, true));
-        }
-        if (type.alternative) inner.alternative = type.alternative(p);
-        RMP_TRY(block(i, article(noun(word)), rules_of(inner)));
-        return need_references(inner, i);
-      });
+  return repeated(f.word_in_files(),
+                  [this, t, &f, list, way, named, is_named](Index i) -> Result<void> {
+                    const Type& type = *f.type->element;
+                    const std::string_view word = f.word_in_files();
+                    const std::size_t n = f.type->length(list);
+                    f.type->resize(list, n + 1);
+                    void* p = f.type->at(list, n);
+                    Target inner{&type, p, to_element(way, n), article(noun(word)), t.alternative};
+                    if (&type == &type_of<model::ProgramBinding>()) {
+                      // Its name is one of a program, a number or none, and may come again.
+                      auto& of = *static_cast<std::string*>(type.field("name")->in(p));
+                      out_.places[{word, n}] = at(i).offset;
+                      RMP_TRY(need_argument(i));
+                      RMP_TRY(read_word(i, of));
+                      RMP_TRY(need_block(i));
+                      inner.shown = noun(word) + " " + quote(of);
+                    } else if (is_named) {
+                      auto& name = *static_cast<std::string*>(type.field("name")->in(p));
+                      RMP_TRY(element(i, word, n, name, *named));
+                      inner.shown = noun(word) + " " + quote(name);
+                    } else {
+                      out_.places[{word, n}] = at(i).offset;
+                      RMP_TRY(need_block(i, true));
+                    }
+                    if (type.alternative) inner.alternative = type.alternative(p);
+                    RMP_TRY(block(i, article(noun(word)), rules_of(inner)));
+                    return need_references(inner, i);
+                  });
 }
 
 Rule DeclaredReader::table_rule(const Member& f, void* table) {

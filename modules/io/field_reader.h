@@ -502,14 +502,20 @@ class FieldReader {
     }
     return {};
   }
-  Result<void> read_name(Index i, std::string& out, std::string_view what) {
+  /// A word, or any text in quotes.
+  Result<void> read_word(Index i, std::string& out) {
     const Field& f = at(i);
     if (f.argument != Argument::word && f.argument != Argument::string)
       return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a name");
     out = f.argument == Argument::word ? std::string(f.text) : unescape(f.text);
+    return {};
+  }
+  /// The same of what names a member or record.
+  Result<void> read_name(Index i, std::string& out, std::string_view what) {
+    RMP_TRY(read_word(i, out));
     if (document::is_name(out)) return {};
     Error e = document::bad_name(out, what);
-    return s_.at(f.argument_offset, e.code, e.message, e.hint);
+    return s_.at(at(i).argument_offset, e.code, e.message, e.hint);
   }
 
   Rule count(std::string_view name, std::int64_t& out) {

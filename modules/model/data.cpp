@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/data.h"
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -279,16 +278,11 @@ void differ(const Type& t, const void* a, const void* b, const std::string& path
 
 }  // namespace
 
-const std::vector<Kind>& kinds_of(const Field& f, const Type& reference) {
+std::span<const Kind> kinds_of(const Field& f, const Type& reference) {
   if (!f.kinds.empty()) return f.kinds;
   if (!reference.kinds.empty()) return reference.kinds;
-  static const auto each = [] {
-    std::array<std::vector<Kind>, 256> out;  // as many as a Kind has values
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {static_cast<Kind>(i)};
-    return out;
-  }();
   const auto named = kind_from(f.name);
-  return named ? each[static_cast<std::size_t>(*named)] : reference.kinds;
+  return named ? all_kinds().subspan(static_cast<std::size_t>(*named), 1) : std::span<const Kind>();
 }
 
 namespace {
@@ -303,7 +297,7 @@ struct References {
     switch (t.shape) {
       case Shape::reference:
         if (const AnyId id = t.id(p))
-          see({id, element.empty() ? field->name : element, &kinds_of(*field, t)});
+          see({id, element.empty() ? field->name : element, kinds_of(*field, t)});
         return;
       case Shape::structure:
         if (const std::string* name = field ? name_of(t, p) : nullptr) element = *name;

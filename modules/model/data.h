@@ -52,12 +52,12 @@ void feed(Fingerprinter&, const Content&, const FeedReference&);
 
 /// Kinds that a reference may have: as declared, or the registered kind that has the field's name;
 /// none = any. Stays as long as the program. [any thread]
-[[nodiscard]] const std::vector<Kind>& kinds_of(const Field&, const Type& reference);
+[[nodiscard]] std::span<const Kind> kinds_of(const Field&, const Type& reference);
 /// A reference of a record: who holds it, and which kinds its declaration allows (none = any).
 struct HeldReference {
   AnyId id;
   std::string_view where;  ///< name of the innermost element that has one, else of the field
-  const std::vector<Kind>* kinds = nullptr;
+  std::span<const Kind> kinds;
 };
 /// Those that stand in what `before` (data null = nothing) does not share with it are seen; all are
 /// of a record that shares none.

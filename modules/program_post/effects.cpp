@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "program_post/walk.h"
+
 namespace robomosp::program_post {
 
 using Id = std::uint32_t;
@@ -91,14 +93,7 @@ void Effects::add_expression(Id first, Touched& to, std::set<Id>& calls) const {
 }
 
 void Effects::add_routine(Id r, Touched& to, std::set<Id>& calls) const {
-  std::vector<Id> open{t_.routines[r].body};
-  while (!open.empty()) {
-    const Id i = open.back();
-    open.pop_back();
-    if (i == RMP_NONE) continue;
-    const rmp_code_statement& s = t_.statements[i];
-    open.push_back(s.next);
-    open.push_back(s.body);
+  each_statement(t_, t_.routines[r].body, [&](const rmp_code_statement& s) {
     for (const Id e : {s.a, s.b, s.c}) add_expression(e, to, calls);
     switch (s.op) {
       case RMP_STMT_ASSIGN: add_place(s.a, to); break;
@@ -123,14 +118,11 @@ void Effects::add_routine(Id r, Touched& to, std::set<Id>& calls) const {
       case RMP_STMT_TEACH: touch(s.symbol, to.changed); [[fallthrough]];
       default: to.changed.insert(RMP_NONE); break;
     }
-    if (s.motion == RMP_NONE) continue;
+    if (s.motion == RMP_NONE) return;
     const rmp_code_motion& m = t_.motions[s.motion];
-    for (Id k = 0; k < m.target_count; ++k) add_expression(t_.links[m.first_target + k], to, calls);
-    for (Id k = 0; k < m.attribute_count; ++k)
-      add_expression(t_.attributes[m.first_attribute + k].value, to, calls);
-    add_expression(m.until, to, calls);
+    each_value(t_, m, [&](Id e) { add_expression(e, to, calls); });
     if (m.action != RMP_NONE) calls.insert(m.action);
-  }
+  });
 }
 
 bool Effects::changes(Id e) {

@@ -16,6 +16,7 @@
 #include "program_post/robots.h"
 #include "program_post/scalars.h"
 #include "program_post/taught.h"
+#include "program_post/walk.h"
 
 namespace robomosp::program_post {
 namespace {
@@ -285,20 +286,12 @@ class Passes final : Rewriter {
   }
   /// Whether statements of a block give a variable a value by its name.
   bool assigns(std::uint32_t first, std::uint32_t variable) {
-    std::vector<std::uint32_t> open{first};
-    while (!open.empty()) {
-      const std::uint32_t i = open.back();
-      open.pop_back();
-      if (i == RMP_NONE) continue;
-      const rmp_code_statement& s = t_.statements[i];
-      open.push_back(s.next);
-      open.push_back(s.body);
-      if (s.symbol == variable) return true;
-      if (s.op == RMP_STMT_ASSIGN && t_.expressions[s.a].op == RMP_EXPR_SYMBOL &&
-          t_.expressions[s.a].symbol == variable)
-        return true;
-    }
-    return false;
+    const auto at = [&](std::uint32_t i) -> const rmp_code_statement& { return st(i); };
+    return any_statement(first, at, [&](const rmp_code_statement& s) {
+      return s.symbol == variable ||
+             (s.op == RMP_STMT_ASSIGN && t_.expressions[s.a].op == RMP_EXPR_SYMBOL &&
+              t_.expressions[s.a].symbol == variable);
+    });
   }
   bool calls(std::uint32_t e) {
     if (e == RMP_NONE || t_.expressions[e].constant != RMP_NONE) return false;

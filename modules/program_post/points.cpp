@@ -10,6 +10,8 @@
 
 #include <robomosp/sdk/post_writer.h>
 
+#include "program_post/walk.h"
+
 namespace robomosp::program_post {
 namespace {
 
@@ -442,16 +444,12 @@ class Finder {
     }
   }
   void block(std::uint32_t first) {
-    std::vector<std::uint32_t> open{first};
-    while (!open.empty()) {
-      const std::uint32_t i = open.back();
-      open.pop_back();
-      if (i == RMP_NONE) continue;
-      const auto& s = row<rmp_code_statement>(c_.statements, i);
-      open.push_back(s.next);
-      open.push_back(s.body);
+    const auto at = [&](std::uint32_t i) -> const rmp_code_statement& {
+      return row<rmp_code_statement>(c_.statements, i);
+    };
+    each_statement(first, at, [&](const rmp_code_statement& s) {
       if (s.motion != RMP_NONE) motion(s.motion);
-    }
+    });
   }
   void motion(std::uint32_t number) {
     const auto& m = row<rmp_code_motion>(c_.motions, number);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "program_post/rewriter.h"
+#include "program_post/walk.h"
 
 namespace robomosp::program_post {
 namespace {
@@ -75,16 +76,9 @@ class OneRobot final : Rewriter {
     return std::nullopt;
   }
   void motions_of(std::uint32_t first, std::uint32_t only) {
-    std::vector<std::uint32_t> open{first};
-    while (!open.empty()) {
-      const std::uint32_t i = open.back();
-      open.pop_back();
-      if (i == RMP_NONE) continue;
-      const rmp_code_statement& s = t_.statements[i];
-      open.push_back(s.next);
-      open.push_back(s.body);
+    each_statement(t_, first, [&](const rmp_code_statement& s) {
       if (s.op == RMP_STMT_MOVE && s.motion != RMP_NONE) look_at(t_.motions[s.motion], only);
-    }
+    });
   }
   void look_at(const rmp_code_motion& m, std::uint32_t only) {
     const std::optional<std::uint32_t> robot = named(m);

@@ -13,6 +13,7 @@
 
 #include "program_post/effects.h"
 #include "program_post/rewriter.h"
+#include "program_post/walk.h"
 
 namespace robomosp::program_post {
 namespace {
@@ -600,24 +601,15 @@ class Scalars final : public Rewriter {
     named_.assign(t_.routines.size(), {});
     std::vector<std::set<Id>> calls(t_.routines.size());
     for (Id r = 0; r < t_.routines.size(); ++r) {
-      std::vector<Id> statements{t_.routines[r].body}, expressions;
-      while (!statements.empty()) {
-        const Id i = statements.back();
-        statements.pop_back();
-        if (i == RMP_NONE) continue;
-        const auto& s = t_.statements[i];
-        statements.push_back(s.next);
-        statements.push_back(s.body);
+      std::vector<Id> expressions;
+      each_statement(t_, t_.routines[r].body, [&](const rmp_code_statement& s) {
         for (const Id e : {s.a, s.b, s.c}) expressions.push_back(e);
         if (s.symbol != RMP_NONE) named_[r].insert(s.symbol);
-        if (s.motion == RMP_NONE) continue;
+        if (s.motion == RMP_NONE) return;
         const auto& m = t_.motions[s.motion];
-        for (Id k = 0; k < m.target_count; ++k) expressions.push_back(t_.links[m.first_target + k]);
-        for (Id k = 0; k < m.attribute_count; ++k)
-          expressions.push_back(t_.attributes[m.first_attribute + k].value);
-        expressions.push_back(m.until);
+        each_value(t_, m, [&](Id e) { expressions.push_back(e); });
         if (m.action != RMP_NONE) calls[r].insert(m.action);
-      }
+      });
       std::set<Id> seen;
       while (!expressions.empty()) {
         const Id e = expressions.back();

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "program_post/rewriter.h"
+#include "program_post/walk.h"
 
 namespace robomosp::program_post {
 namespace {
@@ -71,33 +72,25 @@ class Taught final : public Rewriter {
     std::set<Id> symbols, routines;
     bool jumps = false;
   };
-  /// The same of a statement with what is within it, or of a whole block.
-  void names(Id first, bool with_next, Named& to) const {
-    std::vector<Id> open{first};
-    while (!open.empty()) {
-      const Id i = open.back();
-      open.pop_back();
-      if (i == RMP_NONE) continue;
-      const rmp_code_statement& s = t_.statements[i];
-      if (with_next || i != first) open.push_back(s.next);
-      open.push_back(s.body);
-      to.jumps = to.jumps || s.op == RMP_STMT_GOTO;
-      for (const Id e : {s.a, s.b, s.c}) names(e, to.symbols, to.routines);
-      for (Id k = 0; k < s.count; ++k) names(t_.links[s.first + k], to.symbols, to.routines);
-      if (s.symbol != RMP_NONE && s.op != RMP_STMT_GOTO && s.op != RMP_STMT_LABEL) {
-        if (t_.symbols[s.symbol].kind == RMP_SYMBOL_ROUTINE)
-          to.routines.insert(t_.symbols[s.symbol].routine);
-        else if (s.op != RMP_STMT_TEACH) to.symbols.insert(s.symbol);
-      }
-      if (s.motion == RMP_NONE) continue;
-      const rmp_code_motion& m = t_.motions[s.motion];
-      for (Id k = 0; k < m.target_count; ++k)
-        names(t_.links[m.first_target + k], to.symbols, to.routines);
-      for (Id k = 0; k < m.attribute_count; ++k)
-        names(t_.attributes[m.first_attribute + k].value, to.symbols, to.routines);
-      names(m.until, to.symbols, to.routines);
-      if (m.action != RMP_NONE) to.routines.insert(m.action);
+  /// The same of one statement.
+  void add_own(const rmp_code_statement& s, Named& to) const {
+    const auto add = [&](Id e) { names(e, to.symbols, to.routines); };
+    to.jumps = to.jumps || s.op == RMP_STMT_GOTO;
+    for (const Id e : {s.a, s.b, s.c}) add(e);
+    for (Id k = 0; k < s.count; ++k) add(t_.links[s.first + k]);
+    if (s.symbol != RMP_NONE && s.op != RMP_STMT_GOTO && s.op != RMP_STMT_LABEL) {
+      if (t_.symbols[s.symbol].kind == RMP_SYMBOL_ROUTINE)
+        to.routines.insert(t_.symbols[s.symbol].routine);
+      else if (s.op != RMP_STMT_TEACH) to.symbols.insert(s.symbol);
     }
+    if (s.motion == RMP_NONE) return;
+    const rmp_code_motion& m = t_.motions[s.motion];
+    each_value(t_, m, add);
+    if (m.action != RMP_NONE) to.routines.insert(m.action);
+  }
+  /// The same of a whole block.
+  void names(Id first, Named& to) const {
+    each_statement(t_, first, [&](const rmp_code_statement& s) { add_own(s, to); });
   }
   /// Those that a statement other than TEACH assigns, or that a call or a value of another variable
   /// at the beginning may reach.
@@ -142,7 +135,8 @@ class Taught final : public Rewriter {
           continue;
         }
         Named all;
-        names(i, false, all);
+        add_own(t_.statements[i], all);
+        names(t_.statements[i].body, all);
         if (all.jumps) goes_on = false;
         std::vector<Id> open(all.routines.begin(), all.routines.end());
         while (!open.empty()) {
@@ -151,7 +145,7 @@ class Taught final : public Rewriter {
           if (is_reached[r]) continue;
           is_reached[r] = true;
           Named inner;
-          names(t_.routines[r].body, true, inner);
+          names(t_.routines[r].body, inner);
           names(t_.routines[r].condition, inner.symbols, inner.routines);
           all.symbols.insert(inner.symbols.begin(), inner.symbols.end());
           open.insert(open.end(), inner.routines.begin(), inner.routines.end());

@@ -25,6 +25,7 @@
 
 #include "motion/provider_params.h"
 #include "program/trace.h"
+#include "support/command_line.h"
 #include "support/program.h"
 #include "support/program_events.h"
 #include "support/random_program.h"
@@ -34,28 +35,14 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::Event;
+using test::quoted;
+using test::run;
+using test::Said;
 
 const fs::path kHere = fs::path(ROBOMOSP_SOURCE_DIR) / "tests/checkers";
 const fs::path kLibrary = fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/controllers";
 constexpr double kDegree = 57.29577951308232;
 
-struct Said {
-  int code = -1;
-  std::string text;
-};
-/// What a command line says, both streams, and its exit code.
-Said run(const std::string& command) {
-  Said out;
-  std::FILE* pipe = popen(("(" + command + ") 2>&1").c_str(), "r");
-  if (!pipe) return out;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
-    out.text.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  out.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return out;
-}
-std::string quoted(const fs::path& p) { return "'" + p.string() + "'"; }
 std::string read(const fs::path& p) {
   std::ifstream in(p, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};

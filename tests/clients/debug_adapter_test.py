@@ -17,7 +17,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from framed import frame, messages, start  # noqa: E402
+from framed import end, frame, messages, start  # noqa: E402
 from serving import PROGRAM  # noqa: E402
 
 SEED = int(os.environ.get("ROBOMOSP_TEST_SEED", "1"))
@@ -296,11 +296,7 @@ class Debugging(unittest.TestCase):
 
     def tearDown(self):
         for e in self.editors:
-            if e.process.poll() is None:
-                e.process.kill()
-                e.process.wait()
-            for pipe in (e.process.stdin, e.process.stdout, e.process.stderr):
-                pipe.close()
+            end(e.process)
         self.folder.cleanup()
 
     def editor(self, **initialize):

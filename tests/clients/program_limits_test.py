@@ -18,7 +18,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from framed import frame, messages, start  # noqa: E402
+from framed import end, frame, messages, start  # noqa: E402
 from serving import PROGRAM  # noqa: E402
 
 SEED = int(os.environ.get("ROBOMOSP_TEST_SEED", "1"))
@@ -200,12 +200,7 @@ class Limits(unittest.TestCase):
 
     def tearDown(self):
         for p in self.peers:
-            if p.process.poll() is None:
-                p.process.kill()
-                p.process.wait()
-            for pipe in (p.process.stdin, p.process.stdout, p.process.stderr):
-                if pipe:
-                    pipe.close()
+            end(p.process)
         self.folder.cleanup()
 
     def peer(self, kind):

@@ -29,6 +29,7 @@
 #include "support/allocations.h"
 #include "support/posts.h"
 #include "support/program_world.h"
+#include "support/reader_settings.h"
 
 namespace robomosp::program {
 namespace {
@@ -737,18 +738,6 @@ struct Foreign {
   readers::Made (*read)(const ProgramReaderTask&, const Params&, Progress&);
   std::function<Files(int)> files;
 };
-class Defaults final : public Params {
- public:
-  [[nodiscard]] bool has(std::string_view) const override { return true; }
-  [[nodiscard]] double real(std::string_view name) const override {
-    return name == "tcp_speed" ? 1.0 : 3.141592653589793;
-  }
-  [[nodiscard]] long long integer(std::string_view) const override { return 0; }
-  [[nodiscard]] bool boolean(std::string_view) const override { return false; }
-  [[nodiscard]] std::string_view text(std::string_view) const override { return {}; }
-  [[nodiscard]] std::span<const double> reals(std::string_view) const override { return {}; }
-  [[nodiscard]] Pose pose(std::string_view) const override { return {}; }
-};
 
 std::vector<Foreign> foreign() {
   using namespace readers;
@@ -908,7 +897,7 @@ TEST(ProgramGrowth, ReadersGrowWithTheText) {
         ProgramReaderTask task;
         task.files = all;
         NoProgress progress;
-        const Defaults params;
+        const test::ReaderSettings params;
         const auto made = f.read(task, params, progress);
         ASSERT_TRUE(made.ok()) << f.name << ": " << made.error().sentence();
         EXPECT_FALSE((*made)->files().empty());

@@ -18,6 +18,7 @@
 #include "reader.h"
 #include "readers.h"
 #include "support/mutator.h"
+#include "support/reader_settings.h"
 #include "support/seed.h"
 
 namespace robomosp::readers {
@@ -25,18 +26,6 @@ namespace {
 
 struct File {
   std::string name, text;
-};
-class Settings final : public Params {
- public:
-  [[nodiscard]] bool has(std::string_view) const override { return true; }
-  [[nodiscard]] double real(std::string_view name) const override {
-    return name == "tcp_speed" ? 1.0 : 3.141592653589793;
-  }
-  [[nodiscard]] long long integer(std::string_view) const override { return 0; }
-  [[nodiscard]] bool boolean(std::string_view) const override { return false; }
-  [[nodiscard]] std::string_view text(std::string_view) const override { return {}; }
-  [[nodiscard]] std::span<const double> reals(std::string_view) const override { return {}; }
-  [[nodiscard]] Pose pose(std::string_view) const override { return {}; }
 };
 using Read = Made (*)(const ProgramReaderTask&, const Params&, Progress&);
 
@@ -46,7 +35,7 @@ std::unique_ptr<ReadProgram> read(Read reader, const std::vector<File>& files) {
   ProgramReaderTask task;
   task.files = all;
   NoProgress progress;
-  auto made = reader(task, Settings(), progress);
+  auto made = reader(task, test::ReaderSettings(), progress);
   EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
   return made.ok() ? std::move(made).value() : nullptr;
 }

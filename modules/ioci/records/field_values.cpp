@@ -29,7 +29,7 @@ const T& as(const void* p) {
   return *static_cast<const T*>(p);
 }
 
-std::string kinds_text(const std::vector<Kind>& kinds) {
+std::string kinds_text(std::span<const Kind> kinds) {
   std::string out;
   for (const Kind k : kinds) out += (out.empty() ? "" : "|") + std::string(to_string(k));
   return out.empty() ? "any" : out;

@@ -56,15 +56,27 @@ AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
 AnyId task_of(const model::PlacedTask& t) { return t.task; }
 AnyId program_of(const model::PlacedProgram& p) { return p.program; }
 
+/// Whether `is_it` of one of the lists of members, whose names are each other's.
+template <class Fn>
+bool any_list(const World& w, Fn&& is_it) {
+  return is_it(w.objects) || is_it(w.robots) || is_it(w.trajectories) || is_it(w.frames) ||
+         is_it(w.lights) || is_it(w.tasks) || is_it(w.programs);
+}
+template <class Fn>
+void each_list(const World& w, Fn&& see) {
+  any_list(w, [&](const auto& list) {
+    see(list);
+    return false;
+  });
+}
+
 bool has_member(const World& w, const std::string& name) {
-  const auto has = [&](const auto& list) {
+  return any_list(w, [&](const auto& list) {
     // Names of one length in a row differ in their last digits.
     return std::any_of(list.begin(), list.end(), [&](const auto& m) {
       return m.name.size() == name.size() && m.name.back() == name.back() && m.name == name;
     });
-  };
-  return has(w.objects) || has(w.robots) || has(w.trajectories) || has(w.frames) || has(w.lights) ||
-         has(w.tasks) || has(w.programs);
+  });
 }
 
 }  // namespace
@@ -115,23 +127,16 @@ std::size_t number_behind(std::string_view name, std::string_view wanted) {
 
 std::string free_member_name(const World& w, const std::string& wanted) {
   bool is_taken = false;
-  const std::size_t count = w.objects.size() + w.robots.size() + w.trajectories.size() +
-                            w.frames.size() + w.lights.size() + w.tasks.size() + w.programs.size();
+  std::size_t count = 0;
+  each_list(w, [&](const auto& list) { count += list.size(); });
   std::vector<char> numbers(count + 3);  // one pass: worlds have thousands of members
-  const auto look = [&](const auto& list) {
+  each_list(w, [&](const auto& list) {
     for (const auto& m : list) {
       if (m.name == wanted) is_taken = true;
       else if (const std::size_t n = number_behind(m.name, wanted); n && n <= count + 2)
         numbers[n] = 1;
     }
-  };
-  look(w.objects);
-  look(w.robots);
-  look(w.trajectories);
-  look(w.frames);
-  look(w.lights);
-  look(w.tasks);
-  look(w.programs);
+  });
   if (!is_taken) return wanted;
   std::size_t n = 2;
   while (n < numbers.size() && numbers[n]) ++n;
@@ -140,16 +145,9 @@ std::string free_member_name(const World& w, const std::string& wanted) {
 
 std::set<std::string> member_names(const World& w) {
   std::set<std::string> out;
-  const auto add = [&out](const auto& list) {
+  each_list(w, [&out](const auto& list) {
     for (const auto& m : list) out.insert(m.name);
-  };
-  add(w.objects);
-  add(w.robots);
-  add(w.trajectories);
-  add(w.frames);
-  add(w.lights);
-  add(w.tasks);
-  add(w.programs);
+  });
   return out;
 }
 
