@@ -180,6 +180,48 @@ TEST_F(ProgramPlaces, BindingsFollowMembersThatGetOtherNamesInAnotherWorld) {
   EXPECT_EQ(robot, "ur5_2");
 }
 
+TEST_F(ProgramPlaces, BindingsFollowObjectsWithTheirPointsAndLeaveJointsAndLinksAlone) {
+  call("solid.create",
+       {{"name", std::string("cup")},
+        {"root", Map{{"kind", std::string("box")}, {"x", 0.1}, {"y", 0.1}, {"z", 0.1}}}});
+  const Value hall = world_with({"ur5"});
+  for (const Value& world : {cell_, hall})
+    call("world.add_object",
+         {{"id", world}, {"what", std::string("cup")}, {"name", std::string("elbow")}});
+  const auto bind = [&](Map args) {
+    args.set("id", shines_);
+    call("program.bind", args);
+  };
+  bind({{"kind", std::string("robot")},
+        {"to", std::string("ur5")},
+        {"tool", std::string("elbow.rim")}});
+  bind({{"kind", std::string("robot")},
+        {"name", std::string("2")},
+        {"to", std::string("ur5")},
+        {"tool", std::string("wrist_1")},
+        {"frame", std::string("elbow")}});
+  bind({{"kind", std::string("joint")},
+        {"name", std::string("1")},
+        {"to", std::string("ur5")},
+        {"joint", std::string("elbow")}});
+  bind({{"kind", std::string("grip")},
+        {"name", std::string("2")},
+        {"to", std::string("elbow")},
+        {"robot", std::string("ur5")}});
+  const fs::path file = folder_ / "cell.wld";
+  call("world.save", {{"id", cell_}, {"file", file.string()}});
+  call("world.load_element", {{"id", hall}, {"file", file.string()}});
+  const Value all = call("program.bindings", {{"id", shines_}, {"world", hall}});
+  const auto at = [&](std::size_t i, const char* field) {
+    return *(*all.as_list())[i].as_map()->find(field)->as_string();
+  };
+  ASSERT_EQ(all.as_list()->size(), 5U);  // the first is of the signal
+  EXPECT_EQ(at(1, "to") + " " + at(1, "tool"), "ur5_2 elbow_2.rim");
+  EXPECT_EQ(at(2, "tool") + " " + at(2, "frame"), "wrist_1 elbow_2");
+  EXPECT_EQ(at(3, "to") + " " + at(3, "joint"), "ur5_2 elbow");
+  EXPECT_EQ(at(4, "to") + " " + at(4, "robot"), "elbow_2 ur5_2");
+}
+
 TEST_F(ProgramPlaces, AFileOfAProgramIsAnElement) {
   const fs::path file = folder_ / "shines.prg";
   call("program.save", {{"id", shines_}, {"file", file.string()}});

@@ -33,13 +33,6 @@ bool same(std::string_view a, std::string_view b) {
          });
 }
 
-template <class Fn>
-Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
-  return ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
-    return fn(std::get<model::OtherContent>(r.body).as<Program>());
-  });
-}
-
 /// Changes what a world says of one of its programs.
 template <class Fn>
 Result<void> edit_place(CommandContext& ctx, const ProgramPlace& place, Fn&& fn) {
@@ -216,7 +209,8 @@ Result<Value> bindings(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> set_profile(CommandContext& ctx, const Map& args) {
-  RMP_TRY(edit_program(ctx, ref(args, "id"), [&](Program& p) -> Result<void> {
+  RMP_TRY(ctx.edit().edit(ref(args, "id"), [&](model::Record& r) -> Result<void> {
+    auto& p = std::get<model::OtherContent>(r.body).as<Program>();
     p.target_profile = text_of(args, "profile");
     return {};
   }));

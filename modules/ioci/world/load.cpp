@@ -83,9 +83,15 @@ class Elements {
     }
     for (model::PlacedProgram p : other.programs) {
       p.robot = now(p.robot);
-      for (model::ProgramBinding& b : p.bindings)
-        for (std::string* member : {&b.to, &b.frame, &b.tool, &b.joint})
-          if (b.kind != model::BindingKind::signal) *member = now(*member);
+      for (model::ProgramBinding& b : p.bindings) {
+        if (b.kind != model::BindingKind::signal) b.to = now(b.to);
+        b.frame = now(b.frame);
+        // A link or tool of the robot, or an object and its centre point.
+        if (has_object(other, b.tool)) b.tool = now_part(b.tool);
+        // Of these it is a robot.
+        if (b.kind == model::BindingKind::grip || b.kind == model::BindingKind::point)
+          b.joint = now(b.joint);
+      }
       RMP_TRY(put(&World::programs, std::move(p)));
     }
     for (const model::Signal& s : other.signals) RMP_TRY(put_signal(s));
@@ -96,10 +102,8 @@ class Elements {
       world_.attachments.push_back(std::move(a));
     }
     for (model::CollisionPairRule r : other.pair_rules) {
-      for (std::string* body : {&r.a, &r.b}) {
-        const auto dot = std::min(body->find('.'), body->size());
-        *body = now(body->substr(0, dot)) + body->substr(dot);
-      }
+      r.a = now_part(r.a);
+      r.b = now_part(r.b);
       world_.pair_rules.push_back(std::move(r));
     }
     return {};
@@ -109,6 +113,16 @@ class Elements {
   [[nodiscard]] bool has_renamed() const { return !renamed_.empty(); }
 
  private:
+  /// Of the member before the first dot.
+  [[nodiscard]] std::string now_part(const std::string& name) const {
+    const auto dot = std::min(name.find('.'), name.size());
+    return now(name.substr(0, dot)) + name.substr(dot);
+  }
+  [[nodiscard]] static bool has_object(const World& w, const std::string& name) {
+    const std::string object = name.substr(0, name.find('.'));
+    return std::any_of(w.objects.begin(), w.objects.end(),
+                       [&](const auto& o) { return o.name == object; });
+  }
   [[nodiscard]] std::string now(const std::string& name) const {
     const auto at = renamed_.find(name);
     return at == renamed_.end() ? name : at->second;
