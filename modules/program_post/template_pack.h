@@ -4,10 +4,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <deque>
+#include <functional>
 #include <initializer_list>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -54,6 +57,15 @@ class TemplatePack {
   TemplateLine line_number;
   bool are_points_numbered = true;
   int longest_line = 0;  ///< bytes; 0 = any
+  // Names: signs besides letters and digits; the first stands for those that there are not.
+  std::string name_signs = "_";
+  bool have_names_digits = true;
+  // Numbers: of all of them the sign, of REAL values in expressions the form.
+  char decimal_sign = '.';
+  bool has_exponents = true, has_real_point = true;
+  int real_digits = -1;  ///< at most behind the point; negative = as many as it takes
+  /// How `text_sign` is written within a text.
+  enum class Quotes { refused, doubled, backslash } quotes = Quotes::refused;
   [[nodiscard]] const Template* find(std::string_view construct) const {
     const auto it = templates.find(construct);
     return it == templates.end() ? nullptr : &it->second;
@@ -87,6 +99,28 @@ class TemplatePack {
   }
   return n;
 }
+
+/// A text within `text_sign`, as the pack writes the sign there; where `quotes` is refused, as it
+/// is.
+[[nodiscard]] std::string within_signs(const TemplatePack&, std::string_view text);
+
+/// Names of a pack: of its signs, in its case and length, no reserved words, unique. Equal calls in
+/// equal order give equal names.
+class PackNames {
+ public:
+  explicit PackNames(const TemplatePack&);
+  /// The name of `key`, made of the wish the first time that it is asked for.
+  const std::string& of(std::uint64_t key, std::string_view wish);
+  std::string unique(std::string_view wish);
+
+ private:
+  [[nodiscard]] std::string folded(std::string_view) const;
+  [[nodiscard]] std::string tail(std::uint64_t) const;
+  const TemplatePack& pack_;
+  std::map<std::uint64_t, std::string> names_;
+  std::set<std::string, std::less<>> used_;
+  std::map<std::string, std::uint64_t> numbers_;  ///< by name: the last that was put behind it
+};
 
 /// Filters that make a text of a certain length, or change its letters; all others need a number.
 [[nodiscard]] constexpr bool is_of_text(std::string_view filter) {

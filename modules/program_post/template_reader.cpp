@@ -75,11 +75,13 @@ constexpr Construct kConstructs[] = {
     {"exit", "", "exit", "!"},
     {"for_begin", "name from to step", "for", "from to"},
     {"for_end", "name", "for", ""},
-    {"goto", "label label_line", "goto", "label|label_line"},
-    {"label", "label label_line", "goto", ""},
-    {"procedure_begin", "name", "procedures", ""},
-    {"procedure_end", "name", "procedures", ""},
-    {"call", "name routine_line", "procedures", "name|routine_line"},
+    {"goto", "label label_line number", "goto", "label|label_line|number"},
+    {"label", "label label_line number", "goto", ""},
+    {"jump_if", "condition label label_line number", "jumps", "condition label|label_line|number"},
+    {"jump_unless", "condition label label_line number", "-", "condition label|label_line|number"},
+    {"procedure_begin", "name number", "procedures", ""},
+    {"procedure_end", "name number", "procedures", ""},
+    {"call", "name routine_line number", "procedures", "name|routine_line|number"},
     {"return", "", "procedures", "!"},
     {"message", "text values", "messages", "text|values"},
     {"pause", "text values", "pause", "!"},
@@ -97,6 +99,7 @@ constexpr std::pair<std::string_view, std::uint64_t> kFeatures[] = {
     {"exit", kPostExit},
     {"for", kPostFor},
     {"goto", kPostGoto},
+    {"jumps", kPostIf | kPostWhile},
     {"procedures", kPostProcedures | kPostReturn},
     {"messages", kPostMessages},
     {"pause", kPostPause}};
@@ -121,13 +124,14 @@ constexpr std::pair<std::string_view, std::uint32_t> kOperators[] = {
 constexpr std::string_view kFilters[] = {"fixed", "trimmed", "times", "plus",  "upper", "lower",
                                          "pad",   "left",    "zeros", "first", "sign"};
 constexpr std::string_view kKeys[] = {
-    "name",         "title",          "file",        "reserved",        "longest_name",
-    "max_points",   "max_lines",      "digits",      "indent",          "length_unit",
-    "angle_unit",   "between_joints", "true",        "false",           "line_ending",
-    "case",         "points",         "points_file", "forms",           "orientation",
-    "features",     "motions",        "include",     "line_numbers",    "line_number",
-    "longest_line", "characters",     "angles",      "points_numbered", "between_values",
-    "text_sign"};
+    "name",          "title",          "file",        "reserved",        "longest_name",
+    "max_points",    "max_lines",      "digits",      "indent",          "length_unit",
+    "angle_unit",    "between_joints", "true",        "false",           "line_ending",
+    "case",          "points",         "points_file", "forms",           "orientation",
+    "features",      "motions",        "include",     "line_numbers",    "line_number",
+    "longest_line",  "characters",     "angles",      "points_numbered", "between_values",
+    "text_sign",     "quotes",         "name_signs",  "case_matters",    "decimal_sign",
+    "real_exponent", "real_point",     "real_digits"};
 /// Variables that are texts whatever the program is, and those that stand for the number of a line
 /// that may not be written yet.
 constexpr std::string_view kTexts[] = {"name",  "program", "text",      "condition",
@@ -364,6 +368,15 @@ class Reader {
         key == "reserved" || key == "features" || key == "motions" || key == "include";
     if (!adds_up && !keys_.emplace(file_, key).second)
       return say(key, "\"" + std::string(key) + "\" is given twice", "Keep one of them.");
+    // A file's own keys take the place of those of the files that it includes, wherever they stand.
+    const auto [owner, is_new] = key_depths_.try_emplace(std::string(key), depth_);
+    if (!adds_up && !is_new && owner->second < depth_) return;
+    owner->second = std::min(owner->second, depth_);
+    const auto yes_or_no = [&](bool& to) {
+      if (value != "yes" && value != "no")
+        return say(at, "\"" + std::string(key) + "\" is yes or no");
+      to = value == "yes";
+    };
     if (key == "name") {
       p.name = value;
       name_at_ = place_of(at);
@@ -381,7 +394,7 @@ class Reader {
       (key == "file" ? p.file_name : p.points_file) = parsed;
       if (key == "file") file_text_ = value;
     } else if (key == "reserved") {
-      p.reserved += " " + std::string(value);
+      for (const auto w : words(value)) p.reserved += " " + std::string(w);
     } else if (key == "longest_name") {
       whole(p.caps.max_name, 4, 1000);
     } else if (key == "max_points") {
@@ -411,8 +424,27 @@ class Reader {
     } else if (key == "false") {
       p.false_word = value;
     } else if (key == "points_numbered") {
-      if (value != "yes" && value != "no") return say(at, "\"points_numbered\" is yes or no");
-      p.are_points_numbered = value == "yes";
+      yes_or_no(p.are_points_numbered);
+    } else if (key == "case_matters") {
+      yes_or_no(p.caps.case_matters);
+    } else if (key == "real_exponent") {
+      yes_or_no(p.has_exponents);
+    } else if (key == "real_point") {
+      yes_or_no(p.has_real_point);
+    } else if (key == "real_digits") {
+      whole(p.real_digits, 0, 17);
+    } else if (key == "decimal_sign") {
+      if (value != "." && value != ",") return say(at, "\"decimal_sign\" is . or ,");
+      p.decimal_sign = value.front();
+    } else if (key == "quotes") {
+      using Quotes = TemplatePack::Quotes;
+      if (value == "doubled") p.quotes = Quotes::doubled;
+      else if (value == "backslash") p.quotes = Quotes::backslash;
+      else if (value == "refused") p.quotes = Quotes::refused;
+      else say(at, "\"quotes\" is doubled, backslash or refused");
+      quotes_at_ = place_of(at);
+    } else if (key == "name_signs") {
+      name_signs(at);
     } else if (key == "angles") {
       angles_at_ = place_of(at);
       p.angles.clear();
@@ -499,6 +531,28 @@ class Reader {
           say(w, "there is no motion \"" + std::string(w) + "\"", instead(w, first_of(kMotions)));
       }
     }
+  }
+  /// What names are made of: `letters digits _`.
+  void name_signs(std::string_view value) {
+    constexpr std::string_view kSigns = "_-.$#@%&!?~^*+<>=";
+    TemplatePack& p = *pack_;
+    p.name_signs.clear();
+    p.have_names_digits = false;
+    bool has_letters = false;
+    for (std::string_view rest = value; !(rest = trim(rest)).empty();) {
+      const std::string_view w = rest.substr(0, std::min(rest.find_first_of(" \t"), rest.size()));
+      rest.remove_prefix(w.size());
+      if (w == "letters") has_letters = true;
+      else if (w == "digits") p.have_names_digits = true;
+      else if (w.size() != 1 || kSigns.find(w) == std::string_view::npos)
+        say(w, text::quote(std::string(w)) + " cannot be in names",
+            "\"name_signs\" are letters, digits and the signs _ - . $ # @ % & ! ? ~ ^ * + < > =, "
+            "with blanks between them.");
+      else if (p.name_signs.find(w) == std::string::npos) p.name_signs += w;
+    }
+    if (!has_letters)
+      say(value, "names without letters cannot be made",
+          "Such as name_signs: letters digits _, or write {{number}} in place of names.");
   }
   static std::string unquoted(std::string_view s) {
     if (s.size() >= 2 && s.front() == '"' && s.back() == '"') s = s.substr(1, s.size() - 2);
@@ -861,6 +915,9 @@ class Reader {
       }
     if (const auto f = features_.find("variables"); f != features_.end() && p.operators.empty())
       say(f->second, "there is no section \"operators\", which the feature variables needs");
+    if (const auto f = features_.find("jumps"); f != features_.end() && !features_.contains("goto"))
+      say(f->second, "the feature jumps needs the feature goto, whose templates it writes, too",
+          "Write features: goto jumps.");
     if (const auto f = features_.find("inputs"); f != features_.end())
       if (const Template* input = p.find("input"); input && input->size() != 1)
         say(owners_["input"].at, "the template \"input\" is one line, as it stands in expressions");
@@ -873,6 +930,9 @@ class Reader {
     if ((p.points == TemplatePack::Points::file) != !p.points_file.pieces.empty())
       say(head, "\"points: file\" and \"points_file\" belong together",
           "Such as points: file and points_file: {{name}}.pts.");
+    if (p.quotes != TemplatePack::Quotes::refused && p.text_sign.empty())
+      say(quotes_at_, "\"quotes\" tells how text_sign is written in a text, and there is none",
+          "Give text_sign, or take quotes out.");
     if (has_line_number_ && !has_line_numbers_)
       say(head, "\"line_number\" needs \"line_numbers\": line_numbers: 10 10");
     std::tie(file_, whole_) = std::pair(where, std::string_view());
@@ -906,8 +966,9 @@ class Reader {
   std::optional<Place> angles_at_;  ///< where the head has them
   std::vector<std::string> open_;   ///< files that are being read, the including ones first
   std::string file_text_;
-  Place name_at_;
+  Place name_at_, quotes_at_;
   std::set<std::pair<std::string, std::string>> keys_;  ///< file, key
+  std::map<std::string, int> key_depths_;               ///< of the file that a key holds of
   std::map<std::string, Place> features_;               ///< and motions
   std::map<std::string, Owner> owners_;                 ///< of the templates
   std::map<std::uint32_t, Owner> operator_owners_;
@@ -916,6 +977,69 @@ class Reader {
 };
 
 }  // namespace
+
+std::string within_signs(const TemplatePack& p, std::string_view text) {
+  if (p.quotes == TemplatePack::Quotes::refused || p.text_sign.empty()) return std::string(text);
+  const bool doubles = p.quotes == TemplatePack::Quotes::doubled;
+  std::string out;
+  while (!text.empty()) {
+    const bool is_sign = text.starts_with(p.text_sign);
+    if (is_sign) out += doubles ? p.text_sign : "\\";
+    else if (!doubles && text.front() == '\\') out += '\\';
+    const std::size_t n = is_sign ? p.text_sign.size() : 1;
+    out += text.substr(0, n);
+    text.remove_prefix(n);
+  }
+  return out;
+}
+
+// ---- names ----
+
+PackNames::PackNames(const TemplatePack& p) : pack_(p) {
+  for (const auto w : words(p.reserved)) used_.insert(folded(w));
+}
+const std::string& PackNames::of(std::uint64_t key, std::string_view wish) {
+  const auto [it, is_new] = names_.try_emplace(key);
+  if (is_new) it->second = unique(wish);
+  return it->second;
+}
+std::string PackNames::folded(std::string_view s) const {
+  return pack_.caps.case_matters ? std::string(s) : post::upper(s);
+}
+/// What tells the n-th name from the first: digits, or letters where names have none.
+std::string PackNames::tail(std::uint64_t n) const {
+  if (pack_.have_names_digits) return std::to_string(n);
+  std::string out;
+  for (; n > 0; n = (n - 1) / 26)
+    out.insert(out.begin(),
+               static_cast<char>((pack_.caps.name_case == PostCase::upper ? 'A' : 'a') +
+                                 static_cast<int>((n - 1) % 26)));
+  return out;
+}
+std::string PackNames::unique(std::string_view wish) {
+  const auto is_letter = [](char c) { return (c | 32) >= 'a' && (c | 32) <= 'z'; };
+  std::string base;
+  for (const char c : wish) {
+    const bool is_digit = c >= '0' && c <= '9';
+    if (is_letter(c) || (is_digit && pack_.have_names_digits) ||
+        pack_.name_signs.find(c) != std::string::npos)
+      base += c;
+    else if (!is_digit && !pack_.name_signs.empty()) base += pack_.name_signs.front();
+  }
+  if (base.empty() || !is_letter(base[0])) base = "x" + base;
+  if (pack_.caps.name_case == PostCase::upper) base = post::upper(base);
+  if (pack_.caps.name_case == PostCase::lower) base = post::lower(base);
+  const auto most = static_cast<std::size_t>(std::max(pack_.caps.max_name, 4));
+  std::string name = base.substr(0, most);
+  if (used_.insert(folded(name)).second) return name;
+  // Tails that were given once are not tried again.
+  std::uint64_t& n = numbers_.try_emplace(folded(name), 1).first->second;
+  do {
+    const std::string behind = tail(++n);
+    name = base.substr(0, most - std::min(most - 1, behind.size())) + behind;
+  } while (!used_.insert(folded(name)).second);
+  return name;
+}
 
 bool must_say(std::string_view construct) {
   return std::any_of(std::begin(kConstructs), std::end(kConstructs),

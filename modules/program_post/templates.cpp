@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -26,14 +27,22 @@ class TemplateWriter final : public post::Writer {
  public:
   TemplateWriter(const PostTask& task, PostOutput& output, const TemplatePack& pack,
                  Progress& progress)
-      : Writer(task, output, pack.caps, progress), pack_(pack), body_(pack.indent) {}
+      : Writer(task, output, pack.caps, progress),
+        pack_(pack),
+        own_names_(pack),
+        body_(pack.indent) {}
 
  private:
   using Motion = post::Motion;
   using Text = post::Text;
 
   // ---- filling in ----
-  Variable num(double v) const { return {post::trimmed(v, pack_.digits), v}; }
+  /// With the pack's sign in place of the point.
+  std::string signed_by_pack(std::string s) const {
+    std::replace(s.begin(), s.end(), '.', pack_.decimal_sign);
+    return s;
+  }
+  Variable num(double v) const { return {signed_by_pack(post::trimmed(v, pack_.digits)), v}; }
   static Variable word(std::string s) { return {std::move(s), std::nullopt}; }
   static bool is_on(const Variables& v, const std::string& name) {
     const auto it = v.find(name);
@@ -43,7 +52,8 @@ class TemplateWriter final : public post::Writer {
   }
   std::string filled(const TemplateLine& l, const Variables& variables) {
     std::string out;
-    for (const Piece& p : l.pieces) {
+    for (std::size_t i = 0; i < l.pieces.size(); ++i) {
+      const Piece& p = l.pieces[i];
       if (!p.is_variable) {
         out += p.text;
         continue;
@@ -65,15 +75,26 @@ class TemplateWriter final : public post::Writer {
       if (v.number && !(std::fabs(*v.number) < kGreatest))
         fail("the number " + p.text + " here is beyond what a controller takes",
              "Check what it is computed from.");
-      out += v.text;
+      out += p.text == "text" && is_in_signs(l, i) ? within_signs(pack_, v.text) : v.text;
     }
     return out;
+  }
+  /// Whether a piece stands between two of the pack's signs of texts.
+  bool is_in_signs(const TemplateLine& l, std::size_t i) const {
+    return i > 0 && i + 1 < l.pieces.size() && !pack_.text_sign.empty() &&
+           !l.pieces[i - 1].is_variable && !l.pieces[i + 1].is_variable &&
+           l.pieces[i - 1].text.ends_with(pack_.text_sign) &&
+           l.pieces[i + 1].text.starts_with(pack_.text_sign);
   }
   void filter(const Filter& f, Variable& v, const std::string& name) {
     const auto width = static_cast<std::size_t>(std::max(0.0, f.by));
     if (f.name == "upper") v.text = post::upper(v.text);
     if (f.name == "lower") v.text = post::lower(v.text);
-    if (f.name == "first") v.text = v.text.substr(0, width);
+    if (f.name == "first" && v.text.size() > width) {
+      std::size_t end = width;  // no letter is cut in two
+      while (end > 0 && (static_cast<unsigned char>(v.text[end]) & 0xC0U) == 0x80) --end;
+      v.text.resize(end);
+    }
     if (f.name == "pad" && v.text.size() < width) v.text.insert(0, width - v.text.size(), ' ');
     if (f.name == "left" && v.text.size() < width) v.text.append(width - v.text.size(), ' ');
     if (f.name == "zeros" && v.text.size() < width)
@@ -92,7 +113,8 @@ class TemplateWriter final : public post::Writer {
     if (f.name == "plus") *v.number += f.by;
     const bool computes = f.name == "times" || f.name == "plus";
     const int digits = computes ? pack_.digits : static_cast<int>(f.by);
-    v.text = f.name == "fixed" ? post::fixed(*v.number, digits) : post::trimmed(*v.number, digits);
+    v.text = signed_by_pack(f.name == "fixed" ? post::fixed(*v.number, digits)
+                                              : post::trimmed(*v.number, digits));
   }
   void emit(std::string_view construct, const Variables& variables, int before = 0, int after = 0) {
     const Template* t = pack_.find(construct);
@@ -114,6 +136,27 @@ class TemplateWriter final : public post::Writer {
                "\" writes nothing here: none of its conditions holds",
            "Give it a line that is written in this case, too.");
     if (after > 0) out_->in();
+  }
+
+  // ---- names ----
+  std::string name(std::uint32_t s) { return own_names_.of(s, symbol(s).name); }
+  std::string routine_name(std::uint32_t r) {
+    return r == 0 ? own_names_.of(kLabel, task_.name) : name(routine(r).symbol);
+  }
+  Text variable(std::uint32_t s) override { return {name(s)}; }
+  /// As files take it: signs that only names have are left out.
+  std::string file_stem() {
+    std::string out = routine_name(0);
+    std::erase_if(out, [](char c) {
+      return !((c >= '0' && c <= '9') || ((c | 32) >= 'a' && (c | 32) <= 'z') || c == '_' ||
+               c == '-' || c == '.');
+    });
+    return out;
+  }
+  /// Counted from 1 in the order in which they are first written.
+  static Variable count_of(std::map<std::uint64_t, std::size_t>& all, std::uint64_t which) {
+    const auto n = static_cast<double>(all.try_emplace(which, all.size() + 1).first->second);
+    return {post::trimmed(n, 0), n};
   }
 
   // ---- program ----
@@ -145,11 +188,13 @@ class TemplateWriter final : public post::Writer {
     }
     if (routine(r).kind != RMP_ROUTINE_PROCEDURE || routine(r).parameter_count > 0)
       cannot("routines with parameters, results or conditions", flat_hint());
+    v["number"] = count_of(procedures_, r);
     emit("procedure_begin", v, 0, 1);
   }
   void routine_end(std::uint32_t r) override {
-    const Variables v{{"name", word(routine_name(r))}, {"program", word(std::string(task_.name))}};
+    Variables v{{"name", word(routine_name(r))}, {"program", word(std::string(task_.name))}};
     if (r == 0) add_lines(profile_.epilogue);
+    else v["number"] = count_of(procedures_, r);
     emit(r == 0 ? "program_end" : "procedure_end", v, -1);
   }
   void declare(std::uint32_t s, std::uint32_t r) override {
@@ -174,7 +219,7 @@ class TemplateWriter final : public post::Writer {
     post::File points(pack_.indent);
     write_points(points);
     post::File all(pack_.indent);
-    const Variables v{{"name", word(routine_name(0))}};
+    const Variables v{{"name", word(file_stem())}};
     using Where = TemplatePack::Points;
     if (pack_.points == Where::before) all.append(points);
     all.append(body_);
@@ -252,6 +297,33 @@ class TemplateWriter final : public post::Writer {
     return Writer::literal(k);
   }
   Text string_literal(std::string_view s) override { return {std::string(s)}; }
+  std::string real_literal(double v) override {
+    constexpr std::size_t kLongest = 40;
+    if (!std::isfinite(v)) return Writer::real_literal(v);
+    std::string s;
+    if (pack_.real_digits >= 0) {
+      s = post::trimmed(v, pack_.real_digits, 1);
+      if (std::strtod(s.c_str(), nullptr) != v)
+        warn("the number " + post::shortest(v) + " is written as " + s,
+             pack_.title + " has " + std::to_string(pack_.real_digits) +
+                 " digits behind the point (real_digits).");
+    } else if (s = post::shortest(v); !pack_.has_exponents && s.find('E') != std::string::npos) {
+      char buffer[1200];
+      const auto r = std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed);
+      s.assign(buffer, r.ptr);
+      if (s.size() > kLongest) {
+        fail("the number " + post::shortest(v) + " has " + std::to_string(s.size()) +
+                 " digits without an exponent, and " + pack_.title + " writes none",
+             "Check what it is computed from, or give it in another unit.");
+        return "0";
+      }
+    }
+    if (s.find('E') == std::string::npos) {
+      if (s.find('.') == std::string::npos) s += ".0";
+      if (!pack_.has_real_point && s.ends_with(".0")) s.resize(s.size() - 2);
+    }
+    return signed_by_pack(std::move(s));
+  }
   Text input(const post::Signal& s) override {
     const Template* t = pack_.find("input");
     if (!t || t->empty() || s.type != RMP_TYPE_BOOL) {
@@ -295,7 +367,9 @@ class TemplateWriter final : public post::Writer {
     emit("output_value", v);
   }
   void call(std::uint32_t r, std::span<const std::uint32_t>) override {
-    emit("call", {{"name", word(routine_name(r))}, {"routine_line", mark(r)}});
+    emit("call", {{"name", word(routine_name(r))},
+                  {"routine_line", mark(r)},
+                  {"number", count_of(procedures_, r)}});
   }
   /// The sign that a template has around {{text}}, where it is in the text, too.
   std::string spoils(std::string_view construct, std::string_view said) const {
@@ -307,6 +381,7 @@ class TemplateWriter final : public post::Writer {
         if (!l.pieces[i].is_variable || l.pieces[i].text != "text" || l.pieces[i - 1].is_variable ||
             l.pieces[i + 1].is_variable || before.empty() || behind.empty())
           continue;
+        if (pack_.quotes != TemplatePack::Quotes::refused && is_in_signs(l, i)) continue;
         const char c = behind.front();
         const bool is_sign =
             c > 32 && c < 127 && !(c >= '0' && c <= '9') && !((c | 32) >= 'a' && (c | 32) <= 'z');
@@ -339,9 +414,11 @@ class TemplateWriter final : public post::Writer {
     std::string out;
     for (const auto& [part, is_text] : parts) {
       if (!out.empty()) out += pack_.between_values;
-      if (is_text && !pack_.text_sign.empty() && part.find(pack_.text_sign) != std::string::npos)
-        cannot("way to write " + pack_.text_sign + " within a text", "Take it out of the text.");
-      out += is_text ? pack_.text_sign + part + pack_.text_sign : part;
+      if (is_text && !pack_.text_sign.empty() && pack_.quotes == TemplatePack::Quotes::refused &&
+          part.find(pack_.text_sign) != std::string::npos)
+        cannot("way to write " + pack_.text_sign + " within a text",
+               "Take it out of the text, or give quotes in the pack.");
+      out += is_text ? pack_.text_sign + within_signs(pack_, part) + pack_.text_sign : part;
     }
     return out;
   }
@@ -355,7 +432,9 @@ class TemplateWriter final : public post::Writer {
       return false;
     }
     if (const std::string bad = said ? spoils(construct, *said) : ""; !bad.empty()) {
-      cannot("way to write " + bad + " within a text", "Take it out of the text.");
+      cannot("way to write " + bad + " within a text",
+             bad == pack_.text_sign ? "Take it out of the text, or give quotes in the pack."
+                                    : "Take it out of the text.");
       return false;
     }
     v["text"] = word(said.value_or(""));
@@ -377,12 +456,67 @@ class TemplateWriter final : public post::Writer {
     if (!is_message) warn(pack_.title + " writes no texts; this one stands there as a comment");
     emit(construct, v);
   }
-  void if_begin(std::uint32_t c) override { emit("if_begin", condition(c), 0, 1); }
+  // Where there are only jumps, blocks are made of them: each has a label for where it goes on, and
+  // one behind it.
+  std::uint64_t new_label() { return kJump + jumps_++; }
+  Variables to_label(std::uint64_t key) {
+    return {{"label", word(own_names_.of(key, "L1"))},
+            {"label_line", mark(key)},
+            {"number", count_of(labels_, key)}};
+  }
+  void set_label(std::uint64_t key) {
+    starts_[key] = body_.size();
+    emit("label", to_label(key));
+  }
+  void jump(std::uint64_t key) { emit("goto", to_label(key)); }
+  /// Goes on here where the condition holds, else at `other`.
+  void jump_unless(std::uint32_t c, std::uint64_t other) {
+    Variables v = condition(c);
+    if (pack_.find("jump_unless")) {
+      v.merge(to_label(other));
+      return emit("jump_unless", v);
+    }
+    const std::uint64_t here = new_label();
+    v.merge(to_label(here));
+    emit("jump_if", v);
+    jump(other);
+    set_label(here);
+  }
+  struct Block {
+    std::uint64_t begin = 0, other = 0, behind = 0;
+  };
+  void if_begin(std::uint32_t c) override {
+    if (pack_.find("if_begin")) return emit("if_begin", condition(c), 0, 1);
+    blocks_.push_back({0, new_label(), 0});
+    jump_unless(c, blocks_.back().other);
+  }
   void else_if(std::uint32_t c) override { emit("else_if", condition(c), -1, 1); }
-  void else_() override { emit("else", {}, -1, 1); }
-  void if_end() override { emit("if_end", {}, -1); }
-  void while_begin(std::uint32_t c) override { emit("while_begin", condition(c), 0, 1); }
-  void while_end() override { emit("while_end", {}, -1); }
+  void else_() override {
+    if (pack_.find("if_begin")) return emit("else", {}, -1, 1);
+    Block& b = blocks_.back();
+    b.behind = new_label();
+    jump(b.behind);
+    set_label(b.other);
+  }
+  void if_end() override {
+    if (pack_.find("if_begin")) return emit("if_end", {}, -1);
+    const Block b = blocks_.back();
+    blocks_.pop_back();
+    set_label(b.behind ? b.behind : b.other);
+  }
+  void while_begin(std::uint32_t c) override {
+    if (pack_.find("while_begin")) return emit("while_begin", condition(c), 0, 1);
+    blocks_.push_back({new_label(), 0, new_label()});
+    set_label(blocks_.back().begin);
+    jump_unless(c, blocks_.back().behind);
+  }
+  void while_end() override {
+    if (pack_.find("while_begin")) return emit("while_end", {}, -1);
+    const Block b = blocks_.back();
+    blocks_.pop_back();
+    jump(b.begin);
+    set_label(b.behind);
+  }
   void repeat_begin() override { emit("repeat_begin", {}, 0, 1); }
   void repeat_end(std::uint32_t c) override { emit("repeat_end", condition(c), -1); }
   void loop_begin() override { emit("loop_begin", {}, 0, 1); }
@@ -397,11 +531,15 @@ class TemplateWriter final : public post::Writer {
   }
   void for_end(std::uint32_t s) override { emit("for_end", {{"name", word(name(s))}}, -1); }
   void go_to(std::uint32_t l) override {
-    emit("goto", {{"label", word(name(l))}, {"label_line", mark(kLabel + l)}});
+    emit("goto", {{"label", word(name(l))},
+                  {"label_line", mark(kLabel + l)},
+                  {"number", count_of(labels_, kLabel + l)}});
   }
   void label(std::uint32_t l) override {
     starts_[kLabel + l] = body_.size();
-    emit("label", {{"label", word(name(l))}, {"label_line", mark(kLabel + l)}});
+    emit("label", {{"label", word(name(l))},
+                   {"label_line", mark(kLabel + l)},
+                   {"number", count_of(labels_, kLabel + l)}});
   }
   /// Stands for the number of a line that may not be written yet.
   static Variable mark(std::uint64_t key) { return word("\x01" + std::to_string(key) + "\x01"); }
@@ -507,11 +645,35 @@ class TemplateWriter final : public post::Writer {
     };
     if (is_ptp) std::for_each(std::begin(of_ptp), std::end(of_ptp), look);
     else std::for_each(std::begin(of_path), std::end(of_path), look);
-    look({RMP_ATTR_C_PASS, "C_PASS", 0, {"passes", "blend"}});
+    tell_pass(m, *t, construct);
     const auto& time = m[RMP_ATTR_TIME];
     if (time.given && time.known != -1.0 && !uses(t, {"time"}))
       fail("TIME is not written: the template \"" + std::string(construct) + "\" has no {{time}}",
            "Give SPEED instead, or add it to the template.");
+  }
+  /// C_PASS without a distance: in a run the robot stops there, and controllers have their own.
+  void tell_pass(const Motion& m, const Template& t, const char* construct) {
+    const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
+    const auto& pass = m[RMP_ATTR_C_PASS];
+    const auto& blend = m[is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP];
+    const bool has_distance = blend.known ? *blend.known > 0 : blend.expression != RMP_NONE;
+    if (has_distance || !pass.given || pass.known == 0.0) return;
+    const std::string give = is_ptp ? "Give C_PTP" : "Give C_CP";
+    if (!pass.known && uses(&t, {"passes"}))
+      return cannot("C_PASS of a value that is computed", "Write TRUE or FALSE.");
+    const std::string of = "the template \"" + std::string(construct) + "\" ";
+    if (uses(&t, {"passes"}))
+      note("C_PASS without a distance is written as " + of +
+               "has it: how far the robot stays away is the controller's, and in a run it stops "
+               "here",
+           give + ".");
+    else if (uses(&t, {"blend", "blend_ptp"}))
+      note("C_PASS without a distance is written as a stop, as it is in a run: " + of +
+               "has no {{passes}}",
+           give + ", or add it to the template.");
+    else
+      note("C_PASS is written as a stop, as it is in a run: " + of + "has no {{passes}}",
+           "Take it out here, or add it to the template.");
   }
   Variables motion_variables(const Motion& m) {
     Variables v;
@@ -652,9 +814,9 @@ class TemplateWriter final : public post::Writer {
       const auto [n, is_new] = table_.add(key);
       if (is_new) {
         const auto& x = expression(t.expression);
-        names_of_points_.push_back(names_.unique(x.op == RMP_EXPR_SYMBOL
-                                                     ? std::string(symbol(x.symbol).name)
-                                                     : "P" + std::to_string(n + 1)));
+        names_of_points_.push_back(own_names_.unique(x.op == RMP_EXPR_SYMBOL
+                                                         ? std::string(symbol(x.symbol).name)
+                                                         : "P" + std::to_string(n + 1)));
         Variables of = own;
         // As the template of points has them, without the prefix.
         for (const auto& [name, value] : own)
@@ -701,6 +863,7 @@ class TemplateWriter final : public post::Writer {
   }
 
   const TemplatePack& pack_;
+  PackNames own_names_;
   post::File body_;
   post::Points table_;
   std::vector<std::string> names_of_points_;
@@ -709,7 +872,11 @@ class TemplateWriter final : public post::Writer {
   std::array<std::optional<double>, 4> first_angles_;  ///< that are not written
   static constexpr std::uint64_t kLabel = 1ULL << 40U;
   static constexpr double kGreatest = 1e12;
+  static constexpr std::uint64_t kJump = 1ULL << 41U;
   std::map<std::uint64_t, std::size_t> starts_;  ///< lines of routines, and of labels (kLabel +)
+  std::map<std::uint64_t, std::size_t> procedures_, labels_;  ///< their numbers
+  std::vector<Block> blocks_;                                 ///< that are made of jumps, open
+  std::uint64_t jumps_ = 1;                                   ///< labels of blocks, counted
 };
 
 class TemplatePost final : public Post {

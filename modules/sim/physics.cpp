@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sim/physics_simulation.h"
+#include "spatial/pose.h"
 
 namespace robomosp::sim {
 
@@ -73,15 +74,8 @@ Result<void> PhysicsSimulation::go(Progress& progress) {
       RMP_TRY(a.drive(t, end, run_.step, provider_, *world_, poses_, forces_, wanted_).in(at));
       if (!a.is_driven()) RMP_TRY(a.move(t, end, provider_, *world_, wanted_).in(at));
     }
-    auto done = guarded(provider_, [&]() -> Result<void> {
-      RMP_TRY(world_->step(end - t, 1, forces_, progress));
-      world_->contacts(contacts_);
-      return {};
-    });
-    if (done.ok()) done = read();
-    if (!done.ok()) {
-      return named(std::move(done).error()).in("t = " + text::print_rounded(t) + " s");
-    }
+    RMP_TRY(carry(t, end));
+    RMP_TRY(step(t, end, progress));
     if ((tick + 1) % every_ == 0 || tick + 1 == ticks_) RMP_TRY(sample(end));
   }
   // What happens at the very end changes nothing that is recorded.
@@ -89,6 +83,33 @@ Result<void> PhysicsSimulation::go(Progress& progress) {
     RMP_TRY(
         act(events_[next_event]).in("action " + std::to_string(events_[next_event].action + 1)));
   return {};
+}
+
+Result<void> PhysicsSimulation::carry(double t, double end) {
+  for (const PhysicsCarried& c : carried_) {
+    const Actor& a = actors_[c.actor];
+    if (c.joint < 0 || !(a.acts || a.is_dynamic[index(c.joint)])) continue;  // it stands
+    const std::size_t joint = index(c.joint);
+    Pose from = poses_[index(a.base_body) + 1 + joint], to = from;
+    if (!a.is_dynamic[joint]) {
+      from = spatial::compose(a.world_T_base, a.now[joint]);
+      to = spatial::compose(a.world_T_base, a.next[joint]);
+    }
+    RMP_TRY(move_body(*world_, provider_, c.object, spatial::compose(from, c.joint_T_object),
+                      spatial::compose(to, c.joint_T_object), end - t));
+  }
+  return {};
+}
+
+Result<void> PhysicsSimulation::step(double t, double end, Progress& progress) {
+  auto done = guarded(provider_, [&]() -> Result<void> {
+    RMP_TRY(world_->step(end - t, 1, forces_, progress));
+    world_->contacts(contacts_);
+    return {};
+  });
+  if (done.ok()) done = read();
+  if (done.ok()) return {};
+  return named(std::move(done).error()).in("t = " + text::print_rounded(t) + " s");
 }
 
 Result<void> PhysicsSimulation::act(const Event& event) {
@@ -113,6 +134,16 @@ Result<void> PhysicsSimulation::act(const Event& event) {
       if (held_[i].actor != who || (named >= 0 && held_[i].object != named)) continue;
       RMP_TRY(guarded(provider_, [&] { return world_->release(held_[i].attachment); }));
       held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(i));
+      ++count;
+    }
+    for (std::size_t i = carried_.size(); i-- > 0;) {
+      if (carried_[i].actor != who || (named >= 0 && carried_[i].object != named)) continue;
+      const Pose at = poses_[index(carried_[i].object)];
+      RMP_TRY(move_body(*world_, provider_, carried_[i].object, at, at, run_.step));
+      out_.notes.push_back(text::quote(things_[index(carried_[i].object)].name) +
+                           " was let go at " + text::print_rounded(event.time) +
+                           " s and stays there: it has no mass or is fixed");
+      carried_.erase(carried_.begin() + static_cast<std::ptrdiff_t>(i));
       ++count;
     }
     if (count > 0) return {};
@@ -147,9 +178,7 @@ Result<void> PhysicsSimulation::act(const Event& event) {
         "the tool of robot " + text::quote(a.placed->name) + " touches no object that can move",
         "Move it against the object (0.2 mm into it, say), or name the object.");
   for (const std::int32_t body : touched) {
-    RMP_TRY_ASSIGN(const std::int32_t number,
-                   guarded(provider_, [&] { return world_->attach(link, body); }));
-    held_.push_back({number, body, link, who});
+    RMP_TRY(hold(who, link, body));
     out_.notes.push_back(text::quote(a.placed->name) + " grasped " +
                          text::quote(things_[index(body)].name) + " at " +
                          text::print_rounded(event.time) + " s");

@@ -75,6 +75,10 @@ Result<void> RobotPath::add(double begin, MotionReference motion) {
 Result<void> RobotPath::at(double t, MotionReference::Sample& s) const {
   const std::size_t n = model_->dof();
   s.has_tip = false;
+  if (leader_) {
+    leader_(t, s);
+    return {};
+  }
   s.qd.assign(n, 0.0), s.qdd.assign(n, 0.0);
   const auto after =
       std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end; });
@@ -124,6 +128,14 @@ void RobotPath::quintic(const Piece& piece, double t, MotionReference::Sample& s
 }
 
 // ---- what the engine moves ----
+
+Result<void> move_body(PhysicsWorld& world, const std::string& provider, std::int32_t body,
+                       const Pose& from, const Pose& to, double dt) {
+  const Pose turn{spatial::compose(to, spatial::inverse(from)).R, {}};
+  const Vec3 v = spatial::scale(spatial::sub(to.p, from.p), 1 / dt),
+             w = spatial::scale(spatial::rotation_log(turn.R), 1 / dt);
+  return guarded(provider, [&] { return world.move(body, from, v, w); });
+}
 
 double PhysicsActor::joint_value(std::size_t j, std::span<const double> of_q) const {
   const JointModel& m = model->joints[j];
@@ -464,14 +476,9 @@ Result<void> PhysicsActor::move(double t, double end, const std::string& provide
       qd[index(m.v_index)] = read_qd[index(m.v_index)];
       continue;
     }
-    const Pose from = spatial::compose(world_T_base, now[j]),
-               to = spatial::compose(world_T_base, next[j]);
-    const Pose turn{spatial::compose(to, spatial::inverse(from)).R, {}};
-    const Vec3 v = spatial::scale(spatial::sub(to.p, from.p), 1 / dt),
-               w = spatial::scale(spatial::rotation_log(turn.R), 1 / dt);
-    RMP_TRY(guarded(provider, [&] {
-      return world.move(base_body + 1 + static_cast<std::int32_t>(j), from, v, w);
-    }));
+    RMP_TRY(move_body(world, provider, base_body + 1 + static_cast<std::int32_t>(j),
+                      spatial::compose(world_T_base, now[j]),
+                      spatial::compose(world_T_base, next[j]), dt));
   }
   return {};
 }

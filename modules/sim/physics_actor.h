@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,6 +36,9 @@ class RobotPath {
   /// follow.
   Result<void> add(double begin, double duration, const std::vector<double>& to);
   Result<void> add(double begin, MotionReference motion);
+  /// Where somebody else says from now on, instead of along lines.
+  using Leader = std::function<void(double t, MotionReference::Sample&)>;
+  void follow(Leader leader) { leader_ = std::move(leader); }
   Result<void> at(double t, MotionReference::Sample& s) const;
 
  private:
@@ -49,6 +53,7 @@ class RobotPath {
   std::shared_ptr<const RobotModel> model_;
   std::vector<double> start_;
   std::vector<Piece> pieces_;
+  Leader leader_;
   std::vector<bool> held_;              ///< velocities of joints with motors
   mutable std::vector<double> branch_;  ///< closed configuration of the time before
 };
@@ -59,6 +64,10 @@ struct PhysicsGrip {
   double force = 0, speed = 0;  ///< [N or N m], the sign says where to; [m/s or rad/s] > 0
   bool is_on = false;
 };
+
+/// Places a body that the engine does not move, and lets it be at `to` in `dt` [s].
+Result<void> move_body(PhysicsWorld& world, const std::string& provider, std::int32_t body,
+                       const Pose& from, const Pose& to, double dt);
 
 struct PhysicsActor {
   const model::PlacedRobot* placed = nullptr;

@@ -10,6 +10,7 @@
 #include "motion/provider_params.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
+#include "robotics/grip.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "robotics/link_geometry.h"
@@ -192,6 +193,7 @@ Result<void> PhysicsSimulation::add_robots(Progress& progress) {
 Result<void> PhysicsSimulation::create() {
   NoProgress none;
   for (std::size_t i = 0; i < actors_.size(); ++i) RMP_TRY(add_bodies(actors_[i], i, none));
+  RMP_TRY(place_attached());
   velocities_.resize(bodies_.size()), angular_velocities_.resize(bodies_.size());
   RMP_TRY_ASSIGN(const ProviderInfo info,
                  sim_.registry.find(PhysicsEngine::kInterfaceId, run_.engine.name));
@@ -222,6 +224,7 @@ Result<void> PhysicsSimulation::create() {
   }
   RMP_TRY(read());
   RMP_TRY(hold_again());
+  RMP_TRY(hold_attached());
   for (const Actor& a : actors_)
     if (a.settings.self_contact) RMP_TRY(pass_over(a, none));
   return {};
@@ -237,13 +240,62 @@ Result<void> PhysicsSimulation::hold_again() {
       const Actor& a = actors_[who];
       for (std::size_t j = 0; a.placed->name == h.robot && j < a.model->joints.size(); ++j) {
         if (a.model->joints[j].name != h.joint) continue;
-        const std::int32_t link = a.base_body + 1 + static_cast<std::int32_t>(j);
-        RMP_TRY_ASSIGN(const std::int32_t number,
-                       guarded(provider_, [&] { return world_->attach(link, thing->body); }));
-        held_.push_back({number, thing->body, link, who});
+        RMP_TRY(hold(who, a.base_body + 1 + static_cast<std::int32_t>(j), thing->body));
       }
     }
   }
+  return {};
+}
+
+Result<void> PhysicsSimulation::place_attached() {
+  for (const model::Attachment& a : world_record_->attachments) {
+    RMP_TRY_ASSIGN(const std::size_t object, find(things_, "object", a.object));
+    RMP_TRY_ASSIGN(const std::size_t who, find(world_record_->robots, "robot", a.robot));
+    const Actor& actor = actors_[who];
+    const auto grip = robotics::find_grip(*actor.record, *actor.model, a.link);
+    if (!grip)
+      return error(ErrorCode::unknown_name,
+                   "robot " + text::quote(a.robot) + " has no link or tool " + text::quote(a.link),
+                   "Attach it again (world.attach).", "object " + text::quote(a.object));
+    const PhysicsCarried carried{
+        who, grip->joint, things_[object].body,
+        spatial::compose(grip->joint_T_link, model::pose(a.tool_T_object))};
+    attached_.push_back(carried);
+    if (from_ && things_[object].is_movable) continue;  // it is where it was
+    const Pose link = grip->joint < 0
+                          ? actor.world_T_base
+                          : spatial::compose(actor.world_T_base, actor.now[index(grip->joint)]);
+    PhysicsBody& body = bodies_[index(carried.object)];
+    body.pose = spatial::compose(link, carried.joint_T_object);
+    body.velocity = body.angular_velocity = {};
+  }
+  return {};
+}
+
+Result<void> PhysicsSimulation::hold_attached() {
+  for (const PhysicsCarried& a : attached_) {
+    const Thing& thing = things_[index(a.object)];
+    const auto& robot = *actors_[a.actor].placed;
+    if (!from_)
+      out_.notes.push_back(text::quote(robot.name) + " holds " + text::quote(thing.name) +
+                           " from the start");
+    const auto was_held = [&](const RunState::Held& h) {
+      return h.robot == robot.name && h.object == thing.name;
+    };
+    if (!thing.is_movable) {
+      if (!from_ || std::any_of(from_->held.begin(), from_->held.end(), was_held))
+        carried_.push_back(a);
+    } else if (!from_) {
+      RMP_TRY(hold(a.actor, actors_[a.actor].base_body + 1 + a.joint, a.object));
+    }
+  }
+  return {};
+}
+
+Result<void> PhysicsSimulation::hold(std::size_t actor, std::int32_t link, std::int32_t object) {
+  RMP_TRY_ASSIGN(const std::int32_t number,
+                 guarded(provider_, [&] { return world_->attach(link, object); }));
+  held_.push_back({number, object, link, actor});
   return {};
 }
 

@@ -25,9 +25,7 @@ std::size_t PhysicsSimulation::add_column(std::string name, std::string unit, st
   return out_.columns.size() - 1;
 }
 
-void PhysicsSimulation::prepare_columns() {
-  out_.world = run_.world;
-  out_.title = sim_.snapshot.find(AnyId(run_.world))->name + ": contact physics";
+void PhysicsSimulation::note_differences() {
   if (!inert_.empty())
     out_.notes.push_back(text::enumerate(inert_) + (inert_.size() == 1 ? " has" : " have") +
                          " no mass or no inertia about some axis and got the least that the "
@@ -48,6 +46,12 @@ void PhysicsSimulation::prepare_columns() {
         (ellipsoids == 1 ? "1 ellipsoid meets others as a polyhedron"
                          : std::to_string(ellipsoids) + " ellipsoids meet others as polyhedra") +
         std::string(" of 482 corners, within 0.5 % of its greatest half axis"));
+}
+
+void PhysicsSimulation::prepare_columns() {
+  out_.world = run_.world;
+  out_.title = sim_.snapshot.find(AnyId(run_.world))->name + ": contact physics";
+  note_differences();
   add_column("time", "s", "time");
   const auto first =
       std::find_if(actors_.begin(), actors_.end(), [](const Actor& a) { return a.acts; });
@@ -159,13 +163,16 @@ RunStatePtr PhysicsSimulation::state(double t) const {
       if (g.is_on) r.grips.push_back({a.model->joints[g.joint].name, g.force, g.speed});
     s->robots.push_back(std::move(r));
   }
+  const auto add_held = [&](const Actor& a, std::int32_t joint, std::int32_t object) {
+    s->held.push_back({a.placed->name,
+                       joint < 0 ? std::string() : a.model->joints[index(joint)].name,
+                       things_[index(object)].name});
+  };
   for (const Held& h : held_) {
-    const Actor& a = actors_[h.actor];
-    const std::int32_t joint = h.link - a.base_body - 1;
-    if (joint >= 0)
-      s->held.push_back(
-          {a.placed->name, a.model->joints[index(joint)].name, things_[index(h.object)].name});
+    const std::int32_t joint = h.link - actors_[h.actor].base_body - 1;
+    if (joint >= 0) add_held(actors_[h.actor], joint, h.object);
   }
+  for (const PhysicsCarried& c : carried_) add_held(actors_[c.actor], c.joint, c.object);
   return s;
 }
 

@@ -40,6 +40,13 @@ struct PhysicsHeld {
   std::size_t actor = 0;
 };
 
+/// What a robot takes along though the engine does not move it, or is to tie at the start.
+struct PhysicsCarried {
+  std::size_t actor = 0;
+  std::int32_t joint = -1, object = 0;  ///< of the actor, -1 = its base; a body
+  Pose joint_T_object;
+};
+
 class PhysicsSimulation {
  public:
   PhysicsSimulation(const Simulator& sim, const PhysicsRun& run, RowSink* sink,
@@ -49,6 +56,7 @@ class PhysicsSimulation {
   Result<recording::RecordingPtr> operator()(Progress& progress);
 
  private:
+  friend class SteppedPhysics;  // the same world, led step by step from outside
   using Actor = PhysicsActor;
   using Thing = PhysicsThing;
   using Event = PhysicsEvent;
@@ -69,6 +77,11 @@ class PhysicsSimulation {
   Result<void> create();
   /// What was held before the world was edited, as far as it is still there.
   Result<void> hold_again();
+  /// What robots hold at the start (world.attach) is where they hold it.
+  Result<void> place_attached();
+  Result<void> hold_attached();
+  /// Ties an object to a link.
+  Result<void> hold(std::size_t actor, std::int32_t link, std::int32_t object);
   /// Pairs of links that collision checks pass over do not touch.
   Result<void> pass_over(const Actor& a, Progress& progress);
   Result<void> add_bodies(Actor& a, std::size_t number, Progress& progress);
@@ -99,11 +112,17 @@ class PhysicsSimulation {
   /// An engine's error about "body 3" with what that is.
   [[nodiscard]] Error named(Error e) const;
   Result<void> go(Progress& progress);
+  /// What has no mass follows who carries it from t to `end`.
+  Result<void> carry(double t, double end);
+  /// The engine's step from t to `end`; robots and forces have been set.
+  Result<void> step(double t, double end, Progress& progress);
   Result<void> act(const Event& event);
 
   // ---- the recording (physics_recording.cpp) ----
 
   std::size_t add_column(std::string name, std::string unit, std::string doc);
+  /// What of the world is not as the engine has it.
+  void note_differences();
   void prepare_columns();
   void add_robot_columns(const Actor& a, const std::string& prefix);
   Result<void> sample(double t);
@@ -153,6 +172,8 @@ class PhysicsSimulation {
   std::map<std::size_t, std::size_t> actor_of_;  ///< of grasps, grips and releases
   std::map<std::size_t, std::size_t> grip_of_;   ///< of grips, in their actor
   std::vector<Held> held_;
+  std::vector<PhysicsCarried> attached_;  ///< at the start
+  std::vector<PhysicsCarried> carried_;   ///< what the engine does not move
   double last_end_ = 0, duration_ = 0;
   std::int64_t first_ = 0, ticks_ = 0, every_ = 1;
   std::string provider_;

@@ -169,17 +169,20 @@ class Runner {
       if (is_over || is_checked()) return End::over;
       RMP_TRY_ASSIGN(next, before_event(next));
       if (duration_ > 0 && next > duration_ && limit >= duration_) {
-        now_ = duration_;
+        RMP_TRY(go_to(duration_));
         return End::over;
       }
+      const double step = executor_.next_step(now_);
       is_idle_ = next == kNever && !is_searched_in_part_;
-      if (next == kNever && !(is_searched_in_part_ && limit < most_) && !has_outside_) {
+      if (next == kNever && !(is_searched_in_part_ && std::min(limit, step) < most_) &&
+          !has_outside_) {
         if (const auto waived = waive()) {
           if (*waived) continue;
           return End::over;
         }
         return stuck();
       }
+      next = std::min(next, step);
       if (next > most_ && inspected()) {
         for (ProgramActor& p : programs_)
           if (p.inspection()) p.inspection()->is_out_of_time = true;
@@ -194,14 +197,19 @@ class Runner {
                      "Give a greater most_time" +
                          std::string(programs_.empty() ? "." : ", or a duration at which to end."));
       if (next > limit) {
-        now_ = std::max(now_, limit);
+        RMP_TRY(go_to(std::max(now_, limit)));
         return End::limit;
       }
-      now_ = next;
+      RMP_TRY(go_to(next));
     }
   }
 
  private:
+  Result<void> go_to(double t) {
+    RMP_TRY(executor_.go_to(t, progress_));
+    now_ = t;
+    return {};
+  }
   [[nodiscard]] double next_row() const {
     const double step = executor_.step();
     return step * (std::floor(now_ / step * (1 + 1e-12)) + 1);
@@ -313,7 +321,8 @@ class Runner {
   }
   /// When a condition over time or places turns true before `next`, the time of the next event.
   Result<double> before_event(double next) {
-    const bool is_still = std::isinf(next);
+    const double step = executor_.next_step(now_);
+    const bool is_still = std::isinf(next) && std::isinf(step);
     waits_for_time_ = is_searched_in_part_ = false;
     for (Thread& thread : threads_) {
       if (thread.ready_at > now_ || !thread.has_step()) continue;  // it waits for no condition
@@ -322,8 +331,9 @@ class Runner {
         RMP_TRY_ASSIGN(const TaskExecutor::Watched watched, executor_.watched(condition));
         if (!watched.time && (is_still || !watched.motion)) return std::optional<double>{};
         waits_for_time_ = waits_for_time_ || watched.time;
-        is_searched_in_part_ = is_searched_in_part_ || limit_ < std::min(next, most_);
-        return executor_.first_true(condition, now_, std::min({next, most_, limit_}), progress_);
+        const double seen = std::min(limit_, step);  // what can be known now
+        is_searched_in_part_ = is_searched_in_part_ || seen < std::min(next, most_);
+        return executor_.first_true(condition, now_, std::min({next, most_, seen}), progress_);
       }();
       if (!found.ok()) return std::move(found).error().in(thread.where());
       if (*found) next = **found;
@@ -565,6 +575,7 @@ Result<std::optional<recording::RecordingPtr>> run_once(const sim::Simulator& si
                                                         std::optional<double> from, bool exactly) {
   RMP_TRY_ASSIGN(TaskExecutor executor,
                  TaskExecutor::create(sim, wanted.world, wanted.sample_time, progress));
+  if (wanted.physics) RMP_TRY(executor.add_physics(*wanted.physics, progress));
   const model::World& world = *sim.snapshot.get(wanted.world);
   RMP_TRY_ASSIGN(std::vector<Thread> threads, threads_of(sim.snapshot, world, wanted));
   if (threads.empty() && wanted.programs.empty())

@@ -18,6 +18,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "recording/recording.h"
+#include "sim/physics.h"
 #include "sim/row_sink.h"
 #include "sim/simulate.h"
 #include "task/program_actor.h"
@@ -41,9 +42,11 @@ struct TaskRun {
   std::vector<std::string> tasks;  ///< placed tasks; empty = all of the world
   bool has_tasks = true;           ///< false = none, whatever `tasks` says
   std::vector<ProgramInWorld> programs;
-  double sample_time = 0.02;   ///< between rows [s]
-  double most_time = 3600;     ///< a run that takes longer is an error [s]
-  double duration = 0;         ///< above 0: what is not over by then ends there [s]
+  double sample_time = 0.02;               ///< between rows [s]
+  double most_time = 3600;                 ///< a run that takes longer is an error [s]
+  double duration = 0;                     ///< above 0: what is not over by then ends there [s]
+  std::optional<sim::PhysicsRun> physics;  ///< contact physics on the same clock; none = things
+                                           ///< stay where they are put
   Outside* outside = nullptr;  ///< of runs without a sink; waits for signals have no end then
 };
 
@@ -99,6 +102,10 @@ inline constexpr std::uint64_t kMostWatchedBytes = std::uint64_t{1} << 30;
 /// down and said, and when. Equal worlds give equal recordings. Errors name task and step: a place
 /// out of reach, two tasks that move one robot at once, waits that can never come true; of programs
 /// file, line and column. Programs have a column `<program>.line`.
+///
+/// With physics objects that nobody holds fall, touch, slide and are pushed by robots, in its
+/// steps, and conditions, grips and places of frames see them there; they have columns from the
+/// start. The run is over when the tasks and programs are.
 ///
 /// With a sink every row is handed on as it is made. With a watch besides, programs can be stopped;
 /// then the sink rests. `from` = a time [s] at which a run of before goes on: rows and notes up to

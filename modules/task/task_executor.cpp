@@ -21,6 +21,9 @@ namespace {
 
 using text::quote;
 
+constexpr double kSame = 1e-9;  ///< [s]
+constexpr double kOff = 1e-4;   ///< an object in a grip that is farther off has met something [m]
+
 /// For the laws of moves: a joint a coordinate, with the limits of those that follow it.
 std::shared_ptr<const RobotModel> axes_of(const RobotModel& model) {
   auto out = std::make_shared<RobotModel>();
@@ -182,18 +185,25 @@ bool TaskExecutor::is_rotary(const Actor& a, std::size_t coordinate) {
 }
 
 TaskExecutor::JointState TaskExecutor::sample(const Actor& a, double t) {
+  JointState out;
+  sample(a, t, out);
+  return out;
+}
+
+void TaskExecutor::sample(const Actor& a, double t, JointState& out) {
   const std::size_t n = a.start.size();
-  JointState out{a.start, std::vector<double>(n), std::vector<double>(n)};
+  out.q = a.start;
+  out.qd.assign(n, 0.0), out.qdd.assign(n, 0.0);
   const auto after = std::upper_bound(a.moves.begin(), a.moves.end(), t,
                                       [](double x, const Move& m) { return x < m.start; });
-  if (after == a.moves.begin()) return out;
+  if (after == a.moves.begin()) return;
   const sim::RobotMotion& m = std::prev(after)->motion;
   const double u = t - std::prev(after)->start;
   const auto next = static_cast<std::size_t>(std::upper_bound(m.times.begin(), m.times.end(), u) -
                                              m.times.begin());
   if (next == m.times.size()) {
     out.q.assign(m.q.end() - static_cast<std::ptrdiff_t>(n), m.q.end());
-    return out;
+    return;
   }
   // Cubic between samples, by value and rate at both; accelerations are linear.
   const std::size_t i = next == 0 ? 0 : next - 1;
@@ -206,7 +216,6 @@ TaskExecutor::JointState TaskExecutor::sample(const Actor& a, double t) {
     out.qd[j] = (a1 + x * (2 * c + 3 * x * d)) / h;
     out.qdd[j] = m.qdd[k] + x * (m.qdd[l] - m.qdd[k]);
   }
-  return out;
 }
 
 Pose TaskExecutor::world_T_joint(const Actor& a, std::int32_t joint, double t) const {
@@ -217,6 +226,8 @@ Pose TaskExecutor::world_T_joint(const Actor& a, std::int32_t joint, double t) c
 }
 
 Pose TaskExecutor::pose_of(const Thing& thing, double t) const {
+  if (is_loose(thing) && t >= physics_->now() - kSame && t >= thing.history.back().from)
+    return physics_->pose(place_of(thing), t);
   const auto after = std::upper_bound(thing.history.begin(), thing.history.end(), t,
                                       [](double x, const Held& h) { return x < h.from; });
   const Held& h = after == thing.history.begin() ? *after : *std::prev(after);
@@ -244,6 +255,7 @@ Result<void> TaskExecutor::attach(const model::TaskStep& step, const std::string
       {t, who, true, g.joint, spatial::compose(spatial::inverse(joint), pose)});
   note(t, robot + " takes " + object);
   led_by_own_tool(object);  // whoever it was handed over by
+  if (physics_) RMP_TRY(physics_->hold(what, who, g.joint, things_[what].history.back().pose));
   if (!step.tcp.empty()) actors_[who].tcp = object + "." + step.tcp;
   return {};
 }
@@ -257,9 +269,23 @@ Result<void> TaskExecutor::detach(const std::string& object, double t) {
   RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
   if (!things_[what].history.back().is_held)
     return error(ErrorCode::conflict, "nothing holds object " + quote(object), "Attach it before.");
-  const Pose pose = pose_of(things_[what], t);
-  things_[what].history.push_back({t, 0, false, -1, pose});
+  Pose pose = pose_of(things_[what], t);
   note(t, object + " is let go");
+  if (physics_) {
+    RMP_TRY(physics_->let_go(what));
+    if (physics_->is_movable(what)) {
+      // Where it came to while it was held: what it was pressed against has its say.
+      const Pose there = physics_->pose(what, t);
+      const double off = spatial::norm(spatial::sub(there.p, pose.p));
+      if (off > kOff)
+        note(t, object + " is " + text::print_rounded(1000 * off, 2) +
+                    " mm from where it was held: it met something");
+      pose = there;
+    } else {
+      note(t, object + " has no mass or is fixed, and stays there");
+    }
+  }
+  things_[what].history.push_back({t, 0, false, -1, pose});
   led_by_own_tool(object);
   return {};
 }
@@ -375,7 +401,7 @@ recording::Recording TaskExecutor::table(std::vector<double> at, std::size_t tol
     out.columns.push_back(std::move(c));
   }
   for (const Thing& thing : things_) {
-    if (thing.history.size() == 1 && !thing.history[0].is_held) continue;
+    if (thing.history.size() == 1 && !thing.history[0].is_held && !is_loose(thing)) continue;
     const std::size_t first = out.columns.size();
     for (const char* part : recording::kPlaceColumns)
       out.columns.push_back({thing.placed->name + part,

@@ -17,12 +17,21 @@
 #include "robotics/build_model.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"
+#include "sim/stepped_physics.h"
 
 namespace robomosp::task {
 
 class TaskExecutor {
  public:
   static Result<TaskExecutor> create(const sim::Simulator&, WorldId, double step, Progress&);
+
+  /// Contact physics from now on (t = 0): objects that nobody holds fall, touch and slide. Its step
+  /// is shortened so that rows fall on steps.
+  Result<void> add_physics(const sim::PhysicsRun&, Progress&);
+  /// The first instant after `now` at which physics has moved objects; infinity without physics.
+  [[nodiscard]] double next_step(double now) const;
+  /// Lets physics go on to t [s], at which nothing has happened yet.
+  Result<void> go_to(double t, Progress&);
 
   /// Starts a move at time t; gives when it ends.
   Result<double> move(const model::TaskStep&, const std::string& robot, const std::string& where,
@@ -190,8 +199,15 @@ class TaskExecutor {
     std::vector<double> q, qd, qdd;
   };
   [[nodiscard]] static JointState sample(const Actor&, double t);
+  static void sample(const Actor&, double t, JointState&);
   [[nodiscard]] Pose world_T_joint(const Actor&, std::int32_t joint, double t) const;
   [[nodiscard]] Pose pose_of(const Thing&, double t) const;
+  /// Whether physics has it now.
+  [[nodiscard]] bool is_loose(const Thing&) const;
+  [[nodiscard]] std::size_t place_of(const Thing& thing) const {
+    return static_cast<std::size_t>(&thing - things_.data());
+  }
+  class Ways;
   /// The move as a trajectory of one segment.
   Result<model::Trajectory> trajectory_of(const model::TaskStep&, const Actor&, const Grip& tip,
                                           double t, Pose& world_T_trajectory) const;
@@ -219,6 +235,8 @@ class TaskExecutor {
   std::set<std::pair<std::string, std::string>> told_;  ///< robot and note of its moves
   std::size_t changes_ = 0;
   mutable std::unordered_map<std::string, Expression> compiled_;
+  std::shared_ptr<sim::SteppedPhysics> physics_;  ///< null = none
+  std::int64_t rows_of_physics_ = 0;              ///< whose places stand in the objects' history
 };
 
 }  // namespace robomosp::task

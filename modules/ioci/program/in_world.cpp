@@ -13,6 +13,7 @@
 #include "ioci/program/points.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/program/run_files.h"
+#include "ioci/simulation/task_physics.h"
 #include "ioci/world/members.h"
 
 namespace robomosp::ioci {
@@ -247,7 +248,7 @@ Result<Value> run_program(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
   Map run{{"id", Application::handle(AnyId(place.world))}, {"program", place.placed->name}};
   for (const char* each :
-       {"unbound", "values", "lines", "files", "sample_time", "most_time", "duration"})
+       {"unbound", "values", "lines", "files", "sample_time", "most_time", "duration", "physics"})
     if (has(args, each)) run.set(each, *args.find(each));
   return ctx.dispatch("world.run_task", run);
 }
@@ -418,6 +419,7 @@ Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
   run.sample_time = real(args, "sample_time");
   run.most_time = real(args, "most_time");
   if (has(args, "duration")) run.duration = real(args, "duration");
+  RMP_TRY_ASSIGN(run.physics, task_physics(ctx, args));
   return run;
 }
 
@@ -562,7 +564,8 @@ RMP_COMMANDS(program_in_world_commands) {
                   above_zero(defaulted("most_time", "real", "s", 3600.0,
                                        "A run that takes longer is an error.")),
                   above_zero(
-                      optional("duration", "real", "s", "What is not over by then ends there."))},
+                      optional("duration", "real", "s", "What is not over by then ends there.")),
+                  task_physics_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates | Effect::edits,
        .sometimes = Effect::files_read | Effect::files_write,

@@ -5,6 +5,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/simulation/live_runs.h"
+#include "ioci/simulation/task_physics.h"
 #include "sim/physics.h"
 
 namespace robomosp::ioci {
@@ -66,6 +67,49 @@ Schema action_fields() {
           std::move(speed)};
 }
 
+std::string fields_text(const Schema& fields) {
+  std::string out;
+  for (const ParamSpec& f : fields) {
+    out += out.empty() ? "" : "; ";
+    out += f.name + (f.unit.empty() ? "" : " [" + f.unit + "]");
+    if (!f.choices.empty()) {
+      std::string words;
+      for (const std::string& c : f.choices) words += (words.empty() ? "" : ", ") + c;
+      out += " (" + words + ")";
+    }
+    std::string doc = f.doc;
+    if (!doc.empty() && doc.back() == '.') doc.pop_back();
+    out += ": " + doc;
+  }
+  return out + ".";
+}
+
+ParamSpec friction_field() {
+  return between(defaulted("friction", "real", "", 0.5,
+                           "Coulomb coefficient; of two bodies the geometric mean counts."),
+                 0, 1e6);
+}
+ParamSpec restitution_field() {
+  return between(defaulted("restitution", "real", "", 0.0,
+                           "Speed after over speed before an impact; of two bodies the greater "
+                           "counts."),
+                 0, 1);
+}
+ParamSpec engine_field() {
+  return optional("engine", "any", "",
+                  "Engine: name, or {name = ..., params = {...}}; the default when left out.");
+}
+ParamSpec objects_field() {
+  return optional("objects", "list", "",
+                  "Objects that differ from the others. " + fields_text(object_fields()));
+}
+Schema task_physics_fields() {
+  return {friction_field(), restitution_field(),
+          above_zero(defaulted("step", "real", "s", 0.001,
+                               "Of the engine; made shorter so that rows fall on steps.")),
+          objects_field(), engine_field()};
+}
+
 /// Calls fn(fields, path) for the entries of a list argument.
 template <class Fn>
 Result<void> each(CommandContext& ctx, const Map& args, const std::string& name,
@@ -103,31 +147,36 @@ Result<std::vector<double>> read_target(CommandContext& ctx, const World& w,
   return read_q(q, *ctx.snapshot().get(placed->robot), m->joints, path + ".q");
 }
 
+/// What bodies are like, and the engine with its step: what runs with and without tasks say alike.
+Result<void> read_bodies(CommandContext& ctx, const Map& args, sim::PhysicsRun& run) {
+  run.step = real(args, "step");
+  run.friction = real(args, "friction");
+  run.restitution = real(args, "restitution");
+  if (has(args, "engine")) {
+    RMP_TRY_ASSIGN(run.engine, read_provider(*args.find("engine"), "engine"));
+  }
+  return each(ctx, args, "objects", object_fields(),
+              [&](const Map& m, const std::string&) -> Result<void> {
+                sim::PhysicsObjectSettings s;
+                s.name = text_of(m, "name");
+                s.is_fixed = flag(m, "fixed");
+                s.friction = maybe(m, "friction");
+                s.restitution = maybe(m, "restitution");
+                if (has(m, "velocity")) s.velocity = vec3(m, "velocity");
+                if (has(m, "angular_velocity")) s.angular_velocity = vec3(m, "angular_velocity");
+                run.objects.push_back(std::move(s));
+                return {};
+              });
+}
+
 /// The arguments of world.simulate_physics.
 Result<sim::PhysicsRun> read_run(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   sim::PhysicsRun run;
   run.world = typed<World>(args);
   if (has(args, "duration")) run.duration = real(args, "duration");
-  run.step = real(args, "step");
   run.sample_time = real(args, "sample_time");
-  run.friction = real(args, "friction");
-  run.restitution = real(args, "restitution");
-  if (has(args, "engine")) {
-    RMP_TRY_ASSIGN(run.engine, read_provider(*args.find("engine"), "engine"));
-  }
-  RMP_TRY(each(ctx, args, "objects", object_fields(),
-               [&](const Map& m, const std::string&) -> Result<void> {
-                 sim::PhysicsObjectSettings s;
-                 s.name = text_of(m, "name");
-                 s.is_fixed = flag(m, "fixed");
-                 s.friction = maybe(m, "friction");
-                 s.restitution = maybe(m, "restitution");
-                 if (has(m, "velocity")) s.velocity = vec3(m, "velocity");
-                 if (has(m, "angular_velocity")) s.angular_velocity = vec3(m, "angular_velocity");
-                 run.objects.push_back(std::move(s));
-                 return {};
-               }));
+  RMP_TRY(read_bodies(ctx, args, run));
   RMP_TRY(each(ctx, args, "robots", robot_fields(),
                [&](const Map& m, const std::string& path) -> Result<void> {
                  sim::PhysicsRobotSettings s;
@@ -191,24 +240,28 @@ Result<Value> simulate(CommandContext& ctx, const Map& args) {
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 
-std::string fields_text(const Schema& fields) {
-  std::string out;
-  for (const ParamSpec& f : fields) {
-    out += out.empty() ? "" : "; ";
-    out += f.name + (f.unit.empty() ? "" : " [" + f.unit + "]");
-    if (!f.choices.empty()) {
-      std::string words;
-      for (const std::string& c : f.choices) words += (words.empty() ? "" : ", ") + c;
-      out += " (" + words + ")";
-    }
-    std::string doc = f.doc;
-    if (!doc.empty() && doc.back() == '.') doc.pop_back();
-    out += ": " + doc;
-  }
-  return out + ".";
+}  // namespace
+
+ParamSpec task_physics_field() {
+  return optional(
+      "physics", "any", "",
+      "true, or a table: contact physics on the same clock. " + fields_text(task_physics_fields()));
 }
 
-}  // namespace
+Result<std::optional<sim::PhysicsRun>> task_physics(CommandContext& ctx, const Map& args) {
+  std::optional<sim::PhysicsRun> out;
+  if (!has(args, "physics")) return out;
+  const Value& given = *args.find("physics");
+  const bool* is_wanted = given.as_bool();
+  if (is_wanted && !*is_wanted) return out;
+  if (!is_wanted && !given.as_map())
+    return error(ErrorCode::invalid_argument, "physics is true, false or a table",
+                 "Give physics = true, or physics = {friction = 0.3}.", "physics");
+  RMP_TRY_ASSIGN(const Map m,
+                 read_map(ctx, task_physics_fields(), is_wanted ? Value(Map{}) : given, "physics"));
+  RMP_TRY(read_bodies(ctx, m, out.emplace()).in("physics"));
+  return out;
+}
 
 Result<LiveSource> live_physics(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(auto run, read_run(ctx, args));
@@ -257,29 +310,19 @@ RMP_COMMANDS(physics_commands) {
            "local fall = cell:simulate_physics{duration = 0.5}\n"
            "local z = fall:values(\"box.z\")\n"
            "assert(math.abs(z[#z]) < 1e-3)",
-       .params =
-           {self("world"),
-            above_zero(optional("duration", "real", "s",
-                                "How long; to the end of the last action when left out.")),
-            optional("actions", "list", "",
-                     "What robots do, one after the other. " + fields_text(action_fields())),
-            optional("robots", "list", "",
-                     "Robots that are not just moved. " + fields_text(robot_fields())),
-            optional("objects", "list", "",
-                     "Objects that differ from the others. " + fields_text(object_fields())),
-            between(defaulted("friction", "real", "", 0.5,
-                              "Coulomb coefficient; of two bodies the geometric mean counts."),
-                    0, 1e6),
-            between(defaulted("restitution", "real", "", 0.0,
-                              "Speed after over speed before an impact; of two bodies the greater "
-                              "counts."),
-                    0, 1),
-            above_zero(defaulted("step", "real", "s", 0.001, "Of the engine and of controllers.")),
-            above_zero(defaulted("sample_time", "real", "s", 0.01,
-                                 "Time between samples of the recording, in whole steps.")),
-            optional("engine", "any", "",
-                     "Engine: name, or {name = ..., params = {...}}; the default when left out."),
-            watch_field()},
+       .params = {self("world"),
+                  above_zero(optional("duration", "real", "s",
+                                      "How long; to the end of the last action when left out.")),
+                  optional("actions", "list", "",
+                           "What robots do, one after the other. " + fields_text(action_fields())),
+                  optional("robots", "list", "",
+                           "Robots that are not just moved. " + fields_text(robot_fields())),
+                  objects_field(), friction_field(), restitution_field(),
+                  above_zero(
+                      defaulted("step", "real", "s", 0.001, "Of the engine and of controllers.")),
+                  above_zero(defaulted("sample_time", "real", "s", 0.01,
+                                       "Time between samples of the recording, in whole steps.")),
+                  engine_field(), watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = simulate,

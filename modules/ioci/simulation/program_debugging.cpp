@@ -489,6 +489,7 @@ Result<LiveSource> live_tasks(CommandContext& ctx, const Map& args) {
   LiveSource out;
   RMP_TRY_ASSIGN(task::TaskRun run, task_run(ctx, args));
   if (run.programs.empty()) return out;
+  if (run.physics) out.asks.emplace_back(PhysicsEngine::kInterfaceId, run.physics->engine);
   for (const auto& placed : ctx.snapshot().get(run.world)->robots)
     if (const auto* robot = ctx.snapshot().get(placed.robot))
       out.asks.emplace_back(IkSolver::kInterfaceId, robot->ik);

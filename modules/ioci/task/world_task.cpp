@@ -6,6 +6,7 @@
 #include "ioci/program/in_world.h"
 #include "ioci/program/run_files.h"
 #include "ioci/recording/watchers.h"
+#include "ioci/simulation/task_physics.h"
 #include "ioci/task/steps.h"
 #include "ioci/world/members.h"
 #include "task/run.h"
@@ -265,7 +266,10 @@ RMP_COMMANDS(world_task_commands) {
            "poses of a robot. A "
            "wait that can never come true is an error that names its step. Programs run with what "
            "their names mean in the world (program.bind); what they write are notes, and "
-           "<program>.line is the line that each is at.",
+           "<program>.line is the line that each is at. With physics, objects that have a mass and "
+           "are not held fall, touch and slide, and robots push them: conditions, grips and frames "
+           "see them where they are. The run ends with the last task and program; let one wait for "
+           "what is to come to rest.",
        .example = with_part(
            "task.create{name = \"shift\", steps = {\n  {step = \"attach\", object = \"part\"},\n  "
            "{step = \"move\", pose = \"ready\", duration = 2},\n  {step = \"detach\", object = "
@@ -284,7 +288,7 @@ RMP_COMMANDS(world_task_commands) {
                                        "A run that takes longer is an error.")),
                   above_zero(
                       optional("duration", "real", "s", "What is not over by then ends there.")),
-                  watch_field()},
+                  task_physics_field(), watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .sometimes = Effect::files_read | Effect::files_write,
