@@ -67,6 +67,12 @@ constexpr FnRow kFns[] = {
     {"ACQUIRE", Fn::acquire, "S", ""},
     {"RELEASE", Fn::release, "S", ""},
     {"GETSTATUS", Fn::get_status, "x", "i"},
+    {"FOR_STEP", Fn::for_step, "i", "i"},
+    {"R_JOINT_ACT", Fn::robot_joints, "", "J"},
+    {"R_ROBTARGET_ACT", Fn::robot_target, "", "T"},
+    {"R_SPEED_ACT", Fn::robot_speed, "", "r"},
+    {"R_ACT_ROB", Fn::act_robot, "", "R"},
+    {"BRAKE", Fn::brake, "q", ""},
 };
 struct NumberRow {
   std::string_view name, parameters, result;
@@ -424,9 +430,19 @@ class Decoder {
   Result<void> refresh(std::uint32_t s, std::uint32_t only) {
     const auto& x = c_.symbol(s);
     if (x.kind != RMP_SYMBOL_ROBOT && x.kind != RMP_SYMBOL_VARIABLE) return {};
-    const Place at = c_.place_of[s];
-    if (at.offset == kNone || at.space != kGlobal) return {};
+    std::vector<LiveField> live = live_fields(s, only);
+    if (live.empty()) return {};
+    notes_cycle();
+    c_.live.push_back(std::move(live));
+    c_.live_symbol.push_back(x.kind == RMP_SYMBOL_ROBOT ? s : kNone);
+    emit(Do::refresh, {}, {}, {}, static_cast<std::uint32_t>(c_.live.size() - 1));
+    return {};
+  }
+  std::vector<LiveField> live_fields(std::uint32_t s, std::uint32_t only) const {
+    const auto& x = c_.symbol(s);
     std::vector<LiveField> live;
+    const Place at = c_.place_of[s];
+    if (at.offset == kNone || at.space != kGlobal) return live;
     const auto add = [&](std::string_view name, std::uint32_t t, std::uint32_t offset) {
       const std::uint32_t role = c_.type(t).role;
       if (name == "R_JOINT_ACT" && role == RMP_ROLE_JOINT) live.push_back({0, offset, t});
@@ -448,12 +464,22 @@ class Decoder {
                                row<rmp_code_scope>(t_.scopes, x.scope).kind <= RMP_SCOPE_SYSTEM);
       if (is_system) add(upper(x.name), x.type, at.offset);
     }
-    if (live.empty()) return {};
-    notes_cycle();
-    c_.live.push_back(std::move(live));
-    c_.live_symbol.push_back(x.kind == RMP_SYMBOL_ROBOT ? s : kNone);
-    emit(Do::refresh, {}, {}, {}, static_cast<std::uint32_t>(c_.live.size() - 1));
-    return {};
+    return live;
+  }
+  /// Whether the argument now is of what wants a robot by its name, and not what it does.
+  [[nodiscard]] bool is_robot_by_name(const rmp_code_operand& o) const {
+    if (o.kind != RMP_OPERAND_VARIABLE || o.index < 0 || o.index >= t_.symbols.count ||
+        c_.symbol(static_cast<std::uint32_t>(o.index)).kind != RMP_SYMBOL_ROBOT)
+      return false;
+    const auto& x = c_.routine(routine_);
+    for (std::uint32_t k = index_ + 1; k < x.first_instruction + x.instruction_count; ++k) {
+      const auto& i = row<rmp_code_instruction>(t_.instructions, k);
+      if (i.op == RMP_OP_ARGUMENT || i.op == RMP_OP_ARGUMENT_PLACE) continue;
+      if (i.op != RMP_OP_INTRINSIC || i.a.index < 0 || i.a.index >= t_.symbols.count) return false;
+      const std::string_view name = c_.symbol(static_cast<std::uint32_t>(i.a.index)).name;
+      return name == "BRAKE" || name == "R_ACT_ROB";
+    }
+    return false;
   }
   static std::string upper(std::string_view s) {
     std::string out(s);
@@ -712,6 +738,11 @@ class Decoder {
         return {};
       }
       case RMP_OP_ARGUMENT: {
+        if (is_robot_by_name(i.a)) {
+          RMP_TRY_ASSIGN(Place named, place(i.a));
+          arguments_.push_back({named, false, kNone, static_cast<std::uint32_t>(i.a.index)});
+          return {};
+        }
         RMP_TRY_ASSIGN(Place a, in(i.a));
         arguments_.push_back({a, false, kNone});
         return {};
@@ -964,6 +995,7 @@ class Decoder {
     Place at;
     bool is_place = false;
     std::uint32_t signal = kNone;
+    std::uint32_t robot = kNone;  ///< symbol that is meant by its name
   };
   Result<std::vector<Argument>> arguments(const rmp_code_operand& count) {
     RMP_TRY_ASSIGN(const std::uint32_t n, number(count));
@@ -1029,6 +1061,12 @@ class Decoder {
         result = r.result;
       }
     if (!is_known) return bad("the language has no function " + std::string(name));
+    if (c.fn == Fn::act_robot && !is_number && !all.empty()) parameters = "N", result = "";
+    if (parameters == "q") {
+      static constexpr std::string_view kForms[] = {"", "i", "iN"};
+      if (all.size() > 2) return bad("BRAKE has a mode and a robot");
+      parameters = kForms[all.size()];
+    }
     const char many = parameters == "w" || parameters == "m" ? parameters[0] : '\0';
     if (!many && parameters.size() != all.size())
       return bad(std::string(name) + " has another number of arguments");
@@ -1055,6 +1093,10 @@ class Decoder {
         case 'J': fits = role == RMP_ROLE_JOINT; break;
         case 'T': fits = role == RMP_ROLE_ROBTARGET; break;
         case 'x': fits = kind == RMP_TYPE_PROCESS; break;
+        case 'N':
+          fits = all[k].robot != kNone;
+          c.robot = all[k].robot;
+          break;
         case 'e': fits = element != RMP_TYPE_VOID && same(t, element); break;
         case 'l':
         case 'L':
@@ -1092,6 +1134,7 @@ class Decoder {
       if (all[k].signal != kNone) signals.push_back(all[k]);
     }
     if (c.fn == Fn::trafo || c.fn == Fn::trafo_inv || c.fn == Fn::get_status ||
+        (c.fn >= Fn::robot_joints && c.fn <= Fn::act_robot) ||
         (c.fn >= Fn::open && c.fn <= Fn::release))
       notes_cycle();
     pending_out_ = nullptr;
@@ -1113,6 +1156,10 @@ class Decoder {
         case 'o': fits = role == RMP_ROLE_ORIENTATION; break;
         case 'P': fits = role == RMP_ROLE_POSE; break;
         case 'J': fits = role == RMP_ROLE_JOINT; break;
+        case 'R':
+          fits = role == RMP_ROLE_ROBOT && !type(c.result.type).has_list;
+          if (fits) robots_of(c.result.type);
+          break;
         default: fits = role == RMP_ROLE_ROBTARGET; break;
       }
       if (!fits) return bad(std::string(name) + " gives another type");
@@ -1137,6 +1184,20 @@ class Decoder {
     RMP_TRY(finish());
     for (const Argument& a : signals) emit(Do::write_signal, a.at, {}, {}, a.signal);
     return {};
+  }
+
+  /// What R_ACT_ROB may be.
+  void robots_of(std::uint32_t of) {
+    if (!c_.robots.empty()) return;
+    for (std::uint32_t s = 0; s < t_.symbols.count; ++s) {
+      const auto& x = c_.symbol(s);
+      if (x.kind != RMP_SYMBOL_ROBOT || !same(x.type, of) || c_.place_of[s].space != kGlobal ||
+          c_.place_of[s].offset == kNone)
+        continue;
+      c_.robots.emplace_back(s, static_cast<std::uint32_t>(c_.live.size()));
+      c_.live.push_back(live_fields(s, kNone));
+      c_.live_symbol.push_back(s);
+    }
   }
 
   Result<void> make(const rmp_code_instruction& i) {

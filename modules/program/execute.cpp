@@ -172,6 +172,7 @@ Run::Next Run::leave(Process& p, const Op& o) {
   if (f.kind == FrameKind::interrupt) {
     if (p.level) --p.level;
     if (!f.put_aside.empty()) p.wait = std::move(f.put_aside.front());
+    if (!release(f.held)) return Next::stop;
     ++s_.progress;
     if (p.wait.kind != Waits::nothing) return Next::wait;
   }
@@ -451,6 +452,10 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
       default: break;
     }
   }
+  if (a.robot_symbol == kNone && p.robot != kNone) {
+    a.robot = c_.symbol(p.robot).name;
+    a.robot_symbol = p.robot;
+  }
   const auto shown = [](double v) { return code_text_detail::real_text(v); };
   const auto above = [&](const char* name, double v) {
     return v > 0 ||
@@ -503,7 +508,7 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
   const auto begun = world_->begin_motion(motion);
   if (!begun.ok()) return fail(begun.error());
   ++s_.progress;
-  p.open.push_back({motion.number, p.level, motion.approximates, motion.span});
+  p.open.push_back({motion.number, p.level, motion.approximates, motion.span, a.robot_symbol});
   p.wait = {};
   p.pc = at_ + 1;
   if (motion.approximates) return true;
@@ -544,6 +549,7 @@ bool Run::control(Process& p, const Op& o) {
       other->is_stopped = stops;
       if (!stops) wake(*other);
       for (const OpenMotion& m : other->open) {
+        if (!stops && is_held(m.number)) continue;  // BRAKE holds it still
         const auto done = stops ? world_->hold_motion(m.number) : world_->resume_motion(m.number);
         if (!done.ok()) return fail(done.error());
       }
@@ -554,6 +560,8 @@ bool Run::control(Process& p, const Op& o) {
       if (!other || other->is_ended) return true;
       abort_all(*other, AbortReason::cancel);
       other->is_ended = true;
+      for (const Frame& f : other->frames)
+        if (!release(f.held)) return false;
       return !s_.status.fault;
     }
     case Do::enable: {
@@ -1271,6 +1279,12 @@ Run::Next Run::loop(Process& p) {
           at_ = pc;
           p.pc = pc;
           RMP_NO_CONDITION("moves")
+          if (std::any_of(p.open.begin(), p.open.end(),
+                          [&](const OpenMotion& m) { return is_held(m.number); })) {
+            fail("a motion of this process is held by BRAKE, and another cannot begin before it",
+                 "BRAKE without a mode, or with 0, ends it.");
+            goto failed;
+          }
           if (!p.open.empty()) {
             const bool is_chain = std::all_of(
                 p.open.begin(), p.open.end(),

@@ -403,6 +403,30 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       cost_ += 100;
       return put_target(c.result.type, *made, out()) ? Did::done : Did::failed;
     }
+    case Fn::for_step:
+      if (in[0]->integer() == 0)
+        return failed("STEP of the FOR is 0, so that it would have no end",
+                      "Above 0 it counts towards the end, below 0 the other way.");
+      *out() = *in[0];
+      return Did::done;
+    case Fn::robot_joints:
+    case Fn::robot_target: {
+      if (must_wait(p)) return Did::waits;
+      const auto now = world_->robot_state(p.robot, p.routine);
+      if (!now.ok()) return fail(now.error()), Did::failed;
+      cost_ += 100;
+      return put_target(c.result.type, *now, out()) ? Did::done : Did::failed;
+    }
+    case Fn::robot_speed: {
+      if (must_wait(p)) return Did::waits;
+      const auto speed = world_->robot_speed(p.robot, p.routine);
+      if (!speed.ok()) return fail(speed.error()), Did::failed;
+      if (!std::isfinite(*speed)) return failed("the speed of the robot is no finite number");
+      *out() = Slot::of_real(*speed);
+      return Did::done;
+    }
+    case Fn::act_robot: return act_robot(p, c);
+    case Fn::brake: return brake(p, c, c.arguments.empty() ? 0 : in[0]->integer());
     case Fn::compare: {
       const int x = text_of(*in[0]).compare(text_of(*in[1]));
       return whole(x < 0 ? -1 : x > 0 ? 1 : 0);
@@ -640,6 +664,85 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
     }
   }
   return failed("this function of the language is not known");
+}
+
+/// R_ACT_ROB: chooses a robot, or gives the one that was chosen as it is now.
+Run::Did Run::act_robot(Process& p, const IntrinsicCall& c) {
+  if (!c.has_result) {
+    if (p.condition_depth)
+      return fail("a condition of UNTIL or WHEN chooses a robot",
+                  "A function that it calls computes only."),
+             Did::failed;
+    p.robot = c.robot;
+    return Did::done;
+  }
+  if (must_wait(p)) return Did::waits;
+  const auto of = std::find_if(c_.robots.begin(), c_.robots.end(), [&](const auto& r) {
+    return r.first == p.robot || (p.robot == kNone && c_.robots.size() == 1);
+  });
+  if (of == c_.robots.end())
+    return fail(p.robot == kNone ? "R_ACT_ROB is none of the robots yet"
+                                 : "R_ACT_ROB is a robot of another type than the cell's first",
+                p.robot == kNone
+                    ? "Choose one first, such as R_ACT_ROB := " +
+                          std::string(c_.robots.empty() ? "arm"
+                                                        : c_.symbol(c_.robots[0].first).name) +
+                          ";"
+                    : "Name it where its fields are read."),
+           Did::failed;
+  Op o;
+  o.n = of->second;
+  if (!refresh(p, o)) return Did::failed;
+  const std::uint32_t n = c_.types[c.result.type].slots;
+  std::copy_n(s_.globals.data() + c_.place_of[of->first].offset, n, slots(p, c.result));
+  cost_ += n / 16 + 100;
+  return Did::done;
+}
+
+/// BRAKE: the motions that an interrupt of this process came into, or those of a robot.
+Run::Did Run::brake(Process& p, const IntrinsicCall& c, std::int32_t mode) {
+  const auto failed = [&](std::string message, std::string hint) {
+    fail(std::move(message), std::move(hint));
+    return Did::failed;
+  };
+  if (must_wait(p)) return Did::waits;
+  if (p.condition_depth)
+    return failed("a condition of UNTIL or WHEN brakes", "A function that it calls computes only.");
+  if (mode != 0 && mode != 1)
+    return failed("BRAKE knows no mode " + std::to_string(mode),
+                  "0 ends the motion, 1 holds it until the interrupt's routine has ended.");
+  Frame* interrupt = nullptr;
+  for (Frame& f : p.frames)
+    if (f.kind == FrameKind::interrupt) interrupt = &f;
+  if (mode == 1 && !interrupt)
+    return failed(
+        "BRAKE(1) holds a motion until the routine of an interrupt has ended, and this is none",
+        "BRAKE ends a motion; STOP holds a process until CONTINUE.");
+  ++s_.progress;
+  WaitState wait;
+  wait.kind = Waits::brake;
+  wait.is_behind = true;
+  wait.holds = mode == 1;
+  for (Process& other : s_.processes) {
+    if (other.is_ended || (c.robot == kNone && &other != &p)) continue;
+    for (const OpenMotion& m : other.open) {
+      if (c.robot != kNone && m.robot != c.robot) {
+        const auto is_same = world_->same_robot(m.robot, c.robot);
+        if (!is_same.ok()) return fail(is_same.error()), Did::failed;
+        if (!*is_same) continue;
+      }
+      if (mode == 1 && is_held(m.number)) continue;
+      const auto done = mode == 1 ? world_->hold_motion(m.number)
+                                  : world_->abort_motion(m.number, AbortReason::until);
+      if (!done.ok()) return fail(done.error()), Did::failed;
+      if (mode == 1) interrupt->held.push_back(m.number);
+      wait.braked.push_back(m.number);
+    }
+  }
+  if (wait.braked.empty()) return Did::done;
+  p.wait = std::move(wait);
+  p.pc = at_ + 1;
+  return Did::waits;
 }
 
 }  // namespace robomosp::program

@@ -148,6 +148,31 @@ void Run::abort_all(Process& p, AbortReason reason) {
   p.open.clear();
 }
 
+bool Run::is_held(std::uint64_t motion) const {
+  for (const Process& p : s_.processes) {
+    if (p.is_ended || p.level == 0) continue;
+    for (const Frame& f : p.frames)
+      if (std::find(f.held.begin(), f.held.end(), motion) != f.held.end()) return true;
+  }
+  return false;
+}
+
+bool Run::release(const std::vector<std::uint64_t>& motions) {
+  for (const std::uint64_t number : motions) {
+    // Of a process that STOP holds it goes on with that.
+    const bool is_stopped =
+        std::any_of(s_.processes.begin(), s_.processes.end(), [&](const Process& x) {
+          return x.is_stopped &&
+                 std::any_of(x.open.begin(), x.open.end(),
+                             [&](const OpenMotion& m) { return m.number == number; });
+        });
+    if (is_stopped) continue;
+    const auto done = world_->resume_motion(number);
+    if (!done.ok()) return fail(done.error());
+  }
+  return true;
+}
+
 /// Forgets motions that are done. False = one of them failed.
 bool Run::poll(Process& p) {
   for (std::size_t k = 0; k < p.open.size();) {
@@ -318,6 +343,25 @@ bool Run::look_at(Process& p) {
       if (!w.is_granted) return s_.progress != before;
       w = {};
       break;
+    case Waits::brake:
+      for (const std::uint64_t number : w.braked) {
+        const auto stands = world_->stands(number);
+        if (!stands.ok()) {
+          fail(stands.error());
+          return false;
+        }
+        if (!*stands) return s_.progress != before;
+        if (w.holds) continue;
+        const auto state = world_->motion_state(number);
+        if (!state.ok()) {
+          fail(state.error());
+          return false;
+        }
+        if (*state == MotionState::running) return s_.progress != before;
+      }
+      w = {};
+      ++s_.progress;
+      break;
     case Waits::line: {
       auto line = world_->read_line(p.routine);
       if (!line.ok()) {
@@ -478,6 +522,11 @@ void Run::tell() {
           break;
         }
         case Waits::semaphore: x.kind = WaitKind::semaphore; break;
+        case Waits::brake:
+          x.kind = WaitKind::motion;
+          x.motions = w.braked;
+          x.each_cycle = w.holds;
+          break;
         case Waits::pause:
           x.kind = WaitKind::pause;
           x.message = w.message;

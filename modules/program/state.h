@@ -204,7 +204,13 @@ enum class Fn : std::uint8_t {
   acquire,
   release,
   get_status,
-  abs_int
+  abs_int,
+  for_step,      ///< STEP of a FOR that is computed: 0 is a fault
+  robot_joints,  ///< R_JOINT_ACT, R_ROBTARGET_ACT, R_SPEED_ACT: what the process's robot does
+  robot_target,
+  robot_speed,
+  act_robot,  ///< R_ACT_ROB; with an argument it is chosen
+  brake
 };
 
 struct IntrinsicCall {
@@ -214,6 +220,7 @@ struct IntrinsicCall {
   std::vector<Place> arguments;
   Place result;
   bool has_result = false;
+  std::uint32_t robot = kNone;  ///< symbol that is named as an argument
 };
 struct CallInfo {
   std::uint32_t routine = 0;
@@ -294,6 +301,8 @@ struct Machine::Code {
   std::vector<ConditionInfo> conditions;
   std::vector<std::vector<LiveField>> live;  ///< by number in Op::n of refresh
   std::vector<std::uint32_t> live_symbol;
+  /// Robots that R_ACT_ROB may be: symbol, number in `live`; of those whose type it has.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> robots;
   std::vector<std::uint32_t> data_lists;     ///< routines
   std::vector<std::uint32_t> statement_ops;  ///< first op of each statement, ascending
   // System variables: offsets of globals; kNone = the program has no such one.
@@ -371,7 +380,16 @@ struct Heap {
 };
 
 enum class FrameKind : std::uint8_t { call, data_list, action, interrupt };
-enum class Waits : std::uint8_t { nothing, time, motion, condition, semaphore, pause, line };
+enum class Waits : std::uint8_t {
+  nothing,
+  time,
+  motion,
+  condition,
+  semaphore,
+  pause,
+  line,
+  brake  ///< until the robots of `braked` stand
+};
 /// What a process waits for, so that an interrupt can put it aside.
 struct WaitState {
   Waits kind = Waits::nothing;
@@ -387,6 +405,8 @@ struct WaitState {
   std::uint64_t ticket = 0;
   std::uint64_t looked = ~std::uint64_t{0};  ///< State::progress when its condition was looked at
   std::string message;
+  std::vector<std::uint64_t> braked;  ///< brake: motions
+  bool holds = false;                 ///< brake: they are held, and not ended
 };
 struct Frame {
   std::uint32_t routine = 0;
@@ -402,12 +422,14 @@ struct Frame {
   bool has_result = false;
   std::vector<WaitState> put_aside;  ///< interrupt: of the process; at most one
   std::int32_t priority = 0;         ///< interrupt
+  std::vector<std::uint64_t> held;   ///< interrupt: motions that BRAKE holds until it has ended
 };
 struct OpenMotion {
   std::uint64_t number = 0;
   std::uint32_t level = 0;  ///< interrupts within each other when it began
   bool approximates = false;
   rmp_span span{};
+  std::uint32_t robot = kNone;  ///< symbol; kNone = the program's own
 };
 struct EnabledInterrupt {
   std::uint32_t routine = 0;
@@ -428,6 +450,7 @@ struct Process {
   std::uint32_t level = 0;  ///< interrupts that run
   bool is_stopped = false;
   bool is_ended = false;
+  std::uint32_t robot = kNone;      ///< R_ACT_ROB: the symbol that was chosen
   std::size_t condition_depth = 0;  ///< frames when a condition of UNTIL or WHEN runs; 0 = none
   std::uint64_t used = 0;           ///< of the slice of this run()
   std::string input;                ///< of the operator, not read yet
@@ -555,6 +578,10 @@ class Run {
   Next condition(Process&, std::uint32_t op);
   bool poll(Process&);
   void abort_all(Process&, AbortReason);
+  /// Whether BRAKE holds a motion.
+  [[nodiscard]] bool is_held(std::uint64_t motion) const;
+  /// Lets motions go on that a frame held.
+  bool release(const std::vector<std::uint64_t>& motions);
   void write_files();
   void tell();
   void start_process(std::uint32_t routine, std::int32_t priority);
@@ -595,6 +622,8 @@ class Run {
   Did read(Process&, const IntrinsicCall&);
   Did write(Process&, const IntrinsicCall&);
   Heap::File* file_of(Process&, const Place&);
+  Did brake(Process&, const IntrinsicCall&, std::int32_t mode);
+  Did act_robot(Process&, const IntrinsicCall&);
 
   const Machine::Code& c_;
   Machine::State& s_;

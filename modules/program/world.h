@@ -117,6 +117,11 @@ class World {
   virtual Result<void> hold_motion(std::uint64_t number) = 0;
   virtual Result<void> resume_motion(std::uint64_t number) = 0;
 
+  /// BRAKE: whether the robot of a motion that is held, or was aborted, stands.
+  virtual Result<bool> stands(std::uint64_t /*number*/) { return true; }
+  /// Whether two names mean one robot; RMP_NONE = the program's own.
+  virtual Result<bool> same_robot(std::uint32_t a, std::uint32_t b) { return a == b; }
+
   /// What a robot does now: all members of Target but `role`. `robot` is a row of the symbols, or
   /// RMP_NONE = the process's own; so below.
   virtual Result<Target> robot_state(std::uint32_t robot, std::uint32_t process) = 0;

@@ -71,6 +71,7 @@ class Passes final : Rewriter {
       const std::uint32_t body = t_.routines[r].body;
       t_.routines[r].body = block(body, {}, 0);
     }
+    out.remarks.insert(out.remarks.end(), notes_.begin(), notes_.end());
     if (options.parts > 0) out.parts = to_parts(t_, options.parts, options.name);
     return out;
   }
@@ -430,9 +431,35 @@ class Passes final : Rewriter {
         expression(is_down ? RMP_EXPR_SUBTRACT : RMP_EXPR_ADD, type, span, {now, by});
     const std::uint32_t further = assign(counter, sum, span);
     body = joined(body, further);
-    const std::uint32_t here = variable(counter, span);
-    const std::uint32_t goes = expression(is_down ? RMP_EXPR_GREATER_EQUAL : RMP_EXPR_LESS_EQUAL,
-                                          RMP_TYPE_BOOL, span, {here, to});
+    const auto again = [&](std::uint32_t e) {
+      return t_.expressions[e].op == RMP_EXPR_SYMBOL ? variable(t_.expressions[e].symbol, span) : e;
+    };
+    const auto until = [&](bool downwards) {
+      const std::uint32_t here = variable(counter, span), last = again(to);
+      return expression(downwards ? RMP_EXPR_GREATER_EQUAL : RMP_EXPR_LESS_EQUAL, RMP_TYPE_BOOL,
+                        span, {here, last});
+    };
+    std::uint32_t goes = RMP_NONE;
+    if (step) {
+      goes = until(is_down);
+    } else {
+      // Which way a computed step goes is known when it runs.
+      const auto way = [&](bool is_above) {
+        std::uint32_t zero = integer(0, span);
+        if (type == RMP_TYPE_REAL) zero = expression(RMP_EXPR_CONVERT, RMP_TYPE_REAL, span, {zero});
+        const std::uint32_t given = again(by);
+        const std::uint32_t sign = expression(is_above ? RMP_EXPR_GREATER : RMP_EXPR_LESS,
+                                              RMP_TYPE_BOOL, span, {given, zero});
+        const std::uint32_t left = until(is_down == is_above);
+        return expression(RMP_EXPR_AND, RMP_TYPE_BOOL, span, {sign, left});
+      };
+      const std::uint32_t above = way(true), below = way(false);
+      goes = expression(RMP_EXPR_OR, RMP_TYPE_BOOL, span, {above, below});
+      notes_.push_back({RMP_FAULT_NOTE, span,
+                        "a STEP that is 0 when the program runs leaves out the loop there, where "
+                        "the interpreter ends with a fault",
+                        ""});
+    }
     st(i).op = RMP_STMT_WHILE;
     st(i).a = goes;
     st(i).b = st(i).c = st(i).symbol = RMP_NONE;
@@ -483,6 +510,7 @@ class Passes final : Rewriter {
   const PostCapabilities& caps_;
   std::uint32_t routine_ = 0;
   std::set<std::uint32_t> read_behind_;  ///< FOR statements
+  std::vector<Remark> notes_;            ///< of the routines
 };
 
 }  // namespace

@@ -215,6 +215,21 @@ class ProgramCell final : public program::World {
     return {};
   }
 
+  Result<bool> stands(std::uint64_t number) override {
+    const auto it = a_.open_.find(number);
+    if (it == a_.open_.end()) return true;
+    const std::vector<std::size_t> all = moved_by(it->second);
+    return std::all_of(all.begin(), all.end(), [&](std::size_t who) {
+      return TaskExecutor::moved_until(x_.actors_[who]) <= now_ + kSame;
+    });
+  }
+  Result<bool> same_robot(std::uint32_t a, std::uint32_t b) override {
+    if (a == b) return true;
+    RMP_TRY_ASSIGN(const ProgramActor::RobotUse* one, robot_of(a));
+    RMP_TRY_ASSIGN(const ProgramActor::RobotUse* other, robot_of(b));
+    return one->actor == other->actor;
+  }
+
   Result<Target> robot_state(std::uint32_t robot, std::uint32_t) override {
     auto state = [&]() -> Result<Target> {
       RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(robot));

@@ -101,6 +101,8 @@ class Checker {
   Id boolean(Id n, const std::string& what);
   Id number(Id n, const std::string& what);
   bool check_place(Id expression, const Node& at, const std::string& what);
+  Id robot_choice(const Node& n);
+  void warn_without_effect(Id place, const Node& n);
   bool always_returns(Id n) const;
   Id routine_named(const Node& n, std::uint32_t kind, const char* what);
   void resolve_gotos();
@@ -109,6 +111,7 @@ class Checker {
   Id expression(Id n, Id expected = kBad);
   Id expression_of_name(const Node& n);
   Id call(const Node& n, Id symbol);
+  [[nodiscard]] bool is_robot(Id expression) const;
   Id intrinsic(const Node& n, Id symbol);
   Id make(const Node& n, Id type, Id first_argument);
   Id component(Id n, Id type, const std::string& what);

@@ -95,7 +95,7 @@ constexpr WordDoc kDocs[] = {
     {"OUT", "A parameter that is given a value."},
     {"INOUT", "A parameter that is read and written."},
     {"SEC", "Seconds: WAIT 0.5 SEC;"},
-    {"STEP", "Step of a FOR loop, at least 1."},
+    {"STEP", "Step of a FOR loop: at least 1, or one computed that is not 0."},
     {"TIMEOUT", "Longest time of WAIT FOR [s]; R_TIMEOUT is TRUE behind it."},
     {"AT", "Number of a signal, and its width: AT 3, 8"},
     {"FROM", "The module that names come from."},
@@ -469,7 +469,7 @@ class Completer {
         case RMP_SYMBOL_ROUTINE: return routine_kind(x) == RMP_ROUTINE_PROCEDURE;
         case RMP_SYMBOL_INTRINSIC:
           for (const Intrinsic& i : intrinsics())
-            if (i.name == x.name) return i.result.empty();
+            if (i.name == x.name) return i.result.empty() || i.result == "R";
           return false;
         default: return false;
       }

@@ -172,6 +172,8 @@ std::string Analysis::parameter_name(char letter) {
     case 'a': return "array, list or STRING";
     case 'w': return "values";
     case 'm': return "variables";
+    case 'q': return "mode, robot";
+    case 'R': return "R_SPEC_TYPE";
     default: return "value";
   }
 }

@@ -144,7 +144,7 @@ bool Checker::is_pure(Id e) const {
   if (x.op == RMP_EXPR_INTRINSIC) {
     const std::string_view name = out_.symbols[x.symbol].name;
     if (name == "TRAFO" || name == "TRAFOINV" || name == "EOF" || name == "EOL" ||
-        name == "GETSTATUS")
+        name == "GETSTATUS" || name.substr(0, 2) == "R_")
       return false;
   }
   for (Id k = 0; k < x.count; ++k)
@@ -482,6 +482,12 @@ Id Checker::call(const Node& n, Id symbol) {
   return add_with(RMP_EXPR_CALL, r.result, span(n), arguments, symbol);
 }
 
+/// Whether an expression is the name of a robot.
+bool Checker::is_robot(Id e) const {
+  const rmp_code_expression& x = out_.expressions[e];
+  return x.op == RMP_EXPR_SYMBOL && out_.symbols[x.symbol].kind == RMP_SYMBOL_ROBOT;
+}
+
 Id Checker::intrinsic(const Node& n, Id symbol) {
   const Intrinsic* in = nullptr;
   for (const Intrinsic& i : intrinsics())
@@ -499,7 +505,13 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
         name + " is of " + (is_joint ? "JOINT" : "ROBTARGET") + ", and the cell has no such type",
         "Declare it in the cell, as the standard one does.");
   };
-  const char many = in->parameters == "w" || in->parameters == "m" ? in->parameters[0] : '\0';
+  const bool is_brake = in->parameters == "q";
+  const char many =
+      in->parameters == "w" || in->parameters == "m" || is_brake ? in->parameters[0] : '\0';
+  if (is_brake && nodes.size() > 2) {
+    for (const Id a : nodes) expression(a);
+    return failed(nodes[2], name + " takes a mode and a robot, and no more", std::string(in->doc));
+  }
   if (!many && nodes.size() != in->parameters.size()) {
     for (const Id a : nodes) expression(a);
     return failed(kNone,
@@ -515,7 +527,7 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
     const char p = many ? many : in->parameters[k];
     const std::string what = "argument " + std::to_string(k + 1) + " of " + name;
     Id wanted = kBad;
-    if (p == 'i') wanted = RMP_TYPE_INT;
+    if (p == 'i' || (p == 'q' && k == 0)) wanted = RMP_TYPE_INT;
     else if (p == 'r') wanted = RMP_TYPE_REAL;
     else if (p == 'c') wanted = RMP_TYPE_CHAR;
     else if (p == 's') wanted = RMP_TYPE_STRING;
@@ -537,6 +549,14 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
     const bool is_file = kind == RMP_TYPE_FILE || kind == RMP_TYPE_TEXT;
     if (wanted != kBad) {
       e = convert(e, wanted, a, what);
+      const rmp_code_constant* mode = p == 'q' ? known(e) : nullptr;
+      if (mode && type_of(e) != kBad && mode->integer != 0 && mode->integer != 1)
+        return failed(nodes[k], name + " knows no mode " + std::to_string(mode->integer),
+                      "0 ends the motion, 1 holds it until the interrupt's routine has ended.");
+    } else if (p == 'q') {
+      if (!is_robot(e))
+        return failed(nodes[k], what + " needs the name of a robot, and this is " + shown(t),
+                      "Such as: BRAKE(0, arm); where the cell has ROBOT arm := ...;");
     } else if (p == 'n') {
       if (!is_number(t)) return failed(nodes[k], what + " needs a number, and this is " + shown(t));
       result_number = t;
@@ -590,6 +610,13 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
   else if (r == "P") result = named_type("POSE");
   else if (r == "J") result = named_type("JOINT");
   else if (r == "T") result = named_type("ROBTARGET");
+  else if (r == "R") {
+    for (Id t = 0; t < out_.types.size() && result == RMP_TYPE_VOID; ++t)
+      if (out_.types[t].role == RMP_ROLE_ROBOT) result = t;
+    if (result == RMP_TYPE_VOID)
+      return failed(kNone, name + " is a robot, and the cell declares none",
+                    "Declare its R_SPEC_TYPE, and ROBOT arm := R_SPEC_TYPE(...); there.");
+  }
   if (result == kBad) return without_type(r == "J");
   // Functions of numbers that are known are numbers that are known.
   std::vector<double> x;

@@ -8,7 +8,7 @@
 namespace robomosp::irl {
 namespace {
 
-constexpr std::array<Intrinsic, 66> kAll{{
+constexpr std::array<Intrinsic, 71> kAll{{
     {"SIN", "r", "r", "Sine of an angle in degrees."},
     {"COS", "r", "r", "Cosine of an angle in degrees."},
     {"TAN", "r", "r", "Tangent of an angle in degrees; an error at odd multiples of 90."},
@@ -76,6 +76,15 @@ constexpr std::array<Intrinsic, 66> kAll{{
     {"ACQUIRE", "S", "", "Waits until a semaphore is above zero, and takes one away."},
     {"RELEASE", "S", "", "Adds one to a semaphore."},
     {"GETSTATUS", "x", "i", "State of a process, R_PROCESS_READY to R_PROCESS_BLOCKED."},
+    {"BRAKE", "q", "",
+     "Brakes the motion that an interrupt came into, or that of a robot: BRAKE(mode, robot). 0 "
+     "ends "
+     "it, 1 holds it until the interrupt's routine has ended."},
+    {"R_JOINT_ACT", "", "J", "Joints of the robot as it stands or moves now."},
+    {"R_ROBTARGET_ACT", "", "T", "Where the tool is now, in the frame of the targets."},
+    {"R_SPEED_ACT", "", "r", "Speed of the tool now [mm/s]."},
+    {"R_ACT_ROB", "", "R",
+     "The robot of this process's motions: R_ACT_ROB := arm; counts where ACT_ROB is not given."},
 }};
 
 }  // namespace

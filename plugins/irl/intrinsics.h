@@ -13,7 +13,8 @@ namespace robomosp::irl {
 /// S SEMAPHORE, L a list, F a FILE or TEXT, B a STRING; e an element of the list before it, a
 /// anything with a length; w any number of values to be written, and m of places to be read,
 /// perhaps behind a FILE or TEXT. Behind "?" they may be left out. The result has the same letters:
-/// n is the argument's type, e an element; "" is a procedure.
+/// n is the argument's type, e an element; "" is a procedure. q is BRAKE's: an INT and the name of
+/// a robot, each of which may be left out; R is the type of robots.
 struct Intrinsic {
   std::string_view name, parameters, result;
   std::string_view doc;  ///< one sentence

@@ -166,7 +166,7 @@ class Lowering {
       if (i.parameters == "m") return true;
       const Id t = e(p_.links[n.first + k]).type;
       if (i.parameters == "w") return k == 0 && (t == RMP_TYPE_FILE || t == RMP_TYPE_TEXT);
-      const char p = i.parameters[k];
+      const char p = k < i.parameters.size() ? i.parameters[k] : '\0';
       return p == 'F' || p == 'L' || p == 'S' || p == 'B';
     }
     return false;
@@ -211,6 +211,19 @@ class Lowering {
     }
     const Operand c = value(x);
     emit(sense ? RMP_OP_JUMP_IF : RMP_OP_JUMP_UNLESS, c, {}, label_operand(label));
+  }
+
+  /// A function that no source names: a step as it is, where it is not 0.
+  Id step_check() {
+    if (step_check_ == kNone) {
+      rmp_code_symbol x{};
+      x.kind = RMP_SYMBOL_INTRINSIC;
+      x.name = p_.keep("FOR_STEP");
+      x.routine = x.value = x.constant = kNone;
+      step_check_ = static_cast<Id>(p_.symbols.size());
+      p_.symbols.push_back(x);
+    }
+    return step_check_;
   }
 
   // ---- statements ----
@@ -333,12 +346,37 @@ class Lowering {
         // Limit and step are computed once, before the variable changes.
         const Operand first = settled(from, has_call(s.b) || s.c != kNone);
         const Operand to = settled(value(s.b), true);
-        const Operand step = s.c == kNone ? constant(p_.integer(1)) : settled(value(s.c), true);
+        Operand step = s.c == kNone ? constant(p_.integer(1)) : settled(value(s.c), true);
+        // Which way a computed step goes is known when it runs; 0 goes nowhere, and is a fault.
+        const bool is_known = s.c == kNone || e(s.c).constant != kNone;
+        Operand goes_up{};
+        if (!is_known) {
+          const Operand checked = temporary(RMP_TYPE_INT);
+          emit(RMP_OP_ARGUMENT, step, {}, {});
+          emit(RMP_OP_INTRINSIC, {RMP_OPERAND_INTRINSIC, 0, step_check()}, number(1), checked);
+          step = checked;
+          goes_up = temporary(RMP_TYPE_BOOL);
+          emit(is_up ? RMP_OP_GREATER : RMP_OP_LESS, step, constant(p_.integer(0)), goes_up);
+        }
         emit(RMP_OP_COPY, first, {}, i);
         const Id again = new_label(), out = new_label();
         const Operand t = temporary(RMP_TYPE_BOOL);
-        emit(is_up ? RMP_OP_GREATER : RMP_OP_LESS, i, to, t);
-        emit(RMP_OP_JUMP_IF, t, {}, label_operand(out));
+        // Leaves the loop where `a` is beyond `b`.
+        const auto leave_beyond = [&](const Operand& a, const Operand& b) {
+          if (is_known) {
+            emit(is_up ? RMP_OP_GREATER : RMP_OP_LESS, a, b, t);
+          } else {
+            const Id down = new_label(), either = new_label();
+            emit(RMP_OP_JUMP_UNLESS, goes_up, {}, label_operand(down));
+            emit(RMP_OP_GREATER, a, b, t);
+            jump(either);
+            set_label(down);
+            emit(RMP_OP_LESS, a, b, t);
+            set_label(either);
+          }
+          emit(RMP_OP_JUMP_IF, t, {}, label_operand(out));
+        };
+        leave_beyond(i, to);
         set_label(again);
         loop_body(s, out);
         // The last value is not passed by, so that the greatest INT may be one.
@@ -346,10 +384,16 @@ class Lowering {
         const Operand x = temporary(RMP_TYPE_REAL), y = temporary(RMP_TYPE_REAL);
         emit(RMP_OP_CONVERT, i, {}, x);
         emit(RMP_OP_CONVERT, to, {}, y);
-        emit(RMP_OP_SUBTRACT, is_up ? y : x, is_up ? x : y, left);
+        const bool is_forward = is_up || !is_known;
+        emit(RMP_OP_SUBTRACT, is_forward ? y : x, is_forward ? x : y, left);
         emit(RMP_OP_CONVERT, step, {}, x);
-        emit(RMP_OP_LESS, left, x, t);
-        emit(RMP_OP_JUMP_IF, t, {}, label_operand(out));
+        if (is_known) {
+          emit(RMP_OP_LESS, left, x, t);
+          emit(RMP_OP_JUMP_IF, t, {}, label_operand(out));
+        } else {
+          if (!is_up) emit(RMP_OP_NEGATE, x, {}, x);
+          leave_beyond(x, left);
+        }
         emit(is_up ? RMP_OP_ADD : RMP_OP_SUBTRACT, i, step, i);
         jump(again);
         return set_label(out);
@@ -426,7 +470,7 @@ class Lowering {
   }
 
   ProgramTables& p_;
-  Id labels_ = 0, temporaries_ = 0, base_ = 0, most_ = 0;
+  Id labels_ = 0, temporaries_ = 0, base_ = 0, most_ = 0, step_check_ = kNone;
   std::unordered_map<Id, Id> named_;
   std::vector<Id> exits_;
   std::vector<std::vector<Id>> by_routine_;

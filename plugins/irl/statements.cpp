@@ -161,9 +161,60 @@ bool Checker::always_returns(Id n) const {
   }
 }
 
+/// R_ACT_ROB := robot; it chooses, and copies nothing. kNone = it is another assignment.
+Id Checker::robot_choice(const Node& n) {
+  const Node& to = at(n.first);
+  if (to.kind != N::name || to.name == kNone || names_.upper(to.name) != "R_ACT_ROB") return kNone;
+  const Id symbol = lookup(to.name);
+  if (symbol == kNone || out_.symbols[symbol].kind != RMP_SYMBOL_INTRINSIC) return kNone;
+  use(to, symbol);
+  const Id robot = expression(to.next);
+  const Id t = type_of(robot);
+  if (t != kBad && !is_robot(robot))
+    fail(at(to.next), "R_ACT_ROB needs the name of a robot, and this is " + shown(t),
+         "Such as: R_ACT_ROB := arm; where the cell has ROBOT arm := ...;");
+  const Id s = add_statement(RMP_STMT_CALL, n);
+  const Id call = add(RMP_EXPR_INTRINSIC, RMP_TYPE_VOID, span(n), {robot}, symbol);
+  out_.statements[s].a = call;
+  return s;
+}
+
+/// Values that nothing looks at: of system variables, and of fields of robots.
+void Checker::warn_without_effect(Id place, const Node& n) {
+  const rmp_code_expression& x = out_.expressions[place];
+  if (x.op == RMP_EXPR_SYMBOL) {
+    const rmp_code_symbol& s = out_.symbols[x.symbol];
+    const std::string_view name = s.name;
+    if (out_.scopes[s.scope].kind != RMP_SCOPE_PREDEFINED) return;
+    if (name == "R_SCALE_FORW" || name == "R_SCALE_BACK" || name == "R_DISTANCE_FORW" ||
+        name == "R_DISTANCE_BACK")
+      warn(at(n.first), std::string(name) + " has no effect on motions",
+           "What it means is not known. Speeds are those of R_SPEED, R_SPEED_PTP and R_ACC.");
+    return;
+  }
+  Id root = place;
+  while (out_.expressions[root].op == RMP_EXPR_FIELD || out_.expressions[root].op == RMP_EXPR_INDEX)
+    root = out_.links[out_.expressions[root].first];
+  if (root == place || !is_robot(root)) return;
+  Id inner = place;
+  while (out_.links[out_.expressions[inner].first] != root)
+    inner = out_.links[out_.expressions[inner].first];
+  if (out_.expressions[inner].op != RMP_EXPR_FIELD) return;
+  const rmp_code_type& t = out_.types[type_of(root)];
+  const std::string field = upper(out_.fields[t.first_field + out_.expressions[inner].symbol].name);
+  if (field == "R_JOINT_ACT" || field == "R_ROBTARGET_ACT" || field == "R_SPEED_ACT")
+    warn(at(n.first), field + " is what the robot does, and a value that it is given is lost",
+         "A motion moves it.");
+  else if (field.substr(0, 2) == "R_" && field != "R_DEVICES")
+    warn(at(n.first), "the field " + field + " of a robot has no effect on its motions",
+         "The system variables count: R_SPEED, R_SPEED_ORI, R_ACC, R_C_CP, R_C_SPEED, R_SPEED_PTP, "
+         "R_ACC_PTP and R_C_PTP.");
+}
+
 Id Checker::statement(const Node& n) {
   switch (n.kind) {
     case N::assign: {
+      if (const Id chosen = robot_choice(n); chosen != kNone) return chosen;
       const Id place = expression(n.first);
       const Id t = type_of(place);
       const Id value = component(at(n.first).next, t, "this variable");
@@ -174,6 +225,7 @@ Id Checker::statement(const Node& n) {
         fail(n, "a " + shown(t) + " is not assigned");
         return kNone;
       }
+      warn_without_effect(place, n);
       const Id s = add_statement(RMP_STMT_ASSIGN, n);
       out_.statements[s].a = place;
       out_.statements[s].b = value;
@@ -502,6 +554,9 @@ Id Checker::motion(const Node& n) {
       const Id t = type_of(value);
       if (t != kBad && out_.types[t].role != RMP_ROLE_ROBOT)
         fail(at(x.first), "ACT_ROB needs a robot, and this is " + shown(t));
+      else if (t != kBad && !is_robot(value))
+        fail(at(x.first), "ACT_ROB needs the name of a robot",
+             "Name one that the cell declares: ROBOT name := ...; R_ACT_ROB counts by itself.");
     } else if (number_of == RMP_ATTR_TOOL || number_of == RMP_ATTR_FRAME) {
       value = component(x.first, named_type("POSE"), written(x));
     } else {

@@ -227,6 +227,30 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
       {"CASE i OF WHEN 1: WHEN 1: ENDCASE;", "8:24 this value has an arm already.\n"},
       {"FOR i := 1 TO 3 STEP 0 ENDFOR;",
        "8:22 STEP is at least 1, and this is 0. Use DOWNTO to count downwards.\n"},
+      {"FOR i := 1 TO 3 STEP i ENDFOR;", ""},
+      {"BRAKE(2);",
+       "8:7 BRAKE knows no mode 2. 0 ends the motion, 1 holds it until the interrupt's routine has "
+       "ended.\n"},
+      {"BRAKE(0, i);",
+       "8:10 argument 2 of BRAKE needs the name of a robot, and this is INT. Such as: BRAKE(0, "
+       "arm); where the cell has ROBOT arm := ...;\n"},
+      {"BRAKE(0, i, i);",
+       "8:13 BRAKE takes a mode and a robot, and no more. Brakes the motion that an interrupt came "
+       "into, or that of a robot: BRAKE(mode, robot). 0 ends it, 1 holds it until the interrupt's "
+       "routine has ended.\n"},
+      {"R_JOINT_ACT := TRAFOINV(target);",
+       "8:1 an assignment needs a variable, and this is a value.\n"},
+      {"R_ACT_ROB := i;",
+       "8:14 R_ACT_ROB needs the name of a robot, and this is INT. Such as: R_ACT_ROB := arm; "
+       "where "
+       "the cell has ROBOT arm := ...;\n"},
+      {"i := R_ACT_ROB.x;",
+       "8:6 R_ACT_ROB is a robot, and the cell declares none. Declare its R_SPEC_TYPE, and ROBOT "
+       "arm "
+       ":= R_SPEC_TYPE(...); there.\n"},
+      {"R_SCALE_FORW := 1.0;",
+       "warning 8:1 R_SCALE_FORW has no effect on motions. What it means is not known. Speeds are "
+       "those of R_SPEED, R_SPEED_PTP and R_ACC.\n"},
       {"CASE i OF 1: i := 2; ENDCASE;",
        "8:11 WHEN is missing, before \"1\". Such as: CASE i OF WHEN 1, 2: ... ENDCASE;\n"},
       {"RETURN 1;", "8:8 RETURN has a value, and this is no function.\n"},
@@ -246,6 +270,28 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
       EXPECT_EQ(found, expected) << text;
     }
   }
+}
+
+TEST(Irl, FieldsOfRobotsThatNothingLooksAtAreSaid) {
+  const std::string cell =
+      "PROGRAM p; TYPE RECORD JOINT: R_JOINT_ACT; REAL: R_SPEED; ARRAY [1..2] OF INT: R_DEVICES;"
+      " INT: mine; ENDRECORD: R_SPEC_TYPE;\n"
+      "TYPE ROBOT arm := R_SPEC_TYPE(JOINT(MAIN_JOINT(0.0,0.0,0.0,0.0,0.0,0.0),ADD_JOINT(0.0)),"
+      "1.0,[1,2],3);\n"
+      "VAR POSE: a := POSE(POSITION(1.0,0.0,0.0), ORIZYX(0.0,0.0,0.0));\nBEGIN\n";
+  EXPECT_EQ(faults(cell + "arm.mine := 1; arm.R_DEVICES[1] := 2; R_ACT_ROB := arm; "
+                          "MOVE PTP a ACT_ROB := arm; BRAKE(1, arm);\nENDPROGRAM;"),
+            "");
+  EXPECT_EQ(
+      faults(cell + "arm.R_SPEED := 2.0;\narm.R_JOINT_ACT.M_JOINT.A1 := 3.0;\n"
+                    "MOVE PTP a ACT_ROB := R_ACT_ROB;\nENDPROGRAM;"),
+      "warning 5:1 the field R_SPEED of a robot has no effect on its motions. The system "
+      "variables count: R_SPEED, R_SPEED_ORI, R_ACC, R_C_CP, R_C_SPEED, R_SPEED_PTP, "
+      "R_ACC_PTP and R_C_PTP.\n"
+      "warning 6:1 R_JOINT_ACT is what the robot does, and a value that it is given is lost. "
+      "A motion moves it.\n"
+      "7:23 ACT_ROB needs the name of a robot. Name one that the cell declares: ROBOT name := "
+      "...; R_ACT_ROB counts by itself.\n");
 }
 
 TEST(Irl, DeclarationsAreChecked) {

@@ -490,6 +490,28 @@ TEST(Legalise, WhatACallChangesIsTheSameInWhateverOrderPartsAreComputed) {
   }
 }
 
+TEST(Legalise, AComputedStepCountsBothWays) {
+  const char* const kText = R"(PROGRAM p;
+VAR INT: i, n, last := 9;
+BEGIN
+  FOR n := -3 TO 3
+    IF n <> 0 THEN
+      FOR i := 1 TO last STEP n WRITE(i, ' '); IF i > 5 THEN EXIT; ENDIF; ENDFOR; WRITE('|');
+      FOR i := last TO 1 STEP n WRITE(i, ' '); ENDFOR; WRITE('|', i);
+      FOR i := last DOWNTO 1 STEP n WRITE(i, ' '); last := last + 1; ENDFOR; WRITE('|');
+      FOR i := 1 DOWNTO 6 STEP n WRITE(i, ' '); ENDFOR; WRITELN('|', i);
+    ENDIF;
+  ENDFOR;
+ENDPROGRAM;
+)";
+  expect_same(kText);
+  const auto from = compiled(kText);
+  const std::string said = doings(from);
+  ASSERT_FALSE(said.starts_with("!")) << said;
+  EXPECT_NE(said.find("9 6 3 |"), std::string::npos) << said;
+  EXPECT_NE(said.find("1 4 |"), std::string::npos) << said;
+}
+
 TEST(Legalise, AParameterThatIsChangedMayBeAVariableOfTheProgram) {
   const auto from = compiled(R"(PROGRAM p;
 VAR INT: k := 2, x; ARRAY [1..3] OF INT: a := [5, 6, 7];

@@ -623,23 +623,183 @@ ENDPROGRAM;)");
 
 TEST(Machine, KnowsEveryFunctionOfTheLanguage) {
   const std::string head =
-      "PROGRAM p; VAR INT: i := 1; REAL: r := 1.0; CHAR: c; BOOL: b; STRING: s := 'ab';"
+      "PROGRAM p; TYPE RECORD INT: x; ENDRECORD: R_SPEC_TYPE; ROBOT arm := R_SPEC_TYPE(1);"
+      "VAR INT: i := 1; REAL: r := 1.0; CHAR: c; BOOL: b; STRING: s := 'ab';"
       "POSITION: p1; ORIENTATION: o; POSE: q; JOINT: j; ROBTARGET: t; SEMAPHORE: m;"
       "LIST OF INT: l; FILE: f; PROCESS side; BEGIN ENDPROCESS; BEGIN ";
   const std::map<char, std::string> kArguments{
-      {'i', "i"}, {'r', "r"}, {'n', "i"}, {'c', "c"}, {'b', "b"},    {'s', "s"}, {'p', "p1"},
-      {'o', "o"}, {'P', "q"}, {'J', "j"}, {'T', "t"}, {'x', "side"}, {'S', "m"}, {'L', "l"},
-      {'F', "f"}, {'B', "s"}, {'e', "i"}, {'l', "l"}, {'a', "s"},    {'w', "r"}, {'m', "i"}};
+      {'i', "i"},  {'r', "r"}, {'n', "i"}, {'c', "c"},     {'b', "b"}, {'s', "s"},
+      {'p', "p1"}, {'o', "o"}, {'P', "q"}, {'J', "j"},     {'T', "t"}, {'x', "side"},
+      {'S', "m"},  {'L', "l"}, {'F', "f"}, {'B', "s"},     {'e', "i"}, {'l', "l"},
+      {'a', "s"},  {'w', "r"}, {'m', "i"}, {'q', "0, arm"}};
   for (const irl::Intrinsic& x : irl::intrinsics()) {
     std::string call(x.name);
     call += '(';
     for (const char p : x.parameters) call += (call.back() == '(' ? "" : ", ") + kArguments.at(p);
     call += ')';
-    const std::string text =
-        head + (x.result.empty() ? call : "WRITE(" + call + ")") + "; ENDPROGRAM;";
+    if (x.result == "R") call = "R_ACT_ROB := arm; i := R_ACT_ROB.x";
+    const bool is_statement = x.result.empty() || x.result == "R";
+    const std::string text = head + (is_statement ? call : "WRITE(" + call + ")") + "; ENDPROGRAM;";
     auto m = Machine::load(compiled(text));
     EXPECT_TRUE(m.ok()) << text << (m.ok() ? "" : m.error().sentence());
   }
+}
+
+TEST(Machine, AComputedStepCountsBothWaysAndIsNotZero) {
+  const std::string vars = "VAR INT: i, n, least := -2147483648;";
+  const std::pair<const char*, const char*> kLoops[] = {
+      {"n := -2; FOR i := 5 TO 0 STEP n WRITE(i, ' '); ENDFOR; WRITE('|', i);", "5 3 1 |1"},
+      {"n := 2; FOR i := 0 TO 5 STEP n WRITE(i, ' '); ENDFOR; WRITE('|', i);", "0 2 4 |4"},
+      {"n := 2; FOR i := 5 TO 0 STEP n WRITE(i); ENDFOR; WRITE('|', i);", "|5"},
+      {"n := -1; FOR i := 0 TO 3 STEP n WRITE(i); ENDFOR; WRITE('|', i);", "|0"},
+      {"n := 2; FOR i := 5 DOWNTO 0 STEP n WRITE(i, ' '); ENDFOR; WRITE('|', i);", "5 3 1 |1"},
+      {"n := -2; FOR i := 0 DOWNTO 5 STEP n WRITE(i, ' '); ENDFOR; WRITE('|', i);", "0 2 4 |4"},
+      // The last value is the end of what an INT holds.
+      {"n := least; FOR i := 2147483647 TO least STEP n WRITE(i, ' '); ENDFOR; WRITE('|', i);",
+       "2147483647 -1 |-1"},
+      {"n := least; FOR i := least DOWNTO 5 STEP n WRITE(i, ' '); ENDFOR; WRITE('|', i);",
+       "-2147483648 0 |0"},
+      // It is computed once.
+      {"n := -1; FOR i := 3 TO 1 STEP n n := 7; WRITE(i, ' '); ENDFOR; WRITE('|', n);", "3 2 1 |7"},
+      {"FOR i := 1 TO 3 STEP n WRITE(i); ENDFOR;",
+       "p.irl:4:1: STEP of the FOR is 0, so that it would have no end. Above 0 it counts towards "
+       "the end, below 0 the other way."},
+      {"FOR i := 1 DOWNTO 3 STEP n WRITE(i); ENDFOR;", "p.irl:4:1: STEP of the FOR is 0"}};
+  for (const auto& [loop, said] : kLoops) {
+    EXPECT_EQ(written(body(loop, vars)).substr(0, std::string(said).size()), said) << loop;
+    // The same when the code comes from its text.
+    auto back = read_code_text(code_text(compiled(body(loop, vars))->code()));
+    ASSERT_TRUE(back.ok()) << back.error().sentence();
+    auto m = Machine::load(std::shared_ptr<const CompiledProgram>(std::move(back).value()));
+    ASSERT_TRUE(m.ok()) << m.error().sentence();
+    TestWorld w;
+    const std::string fault = fault_of(run_to_end(*m, w));
+    EXPECT_EQ((w.text + (fault.empty() ? "" : "p.irl" + fault)).substr(0, 5),
+              std::string(said).substr(0, 5))
+        << loop;
+  }
+}
+
+/// A cell with two robots.
+const std::string kTwoRobots =
+    R"(TYPE RECORD JOINT: R_JOINT_ACT; REAL: R_SPEED; ENDRECORD: R_SPEC_TYPE;
+CONST JOINT: zero := JOINT(MAIN_JOINT(0.0,0.0,0.0,0.0,0.0,0.0),ADD_JOINT(0.0));
+TYPE ROBOT arm := R_SPEC_TYPE(zero, 1.0); ROBOT hand := R_SPEC_TYPE(zero, 2.0);
+SIGNAL INPUT BOOL: near AT 1;
+VAR POSE: a := POSE(POSITION(1.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0)); INT: mode;
+)";
+
+TEST(Machine, BrakeEndsTheMotionThatAnInterruptCameInto) {
+  Machine m = loaded("PROGRAM p;\n" + kTwoRobots + R"(
+INTERRUPT stop WHEN near; BEGIN WRITE('< '); BRAKE; WRITE('stands '); WAIT 0.2 SEC; WRITE('> '); ENDINTERRUPT;
+BEGIN
+  ENABLE stop; MOVE LIN a, a UNTIL FALSE; WRITE('next '); MOVE LIN a; WRITE('end');
+ENDPROGRAM;)");
+  TestWorld w;
+  w.motion_seconds = 5;
+  w.braking = 0.3;
+  for (; w.now < 1; w.now += 0.01) m.run(w.now, w);
+  w.inputs["near"] = {1, 0};
+  m.run(w.now, w);
+  EXPECT_EQ(w.text, "< ");
+  ASSERT_EQ(m.status().waits.size(), 2u);
+  EXPECT_EQ(m.status().waits[0].kind, WaitKind::motion);
+  EXPECT_EQ(m.status().waits[0].motions, std::vector<std::uint64_t>{1});
+  EXPECT_EQ(m.status().waits[1].kind, WaitKind::interrupt);
+  EXPECT_EQ(fault_of(run_to_end(m, w)), "");
+  // The process goes on behind the motion, and its UNTIL has not held.
+  EXPECT_EQ(w.text, "< stands > next end");
+  EXPECT_EQ(w.aborted,
+            (std::vector<std::pair<std::uint64_t, AbortReason>>{{1, AbortReason::until}}));
+  ASSERT_EQ(w.begun.size(), 2u);
+  EXPECT_NEAR(w.begun[1], 1.5, 0.03);  // braking and the wait of the routine
+}
+
+TEST(Machine, BrakeHoldsAMotionUntilTheInterruptsRoutineHasEnded) {
+  Machine m = loaded("PROGRAM p;\n" + kTwoRobots + R"(
+INTERRUPT hold WHEN near; BEGIN BRAKE(1); WRITE('held '); WAIT 2.0 SEC; WRITE('on '); ENDINTERRUPT;
+BEGIN
+  ENABLE hold; MOVE LIN a; WRITE('end');
+ENDPROGRAM;)");
+  TestWorld w;
+  w.motion_seconds = 3;
+  for (; w.now < 1; w.now += 0.01) m.run(w.now, w);
+  w.inputs["near"] = {1, 0};
+  EXPECT_EQ(fault_of(run_to_end(m, w)), "");
+  EXPECT_EQ(w.text, "held on end");
+  EXPECT_EQ(w.held, std::vector<std::uint64_t>{1});
+  EXPECT_EQ(w.resumed, std::vector<std::uint64_t>{1});
+  EXPECT_TRUE(w.aborted.empty());
+}
+
+TEST(Machine, BrakeOfARobotIsOfItsMotionsWhoeverMovesIt) {
+  Machine m = loaded("PROGRAM p;\n" + kTwoRobots + R"(
+PROCESS left; BEGIN MOVE LIN a ACT_ROB := arm; WRITE('left '); MOVE LIN a ACT_ROB := hand; WRITE('hand '); ENDPROCESS;
+PROCESS right; BEGIN R_ACT_ROB := hand; MOVE LIN a; WRITE('right '); ENDPROCESS;
+BEGIN
+  START left; START right; WAIT 1.0 SEC; BRAKE(mode, arm); WRITE('braked ');
+ENDPROGRAM;)");
+  TestWorld w;
+  w.motion_seconds = 4;
+  w.braking = 0.5;
+  EXPECT_EQ(fault_of(run_to_end(m, w)), "");
+  // What the other process begins meanwhile is not braked.
+  EXPECT_TRUE(w.text == "braked left right hand " || w.text == "left braked right hand ") << w.text;
+  ASSERT_EQ(w.motions.size(), 3u);
+  EXPECT_EQ(w.motions[0].attributes.robot, "arm");
+  EXPECT_EQ(w.motions[1].attributes.robot, "hand");  // by R_ACT_ROB
+  ASSERT_EQ(w.aborted.size(), 1u);
+  EXPECT_EQ(w.aborted[0].first, 1u);
+  EXPECT_NEAR(w.begun[2], 1.5, 0.03);
+}
+
+TEST(Machine, BrakeSaysWhatItCannotDo) {
+  const auto run = [](const std::string& declarations, const std::string& statements) {
+    Machine m = loaded("PROGRAM p;\n" + kTwoRobots + declarations + "\nBEGIN\n" + statements +
+                       "\nENDPROGRAM;");
+    TestWorld w;
+    w.motion_seconds = 100;
+    w.inputs["near"] = {0, 0};
+    for (; w.now < 0.5; w.now += 0.01) m.run(w.now, w);
+    w.inputs["near"] = {1, 0};
+    const Status& s = run_to_end(m, w, 300);
+    return w.text + (s.fault ? s.fault->message : std::string());
+  };
+  EXPECT_EQ(run("", "mode := 2; BRAKE(mode);"), "BRAKE knows no mode 2");
+  EXPECT_EQ(
+      run("", "BRAKE(1);"),
+      "BRAKE(1) holds a motion until the routine of an interrupt has ended, and this is none");
+  EXPECT_EQ(run("", "BRAKE; WRITE('nothing moves');"), "nothing moves");
+  EXPECT_EQ(run("INTERRUPT it WHEN near; BEGIN BRAKE(1); MOVE LIN a; ENDINTERRUPT;",
+                "ENABLE it; MOVE LIN a;"),
+            "a motion of this process is held by BRAKE, and another cannot begin before it");
+  EXPECT_EQ(run("FUNCTION f: BOOL; BEGIN BRAKE; RETURN TRUE; ENDFCT;", "MOVE LIN a UNTIL f();"),
+            "a condition of UNTIL or WHEN brakes");
+}
+
+TEST(Machine, ProgramsReadWhatTheirRobotDoes) {
+  Machine m = loaded("PROGRAM p;\n" + kTwoRobots + R"(
+VAR JOINT: j; ROBTARGET: t;
+BEGIN
+  MOVE LIN a C_CP := 5.0;  { it is read behind the motion }
+  j := R_JOINT_ACT; t := R_ROBTARGET_ACT;
+  WRITE(j.M_JOINT.A2, ' ', R_JOINT_ACT.M_JOINT.A3, ' ', t.STATUS, ' ', R_ROBTARGET_ACT.PSE.POS.X, ' ', R_SPEED_ACT);
+  R_ACT_ROB := hand;
+  WRITE(' ', R_ACT_ROB.R_SPEED, ' ', R_ACT_ROB.R_JOINT_ACT.M_JOINT.A1);
+ENDPROGRAM;)");
+  TestWorld w;
+  w.state.joints = {10, 20, 30, 40, 50, 60};
+  w.state.status = 4;
+  w.state.pose.position = {7, 8, 9};
+  EXPECT_EQ(fault_of(run_to_end(m, w)), "");
+  EXPECT_EQ(w.text, "20.0 30.0 4 7.0 12.5 2.0 10.0");
+  EXPECT_GE(w.now, 1);
+  Machine none =
+      loaded("PROGRAM p;\n" + kTwoRobots + "BEGIN WRITE(R_ACT_ROB.R_SPEED); ENDPROGRAM;");
+  TestWorld other;
+  EXPECT_EQ(fault_of(run_to_end(none, other)).substr(0, 60),
+            std::string("p.irl:7:7: R_ACT_ROB is none of the robots yet. Choose one first")
+                .substr(0, 60));
 }
 
 TEST(Machine, TargetsAndAttributesAreThoseOfTheirStatement) {
