@@ -11,7 +11,8 @@
 namespace robomosp::program_post {
 namespace {
 
-constexpr const char* kHint = "Write a program for each robot.";
+constexpr const char* kHint =
+    "Post a part for each robot (only_robot, --only-robot), or write a program for each.";
 
 class OneRobot final : Rewriter {
  public:

@@ -377,7 +377,7 @@ int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
 /// What `robomosp post` was asked for.
 struct PostSettings {
   std::string file, target, profile, robot, folder, form = "automatic", name, templates;
-  std::string world, side_by_side, picture, plot;
+  std::string world, side_by_side, picture, plot, only_robot;
   bool check = false, run_check = false, overwrite = false;
 };
 
@@ -579,6 +579,7 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   const Map found = *posted->as_map();
   const bool is_correct = *found.find("correct")->as_bool();
   if (is_correct && !how.check && !how.folder.empty()) {
+  if (!how.only_robot.empty()) args.set("only_robot", how.only_robot);
     args.set("check", false);
     args.set("run_check", false);  // it has just been correct
     args.erase("picture");
@@ -1347,7 +1348,10 @@ int shell_main(int argc, char** argv) {
       ->needs(is_run);
   post->add_option(
       "--side-by-side", posted.side_by_side,
-      "Page with the code of several targets (--target krl,rapid): .html, .md or .txt");
+  post->add_option("--only-robot", posted.only_robot,
+                   "Of a program of several robots the part for this one's controller");
+      "Page with the code of several targets (--target krl,rapid): .html, .md or .txt")
+      ->excludes("--only-robot");
   post->add_flag("--overwrite", posted.overwrite, "Replace files that are there");
   post->footer(
       "Exit codes: 0 posted; 1 the program has errors, or the target cannot say it: nothing is "

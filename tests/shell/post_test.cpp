@@ -130,6 +130,21 @@ TEST_F(PostCommand, ExitCodesTellAProgramsFaultsUsageAndWrongInputApart) {
   EXPECT_TRUE(has(run({"post", "--help"}).out, "Exit codes: 0 posted"));
 }
 
+TEST(Post, PostsThePartOfOneRobotOrSaysWhichLinesItNeeds) {
+  const std::string both = std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/programs/two_robots.irl";
+  const Outcome none =
+      run({"post", both, "--target", "krl", "--only-robot", "left", "--form", "structured"});
+  EXPECT_EQ(none.code, 1) << none.err;
+  EXPECT_TRUE(has(none.err, "two_robots.irl:33:5: error: the semaphore table_free")) << none.err;
+  EXPECT_TRUE(has(none.err, "part_there_released")) << none.err;
+  const Outcome whole = run({"post", both, "--target", "krl", "--robot", "ur5"});
+  EXPECT_EQ(whole.code, 1) << whole.err;
+  EXPECT_TRUE(has(whole.err, "--only-robot")) << whole.err;
+  const Outcome middle = run({"post", both, "--target", "krl", "--only-robot", "middle"});
+  EXPECT_EQ(middle.code, 3) << middle.err;
+  EXPECT_TRUE(has(middle.err, "It declares left, right.")) << middle.err;
+}
+
 /// Short texts are kept within their string, and move along with it.
 TEST_F(PostCommand, TextsOfAControllersRecordAreWrittenWhateverTheirLength) {
   const std::string lift = at("lift.irl");

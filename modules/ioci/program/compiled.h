@@ -21,8 +21,10 @@ struct Compiled {
 
 /// The program of a checked `id`; the first error of its source is the command's, with its place.
 /// Its points and numbers that follow a world are those of `place`, or of the place that `world`
-/// and `name_there` of the arguments name, or of the only one.
+/// and `name_there` of the arguments name, or of the only one. `text` stands in place of what its
+/// own file, the first, holds.
 Result<Compiled> compile_whole(CommandContext& ctx, const Map& args,
-                               const ProgramPlace* place = nullptr);
+                               const ProgramPlace* place = nullptr,
+                               const std::string* text = nullptr);
 
 }  // namespace robomosp::ioci

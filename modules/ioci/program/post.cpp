@@ -14,6 +14,7 @@
 #include "ioci/program/compiled.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/packs.h"
+#include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/robot/robots.h"
 #include "kernel/file_root.h"
@@ -23,6 +24,7 @@
 #include "program/flatten.h"
 #include "program/trace.h"
 #include "program_post/legalise.h"
+#include "program_post/part_of_robot.h"
 #include "program_post/points.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
@@ -415,7 +417,11 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& c
   }
   out.name = text_of(args, "name");
   if (out.name.empty()) out.name = out.profile->record.program;
-  if (out.name.empty()) out.name = plain(code.name);
+  if (out.name.empty()) {
+    out.name = plain(code.name);
+    // Parts of one program may lie in one folder.
+    if (has(args, "only_robot")) out.name += "_" + plain(text_of(args, "only_robot"));
+  }
   return out;
 }
 
@@ -438,6 +444,28 @@ List fault_list(const rmp_code& code, const Collected& out) {
 Result<std::shared_ptr<const CompiledProgram>> flatten_it(CommandContext& ctx, const Map& args,
                                                           const Compiled& made) {
   program::TraceOptions options;
+/// The part of a program for the controller of one robot.
+Result<program_post::Part> part_of(CommandContext& ctx, const Map& args, const Compiled& made,
+                                   const std::string& robot, bool keeps_lines) {
+  program_post::PartTask task;
+  Controller record;
+  std::string name;
+  if (has(args, "profile")) {
+    const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
+    record = std::get<model::OtherContent>(r->body).as<Controller>();
+    name = r->name;
+  }
+  std::vector<program_post::Line> lines;
+  for (const auto& s : record.signals) lines.push_back({s.name, s.number, !s.kind.empty()});
+  task.code = &made.code();
+  task.text = made.texts.front();
+  task.robot = robot;
+  task.controller = name;
+  task.lines = lines;
+  task.keeps_lines = keeps_lines;
+  return program_post::part_of_robot(task);
+}
+
   if (const Value* given = args.find("inputs"); given && given->as_map())
     for (const auto& [name, value] : *given->as_map()) {
       const double* number = value.as_real();
@@ -492,9 +520,24 @@ Result<Map> run_of(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> post(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, args));
+  RMP_TRY_ASSIGN(const Asked asked, read_asked(ctx, args, made.code()));
+  std::vector<Fault> of_part;
+  std::vector<program_post::MadeFor> made_for;
+  bool is_divided = true;
+  if (has(args, "only_robot")) {
+    RMP_TRY_ASSIGN(const program_post::Part part,
+                   part_of(ctx, args, made, text_of(args, "only_robot"), true));
+    for (const auto& r : part.remarks) {
+      of_part.push_back({r.severity, r.span, r.message, r.hint});
+      is_divided = is_divided && r.severity != RMP_FAULT_ERROR;
+    }
+    if (is_divided) {
+      RMP_TRY_ASSIGN(made, compile_whole(ctx, args, nullptr, &part.text));
+      made_for = part.made_for;
+    }
+  }
   const rmp_code& code = made.code();
-  RMP_TRY_ASSIGN(const Asked asked, read_asked(ctx, args, code));
   const std::string form = text_of(args, "form");
   const PostCapabilities& caps = asked.post->capabilities();
   const bool takes_structure = (caps.forms & kPostStructured) != 0;
@@ -503,7 +546,9 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::unsupported, std::string(caps.title) + " takes no " + form + " program",
                  "Leave form out.", "form");
   Collected out;
-  if (form == "structured" || (form == "automatic" && takes_structure)) {
+  if (!is_divided) {
+    out.form = form == "flat" || !takes_structure ? "flat" : "structured";
+  } else if (form == "structured" || (form == "automatic" && takes_structure)) {
     RMP_TRY(write_one(ctx, asked, code, kPostStructured, out));
   }
   std::shared_ptr<const CompiledProgram> flat;
@@ -568,6 +613,17 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
           "a run finds " + std::to_string(run_errors) + (run_errors == 1 ? " error" : " errors") +
               ", and nothing is written; the first: " + *first.find("text")->as_string(),
           "program.check_run lists them; without run_check the program is posted as it is.", where);
+  // What was made for the part is of the place that it was made for.
+  const auto to_place = [&](rmp_span& span) {
+    for (const auto& m : made_for)
+      if (span.file == 0 && span.begin >= m.begin && span.begin < m.end) {
+        span = m.span;
+        return;
+      }
+  };
+  for (Fault& f : out.faults) to_place(f.span);
+  for (Line& l : out.lines) to_place(l.span);
+  out.faults.insert(out.faults.begin(), of_part.begin(), of_part.end());
     }
   }
   if (errors > 0 && !flag(args, "check")) {
@@ -655,6 +711,28 @@ Result<Value> targets(CommandContext& ctx, const Map&) {
         {kPostFunctions, "functions"},
         {kPostRecursion, "recursion"},
         {kPostReals, "real variables"},
+Result<Value> part_of_robot(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  RMP_TRY_ASSIGN(const program_post::Part part,
+                 part_of(ctx, args, made, text_of(args, "robot"), false));
+  const std::string where = name_in(ctx, ref(args, "id"));
+  Collected out;
+  for (const auto& r : part.remarks) out.fault(r.severity, r.span, r.message, r.hint);
+  for (const Fault& f : out.faults)
+    if (f.severity == RMP_FAULT_ERROR)
+      return error(ErrorCode::unsupported, f.message, f.hint,
+                   where + ", " + row<rmp_code_file>(made.code().files, f.span.file).name + ":" +
+                       std::to_string(f.span.line) + ":" + std::to_string(f.span.column));
+  model::Program p = program_of(ctx, args);
+  p.files.front().lines = lines_of(part.text);
+  const std::string name = text_of(args, "name");
+  model::Record r;
+  r.name = name;
+  r.body = model::OtherContent(program_kind(), std::move(p));
+  RMP_TRY_ASSIGN(const AnyId id, ctx.edit().add(std::move(r)));
+  return Value(Map{{"program", Application::handle(id)}, {"faults", fault_list(made.code(), out)}});
+}
+
         {kPostStrings, "strings"},
         {kPostArrays, "arrays"},
         {kPostRecords, "records"},
@@ -761,6 +839,9 @@ RMP_COMMANDS(post_commands) {
                             "Only lists what is wrong; writes nothing."),
                   defaulted("run_check", "bool", "", false,
                             "Checks it by a run as well (program.check_run), in its world or alone "
+                  optional("only_robot", "string", "",
+                           "A ROBOT of a program of several: the part for its controller is "
+                           "posted (program.part_of_robot)."),
                             "with the robot, and refuses where that has errors."),
                   optional("world", "ref:world", "", "Which of its worlds it runs in."),
                   optional("picture", "path", "",
@@ -807,6 +888,52 @@ RMP_COMMANDS(post_commands) {
                   "== program_begin\n"
                   "BEGIN {{name}}\n"
                   "== program_end\n"
+  all.push_back(
+      {.name = "program.part_of_robot",
+       .classic = "",
+       .summary = "Makes the part of a program of several robots that is for the controller of "
+                  "one.",
+       .details =
+           "The program and its processes run on the controller of the robot that each moves; one "
+           "that moves nothing where it shares most. Semaphores, BOOL and INT that two controllers "
+           "share become lines between them, which the profile names among its signals: "
+           "NAME_released and NAME_acquired of a semaphore, the name of a variable, and "
+           "NAME_starts "
+           "of both robots. Whatever else they share is an error at its line. program.post with "
+           "only_robot posts the same.",
+       .example =
+           "local both = program.create{name = \"both\", source = [[\n"
+           "PROGRAM both;\n"
+           "TYPE\n"
+           "  RECORD POSE: R_BASE, R_TOOL; ENDRECORD: R_SPEC_TYPE;\n"
+           "  ROBOT left := R_SPEC_TYPE(POSE(POSITION(0.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0)),\n"
+           "    POSE(POSITION(0.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0)));\n"
+           "  ROBOT right := left;\n"
+           "VAR POSE: a := POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0));\n"
+           "PROCESS go;\n"
+           "BEGIN\n"
+           "  MOVE PTP a ACT_ROB := right;\n"
+           "ENDPROCESS;\n"
+           "BEGIN\n"
+           "  START go;\n"
+           "  MOVE PTP a ACT_ROB := left;\n"
+           "ENDPROGRAM;\n"
+           "]]}\n"
+           "local part = both:part_of_robot{robot = \"right\", name = \"right\"}\n"
+           "assert(part.program:source():find(\"PROCEDURE go\"))",
+       .params = {self("program"), needed("robot", "string", "", "A ROBOT of the program."),
+                  needed("name", "string", "", "Name of the part, unique among programs."),
+                  optional("profile", "ref:controller", "",
+                           "The controller, whose signals may be lines to another one.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("program", "handle", "", "The part."),
+                    field("faults", "list", "",
+                          "What is to be known of it; a table each: severity, file, line, column, "
+                          "message, hint.")}},
+       .effect = Effect::edits,
+       .run = part_of_robot});
                   "STOP\n"
                   "== lin\n"
                   "GO {{x|fixed:1}} {{y|fixed:1}} {{z|fixed:1}} {{a}} {{b}} {{c}}\n"

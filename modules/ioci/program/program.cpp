@@ -64,8 +64,8 @@ Result<std::vector<BoundValue>> values_of(CommandContext& ctx,
   return out;
 }
 
-Result<Compiled> compile(CommandContext& ctx, const Map& args,
-                         const ProgramPlace* place = nullptr) {
+Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlace* place = nullptr,
+                         const std::string* text = nullptr) {
   const Program& p = program_of(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   if (p.files.empty())
@@ -80,6 +80,7 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args,
                  motion::checked_params(info, choice, "provider " + text::quote(info.name)));
   Compiled out;
   for (const ProgramFile& f : p.files) out.texts.push_back(text_of_file(f));
+  if (text) out.texts.front() = *text;
   std::vector<SourceFile> files;
   for (std::size_t i = 0; i < p.files.size(); ++i)
     files.push_back({p.files[i].name, out.texts[i], {}});
@@ -110,8 +111,9 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args,
 
 }  // namespace
 
-Result<Compiled> compile_whole(CommandContext& ctx, const Map& args, const ProgramPlace* place) {
-  RMP_TRY_ASSIGN(Compiled out, compile(ctx, args, place));
+Result<Compiled> compile_whole(CommandContext& ctx, const Map& args, const ProgramPlace* place,
+                               const std::string* text) {
+  RMP_TRY_ASSIGN(Compiled out, compile(ctx, args, place, text));
   const rmp_code& c = out.code();
   if (!c.has_errors) return out;
   std::uint32_t errors = 0;
@@ -274,10 +276,10 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(const std::string more, io::read_file(beside, kMostSource));
     RMP_TRY_ASSIGN(const std::string found, told_source(ctx, list, more));
     p.files.push_back({list, lines_of(found)});
-    ctx.app.messages.post(Severity::info, "file_note",
-                          p.files[0].name + " names no list of data: " + list +
-                              " beside it is taken along.",
-                          "program");
+    ctx.app.messages.post(
+        Severity::info, "file_note",
+        p.files[0].name + " names no list of data: " + list + " beside it is taken along.",
+        "program");
   }
   const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
@@ -596,7 +598,8 @@ RMP_COMMANDS(program_commands) {
        .summary = "Makes a program from a file of source, such as .irl, or of a controller.",
        .details =
            "The files that it names (system specification .ssi, lists of data .dls, modules) "
-           "are taken from the same folder; one that is not there is reported. Where it names no list of "
+           "are taken from the same folder; one that is not there is reported. Where it names no "
+           "list of "
            "data, datalist.dls of that folder is taken. Text that is "
            "no UTF-8 is read as ISO 8859-1. A controller's program (.src, .mod, .script, .ls, ...) "
            "becomes IRL, with its own files behind it; what IRL does not say of it is reported, "
