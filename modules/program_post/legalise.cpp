@@ -12,6 +12,7 @@
 #include "program_post/arcs.h"
 #include "program_post/parts.h"
 #include "program_post/points.h"
+#include "program_post/recursion.h"
 #include "program_post/rewriter.h"
 #include "program_post/robots.h"
 #include "program_post/scalars.h"
@@ -57,17 +58,11 @@ class Passes final : Rewriter {
     if (!has(kPostTeach) && to_taught_values(t_, out.remarks) && !points.empty())
       known = known_now(points);
     to_chords(t_, caps_, points, options.chord_mm, out.remarks);
+    to_loops(t_, caps_, options.recursion_depth, out.remarks);
     to_scalars(t_, caps_, out.remarks);
     find_loops_whose_variable_is_read_behind();
     for (std::uint32_t r = 0; r < t_.routines.size(); ++r) {
       routine_ = r;
-      const rmp_code_routine& it = t_.routines[r];
-      if (it.is_recursive && !has(kPostRecursion))
-        out.remarks.push_back(
-            {RMP_FAULT_ERROR, it.span,
-             std::string(caps_.title) + " has no routines that call themselves, as " +
-                 t_.symbols[it.symbol].name + " does",
-             "Post the flattened program (form = \"flat\"), or write it with a loop."});
       const std::uint32_t body = t_.routines[r].body;
       t_.routines[r].body = block(body, {}, 0);
     }

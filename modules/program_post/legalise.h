@@ -31,6 +31,7 @@ struct Legal {
 struct LegaliseOptions {
   std::span<const PostPoint> points;  ///< known points of the program (points.h), for arcs
   double chord_mm = 0.1;              ///< how far straight pieces may be from an arc
+  std::size_t recursion_depth = 32;   ///< calls within each other, where loops take their place
   std::size_t parts = 0;              ///< about how many programs it becomes (parts.h); 0 = one
   std::string_view name = "part";     ///< what their names begin with
 };
@@ -39,11 +40,11 @@ struct LegaliseOptions {
 /// - ACT_ROB to nothing, where all motions are of one robot (robots.h);
 /// - TEACH to assignments (taught.h);
 /// - circles and smooth paths to straight pieces (arcs.h);
+/// - routines that call themselves to loops with a stack (recursion.h);
 /// - records to variables, functions to procedures, OUT parameters to variables, AND and OR to IF,
 ///   values that a call changes to variables (scalars.h);
 /// - CASE to IF, ELSIF to nested IF, FOR to WHILE, LOOP to WHILE, REPEAT and EXIT to jumps.
-/// Each row keeps the span of what it was made of. Recursion that the target has none of is an
-/// error among the remarks. Three-address code is not copied. Linear.
+/// Each row keeps the span of what it was made of. Three-address code is not copied. Linear.
 [[nodiscard]] Legal legalise(const rmp_code& code, const PostCapabilities& capabilities,
                              const LegaliseOptions& options = {});
 

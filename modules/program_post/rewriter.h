@@ -100,6 +100,53 @@ class Rewriter {
     st(i).body = arm;
     return i;
   }
+  /// Statements that give a place the value of another expression: of a place element by element
+  /// and field by field, since many languages assign no arrays and records as a whole. `counter(n)`
+  /// is a variable that the n-th loop within another counts by; indices of both are computed for
+  /// each element.
+  template <class Counter>
+  std::uint32_t copied(std::uint32_t to, std::uint32_t from, const rmp_span& span,
+                       Counter&& counter, std::size_t within = 0) {
+    const rmp_code_type type = t_.types[ex(to).type];
+    const std::uint32_t op = ex(from).op;
+    const bool is_place = op == RMP_EXPR_SYMBOL || op == RMP_EXPR_FIELD || op == RMP_EXPR_INDEX;
+    if (!is_place) return assignment(to, from, span);
+    if (type.kind == RMP_TYPE_RECORD && type.role == RMP_ROLE_NONE) {
+      Chain all;
+      for (std::uint32_t k = 0; k < type.field_count; ++k) {
+        const std::uint32_t of = t_.fields[type.first_field + k].type;
+        const std::uint32_t a = expression(RMP_EXPR_FIELD, of, span, {to}, k);
+        const std::uint32_t b = expression(RMP_EXPR_FIELD, of, span, {from}, k);
+        append(all, copied(a, b, span, counter, within));
+      }
+      return all.head;
+    }
+    const rmp_code_type other = t_.types[ex(from).type];
+    if (type.kind != RMP_TYPE_ARRAY || other.kind != RMP_TYPE_ARRAY)
+      return assignment(to, from, span);
+    // Arrays of one length may have other bounds.
+    const std::uint32_t n = counter(within);
+    const std::uint32_t a = expression(RMP_EXPR_INDEX, type.element, span, {to, variable(n, span)});
+    std::uint32_t i = variable(n, span);
+    if (const auto by = std::int64_t{other.lower} - type.lower; by != 0)
+      i = expression(by > 0 ? RMP_EXPR_ADD : RMP_EXPR_SUBTRACT, RMP_TYPE_INT, span,
+                     {i, literal(t_.integer(by > 0 ? by : -by), span)});
+    const std::uint32_t b = expression(RMP_EXPR_INDEX, other.element, span, {from, i});
+    const std::uint32_t body = copied(a, b, span, counter, within + 1);
+    return for_each(n, type, body, span);
+  }
+  /// A loop over the indices of an array.
+  std::uint32_t for_each(std::uint32_t counter, const rmp_code_type& array, std::uint32_t body,
+                         const rmp_span& span) {
+    const std::uint32_t from = literal(t_.integer(array.lower), span);
+    const std::uint32_t to = literal(t_.integer(array.upper), span);
+    const std::uint32_t i = statement(RMP_STMT_FOR, span);
+    st(i).symbol = counter;
+    st(i).a = from;
+    st(i).b = to;
+    st(i).body = body;
+    return i;
+  }
   void append(Chain& to, std::uint32_t first) {
     if (first == RMP_NONE) return;
     if (to.tail == RMP_NONE) to.head = first;

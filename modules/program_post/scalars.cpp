@@ -35,7 +35,22 @@ class Scalars final : public Rewriter {
                   (caps.features & kPostBooleans) != 0),
         has_locals_((caps.features & kPostLocals) != 0),
         has_exit_((caps.features & (kPostExit | kPostGoto)) != 0),
+        has_recursion_((caps.features & kPostRecursion) != 0),
         effects_(t) {}
+  /// Only calls of routines that call themselves, from within such.
+  Scalars(ProgramTables& t, std::string_view title, const InnerCalls& inner,
+          std::vector<Remark>& remarks)
+      : Rewriter(t),
+        title_(title),
+        remarks_(remarks),
+        no_records_(false),
+        no_functions_(false),
+        no_out_(false),
+        no_short_(false),
+        has_locals_(true),
+        has_exit_(true),
+        effects_(t),
+        inner_(&inner) {}
 
   void run() {
     find_split();
@@ -48,6 +63,7 @@ class Scalars final : public Rewriter {
     std::vector<Chain> starts(routines);
     initial_values(starts);
     for (Id r = 0; r < routines; ++r) {
+      if (!is_asked_for(r)) continue;
       routine_ = r;
       Id condition = t_.routines[r].condition;
       if (!is_refused(condition, "conditions of interrupts")) condition = asked_again(condition);
@@ -186,7 +202,7 @@ class Scalars final : public Rewriter {
         has_out = has_out || (is_out && no_out_);
       }
       if (!s.is_changed) continue;
-      if (x.is_recursive && no_out_ && (has_out || s.gives_by_place))
+      if (x.is_recursive && has_recursion_ && no_out_ && (has_out || s.gives_by_place))
         fault(x.span,
               title_ + " has no parameters that are changed, and " + t_.symbols[x.symbol].name +
                   ", which has, calls itself",
@@ -239,7 +255,17 @@ class Scalars final : public Rewriter {
       }
     }
   }
+  [[nodiscard]] bool is_asked_for(Id r) const {
+    return inner_ == nullptr || inner_->group[r] != RMP_NONE;
+  }
+  /// Whether it is a call that leads back to where it stands.
+  [[nodiscard]] bool is_inner(const rmp_code_expression& x) const {
+    if (inner_ == nullptr || x.op != RMP_EXPR_CALL || inner_->group[routine_] == RMP_NONE)
+      return false;
+    return inner_->group[t_.symbols[x.symbol].routine] == inner_->group[routine_];
+  }
   [[nodiscard]] bool is_any() {
+    if (inner_ != nullptr) return true;
     if (!parts_.empty() || no_short_ || effects_.is_any()) return true;
     for (const Signature& s : signatures_)
       if (s.is_changed) return true;
@@ -360,6 +386,7 @@ class Scalars final : public Rewriter {
       out = s.gives_by_place;
       for (const Id p : s.old) out = out || (no_out_ && t_.symbols[p].mode != RMP_MODE_IN);
     }
+    out = out || is_inner(x);
     if (x.op == RMP_EXPR_FIELD || x.op == RMP_EXPR_INDEX) {
       out = place_needs(e);
       if (needs_.size() <= e) needs_.resize(t_.expressions.size(), 0);
@@ -392,7 +419,9 @@ class Scalars final : public Rewriter {
   }
   bool calls_changed(Id e) {
     const rmp_code_expression x = ex(e);
-    if (x.op == RMP_EXPR_CALL && signatures_[t_.symbols[x.symbol].routine].is_changed) return true;
+    if (x.op == RMP_EXPR_CALL &&
+        (signatures_[t_.symbols[x.symbol].routine].is_changed || is_inner(x)))
+      return true;
     for (Id k = 0; k < x.count; ++k)
       if (calls_changed(operand(e, k))) return true;
     return false;
@@ -646,9 +675,45 @@ class Scalars final : public Rewriter {
       for (Id& v : values) v = settled(v);
     return values;
   }
+  /// The same of one that leads back: all that it takes and gives goes through variables of the
+  /// program.
+  void inner_call(Id e, const std::vector<Id>& results) {
+    const rmp_code_expression x = ex(e);
+    const Id r = t_.symbols[x.symbol].routine;
+    struct Sent {
+      Id variable, value;
+    };
+    std::vector<Sent> in, back;
+    const Id last = last_needing(e);
+    for (Id k = 0; k < x.count; ++k) {
+      const Id p = t_.routines[r].first_parameter + k;
+      const Id sent = inner_->sent.at(p);
+      if (t_.symbols[p].mode != RMP_MODE_IN) {
+        const Id place = placed(operand(e, k), true);
+        in.push_back({sent, place});
+        back.push_back({sent, place});
+        continue;
+      }
+      Id v = rewritten(operand(e, k));
+      if (k < last || is_disturbed(e, k)) v = settled(v);
+      in.push_back({sent, v});
+    }
+    const auto counter = [&](std::size_t) { return temporary(RMP_TYPE_INT, x.span); };
+    for (const Sent& s : in) emit(copied(variable(s.variable, x.span), s.value, x.span, counter));
+    const Id i = statement(RMP_STMT_CALL, x.span);
+    const Id made = expression(RMP_EXPR_CALL, x.type, x.span, {}, x.symbol);
+    st(i).a = made;
+    emit(i);
+    if (!results.empty()) {
+      const Id value = variable(inner_->result.at(r), x.span);
+      emit(copied(variable(results[0], x.span), value, x.span, counter));
+    }
+    for (const Sent& s : back) emit(copied(s.value, variable(s.variable, x.span), x.span, counter));
+  }
   /// A call as a statement; a result goes to `results`, one symbol for each part.
   void call(Id e, const std::vector<Id>& results) {
     const rmp_code_expression x = ex(e);
+    if (is_inner(x)) return inner_call(e, results);
     const Id r = t_.symbols[x.symbol].routine;
     const Signature s = signatures_[r];
     std::vector<Id> all;
@@ -663,7 +728,8 @@ class Scalars final : public Rewriter {
       if (is_out && no_out_) {
         const Id root = root_of(a);
         const bool is_twice = !changed.insert(root).second;
-        if (root != RMP_NONE && (is_twice || named_[r].contains(root)))
+        if (root != RMP_NONE && (has_recursion_ || t_.routines[r].is_recursive == 0) &&
+            (is_twice || named_[r].contains(root)))
           fault(x.span,
                 title_ + " has no parameters that are changed, and " +
                     t_.symbols[t_.routines[r].symbol].name + " reaches " + t_.symbols[root].name +
@@ -716,6 +782,7 @@ class Scalars final : public Rewriter {
     return variable(t, x.span);
   }
   bool needs_statement(Id e) {
+    if (is_inner(ex(e))) return true;
     const Signature& s = signatures_[t_.symbols[ex(e).symbol].routine];
     if (s.gives_by_place) return true;
     for (const Id p : s.old)
@@ -760,11 +827,12 @@ class Scalars final : public Rewriter {
                                   x.kind != RMP_SYMBOL_ROBOT))
         continue;
       const Id r = x.routine == RMP_NONE ? 0 : x.routine;
+      if (!is_asked_for(r)) continue;
+      routine_ = r;
       const bool is_late =
           depends(x.value, late) || calls_changed(x.value) || has_disorder(x.value);
       const auto it = parts_.find(s);
       if (it == parts_.end() && !is_late) continue;
-      routine_ = r;
       out_ = {};
       if (!is_late) {
         may_hoist_ = false;
@@ -1162,6 +1230,7 @@ class Scalars final : public Rewriter {
   std::string title_;
   std::vector<Remark>& remarks_;
   bool no_records_, no_functions_, no_out_, no_short_, has_locals_, has_exit_;
+  bool has_recursion_ = false;  ///< where there is none, recursion.h has told
   std::vector<bool> is_split_;
   std::map<std::tuple<std::int32_t, std::int32_t, Id>, Id> arrays_;
   std::map<Id, std::vector<Leaf>> leaf_types_;
@@ -1171,6 +1240,7 @@ class Scalars final : public Rewriter {
   std::vector<std::uint8_t> needs_;  ///< 0 = not looked at, 1 = no, 2 = yes
   std::vector<std::set<Id>> named_;  ///< by routine
   Effects effects_;
+  const InnerCalls* inner_ = nullptr;
   Id first_symbols_ = 0, routine_ = 0;
   Chain out_;
   bool may_hoist_ = true;
@@ -1181,6 +1251,11 @@ class Scalars final : public Rewriter {
 
 void to_scalars(ProgramTables& tables, const PostCapabilities& caps, std::vector<Remark>& remarks) {
   Scalars(tables, caps, remarks).run();
+}
+
+void to_statements(ProgramTables& tables, std::string_view title, const InnerCalls& inner,
+                   std::vector<Remark>& remarks) {
+  Scalars(tables, title, inner, remarks).run();
 }
 
 }  // namespace robomosp::program_post

@@ -3,6 +3,9 @@
 // program, AND and OR as IF (layer: data processing, program_post).
 #pragma once
 
+#include <cstdint>
+#include <map>
+#include <string_view>
 #include <vector>
 
 #include "program_post/legalise.h"
@@ -22,5 +25,17 @@ namespace robomosp::program_post {
 ///   before and behind each call.
 /// - kPostShortCircuit, with kPostIf: where the right side may fail or calls a function.
 void to_scalars(ProgramTables&, const PostCapabilities&, std::vector<Remark>&);
+
+/// Routines that call themselves, and the variables of the program by which their calls of each
+/// other take and give values.
+struct InnerCalls {
+  std::vector<std::uint32_t> group;               ///< by routine; RMP_NONE = it is none of them
+  std::map<std::uint32_t, std::uint32_t> sent;    ///< by parameter
+  std::map<std::uint32_t, std::uint32_t> result;  ///< by routine, of functions
+};
+/// Within routines of a group, calls of the same group become statements without arguments: values
+/// are assigned to the variables before, results and what is changed are copied from them behind.
+/// Other calls stay. A call that has no place for statements is an error, as above.
+void to_statements(ProgramTables&, std::string_view title, const InnerCalls&, std::vector<Remark>&);
 
 }  // namespace robomosp::program_post

@@ -94,7 +94,7 @@ const std::vector<Dialect>& dialects() {
                  {kSpeed, R"((\$LIN_SPD = \d\.)\d)", "$019"},
                  {kKind, "MOVE LINEAR", "MOVE JOINT"}};
     all.push_back(l);
-    l = {"pacscript", "denso_rc8", "puma560", 5, false};
+    l = {"pacscript", "denso_rc8", "puma560", 6, false};
     l.random = 8;
     l.damages = {{kDigit, R"((P\(-?[1-9]\d+\.\d)0)", "$015"},
                  {kTurn, R"((P\((?:-?[1-9]\d+\.\d+, )(?:-?\d+\.\d+, ){2}-?\d+\.\d)0)", "$015"},

@@ -192,11 +192,13 @@ struct Passed {
 };
 /// What the passes make of a program, with code.
 Passed passed(const std::shared_ptr<const CompiledProgram>& from, const PostCapabilities& caps,
-              double chord_mm = 0.1, Parts parts = Parts::in_order) {
+              double chord_mm = 0.1, Parts parts = Parts::in_order,
+              std::size_t recursion_depth = 64) {
   const auto known = program_post::known_points(from->code(), nullptr, nullptr);
   program_post::LegaliseOptions options;
   options.points = known.points;
   options.chord_mm = chord_mm;
+  options.recursion_depth = recursion_depth;
   auto legal = program_post::legalise(from->code(), caps, options);
   Passed out;
   for (const auto& r : legal.remarks)
@@ -251,9 +253,13 @@ std::string entry_text(const TraceEntry& e, const rmp_code& c) {
 }
 /// What a program does, an entry a line; "!" and why, where it ends with a fault. WRITEs of one
 /// line are one.
-std::string doings(const std::shared_ptr<const CompiledProgram>& p) {
+std::string doings(const std::shared_ptr<const CompiledProgram>& p,
+                   const std::map<std::string, std::int64_t>& inputs = {},
+                   std::uint64_t most_instructions = 200'000) {
   program::TraceOptions options;
-  options.most_instructions = 200'000;
+  for (const auto& [name, value] : inputs)
+    options.inputs[name] = {value, static_cast<double>(value)};
+  options.most_instructions = most_instructions;
   options.most_entries = 20'000;
   const auto t = program::trace(p, options);
   if (!t.ok()) return "!" + t.error().message;
@@ -266,14 +272,18 @@ const std::map<std::string, std::uint64_t> kLacks{
     {"records", kPostRecords},
     {"functions", kPostFunctions},
     {"out", kPostOutParameters},
+    {"recursion", kPostRecursion},
+    {"recursion and locals", kPostRecursion | kPostLocals | kPostShortCircuit},
+    {"recursion and records", kPostRecursion | kPostRecords | kPostFunctions | kPostOutParameters},
     {"functions and out", kPostFunctions | kPostOutParameters},
     {"short circuit", kPostShortCircuit},
     {"records, functions", kPostRecords | kPostFunctions | kPostShortCircuit},
     {"records, out", kPostRecords | kPostOutParameters | kPostFunctions | kPostShortCircuit},
     {"locals", kPostRecords | kPostFunctions | kPostShortCircuit | kPostLocals},
     {"loops", kPostElsif | kPostCase | kPostFor | kPostRepeat | kPostLoop | kPostExit},
-    {"all", kPostRecords | kPostFunctions | kPostOutParameters | kPostShortCircuit | kPostElsif |
-                kPostCase | kPostFor | kPostRepeat | kPostLoop | kPostExit}};
+    {"all", kPostRecursion | kPostRecords | kPostFunctions | kPostOutParameters |
+                kPostShortCircuit | kPostElsif | kPostCase | kPostFor | kPostRepeat | kPostLoop |
+                kPostExit}};
 
 /// What the tables still have that they should not.
 std::string left(const rmp_code& c, std::uint64_t lacks) {
@@ -548,6 +558,354 @@ ENDPROGRAM;
   PostCapabilities caps = without(0);
   const auto legal = program_post::legalise(from->code(), caps);
   EXPECT_EQ(legal.tables->symbols.size(), from->code().symbols.count);
+}
+
+// ---- recursion ----
+
+/// Runs with each of some inputs, rewritten for languages without recursion and this or that.
+void expect_same_recursion(const std::string& text, const std::string& input,
+                           const std::vector<std::int64_t>& values) {
+  const auto from = compiled(text);
+  ASSERT_FALSE(from->code().has_errors);
+  for (const auto& [name, lacks] : kLacks) {
+    for (const Parts parts : {Parts::in_order, Parts::calls_first, Parts::right_first}) {
+      const Passed got = passed(from, without(lacks | kPostRecursion), 0.1, parts);
+      ASSERT_EQ(got.errors, "") << name << "\n" << text;
+      EXPECT_EQ(left(got.program->code(), lacks), "") << name << "\n" << text;
+      for (std::uint32_t r = 0; r < got.program->code().routines.count; ++r)
+        EXPECT_EQ(row<rmp_code_routine>(got.program->code().routines, r).is_recursive, 0U);
+      for (const std::int64_t value : values) {
+        const std::string want = doings(from, {{input, value}});
+        ASSERT_FALSE(want.starts_with("!")) << want;
+        EXPECT_EQ(doings(got.program, {{input, value}}, 4'000'000), want)
+            << name << ", parts " << static_cast<int>(parts) << ", " << input << " " << value
+            << "\n"
+            << text;
+      }
+    }
+  }
+}
+
+TEST(Legalise, HanoiOfAsManyDiscsAsAnInputSaysIsALoop) {
+  expect_same_recursion(R"(PROGRAM p;
+SIGNAL INPUT INT: discs AT 1, 8; OUTPUT BOOL: gripper AT 3;
+TYPE RECORD INT: discs; POSITION: foot; ENDRECORD: PEG;
+VAR ARRAY [1..3] OF PEG: pegs := [PEG(0, POSITION(600.0, -250.0, 0.0)),
+      PEG(0, POSITION(600.0, 0.0, 0.0)), PEG(0, POSITION(600.0, 250.0, 0.0))];
+    ORIENTATION: down := ORIZYX(0.0, 180.0, 0.0);
+    INT: carried;
+PROCEDURE carry (IN INT: source, goal);
+BEGIN
+  MOVE LIN POSE(POSITION(600.0, 250.0 * source - 500.0, 30.0 * pegs[source].discs), down);
+  gripper := TRUE;
+  pegs[source].discs := pegs[source].discs - 1;
+  pegs[goal].discs := pegs[goal].discs + 1;
+  MOVE LIN POSE(POSITION(600.0, 250.0 * goal - 500.0, 30.0 * pegs[goal].discs), down);
+  gripper := FALSE;
+  carried := carried + 1;
+ENDPROC;
+PROCEDURE solve (IN INT: n, source, goal, other);
+BEGIN
+  IF n > 0 THEN
+    solve(n - 1, source, other, goal);
+    carry(source, goal);
+    solve(n - 1, other, goal, source);
+  ENDIF;
+ENDPROC;
+BEGIN
+  pegs[1].discs := discs;
+  solve(discs, 1, 3, 2);
+  WRITELN(carried, pegs);
+ENDPROGRAM;
+)",
+                        "discs", {0, 1, 2, 5});
+}
+
+TEST(Legalise, FunctionsThatCallThemselvesWithinExpressionsAreLoops) {
+  expect_same_recursion(R"(PROGRAM p;
+SIGNAL INPUT INT: n AT 1, 8;
+VAR INT: k, calls; ARRAY [0..9] OF INT: a := [3, 1, 4, 1, 5, 9, 2, 6, 5, 3]; REAL: x;
+FUNCTION fact (IN INT: n): INT;
+BEGIN
+  IF n <= 1 THEN RETURN 1; ENDIF;
+  RETURN fact(n - 1) * n;
+ENDFCT;
+FUNCTION fib (IN INT: n): INT;
+BEGIN
+  calls := calls + 1;
+  IF n < 2 THEN RETURN n; ENDIF;
+  RETURN fib(n - 1) + fib(n - 2);
+ENDFCT;
+FUNCTION ackermann (IN INT: m, n): INT;
+BEGIN
+  IF m = 0 THEN RETURN n + 1; ELSIF n = 0 THEN RETURN ackermann(m - 1, 1); ENDIF;
+  RETURN ackermann(m - 1, ackermann(m, n - 1));
+ENDFCT;
+FUNCTION power (IN REAL: b; IN INT: e): REAL;
+VAR REAL: half;
+BEGIN
+  IF e = 0 THEN RETURN 1.0; ENDIF;
+  half := power(b, e DIV 2);
+  IF e MOD 2 = 0 THEN RETURN half * half; ENDIF;
+  RETURN b * half * half;
+ENDFCT;
+FUNCTION found (IN INT: what, at): BOOL;
+BEGIN RETURN at <= 9 AND (a[at] = what OR found(what, at + 1)); ENDFCT;
+FUNCTION least (IN INT: at): INT;
+VAR INT: rest := 99;
+BEGIN
+  IF at < 9 THEN rest := least(at + 1); ENDIF;
+  IF a[at] < rest THEN RETURN a[at]; ENDIF;
+  RETURN rest;
+ENDFCT;
+FUNCTION digits (IN INT: v): STRING;
+BEGIN
+  IF v < 10 THEN RETURN 'x'; ENDIF;
+  RETURN CONCAT(digits(v DIV 10), 'y');
+ENDFCT;
+BEGIN
+  k := 2 * fact(n) + fact(fact(3)) - n;
+  WRITELN(k, fib(n), calls, fib(n - 1) - calls);
+  WRITELN(ackermann(2, n MOD 3), power(1.5, n), found(n, 0), found(9, n), least(n));
+  WHILE k > 0 AND fib(k MOD 7) <> 8 k := k - 1; ENDWHILE;
+  WRITELN(k, a[fact(3)], digits(1000 * n + 7));
+  FOR k := fact(2) TO fib(5) STEP fact(2) WRITE(k); ENDFOR;
+  CASE fact(n) OF WHEN 1: WRITELN('one'); WHEN 2, 6: WRITELN('few'); DEFAULT: WRITELN('many'); ENDCASE;
+ENDPROGRAM;
+)",
+                        "n", {0, 1, 3, 7});
+}
+
+TEST(Legalise, RoutinesThatCallEachOtherAreOneLoop) {
+  expect_same_recursion(R"(PROGRAM p;
+SIGNAL INPUT INT: n AT 1, 8;
+VAR INT: steps; BOOL: b;
+FUNCTION even (IN INT: n): BOOL;
+BEGIN
+  steps := steps + 1;
+  IF n = 0 THEN RETURN TRUE; ENDIF;
+  RETURN odd(n - 1);
+ENDFCT;
+FUNCTION odd (IN INT: n): BOOL;
+BEGIN
+  IF n = 0 THEN RETURN FALSE; ENDIF;
+  RETURN even(n - 1);
+ENDFCT;
+PROCEDURE draw (IN INT: level; IN REAL: length);
+VAR INT: side;
+BEGIN
+  IF level = 0 THEN
+    MOVE_INC LIN POSE(POSITION(length, 1.0 * steps, 0.0), ORIZYX(0.0, 0.0, 0.0));
+    RETURN;
+  ENDIF;
+  FOR side := 1 TO 3
+    IF side = 2 AND even(level) THEN turn(level - 1, length / 2.0);
+    ELSE draw(level - 1, length / 3.0);
+    ENDIF;
+  ENDFOR;
+  WRITELN(side, level);
+ENDPROC;
+PROCEDURE turn (IN INT: level; IN REAL: length);
+BEGIN
+  steps := steps + 10;
+  draw(level, length);
+  IF odd(level) THEN RETURN; ENDIF;
+  WAIT 0.1 SEC;
+  draw(level, -length);
+ENDPROC;
+BEGIN
+  b := odd(n); WRITELN(even(n), b, even(n + 1), steps);
+  draw(n MOD 4, 90.0); turn(1, 5.0);
+  WRITELN(steps);
+ENDPROGRAM;
+)",
+                        "n", {0, 1, 2, 3, 11});
+}
+
+TEST(Legalise, ParametersThatAreChangedAndLocalsAreThoseOfTheirCall) {
+  expect_same_recursion(R"(PROGRAM p;
+TYPE RECORD INT: a; ARRAY [0..2] OF INT: n; ENDRECORD: BOX;
+SIGNAL INPUT INT: n AT 1, 8;
+VAR INT: g, x, y; ARRAY [1..4] OF INT: a := [10, 20, 30, 40]; BOX: b;
+    POSE: q := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 90.0, 0.0));
+PROCEDURE pegs (IN INT: n; INOUT INT: a, b, c);
+BEGIN
+  IF n = 0 THEN RETURN; ENDIF;
+  pegs(n - 1, a, c, b);
+  a := a - 1; b := b + 1;
+  WRITE(a, b, c);
+  pegs(n - 1, c, b, a);
+ENDPROC;
+FUNCTION gcd (IN INT: a, b; OUT INT: u, v): INT;
+VAR INT: g, s, t;
+BEGIN
+  IF b = 0 THEN u := 1; v := 0; RETURN a; ENDIF;
+  g := gcd(b, a MOD b, s, t);
+  u := t; v := s - a DIV b * t;
+  RETURN g;
+ENDFCT;
+PROCEDURE fill (IN INT: at; INOUT BOX: b; IN ARRAY [1..3] OF INT: by);
+VAR BOX: mine; ARRAY [1..3] OF INT: next; INT: k, sum;
+BEGIN
+  mine.a := mine.a + at;
+  IF at > 2 THEN b.a := b.a + 100; RETURN; ENDIF;
+  FOR k := 1 TO 3 next[k] := by[k] + at; ENDFOR;
+  b.n[at] := by[1];
+  fill(at + 1, mine, next);
+  fill(at + 1, b, next);
+  sum := sum + next[1] + next[3];
+  WRITELN(at, b, mine, next, sum);
+ENDPROC;
+FUNCTION depth (INOUT INT: most; IN POSE: p): INT;
+VAR POSE: q; INT: left; INT: twice := 2 * most;
+BEGIN
+  left := most;
+  most := most - 1;
+  IF most < 0 THEN RETURN 0; ENDIF;
+  q := p;
+  q.POS.Z := q.POS.Z + 10.0;
+  g := 1 + depth(most, q) * 2 + left;
+  MOVE LIN q SPEED := 50.0 + left;
+  WRITELN(most, left, twice);
+  RETURN g;
+ENDFCT;
+BEGIN
+  x := 3; y := 5; pegs(n MOD 5, x, a[n MOD 2 + 3], y); WRITELN;
+  WRITELN(x, y, a);
+  g := gcd(84 + n, 36, x, y); WRITELN(g, x, y, g + gcd(n, 12, x, y) * x);
+  fill(0, b, [1, 2, n]); WRITELN(b);
+  x := n MOD 4; WRITELN(x + depth(x, q) + x, g);
+ENDPROGRAM;
+)",
+                        "n", {0, 1, 3, 9});
+}
+
+TEST(Legalise, LoopsJumpsAndCasesWithCallsOfTheirOwnRoutineAreSteps) {
+  expect_same_recursion(R"(PROGRAM p;
+SIGNAL INPUT INT: n AT 1, 8; OUTPUT INT: level AT 4, 8;
+VAR INT: g, k; ARRAY [0..3] OF INT: a := [1, 2, 3, 4];
+FUNCTION walk (IN INT: d): INT;
+VAR INT: i, sum, t; REAL: r;
+BEGIN
+  level := ABS(d);
+  IF d <= 0 THEN RETURN 1; ENDIF;
+  FOR i := d DOWNTO 1 STEP 2 sum := sum + walk(i - 1); ENDFOR;
+  FOR i := 1 TO d + 1 IF i = 3 THEN EXIT; ENDIF; sum := sum + i; IF i = 2 AND walk(d - 2) = 1 THEN EXIT; ENDIF; ENDFOR;
+  t := i;
+  WHILE t > 0 AND walk(d - 1) > t
+    t := t - 1;
+    IF t = 2 THEN sum := sum + 1000; EXIT; ENDIF;
+  ENDWHILE;
+  REPEAT
+    i := i - 1;
+    CASE i MOD 4 OF
+      WHEN 0: sum := sum + 1;
+      WHEN 1, 2: sum := sum + walk(d - 3); IF sum > 5000 THEN RETURN sum; ENDIF;
+    ENDCASE;
+  UNTIL i < 1 OR walk(d - 3) < 0;
+  CASE walk(d - 2) OF WHEN 1: g := g + 1; DEFAULT: g := g + walk(d - 4); ENDCASE;
+  LOOP
+    t := t + 1;
+    IF t > 3 THEN EXIT; ENDIF;
+    LOOP sum := sum + 1; IF sum MOD 3 = 0 THEN EXIT; ENDIF; IF walk(d - 5) > 1 THEN RETURN -1; ENDIF; ENDLOOP;
+  ENDLOOP;
+  LABEL again:
+  IF t > 0 THEN t := t - 1; sum := sum + walk(d - 4); IF t = 1 THEN GOTO past; ENDIF; GOTO again; ENDIF;
+  LABEL past:
+  a[walk(d - 3) MOD 4] := walk(d - 4) + a[i MOD 4 + 1];
+  FOR k := -1 TO walk(d - 5) STEP ABS(d) r := 0.5 * k; sum := sum + ROUND(r * walk(d - 5)); ENDFOR;
+  FOR g := t DOWNTO -3 STEP walk(d - 4) t := t + walk(d - 5) MOD 3; ENDFOR;
+  IF walk(d - 3) = 1 THEN sum := sum + 7; ELSIF walk(d - 4) = 1 THEN sum := sum * 2; ELSE g := g + 3; ENDIF;
+  RETURN sum MOD 9000 + i;
+ENDFCT;
+BEGIN
+  WRITELN(walk(n), g, a, level);
+ENDPROGRAM;
+)",
+                        "n", {0, 1, 2, 3, 4});
+}
+
+TEST(Legalise, WhatMayMeanSomethingElseAsALoopIsAnErrorAtItsLine) {
+  const auto p = compiled(R"(PROGRAM p;
+SIGNAL OUTPUT INT: lamp AT 4, 8;
+VAR INT: g, h, x; ARRAY [1..2] OF INT: a; POSE: q; BOOL: b;
+PROCEDURE down (INOUT INT: v; IN INT: n);
+BEGIN IF n > 0 THEN g := g + v; v := v + 1; down(v, n - 1); ENDIF; ENDPROC;
+PROCEDURE two (INOUT INT: v, w; IN INT: n);
+BEGIN IF n > 0 THEN v := v + w; two(w, v, n - 1); ENDIF; ENDPROC;
+PROCEDURE between (INOUT INT: v);
+BEGIN down(v, 2); ENDPROC;
+FUNCTION f (IN INT: n): INT;
+VAR LIST OF INT: l;
+BEGIN IF n > 0 THEN RETURN f(n - 1); ENDIF; RETURN 0; ENDFCT;
+FUNCTION w (IN INT: n): INT;
+BEGIN IF n > 0 THEN WAIT FOR w(n - 1) = 0; ENDIF; RETURN 0; ENDFCT;
+PROCEDURE finish (IN INT: n);
+BEGIN IF n > 0 THEN finish(n - 1); ENDIF; ENDPROC;
+PROCESS side; BEGIN finish(3); h := h + 1; ENDPROCESS;
+BEGIN
+  down(x, 3); down(a[1], 3);
+  down(g, 3);
+  two(a[1], x, 3);
+  two(a[1], a[2], 3);
+  between(x);
+  between(g);
+  finish(2); x := f(3) + w(2); START side;
+ENDPROGRAM;
+)");
+  const std::string begins = "ACME has no routines that call themselves, ";
+  EXPECT_EQ(passed(p, without(kPostRecursion)).errors,
+            "20: " + begins +
+                "what down changes by a parameter is a copy, and it reaches g by its "
+                "name, too\n"
+                "9: " +
+                begins +
+                "what down changes by a parameter is a copy, and it reaches v by its "
+                "name, too\n"
+                "22: " +
+                begins +
+                "what two changes by a parameter is a copy, and it reaches a by two "
+                "of them\n"
+                "11: " +
+                begins +
+                "and l of f is of a type whose values are not kept while it calls "
+                "itself\n"
+                "15: " +
+                begins +
+                "and finish, which does, is called by several processes or "
+                "interrupts\n"
+                "14: ACME has no functions within WAIT FOR that are to give a value there\n");
+  EXPECT_NE(passed(p, without(kPostRecursion | kPostArrays | kPostWhile))
+                .errors.find("as down does, and lacks what a stack is made of (WHILE, arrays)"),
+            std::string::npos);
+}
+
+TEST(Legalise, MoreCallsThanTheStackHoldsEndTheProgramWithAMessage) {
+  const auto from = compiled(R"(PROGRAM p;
+SIGNAL INPUT INT: n AT 1, 8; OUTPUT INT: level AT 4, 8;
+FUNCTION sum (IN INT: n): INT;
+BEGIN
+  level := n;
+  IF n <= 1 THEN RETURN n; ENDIF;
+  RETURN n + sum(n - 1);
+ENDFCT;
+BEGIN
+  WRITELN(sum(n));
+  level := 99;
+ENDPROGRAM;
+)");
+  const Passed got = passed(from, without(kPostRecursion), 0.1, Parts::in_order, 8);
+  EXPECT_EQ(got.errors, "");
+  EXPECT_EQ(got.warnings,
+            "3: ACME has no routines that call themselves, as sum does: it is a loop with a stack "
+            "there, for at most 8 calls within each other\n");
+  EXPECT_EQ(doings(got.program, {{"n", 8}}), doings(from, {{"n", 8}}));
+  const std::string ended = doings(got.program, {{"n", 9}});
+  EXPECT_NE(ended.find("5 level := 2 "), std::string::npos) << ended;
+  EXPECT_EQ(ended.find("level := 1 "), std::string::npos) << ended;
+  EXPECT_TRUE(ended.ends_with("7 sum: too many calls within each other\n7 halt\n") ||
+              ended.ends_with("7 sum: too many calls within each other\n\n7 halt\n"))
+      << ended;
 }
 
 TEST(Legalise, ConditionsThatAreAskedAgainAndDependOnTheOrderAreErrors) {

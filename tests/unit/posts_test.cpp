@@ -360,7 +360,7 @@ TEST(Legalise, CaseBecomesIfAndLooksAtItsSelectorOnce) {
   EXPECT_NE(src.find(chain), std::string::npos) << src;
 }
 
-TEST(Legalise, RecursionThatATargetHasNotIsAnErrorAtItsRoutine) {
+TEST(Legalise, RecursionThatATargetHasNotIsALoopOrAnErrorAtItsRoutine) {
   PostCapabilities c = posts::Krl().capabilities();
   c.features &= ~static_cast<std::uint64_t>(kPostRecursion);
   const std::string source = test::read_text(kPrograms / "hanoi.irl");
@@ -370,8 +370,17 @@ TEST(Legalise, RecursionThatATargetHasNotIsAnErrorAtItsRoutine) {
   ASSERT_TRUE(made.ok());
   const auto legal = program_post::legalise((*made)->code(), c);
   ASSERT_EQ(legal.remarks.size(), 1U);
+  EXPECT_EQ(legal.remarks[0].severity, std::uint32_t{RMP_FAULT_NOTE});
   EXPECT_EQ(legal.remarks[0].message,
-            "KUKA KRL has no routines that call themselves, as solve does");
+            "KUKA KRL has no routines that call themselves, as solve does: it is a loop with a "
+            "stack there, for at most 32 calls within each other");
+  c.features &= ~static_cast<std::uint64_t>(kPostArrays);
+  const auto without = program_post::legalise((*made)->code(), c);
+  ASSERT_EQ(without.remarks.size(), 1U);
+  EXPECT_EQ(without.remarks[0].severity, std::uint32_t{RMP_FAULT_ERROR});
+  EXPECT_EQ(without.remarks[0].message,
+            "KUKA KRL has no routines that call themselves, as solve does, and lacks what a stack "
+            "is made of (arrays)");
 }
 
 // ---- points ----
@@ -1128,6 +1137,191 @@ TEST(Templates, OperatorsOfLettersStandByThemselvesAndComeOnce) {
                        "PROGRAM p;\nVAR BOOL: b, c;\nBEGIN\nb := b AND c;\nENDPROGRAM;\n")
                 .files["p.txt"],
             "BEGIN\n  BOOL b=FALSE\n  BOOL c=FALSE\n  b=b&c\nEND\n");
+}
+
+TEST(Templates, NamesAreOfThePacksSignsInItsCase) {
+  const std::string declared = "VAR INT: part_no_1 := 1, part_no_2 := 2, end := 3;";
+  const auto names = [&](const std::string& head) {
+    Posted got = of_small(small_pack("features: variables\n" + head, kVariables), declared,
+                          "part_no_1 := part_no_2 + end;");
+    return got.files["p.txt"] + got.faults;
+  };
+  EXPECT_EQ(names("name_signs: letters digits -\n"),
+            "BEGIN\n  INT part-no-1=1\n  INT part-no-2=2\n  INT end=3\n"
+            "  part-no-1=part-no-2+end\nEND\n");
+  EXPECT_EQ(names("name_signs: letters digits\nlongest_name: 6\ncase: upper\n"),
+            "BEGIN\n  INT PARTNO=1\n  INT PARTN2=2\n  INT END=3\n  PARTNO=PARTN2+END\nEND\n");
+  // Without digits, letters tell them apart.
+  EXPECT_EQ(names("name_signs: letters\nreserved: END, stop\n"),
+            "BEGIN\n  INT partno=1\n  INT partnob=2\n  INT endb=3\n  partno=partnob+endb\nEND\n");
+  // Whether End and END are two names.
+  EXPECT_EQ(names("reserved: END\ncase_matters: yes\n"),
+            "BEGIN\n  INT part_no_1=1\n  INT part_no_2=2\n  INT end=3\n"
+            "  part_no_1=part_no_2+end\nEND\n");
+  EXPECT_EQ(said_of(small_pack("name_signs: digits _\n", "")),
+            "a.post:4:13: names without letters cannot be made");
+  EXPECT_EQ(said_of(small_pack("name_signs: letters \" digits\n", "")),
+            "a.post:4:21: \"\\\"\" cannot be in names");
+  EXPECT_EQ(said_of(small_pack("name_signs: letters A-Z\n", "")),
+            "a.post:4:21: \"A-Z\" cannot be in names");
+  EXPECT_EQ(said_of(small_pack("case_matters: true\n", "")),
+            "a.post:4:15: \"case_matters\" is yes or no");
+  // A file has none of the signs that files do not take.
+  const auto files = of_small(small_pack("name_signs: letters *\n", ""), "", "WAIT 1.0 SEC;").files;
+  EXPECT_EQ(files.begin()->first, "p.txt");
+  EXPECT_EQ(from_files({{"pack", small_pack("name_signs: letters *\n", "")}},
+                       "PROGRAM my_task;\nBEGIN\nWAIT 1.0 SEC;\nENDPROGRAM;\n")
+                .files.begin()
+                ->first,
+            "mytask.txt");
+}
+
+TEST(Templates, NumbersAreInThePacksForm) {
+  const std::string declared =
+      "VAR REAL: r := 0.00000125, s := 2.0, t := 1.0E300;\n"
+      "POSE: a := POSE(POSITION(1.5, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0));";
+  const auto numbers = [&](const std::string& head) {
+    Posted got = of_small(small_pack("features: variables\n" + head, kVariables), declared,
+                          "s := s * 2.5;\nr := r + s;\nMOVE LIN a;");
+    return got.files["p.txt"] + got.faults;
+  };
+  EXPECT_EQ(numbers(""),
+            "BEGIN\n  REAL r=1.25E-06\n  REAL s=2.0\n  s=s*2.5\n  r=r+s\n"
+            "  GO 1.5 2 3 0 0 0 250\nEND\n");
+  EXPECT_EQ(numbers("real_exponent: no\nreal_point: no\ndecimal_sign: ,\n"),
+            "BEGIN\n  REAL r=0,00000125\n  REAL s=2\n  s=s*2,5\n  r=r+s\n"
+            "  GO 1,5 2 3 0 0 0 250\nEND\n");
+  EXPECT_EQ(numbers("real_digits: 6\n"),
+            "BEGIN\n  REAL r=0.000001\n  REAL s=2.0\n  s=s*2.5\n  r=r+s\n"
+            "  GO 1.5 2 3 0 0 0 250\nEND\n"
+            "warning 2: the number 1.25E-06 is written as 0.000001.\n");
+  EXPECT_NE(of_small(small_pack("features: variables\nreal_exponent: no\n", kVariables), declared,
+                     "t := t * s;")
+                .faults.find("error 2: the number 1.0E300 has 301 digits without an exponent, and "
+                             "a writes none"),
+            std::string::npos);
+  // Filters write the sign, too.
+  EXPECT_EQ(of_small(small_pack("decimal_sign: ,\n", "",
+                                "GO {{x|fixed:2}} {{y|times:0.5}} {{z|plus:0.25|sign}} {{a}} {{b}} "
+                                "{{c}} {{speed|times:0.06|fixed:1|zeros:5}}"),
+                     declared, "MOVE LIN a;")
+                .files["p.txt"],
+            "BEGIN\n  GO 1,50 1 +3,25 0 0 0 015,0\nEND\n");
+  EXPECT_EQ(said_of(small_pack("decimal_sign: ;\n", "")),
+            "a.post:4:15: \"decimal_sign\" is . or ,");
+  EXPECT_EQ(said_of(small_pack("real_digits: -1\n", "")),
+            "a.post:4:14: \"real_digits\" is a number from 0 to 17");
+}
+
+TEST(Templates, SignsWithinTextsAreWrittenAsThePackSays) {
+  const auto texts = [](const std::string& head, const std::string& message) {
+    Posted got = of_small(small_pack("features: messages\n" + head,
+                                     "== message\n" + message + "\n== comment\n; {{text}}\n"),
+                          "", R"(WRITELN('a "b" \ c');)");
+    return got.files["p.txt"] + got.faults;
+  };
+  EXPECT_EQ(texts("quotes: doubled\n", "SAY \"{{text|first:5}}\""),
+            "BEGIN\n  SAY \"a \"\"b\"\"\"\nEND\n");
+  EXPECT_EQ(texts("quotes: backslash\n", "SAY \"{{text}}\""),
+            "BEGIN\n  SAY \"a \\\"b\\\" \\\\ c\"\nEND\n");
+  EXPECT_EQ(texts("quotes: doubled\n", "SAY {{values}}"),
+            "BEGIN\n  SAY \"a \"\"b\"\" \\ c\"\nEND\n");
+  EXPECT_NE(texts("", "SAY \"{{text}}\"").find("a has no way to write \" within a text"),
+            std::string::npos);
+  // Where it does not stand within the signs, it is as it is; other signs have no way.
+  EXPECT_EQ(texts("quotes: doubled\n", "SAY {{text}}"), "BEGIN\n  SAY a \"b\" \\ c\nEND\n");
+  EXPECT_EQ(texts("quotes: doubled\ntext_sign: '\n", "SAY '{{text}}'"),
+            "BEGIN\n  SAY 'a \"b\" \\ c'\nEND\n");
+  EXPECT_NE(texts("quotes: doubled\ntext_sign: '\n", "SAY \"{{text}}\"").find("no way to write \""),
+            std::string::npos);
+  EXPECT_EQ(said_of(small_pack("quotes: twice\n", "")),
+            "a.post:4:9: \"quotes\" is doubled, backslash or refused");
+  EXPECT_EQ(said_of(small_pack("quotes: doubled\ntext_sign:\n", "")),
+            "a.post:4:9: \"quotes\" tells how text_sign is written in a text, and there is none");
+}
+
+TEST(Templates, BlocksAreMadeOfJumpsWhereThereIsNothingElse) {
+  const std::string declared = "SIGNAL OUTPUT BOOL: g AT 3; VAR INT: n;";
+  const std::string body =
+      "WHILE n < 3\nIF n < 2 THEN g := TRUE; ELSE g := FALSE; ENDIF;\nn := n + 1;\nENDWHILE;";
+  const std::string jumps = std::string(kVariables) +
+                            "== goto\nGO L{{number}}\n== label\nL{{number}}:\n"
+                            "== jump_if\nIF {{condition}} GO L{{number}}\n";
+  EXPECT_EQ(of_small(small_pack("features: variables goto jumps\n", jumps), declared, body)
+                .files["p.txt"],
+            "BEGIN\n  INT n=0\n  L1:\n  IF n<3 GO L2\n  GO L3\n  L2:\n  IF n<2 GO L4\n  GO L5\n"
+            "  L4:\n  ON 3\n  GO L6\n  L5:\n  OFF 3\n  L6:\n  n=n+1\n  GO L1\n  L3:\nEND\n");
+  // By names, and with the other jump; by numbers of lines.
+  std::string unless = jumps + "== jump_unless\nUNLESS {{condition}} GO L{{number}}\n";
+  for (std::size_t at; (at = unless.find("L{{number}}")) != std::string::npos;)
+    unless.replace(at, 11, "{{label}}");
+  EXPECT_EQ(
+      of_small(small_pack("features: variables goto jumps\nreserved: L1\n", unless), declared, body)
+          .files["p.txt"],
+      "BEGIN\n  INT n=0\n  L2:\n  UNLESS n<3 GO L3\n  UNLESS n<2 GO L4\n  ON 3\n  GO L5\n"
+      "  L4:\n  OFF 3\n  L5:\n  n=n+1\n  GO L2\n  L3:\nEND\n");
+  const std::string lines = std::string(kVariables) +
+                            "== goto\nGO {{label_line}}\n== label\n== jump_if\n"
+                            "IF {{condition}} GO {{label_line}}\n";
+  EXPECT_EQ(of_small(small_pack("features: variables goto jumps\nline_numbers: 10 10\nindent: 0\n",
+                                lines),
+                     declared, "WHILE n < 3\nn := n + 1;\nENDWHILE;")
+                .files["p.txt"],
+            "10 BEGIN\n20 INT n=0\n30 IF n<3 GO 50\n40 GO 70\n50 n=n+1\n60 GO 30\n70 END\n");
+  EXPECT_EQ(
+      said_of(small_pack("features: variables jumps\n",
+                         std::string(kVariables) + "== jump_if\nIF {{condition}} {{label}}\n")),
+      "a.post:4:21: the feature jumps needs the feature goto, whose templates it writes, too");
+}
+
+TEST(Templates, ProceduresHaveNumbers) {
+  const std::string pack =
+      small_pack("features: procedures\n",
+                 "== procedure_begin\nSUB {{number}}\n== procedure_end\nRET {{number}}\n"
+                 "== call\nGOSUB {{number}}\n== return\nRET\n");
+  EXPECT_EQ(from_files({{"pack", pack}},
+                       "PROGRAM p;\nSIGNAL OUTPUT BOOL: g AT 3;\n"
+                       "PROCEDURE one; BEGIN g := TRUE; ENDPROC;\n"
+                       "PROCEDURE two; BEGIN g := FALSE; ENDPROC;\n"
+                       "BEGIN\ntwo(); one(); two();\nENDPROGRAM;\n")
+                .files["p.txt"],
+            "BEGIN\n  GOSUB 1\n  GOSUB 2\n  GOSUB 1\nEND\nSUB 2\n  ON 3\nRET 2\nSUB 1\n  OFF 3\n"
+            "RET 1\n");
+}
+
+TEST(Templates, WhatBecomesOfCPassAloneIsSaid) {
+  const std::string coord = "GO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}} {{speed}}";
+  const std::string declared =
+      "VAR POSE: a := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)); BOOL: b;";
+  const auto said = [&](const std::string& lin, const std::string& attributes) {
+    return of_small(small_pack("features: variables\n", kVariables, coord + lin), declared,
+                    "MOVE LIN a " + attributes + ";")
+        .faults;
+  };
+  EXPECT_EQ(said("", "C_PASS := TRUE"),
+            "note 4: C_PASS is written as a stop, as it is in a run: the template \"lin\" has no "
+            "{{passes}}.\n");
+  EXPECT_EQ(said("\n[blend] ROUND {{blend}}", "C_PASS := TRUE"),
+            "note 4: C_PASS without a distance is written as a stop, as it is in a run: the "
+            "template \"lin\" has no {{passes}}.\n");
+  EXPECT_EQ(said("\n[passes] ROUND", "C_PASS := TRUE"),
+            "note 4: C_PASS without a distance is written as the template \"lin\" has it: how far "
+            "the robot stays away is the controller's, and in a run it stops here.\n");
+  EXPECT_EQ(said("\n[blend] ROUND {{blend}}", "C_PASS := TRUE C_CP := 5.0"), "");
+  EXPECT_EQ(said("\n[passes] ROUND", "C_PASS := FALSE"), "");
+  EXPECT_NE(said("", "C_CP := 5.0").find("warning 4: C_CP is not written"), std::string::npos);
+}
+
+TEST(Templates, KeysOfThePackHoldWhereverTheIncludeStands) {
+  for (const bool is_first : {true, false}) {
+    const std::string head =
+        is_first ? "digits: 1\ninclude: o.part\n" : "include: o.part\ndigits: 1\n";
+    EXPECT_EQ(from_files({{"pack", small_pack(head, "")}, {"o.part", "digits: 4\n"}},
+                         "PROGRAM p;\nBEGIN\nWAIT 1.2345 SEC;\nENDPROGRAM;\n")
+                  .files["p.txt"],
+              "BEGIN\n  REST 1.2\nEND\n")
+        << is_first;
+  }
 }
 
 TEST(Templates, SentencesNameTheWayOutThatThereIs) {
