@@ -276,6 +276,23 @@ Result<double> chord_of(const PostProfile& profile, double otherwise) {
   return otherwise;
 }
 
+/// The profile's option recursion_depth.
+Result<std::size_t> recursion_depth_of(const PostProfile& profile, std::size_t otherwise) {
+  for (const PostOption& o : profile.options) {
+    if (o.name != "recursion_depth") continue;
+    std::size_t v = 0;
+    const auto r = std::from_chars(o.value.data(), o.value.data() + o.value.size(), v);
+    if (r.ec == std::errc() && r.ptr == o.value.data() + o.value.size() && v >= 1 && v <= 9999)
+      return v;
+    return error(
+        ErrorCode::invalid_argument,
+        "the option recursion_depth is " + text::quote(o.value) + ", which is not from 1 to 9999",
+        "Give how many calls of a routine that calls itself are within each other at most.",
+        "controller " + text::quote(profile.name));
+  }
+  return otherwise;
+}
+
 /// Writes it as one program, or as about so many parts besides; gives how many there are, and
 /// whether a limit of the controller is passed.
 struct Written {
@@ -294,6 +311,8 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
     options.points = before.points;
     RMP_TRY_ASSIGN(options.chord_mm, chord_of(asked.profile->view, options.chord_mm));
   }
+  RMP_TRY_ASSIGN(options.recursion_depth,
+                 recursion_depth_of(asked.profile->view, options.recursion_depth));
   options.parts = parts;
   options.name = asked.name;
   program_post::Legal legal = program_post::legalise(code, caps, options);
