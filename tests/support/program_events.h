@@ -115,7 +115,10 @@ inline std::vector<Event> events(const program::Trace& t, bool has_groups) {
           here.numbers.assign(by.position.begin(), by.position.end());
           here.numbers.insert(here.numbers.end(), by.quaternion.begin(), by.quaternion.end());
         } else if (is_known || target.role == RMP_ROLE_POSITION) {
-          const program::PlainPose& p = is_known ? *m->absolute[k] : target.pose;
+          program::PlainPose p = is_known ? *m->absolute[k] : target.pose;
+          // How it is turned is not known, where it is in the robot's base is.
+          if (!is_known && m->motion.attributes.frame)
+            p.position = program::compose_poses(*m->motion.attributes.frame, p).position;
           // A place keeps the orientation before it, which may be known.
           here.kind = is_known ? Event::Kind::pose : Event::Kind::position;
           here.numbers.assign(p.position.begin(), p.position.end());

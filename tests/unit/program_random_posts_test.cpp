@@ -477,5 +477,28 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
   }
 }
 
+/// What the random programs have found, in short.
+TEST_F(RandomPosts, WhatWasReadBackAsSomethingElseOnce) {
+  call("robot.get", {{"name", "puma560"}});
+  struct Once {
+    const char *target, *form, *text;
+  };
+  for (const Once& once :
+       {Once{"krl", "structured",
+             "PROGRAM rnd;\nSIGNAL OUTPUT BOOL: out1 AT 1;\n"
+             "VAR BOOL: c := TRUE; ARRAY [0..1] OF BOOL: seen := [TRUE, FALSE];\n"
+             "BEGIN\n  out1 := (c OR seen[1]) <> (seen[1] OR c);\n"
+             "  out1 := (c AND seen[1]) = (seen[1] AND c);\nENDPROGRAM;\n"},
+        Once{"urscript", "flat",
+             "PROGRAM rnd;\nVAR JOINT: j := JOINT(MAIN_JOINT(89.62, -78.1, 100.7, 47.30, 66.81, "
+             "-47.3), ADD_JOINT(0.0));\nBEGIN\n  MOVE PTP j;\n"
+             "  MOVE PTP POSITION(511.7, -208.70, 68.1), FRAME := POSE(POSITION(5.2, 5.48, 20.0), "
+             "ORIZYX(-16.37, 0.0, 0.0));\nENDPROGRAM;\n"}}) {
+    const auto out = whole(once.text, once.target, once.form, true);
+    ASSERT_TRUE(out) << once.text;
+    EXPECT_EQ(out->kind, Outcome::Kind::equal) << out->why << "\n" << once.text;
+  }
+}
+
 }  // namespace
 }  // namespace robomosp

@@ -16,13 +16,15 @@ using post::Signal;
 using post::Target;
 using post::Text;
 
-// Comparisons bind loosest in KRL, NOT strongest but for the geometric operator.
-constexpr Operator kOperators[] = {{RMP_EXPR_EQUAL, "==", 10},
-                                   {RMP_EXPR_NOT_EQUAL, "<>", 10},
-                                   {RMP_EXPR_LESS, "<", 10},
-                                   {RMP_EXPR_LESS_EQUAL, "<=", 10},
-                                   {RMP_EXPR_GREATER, ">", 10},
-                                   {RMP_EXPR_GREATER_EQUAL, ">=", 10},
+// Comparisons bind loosest in KRL, NOT strongest but for the geometric operator. Programs are also
+// written as if they bound tighter than AND, and read so: what is on either side of one stands in
+// parentheses where that would be another thing.
+constexpr Operator kOperators[] = {{RMP_EXPR_EQUAL, "==", 41, Operator::infix, 10},
+                                   {RMP_EXPR_NOT_EQUAL, "<>", 41, Operator::infix, 10},
+                                   {RMP_EXPR_LESS, "<", 41, Operator::infix, 10},
+                                   {RMP_EXPR_LESS_EQUAL, "<=", 41, Operator::infix, 10},
+                                   {RMP_EXPR_GREATER, ">", 41, Operator::infix, 10},
+                                   {RMP_EXPR_GREATER_EQUAL, ">=", 41, Operator::infix, 10},
                                    {RMP_EXPR_OR, " OR ", 20},
                                    {RMP_EXPR_EXOR, " EXOR ", 30},
                                    {RMP_EXPR_AND, " AND ", 40},
