@@ -217,10 +217,17 @@ class Loops final : public Rewriter {
     std::set<Id> live;         ///< what it may read before it is given a value
   };
 
+  /// What calls have to find again. One for all loops of a process, since one may stand within
+  /// another.
+  struct Stack {
+    Id depth = RMP_NONE, back = RMP_NONE;
+    std::map<Id, std::vector<Id>> columns;  ///< by type
+  };
   /// Routines that become one loop, and its variables.
   struct Group {
     std::vector<Id> routines;
-    Id driver = 0, depth = 0, at = 0, back = 0;
+    Id driver = 0, at = 0;
+    Stack* stack = nullptr;
   };
 
   /// Variables, constants and parameters by routine.
@@ -300,12 +307,14 @@ class Loops final : public Rewriter {
     // Who calls it.
     std::vector<bool> beside(t_.routines.size(), false);
     std::size_t roots = 0;
+    Id root_of_all = 0;
     for (Id r = 0; r < t_.routines.size(); ++r) {
       const auto kind = t_.routines[r].kind;
       if (kind == RMP_ROUTINE_PROCEDURE || kind == RMP_ROUTINE_FUNCTION) continue;
       const std::vector<bool> reached = calls.reached_from(r);
       if (reached[group[0]]) {
         ++roots;
+        root_of_all = r;
         continue;
       }
       beside[r] = true;
@@ -372,6 +381,7 @@ class Loops final : public Rewriter {
                   "Give it another variable, and copy it back behind the call.");
         }
       }
+    roots_[group[0]] = root_of_all;
     if (remarks_.size() == before) return true;
     for (const Id r : group) inner_.group[r] = RMP_NONE;
     return false;
@@ -420,12 +430,12 @@ class Loops final : public Rewriter {
     span_ = t_.routines[group[0]].span;
     is_single_ = group.size() == 1;
     driver_ = g.driver;
-    depth_ = g.depth;
+    stack_ = g.stack;
+    depth_ = stack_->depth;
+    back_ = stack_->back;
     at_ = g.at;
-    back_ = g.back;
     steps_.clear();
     counters_.clear();
-    columns_.clear();
     columns_of_.clear();
     std::map<Id, std::size_t> begins;
     for (const Id r : group) begins[r] = take_apart(r);
@@ -482,6 +492,20 @@ class Loops final : public Rewriter {
     t_.types.push_back(type);
     return new_variable(t, name, 0, span_);
   }
+  Stack& stack_of(Id root) {
+    Stack& s = stacks_[root];
+    if (s.depth != RMP_NONE) return s;
+    s.depth = new_variable(RMP_TYPE_INT, "stack_depth", 0, span_);
+    s.back = new_stack(RMP_TYPE_INT, "stack_back");
+    if (root == 0) return s;
+    // A process that was cancelled within a loop begins anew.
+    const rmp_span span = t_.routines[root].span;
+    Chain body;
+    append(body, assign(s.depth, integer(0, span), span));
+    append(body, t_.routines[root].body);
+    t_.routines[root].body = body.head;
+    return s;
+  }
   /// Parameters get variables of their own; what a routine has stands with the loop.
   Group take_variables(const std::vector<Id>& group) {
     Group g;
@@ -492,9 +516,8 @@ class Loops final : public Rewriter {
     const bool is_single = group.size() == 1;
     g.driver = is_single ? group[0] : new_routine(name + "_loop", first);
     const Id to = place_of(g.driver);
-    g.depth = new_variable(RMP_TYPE_INT, name + "_depth", to, span_);
     g.at = new_variable(RMP_TYPE_INT, name + "_step", is_single ? to : 0, span_);
-    g.back = new_stack(RMP_TYPE_INT, name + "_back");
+    g.stack = &stack_of(roots_.at(group[0]));
     for (const Id r : group)
       for (const Id s : own_symbols_[r]) {
         const auto kind = t_.symbols[s].kind;
@@ -858,12 +881,11 @@ class Loops final : public Rewriter {
     const auto it = columns_of_.find(variable);
     if (it != columns_of_.end()) return it->second;
     const Id r = owner_.at(variable), type = t_.symbols[variable].type;
-    std::vector<Id>& all = columns_[type];
+    std::vector<Id>& all = stack_->columns[type];
     std::size_t used = 0;
     for (const auto& [other, c] : columns_of_)
       used += owner_.at(other) == r && t_.symbols[other].type == type;
-    if (used == all.size())
-      all.push_back(new_stack(type, name_of(r) + "_" + t_.symbols[variable].name + "_stack"));
+    if (used == all.size()) all.push_back(new_stack(type, "stack_" + std::to_string(++stacked_)));
     return columns_of_[variable] = all[used];
   }
 
@@ -957,34 +979,43 @@ class Loops final : public Rewriter {
   void write_call(Chain& to, const Step& s) {
     const auto callee = static_cast<std::int64_t>(number(begins_.at(s.callee)));
     if (is_last(s.to[0])) return append(to, assign(at_, integer(callee, s.span), s.span));
-    const Id full = expression(RMP_EXPR_GREATER_EQUAL, RMP_TYPE_BOOL, s.span,
-                               {variable(depth_, s.span), integer(most_, s.span)});
-    append(to, if_then(full, too_deep(s), s.span));
-    const Id more = expression(RMP_EXPR_ADD, RMP_TYPE_INT, s.span,
-                               {variable(depth_, s.span), integer(1, s.span)});
-    append(to, assign(depth_, more, s.span));
+    go_deeper(to, s.callee, s.span);
     for (const Id v : steps_[s.to[0]].live)
       append(to, copy(element(column(v), depth_, s.span), variable(v, s.span), s.span));
     const auto n = static_cast<std::int64_t>(number(s.to[0]));
     append(to, assignment(element(back_, depth_, s.span), integer(n, s.span), s.span));
     append(to, assign(at_, integer(callee, s.span), s.span));
   }
+  /// depth := depth + 1, or the end.
+  void go_deeper(Chain& to, Id callee, const rmp_span& span) {
+    const Id full = expression(RMP_EXPR_GREATER_EQUAL, RMP_TYPE_BOOL, span,
+                               {variable(depth_, span), integer(most_, span)});
+    append(to, if_then(full, too_deep(callee, span), span));
+    const Id more =
+        expression(RMP_EXPR_ADD, RMP_TYPE_INT, span, {variable(depth_, span), integer(1, span)});
+    append(to, assign(depth_, more, span));
+  }
+  void go_back(Chain& to, const rmp_span& span) {
+    const Id less = expression(RMP_EXPR_SUBTRACT, RMP_TYPE_INT, span,
+                               {variable(depth_, span), integer(1, span)});
+    append(to, assign(depth_, less, span));
+  }
   /// A message, where there are such, and the end of the program.
-  Id too_deep(const Step& s) {
+  Id too_deep(Id callee, const rmp_span& span) {
     Chain out;
     if (has(kPostMessages))
       for (Id k = 0; k < t_.symbols.size(); ++k) {
         if (t_.symbols[k].kind != RMP_SYMBOL_INTRINSIC ||
             post::upper(t_.symbols[k].name) != "WRITELN")
           continue;
-        const Id call = statement(RMP_STMT_CALL, s.span);
-        const Id what = text(name_of(s.callee) + ": too many calls within each other", s.span);
-        const Id made = expression(RMP_EXPR_INTRINSIC, RMP_TYPE_VOID, s.span, {what}, k);
+        const Id call = statement(RMP_STMT_CALL, span);
+        const Id what = text(name_of(callee) + ": too many calls within each other", span);
+        const Id made = expression(RMP_EXPR_INTRINSIC, RMP_TYPE_VOID, span, {what}, k);
         st(call).a = made;
         append(out, call);
         break;
       }
-    append(out, statement(RMP_STMT_HALT, s.span));
+    append(out, statement(RMP_STMT_HALT, span));
     return out.head;
   }
   void write(const std::vector<Id>& group, const std::map<Id, std::size_t>& begins) {
@@ -1004,7 +1035,7 @@ class Loops final : public Rewriter {
       append(body, if_then(here, own.head, span_));
     }
     Chain loop;
-    append(loop, assign(depth_, integer(1, span_), span_));
+    go_deeper(loop, group[0], span_);
     append(loop, assignment(element(back_, depth_, span_), integer(0, span_), span_));
     const Id i = statement(RMP_STMT_WHILE, span_);
     const Id goes_on = expression(RMP_EXPR_GREATER, RMP_TYPE_BOOL, span_,
@@ -1012,6 +1043,7 @@ class Loops final : public Rewriter {
     st(i).a = goes_on;
     st(i).body = body.head;
     append(loop, i);
+    go_back(loop, span_);
     if (!is_single_) t_.routines[driver_].body = loop.head;
     for (const Id r : group) wrap(r, begins.at(r), loop);
   }
@@ -1020,9 +1052,7 @@ class Loops final : public Rewriter {
     const rmp_span span = steps_[k].span;
     for (const Id v : steps_[k].live)
       append(to, copy(variable(v, span), element(column(v), depth_, span), span));
-    const Id less = expression(RMP_EXPR_SUBTRACT, RMP_TYPE_INT, span,
-                               {variable(depth_, span), integer(1, span)});
-    append(to, assign(depth_, less, span));
+    go_back(to, span);
   }
   /// The routine as others call it.
   void wrap(Id r, std::size_t begin, const Chain& loop) {
@@ -1081,10 +1111,13 @@ class Loops final : public Rewriter {
   std::map<Id, Id> owner_;  ///< by variable: its routine
   std::vector<std::vector<Id>> own_symbols_;
   std::map<Id, std::vector<Id>> locals_;
-  std::set<Id> is_given_;                  ///< those with a value of their own at the beginning
-  std::map<Id, std::vector<Id>> columns_;  ///< by type
-  std::map<Id, Id> columns_of_;            ///< by variable
-  std::map<Id, Id> zeros_;                 ///< by type
+  std::map<Id, Stack> stacks_;  ///< by process; 0 = the program
+  std::map<Id, Id> roots_;      ///< by the first routine of a group
+  std::size_t stacked_ = 0;
+  std::set<Id> is_given_;  ///< those with a value of their own at the beginning
+  Stack* stack_ = nullptr;
+  std::map<Id, Id> columns_of_;  ///< by variable
+  std::map<Id, Id> zeros_;       ///< by type
   std::vector<Id> counters_;
   std::vector<std::uint8_t> leaves_;
 };

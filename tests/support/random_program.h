@@ -276,7 +276,14 @@ class RandomProgram {
           return "twice(" + next() + (has_[kEffects] ? ", j)" : ")");
         return next();
       default:
-        if (has_[kRecursion] && !s.is_routine) return "sum(" + std::to_string(pick(6)) + ")";
+        if (has_[kRecursion] && !s.is_routine) {
+          const std::string n = std::to_string(pick(6));
+          switch (pick(has_[kEffects] ? 3 : 2)) {
+            case 0: return "sum(" + n + ")";
+            case 1: return (pick(2) ? "there(" : "back(") + n + ")";
+            default: return "ways(" + n + ", k)";
+          }
+        }
         return next();
     }
   }
@@ -648,6 +655,8 @@ class RandomProgram {
         }
         break;
       case 15:
+        if (has_[kRecursion] && !s.is_routine && pick(3) == 0)
+          return p + "hop(" + std::to_string(pick(5)) + ", " + integer(s, 1) + ");\n";
         if (has_[kRoutines] && !s.is_routine) {
           switch (pick(4)) {
             case 0:
@@ -727,7 +736,25 @@ class RandomProgram {
     if (has_[kRecursion])
       routines_ +=
           "FUNCTION sum (IN INT: n): INT;\nBEGIN\n  IF n <= 0 THEN RETURN 0; ENDIF;\n  "
-          "RETURN n + sum(n - 1);\nENDFCT;\n";
+          "RETURN n + sum(n - 1);\nENDFCT;\n"
+          "FUNCTION there (IN INT: n): INT;\nBEGIN\n  IF n <= 0 THEN RETURN 1; ENDIF;\n  "
+          "RETURN 2 * back(n - 1) + there(n - 2);\nENDFCT;\n"
+          "FUNCTION back (IN INT: n): INT;\nVAR INT: t;\nBEGIN\n  IF n <= 0 THEN RETURN 0; "
+          "ENDIF;\n  t := n MOD 3;\n  RETURN there(n - 1) - t;\nENDFCT;\n";
+    if (has_[kRecursion] && has_[kEffects])
+      routines_ +=
+          "FUNCTION ways (IN INT: n; INOUT INT: calls): INT;\nVAR INT: m, all;\nBEGIN\n"
+          "  calls := (calls + 1) MOD 40;\n  IF n <= 0 THEN RETURN 1; ENDIF;\n"
+          "  FOR m := 1 TO n\n    IF m < 4 THEN all := all + ways(n - m - 1, calls) * m; ENDIF;\n"
+          "  ENDFOR;\n  RETURN all MOD 50;\nENDFCT;\n";
+    if (has_[kRecursion])
+      routines_ +=
+          "PROCEDURE hop (IN INT: n; IN INT: at);\nBEGIN\n  IF n <= 0 THEN RETURN; ENDIF;\n"
+          "  hop(n - 1, at + 1);\n  out1 := at MOD 2 = 0;\n  WAIT 0.1 SEC;\n" +
+          std::string(has_[kComputed] ? "  MOVE LIN POSE(POSITION(400.0 + 4.0 * at, -20.0, 150.0 + "
+                                        "10.0 * n), down);\n"
+                                      : "") +
+          "  hop(n - 2, at + 3);\nENDPROC;\n";
     if (has_[kRoutines]) {
       routines_ += std::string("FUNCTION twice (IN INT: x") +
                    (has_[kEffects] ? "; INOUT INT: w" : "") + "): INT;\nVAR INT: m;\nBEGIN\n" +

@@ -172,6 +172,12 @@ class TpWriter final : public MoveWriter {
     next_[k] += count;
     return first;
   }
+  /// A register that counts until the next statement begins.
+  std::int64_t temporary() {
+    if (temporaries_used_ == temporaries_.size()) temporaries_.push_back(take(numbers, 1));
+    return temporaries_[temporaries_used_++];
+  }
+  void begin_statement() { temporaries_used_ = 0; }
   std::int64_t base_of(std::uint32_t s, Space space) {
     const auto it = bases_.find({s, space});
     if (it != bases_.end()) return it->second;
@@ -273,7 +279,7 @@ class TpWriter final : public MoveWriter {
         return p;
       }
       p->base -= of.lower * n;
-      const std::int64_t t = take(numbers, 1);
+      const std::int64_t t = temporary();
       std::string sum = n == 1 ? text(o[1]) : within(expr(o[1]), 7) + "*" + std::to_string(n);
       if (p->stride_register >= 0) sum += "+R[" + std::to_string(p->stride_register) + "]";
       put("R[" + std::to_string(t) + "]=(" + sum + ")");
@@ -366,6 +372,7 @@ class TpWriter final : public MoveWriter {
     return s.starts_with('-') ? "(" + s + ")" : s;
   }
   void assign(std::uint32_t to, std::uint32_t value) override {
+    begin_statement();
     const auto& x = expression(to);
     if (x.op == RMP_EXPR_SYMBOL && is_pose(x.type)) {
       assign_pose(base_of(x.symbol, poses), value);
@@ -441,7 +448,7 @@ class TpWriter final : public MoveWriter {
     if (f == "FLOAT") return expr(a[0]);
     if (f == "ABS" && !is_asked_again_) {
       const std::string v = operand(a[0]);
-      const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
+      const std::string reg = "R[" + std::to_string(temporary()) + "]";
       put(reg + "=" + v);
       put("IF (" + reg + "<0) THEN");
       put(reg + "=(0-" + reg + ")");
@@ -510,6 +517,7 @@ class TpWriter final : public MoveWriter {
 
   // ---- statements ----
   void call(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
+    begin_statement();
     std::string all;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
       if (expression(arguments[i]).type == RMP_TYPE_BOOL) {
@@ -523,14 +531,14 @@ class TpWriter final : public MoveWriter {
   /// Arguments and times are constants and registers; sums go through a register.
   std::string in_register(const Text& t) {
     if (t.binding == 100) return t.text;
-    const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
+    const std::string reg = "R[" + std::to_string(temporary()) + "]";
     put(reg + "=(" + t.text + ")");
     return reg;
   }
   /// A BOOL as a number.
   std::string zero_or_one(std::uint32_t e) {
     if (const auto v = known(e)) return *v != 0 ? "1" : "0";
-    const std::string reg = "R[" + std::to_string(take(numbers, 1)) + "]";
+    const std::string reg = "R[" + std::to_string(temporary()) + "]";
     put("IF (" + text(e) + ") THEN");
     put(reg + "=1");
     put("ELSE");
@@ -557,7 +565,10 @@ class TpWriter final : public MoveWriter {
     }
     put("MESSAGE[" + all + "]");
   }
-  void if_begin(std::uint32_t c) override { put("IF (" + text(c) + ") THEN"); }
+  void if_begin(std::uint32_t c) override {
+    begin_statement();
+    put("IF (" + text(c) + ") THEN");
+  }
   void else_() override { put("ELSE"); }
   void if_end() override { put("ENDIF"); }
   struct Loop {
@@ -856,7 +867,7 @@ class TpWriter final : public MoveWriter {
       const Text t = expr(m[a].expression);
       std::string reg = t.text;
       if (!reg.starts_with("R[") || t.binding < 100) {
-        reg = "R[" + std::to_string(take(numbers, 1)) + "]";
+        reg = "R[" + std::to_string(take(numbers, 1)) + "]";  // motions are read ahead
         put(reg + "=(" + t.text + ")");
       }
       return " " + reg + unit;
@@ -946,6 +957,8 @@ class TpWriter final : public MoveWriter {
 
   std::deque<Program> programs_;
   std::array<std::int64_t, 3> next_{1, 1, 1};
+  std::vector<std::int64_t> temporaries_;
+  std::size_t temporaries_used_ = 0;
   std::map<std::pair<std::uint32_t, Space>, std::int64_t> bases_;
   std::map<std::uint32_t, std::string> user_labels_;
   std::vector<Loop> loops_;
