@@ -45,6 +45,9 @@ Result<void> TaskExecutor::add_physics(const sim::PhysicsRun& wanted, Progress& 
   if (run.step > 0) run.step = step_ / std::ceil(step_ / run.step * (1 - kNear));
   RMP_TRY_ASSIGN(physics_, sim::SteppedPhysics::create(*sim_, std::move(run), progress));
   for (const std::string& text : physics_->notes()) note(0, text);
+  if (std::none_of(things_.begin(), things_.end(),
+                   [&](const Thing& thing) { return physics_->is_movable(place_of(thing)); }))
+    note(0, "no object of the world has a mass and is free: physics moves none");
   // As the engine has it, to the last bit.
   for (Thing& thing : things_)
     if (is_loose(thing)) thing.history.back().pose = physics_->pose(place_of(thing), 0);

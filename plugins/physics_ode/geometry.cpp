@@ -49,7 +49,11 @@ Result<std::vector<Geometry>> make_convex(dSpaceID space, const Shape& shape) {
     const double length = spatial::norm(n);
     if (!(length > 0)) continue;
     const Vec3 unit = spatial::scale(n, 1 / length);
-    g.data->planes.insert(g.data->planes.end(), {unit[0], unit[1], unit[2], spatial::dot(unit, a)});
+    // The middle is inside: a plane that says otherwise is that of a sliver, whose neighbours bound
+    // the hull there.
+    const double away = spatial::dot(unit, a);
+    if (!(away > 0)) continue;
+    g.data->planes.insert(g.data->planes.end(), {unit[0], unit[1], unit[2], away});
     g.data->polygons.insert(g.data->polygons.end(), {3U, t[0], t[1], t[2]});
   }
   g.id = dCreateConvex(space, g.data->planes.data(),

@@ -234,6 +234,9 @@ TEST_F(ProgramPhysics, WrongInputsGetASentence) {
   EXPECT_TRUE(run({{"physics", Map{{"step", 0.0007}}}}));
   EXPECT_TRUE(run({{"physics", Map{{"step", 1e6}}}}));
   EXPECT_TRUE(run({{"physics", false}}));
+  EXPECT_FALSE(has_note(run({{"physics", true}}), "physics moves none"));
+  call("world.remove_member", {{"id", cell_}, {"member", "block"}});
+  EXPECT_TRUE(has_note(run({{"physics", true}}), "physics moves none"));
 }
 
 }  // namespace
