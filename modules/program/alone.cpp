@@ -184,10 +184,9 @@ Error waits_for_ever(const Machine& machine, const Wait& w) {
   return error(ErrorCode::script_failed,
                "the condition never comes true" +
                    (signals.empty() ? std::string() : ", for nothing changes " + signals),
-               signals.empty()
-                   ? "Give the wait a TIMEOUT."
-                   : "Give other values (--set), or run the program in a world, whose "
-                     "signals others set.",
+               signals.empty() ? "Give the wait a TIMEOUT."
+                               : "Give other values (--set), or run the program in a world, whose "
+                                 "signals others set.",
                where);
 }
 
@@ -199,12 +198,16 @@ Result<Ended> run_alone(std::shared_ptr<const CompiledProgram> program, const Al
   const rmp_code& c = machine.code();
   for (const auto& [name, value] : options.inputs) {
     std::vector<std::string> known;
-    for (std::uint32_t s = 0; s < c.symbols.count; ++s)
-      if (const auto& x = row<rmp_code_symbol>(c.symbols, s); x.kind == RMP_SYMBOL_INPUT)
-        known.emplace_back(x.name);
-    if (std::any_of(known.begin(), known.end(),
-                    [&](const std::string& k) { return upper(k) == upper(name); }))
-      continue;
+    bool is_known = false;
+    for (std::uint32_t s = 0; s < c.symbols.count; ++s) {
+      const auto& x = row<rmp_code_symbol>(c.symbols, s);
+      if (x.kind != RMP_SYMBOL_INPUT) continue;
+      known.emplace_back(x.name);
+      if (upper(x.name) != upper(name)) continue;
+      RMP_TRY(fits_signal(x, value));
+      is_known = true;
+    }
+    if (is_known) continue;
     return error(ErrorCode::unknown_name, "the program has no input " + text::quote(name),
                  known.empty() ? "It declares none." : "It has " + text::enumerate(known) + ".");
   }

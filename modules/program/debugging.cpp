@@ -61,10 +61,14 @@ class Debugger {
   /// Whether it is a condition that may have a value in a routine: what it names is there, and its
   /// types fit. What only its values tell, such as an index that is too large, is not looked at.
   Result<void> check_condition(std::string_view text, std::uint32_t routine) {
+    RMP_TRY_ASSIGN(const Value v, check(text, routine));
+    return is_condition(v);
+  }
+  /// The same of any value; its type is what counts of it.
+  Result<Value> check(std::string_view text, std::uint32_t routine) {
     is_reading_ = true;
     routine_ = routine;
-    RMP_TRY_ASSIGN(const Value v, evaluate_without_frame(text));
-    return is_condition(v);
+    return evaluate_without_frame(text);
   }
   Result<bool> condition(std::string_view text, std::uint32_t process) {
     RMP_TRY_ASSIGN(const Value v, evaluate(text, process, 0));
@@ -724,6 +728,24 @@ std::string Machine::process_name(std::uint32_t process) const {
   return process < code().routines.count ? code_->routine_name(process) : std::string();
 }
 
+namespace {
+/// Whether what stands in the braces of a log point may have a value in a routine.
+Result<void> check_log(const Machine::Code& code, Machine::State& state, std::string_view log,
+                       std::uint32_t routine) {
+  for (std::size_t i = 0; i < log.size();) {
+    const std::size_t end = log[i] == '{' ? log.find('}', i) : std::string_view::npos;
+    if (end == std::string_view::npos) {
+      ++i;
+      continue;
+    }
+    const auto value = Debugger(code, state).check(log.substr(i + 1, end - i - 1), routine);
+    if (!value.ok()) return value.error();
+    i = end + 1;
+  }
+  return {};
+}
+}  // namespace
+
 Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
   const rmp_code& t = code();
   RMP_TRY_ASSIGN(std::uint32_t file, file_row(t, b.file));
@@ -753,6 +775,10 @@ Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
     const auto checked =
         Debugger(*code_, *state_).check_condition(b.condition, code_->routine_of_op[best]);
     if (!checked.ok()) return Error(checked.error()).in("the condition of a breakpoint");
+  }
+  if (!b.log.empty()) {
+    const auto checked = check_log(*code_, *state_, b.log, code_->routine_of_op[best]);
+    if (!checked.ok()) return Error(checked.error()).in("the text of a log point");
   }
   const rmp_code_file& f = row<rmp_code_file>(t.files, file);
   b.file = f.name;

@@ -495,6 +495,9 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
     Target t = target_of(x.type, slots(p, x));
     const bool has_orientation = t.role == RMP_ROLE_POSE || t.role == RMP_ROLE_ROBTARGET;
     if (has_orientation && !turned(t.pose, "a target")) return false;
+    if (t.role == RMP_ROLE_ROBTARGET && t.status < -1)
+      return fail("the STATUS of a target is " + std::to_string(t.status) + ", and is not negative",
+                  "-1 is any; else a bit for each branch of the robot's inverse kinematics.");
     motion.targets.push_back(std::move(t));
   }
   motion.approximates =

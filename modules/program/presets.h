@@ -17,6 +17,11 @@ namespace robomosp::program {
 /// Place (a variable, a field, an element) and expression.
 using Preset = std::pair<std::string, std::string>;
 
+/// Whether a signal as it is declared can have a value: BOOL is 0 or 1, INT a whole number that its
+/// bits hold, REAL finite. Errors name the signal and what it holds.
+Result<void> fits_signal(const rmp_code_symbol& signal, double value);
+Result<void> fits_signal(const rmp_code_symbol& signal, const SignalValue& value);
+
 /// Gives values behind the declarations of a program and before its first statement, whatever
 /// values the declarations give. A value; goes with its machine. [one thread]
 class Presets {

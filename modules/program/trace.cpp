@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "program/presets.h"
 #include "program/state.h"
 
 namespace robomosp::program {
@@ -626,8 +627,10 @@ Result<Trace> trace(std::shared_ptr<const CompiledProgram> program, const TraceO
     bool is_known = false;
     for (std::uint32_t s = 0; s < m.code().symbols.count; ++s) {
       const auto& x = row<rmp_code_symbol>(m.code().symbols, s);
-      is_known = is_known || ((x.kind == RMP_SYMBOL_INPUT || x.kind == RMP_SYMBOL_OUTPUT) &&
-                              upper(x.name) == upper(name));
+      const bool is_it = (x.kind == RMP_SYMBOL_INPUT || x.kind == RMP_SYMBOL_OUTPUT) &&
+                         upper(x.name) == upper(name);
+      if (is_it) RMP_TRY(fits_signal(x, value));
+      is_known = is_known || is_it;
     }
     if (!is_known)
       return error(ErrorCode::unknown_name, "the program has no signal " + name,

@@ -233,6 +233,7 @@ class Run {
     options.inputs = std::move(*inputs);
     options.values = values_;
     options.is_traced = voice_.is_traced;
+    options.limits.most_instructions = how_.most_instructions;
     std::string collected;
     IrlVoice voice = voice_;
     if (voice_.is_json) voice.text = [&collected](std::string_view piece) { collected += piece; };

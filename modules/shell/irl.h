@@ -3,6 +3,7 @@
 // another program serves (layer: application, shell).
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -19,8 +20,9 @@ struct IrlSettings {
   std::string file, language;
   std::vector<std::string> set, bind, grip;  ///< NAME=VALUE, NAME=SIGNAL, NAME or NAME=OBJECT
   bool check = false, code = false, real_time = false, fast = false, free = false;
-  std::string robot, frame, tool, record;  ///< record: file of the recording
-  double most_time = 3600;                 ///< of the program [s]
+  std::string robot, frame, tool, record;           ///< record: file of the recording
+  double most_time = 3600;                          ///< of the program [s]
+  std::uint64_t most_instructions = 2'000'000'000;  ///< alone; 0 = no bound
   // of a world that is served
   std::string connect, world, token, certificate;
   bool tls = false, no_tls = false;

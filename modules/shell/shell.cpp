@@ -493,6 +493,15 @@ Result<std::pair<Value, Value>> cell_of_script(Program& p, const PostSettings& h
   return std::pair(id, world);
 }
 
+/// What is missing, and the targets that there are.
+Error no_target(Program& p, const char* what, const char* hint) {
+  std::string all;
+  if (const auto targets = p.app->dispatch(*p.session, "program.targets", Map{}); targets.ok())
+    for (const Value& each : *targets->as_list())
+      all += (all.empty() ? "" : ", ") + *each.as_map()->find("name")->as_string();
+  return error(ErrorCode::usage, what, std::string(hint) + ". Targets are " + all + ".");
+}
+
 /// Posts a program to the files of a controller; its faults go to standard error, a line each.
 int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   Program p;
@@ -501,6 +510,9 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   const auto ask = [&](const char* command, const Map& args) {
     return p.app->dispatch(*p.session, command, args);
   };
+  if (how.target.empty() && how.templates.empty() &&
+      (how.profile.empty() || !how.side_by_side.empty()))
+    return voice.fail(no_target(p, "post needs a target", "Write --target krl, or --profile"));
   Map args;
   if (!how.templates.empty()) {
     if (tell_pack_faults(s, voice, how.templates)) return 3;
@@ -614,6 +626,9 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
 int run_post_test(const Settings& s, const Voice& voice, const PostTest& how) {
   Program p;
   if (auto started = start(p, s, voice, "post"); !started.ok()) return voice.fail(started.error());
+  if (how.what.empty())
+    return voice.fail(no_target(p, "post test needs a target",
+                                "Write post test krl, or a plugin, pack or controller"));
   const Ask ask = [&](const char* command, const Map& args) {
     return p.app->dispatch(*p.session, command, args);
   };
@@ -1365,8 +1380,7 @@ int shell_main(int argc, char** argv) {
       "something is wrong");
   post_test
       ->add_option("what", tested.what,
-                   "Target, plugin (.so), pack (.post), its folder, or a controller (.ctl)")
-      ->required();
+                   "Target, plugin (.so), pack (.post), its folder, or a controller (.ctl)");
   post_test
       ->add_option("--robot", tested.robot, "Robot: a name of the library, a .rbt file, or none")
       ->capture_default_str();
@@ -1413,6 +1427,10 @@ int shell_main(int argc, char** argv) {
                   "Recording of the run: a .csv, .npz, .json or .rec file");
   irl->add_option("--most-time", irl_how.most_time, "Longest time of a run with a robot [s]")
       ->check(CLI::Range(1e-3, 1e9))
+      ->capture_default_str();
+  irl->add_option("--most-instructions", irl_how.most_instructions,
+                  "Without a robot: a program that takes more has a fault; 0 is no bound")
+      ->check(CLI::Range(0.0, 9e15))
       ->capture_default_str();
   irl->add_flag("--real-time", irl_how.real_time, "Waits take their time, without a robot, too");
   irl->add_flag("--fast", irl_how.fast, "With --connect: as fast as it goes");

@@ -448,7 +448,18 @@ class ProgramCell final : public program::World {
     auto model = arm_of(who, tip);
     auto bound = sim::bind_ik(x_.sim_->registry, std::move(model), robot.record->ik);
     if (!bound.ok()) {
-      failed = std::move(bound).error();
+      Error e = std::move(bound).error();
+      // What is left of an arm is not what its solver is for.
+      if (const std::size_t rail = rail_of(who); rail > 0)
+        e = error(
+            e.code,
+            (rail == 1 ? std::string("joint 1 is bound as an additional one")
+                       : "joints 1 to " + std::to_string(rail) + " are bound as additional ones") +
+                ", and for what is left " + e.message,
+            "program.unbind gives them back to the arm; additional are those of a rail that "
+            "carries it.",
+            "robot " + quote(robot.placed->name));
+      failed = std::move(e);
       return nullptr;
     }
     auto made = std::make_shared<ProgramActor::Solver>();
@@ -548,6 +559,13 @@ class ProgramCell final : public program::World {
     if (has_status && s->branches.empty())
       note_once("STATUS is not heeded: the inverse kinematics of " + robot.placed->name +
                 " names no branches");
+    const std::int32_t mask = (1 << std::min<std::size_t>(s->branches.choices().size(), 30)) - 1;
+    if (has_status && !s->branches.empty() && (target->status & ~mask) != 0)
+      return error(ErrorCode::invalid_argument,
+                   "a target has STATUS " + std::to_string(target->status) + ", and robot " +
+                       quote(robot.placed->name) + " has no such branch (" + s->branches.words() +
+                       ")",
+                   "It is 0 to " + std::to_string(mask) + ", or -1 for any.");
     std::vector<double> best;
     double least = 0;
     std::set<std::int32_t> others;
@@ -557,8 +575,6 @@ class ProgramCell final : public program::World {
       std::vector<double> q(r.q.begin() + static_cast<std::ptrdiff_t>(i),
                             r.q.begin() + static_cast<std::ptrdiff_t>(i + n));
       if (has_status && !s->branches.empty()) {
-        const std::int32_t mask =
-            (1 << std::min<std::size_t>(s->branches.choices().size(), 30)) - 1;
         const std::int32_t own = status_of(s->branches, q);
         if (own != (target->status & mask)) {
           others.insert(own);

@@ -150,6 +150,8 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
       names->tasks.insert(use.at);
     } else if (const auto* own = of(BindingKind::free, s.name)) {
       used.push_back(own);
+      auto fits = program::fits_signal(s, own->value);
+      if (!fits.ok()) return std::move(fits).error().in(where);
       use.value = own->value;
     } else {
       const auto* to = of(BindingKind::signal, s.name);

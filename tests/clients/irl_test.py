@@ -102,6 +102,26 @@ class Alone(Folder):
         self.assertIn("waits.irl:8: done := TRUE", done.stderr)
         self.fails(irl(path, "--set", "free=maybe"), 2, "TRUE, FALSE or a number")
 
+    def test_values_that_inputs_cannot_have(self):
+        path = self.write("waits.irl", WAITS)
+        self.fails(irl(path, "--set", "free=0.5"), 3, "the input free cannot be 0.5", "TRUE (1) or FALSE (0)")
+        self.fails(irl(path, "--set", "free=1e300"), 3, "free")
+        self.fails(irl(path, "--set", "free=0.5", "--robot", "puma560"), 1, "the input free cannot be 0.5")
+        path = self.write("bits.irl", "PROGRAM bits;\nSIGNAL INPUT INT: l AT 1, 4;\nBEGIN\n  WRITELN(l);\nENDPROGRAM;\n")
+        self.assertEqual(irl(path, "--set", "l=15").stdout, "15\n")
+        self.fails(irl(path, "--set", "l=99"), 3, "the input l cannot be 99", "4 bits hold 0 to 15")
+
+    def test_a_loop_without_an_end(self):
+        path = self.write("loop.irl", "PROGRAM looping;\nBEGIN\n  LOOP ENDLOOP;\nENDPROGRAM;\n")
+        self.fails(irl(path, "--most-instructions", "1000000"), 1, "loop.irl:3:", "more than 1000000 instructions")
+        self.fails(irl(path, "--most-instructions", "-1"), 2, "--most-instructions")
+
+    def test_posts_need_a_target(self):
+        path = self.write("waits.irl", WAITS)
+        for words in ([path], ["test"], [path, "--side-by-side", os.path.join(self.folder, "page.txt")]):
+            done = subprocess.run([PROGRAM, "post", *words], capture_output=True, text=True, timeout=120)
+            self.fails(done, 2, "needs a target", "Targets are ", "krl", "rapid")
+
     def test_files_of_its_folder_only(self):
         path = self.write("keeps.irl", "PROGRAM keeps;\nVAR\n  FILE: f;\n  STRING: s;\nBEGIN\n  OPEN(f, 'out.txt', 'W');\n"
                                        "  WRITELN(f, 'kept');\n  CLOSE(f);\nENDPROGRAM;\n")

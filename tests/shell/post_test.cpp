@@ -101,7 +101,8 @@ TEST_F(PostCommand, ExitCodesTellAProgramsFaultsUsageAndWrongInputApart) {
   expect(2, "", {lift, "--target", "krl", "--form", "round"});
   expect(2, "", {lift, "--no-such"});
   // 3: wrong input.
-  expect(3, "no target is given", {lift});
+  expect(2, "Targets are as, c, ", {lift});
+  expect(2, "Targets are as, c, ", {"test"});
   expect(3, "\"kurl\"", {lift, "--target", "kurl"});
   expect(3, "nobody.irl", {at("nobody.irl"), "--target", "krl"});
   expect(3, "out", {at("out"), "--target", "krl"});

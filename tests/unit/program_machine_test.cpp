@@ -6,6 +6,7 @@
 #include <string>
 
 #include "intrinsics.h"
+#include "program/presets.h"
 #include "support/program_world.h"
 
 namespace robomosp::program {
@@ -134,6 +135,8 @@ TEST(Machine, WhatGoesWrongIsOneSentence) {
       {"LIST_DELETE(l, 1);", "the place 1 is outside 1..0"},
       {"l[1 + z] := 1;", "the index 1 is outside 1..0"},
       {"s := EXTRACT('abc', 2, 3);", "EXTRACT is of 3 characters from 2 on, and the string has 3"},
+      {"MOVE LIN ROBTARGET(((1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)), z - 2, 0, 0.0);",
+       "the STATUS of a target is -2, and is not negative"},
       {"MOVE LIN pose;", "the orientation of a target is no unit quaternion: its length is 0.0"},
       {"q := ANGLEX('RS', o);", "the orientation that ANGLEX gets is no unit quaternion"},
       {"o := ORIZYX(1.0,2.0,3.0); q := ANGLEX('XXX', o);", "ANGLEX knows no mode 'XXX'"},
@@ -775,6 +778,63 @@ TEST(Machine, BrakeSaysWhatItCannotDo) {
             "a motion of this process is held by BRAKE, and another cannot begin before it");
   EXPECT_EQ(run("FUNCTION f: BOOL; BEGIN BRAKE; RETURN TRUE; ENDFCT;", "MOVE LIN a UNTIL f();"),
             "a condition of UNTIL or WHEN brakes");
+}
+
+TEST(Machine, SignalsHaveValuesThatTheyCanHold) {
+  const auto program = compiled(
+      "PROGRAM p; SIGNAL INPUT BOOL: b AT 1; INPUT INT: four AT 2, 4; INPUT INT: n AT 6; INPUT "
+      "REAL: "
+      "r AT 1; BEGIN ENDPROGRAM;");
+  const rmp_code& c = program->code();
+  const auto said = [&](const std::string& name, double value) {
+    for (std::uint32_t s = 0; s < c.symbols.count; ++s)
+      if (const auto& x = row<rmp_code_symbol>(c.symbols, s); x.name == name) {
+        const auto fits = fits_signal(x, value);
+        return fits.ok() ? std::string() : fits.error().sentence();
+      }
+    return std::string("no such signal");
+  };
+  for (const auto& [name, value] : {std::pair("b", 0.0),
+                                    {"b", 1.0},
+                                    {"four", 0.0},
+                                    {"four", 15.0},
+                                    {"n", -2147483648.0},
+                                    {"n", 2147483647.0},
+                                    {"r", -0.5},
+                                    {"r", 1e300}})
+    EXPECT_EQ(said(name, value), "") << name << " " << value;
+  EXPECT_EQ(said("b", 0.5), "the input b cannot be 0.5. It is a BOOL: TRUE (1) or FALSE (0).");
+  EXPECT_EQ(said("four", 99), "the input four cannot be 99. Its 4 bits hold 0 to 15.");
+  EXPECT_EQ(said("n", 0.5), "the input n cannot be 0.5. It is an INT, a whole number.");
+  for (const auto& [name, value] : {std::pair("b", 1e300),
+                                    {"b", -1.0},
+                                    {"four", -1.0},
+                                    {"four", 16.0},
+                                    {"n", 2147483648.0},
+                                    {"n", std::nan("")},
+                                    {"r", std::nan("")}})
+    EXPECT_NE(said(name, value), "") << name << " " << value;
+}
+
+TEST(Machine, ALogPointWhoseTextHasNoValueIsRefused) {
+  Machine m = loaded(body("i := 1;\ni := 2;", "VAR INT: i; ARRAY [1..2] OF INT: a;"));
+  Breakpoint b;
+  b.line = 4;
+  b.log = "i is {i}, {zz} is not";
+  const auto refused = m.set_breakpoint(b);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().sentence().find("the text of a log point"), std::string::npos)
+      << refused.error().sentence();
+  EXPECT_NE(refused.error().sentence().find("named ZZ"), std::string::npos) << refused.error().sentence();
+  // What only its values tell is said when it comes there.
+  b.log = "i is {i}, {a[i]}, {a[i + 5]} { and this";
+  ASSERT_TRUE(m.set_breakpoint(b).ok());
+  TestWorld w;
+  EXPECT_EQ(fault_of(run_to_end(m, w)), "");
+  EXPECT_EQ(
+      w.text,
+      "i is 0, {a[i]: the index 0 is outside 1..2}, {a[i + 5]: the index 5 is outside 1..2} { "
+      "and this\n");
 }
 
 TEST(Machine, ProgramsReadWhatTheirRobotDoes) {

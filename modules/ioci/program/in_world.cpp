@@ -200,7 +200,11 @@ Result<Value> unbind(CommandContext& ctx, const Map& args) {
 
 Result<Value> bindings(CommandContext& ctx, const Map& args) {
   List out;
-  for (const ProgramPlace& x : places_of(ctx.snapshot(), ref(args, "id"), args))
+  const auto places = places_of(ctx.snapshot(), ref(args, "id"), args);
+  // What is asked for by name, and is not there, is no place without bindings.
+  if (places.empty() && (has(args, "world") || has(args, "name_there")))
+    RMP_TRY(place_of(ctx, args));
+  for (const ProgramPlace& x : places)
     for (const ProgramBinding& b : x.placed->bindings) {
       Map one{{"name_there", x.placed->name}, {"world", Application::handle(AnyId(x.world))}};
       for (const auto& [key, value] : binding_value(b)) one.append(key, value);

@@ -707,6 +707,18 @@ class KrlWriter final : public post::DeclaredWriter {
          std::to_string(interrupts_[r]));
   }
 
+  /// BRAKE in an interrupt's program holds the motion, which goes on behind it.
+  void intrinsic_call(std::string_view name, std::span<const std::uint32_t> of) override {
+    if (name != "BRAKE") return Writer::intrinsic_call(name, of);
+    const bool holds = of.size() == 1 && known(of[0]) == 1.0;
+    if (!holds)
+      return cannot("BRAKE that ends a motion or is of another robot",
+                    "BRAKE(1) in an INTERRUPT holds it there, and UNTIL ends it.");
+    if (routine(in_routine_).kind != RMP_ROUTINE_INTERRUPT)
+      return cannot("BRAKE outside of an interrupt", "Write it in the INTERRUPT itself.");
+    line("BRAKE");
+  }
+
   // ---- motions ----
   void forget() override {
     for (auto* m :
