@@ -56,6 +56,12 @@ Result<void> write_text(const fs::path& file, const std::string& text) {
   return error(ErrorCode::io, "the file " + text::quote(file.string()) + " cannot be written",
                "Check the folder's permissions.");
 }
+/// In any case: names of IRL are those of letters.
+bool is_same_name(std::string_view a, std::string_view b) {
+  const auto folded = [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : +c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](char x, char y) { return folded(x) == folded(y); });
+}
 std::string wide(std::string s, std::size_t width) {
   if (s.size() > width) {
     s.resize(width - 3);
@@ -250,6 +256,11 @@ class Tester {
     Map about;
     for (const Value& t : *listed.as_list())
       if (string_in(*t.as_map(), "name") == target) about = *t.as_map();
+    forms_.clear();
+    for (const char* form : {"flat", "structured"}) {
+      const Value* has = about.find(form);
+      if (!has || !has->as_bool() || *has->as_bool()) forms_.emplace_back(form);
+    }
     const std::string title =
         target.empty() ? how_.what : string_in(about, "title") + " (" + target + ")";
     line_(title +
@@ -383,7 +394,58 @@ class Tester {
     const auto& q = p.quaternion;
     return Map{{"position", numbers(p.position)}, {"quaternion", numbers(q)}};
   }
-  static Result<List> actions(const program::Trace& trace) {
+  /// A signal as the controller has it: its number, and whether it is the other way round.
+  struct Wire {
+    std::int64_t number = 0;
+    bool is_inverted = false;
+  };
+  Wire wire_of(const rmp_code_symbol& s) const {
+    Wire out{s.address, false};
+    for (const Value& each : signals_) {
+      const Map& m = *each.as_map();
+      if (!is_same_name(string_in(m, "name"), s.name)) continue;
+      if (int_in(m, "number") >= 0) out.number = int_in(m, "number");
+      const Value* inverted = m.find("is_inverted");
+      out.is_inverted = inverted && inverted->as_bool() && *inverted->as_bool();
+    }
+    return out;
+  }
+  /// A condition as lists: {"and", a, b}, {"input", NUMBER, BITS}, {"value", v}.
+  Value tree(const program::Condition& c, const rmp_code& code) const {
+    static const std::map<std::uint32_t, const char*> kWords{
+        {RMP_EXPR_NEGATE, "negative"}, {RMP_EXPR_NOT, "not"},          {RMP_EXPR_ADD, "+"},
+        {RMP_EXPR_SUBTRACT, "-"},      {RMP_EXPR_MULTIPLY, "*"},       {RMP_EXPR_DIVIDE, "/"},
+        {RMP_EXPR_DIV, "div"},         {RMP_EXPR_MOD, "mod"},          {RMP_EXPR_EQUAL, "="},
+        {RMP_EXPR_NOT_EQUAL, "<>"},    {RMP_EXPR_LESS, "<"},           {RMP_EXPR_LESS_EQUAL, "<="},
+        {RMP_EXPR_GREATER, ">"},       {RMP_EXPR_GREATER_EQUAL, ">="}, {RMP_EXPR_AND, "and"},
+        {RMP_EXPR_OR, "or"},           {RMP_EXPR_EXOR, "exor"}};
+    std::vector<Value> made;
+    for (const program::ConditionNode& n : c.nodes) {
+      if (n.op == RMP_EXPR_LITERAL) {
+        made.emplace_back(n.type == RMP_TYPE_REAL ? List{"value", n.real}
+                                                  : List{"value", n.integer});
+      } else if (n.op == RMP_EXPR_SYMBOL) {
+        const auto& s = robomosp::row<rmp_code_symbol>(code.symbols, n.symbol);
+        const Wire w = wire_of(s);
+        const bool is_output = s.kind == RMP_SYMBOL_OUTPUT;
+        List one{is_output ? "output" : "input", w.number,
+                 s.type == RMP_TYPE_REAL   ? std::int64_t{0}
+                 : s.type == RMP_TYPE_BOOL ? std::int64_t{1}
+                                           : static_cast<std::int64_t>(std::max(1, s.width))};
+        if (w.is_inverted) made.emplace_back(List{"not", std::move(one)});
+        else made.emplace_back(std::move(one));
+      } else if (n.op == RMP_EXPR_CONVERT) {
+        made.push_back(made[n.a]);
+      } else {
+        const auto word = kWords.find(n.op);
+        List one{word == kWords.end() ? "?" : word->second, made[n.a]};
+        if (n.b != RMP_NONE) one.push_back(made[n.b]);
+        made.emplace_back(std::move(one));
+      }
+    }
+    return made.empty() ? Value(List{"value", std::int64_t{1}}) : made.back();
+  }
+  Result<List> actions(const program::Trace& trace) const {
     List out;
     const rmp_code& code = trace.program->code();
     for (const program::TraceEntry& e : trace.entries) {
@@ -398,27 +460,41 @@ class Tester {
           Map one;
           if (i < m->absolute.size() && m->absolute[i]) one = place(*m->absolute[i]);
           if (!t.joints.empty()) one.set("joints", numbers(t.joints));
+          if (!t.additional.empty()) one.set("additional", numbers(t.additional));
           targets.emplace_back(std::move(one));
         }
         a.set("targets", std::move(targets));
         const bool is_ptp = motion.interpolation == RMP_MOVE_PTP;
         a.set("speed", is_ptp ? motion.attributes.speed_ptp : motion.attributes.speed);
+        a.set("blend", is_ptp ? motion.attributes.c_ptp : motion.attributes.c_cp);
+        a.set("passes", motion.attributes.passes);
+        if (m->until) {
+          a.set("until", m->until->text(code));
+          a.set("until_tree", tree(*m->until, code));
+        }
       } else if (const auto* w = std::get_if<program::TracedWrite>(&e.what)) {
         const auto& s = robomosp::row<rmp_code_symbol>(code.symbols, w->symbol);
+        const Wire wire = wire_of(s);
         a.set("do", "output");
         a.set("name", s.name);
-        a.set("number", static_cast<std::int64_t>(s.address));
+        a.set("number", wire.number);
         if (s.type == RMP_TYPE_REAL) a.set("value", w->value.real);
+        else if (s.type == RMP_TYPE_BOOL && wire.is_inverted)
+          a.set("value", std::int64_t{w->value.integer == 0 ? 1 : 0});
         else a.set("value", w->value.integer);
       } else if (const auto* t = std::get_if<program::TracedWait>(&e.what)) {
         a.set("do", t->condition ? "wait_for" : "wait");
-        if (t->condition) a.set("condition", t->condition->text(code));
+        if (t->condition) {
+          a.set("condition", t->condition->text(code));
+          a.set("tree", tree(*t->condition, code));
+        }
         if (t->seconds >= 0) a.set("seconds", t->seconds);
       } else if (const auto* x = std::get_if<program::TracedText>(&e.what)) {
         a.set("do", "message");
         a.set("text", x->text);
-      } else if (std::get_if<program::TracedPause>(&e.what)) {
+      } else if (const auto* p = std::get_if<program::TracedPause>(&e.what)) {
         a.set("do", "pause");
+        a.set("text", p->message);
       } else {
         a.set("do", "halt");
       }
@@ -467,6 +543,17 @@ class Tester {
     if (failed)
       return error(ErrorCode::io, "the folder " + text::quote(folder.string()) + " cannot be made",
                    "Give another one.", "--reader");
+    signals_.clear();
+    if (profile_) {
+      RMP_TRY_ASSIGN(const Value c, ask_("controller.describe", Map{{"id", *profile_}}));
+      signals_ = list_in(*c.as_map(), "signals");
+    }
+    // What another target wrote there, or this one before, is none of its files.
+    for (const Sample& s : programs_) {
+      for (const char* form : {"flat", "structured"})
+        fs::remove_all(folder / "programs" / s.name / form, failed);
+      fs::remove(folder / "programs" / (s.name + ".trace.json"), failed);
+    }
     std::vector<std::string> written, left_out;
     for (const Sample& s : programs_) {
       auto trace = trace_of(s);
@@ -474,26 +561,29 @@ class Tester {
         left_out.push_back(s.name + " (" + trace.error().message + ")");
         continue;
       }
-      auto posted = post(target, s.id, "flat");
-      // A target without flattened programs says straight ones as they are.
-      if (!posted.ok() && s.name == "straight") posted = post(target, s.id, "structured");
-      if (!posted.ok() || !posted->is_correct) {
-        left_out.push_back(s.name + " (" + (posted.ok() ? posted->said : posted.error().message) +
-                           ")");
-        continue;
+      std::string forms;
+      for (const char* form : {"flat", "structured"}) {
+        if (std::find(forms_.begin(), forms_.end(), form) == forms_.end()) continue;
+        const auto posted = post(target, s.id, form);
+        if (!posted.ok() || !posted->is_correct) {
+          left_out.push_back(s.name + ", " + form + " (" +
+                             (posted.ok() ? posted->said : posted.error().message) + ")");
+          continue;
+        }
+        const fs::path own = folder / "programs" / s.name / form;
+        for (const auto& [name, text] : posted->files) {
+          fs::create_directories((own / name).parent_path(), failed);
+          RMP_TRY(write_text(own / name, text));
+        }
+        forms += (forms.empty() ? "" : " and ") + std::string(form);
       }
-      const fs::path own = folder / "programs" / s.name;
-      fs::remove_all(own, failed);
-      for (const auto& [name, text] : posted->files) {
-        fs::create_directories((own / name).parent_path(), failed);
-        RMP_TRY(write_text(own / name, text));
-      }
+      if (forms.empty()) continue;
       RMP_TRY_ASSIGN(List all, actions(*trace));
       std::string lines = "[\n";
       for (std::size_t i = 0; i < all.size(); ++i)
         lines += remote::to_json(all[i]) + (i + 1 < all.size() ? ",\n" : "\n");
       RMP_TRY(write_text(folder / "programs" / (s.name + ".trace.json"), lines + "]\n"));
-      written.push_back(s.name);
+      written.push_back(s.name + " (" + forms + ")");
     }
     if (robot_) {
       const std::string model = (folder / "robot.model").string();
@@ -524,6 +614,8 @@ class Tester {
   std::optional<Value> robot_, profile_;
   std::vector<post::ConstructCase> cases_;
   std::vector<Sample> programs_;
+  std::vector<std::string> forms_;  ///< that the target takes
+  List signals_;                    ///< of the controller's record
   List faults_;
   std::size_t wrong_ = 0;
 };

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares what reader.py reads from posted files with what the interpreter did.
 
-python3 compare.py [PROGRAM...]   ends with 0 where all are equal, with 1 where one is not.
+python3 compare.py [--flat] [--structured] [PROGRAM...]
+ends with 0 where all are equal, with 1 where one is not. Without a form both are compared.
 
 Positions are equal within 0.01 mm, rotations within 0.01 degrees, joints within 0.01 degrees or
-mm, speeds within 0.5 %. `robomosp post test TARGET --reader FOLDER` wrote this folder.
+mm, speeds and distances of transitions within 0.5 %, times within 0.5 ms; conditions are equal where they hold
+for the same values of the inputs. `robomosp post test TARGET --reader FOLDER` wrote this folder.
 """
+import itertools
 import json
 import math
 import pathlib
+import random
 import sys
 
 NEAR_MM, NEAR_DEGREES = 0.01, 0.01
@@ -86,16 +90,22 @@ class Joints:
         self.q = [float(v) for v in q]
 
 
-def ptp(target, speed=None):
-    return {"do": "ptp", "targets": [target], "speed": speed}
+PASS = "pass"  # a transition whose distance is the controller's own
 
 
-def lin(target, speed=None):
-    return {"do": "lin", "targets": [target], "speed": speed}
+def ptp(target, speed=None, blend=0, until=None):
+    """speed [%], None = the file does not tell; blend [%], 0 = it stops, None = it cannot tell."""
+    return {"do": "ptp", "targets": [target], "speed": speed, "blend": blend, "until": until}
 
 
-def circle(via, end, speed=None):
-    return {"do": "circle", "targets": [via, end], "speed": speed}
+def lin(target, speed=None, blend=0, until=None):
+    """speed [mm/s], None = the file does not tell; blend [mm], 0 = it stops, None = it cannot
+    tell; until: a condition."""
+    return {"do": "lin", "targets": [target], "speed": speed, "blend": blend, "until": until}
+
+
+def circle(via, end, speed=None, blend=0):
+    return {"do": "circle", "targets": [via, end], "speed": speed, "blend": blend, "until": None}
 
 
 def output(number, value):
@@ -106,12 +116,107 @@ def wait(seconds):
     return {"do": "wait", "seconds": seconds}
 
 
-def wait_for(condition=None):
-    return {"do": "wait_for", "condition": condition}
+def wait_for(condition, seconds=None):
+    """The condition as Python has it, of inputs by their numbers: "i[1] and not i[2]"; or a function
+    of i. seconds: when it ends without it; None = never."""
+    return {"do": "wait_for", "condition": condition, "seconds": seconds}
 
 
 def message(text):
     return {"do": "message", "text": text}
+
+
+def pause(text=None):
+    return {"do": "pause", "text": text}
+
+
+def halt():
+    return {"do": "halt"}
+
+
+# ---- conditions ----
+class Unknown(Exception):
+    pass
+
+
+class Signals:
+    """Values of inputs by their numbers, as i[1]."""
+
+    def __init__(self, values):
+        self.values = values
+
+    def __getitem__(self, number):
+        if number not in self.values:
+            raise Unknown(f"input {number} is asked, and is not in the condition that is meant")
+        return self.values[number]
+
+
+def cut(a, b):
+    """a / b towards zero."""
+    return int(a / b) if b else 0
+
+
+OPERATORS = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b if b else 0, "div": cut, "mod": lambda a, b: a - b * cut(a, b),
+    "=": lambda a, b: a == b, "<>": lambda a, b: a != b, "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b,
+    "and": lambda a, b: bool(a and b), "or": lambda a, b: bool(a or b),
+    "exor": lambda a, b: bool(a) != bool(b)}
+
+
+def value_of(tree, values):
+    word = tree[0]
+    if word == "value":
+        return tree[1]
+    if word in ("input", "output"):
+        return values[tree[1]]
+    if word == "not":
+        return not value_of(tree[1], values)
+    if word == "negative":
+        return -value_of(tree[1], values)
+    return OPERATORS[word](value_of(tree[1], values), value_of(tree[2], values))
+
+
+def leaves(tree, word):
+    if tree[0] == word:
+        yield tree
+    elif tree[0] not in ("value", "input", "output"):
+        for part in tree[1:]:
+            yield from leaves(part, word)
+
+
+def different(text, tree, read):
+    """What is not equal of a condition; "" = nothing."""
+    if read is None:
+        return f"the condition was not read, and {text} is meant"
+    near = {v[1] + d for v in leaves(tree, "value") for d in (-1, -0.5, 0, 0.5, 1)}
+    tried = {}
+    for _, number, bits in leaves(tree, "input"):
+        if bits == 1:
+            tried[number] = [0, 1]
+        elif bits == 0:
+            tried[number] = sorted({0.0, 1.0} | near)
+        else:
+            most = 2 ** bits - 1
+            tried[number] = sorted({int(v) for v in near | {0, 1, most} if 0 <= v <= most})
+    ways = list(itertools.islice(itertools.product(*tried.values()), 100000))
+    if len(ways) > 4096:
+        ways = random.Random(1).sample(ways, 4096)
+    for way in ways:
+        values = dict(zip(tried, way))
+        meant = bool(value_of(tree, values))
+        i = Signals(values)
+        try:
+            got = read(i) if callable(read) else eval(str(read), {"__builtins__": {}}, {"i": i})
+        except Unknown as e:
+            return f"{e}: {text}"
+        except Exception as e:
+            return f"the condition {read!r} cannot be computed: {type(e).__name__}: {e}"
+        if bool(got) != meant:
+            where = ", ".join(f"input {n} = {v}" for n, v in values.items())
+            return f"the condition {read!r} instead of {text}: they differ at {where}"
+    return ""
 
 
 # ---- the robot, for places that are written as joints ----
@@ -174,6 +279,10 @@ def difference(meant, read, robot):
                 far = max([abs(a - b) for a, b in zip(want["joints"], got.q)] or [0])
                 if len(got.q) < len(want["joints"]) or not far <= NEAR_DEGREES:
                     return f"joints {got.q} instead of {want['joints']}"
+                more, got_more = want.get("additional", []), got.q[len(want["joints"]):]
+                if got_more and (len(got_more) != len(more) or not max(
+                        abs(a - b) for a, b in zip(more, got_more)) <= NEAR_DEGREES):
+                    return f"additional joints {got_more} instead of {more}"
                 continue
             if isinstance(got, Joints):
                 if not robot or not robot.usable:
@@ -190,16 +299,43 @@ def difference(meant, read, robot):
                     return f"turned by {turned:.4f} degrees"
         if read["speed"] is not None and abs(read["speed"] - meant["speed"]) > 0.005 * meant["speed"]:
             return f"speed {read['speed']} instead of {meant['speed']}"
+        if bool(meant.get("until")) != bool(read.get("until")):
+            return f"until {read.get('until')} instead of {meant.get('until')}"
+        if meant.get("until"):
+            return different(meant["until"], meant["until_tree"], read["until"])
+        return transition(meant, read.get("blend", 0))
     elif meant["do"] == "output":
         if read["number"] != meant["number"] or abs(read["value"] - meant["value"]) > 1e-6:
             return (f"output {read['number']} := {read['value']} instead of "
                     f"{meant['number']} := {meant['value']}")
     elif meant["do"] == "wait":
-        if abs(read["seconds"] - meant["seconds"]) > 1e-3:
+        if not abs(read["seconds"] - meant["seconds"]) <= 5e-4:
             return f"{read['seconds']} s instead of {meant['seconds']} s"
-    elif meant["do"] == "message" and read["text"] is not None:
-        if read["text"].strip() != meant["text"].strip():
+    elif meant["do"] == "wait_for":
+        ends, end = meant.get("seconds"), read.get("seconds")
+        if (ends is None) != (end is None) or (ends is not None and not abs(end - ends) <= 5e-4):
+            told = ["no time" if t is None else f"{t} s" for t in (end, ends)]
+            return f"it ends after {told[0]} instead of {told[1]}"
+        return different(meant["condition"], meant["tree"], read["condition"])
+    elif meant["do"] == "message":
+        if read["text"] is None or read["text"].strip() != meant["text"].strip():
             return f"the text {read['text']!r} instead of {meant['text']!r}"
+    elif meant["do"] == "pause":
+        if read["text"] is not None and read["text"].strip() != meant["text"].strip():
+            return f"the text {read['text']!r} instead of {meant['text']!r}"
+    return ""
+
+
+def transition(meant, read):
+    """What is not equal of how a motion goes on into the next; "" = nothing."""
+    if read is None:
+        return ""
+    blend = meant["blend"]
+    if blend > 0:
+        if read == PASS or not abs(read - blend) <= 0.005 * blend:
+            return f"transition {read} instead of {blend}"
+    elif not meant["passes"] and read != 0:  # C_PASS without a distance is a stop in a run, too
+        return f"transition {read} instead of a stop"
     return ""
 
 
@@ -214,6 +350,37 @@ def place_of(e):
     return f"line {line}" if line else "called from compare.py"
 
 
+def compared(meant, files, reader, robot):
+    """What is not equal of a program that was posted; "" = nothing."""
+    got = []
+    try:
+        for action in reader.read(files) or []:
+            got.append(action)
+            if len(got) > len(meant):
+                break  # it may go on for ever
+    except NotImplementedError:
+        raise
+    except Exception as e:
+        return (f"reader.py stopped: {type(e).__name__}: {e} ({place_of(e)}, "
+                f"behind {len(got)} actions)")
+    for i, (a, b) in enumerate(zip(meant, got)):
+        try:
+            d = difference(a, b, robot)
+        except Exception as e:
+            d = f"reader.py yields what is no action: {type(e).__name__}: {e}"
+        if d:
+            return f"action {i + 1} (line {a['line']} of the IRL, {a['do']}): {d}"
+    if len(got) > len(meant):
+        return f"more actions were read than the {len(meant)} that are meant"
+    return f"{len(got)} actions were read, and {len(meant)} are meant" if len(got) < len(meant) else ""
+
+
+def files_of(folder):
+    """Texts by name."""
+    return {str(f.relative_to(folder)): f.read_text(encoding="utf-8", errors="replace")
+            for f in sorted(folder.rglob("*")) if f.is_file()}
+
+
 def main(arguments):
     here = pathlib.Path(__file__).resolve().parent
     sys.path.insert(0, str(here))
@@ -224,41 +391,31 @@ def main(arguments):
         print(f"reader.py cannot be used: {type(e).__name__}: {e}", file=sys.stderr)
         return 1
 
+    forms = [f for f in ("flat", "structured") if "--" + f in arguments] or ["flat", "structured"]
+    names = [a for a in arguments if not a.startswith("--")]
     model = here / "robot.model"
     robot = Robot(model) if model.exists() else None
-    traces = sorted((here / "programs").glob("*.trace.json"))
-    chosen = [t for t in traces if not arguments or t.name[:-len(".trace.json")] in arguments]
-    if not chosen:
+    wrong = count = 0
+    for trace in sorted((here / "programs").glob("*.trace.json")):
+        name = trace.name[:-len(".trace.json")]
+        if names and name not in names:
+            continue
+        meant = json.loads(trace.read_text())
+        for form in forms:
+            folder = here / "programs" / name / form
+            if not folder.is_dir():
+                continue
+            try:
+                said = compared(meant, files_of(folder), reader, robot)
+            except NotImplementedError as e:
+                print(e, file=sys.stderr)
+                return 1
+            print(f"{name}, {form}: {said or f'{len(meant)} actions are equal'}")
+            wrong += bool(said)
+            count += 1
+    if not count:
         print("There is no program to compare.", file=sys.stderr)
         return 1
-    wrong = 0
-    for trace in chosen:
-        name = trace.name[:-len(".trace.json")]
-        meant = json.loads(trace.read_text())
-        folder = here / "programs" / name
-        files = {str(f.relative_to(folder)): f.read_text(encoding="utf-8", errors="replace")
-                 for f in sorted(folder.rglob("*")) if f.is_file()}
-        said, got = "", []
-        try:
-            for action in reader.read(files) or []:
-                got.append(action)
-        except NotImplementedError as e:
-            print(e, file=sys.stderr)
-            return 1
-        except Exception as e:
-            said = f"reader.py stopped: {type(e).__name__}: {e} ({place_of(e)}, behind {len(got)} actions)"
-        for i, (a, b) in enumerate(zip(meant, got)):
-            try:
-                d = difference(a, b, robot)
-            except Exception as e:
-                d = f"reader.py yields what is no action: {type(e).__name__}: {e}"
-            if d:
-                said = f"action {i + 1} (line {a['line']} of the IRL, {a['do']}): {d}"
-                break
-        if not said and len(meant) != len(got):
-            said = f"{len(got)} actions were read, and {len(meant)} are meant"
-        print(f"{name}: {len(meant)} actions are equal" if not said else f"{name}: {said}")
-        wrong += bool(said)
     return 1 if wrong else 0
 
 

@@ -6,19 +6,26 @@ found by nobody.
 """
 import re  # noqa: F401  (readers of lines need it)
 
-from compare import Joints, Place, circle, lin, message, output, ptp, wait, wait_for  # noqa: F401
+from compare import (PASS, Joints, Place, circle, halt, lin, message, output, pause,  # noqa: F401
+                     ptp, wait, wait_for)
 from compare import fixed_xyz, quaternion, rotation_vector, xyz, zyx, zyz  # noqa: F401
 
 
 def read(files):
     """What a program does, in order.
 
-    files: texts by name, as {"straight.acl": "begin STRAIGHT\\n..."}.
+    files: texts by name, all that were written: {"straight.acl": "begin STRAIGHT\\n..."}. They are
+    of the flattened program, or of the structured one: then loops, choices and procedures are
+    carried out here. `compare.py --flat` leaves structured ones out.
     Yields actions:
-      ptp(target, speed), lin(target, speed), circle(via, end, speed)
-      output(number, value), wait(seconds), wait_for(condition), message(text)
+      ptp(target, speed, blend), lin(target, speed, blend), circle(via, end, speed, blend)
+      output(number, value), message(text), pause(), halt()
+      wait(seconds), wait_for(condition), wait_for(condition, seconds)
     A target is Place(x, y, z, rotation) in mm, with a rotation such as zyx(a, b, c) in degrees, or
     Joints(q1, q2, ...) in degrees and mm. Speeds are in mm/s, of ptp in percent; None = not told.
+    blend is the distance in mm, of ptp the percent, at which it goes on into the next motion; 0 = it
+    stops, PASS = as far as the controller likes, None = the controller cannot say it.
+    A condition is Python's, of inputs by their numbers: "i[1] and not i[2]", "i[5] > 3".
 
     For the language of docs/plugin_author/post_templates.md it could begin so:
 

@@ -438,7 +438,13 @@ TEST(PostTest, AReaderIsComparedWithWhatTheInterpreterDid) {
   for (const char* file :
        {"compare.py", "reader.py", "robot.model", "programs/straight.trace.json"})
     EXPECT_TRUE(fs::is_regular_file(folder / file)) << file;
-  EXPECT_TRUE(fs::is_regular_file(folder / "programs" / "straight" / "straight.tdl"));
+  EXPECT_TRUE(fs::is_regular_file(folder / "programs" / "straight" / "flat" / "straight.tdl"));
+  // Every form that the target takes, and all of its files.
+  for (const char* one : {"straight", "waits", "timeouts", "transitions", "texts", "rounds"})
+    for (const char* form : {"flat", "structured"})
+      EXPECT_TRUE(
+          fs::is_regular_file(folder / "programs" / one / form / (std::string(one) + ".tdl")))
+          << one << " " << form;
   const auto compare = [&](const std::string& programs = "") {
     const int status = std::system(("python3 '" + (folder / "compare.py").string() + "' " +
                                     programs + " >'" + (a.path / "said").string() + "' 2>&1")
@@ -454,36 +460,68 @@ TEST(PostTest, AReaderIsComparedWithWhatTheInterpreterDid) {
   write(folder / "reader.py", reader);
   const auto good = compare();
   EXPECT_EQ(good.first, 0) << good.second;
-  EXPECT_TRUE(has(good.second, "straight: ")) << good.second;
+  EXPECT_TRUE(has(good.second, "straight, structured: 18 actions are equal")) << good.second;
   EXPECT_FALSE(has(good.second, "instead of")) << good.second;
   // Wrong ones, each by a sentence with the place.
-  const auto spoilt = [&](const std::string& what, const std::string& by) {
+  const auto spoilt = [&](const std::string& what, const std::string& by,
+                          const std::string& programs = "straight") {
     std::string text = reader;
     const std::size_t begin = text.find(what);
     EXPECT_NE(begin, std::string::npos) << what;
     write(folder / "reader.py", text.replace(begin, what.size(), by));
-    return compare("straight");
+    return compare(programs);
   };
   const std::pair<std::pair<std::string, std::string>, const char*> kSpoilt[] = {
-      {{"Place(1000 * x, 1000 * y,", "Place(1000 * y, 1000 * x,"}, "of the IRL, lin): "},
-      {{"quaternion(a, b, c, d)", "quaternion(b, a, c, d)"}, "turned by "},
-      {{"1000 * float(speed.split()[0])", "float(speed.split()[0])"}, "speed 0."},
-      {{"1 if rest == \"= on\" else 0", "0"}, "output 3 := 0 instead of 3 := 1"},
+      {{"1000 * n[0], 1000 * n[1]", "1000 * n[1], 1000 * n[0]"}, "of the IRL, lin): "},
+      {{"quaternion(*n[3:])", "quaternion(n[4], n[3], n[5], n[6])"}, "turned by "},
+      {{"1000 * float(speed), blend", "float(speed), blend"}, "speed 0."},
+      {{"{\"= on\": 1, \"= off\": 0}[rest]", "0"}, "output 3 := 0 instead of 3 := 1"},
       {{"/ 1000)", ")"}, "250.0 s instead of 0.25 s"},
-      {{"            yield wait(", "            wait("}, "lin was read, and wait is meant"},
+      {{"            yield wait(float", "            wait(float"},
+       "lin was read, and wait is meant"},
       {{"import re", "import re, nothing_of_this_name"}, "reader.py cannot be used: "},
-      {{"    points = {}", "    return\n    points = {}"}, "0 actions were read, and"},
-      {{"    points = {}", "    return 5\n    points = {}"}, "0 actions were read, and"},
-      {{"points[to], float(", "points[to + \"x\"], float("}, "reader.py stopped: KeyError"},
+      {{"    run = Run(", "    return\n    run = Run("}, "0 actions were read, and"},
+      {{"    run = Run(", "    return 5\n    run = Run("}, "0 actions were read, and"},
+      {{"self.points[p] for", "self.points[p + \"x\"] for"}, "reader.py stopped: KeyError"},
       {{"yield output(", "yield (1, "}, "reader.py yields what is no action: "},
-      {{"Place(1000 * x,", "Place(\"here\","}, "reader.py stopped: ValueError"},
-      {{"Place(1000 * x,", "Place(float(\"nan\"),"}, "mm from"}};
+      {{"1000 * n[0], 1000", "\"here\", 1000"}, "reader.py stopped: ValueError"},
+      {{"1000 * n[0], 1000", "float(\"nan\"), 1000"}, "mm from"}};
   for (const auto& [change, said] : kSpoilt) {
     const auto o = spoilt(change.first, change.second);
     EXPECT_EQ(o.first, 1) << change.second << "\n" << o.second;
     EXPECT_TRUE(has(o.second, said)) << change.second << "\n" << o.second;
     EXPECT_FALSE(has(o.second, "Traceback")) << change.second << "\n" << o.second;
   }
+  // Conditions, the ends of waits, transitions and texts count.
+  const struct {
+    const char *what, *by, *programs, *said;
+  } kLeftOut[] = {
+      {"yield wait_for(self.python(condition),", "yield wait_for(None,", "waits",
+       "the condition was not read, and ready is meant"},
+      {"yield wait_for(self.python(condition),",
+       "yield wait_for('not (' + self.python(condition) + ')',", "waits",
+       "instead of ready: they differ at input 1 = 0"},
+      {"yield wait_for(self.python(condition),", "yield wait_for('i[3]',", "waits",
+       "input 3 is asked, and is not in the condition that is meant: ready"},
+      {"yield wait_for(self.python(condition),", "yield wait_for('i[1',", "waits",
+       "the condition 'i[1' cannot be computed: SyntaxError"},
+      {"float(re.fullmatch(r\"(\\S+) s\", time).group(1)) if time else None)", "None)", "timeouts",
+       "it ends after no time instead of 2.5 s"},
+      {"self.motion(one, 0 if not blend else", "self.motion(one, 0 if True else", "transitions",
+       "transition 0 instead of 12.5"},
+      {"1 if blend.group(2) == \"%\" else 1000", "2", "transitions", "instead of 12.5"},
+      {".replace('\"\"', '\"'))", ".upper())", "texts", "'PART 1 IS THERE' instead of"},
+      {"yield pause() if", "yield halt() if", "texts", "halt was read, and pause is meant"}};
+  for (const auto& one : kLeftOut) {
+    const auto o = spoilt(one.what, one.by, one.programs);
+    EXPECT_EQ(o.first, 1) << one.by << "\n" << o.second;
+    EXPECT_TRUE(has(o.second, one.said)) << one.by << "\n" << o.second;
+  }
+  // A form may be left out.
+  write(folder / "reader.py", reader);
+  EXPECT_FALSE(has(compare("--flat rounds").second, "structured"));
+  EXPECT_TRUE(has(compare("--structured rounds").second, "rounds, structured: 28 actions"))
+      << compare("--structured rounds").second;
   EXPECT_EQ(compare("nobody").first, 1);
   // What was filled in stays.
   write(folder / "reader.py", reader);
@@ -491,6 +529,12 @@ TEST(PostTest, AReaderIsComparedWithWhatTheInterpreterDid) {
   EXPECT_TRUE(has(again.out, "reader.py is kept as it is.")) << again.out;
   EXPECT_EQ(slurp(folder / "reader.py"), reader);
   EXPECT_EQ(compare().first, 0);
+  // Damaged files are not equal: a digit, a line, a word of a condition of each construct.
+  const int status =
+      std::system(("python3 '" ROBOMOSP_SOURCE_DIR "/tests/shell/damaged_files.py' '" +
+                   folder.string() + "' >'" + (a.path / "said").string() + "' 2>&1")
+                      .c_str());
+  EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << slurp(a.path / "said");
   // A folder that cannot be made, or is none.
   EXPECT_EQ(run({"-q", "post", "test", "krl", "--brief", "--reader", "/proc/self/back"}).code, 3);
   EXPECT_EQ(

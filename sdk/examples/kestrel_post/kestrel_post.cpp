@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A post for a controller that does not exist, the Kestrel: numbered steps with jumps to them, a
 // header with their count and a checksum, points in a file of their own with the configuration of
-// the arm. None of this can be said by templates. Its language:
+// the arm. The header and the letters of the configuration cannot be said by templates. Its
+// language:
 //
 //     %KESTREL 2                      P001 J 0.000 -90.000 90.000 0.000 90.000 0.000
 //     %PROGRAM LIFT                   P002 C 500.000 0.000 120.000 180.000 0.000 0.000 RUN
@@ -307,7 +308,11 @@ class KestrelWriter final : public post::Writer {
       return {};
     }
     double round = *r;
-    if (round == 0 && m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0) round = 1;
+    if (round == 0 && m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0) {
+      round = 1;
+      note("C_PASS without a distance is written as R1.0, and in a run the robot stops here",
+           m.interpolation == RMP_MOVE_PTP ? "Give C_PTP." : "Give C_CP.");
+    }
     if (!(round >= 0 && round <= 500)) {
       fail("blending of " + post::shortest(round) + " is not from 0 to 500",
            "Give another number.");

@@ -1,8 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads straight programs of the Kestrel, as its manual would tell: for compare.py."""
+"""Runs programs of the Kestrel, as its manual would tell: for compare.py."""
 import re
 
-from compare import Joints, Place, circle, fixed_xyz, lin, message, output, ptp, wait, wait_for
+from compare import (Joints, Place, circle, fixed_xyz, halt, lin, message, output, pause, ptp, wait,
+                     wait_for)
+
+MOST = 100000  # steps of a run
+
+
+def number(words, letter):
+    """That of the word that begins with this letter; None = there is none."""
+    return next((float(w[1:]) for w in words if w.startswith(letter)), None)
 
 
 def read(files):
@@ -22,25 +30,61 @@ def read(files):
             else:
                 x, y, z, w, p, r = map(float, numbers[:6])
                 points[word] = Place(x, y, z, fixed_xyz(w, p, r))
-    for number, line in enumerate(lines, 1):
-        own, word, *rest = line.split(None, 2)
-        if own != f"S{number:04}":
-            raise ValueError(f"step {own} stands at {number}")
-        words = rest[0].split() if rest else []
-        speed = next((float(w[1:]) for w in words if w.startswith("V")), None)
+    routines = {}
+    for at, line in enumerate(lines):
+        if not line.startswith(f"S{at + 1:04} "):
+            raise ValueError(f"step {line[:5]} stands at {at + 1}")
+        if line[6:].startswith("SUB "):
+            routines[line[10:]] = at + 1
+    registers, calls, at = {}, [], 0
+
+    def python(text):
+        """An expression as Python has it, with the values that registers have now."""
+        text = re.sub(r"\bIN\((\d+)\)", r"i[\1]", text).replace("<>", "!=")
+        text = re.sub(r"(?<![<>!=])=(?!=)", "==", text)
+        text = re.sub(r"\b(AND|OR|NOT)\b", lambda m: m.group(0).lower(), text)
+        return re.sub(r"\bR(\d+)\b", lambda m: repr(registers[m.group(1)]), text)
+
+    for _ in range(MOST):
+        _, word, *rest = lines[at].split(None, 2)
+        rest = rest[0] if rest else ""
+        words = rest.split()
+        at += 1
+        speed, blend = number(words, "V"), number(words, "R") or 0
         if word == "JMOV":
-            yield ptp(points[words[0]], speed)
+            yield ptp(points[words[0]], speed, blend)
         elif word == "LMOV":
-            yield lin(points[words[0]], speed)
+            yield lin(points[words[0]], speed, blend)
         elif word == "CIRC":
-            yield circle(points[words[0]], points[words[1]], speed)
+            yield circle(points[words[0]], points[words[1]], speed, blend)
         elif word == "OUT":
-            yield output(int(words[0]), 1 if words[1] == "ON" else 0)
+            yield output(int(words[0]), {"ON": 1, "OFF": 0}[words[1]])
         elif word == "DELAY":
-            yield wait(int(words[0]) / 1000)
+            yield wait(int(rest) / 1000)
         elif word == "HOLD":
-            yield wait_for(rest[0])
+            yield wait_for(python(rest))
         elif word == "SHOW":
-            yield message(rest[0].strip('"'))
-        elif word != "END":
-            raise ValueError(f"{word} is no word of a straight program")
+            yield message(re.fullmatch(r'"(.*)"', rest).group(1))
+        elif word == "PAUSE":
+            yield pause()
+        elif word == "STOP":
+            yield halt()
+        elif word == "SET":
+            name, value = re.fullmatch(r"R(\d+) = (.*)", rest).groups()
+            registers[name] = eval(python(value), {"__builtins__": {}})
+        elif word == "JUMP":
+            at = int(re.fullmatch(r"S(\d{4})", rest).group(1)) - 1
+        elif word == "IFNOT":
+            condition, to = re.fullmatch(r"(.*) JUMP S(\d{4})", rest).groups()
+            if not eval(python(condition), {"__builtins__": {}}):
+                at = int(to) - 1
+        elif word == "CALL":
+            calls.append(at)
+            at = routines[rest]
+        elif word == "RETURN":
+            at = calls.pop()
+        elif word == "END":
+            return
+        else:
+            raise ValueError(f"{word} is no word of the Kestrel")
+    raise ValueError("it does not end")
