@@ -209,7 +209,7 @@ void mark_stretches(render::Scene& scene, const std::string& member,
     at.p = places[k].at;
     scene.items.push_back(
         ellipsoid_item(item_id(member, kLineBody + 6, k), member, at, {r, r, r}, places[k].colour));
-    scene.labels.push_back({at.p, places[k].text});
+    if (!places[k].text.empty()) scene.labels.push_back({at.p, places[k].text});
   }
   const double count = static_cast<double>(legend.ticks.size());
   for (std::size_t k = 0; k < legend.ticks.size(); ++k)

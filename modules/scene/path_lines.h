@@ -47,7 +47,7 @@ struct MarkedStretch {
   std::string kind;  ///< in the legend
   bool is_good = true;
 };
-/// A ball with a few words.
+/// A ball with a few words, or none.
 struct MarkedPlace {
   Vec3 at{};
   std::string text;

@@ -43,6 +43,8 @@ local function picture(name, script, what, at, argument, eye, target)
   for _, one in ipairs(type(what) == "table" and what or {what}) do
     traced(cell, run, one, name .. "_way_" .. one)
   end
+  -- The program's frame stands in the robot's foot, where only its name would be seen.
+  for _, frame in ipairs(cell:describe().frames) do cell:remove_member(frame.name) end
   local drawn, trouble = pcall(cell.render, cell, { recording = run, at = at, quality = quality,
     paths = "line", axes = false, eye = eye, target = target, file = folder .. "/" .. name .. ".png" })
   if not drawn then print(trouble) end  -- such as: no renderer is installed

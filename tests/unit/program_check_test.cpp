@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "ioci/program/check_program.h"
 #include "support/program.h"
 
 namespace robomosp {
@@ -530,6 +531,140 @@ TEST_F(ProgramCheck, TwoTargetsSideBySide) {
   const Error e = fails("program.compare_targets",
                         {{"id", p}, {"targets", List{std::string("krl"), std::string("krlx")}}});
   EXPECT_NE(e.sentence().find("krlx"), std::string::npos) << e.sentence();
+}
+
+TEST(CheckPicture, LinesOfAPlaceShareOneWordAndCaptionsAreCutBetweenWords) {
+  EXPECT_EQ(ioci::lines_text({7}), "line 7");
+  EXPECT_EQ(ioci::lines_text({18, 7}), "lines 7 and 18");
+  EXPECT_EQ(ioci::lines_text({7, 12, 18}), "lines 7, 12 and 18");
+  EXPECT_EQ(ioci::lines_text({1, 2, 3, 4, 5}), "lines 1, 2, 3, 4 and 5");
+  EXPECT_EQ(ioci::lines_text({1, 2, 3, 4, 5, 6, 7}), "lines 1, 2, 3, 4 and 3 more");
+  EXPECT_EQ(ioci::shortened("post and wrist touch", 20), "post and wrist touch");
+  EXPECT_EQ(ioci::shortened("post and wrist touch", 19), "post and wrist ... (1 more word)");
+  EXPECT_EQ(ioci::shortened("post and wrist touch", 11), "post and ... (2 more words)");
+  EXPECT_EQ(ioci::shortened("a_word_that_is_too_long", 5), "a_word_that_is_too_long");
+}
+
+std::size_t count_of(const Value& c, const char* kind) {
+  std::size_t n = 0;
+  for (const Value& d : *at(c, "differences").as_list()) n += *at(d, "kind").as_string() == kind;
+  return n;
+}
+
+TEST_F(ProgramCheck, EveryPairOfTargetsThatAreReadIsComparedForEveryProgram) {
+  const std::vector<std::string> targets{"krl",    "rapid", "urscript", "fanuc_tp",
+                                         "melfa5", "val3",  "gcode"};
+  // Targets of a motion in each program, counted by hand from its loops.
+  const std::map<std::string, std::int64_t> programs{
+      {"hanoi", 42}, {"palletising", 96}, {"pick_and_place", 32}, {"arc_weld", 7}};
+  // What comes back otherwise, and is told: places and configurations that the robot only knows.
+  const std::set<std::string> otherwise{"rapid arc_weld", "val3 pick_and_place"};
+  const std::set<std::string> refused{"urscript pick_and_place", "fanuc_tp pick_and_place",
+                                      "gcode pick_and_place", "gcode palletising"};
+  const Value puma = call("robot.get", {{"name", std::string("puma560")}});
+  std::size_t pairs = 0;
+  for (const auto& [name, points] : programs) {
+    const Value p =
+        call("program.import",
+             {{"file", std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/programs/" + name + ".irl"}});
+    for (std::size_t i = 0; i < targets.size(); ++i)
+      for (std::size_t k = i + 1; k < targets.size(); ++k) {
+        const std::string what = name + " " + targets[i] + " " + targets[k];
+        const Value c =
+            call("program.compare_targets",
+                 {{"id", p}, {"targets", List{targets[i], targets[k]}}, {"robot", puma}});
+        const std::string said = *at(c, "points").as_string();
+        std::size_t whole = 0, unequal = 0;
+        for (const Value& t : *at(c, "targets").as_list()) {
+          const std::string one = *at(t, "target").as_string() + " " + name;
+          EXPECT_EQ(*at(t, "correct").as_bool(), !refused.contains(one)) << what;
+          EXPECT_EQ(at(t, "reader").as_string()->empty(), refused.contains(one))
+              << one << ": " << *at(t, "not_read").as_string();
+          if (refused.contains(one)) {
+            EXPECT_NE(said.find("Not looked at: " + *at(t, "target").as_string()),
+                      std::string::npos)
+                << said;
+          } else if (otherwise.contains(one)) {
+            ++unequal;
+            EXPECT_GT(*at(t, "not_said").as_int(), 0) << what;
+          } else {
+            ++whole;
+            EXPECT_EQ(*at(t, "compared").as_int(), points) << what;
+            EXPECT_LT(*at(t, "most_distance").as_real(), 1e-6) << what;
+            EXPECT_LT(*at(t, "most_angle").as_real(), 1e-5) << what;
+          }
+        }
+        if (whole == 2) {
+          ++pairs;
+          EXPECT_EQ(*at(c, "compared").as_int(), points) << what;
+          EXPECT_LT(*at(c, "most_distance").as_real(), 1e-6) << what;
+        }
+        for (const char* kind : {"point", "motion", "output", "speed"})
+          if (unequal == 0)
+            EXPECT_EQ(count_of(c, kind), 0U) << what << " " << kind << "\n"
+                                             << *at(c, "text").as_string();
+        if (unequal > 0) EXPECT_GT(count_of(c, "unread"), 0U) << what;
+      }
+  }
+  EXPECT_GT(pairs, 40U);
+}
+
+TEST_F(ProgramCheck, WhatTargetsSayInOtherUnitsIsNamedAndNotCompared) {
+  const Value p =
+      put("  MOVE PTP " + place(400, 200, 400) + " SPEED_PTP := 60.0 C_PTP := 20.0;\n  MOVE LIN " +
+          place(400, 200, 300) + " SPEED := 100.0;\n");
+  const Value c = call(
+      "program.compare_targets",
+      {{"id", p}, {"targets", List{std::string("krl"), std::string("urscript")}}, {"robot", arm_}});
+  EXPECT_EQ(count_of(c, "speed"), 0U) << *at(c, "text").as_string();
+  EXPECT_EQ(count_of(c, "blend"), 0U) << *at(c, "text").as_string();
+  std::string all;
+  for (const Value& each : *at(c, "not_compared").as_list()) all += *each.as_string() + "\n";
+  EXPECT_NE(all.find("Speeds of PTP of krl and urscript"), std::string::npos) << all;
+  EXPECT_NE(all.find("How far PTP motions blend of krl and urscript"), std::string::npos) << all;
+  // In equal units nothing is left out.
+  const Value same = call("program.compare_targets",
+                          {{"id", p},
+                           {"targets", List{std::string("urscript"), std::string("melfa5")}},
+                           {"robot", arm_}});
+  EXPECT_NE(at(same, "points").as_string()->find("mm (radii)"), std::string::npos);
+}
+
+TEST_F(ProgramCheck, PointsThatDifferBetweenTargetsAreFound) {
+  const Value rough =
+      call("record.create",
+           {{"kind", std::string("controller")},
+            {"name", std::string("rough")},
+            {"fields", Map{{"target", std::string("krl")}, {"length_digits", std::int64_t{0}}}}});
+  const Value p = put("  MOVE PTP " + place(400.4, 200, 400) + ";\n");
+  const Value c = call(
+      "program.compare_targets",
+      {{"id", p}, {"targets", List{std::string("krl"), std::string("rough")}}, {"robot", arm_}});
+  EXPECT_EQ(*at(c, "compared").as_int(), 1);
+  EXPECT_NEAR(*at(c, "most_distance").as_real(), 4e-4, 1e-9) << *at(c, "text").as_string();
+  EXPECT_EQ(count_of(c, "point"), 1U);
+}
+
+TEST_F(ProgramCheck, TargetsGivenTwiceAndInputsThatAreNoneAreRefused) {
+  const Value p =
+      call("program.import",
+           {{"file", std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/programs/pick_and_place.irl"}});
+  const auto sentence = [&](const List& targets, const Map& inputs) {
+    return fails("program.compare_targets", {{"id", p}, {"targets", targets}, {"inputs", inputs}})
+        .sentence();
+  };
+  const List two{std::string("krl"), std::string("rapid")};
+  EXPECT_NE(sentence({std::string("krl"), std::string("krl")}, {}).find("twice"),
+            std::string::npos);
+  const std::string unknown = sentence(two, {{"part_her", true}});
+  EXPECT_NE(unknown.find("part_here"), std::string::npos) << unknown;
+  const std::string output = sentence(two, {{"gripper", true}});
+  EXPECT_NE(output.find("gripper"), std::string::npos) << output;
+  const std::string wrong = sentence(two, {{"part_here", 3.5}});
+  EXPECT_NE(wrong.find("BOOL"), std::string::npos) << wrong;
+  const Value c = call("program.compare_targets",
+                       {{"id", p}, {"targets", two}, {"inputs", Map{{"Part_Here", true}}}});
+  EXPECT_GT(*at(c, "compared").as_int(), 0);
 }
 
 }  // namespace

@@ -163,8 +163,53 @@ Look look_of(const Fault& f) {
 }
 bool is_drawn(const Fault& f) { return f.severity != Severity::note && f.motion != kNone; }
 
-/// The tool's way, and where it is wrong.
-void mark(const CheckedProgram& c, render::Scene& scene) {
+constexpr std::size_t kMostNames = 16;  ///< of places in a picture
+
+/// Balls where faults are, and words beside the worst; those that are near each other share them.
+/// Gives how many places have no word, as there would be too many. `size`: of the tool's way [m].
+std::size_t place_marks(const Check& check, double size, std::vector<scene::MarkedPlace>& out) {
+  struct Place {
+    const Fault* first;
+    std::set<std::uint32_t> lines;
+    std::vector<const Fault*> others;  ///< a ball each, without a word
+  };
+  std::vector<Place> all;
+  const auto gap = [](const Fault& a, const Fault& b) {
+    return std::hypot(a.position[0] - b.position[0], a.position[1] - b.position[1],
+                      a.position[2] - b.position[2]);
+  };
+  constexpr double kOne = 0.05;  ///< what is nearer is one ball [m]
+  for (const Fault& f : check.faults) {
+    if (!is_drawn(f) || !f.has_position) continue;
+    const std::uint32_t line = f.place.span.line;
+    Place* at = nullptr;
+    double least = INFINITY;
+    for (Place& p : all) {
+      // Of one line a word serves further around than for others.
+      const double reach = std::max(kOne, (p.lines.contains(line) ? 0.2 : 0.08) * size);
+      const double d = gap(*p.first, f);
+      if (d < reach && d < least) at = &p, least = d;
+    }
+    if (!at) {
+      all.push_back({&f, {line}, {}});
+      continue;
+    }
+    at->lines.insert(line);
+    const auto is_there = [&](const Fault* o) { return gap(*o, f) < kOne; };
+    if (!is_there(at->first) && std::none_of(at->others.begin(), at->others.end(), is_there))
+      at->others.push_back(&f);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Place& p = all[i];
+    out.push_back({p.first->position, i < kMostNames ? lines_text(p.lines) : std::string(),
+                   look_of(*p.first).colour});
+    for (const Fault* f : p.others) out.push_back({f->position, {}, look_of(*f).colour});
+  }
+  return all.size() - std::min(all.size(), kMostNames);
+}
+
+/// The tool's way, and where it is wrong; gives how many marks have no word.
+std::size_t mark(const CheckedProgram& c, render::Scene& scene) {
   std::vector<scene::MarkedStretch> stretches;
   std::vector<scene::MarkedPlace> places;
   const auto& time = c.check.recording->columns.front().values;
@@ -196,17 +241,11 @@ void mark(const CheckedProgram& c, render::Scene& scene) {
       k = end;
     }
   }
-  // One word a place: several faults of a line that are near each other share it.
-  for (const Fault& f : c.check.faults) {
-    if (!is_drawn(f) || !f.has_position) continue;
-    const std::string word = "line " + std::to_string(f.place.span.line);
-    const bool is_there = std::any_of(places.begin(), places.end(), [&](const auto& p) {
-      return p.text == word && std::hypot(p.at[0] - f.position[0], p.at[1] - f.position[1],
-                                          p.at[2] - f.position[2]) < 0.05;
-    });
-    if (!is_there) places.push_back({f.position, word, look_of(f).colour});
-  }
+  std::vector<Pose> way;
+  for (const auto& one : stretches) way.insert(way.end(), one.poses.begin(), one.poses.end());
+  const std::size_t unnamed = place_marks(c.check, scene::size_of(way), places);
   scene::mark_stretches(scene, c.name, stretches, places);
+  return unnamed;
 }
 
 /// The first fault that has a place, and so its time is what a picture shows.
@@ -216,15 +255,22 @@ const Fault* shown_fault(const Check& check) {
   return nullptr;
 }
 
+/// What is wrong first, and how much else is; the picture breaks it into lines.
+std::string caption_of(const CheckedProgram& c, const Fault& first, std::size_t unnamed) {
+  constexpr std::size_t kLongest = 220;
+  std::string out =
+      shortened(where_of(c.code->code(), first.place.span) + ": " + first.message, kLongest);
+  const auto others = std::count_if(c.check.faults.begin(), c.check.faults.end(), is_drawn) - 1;
+  if (others > 0)
+    out += "; " + std::to_string(others) + (others == 1 ? " more fault" : " more faults");
+  if (unnamed > 0) out += ", " + std::to_string(unnamed) + " places without a word";
+  return out;
+}
+
 Result<void> draw(CommandContext& ctx, const Map& args, const CheckedProgram& c,
                   const std::string& file) {
   RMP_TRY_ASSIGN(render::Options options, read_picture(args));
   const Fault* first = shown_fault(c.check);
-  if (options.look.caption.empty() && first) {
-    std::string caption = where_of(c.code->code(), first->place.span) + ": " + first->message;
-    if (caption.size() > 110) caption = caption.substr(0, 107) + "...";
-    options.look.caption = caption;
-  }
   scene::Extras extras;
   extras.frames = flag(args, "frames");
   extras.paths = scene::ShownPath::none;
@@ -233,7 +279,11 @@ Result<void> draw(CommandContext& ctx, const Map& args, const CheckedProgram& c,
   RMP_TRY_ASSIGN(const auto playback,
                  scene::build_playback(source, c.world, *c.check.recording, ctx.progress));
   scene::pose_at(built.scene, playback, first ? first->at : c.check.duration);
-  mark(c, built.scene);
+  // Frames that nobody asked for would stand among the marks.
+  if (!extras.frames)
+    std::erase_if(built.scene.triads, [](const render::Triad& t) { return !t.label.empty(); });
+  const std::size_t unnamed = mark(c, built.scene);
+  if (options.look.caption.empty() && first) options.look.caption = caption_of(c, *first, unnamed);
   RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, built.scene));
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
   RMP_TRY_ASSIGN(const std::string bytes, draw_png(*drawer, built.scene, options, ctx.progress));
@@ -458,6 +508,30 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
 }
 
 }  // namespace
+
+std::string lines_text(const std::set<std::uint32_t>& lines) {
+  constexpr std::size_t kMostLines = 4;
+  std::vector<std::string> words;
+  for (const std::uint32_t l : lines) words.push_back(std::to_string(l));
+  if (words.size() == 1) return "line " + words.front();
+  if (words.size() > kMostLines + 1) {
+    const std::string more = std::to_string(words.size() - kMostLines) + " more";
+    words.resize(kMostLines);
+    words.push_back(more);
+  }
+  const std::string last = words.back();
+  words.pop_back();
+  return "lines " + text::join(words, ", ") + " and " + last;
+}
+std::string shortened(std::string_view s, std::size_t most) {
+  if (s.size() <= most) return std::string(s);
+  const std::size_t blank = s.rfind(' ', most);
+  const std::size_t end = blank == std::string_view::npos || blank == 0 ? s.find(' ') : blank;
+  if (end == std::string_view::npos) return std::string(s);
+  const auto left_out = std::count(s.begin() + static_cast<std::ptrdiff_t>(end), s.end(), ' ');
+  return std::string(s.substr(0, end)) + " ... (" + std::to_string(left_out) +
+         (left_out == 1 ? " more word)" : " more words)");
+}
 
 Map fault_row(const CheckedProgram& c, const Fault& f) {
   const rmp_code& code = c.code->code();

@@ -2,8 +2,11 @@
 // Programs checked by a run before they are posted (layer: application, ioci only).
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
+#include <string_view>
 
 #include <robomosp/sdk/language.h>
 
@@ -29,5 +32,10 @@ Result<CheckedProgram> check_program(CommandContext&, const Map& args);
 [[nodiscard]] Schema check_params();
 /// A fault as program.check gives it.
 [[nodiscard]] Map fault_row(const CheckedProgram&, const program_check::Fault&);
+/// What stands beside a place in a picture: `line 7`, `lines 7, 12 and 18`, or of more than five
+/// `lines 7, 9, 12, 18 and 3 more`.
+[[nodiscard]] std::string lines_text(const std::set<std::uint32_t>& lines);
+/// At most about so many bytes, cut between words, with how many were left out.
+[[nodiscard]] std::string shortened(std::string_view, std::size_t most);
 
 }  // namespace robomosp::ioci

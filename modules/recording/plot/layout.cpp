@@ -184,8 +184,11 @@ class Flat {
       canvas_.line({{px(x.at), y0}, {px(x.at), y1}}, {kGrid});
       if (p + 1 == plot_.panels.size()) canvas_.text(px(x.at), y1 + 16, x.text, Anchor::middle);
     }
-    // Words of marks that are near each other stand below each other.
+    // Words of marks that are near each other stand below each other, and below a limit at the top.
     double taken = -1e9, lower = 0;
+    const bool has_limit = panel.upper >= range.low && panel.upper <= range.high;
+    const double under = has_limit ? py(panel.upper) - y0 : kTextSize;
+    const double top = y0 + (under < kTextSize ? under + kTextSize - 2 : 8);
     for (const PlotMark& mark : plot_.marks) {
       const double x0 = std::clamp(px(mark.from), left_, right_),
                    x1 = std::clamp(px(mark.to), left_, right_);
@@ -193,11 +196,11 @@ class Flat {
       canvas_.line({{x0, y0}, {x0, y1}}, {mark.colour, 1.2, 1, 1});
       if (p != 0 || mark.text.empty()) continue;
       lower = x0 < taken ? lower + kTextSize : 0;
-      if (lower > inner_ - kTextSize) lower = 0;
+      if (lower > inner_ - 2 * kTextSize) lower = 0;
       const double width = kLetter * static_cast<double>(mark.text.size());
       if (x0 + 3 + width > right_)  // where the legend begins
-        canvas_.text(x0 - 3, y0 + 8 + lower, mark.text, Anchor::end);
-      else canvas_.text(x0 + 3, y0 + 8 + lower, mark.text);
+        canvas_.text(x0 - 3, top + lower, mark.text, Anchor::end);
+      else canvas_.text(x0 + 3, top + lower, mark.text);
       taken = x0 + 3 + width;
     }
     for (const double limit : {panel.lower, panel.upper})
