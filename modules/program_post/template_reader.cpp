@@ -319,9 +319,14 @@ class Reader {
         name.find('\\') != std::string::npos)
       return say(value, "the included file " + text::quote(name) + " is not in the pack's folder",
                  "Copy it beside the pack, and give its name only.");
-    if (std::find(open_.begin(), open_.end(), name) != open_.end()) {
+    // The first is told with its folder, as its place is.
+    const auto of_folder = [](const std::string& f) { return f.substr(f.rfind('/') + 1); };
+    const auto is_it = [&](const std::string& f) { return of_folder(f) == name; };
+    if (std::any_of(open_.begin(), open_.end(), is_it)) {
+      is_readable_ = false;
+      if (open_.size() == 1) return say(value, "the file includes itself", "Take the line out.");
       std::string way;
-      for (const std::string& f : open_) way += f + " includes ";
+      for (const std::string& f : open_) way += of_folder(f) + " includes ";
       return say(value, "files include each other in a circle: " + way + name,
                  "Take one of these lines out.");
     }
@@ -332,10 +337,12 @@ class Reader {
       return say(value, "this pack has no folder to take " + text::quote(name) + " from");
     const Place at = place_of(value);
     auto text = files_(name);
-    if (!text.ok())
+    if (!text.ok()) {
+      is_readable_ = false;  // what is missing may be in there
       return say(
           at, "the included file " + text::quote(name) + " cannot be read: " + text.error().message,
           text.error().hint);
+    }
     one_file(*text, name, depth_ + 1);
   }
 

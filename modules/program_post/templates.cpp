@@ -75,9 +75,31 @@ class TemplateWriter final : public post::Writer {
       if (v.number && !(std::fabs(*v.number) < kGreatest))
         fail("the number " + p.text + " here is beyond what a controller takes",
              "Check what it is computed from.");
+      if (v.number && is_measure(p.text)) tell_rounded(p.text, v);
       out += p.text == "text" && is_in_signs(l, i) ? within_signs(pack_, v.text) : v.text;
     }
     return out;
+  }
+  /// Numbers of which a share counts: places have their own digits, which are looked at anyway.
+  static bool is_measure(std::string_view name) {
+    constexpr std::string_view kAll[] = {"speed",     "speed_m", "speed_percent", "speed_ori",
+                                         "speed_ptp", "acc",     "blend",         "blend_ptp",
+                                         "time",      "seconds", "milliseconds",  "value"};
+    return std::find(std::begin(kAll), std::end(kAll), name) != std::end(kAll);
+  }
+  /// Says where the template's digits are too few for a number.
+  void tell_rounded(const std::string& name, const Variable& v) {
+    constexpr double kShare = 0.005;
+    std::string s = v.text;
+    std::replace(s.begin(), s.end(), pack_.decimal_sign, '.');
+    char* end = nullptr;
+    const double written = std::strtod(s.c_str(), &end);
+    if (s.empty() || *end != '\0' ||
+        std::fabs(written - *v.number) <= kShare * std::fabs(*v.number) + 1e-12)
+      return;
+    warn("the " + name + " " + post::trimmed(*v.number, 9) + " is written as " + v.text,
+         "Give the template more digits (fixed:3), or the pack's head (digits), or write a number "
+         "that it has.");
   }
   /// Whether a piece stands between two of the pack's signs of texts.
   bool is_in_signs(const TemplateLine& l, std::size_t i) const {
@@ -460,9 +482,10 @@ class TemplateWriter final : public post::Writer {
   // one behind it.
   std::uint64_t new_label() { return kJump + jumps_++; }
   Variables to_label(std::uint64_t key) {
-    return {{"label", word(own_names_.of(key, "L1"))},
+    const Variable number = count_of(labels_, key);
+    return {{"label", word(own_names_.of(key, "L" + number.text))},
             {"label_line", mark(key)},
-            {"number", count_of(labels_, key)}};
+            {"number", number}};
   }
   void set_label(std::uint64_t key) {
     starts_[key] = body_.size();

@@ -1144,7 +1144,7 @@ TEST(Templates, NamesAreOfThePacksSignsInItsCase) {
   const auto names = [&](const std::string& head) {
     Posted got = of_small(small_pack("features: variables\n" + head, kVariables), declared,
                           "part_no_1 := part_no_2 + end;");
-    return got.files["p.txt"] + got.faults;
+    return (got.files.empty() ? std::string() : got.files.begin()->second) + got.faults;
   };
   EXPECT_EQ(names("name_signs: letters digits -\n"),
             "BEGIN\n  INT part-no-1=1\n  INT part-no-2=2\n  INT end=3\n"
@@ -1194,7 +1194,8 @@ TEST(Templates, NumbersAreInThePacksForm) {
   EXPECT_EQ(numbers("real_digits: 6\n"),
             "BEGIN\n  REAL r=0.000001\n  REAL s=2.0\n  s=s*2.5\n  r=r+s\n"
             "  GO 1.5 2 3 0 0 0 250\nEND\n"
-            "warning 2: the number 1.25E-06 is written as 0.000001.\n");
+            "warning 2: the number 1.25E-06 is written as 0.000001. a has 6 digits behind the "
+            "point (real_digits).\n");
   EXPECT_NE(of_small(small_pack("features: variables\nreal_exponent: no\n", kVariables), declared,
                      "t := t * s;")
                 .faults.find("error 2: the number 1.0E300 has 301 digits without an exponent, and "
@@ -1207,6 +1208,15 @@ TEST(Templates, NumbersAreInThePacksForm) {
                      declared, "MOVE LIN a;")
                 .files["p.txt"],
             "BEGIN\n  GO 1,50 1 +3,25 0 0 0 015,0\nEND\n");
+  // Where the digits are too few, it is said.
+  const Posted rounded =
+      of_small(small_pack("digits: 0\n", ""), declared,
+               "MOVE LIN a SPEED := 33.4;\nWAIT 0.25 SEC;\nMOVE LIN a SPEED := 250.4;");
+  EXPECT_EQ(rounded.faults,
+            "warning 5: the speed 33.4 is written as 33. Give the template more digits (fixed:3), "
+            "or the pack's head (digits), or write a number that it has.\n"
+            "warning 6: the seconds 0.25 is written as 0. Give the template more digits (fixed:3), "
+            "or the pack's head (digits), or write a number that it has.\n");
   EXPECT_EQ(said_of(small_pack("decimal_sign: ;\n", "")),
             "a.post:4:15: \"decimal_sign\" is . or ,");
   EXPECT_EQ(said_of(small_pack("real_digits: -1\n", "")),
@@ -1258,8 +1268,8 @@ TEST(Templates, BlocksAreMadeOfJumpsWhereThereIsNothingElse) {
   EXPECT_EQ(
       of_small(small_pack("features: variables goto jumps\nreserved: L1\n", unless), declared, body)
           .files["p.txt"],
-      "BEGIN\n  INT n=0\n  L2:\n  UNLESS n<3 GO L3\n  UNLESS n<2 GO L4\n  ON 3\n  GO L5\n"
-      "  L4:\n  OFF 3\n  L5:\n  n=n+1\n  GO L2\n  L3:\nEND\n");
+      "BEGIN\n  INT n=0\n  L12:\n  UNLESS n<3 GO L2\n  UNLESS n<2 GO L3\n  ON 3\n  GO L4\n"
+      "  L3:\n  OFF 3\n  L4:\n  n=n+1\n  GO L12\n  L2:\nEND\n");
   const std::string lines = std::string(kVariables) +
                             "== goto\nGO {{label_line}}\n== label\n== jump_if\n"
                             "IF {{condition}} GO {{label_line}}\n";
@@ -1300,16 +1310,36 @@ TEST(Templates, WhatBecomesOfCPassAloneIsSaid) {
   };
   EXPECT_EQ(said("", "C_PASS := TRUE"),
             "note 4: C_PASS is written as a stop, as it is in a run: the template \"lin\" has no "
-            "{{passes}}.\n");
+            "{{passes}}. Take it out here, or add it to the template.\n");
   EXPECT_EQ(said("\n[blend] ROUND {{blend}}", "C_PASS := TRUE"),
             "note 4: C_PASS without a distance is written as a stop, as it is in a run: the "
-            "template \"lin\" has no {{passes}}.\n");
+            "template \"lin\" has no {{passes}}. Give C_CP, or add it to the template.\n");
   EXPECT_EQ(said("\n[passes] ROUND", "C_PASS := TRUE"),
             "note 4: C_PASS without a distance is written as the template \"lin\" has it: how far "
-            "the robot stays away is the controller's, and in a run it stops here.\n");
+            "the robot stays away is the controller's, and in a run it stops here. Give C_CP.\n");
   EXPECT_EQ(said("\n[blend] ROUND {{blend}}", "C_PASS := TRUE C_CP := 5.0"), "");
   EXPECT_EQ(said("\n[passes] ROUND", "C_PASS := FALSE"), "");
   EXPECT_NE(said("", "C_CP := 5.0").find("warning 4: C_CP is not written"), std::string::npos);
+}
+
+TEST(Templates, AFileThatIncludesItselfIsSaidOnceAndWhatItLacksIsNot) {
+  const auto said = [](const std::string& include,
+                       const std::map<std::string, std::string>& files) {
+    const auto read = program_post::read_templates(
+        "robomosp target 1\nname: a\ninclude: " + include + "\n", "acme/pack.post",
+        [&](const std::string& name) -> Result<std::string> {
+          const auto it = files.find(name);
+          if (it == files.end()) return error(ErrorCode::io, "there is none", "");
+          return it->second;
+        });
+    return read.ok() ? std::string("fine") : read.error().message;
+  };
+  EXPECT_EQ(said("pack.post", {}), "acme/pack.post:3:10: the file includes itself");
+  EXPECT_EQ(said("b.part", {{"b.part", "include: pack.post\n"}}),
+            "b.part:1:10: files include each other in a circle: pack.post includes b.part includes "
+            "pack.post");
+  EXPECT_EQ(said("c.part", {}),
+            "acme/pack.post:3:10: the included file \"c.part\" cannot be read: there is none");
 }
 
 TEST(Templates, KeysOfThePackHoldWhereverTheIncludeStands) {
