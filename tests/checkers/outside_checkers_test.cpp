@@ -587,39 +587,53 @@ TEST_F(OutsideCheckers, TrajectoriesAreMessagesOfRos) {
     GTEST_SKIP() << "no messages of ROS here: install the package python3-trajectory-msgs. "
                  << there.text;
   ASSERT_EQ(there.code, 0) << there.text;
-  std::string names;
-  std::size_t count = 0;
-  fs::path one;
+  std::ofstream names(folder_ / "names");
+  std::size_t count = 0, sequences = 0;
+  fs::path one, sequence;
   for (const Posted& p : posted("joint_trajectory", "flat", 60))
     for (const fs::path& f : p.files)
       if (f.extension() == ".json") {
-        one = fs::path(f).replace_extension();
-        names += " " + quoted(one);
-        ++count;
+        const fs::path name = fs::path(f).replace_extension();
+        const bool is_sequence = name.string().ends_with("_sequence");
+        (is_sequence ? sequence : one) = name;
+        ++(is_sequence ? sequences : count);
+        names << name.string() << "\n";
       }
-  ASSERT_GE(count, 4U);
-  const Said said = run(python + names);
+  names.close();
+  ASSERT_GE(count, 40U);
+  ASSERT_GE(sequences, 3U);
+  const Said said = run(python + " " + quoted(fs::path("@" + (folder_ / "names").string())));
   EXPECT_EQ(said.code, 0) << said.text;
-  std::cout << count << " trajectories, " << said.text;
+  std::cout << count << " trajectories, " << sequences << " sequences, " << said.text;
   // It objects: a number missing, a time that falls, another number in the YAML.
-  std::ifstream in(one.string() + ".json");
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string good = text.str();
+  fs::path file = one;
   const auto objects = [&](const std::string& from, const std::string& to) {
-    std::string bad = good;
+    std::ifstream in(file.string() + ".json");
+    std::ostringstream text;
+    text << in.rdbuf();
+    std::string bad = text.str();
     const std::size_t at_text = bad.find(from);
-    ASSERT_NE(at_text, std::string::npos) << from;
+    ASSERT_NE(at_text, std::string::npos) << from << bad;
     bad.replace(at_text, from.size(), to);
-    std::ofstream(folder_ / "bad.json") << bad;
-    std::ofstream(folder_ / "bad.yaml") << bad;
-    EXPECT_EQ(run(python + " " + quoted(folder_ / "bad")).code, 1) << from;
+    for (const char* extension : {".json", ".yaml"}) {
+      fs::copy_file(file.string() + extension, file.string() + extension + "_kept");
+      std::ofstream(file.string() + extension) << bad;
+    }
+    EXPECT_EQ(run(python + " " + quoted(file)).code, 1) << from;
+    for (const char* extension : {".json", ".yaml"})
+      fs::rename(file.string() + extension + "_kept", file.string() + extension);
+    EXPECT_EQ(run(python + " " + quoted(file)).code, 0);
   };
   objects("\"positions\": [", "\"positions\": [1.0, ");
   objects("\"positions\": [", "\"positions\": [\"x\", ");
   objects("\"velocities\": []", "\"velocities\": [0.5]");
   objects("\"nanosec\": ", "\"nanosec\": 9999999999");
   objects("\"effort\"", "\"force\"");
+  // And a trajectory out of order, a step of no kind, an output without a value.
+  file = sequence;
+  objects("_1\"", "_2\"");
+  objects("\"trajectory\"", "\"path\"");
+  objects("\"value\"", "\"state\"");
 }
 
 // ---- CRCL, VAL3: xmllint ----

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joint trajectories as messages of ROS: each NAME.json and its NAME.yaml are put into a message of the package
 trajectory_msgs, serialised, read from the bytes and compared with the file, number by number. Times rise strictly, and
-every point has as many numbers as there are joints. Ends with 0, or 1 and a sentence a fault; 77 = packages missing."""
+every point has as many numbers as there are joints. A sequence (NAME_sequence) is the same in both forms, names
+trajectories that are there, each once and in order, and its steps are of known kinds. A name @FILE is the names in that
+file, one a line. Ends with 0, or 1 and a sentence a fault; 77 = packages missing."""
 import io
 import json
+import os
 import struct
 import sys
 
@@ -61,6 +64,52 @@ def numbers_are(data, joints):
         last = now
 
 
+STEPS = {
+    "trajectory": ({"trajectory"}, str), "set": ({"set", "number", "width", "value"}, str), "wait": ({"wait"}, float),
+    "wait_for": ({"wait_for", "timeout"}, (list, bool)), "text": ({"text", "ends_line"}, str), "pause": ({"pause"}, str),
+    "halt": ({"halt"}, bool)}
+OPERATORS = {"input": 0, "output": 0, "not": 1, "negate": 1, "and": 2, "or": 2, "xor": 2, "=": 2, "<>": 2, "<": 2,
+             "<=": 2, ">": 2, ">=": 2, "+": 2, "-": 2, "*": 2}
+
+
+def condition(value):
+    if not isinstance(value, list):
+        if not isinstance(value, (bool, int, float)):
+            raise ValueError("%r is no value of a condition" % (value,))
+        return
+    word, rest = value[0], value[1:]
+    if OPERATORS[word] == 0:
+        if not isinstance(rest[0], str) or not all(isinstance(n, int) for n in rest[1:]) or not 2 <= len(rest) <= 3:
+            raise ValueError("%r is no signal" % (value,))
+        return
+    if len(rest) != OPERATORS[word]:
+        raise ValueError("%s has %d operands" % (word, len(rest)))
+    for each in rest:
+        condition(each)
+
+
+def sequence(name, data):
+    if set(data) != {"sequence", "steps"} or data["sequence"] != 1:
+        raise ValueError("the fields of the sequence are %s" % sorted(data))
+    base, count = name[:-len("_sequence")], 0
+    for step in data["steps"]:
+        kinds = [k for k in STEPS if k in step]
+        if len(kinds) != 1 or not set(step) <= STEPS[kinds[0]][0] or not isinstance(step[kinds[0]], STEPS[kinds[0]][1]):
+            raise ValueError("%r is no step" % (step,))
+        if "trajectory" in step:
+            count += 1
+            if step["trajectory"] != "%s_%d" % (os.path.basename(base), count) or not os.path.exists(
+                    "%s_%d.json" % (base, count)):
+                raise ValueError("%r is not the next trajectory" % step["trajectory"])
+        if "wait_for" in step:
+            condition(step["wait_for"])
+        if "set" in step and not isinstance(step["value"], (bool, int, float)):
+            raise ValueError("%r is no value of an output" % (step["value"],))
+    if os.path.exists("%s_%d.json" % (base, count + 1)):
+        raise ValueError("a trajectory is not in the sequence")
+    return 0
+
+
 def check(name):
     with open(name + ".json", encoding="utf-8") as file:
         data = json.load(file)
@@ -68,6 +117,8 @@ def check(name):
         same = yaml.safe_load(file)
     if data != same:
         raise ValueError("JSON and YAML differ")
+    if "sequence" in data:
+        return sequence(name, data)
     numbers_are(data, len(data["joint_names"]))
     sent = message(data)
     wire = io.BytesIO()
@@ -94,11 +145,18 @@ def check(name):
     return len(got.points)
 
 
+names = []
+for argument in sys.argv[1:]:
+    if argument.startswith("@"):
+        with open(argument[1:], encoding="utf-8") as listed:
+            names += listed.read().split("\n")[:-1]
+    else:
+        names.append(argument)
 points = 0
-for name in sys.argv[1:]:
+for name in names:
     try:
         points += check(name)
-    except (ValueError, KeyError, TypeError, genpy.MessageException, struct.error) as wrong:
+    except (ValueError, KeyError, TypeError, IndexError, genpy.MessageException, struct.error) as wrong:
         faults.append("%s: %s" % (name, wrong))
 print("\n".join(faults) if faults else "%d points" % points)
 sys.exit(1 if faults else 0)

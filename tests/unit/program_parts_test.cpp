@@ -415,8 +415,7 @@ TEST_F(Parts, EveryTargetThatTakesOneRobotTakesThem) {
   call("robot.get", {{"name", "puma560"}});
   const Value both = made("both", two_robots());
   // Which say no, with the reason; each other posts both.
-  const std::map<std::string, std::string> kNo{{"crcl", "CRCL has no WAIT FOR"},
-                                               {"joint_trajectory", "JointTrajectory has no"}};
+  const std::map<std::string, std::string> kNo{{"crcl", "CRCL has no WAIT FOR"}};
   std::size_t n = 0;
   std::string refusals;
   for (const char* target :

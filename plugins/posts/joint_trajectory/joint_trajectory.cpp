@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A trajectory_msgs/JointTrajectory as YAML and as JSON: positions [rad, m] with strictly rising
-// times. Lines and circles are sampled and their joints solved; the controller interpolates.
+// times. Lines and circles are sampled and their joints solved; the controller interpolates. A
+// program that does more than move is several, and a sequence that says what comes between them.
 #include "joint_trajectory.h"
 
 #include "../common/straight.h"
@@ -62,15 +63,49 @@ class TrajectoryWriter final : public StraightWriter {
   }
   void finish() override {
     const auto names = joint_names();
-    if (!points_.empty() && names.size() != points_[0].q.size() && task_.robot) {
+    if (!here_.empty() && names.size() != here_.size() && task_.robot) {
       fail("the profile names " + std::to_string(names.size()) + " joints, and the robot has " +
-               std::to_string(points_[0].q.size()),
+               std::to_string(here_.size()),
            "Give the profile the axes of this robot.");
     }
     std::set<std::string> unique(names.begin(), names.end());
     if (unique.size() != names.size())
       fail("two joints have one name", "Give the profile's axes names of their own.");
-    if (points_.empty()) warn("the trajectory is empty: the program has no motions");
+    if (!has_steps_) {
+      if (points_.empty()) warn("the trajectory is empty: the program has no motions");
+      give(std::string(task_.name), names);
+      return;
+    }
+    end_stretch();
+    File yaml(0), json(0);
+    const rmp_span head = routine(0).span;
+    yaml.add("sequence: 1", &head);
+    yaml.add(steps_.empty() ? "steps: []" : "steps:", &head);
+    json.add("{\"sequence\": 1,", &head);
+    json.add(" \"steps\": [", &head);
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      yaml.add("  - " + steps_[i].text, &steps_[i].from);
+      json.add("  " + steps_[i].text + (i + 1 < steps_.size() ? "," : ""), &steps_[i].from);
+    }
+    json.add(" ]}", &head);
+    yaml.give(output_, std::string(task_.name) + "_sequence.yaml", false);
+    json.give(output_, std::string(task_.name) + "_sequence.json", false);
+  }
+  /// What comes between motions: the points before it are a trajectory of their own.
+  void step(std::string text) {
+    has_steps_ = true;
+    end_stretch();
+    steps_.push_back({std::move(text), at_});
+  }
+  void end_stretch() {
+    if (points_.empty()) return;
+    const std::string name = std::string(task_.name) + "_" + std::to_string(++stretches_);
+    steps_.push_back({"{\"trajectory\": " + quoted(name) + "}", points_.front().from});
+    give(name, joint_names());
+    points_.clear();
+    time_ = 0;
+  }
+  void give(const std::string& name, const std::vector<std::string>& names) {
     File yaml(0), json(0);
     const rmp_span head = routine(0).span;
     std::string all = "[";
@@ -102,8 +137,8 @@ class TrajectoryWriter final : public StraightWriter {
                &p.from);
     }
     json.add(" ]}", &head);
-    yaml.give(output_, std::string(task_.name) + ".yaml", false);
-    json.give(output_, std::string(task_.name) + ".json", false);
+    yaml.give(output_, name + ".yaml", false);
+    json.give(output_, name + ".json", false);
   }
   double greatest(std::size_t i) {
     double v = joint_speed_ / kDegree;
@@ -131,6 +166,7 @@ class TrajectoryWriter final : public StraightWriter {
       fail("the trajectory lasts longer than 2^31 s", "Give higher speeds or shorter waits.");
       time_ = 1;
     }
+    here_ = q;
     points_.push_back({std::move(q), time_, at_});
   }
   /// Joints of a target; nothing = said. Absolute ones come with the point.
@@ -174,9 +210,8 @@ class TrajectoryWriter final : public StraightWriter {
            "Name the robot: program.post{robot = ...}.");
       return std::nullopt;
     }
-    std::vector<double> seed = points_.empty()
-                                   ? std::vector<double>(task_.robot->coordinate_count(), 0.0)
-                                   : points_.back().q;
+    std::vector<double> seed =
+        here_.empty() ? std::vector<double>(task_.robot->coordinate_count(), 0.0) : here_;
     auto found = task_.kinematics->inverse(at, seed, -1);
     if (!found.ok()) {
       fail("the robot does not reach a place of this motion: " + found.error().message,
@@ -208,10 +243,10 @@ class TrajectoryWriter final : public StraightWriter {
     const auto q = joints(m, m.targets[0]);
     if (!q) return;
     const double share = certain(m, RMP_ATTR_SPEED_PTP, "SPEED_PTP", 100, 0.01, 100) / 100;
-    if (points_.empty()) {
+    if (here_.empty()) {
       start(*q);
     } else {
-      add(*q, asked_time(m, joint_time(points_.back().q, *q, share)));
+      add(*q, asked_time(m, joint_time(here_, *q, share)));
     }
     arrive(m, m.targets[0], *q);
   }
@@ -267,7 +302,7 @@ class TrajectoryWriter final : public StraightWriter {
     no_external(m.targets[0].point);
     const auto q = joints(m, m.targets[0]);
     if (!q) return;
-    if (points_.empty()) {
+    if (here_.empty()) {
       start(*q);
       arrive(m, m.targets[0], *q);
       return;
@@ -299,7 +334,7 @@ class TrajectoryWriter final : public StraightWriter {
     const auto via = certain_goal(m, m.targets[0]), to = certain_goal(m, m.targets[1]);
     const auto q = joints(m, m.targets[1]);
     if (!via || !to || !q) return;
-    if (!last() || points_.empty()) {
+    if (!last() || here_.empty()) {
       fail("where this circle starts is not known", "Begin with a motion to a pose.");
       return;
     }
@@ -343,22 +378,118 @@ class TrajectoryWriter final : public StraightWriter {
   void wait_time(std::uint32_t e) override {
     const auto v = seconds(e, 1e6);
     if (!v || *v == 0) return;
-    if (points_.empty()) {
-      cannot("wait before the first motion", "Move first.");
-      return;
+    if (points_.empty()) step("{\"wait\": " + trimmed(*v, 6, 1) + "}");
+    else add(points_.back().q, *v);
+  }
+  static std::string signal_text(const Signal& s) {
+    return quoted(s.target.empty() ? s.name : s.target);
+  }
+  void set_output(const Signal& s, std::uint32_t value) override {
+    const auto v = output_value(s, value);
+    if (!v) return;
+    std::string text = "{\"set\": " + signal_text(s) + ", \"number\": " + std::to_string(s.number);
+    if (s.type == RMP_TYPE_INT) text += ", \"width\": " + std::to_string(s.width);
+    text += ", \"value\": ";
+    if (s.type == RMP_TYPE_BOOL) text += (*v != 0) != s.inverted ? "true" : "false";
+    else text += s.type == RMP_TYPE_INT ? trimmed(*v, 0) : exact(*v);
+    step(text + "}");
+  }
+  /// A number of JSON and of YAML: with a point, and with the sign of its exponent.
+  static std::string exact(double v) {
+    std::string s = shortest(v);
+    if (const auto e = s.find('E'); e != std::string::npos)
+      s.replace(e, 1, s[e + 1] == '-' ? "e" : "e+");
+    return s;
+  }
+  /// What a condition asks, as a list: the operator first. Nothing = said.
+  std::optional<std::string> asked(std::uint32_t e, int depth = 0) {
+    const auto& x = expression(e);
+    if (depth > 60) {
+      cannot("conditions that are nested so deep", "Split the condition.");
+      return std::nullopt;
     }
-    add(points_.back().q, *v);
+    if (x.op == RMP_EXPR_SYMBOL && x.symbol != RMP_NONE &&
+        (symbol(x.symbol).kind == RMP_SYMBOL_INPUT || symbol(x.symbol).kind == RMP_SYMBOL_OUTPUT)) {
+      const Signal s = signal(x.symbol);
+      std::string text = std::string("[") + (s.is_output ? "\"output\"" : "\"input\"") + ", " +
+                         signal_text(s) + ", " + std::to_string(s.number);
+      if (s.type == RMP_TYPE_INT) text += ", " + std::to_string(s.width);
+      text += "]";
+      return s.inverted && s.type == RMP_TYPE_BOOL ? "[\"not\", " + text + "]" : text;
+    }
+    if (const auto v = known(e)) {
+      if (x.type == RMP_TYPE_BOOL) return *v != 0 ? "true" : "false";
+      return x.type == RMP_TYPE_INT ? trimmed(*v, 0) : exact(*v);
+    }
+    static constexpr std::pair<std::uint32_t, const char*> kWords[] = {
+        {RMP_EXPR_NOT, "not"},          {RMP_EXPR_AND, "and"},       {RMP_EXPR_OR, "or"},
+        {RMP_EXPR_EXOR, "xor"},         {RMP_EXPR_EQUAL, "="},       {RMP_EXPR_NOT_EQUAL, "<>"},
+        {RMP_EXPR_LESS, "<"},           {RMP_EXPR_LESS_EQUAL, "<="}, {RMP_EXPR_GREATER, ">"},
+        {RMP_EXPR_GREATER_EQUAL, ">="}, {RMP_EXPR_ADD, "+"},         {RMP_EXPR_SUBTRACT, "-"},
+        {RMP_EXPR_MULTIPLY, "*"},       {RMP_EXPR_NEGATE, "negate"}};
+    const std::vector<std::uint32_t> parts = [&] {
+      const auto all = links(x.first, x.count);
+      return std::vector<std::uint32_t>(all.begin(), all.end());
+    }();
+    if (x.op == RMP_EXPR_CONVERT && parts.size() == 1) return asked(parts[0], depth + 1);
+    for (const auto& [op, word] : kWords) {
+      if (x.op != op) continue;
+      std::string text = "[" + quoted(word);
+      for (const std::uint32_t p : parts) {
+        const auto one = asked(p, depth + 1);
+        if (!one) return std::nullopt;
+        text += ", " + *one;
+      }
+      return text + "]";
+    }
+    cannot("this condition", "Post the flattened program (form = \"flat\").");
+    return std::nullopt;
   }
-  void message(std::span<const std::uint32_t> values, bool) override {
-    if (constant_text(values))
-      warn("WRITE is not written: a trajectory has no texts", "Take the statement out.");
+  void wait_for(std::uint32_t condition, std::uint32_t timeout) override {
+    std::string until;
+    if (timeout != RMP_NONE) {
+      const auto t = seconds(timeout, 1e6);
+      if (!t) return;
+      until = ", \"timeout\": " + trimmed(*t, 6, 1);
+    }
+    if (const auto text = asked(condition)) step("{\"wait_for\": " + *text + until + "}");
   }
-  void halt() override {
-    cannot("HALT and RETURN before the end", "Post the flattened program (form = \"flat\").");
+  /// Texts and numbers that are known, one behind the other; JSON takes all letters.
+  std::optional<std::string> told(std::span<const std::uint32_t> values) {
+    std::string all;
+    for (const std::uint32_t v : values) {
+      const auto& x = expression(v);
+      if (x.constant == RMP_NONE) {
+        cannot("values in messages", "Post the flattened program (form = \"flat\").");
+        return std::nullopt;
+      }
+      const auto& k = constant(x.constant);
+      all += k.kind == RMP_CONSTANT_TEXT ? std::string(k.text, k.text_size)
+                                         : trimmed(known(v).value_or(0), 6);
+    }
+    return all;
   }
+  void message(std::span<const std::uint32_t> values, bool ends_line) override {
+    if (const auto text = told(values))
+      step("{\"text\": " + quoted(*text) + (ends_line ? "}" : ", \"ends_line\": false}"));
+  }
+  void pause(std::uint32_t message) override {
+    std::optional<std::string> text = "";
+    if (message != RMP_NONE) text = told(std::span(&message, 1));
+    if (text) step("{\"pause\": " + quoted(*text) + "}");
+  }
+  void halt() override { step("{\"halt\": true}"); }
 
+  struct Step {
+    std::string text;
+    rmp_span from{};
+  };
   File nothing_{0};
-  std::vector<Point> points_;
+  std::vector<Point> points_;  ///< of the present stretch
+  std::vector<double> here_;   ///< where the last point of all is; empty = nobody knows
+  std::vector<Step> steps_;
+  std::size_t stretches_ = 0;
+  bool has_steps_ = false;
   double time_ = 0, step_mm_ = 5, step_deg_ = 2, joint_speed_ = 60, start_s_ = 3;
   bool told_speed_ = false;
 };
@@ -369,7 +500,8 @@ const PostCapabilities& JointTrajectory::capabilities() const {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.forms = kPostFlat;
-    c.features = kPostTime | kPostFrames;
+    c.features =
+        kPostTime | kPostFrames | kPostWaitFor | kPostWaitTimeout | kPostMessages | kPostPause;
     c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle;
     c.circle = PostCircle::via;
     c.blending = PostBlending::none;
