@@ -832,7 +832,12 @@ class Scalars final : public Rewriter {
       const bool is_late =
           depends(x.value, late) || calls_changed(x.value) || has_disorder(x.value);
       const auto it = parts_.find(s);
-      if (it == parts_.end() && !is_late) continue;
+      if (it == parts_.end() && !is_late) {
+        // Parameters are others now.
+        const Id value = asked_again(x.value);
+        t_.symbols[s].value = value;
+        continue;
+      }
       out_ = {};
       if (!is_late) {
         may_hoist_ = false;

@@ -431,6 +431,21 @@ ENDPROGRAM;
 )");
 }
 
+TEST(Legalise, LocalsBeginWithValuesOfParametersThatHaveBeenTakenApart) {
+  expect_same(R"(PROGRAM p;
+TYPE RECORD INT: a, c; ENDRECORD: BOX;
+VAR BOX: b := BOX(3, 4); INT: x := 5;
+PROCEDURE f (IN INT: d; INOUT INT: y; INOUT BOX: b);
+VAR INT: l := 2 * d + y, m := b.a * l; BOX: mine := b;
+BEGIN
+  b.c := l; y := m + mine.c; WRITELN(l, ' ', m, ' ', mine, b);
+ENDPROC;
+BEGIN
+  f(7, x, b); f(x, x, b); WRITELN(x, b);
+ENDPROGRAM;
+)");
+}
+
 TEST(Legalise, TheRightSideOfAndAndOrIsLookedAtWhereItCounts) {
   expect_same(R"(PROGRAM p;
 VAR ARRAY [1..3] OF INT: a := [4, 5, 6]; INT: i := 9, zero, n; BOOL: b; POSE: q;
@@ -1286,6 +1301,141 @@ class Records {
   std::mt19937 random_;
 };
 
+/// Programs of routines that call themselves and each other, from wherever a call may stand.
+class Circles {
+ public:
+  explicit Circles(std::uint32_t seed) : random_(seed) {}
+  std::string program() {
+    static const char* const kHeads[] = {
+        "FUNCTION f0 (IN INT: d, x; INOUT INT: y): INT;\n",
+        "FUNCTION f1 (IN INT: d, x; IN BOX: b): INT;\n",
+        "PROCEDURE f2 (IN INT: d; INOUT INT: x, y; INOUT BOX: b);\n"};
+    std::string out =
+        "PROGRAM p;\nTYPE RECORD INT: a; ARRAY [0..1] OF INT: n; ENDRECORD: BOX;\n"
+        "SIGNAL OUTPUT INT: level AT 4, 16;\n"
+        "VAR INT: calls, g0 := 3, g1, v0 := 4, v1 := 5; ARRAY [0..2] OF INT: ga; BOX: vb;\n";
+    for (kind_ = 0; kind_ < 3; ++kind_) {
+      out += kHeads[kind_];
+      out +=
+          "VAR INT: l0, l1 := 2 * d + x; ARRAY [0..2] OF INT: la; BOX: lb; INT: w0, w1, w2;\n"
+          "BEGIN\n  calls := calls + 1; level := calls;\n  IF d <= 0 OR calls > 90 THEN " +
+          leave("1") + " ENDIF;\n" + block(3 + pick(3), 1) + "  " + leave("l0 + l1 + la[1]") +
+          "\n" + (kind_ < 2 ? "ENDFCT;\n" : "ENDPROC;\n");
+    }
+    const std::string d = std::to_string(2 + pick(3));
+    return out + "BEGIN\n  WRITELN(f0(" + d + ", 3, v0) + f1(2, 4, vb) * f0(2, v0, v1));\n  f2(" +
+           d +
+           ", v0, v1, vb);\n  WRITELN(calls, ' ', g0, ' ', g1, ' ', v0, ' ', v1, ga, vb);\n"
+           "ENDPROGRAM;\n";
+  }
+
+ private:
+  int pick(int n) { return static_cast<int>(random_() % static_cast<std::uint32_t>(n)); }
+  std::string digit(int n) { return std::to_string(pick(n)); }
+  std::string leave(const std::string& value) const {
+    return kind_ < 2 ? "RETURN " + value + ";" : "RETURN;";
+  }
+  std::string index(int depth) { return pick(2) ? digit(3) : "ABS(" + whole(depth) + ") MOD 3"; }
+  /// What may be changed by a parameter: never the same variable twice.
+  std::vector<std::string> changeable(int depth) {
+    std::vector<std::string> all{"l0", "l1", "la[" + index(depth) + "]"};
+    if (kind_ != 1) all.emplace_back("y");
+    if (kind_ == 2) all.emplace_back("x");
+    std::shuffle(all.begin(), all.end(), random_);
+    return all;
+  }
+  std::string place(int depth) {
+    switch (pick(8)) {
+      case 0: return "g0";
+      case 1: return "g1";
+      case 2: return "ga[" + index(depth) + "]";
+      case 3: return "lb.a";
+      case 4: return "lb.n[" + index(depth) + " MOD 2]";
+      default: return changeable(depth)[0];
+    }
+  }
+  std::string box(int depth) {
+    if (depth > 0 && pick(3) == 0)
+      return "BOX(" + whole(depth - 1) + ", [" + whole(depth - 1) + ", " + whole(0) + "])";
+    return kind_ > 0 && pick(2) ? "b" : "lb";
+  }
+  std::string whole(int depth) {
+    if (depth <= 0) return pick(3) ? place(0) : pick(2) ? "x" : digit(9);
+    switch (pick(8)) {
+      case 0: return whole(depth - 1) + " + " + whole(depth - 1);
+      case 1: return whole(depth - 1) + " - (" + whole(depth - 1) + ") * " + digit(4);
+      case 2: return "f0(d - 1, " + whole(depth - 1) + ", " + changeable(depth - 1)[0] + ")";
+      case 3: return "f1(d - 1, " + whole(depth - 1) + ", " + box(depth - 1) + ")";
+      case 4: return "(" + whole(depth - 1) + ") MOD 7";
+      case 5: return box(0) + ".n[" + index(depth - 1) + " MOD 2]";
+      default: return whole(depth - 1);
+    }
+  }
+  std::string truth(int depth) {
+    switch (pick(depth > 0 ? 5 : 2)) {
+      case 0: return whole(depth) + " < " + whole(depth);
+      case 1: return "g0 > " + digit(9);
+      case 2: return "(" + truth(depth - 1) + " AND " + truth(depth - 1) + ")";
+      case 3: return "(" + truth(depth - 1) + " OR " + truth(depth - 1) + ")";
+      default: return "NOT " + truth(depth - 1);
+    }
+  }
+  std::string block(int n, int depth) {
+    std::string out;
+    for (int k = 0; k < n; ++k) out += statement(depth);
+    return out;
+  }
+  std::string statement(int depth) {
+    const std::string p(static_cast<std::size_t>(2 * depth), ' ');
+    const std::string w = "w" + std::to_string(std::min(depth, 3) - 1);
+    const auto inner = [&] { return block(1 + pick(2), depth + 1); };
+    switch (pick(depth > 3 ? 5 : 12)) {
+      case 0:
+      case 1: return p + place(1) + " := (" + whole(2) + ") MOD 50;\n";
+      case 2: return p + "lb := " + box(2) + ";\n";
+      case 3: {
+        const auto by = changeable(1);
+        return p + "f2(d - 1, " + by[0] + ", " + by[1] + ", " +
+               (kind_ == 2 && pick(2) ? "b" : "lb") + ");\n";
+      }
+      case 4:
+        return p + "IF " + truth(1) + " THEN " + leave("(" + whole(1) + ") MOD 50") + " ENDIF;\n";
+      case 5:
+        return p + "IF " + truth(2) + " THEN\n" + inner() + p + "ELSIF " + truth(2) + " THEN\n" +
+               inner() + p + "ELSE\n" + inner() + p + "ENDIF;\n";
+      case 6:
+        return p + w + " := 0;\n" + p + "WHILE " + w + " < 3 AND " + truth(1) + "\n" + p + "  " +
+               w + " := " + w + " + 1;\n" + inner() + p + "ENDWHILE;\n";
+      case 7:
+        return p + w + " := 0;\n" + p + "REPEAT\n" + p + "  " + w + " := " + w + " + 1;\n" +
+               inner() + p + "UNTIL " + w + " >= 2 OR " + truth(1) + ";\n";
+      case 8:
+        return p + "FOR " + w + " := " + digit(2) + (pick(2) ? " TO " : " DOWNTO ") + "ABS(" +
+               whole(1) + ") MOD 3" +
+               (pick(3)   ? ""
+                : pick(2) ? " STEP 2"
+                          : " STEP 1 + ABS(g1)") +
+               "\n" + inner() + (pick(2) ? p + "  IF " + truth(1) + " THEN EXIT; ENDIF;\n" : "") +
+               p + "ENDFOR;\n" + p + "g1 := " + w + " MOD 50;\n";
+      case 9:
+        return p + w + " := 0;\n" + p + "LOOP\n" + p + "  " + w + " := " + w + " + 1;\n" + p +
+               "  IF " + w + " > 2 OR " + truth(1) + " THEN EXIT; ENDIF;\n" + inner() + p +
+               "ENDLOOP;\n";
+      case 10: {
+        const std::string label = "j" + std::to_string(++labels_);
+        return p + "IF " + truth(1) + " THEN GOTO " + label + "; ENDIF;\n" + inner() + p +
+               "LABEL " + label + ":\n" + p + "l0 := l0 + 1;\n";
+      }
+      default:
+        return p + "CASE (" + whole(2) + ") MOD 4 OF\n" + p + "WHEN 0, 1:\n" + inner() + p +
+               "WHEN 2:\n" + inner() + (pick(2) ? p + "DEFAULT:\n" + inner() : "") + p +
+               "ENDCASE;\n";
+    }
+  }
+  std::mt19937 random_;
+  int kind_ = 0, labels_ = 0;
+};
+
 /// Compares a program with what the passes make of it; gives how many were compared.
 std::size_t compare(const std::string& text, std::size_t& refused) {
   NoProgress progress;
@@ -1329,6 +1479,31 @@ TEST(LegaliseRandom, RecordsAndRoutinesDoTheSame) {
     compared += compare(Records(seed + static_cast<std::uint32_t>(k)).program(), refused);
   }
   EXPECT_GT(compared, k * 4);
+}
+
+TEST(LegaliseRandom, RoutinesThatCallThemselvesAndEachOtherDoTheSame) {
+  const test::FuzzBudget budget(40, 0.5);
+  const std::uint32_t seed = test::seed();
+  std::size_t compared = 0, ended = 0, k = 0;
+  for (; budget.allows(k) && !testing::Test::HasFailure(); ++k) {
+    const std::string text = Circles(seed + static_cast<std::uint32_t>(k)).program();
+    SCOPED_TRACE("seed " + std::to_string(seed + static_cast<std::uint32_t>(k)) + "\n" + text);
+    const auto from = compiled(text);
+    ASSERT_FALSE(from->code().has_errors);
+    const std::string want = doings(from, {}, 1'000'000);
+    if (want.starts_with("!")) {
+      ++ended;
+      continue;
+    }
+    for (const auto& [name, lacks] : kLacks) {
+      const Passed got = passed(from, without(lacks | kPostRecursion));
+      ASSERT_EQ(got.errors, "") << name;
+      const std::string is = doings(got.program, {}, 20'000'000);
+      EXPECT_EQ(is, want) << name;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, k * 8) << ended << " of " << k << " end with a fault";
 }
 
 TEST(LegaliseRandom, ProgramsOfTheGeneratorDoTheSame) {
