@@ -370,8 +370,51 @@ class Krl final : public Reader {
       h->is_main = headers_.empty() && h->parameters.empty() && h->result.k == K::none;
       if (!h->is_main) announce(h->name, h->parameters, h->result);
       else main_name_ = lower(h->name);
+      look_for_stop(lower(h->name));
       headers_.push_back(std::move(*h));
     }
+  }
+  /// A motion that a condition ends has a routine of its own, INTERRUPT ON before it and nothing
+  /// that moves behind it, and the interrupt's is BRAKE and RESUME. The body begins here.
+  void look_for_stop(const std::string& name) {
+    std::vector<std::vector<std::string>> lines;
+    std::vector<std::string> words;
+    for (std::size_t i = at_; lines.size() < 8; ++i) {
+      const Token& t = tokens_[i];
+      if (t.kind != Tk::line && t.kind != Tk::end) {
+        if (words.size() < 64) words.push_back(lower(t.raw));
+        continue;
+      }
+      if (!words.empty()) {
+        if (words[0] == "end" || words[0] == "def" || words[0] == "deffct") break;
+        lines.push_back(std::exchange(words, {}));
+      }
+      if (t.kind == Tk::end) break;
+    }
+    const auto is_line = [&](std::size_t k, std::initializer_list<const char*> wanted) {
+      return k < lines.size() && lines[k].size() >= wanted.size() &&
+             std::equal(wanted.begin(), wanted.end(), lines[k].begin());
+    };
+    if (lines.size() == 2 && lines[0][0] == "brake" && is_line(1, {"resume"})) {
+      stops_.insert(name);
+      return;
+    }
+    if (!is_line(0, {"interrupt", "on"}) || lines[0].size() != 3) return;
+    std::size_t k = 1;
+    const bool has_if = is_line(k, {"if", "not", "("});
+    if (has_if && lines[k].back() != "then") return;
+    k += has_if;
+    if (k >= lines.size()) return;
+    const std::string& word = lines[k][0];
+    if (word != "ptp" && word != "lin" && word != "circ" && word != "ptp_rel" &&
+        word != "lin_rel" && word != "circ_rel" && word != "sptp" && word != "slin" &&
+        word != "scirc")
+      return;
+    ++k;
+    if (has_if && !is_line(k++, {"endif"})) return;
+    if (is_line(k, {"wait", "sec"}) && (lines[k].back() == "0" || lines[k].back() == "0.0")) ++k;
+    if (is_line(k, {"interrupt", "off"})) ++k;
+    if (k == lines.size()) moves_.insert_or_assign(name, StoppedMove{lines[0][2], {}});
   }
   /// Folds of the editor: their title is what people see.
   void tidy_comments() {
@@ -407,6 +450,8 @@ class Krl final : public Reader {
         is_open = true;
         is_main = h.is_main;
         blocks_.clear();
+        routine_name_ = lower(h.name);
+        is_stop_if_ = false;
         if (is_main) close();
         else begin(h.name, h.parameters, h.result, h.at);
         if (is_main) name_ = h.name;
@@ -488,7 +533,7 @@ class Krl final : public Reader {
         {"global", &Krl::interrupt},
         {"pulse", &Krl::pulse},
         {"brake", &Krl::brake},
-        {"resume", &Krl::no_counterpart},
+        {"resume", &Krl::resume},
         {"trigger", &Krl::no_counterpart},
         {"anin", &Krl::no_counterpart},
         {"anout", &Krl::no_counterpart},
@@ -526,8 +571,29 @@ class Krl final : public Reader {
       left_out(RMP_FAULT_WARNING, at, std::string(name.raw) + " is a message of the controller");
       return;
     }
+    if (const auto it = moves_.find(name.low); it != moves_.end())
+      if (const auto until = untils_.find(it->second.number); until != untils_.end()) {
+        if (!it->second.until.empty() && it->second.until != until->second) {
+          bad(at, std::string(name.raw) + " is ended by two conditions",
+              "Give each motion a routine of its own.");
+          return;
+        }
+        it->second.until = until->second;
+      }
     const std::string text = call(name.raw, args, at);
     if (!text.empty()) emit(text + ";", at);
+  }
+  /// The routine that is read is one of a motion that a condition ends; the condition, else "".
+  std::string stopped_by() const {
+    const auto it = moves_.find(routine_name_);
+    return it == moves_.end() ? std::string() : it->second.until;
+  }
+  void resume(const At& at) {
+    if (stops_.contains(routine_name_)) return note_line(at, "UNTIL at the motion says it");
+    skip_rest();
+    bad(at, "RESUME leaves the routines in between, which IRL does not have",
+        "BRAKE and RESUME alone in the routine, and one motion in the routine that switches the "
+        "interrupt on, are read as UNTIL.");
   }
   void no_counterpart(const At& at) {
     skip_rest();
@@ -672,6 +738,7 @@ class Krl final : public Reader {
         return;
       }
     }
+    m.until = stopped_by();
     if (m.targets[0].type.k == K::joint) m.has_frames = false;
     if (word != "ptp")
       for (Ex& e : m.targets) e = as_place(e);
@@ -710,6 +777,13 @@ class Krl final : public Reader {
   void if_(const At& at) {
     const std::string c = truth(at);
     accept("then");
+    if (const std::string by = stopped_by();
+        !by.empty() && (c == "NOT " + by || c == "NOT (" + by + ")")) {
+      // UNTIL that holds already is no motion.
+      is_stop_if_ = true;
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
     emit("IF " + c + " THEN", at);
     open_block("endif", "ENDIF");
   }
@@ -717,7 +791,13 @@ class Krl final : public Reader {
     if (is_in("endif")) between("ELSE", at);
     else bad(at, "ELSE stands outside of IF");
   }
-  void end_(const At& at) { close_block(word_, at); }
+  void end_(const At& at) {
+    if (word_ == "endif" && blocks_.empty() && std::exchange(is_stop_if_, false)) {
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    close_block(word_, at);
+  }
   void for_(const At& at) {
     const Token v = next();
     expect("=");
@@ -875,8 +955,12 @@ class Krl final : public Reader {
     note_line(at, "CONTINUE is of the advance run, which IRL does not have");
   }
   void brake(const At& at) {
-    skip_rest();
-    bad(at, "IRL has no counterpart of BRAKE", "UNTIL at the motion stops it by a condition.");
+    if (stops_.contains(routine_name_)) {
+      skip_rest();
+      return note_line(at, "UNTIL at the motion says it");
+    }
+    accept("f");
+    emit("BRAKE(1);", at);
   }
   void pulse(const At& at) {
     expect("(");
@@ -920,6 +1004,11 @@ class Krl final : public Reader {
         }
       }
       if (!c.ok) return;
+      if (stops_.contains(routine.low)) {
+        untils_.insert_or_assign(std::string(n.raw), c.s);
+        emit("{ " + source_line(at) + " }", at);
+        return;
+      }
       if (n.kind != Tk::number) {
         bad(n.at, "an interrupt has a number");
         return;
@@ -958,6 +1047,15 @@ class Krl final : public Reader {
     const Token n = next();
     if (stop_interrupts_.contains(std::string(n.raw))) {
       emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    if (untils_.contains(std::string(n.raw))) {
+      if (!on || !stopped_by().empty()) {
+        emit("{ " + source_line(at) + " }", at);
+        return;
+      }
+      bad(at, "what this interrupt stops is not one motion in a routine of its own",
+          "Let a routine switch it on and move once, or give the motion UNTIL.");
       return;
     }
     const auto it = globals_.find("!interrupt" + std::string(n.raw));
@@ -1432,6 +1530,15 @@ class Krl final : public Reader {
   std::size_t next_header_ = 0;
   std::string main_name_;
   std::set<std::string> stop_interrupts_;
+  struct StoppedMove {
+    std::string number, until;  ///< of the interrupt; its condition, once it is called
+  };
+  std::map<std::string, StoppedMove> moves_;  ///< routines of one motion that an interrupt ends
+  std::set<std::string> stops_;               ///< routines of BRAKE and RESUME
+  std::map<std::string, std::string>
+      untils_;  ///< conditions of interrupts that call such, by number
+  std::string routine_name_;
+  bool is_stop_if_ = false;
   std::string word_;
   std::optional<Type> want_;
   Type field_type_;

@@ -881,7 +881,10 @@ class Melfa final : public Reader {
       return;
     }
     set("continuous", boolean(on.v != 0), at);
-    if (r.ok) set("continuous_distance", r, at);
+    // Cnt 0 stops, and Cnt 1 alone says no distance: that of before does not stay.
+    if (r.ok && on.v != 0) set("continuous_distance", r, at);
+    else if (learned_.modal.contains("continuous_distance"))
+      set("continuous_distance", real(0), at);
   }
   void frame(const At& at) {
     const bool is_tool = word_ == "tool";

@@ -370,9 +370,10 @@ class Urscript final : public Reader {
         bad(at, "the program gives no value");
         return;
       }
+      is_guessed_ = false;
       const Ex e = expression();
       if (!e.ok) return;
-      learn(routine_ + "()", e.type);
+      if (!is_guessed_) learn(routine_ + "()", e.type);
       if (current().result.k != K::none)
         emit("RETURN " + converted(e, current().result, at).s + ";", at);
       return end_line();
@@ -1022,6 +1023,7 @@ class Urscript final : public Reader {
         if (!learned_.flags.insert("called " + w).second && learned_.flags.contains("again " + w))
           return bad(at, std::string(t.raw) + " gives no value that was read");
         learned_.flags.insert("again " + w);
+        is_guessed_ = true;
         return value(s->irl + "()", kReal);
       }
     }
@@ -1037,6 +1039,7 @@ class Urscript final : public Reader {
   std::map<std::string, std::string> threads_;
   std::string routine_;
   bool told_blend_ = false, told_acceleration_ = false;
+  bool is_guessed_ = false;  ///< a value of the present statement is of a type that is not known yet
   int nested_ = 0;
 };
 

@@ -1086,6 +1086,43 @@ TEST(ProgramReaders, KrlPlacesWithoutAnglesKeepTheOrientation) {
             std::string::npos)
       << faults(*written);
 }
+/// The way in which a search stops: BRAKE and RESUME leave the routine that moves.
+TEST(ProgramReaders, KrlMotionsThatAnInterruptEndsAreUntil) {
+  const std::string stop = "DEF stop( )\n BRAKE F\n RESUME\nEND\n";
+  const std::string go =
+      "DEF go( )\n INTERRUPT ON 5\n LIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\n WAIT SEC 0\n INTERRUPT OFF "
+      "5\nEND\n";
+  const auto p = read(read_krl, {{"p.src",
+                                  "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\ngo( )\n"
+                                  "INTERRUPT OFF 5\nEND\n" +
+                                      go + stop}});
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, "MOVE LIN POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)) UNTIL in_3;\n");
+  // One routine cannot be ended by two conditions, and what else it stops is not known.
+  const auto two = read(read_krl, {{"p.src",
+                                    "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\ngo( )\n"
+                                    "INTERRUPT DECL 5 WHEN $IN[4] DO stop( )\ngo( )\nEND\n" +
+                                        go + stop}});
+  EXPECT_NE(faults(*two).find("is ended by two conditions"), std::string::npos) << faults(*two);
+  const auto here = read(read_krl, {{"p.src",
+                                     "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\n"
+                                     "INTERRUPT ON 5\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\nEND\n" +
+                                         stop}});
+  EXPECT_NE(faults(*here).find("is not one motion in a routine of its own"), std::string::npos)
+      << faults(*here);
+  // Without RESUME the motion goes on behind the routine.
+  const auto held =
+      read(read_krl, {{"p.src", "DEF p( )\nhold( )\nEND\nDEF hold( )\nBRAKE\nEND\n"}});
+  EXPECT_EQ(faults(*held), "");
+  expect_lines(*held, "BRAKE(1);\n");
+}
+TEST(ProgramReaders, MelfaTransitionsEndWithCnt0) {
+  const auto p = read(read_melfa, {{"p.prg",
+                                    "1 Cnt 1,25,25\n2 Mvs P1\n3 Cnt 0\n4 Mvs P2\n5 End\n"
+                                    "P1=(1,2,3,0,0,0)(7,0)\nP2=(4,5,6,0,0,0)(7,0)\n"}});
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, "present_continuous_distance := 25.0;\npresent_continuous_distance := 0.0;\n");
+}
 TEST(ProgramReaders, GcodeWaitsOfAMillionSecondsHaveNoEnd) {
   const auto p = read(read_gcode, {{"p.ngc", "M66 P2 L3 Q1000000\nM66 P2 L4 Q999\nM2\n"}});
   EXPECT_EQ(faults(*p), "");

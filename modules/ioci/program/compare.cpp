@@ -12,7 +12,7 @@
 #include <set>
 #include <variant>
 
-#include <robomosp/sdk/post.h>
+#include <robomosp/sdk/post_writer.h>
 #include <robomosp/sdk/program_reader.h>
 
 #include "io/native.h"
@@ -21,6 +21,7 @@
 #include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
 #include "motion/provider_params.h"
+#include "program/state.h"
 #include "program/trace.h"
 
 namespace robomosp::ioci {
@@ -34,11 +35,40 @@ const Row& row_of(const rmp_table& t, std::uint32_t i) {
   return *static_cast<const Row*>(rmp_row(&t, i));
 }
 
+/// What languages say otherwise than IRL, which has PTP speeds and C_PTP in % and C_CP in mm.
+/// Nothing = the same.
+struct Units {
+  std::string_view target;
+  const char *speed_ptp, *blend_ptp, *blend_cp;
+};
+constexpr Units kUnits[] = {{"krl", nullptr, nullptr, nullptr},
+                            {"rapid", "mm/s of the tool", "mm (zones)", nullptr},
+                            {"urscript", "rad/s", "mm (radii)", nullptr},
+                            {"fanuc_tp", nullptr, "CNT of 0 to 100", "CNT of 0 to 100"},
+                            {"melfa4", nullptr, "mm (Cnt)", nullptr},
+                            {"melfa5", nullptr, "mm (Cnt)", nullptr},
+                            {"val3", nullptr, "mm (leave and reach)", nullptr},
+                            {"gcode", "nothing, since G0 is as fast as the machine",
+                             "mm of tolerance (G64)", "mm of tolerance (G64)"}};
+constexpr Units kAsIrl{"the program", nullptr, nullptr, nullptr};
+/// Of others nothing is known, so that they are like none.
+Units units_of(std::string_view target) {
+  for (const Units& u : kUnits)
+    if (u.target == target) return u;
+  return {target, "units of its own", "units of its own", "units of its own"};
+}
+bool same_unit(const char* a, const char* b) {
+  return a == b ||
+         (a && b && std::string_view(a) == b && std::string_view(a) != "units of its own");
+}
+
 /// A target of a motion as a program reaches it.
 struct Reached {
   std::uint32_t line = 0;
   std::uint32_t interpolation = RMP_MOVE_PTP;
   bool is_joints = false, is_place = false;
+  bool is_step = false;  ///< from where only the run knows, by mm and turn in the base's axes
+  bool has_until = false;
   std::array<double, 3> mm{};
   std::array<double, 4> turn{1, 0, 0, 0};
   std::vector<double> joints;  ///< [degrees, mm]
@@ -55,11 +85,23 @@ const char* motion_word(std::uint32_t interpolation) {
   }
 }
 
+/// Whether a motion stops at its target all the same: nothing that moves follows at once.
+bool stops(const program::Trace& t, std::size_t i) {
+  if (std::get<program::TracedMotion>(t.entries[i].what).until) return true;
+  for (std::size_t k = i + 1; k < t.entries.size(); ++k) {
+    if (t.entries[k].process != t.entries[i].process) continue;
+    const auto* next = std::get_if<program::TracedMotion>(&t.entries[k].what);
+    return !next || next->until;
+  }
+  return true;
+}
 std::vector<Reached> reached(const program::Trace& t) {
   std::vector<Reached> out;
-  for (const program::TraceEntry& e : t.entries) {
+  for (std::size_t i = 0; i < t.entries.size(); ++i) {
+    const program::TraceEntry& e = t.entries[i];
     const auto* m = std::get_if<program::TracedMotion>(&e.what);
     if (!m) continue;
+    const bool is_end = stops(t, i);
     for (std::size_t k = 0; k < m->motion.targets.size(); ++k) {
       const program::Target& target = m->motion.targets[k];
       Reached one;
@@ -67,11 +109,23 @@ std::vector<Reached> reached(const program::Trace& t) {
       one.interpolation = m->motion.interpolation;
       const auto& a = m->motion.attributes;
       const bool is_ptp = one.interpolation == RMP_MOVE_PTP;
-      one.speed = is_ptp ? a.speed_ptp : a.speed;
-      one.c_cp = is_ptp ? 0 : a.c_cp;
-      one.c_ptp = is_ptp ? a.c_ptp : 0;
+      one.has_until = m->until.has_value();
+      // Where a time is given, the speed is what comes of it.
+      one.speed = a.time > 0 ? -1 : is_ptp ? a.speed_ptp : a.speed;
+      one.c_cp = is_ptp || is_end ? 0 : a.c_cp;
+      one.c_ptp = is_ptp && !is_end ? a.c_ptp : 0;
       const bool is_known = k < m->absolute.size() && m->absolute[k];
-      if (is_known || target.role == RMP_ROLE_POSITION) {
+      if (!is_known && m->motion.is_incremental && target.joints.empty()) {
+        program::PlainPose by = target.pose;
+        if (target.role == RMP_ROLE_POSITION) by.quaternion = {1, 0, 0, 0};
+        if (a.frame) {
+          program::PlainPose f = *a.frame;
+          f.position = {0, 0, 0};
+          by = program::compose_poses(program::compose_poses(f, by), program::inverse_pose(f));
+        }
+        one.is_step = true;
+        one.mm = by.position, one.turn = by.quaternion;
+      } else if (is_known || target.role == RMP_ROLE_POSITION) {
         const program::PlainPose& p = is_known ? *m->absolute[k] : target.pose;
         one.is_place = target.role == RMP_ROLE_POSITION;
         one.mm = p.position, one.turn = p.quaternion;
@@ -86,6 +140,46 @@ std::vector<Reached> reached(const program::Trace& t) {
   return out;
 }
 
+/// An output that gets a value, or a wait for a time.
+struct Deed {
+  std::uint32_t line = 0;
+  bool is_wait = false;
+  std::int32_t address = 0;
+  std::string name;
+  bool is_real = false;
+  double value = 0;  ///< [s] of a wait
+};
+/// Outputs of several bits are these bits, unless `whole`.
+std::vector<Deed> deeds(const program::Trace& t, bool whole) {
+  const rmp_code& c = t.program->code();
+  std::vector<Deed> out;
+  for (const program::TraceEntry& e : t.entries) {
+    Deed one;
+    one.line = e.span.line;
+    if (const auto* w = std::get_if<program::TracedWrite>(&e.what)) {
+      const auto& s = row_of<rmp_code_symbol>(c.symbols, w->symbol);
+      one.address = s.address, one.name = s.name, one.is_real = s.type == RMP_TYPE_REAL;
+      one.value = one.is_real ? w->value.real : static_cast<double>(w->value.integer);
+      if (s.type != RMP_TYPE_INT || s.width <= 1 || whole) {
+        out.push_back(one);
+        continue;
+      }
+      for (std::int32_t bit = 0; bit < s.width; ++bit) {
+        one.address = s.address + bit;
+        one.name = std::string(s.name) + " (bit " + std::to_string(bit) + ")";
+        one.value = static_cast<double>((w->value.integer >> bit) & 1);
+        out.push_back(one);
+      }
+    } else if (const auto* d = std::get_if<program::TracedWait>(&e.what)) {
+      // Waits for conditions are said in many ways; those for a time in one.
+      if (d->condition || d->seconds <= 0) continue;
+      one.is_wait = true, one.value = d->seconds;
+      out.push_back(one);
+    }
+  }
+  return out;
+}
+
 /// How far two targets are apart.
 struct Apart {
   bool is_comparable = false;
@@ -93,7 +187,7 @@ struct Apart {
 };
 Apart apart(const Reached& a, const Reached& b) {
   Apart out;
-  if (a.is_joints != b.is_joints) return out;
+  if (a.is_joints != b.is_joints || a.is_step != b.is_step) return out;
   if (a.is_joints) {
     if (a.joints.size() != b.joints.size()) return out;
     out.is_comparable = true;
@@ -121,19 +215,27 @@ struct SideFault {
 };
 struct Side {
   std::string target, title, profile, form;
+  std::string label;  ///< what was asked for: the target, or the controller
   bool is_correct = false;
   std::vector<std::pair<std::string, std::string>> files;
   /// Lines by the file and line of the source; line 0 = of no line.
   std::map<std::pair<std::string, std::uint32_t>, std::vector<Line>> lines;
+  std::map<std::pair<std::string, std::size_t>, std::pair<std::string, std::uint32_t>>
+      source_of;  ///< the same the other way
   std::vector<SideFault> faults;
-  std::string reader, not_read;  ///< which reads it back, or why none did
+  std::string reader, not_read;     ///< which reads it back, or why none did
+  std::vector<SideFault> not_said;  ///< what the reader could not say: at lines of the source
   std::vector<Reached> reached;
+  std::vector<Deed> bits, whole;
+  Units units{};
+  std::size_t compared = 0;  ///< with the program
+  double most_mm = 0, most_degrees = 0;
   PostCapabilities capabilities;
 };
 
 struct Difference {
-  std::string
-      kind;  ///< cannot, otherwise, missing, form, motion, point, configuration, speed, blend
+  std::string kind;  ///< cannot, otherwise, missing, form, unread, motion, point, configuration,
+                     ///< speed, blend, output
   std::string file;
   std::uint32_t line = 0;
   std::size_t side = 0;
@@ -161,8 +263,37 @@ Result<std::shared_ptr<const CompiledProgram>> compile_texts(
   return std::shared_ptr<const CompiledProgram>(std::move(made));
 }
 
+const rmp_code_symbol* input_named(const rmp_code& code, std::string_view name) {
+  const std::string wanted = post::upper(name);
+  for (std::uint32_t i = 0; i < code.symbols.count; ++i)
+    if (const auto& s = row_of<rmp_code_symbol>(code.symbols, i);
+        s.kind == RMP_SYMBOL_INPUT && post::upper(s.name) == wanted)
+      return &s;
+  return nullptr;
+}
+/// Values of the program's inputs as those of what was read back: the same line of the controller
+/// may have another name there.
+program::TraceOptions inputs_of(const rmp_code& program, const program::TraceOptions& options,
+                                const rmp_code& read) {
+  program::TraceOptions out = options;
+  out.inputs.clear();
+  for (const auto& [name, value] : options.inputs) {
+    if (const rmp_code_symbol* same = input_named(read, name)) {
+      out.inputs[same->name] = value;
+      continue;
+    }
+    const rmp_code_symbol* own = input_named(program, name);
+    for (std::uint32_t i = 0; own && i < read.symbols.count; ++i)
+      if (const auto& s = row_of<rmp_code_symbol>(read.symbols, i);
+          s.kind == RMP_SYMBOL_INPUT && s.type == own->type && s.address == own->address)
+        out.inputs[s.name] = value;
+  }
+  return out;
+}
+
 /// Runs through what an independent reader makes of the files.
-Result<void> read_back(CommandContext& ctx, const program::TraceOptions& options, Side& side) {
+Result<void> read_back(CommandContext& ctx, const rmp_code& program,
+                       const program::TraceOptions& options, Side& side) {
   const std::string& name = side.files.front().first;
   const std::string& text = side.files.front().second;
   const auto dot = name.rfind('.');
@@ -190,8 +321,12 @@ Result<void> read_back(CommandContext& ctx, const program::TraceOptions& options
   }
   RMP_TRY_ASSIGN(const auto params,
                  motion::checked_values(of, Map{}, "reader " + text::quote(of.name)));
+  // Readers know files by their names, without the folders that a controller has them in.
+  std::vector<std::string> names;
+  for (const auto& [file, bytes] : side.files) names.push_back(file.substr(file.rfind('/') + 1));
   std::vector<SourceFile> sources;
-  for (const auto& [file, bytes] : side.files) sources.push_back({file, bytes, {}});
+  for (std::size_t i = 0; i < names.size(); ++i)
+    sources.push_back({names[i], side.files[i].second, {}});
   ProgramReaderTask task;
   task.files = sources;
   auto read = best->read(task, *params, ctx.progress);
@@ -200,28 +335,37 @@ Result<void> read_back(CommandContext& ctx, const program::TraceOptions& options
     side.not_read = read.error().sentence();
     return {};
   }
-  for (const rmp_code_fault& f : (*read)->faults())
-    if (f.severity == RMP_FAULT_ERROR) {
-      side.not_read = "reader " + of.name + ", line " + std::to_string(f.span.line) + ": " +
-                      std::string(f.message);
-      return {};
-    }
+  // What it could not say is told; all the rest is compared.
+  for (const rmp_code_fault& f : (*read)->faults()) {
+    if (f.severity != RMP_FAULT_ERROR) continue;
+    SideFault told{"error", "", std::string(f.message), "", 0};
+    if (f.span.file < side.files.size())
+      if (const auto at = side.source_of.find({side.files[f.span.file].first, f.span.line});
+          at != side.source_of.end())
+        std::tie(told.file, told.line) = at->second;
+    side.not_said.push_back(std::move(told));
+  }
   std::vector<std::pair<std::string, std::string>> texts;
   for (const ReadFile& f : (*read)->files()) texts.emplace_back(f.name, f.text);
   auto made = compile_texts(ctx, texts);
   if (!made.ok()) {
     if (made.error().code == ErrorCode::cancelled) return std::move(made).error();
-    side.not_read = "what reader " + of.name + " made of it: " + made.error().sentence();
+    side.not_read = "what reader " + of.name + " made of it: " +
+                    (side.not_said.empty() ? "" : side.not_said.front().message + "; ") +
+                    made.error().sentence();
     return {};
   }
-  auto traced = program::trace(*made, options, &ctx.progress);
+  auto traced = program::trace(*made, inputs_of(program, options, (*made)->code()), &ctx.progress);
   if (!traced.ok()) {
     if (traced.error().code == ErrorCode::cancelled) return std::move(traced).error();
-    side.not_read = traced.error().sentence();
+    side.not_read =
+        "as reader " + of.name + " has it, it cannot be run through: " + traced.error().sentence();
     return {};
   }
   side.reader = of.name;
   side.reached = reached(*traced);
+  side.bits = deeds(*traced, false);
+  side.whole = deeds(*traced, true);
   return {};
 }
 
@@ -249,6 +393,7 @@ Result<Side> post_side(CommandContext& ctx, const Map& args, const std::string& 
   RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.post", post));
   const Map& map = *found.as_map();
   out.target = *map.find("target")->as_string();
+  out.label = out.profile.empty() ? out.target : out.profile;
   out.form = *map.find("form")->as_string();
   out.is_correct = *map.find("correct")->as_bool();
   RMP_TRY_ASSIGN(const auto made, ctx.app.registry.create<Post>(out.target));
@@ -264,7 +409,8 @@ Result<Side> post_side(CommandContext& ctx, const Map& args, const std::string& 
     const Map& f = *each.as_map();
     out.files.emplace_back(*f.find("name")->as_string(), *f.find("text")->as_string());
   }
-  std::map<std::pair<std::string, std::size_t>, std::pair<std::string, std::uint32_t>> source;
+  out.units = units_of(out.target);
+  auto& source = out.source_of;
   for (const Value& each : *map.find("source_map")->as_list()) {
     const Map& l = *each.as_map();
     source[{*l.find("file")->as_string(), static_cast<std::size_t>(*l.find("line")->as_int())}] = {
@@ -288,8 +434,10 @@ struct Comparison {
   std::vector<std::pair<std::string, std::vector<std::string>>> source;  ///< files and their lines
   std::vector<Difference> differences;
   std::vector<Reached> reached;  ///< of the source
+  std::vector<Deed> bits, whole;
   std::string not_traced;
-  std::size_t compared = 0;  ///< targets of which two sides or more were read back
+  std::vector<std::string> not_compared;  ///< sentences
+  std::size_t compared = 0;               ///< targets of which two sides or more were read back
   double most_mm = 0, most_degrees = 0;
 };
 
@@ -302,10 +450,17 @@ std::string blend_words(const Reached& r) {
   return r.c_cp > 0 ? "C_CP " + text::print_rounded(r.c_cp, 4) + " mm" : "no C_CP";
 }
 
-/// What two programs of motions differ in; `of` tells them apart.
-void compare_motions(Comparison& c, const std::string& file, const std::vector<Reached>& a,
-                     const std::vector<Reached>& b, const std::string& of_a,
-                     const std::string& of_b, std::size_t side, bool counts) {
+/// A program of motions as one of two.
+struct Moves {
+  std::string of;
+  const std::vector<Reached>* all = nullptr;
+  Units units;
+};
+/// What two programs of motions differ in; `count` gets how many points, and how far apart.
+void compare_motions(Comparison& c, const std::string& file, const Moves& left, const Moves& right,
+                     std::size_t side, std::size_t& count, double& most_mm, double& most_degrees) {
+  const std::vector<Reached>&a = *left.all, &b = *right.all;
+  const std::string &of_a = left.of, &of_b = right.of;
   std::set<std::pair<std::string, std::uint32_t>> told;
   const auto tell = [&](const char* kind, std::uint32_t line, std::string text) {
     if (told.emplace(kind, line).second)
@@ -316,6 +471,14 @@ void compare_motions(Comparison& c, const std::string& file, const std::vector<R
          of_a + " comes to " + std::to_string(a.size()) + " targets, " + of_b + " to " +
              std::to_string(b.size()) + "; the first " +
              std::to_string(std::min(a.size(), b.size())) + " are compared");
+  std::array<bool, 3> not_alike{};
+  const auto unlike = [&](std::size_t which, const char* what, const char* of_irl, const char* in_a,
+                          const char* in_b) {
+    if (std::exchange(not_alike[which], true)) return;
+    c.not_compared.push_back(std::string(what) + " of " + of_a + " and " + of_b + ": " + of_a +
+                             " says " + (in_a ? in_a : of_irl) + ", " + of_b + " " +
+                             (in_b ? in_b : of_irl) + ".");
+  };
   for (std::size_t k = 0; k < a.size() && k < b.size(); ++k) {
     // The lines of the source are those of its own trace, which is in the same order.
     const std::uint32_t line = k < c.reached.size() ? c.reached[k].line : 0;
@@ -325,17 +488,22 @@ void compare_motions(Comparison& c, const std::string& file, const std::vector<R
                motion_word(b[k].interpolation));
       continue;
     }
+    if (a[k].has_until != b[k].has_until)
+      tell("motion", line,
+           (a[k].has_until ? of_a : of_b) + " ends early by a condition, " +
+               (a[k].has_until ? of_b : of_a) + " goes to its target");
     const Apart d = apart(a[k], b[k]);
     if (!d.is_comparable) {
-      tell("point", line,
-           (a[k].is_joints ? of_a : of_b) + " gives joints, " + (a[k].is_joints ? of_b : of_a) +
-               " a place");
+      const auto word = [](const Reached& r) {
+        return r.is_joints ? std::to_string(r.joints.size()) + " joints"
+               : r.is_step ? std::string("a step from where it is")
+                           : std::string("a place");
+      };
+      tell("point", line, of_a + " gives " + word(a[k]) + ", " + of_b + " " + word(b[k]));
     } else {
-      if (counts) {
-        ++c.compared;
-        c.most_mm = std::max(c.most_mm, d.mm);
-        c.most_degrees = std::max(c.most_degrees, d.degrees);
-      }
+      ++count;
+      most_mm = std::max(most_mm, d.mm);
+      most_degrees = std::max(most_degrees, d.degrees);
       if (d.mm > kSameMm || d.degrees > kSameDegrees)
         tell("point", line,
              "the target in " + of_a + " is " + text::print_rounded(d.mm, 4) + " mm and " +
@@ -350,14 +518,117 @@ void compare_motions(Comparison& c, const std::string& file, const std::vector<R
            (a[k].status ? of_a : of_b) + " fixes the configuration (" +
                std::to_string(a[k].status ? *a[k].status : *b[k].status) + "), " +
                (a[k].status ? of_b : of_a) + " leaves it to the controller");
-    if (std::fabs(a[k].speed - b[k].speed) > kSameSpeed * std::max(a[k].speed, b[k].speed))
-      tell("speed", line,
-           of_a + " goes at " + at_speed(a[k]) + ", " + of_b + " at " + at_speed(b[k]));
-    if (std::fabs(a[k].c_cp - b[k].c_cp) > 0.01 * std::max(a[k].c_cp, b[k].c_cp) ||
-        std::fabs(a[k].c_ptp - b[k].c_ptp) > 0.01 * std::max(a[k].c_ptp, b[k].c_ptp))
+    const bool is_ptp = a[k].interpolation == RMP_MOVE_PTP;
+    if (a[k].speed >= 0 && b[k].speed >= 0) {
+      if (is_ptp && !same_unit(left.units.speed_ptp, right.units.speed_ptp))
+        unlike(0, "Speeds of PTP", "% of the greatest", left.units.speed_ptp,
+               right.units.speed_ptp);
+      else if (std::fabs(a[k].speed - b[k].speed) > kSameSpeed * std::max(a[k].speed, b[k].speed))
+        tell("speed", line,
+             of_a + " goes at " + at_speed(a[k]) + ", " + of_b + " at " + at_speed(b[k]));
+    }
+    if (is_ptp && !same_unit(left.units.blend_ptp, right.units.blend_ptp)) {
+      if ((a[k].c_ptp > 0) != (b[k].c_ptp > 0))
+        tell("blend", line,
+             (a[k].c_ptp > 0 ? of_a : of_b) + " goes on without a stop, " +
+                 (a[k].c_ptp > 0 ? of_b : of_a) + " has no blend, as it was read back");
+      if (a[k].c_ptp > 0 || b[k].c_ptp > 0)
+        unlike(1, "How far PTP motions blend", "% (C_PTP)", left.units.blend_ptp,
+               right.units.blend_ptp);
+    } else if (!is_ptp && !same_unit(left.units.blend_cp, right.units.blend_cp)) {
+      if (a[k].c_cp > 0 || b[k].c_cp > 0)
+        unlike(2, "How far motions along paths blend", "mm (C_CP)", left.units.blend_cp,
+               right.units.blend_cp);
+    } else if (std::fabs(a[k].c_cp - b[k].c_cp) > 0.01 * std::max(a[k].c_cp, b[k].c_cp) ||
+               std::fabs(a[k].c_ptp - b[k].c_ptp) > 0.01 * std::max(a[k].c_ptp, b[k].c_ptp)) {
       tell("blend", line,
            of_a + " has " + blend_words(a[k]) + ", " + of_b + " " + blend_words(b[k]));
+    }
   }
+}
+
+/// Outputs and times of a program and what was read back, one for one. A controller may number its
+/// outputs otherwise, but each is always the same one.
+void compare_deeds(Comparison& c, const std::string& file, Side& read, std::size_t side) {
+  const bool whole = c.bits.size() != read.bits.size() && c.whole.size() == read.whole.size();
+  const std::vector<Deed>& a = whole ? c.whole : c.bits;
+  const std::vector<Deed>& b = whole ? read.whole : read.bits;
+  std::map<std::pair<std::int32_t, bool>, std::pair<std::int32_t, std::string>> known;
+  std::set<std::uint32_t> told;
+  const auto tell = [&](std::uint32_t line, std::string text) {
+    if (told.insert(line).second)
+      c.differences.push_back({"output", file, line, side, std::move(text)});
+  };
+  const auto word = [](const Deed& d) {
+    return d.is_wait ? "waits " + text::print_rounded(d.value, 6) + " s"
+                     : "sets output " + d.name + " to " + text::print_rounded(d.value, 6);
+  };
+  for (std::size_t k = 0; k < a.size() && k < b.size(); ++k) {
+    bool is_same =
+        a[k].is_wait == b[k].is_wait && a[k].is_real == b[k].is_real &&
+        std::fabs(a[k].value - b[k].value) <= 1e-3 * std::max(1.0, std::fabs(a[k].value));
+    if (is_same && !a[k].is_wait) {
+      const auto it =
+          known.try_emplace({a[k].address, a[k].is_real}, std::pair{b[k].address, b[k].name}).first;
+      is_same = it->second == std::pair{b[k].address, b[k].name};
+    }
+    if (is_same) continue;
+    tell(a[k].line, "the program " + word(a[k]) + ", " + read.label + " " + word(b[k]) +
+                        (read.not_said.empty() ? "" : ", as it was read back"));
+    // Behind it nothing stands at its place.
+    return;
+  }
+  if (a.size() != b.size())
+    tell(a.size() > b.size() ? a[b.size()].line : 0,
+         "the program has " + std::to_string(a.size()) + " outputs and waits for a time, " +
+             read.label + " as it was read back " + std::to_string(b.size()));
+}
+
+/// Values of inputs, of those that the program has, each of its type.
+Result<std::map<std::string, program::SignalValue>> input_values(const rmp_code& code,
+                                                                 const Map& given) {
+  std::map<std::string, program::SignalValue> out;
+  std::vector<std::string> names;
+  for (std::uint32_t i = 0; i < code.symbols.count; ++i)
+    if (const auto& s = row_of<rmp_code_symbol>(code.symbols, i); s.kind == RMP_SYMBOL_INPUT)
+      names.emplace_back(s.name);
+  for (const auto& [name, value] : given) {
+    const rmp_code_symbol* symbol = input_named(code, name);
+    if (!symbol) {
+      if (names.empty())
+        return error(ErrorCode::invalid_argument,
+                     "the program has no input " + text::quote(name) + ", and none at all",
+                     "Leave inputs out.", "inputs");
+      Error e = unknown_name("input", name, names);
+      e.where = "inputs";
+      return e;
+    }
+    const bool* is_on = value.as_bool();
+    const auto* integer = value.as_int();
+    const double* number = value.as_real();
+    const auto wrong = [&](const char* type, const char* such) {
+      return error(
+          ErrorCode::invalid_argument,
+          "input " + text::quote(symbol->name) + " is a " + type + ", and not " + value.text(),
+          "Such as inputs = {" + std::string(symbol->name) + " = " + such + "}.", "inputs");
+    };
+    program::SignalValue v;
+    if (symbol->type == RMP_TYPE_BOOL) {
+      if (!is_on) return wrong("BOOL", "true");
+      v = {*is_on ? 1 : 0, *is_on ? 1.0 : 0.0};
+    } else if (symbol->type == RMP_TYPE_INT) {
+      const bool is_whole = number && std::floor(*number) == *number && std::fabs(*number) < 1e9;
+      if (!integer && !is_whole) return wrong("INT", "3");
+      const std::int64_t whole = integer ? *integer : std::llround(*number);
+      v = {whole, static_cast<double>(whole)};
+    } else {
+      if (!integer && !(number && std::fabs(*number) < 1e9)) return wrong("REAL", "2.5");
+      const double x = number ? *number : static_cast<double>(*integer);
+      v = {std::llround(x), x};
+    }
+    out[name] = v;
+  }
+  return out;
 }
 
 Result<Comparison> compared(CommandContext& ctx, const Map& args,
@@ -369,25 +640,21 @@ Result<Comparison> compared(CommandContext& ctx, const Map& args,
     out.source.emplace_back(p.files[i].name, p.files[i].lines);
   const std::string main_file = p.files.front().name;
   program::TraceOptions options;
-  if (const Value* given = args.find("inputs"); given && given->as_map())
-    for (const auto& [name, value] : *given->as_map()) {
-      const bool* is_on = value.as_bool();
-      const double* number = value.as_real();
-      const auto* whole = value.as_int();
-      if (is_on) options.inputs[name] = {*is_on ? 1 : 0, *is_on ? 1.0 : 0.0};
-      if (whole) options.inputs[name] = {*whole, static_cast<double>(*whole)};
-      if (number) options.inputs[name] = {std::llround(*number), *number};
-    }
+  if (const Value* given = args.find("inputs"); given && given->as_map()) {
+    RMP_TRY_ASSIGN(options.inputs, input_values(made.code(), *given->as_map()));
+  }
   auto traced = program::trace(made.program, options, &ctx.progress);
-  if (traced.ok()) out.reached = reached(*traced);
+  if (traced.ok())
+    out.reached = reached(*traced), out.bits = deeds(*traced, false),
+    out.whole = deeds(*traced, true);
   else if (traced.error().code == ErrorCode::cancelled) return std::move(traced).error();
   else out.not_traced = traced.error().sentence();
   for (const std::string& each : targets) {
     RMP_TRY_ASSIGN(Side side, post_side(ctx, args, each));
     if (side.is_correct && !side.files.empty()) {
-      RMP_TRY(read_back(ctx, options, side));
+      RMP_TRY(read_back(ctx, made.code(), options, side));
     } else if (!side.is_correct) {
-      side.not_read = "it is not posted";
+      side.not_read = "it cannot be posted";
     }
     out.sides.push_back(std::move(side));
   }
@@ -396,18 +663,26 @@ Result<Comparison> compared(CommandContext& ctx, const Map& args,
     for (const SideFault& f : side.faults)
       out.differences.push_back(
           {f.severity == "error" ? "cannot" : "otherwise", f.file, f.line, s,
-           side.target + ": " + f.message + (f.hint.empty() ? "" : " " + f.hint)});
+           side.label + ": " + f.message + (f.hint.empty() ? "" : " " + f.hint)});
     if (s > 0 && side.is_correct && out.sides[0].is_correct && side.form != out.sides[0].form)
       out.differences.push_back({"form", main_file, 0, s,
-                                 out.sides[0].target + " is " + out.sides[0].form + ", " +
-                                     side.target + " is " + side.form});
-    if (!side.reader.empty() && out.not_traced.empty())
-      compare_motions(out, main_file, out.reached, side.reached, "the program", side.target, s,
-                      false);
+                                 out.sides[0].label + " is " + out.sides[0].form + ", " +
+                                     side.label + " is " + side.form});
+    if (side.reader.empty()) continue;
+    for (const SideFault& f : side.not_said)
+      out.differences.push_back({"unread", f.file.empty() ? main_file : f.file, f.line, s,
+                                 side.target + " is read back without this: " + f.message});
+    const Moves own{side.label, &side.reached, side.units};
+    if (out.not_traced.empty()) {
+      Side& to = out.sides[s];
+      compare_motions(out, main_file, {"the program", &out.reached, kAsIrl}, own, s, to.compared,
+                      to.most_mm, to.most_degrees);
+      compare_deeds(out, main_file, to, s);
+    }
     for (std::size_t o = 0; o < s; ++o)
-      if (!side.reader.empty() && !out.sides[o].reader.empty())
-        compare_motions(out, main_file, out.sides[o].reached, side.reached, out.sides[o].target,
-                        side.target, s, true);
+      if (const Side& other = out.sides[o]; !other.reader.empty())
+        compare_motions(out, main_file, {other.label, &other.reached, other.units}, own, s,
+                        out.compared, out.most_mm, out.most_degrees);
   }
   // Lines that one says and another does not.
   for (const auto& [file, lines] : out.source)
@@ -416,7 +691,7 @@ Result<Comparison> compared(CommandContext& ctx, const Map& args,
       for (const Side& side : out.sides) {
         if (!side.is_correct) continue;
         std::string& list = side.lines.contains({file, l}) ? with : without;
-        list += (list.empty() ? "" : ", ") + side.target;
+        list += (list.empty() ? "" : ", ") + side.label;
       }
       if (!with.empty() && !without.empty())
         out.differences.push_back(
@@ -461,17 +736,41 @@ std::vector<Convention> conventions(const Comparison& c) {
   }
   return out;
 }
+std::string far(double mm, double degrees) {
+  return "at most " + text::print_rounded(mm, 3) + " mm and " + text::print_rounded(degrees, 3) +
+         " degrees apart";
+}
+/// What was looked at, and what was not.
 std::string points_sentence(const Comparison& c) {
   std::size_t read = 0;
+  std::string out;
   for (const Side& s : c.sides) read += !s.reader.empty();
   if (read < 2)
-    return "The points are not compared: " + std::to_string(read) + " of " +
-           std::to_string(c.sides.size()) + " was read back.";
-  if (c.compared == 0)
-    return "No points are compared: what was read back has no motions in common.";
-  return std::to_string(c.compared) + " points read back and compared: at most " +
-         text::print_rounded(c.most_mm, 3) + " mm and " + text::print_rounded(c.most_degrees, 3) +
-         " degrees apart.";
+    out = "The points of the targets are not compared with each other: " + std::to_string(read) +
+          " of " + std::to_string(c.sides.size()) + (read == 1 ? " was" : " were") + " read back.";
+  else if (c.compared == 0)
+    out = "No points are compared: what was read back has no motions in common.";
+  else
+    out = std::to_string(c.compared) +
+          " points read back and compared: " + far(c.most_mm, c.most_degrees) + ".";
+  for (const Side& s : c.sides) {
+    if (s.reader.empty()) {
+      out += " Not looked at: " + s.label + ", since " + s.not_read +
+             (s.not_read.ends_with('.') ? "" : ".");
+      continue;
+    }
+    if (c.not_traced.empty())
+      out += " " + s.label + " and the program: " + std::to_string(s.compared) + " of " +
+             std::to_string(c.reached.size()) + " points, " + far(s.most_mm, s.most_degrees) + ".";
+    if (!s.not_said.empty())
+      out += " Of " + s.label + " the reader left " + std::to_string(s.not_said.size()) +
+             (s.not_said.size() == 1 ? " thing" : " things") + " out; the rest is compared.";
+  }
+  if (!c.not_traced.empty())
+    out += " The program itself is not compared: " + c.not_traced +
+           (c.not_traced.ends_with('.') ? "" : ".");
+  for (const std::string& s : c.not_compared) out += " Not compared: " + s;
+  return out;
 }
 std::string where_of(const Difference& d) {
   return d.line == 0 ? d.file : d.file + ":" + std::to_string(d.line);
@@ -501,7 +800,7 @@ std::string as_text(const Comparison& c, std::size_t width) {
     out += where_of(d) + ": " + d.kind + ": " + d.text + "\n";
   for (const auto& [file, lines] : c.source) {
     out += "\n=== " + file;
-    for (const Side& s : c.sides) out += " | " + s.target;
+    for (const Side& s : c.sides) out += " | " + s.label;
     out += "\n";
     const auto differ = lines_that_differ(c, file, nullptr);
     for (std::uint32_t l = 0; l <= lines.size(); ++l) {
@@ -552,11 +851,12 @@ std::string as_html(const Comparison& c, const std::string& title) {
       "table.code{width:100%;table-layout:fixed}\n"
       "td.n,th.n{color:#7a8294;text-align:right;width:3.2em;padding-right:6px}\n"
       "tr.point td,tr.cannot td{background:#fde8e8}tr.otherwise td,tr.speed td,tr.blend td,"
-      "tr.configuration td,tr.motion td{background:#fff3d6}tr.missing td{background:#eef3fd}\n"
+      "tr.configuration td,tr.motion td,tr.output td,tr.unread td{background:#fff3d6}tr.missing "
+      "td{background:#eef3fd}\n"
       "td .f{color:#7a8294}.why{color:#8a4b00;font-family:sans-serif;white-space:normal}\n"
       ".why.cannot{color:#a11}\n</style></head><body>\n<h1>" +
       html(title) + "</h1>\n<table>\n<tr><th></th>";
-  for (const Side& s : c.sides) out += "<th>" + html(s.target) + "</th>";
+  for (const Side& s : c.sides) out += "<th>" + html(s.label) + "</th>";
   out += "</tr>\n";
   for (const Convention& k : conventions(c)) {
     out += "<tr><td>" + html(k.what) + "</td>";
@@ -578,13 +878,13 @@ std::string as_html(const Comparison& c, const std::string& title) {
   for (const auto& [file, lines] : c.source) {
     out += "<h2>" + html(file) +
            "</h2>\n<table class=\"code\">\n<tr><th class=\"n\"></th><th>IRL</th>";
-    for (const Side& s : c.sides) out += "<th>" + html(s.target) + "</th>";
+    for (const Side& s : c.sides) out += "<th>" + html(s.label) + "</th>";
     out += "</tr>\n";
     for (std::uint32_t l = is_first ? 0 : 1; l <= lines.size(); ++l) {
       // The worst kind of the line colours it.
       std::string kind, why;
-      for (const char* each :
-           {"cannot", "point", "motion", "configuration", "speed", "blend", "otherwise", "missing"})
+      for (const char* each : {"cannot", "point", "motion", "output", "unread", "configuration",
+                               "speed", "blend", "otherwise", "missing"})
         if (kind.empty() && l > 0 && lines_that_differ(c, file, each).contains(l)) kind = each;
       out += "<tr" + (kind.empty() ? "" : " class=\"" + kind + "\"") +
              (l > 0 ? " id=\"" + html(file) + "-" + std::to_string(l) + "\"" : "") +
@@ -631,7 +931,7 @@ std::string code_cell(const std::vector<std::string>& lines) {
 }
 std::string as_markdown(const Comparison& c, const std::string& title) {
   std::string out = "# " + title + "\n\n| |";
-  for (const Side& s : c.sides) out += " " + s.target + " |";
+  for (const Side& s : c.sides) out += " " + s.label + " |";
   out += "\n|---|";
   for (std::size_t i = 0; i < c.sides.size(); ++i) out += "---|";
   out += "\n";
@@ -650,7 +950,7 @@ std::string as_markdown(const Comparison& c, const std::string& title) {
   bool is_first = true;
   for (const auto& [file, lines] : c.source) {
     out += "\n## " + file + "\n\n| | IRL |";
-    for (const Side& s : c.sides) out += " " + s.target + " |";
+    for (const Side& s : c.sides) out += " " + s.label + " |";
     out += "\n|---|---|";
     for (std::size_t i = 0; i < c.sides.size(); ++i) out += "---|";
     out += "\n";
@@ -677,6 +977,13 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
     if (!each.as_string())
       return error(ErrorCode::invalid_argument, each.text() + " is no name of a target",
                    "Such as targets = {\"krl\", \"rapid\"}, or names of controllers.", "targets");
+    if (std::find(targets.begin(), targets.end(), *each.as_string()) != targets.end())
+      return error(ErrorCode::invalid_argument,
+                   text::quote(*each.as_string()) +
+                       " is given twice, and a target is compared "
+                       "with others",
+                   "Give each once; a controller's name beside its target's is another.",
+                   "targets");
     targets.push_back(*each.as_string());
   }
   if (targets.size() < 2 || targets.size() > 6)
@@ -692,8 +999,7 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
                  "Give one of these endings.", "file");
   RMP_TRY_ASSIGN(const Comparison c, compared(ctx, args, targets));
   std::string title = ctx.snapshot().find(ref(args, "id"))->name + ":";
-  for (const Side& s : c.sides)
-    title += (s.target == c.sides.front().target ? " " : ", ") + s.target;
+  for (const Side& s : c.sides) title += (&s == &c.sides.front() ? " " : ", ") + s.label;
   const std::string text = as_text(c, static_cast<std::size_t>(integer(args, "width")));
   if (!file.empty())
     RMP_TRY(io::write_file(file, is_html       ? as_html(c, title)
@@ -713,14 +1019,20 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
                            {"errors", errors},
                            {"warnings", warnings},
                            {"reader", s.reader},
-                           {"not_read", s.not_read}});
+                           {"not_read", s.not_read},
+                           {"not_said", static_cast<std::int64_t>(s.not_said.size())},
+                           {"compared", static_cast<std::int64_t>(s.compared)},
+                           {"most_distance", s.most_mm / 1000},
+                           {"most_angle", s.most_degrees / kDegree}});
   }
+  List not_compared;
+  for (const std::string& each : c.not_compared) not_compared.emplace_back(each);
   for (const Difference& d : c.differences) {
     if (differences.size() >= most) break;
     differences.emplace_back(Map{{"kind", d.kind},
                                  {"file", d.file},
                                  {"line", static_cast<std::int64_t>(d.line)},
-                                 {"target", c.sides[d.side].target},
+                                 {"target", c.sides[d.side].label},
                                  {"text", d.text}});
   }
   std::size_t all = 0;
@@ -745,17 +1057,11 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
   if (c.differences.size() > most)
     left_out.set("differences", Value(static_cast<std::int64_t>(c.differences.size() - most)));
   if (all > most) left_out.set("rows", Value(static_cast<std::int64_t>(all - most)));
-  std::size_t read = 0;
-  for (const Side& s : c.sides) read += !s.reader.empty();
-  Map out{{"targets", std::move(sides)},
-          {"differences", std::move(differences)},
-          {"rows", std::move(rows)},
-          {"compared", static_cast<std::int64_t>(c.compared)},
-          {"most_distance", c.most_mm / 1000},
-          {"most_angle", c.most_degrees / kDegree},
-          {"points", points_sentence(c)},
-          {"left_out", std::move(left_out)},
-          {"text", text}};
+  Map out{{"targets", std::move(sides)},       {"differences", std::move(differences)},
+          {"rows", std::move(rows)},           {"compared", static_cast<std::int64_t>(c.compared)},
+          {"most_distance", c.most_mm / 1000}, {"most_angle", c.most_degrees / kDegree},
+          {"points", points_sentence(c)},      {"not_compared", std::move(not_compared)},
+          {"left_out", std::move(left_out)},   {"text", text}};
   if (!c.not_traced.empty()) out.set("not_traced", Value(c.not_traced));
   if (!file.empty()) out.set("file", Value(file));
   return Value(std::move(out));
@@ -771,8 +1077,9 @@ RMP_COMMANDS(program_compare_commands) {
       "By the lines of the source: what each target says, what one cannot say or says otherwise, "
       "and lines that only one has. Where an independent reader takes a target's files, they are "
       "read back and run through, and motions, points, configurations, speeds and blends are "
-      "compared with each other and with the program. A name in targets is a target or a "
-      "controller's.";
+      "compared with each other and with the program, outputs and waits for a time with the "
+      "program. What languages say in different units is named and not compared. A name in targets "
+      "is a target or a controller's.";
   c.example =
       "local lift = program.create{name = \"lift\", source = [[\n"
       "PROGRAM lift;\n"
@@ -789,7 +1096,7 @@ RMP_COMMANDS(program_compare_commands) {
       needed("targets", "list", "", "Two to six targets, or names of controllers."),
       optional("robot", "ref:robot", "", "The robot that moves."),
       choice("form", {"automatic", "structured", "flat"}, "As of program.post."),
-      optional("inputs", "map", "", "Values of inputs by name, as of program.post."),
+      optional("inputs", "map", "", "Values of the program's inputs by name, of their types."),
       optional("file", "path", "", "A page with both codes side by side: *.html, *.md or *.txt."),
       between(defaulted("width", "int", "", std::int64_t{44}, "Of a column of the text."), 12, 400),
       between(defaulted("most", "int", "", std::int64_t{500}, "Differences and rows listed."), 1,
@@ -800,17 +1107,20 @@ RMP_COMMANDS(program_compare_commands) {
       "",
       {field("targets", "list", "",
              "Tables: target, title, profile, form, correct, errors, warnings; reader that read it "
-             "back, or not_read, why not."),
+             "back, or not_read, why not; not_said, how much of it the reader could not say; "
+             "compared, most_distance and most_angle with the program's own points."),
        field("differences", "list", "",
-             "Tables by line: kind (cannot, otherwise, missing, form, motion, point, "
-             "configuration, speed, blend), file, line, target, text."),
+             "Tables by line: kind (cannot, otherwise, missing, form, unread, motion, "
+             "point, configuration, speed, blend, output), file, line, target, text."),
        field("rows", "list", "",
              "Tables, a line of the source each: file, line, source, says (a text each target), "
              "differs."),
-       field("compared", "int", "", "Points that were compared; 0 says nothing of the distances."),
+       field("compared", "int", "",
+             "Points of two targets that were compared; 0 says nothing of the distances."),
        field("most_distance", "real", "m", "Between them."),
        field("most_angle", "real", "rad", "Between them."),
-       field("points", "string", "", "The same as a sentence."),
+       field("points", "string", "", "The same in sentences, and what was not looked at."),
+       field("not_compared", "list", "", "Sentences: what is said in different units."),
        field("not_traced", "string", "", "Why the program itself could not be run through."),
        field("left_out", "map", "", "How many rows each list lacks."),
        field("text", "string", "", "All of it as text."),
