@@ -612,6 +612,11 @@ class Server {
     Document& d = found->second;
     const Json& changes = member(params, "contentChanges");
     if (!changes.is_array()) return warn("A change of " + uri + " has no contentChanges.");
+    // A key that was typed is one change: the text around it is taken as it is.
+    if (auto text = with_one_change(*d.text, changes)) {
+      set_text(d, std::move(*text), params);
+      return;
+    }
     ChangedText now(d.text->all());
     for (const Json& c : changes) {
       if (!member(c, "text").is_string())
@@ -636,10 +641,32 @@ class Server {
         return warn("Too many changes of long lines of " + uri +
                     " came at once, and are not made. Open it again.");
     }
+    set_text(d, now.all(), params);
+  }
+  void set_text(Document& d, std::string text, const Json& params) {
     const Json& version = member(member(params, "textDocument"), "version");
     if (version.is_number_integer()) d.version = version.get<std::int64_t>();
-    d.text = std::make_shared<const Text>(now.all());
-    due_beside(uri);
+    d.text = std::make_shared<const Text>(std::move(text));
+    due_beside(d.uri);
+  }
+  /// Nothing = there are several changes, or something is wrong with it.
+  [[nodiscard]] std::optional<std::string> with_one_change(const Text& text,
+                                                           const Json& changes) const {
+    if (changes.size() != 1) return std::nullopt;
+    const Json &c = changes[0], &range = member(c, "range");
+    const auto l0 = number_member(member(range, "start"), "line"),
+               c0 = number_member(member(range, "start"), "character"),
+               l1 = number_member(member(range, "end"), "line"),
+               c1 = number_member(member(range, "end"), "character");
+    if (!l0 || !c0 || !l1 || !c1 || !member(c, "text").is_string()) return std::nullopt;
+    const std::uint32_t begin = text.byte(*l0, *c0, units_), end = text.byte(*l1, *c1, units_);
+    const std::string& with = member(c, "text").get_ref<const std::string&>();
+    const std::string& old = text.all();
+    if (end < begin || old.size() + with.size() > kMostText) return std::nullopt;
+    std::string out;
+    out.reserve(old.size() + with.size());
+    out.append(old, 0, begin).append(with).append(old, end, std::string::npos);
+    return out;
   }
   void closed(const std::string& uri) {
     if (documents_.erase(uri) == 0) return;

@@ -83,7 +83,7 @@ Source& Checker::load(std::string_view name, std::string_view text, Unit unit) {
   s.text = text;
   out_.files.push_back({out_.keep(base_name(name))});
   scan(s, names_, faults_);
-  parse(s, unit, names_, faults_);
+  parse(s, unit, names_, faults_, depth_ == Depth::heads);
   return s;
 }
 

@@ -32,7 +32,11 @@ struct Use {
 };
 
 /// How much of a program is looked at.
-enum class Depth : std::uint8_t { all, declarations };
+enum class Depth : std::uint8_t {
+  all,
+  declarations,
+  heads  ///< of declarations alone the tree is made, too
+};
 
 class Checker {
  public:

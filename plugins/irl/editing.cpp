@@ -447,7 +447,7 @@ class Edited final : public EditedProgram {
 
   Result<std::vector<SourceCompletion>> complete(Id file, Id at,
                                                  Progress& progress) const override {
-    RMP_TRY_ASSIGN(const Place p, place(file, at, Depth::declarations, progress));
+    RMP_TRY_ASSIGN(const Place p, place(file, at, Depth::heads, progress));
     return irl::complete(*p.analysis, p.files, p.file, at);
   }
 
@@ -676,7 +676,7 @@ class Edited final : public EditedProgram {
   }
 
   Result<SourceSignature> signature(Id file, Id at, Progress& progress) const override {
-    RMP_TRY_ASSIGN(const Place p, place(file, at, Depth::declarations, progress));
+    RMP_TRY_ASSIGN(const Place p, place(file, at, Depth::heads, progress));
     return irl::signature(*p.analysis, p.file, at);
   }
 
@@ -737,7 +737,7 @@ class Edited final : public EditedProgram {
   };
   struct Made {
     std::vector<SourceFile> files;
-    std::shared_ptr<const Analysis> declarations, all;
+    std::shared_ptr<const Analysis> heads, declarations, all;
   };
 
   static Error stopped() { return error(ErrorCode::cancelled, "the compiler was stopped"); }
@@ -766,7 +766,8 @@ class Edited final : public EditedProgram {
     const std::lock_guard lock(mutex_);
     Made& m = made_[root];
     if (m.all) return m.all;
-    if (depth == Depth::declarations && m.declarations) return m.declarations;
+    if (depth != Depth::all && m.declarations) return m.declarations;
+    if (depth == Depth::heads && m.heads) return m.heads;
     if (m.files.empty()) {
       m.files.push_back(files_[root]);
       for (Id f = 0; f < files_.size(); ++f)
@@ -774,12 +775,10 @@ class Edited final : public EditedProgram {
     }
     auto made = std::make_shared<Analysis>(m.files, depth);
     if (!made->run(progress)) return stopped();
-    if (depth == Depth::all) {
-      m.all = made;
-      m.declarations.reset();
-    } else {
-      m.declarations = made;
-    }
+    (depth == Depth::all ? m.all : depth == Depth::declarations ? m.declarations : m.heads) = made;
+    // What tells more takes the place of what tells less.
+    if (depth != Depth::heads) m.heads.reset();
+    if (depth == Depth::all) m.declarations.reset();
     return std::shared_ptr<const Analysis>(std::move(made));
   }
   /// A file that the program does not name is looked at by itself.

@@ -258,16 +258,48 @@ std::string upper(std::string_view s) {
   return out;
 }
 
+namespace {
+char big(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c; }
+/// FNV-1a of the upper case, with its bits mixed at the end.
+std::uint32_t hash_of(std::string_view any_case) {
+  std::uint32_t h = 2166136261U;
+  for (const char c : any_case) h = (h ^ static_cast<unsigned char>(big(c))) * 16777619U;
+  return h ^ (h >> 15U);
+}
+}  // namespace
+
+std::size_t Names::slot_of(std::string_view any_case, std::uint32_t hash) const {
+  const std::size_t mask = slots_.size() - 1;
+  for (std::size_t i = hash & mask;; i = (i + 1) & mask) {
+    const std::uint32_t n = slots_[i];
+    if (n == kNone) return i;
+    if (hashes_[n] == hash && all_[n].size() == any_case.size() &&
+        std::equal(any_case.begin(), any_case.end(), all_[n].begin(),
+                   [](char a, char b) { return big(a) == b; }))
+      return i;
+  }
+}
 std::uint32_t Names::number(std::string_view any_case) {
-  const std::string u = irl::upper(any_case);
-  if (const auto found = known_.find(u); found != known_.end()) return found->second;
+  if (slots_.size() < 2 * (all_.size() + 1)) {
+    slots_.assign(std::max<std::size_t>(1024, slots_.size() * 2), kNone);
+    const std::size_t mask = slots_.size() - 1;
+    for (std::uint32_t n = 0; n < all_.size(); ++n) {
+      std::size_t i = hashes_[n] & mask;
+      while (slots_[i] != kNone) i = (i + 1) & mask;
+      slots_[i] = n;
+    }
+  }
+  const std::uint32_t hash = hash_of(any_case);
+  const std::size_t i = slot_of(any_case, hash);
+  if (slots_[i] != kNone) return slots_[i];
   const auto n = static_cast<std::uint32_t>(all_.size());
-  known_.emplace(all_.emplace_back(u), n);
+  all_.push_back(irl::upper(any_case));
+  hashes_.push_back(hash);
+  slots_[i] = n;
   return n;
 }
 std::uint32_t Names::find(std::string_view any_case) const {
-  const auto found = known_.find(irl::upper(any_case));
-  return found == known_.end() ? kNone : found->second;
+  return slots_.empty() ? kNone : slots_[slot_of(any_case, hash_of(any_case))];
 }
 
 void Faults::error(std::uint32_t file, const Token& at, std::string message, std::string hint) {

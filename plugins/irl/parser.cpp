@@ -26,6 +26,7 @@ class Parser {
       *number = names_.number(word);
   }
 
+  void skip_bodies(bool skips) { skips_bodies_ = skips; }
   void unit(Unit kind) {
     s_.nodes.reserve(s_.tokens.size());
     if (kind == Unit::data_list) {
@@ -51,7 +52,7 @@ class Parser {
     declarations(tail, true);
     if (!is_module && is(Tok::k_begin)) {
       next();
-      tail.add(block());
+      tail.add(body());
     }
     const Tok end = is_module ? Tok::k_endmodule : Tok::k_endprogram;
     const char* word = is_module ? "ENDMODULE" : "ENDPROGRAM";
@@ -532,7 +533,7 @@ class Parser {
     declarations(tail, false);
     if (expect(Tok::k_begin, "BEGIN", "in " + what,
                "The statements of " + what + " stand between BEGIN and " + end_word + ".")) {
-      tail.add(block());
+      tail.add(body());
       if (is(end)) {
         next();
         if (!expect(Tok::semicolon, "\";\"", std::string("behind ") + end_word)) is_lost_ = false;
@@ -581,6 +582,17 @@ class Parser {
   }
 
   // ---- statements ----
+  /// The block of a routine or of the program.
+  Id body() {
+    if (!skips_bodies_) return block();
+    const Id n = make(N::block);
+    while (!is_section() && !ends_body(tok().kind)) next();
+    return finish(n);
+  }
+  [[nodiscard]] static bool ends_body(Tok k) {
+    return k == Tok::end || k == Tok::k_endproc || k == Tok::k_endfct || k == Tok::k_endprocess ||
+           k == Tok::k_endinterrupt || k == Tok::k_endprogram || k == Tok::k_endmodule;
+  }
   Id block() {
     const Id n = make(N::block);
     Tail tail(*this, n);
@@ -1093,6 +1105,7 @@ class Parser {
   bool has_fault_ = false;
   bool is_lost_ = false;  ///< behind a fault that nobody has recovered from
   int depth_ = 0;
+  bool skips_bodies_ = false;
   std::uint32_t sec_ = 0, from_ = 0, at_word_ = 0, step_ = 0, timeout_ = 0, priority_ = 0,
                 robot_ = 0, input_ = 0, output_ = 0, ptp_ = 0, lin_ = 0, circle_ = 0, path_ = 0,
                 start_ = 0, stop_ = 0, continue_ = 0, cancel_ = 0, enable_ = 0, disable_ = 0,
@@ -1101,8 +1114,10 @@ class Parser {
 
 }  // namespace
 
-void parse(Source& source, Unit unit, Names& names, Faults& faults) {
-  Parser(source, names, faults).unit(unit);
+void parse(Source& source, Unit unit, Names& names, Faults& faults, bool skips_bodies) {
+  Parser parser(source, names, faults);
+  parser.skip_bodies(skips_bodies);
+  parser.unit(unit);
 }
 
 }  // namespace robomosp::irl

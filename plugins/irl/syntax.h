@@ -6,7 +6,6 @@
 #include <deque>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 namespace robomosp::irl {
@@ -126,8 +125,11 @@ class Names {
   [[nodiscard]] std::uint32_t find(std::string_view any_case) const;
 
  private:
+  /// Where a name stands or belongs in the slots.
+  [[nodiscard]] std::size_t slot_of(std::string_view any_case, std::uint32_t hash) const;
   std::deque<std::string> all_;
-  std::unordered_map<std::string_view, std::uint32_t> known_;
+  std::vector<std::uint32_t> hashes_;  ///< by number
+  std::vector<std::uint32_t> slots_;   ///< numbers, kNone = free; a power of two, at most half full
 };
 [[nodiscard]] std::string upper(std::string_view s);
 
@@ -254,8 +256,9 @@ struct Source {
 /// Fills the tokens; a last one has the kind `end`.
 void scan(Source&, Names&, Faults&);
 enum class Unit : std::uint8_t { program, data_list };
-/// Fills the nodes. Programs and modules tell themselves apart.
-void parse(Source&, Unit, Names&, Faults&);
+/// Fills the nodes. Programs and modules tell themselves apart. Blocks of routines may be left
+/// empty, for who asks for declarations only; then nothing is said of what stands in them.
+void parse(Source&, Unit, Names&, Faults&, bool skips_bodies = false);
 /// The source of a tree in the usual form, without comments.
 [[nodiscard]] std::string print(const Source&);
 /// Value of a string in quotes, or of a comment's word.
