@@ -15,6 +15,7 @@
 #include "robotics/kinematics.h"
 #include "sim/ik_choice.h"
 #include "sim/joint_rates.h"
+#include "spatial/passing.h"
 #include "spatial/pose.h"
 #include "spatial/quintic.h"
 #include "spatial/rotation.h"
@@ -38,8 +39,10 @@ constexpr double kFullAcceleration = 2.5, kFullTurning = 10;
 /// Of motions under TIME, which only the joints bound [m/s, rad/s].
 constexpr double kAnySpeed = 1e6;
 constexpr double kWithin = 1 + 1e-6;  ///< of a limit
-constexpr int kMostSlices = 100;      ///< of computing at one instant
-constexpr int kTries = 5;             ///< of ever shorter transitions
+/// What cubics between targets may have beyond a joint's greatest speed, with a note.
+constexpr double kMostExcess = 1.1;
+constexpr int kMostSlices = 100;  ///< of computing at one instant
+constexpr int kTries = 5;         ///< of ever shorter transitions
 constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 
 Pose to_pose(const PlainPose& p) {
@@ -152,13 +155,18 @@ class ProgramCell final : public program::World {
     if (it == a_.open_.end()) return {};
     a_.held_.erase(number);
     const std::size_t who = it->second.actor;
-    const double stands = x_.brake(moved_by(it->second), now_);
+    const std::vector<std::size_t> all = moved_by(it->second);
+    const double stands = x_.brake(all, now_);
+    for (const std::size_t one : all) a_.braked_until_[one] = stands;
     if (a_.inspection_)
       for (InspectedMotion& told : a_.inspection_->motions)
         if (told.number >= number && told.robot == who && told.end > stands)
           told.end = std::max(told.start, stands), told.is_cut = true;
     for (auto& [other, open] : a_.open_)
-      if (open.actor == who && other >= number) open.end = stands, open.grips.clear();
+      if (open.actor == who && other >= number) {
+        open.end = stands, open.grips.clear();
+        open.passing.reset();
+      }
     return {};
   }
   Result<void> hold_motion(std::uint64_t number) override {
@@ -174,6 +182,9 @@ class ProgramCell final : public program::World {
     double way = 0;
     x_.brake(all, now_, &way);
     held.at = now_ + way, held.began = now_;
+    for (auto& [other, open] : a_.open_)
+      if (open.actor == it->second.actor && open.passing)
+        open.passing->end = ProgramActor::Passing::End::stop;
     a_.held_.emplace(number, std::move(held));
     return {};
   }
@@ -212,6 +223,26 @@ class ProgramCell final : public program::World {
       if (open.actor == it->second.actor && other >= number) open.end = start + total;
     it->second.along_from = start;
     a_.held_.erase(held);
+    return {};
+  }
+
+  /// Behind a run: motions that were to pass their targets, and that nothing follows.
+  Result<void> settle() {
+    for (auto& [number, open] : a_.open_) {
+      if (!open.passing || open.passing->end != ProgramActor::Passing::End::open) continue;
+      if (open.start > now_ + kSame && !a_.is_over()) continue;
+      auto done = stops(open);
+      if (done.ok()) continue;
+      if (a_.inspection_ && done.error().code != ErrorCode::cancelled) {
+        for (InspectedMotion& told : a_.inspection_->motions)
+          if (told.number == number && told.error.empty())
+            fails_at(told, done.error()), told.trouble = trouble_;
+        continue;
+      }
+      a_.code_ = done.error().code;
+      return std::move(done).error().in("program " + quote(n_.name) + ", " +
+                                        a_.place_text(open.passing->span));
+    }
     return {};
   }
 
@@ -781,6 +812,12 @@ class ProgramCell final : public program::World {
                             : "program.bind{kind = \"robot\", name = \"" + word +
                                   "\", to = ...} gives it a robot of the world.");
   }
+  /// Whether nothing moves a robot but the brakes, of what the program has ended itself.
+  [[nodiscard]] bool is_braked(std::size_t who) const {
+    const auto it = a_.braked_until_.find(who);
+    return it != a_.braked_until_.end() &&
+           TaskExecutor::moved_until(x_.actors_[who]) <= it->second + kSame;
+  }
   Result<Beginning> beginning(const program::Motion& m) {
     const MotionAttributes& at = m.attributes;
     Beginning out;
@@ -799,14 +836,21 @@ class ProgramCell final : public program::World {
       if (const auto it = a_.open_.find(m.after); it != a_.open_.end() && it->second.actor == who)
         out.before = &it->second;
     const double free_from = TaskExecutor::moved_until(robot);
-    if (!out.before && free_from > now_ + kSame)
+    // What the program has ended itself comes to rest before.
+    const bool waits = out.before || is_braked(who);
+    if (!waits && free_from > now_ + kSame)
       return error(ErrorCode::conflict,
                    "robot " + quote(name) +
                        " is still moved by another program, process or task "
                        "at t = " +
                        text::print_rounded(now_) + " s",
                    "Let one wait for a signal or semaphore of the other.");
-    out.start = out.before ? std::max(now_, free_from) : now_;
+    out.start = waits ? std::max(now_, free_from) : now_;
+    const bool takes_along = std::any_of(m.targets.begin(), m.targets.end(),
+                                         [](const Target& t) { return !t.additional.empty(); });
+    for (const auto& [joint, other] : n_.joints)
+      if (takes_along && !out.before && !other.is_grip && is_braked(other.at))
+        out.start = std::max(out.start, TaskExecutor::moved_until(x_.actors_[other.at]));
     if (at.tool) {
       RMP_TRY_ASSIGN(out.tip,
                      x_.grip(robot, robot.record->links.empty() ? std::string()
@@ -880,13 +924,18 @@ class ProgramCell final : public program::World {
     const std::string& name = robot.placed->name;
     const double start = b.start;
     const TaskExecutor::Grip& tip = b.tip;
-    tell_unheeded(at);
+    // PTP from one target to another that takes a TIME of its own.
+    const bool is_timed_ptp =
+        m.interpolation == RMP_MOVE_PTP && at.time > 0 && m.targets.size() == 1 && b.along.empty();
+    const bool passes = is_timed_ptp && at.passes && !(at.c_ptp > 0);
+    if (!passes) tell_unheeded(at);
     Goal from;
     from.q = TaskExecutor::sample(robot, start).q;
     from.pose = base_T_tip(who, tip, from.q);
     TaskExecutor::Drive d;
     d.from = from.q;
-    RMP_TRY(drive(m, b, from, d));
+    std::vector<double> to = from.q;
+    RMP_TRY(drive(m, b, from, d, &to));
     // Additional joints go along, in the same time.
     ProgramActor::OpenMotion open;
     std::vector<Along> along = b.along;
@@ -895,7 +944,7 @@ class ProgramCell final : public program::World {
     open.along_from = start;
     if (b.is_tied() && m.interpolation != RMP_MOVE_PTP) {
       open.actor = who, open.tip = tip, open.start = start;
-      RMP_TRY_ASSIGN(const double total, begin_tied(b, from.q, d, start));
+      RMP_TRY_ASSIGN(const double total, begin_tied(b, from.q, d, start, at.time));
       a_.additional_ = b.additional;
       open.end = start + total;
       a_.open_[m.number] = std::move(open);
@@ -920,7 +969,8 @@ class ProgramCell final : public program::World {
         RMP_TRY(keeps_speeds(who, made, std::max(at.time, made.times.back())));
       return made;
     };
-    open.actor = who, open.tip = tip, open.velocity_share = d.velocity_share;
+    open.actor = who, open.tip = tip;
+    open.velocity_share = d.velocity_share, open.acceleration_share = d.acceleration_share;
     open.c_cp = m.interpolation == RMP_MOVE_PTP ? 0 : at.c_cp * kMillimetre;
     open.c_ptp = m.interpolation == RMP_MOVE_PTP ? at.c_ptp : 0;
     open.c_speed = m.interpolation == RMP_MOVE_PTP ? 1 : at.c_speed / 100;
@@ -941,7 +991,34 @@ class ProgramCell final : public program::World {
     }
     if (before && (before->c_cp > 0 || before->c_ptp > 0) && !along.empty())
       note_once("a transition was left out where additional axes move; " + name + " stops there");
-    RMP_TRY_ASSIGN(motion, plan(start));
+    bool is_behind = false;  // it begins with a rate
+    std::vector<double> rate(from.q.size(), 0.0);
+    if (before && before->passing) {
+      ProgramActor::OpenMotion& last = a_.open_[m.after];
+      if (is_timed_ptp && can_pass(last)) {
+        RMP_TRY_ASSIGN(rate, pass(last, to, at.time));
+        is_behind = true;
+      } else {
+        RMP_TRY(stops(last));
+        note_once("C_PASS is left out where no PTP of one target with a TIME follows at once; " +
+                  name + " stops there");
+      }
+    }
+    if (passes || is_behind) {
+      open.passing = ProgramActor::Passing{};
+      open.passing->is_from_rest = !is_behind;
+      open.passing->rate = rate, open.passing->to = to;
+      open.passing->process = m.process, open.passing->span = m.span;
+      motion = cubics(from.q, rate, to, std::vector<double>(to.size(), 0.0), at.time);
+      if (!passes) {
+        open.passing->end = ProgramActor::Passing::End::stop;
+        RMP_TRY(keeps_limits(open, from.q, {}, at.time, nullptr));
+      }
+    } else {
+      RMP_TRY_ASSIGN(motion, plan(start));
+      // TIME at the target is spent there.
+      if (motion.times.empty() && at.time > 0) motion = cubics(from.q, rate, from.q, rate, at.time);
+    }
     double total = motion.times.empty() ? 0 : motion.times.back();
     for (Along& one : along) {
       if (!one.motion.times.empty() && one.motion.times.back() < total - kSame) {
@@ -955,6 +1032,151 @@ class ProgramCell final : public program::World {
     open.end = start + total;
     a_.open_[m.number] = std::move(open);
     return {};
+  }
+
+  // ---- PTP under TIME with C_PASS: targets that are passed without a stop ----
+  /// All joints by cubics, with values [rad or m] and rates at both ends.
+  static sim::RobotMotion cubics(std::span<const double> from, std::span<const double> from_rate,
+                                 std::span<const double> to, std::span<const double> to_rate,
+                                 double duration) {
+    sim::RobotMotion m;
+    m.times = {0, duration};
+    for (const double t : m.times)
+      for (std::size_t j = 0; j < from.size(); ++j) {
+        const spatial::Jet s =
+            spatial::cubic(to[j] - from[j], from_rate[j], to_rate[j], duration, t);
+        m.q.push_back(t > 0 ? to[j] : from[j]);
+        m.qd.push_back(t > 0 ? to_rate[j] : from_rate[j]);
+        m.qdd.push_back(s.dd);
+      }
+    return m;
+  }
+  /// Whether the robot is still to come to, or on, a motion that ends as what follows lets it.
+  [[nodiscard]] bool can_pass(const ProgramActor::OpenMotion& open) const {
+    const auto& moves = x_.actors_[open.actor].moves;
+    return open.passing && open.passing->end == ProgramActor::Passing::End::open &&
+           now_ < open.end - kSame && !moves.empty() &&
+           std::fabs(moves.back().start - open.start) < kSame;
+  }
+  /// Lets a motion pass its target on the way to the next one; with which rates it does.
+  Result<std::vector<double>> pass(ProgramActor::OpenMotion& open, const std::vector<double>& next,
+                                   double next_time) {
+    const TaskExecutor::Actor& robot = x_.actors_[open.actor];
+    const std::vector<double> from = TaskExecutor::sample(robot, open.start).q,
+                              &to = open.passing->to;
+    const double time = open.end - open.start;
+    std::vector<double> rate, bend;
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const double way = to[j] - from[j], way_on = next[j] - to[j];
+      rate.push_back(spatial::passing_rate(way, time, way_on, next_time));
+      bend.push_back(2 * (way_on / next_time - way / time) / (time + next_time));
+    }
+    RMP_TRY(keeps_limits(open, from, rate, time, &bend));
+    open.passing->end = ProgramActor::Passing::End::passed;
+    if (now_ <= open.start + kSame) {
+      x_.actors_[open.actor].moves.back().motion = cubics(from, open.passing->rate, to, rate, time);
+    } else {
+      const auto s = TaskExecutor::sample(robot, now_);
+      x_.push(open.actor, now_, cubics(s.q, s.qd, to, rate, open.end - now_));
+    }
+    return rate;
+  }
+  /// Nothing follows that a motion could pass on to. From rest it then goes as without C_PASS.
+  Result<void> stops(ProgramActor::OpenMotion& open) {
+    if (!can_pass(open)) return {};
+    ProgramActor::Passing& p = *open.passing;
+    p.end = ProgramActor::Passing::End::stop;
+    TaskExecutor::Actor& robot = x_.actors_[open.actor];
+    const std::vector<double> from = TaskExecutor::sample(robot, open.start).q;
+    double way = 0;
+    for (std::size_t j = 0; j < from.size(); ++j) way = std::max(way, std::fabs(p.to[j] - from[j]));
+    if (!p.is_from_rest || now_ > open.start + kSame)
+      return keeps_limits(open, from, {}, open.end - open.start, nullptr);
+    if (way < kSameJoints) return {};
+    TaskExecutor::Drive d;
+    d.from = from;
+    d.velocity_share = open.velocity_share, d.acceleration_share = open.acceleration_share;
+    model::TrajectorySegment s;
+    s.shape.name = "ptp";
+    s.shape.params["profile"] = std::string("trapezoidal");
+    s.shape.params["duration"] = open.end - open.start;
+    s.joints = {p.to};
+    d.trajectory.segments.push_back(std::move(s));
+    RMP_TRY_ASSIGN(auto motion, x_.driven(open.actor, d, {}, open.start, progress_));
+    robot.moves.pop_back();
+    x_.push(open.actor, open.start, std::move(motion));
+    return {};
+  }
+  /// Of a motion from `from` that ends with `rate` (none = rest). What its targets ask for, before
+  /// it and behind it by `bend` [rad/s^2 or m/s^2], is an error where a joint has not as much; what
+  /// only its cubic has more than that is a note.
+  Result<void> keeps_limits(const ProgramActor::OpenMotion& open, std::span<const double> from,
+                            const std::vector<double>& rate, double time,
+                            const std::vector<double>* bend) {
+    const ProgramActor::Passing& p = *open.passing;
+    const TaskExecutor::Actor& robot = x_.actors_[open.actor];
+    struct Worst {
+      double share = kWithin, value = 0, limit = 0;
+      std::size_t joint = 0;
+    } asked_speed, asked_turn, speed, turn;
+    const auto look = [](Worst& worst, std::size_t j, double value, double limit) {
+      const double share = std::fabs(value) / limit;
+      if (share > worst.share) worst = {share, std::fabs(value), limit, j};
+    };
+    for (std::size_t j = 0; j < p.to.size(); ++j) {
+      const JointModel& joint = robot.model->joints[j];
+      const double v = joint.max_velocity * open.velocity_share,
+                   a = joint.max_acceleration * open.acceleration_share;
+      const double way = p.to[j] - from[j], end = rate.empty() ? 0 : rate[j];
+      look(asked_speed, j, way / time, v);
+      if (bend) look(asked_turn, j, (*bend)[j], a);
+      if (p.is_from_rest || !bend) look(asked_turn, j, 2 * way / (time * time), a);
+      look(speed, j, spatial::greatest_rate(way, p.rate[j], end, time), v);
+      for (const double t : {0.0, time})
+        look(turn, j, spatial::cubic(way, p.rate[j], end, time, t).dd, a);
+    }
+    if (speed.share > kMostExcess && asked_speed.share == kWithin) asked_speed = speed;
+    const auto words = [&](const Worst& w, const char* per) {
+      const double unit = TaskExecutor::is_rotary(robot, w.joint) ? kDegree : kMillimetre;
+      const std::string word = (unit == kDegree ? " degrees/s" : " mm/s") + std::string(per);
+      return "at " + text::print_rounded(w.value / unit, 4) + word + ", and its greatest is " +
+             text::print_rounded(w.limit / unit, 4);
+    };
+    const auto name = [&](const Worst& w) {
+      return "joint " + std::to_string(w.joint - std::min(w.joint, rail_of(open.actor)) + 1) +
+             " of " + quote(robot.placed->name);
+    };
+    for (const auto* w : {&asked_speed, &asked_turn}) {
+      if (w->share == kWithin) continue;
+      const bool is_speed = w == &asked_speed;
+      trouble_ = {};
+      trouble_.joint = static_cast<std::int32_t>(w->joint);
+      return error(
+          ErrorCode::unreachable,
+          "TIME of " + text::print_rounded(time) + " s of the motion to the target in " +
+              place_of(p.span) + " is too short: " + name(*w) +
+              (is_speed ? " would go " : " would be accelerated ") +
+              words(*w, is_speed ? "" : "^2"),
+          "Give TIME of " +
+              text::print_rounded(
+                  std::ceil(time * (is_speed ? w->share : std::sqrt(w->share)) * 1000) / 1000) +
+              " s or more.");
+    }
+    for (const auto* w : {&speed, &turn}) {
+      if (w->share == kWithin) continue;
+      const bool is_speed = w == &speed;
+      const std::string what = name(*w) + (is_speed ? " goes " : " is accelerated ");
+      if (!x_.told_.emplace(n_.name, "C_PASS: " + what).second) continue;
+      const std::string said = what + words(*w, is_speed ? "" : "^2") +
+                               ": so it passes targets in their TIMEs (C_PASS, " +
+                               place_of(p.span) + ")";
+      x_.note(now_, n_.name + ": " + said);
+      if (a_.inspection_) tell(InspectedEvent::Kind::ignored, said, "Give longer TIMEs.");
+    }
+    return {};
+  }
+  [[nodiscard]] std::string place_of(const rmp_span& s) const {
+    return "line " + std::to_string(s.line);
   }
 
   /// A motion under TIME has no speed of its own: the joints bound it.
@@ -986,7 +1208,9 @@ class ProgramCell final : public program::World {
 
   void tell_unheeded(const MotionAttributes& at) {
     if (at.passes && !(at.c_cp > 0) && !(at.c_ptp > 0))
-      note_once("C_PASS without C_CP or C_PTP is not carried out: the motion stops at its target");
+      note_once(
+          "C_PASS without C_CP or C_PTP is carried out in PTP of one target with a TIME only: the "
+          "motion stops at its target");
   }
 
   /// The targets of a motion; with `solves` each has joint values.
@@ -1020,15 +1244,16 @@ class ProgramCell final : public program::World {
     return goals;
   }
 
-  /// The segments of a motion.
+  /// The segments of a motion; of PTP also the joint values at its end.
   Result<void> drive(const program::Motion& m, const Beginning& b, const Goal& begins,
-                     TaskExecutor::Drive& d) {
+                     TaskExecutor::Drive& d, std::vector<double>* end = nullptr) {
     const TaskExecutor::Grip& tip = b.tip;
     Goal from = begins;
     const MotionAttributes& at = m.attributes;
     const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
     RMP_TRY_ASSIGN(std::vector<Goal> goals, goals_of(m, b, from, is_ptp));
     if (goals.empty()) return {};
+    if (end && is_ptp) *end = goals.back().q;
     if (b.is_tied() && !is_ptp) {
       // As seen from what the path is in.
       from.pose = spatial::compose(spatial::inverse(b.reference_from), from.pose);
@@ -1370,7 +1595,7 @@ class ProgramCell final : public program::World {
   }
   /// Begins a path of a tool together with its additional axes; how long it takes [s].
   Result<double> begin_tied(const Beginning& b, const std::vector<double>& q0,
-                            const TaskExecutor::Drive& d, double start) {
+                            const TaskExecutor::Drive& d, double start, double time) {
     const std::size_t who = b.use->actor, rail = b.rail_to.size();
     const TaskExecutor::Actor& robot = x_.actors_[who];
     std::shared_ptr<const motion::Path> path;
@@ -1381,8 +1606,8 @@ class ProgramCell final : public program::World {
     if (path && d.weave) {
       RMP_TRY_ASSIGN(weaving, motion::Weaving::over(path, *d.weave));
     }
-    double total = std::max(path ? path->duration() : 0.0,
-                            least_time(*robot.model, std::span(q0).first(rail), b.rail_to));
+    double total = std::max({path ? path->duration() : 0.0, time,
+                             least_time(*robot.model, std::span(q0).first(rail), b.rail_to)});
     for (const Along& one : b.along) {
       const TaskExecutor::Actor& other = x_.actors_[one.actor];
       total =
@@ -1714,6 +1939,7 @@ Result<void> ProgramActor::advance(TaskExecutor& executor, double now, Progress&
     }
     resume();
   }
+  if (!is_stopped()) RMP_TRY(cell.settle());
   if (is_over() && !text_.empty()) {
     executor.note(now, name() + ": " + text_);
     text_.clear();
@@ -1765,8 +1991,10 @@ bool ProgramActor::waits_for_signals() const {
 
 std::string ProgramActor::where() const {
   const auto calls = machine_.call_stack(0);
-  if (calls.empty()) return "its end";
-  const rmp_span& s = calls.front().span;
+  return calls.empty() ? "its end" : place_text(calls.front().span);
+}
+
+std::string ProgramActor::place_text(const rmp_span& s) const {
   const rmp_code& c = machine_.code();
   std::string file;
   if (s.file < c.files.count)

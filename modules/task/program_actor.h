@@ -126,6 +126,16 @@ class ProgramActor {
     std::map<std::size_t, std::size_t> rails;
     std::map<std::int64_t, RobotUse> devices;  ///< by number, for DEVICE
   };
+  /// Of a PTP under TIME with C_PASS, or behind one: each joint goes by a cubic.
+  struct Passing {
+    /// `open` = it ends at rest, unless a motion follows that it can pass on to.
+    enum class End { open, passed, stop } end = End::open;
+    bool is_from_rest = true;
+    std::vector<double> rate;  ///< with which it begins [rad/s or m/s]
+    std::vector<double> to;    ///< joint values at its end
+    std::uint32_t process = 0;
+    rmp_span span{};
+  };
   struct OpenMotion {
     std::size_t actor = 0;
     std::vector<std::size_t> along;  ///< other robots and mechanisms that it moves
@@ -134,8 +144,9 @@ class ProgramActor {
     double c_cp = 0, c_ptp = 0;
     double c_speed = 1;  ///< a share
     double speed = 0;    ///< along its path [m/s]; 0 = it has a TIME
-    double velocity_share = 1;
+    double velocity_share = 1, acceleration_share = 1;
     TaskExecutor::Grip tip;
+    std::optional<Passing> passing;
     std::vector<std::pair<std::size_t, bool>> grips;  ///< at its end
   };
   /// A motion that STOP holds, as it would have gone on.
@@ -154,6 +165,8 @@ class ProgramActor {
   ProgramActor(std::shared_ptr<const Names> names, program::Machine machine)
       : names_(std::move(names)), machine_(std::move(machine)) {}
   void note_line(double t);
+  /// "towers.irl:12:3"
+  [[nodiscard]] std::string place_text(const rmp_span&) const;
   Result<void> advance(TaskExecutor&, double now, Progress&);
   [[nodiscard]] ProgramPlace place(std::uint32_t process, const rmp_span&, double now);
   void tell(InspectedEvent::Kind, ProgramPlace, std::string message, std::string hint,
@@ -164,6 +177,7 @@ class ProgramActor {
   std::map<std::uint32_t, program::SignalValue> outputs_;
   std::map<std::uint64_t, OpenMotion> open_;
   std::map<std::uint64_t, HeldMotion> held_;
+  std::map<std::size_t, double> braked_until_;   ///< by actor: of what it has ended itself [s]
   std::vector<std::vector<std::string>> taken_;  ///< by grip
   std::vector<double> additional_;               ///< as the program has set them
   const std::atomic<bool>* pause_wish_ = nullptr;

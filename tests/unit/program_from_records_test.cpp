@@ -133,43 +133,143 @@ TEST_F(ProgramFrom, ShapesBecomeMotions) {
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nis not in\n" << text;
 }
 
-TEST_F(ProgramFrom, RecordingsKeepAsFewRowsAsTheToleranceLets) {
-  const std::string counts = lua(R"lua(
-    local links = {}
-    for i = 1, 6 do links[i] = {name = "l" .. i, a = 0.2, max_velocity = 2, max_acceleration = 8} end
-    local arm = robot.create{name = "arm", links = links}
-    local cell = world.create{name = "cell"}
-    cell:add_robot{robot = arm}
-    task.create{name = "go", steps = {
-      {step = "move", joints = {1, 0.5, 0, 0, 0, 0}}, {step = "move", joints = {0, 0, 1, 0, 0, 0}}}}
-    cell:add_task{task = "go", robot = "arm"}
-    local run = cell:run_task()
-    local out, q = {}, {}
-    for k, tolerance in ipairs{0.1, 0.001} do
-      local p = program.from_recording{recording = run, tolerance = tolerance, name = "p" .. k}
-      assert(p:check().correct)
-      local _, n = p:source():gsub("MOVE PTP", "")
-      -- What is between the rows kept is within the tolerance of what was recorded.
-      local t, rows = 0, {}
-      for line in p:source():gmatch("MOVE PTP[^\n]+") do
-        local first = tonumber(line:match("MAIN_JOINT%(([^,]+),"))
-        t = t + (tonumber(line:match("TIME := ([%d.e-]+)")) or 0)
-        rows[#rows + 1] = {t, math.rad(first)}
-      end
-      local times, q1 = run:values("time"), run:values("arm.q1")
-      local worst, at = 0, 1
-      for i = 1, #times do
-        while at < #rows - 1 and rows[at + 1][1] < times[i] do at = at + 1 end
-        local a, b = rows[at], rows[at + 1]
-        local x = (times[i] - a[1]) / (b[1] - a[1])
-        worst = math.max(worst, math.abs(a[2] + x * (b[2] - a[2]) - q1[i]))
-      end
-      assert(worst <= tolerance * 1.001, worst)
-      out[k] = n
+/// Two robots that stand where their motions begin, what they do there, and what compares it with
+/// a run of the program made of it.
+constexpr const char* kRecorded = R"lua(
+  -- A world whose only robot stands with q; the way in joints is as far as its limits let it.
+  function cell_of(name, q)
+    local cell = world.create{name = "cell of " .. name}
+    local arm = robot.get(name)
+    cell:add_robot{robot = arm, name = name, q = q}
+    return cell
+  end
+  function joints_of(run, name)
+    local q = {}
+    for j = 1, 6 do
+      q[j] = run:values(name .. ".q" .. j)
     end
-    assert(out[2] > out[1] and out[1] >= 3, out[1] .. " " .. out[2])
-    return out[1] .. " " .. out[2])lua");
-  EXPECT_FALSE(counts.empty());
+    return q, run:values("time")
+  end
+  -- How far the joints of two runs are apart at most, and their rates, and how long both take.
+  function apart(a, b, name)
+    local p, t = joints_of(a, name)
+    local q, u = joints_of(b, name)
+    local worst, rate = 0, 0
+    for j = 1, 6 do
+      for i = 1, math.min(#t, #u) - 1 do
+        assert(math.abs(t[i] - u[i]) < 1e-9, i)
+        worst = math.max(worst, math.abs(p[j][i] - q[j][i]))
+        if i > 1 then
+          rate = math.max(rate, math.abs(p[j][i] - p[j][i - 1] - q[j][i] + q[j][i - 1]) / (t[i] - t[i - 1]))
+        end
+      end
+      worst = math.max(worst, math.abs(p[j][#t] - q[j][#u]))
+    end
+    return worst, rate, t[#t] - u[#u]
+  end
+)lua";
+
+TEST_F(ProgramFrom, RecordingsKeepAsFewRowsAsTheToleranceLets) {
+  lua(std::string(kRecorded) + R"lua(
+    for _, name in ipairs{"ur5", "puma560"} do
+      local stand = {0.3, name == "ur5" and -1.2 or 0.4, name == "ur5" and 1.4 or -2.6, 0.2, 0.7, 0.1}
+      local cell = cell_of(name, stand)
+      local far = {0.9, stand[2] + 0.3, stand[3] - 0.4, 0.5, 1.1, -0.6}
+      -- By two laws, with a rest between, and there and back.
+      task.create{name = "go " .. name, steps = {
+        {step = "move", joints = far, speed = 0.4},
+        {step = "wait", time = 0.7},
+        {step = "move", joints = stand, profile = "trapezoidal", speed = 0.6},
+        {step = "move", joints = far, profile = "s_curve", duration = 2}}}
+      cell:add_task{task = "go " .. name, robot = name, name = "go"}
+      local recorded = cell:run_task{task = "go", sample_time = 0.02}
+      local fine = cell:run_task{task = "go", sample_time = 0.005}
+      local counts = {}
+      for k, tolerance in ipairs{0.02, 1e-3, 1e-5, 1e-12} do
+        local p = program.from_recording{recording = recorded, tolerance = tolerance,
+          name = name .. " " .. k}
+        assert(p:check().correct)
+        _, counts[k] = p:source():gsub("MOVE PTP", "")
+        assert(not p:source():find("stops"), p:source():sub(1, 800))
+        local placed = cell:add_program{program = p, name = "p" .. k}
+        local run = cell:run_task{program = "p" .. k, sample_time = 0.02}
+        local worst, rate, longer = apart(recorded, run, name)
+        assert(worst <= tolerance * 1.0001 + 1e-9, tostring(worst))
+        assert(math.abs(longer) < 1e-6, tostring(longer))
+        -- Between the rows of the recording, too, and without a stop at them.
+        local between, rates = apart(fine, cell:run_task{program = "p" .. k, sample_time = 0.005}, name)
+        assert(between <= 1.05 * tolerance + 2e-4, tostring(between))
+        if tolerance < 1e-4 then assert(rates < 0.05, tostring(rates)) end
+        for _, n in ipairs(run:notes()) do assert(not n:find("C_PASS"), n) end
+      end
+      assert(counts[1] < counts[2] and counts[2] < counts[3] and counts[3] < counts[4])
+    end)lua");
+}
+
+TEST_F(ProgramFrom, ATrajectorysRecordingRunsAsItWas) {
+  lua(std::string(kRecorded) + R"lua(
+    local cell = cell_of("ur5", {0, -1.2, 1.4, -1.7, -1.5, 0})
+    trajectory.create{name = "seam", segments = {
+      {shape = "line", points = {{-0.45, -0.1, 0.4, 0, math.pi, 0}, {-0.45, 0.2, 0.4, 0, math.pi, 0}}, speed = 0.2,
+       law = "trapezoidal"},
+      {shape = "arc", points = {{-0.45, 0.2, 0.4, 0, math.pi, 0}, {-0.5, 0.25, 0.4, 0, math.pi, 0}, {-0.55, 0.2, 0.4, 0, math.pi, 0}},
+       speed = 0.2, law = "trapezoidal", transition = {distance = 0.02}}}}
+    cell:add_trajectory{trajectory = "seam", name = "seam"}
+    task.create{name = "sew", steps = {{step = "move", trajectory = "seam"}}}
+    cell:add_task{task = "sew", robot = "ur5", name = "sew"}
+    local recorded = cell:run_task{task = "sew", sample_time = 0.02}
+    for k, tolerance in ipairs{5e-3, 1e-12} do
+      local p = program.from_recording{recording = recorded, tolerance = tolerance, name = "p" .. k}
+      cell:add_program{program = p, name = "p" .. k}
+      local run = cell:run_task{program = "p" .. k, sample_time = 0.02}
+      local worst, rate, longer = apart(recorded, run, "ur5")
+      assert(worst <= tolerance * 1.0001 + 1e-9 and math.abs(longer) < 1e-6, tostring(worst))
+    end
+    )lua");
+}
+
+TEST_F(ProgramFrom, ATrajectorysProgramGoesAsTheTrajectory) {
+  lua(std::string(kRecorded) + R"lua(
+    local cell = cell_of("ur5", {0, -1.2, 1.4, -1.7, -1.5, 0})
+    local law = "trapezoidal"
+    local function at(x, y, z) return {x, y, z, 0, math.pi, 0} end
+    trajectory.create{name = "seam", segments = {
+      {shape = "line", points = {at(-0.45, -0.1, 0.4), at(-0.45, 0.2, 0.4)}, speed = 0.2, law = law},
+      {shape = "arc", points = {at(-0.45, 0.2, 0.4), at(-0.5, 0.25, 0.4), at(-0.55, 0.2, 0.4)}, speed = 0.15,
+       acceleration = 0.8, law = law},
+      {shape = "cubic_spline", points = {at(-0.55, 0.2, 0.4), at(-0.5, 0, 0.45), at(-0.55, -0.1, 0.4)}, speed = 0.2,
+       law = law},
+      {shape = "line", points = {at(-0.55, -0.1, 0.4), {-0.45, -0.1, 0.4, 0, math.pi, 1}}, duration = 3, law = law}}}
+    cell:add_trajectory{trajectory = "seam", name = "seam"}
+    task.create{name = "sew", steps = {{step = "move", trajectory = "seam"}}}
+    cell:add_task{task = "sew", robot = "ur5", name = "sew"}
+    local p = program.from_trajectory{world = cell, robot = "ur5", trajectory = "seam", name = "way"}
+    cell:add_program{program = p, name = "way"}
+    local function way(run)
+      run:compute{quantities = {"pose"}, robot = "ur5"}
+      return run:values("time"), {run:values("ur5.x"), run:values("ur5.y"), run:values("ur5.z")}
+    end
+    local t, a = way(cell:run_task{task = "sew", sample_time = 0.002})
+    local u, b = way(cell:run_task{program = "way", sample_time = 0.002})
+    -- Both begin elsewhere, and end together: at equal times before the end they are at one place.
+    local worst = 0
+    local function place(times, w, time)
+      local i = 1 + math.floor(time / 0.002)
+      local x = (time - times[i]) / (times[i + 1] - times[i])
+      return {w[1][i] + x * (w[1][i + 1] - w[1][i]), w[2][i] + x * (w[2][i + 1] - w[2][i]),
+              w[3][i] + x * (w[3][i + 1] - w[3][i])}
+    end
+    local timed = 0
+    for k = 1, 782 do
+      local before = 0.01 * k
+      local p, q = place(t, a, t[#t] - before), place(u, b, u[#u] - before)
+      local off = math.sqrt((p[1] - q[1]) ^ 2 + (p[2] - q[2]) ^ 2 + (p[3] - q[3]) ^ 2)
+      -- The last segment has a time alone, and ramps of its own in it.
+      if before <= 3 then timed = math.max(timed, off) else worst = math.max(worst, off) end
+    end
+    assert(worst < 1e-5, tostring(worst))
+    assert(timed < 1e-3, tostring(timed))
+  )lua");
 }
 
 TEST(IrlText, NumbersAreReadAsWhatTheyWere) {

@@ -147,6 +147,192 @@ TEST_F(ProgramRun, TimeIsBoundedByTheJointsAndTheAccelerationOnly) {
               enough, 0.0021);
 }
 
+TEST_F(ProgramRun, TargetsUnderTimeArePassedWithoutAStop) {
+  // The ways in degrees of joint 1, in 0.5 s each.
+  const auto motion = [](double q1, double time, bool passes) {
+    return "MOVE PTP MAIN_JOINT(" + std::to_string(q1) +
+           ", -90.0, 0.0, -90.0, 0.0, 0.0) TIME := " + std::to_string(time) +
+           (passes ? " C_PASS := TRUE;\n" : ";\n");
+  };
+  put("pass",
+      "MOVE PTP MAIN_JOINT(0.0, -90.0, 0.0, -90.0, 0.0, 0.0);\ngo := TRUE;\n" +
+          motion(10, 0.5, true) + motion(30, 0.5, true) + motion(30, 0.4, true) +
+          motion(20, 0.5, false) + "go := FALSE;\nWAIT 0.1 SEC;\n",
+      "SIGNAL OUTPUT BOOL: go AT 1;\n");
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  const RecordingPtr r = run({{"sample_time", 0.001}});
+  ASSERT_TRUE(r);
+  const auto& go = column(r, "signal.go");
+  const auto &t = column(r, "time"), &q = column(r, "ur5.q1"), &qd = column(r, "ur5.qd1");
+  const double degree = M_PI / 180, from = first(r, "signal.go", 1);
+  double until = from;
+  for (std::size_t i = 0; i < t.size(); ++i)
+    if (go[i] > 0) until = t[i];
+  EXPECT_NEAR(until - from, 1.9, 0.0021);
+  const auto at = [&](const std::vector<double>& c, double time) {
+    std::size_t i = 0;
+    while (i + 1 < t.size() && t[i] < from + time) ++i;
+    return c[i] / degree;
+  };
+  // 20 degrees/s before the first target and 40 behind it: the parabola has 30 there.
+  EXPECT_NEAR(at(q, 0.5), 10, 0.05);
+  EXPECT_NEAR(at(qd, 0.5), 30, 0.3);
+  EXPECT_NEAR(at(q, 1.0), 30, 0.01);
+  EXPECT_NEAR(at(qd, 1.0), 0, 0.3);
+  EXPECT_NEAR(at(q, 1.2), 30, 1e-6);  // the TIME at a target is spent there
+  EXPECT_NEAR(at(q, 1.9), 20, 0.01);
+  EXPECT_FALSE(has_note(r, "C_PASS")) << r->notes.back();
+}
+
+TEST_F(ProgramRun, WhatCannotPassStopsAndSaysSo) {
+  const std::string ptp = "MOVE PTP MAIN_JOINT(", rest = ".0, -90.0, 90.0, -90.0, -90.0, 0.0)";
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  put("stops",
+      ptp + "0" + rest + ";\ngo := TRUE;\n" + ptp + "10" + rest +
+          " TIME := 1.0 C_PASS := TRUE;\nMOVE LIN ADD_JOINT(0.0);\n" + ptp + "20" + rest +
+          " C_PASS := TRUE;\n" + ptp + "30" + rest + " TIME := 1.0 C_PASS := TRUE;\ngo := FALSE;\n",
+      "SIGNAL OUTPUT BOOL: go AT 1;\n");
+  const RecordingPtr r = run({{"sample_time", 0.001}});
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(has_note(r, "C_PASS is left out where no PTP of one target with a TIME follows"));
+  EXPECT_TRUE(has_note(r, "C_PASS without C_CP or C_PTP is carried out in PTP of one target"));
+}
+
+TEST_F(ProgramRun, TargetsThatJointsCannotPassInTimeAreErrorsAndExcessIsANote) {
+  const auto world = [&](double velocity, double acceleration) {
+    List links;
+    for (int i = 0; i < 6; ++i)
+      links.emplace_back(Map{{"name", "l" + std::to_string(i)},
+                             {"a", 0.2},
+                             {"max_velocity", velocity},
+                             {"max_acceleration", acceleration}});
+    const std::string name = "arm" + std::to_string(++made_);
+    const Value arm = call("robot.create", {{"name", name}, {"links", links}});
+    cell_ = call("world.create", {{"name", "w" + name}});
+    call("world.add_robot", {{"id", cell_}, {"robot", arm}, {"name", "arm"}});
+  };
+  const auto source = [](double a, double b, double c) {
+    std::string out;
+    for (const double q : {a, b, c})
+      out += "MOVE PTP MAIN_JOINT(" + std::to_string(q) + ", 0.0, 0.0, 0.0, 0.0, 0.0) TIME := 1.0" +
+             (q == c ? ";\n" : " C_PASS := TRUE;\n");
+    return out;
+  };
+  // 60 degrees in 1 s, where 57.3 degrees/s is the greatest.
+  world(1, 100);
+  put("fast", source(20, 80, 90));
+  EXPECT_NE(fault().find("program \"fast\", fast.irl:5:1: TIME of 1 s of the motion to the target "
+                         "in line 4 is too short: joint 1 of \"arm\" would go at 60 degrees/s, and "
+                         "its greatest is 57.3. Give TIME of 1.048 s or more."),
+            std::string::npos)
+      << fault();
+  // From 20 degrees/s to 60 between the middles of 1 s each: 40 degrees/s^2.
+  world(10, 0.5);
+  put("bent", source(10, 70, 90));
+  EXPECT_NE(fault().find("joint 1 of \"arm\" would be accelerated at 50 degrees/s^2, and its "
+                         "greatest is 28.65"),
+            std::string::npos)
+      << fault();
+  // The points ask for 2 * 20 degrees/s^2 at most, the cubic from rest has 6 * 20 - 2 * 20.
+  world(10, 1);
+  put("cubic", source(20, 40, 60));
+  const RecordingPtr r = run();
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(has_note(r,
+                       "joint 1 of \"arm\" is accelerated at 80 degrees/s^2, and its greatest "
+                       "is 57.3: so it passes targets in their TIMEs (C_PASS, line "))
+      << r->notes.back();
+  // Alone it has no target to pass.
+  world(1, 0.1);
+  put("alone", source(20, 20, 20).substr(0, source(20, 20, 20).find('\n') + 1) + "WAIT 1.0 SEC;\n");
+  EXPECT_NE(fault().find("a duration of 1 s is too short"), std::string::npos) << fault();
+}
+
+TEST_F(ProgramRun, AMotionBehindCancelBeginsWhereTheRobotStands) {
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  put("ends",
+      "MOVE PTP MAIN_JOINT(0.0, -90.0, 90.0, -90.0, -90.0, 0.0);\nSTART far;\nWAIT 0.5 SEC;\n"
+      "CANCEL far;\ngo := TRUE;\n"
+      "MOVE PTP MAIN_JOINT(0.0, -90.0, 90.0, -90.0, -90.0, 0.0);\ngo := FALSE;\nWAIT 0.1 SEC;\n",
+      "SIGNAL OUTPUT BOOL: go AT 1;\nPROCESS far;\nBEGIN\n"
+      "  MOVE PTP MAIN_JOINT(90.0, -90.0, 90.0, -90.0, -90.0, 0.0);\nENDPROCESS;\n");
+  const RecordingPtr r = run({{"sample_time", 0.001}});
+  ASSERT_TRUE(r);
+  const auto &t = column(r, "time"), &q = column(r, "ur5.q1"), &qd = column(r, "ur5.qd1");
+  const double from = first(r, "signal.go", 1);
+  double most = 0, stands = 0;
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    EXPECT_LT(std::fabs(q[i] - q[i - 1]), 0.001 * M_PI * 1.001) << t[i];  // its greatest speed
+    EXPECT_LT(std::fabs(qd[i] - qd[i - 1]), 0.2) << t[i];                 // no jump
+    if (t[i] > from && q[i] > most) most = q[i], stands = t[i];
+  }
+  EXPECT_GT(stands, from + 0.01);  // it brakes first
+  EXPECT_NEAR(q.back(), 0, 1e-6);
+}
+
+/// A straight motion of 200 mm that an interrupt comes into; what its routine does.
+std::string braked(const std::string& routine) {
+  return "VAR POSE: a := POSE(POSITION(-300.0, -200.0, 400.0), ORIZYX(0.0, 180.0, 0.0));\n"
+         "POSE: b := POSE(POSITION(-300.0, 0.0, 400.0), ORIZYX(0.0, 180.0, 0.0));\n"
+         "INTERRUPT it WHEN R_ROBTARGET_ACT.PSE.POS.Y > -120.0;\nBEGIN\n" +
+         routine + "ENDINTERRUPT;\n";
+}
+
+TEST_F(ProgramRun, BrakeEndsAMotionOnItsPathAndTheProgramReadsWhereItStands) {
+  put("p",
+      "MOVE PTP a;\nENABLE it;\nMOVE LIN b SPEED := 100.0;\nDISABLE it;\n"
+      "WRITELN('at ', R_ROBTARGET_ACT.PSE.POS.X, ' ', R_ROBTARGET_ACT.PSE.POS.Y, ' ', "
+      "R_JOINT_ACT.M_JOINT.A1);\nMOVE LIN b;\n",
+      braked("BRAKE;\nWRITELN('speed ', R_SPEED_ACT < 0.5);\nWAIT 1.0 SEC;\n"));
+  const RecordingPtr r = run();
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(has_note(r, "p: speed TRUE"));
+  const auto at = tool(r);
+  // It stands for a second, a little behind where it was seen, on the line, and goes on to b.
+  std::size_t stands = 0;
+  double where = NAN;
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    EXPECT_LT(at[i][1], 0.0 + 1e-6);
+    if (i > 1 && std::abs(at[i][1] - at[i - 1][1]) < 1e-9 && at[i][1] > -0.19 && at[i][1] < -0.01)
+      ++stands, where = at[i][1];
+  }
+  EXPECT_GT(stands, 5U);
+  EXPECT_GT(where, -0.120);
+  EXPECT_LT(where, -0.090);
+  EXPECT_NEAR(at.back()[1], 0.0, 1e-6);
+  // What it says is where it is.
+  bool is_said = false;
+  for (const std::string& n : r->notes)
+    if (const auto k = n.find("p: at "); k != std::string::npos) {
+      is_said = true;
+      double x = 0, y = 0, a1 = 0;
+      ASSERT_EQ(std::sscanf(n.c_str() + k, "p: at %lf %lf %lf", &x, &y, &a1), 3) << n;
+      EXPECT_NEAR(x, -300, 1e-3);
+      EXPECT_NEAR(y, 1000 * where, 1e-3);
+      EXPECT_GT(std::abs(a1), 1) << n;
+    }
+  EXPECT_TRUE(is_said);
+}
+
+TEST_F(ProgramRun, BrakeHoldsAMotionAndItGoesOnBehindTheInterrupt) {
+  put("p",
+      "MOVE PTP a;\nENABLE it;\nMOVE LIN b SPEED := 100.0;\nWRITELN('there ', "
+      "R_ROBTARGET_ACT.PSE.POS.Y > -0.01);\n",
+      braked("BRAKE(1);\nWRITELN('speed ', R_SPEED_ACT < 0.5);\nWAIT 1.0 SEC;\n"));
+  const RecordingPtr r = run();
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(has_note(r, "p: speed TRUE"));
+  EXPECT_TRUE(has_note(r, "p: there TRUE"));
+  const auto at = tool(r);
+  std::size_t stands = 0;
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    EXPECT_GT(at[i][1], at[i - 1][1] - 1e-6);  // never back
+    if (std::abs(at[i][1] - at[i - 1][1]) < 1e-9 && at[i][1] > -0.125 && at[i][1] < -0.08) ++stands;
+  }
+  EXPECT_GT(stands, 5U);
+  EXPECT_NEAR(at.back()[1], 0.0, 1e-6);
+}
+
 TEST_F(ProgramRun, UntilStopsTheRobotOnItsPath) {
   put("way",
       "MOVE PTP POSE(POSITION(400.0, 100.0, 300.0), down);\n"

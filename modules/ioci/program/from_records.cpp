@@ -12,6 +12,7 @@
 #include "kernel/expression.h"
 #include "model/program.h"
 #include "motion/segment.h"
+#include "spatial/passing.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ioci {
@@ -121,6 +122,24 @@ const double* real_param(const model::TrajectorySegment& s, const char* name) {
   return it == s.shape.params.end() ? nullptr : std::get_if<double>(&it->second);
 }
 
+/// 100 % of ACC (task/program_actor.cpp).
+constexpr double kFullAcceleration = 2.5;  // [m/s^2]
+
+/// SPEED and what goes with it, of a segment whose law is a trapezoid.
+Result<std::string> trapezoid_words(CommandContext& ctx, const model::TrajectorySegment& s,
+                                    Source& source) {
+  RMP_TRY_ASSIGN(const auto providers, motion::providers_of(ctx.app.registry, s, "segment"));
+  RMP_TRY_ASSIGN(const auto params, motion::params_of(providers, s, "segment"));
+  const double acceleration = params.law->real("acceleration");
+  std::string out = " SPEED := " + irl_real(kMm * params.law->real("speed"));
+  out += " SPEED_ORI := " + irl_real(kDegree * params.law->real("angular_speed"));
+  if (acceleration < kFullAcceleration)
+    out += " ACC := " + irl_real(kPercent * acceleration / kFullAcceleration);
+  if (acceleration > kFullAcceleration)
+    source.note("Accelerations above 2.5 m/s^2 are 2.5 m/s^2 in the program, which takes longer.");
+  return out;
+}
+
 /// The motions of a trajectory that stands at `base_T_trajectory`.
 class Motions {
  public:
@@ -170,13 +189,21 @@ class Motions {
     const double duration = made->duration();
     std::string attributes;
     const double* speed = real_param(s, "speed");
-    if (speed && !s.shape.params.contains("duration"))
+    const std::string& law = s.law.name;
+    if (speed && !s.shape.params.contains("duration") && law == "trapezoidal") {
+      RMP_TRY_ASSIGN(attributes, trapezoid_words(ctx_, s, source_));
+    } else if (speed && !s.shape.params.contains("duration") &&
+               (law.empty() || law == "constant_speed")) {
       attributes = " SPEED := " + irl_real(kMm * *speed);
-    else attributes = " TIME := " + irl_real(duration);
-    if (speed && !s.law.name.empty() && s.law.name != "trapezoidal" &&
-        s.law.name != "constant_speed")
-      source_.note("The law " + quote(s.law.name) +
-                   " of the trajectory is left to the controller.");
+      source_.note(
+          "Segments at constant speed come to it from rest in the program, which takes longer, "
+          "except where they pass on to each other.");
+    } else {
+      attributes = " TIME := " + irl_real(duration);
+      if (!law.empty() && law != "trapezoidal")
+        source_.note("Segments of the law " + quote(law) +
+                     " keep their time, and go by a trapezoid in it.");
+    }
     std::vector<PathSample> at(1);
     const double begin = 0;
     RMP_TRY(made->sample(std::span(&begin, 1), at));
@@ -608,36 +635,46 @@ Result<Value> from_task(CommandContext& ctx, const Map& args) {
 
 // ---- recordings ----
 
-/// Rows between which the joints go straight within `tolerance` of what is recorded: of each
-/// stretch the row that is furthest off is kept, until none is.
+/// Rows whose joints, passed as a run passes targets (spatial::passing_rate), give all the others
+/// within `tolerance`: of each stretch the row that is furthest off is kept, until none is.
 std::vector<std::size_t> kept_rows(std::span<const recording::Column* const> q,
                                    const std::vector<double>& time, double tolerance) {
   const std::size_t rows = time.size();
-  std::vector<bool> keep(rows, false);
-  keep[0] = keep[rows - 1] = true;
-  std::vector<std::pair<std::size_t, std::size_t>> open{{0, rows - 1}};
-  while (!open.empty()) {
-    const auto [a, b] = open.back();
-    open.pop_back();
-    double worst = tolerance;
-    std::size_t at = 0;
-    for (std::size_t i = a + 1; i < b; ++i) {
-      const double x = time[b] > time[a] ? (time[i] - time[a]) / (time[b] - time[a]) : 0;
-      for (const recording::Column* c : q) {
-        const double off =
-            std::fabs(c->values[i] - (c->values[a] + x * (c->values[b] - c->values[a])));
-        if (off > worst) worst = off, at = i;
+  std::vector<std::size_t> kept{0};
+  // Two motions at least: one alone passes nothing, and goes by another law.
+  if (rows > 2) kept.push_back(rows / 2);
+  if (rows > 1) kept.push_back(rows - 1);
+  for (bool is_within = false; !is_within;) {
+    is_within = true;
+    std::vector<std::vector<double>> rates;  // of each joint, at the rows kept
+    for (const recording::Column* c : q) {
+      std::vector<double>& rate = rates.emplace_back(kept.size(), 0.0);
+      for (std::size_t k = 1; k + 1 < kept.size(); ++k) {
+        const std::size_t a = kept[k - 1], m = kept[k], b = kept[k + 1];
+        rate[k] = spatial::passing_rate(c->values[m] - c->values[a], time[m] - time[a],
+                                        c->values[b] - c->values[m], time[b] - time[m]);
       }
     }
-    if (at == 0) continue;
-    keep[at] = true;
-    open.emplace_back(a, at);
-    open.emplace_back(at, b);
+    std::vector<std::size_t> next{0};
+    for (std::size_t k = 0; k + 1 < kept.size(); ++k) {
+      const std::size_t a = kept[k], b = kept[k + 1];
+      double worst = tolerance;
+      std::size_t at = 0;
+      for (std::size_t i = a + 1; i < b; ++i)
+        for (std::size_t j = 0; j < q.size(); ++j) {
+          const std::vector<double>& v = q[j]->values;
+          const double way = spatial::cubic(v[b] - v[a], rates[j][k], rates[j][k + 1],
+                                            time[b] - time[a], time[i] - time[a])
+                                 .v;
+          const double off = std::fabs(v[i] - v[a] - way);
+          if (off > worst) worst = off, at = i;
+        }
+      if (at != 0) next.push_back(at), is_within = false;
+      next.push_back(b);
+    }
+    kept = std::move(next);
   }
-  std::vector<std::size_t> out;
-  for (std::size_t i = 0; i < rows; ++i)
-    if (keep[i]) out.push_back(i);
-  return out;
+  return kept;
 }
 
 Result<Value> from_recording(CommandContext& ctx, const Map& args) {
@@ -673,6 +710,13 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
             ErrorCode::invalid_argument,
             "row " + std::to_string(i + 1) + " of the recording has no number in " + quote(c->name),
             "Take a recording without gaps.", "recording");
+  for (std::size_t i = 1; i < time->values.size(); ++i)
+    if (!(time->values[i] > time->values[i - 1]))
+      return error(ErrorCode::invalid_argument,
+                   "row " + std::to_string(i + 1) +
+                       " of the recording is not later than the one "
+                       "before it",
+                   "Take a recording whose time rises.", "recording");
   Source source(arm);
   source.body.in();
   const std::vector<std::size_t> rows = kept_rows(q, time->values, real(args, "tolerance"));
@@ -688,13 +732,9 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
     source.body.add(line + ";");
   }
   source.note(std::to_string(rows.size()) + " of " + std::to_string(time->values.size()) +
-              " rows are kept; between them the joints stay within " +
+              " rows are kept, and passed without a stop; the joints stay within " +
               irl_real(kDegree * real(args, "tolerance")) + " degrees (" +
               irl_real(kMm * real(args, "tolerance")) + " mm of sliding joints) of the others.");
-  if (rows.size() > 2)
-    source.note(
-        "C_PASS lets a controller go on through the rows. A run in a world stops at each of them, "
-        "and refuses times that are too short for that: give a greater tolerance to run it here.");
   const std::string title = r->title.empty() ? "recording" : r->title;
   return finish(ctx, args, source, name + " recorded", "Of the recording " + title, {}, {});
 }
