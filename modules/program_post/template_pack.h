@@ -13,6 +13,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/post_writer.h>
@@ -50,6 +51,8 @@ class TemplatePack {
   std::string angles = "abc";    ///< of an orientation: those that are written
   std::map<std::string, Template, std::less<>> templates;
   std::vector<post::Operator> operators;
+  /// Operators that are written by a line with {{a}} and {{b}}, and how strongly it binds.
+  std::map<std::uint32_t, std::pair<TemplateLine, int>> patterns;
   std::deque<std::string> spellings;
   enum class Points { before, behind, file } points = Points::before;
   TemplateLine file_name, points_file;

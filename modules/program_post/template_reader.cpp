@@ -604,8 +604,11 @@ class Reader {
     if (rest.empty() || rest.front() != '"' || quote == std::string_view::npos)
       return say(line, "an operator is: OPERATOR \"SPELLING\" BINDING, such as + \" + \" 50");
     std::string spelling(rest.substr(1, quote - 1));
+    const std::string_view own = rest.substr(1, quote - 1);
+    const bool is_pattern = own.find("{{") != std::string_view::npos;
     const auto behind = words(rest.substr(quote + 1));
-    const auto binding = behind.empty() ? std::nullopt : number<int>(behind[0]);
+    auto binding = behind.empty() ? std::nullopt : number<int>(behind[0]);
+    if (is_pattern && behind.empty()) binding = 99;
     if (!binding || *binding < 1 || *binding > 99)
       return say(behind.empty() ? line.substr(line.size()) : behind[0],
                  "how strongly " + std::string(word) + " binds is a number from 1 to 99");
@@ -615,11 +618,24 @@ class Reader {
     else if (behind.size() > 1 && behind[1] == "call") o.form = post::Operator::call;
     else if (behind.size() > 1)
       return say(behind[1], "behind the binding stands prefix, call or nothing");
+    TemplateLine pattern;
+    if (is_pattern) {
+      pattern = parse(own, "a b", "operators");
+      const bool is_one = word == "-x" || word == "NOT";
+      const Template all{pattern};
+      if (!uses(&all, {"a"}) || uses(&all, {"b"}) == is_one)
+        return say(own,
+                   std::string(word) +
+                       (is_one ? " has one operand: {{a}}" : " has two operands: {{a}} and {{b}}"),
+                   is_one ? "Such as \"(not {{a}})\"." : "Such as \"(+ {{a}} {{b}})\".");
+      if (behind.size() > 1)
+        return say(behind[1], "behind an operator with {{a}} stands at most how strongly it binds");
+    }
     // Words between names and numbers stand by themselves.
     const auto is_letter = [](char c) {
       return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_';
     };
-    if (o.form == post::Operator::infix && !spelling.empty()) {
+    if (o.form == post::Operator::infix && !is_pattern && !spelling.empty()) {
       if (is_letter(spelling.front())) spelling.insert(0, 1, ' ');
       if (is_letter(spelling.back())) spelling += ' ';
     }
@@ -637,6 +653,8 @@ class Reader {
         std::erase_if(pack_->operators,
                       [&](const post::Operator& other) { return other.op == o.op; });
         pack_->operators.push_back(o);
+        pack_->patterns.erase(o.op);
+        if (is_pattern) pack_->patterns[o.op] = {std::move(pattern), o.binding};
         return;
       }
     say(word, "there is no operator \"" + std::string(word) + "\"",

@@ -305,6 +305,14 @@ class TemplateWriter final : public post::Writer {
 
   // ---- expressions ----
   std::span<const post::Operator> operators() const override { return pack_.operators; }
+  std::optional<Text> operated(const rmp_code_expression& x) override {
+    const auto it = pack_.patterns.find(x.op);
+    if (it == pack_.patterns.end()) return std::nullopt;
+    const auto operands = links(x.first, x.count);
+    Variables v{{"a", word(text(operands[0]))}};
+    if (operands.size() > 1) v["b"] = word(text(operands[1]));
+    return Text{filled(it->second.first, v), it->second.second};
+  }
   Text literal(const rmp_code_constant& k) override {
     if (k.kind == RMP_CONSTANT_INT && k.type == RMP_TYPE_BOOL)
       return {k.integer ? pack_.true_word : pack_.false_word};
@@ -356,6 +364,8 @@ class TemplateWriter final : public post::Writer {
       return {};
     }
     Text out{filled(t->front(), signal_variables(s))};
+    if (const auto it = pack_.patterns.find(RMP_EXPR_NOT); s.inverted && it != pack_.patterns.end())
+      return {filled(it->second.first, {{"a", word(out.text)}}), it->second.second};
     if (s.inverted) {
       for (const auto& o : pack_.operators)
         if (o.op == RMP_EXPR_NOT)

@@ -1284,6 +1284,41 @@ TEST(Templates, BlocksAreMadeOfJumpsWhereThereIsNothingElse) {
       "a.post:4:21: the feature jumps needs the feature goto, whose templates it writes, too");
 }
 
+TEST(Templates, OperatorsMayStandBeforeOrBehindTheirOperands) {
+  const auto written = [](const std::string& operators, const std::string& head = "") {
+    std::string variables = kVariables;
+    variables.resize(variables.find("== operators"));
+    Posted got = of_small(
+        small_pack("features: variables\n" + head, variables + "== operators\n" + operators),
+        "VAR INT: i, j; BOOL: b;",
+        "i := (i + 1) * (j - i * 2); b := NOT (i < j) AND b; i := -(i + j);");
+    const std::string all = got.files["p.txt"] + got.faults;
+    return all.substr(std::min(all.find("  i="), all.size()));
+  };
+  EXPECT_EQ(written("+ \"(+ {{a}} {{b}})\"\n- \"(- {{a}} {{b}})\"\n* \"(* {{a}} {{b}})\"\n"
+                    "< \"(< {{a}} {{b}})\"\nNOT \"(not {{a}})\"\nAND \"(and {{a}} {{b}})\"\n"
+                    "-x \"(- {{a}})\"\n"),
+            "  i=(* (+ i 1) (- j (* i 2)))\n  b=(and (not (< i j)) b)\n  i=(- (+ i j))\nEND\n");
+  EXPECT_EQ(written("+ \"{{a}} {{b}} +\"\n- \"{{a}} {{b}} -\"\n* \"{{a}} {{b}} *\"\n"
+                    "< \"{{a}} {{b}} <\"\nNOT \"{{a}} not\"\nAND \"{{a}} {{b}} and\"\n"
+                    "-x \"{{a}} neg\"\n"),
+            "  i=i 1 + j i 2 * - *\n  b=i j < not b and\n  i=i j + neg\nEND\n");
+  // Beside others: how strongly the whole binds decides on parentheses around it.
+  EXPECT_EQ(written("+ \"plus({{a}}; {{b}})\"\n- \"-\" 50\n* \"*\" 60\n< \"{{a}} under {{b}}\" 30\n"
+                    "NOT \"not \" 40 prefix\nAND \" and \" 20\n-x \"-\" 70 prefix\n"),
+            "  i=plus(i; 1)*(j-i*2)\n  b=not (i under j) and b\n  i=-(plus(i; j))\nEND\n");
+  const auto said = [](const std::string& line) {
+    return said_of(small_pack("features: variables\n", std::string(kVariables) + line));
+  };
+  EXPECT_EQ(said("- \"(- {{a}})\"\n"), "a.post:30:4: - has two operands: {{a}} and {{b}}");
+  EXPECT_EQ(said("-x \"({{a}} {{b}})\"\n"), "a.post:30:5: -x has one operand: {{a}}");
+  EXPECT_EQ(said("- \"(- {{a}} {{c}})\"\n"),
+            "a.post:30:15: \"operators\" has no variable \"c\"; a.post:30:4: - has two operands: "
+            "{{a}} and {{b}}");
+  EXPECT_EQ(said("- \"(- {{a}} {{b}})\" 50 prefix\n"),
+            "a.post:30:24: behind an operator with {{a}} stands at most how strongly it binds");
+}
+
 TEST(Templates, ProceduresHaveNumbers) {
   const std::string pack =
       small_pack("features: procedures\n",

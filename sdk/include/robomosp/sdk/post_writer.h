@@ -562,6 +562,8 @@ class Writer {
            "Post the flattened program, or compute the pose with constants.");
     return {};
   }
+  /// An operator's text as a whole, where no spelling between or before its operands says it.
+  virtual std::optional<Text> operated(const rmp_code_expression&) { return std::nullopt; }
   /// Where its spelling depends on the operands' types.
   virtual const Operator* operation(const rmp_code_expression& e) {
     for (const Operator& o : operators())
@@ -601,6 +603,7 @@ class Writer {
       case RMP_EXPR_COMPOSE: return compose(operands[0], operands[1], x);
       default: break;
     }
+    if (auto whole = operated(x)) return *whole;
     const Operator* o = operation(x);
     if (!o || !*o->spelling) {
       cannot(std::string("operator ") + operator_name(x.op));
