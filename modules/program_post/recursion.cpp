@@ -25,6 +25,9 @@ class Calls {
     all_.resize(t.routines.size());
     for (Id r = 0; r < all_.size(); ++r) add_block(t.routines[r].body, all_[r]);
     for (Id r = 0; r < all_.size(); ++r) {
+      Of condition;
+      add(t.routines[r].condition, condition);
+      in_conditions_.insert(condition.routines.begin(), condition.routines.end());
       add(t.routines[r].condition, all_[r]);
       add(t.routines[r].priority, all_[r]);
     }
@@ -44,6 +47,8 @@ class Calls {
     std::set<Id> named;           ///< variables of the program
   };
   [[nodiscard]] const Of& of(Id r) const { return all_[r]; }
+  /// Routines that conditions of interrupts call.
+  [[nodiscard]] const std::set<Id>& in_conditions() const { return in_conditions_; }
   /// Calls of a routine: who calls, the expression.
   [[nodiscard]] const std::vector<std::pair<Id, Id>>& of_callee(Id r) const {
     return by_callee_[r];
@@ -158,6 +163,7 @@ class Calls {
 
   const ProgramTables& t_;
   std::vector<Of> all_;
+  std::set<Id> in_conditions_;
   std::vector<std::vector<std::pair<Id, Id>>> by_callee_;
   std::map<Id, std::set<Id>> roots_;   ///< by parameter: variables, not parameters that change them
   std::set<std::pair<Id, Id>> pairs_;  ///< parameters of one routine, the first one first
@@ -177,11 +183,14 @@ class Loops final : public Rewriter {
     std::vector<Id> all;
     for (Id r = 0; r < t_.routines.size(); ++r)
       if (t_.routines[r].is_recursive != 0) all.push_back(r);
-    if (all.empty() || has(kPostRecursion)) return;
-    if (!can_be_done(all)) return;
+    const bool has_actions = std::any_of(t_.motions.begin(), t_.motions.end(),
+                                         [](const auto& m) { return m.action != RMP_NONE; });
+    if ((all.empty() && !has_actions) || has(kPostRecursion)) return;
+    if (!all.empty() && !can_be_done(all)) return;
     find_own_symbols();
     {
       const Calls calls(t_);
+      if (!are_actions_fine(calls)) return;
       find_groups(calls, all);
       std::erase_if(groups_, [&](const std::vector<Id>& g) { return !is_fine(g, calls); });
     }
@@ -288,6 +297,20 @@ class Loops final : public Rewriter {
       if (!is_plain(t_.fields[x.first_field + k].type)) return false;
     return true;
   }
+  /// No motion calls a routine at its end that leads back to where the motion is.
+  bool are_actions_fine(const Calls& calls) {
+    bool is_fine = true;
+    for (Id r = 0; r < t_.routines.size(); ++r)
+      for (const Id a : calls.of(r).actions)
+        if (a == r || calls.reached_from(a)[r]) {
+          is_fine = false;
+          fault(t_.routines[r].span,
+                title_ + " has no routines that call themselves, and " + name_of(r) +
+                    " does by what it calls at the end of a motion (DO): " + name_of(a),
+                "Call it in a statement behind the motion.");
+        }
+    return is_fine;
+  }
   /// A signal, or a system variable.
   [[nodiscard]] bool is_seen(Id s) const {
     const rmp_code_symbol& x = t_.symbols[s];
@@ -325,13 +348,13 @@ class Loops final : public Rewriter {
             begins + ", and " + name_of(group[0]) +
                 ", which does, is called by several processes or interrupts",
             "Give each of them a routine of its own, or write it with a loop.");
+    for (const Id c : calls.in_conditions())
+      if (inner_.group[c] == id || calls.reached_from(c)[group[0]])
+        fault(t_.routines[group[0]].span,
+              begins + ", and " + name_of(group[0]) +
+                  ", which does, is called by the condition of an interrupt",
+              "Ask for a signal or a variable there.");
     for (const Id r : group) {
-      for (const Id a : calls.of(r).actions)
-        if (inner_.group[a] == id)
-          fault(t_.routines[r].span,
-                begins + ", and " + name_of(r) + " calls " + name_of(a) +
-                    " at the end of a motion (DO)",
-                "Call it in a statement behind the motion.");
       for (const Id s : own_symbols_[r])
         if (!is_plain(t_.symbols[s].type))
           fault(t_.symbols[s].span,
@@ -1009,7 +1032,9 @@ class Loops final : public Rewriter {
             post::upper(t_.symbols[k].name) != "WRITELN")
           continue;
         const Id call = statement(RMP_STMT_CALL, span);
-        const Id what = text(name_of(callee) + ": too many calls within each other", span);
+        // Some controllers show 24 characters.
+        const std::string name = name_of(callee);
+        const Id what = text((name.size() > 14 ? "routine" : name) + ": too deep", span);
         const Id made = expression(RMP_EXPR_INTRINSIC, RMP_TYPE_VOID, span, {what}, k);
         st(call).a = made;
         append(out, call);

@@ -890,6 +890,24 @@ ENDPROGRAM;
                 "and finish, which does, is called by several processes or "
                 "interrupts\n"
                 "14: ACME has no functions within WAIT FOR that are to give a value there\n");
+  const auto q = compiled(R"(PROGRAM p;
+SIGNAL INPUT BOOL: stop AT 1;
+VAR POSE: there := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0));
+PROCEDURE back (IN INT: n); BEGIN IF n > 0 THEN back(n - 1); ENDIF; go; ENDPROC;
+PROCEDURE end; BEGIN back(2); ENDPROC;
+PROCEDURE go; BEGIN MOVE LIN there UNTIL stop DO end; ENDPROC;
+BEGIN go; ENDPROGRAM;
+)");
+  EXPECT_EQ(passed(q, without(kPostRecursion)).errors,
+            "6: " + begins + "and go does by what it calls at the end of a motion (DO): end\n");
+  const auto r = compiled(R"(PROGRAM p;
+VAR INT: x;
+FUNCTION f (IN INT: n): INT; BEGIN IF n > 0 THEN RETURN f(n - 1); ENDIF; RETURN 0; ENDFCT;
+INTERRUPT i WHEN f(3) = 1; BEGIN x := 1; ENDINTERRUPT;
+BEGIN ENABLE i; WAIT 1.0 SEC; ENDPROGRAM;
+)");
+  EXPECT_EQ(passed(r, without(kPostRecursion)).errors,
+            "3: " + begins + "and f, which does, is called by the condition of an interrupt\n");
   EXPECT_NE(passed(p, without(kPostRecursion | kPostArrays | kPostWhile))
                 .errors.find("as down does, and lacks what a stack is made of (WHILE, arrays)"),
             std::string::npos);
@@ -918,8 +936,8 @@ ENDPROGRAM;
   const std::string ended = doings(got.program, {{"n", 9}});
   EXPECT_NE(ended.find("5 level := 2 "), std::string::npos) << ended;
   EXPECT_EQ(ended.find("level := 1 "), std::string::npos) << ended;
-  EXPECT_TRUE(ended.ends_with("7 sum: too many calls within each other\n7 halt\n") ||
-              ended.ends_with("7 sum: too many calls within each other\n\n7 halt\n"))
+  EXPECT_TRUE(ended.ends_with("7 sum: too deep\n7 halt\n") ||
+              ended.ends_with("7 sum: too deep\n\n7 halt\n"))
       << ended;
 }
 
