@@ -137,7 +137,8 @@ std::optional<std::uint32_t> number_member(const Json& j, const char* name) {
   if (v.is_number_unsigned())
     return static_cast<std::uint32_t>(std::min(v.get<std::uint64_t>(), kMost));
   const auto n = v.get<std::int64_t>();
-  return n < 0 ? std::nullopt : std::optional(static_cast<std::uint32_t>(n));
+  if (n < 0) return std::nullopt;
+  return static_cast<std::uint32_t>(std::min<std::int64_t>(n, kMost));
 }
 
 }  // namespace robomosp::remote
