@@ -478,19 +478,23 @@ class Splitter {
   void needs(const std::string& n, bool is_out, std::uint32_t type, const rmp_span& span,
              const std::string& why) {
     const Line* l = line(n);
-    if (!l) {
+    const bool is_shared = !l && task_.shares;
+    if (!l && !is_shared) {
       wanted_.push_back(n);
       if (!missing_) missing_ = span, missing_why_ = why;
       return;
     }
     (is_out ? part_.out : part_.in).push_back(n);
-    const auto at =
-        l->number >= 0 ? l->number : static_cast<std::int32_t>(1 + (l - task_.lines.data()));
+    if (is_shared) part_.shared.push_back(n);
+    // Those that have a name only are numbered for the language.
+    const auto at = l && l->number >= 0
+                        ? l->number
+                        : static_cast<std::int32_t>(1000 + part_.out.size() + part_.in.size());
     signals_.push_back({std::string(gap()) + (is_out ? "OUTPUT " : "INPUT ") +
                             (type == RMP_TYPE_INT ? "INT: " : "BOOL: ") + n + " AT " +
                             std::to_string(at) + ";",
                         span});
-    if (l->number < 0 || l->has_kind) return;
+    if (!l || l->number < 0 || l->has_kind) return;
     for (Id s = 0; s < c_.symbols.count; ++s) {
       const rmp_code_symbol& other = symbol(s);
       const bool is_same = other.kind == (is_out ? RMP_SYMBOL_OUTPUT : RMP_SYMBOL_INPUT) &&
@@ -758,10 +762,15 @@ class Splitter {
     }
     std::string all;
     for (const auto& [who, what] : names) all += "; of " + name(who) + " are " + what;
-    if (!all.empty())
+    if (!all.empty() && !task_.shares)
       tell(RMP_FAULT_NOTE, first,
            "the part of " + name(robot_) + " is posted, and others are left out" + all);
-    if (!part_.out.empty() || !part_.in.empty()) {
+    if (!part_.shared.empty())
+      tell(RMP_FAULT_NOTE, routine(0).span,
+           "the program of " + name(robot_) + " shares variables with that of " + name(partner_) +
+               ": each robot has a program of its own",
+           "Load each into the task of its robot; they begin together.");
+    if (part_.out.size() + part_.in.size() > part_.shared.size()) {
       const auto list = [](const std::vector<std::string>& v) {
         std::string s;
         for (const std::string& n : v) s += (s.empty() ? "" : ", ") + n;
@@ -1046,5 +1055,23 @@ class Splitter {
 }  // namespace
 
 Result<Part> part_of_robot(const PartTask& task) { return Splitter(task).run(); }
+
+std::vector<std::string> robots_that_move(const rmp_code& code) {
+  std::set<Id> found;
+  for (Id a = 0; a < code.attributes.count; ++a) {
+    const auto& x = row<rmp_code_attribute>(code.attributes, a);
+    if (x.attribute != RMP_ATTR_ACT_ROB) continue;
+    Id s = row<rmp_code_expression>(code.expressions, x.value).symbol;
+    for (int k = 0; k < 64 && s < code.symbols.count; ++k) {
+      const auto& named = row<rmp_code_symbol>(code.symbols, s);
+      if (named.kind == RMP_SYMBOL_ROBOT) found.insert(s);
+      if (named.kind != RMP_SYMBOL_IMPORT) break;
+      s = named.value;
+    }
+  }
+  std::vector<std::string> out;
+  for (const Id s : found) out.emplace_back(row<rmp_code_symbol>(code.symbols, s).name);
+  return out;
+}
 
 }  // namespace robomosp::program_post

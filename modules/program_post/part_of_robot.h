@@ -29,6 +29,9 @@ struct PartTask {
   std::string_view robot;          ///< a ROBOT of the program, in any letter case
   std::string_view controller;     ///< whose lines they are, for sentences; "" = none was given
   std::span<const Line> lines;
+  /// Whether programs of all robots share variables, in one controller: lines that the record does
+  /// not name are such.
+  bool shares = false;
   bool keeps_lines = true;  ///< whether each statement stays in its line of the text
 };
 
@@ -39,11 +42,12 @@ struct MadeFor {
 };
 
 struct Part {
-  std::string text;               ///< in place of the program's own file; "" where there are errors
-  std::vector<Remark> remarks;    ///< what is left out, and what cannot be divided; of the program
-  std::vector<std::string> out;   ///< names of the lines that this part sets
-  std::vector<std::string> in;    ///< and of those that it reads
-  std::vector<MadeFor> made_for;  ///< declarations and procedures, by place
+  std::string text;              ///< in place of the program's own file; "" where there are errors
+  std::vector<Remark> remarks;   ///< what is left out, and what cannot be divided; of the program
+  std::vector<std::string> out;  ///< names of the lines that this part sets
+  std::vector<std::string> in;   ///< and of those that it reads
+  std::vector<std::string> shared;  ///< those of both that are variables
+  std::vector<MadeFor> made_for;    ///< declarations and procedures, by place
 };
 
 /// The program of the controller of one robot, as source in the Industrial Robot Language.
@@ -61,5 +65,8 @@ struct Part {
 /// not a process. An error is a robot that is none of the program's. Linear in the program for each
 /// thread.
 [[nodiscard]] Result<Part> part_of_robot(const PartTask&);
+
+/// The robots that motions name, as they are declared.
+[[nodiscard]] std::vector<std::string> robots_that_move(const rmp_code&);
 
 }  // namespace robomosp::program_post

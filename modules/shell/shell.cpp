@@ -579,6 +579,7 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   if (!how.side_by_side.empty()) return compare_posts(p, s, voice, how, args);
   if (!how.folder.empty()) args.set("folder", how.folder);
   if (!how.name.empty()) args.set("name", how.name);
+  if (!how.only_robot.empty()) args.set("only_robot", how.only_robot);
   args.set("run_check", how.run_check);
   if (!how.picture.empty()) args.set("picture", how.picture);
   if (!how.plot.empty()) args.set("plot", how.plot);
@@ -591,7 +592,6 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   const Map found = *posted->as_map();
   const bool is_correct = *found.find("correct")->as_bool();
   if (is_correct && !how.check && !how.folder.empty()) {
-  if (!how.only_robot.empty()) args.set("only_robot", how.only_robot);
     args.set("check", false);
     args.set("run_check", false);  // it has just been correct
     args.erase("picture");
@@ -1348,6 +1348,8 @@ int shell_main(int argc, char** argv) {
       ->check(CLI::IsMember({"automatic", "structured", "flat"}))
       ->capture_default_str();
   post->add_option("--name", posted.name, "Name of the program there");
+  post->add_option("--only-robot", posted.only_robot,
+                   "Of a program of several robots the part for this one's controller");
   post->add_option("--templates", posted.templates, "Target made of templates: its file");
   post->add_flag("--check", posted.check, "Only tell what is wrong");
   post->add_flag(
@@ -1363,8 +1365,6 @@ int shell_main(int argc, char** argv) {
       ->needs(is_run);
   post->add_option(
       "--side-by-side", posted.side_by_side,
-  post->add_option("--only-robot", posted.only_robot,
-                   "Of a program of several robots the part for this one's controller");
       "Page with the code of several targets (--target krl,rapid): .html, .md or .txt")
       ->excludes("--only-robot");
   post->add_flag("--overwrite", posted.overwrite, "Replace files that are there");

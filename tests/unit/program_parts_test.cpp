@@ -411,6 +411,84 @@ TEST_F(Parts, PostedAndReadBackTheyDoTheSame) {
       }
 }
 
+/// What a controller of several robots gets, read back, in a world where what its tasks share are
+/// signals.
+TEST_F(Parts, TasksOfOneControllerShareVariablesAndDoTheSame) {
+  const Value both = made("both", two_robots());
+  new_world("whole", {"left_gripper", "right_gripper"}, {});
+  add(both);
+  const RecordingPtr whole = run();
+  ASSERT_TRUE(whole);
+  for (const std::string form : {"structured", "flat"}) {
+    SCOPED_TRACE(form);
+    const fs::path folder = folder_ / ("tasks" + form);
+    fs::create_directories(folder);
+    const Value posted = call("program.post", {{"id", both},
+                                               {"target", "rapid"},
+                                               {"robot", "ur5"},
+                                               {"form", form},
+                                               {"folder", folder.string()}});
+    EXPECT_EQ(at(posted, "files").as_list()->size(), 2U);
+    new_world("tasks" + form, {"left_gripper", "right_gripper"}, {});
+    for (const std::string& s : kLines) call("world.add_signal", {{"id", cell_}, {"name", s}});
+    for (const std::string robot : {"left", "right"}) {
+      const fs::path file = folder / ("two_robots_" + robot + ".mod");
+      std::ifstream in(file);
+      std::ostringstream read;
+      read << in.rdbuf();
+      const std::string text = read.str();
+      // Each task has its own tool and frame; what is shared has one name in both.
+      EXPECT_NE(text.find("TASK PERS tooldata RmpTool"), std::string::npos);
+      EXPECT_NE(text.find("TASK PERS wobjdata RmpFrame"), std::string::npos);
+      for (const std::string& s : kLines)
+        EXPECT_NE(text.find("  PERS bool " + s + ":=FALSE;\n"), std::string::npos) << text;
+      const Value back =
+          call("program.import",
+               {{"file", file.string()}, {"name", robot + form}, {"language", "rapid"}});
+      std::string irl = source_of(back), signals;
+      for (const std::string& s : kLines) {
+        const std::string as_read = "  BOOL: " + s + " := FALSE;\n";
+        const auto k = irl.find(as_read);
+        ASSERT_NE(k, std::string::npos) << irl;
+        irl.erase(k, as_read.size());
+        const bool is_set = irl.find("  " + s + " := ") != std::string::npos;
+        signals += std::string(is_set ? "  OUTPUT" : "  INPUT") + " BOOL: " + s + " AT " +
+                   std::to_string(50 + signals.size()) + ";\n";
+      }
+      irl.insert(irl.find("SIGNAL\n") + 7, signals);
+      const Value files = call("program.files", {{"id", back}});
+      call(
+          "program.set_file",
+          {{"id", back}, {"name", *at(files.as_list()->at(0), "name").as_string()}, {"text", irl}});
+      add(back);
+      call("program.bind", {{"id", back}, {"kind", "robot"}, {"to", robot}});
+      call("program.bind", {{"id", back},
+                            {"kind", "signal"},
+                            {"name", robot == "left" ? "do3" : "do4"},
+                            {"to", robot + "_gripper"}});
+    }
+    const RecordingPtr tasks = run();
+    ASSERT_TRUE(tasks);
+    // The same places, and grippers at the same times, 0.2 s later.
+    for (const char* name : {"signal.left_gripper", "signal.right_gripper"}) {
+      const auto times = [&](const RecordingPtr& r) {
+        std::vector<double> out;
+        const auto &t = column(r, "time"), &v = column(r, name);
+        for (std::size_t i = 1; i < v.size(); ++i)
+          if (v[i] != v[i - 1]) out.push_back(t[i]);
+        return out;
+      };
+      const auto a = times(whole), b = times(tasks);
+      ASSERT_EQ(a.size(), 6U);
+      ASSERT_EQ(b.size(), 6U);
+      for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(a[i] + 0.2, b[i], 0.05) << name;
+    }
+    for (const char* joint : {"left.q1", "left.q3", "right.q2", "right.q5"})
+      EXPECT_NEAR(column(whole, joint).back(), column(tasks, joint).back(), 2e-3) << joint;
+    EXPECT_NEAR(column(whole, "time").back() + 0.2, column(tasks, "time").back(), 0.1);
+  }
+}
+
 TEST_F(Parts, EveryTargetThatTakesOneRobotTakesThem) {
   call("robot.get", {{"name", "puma560"}});
   const Value both = made("both", two_robots());

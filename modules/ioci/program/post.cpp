@@ -35,6 +35,10 @@ namespace {
 
 using model::Controller;
 constexpr double kDegree = 57.29577951308232;
+/// The tag of targets whose controllers move several robots, by programs that share variables.
+constexpr const char* kSeveralRobots = "several_robots";
+/// Kind of signals that are variables which several programs share.
+constexpr const char* kShared = "shared";
 
 /// Kinematics of a robot for posts.
 class HostKinematics final : public PostKinematics {
@@ -120,6 +124,7 @@ struct Profile {
   std::string name, prologue, epilogue;
   std::vector<PostAxis> axes;
   std::vector<PostSignal> signals;
+  std::vector<std::string> shared;  ///< names of the last of them
   std::vector<PostPlace> tools, frames;
   std::vector<PostOption> options;
   PostProfile view;
@@ -169,6 +174,13 @@ struct Profile {
     view.max_speed_ori = record.max_speed_ori * kDegree;
     view.options = options;
     return {};
+  }
+
+  /// Signals that are variables which programs share.
+  void share(const std::vector<std::string>& names) {
+    shared = names;
+    for (const std::string& n : shared) signals.push_back({n, n, -1, kShared, false, {}});
+    view.signals = signals;
   }
 
  private:
@@ -444,6 +456,29 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& c
   return out;
 }
 
+/// The part of a program for the controller of one robot.
+Result<program_post::Part> part_of(CommandContext& ctx, const Map& args, const Compiled& made,
+                                   const std::string& robot, bool keeps_lines, bool shares) {
+  program_post::PartTask task;
+  Controller record;
+  std::string name;
+  if (has(args, "profile")) {
+    const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
+    record = std::get<model::OtherContent>(r->body).as<Controller>();
+    name = r->name;
+  }
+  std::vector<program_post::Line> lines;
+  for (const auto& s : record.signals) lines.push_back({s.name, s.number, !s.kind.empty()});
+  task.code = &made.code();
+  task.text = made.texts.front();
+  task.robot = robot;
+  task.controller = name;
+  task.lines = lines;
+  task.keeps_lines = keeps_lines;
+  task.shares = shares;
+  return program_post::part_of_robot(task);
+}
+
 List fault_list(const rmp_code& code, const Collected& out) {
   static constexpr const char* kWords[] = {"error", "warning", "note"};
   List all;
@@ -463,28 +498,6 @@ List fault_list(const rmp_code& code, const Collected& out) {
 Result<std::shared_ptr<const CompiledProgram>> flatten_it(CommandContext& ctx, const Map& args,
                                                           const Compiled& made) {
   program::TraceOptions options;
-/// The part of a program for the controller of one robot.
-Result<program_post::Part> part_of(CommandContext& ctx, const Map& args, const Compiled& made,
-                                   const std::string& robot, bool keeps_lines) {
-  program_post::PartTask task;
-  Controller record;
-  std::string name;
-  if (has(args, "profile")) {
-    const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
-    record = std::get<model::OtherContent>(r->body).as<Controller>();
-    name = r->name;
-  }
-  std::vector<program_post::Line> lines;
-  for (const auto& s : record.signals) lines.push_back({s.name, s.number, !s.kind.empty()});
-  task.code = &made.code();
-  task.text = made.texts.front();
-  task.robot = robot;
-  task.controller = name;
-  task.lines = lines;
-  task.keeps_lines = keeps_lines;
-  return program_post::part_of_robot(task);
-}
-
   if (const Value* given = args.find("inputs"); given && given->as_map())
     for (const auto& [name, value] : *given->as_map()) {
       const double* number = value.as_real();
@@ -538,15 +551,16 @@ Result<Map> run_of(CommandContext& ctx, const Map& args) {
   return *found.as_map();
 }
 
-Result<Value> post(CommandContext& ctx, const Map& args) {
+/// The program, or the part of a robot, as its form says. `shares`: parts share variables.
+Result<Collected> post_part(CommandContext& ctx, const Map& args, bool shares) {
   RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, args));
-  RMP_TRY_ASSIGN(const Asked asked, read_asked(ctx, args, made.code()));
+  RMP_TRY_ASSIGN(Asked asked, read_asked(ctx, args, made.code()));
   std::vector<Fault> of_part;
   std::vector<program_post::MadeFor> made_for;
   bool is_divided = true;
   if (has(args, "only_robot")) {
     RMP_TRY_ASSIGN(const program_post::Part part,
-                   part_of(ctx, args, made, text_of(args, "only_robot"), true));
+                   part_of(ctx, args, made, text_of(args, "only_robot"), true, shares));
     for (const auto& r : part.remarks) {
       of_part.push_back({r.severity, r.span, r.message, r.hint});
       is_divided = is_divided && r.severity != RMP_FAULT_ERROR;
@@ -554,6 +568,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
     if (is_divided) {
       RMP_TRY_ASSIGN(made, compile_whole(ctx, args, nullptr, &part.text));
       made_for = part.made_for;
+      asked.profile->share(part.shared);
     }
   }
   const rmp_code& code = made.code();
@@ -613,6 +628,52 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
                             flattened.error().hint});
     }
   }
+  // What was made for the part is of the place that it was made for.
+  const auto to_place = [&](rmp_span& span) {
+    for (const auto& m : made_for)
+      if (span.file == 0 && span.begin >= m.begin && span.begin < m.end) {
+        span = m.span;
+        return;
+      }
+  };
+  for (Fault& f : out.faults) to_place(f.span);
+  for (Line& l : out.lines) to_place(l.span);
+  out.faults.insert(out.faults.begin(), of_part.begin(), of_part.end());
+  return out;
+}
+
+/// A program for each robot, for a controller that moves them all.
+Result<Collected> post_several(CommandContext& ctx, const Map& args,
+                               const std::vector<std::string>& robots) {
+  Collected out;
+  for (const std::string& robot : robots) {
+    Map own = args;
+    own.set("only_robot", robot);
+    if (has(args, "name")) own.set("name", text_of(args, "name") + "_" + plain(robot));
+    RMP_TRY_ASSIGN(Collected part, post_part(ctx, own, true));
+    out.files.insert(out.files.end(), part.files.begin(), part.files.end());
+    out.lines.insert(out.lines.end(), part.lines.begin(), part.lines.end());
+    for (Fault& f : part.faults)
+      if (std::none_of(out.faults.begin(), out.faults.end(), [&](const Fault& o) {
+            return o.severity == f.severity && o.span.file == f.span.file &&
+                   o.span.begin == f.span.begin && o.message == f.message;
+          }))
+        out.faults.push_back(std::move(f));
+    if (out.form.empty() || part.form == "flat") out.form = part.form;
+  }
+  return out;
+}
+
+Result<Value> post(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  const rmp_code& code = made.code();
+  RMP_TRY_ASSIGN(const Asked asked, read_asked(ctx, args, code));
+  const auto& tags = asked.info.tags;
+  const auto robots = program_post::robots_that_move(code);
+  const bool are_several = robots.size() > 1 && !has(args, "only_robot") &&
+                           std::find(tags.begin(), tags.end(), kSeveralRobots) != tags.end();
+  RMP_TRY_ASSIGN(Collected out,
+                 are_several ? post_several(ctx, args, robots) : post_part(ctx, args, false));
   const std::string where = name_in(ctx, ref(args, "id"));
   const std::size_t errors = out.errors();
   Map run;
@@ -632,17 +693,6 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
           "a run finds " + std::to_string(run_errors) + (run_errors == 1 ? " error" : " errors") +
               ", and nothing is written; the first: " + *first.find("text")->as_string(),
           "program.check_run lists them; without run_check the program is posted as it is.", where);
-  // What was made for the part is of the place that it was made for.
-  const auto to_place = [&](rmp_span& span) {
-    for (const auto& m : made_for)
-      if (span.file == 0 && span.begin >= m.begin && span.begin < m.end) {
-        span = m.span;
-        return;
-      }
-  };
-  for (Fault& f : out.faults) to_place(f.span);
-  for (Line& l : out.lines) to_place(l.span);
-  out.faults.insert(out.faults.begin(), of_part.begin(), of_part.end());
     }
   }
   if (errors > 0 && !flag(args, "check")) {
@@ -711,6 +761,28 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   return Value(std::move(all));
 }
 
+Result<Value> part_of_robot(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  RMP_TRY_ASSIGN(const program_post::Part part,
+                 part_of(ctx, args, made, text_of(args, "robot"), false, false));
+  const std::string where = name_in(ctx, ref(args, "id"));
+  Collected out;
+  for (const auto& r : part.remarks) out.fault(r.severity, r.span, r.message, r.hint);
+  for (const Fault& f : out.faults)
+    if (f.severity == RMP_FAULT_ERROR)
+      return error(ErrorCode::unsupported, f.message, f.hint,
+                   where + ", " + row<rmp_code_file>(made.code().files, f.span.file).name + ":" +
+                       std::to_string(f.span.line) + ":" + std::to_string(f.span.column));
+  model::Program p = program_of(ctx, args);
+  p.files.front().lines = lines_of(part.text);
+  const std::string name = text_of(args, "name");
+  model::Record r;
+  r.name = name;
+  r.body = model::OtherContent(program_kind(), std::move(p));
+  RMP_TRY_ASSIGN(const AnyId id, ctx.edit().add(std::move(r)));
+  return Value(Map{{"program", Application::handle(id)}, {"faults", fault_list(made.code(), out)}});
+}
+
 Result<Value> targets(CommandContext& ctx, const Map&) {
   List all;
   for (const ProviderInfo& info : ctx.app.registry.list()) {
@@ -730,28 +802,6 @@ Result<Value> targets(CommandContext& ctx, const Map&) {
         {kPostFunctions, "functions"},
         {kPostRecursion, "recursion"},
         {kPostReals, "real variables"},
-Result<Value> part_of_robot(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
-  RMP_TRY_ASSIGN(const program_post::Part part,
-                 part_of(ctx, args, made, text_of(args, "robot"), false));
-  const std::string where = name_in(ctx, ref(args, "id"));
-  Collected out;
-  for (const auto& r : part.remarks) out.fault(r.severity, r.span, r.message, r.hint);
-  for (const Fault& f : out.faults)
-    if (f.severity == RMP_FAULT_ERROR)
-      return error(ErrorCode::unsupported, f.message, f.hint,
-                   where + ", " + row<rmp_code_file>(made.code().files, f.span.file).name + ":" +
-                       std::to_string(f.span.line) + ":" + std::to_string(f.span.column));
-  model::Program p = program_of(ctx, args);
-  p.files.front().lines = lines_of(part.text);
-  const std::string name = text_of(args, "name");
-  model::Record r;
-  r.name = name;
-  r.body = model::OtherContent(program_kind(), std::move(p));
-  RMP_TRY_ASSIGN(const AnyId id, ctx.edit().add(std::move(r)));
-  return Value(Map{{"program", Application::handle(id)}, {"faults", fault_list(made.code(), out)}});
-}
-
         {kPostStrings, "strings"},
         {kPostArrays, "arrays"},
         {kPostRecords, "records"},
@@ -777,6 +827,8 @@ Result<Value> part_of_robot(CommandContext& ctx, const Map& args) {
             {"external_axes", static_cast<std::int64_t>(c.external_axes)},
             {"longest_name", static_cast<std::int64_t>(c.max_name)},
             {"lacks", std::move(lacks)},
+            {"several_robots",
+             std::find(info.tags.begin(), info.tags.end(), kSeveralRobots) != info.tags.end()},
             {"by", std::find(info.tags.begin(), info.tags.end(), kByTemplates) != info.tags.end()
                        ? "templates"
                        : "plugin"},
@@ -839,6 +891,9 @@ RMP_COMMANDS(post_commands) {
                            "out. program.targets lists them."),
                   optional("profile", "ref:controller", "", "The controller."),
                   optional("robot", "ref:robot", "", "The robot that moves."),
+                  optional("only_robot", "string", "",
+                           "A ROBOT of a program of several: the part for its controller is "
+                           "posted (program.part_of_robot)."),
                   optional("folder", "path", "",
                            "An existing folder for the files; their texts are returned when left "
                            "out."),
@@ -858,9 +913,6 @@ RMP_COMMANDS(post_commands) {
                             "Only lists what is wrong; writes nothing."),
                   defaulted("run_check", "bool", "", false,
                             "Checks it by a run as well (program.check_run), in its world or alone "
-                  optional("only_robot", "string", "",
-                           "A ROBOT of a program of several: the part for its controller is "
-                           "posted (program.part_of_robot)."),
                             "with the robot, and refuses where that has errors."),
                   optional("world", "ref:world", "", "Which of its worlds it runs in."),
                   optional("picture", "path", "",
@@ -888,25 +940,6 @@ RMP_COMMANDS(post_commands) {
        .sometimes =
            Effects(Effect::files_write) | Effect::simulates | Effect::edits | Effect::processes,
        .run = post});
-  all.push_back(
-      {.name = "program.add_target",
-       .classic = "",
-       .summary = "Adds a target that is made of templates, without a compiler.",
-       .details =
-           "A text file with a template for each construct; "
-           "docs/plugin_author/post_templates.md tells the form. What is missing for the "
-           "features that it claims is said at once, a sentence each with its place. Read again it "
-           "replaces itself. It is there until the program ends; a pack in a folder of plugins is "
-           "there whenever the program starts.",
-       .example = "io.open(\"acme.post\", \"w\"):write([[\n"
-                  "robomosp target 1\n"
-                  "name: acme\n"
-                  "file: {{name}}.acl\n"
-                  "motions: lin\n"
-                  "forms: flat\n"
-                  "== program_begin\n"
-                  "BEGIN {{name}}\n"
-                  "== program_end\n"
   all.push_back(
       {.name = "program.part_of_robot",
        .classic = "",
@@ -953,6 +986,25 @@ RMP_COMMANDS(post_commands) {
                           "message, hint.")}},
        .effect = Effect::edits,
        .run = part_of_robot});
+  all.push_back(
+      {.name = "program.add_target",
+       .classic = "",
+       .summary = "Adds a target that is made of templates, without a compiler.",
+       .details =
+           "A text file with a template for each construct; "
+           "docs/plugin_author/post_templates.md tells the form. What is missing for the "
+           "features that it claims is said at once, a sentence each with its place. Read again it "
+           "replaces itself. It is there until the program ends; a pack in a folder of plugins is "
+           "there whenever the program starts.",
+       .example = "io.open(\"acme.post\", \"w\"):write([[\n"
+                  "robomosp target 1\n"
+                  "name: acme\n"
+                  "file: {{name}}.acl\n"
+                  "motions: lin\n"
+                  "forms: flat\n"
+                  "== program_begin\n"
+                  "BEGIN {{name}}\n"
+                  "== program_end\n"
                   "STOP\n"
                   "== lin\n"
                   "GO {{x|fixed:1}} {{y|fixed:1}} {{z|fixed:1}} {{a}} {{b}} {{c}}\n"
@@ -968,20 +1020,21 @@ RMP_COMMANDS(post_commands) {
        .returns = {"string", "", "Its name, to be given as target.", {}},
        .effect = Effect::files_read | Effect::providers,
        .run = add_target});
-  all.push_back({.name = "program.targets",
-                 .classic = "",
-                 .summary = "Lists the languages of controllers that programs can be posted to.",
-                 .details = "",
-                 .example = "assert(#program.targets() >= 1)",
-                 .params = {},
-                 .returns = {"list",
-                             "",
-                             "A table each: name, title, extensions, structured, flat, speed, "
-                             "blending, external_axes, longest_name, lacks, by (plugin "
-                             "or templates), origin (its file).",
-                             {}},
-                 .effect = Effect::reads,
-                 .run = targets});
+  all.push_back(
+      {.name = "program.targets",
+       .classic = "",
+       .summary = "Lists the languages of controllers that programs can be posted to.",
+       .details = "",
+       .example = "assert(#program.targets() >= 1)",
+       .params = {},
+       .returns = {"list",
+                   "",
+                   "A table each: name, title, extensions, structured, flat, speed, "
+                   "blending, external_axes, longest_name, lacks, several_robots, by (plugin "
+                   "or templates), origin (its file).",
+                   {}},
+       .effect = Effect::reads,
+       .run = targets});
   return all;
 }
 

@@ -2,6 +2,7 @@
 #include "rapid.h"
 
 #include <cmath>
+#include <set>
 #include <string>
 
 #include "../common/declared.h"
@@ -155,8 +156,13 @@ class RapidWriter final : public post::DeclaredWriter {
     tool_text_ = tool ? pose(tool->pose) : std::string("[[0,0,0],[1,0,0,0]]");
     const double mass = tool && tool->mass > 0 ? tool->mass : number_option("tool_mass", 1.0);
     tail_ = ",[" + plain(mass, 3) + ",[0,0,1],[1,0,0,0],0,0,0]]";
-    data_.add("PERS tooldata RmpTool:=[TRUE," + tool_text_ + tail_ + ";");
-    data_.add("PERS wobjdata RmpFrame:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];");
+    // Tasks that share variables have tools and frames of their own.
+    std::string own;
+    for (const PostSignal& s : profile_.signals)
+      if (s.kind == "shared") own = "TASK ";
+    data_.add(own + "PERS tooldata RmpTool:=[TRUE," + tool_text_ + tail_ + ";");
+    data_.add(own +
+              "PERS wobjdata RmpFrame:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];");
   }
   void routine_begin(std::uint32_t r) override {
     const auto& x = routine(r);
@@ -398,8 +404,18 @@ class RapidWriter final : public post::DeclaredWriter {
     if (s.type == RMP_TYPE_REAL) return (s.is_output ? "ao" : "ai") + std::to_string(s.number);
     return (s.is_output ? "do" : "di") + std::to_string(s.number);
   }
+  /// A variable that the tasks of several robots share, in place of a line between them.
+  bool is_shared(const Signal& s) {
+    if (s.kind != "shared") return false;
+    const std::string word = signal_word(s);
+    if (shared_.insert(word).second)
+      data_.add("PERS " + std::string(s.type == RMP_TYPE_BOOL ? "bool " : "num ") + word +
+                ":=" + (s.type == RMP_TYPE_BOOL ? "FALSE" : "0") + ";");
+    return true;
+  }
   Text state(const Signal& s) {
     const std::string word = signal_word(s);
+    if (is_shared(s)) return {word};
     if (s.type == RMP_TYPE_BOOL)
       return {(s.is_output ? "DOutput(" : "DInput(") + word + ")=" + (s.inverted ? "0" : "1"), 29};
     if (s.type == RMP_TYPE_INT) return {(s.is_output ? "GOutput(" : "GInput(") + word + ")"};
@@ -567,6 +583,7 @@ class RapidWriter final : public post::DeclaredWriter {
   }
   void set_output(const Signal& s, std::uint32_t value) override {
     const std::string word = signal_word(s);
+    if (is_shared(s)) return line(word + ":=" + text(value) + ";");
     if (s.type == RMP_TYPE_INT) return line("SetGO " + word + "," + text(value) + ";");
     if (s.type == RMP_TYPE_REAL) return line("SetAO " + word + "," + text(value) + ";");
     if (const auto v = known(value))
@@ -808,7 +825,8 @@ class RapidWriter final : public post::DeclaredWriter {
       return std::nullopt;
     }
     if (x.op != RMP_EXPR_SYMBOL || x.symbol == RMP_NONE ||
-        symbol(x.symbol).kind != RMP_SYMBOL_INPUT || symbol(x.symbol).type != RMP_TYPE_BOOL)
+        symbol(x.symbol).kind != RMP_SYMBOL_INPUT || symbol(x.symbol).type != RMP_TYPE_BOOL ||
+        signal(x.symbol).kind == "shared")
       return std::nullopt;
     return signal(x.symbol);
   }
@@ -861,6 +879,7 @@ class RapidWriter final : public post::DeclaredWriter {
   bool searches_ = false, in_search_ = false;
   bool changed_acc_ = false, passed_ = false, other_tool_ = false, other_frame_ = false,
        has_flag_ = false;
+  std::set<std::string> shared_;  ///< variables of all tasks
 };
 
 }  // namespace
