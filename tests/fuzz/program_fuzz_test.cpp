@@ -184,13 +184,16 @@ end
 == ptp_joints
 [speed_changed] rate {{speed|fixed:0}}%
 go {{point}}
+[time] take {{time}}
 == ptp_pose
 go {{point}}
+[time] take {{time}}
 == lin
 [speed_changed] rate {{speed|times:0.06|fixed:1}} m/min
 line {{point}}[passes]
 [not passes] stop
 [passes] round {{blend}}
+[time] take {{time}}
 == circle
 arc {{via}} {{end}} {{speed_m|fixed:3}}
 == output_on
@@ -202,7 +205,7 @@ put {{number}}, {{value}}
 == input
 in({{number}})
 == wait_time
-rest {{milliseconds}}
+rest {{seconds}}
 == wait_for
 until {{condition}}
 == wait_for_timeout
@@ -256,7 +259,7 @@ call {{name}}
 == return
 back
 == message
-say {{text}}
+say {{values}}
 == pause
 pause
 == halt
@@ -288,7 +291,14 @@ TEST(ProgramFuzz, DamagedTemplatePacksAreRefusedOrWrite) {
                                             "\xff",
                                             "max_points: 1\n",
                                             "indent: 12\n",
-                                            "plus:-1e308"};
+                                            "plus:-1e308",
+                                            "name_signs: letters -\n",
+                                            "quotes: backslash\n",
+                                            "real_digits: 2\n",
+                                            "decimal_sign: ,\n",
+                                            "goto jumps",
+                                            "== jump_if\nIF {{condition}} {{number}}\n",
+                                            "+ \"(+ {{a}} {{b}})\"\n"};
   test::Mutator mutator(random, all, kPackTokens);
   std::vector<std::shared_ptr<const CompiledProgram>> programs, flats;
   for (std::uint32_t k = 0; k < 30; ++k) {
