@@ -940,6 +940,8 @@ class Reader {
       }
     if (const auto f = features_.find("variables"); f != features_.end() && p.operators.empty())
       say(f->second, "there is no section \"operators\", which the feature variables needs");
+    if (const auto f = features_.find("elsif"); f != features_.end() && !features_.contains("if"))
+      say(f->second, "the feature elsif needs the feature if", "Write features: if elsif.");
     if (const auto f = features_.find("jumps"); f != features_.end() && !features_.contains("goto"))
       say(f->second, "the feature jumps needs the feature goto, whose templates it writes, too",
           "Write features: goto jumps.");

@@ -538,31 +538,54 @@ class TemplateWriter final : public post::Writer {
     set_label(b.behind ? b.behind : b.other);
   }
   void while_begin(std::uint32_t c) override {
+    loops_.push_back(0);
     if (pack_.find("while_begin")) return emit("while_begin", condition(c), 0, 1);
     blocks_.push_back({new_label(), 0, new_label()});
+    loops_.back() = blocks_.back().behind;
     set_label(blocks_.back().begin);
     jump_unless(c, blocks_.back().behind);
   }
   void while_end() override {
+    loops_.pop_back();
     if (pack_.find("while_begin")) return emit("while_end", {}, -1);
     const Block b = blocks_.back();
     blocks_.pop_back();
     jump(b.begin);
     set_label(b.behind);
   }
-  void repeat_begin() override { emit("repeat_begin", {}, 0, 1); }
-  void repeat_end(std::uint32_t c) override { emit("repeat_end", condition(c), -1); }
-  void loop_begin() override { emit("loop_begin", {}, 0, 1); }
-  void loop_end() override { emit("loop_end", {}, -1); }
-  void exit_loop() override { emit("exit", {}); }
+  void repeat_begin() override {
+    loops_.push_back(0);
+    emit("repeat_begin", {}, 0, 1);
+  }
+  void repeat_end(std::uint32_t c) override {
+    loops_.pop_back();
+    emit("repeat_end", condition(c), -1);
+  }
+  void loop_begin() override {
+    loops_.push_back(0);
+    emit("loop_begin", {}, 0, 1);
+  }
+  void loop_end() override {
+    loops_.pop_back();
+    emit("loop_end", {}, -1);
+  }
+  /// What is made of jumps is left by one.
+  void exit_loop() override {
+    if (!loops_.empty() && loops_.back() != 0) return jump(loops_.back());
+    emit("exit", {});
+  }
   void for_begin(std::uint32_t s, std::uint32_t from, std::uint32_t to, std::uint32_t,
                  bool) override {
+    loops_.push_back(0);
     emit(
         "for_begin",
         {{"name", word(name(s))}, {"from", value_of(from)}, {"to", value_of(to)}, {"step", num(1)}},
         0, 1);
   }
-  void for_end(std::uint32_t s) override { emit("for_end", {{"name", word(name(s))}}, -1); }
+  void for_end(std::uint32_t s) override {
+    loops_.pop_back();
+    emit("for_end", {{"name", word(name(s))}}, -1);
+  }
   void go_to(std::uint32_t l) override {
     emit("goto", {{"label", word(name(l))},
                   {"label_line", mark(kLabel + l)},
@@ -721,8 +744,7 @@ class TemplateWriter final : public post::Writer {
                                ? "Move to the pose that is meant: behind UNTIL it is not known."
                                : "Post the flattened program, or move to the pose that is meant.");
     for (const auto& [a, what] : {std::pair{RMP_ATTR_TOOL, "tools of single motions"},
-                                  {RMP_ATTR_FRAME, "frames of motions"},
-                                  {RMP_ATTR_ACT_ROB, "choice of the robot"}})
+                                  {RMP_ATTR_FRAME, "frames of motions"}})
       if (m[a].given) cannot(what);
     if (m[RMP_ATTR_WOBBLE].given && m[RMP_ATTR_WOBBLE].known != 0.0) cannot("weaving");
     if (m[RMP_ATTR_DEVICE].given && m[RMP_ATTR_DEVICE].known != 1.0) cannot("other devices");
@@ -908,8 +930,9 @@ class TemplateWriter final : public post::Writer {
   static constexpr std::uint64_t kJump = 1ULL << 41U;
   std::map<std::uint64_t, std::size_t> starts_;  ///< lines of routines, and of labels (kLabel +)
   std::map<std::uint64_t, std::size_t> procedures_, labels_;  ///< their numbers
-  std::vector<Block> blocks_;                                 ///< that are made of jumps, open
-  std::uint64_t jumps_ = 1;                                   ///< labels of blocks, counted
+  std::vector<std::uint64_t> loops_;  ///< around here: the label behind one of jumps, else 0
+  std::vector<Block> blocks_;         ///< that are made of jumps, open
+  std::uint64_t jumps_ = 1;           ///< labels of blocks, counted
 };
 
 class TemplatePost final : public Post {

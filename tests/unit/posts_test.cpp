@@ -1284,6 +1284,22 @@ TEST(Templates, BlocksAreMadeOfJumpsWhereThereIsNothingElse) {
       "a.post:4:21: the feature jumps needs the feature goto, whose templates it writes, too");
 }
 
+TEST(Templates, ALoopOfJumpsIsLeftByAJumpWhateverExitTheOthersHave) {
+  const std::string pack = small_pack(
+      "features: variables for exit goto jumps\n",
+      std::string(kVariables) +
+          "== for_begin\nFOR {{name}}={{from}} TO {{to}}\n== for_end\nNEXT\n== exit\nBREAK\n"
+          "== goto\nGO {{label}}\n== label\n{{label}}:\n"
+          "== jump_if\nIF {{condition}} GO {{label}}\n");
+  EXPECT_EQ(of_small(pack, "VAR INT: i, n;",
+                     "WHILE n < 3\nFOR i := 1 TO 9\nEXIT;\nENDFOR;\nEXIT;\nENDWHILE;")
+                .files["p.txt"],
+            "BEGIN\n  INT i=0\n  INT n=0\n  L1:\n  IF n<3 GO L2\n  GO L3\n  L2:\n  FOR i=1 TO 9\n"
+            "    BREAK\n  NEXT\n  GO L3\n  GO L1\n  L3:\nEND\n");
+  EXPECT_EQ(said_of(small_pack("features: elsif\n", "== else_if\nELIF {{condition}}\n")),
+            "a.post:4:11: the feature elsif needs the feature if");
+}
+
 TEST(Templates, OperatorsMayStandBeforeOrBehindTheirOperands) {
   const auto written = [](const std::string& operators, const std::string& head = "") {
     std::string variables = kVariables;
