@@ -489,8 +489,9 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
           "It is the way for one swing to both sides and back, in mm.");
   }
   if (!share("ACC", a.acceleration)) return false;
-  if (a.time < 0 && a.time != -1)
-    return fail("TIME is " + shown(a.time) + ", and is not negative, or -1 for none");
+  if (a.time <= 0 && a.time != -1)
+    return fail("TIME is " + shown(a.time) + ", and is above zero, or -1 for none",
+                "The motion's own, or R_MOVE_TIME.");
   for (const Place& x : m.targets) {
     Target t = target_of(x.type, slots(p, x));
     const bool has_orientation = t.role == RMP_ROLE_POSE || t.role == RMP_ROLE_ROBTARGET;
@@ -1263,6 +1264,7 @@ Run::Next Run::loop(Process& p) {
             }
           }
           s_.status.is_halted = true;
+          s_.status.halted_at = c_.instruction(pc).span;
           p.pc = pc;
           result = Next::stop;
           goto done;

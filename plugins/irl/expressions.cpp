@@ -257,6 +257,17 @@ Id Checker::make(const Node& n, Id type, Id first) {
     is_bad = is_bad || type_of(parts.back()) == kBad;
   }
   if (is_bad) return bad(n);
+  if (const rmp_code_constant* status = t.role == RMP_ROLE_ROBTARGET ? known(parts[1]) : nullptr) {
+    const Node& where = at(at(first).next);
+    if (status->integer < -1) {
+      fail(where, "STATUS is not negative, and this is " + std::to_string(status->integer),
+           "-1 is any; else a bit for each branch of the robot's inverse kinematics.");
+      return bad(n);
+    }
+    if (status->integer > 7)
+      warn(where, "STATUS " + std::to_string(status->integer) + " has branches beyond the third",
+           "Robots with fewer refuse it, and posts write 0 to 7.");
+  }
   return add_with(RMP_EXPR_MAKE, type, span(n), parts);
 }
 

@@ -574,7 +574,9 @@ Id Checker::motion(const Node& n) {
                             number_of == RMP_ATTR_ACC_PTP || number_of == RMP_ATTR_C_PTP ||
                             number_of == RMP_ATTR_C_SPEED;
       if (is_speed && c->real <= 0) fail(at(x.first), written(x) + " is above zero");
-      else if (number_of == RMP_ATTR_TIME ? c->real < 0 && c->real != -1.0 : c->real < 0)
+      else if (number_of == RMP_ATTR_TIME && c->real <= 0 && c->real != -1.0)
+        fail(at(x.first), written(x) + " is above zero, or -1 for none");
+      else if (number_of != RMP_ATTR_TIME && c->real < 0)
         fail(at(x.first), written(x) + " is not negative");
       else if (is_share && c->real > 100)
         fail(at(x.first), written(x) + " is a percentage, at most 100");

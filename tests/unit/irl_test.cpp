@@ -248,6 +248,14 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
        "8:6 R_ACT_ROB is a robot, and the cell declares none. Declare its R_SPEC_TYPE, and ROBOT "
        "arm "
        ":= R_SPEC_TYPE(...); there.\n"},
+      {"MOVE LIN pose TIME := 0;", "8:23 TIME is above zero, or -1 for none.\n"},
+      {"target := ROBTARGET(pose, -2, [0, 0], ADD_JOINT(0.0));",
+       "8:27 STATUS is not negative, and this is -2. -1 is any; else a bit for each branch of the "
+       "robot's inverse kinematics.\n"},
+      {"target := ROBTARGET(pose, 8, [0, 0], ADD_JOINT(0.0));",
+       "warning 8:27 STATUS 8 has branches beyond the third. Robots with fewer refuse it, and "
+       "posts "
+       "write 0 to 7.\n"},
       {"R_SCALE_FORW := 1.0;",
        "warning 8:1 R_SCALE_FORW has no effect on motions. What it means is not known. Speeds are "
        "those of R_SPEED, R_SPEED_PTP and R_ACC.\n"},
