@@ -378,8 +378,13 @@ class Splitter {
               [](const Thread& a, const Thread& b) { return a.routine < b.routine; });
   }
   void place_threads() {
+    // Where there is one robot, motions need not name it.
+    Id only = robot_;
+    for (Id s = 0; s < c_.symbols.count; ++s)
+      if (symbol(s).kind == RMP_SYMBOL_ROBOT && s != robot_) only = RMP_NONE;
     for (Thread& t : threads_) {
-      for (const auto& [who, span] : t.facts.motions) {
+      for (const auto& [named, span] : t.facts.motions) {
+        const Id who = named == RMP_NONE ? only : named;
         if (who == RMP_NONE || symbol(who).kind != RMP_SYMBOL_ROBOT) {
           fail(span, "which of the robots this motion is of is not said",
                "Give it ACT_ROB, by the name of a ROBOT.");

@@ -541,6 +541,71 @@ TEST_F(Parts, WhatIsLeftOutAndWhatElseCountsIsSaid) {
   EXPECT_NE(e.sentence().find("left, right"), std::string::npos) << e.sentence();
 }
 
+TEST_F(Parts, TheOnlyRobotNeedNotBeNamed) {
+  std::string one = program("", kGo, kGo);
+  for (std::size_t k; (k = one.find(" ACT_ROB := left")) != std::string::npos;) one.erase(k, 16);
+  for (std::size_t k; (k = one.find(" ACT_ROB := right")) != std::string::npos;) one.erase(k, 17);
+  one.erase(one.find("  ROBOT right"), one.find("PROCEDURE go") - one.find("  ROBOT right"));
+  const Value both = made("both", one);
+  const std::string part = source_of(this->part(both, "left", Value()));
+  for (const char* each : {"PROCESS make", "PROCESS use", "START make", "PROGRAM both;"})
+    EXPECT_NE(part.find(each), std::string::npos) << part;
+}
+
+/// Whatever the two do when, each hands over to the other what the program did, in its order.
+TEST_F(Parts, RandomHandOversKeepTheirOrderWhoeverIsSlower) {
+  unsigned state = 7;
+  std::string trail;
+  const auto random = [&](unsigned n) {
+    state = state * 1664525U + 1013904223U;
+    return (state >> 8U) % n;
+  };
+  const auto wait = [&] {
+    return "  WAIT " + std::to_string(random(4)) + "." + std::to_string(random(10)) + "5 SEC;\n";
+  };
+  for (int round = 0; round < 12; ++round) {
+    // A chain of hand-overs in turn, with waits between, and numbers that go along.
+    std::string left = kGo, right = kCome, declared = "VAR SEMAPHORE: to_left, to_right";
+    const int steps = 3 + static_cast<int>(random(5));
+    const bool has_first = random(2) == 1;
+    if (has_first) declared += ", spare := 1";
+    declared += ";\nINT: a, b; BOOL: even;\n";
+    for (int k = 0; k < steps; ++k) {
+      const std::string n = std::to_string(k);
+      left += wait() + "  a := a + b + " + n + ";\n  even := a MOD 2 = 0;\n  WRITELN('left " + n +
+              " ', a);\n  RELEASE(to_right);\n";
+      if (random(2) == 1) left += wait();
+      if (has_first && k < 2) left += "  ACQUIRE(spare);\n  WRITELN('left spare');\n";
+      left += "  ACQUIRE(to_left);\n";
+      right += "  ACQUIRE(to_right);\n" + wait() +
+               "  b := b + a * 2;\n  IF even THEN b := b + 1; " + "ENDIF;\n  WRITELN('right " + n +
+               " ', b);\n";
+      if (has_first && k == 1) right += "  RELEASE(spare);\n";
+      right += "  RELEASE(to_left);\n";
+    }
+    const std::string source = program(declared, left, right);
+    const Value both = made("random" + std::to_string(round), source);
+    new_world("whole" + std::to_string(round), {}, {});
+    add(both);
+    const RecordingPtr whole = run();
+    ASSERT_TRUE(whole) << source;
+    std::vector<std::string> digital{"left_starts",
+                                     "right_starts",
+                                     "to_left_released",
+                                     "to_left_acquired",
+                                     "to_right_released",
+                                     "to_right_acquired",
+                                     "even"};
+    if (has_first) digital.insert(digital.end(), {"spare_released", "spare_acquired"});
+    const RecordingPtr parts = run_parts(both, digital, {"a", "b"}, round % 2, unchanged);
+    ASSERT_TRUE(parts) << source;
+    expect_later(texts(whole), texts(parts));
+    ASSERT_GE(texts(whole).size(), 6U);
+    for (const auto& [t, text] : texts(whole)) trail += text + ";";
+  }
+  EXPECT_GT(trail.size(), 1000U);
+}
+
 TEST_F(Parts, ProcessesThatDoMoreStayProcesses) {
   // Who looks at a button while the robot moves is no program that comes behind.
   const std::string source =
