@@ -578,8 +578,6 @@ class BrandWriter : public Writer {
       fail(title + " has no motions of a given time", "Give SPEED instead of TIME.");
     if (is_given(m, RMP_ATTR_WOBBLE, 0))
       fail(title + " has no weaving here", "Take WOBBLE out, and weave by the welding equipment.");
-    if (m[RMP_ATTR_ACT_ROB].given)
-      fail(title + " has one robot only", "Take ACT_ROB out, and post a program for each robot.");
     if (is_given(m, RMP_ATTR_DEVICE, 1) || is_given(m, RMP_ATTR_ADAX_CONTROL, 0))
       fail(title + " has no DEVICE or ADAX_CONTROL", "Take the attribute out.");
     if ((m[RMP_ATTR_C_SPEED].known && *m[RMP_ATTR_C_SPEED].known != 100) ||

@@ -66,9 +66,6 @@ class MoveWriter : public Writer {
            "Post a program for each device, or leave DEVICE out.");
     refuse(RMP_ATTR_ADAX_CONTROL, "control of additional axes (ADAX_CONTROL)", 0,
            "Leave ADAX_CONTROL out.");
-    if (m[RMP_ATTR_ACT_ROB].given)
-      warn("ACT_ROB is not written: a program there moves the robot of its controller",
-           "Post the program once for each robot.");
     if (m[RMP_ATTR_C_SPEED].given && m[RMP_ATTR_C_SPEED].known.value_or(0) != 100)
       warn("C_SPEED is not written: the controller chooses its speed in transitions",
            "Take C_SPEED out, or give the motion a lower SPEED.");

@@ -738,15 +738,11 @@ class KrlWriter final : public post::DeclaredWriter {
     if (!is_known) modal.forget();
   }
   void common(const Motion& m) {
-    const auto no = [&](std::uint32_t a, const char* what) {
-      if (m[a].given) cannot(what);
-    };
     if (m[RMP_ATTR_TIME].given && !(m[RMP_ATTR_TIME].known && *m[RMP_ATTR_TIME].known < 0))
       cannot("motions in a given time", "Give SPEED instead.");
     else if (!m[RMP_ATTR_TIME].known && m[RMP_ATTR_TIME].expression != RMP_NONE)
       cannot("motions in a given time (R_MOVE_TIME)", "Give SPEED instead.");
     if (m[RMP_ATTR_WOBBLE].given && m[RMP_ATTR_WOBBLE].known != 0.0) cannot("weaving");
-    no(RMP_ATTR_ACT_ROB, "choice of the robot");
     if (m[RMP_ATTR_DEVICE].given && m[RMP_ATTR_DEVICE].known != 1.0) cannot("other devices");
     if (m[RMP_ATTR_ADAX_CONTROL].given && m[RMP_ATTR_ADAX_CONTROL].known != 0.0)
       cannot("control of additional axes");

@@ -665,7 +665,6 @@ class RapidWriter final : public post::DeclaredWriter {
   }
   void common(const Motion& m) {
     if (m[RMP_ATTR_WOBBLE].given && m[RMP_ATTR_WOBBLE].known != 0.0) cannot("weaving");
-    if (m[RMP_ATTR_ACT_ROB].given) cannot("choice of the robot");
     if (m[RMP_ATTR_DEVICE].given && m[RMP_ATTR_DEVICE].known != 1.0) cannot("other devices");
     if (m[RMP_ATTR_ADAX_CONTROL].given && m[RMP_ATTR_ADAX_CONTROL].known != 0.0)
       cannot("control of additional axes");
