@@ -45,6 +45,42 @@ class ProgramFrom : public test::CommandTest {
   )";
 };
 
+/// Two robots that stand where their motions begin, what they do there, and what compares it with
+/// a run of the program made of it.
+constexpr const char* kRecorded = R"lua(
+  -- A world whose only robot stands with q; the way in joints is as far as its limits let it.
+  function cell_of(name, q)
+    local cell = world.create{name = "cell of " .. name}
+    local arm = robot.get(name)
+    cell:add_robot{robot = arm, name = name, q = q}
+    return cell
+  end
+  function joints_of(run, name)
+    local q = {}
+    for j = 1, 6 do
+      q[j] = run:values(name .. ".q" .. j)
+    end
+    return q, run:values("time")
+  end
+  -- How far the joints of two runs are apart at most, and their rates, and how long both take.
+  function apart(a, b, name)
+    local p, t = joints_of(a, name)
+    local q, u = joints_of(b, name)
+    local worst, rate = 0, 0
+    for j = 1, 6 do
+      for i = 1, math.min(#t, #u) - 1 do
+        assert(math.abs(t[i] - u[i]) < 1e-9, i)
+        worst = math.max(worst, math.abs(p[j][i] - q[j][i]))
+        if i > 1 then
+          rate = math.max(rate, math.abs(p[j][i] - p[j][i - 1] - q[j][i] + q[j][i - 1]) / (t[i] - t[i - 1]))
+        end
+      end
+      worst = math.max(worst, math.abs(p[j][#t] - q[j][#u]))
+    end
+    return worst, rate, t[#t] - u[#u]
+  end
+)lua";
+
 TEST_F(ProgramFrom, EveryKindOfStepIsAStatement) {
   const std::string text = lua(std::string(kCell) + R"(
     task.create{name = "inner", steps = {
@@ -69,10 +105,12 @@ TEST_F(ProgramFrom, EveryKindOfStepIsAStatement) {
   for (const char* line :
        {"INPUT BOOL: ready AT 1;", "OUTPUT REAL: my_while AT 2;", "OUTPUT BOOL: idle AT 3;",
         "OUTPUT BOOL: gripper AT 4;", "WAIT FOR ready = TRUE AND my_while > 0.25 TIMEOUT 2.0;",
-        "MOVE PTP MAIN_JOINT(5.729577951, 0.0, 0.0, 0.0, 0.0, 0.0, 250.0) SPEED_PTP := 50.0; { "
+        "MOVE PTP MAIN_JOINT(5.729577951, 0.0, 0.0, 0.0, 0.0, 0.0, 250.0) TIME := 0.97871691; { "
         "rest }",
         "FOR round_1 := 1 TO 3",
-        "MOVE LIN POSE(POSITION(600.0, 200.0, 500.0), ORIZYX(0.0, 0.0, 0.0)) SPEED := 250.0;",
+        "MOVE LIN POSE(POSITION(600.0, 200.0, 500.0), ORIZYX(0.0, 0.0, 0.0)) SPEED := 250.0 "
+        "SPEED_ORI := "
+        "28.647889757 ACC := 40.0;",
         "gripper := TRUE; { takes part }", "inner();", "WRITELN('it''s {in}');",
         "IF NOT my_while <= 0.1 THEN", "idle := TRUE;", "ELSE", "WAIT 0.5 SEC;",
         "gripper := FALSE; { lets go part }", "my_while := my_while * 2.0;"})
@@ -80,6 +118,73 @@ TEST_F(ProgramFrom, EveryKindOfStepIsAStatement) {
   // The rounds of what is called are its own.
   EXPECT_TRUE(std::regex_search(text, std::regex("PROCEDURE inner \\(\\);\nVAR\n  INT: round_1;")))
       << text;
+}
+
+TEST_F(ProgramFrom, EveryMotionOfATaskTakesItsTimeInTheProgram) {
+  lua(std::string(kRecorded) + R"lua(
+    for _, name in ipairs{"ur5", "puma560"} do
+      local up = name == "ur5"
+      local stand = {0.3, up and -1.2 or 0.4, up and 1.4 or -2.6, 0.2, 0.7, 0.1}
+      local function moved(a, b, c)
+        return {stand[1] + a, stand[2] + b, stand[3] + c, stand[4], stand[5] + a, stand[6] - b}
+      end
+      local cell = cell_of(name, stand)
+      for _, n in ipairs{"mark", "far", "low"} do cell:add_signal{name = n} end
+      -- Each motion is followed by a change of the signal, whose instants both runs have.
+      local steps, value = {}, 0
+      local function add(list, step)
+        list[#list + 1] = step
+        value = 1 - value
+        list[#list + 1] = {step = "set", signal = "mark", value = value}
+      end
+      task.create{name = "dip " .. name, steps = {
+        {step = "move", joints = moved(0.1, 0.05, -0.1)}, {step = "set", signal = "low", value = 1},
+        {step = "move", joints = moved(0, 0, 0), profile = "s_curve"}, {step = "set", signal = "low", value = 0}}}
+      add(steps, {step = "move", joints = moved(0.5, 0.1, -0.2)})
+      local inner = {}
+      add(inner, {step = "move", joints = moved(-0.3, 0.2, -0.3), speed = 0.3})
+      add(inner, {step = "move", joints = moved(0.1, 0.1, -0.1), profile = "trapezoidal", speed = 0.5})
+      local within = {}
+      add(within, {step = "move", joints = moved(0.2, 0, 0), profile = "s_curve"})
+      add(within, {step = "move", joints = moved(0.25, 0, 0.1), profile = "time_optimal"})
+      inner[#inner + 1] = {step = "repeat", count = 2, steps = within}
+      inner[#inner + 1] = {step = "call", task = "dip " .. name}
+      steps[#steps + 1] = {step = "repeat", count = 3, steps = inner}
+      add(steps, {step = "move", joints = moved(0.25, 0, 0.1)})
+      steps[#steps + 1] = {step = "call", task = "dip " .. name}
+      add(steps, {step = "move", joints = moved(0.4, 0, 0), duration = 1.5})
+      task.create{name = "all " .. name, steps = steps}
+      cell:add_task{task = "all " .. name, robot = name, name = "all"}
+      local p = program.from_task{world = cell, task = "all", name = name .. "_all"}
+      assert(p:check().correct)
+      assert(not p:source():find("take another time"), p:source())
+      cell:add_program{program = p, name = "program"}
+      for _, n in ipairs{"mark", "low"} do p:bind{kind = "signal", name = n, to = n} end
+      local a = cell:run_task{task = "all", sample_time = 0.001}
+      local b = cell:run_task{program = "program", sample_time = 0.001}
+      local function changes(run)
+        local out, t = {}, run:values("time")
+        for _, n in ipairs{"mark", "low"} do
+          local v = run:values("signal." .. n)
+          for i = 2, #v do if v[i] ~= v[i - 1] then out[#out + 1] = t[i] end end
+        end
+        out[#out + 1] = t[#t]
+        return out
+      end
+      local x, y = changes(a), changes(b)
+      assert(#x == #y and #x > 20, #x .. " " .. #y)
+      for i = 1, #x do assert(math.abs(x[i] - y[i]) < 0.0011, i .. ": " .. x[i] .. " " .. y[i]) end
+      -- The first round begins elsewhere than the others.
+      assert(p:source():find("IF round_1 = 1 THEN\n      MOVE PTP"), p:source())
+      -- Behind a branch nobody knows where it stands, and that is said.
+      task.create{name = "may " .. name, steps = {
+        {step = "if", condition = "far == 1", steps = {{step = "move", joints = moved(0.2, 0, 0)}}},
+        {step = "move", joints = moved(0, 0, 0.2)}}}
+      cell:add_task{task = "may " .. name, robot = name, name = "may"}
+      local may = program.from_task{world = cell, task = "may", name = name .. "_may"}:source()
+      assert(may:find("take another time where it is not known from where they go"), may)
+      assert(select(2, may:gsub("TIME :=", "")) == 1, may)
+    end)lua");
 }
 
 TEST_F(ProgramFrom, WhatTheLanguageCannotSayNamesTheStep) {
@@ -132,42 +237,6 @@ TEST_F(ProgramFrom, ShapesBecomeMotions) {
         "POSE(POSITION(500.0, 0.0, 400.0), ORIZYX(0.0, 0.0, 0.0)) TIME := "})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nis not in\n" << text;
 }
-
-/// Two robots that stand where their motions begin, what they do there, and what compares it with
-/// a run of the program made of it.
-constexpr const char* kRecorded = R"lua(
-  -- A world whose only robot stands with q; the way in joints is as far as its limits let it.
-  function cell_of(name, q)
-    local cell = world.create{name = "cell of " .. name}
-    local arm = robot.get(name)
-    cell:add_robot{robot = arm, name = name, q = q}
-    return cell
-  end
-  function joints_of(run, name)
-    local q = {}
-    for j = 1, 6 do
-      q[j] = run:values(name .. ".q" .. j)
-    end
-    return q, run:values("time")
-  end
-  -- How far the joints of two runs are apart at most, and their rates, and how long both take.
-  function apart(a, b, name)
-    local p, t = joints_of(a, name)
-    local q, u = joints_of(b, name)
-    local worst, rate = 0, 0
-    for j = 1, 6 do
-      for i = 1, math.min(#t, #u) - 1 do
-        assert(math.abs(t[i] - u[i]) < 1e-9, i)
-        worst = math.max(worst, math.abs(p[j][i] - q[j][i]))
-        if i > 1 then
-          rate = math.max(rate, math.abs(p[j][i] - p[j][i - 1] - q[j][i] + q[j][i - 1]) / (t[i] - t[i - 1]))
-        end
-      end
-      worst = math.max(worst, math.abs(p[j][#t] - q[j][#u]))
-    end
-    return worst, rate, t[#t] - u[#u]
-  end
-)lua";
 
 TEST_F(ProgramFrom, RecordingsKeepAsFewRowsAsTheToleranceLets) {
   lua(std::string(kRecorded) + R"lua(
@@ -267,7 +336,7 @@ TEST_F(ProgramFrom, ATrajectorysProgramGoesAsTheTrajectory) {
       -- The last segment has a time alone, and ramps of its own in it.
       if before <= 3 then timed = math.max(timed, off) else worst = math.max(worst, off) end
     end
-    assert(worst < 1e-5, tostring(worst))
+    assert(worst < 3e-5, tostring(worst))
     assert(timed < 1e-3, tostring(timed))
   )lua");
 }

@@ -2,7 +2,10 @@
 // Programs of robots made of what a world has already: tasks, trajectories, recordings.
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "ioci/core/commands.h"
@@ -14,6 +17,7 @@
 #include "motion/segment.h"
 #include "spatial/passing.h"
 #include "spatial/pose.h"
+#include "task/task_executor.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -305,10 +309,80 @@ Result<Value> from_trajectory(CommandContext& ctx, const Map& args) {
 
 // ---- tasks ----
 
+/// Joint values of a robot, where they are known.
+using Known = std::optional<std::vector<double>>;
+
+bool is_same(const Known& a, const Known& b) {
+  constexpr double kSame = 1e-9;
+  if (!a || !b || a->size() != b->size()) return !a && !b;
+  for (std::size_t j = 0; j < a->size(); ++j)
+    if (std::fabs((*a)[j] - (*b)[j]) > kSame) return false;
+  return true;
+}
+
+/// How moves of a task go from where a robot stands, as runs carry them out.
+class Rehearsal {
+ public:
+  static Result<Rehearsal> create(CommandContext& ctx, WorldId world, const std::string& robot) {
+    constexpr double kStep = 0.02;  // [s]
+    Rehearsal out(ctx, robot);
+    RMP_TRY_ASSIGN(auto executor,
+                   task::TaskExecutor::create(*out.simulator_, world, kStep, ctx.progress));
+    out.executor_ = std::make_unique<task::TaskExecutor>(std::move(executor));
+    return out;
+  }
+  [[nodiscard]] Known start() const { return joints(0); }
+  struct Went {
+    double time = 0;  ///< [s]
+    std::vector<double> q;
+  };
+  /// Nothing = it cannot go from there.
+  std::optional<Went> from(const std::vector<double>& q, const TaskStep& step) {
+    TaskStep there;
+    there.kind = StepKind::move;
+    there.joints = q;
+    const auto stands = executor_->move(there, robot_, {}, now_, ctx_->progress);
+    if (!stands.ok()) return std::nullopt;
+    now_ = *stands;
+    const auto end = executor_->move(step, robot_, {}, now_, ctx_->progress);
+    if (!end.ok()) return std::nullopt;
+    const double took = *end - std::exchange(now_, *end);
+    const Known at = joints(now_);
+    if (!at) return std::nullopt;
+    return Went{took, *at};
+  }
+
+ private:
+  Rehearsal(CommandContext& ctx, std::string robot)
+      : ctx_(&ctx),
+        robot_(std::move(robot)),
+        simulator_(std::make_unique<sim::Simulator>(
+            sim::Simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()})) {}
+  [[nodiscard]] Known joints(double t) const {
+    for (const auto& [name, q] : executor_->joints(t))
+      if (name == robot_) return q;
+    return std::nullopt;
+  }
+  CommandContext* ctx_;
+  std::string robot_;
+  std::unique_ptr<sim::Simulator> simulator_;
+  std::unique_ptr<task::TaskExecutor> executor_;
+  double now_ = 0;
+};
+
+/// With what procedures begin: known only where all their calls agree.
+using Entries = std::map<std::uint64_t, Known>;
+
 class TaskWriter {
  public:
-  TaskWriter(CommandContext& ctx, const World& world, Source& source)
-      : ctx_(ctx), world_(world), source_(source) {
+  TaskWriter(CommandContext& ctx, const World& world, Source& source, Rehearsal& rehearsal,
+             Entries& entries)
+      : ctx_(ctx),
+        world_(world),
+        source_(source),
+        rehearsal_(rehearsal),
+        entries_(entries),
+        stands_{{"", rehearsal.start()}} {
     for (std::size_t i = 0; i < world.signals.size(); ++i) {
       const model::Signal& s = world.signals[i];
       signals_[s.name] = {source.names.name("signal " + s.name, s.name),
@@ -343,6 +417,8 @@ class TaskWriter {
     for (int d = 1; d <= deepest_; ++d) out.add("INT: " + counter(d) + ";");
     return out.text();
   }
+  /// Whether procedures were written for a begin that a later call has not.
+  [[nodiscard]] bool is_again() const { return is_again_; }
   [[nodiscard]] const std::string& routines() const { return routines_; }
 
  private:
@@ -394,6 +470,7 @@ class TaskWriter {
     switch (s.kind) {
       case StepKind::move: RMP_TRY(move(s, out)); break;
       case StepKind::attach:
+        has_led_ = has_led_ || !s.tcp.empty();
         if (!s.tcp.empty())
           source_.note("The tool centre point " + quote(s.tcp) + " of " + quote(s.object) +
                        " leads moves of the task; the program keeps the robot's tool.");
@@ -449,16 +526,33 @@ class TaskWriter {
         if (calls.size() > 1) {
           in_procedure_ = std::max(in_procedure_, depth + 1);
         }
-        out.add("FOR " + counter(depth + 1) + " := 1 TO " + std::to_string(s.count));
+        const Stands before = stands_;
+        const std::string round = counter(depth + 1);
+        const auto body = [&](IrlLines& lines) {
+          return block(task, static_cast<std::int32_t>(at), at + 1, robot, lines, calls, depth + 1);
+        };
+        if (s.count > 1) {
+          // The second round may begin elsewhere than the first.
+          RMP_TRY_ASSIGN(const Known second, tried(body, before));
+          if (before.size() > 1 || !is_same(second, before.front().q)) {
+            RMP_TRY_ASSIGN(const Known third, tried(body, {{"", second}}));
+            stands_.clear();
+            for (const Stand& b : before)
+              stands_.push_back({round + " = 1" + (b.when.empty() ? "" : " AND " + b.when), b.q});
+            stands_.push_back({round + " > 1", is_same(second, third) ? second : Known{}});
+          }
+        }
+        out.add("FOR " + round + " := 1 TO " + std::to_string(s.count));
         out.in();
-        RMP_TRY_ASSIGN(const std::size_t end, block(task, static_cast<std::int32_t>(at), at + 1,
-                                                    robot, out, calls, depth + 1));
+        RMP_TRY_ASSIGN(const std::size_t end, body(out));
         out.out();
         out.add("ENDFOR;");
+        if (s.count > 1) stands_ = {{"", stands_.back().q}};
         return end;
       }
       case StepKind::when: {
         RMP_TRY_ASSIGN(const std::string condition, expression(s.expression));
+        const Stands before = stands_;
         out.add("IF " + condition + " THEN");
         out.in();
         RMP_TRY_ASSIGN(std::size_t end, block(task, static_cast<std::int32_t>(at), at + 1, robot,
@@ -467,6 +561,7 @@ class TaskWriter {
         const bool has_else = end < task.steps.size() &&
                               task.steps[end].kind == StepKind::otherwise &&
                               task.steps[end].parent == s.parent;
+        const Stands then = std::exchange(stands_, before);
         if (has_else) {
           out.add("ELSE");
           out.in();
@@ -475,6 +570,14 @@ class TaskWriter {
           out.out();
         }
         out.add("ENDIF;");
+        if (!is_same(known(then), known(stands_)) || !known(then)) {
+          const bool is_unmoved = then.size() == before.size() && stands_.size() == before.size() &&
+                                  std::equal(then.begin(), then.end(), stands_.begin(),
+                                             [](const Stand& a, const Stand& b) {
+                                               return a.when == b.when && is_same(a.q, b.q);
+                                             });
+          if (!is_unmoved) stands_ = {{"", {}}};
+        }
         return end;
       }
       case StepKind::otherwise:
@@ -504,7 +607,18 @@ class TaskWriter {
                    "Use a repeat.");
     const std::string key = "task " + std::to_string(id.number);
     const std::string name = source_.names.name(key, record->name);
-    if (!made_.insert(id.number).second) return name;
+    // It knows where it begins if all that call it do.
+    const auto [entry, is_new] = entries_.try_emplace(id.number, known(stands_));
+    if (!is_new && entry->second && !is_same(entry->second, known(stands_))) {
+      entry->second.reset();
+      is_again_ = true;
+    }
+    const auto made = made_.find(id.number);
+    if (made != made_.end()) {
+      stands_ = {{"", made->second}};
+      return name;
+    }
+    stands_ = {{"", entry->second}};
     IrlLines out;
     out.in();
     std::vector<std::uint64_t> inner = calls;
@@ -517,8 +631,91 @@ class TaskWriter {
     for (int d = 1; d <= in_procedure_; ++d)
       variables += (d == 1 ? "VAR\n" : "") + std::string("  INT: ") + counter(d) + ";\n";
     in_procedure_ = before;
+    stands_ = {{"", known(stands_)}};
+    made_[id.number] = stands_.front().q;
     routines_ += "PROCEDURE " + name + " ();\n" + variables + "BEGIN\n" + out.text() + "ENDPROC;\n";
     return name;
+  }
+  /// Where the robot may stand, each under a condition over rounds; "" = always.
+  struct Stand {
+    std::string when;
+    Known q;
+  };
+  using Stands = std::vector<Stand>;
+  static Known known(const Stands& all) {
+    for (const Stand& s : all)
+      if (!is_same(s.q, all.front().q)) return std::nullopt;
+    return all.front().q;
+  }
+  /// Where a block ends that begins with `from`, without a word.
+  template <class Body>
+  Result<Known> tried(const Body& body, const Stands& from) {
+    const auto kept = std::tuple(source_.notes, used_, written_, has_gripper_, routines_, deepest_,
+                                 in_procedure_, made_, has_led_);
+    const Stands before = std::exchange(stands_, from);
+    IrlLines nowhere;
+    const auto end = body(nowhere);
+    std::tie(source_.notes, used_, written_, has_gripper_, routines_, deepest_, in_procedure_,
+             made_, has_led_) = kept;
+    const Known at = known(std::exchange(stands_, before));
+    if (!end.ok()) return end.error();
+    return at;
+  }
+  /// The line of a move, from wherever the robot may stand: `motion`, its attributes, and what is
+  /// behind them. Then it stands elsewhere.
+  void carry_out(const TaskStep& s, IrlLines& out, const std::string& motion,
+                 const std::string& attributes, const std::string& behind, const Known& goal) {
+    const std::string profile = s.profile.empty() ? "quintic" : s.profile;
+    const bool is_other = !s.is_straight && profile != "trapezoidal";
+    const bool is_known = !has_led_ || goal;
+    std::vector<std::string> lines;
+    for (Stand& stand : stands_) {
+      const auto went =
+          stand.q && is_known ? rehearsal_.from(*stand.q, s) : std::optional<Rehearsal::Went>{};
+      std::string own = attributes;
+      if (is_other && s.duration > 0) {
+        source_.note("Motions of the joints by the profile " + profile +
+                     " keep their time in the program, and go by a trapezoid in it.");
+      } else if (is_other) {
+        TaskStep plain = s;
+        plain.profile = "trapezoidal";
+        const auto least = went ? rehearsal_.from(*stand.q, plain) : went;
+        constexpr double kSame = 1e-9;  // [s]
+        if (went && least && went->time >= least->time - kSame) {
+          if (went->time > kSame) own = " TIME := " + irl_real(went->time);
+          source_.note("Motions of the joints by the profile " + profile +
+                       " keep their time in the program, and go by a trapezoid in it.");
+        } else {
+          source_.note(
+              "Motions of the joints by the profile " + profile +
+              " are trapezoidal in the program, and take another time" +
+              (went ? ""
+                    : " where it is not known from where they go; a step with a time keeps it") +
+              ".");
+        }
+      }
+      lines.push_back(motion + own + ";" + behind);
+      stand.q = went ? Known(went->q) : goal;
+    }
+    const bool is_one = std::all_of(lines.begin(), lines.end(),
+                                    [&](const std::string& l) { return l == lines.front(); });
+    for (std::size_t k = 0; k < (is_one ? 1 : lines.size()); ++k) {
+      const bool is_last = is_one || k + 1 == lines.size();
+      if (!is_last) {
+        out.add("IF " + stands_[k].when + " THEN");
+        out.in();
+      }
+      out.add(lines[k]);
+      if (is_last) break;
+      out.out();
+      out.add("ELSE");
+      out.in();
+    }
+    for (std::size_t k = 1; !is_one && k < lines.size(); ++k) {
+      out.out();
+      out.add("ENDIF;");
+    }
+    if (const Known at = known(stands_)) stands_ = {{"", at}};
   }
   Result<void> move(const TaskStep& s, IrlLines& out) {
     if (!s.link.empty())
@@ -542,24 +739,29 @@ class TaskWriter {
       for (const std::string& n : own.notes) source_.note(n);
       for (const std::string_view line : text::split(own.body.text(), '\n'))
         if (!line.empty()) out.add(line);
+      for (Stand& stand : stands_) {
+        const auto went =
+            stand.q && !has_led_ ? rehearsal_.from(*stand.q, s) : std::optional<Rehearsal::Went>{};
+        stand.q = went ? Known(went->q) : Known{};
+      }
       return {};
     }
     std::string attributes;
     if (s.duration > 0) attributes = " TIME := " + irl_real(s.duration);
-    else if (s.is_straight)
-      attributes = " SPEED := " + irl_real(kMm * (s.tool_speed > 0 ? s.tool_speed : kToolSpeed));
-    else if (s.speed < 1) attributes = " SPEED_PTP := " + irl_real(kPercent * s.speed);
-    const std::string profile = s.profile.empty() ? "quintic" : s.profile;
-    if (!s.is_straight && profile != "trapezoidal")
-      source_.note("Motions of the joints by the profile " + profile +
-                   " are trapezoidal in the program" +
-                   (s.duration > 0 ? ", and take their time."
-                                   : ", and take another time; a step with a time keeps it."));
+    else if (s.is_straight) {
+      model::TrajectorySegment line;
+      line.shape.name = "line";
+      line.law.name = "trapezoidal";
+      line.shape.params["speed"] = s.tool_speed > 0 ? s.tool_speed : kToolSpeed;
+      RMP_TRY_ASSIGN(attributes, trapezoid_words(ctx_, line, source_));
+    } else if (s.speed < 1) attributes = " SPEED_PTP := " + irl_real(kPercent * s.speed);
     if (s.target) {
       RMP_TRY_ASSIGN(const Pose f, frame(s.frame));
       const Pose base_T_frame = spatial::compose(source_.arm().base_T_world, f);
-      out.add(std::string(s.is_straight ? "MOVE LIN " : "MOVE PTP ") +
-              irl_pose(spatial::compose(base_T_frame, model::pose(*s.target))) + attributes + ";");
+      carry_out(s, out,
+                std::string(s.is_straight ? "MOVE LIN " : "MOVE PTP ") +
+                    irl_pose(spatial::compose(base_T_frame, model::pose(*s.target))),
+                attributes, {}, {});
       return {};
     }
     std::vector<double> q = s.joints;
@@ -574,8 +776,8 @@ class TaskWriter {
       q = pose->q;
     }
     RMP_TRY_ASSIGN(const std::string to, source_.joints(q));
-    out.add("MOVE PTP " + to + attributes + ";" +
-            (s.joints.empty() ? " " + irl_comment(s.pose) : std::string()));
+    carry_out(s, out, "MOVE PTP " + to, attributes,
+              s.joints.empty() ? " " + irl_comment(s.pose) : std::string(), q);
     return {};
   }
   /// world_T_frame. Objects that move stand for where they are at the start.
@@ -601,7 +803,12 @@ class TaskWriter {
   bool has_gripper_ = false;
   std::string gripper_, routines_;
   int deepest_ = 0, in_procedure_ = 0;
-  std::set<std::uint64_t> made_;
+  std::map<std::uint64_t, Known> made_;  ///< procedures, and where they end
+  Rehearsal& rehearsal_;
+  Entries& entries_;
+  Stands stands_;
+  bool is_again_ = false;
+  bool has_led_ = false;  ///< a centre point of an object has led moves of the task
 };
 
 Result<Value> from_task(CommandContext& ctx, const Map& args) {
@@ -622,15 +829,21 @@ Result<Value> from_task(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t arm_at,
                  find_robot(ctx, typed<World>(args, "world"), Value(robot), where));
   RMP_TRY_ASSIGN(const Arm arm, arm_of(ctx, w, arm_at));
-  Source source(arm);
-  TaskWriter writer(ctx, w, source);
+  RMP_TRY_ASSIGN(Rehearsal rehearsal,
+                 Rehearsal::create(ctx, typed<World>(args, "world"), arm.name));
   model::PlacedTask mine = placed;
   mine.robot = robot;
-  auto done = writer.run(mine);
-  if (!done.ok()) return std::move(done).error().in("task " + quote(placed.name));
-  return finish(ctx, args, source, placed.name,
-                "Of the task " + placed.name + " for the robot " + arm.name + " of " + where,
-                writer.head(), writer.routines());
+  Entries entries;
+  for (;;) {
+    Source source(arm);
+    TaskWriter writer(ctx, w, source, rehearsal, entries);
+    auto done = writer.run(mine);
+    if (!done.ok()) return std::move(done).error().in("task " + quote(placed.name));
+    if (writer.is_again()) continue;
+    return finish(ctx, args, source, placed.name,
+                  "Of the task " + placed.name + " for the robot " + arm.name + " of " + where,
+                  writer.head(), writer.routines());
+  }
 }
 
 // ---- recordings ----
