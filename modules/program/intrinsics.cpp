@@ -79,6 +79,7 @@ Run::Did Run::write(Process& p, const IntrinsicCall& c) {
                 "OPEN it with 'W' or 'A' first."),
            Did::failed;
   f->text += out;
+  f->span = c_.instruction(at_).span;
   s_.heap.bytes += out.size();
   return Did::done;
 }
@@ -543,6 +544,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
         return failed("the file " + f->name + " is open already", "CLOSE it first.");
       Heap::File made;
       made.name = std::string(text_of(*in[1]));
+      made.span = c_.instruction(at_).span;
       const std::string mode(text_of(*in[2]));
       if (mode.size() != 1 || std::string_view("RWArwa").find(mode) == std::string_view::npos)
         return failed("OPEN knows no mode '" + mode.substr(0, 40) + "'",

@@ -93,6 +93,7 @@ struct Stop {
 struct Status {
   RunState state = RunState::waiting;
   bool is_halted = false;              ///< over, by HALT
+  rmp_span halted_at{};                ///< that HALT
   std::vector<Wait> waits;             ///< waiting, busy: of processes and their interrupts
   std::vector<std::uint32_t> watched;  ///< signals in the conditions of enabled interrupts
   bool watches_each_cycle = false;     ///< such a condition is to be looked at in each cycle
@@ -243,6 +244,8 @@ class Machine {
   [[nodiscard]] std::vector<RoutinePlace> routines() const;
   /// Name of the routine that a process is of; the program's for 0.
   [[nodiscard]] std::string process_name(std::uint32_t process) const;
+  /// The variable whose semaphore a process waits for; "" = none, or one of a routine.
+  [[nodiscard]] std::string semaphore_of(std::uint32_t process) const;
   /// Innermost first; empty = there is no such process.
   [[nodiscard]] std::vector<CallPlace> call_stack(std::uint32_t process = 0) const;
   /// Where the innermost call of a process is, however many there are; nothing = there is no such

@@ -52,6 +52,24 @@ std::vector<std::uint32_t> Machine::processes() const {
   return out;
 }
 
+std::string Machine::semaphore_of(std::uint32_t process) const {
+  for (const Process& p : state_->processes) {
+    if (p.routine != process || p.is_ended) continue;
+    const WaitState* wait = p.wait.kind == Waits::semaphore ? &p.wait : nullptr;
+    for (const Frame& f : p.frames)
+      for (const WaitState& x : f.put_aside)
+        if (!wait && x.kind == Waits::semaphore) wait = &x;
+    if (!wait) return {};
+    for (std::uint32_t s = 0; s < code_->place_of.size(); ++s) {
+      const Place& at = code_->place_of[s];
+      if (at.offset == kNone || at.space != kGlobal || at.type >= code_->types.size()) continue;
+      if (wait->address >= at.offset && wait->address - at.offset < code_->types[at.type].slots)
+        return code_->symbol(s).name;
+    }
+  }
+  return {};
+}
+
 bool Machine::resume_pause(std::uint32_t process) {
   for (std::size_t k = 0; k < state_->processes.size(); ++k) {
     const Process& p = state_->processes[k];
@@ -398,10 +416,13 @@ void Run::write_files() {
     if (f.mode != 'W' && f.mode != 'A') continue;
     const auto done = world_->write_file(f.name, f.text, f.mode == 'A');
     f.mode = 0;
-    if (!done.ok()) {
-      p_ = nullptr;
-      fail(done.error());
-    }
+    if (done.ok() || s_.status.fault) continue;
+    p_ = nullptr;
+    fail(done.error());
+    Fault& fault = *s_.status.fault;
+    fault.span = f.span;
+    const rmp_code& t = c_.tables();
+    if (f.span.file < t.files.count) fault.file = row<rmp_code_file>(t.files, f.span.file).name;
   }
 }
 

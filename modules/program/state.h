@@ -369,6 +369,7 @@ struct Heap {
     std::string name, text;
     char mode = 0;  ///< R, W, A; 0 = closed
     std::size_t at = 0;
+    rmp_span span{};  ///< of the statement that opened it, or wrote to it last
   };
   std::vector<Text> texts;
   std::vector<std::uint32_t> free_texts;

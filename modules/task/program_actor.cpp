@@ -1945,8 +1945,7 @@ Result<void> ProgramActor::advance(TaskExecutor& executor, double now, Progress&
     text_.clear();
   }
   if (is_over() && machine_.status().is_halted && !std::exchange(has_told_halt_, true))
-    executor.note(now, name() + " is at HALT, line " +
-                           std::to_string(lines_.empty() ? 0 : lines_.back().second));
+    executor.note(now, name() + " is at HALT, " + place_text(machine_.status().halted_at));
   return {};
 }
 
@@ -1989,6 +1988,48 @@ bool ProgramActor::waits_for_signals() const {
                      [](const program::Wait& w) { return !w.signals.empty(); });
 }
 
+ProgramActor::Stuck ProgramActor::stuck() const {
+  Stuck out;
+  const rmp_code& c = machine_.code();
+  for (const program::Wait& w : machine_.status().waits) {
+    std::string what, hint;
+    switch (w.kind) {
+      case program::WaitKind::condition: {
+        for (const std::uint32_t s : w.signals)
+          what += (what.empty() ? "" : ", ") +
+                  std::string(static_cast<const rmp_code_symbol*>(rmp_row(&c.symbols, s))->name);
+        hint = what.empty() ? "Let another process change what the condition looks at, or give "
+                              "the wait a TIMEOUT."
+                            : "Let a task set these signals before.";
+        what = what.empty() ? " waits for variables" : " waits for " + what;
+        break;
+      }
+      case program::WaitKind::semaphore: {
+        const std::string name = machine_.semaphore_of(w.process);
+        what = " waits for " + (name.empty() ? "a semaphore" : "the semaphore " + name);
+        hint = "Let another process RELEASE it.";
+        break;
+      }
+      case program::WaitKind::stopped:
+        what = " is held by STOP";
+        hint = "Let another process CONTINUE it.";
+        break;
+      default: continue;
+    }
+    std::string who = "program " + text::quote(name());
+    if (w.process != 0) who += ", process " + machine_.process_name(w.process);
+    if (w.kind != program::WaitKind::stopped) who += ", " + place_text(w.span);
+    out.waits.push_back(who + what);
+    if (std::find(out.hints.begin(), out.hints.end(), hint) == out.hints.end())
+      out.hints.push_back(hint);
+  }
+  if (out.waits.empty()) {
+    out.waits.push_back("program " + text::quote(name()) + ", " + where() + " waits");
+    out.hints.emplace_back("Let another process or task go on.");
+  }
+  return out;
+}
+
 std::string ProgramActor::where() const {
   const auto calls = machine_.call_stack(0);
   return calls.empty() ? "its end" : place_text(calls.front().span);
@@ -2004,10 +2045,12 @@ std::string ProgramActor::place_text(const rmp_span& s) const {
 
 void ProgramActor::note_line(double t) {
   const program::Status& s = machine_.status();
-  if (s.state == program::RunState::over) return;
-  const auto at = machine_.place_of(0);
-  if (!at) return;
-  const std::uint32_t line = at->span.line;
+  std::uint32_t line = s.halted_at.line;
+  if (!s.is_halted) {
+    const auto at = s.state == program::RunState::over ? std::nullopt : machine_.place_of(0);
+    if (!at) return;
+    line = at->span.line;
+  }
   if (!lines_.empty() && lines_.back().second == line) return;
   if (!lines_.empty() && lines_.back().first == t) lines_.back().second = line;
   else lines_.emplace_back(t, line);

@@ -77,7 +77,13 @@ class ProgramActor {
   [[nodiscard]] std::optional<double> next_time(double now, double cycle) const;
   /// Whether a signal may let it go on.
   [[nodiscard]] bool waits_for_signals() const;
-  /// "line 12 of towers.irl", of what it waits at.
+  /// What its processes wait for and nothing gives any more, each with its place, and by whom it
+  /// could be given: sentences.
+  struct Stuck {
+    std::vector<std::string> waits, hints;
+  };
+  [[nodiscard]] Stuck stuck() const;
+  /// "towers.irl:12:3", of what it waits at.
   [[nodiscard]] std::string where() const;
   /// Its line at a time; 0 = before it began.
   [[nodiscard]] double line_at(double t) const;

@@ -27,6 +27,16 @@ const rmp_code_symbol& symbol(const rmp_code& c, std::uint32_t i) {
   return *static_cast<const rmp_code_symbol*>(rmp_row(&c.symbols, i));
 }
 
+/// Whether motions of a program say by number which robot they are of.
+bool names_devices(const rmp_code& c) {
+  for (std::uint32_t k = 0; k < c.instructions.count; ++k) {
+    const auto& i = *static_cast<const rmp_code_instruction*>(rmp_row(&c.instructions, k));
+    if (i.op == RMP_OP_ATTRIBUTE && i.b.kind == RMP_OPERAND_WORD && i.b.index == RMP_ATTR_DEVICE)
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld wanted,
@@ -223,9 +233,17 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
       continue;
     }
     if (b.kind == BindingKind::robot) {
-      if (b.name.empty() || text::read_int(b.name) ||
+      const auto number = text::read_int(b.name);
+      const auto robots = static_cast<std::int64_t>(names->robots.size());
+      if (b.name.empty() || (number && (names_devices(c) || (*number >= 1 && *number <= robots))) ||
           std::find(used.begin(), used.end(), &b) != used.end())
         continue;
+      if (number)
+        return error(ErrorCode::unknown_name,
+                     "it has no ROBOT number " + b.name + ", and no motion names a DEVICE",
+                     robots == 0 ? "Bind its own robot without a name."
+                                 : "It has " + std::to_string(robots) + ", counted from 1.",
+                     where);
       return error(ErrorCode::unknown_name, "it has no robot " + quote(b.name),
                    "Give the name or number of a ROBOT of its cell, or none for its own.", where);
     }

@@ -370,10 +370,17 @@ class Runner {
       if (thread.has_step())
         message += (message.empty() ? "" : "; ") + thread.where() + " waits for " +
                    quote(thread.step().expression);
-    for (const ProgramActor& p : programs_)
-      if (!p.is_over())
-        message += (message.empty() ? "" : "; ") + std::string("program ") + quote(p.name()) +
-                   ", " + p.where() + " waits";
+    std::vector<std::string> hints;
+    if (!message.empty()) hints.emplace_back("Let a task set these signals before.");
+    for (const ProgramActor& p : programs_) {
+      if (p.is_over()) continue;
+      const ProgramActor::Stuck stuck = p.stuck();
+      for (const std::string& w : stuck.waits) message += (message.empty() ? "" : "; ") + w;
+      for (const std::string& h : stuck.hints)
+        if (std::find(hints.begin(), hints.end(), h) == hints.end()) hints.push_back(h);
+    }
+    std::string hint;
+    for (const std::string& h : hints) hint += (hint.empty() ? "" : " ") + h;
     if (waits_for_time_)
       return error(
           ErrorCode::conflict,
@@ -382,7 +389,7 @@ class Runner {
     return error(
         ErrorCode::conflict,
         message + ", which can never come true after t = " + text::print_rounded(now_) + " s",
-        "Let a task set these signals before.");
+        hint);
   }
 
   struct Seen {

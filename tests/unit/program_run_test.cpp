@@ -467,6 +467,58 @@ TEST_F(ProgramRun, FaultsNameProgramFileLineAndColumn) {
   EXPECT_NE(fault({{"unbound", "free"}}).find("can never come true"), std::string::npos);
 }
 
+TEST_F(ProgramRun, PlacesOfHaltAndOfFilesAreThoseOfTheirStatements) {
+  put("halts",
+      "MOVE PTP MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 0.0, 0.0);\nn := 1;\nIF n = 1 THEN\n"
+      "    HALT;\nENDIF;\n",
+      "VAR INT: n := 0;\n");
+  const RecordingPtr r = run();
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(has_note(r, "halts is at HALT, halts.irl:7:5")) << r->notes.back();
+  EXPECT_EQ(column(r, "halts.line").back(), 7);
+  call("world.remove_program", {{"id", cell_}, {"name", "halts"}});
+  // What is open at the end is written then, and its fault is of the last WRITE.
+  put("writes", "OPEN(f, 'list.txt', 'W');\nWRITELN(f, 1);\n  WRITELN(f, 2);\nn := 2;\n",
+      "VAR FILE: f; INT: n;\n");
+  EXPECT_NE(fault().find("program \"writes\", writes.irl:6:3: the program writes the file"),
+            std::string::npos)
+      << fault();
+}
+
+TEST_F(ProgramRun, WaitsThatNothingEndsSayWhatTheyWaitFor) {
+  put("stuck", "START side;\nSTOP side;\nSTART other;\nACQUIRE(turn);\n",
+      "VAR SEMAPHORE: turn; INT: n := 0;\n"
+      "PROCESS side;\nBEGIN\n  WAIT 5.0 SEC;\nENDPROCESS;\n"
+      "PROCESS other;\nBEGIN\n  WAIT FOR n = 3;\nENDPROCESS;\n");
+  const std::string said = fault();
+  for (const char* part : {"program \"stuck\", stuck.irl:15:1 waits for the semaphore turn",
+                           "program \"stuck\", process side is held by STOP",
+                           "program \"stuck\", process other, stuck.irl:9:3 waits for variables",
+                           "which can never come true", "Let another process RELEASE it.",
+                           "Let another process CONTINUE it.", "or give the wait a TIMEOUT."})
+    EXPECT_NE(said.find(part), std::string::npos) << part << "\n" << said;
+  EXPECT_EQ(said.find("Let a task set"), std::string::npos) << said;
+}
+
+TEST_F(ProgramRun, ARobotsNumberThatTheProgramHasNotIsRefused) {
+  const Value p = put("one", "MOVE PTP MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 0.0, 0.0);\n");
+  call("program.bind", {{"id", p}, {"kind", "robot"}, {"name", "9"}, {"to", "ur5"}});
+  EXPECT_NE(fault().find("it has no ROBOT number 9, and no motion names a DEVICE. Bind its own "
+                         "robot without a name."),
+            std::string::npos)
+      << fault();
+}
+
+TEST_F(ProgramRun, AValueThatCannotBeNamesItsProgramOnce) {
+  const Value p = put("seal", "n := 2;\n", "VAR INT: n := 1;\n");
+  const std::string said =
+      fails("program.bind", {{"id", p}, {"kind", "value"}, {"name", "n"}, {"expression", "'text'"}})
+          .sentence();
+  EXPECT_NE(said.find("program \"seal\""), std::string::npos) << said;
+  EXPECT_EQ(said.find("program \"seal\"", said.find("program \"seal\"") + 1), std::string::npos)
+      << said;
+}
+
 TEST_F(ProgramRun, LinesAreRecordedAndCostsGrowWithTheMotions) {
   put("many",
       "MOVE PTP POSE(POSITION(400.0, 100.0, 300.0), down);\nFOR i := 1 TO n\n"

@@ -93,7 +93,10 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlac
   auto found =
       values_of(ctx, place ? std::vector{*place} : places_of(ctx.snapshot(), ref(args, "id"), args),
                 out.code());
-  if (!found.ok()) return std::move(found).error().in(where);
+  if (!found.ok()) {
+    Error e = std::move(found).error();
+    return e.where.starts_with(where) ? e : std::move(e).in(where);  // bindings know it
+  }
   if (found->empty()) return out;
   if (!language->extension(kGivenValues))
     return error(
