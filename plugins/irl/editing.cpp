@@ -259,8 +259,9 @@ std::string Analysis::detail(const Use& u) const {
         if (i.name != s.name) continue;
         std::string all;
         for (const char p : i.parameters) all += (all.empty() ? "" : ", ") + parameter_name(p);
-        return (i.result.empty() ? "PROCEDURE " : "FUNCTION ") + std::string(s.name) + " (" + all +
-               ")" + (i.result.empty() ? "" : ": " + parameter_name(i.result[0]));
+        if (!all.empty()) all = " (" + all + ")";
+        return (i.result.empty() ? "PROCEDURE " : "FUNCTION ") + std::string(s.name) + all +
+               (i.result.empty() ? "" : ": " + parameter_name(i.result[0]));
       }
       return s.name;
     }
