@@ -107,6 +107,7 @@ class Splitter {
     check_starts();
     find_couplings();
     if (has_errors()) return std::move(part_);
+    if (partner_ != RMP_NONE) part_.partner = name(partner_);
     tell_what_is_left_out();
     write();
     return std::move(part_);

@@ -47,6 +47,7 @@ struct Part {
   std::vector<std::string> out;  ///< names of the lines that this part sets
   std::vector<std::string> in;   ///< and of those that it reads
   std::vector<std::string> shared;  ///< those of both that are variables
+  std::string partner;              ///< the robot at the other end of the lines; "" = there is none
   std::vector<MadeFor> made_for;    ///< declarations and procedures, by place
 };
 

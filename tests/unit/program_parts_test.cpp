@@ -552,6 +552,54 @@ TEST_F(Parts, TheOnlyRobotNeedNotBeNamed) {
     EXPECT_NE(part.find(each), std::string::npos) << part;
 }
 
+/// PDL2 is not read back: what the programs share is held against the program with lines, whose
+/// words are the same but for the states of ports.
+TEST_F(Parts, ProgramsOfArmsShareVariablesOfTheOneThatWritesThem) {
+  const Value both = made("both", two_robots());
+  List named, options;
+  for (const std::string& s : kLines) named.emplace_back(Map{{"name", s}, {"target", s}});
+  options.emplace_back(Map{{"name", "arm_right"}, {"value", "4"}});
+  const auto record = [&](const char* name, List signals) {
+    return call("record.create",
+                {{"kind", "controller"},
+                 {"name", name},
+                 {"fields",
+                  Map{{"target", "pdl2"}, {"signals", std::move(signals)}, {"options", options}}}});
+  };
+  const Value lines = record("lines", named), none = record("none", {});
+  const Value shared = call("program.post", {{"id", both}, {"profile", none}, {"robot", "ur5"}});
+  ASSERT_EQ(at(shared, "files").as_list()->size(), 2U);
+  for (const std::size_t k : {0U, 1U}) {
+    const std::string robot = k == 0 ? "left" : "right", other = k == 0 ? "right" : "left";
+    const Value& file = at(shared, "files").as_list()->at(k);
+    EXPECT_EQ(*at(file, "name").as_string(), "two_robots_" + robot + ".pdl");
+    std::string text = *at(file, "text").as_string();
+    for (const std::string& s : kLines) {
+      const bool is_own =
+          s == robot + "_starts" || text.find("  " + s + " := ") != std::string::npos;
+      const std::string declared = "  " + s + " : BOOLEAN" + (is_own ? " (FALSE)" : "") +
+                                   " EXPORTED FROM two_robots_" + (is_own ? robot : other) + "\n";
+      const auto i = text.find(declared);
+      ASSERT_NE(i, std::string::npos) << declared << text;
+      text.erase(i, declared.size());
+      for (const auto& [word, state] : {std::pair{"TRUE", "ON"}, std::pair{"FALSE", "OFF"}})
+        for (std::size_t j; (j = text.find("  " + s + " := " + word)) != std::string::npos;)
+          text.replace(j, s.size() + 6 + std::string(word).size(), "  " + s + " := " + state);
+    }
+    const std::string arm = k == 0 ? "1" : "4", head = " PROG_ARM = ";
+    const auto i = text.find(head + arm + "\n");
+    ASSERT_NE(i, std::string::npos) << text;
+    text.replace(i, head.size() + 1, head + "1");
+    // Each has a timer of its own.
+    for (std::size_t j; (j = text.find("$TIMER[2]")) != std::string::npos;)
+      text.replace(j, 9, "$TIMER[1]");
+    const Value own =
+        call("program.post",
+             {{"id", both}, {"only_robot", robot}, {"profile", lines}, {"robot", "ur5"}});
+    EXPECT_EQ(text, *at(at(own, "files").as_list()->at(0), "text").as_string());
+  }
+}
+
 /// Whatever the two do when, each hands over to the other what the program did, in its order.
 TEST_F(Parts, RandomHandOversKeepTheirOrderWhoeverIsSlower) {
   unsigned state = 7;

@@ -125,6 +125,7 @@ struct Profile {
   std::vector<PostAxis> axes;
   std::vector<PostSignal> signals;
   std::vector<std::string> shared;  ///< names of the last of them
+  std::string number, partner;      ///< values of options
   std::vector<PostPlace> tools, frames;
   std::vector<PostOption> options;
   PostProfile view;
@@ -176,11 +177,24 @@ struct Profile {
     return {};
   }
 
-  /// Signals that are variables which programs share.
-  void share(const std::vector<std::string>& names) {
+  /// Signals that are variables which programs share: with the one of that name. This is the
+  /// `arm`th robot of its controller, 1 is the first; the option arm_ROBOT says otherwise.
+  void share(const std::vector<std::string>& names, const std::string& robot, std::size_t arm,
+             const std::string& with) {
     shared = names;
     for (const std::string& n : shared) signals.push_back({n, n, -1, kShared, false, {}});
     view.signals = signals;
+    number = std::to_string(arm);
+    partner = with;
+    std::vector<PostOption> own{{"shared_with", partner, {}}};
+    for (const char* each : {"arm", "timer"}) {
+      std::string_view value = number;
+      for (const PostOption& o : options)
+        if (o.name == std::string(each) + "_" + robot) value = o.value;
+      own.push_back({each, value, {}});
+    }
+    options.insert(options.begin(), own.begin(), own.end());
+    view.options = options;
   }
 
  private:
@@ -565,10 +579,18 @@ Result<Collected> post_part(CommandContext& ctx, const Map& args, bool shares) {
       of_part.push_back({r.severity, r.span, r.message, r.hint});
       is_divided = is_divided && r.severity != RMP_FAULT_ERROR;
     }
+    const auto all = program_post::robots_that_move(made.code());
     if (is_divided) {
       RMP_TRY_ASSIGN(made, compile_whole(ctx, args, nullptr, &part.text));
       made_for = part.made_for;
-      asked.profile->share(part.shared);
+      if (shares) {
+        const std::string robot = text_of(args, "only_robot");
+        std::string base = asked.name;
+        if (base.ends_with("_" + plain(robot))) base.resize(base.size() - plain(robot).size() - 1);
+        const auto arm = std::find(all.begin(), all.end(), robot) - all.begin() + 1;
+        asked.profile->share(part.shared, robot, static_cast<std::size_t>(arm),
+                             base + "_" + plain(part.partner));
+      }
     }
   }
   const rmp_code& code = made.code();

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <memory>
+#include <set>
+#include <string>
 
 #include "../brand/brand_writer.h"
 
@@ -327,7 +329,21 @@ class Pdl2Writer final : public brand::BrandWriter {
   }
 
   // ---- signals ----
+  /// A variable that the programs of several robots share, in place of a line between them. It is
+  /// of the program that gives it values.
+  bool is_shared(const Signal& s) {
+    if (s.kind != "shared") return false;
+    const bool is_bool = s.type == RMP_TYPE_BOOL;
+    if (shared_.insert(s.target).second)
+      main_.variables.add(s.target + " : " + (is_bool ? "BOOLEAN" : "INTEGER") +
+                              (s.is_output ? is_bool ? " (FALSE)" : " (0)" : "") +
+                              " EXPORTED FROM " +
+                              (s.is_output ? routine_name(0) : lower(option("shared_with"))),
+                          &at_);
+    return true;
+  }
   Text port(const Signal& s) {
+    if (is_shared(s)) return {s.target};
     if (s.type == RMP_TYPE_REAL) {
       cannot("analog signals in physical units", "Use an INT, and scale it in the program.");
       return {};
@@ -348,6 +364,7 @@ class Pdl2Writer final : public brand::BrandWriter {
   Text output(const Signal& s) override { return signal_text(s); }
   void set_output(const Signal& s, std::uint32_t value) override {
     const std::string p = port(s).text;
+    if (s.kind == "shared") return line(p + " := " + text(value));
     if (s.type == RMP_TYPE_BOOL)
       if (const auto b = constant_bool(value, s.inverted)) {
         line(p + (*b ? " := ON" : " := OFF"));
@@ -458,6 +475,7 @@ class Pdl2Writer final : public brand::BrandWriter {
   }
 
   Routine main_;
+  std::set<std::string> shared_;  ///< variables of all programs
   std::deque<Routine> routines_;
   Routine* now_ = nullptr;
   std::string extended_;
