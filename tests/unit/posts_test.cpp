@@ -6,6 +6,7 @@
 #include <ctime>
 #include <limits>
 #include <sstream>
+#include <tuple>
 
 #include "support/posts.h"
 
@@ -472,6 +473,28 @@ TEST(Krl, TheSourceMapLeadsBackToTheLineOfEachMotion) {
     EXPECT_NE(lines.at(from - 1).find("MOVE"), std::string::npos) << line;
   }
   EXPECT_EQ(motions, 6);
+}
+
+TEST(Krl, BrakeHoldsTheMotionInAnInterruptAndOtherFormsAreErrors) {
+  const auto posted = [](const std::string& routine, const std::string& body) {
+    return post_source(posts::Krl(),
+                       "PROGRAM p;\nVAR POSE: a := POSE(POSITION(400.0, 0.0, 300.0), "
+                       "ORIZYX(0.0, 180.0, 0.0)); JOINT: j;\nSIGNAL INPUT BOOL: near AT 2;\n"
+                       "INTERRUPT hold WHEN near; BEGIN " +
+                           routine + " ENDINTERRUPT;\nBEGIN\nENABLE hold;\nMOVE LIN a;\n" + body +
+                           "ENDPROGRAM;\n");
+  };
+  const Posted good = posted("BRAKE(1); WAIT FOR NOT near;", "");
+  EXPECT_EQ(good.faults.find("error"), std::string::npos) << good.faults;
+  const std::string& src = good.files.at("P.src");
+  EXPECT_NE(src.find("DEF HOLD( )\n  BRAKE\n  WAIT FOR NOT $IN[2]\n"), std::string::npos) << src;
+  for (const auto& [routine, body, said] :
+       {std::tuple("BRAKE;", "", "error 4: KUKA KRL has no BRAKE that ends a motion"),
+        {"WAIT 0.1 SEC;", "BRAKE(1);\n", "error 8: KUKA KRL has no BRAKE outside of an interrupt"},
+        {"WAIT 0.1 SEC;", "j := R_JOINT_ACT;\n", "error 8: KUKA KRL has no R_JOINT_ACT()"}}) {
+    const Posted got = posted(routine, body);
+    EXPECT_NE(got.faults.find(said), std::string::npos) << got.faults;
+  }
 }
 
 TEST(Krl, ComputedSpeedsAreSetAgain) {
