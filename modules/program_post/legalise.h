@@ -13,14 +13,9 @@
 #include <robomosp/sdk/post.h>
 #include <robomosp/sdk/program_tables.h>
 
-namespace robomosp::program_post {
+#include "program_post/remark.h"
 
-/// Something that is said of a place of the program.
-struct Remark {
-  std::uint32_t severity = RMP_FAULT_ERROR;
-  rmp_span span{};
-  std::string message, hint;
-};
+namespace robomosp::program_post {
 
 struct Legal {
   std::unique_ptr<ProgramTables> tables;  ///< texts are those of the program, which outlives them

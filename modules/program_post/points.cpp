@@ -6,7 +6,9 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <tuple>
 
 #include <robomosp/sdk/post_writer.h>
 
@@ -337,6 +339,75 @@ class Values {
   std::vector<Numbers> values_;
 };
 
+/// A point and a direction.
+struct Axis {
+  std::array<double, 3> at{}, along{};
+};
+double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+std::array<double, 3> cross(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+std::array<double, 3> less(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+std::array<double, 3> along(const Axis& a, double by) {
+  return {a.at[0] + by * a.along[0], a.at[1] + by * a.along[1], a.at[2] + by * a.along[2]};
+}
+
+/// Of an arm of six turning joints, axes 2 and 3 parallel and across axis 1, the last three through
+/// one point: whether that point is behind axis 1 and the elbow below, as it stands, whatever the
+/// axes count from. In front is where axis 2 stands beside axis 1, else where the base's x axis
+/// points at joint 1 = 0. Nothing = it is another kind of arm.
+std::optional<std::uint32_t> seen_status(const RobotModel& robot, std::span<const double> q) {
+  constexpr double kSame = 1e-5;
+  if (!robot.is_simple() || robot.joints.size() != 6 || q.size() != 6) return std::nullopt;
+  std::array<Axis, 6> axes;
+  Pose frame;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const JointModel& j = robot.joints[i];
+    if (j.type != JointType::revolute || j.parent != static_cast<std::int32_t>(i) - 1 ||
+        j.is_coupled())
+      return std::nullopt;
+    frame = post::product(frame, j.placement);
+    axes[i].at = {frame.p[0], frame.p[1], frame.p[2]};
+    axes[i].along = {frame.R[2], frame.R[5], frame.R[8]};
+    // All turns with joint 1, so that it is looked at where that is 0.
+    Pose turn;
+    turn.R = matrix(about(2, i == 0 ? 0.0 : q[i] * post::kDegree));
+    frame = post::product(frame, turn);
+  }
+  // The wrist point: of axis 5 the one nearest to axis 4.
+  const std::array<double, 3> n = cross(axes[3].along, axes[4].along);
+  const double nn = dot(n, n);
+  if (nn < kSame) return std::nullopt;
+  const std::array<double, 3> d = less(axes[3].at, axes[4].at);
+  const std::array<double, 3> wrist = along(axes[4], dot(cross(d, axes[3].along), n) / nn);
+  double length = 0;
+  for (std::size_t i = 1; i < 6; ++i)
+    length += std::sqrt(dot(less(axes[i].at, axes[i - 1].at), less(axes[i].at, axes[i - 1].at)));
+  for (const std::size_t i : {3U, 5U}) {
+    const auto off = cross(less(wrist, axes[i].at), axes[i].along);
+    if (dot(off, off) > kSame * kSame * length * length) return std::nullopt;
+  }
+  const auto across = cross(axes[1].along, axes[2].along);
+  if (dot(across, across) > kSame || std::fabs(dot(axes[0].along, axes[1].along)) > kSame)
+    return std::nullopt;
+  std::array<double, 3> up = axes[0].along;
+  if (up[2] < 0) up = {-up[0], -up[1], -up[2]};
+  std::array<double, 3> front = cross(axes[1].along, up);
+  const double beside = dot(front, less(axes[1].at, axes[0].at));
+  const double sign = std::fabs(beside) > kSame * length ? beside : front[0];
+  if (sign < 0) front = {-front[0], -front[1], -front[2]};
+  const bool is_behind = dot(front, less(wrist, axes[0].at)) < 0;
+  const auto to_wrist = less(wrist, axes[1].at), to_elbow = less(axes[2].at, axes[1].at);
+  const double above =
+      dot(front, to_wrist) * dot(up, to_elbow) - dot(up, to_wrist) * dot(front, to_elbow);
+  const bool is_below = (is_behind ? -above : above) < 0;
+  return (is_behind ? kPostShoulderBehind : 0U) | (is_below ? kPostElbowOther : 0U);
+}
+
 class Finder {
  public:
   Finder(const rmp_code& code, const RobotModel* robot, const PostKinematics* kinematics,
@@ -363,8 +434,10 @@ class Finder {
       number_[e] = static_cast<std::uint32_t>(out_.points.size());
       out_.points.push_back(p);
     }
-    for (std::uint32_t r = 0; r < c_.routines.count; ++r)
+    for (std::uint32_t r = 0; r < c_.routines.count; ++r) {
+      is_placed_ = false;  // who calls it has been anywhere
       block(row<rmp_code_routine>(c_.routines, r).body);
+    }
     return std::move(out_);
   }
 
@@ -465,10 +538,11 @@ class Finder {
     }
     for (std::uint32_t k = 0; k < m.target_count; ++k) {
       const std::uint32_t n = number_[row<std::uint32_t>(c_.links, m.first_target + k)];
+      if (n == RMP_NONE || m.is_incremental) is_placed_ = false;
       if (n == RMP_NONE) continue;
       PostPoint& p = out_.points[n];
       if (p.motion == RMP_NONE) p.motion = number;
-      if (!m.is_incremental) solve(p, has_tool, frame);
+      if (!m.is_incremental) solve(p, has_tool, frame, m);
     }
   }
   /// Into the turns that the program asks for; false = the joints do not go there.
@@ -493,8 +567,62 @@ class Finder {
     for (std::size_t i = 0; i < 9; ++i) away += std::fabs(p.R[i] - (i % 4 == 0 ? 1.0 : 0.0));
     return away < 1e-9;
   }
-  void solve(PostPoint& p, bool has_tool, const std::optional<Pose>& frame) {
+  /// Once for each place of the program.
+  void remark(const rmp_span& at, std::string message, std::string hint) {
+    if (told_.emplace(at.file, at.line, at.column).second)
+      out_.remarks.push_back({RMP_FAULT_WARNING, at, std::move(message), std::move(hint)});
+  }
+  /// Joints on the way along a straight line from where the robot is, a step from the last one;
+  /// nothing = the way leaves what it reaches. Of arcs and splines it is the chord.
+  std::optional<std::vector<double>> followed(const Pose& to) {
+    constexpr int kSteps = 32;
+    constexpr double kJump = 1.2;  ///< [rad] of a joint in a step
+    const auto from = kinematics_->forward(last_);
+    if (!from.ok()) return std::nullopt;
+    const Quaternion a = post::quaternion(from->R);
+    Quaternion b = post::quaternion(to.R);
+    double cosine_of = 0;
+    for (std::size_t i = 0; i < 4; ++i) cosine_of += a[i] * b[i];
+    if (cosine_of < 0)
+      for (double& x : b) x = -x;
+    const double angle = std::acos(std::min(1.0, std::fabs(cosine_of)));
+    std::vector<double> q = last_;
+    for (int k = 1; k <= kSteps; ++k) {
+      const double s = double(k) / kSteps;
+      const double u = angle < 1e-9 ? 1 - s : std::sin((1 - s) * angle) / std::sin(angle);
+      const double v = angle < 1e-9 ? s : std::sin(s * angle) / std::sin(angle);
+      Quaternion r{};
+      for (std::size_t i = 0; i < 4; ++i) r[i] = u * a[i] + v * b[i];
+      const auto turned_to = unit(r);
+      if (!turned_to) return std::nullopt;
+      Pose here = to;
+      if (k < kSteps) {
+        here.R = matrix(*turned_to);
+        for (std::size_t i = 0; i < 3; ++i) here.p[i] = from->p[i] + s * (to.p[i] - from->p[i]);
+      }
+      auto next = kinematics_->inverse(here, q, -1);
+      if (!next.ok()) return std::nullopt;
+      // Where its branch ends, the nearest solution is one of another.
+      for (std::size_t i = 0; i < q.size(); ++i)
+        if (std::fabs((*next)[i] - q[i]) > kJump) return std::nullopt;
+      q = std::move(*next);
+    }
+    return q;
+  }
+  void place(PostPoint& p) {
+    std::uint32_t known = 0;
+    std::uint32_t status = kinematics_->status(p.q, known);
+    if (const auto seen = known == 7 ? seen_status(*robot_, p.q) : std::nullopt)
+      status = (status & kPostWristFlipped) | *seen;
+    // Without names the program's own STATUS is all that is known.
+    if (p.has_status && known != 7) return;
+    p.status = status;
+    p.status_known = known;
+  }
+  void solve(PostPoint& p, bool has_tool, const std::optional<Pose>& frame,
+             const rmp_code_motion& m) {
     const bool is_joints = p.role == RMP_ROLE_JOINT || p.role == RMP_ROLE_MAIN_JOINT;
+    const bool was_placed = std::exchange(is_placed_, false);
     if (!kinematics_ || !robot_) {
       if (!is_joints)
         p.q_missing = "the joints of this target are not known, since no robot is named";
@@ -503,12 +631,13 @@ class Finder {
     if (is_joints) {
       if (p.q.size() != robot_->coordinate_count()) return;
       last_.assign(p.q.begin(), p.q.end());
+      is_placed_ = true;
       if (p.has_pose) return;
       if (auto found = kinematics_->forward(p.q); found.ok()) {
         p.pose = *found;
         p.has_pose = true;
       }
-      p.status = kinematics_->status(p.q, p.status_known);
+      place(p);
       return;
     }
     if (p.role != RMP_ROLE_POSE && p.role != RMP_ROLE_ROBTARGET) {
@@ -517,6 +646,7 @@ class Finder {
     }
     if (!p.q.empty()) {
       last_.assign(p.q.begin(), p.q.end());
+      is_placed_ = true;
       return;
     }
     if (has_tool || !frame) {
@@ -524,23 +654,43 @@ class Finder {
                              : "the joints of this target are not known, since its FRAME is not";
       return;
     }
-    auto found = kinematics_->inverse(post::product(*frame, p.pose), last_,
-                                      p.has_status ? std::int64_t{p.status} : -1);
+    const Pose to = post::product(*frame, p.pose);
+    // Motions along a path keep the branch that they begin in, whatever STATUS says.
+    const bool keeps = was_placed && m.interpolation != RMP_MOVE_PTP;
+    const auto asked = p.has_status ? std::int64_t{p.status} : -1;
+    auto found = kinematics_->inverse(to, last_, keeps ? -1 : asked);
+    std::uint32_t known = 0, before_known = 0;
+    if (found.ok() && keeps) {
+      const rmp_span& span = row<rmp_code_expression>(c_.expressions, p.expression).span;
+      const std::uint32_t before = kinematics_->status(last_, before_known);
+      if (((kinematics_->status(*found, known) ^ before) & known & before_known) != 0) {
+        if (auto way = followed(to)) found = std::move(*way);
+        else if (m.interpolation == RMP_MOVE_LIN)
+          remark(span,
+                 "on a straight line the robot does not come here in the branch it is in, and its "
+                 "nearest configuration is taken",
+                 "program.check_run says where the way ends; go there by PTP.");
+      }
+      const std::uint32_t has = kinematics_->status(*found, known);
+      if (asked >= 0 && ((has ^ static_cast<std::uint32_t>(asked)) & known) != 0)
+        remark(span,
+               "the target says STATUS " + std::to_string(asked) +
+                   ", and a motion along a path keeps the branch it comes in, which is STATUS " +
+                   std::to_string(has) + " here",
+               "Move there by PTP, or give the target the STATUS of the motion before.");
+    }
     if (!found.ok()) {
       p.q_missing = word(found.error().message);
       return;
     }
-    if (!turn(p, *found)) {
+    if (!keeps && !turn(p, *found)) {
       p.q_missing = "the robot does not reach this target with its TURNS";
       return;
     }
     last_ = *found;
+    is_placed_ = true;
     p.q = keep(std::move(*found));
-    std::uint32_t known = 0;
-    const std::uint32_t status = kinematics_->status(p.q, known);
-    if (p.has_status) return;
-    p.status = status;
-    p.status_known = known;
+    place(p);
   }
 
   const rmp_code& c_;
@@ -550,6 +700,8 @@ class Finder {
   KnownPoints out_;
   std::vector<std::uint32_t> number_;
   std::vector<double> last_;
+  std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> told_;
+  bool is_placed_ = false;  ///< last_ is where the motion before leads
   double turns_from_ = kTurnsFrom;
   std::size_t joints_ = 0;  ///< of MAIN_JOINT
 };

@@ -10,6 +10,8 @@
 #include <robomosp/sdk/post.h>
 #include <robomosp/sdk/program_tables.h>
 
+#include "program_post/remark.h"
+
 namespace robomosp::program_post {
 
 /// Owns what its points refer to; moved, they stay valid.
@@ -18,15 +20,18 @@ struct KnownPoints {
   std::deque<std::vector<double>> numbers;
   std::deque<std::vector<std::int32_t>> turns;
   std::deque<std::string> words;
+  std::vector<Remark> remarks;  ///< targets that the run reaches otherwise than they say
 };
 
 /// Values of all expressions of position, orientation, pose, joints and robot target that do not
 /// depend on the run: made of constants and of variables that nothing assigns. With kinematics the
 /// targets of motions get joints and poses, each seeded by the one before in the text, the first by
-/// `start` (may be empty = zeros). A ROBTARGET has its STATUS (-1 = any) and its TURNS, which are
-/// those of the last joints, in turns that begin at R_TURNS_FROM of the cell. Joints: degrees and
-/// mm of the program become rad and m by the robot's types of joints (rad without a robot). Linear
-/// in the size of the tables.
+/// `start` (may be empty = zeros); motions along a path keep the branch in which they begin, as in
+/// a run. PostStatus of an arm with a spherical wrist is what its joints are seen to be: the wrist
+/// before or behind axis 1, the elbow above or below; of others it is the solver's names. A
+/// ROBTARGET has its STATUS (-1 = any) and its TURNS, which are those of the last joints, in turns
+/// that begin at R_TURNS_FROM of the cell. Joints: degrees and mm of the program become rad and m
+/// by the robot's types of joints (rad without a robot). Linear in the size of the tables.
 [[nodiscard]] KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
                                        const PostKinematics* kinematics,
                                        std::span<const double> start = {});

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -668,6 +669,191 @@ TEST_F(ProgramCheck, TargetsGivenTwiceAndInputsThatAreNoneAreRefused) {
   const Value c = call("program.compare_targets",
                        {{"id", p}, {"targets", two}, {"inputs", Map{{"Part_Here", true}}}});
   EXPECT_GT(*at(c, "compared").as_int(), 0);
+}
+
+/// What stands behind `word` in a text, up to `end`.
+std::string behind(const std::string& text, const std::string& word, const std::string& end) {
+  const auto at = text.find(word);
+  if (at == std::string::npos) return "(no " + word + ")";
+  const auto from = at + word.size();
+  return text.substr(from, text.find(end, from) - from);
+}
+
+/// The configuration that posts write against the places of the links in the same joints: of arms
+/// with a spherical wrist, whatever their joints count from, at random poses.
+TEST_F(ProgramCheck, ConfigurationsThatArePostedAreThoseOfTheJoints) {
+  struct Arm {
+    const char* name;
+    double lower[6], upper[6];  ///< [degrees]
+  };
+  const Arm arms[] = {
+      {"irb140", {-170, -85, -220, -170, -110, -170}, {170, 105, 45, 170, 110, 170}},
+      {"kr5", {-150, -170, -10, -170, -110, -170}, {150, 60, 150, 170, 110, 170}},
+      {"puma560", {-150, -40, -220, -100, -95, -170}, {150, 220, 40, 160, 95, 170}}};
+  std::mt19937 random(20261128);
+  std::set<std::string> seen;
+  std::size_t compared = 0;
+  for (const Arm& arm : arms) {
+    const Value robot = call("robot.get", {{"name", std::string(arm.name)}});
+    for (int round = 0; round < 40; ++round) {
+      List q;
+      std::vector<double> degrees;
+      for (std::size_t i = 0; i < 6; ++i) {
+        degrees.push_back(std::uniform_real_distribution(arm.lower[i], arm.upper[i])(random));
+        q.emplace_back(degrees[i] * std::numbers::pi / 180);
+      }
+      if (std::fabs(degrees[4]) < 5) continue;  // near the singular wrist either will do
+      auto fk = app().dispatch(session_, "robot.fk", {{"id", robot}, {"q", q}, {"all", true}});
+      if (!fk.ok()) continue;
+      const List& links = *at(*fk, "links").as_list();
+      using Row = std::array<double, 16>;
+      const auto frame = [&](std::size_t link) {
+        Row out{};
+        const auto& p = at(links[link], "pose").as_array()->data();
+        for (std::size_t i = 0; i < 16; ++i) out[i] = p[i];
+        return out;
+      };
+      const Row first = frame(0), elbow = frame(1), wrist = frame(4);
+      // x of the first link's frame leads from axis 1 to axis 2, or is where joint 1 = 0 looks.
+      const auto front = [&](const Row& r) { return r[3] * first[0] + r[7] * first[4]; };
+      const double w = front(wrist), l = w - front(first), h = wrist[11] - first[11];
+      const double e = front(elbow) - front(first), u = elbow[11] - first[11];
+      const double side = l * u - h * e;
+      if (std::fabs(w) < 0.02 || std::fabs(side) < 2e-3) continue;
+      const bool is_behind = w < 0, is_below = is_behind ? side > 0 : side < 0;
+      const bool is_flipped = degrees[4] < 0;
+      const bool is_bent_back = is_behind != is_below;
+      std::string joints;
+      for (const double d : degrees) joints += (joints.empty() ? "" : ", ") + std::to_string(d);
+      const auto& pose = at(*fk, "pose").as_array()->data();
+      const auto n = [&](std::size_t i) { return std::to_string(pose[i]); };
+      const Value p = call(
+          "program.create",
+          {{"name", "c" + std::to_string(compared)},
+           {"source", "PROGRAM c;\nVAR\n  POSE: there := POSE(POSITION(" +
+                          std::to_string(pose[3] * 1000) + ", " + std::to_string(pose[7] * 1000) +
+                          ", " + std::to_string(pose[11] * 1000) + "), ORIMAT(POSITION(" + n(0) +
+                          ", " + n(4) + ", " + n(8) + "), POSITION(" + n(1) + ", " + n(5) + ", " +
+                          n(9) + "), POSITION(" + n(2) + ", " + n(6) + ", " + n(10) +
+                          ")));\nBEGIN\n  MOVE PTP JOINT(MAIN_JOINT(" + joints +
+                          "), ADD_JOINT(0.0));\n  MOVE LIN there;\nENDPROGRAM;\n"}});
+      const auto post = [&](const char* target) {
+        const Value found =
+            call("program.post",
+                 {{"id", p}, {"target", std::string(target)}, {"robot", robot}, {"check", true}});
+        std::string all;
+        for (const Value& f : *at(found, "files").as_list()) all += *at(f, "text").as_string();
+        return all;
+      };
+      const std::string what = std::string(arm.name) + " at " + joints;
+      const auto bit = [](bool is_on, int value) { return is_on ? value : 0; };
+      const std::string rapid = post("rapid");
+      const auto quarter = [&](std::size_t i) {
+        return std::to_string(static_cast<int>(std::floor(degrees[i] / 90)));
+      };
+      EXPECT_NE(
+          rapid.find("[" + quarter(0) + "," + quarter(3) + "," + quarter(5) + "," +
+                     std::to_string(bit(is_behind, 4) + bit(is_bent_back, 2) + bit(is_flipped, 1)) +
+                     "]"),
+          std::string::npos)
+          << what << "\n"
+          << rapid;
+      EXPECT_EQ(behind(post("krl"), ",S ", ","),
+                std::to_string(bit(is_behind, 1) + bit(!is_bent_back, 2) + bit(is_flipped, 4)))
+          << what;
+      EXPECT_EQ(behind(post("fanuc_tp"), "CONFIG : '", ","), std::string(is_flipped ? "F " : "N ") +
+                                                                 (is_below ? "D " : "U ") +
+                                                                 (is_behind ? "B" : "T"))
+          << what;
+      EXPECT_EQ(behind(post("melfa5"), ")(", ","),
+                std::to_string(bit(!is_behind, 4) + bit(!is_below, 2) + bit(!is_flipped, 1)))
+          << what;
+      std::string letters;
+      for (const auto& [is_on, letter] :
+           {std::pair(is_behind, "S"), std::pair(is_below, "E"), std::pair(is_flipped, "W")})
+        if (is_on) letters += std::string(letters.empty() ? "" : " ") + letter;
+      EXPECT_EQ(behind(behind(post("pdl2"), "MOVE LINEAR TO POS(", ")"), "'", "'"), letters)
+          << what;
+      const std::string val3 = post("val3");
+      EXPECT_NE(val3.find(std::string("shoulder=\"") + (is_behind ? "righty" : "lefty") +
+                          "\" elbow=\"" + (is_bent_back ? "enegative" : "epositive") +
+                          "\" wrist=\"" + (is_flipped ? "wnegative" : "wpositive")),
+                std::string::npos)
+          << what << "\n"
+          << val3;
+      seen.insert(std::string(arm.name) + (is_behind ? "B" : "T") + (is_below ? "D" : "U") +
+                  (is_flipped ? "F" : "N"));
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 60U);
+  EXPECT_GT(seen.size(), 16U) << "of the 24 configurations of three arms too few are tried";
+}
+
+TEST_F(ProgramCheck, StraightMotionsArePostedInTheBranchTheyKeep) {
+  const auto there = [](const std::string& z) {
+    return "POSE(POSITION(450.0, 200.0, " + z + "), ORIZYX(0.0, 120.0, 0.0))";
+  };
+  // STATUS 2 is the elbow below, and the arm comes with its elbow above.
+  const Value p = put("  MOVE PTP ROBTARGET(" + there("300.0") +
+                      ", 0, [0, 0], ADD_JOINT(0.0));\n  MOVE LIN ROBTARGET(" + there("250.0") +
+                      ", 2, [0, 0], ADD_JOINT(0.0));\n");
+  const Value c =
+      call("program.post", {{"id", p},
+                            {"target", std::string("krl")},
+                            {"robot", call("robot.get", {{"name", std::string("puma560")}})},
+                            {"check", true}});
+  EXPECT_TRUE(*at(c, "correct").as_bool());
+  bool is_told = false;
+  for (const Value& f : *at(c, "faults").as_list())
+    is_told =
+        is_told ||
+        at(f, "message").as_string()->find("keeps the branch it comes in, which is STATUS 0") !=
+            std::string::npos;
+  EXPECT_TRUE(is_told);
+  const std::string dat = *at((*at(c, "files").as_list())[1], "text").as_string();
+  EXPECT_EQ(dat.find(",S 0"), std::string::npos) << dat;
+}
+
+/// A hint is a way that is still there: the robot is named and the program is flat.
+TEST_F(ProgramCheck, HintsOfEveryTargetAreNotOfWhatWasDone) {
+  const Value robot = call("robot.get", {{"name", std::string("puma560")}});
+  std::vector<Value> programs;
+  for (const char* name : {"hanoi", "palletising", "pick_and_place", "arc_weld", "two_robots"})
+    programs.push_back(
+        call("program.import",
+             {{"file", std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/programs/" + name + ".irl"}}));
+  // Targets beyond reach, of a place alone, with a tool, behind what only the run knows.
+  programs.push_back(put("  MOVE PTP ROBTARGET(" + place(400, 200, 400) +
+                         ", 3, [9, 9], ADD_JOINT(0.0));\n  MOVE PTP " + place(4000, 0, 300) +
+                         ";\n  MOVE LIN POSITION(400.0, 0.0, 300.0);\n  MOVE PTP " +
+                         place(400, 0, 300) + " TOOL := " + place(0, 0, 100) +
+                         ";\n  MOVE_INC LIN POSITION(0.0, 0.0, 10.0) TIME := 3.0;\n"));
+  std::size_t hints = 0;
+  const Value targets = call("program.targets", {});
+  for (const Value& t : *targets.as_list()) {
+    const std::string target = *at(t, "name").as_string();
+    for (const Value& p : programs) {
+      const auto found = app().dispatch(session_, "program.post",
+                                        {{"id", p},
+                                         {"target", target},
+                                         {"robot", robot},
+                                         {"form", std::string("flat")},
+                                         {"check", true}});
+      if (!found.ok()) continue;
+      for (const Value& f : *at(*found, "faults").as_list()) {
+        const std::string& hint = *at(f, "hint").as_string();
+        ++hints;
+        for (const char* done : {"ame the robot", "robot = ...", "flattened program", "= \"flat\""})
+          EXPECT_EQ(hint.find(done), std::string::npos)
+              << target << " " << *at(f, "message").as_string() << " " << hint;
+        if (*at(f, "severity").as_string() == "error") {
+          EXPECT_NE(hint, "") << target << " " << *at(f, "message").as_string();
+        }
+      }
+    }
+  }
+  EXPECT_GT(hints, 200U);
 }
 
 }  // namespace

@@ -226,8 +226,10 @@ std::string without_flat(std::string hint) {
   static constexpr std::pair<std::string_view, std::string_view> kWords[] = {
       {", or post the flattened program (form = \"flat\")", ""},
       {", or post the flattened program", ""},
-      {"Post the flattened program (form = \"flat\").", "Write it otherwise."},
-      {"Post the flattened program.", "Write it otherwise."}};
+      {"Post the flattened program (form = \"flat\").",
+       "It depends on what only a run knows: give it a value, or leave it out."},
+      {"Post the flattened program.",
+       "It depends on what only a run knows: give it a value, or leave it out."}};
   for (const auto& [what, by] : kWords)
     if (const auto at = hint.find(what); at != std::string::npos) hint.replace(at, what.size(), by);
   for (const std::string_view begin :
@@ -239,9 +241,36 @@ std::string without_flat(std::string hint) {
     }
   return hint;
 }
+/// A hint without another: to name the robot, where one is named.
+std::string without_robot(std::string_view message, std::string hint) {
+  const auto has = [&](std::string_view words) {
+    return message.find(words) != std::string_view::npos;
+  };
+  for (const std::string_view name :
+       {"Name the robot: program.post{robot = ...}", "Name the robot (program.post{robot = ...})",
+        ", or name the robot: program.post{robot = ...}"}) {
+    const auto at = hint.find(name);
+    if (at == std::string::npos) continue;
+    hint.erase(at, name.size());
+    if (hint.starts_with(", or ")) {
+      hint.erase(0, 5);
+      if (!hint.empty() && hint[0] >= 'a' && hint[0] <= 'z')
+        hint[0] = static_cast<char>(hint[0] - 'a' + 'A');
+    }
+    if (hint != ".") return hint;
+    if (has("TOOL of its own")) return "Make the tool a part of the robot, and leave TOOL out.";
+    if (has("FRAME")) return "Make FRAME of constants.";
+    if (has("keeps an orientation")) return "Give a POSE, which has one.";
+    if (has("reach") || has("limit"))
+      return "program.check_run says at this line how far it is, and which STATUS would do.";
+    return "Make the target of constants, or give joints (MAIN_JOINT).";
+  }
+  return hint;
+}
 class Collected final : public PostOutput {
  public:
   bool is_flat = false;
+  bool has_robot = false;
   void file(std::string_view name, std::string_view bytes) override {
     files.emplace_back(name, bytes);
   }
@@ -252,8 +281,10 @@ class Collected final : public PostOutput {
   }
   void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
              std::string_view hint) override {
-    faults.push_back({severity, span, std::string(message),
-                      is_flat ? without_flat(std::string(hint)) : std::string(hint)});
+    std::string way(hint);
+    if (is_flat) way = without_flat(std::move(way));
+    if (has_robot) way = without_robot(message, std::move(way));
+    faults.push_back({severity, span, std::string(message), std::move(way)});
   }
   [[nodiscard]] std::size_t errors() const {
     return static_cast<std::size_t>(std::count_if(faults.begin(), faults.end(), [](const Fault& f) {
@@ -329,6 +360,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
                                std::uint32_t form, std::size_t parts, Collected& out) {
   const PostCapabilities& caps = asked.post->capabilities();
   out.is_flat = form == kPostFlat;
+  out.has_robot = asked.robot != nullptr;
   program_post::LegaliseOptions options;
   program_post::KnownPoints before;
   if (program_post::wants_points(code, caps)) {
@@ -345,6 +377,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   for (const auto& r : legal.remarks) out.fault(r.severity, r.span, r.message, r.hint);
   const auto points = program_post::known_points(legal.tables->code(), asked.robot.get(),
                                                  asked.kinematics.get(), asked.start);
+  for (const auto& r : points.remarks) out.fault(r.severity, r.span, r.message, r.hint);
   PostTask task;
   task.code = &legal.tables->code();
   task.form = form;

@@ -168,7 +168,7 @@ class MoveWriter : public Writer {
     if (out) return usable(*out) ? out : std::nullopt;
     if (m.incremental)
       fail("where this increment leads is not known, since the pose before it is not",
-           "Begin with a motion to a pose, or name the robot: program.post{robot = ...}.");
+           "Move to the pose itself (MOVE), or name the robot: program.post{robot = ...}.");
     else if (t.point && t.role == RMP_ROLE_POSITION)
       fail("a position alone keeps the orientation, and the one before is not known",
            "Begin with a motion to a pose, or give a POSE.");

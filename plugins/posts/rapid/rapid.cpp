@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rapid.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -318,11 +319,11 @@ class RapidWriter final : public post::DeclaredWriter {
   /// cf1, cf4, cf6: quarters of a turn; cfx: the configuration.
   std::string configuration(const PostPoint& p) {
     // cfx: 4 the wrist is behind axis 1, 2 behind the lower arm, 1 axis 5 is negative.
-    const std::uint32_t cfx = p.status_known || p.has_status
-                                  ? ((p.status & kPostShoulderBehind) ? 4U : 0U) |
-                                        (post::wrist_behind_lower_arm(p.status) ? 2U : 0U) |
-                                        ((p.status & kPostWristFlipped) ? 1U : 0U)
-                                  : 0U;
+    std::uint32_t cfx = p.status_known || p.has_status
+                            ? ((p.status & kPostShoulderBehind) ? 4U : 0U) |
+                                  (post::wrist_behind_lower_arm(p.status) ? 2U : 0U) |
+                                  ((p.status & kPostWristFlipped) ? 1U : 0U)
+                            : 0U;
     if (p.q.empty()) {
       const std::string out = "[0,0,0," + std::to_string(cfx) + "]";
       warn(std::string(*p.q_missing ? p.q_missing : "the joints of this target are not known") +
@@ -331,8 +332,12 @@ class RapidWriter final : public post::DeclaredWriter {
       return out;
     }
     const auto a = axes(p);
+    // The controller's own axis 5 counts, which a profile may turn round.
+    const bool has_axes = std::any_of(profile_.axes.begin(), profile_.axes.end(),
+                                      [](const PostAxis& x) { return !x.external; });
+    if (has_axes && a.size() >= 6) cfx = (cfx & 6U) | (a[4] < 0 ? 1U : 0U);
     const auto quarter = [&](std::size_t i) {
-      return i < a.size() ? post::fixed(std::floor(a[i] / 90.0 + 1e-9), 0) : std::string("0");
+      return i < a.size() ? post::fixed(std::floor(a[i] / 90.0 + 1e-7), 0) : std::string("0");
     };
     return "[" + quarter(0) + "," + quarter(3) + "," + quarter(5) + "," + std::to_string(cfx) + "]";
   }
