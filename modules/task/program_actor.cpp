@@ -173,6 +173,15 @@ class ProgramCell final : public program::World {
     const auto it = a_.open_.find(number);
     if (it == a_.open_.end() || a_.held_.contains(number)) return {};
     ProgramActor::HeldMotion held;
+    for (const auto& [other, already] : a_.held_)
+      if (const auto of = a_.open_.find(other); other < number && already.with == 0 &&
+                                                of != a_.open_.end() &&
+                                                of->second.actor == it->second.actor)
+        held.with = other;
+    if (held.with != 0) {
+      a_.held_.emplace(number, std::move(held));
+      return {};
+    }
     const std::vector<std::size_t> all = moved_by(it->second);
     for (const std::size_t who : all) {
       auto& moves = held.moves[who];
@@ -192,6 +201,10 @@ class ProgramCell final : public program::World {
     const auto it = a_.open_.find(number);
     const auto held = a_.held_.find(number);
     if (it == a_.open_.end() || held == a_.held_.end()) return {};
+    if (held->second.with != 0) {
+      a_.held_.erase(held);
+      return {};
+    }
     double start = now_, left = 0;
     const double at = held->second.at, step = x_.step();
     std::map<std::size_t, TaskExecutor::Actor> as_they_were;

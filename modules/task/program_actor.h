@@ -159,6 +159,7 @@ class ProgramActor {
   struct HeldMotion {
     std::map<std::size_t, std::vector<TaskExecutor::Move>> moves;  ///< by actor
     double at = 0;  ///< where it stands, as a time of those [s]
+    std::uint64_t with = 0;  ///< an earlier motion of the robot, that is held with it; 0 = none
     double began = 0;
   };
   struct Solver {

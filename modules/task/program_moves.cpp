@@ -145,7 +145,13 @@ double TaskExecutor::brake(std::span<const std::size_t> whose, double t, double*
   double T = 0;
   for (const std::size_t who : whose) {
     Actor& a = actors_[who];
-    while (!a.moves.empty() && a.moves.back().start > t) a.moves.pop_back();
+    // What the robot passes on to without a stop it still brakes along.
+    const auto first = std::find_if(a.moves.begin(), a.moves.end(), [&](const Move& m) {
+      const auto rates = std::span(m.motion.qd).first(a.start.size());
+      return m.start > t && std::all_of(rates.begin(), rates.end(),
+                                        [](double v) { return std::fabs(v) < kLeastWay; });
+    });
+    a.moves.erase(first, a.moves.end());
     if (moved_until(a) <= t) continue;
     moving.push_back(who);
     const JointState now = sample(a, t);
@@ -187,6 +193,7 @@ double TaskExecutor::brake(std::span<const std::size_t> whose, double t, double*
   for (std::size_t k = 0; k < moving.size(); ++k) {
     Actor& a = actors_[moving[k]];
     if (way) *way = std::max(*way, std::min(moved_until(a) - t, took / 2));
+    while (!a.moves.empty() && a.moves.back().start > t) a.moves.pop_back();
     a.moves.push_back({t, std::move(braked[k])});
   }
   return t + took;

@@ -340,6 +340,75 @@ TEST_F(ProgramRun, BrakeHoldsAMotionAndItGoesOnBehindTheInterrupt) {
   EXPECT_NEAR(at.back()[1], 0.0, 1e-5);
 }
 
+TEST_F(ProgramRun, PassedTargetsAreHeldEndedAndSteppedThroughWithoutAJump) {
+  const auto joint = [](double q) {
+    return "MOVE PTP MAIN_JOINT(" + std::to_string(q) + ", -90.0, 90.0, -90.0, -90.0, 0.0)";
+  };
+  const std::string way = joint(0) + ";\n" + joint(10) + " TIME := 0.5 C_PASS := TRUE;\n" +
+                          joint(30) + " TIME := 0.5 C_PASS := TRUE;\n" + joint(50) +
+                          " TIME := 0.5 C_PASS := TRUE;\n" + joint(60) + " TIME := 0.5;\n";
+  const auto expect_smooth = [&](const RecordingPtr& r) {
+    ASSERT_TRUE(r);
+    const auto &t = column(r, "time"), &q = column(r, "ur5.q1"), &qd = column(r, "ur5.qd1");
+    for (std::size_t i = 1; i < t.size(); ++i) {
+      const double dt = t[i] - t[i - 1];
+      EXPECT_NEAR(q[i] - q[i - 1], dt * (qd[i] + qd[i - 1]) / 2, 2e-4) << t[i];
+      EXPECT_LT(std::fabs(qd[i] - qd[i - 1]), 15 * dt + 1e-9) << t[i];
+    }
+  };
+  int count = 0;
+  const auto named = [&](const char* name) { return name + std::to_string(++count); };
+  const auto remove = [&](const std::string& name) {
+    call("world.remove_program", {{"id", cell_}, {"name", name}});
+  };
+  const double degree = M_PI / 180;
+  put("plain", way);
+  const RecordingPtr plain = run({{"sample_time", 0.005}});
+  expect_smooth(plain);
+  EXPECT_NEAR(column(plain, "ur5.q1").back(), 60 * degree, 1e-9);
+  remove("plain");
+  // Held between two targets that are passed, and let go on.
+  for (const double when : {1.5, 1.9, 2.2, 2.6}) {
+    SCOPED_TRACE(when);
+    const std::string held = named("held"), ended = named("ended");
+    put(held,
+        "START goes;\nWAIT " + std::to_string(when) +
+            " SEC;\nSTOP goes;\nWAIT 1.0 SEC;\n"
+            "CONTINUE goes;\n",
+        "PROCESS goes;\nBEGIN\n" + way + "ENDPROCESS;\n");
+    const RecordingPtr r = run({{"sample_time", 0.005}});
+    expect_smooth(r);
+    EXPECT_NEAR(column(r, "ur5.q1").back(), 60 * degree, 1e-9);
+    remove(held);
+    // Ended there, and sent back at once.
+    put(ended,
+        "START goes;\nWAIT " + std::to_string(when) + " SEC;\nCANCEL goes;\n" + joint(0) + ";\n",
+        "PROCESS goes;\nBEGIN\n" + way + "ENDPROCESS;\n");
+    const RecordingPtr e = run({{"sample_time", 0.005}});
+    expect_smooth(e);
+    EXPECT_NEAR(column(e, "ur5.q1").back(), 0, 1e-9);
+    remove(ended);
+  }
+  // By UNTIL, and by BRAKE in an interrupt: the next motion begins where the robot stands.
+  for (const bool by_until : {true, false}) {
+    const std::string cut = named("cut");
+    put(cut,
+        joint(0) + ";\nSTART later;\n" + (by_until ? "" : "ENABLE it;\n") + joint(60) +
+            " SPEED_PTP := 30.0" + (by_until ? " UNTIL enough" : "") + ";\nx := 1;\n" + joint(5) +
+            ";\n",
+        std::string("VAR BOOL: enough := FALSE; INT: x;\n"
+                    "PROCESS later;\nBEGIN\n  WAIT 0.6 SEC; enough := TRUE;\nENDPROCESS;\n") +
+            (by_until ? "" : "INTERRUPT it WHEN enough;\nBEGIN\n  BRAKE;\nENDINTERRUPT;\n"));
+    const RecordingPtr r = run({{"sample_time", 0.005}});
+    expect_smooth(r);
+    const auto& q = column(r, "ur5.q1");
+    EXPECT_LT(*std::max_element(q.begin() + static_cast<std::ptrdiff_t>(q.size() / 2), q.end()),
+              50 * degree);
+    EXPECT_NEAR(q.back(), 5 * degree, 1e-9);
+    remove(cut);
+  }
+}
+
 TEST_F(ProgramRun, UntilStopsTheRobotOnItsPath) {
   put("way",
       "MOVE PTP POSE(POSITION(400.0, 100.0, 300.0), down);\n"
@@ -562,6 +631,33 @@ TEST_F(ProgramLive, ARunStepByStepIsTheWholeRun) {
   ASSERT_TRUE(whole && stepped);
   for (const auto& c : whole->columns) EXPECT_EQ(c.values, column(stepped, c.name)) << c.name;
   EXPECT_EQ(whole->notes, stepped->notes);
+}
+
+TEST_F(ProgramLive, StopsOfADebuggerLeavePassedTargetsAsTheyAre) {
+  std::string way;
+  for (const int q : {0, 10, 30, 50, 60})
+    way += "MOVE PTP MAIN_JOINT(" + std::to_string(q) + ".0, -90.0, 90.0, -90.0, -90.0, 0.0)" +
+           (q == 0 ? "" : " TIME := 0.5") + (q > 0 && q < 60 ? " C_PASS := TRUE;\n" : ";\n");
+  put("way", way);
+  const RecordingPtr whole = run();
+  const Value live = start();
+  for (int line = 3; line <= 7; ++line)
+    call("run.set_breakpoint", {{"id", live}, {"program", "way"}, {"line", line}});
+  for (int i = 0; i < 5; ++i) call("run.continue", {{"id", live}});
+  call("run.finish", {{"id", live}});
+  const Value made = call("run.recording", {{"id", live}});
+  const RecordingPtr stopped = app().recordings.find(made.as_handle()->number);
+  ASSERT_TRUE(whole && stopped);
+  const auto &t = column(whole, "time"), &u = column(stopped, "time");
+  const auto &q = column(whole, "ur5.q1"), &p = column(stopped, "ur5.q1");
+  std::size_t k = 0, same = 0;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    while (k + 1 < u.size() && u[k] < t[i]) ++k;
+    if (u[k] != t[i]) continue;
+    ++same;
+    EXPECT_EQ(p[k], q[i]) << t[i];
+  }
+  EXPECT_EQ(same, t.size());
 }
 
 TEST_F(ProgramLive, BreakpointsStopItAndThePastKeepsItsVariables) {
