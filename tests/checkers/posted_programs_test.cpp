@@ -330,11 +330,12 @@ class PostedPrograms : public test::CommandTest {
     out.events = events_of(text, l.has_groups);
     return out;
   }
-  /// Every shipped program, in each form that the target takes; posted once for all tests.
+  /// Every shipped program of one robot, in each form that the target takes; posted once for all
+  /// tests. Those of several robots are several programs there (program_parts_test).
   const std::vector<Posted>& shipped(const Dialect& l) {
     std::vector<Posted>& out = shipped_[l.target];
     if (!out.empty()) return out;
-    for (const char* name : {"hanoi", "pick_and_place", "palletising", "arc_weld", "two_robots"})
+    for (const char* name : {"hanoi", "pick_and_place", "palletising", "arc_weld"})
       for (const char* form : {"structured", "flat"}) {
         const std::string text =
             read(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/programs" / (std::string(name) + ".irl"));
