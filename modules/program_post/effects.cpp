@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "program_post/components.h"
 #include "program_post/walk.h"
 
 namespace robomosp::program_post {
@@ -21,34 +22,58 @@ Effects::Effects(const ProgramTables& tables) : t_(tables) {
     const Id r = t_.symbols[e.symbol].routine;
     if (t_.routines[r].kind == RMP_ROUTINE_FUNCTION) open.insert(r);
   }
-  std::map<Id, std::set<Id>> calls;
+  own_.resize(t_.routines.size());
+  calls_.resize(t_.routines.size());
+  std::vector<bool> is_seen(t_.routines.size(), false);
+  for (const Id r : open) is_seen[r] = true;
   while (!open.empty()) {
     const Id r = open.extract(open.begin()).value();
-    add_routine(r, routines_[r], calls[r]);
-    for (const Id inner : calls[r])
-      if (!routines_.contains(inner)) open.insert(inner);
+    add_routine(r, own_[r], calls_[r]);
+    for (const Id inner : calls_[r])
+      if (!is_seen[inner]) is_seen[inner] = true, open.insert(inner);
+    // What is its own is gone when it ends; parameters that it changes are told by its calls.
+    const auto is_own = [&](Id s) { return s != RMP_NONE && t_.symbols[s].routine == r; };
+    std::erase_if(own_[r].read, is_own);
+    std::erase_if(own_[r].changed, is_own);
   }
-  // What is a routine's own is gone when it ends; parameters that it changes are told by its calls.
-  for (auto& [r, own] : routines_) {
-    const auto is_own = [&, r = r](Id s) { return s != RMP_NONE && t_.symbols[s].routine == r; };
-    std::erase_if(own.read, is_own);
-    std::erase_if(own.changed, is_own);
+  component_ = components(calls_.size(), [&](Id r) -> const std::set<Id>& { return calls_[r]; });
+  for (Id r = 0; r < component_.size(); ++r) {
+    if (members_.size() <= component_[r]) members_.resize(component_[r] + 1);
+    members_[component_[r]].push_back(r);
   }
-  for (bool grows = true; grows;) {
-    grows = false;
-    for (auto& [r, own] : routines_)
-      for (const Id inner : calls[r]) {
-        const std::size_t before = own.read.size() + own.changed.size();
-        const Touched& more = routines_[inner];
-        own.read.insert(more.read.begin(), more.read.end());
-        own.changed.insert(more.changed.begin(), more.changed.end());
-        grows = grows || own.read.size() + own.changed.size() != before;
-      }
+  // What a component leads to has a lower number.
+  for (const auto& members : members_) {
+    const Id self = static_cast<Id>(changes_any_.size());
+    changes_any_.push_back(std::any_of(members.begin(), members.end(), [&](Id r) {
+      return !own_[r].changed.empty() ||
+             std::any_of(calls_[r].begin(), calls_[r].end(), [&](Id inner) {
+               return component_[inner] != self && changes_any_[component_[inner]];
+             });
+    }));
   }
-  for (const auto& [r, own] : routines_)
-    is_any_ = is_any_ || (t_.routines[r].kind == RMP_ROUTINE_FUNCTION &&
-                          (!own.changed.empty() ||
+  for (Id r = 0; r < t_.routines.size(); ++r)
+    is_any_ = is_any_ || (is_seen[r] && t_.routines[r].kind == RMP_ROUTINE_FUNCTION &&
+                          (changes_any_[component_[r]] ||
                            std::count(is_changed_[r].begin(), is_changed_[r].end(), true) > 0));
+}
+
+const Effects::Touched& Effects::outlasting(Id routine) {
+  const auto [at, is_new] = outlasting_.try_emplace(component_[routine]);
+  if (!is_new) return at->second;
+  Touched& out = at->second;
+  std::vector<Id> open{component_[routine]};
+  std::set<Id> seen{open.front()};
+  while (!open.empty()) {
+    const Id c = open.back();
+    open.pop_back();
+    for (const Id r : members_[c]) {
+      out.read.insert(own_[r].read.begin(), own_[r].read.end());
+      out.changed.insert(own_[r].changed.begin(), own_[r].changed.end());
+      for (const Id inner : calls_[r])
+        if (seen.insert(component_[inner]).second) open.push_back(component_[inner]);
+    }
+  }
+  return out;
 }
 
 Id Effects::operand(Id e, Id k) const { return t_.links[t_.expressions[e].first + k]; }
@@ -134,8 +159,7 @@ bool Effects::changes(Id e) {
   if (x.constant == RMP_NONE || t_.types[x.type].kind > RMP_TYPE_STRING) {
     if (x.op == RMP_EXPR_CALL) {
       const Id r = t_.symbols[x.symbol].routine;
-      const auto own = routines_.find(r);
-      out = (own != routines_.end() && !own->second.changed.empty()) ||
+      out = changes_any_[component_[r]] ||
             std::count(is_changed_[r].begin(), is_changed_[r].end(), true) > 0;
     }
     for (Id k = 0; !out && k < x.count; ++k) out = changes(operand(e, k));
@@ -144,15 +168,14 @@ bool Effects::changes(Id e) {
   return out;
 }
 
-Effects::Touched Effects::of(Id e) const {
+Effects::Touched Effects::of(Id e) {
   Touched out;
   std::set<Id> calls;
   add_expression(e, out, calls);
   for (const Id r : calls) {
-    const auto own = routines_.find(r);
-    if (own == routines_.end()) continue;
-    out.read.insert(own->second.read.begin(), own->second.read.end());
-    out.changed.insert(own->second.changed.begin(), own->second.changed.end());
+    const Touched& more = outlasting(r);
+    out.read.insert(more.read.begin(), more.read.end());
+    out.changed.insert(more.changed.begin(), more.changed.end());
   }
   return out;
 }

@@ -31,7 +31,9 @@ class Effects {
   struct Touched {
     std::set<std::uint32_t> read, changed;
   };
-  [[nodiscard]] Touched of(std::uint32_t e) const;
+  [[nodiscard]] Touched of(std::uint32_t e);
+  /// What a routine touches that outlasts it, itself or by what it calls.
+  const Touched& outlasting(std::uint32_t routine);
   void add_routine(std::uint32_t r, Touched& to, std::set<std::uint32_t>& calls) const;
   /// What an expression touches itself; routines that it calls.
   void add_expression(std::uint32_t e, Touched& to, std::set<std::uint32_t>& calls) const;
@@ -42,9 +44,15 @@ class Effects {
   [[nodiscard]] std::uint32_t operand(std::uint32_t e, std::uint32_t k) const;
 
   const ProgramTables& t_;
-  std::map<std::uint32_t, Touched> routines_;  ///< those that expressions call
-  std::vector<std::vector<bool>> is_changed_;  ///< parameters of each routine
-  std::vector<std::uint8_t> changes_;          ///< 0 = not looked at, 1 = no, 2 = yes
+  // Of routines that expressions call, and of what they call; the others touch nothing here.
+  std::vector<Touched> own_;  ///< that outlasts them
+  std::vector<std::set<std::uint32_t>> calls_;
+  std::vector<std::uint32_t> component_;  ///< who call each other in a circle
+  std::vector<std::vector<std::uint32_t>> members_;
+  std::vector<bool> changes_any_;                ///< by component, with what it calls
+  std::map<std::uint32_t, Touched> outlasting_;  ///< by component, as far as asked for
+  std::vector<std::vector<bool>> is_changed_;    ///< parameters of each routine
+  std::vector<std::uint8_t> changes_;            ///< 0 = not looked at, 1 = no, 2 = yes
   bool is_any_ = false;
 };
 

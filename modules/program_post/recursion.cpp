@@ -9,6 +9,7 @@
 
 #include <robomosp/sdk/post_writer.h>
 
+#include "program_post/components.h"
 #include "program_post/rewriter.h"
 #include "program_post/scalars.h"
 #include "program_post/walk.h"
@@ -277,15 +278,14 @@ class Loops final : public Rewriter {
   }
   void find_groups(const Calls& calls, const std::vector<Id>& all) {
     inner_.group.assign(t_.routines.size(), RMP_NONE);
-    std::map<Id, std::vector<bool>> reached;
-    for (const Id r : all) reached.emplace(r, calls.reached_from(r));
+    const std::vector<Id> of = components(
+        t_.routines.size(), [&](Id r) -> const auto& { return calls.of(r).routines; });
+    std::map<Id, Id> group_of;
     for (const Id r : all) {
-      if (inner_.group[r] != RMP_NONE) continue;
-      std::vector<Id> together{r};
-      for (const Id other : all)
-        if (other != r && reached.at(r)[other] && reached.at(other)[r]) together.push_back(other);
-      for (const Id i : together) inner_.group[i] = static_cast<Id>(groups_.size());
-      groups_.push_back(std::move(together));
+      const auto [at, is_new] = group_of.try_emplace(of[r], static_cast<Id>(groups_.size()));
+      if (is_new) groups_.emplace_back();
+      groups_[at->second].push_back(r);
+      inner_.group[r] = at->second;
     }
   }
   /// Whether values of a type are copied.
@@ -321,12 +321,8 @@ class Loops final : public Rewriter {
     const std::size_t before = remarks_.size();
     const Id id = inner_.group[group[0]];
     const std::string begins = title_ + " has no routines that call themselves";
-    std::vector<bool> within(t_.routines.size(), false);
-    for (const Id r : group) {
-      within[r] = true;
-      const std::vector<bool> more = calls.reached_from(r);
-      for (std::size_t k = 0; k < more.size(); ++k) within[k] = within[k] || more[k];
-    }
+    // Each of them leads to all others.
+    const std::vector<bool> within = calls.reached_from(group[0]);
     // Who calls it.
     std::vector<bool> beside(t_.routines.size(), false);
     std::size_t roots = 0;
@@ -460,6 +456,7 @@ class Loops final : public Rewriter {
     steps_.clear();
     counters_.clear();
     columns_of_.clear();
+    used_columns_.clear();
     std::map<Id, std::size_t> begins;
     for (const Id r : group) begins[r] = take_apart(r);
     find_live();
@@ -905,9 +902,7 @@ class Loops final : public Rewriter {
     if (it != columns_of_.end()) return it->second;
     const Id r = owner_.at(variable), type = t_.symbols[variable].type;
     std::vector<Id>& all = stack_->columns[type];
-    std::size_t used = 0;
-    for (const auto& [other, c] : columns_of_)
-      used += owner_.at(other) == r && t_.symbols[other].type == type;
+    const std::size_t used = used_columns_[{r, type}]++;
     if (used == all.size()) all.push_back(new_stack(type, "stack_" + std::to_string(++stacked_)));
     return columns_of_[variable] = all[used];
   }
@@ -1141,8 +1136,9 @@ class Loops final : public Rewriter {
   std::size_t stacked_ = 0;
   std::set<Id> is_given_;  ///< those with a value of their own at the beginning
   Stack* stack_ = nullptr;
-  std::map<Id, Id> columns_of_;  ///< by variable
-  std::map<Id, Id> zeros_;       ///< by type
+  std::map<Id, Id> columns_of_;                            ///< by variable
+  std::map<std::pair<Id, Id>, std::size_t> used_columns_;  ///< by owner and type
+  std::map<Id, Id> zeros_;                                 ///< by type
   std::vector<Id> counters_;
   std::vector<std::uint8_t> leaves_;
 };

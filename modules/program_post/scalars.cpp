@@ -625,10 +625,10 @@ class Scalars final : public Rewriter {
     while (ex(e).op == RMP_EXPR_FIELD || ex(e).op == RMP_EXPR_INDEX) e = operand(e, 0);
     return ex(e).op == RMP_EXPR_SYMBOL ? ex(e).symbol : RMP_NONE;
   }
-  /// Symbols that each routine names, with those that it calls.
+  /// Symbols that each routine names, and what it calls.
   void find_named() {
     named_.assign(t_.routines.size(), {});
-    std::vector<std::set<Id>> calls(t_.routines.size());
+    called_.assign(t_.routines.size(), {});
     for (Id r = 0; r < t_.routines.size(); ++r) {
       std::vector<Id> expressions;
       each_statement(t_, t_.routines[r].body, [&](const rmp_code_statement& s) {
@@ -637,7 +637,7 @@ class Scalars final : public Rewriter {
         if (s.motion == RMP_NONE) return;
         const auto& m = t_.motions[s.motion];
         each_value(t_, m, [&](Id e) { expressions.push_back(e); });
-        if (m.action != RMP_NONE) calls[r].insert(m.action);
+        if (m.action != RMP_NONE) called_[r].insert(m.action);
       });
       std::set<Id> seen;
       while (!expressions.empty()) {
@@ -645,19 +645,24 @@ class Scalars final : public Rewriter {
         expressions.pop_back();
         if (e == RMP_NONE || !seen.insert(e).second) continue;
         if (ex(e).op == RMP_EXPR_SYMBOL && ex(e).symbol != RMP_NONE) named_[r].insert(ex(e).symbol);
-        if (ex(e).op == RMP_EXPR_CALL) calls[r].insert(t_.symbols[ex(e).symbol].routine);
+        if (ex(e).op == RMP_EXPR_CALL) called_[r].insert(t_.symbols[ex(e).symbol].routine);
         for (Id k = 0; k < ex(e).count; ++k) expressions.push_back(operand(e, k));
       }
     }
-    for (bool grows = true; grows;) {
-      grows = false;
-      for (Id r = 0; r < named_.size(); ++r)
-        for (const Id inner : calls[r]) {
-          const std::size_t before = named_[r].size();
-          named_[r].insert(named_[inner].begin(), named_[inner].end());
-          grows = grows || named_[r].size() != before;
-        }
+  }
+  /// Whether a routine, or one that it calls, names the symbol. Few are asked for: what all of them
+  /// reach would be the square of a program whose routines call each other.
+  bool routine_names(Id routine, Id symbol) const {
+    std::vector<Id> open{routine};
+    std::set<Id> seen{routine};
+    while (!open.empty()) {
+      const Id r = open.back();
+      open.pop_back();
+      if (named_[r].contains(symbol)) return true;
+      for (const Id inner : called_[r])
+        if (seen.insert(inner).second) open.push_back(inner);
     }
+    return false;
   }
   /// An argument; `later`: what comes behind it may change it.
   std::vector<Id> argument(Id a, bool is_out, bool later) {
@@ -729,7 +734,7 @@ class Scalars final : public Rewriter {
         const Id root = root_of(a);
         const bool is_twice = !changed.insert(root).second;
         if (root != RMP_NONE && (has_recursion_ || t_.routines[r].is_recursive == 0) &&
-            (is_twice || named_[r].contains(root)))
+            (is_twice || routine_names(r, root)))
           fault(x.span,
                 title_ + " has no parameters that are changed, and " +
                     t_.symbols[t_.routines[r].symbol].name + " reaches " + t_.symbols[root].name +
@@ -1242,8 +1247,8 @@ class Scalars final : public Rewriter {
   std::map<Id, std::vector<Id>> parts_;  ///< of a symbol: those that it has become
   std::map<Id, Id> moved_;
   std::vector<Signature> signatures_;
-  std::vector<std::uint8_t> needs_;  ///< 0 = not looked at, 1 = no, 2 = yes
-  std::vector<std::set<Id>> named_;  ///< by routine
+  std::vector<std::uint8_t> needs_;           ///< 0 = not looked at, 1 = no, 2 = yes
+  std::vector<std::set<Id>> named_, called_;  ///< by routine
   Effects effects_;
   const InnerCalls* inner_ = nullptr;
   Id first_symbols_ = 0, routine_ = 0;
