@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <robomosp/sdk/post_passing.h>
+
 #include "program_post/template_pack.h"
 
 namespace robomosp::program_post {
@@ -707,7 +709,7 @@ class TemplateWriter final : public post::Writer {
       fail("TIME is not written: the template \"" + std::string(construct) + "\" has no {{time}}",
            "Give SPEED instead, or add it to the template.");
   }
-  /// C_PASS without a distance: in a run the robot stops there, and controllers have their own.
+  /// C_PASS without a distance: controllers have their own, and a run stops but for PTP in a TIME.
   void tell_pass(const Motion& m, const Template& t, const char* construct) {
     const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
     const auto& pass = m[RMP_ATTR_C_PASS];
@@ -718,17 +720,21 @@ class TemplateWriter final : public post::Writer {
     if (!pass.known && uses(&t, {"passes"}))
       return cannot("C_PASS of a value that is computed", "Write TRUE or FALSE.");
     const std::string of = "the template \"" + std::string(construct) + "\" ";
+    const std::string in_a_run = post::at_c_pass_in_a_run(*task_.code, m);
+    const std::string as_in_a_run = post::may_pass_in_a_run(*task_.code, m)
+                                        ? "and in a run the robot " + in_a_run
+                                        : "as it is in a run";
     if (uses(&t, {"passes"}))
       note("C_PASS without a distance is written as " + of +
-               "has it: how far the robot stays away is the controller's, and in a run it stops "
-               "here",
+               "has it: how far the robot stays away is the controller's, and in a run it " +
+               in_a_run,
            give + ".");
     else if (uses(&t, {"blend", "blend_ptp"}))
-      note("C_PASS without a distance is written as a stop, as it is in a run: " + of +
+      note("C_PASS without a distance is written as a stop, " + as_in_a_run + ": " + of +
                "has no {{passes}}",
            give + ", or add it to the template.");
     else
-      note("C_PASS is written as a stop, as it is in a run: " + of + "has no {{passes}}",
+      note("C_PASS is written as a stop, " + as_in_a_run + ": " + of + "has no {{passes}}",
            "Take it out here, or add it to the template.");
   }
   Variables motion_variables(const Motion& m) {

@@ -86,6 +86,25 @@ TEST(FanucTpPost, WhatIsReadFromTheTextIsWhatTheProgramSays) {
   }
 }
 
+/// CNT passes both; a run does only where PTP have a TIME.
+TEST(FanucTpPost, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
+  How how;
+  how.robot = true;
+  const auto said = [&](const std::string& attributes) {
+    return posted(kPost,
+                  "PROGRAM p;\nVAR POSE: a := POSE(POSITION(550.0, -300.0, 120.0), "
+                  "ORIZYX(0.0, 180.0, 0.0));\nBEGIN\nMOVE PTP a C_PASS := TRUE" +
+                      attributes + ";\nMOVE PTP a TIME := 1.0;\nENDPROGRAM;\n",
+                  how)
+        .faults;
+  };
+  const std::string cnt = "C_PASS without a distance is written as CNT100, and in a run the robot ";
+  EXPECT_NE(said(" TIME := 0.5").find(cnt + "passes this target at its TIME, each joint by a "),
+            std::string::npos)
+      << said(" TIME := 0.5");
+  EXPECT_NE(said("").find(cnt + "stops here. Give C_PTP."), std::string::npos) << said("");
+}
+
 TEST(FanucTpPost, AProgramWithStructureReadsAsItShould) {
   How how;
   how.robot = true;

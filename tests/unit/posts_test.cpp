@@ -1396,6 +1396,53 @@ TEST(Templates, WhatBecomesOfCPassAloneIsSaid) {
   EXPECT_NE(said("", "C_CP := 5.0").find("warning 4: C_CP is not written"), std::string::npos);
 }
 
+/// As program_run_test has it: PTP of one target with a TIME pass their targets, nothing else does.
+TEST(Posts, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
+  const std::string head =
+      "PROGRAM p;\nVAR POSE: a := POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0));\n"
+      "VAR POSE: b := POSE(POSITION(500.0, 90.0, 300.0), ORIZYX(0.0, 180.0, 0.0));\nBEGIN\n";
+  const std::string passes =
+      "in a run the robot passes this target at its TIME, each joint by a cubic, if a PTP of one "
+      "target with a TIME follows at once. Give C_PTP; the profile's option zone_pass is";
+  const std::string stops = "in a run the robot stops here. Give ";
+  const auto said = [&](const std::string& move) {
+    return post_source(posts::Rapid(), head + move + " C_PASS := TRUE;\nMOVE PTP b TIME := 1.0;\n" +
+                                           "ENDPROGRAM;\n")
+        .faults;
+  };
+  const auto is_said = [&](const std::string& move, const std::string& what) {
+    const std::string faults = said(move);
+    const bool is_pass = faults.find(passes) != std::string::npos;
+    const bool is_stop = faults.find(stops) != std::string::npos;
+    EXPECT_EQ(is_pass, what == passes) << move << "\n" << faults;
+    EXPECT_EQ(is_stop, what == stops) << move << "\n" << faults;
+  };
+  is_said("MOVE PTP a TIME := 0.5", passes);
+  is_said("R_MOVE_TIME := 0.5; MOVE PTP a", passes);
+  is_said("MOVE PTP a", stops);
+  is_said("MOVE PTP a TIME := -1.0", stops);
+  is_said("MOVE PTP a, b TIME := 0.5", stops);  // taken apart by the post, not by the run
+  is_said("MOVE LIN a TIME := 0.5", stops);
+  is_said("MOVE PTP a TIME := 0.5 C_PTP := 20.0", "");
+  // A stop that is written is none in a run: templates say it in the same words.
+  const std::string coords = "{{x}} {{y}} {{z}} {{a}} {{b}} {{c}} {{speed}} {{time}}\n";
+  std::string pack = small_pack("", "== ptp_pose\nJUMP " + coords, "GO " + coords);
+  pack.replace(pack.find("motions: lin"), 12, "motions: lin ptp_pose");
+  const auto of_pack = [&](const std::string& move) {
+    return from_files({{"pack", pack}}, head + move + " C_PASS := TRUE;\nENDPROGRAM;\n").faults;
+  };
+  const std::string timed = of_pack("MOVE PTP a TIME := 0.5");
+  EXPECT_NE(timed.find("C_PASS is written as a stop, and in a run the robot passes this target at "
+                       "its TIME, each joint by a cubic, if a PTP of one target with a TIME "
+                       "follows at once: the template \"ptp_pose\" has no {{passes}}"),
+            std::string::npos)
+      << timed;
+  const std::string plain = of_pack("MOVE PTP a");
+  EXPECT_NE(plain.find("C_PASS is written as a stop, as it is in a run: the template"),
+            std::string::npos)
+      << plain;
+}
+
 TEST(Templates, AFileThatIncludesItselfIsSaidOnceAndWhatItLacksIsNot) {
   const auto said = [](const std::string& include,
                        const std::map<std::string, std::string>& files) {

@@ -4,6 +4,8 @@
 // Conditions and sums stand in parentheses (mixed logic, R-30iA and later).
 #include "fanuc_tp.h"
 
+#include <robomosp/sdk/post_passing.h>
+
 #include "../common/moves.h"
 
 namespace robomosp::post {
@@ -821,7 +823,8 @@ class TpWriter final : public MoveWriter {
     if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0 && cnt == 0) {
       cnt = 100;
       if (m.until == RMP_NONE)
-        note("C_PASS without a distance is written as CNT100, and in a run the robot stops here",
+        note("C_PASS without a distance is written as CNT100, and in a run the robot " +
+                 post::at_c_pass_in_a_run(*task_.code, m),
              std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
     }
     cnt = std::clamp(std::round(cnt), 0.0, 100.0);

@@ -4,6 +4,8 @@
 // straight programs with waits; control flow is what flattening is for.
 #include "inform.h"
 
+#include <robomosp/sdk/post_passing.h>
+
 #include "../common/straight.h"
 
 namespace robomosp::post {
@@ -245,7 +247,8 @@ class InformWriter final : public StraightWriter {
            "The profile's option pl_mm says how many mm a level has.");
     } else if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0) {
       pl = 8;
-      note("C_PASS without a distance is written as PL=8, and in a run the robot stops here",
+      note("C_PASS without a distance is written as PL=8, and in a run the robot " +
+               post::at_c_pass_in_a_run(*task_.code, m),
            std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
     }
     const std::uint32_t acc = is_ptp && !m[RMP_ATTR_ACC].given ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC;

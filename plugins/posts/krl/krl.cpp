@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include <robomosp/sdk/post_passing.h>
+
 #include "../common/declared.h"
 
 namespace robomosp::posts {
@@ -830,8 +832,8 @@ class KrlWriter final : public post::DeclaredWriter {
     if (!passes(m)) return "";
     note(
         "C_PASS without C_PTP is written as C_PTP: the robot passes as $APO.CPTP says, and in a "
-        "run "
-        "it stops here",
+        "run it " +
+            post::at_c_pass_in_a_run(*task_.code, m),
         "Give C_PTP.");
     return " C_PTP";
   }

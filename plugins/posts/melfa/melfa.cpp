@@ -5,6 +5,8 @@
 // bitwise Not is never needed. Loops are labels and GoTo: nothing has to be left early.
 #include "melfa.h"
 
+#include <robomosp/sdk/post_passing.h>
+
 #include "../common/moves.h"
 
 namespace robomosp::post {
@@ -877,7 +879,8 @@ class MelfaWriter final : public MoveWriter {
         if (m.until == RMP_NONE)
           note(
               "C_PASS without a distance is written as Cnt 1: how far the robot stays away is the "
-              "controller's, and in a run it stops here",
+              "controller's, and in a run it " +
+                  post::at_c_pass_in_a_run(*task_.code, m),
               std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
       }
     } else if (m[c].expression != RMP_NONE) {

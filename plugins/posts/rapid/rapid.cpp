@@ -6,6 +6,8 @@
 #include <set>
 #include <string>
 
+#include <robomosp/sdk/post_passing.h>
+
 #include "../common/declared.h"
 
 namespace robomosp::posts {
@@ -736,8 +738,7 @@ class RapidWriter final : public post::DeclaredWriter {
     } else if (pass.given && pass.known != 0.0) {
       r = plain(number_option("zone_pass", 10), 3);
       note("C_PASS without a distance is written as a zone of " + r +
-               " mm, and in a run the robot "
-               "stops here",
+               " mm, and in a run the robot " + post::at_c_pass_in_a_run(*task_.code, m),
            std::string("Give ") + (is_ptp ? "C_PTP" : "C_CP") +
                "; the profile's option zone_pass is the zone.");
     } else {

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/post_passing.h>
 #include <robomosp/sdk/post_writer.h>
 
 namespace {
@@ -310,7 +311,8 @@ class KestrelWriter final : public post::Writer {
     double round = *r;
     if (round == 0 && m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0) {
       round = 1;
-      note("C_PASS without a distance is written as R1.0, and in a run the robot stops here",
+      note("C_PASS without a distance is written as R1.0, and in a run the robot " +
+               post::at_c_pass_in_a_run(*task_.code, m),
            m.interpolation == RMP_MOVE_PTP ? "Give C_PTP." : "Give C_CP.");
     }
     if (!(round >= 0 && round <= 500)) {
