@@ -849,8 +849,38 @@ class Val3 final : public Reader {
       return e;
     }
   }
+  /// How many tokens sel(x < 0, roundUp(x), roundDown(x)) has from its parenthesis on, if this is
+  /// it; 0 = it is not. That is x towards zero.
+  [[nodiscard]] std::size_t truncation() const {
+    std::size_t comma = 1, open = 0;
+    for (; open > 0 || !is(",", comma); ++comma) {
+      const Tk kind = peek(comma).kind;
+      if (kind == Tk::end || kind == Tk::line || (open == 0 && is(")", comma))) return 0;
+      if (is("(", comma)) ++open;
+      if (is(")", comma)) --open;
+    }
+    if (comma < 4 || !is("<", comma - 2) || peek(comma - 1).raw != "0") return 0;
+    std::size_t i = comma;
+    for (const auto& [word, end] : {std::pair("roundup", ","), std::pair("rounddown", ")")}) {
+      if (!is(word, i + 1) || !is("(", i + 2)) return 0;
+      i += 3;
+      for (std::size_t k = 1; k + 2 < comma; ++k, ++i)
+        if (peek(i).kind != peek(k).kind || peek(i).raw != peek(k).raw) return 0;
+      if (!is(")", i) || !is(end, i + 1)) return 0;
+      ++i;
+    }
+    return i + 1;
+  }
   Ex function(const Token& t) {
     const At at = t.at;
+    if (const std::size_t n = t.low == "sel" ? truncation() : 0; n > 0) {
+      const At last = peek(n - 1).at;
+      next();
+      const Ex x = as_real(expression(21), at);
+      while (here().begin < last.begin) next();
+      next();
+      return x.ok ? math("TRUNC", {x}, at) : failed();
+    }
     next();
     std::string kept = father_;
     std::vector<Ex> a;
@@ -870,6 +900,8 @@ class Val3 final : public Reader {
     if (const auto it = kMath.find(t.low); it != kMath.end()) return math(it->second, a, at);
     if (t.low == "rounddown" && a.size() == 1)
       return value(helper("floor") + "(" + as_real(a[0], at).s + ")", kInt);
+    if (t.low == "roundup" && a.size() == 1)
+      return value("-" + helper("floor") + "(-(" + as_real(a[0], at).s + "))", kInt, kSign);
     if (t.low == "power" && a.size() == 2) return binary(Op::power, a[0], a[1], at);
     if (t.low == "appro" && a.size() == 2) {
       father_ = kept;

@@ -564,6 +564,32 @@ TEST_F(PostedPrograms, HandsOfFiveAxesDoTheSame) {
   }
 }
 
+/// The table of signs; the lamp goes on as often as the number says.
+TEST_F(PostedPrograms, DivAndModGoTowardsZeroWhateverTheSigns) {
+  const std::string text =
+      "PROGRAM signs;\nSIGNAL OUTPUT BOOL: lamp AT 1;\nOUTPUT BOOL: bell AT 2;\n"
+      "VAR ARRAY [1..8] OF INT: a := [7, -7, 7, -7, 1, -1, 6, -6];\n"
+      "ARRAY [1..8] OF INT: b := [2, 2, -2, -2, 3, 3, -3, -3];\nINT: i, k, x;\n"
+      "BEGIN\n  MOVE PTP MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 60.0, 0.0);\n"
+      "  FOR i := 1 TO 8\n    x := 9 + a[i] DIV b[i];\n"
+      "    FOR k := 1 TO x\n      lamp := TRUE;\n      lamp := FALSE;\n    ENDFOR;\n"
+      "    bell := TRUE;\n    x := 9 + (a[i] - 20) DIV b[i] DIV 2 + a[i] MOD b[i];\n"
+      "    FOR k := 1 TO x\n      lamp := TRUE;\n      lamp := FALSE;\n    ENDFOR;\n"
+      "    bell := FALSE;\n  ENDFOR;\nENDPROGRAM;\n";
+  std::set<std::string> done;
+  for (const Dialect& l : dialects()) {
+    if (!has(l) || is_c(l)) continue;
+    const auto p = post(l, "signs", text, "structured");
+    if (!p) continue;
+    EXPECT_GT(p->events.size(), 100U);
+    EXPECT_EQ(difference(l, *p, look(l, {p->files[0]})[0]), "") << l.target << "\n"
+                                                                << read(p->files[0]);
+    done.insert(l.target);
+  }
+  EXPECT_TRUE(done.contains("as"));
+  EXPECT_TRUE(done.contains("pdl2"));
+}
+
 /// How many random programs are posted to each target: ROBOMOSP_RANDOM_PROGRAMS.
 std::uint32_t random_programs() {
   const char* given = std::getenv("ROBOMOSP_RANDOM_PROGRAMS");

@@ -193,7 +193,6 @@ TEST(PostAs, EveryConstructIsSaidOrRefused) {
                   "WHILE half(r) < 3.0 DO r := r + 1.0; ENDWHILE;",
                   "amps := 2.5;",
                   "i := ROUND(r);",
-                  "i := i DIV j;",
                   "r := ACOS(r);",
                   "r := ASIN(r);",
                   "r := ATAN(r);",

@@ -1009,6 +1009,30 @@ ENDIF;
 )");
 }
 
+/// sel() of a number rounded up below zero and down from it on is TRUNC; another sel() is not, and
+/// roundUp() and roundDown() alone go to their own sides.
+TEST(ProgramReaders, Val3RoundsUpDownAndTowardsZero) {
+  std::vector<File> files = kVal3;
+  std::string text = files[2].text;
+  const std::string head = "<![CDATA[begin\n";
+  ASSERT_NE(text.find(head), std::string::npos);
+  text.insert(text.find(head) + head.size(),
+              "nCount = sel(nCount / (2 + 1) < 0, roundUp(nCount / (2 + 1)), "
+              "roundDown(nCount / (2 + 1)))\n"
+              "nCount = roundUp(nCount - 1)\nnCount = roundDown(nCount)\n");
+  files[2].text = text;
+  const auto p = read(read_val3, files);
+  EXPECT_EQ(faults(*p), "");
+  expect_lines(*p, R"(
+nCount := TRUNC(nCount / (2 + 1));
+nCount := -floor(-(nCount - 1));
+nCount := floor(nCount);
+)");
+  text.replace(text.find("roundUp(nCount / (2"), 19, "roundUp(nCount / (3");
+  files[2].text = text;
+  EXPECT_NE(faults(*read(read_val3, files)).find("no counterpart of sel"), std::string::npos);
+}
+
 struct Language {
   const char* name;
   Read read;

@@ -1041,6 +1041,59 @@ TEST_F(RoundTrip, WhatACallChangesIsReadBeforeAndBehindItAsInTheProgram) {
   EXPECT_NE(text.find("up(&i, 1)"), std::string::npos) << text;
 }
 
+/// The table of signs, within each other, in conditions that are asked again, and with a divisor
+/// that may be zero behind what asks for it.
+TEST_F(RoundTrip, DivModAndTruncGoTowardsZeroWhateverTheSigns) {
+  const std::string source = telling(
+      "ARRAY [1..8] OF INT: a := [7, -7, 7, -7, 1, -1, 6, -6];\n"
+      "ARRAY [1..8] OF INT: b := [2, 2, -2, -2, 3, 3, -3, -3];\n"
+      "ARRAY [1..4] OF REAL: r := [2.9, -2.9, 0.4, -0.4];\nINT: i, x;\n",
+      "",
+      "  FOR i := 1 TO 8\n    x := a[i] DIV b[i]; tell(x + 9);\n"
+      "    x := a[i] MOD b[i]; tell(x + 9);\n"
+      "    x := (a[i] - 20) DIV (b[i] - 1 DIV b[i]) DIV 2; tell(x + 20);\n  ENDFOR;\n"
+      "  FOR i := 1 TO 4\n    x := TRUNC(r[i]); tell(x + 9);\n"
+      "    x := TRUNC(r[i] / -0.3) - TRUNC(-r[i]); tell(x + 20);\n  ENDFOR;\n"
+      "  x := -9;\n  WHILE x DIV 2 < 0 DO\n    x := x + 1; tell(x + 10);\n  ENDWHILE;\n"
+      "  REPEAT x := x + 2; tell(x + 3); UNTIL TRUNC(x / 3) > 1 OR 5 MOD x = 9;\n"
+      "  x := 2000000011; x := x DIV 500000003; tell(x);\n"
+      "  x := -2147483647; x := x DIV 268435456; tell(x + 20);\n"
+      "  MOVE PTP POSE(POSITION(450.0, 0.0, 300.0), ORIZYX(0.0, 120.0, 0.0));\n");
+  const Value id = call("program.create", {{"name", std::string("telling")}, {"source", source}});
+  for (const Read& language : kRead) {
+    if (std::string(language.target) == "gcode") continue;
+    if (std::string(language.target) == "fanuc_tp") {
+      EXPECT_NE(refused(id, "fanuc_tp").find("no TRUNC()"), std::string::npos);
+      continue;
+    }
+    const auto found = round_trip(id, "telling", language, "structured", true);
+    ASSERT_TRUE(found) << language.target << ": " << refused(id, language.target);
+    EXPECT_EQ(*found, "") << language.target;
+  }
+}
+
+/// VAL3 writes what it truncates three times; a signal is read once, before.
+TEST_F(RoundTrip, ASignalWithinDivIsReadOnceByVal3) {
+  std::string source = telling("INT: x;\n", "", "  x := 3 + code DIV 4; tell(x);\n");
+  source.insert(source.find("INPUT BOOL: ready"), "INPUT INT: code AT 10, 4;\n");
+  const Value id = call("program.create", {{"name", std::string("telling")}, {"source", source}});
+  Map args{{"id", id}, {"target", std::string("val3")}, {"form", std::string("structured")}};
+  const Value posted = call("program.post", args);
+  std::string all;
+  for (const Value& f : *at(posted, "files").as_list()) all += *at(f, "text").as_string();
+  std::size_t reads = 0;
+  for (std::size_t k = 0; (k = all.find("dioGet(code)", k)) != std::string::npos; ++k) ++reads;
+  EXPECT_EQ(reads, 1U) << all;
+  EXPECT_NE(all.find("sel(l_f1 / 4 < 0, roundUp(l_f1 / 4), roundDown(l_f1 / 4))"),
+            std::string::npos)
+      << all;
+  source.replace(source.find("  x := 3 + code"), 2,
+                 "  WHILE code DIV 4 > 1 DO tell(1); ENDWHILE;\n");
+  const Value again = call("program.create", {{"name", std::string("again")}, {"source", source}});
+  EXPECT_NE(refused(again, "val3").find("a signal within DIV or TRUNC"), std::string::npos)
+      << refused(again, "val3");
+}
+
 TEST_F(RoundTrip, FunctionsAreAskedInConditionsThatAreAskedAgain) {
   const std::string source = telling(
       "INT: i := 0, n;\n",

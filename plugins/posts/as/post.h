@@ -166,6 +166,13 @@ class AsWriter final : public brand::BrandWriter {
                                         {RMP_EXPR_NOT, "NOT", 8, Operator::call}};
     return kAll;
   }
+  /// Numbers are real there; INT() cuts off what is behind the point.
+  std::optional<Text> operated(const rmp_code_expression& e) override {
+    if (e.op != RMP_EXPR_DIV) return BrandWriter::operated(e);
+    const auto of = links(e.first, e.count);
+    const std::string left = within(expr(of[0]), 6);
+    return Text{"INT(" + left + "/" + within(expr(of[1]), 7) + ")"};
+  }
   Text string_literal(std::string_view s) override { return quoted(s, '"'); }
   std::string function(std::string_view n) override {
     static constexpr std::pair<const char*, const char*> kAll[] = {

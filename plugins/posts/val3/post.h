@@ -304,6 +304,34 @@ class Val3Writer final : public brand::BrandWriter {
       if (n == irl) return val3;
     return "";
   }
+  /// Towards zero, of an argument that stands there three times: roundDown() alone goes to the left
+  /// of a negative one.
+  Text truncated(const Text& x) {
+    if (x.text.size() > 1000) {
+      fail("DIV and TRUNC within each other are too long for VAL3, which has them by sel()",
+           "Assign the inner ones to variables first.");
+      return {};
+    }
+    return {"sel(" + within(x, 5) + " < 0, roundUp(" + x.text + "), roundDown(" + x.text + "))"};
+  }
+  /// An expression whose text is written more than once: its signals are read before.
+  Text repeated(std::uint32_t e) {
+    const bool outer = std::exchange(is_repeated_, true);
+    Text out = expr(e);
+    is_repeated_ = outer;
+    return out;
+  }
+  std::optional<Text> operated(const rmp_code_expression& e) override {
+    if (e.op != RMP_EXPR_DIV) return BrandWriter::operated(e);
+    const auto of = links(e.first, e.count);
+    const std::string left = within(repeated(of[0]), 6);
+    return truncated({left + " / " + within(repeated(of[1]), 7), 6});
+  }
+  Text intrinsic(std::string_view name, std::span<const std::uint32_t> a,
+                 const rmp_code_expression& e) override {
+    if (name == "TRUNC" && a.size() == 1) return truncated(repeated(a[0]));
+    return BrandWriter::intrinsic(name, a, e);
+  }
   std::string transform(const Pose& p) override { return "{" + numbers(p) + "}"; }
   std::string translation(const std::string& x, const std::string& y,
                           const std::string& z) override {
@@ -396,9 +424,23 @@ class Val3Writer final : public brand::BrandWriter {
   }
   Text signal_text(const Signal& s) {
     const std::string n = name_of(s);
-    if (s.type == RMP_TYPE_REAL) return {"aioGet(" + n + ")"};
-    if (s.type == RMP_TYPE_INT) return {"dioGet(" + n + ")"};
+    if (s.type == RMP_TYPE_REAL || s.type == RMP_TYPE_INT) {
+      std::string read = (s.type == RMP_TYPE_REAL ? "aioGet(" : "dioGet(") + n + ")";
+      return is_repeated_ ? read_once(read) : Text{std::move(read)};
+    }
     return s.inverted ? Text{"!" + n, 8} : Text{n};
+  }
+  /// The value of a signal that one expression has several times.
+  Text read_once(const std::string& read) {
+    if (!may_call_) {
+      fail("a signal within DIV or TRUNC, in a condition that is asked again, cannot be posted",
+           "Assign its value to a variable before, and at the end of the loop.");
+      return {};
+    }
+    settle();
+    const std::string to = temporary(Kind::real);
+    line(to + " = " + read);
+    return {to};
   }
   void set_output(const Signal& s, std::uint32_t value) override {
     const std::string n = name_of(s);
@@ -621,6 +663,7 @@ class Val3Writer final : public brand::BrandWriter {
   std::map<std::uint32_t, Signal> signals_;
   std::size_t points_ = 0;
   bool pending_ = false;
+  bool is_repeated_ = false;  ///< what is written now stands in its expression more than once
 };
 
 class Val3 final : public Post {
