@@ -564,13 +564,18 @@ TEST_F(PostedPrograms, HandsOfFiveAxesDoTheSame) {
   }
 }
 
-/// The table of signs; the lamp goes on as often as the number says.
-TEST_F(PostedPrograms, DivAndModGoTowardsZeroWhateverTheSigns) {
+/// The table of signs; the lamp goes on as often as the number says. Loops ask a function, too.
+TEST_F(PostedPrograms, DivAndModGoTowardsZeroAndLoopsAskFunctions) {
   const std::string text =
       "PROGRAM signs;\nSIGNAL OUTPUT BOOL: lamp AT 1;\nOUTPUT BOOL: bell AT 2;\n"
       "VAR ARRAY [1..8] OF INT: a := [7, -7, 7, -7, 1, -1, 6, -6];\n"
       "ARRAY [1..8] OF INT: b := [2, 2, -2, -2, 3, 3, -3, -3];\nINT: i, k, x;\n"
+      "FUNCTION below (IN INT: p; IN INT: q): BOOL;\nBEGIN\n  RETURN p DIV 2 < q;\nENDFCT;\n"
       "BEGIN\n  MOVE PTP MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 60.0, 0.0);\n"
+      "  WHILE below(i, 3) DO\n    i := i + 1;\n    lamp := TRUE;\n    lamp := FALSE;\n  "
+      "ENDWHILE;\n"
+      "  REPEAT\n    i := i - 1;\n    lamp := TRUE;\n    lamp := FALSE;\n"
+      "  UNTIL i < 9 AND below(i, -1);\n"
       "  FOR i := 1 TO 8\n    x := 9 + a[i] DIV b[i];\n"
       "    FOR k := 1 TO x\n      lamp := TRUE;\n      lamp := FALSE;\n    ENDFOR;\n"
       "    bell := TRUE;\n    x := 9 + (a[i] - 20) DIV b[i] DIV 2 + a[i] MOD b[i];\n"

@@ -1108,16 +1108,13 @@ TEST_F(RoundTrip, FunctionsAreAskedInConditionsThatAreAskedAgain) {
       "  MOVE PTP POSE(POSITION(450.0, 0.0, 300.0), ORIZYX(0.0, 120.0, 0.0));\n");
   const Value id = call("program.create", {{"name", std::string("telling")}, {"source", source}});
   for (const Read& language : kRead) {
-    // VAL3 has functions before its lines only, and says so.
-    if (std::string(language.target) == "gcode" || std::string(language.target) == "val3") continue;
+    if (std::string(language.target) == "gcode") continue;
     const auto found = round_trip(id, "telling", language, "structured", true);
     ASSERT_TRUE(found) << language.target << ": " << refused(id, language.target);
     EXPECT_EQ(*found, "") << language.target;
   }
-  for (const char* to : {"c", "pa10", "pdl2", "pacscript"})
+  for (const char* to : {"c", "pa10", "pdl2", "pacscript", "as"})
     EXPECT_EQ(refused(id, to), "it is") << to;
-  for (const char* to : {"val3", "as"})
-    EXPECT_NE(refused(id, to).find("telling.irl:"), std::string::npos) << refused(id, to);
 }
 
 /// Flow that depends on inputs, so that it cannot be flattened, and routines that call themselves:

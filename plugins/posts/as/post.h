@@ -11,13 +11,13 @@ namespace robomosp::post::as {
 inline const PostCapabilities& as_capabilities() {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
-    c.features = kPostProcedures | kPostFunctions | kPostParameters | kPostOutParameters |
-                 kPostRecursion | kPostLocals | kPostIntegers | kPostReals | kPostBooleans |
-                 kPostStrings | kPostArrays | kPostRecords | kPostPoses | kPostPoseProduct |
-                 kPostFunctionsOfMath | kPostIf | kPostWhile | kPostRepeat | kPostLoop | kPostFor |
-                 kPostForStep | kPostCase | kPostGoto | kPostReturn | kPostWaitFor |
-                 kPostWaitTimeout | kPostUntil | kPostVariableTargets | kPostVariableAttributes |
-                 kPostMessages | kPostPause | kPostOutputsAreRead | kPostTools | kPostFrames;
+    c.features = kPostProcedures | kPostParameters | kPostOutParameters | kPostRecursion |
+                 kPostLocals | kPostIntegers | kPostReals | kPostBooleans | kPostStrings |
+                 kPostArrays | kPostRecords | kPostPoses | kPostPoseProduct | kPostFunctionsOfMath |
+                 kPostIf | kPostWhile | kPostRepeat | kPostLoop | kPostFor | kPostForStep |
+                 kPostCase | kPostGoto | kPostReturn | kPostWaitFor | kPostWaitTimeout |
+                 kPostUntil | kPostVariableTargets | kPostVariableAttributes | kPostMessages |
+                 kPostPause | kPostOutputsAreRead | kPostTools | kPostFrames;
     c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle | kPostLinIncrement |
                 kPostPtpIncrement;
     c.circle = PostCircle::via;

@@ -12,13 +12,13 @@ namespace robomosp::post::val3 {
 inline const PostCapabilities& val3_capabilities() {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
-    c.features = kPostProcedures | kPostFunctions | kPostParameters | kPostOutParameters |
-                 kPostRecursion | kPostLocals | kPostIntegers | kPostReals | kPostBooleans |
-                 kPostStrings | kPostArrays | kPostRecords | kPostPoses | kPostPoseProduct |
-                 kPostFunctionsOfMath | kPostIf | kPostElsif | kPostWhile | kPostRepeat |
-                 kPostLoop | kPostFor | kPostForStep | kPostReturn | kPostProcesses | kPostWaitFor |
-                 kPostWaitTimeout | kPostUntil | kPostVariableTargets | kPostVariableAttributes |
-                 kPostMessages | kPostOutputsAreRead | kPostTools | kPostFrames;
+    c.features = kPostProcedures | kPostParameters | kPostOutParameters | kPostRecursion |
+                 kPostLocals | kPostIntegers | kPostReals | kPostBooleans | kPostStrings |
+                 kPostArrays | kPostRecords | kPostPoses | kPostPoseProduct | kPostFunctionsOfMath |
+                 kPostIf | kPostElsif | kPostWhile | kPostRepeat | kPostLoop | kPostFor |
+                 kPostForStep | kPostReturn | kPostProcesses | kPostWaitFor | kPostWaitTimeout |
+                 kPostUntil | kPostVariableTargets | kPostVariableAttributes | kPostMessages |
+                 kPostOutputsAreRead | kPostTools | kPostFrames;
     c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle | kPostLinIncrement |
                 kPostPtpIncrement;
     c.circle = PostCircle::via;
