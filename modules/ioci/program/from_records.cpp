@@ -126,7 +126,7 @@ const double* real_param(const model::TrajectorySegment& s, const char* name) {
   return it == s.shape.params.end() ? nullptr : std::get_if<double>(&it->second);
 }
 
-/// 100 % of ACC (task/program_actor.cpp).
+/// 100 % of ACC (task/program_cell.h).
 constexpr double kFullAcceleration = 2.5;  // [m/s^2]
 
 /// SPEED and what goes with it, of a segment whose law is a trapezoid.
