@@ -14,6 +14,9 @@
 #include "ioci/program/compiled.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/packs.h"
+#include "ioci/program/post_kinematics.h"
+#include "ioci/program/post_output.h"
+#include "ioci/program/post_profile.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/robot/robots.h"
@@ -34,274 +37,14 @@ namespace robomosp::ioci {
 namespace {
 
 using model::Controller;
-constexpr double kDegree = 57.29577951308232;
 /// The tag of targets whose controllers move several robots, by programs that share variables.
 constexpr const char* kSeveralRobots = "several_robots";
-/// Kind of signals that are variables which several programs share.
-constexpr const char* kShared = "shared";
-
-/// Kinematics of a robot for posts.
-class HostKinematics final : public PostKinematics {
- public:
-  HostKinematics(std::shared_ptr<const RobotModel> model, sim::Bound<IkSolver> ik,
-                 Progress& progress)
-      : model_(std::move(model)), ik_(std::move(ik)), names_(ik_, 0), progress_(progress) {}
-  [[nodiscard]] Result<Pose> forward(std::span<const double> q) const override {
-    RMP_TRY(check(q));
-    std::vector<Pose> frames(model_->joints.size());
-    robotics::forward_kinematics(*model_, q, frames);
-    return robotics::tip_pose(*model_, 0, frames);
-  }
-  [[nodiscard]] Result<std::vector<double>> inverse(const Pose& base_T_tip,
-                                                    std::span<const double> seed,
-                                                    std::int64_t status) const override {
-    RMP_TRY(check(seed));
-    IkBatch batch;
-    batch.targets = std::span(&base_T_tip, 1);
-    batch.seeds = seed;
-    batch.all_solutions = status >= 0;
-    RMP_TRY_ASSIGN(const auto results, sim::solve_ik(ik_, batch, progress_));
-    const IkResult& r = results.front();
-    const std::size_t n = model_->coordinate_count();
-    if (r.status != IkStatus::solved || r.q.size() < n)
-      return error(ErrorCode::unreachable,
-                   r.detail.empty() ? "the robot does not reach this target" : r.detail);
-    std::vector<double> best;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t at = 0; at + n <= r.q.size(); at += n) {
-      const std::span<const double> q(r.q.data() + at, n);
-      std::uint32_t known = 0;
-      const std::uint32_t has = this->status(q, known);
-      if (status >= 0 && ((has ^ static_cast<std::uint32_t>(status)) & known) != 0) continue;
-      double d = 0;
-      for (std::size_t i = 0; i < n; ++i) d += (q[i] - seed[i]) * (q[i] - seed[i]);
-      if (d >= least) continue;
-      least = d;
-      best.assign(q.begin(), q.end());
-    }
-    if (best.empty())
-      return error(ErrorCode::unreachable,
-                   "the robot does not reach this target with STATUS " + std::to_string(status));
-    return best;
-  }
-  [[nodiscard]] std::uint32_t status(std::span<const double> q,
-                                     std::uint32_t& known) const override {
-    known = 0;
-    std::uint32_t out = 0;
-    if (names_.empty() || q.size() != model_->coordinate_count()) return 0;
-    const auto measures = names_.measure(q);
-    static constexpr std::string_view kBits[] = {"shoulder", "elbow", "wrist"};
-    for (std::size_t i = 0; i < measures.size(); ++i)
-      for (std::uint32_t bit = 0; bit < 3; ++bit) {
-        if (names_.choices()[i].name != kBits[bit]) continue;
-        known |= 1U << bit;
-        if (measures[i] < 0) out |= 1U << bit;
-      }
-    return out;
-  }
-
- private:
-  Result<void> check(std::span<const double> q) const {
-    if (q.size() == model_->coordinate_count()) return {};
-    return error(ErrorCode::invalid_argument, "the target has " + std::to_string(q.size()) +
-                                                  " joints, and the robot " +
-                                                  std::to_string(model_->coordinate_count()));
-  }
-  std::shared_ptr<const RobotModel> model_;
-  sim::Bound<IkSolver> ik_;
-  sim::BranchNames names_;
-  Progress& progress_;
-};
-
-/// A controller's record as posts see it; owns what the views refer to, and stays where it is: the
-/// text of a short string moves along with the string.
-struct Profile {
-  Profile() = default;
-  Profile(const Profile&) = delete;
-  Profile& operator=(const Profile&) = delete;
-
-  Controller record;
-  std::string name, prologue, epilogue;
-  std::vector<PostAxis> axes;
-  std::vector<PostSignal> signals;
-  std::vector<std::string> shared;  ///< names of the last of them
-  std::string number, partner;      ///< values of options
-  std::vector<PostPlace> tools, frames;
-  std::vector<PostOption> options;
-  PostProfile view;
-
-  Result<void> fill() {
-    const std::string where = "controller " + text::quote(name);
-    for (const auto& a : record.axes) {
-      if (a.sign == 0)
-        return error(ErrorCode::invalid_argument,
-                     "the sign of axis " + text::quote(a.name) + " is 0", "It is 1 or -1.", where);
-      axes.push_back({a.name,
-                      a.joint - 1,
-                      a.is_external,
-                      a.is_linear,
-                      double(a.sign),
-                      a.offset,
-                      a.pulses,
-                      a.lower,
-                      a.upper,
-                      {}});
-    }
-    for (const auto& s : record.signals)
-      signals.push_back({s.name, s.target, s.number, s.kind, s.is_inverted, {}});
-    for (const auto& p : record.tools)
-      tools.push_back({p.name, p.number, model::pose(p.placement), p.mass, {}, {}});
-    for (const auto& p : record.frames)
-      frames.push_back({p.name, p.number, model::pose(p.placement), 0, {}, {}});
-    for (const auto& o : record.options) options.push_back({o.name, o.value, {}});
-    for (const auto& l : record.prologue) prologue += l + "\n";
-    for (const auto& l : record.epilogue) epilogue += l + "\n";
-    view.name = name;
-    view.axes = axes;
-    view.signals = signals;
-    view.tools = tools;
-    view.frames = frames;
-    RMP_TRY_ASSIGN(view.tool, find(record.tools, record.tool, "tool", where));
-    RMP_TRY_ASSIGN(view.frame, find(record.frames, record.frame, "frame", where));
-    view.prologue = prologue;
-    view.epilogue = epilogue;
-    view.length_digits = record.length_digits;
-    view.angle_digits = record.angle_digits;
-    view.speed_digits = record.speed_digits;
-    view.max_points = record.max_points;
-    view.max_lines = record.max_lines;
-    view.max_bytes = record.max_bytes;
-    view.max_speed = record.max_speed * 1000;
-    view.max_speed_ori = record.max_speed_ori * kDegree;
-    view.options = options;
-    return {};
-  }
-
-  /// Signals that are variables which programs share: with the one of that name. This is the
-  /// `arm`th robot of its controller, 1 is the first; the option arm_ROBOT says otherwise.
-  void share(const std::vector<std::string>& names, const std::string& robot, std::size_t arm,
-             const std::string& with) {
-    shared = names;
-    for (const std::string& n : shared) signals.push_back({n, n, -1, kShared, false, {}});
-    view.signals = signals;
-    number = std::to_string(arm);
-    partner = with;
-    std::vector<PostOption> own{{"shared_with", partner, {}}};
-    for (const char* each : {"arm", "timer"}) {
-      std::string_view value = number;
-      for (const PostOption& o : options)
-        if (o.name == std::string(each) + "_" + robot) value = o.value;
-      own.push_back({each, value, {}});
-    }
-    options.insert(options.begin(), own.begin(), own.end());
-    view.options = options;
-  }
-
- private:
-  static Result<std::int32_t> find(const std::vector<model::ControllerPlace>& all,
-                                   const std::string& name, const char* what,
-                                   const std::string& where) {
-    if (name.empty()) return std::int32_t{-1};
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (all[i].name == name) return static_cast<std::int32_t>(i);
-      names.push_back(all[i].name);
-    }
-    return unknown_name(what, name, names).in(where);
-  }
-};
-
-struct Fault {
-  std::uint32_t severity = 0;
-  rmp_span span{};
-  std::string message, hint;
-};
-struct Line {
-  std::string file;
-  std::uint32_t line = 0;
-  rmp_span span{};
-};
-/// A hint without the way that was taken already: the flattened program.
-std::string without_flat(std::string hint) {
-  static constexpr std::pair<std::string_view, std::string_view> kWords[] = {
-      {", or post the flattened program (form = \"flat\")", ""},
-      {", or post the flattened program", ""},
-      {"Post the flattened program (form = \"flat\").",
-       "It depends on what only a run knows: give it a value, or leave it out."},
-      {"Post the flattened program.",
-       "It depends on what only a run knows: give it a value, or leave it out."}};
-  for (const auto& [what, by] : kWords)
-    if (const auto at = hint.find(what); at != std::string::npos) hint.replace(at, what.size(), by);
-  for (const std::string_view begin :
-       {"Post the flattened program (form = \"flat\"), or ", "Post the flattened program, or "})
-    if (hint.starts_with(begin)) {
-      hint.erase(0, begin.size());
-      if (!hint.empty() && hint[0] >= 'a' && hint[0] <= 'z')
-        hint[0] = static_cast<char>(hint[0] - 'a' + 'A');
-    }
-  return hint;
-}
-/// A hint without another: to name the robot, where one is named.
-std::string without_robot(std::string_view message, std::string hint) {
-  const auto has = [&](std::string_view words) {
-    return message.find(words) != std::string_view::npos;
-  };
-  for (const std::string_view name :
-       {"Name the robot: program.post{robot = ...}", "Name the robot (program.post{robot = ...})",
-        ", or name the robot: program.post{robot = ...}"}) {
-    const auto at = hint.find(name);
-    if (at == std::string::npos) continue;
-    hint.erase(at, name.size());
-    if (hint.starts_with(", or ")) {
-      hint.erase(0, 5);
-      if (!hint.empty() && hint[0] >= 'a' && hint[0] <= 'z')
-        hint[0] = static_cast<char>(hint[0] - 'a' + 'A');
-    }
-    if (hint != ".") return hint;
-    if (has("TOOL of its own")) return "Make the tool a part of the robot, and leave TOOL out.";
-    if (has("FRAME")) return "Make FRAME of constants.";
-    if (has("keeps an orientation")) return "Give a POSE, which has one.";
-    if (has("reach") || has("limit"))
-      return "program.check_run says at this line how far it is, and which STATUS would do.";
-    return "Make the target of constants, or give joints (MAIN_JOINT).";
-  }
-  return hint;
-}
-class Collected final : public PostOutput {
- public:
-  bool is_flat = false;
-  bool has_robot = false;
-  void file(std::string_view name, std::string_view bytes) override {
-    files.emplace_back(name, bytes);
-  }
-  void from(std::string_view file, std::uint32_t line, const rmp_span& span) override {
-    if (files.empty() || lines.empty() || lines.back().file != file)
-      lines.push_back({std::string(file), line, span});
-    else lines.push_back({lines.back().file, line, span});
-  }
-  void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
-             std::string_view hint) override {
-    std::string way(hint);
-    if (is_flat) way = without_flat(std::move(way));
-    if (has_robot) way = without_robot(message, std::move(way));
-    faults.push_back({severity, span, std::string(message), std::move(way)});
-  }
-  [[nodiscard]] std::size_t errors() const {
-    return static_cast<std::size_t>(std::count_if(faults.begin(), faults.end(), [](const Fault& f) {
-      return f.severity == RMP_FAULT_ERROR;
-    }));
-  }
-  std::vector<std::pair<std::string, std::string>> files;
-  std::vector<Line> lines;
-  std::vector<Fault> faults;
-  std::string form;
-};
 
 struct Asked {
   ProviderInfo info;
   std::shared_ptr<Post> post;
   std::unique_ptr<Params> params;
-  std::unique_ptr<Profile> profile = std::make_unique<Profile>();
+  std::unique_ptr<ControllerProfile> profile = std::make_unique<ControllerProfile>();
   std::shared_ptr<const RobotModel> robot;
   std::unique_ptr<HostKinematics> kinematics;
   std::vector<double> start;
@@ -357,7 +100,7 @@ struct Written {
   double over = 0;  ///< the greatest share of a limit that it takes
 };
 Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rmp_code& code,
-                               std::uint32_t form, std::size_t parts, Collected& out) {
+                               std::uint32_t form, std::size_t parts, Posted& out) {
   const PostCapabilities& caps = asked.post->capabilities();
   out.is_flat = form == kPostFlat;
   out.has_robot = asked.robot != nullptr;
@@ -427,7 +170,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
 
 /// The program in one file, or, where it is too long for one and the target has such, in several.
 Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& code,
-                       std::uint32_t form, Collected& out) {
+                       std::uint32_t form, Posted& out) {
   RMP_TRY_ASSIGN(const Written whole, write_in_parts(ctx, asked, code, form, 0, out));
   if (form != kPostFlat || whole.over <= 1 || out.errors() == 0 ||
       (asked.post->capabilities().features & kPostParts) == 0)
@@ -435,7 +178,7 @@ Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& 
   // Parts are of about equally many statements, not lines: more where one is still too long.
   auto count = static_cast<std::size_t>(std::ceil(std::min(whole.over, 1e6) * 1.05)) + 1;
   for (int tries = 0; tries < 5; ++tries) {
-    Collected divided;
+    Posted divided;
     RMP_TRY_ASSIGN(const Written w, write_in_parts(ctx, asked, code, form, count, divided));
     if (w.parts < 2) return {};
     if (divided.errors() == 0) {
@@ -526,10 +269,10 @@ Result<program_post::Part> part_of(CommandContext& ctx, const Map& args, const C
   return program_post::part_of_robot(task);
 }
 
-List fault_list(const rmp_code& code, const Collected& out) {
+List fault_list(const rmp_code& code, const Posted& out) {
   static constexpr const char* kWords[] = {"error", "warning", "note"};
   List all;
-  for (const Fault& f : out.faults)
+  for (const PostedFault& f : out.faults)
     all.emplace_back(Map{
         {"severity", kWords[std::min<std::uint32_t>(f.severity, 2)]},
         {"file",
@@ -599,10 +342,10 @@ Result<Map> run_of(CommandContext& ctx, const Map& args) {
 }
 
 /// The program, or the part of a robot, as its form says. `shares`: parts share variables.
-Result<Collected> post_part(CommandContext& ctx, const Map& args, bool shares) {
+Result<Posted> post_part(CommandContext& ctx, const Map& args, bool shares) {
   RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, args));
   RMP_TRY_ASSIGN(Asked asked, read_asked(ctx, args, made.code()));
-  std::vector<Fault> of_part;
+  std::vector<PostedFault> of_part;
   std::vector<program_post::MadeFor> made_for;
   bool is_divided = true;
   if (has(args, "only_robot")) {
@@ -634,7 +377,7 @@ Result<Collected> post_part(CommandContext& ctx, const Map& args, bool shares) {
   if ((form == "flat" && !takes_flat) || (form == "structured" && !takes_structure))
     return error(ErrorCode::unsupported, std::string(caps.title) + " takes no " + form + " program",
                  "Leave form out.", "form");
-  Collected out;
+  Posted out;
   if (!is_divided) {
     out.form = form == "flat" || !takes_structure ? "flat" : "structured";
   } else if (form == "structured" || (form == "automatic" && takes_structure)) {
@@ -656,12 +399,12 @@ Result<Collected> post_part(CommandContext& ctx, const Map& args, bool shares) {
                             flattened.error().message, flattened.error().hint});
     } else if (flattened.ok()) {
       flat = std::move(flattened).value();
-      Collected other;
+      Posted other;
       RMP_TRY(write_one(ctx, asked, flat->code(), kPostFlat, other));
       if (falls_back && other.errors() == 0) {
-        const Fault& why = *std::find_if(out.faults.begin(), out.faults.end(), [](const Fault& f) {
-          return f.severity == RMP_FAULT_ERROR;
-        });
+        const PostedFault& why =
+            *std::find_if(out.faults.begin(), out.faults.end(),
+                          [](const PostedFault& f) { return f.severity == RMP_FAULT_ERROR; });
         other.faults.insert(other.faults.begin(),
                             {RMP_FAULT_NOTE, why.span,
                              "the flattened program is posted, since " + why.message, ""});
@@ -669,9 +412,9 @@ Result<Collected> post_part(CommandContext& ctx, const Map& args, bool shares) {
       if (!falls_back || other.errors() == 0) {
         out = std::move(other);
       } else {
-        const Fault& why =
+        const PostedFault& why =
             *std::find_if(other.faults.begin(), other.faults.end(),
-                          [](const Fault& f) { return f.severity == RMP_FAULT_ERROR; });
+                          [](const PostedFault& f) { return f.severity == RMP_FAULT_ERROR; });
         out.faults.push_back({RMP_FAULT_NOTE, why.span,
                               "the flattened program is refused, too: " + why.message, why.hint});
       }
@@ -691,25 +434,25 @@ Result<Collected> post_part(CommandContext& ctx, const Map& args, bool shares) {
         return;
       }
   };
-  for (Fault& f : out.faults) to_place(f.span);
-  for (Line& l : out.lines) to_place(l.span);
+  for (PostedFault& f : out.faults) to_place(f.span);
+  for (PostedLine& l : out.lines) to_place(l.span);
   out.faults.insert(out.faults.begin(), of_part.begin(), of_part.end());
   return out;
 }
 
 /// A program for each robot, for a controller that moves them all.
-Result<Collected> post_several(CommandContext& ctx, const Map& args,
-                               const std::vector<std::string>& robots) {
-  Collected out;
+Result<Posted> post_several(CommandContext& ctx, const Map& args,
+                            const std::vector<std::string>& robots) {
+  Posted out;
   for (const std::string& robot : robots) {
     Map own = args;
     own.set("only_robot", robot);
     if (has(args, "name")) own.set("name", text_of(args, "name") + "_" + plain(robot));
-    RMP_TRY_ASSIGN(Collected part, post_part(ctx, own, true));
+    RMP_TRY_ASSIGN(Posted part, post_part(ctx, own, true));
     out.files.insert(out.files.end(), part.files.begin(), part.files.end());
     out.lines.insert(out.lines.end(), part.lines.begin(), part.lines.end());
-    for (Fault& f : part.faults)
-      if (std::none_of(out.faults.begin(), out.faults.end(), [&](const Fault& o) {
+    for (PostedFault& f : part.faults)
+      if (std::none_of(out.faults.begin(), out.faults.end(), [&](const PostedFault& o) {
             return o.severity == f.severity && o.span.file == f.span.file &&
                    o.span.begin == f.span.begin && o.message == f.message;
           }))
@@ -727,7 +470,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   const auto robots = program_post::robots_that_move(code);
   const bool are_several = robots.size() > 1 && !has(args, "only_robot") &&
                            std::find(tags.begin(), tags.end(), kSeveralRobots) != tags.end();
-  RMP_TRY_ASSIGN(Collected out,
+  RMP_TRY_ASSIGN(Posted out,
                  are_several ? post_several(ctx, args, robots) : post_part(ctx, args, false));
   const std::string where = name_in(ctx, ref(args, "id"));
   const std::size_t errors = out.errors();
@@ -751,9 +494,9 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
     }
   }
   if (errors > 0 && !flag(args, "check")) {
-    const Fault& first = *std::find_if(out.faults.begin(), out.faults.end(), [](const Fault& f) {
-      return f.severity == RMP_FAULT_ERROR;
-    });
+    const PostedFault& first =
+        *std::find_if(out.faults.begin(), out.faults.end(),
+                      [](const PostedFault& f) { return f.severity == RMP_FAULT_ERROR; });
     std::string hint = first.hint;
     if (errors > 1)
       hint += (hint.empty() ? "" : " ") + std::string("With check = true all ") +
@@ -792,7 +535,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   }
   List map;
   if (flag(args, "source_map"))
-    for (const Line& l : out.lines)
+    for (const PostedLine& l : out.lines)
       map.emplace_back(Map{{"file", l.file},
                            {"line", static_cast<std::int64_t>(l.line)},
                            {"source", row<rmp_code_file>(code.files, l.span.file).name},
@@ -821,9 +564,9 @@ Result<Value> part_of_robot(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const program_post::Part part,
                  part_of(ctx, args, made, text_of(args, "robot"), false, false));
   const std::string where = name_in(ctx, ref(args, "id"));
-  Collected out;
+  Posted out;
   for (const auto& r : part.remarks) out.fault(r.severity, r.span, r.message, r.hint);
-  for (const Fault& f : out.faults)
+  for (const PostedFault& f : out.faults)
     if (f.severity == RMP_FAULT_ERROR)
       return error(ErrorCode::unsupported, f.message, f.hint,
                    where + ", " + row<rmp_code_file>(made.code().files, f.span.file).name + ":" +

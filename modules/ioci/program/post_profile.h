@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Records of controllers as posts see them (layer: application, ioci only).
+#pragma once
+
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/post.h>
+
+#include "ioci/core/commands.h"
+#include "kernel/text.h"
+#include "model/controller.h"
+#include "model/placement.h"
+
+namespace robomosp::ioci {
+
+/// Kind of signals that are variables which several programs share.
+inline constexpr const char* kShared = "shared";
+
+/// A controller's record as posts see it; owns what the views refer to, and stays where it is: the
+/// text of a short string moves along with the string.
+struct ControllerProfile {
+  ControllerProfile() = default;
+  ControllerProfile(const ControllerProfile&) = delete;
+  ControllerProfile& operator=(const ControllerProfile&) = delete;
+
+  model::Controller record;
+  std::string name, prologue, epilogue;
+  std::vector<PostAxis> axes;
+  std::vector<PostSignal> signals;
+  std::vector<std::string> shared;  ///< names of the last of them
+  std::string number, partner;      ///< values of options
+  std::vector<PostPlace> tools, frames;
+  std::vector<PostOption> options;
+  PostProfile view;
+
+  Result<void> fill() {
+    const std::string where = "controller " + text::quote(name);
+    for (const auto& a : record.axes) {
+      if (a.sign == 0)
+        return error(ErrorCode::invalid_argument,
+                     "the sign of axis " + text::quote(a.name) + " is 0", "It is 1 or -1.", where);
+      axes.push_back({a.name,
+                      a.joint - 1,
+                      a.is_external,
+                      a.is_linear,
+                      double(a.sign),
+                      a.offset,
+                      a.pulses,
+                      a.lower,
+                      a.upper,
+                      {}});
+    }
+    for (const auto& s : record.signals)
+      signals.push_back({s.name, s.target, s.number, s.kind, s.is_inverted, {}});
+    for (const auto& p : record.tools)
+      tools.push_back({p.name, p.number, model::pose(p.placement), p.mass, {}, {}});
+    for (const auto& p : record.frames)
+      frames.push_back({p.name, p.number, model::pose(p.placement), 0, {}, {}});
+    for (const auto& o : record.options) options.push_back({o.name, o.value, {}});
+    for (const auto& l : record.prologue) prologue += l + "\n";
+    for (const auto& l : record.epilogue) epilogue += l + "\n";
+    view.name = name;
+    view.axes = axes;
+    view.signals = signals;
+    view.tools = tools;
+    view.frames = frames;
+    RMP_TRY_ASSIGN(view.tool, find(record.tools, record.tool, "tool", where));
+    RMP_TRY_ASSIGN(view.frame, find(record.frames, record.frame, "frame", where));
+    view.prologue = prologue;
+    view.epilogue = epilogue;
+    view.length_digits = record.length_digits;
+    view.angle_digits = record.angle_digits;
+    view.speed_digits = record.speed_digits;
+    view.max_points = record.max_points;
+    view.max_lines = record.max_lines;
+    view.max_bytes = record.max_bytes;
+    view.max_speed = record.max_speed * 1000;
+    view.max_speed_ori = record.max_speed_ori * 180 / std::numbers::pi;
+    view.options = options;
+    return {};
+  }
+
+  /// Signals that are variables which programs share: with the one of that name. This is the
+  /// `arm`th robot of its controller, 1 is the first; the option arm_ROBOT says otherwise.
+  void share(const std::vector<std::string>& names, const std::string& robot, std::size_t arm,
+             const std::string& with) {
+    shared = names;
+    for (const std::string& n : shared) signals.push_back({n, n, -1, kShared, false, {}});
+    view.signals = signals;
+    number = std::to_string(arm);
+    partner = with;
+    std::vector<PostOption> own{{"shared_with", partner, {}}};
+    for (const char* each : {"arm", "timer"}) {
+      std::string_view value = number;
+      for (const PostOption& o : options)
+        if (o.name == std::string(each) + "_" + robot) value = o.value;
+      own.push_back({each, value, {}});
+    }
+    options.insert(options.begin(), own.begin(), own.end());
+    view.options = options;
+  }
+
+ private:
+  static Result<std::int32_t> find(const std::vector<model::ControllerPlace>& all,
+                                   const std::string& name, const char* what,
+                                   const std::string& where) {
+    if (name.empty()) return std::int32_t{-1};
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].name == name) return static_cast<std::int32_t>(i);
+      names.push_back(all[i].name);
+    }
+    return unknown_name(what, name, names).in(where);
+  }
+};
+
+}  // namespace robomosp::ioci
