@@ -87,8 +87,12 @@ class Tracer final : public World, public Observer {
       return error(ErrorCode::unsupported,
                    "the processes " + c_.routine_name(moving_) + " and " +
                        c_.routine_name(m.process) + " both move, and their order depends on time",
-                   "Run each by itself, or run the program in a world.");
+                   m.attributes.robot_symbol == moving_robot_
+                       ? "Run each by itself, or run the program in a world."
+                       : "Post a part for each robot (only_robot, --only-robot), or run the "
+                         "program in a world.");
     moving_ = m.process;
+    moving_robot_ = m.attributes.robot_symbol;
     TracedMotion t;
     t.motion = m;
     t.until = std::exchange(until_, std::nullopt);
@@ -550,7 +554,7 @@ class Tracer final : public World, public Observer {
   std::map<std::uint32_t, Last> last_;
   std::map<std::uint32_t, Statements> statements_;
   std::optional<Condition> until_;
-  std::uint32_t moving_ = kNone;
+  std::uint32_t moving_ = kNone, moving_robot_ = kNone;
   const Process* now_ = nullptr;
   std::uint32_t process_ = 0;
   rmp_span span_{};
