@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/text.h"
 #include "spatial/pose.h"
 #include "task/task_executor.h"
 
@@ -12,6 +13,7 @@ namespace {
 
 /// Rows and steps this near [relative] are the same.
 constexpr double kNear = 1e-12;
+constexpr double kMostSteps = 1e5;  ///< of physics in a row
 
 bool is_same(const Pose& a, const Pose& b) { return a.p == b.p && a.R == b.R; }
 
@@ -42,7 +44,12 @@ Result<void> TaskExecutor::add_physics(const sim::PhysicsRun& wanted, Progress& 
   sim::PhysicsRun run = wanted;
   run.world = id_;
   run.sample_time = step_;
-  if (run.step > 0) run.step = step_ / std::ceil(step_ / run.step * (1 - kNear));
+  if (!(step_ / run.step <= kMostSteps))
+    return error(ErrorCode::invalid_argument,
+                 "the step of " + text::print_rounded(run.step) + " s is too short for rows of " +
+                     text::print_rounded(step_) + " s",
+                 "Give a step such as 0.001 s.", "contact physics");
+  run.step = step_ / std::ceil(step_ / run.step * (1 - kNear));
   RMP_TRY_ASSIGN(physics_, sim::SteppedPhysics::create(*sim_, std::move(run), progress));
   for (const std::string& text : physics_->notes()) note(0, text);
   if (std::none_of(things_.begin(), things_.end(),

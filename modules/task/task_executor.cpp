@@ -12,6 +12,7 @@
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "sim/base_motion.h"
+#include "spatial/passing.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "task/members.h"
@@ -210,10 +211,9 @@ void TaskExecutor::sample(const Actor& a, double t, JointState& out) {
   const double h = m.times[i + 1] - m.times[i], x = (u - m.times[i]) / h;
   for (std::size_t j = 0; j < n; ++j) {
     const std::size_t k = i * n + j, l = k + n;
-    const double a1 = h * m.qd[k], b1 = h * m.qd[l], way = m.q[l] - m.q[k];
-    const double c = 3 * way - 2 * a1 - b1, d = a1 + b1 - 2 * way;
-    out.q[j] = m.q[k] + x * (a1 + x * (c + x * d));
-    out.qd[j] = (a1 + x * (2 * c + 3 * x * d)) / h;
+    const spatial::Jet s = spatial::cubic(m.q[l] - m.q[k], m.qd[k], m.qd[l], h, u - m.times[i]);
+    out.q[j] = m.q[k] + s.v;
+    out.qd[j] = s.d;
     out.qdd[j] = m.qdd[k] + x * (m.qdd[l] - m.qdd[k]);
   }
 }

@@ -230,6 +230,9 @@ TEST_F(ProgramPhysics, WrongInputsGetASentence) {
   EXPECT_NE(fault({{"physics", Map{{"objects", List{Map{{"name", "blok"}}}}}}})
                 .find("Did you mean \"block\"?"),
             std::string::npos);
+  for (const double step : {1e-300, 1e-8})
+    EXPECT_NE(fault({{"physics", Map{{"step", step}}}}).find("too short for rows of 0.02 s"),
+              std::string::npos);
   // Steps that do not fit the rows are made shorter.
   EXPECT_TRUE(run({{"physics", Map{{"step", 0.0007}}}}));
   EXPECT_TRUE(run({{"physics", Map{{"step", 1e6}}}}));

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include <robomosp/sdk/post_writer.h>
 
@@ -59,38 +60,30 @@ std::string plain(std::string_view name) {
   return out.empty() ? "program" : out;
 }
 
-/// The profile's option chord_mm.
-Result<double> chord_of(const PostProfile& profile, double otherwise) {
+/// An option of the profile that is a number, `otherwise` where it has none.
+template <class T>
+Result<T> option_of(const PostProfile& profile, std::string_view name, T otherwise, T least, T most,
+                    const char* hint) {
   for (const PostOption& o : profile.options) {
-    if (o.name != "chord_mm") continue;
-    double v = 0;
+    if (o.name != name) continue;
+    T v{};
     const auto r = std::from_chars(o.value.data(), o.value.data() + o.value.size(), v);
-    if (r.ec == std::errc() && r.ptr == o.value.data() + o.value.size() && v >= 1e-4 && v <= 1000)
+    if (r.ec == std::errc() && r.ptr == o.value.data() + o.value.size() && v >= least && v <= most)
       return v;
-    return error(
-        ErrorCode::invalid_argument,
-        "the option chord_mm is " + text::quote(o.value) + ", which is not from 0.0001 to 1000",
-        "Give the distance that straight pieces may be from an arc, in mm.",
-        "controller " + text::quote(profile.name));
+    return error(ErrorCode::invalid_argument,
+                 "the option " + std::string(name) + " is " + text::quote(o.value) +
+                     ", which is not from " + text::print_rounded(static_cast<double>(least)) +
+                     " to " + text::print_rounded(static_cast<double>(most)),
+                 hint, "controller " + text::quote(profile.name));
   }
   return otherwise;
 }
 
-/// The profile's option recursion_depth.
-Result<std::size_t> recursion_depth_of(const PostProfile& profile, std::size_t otherwise) {
-  for (const PostOption& o : profile.options) {
-    if (o.name != "recursion_depth") continue;
-    std::size_t v = 0;
-    const auto r = std::from_chars(o.value.data(), o.value.data() + o.value.size(), v);
-    if (r.ec == std::errc() && r.ptr == o.value.data() + o.value.size() && v >= 1 && v <= 9999)
-      return v;
-    return error(
-        ErrorCode::invalid_argument,
-        "the option recursion_depth is " + text::quote(o.value) + ", which is not from 1 to 9999",
-        "Give how many calls of a routine that calls itself are within each other at most.",
-        "controller " + text::quote(profile.name));
-  }
-  return otherwise;
+/// The controller's record that the argument profile names, with its name; empty = none is given.
+std::pair<std::string, Controller> given_profile(CommandContext& ctx, const Map& args) {
+  if (!has(args, "profile")) return {};
+  const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
+  return {r->name, std::get<model::OtherContent>(r->body).as<Controller>()};
 }
 
 /// Writes it as one program, or as about so many parts besides; gives how many there are, and
@@ -110,10 +103,16 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
     before =
         program_post::known_points(code, asked.robot.get(), asked.kinematics.get(), asked.start);
     options.points = before.points;
-    RMP_TRY_ASSIGN(options.chord_mm, chord_of(asked.profile->view, options.chord_mm));
+    RMP_TRY_ASSIGN(options.chord_mm,
+                   option_of(asked.profile->view, "chord_mm", options.chord_mm, 1e-4, 1e3,
+                             "Give the distance that straight pieces may be from an arc, in mm."));
   }
-  RMP_TRY_ASSIGN(options.recursion_depth,
-                 recursion_depth_of(asked.profile->view, options.recursion_depth));
+  RMP_TRY_ASSIGN(
+      options.recursion_depth,
+      option_of(
+          asked.profile->view, "recursion_depth", options.recursion_depth, std::size_t{1},
+          std::size_t{9999},
+          "Give how many calls of a routine that calls itself are within each other at most."));
   options.parts = parts;
   options.name = asked.name;
   program_post::Legal legal = program_post::legalise(code, caps, options);
@@ -200,12 +199,7 @@ Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& 
 
 Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& code) {
   Asked out;
-  if (has(args, "profile")) {
-    const AnyId id = ref(args, "profile");
-    const model::Record* r = ctx.snapshot().find(id);
-    out.profile->record = std::get<model::OtherContent>(r->body).as<Controller>();
-    out.profile->name = r->name;
-  }
+  std::tie(out.profile->name, out.profile->record) = given_profile(ctx, args);
   std::string target = text_of(args, "target");
   if (target.empty()) target = out.profile->record.target;
   if (target.empty())
@@ -250,13 +244,7 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& c
 Result<program_post::Part> part_of(CommandContext& ctx, const Map& args, const Compiled& made,
                                    const std::string& robot, bool keeps_lines, bool shares) {
   program_post::PartTask task;
-  Controller record;
-  std::string name;
-  if (has(args, "profile")) {
-    const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
-    record = std::get<model::OtherContent>(r->body).as<Controller>();
-    name = r->name;
-  }
+  const auto [name, record] = given_profile(ctx, args);
   std::vector<program_post::Line> lines;
   for (const auto& s : record.signals) lines.push_back({s.name, s.number, !s.kind.empty()});
   task.code = &made.code();

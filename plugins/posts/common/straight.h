@@ -76,6 +76,11 @@ class StraightWriter : public MoveWriter {
   }
   /// A text of constants for a comment.
   std::optional<std::string> constant_text(std::span<const std::uint32_t> values) {
+    const auto all = told(values);
+    return all ? std::optional(plain_text(*all, '\0')) : std::nullopt;
+  }
+  /// Texts and numbers that are known, one behind the other, with all their letters.
+  std::optional<std::string> told(std::span<const std::uint32_t> values) {
     std::string all;
     for (const std::uint32_t v : values) {
       const auto& x = expression(v);
@@ -87,7 +92,7 @@ class StraightWriter : public MoveWriter {
       all += k.kind == RMP_CONSTANT_TEXT ? std::string(k.text, k.text_size)
                                          : trimmed(known(v).value_or(0), 6);
     }
-    return plain_text(all, '\0');
+    return all;
   }
   bool no_until(const Motion& m) {
     if (m.until == RMP_NONE) return true;

@@ -454,21 +454,6 @@ class TrajectoryWriter final : public StraightWriter {
     }
     if (const auto text = asked(condition)) step("{\"wait_for\": " + *text + until + "}");
   }
-  /// Texts and numbers that are known, one behind the other; JSON takes all letters.
-  std::optional<std::string> told(std::span<const std::uint32_t> values) {
-    std::string all;
-    for (const std::uint32_t v : values) {
-      const auto& x = expression(v);
-      if (x.constant == RMP_NONE) {
-        cannot("values in messages", "Post the flattened program (form = \"flat\").");
-        return std::nullopt;
-      }
-      const auto& k = constant(x.constant);
-      all += k.kind == RMP_CONSTANT_TEXT ? std::string(k.text, k.text_size)
-                                         : trimmed(known(v).value_or(0), 6);
-    }
-    return all;
-  }
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
     if (const auto text = told(values))
       step("{\"text\": " + quoted(*text) + (ends_line ? "}" : ", \"ends_line\": false}"));
