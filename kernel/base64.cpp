@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kDigits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-constexpr std::uint32_t kNone = 0x80000000U;
+constexpr std::uint32_t kNoDigit = 0x80000000U;
 
 /// Both characters of every twelve bits.
 constexpr auto kPairs = [] {
@@ -24,10 +24,10 @@ constexpr auto kPairs = [] {
 }();
 
 /// What a character adds at each of the four places of a group: bytes as they lie in memory, the
-/// first lowest; kNone of what is no digit.
+/// first lowest; kNoDigit of what is no digit.
 constexpr auto kPlaces = [] {
   std::array<std::array<std::uint32_t, 256>, 4> out{};
-  for (auto& place : out) place.fill(kNone);
+  for (auto& place : out) place.fill(kNoDigit);
   for (std::uint32_t v = 0; v < 64; ++v) {
     const auto c = static_cast<unsigned char>(kDigits[v]);
     out[0][c] = v << 2U;
@@ -132,7 +132,7 @@ bool decode(std::string_view text, char* out) {
     if ((v >> (8 * rest)) != 0) return false;
     put(out, v, rest);
   }
-  return (seen & kNone) == 0;
+  return (seen & kNoDigit) == 0;
 }
 
 }  // namespace robomosp::base64

@@ -8,7 +8,7 @@ namespace robomosp {
 namespace {
 
 thread_local std::weak_ptr<CallQueue> here;
-constexpr std::chrono::milliseconds kLook{50};
+constexpr std::chrono::milliseconds kQueueLook{50};
 
 }  // namespace
 
@@ -35,7 +35,7 @@ CallQueue::Outcome CallQueue::call(const std::function<void()>& fn, std::chrono:
   while (!moved()) {
     const auto now = std::chrono::steady_clock::now();
     if (now >= end) return withdraw(Outcome::late);
-    done_.wait_until(lock, std::min(end, now + kLook), moved);
+    done_.wait_until(lock, std::min(end, now + kQueueLook), moved);
     if (moved() || !gives_up) continue;
     lock.unlock();
     const bool is_given_up = gives_up();

@@ -267,7 +267,7 @@ fs::path path_of(const FileRoot::Held& root, const Walked& w) {
   return out;
 }
 
-FileKind kind_of(const struct stat& s) {
+FileKind file_kind_of(const struct stat& s) {
   return S_ISREG(s.st_mode)   ? FileKind::file
          : S_ISDIR(s.st_mode) ? FileKind::folder
                               : FileKind::other;
@@ -406,10 +406,10 @@ FileKind file_kind(const fs::path& path) {
     if (!place.ok()) return FileKind::none;
     if (!place->is_readable) {
       const auto w = walked(root->held(), *place, path);
-      return w.ok() && w->is_there && w->behind.empty() ? kind_of(w->status) : FileKind::none;
+      return w.ok() && w->is_there && w->behind.empty() ? file_kind_of(w->status) : FileKind::none;
     }
   }
-  return ::stat(path.c_str(), &s) == 0 ? kind_of(s) : FileKind::none;
+  return ::stat(path.c_str(), &s) == 0 ? file_kind_of(s) : FileKind::none;
 }
 
 Result<FileDescriptor> open_to_read(const fs::path& path) {
@@ -574,7 +574,7 @@ Result<std::vector<FolderEntry>> list_folder(const fs::path& path, std::size_t m
     e.name = name;
     struct stat s {};
     if (::fstatat(fd.get(), name.c_str(), &s, AT_SYMLINK_NOFOLLOW) != 0) continue;  // gone again
-    e.kind = kind_of(s);
+    e.kind = file_kind_of(s);
     if (S_ISLNK(s.st_mode)) {
       e.kind = file_kind(path / name);
       if (e.kind == FileKind::file)

@@ -19,16 +19,16 @@
 namespace robomosp {
 namespace {
 
-constexpr std::size_t kMostNotes = 1000;
+constexpr std::size_t kMostFileNotes = 1000;
 constexpr std::size_t kLongestExtension = 16;
 
 /// Notes as they can be shown; of very many the first.
 void hear_all(std::vector<std::string>& notes) {
   const std::size_t count = notes.size();
-  notes.resize(std::min(count, kMostNotes));
+  notes.resize(std::min(count, kMostFileNotes));
   for (std::string& note : notes) note = heard(note);
-  if (count > kMostNotes)
-    notes.push_back(std::to_string(count - kMostNotes) + " more notes are left out.");
+  if (count > kMostFileNotes)
+    notes.push_back(std::to_string(count - kMostFileNotes) + " more notes are left out.");
 }
 
 /// Whether a name is one of a place, not of something beside the others.

@@ -181,7 +181,7 @@ class Running {
 enum class Why { died, hung, cancelled, lied };
 
 class Conversing;
-thread_local const Conversing* t_conversation = nullptr;
+thread_local const Conversing* t_conversing = nullptr;
 thread_local Progress* t_progress = nullptr;
 thread_local std::uint64_t t_generation = 0;
 
@@ -191,19 +191,19 @@ class Conversing {
  public:
   Conversing(const void* conversation, Progress* progress, std::uint64_t generation)
       : conversation_(conversation),
-        before_(std::exchange(t_conversation, this)),
+        before_(std::exchange(t_conversing, this)),
         progress_(std::exchange(t_progress, progress)),
         generation_(std::exchange(t_generation, generation)) {}
   ~Conversing() {
     t_generation = generation_;
-    t_conversation = before_;
+    t_conversing = before_;
     t_progress = progress_;
   }
   Conversing(const Conversing&) = delete;
   Conversing& operator=(const Conversing&) = delete;
   [[nodiscard]] const void* conversation() const { return conversation_; }
   [[nodiscard]] static bool is_within(const void* conversation) {
-    for (const Conversing* c = t_conversation; c; c = c->before_)
+    for (const Conversing* c = t_conversing; c; c = c->before_)
       if (c->conversation_ == conversation) return true;
     return false;
   }
@@ -335,7 +335,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
  private:
   static constexpr std::uint64_t kAnyGeneration = ~std::uint64_t{0};
   static const void* lending_scope_of_thread() {
-    return t_conversation ? t_conversation->conversation() : nullptr;
+    return t_conversing ? t_conversing->conversation() : nullptr;
   }
 
   // --- the process ---

@@ -86,7 +86,7 @@ Result<void> check_references(const Snapshot& s, const Record& record, const Rec
 
 Result<void> refuse_cycles(const Snapshot& s, const Before& before,
                            const std::vector<AnyId>& changed) {
-  struct Step {
+  struct Visit {
     AnyId id;
     std::vector<AnyId> inner;
     std::size_t next = 0;
@@ -97,11 +97,11 @@ Result<void> refuse_cycles(const Snapshot& s, const Before& before,
     if (!record || done.contains(start)) continue;
     std::vector<AnyId> come = new_references(start, *record, before);
     if (come.empty()) continue;
-    std::vector<Step> path;
+    std::vector<Visit> path;
     path.push_back({start, std::move(come)});
     open.insert(start);
     while (!path.empty()) {
-      Step& top = path.back();
+      Visit& top = path.back();
       if (top.next == top.inner.size()) {
         open.erase(top.id);
         if (path.size() > 1) done.insert(top.id);  // of the first only what is new was followed

@@ -16,7 +16,7 @@ using model::Shape;
 using model::Type;
 using text::quote;
 
-Error fault(std::string message, std::string hint = {}) {
+Error range_fault(std::string message, std::string hint = {}) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
 }
 
@@ -73,13 +73,13 @@ class Checker {
       }
       case Shape::word:
         if (!t.word_of(p).empty()) return {};
-        return fault("the " + f.shown_name() + of + " is none of those that there are");
+        return range_fault("the " + f.shown_name() + of + " is none of those that there are");
       case Shape::colour:
         for (std::size_t i = 0; i < 4; ++i) {
           const auto v = static_cast<double>(static_cast<const float*>(p)[i]);
           if (!(v >= 0 && v <= 1))
-            return fault("a component of the " + f.shown_name() + of + " is " +
-                         text::print_rounded(v, 6) + "; it must be from 0 to 1");
+            return range_fault("a component of the " + f.shown_name() + of + " is " +
+                               text::print_rounded(v, 6) + "; it must be from 0 to 1");
         }
         return {};
       case Shape::structure: return fields(t, p, of, alternative, before);
@@ -118,7 +118,7 @@ class Checker {
     const Field* in = record_.type->field(f.index_in);
     const auto n = in ? static_cast<std::int64_t>(in->type->length(in->in(record_.data))) : 0;
     if (v >= -1 && v < n) return {};
-    return fault("the " + f.shown_name() + of + " is none of its " + noun(f.index_in));
+    return range_fault("the " + f.shown_name() + of + " is none of its " + noun(f.index_in));
   }
 
   static bool in_range(const Field& f, double v) {
@@ -132,24 +132,25 @@ class Checker {
     };
     const std::string what = "the " + f.shown_name() + of + " is ";
     if (std::isnan(v) || (!f.may_be_infinite && std::isinf(v)))
-      return fault(what + text::print(v) +
-                   (f.may_be_infinite ? "; it must be a number" : "; it must be a finite number"));
+      return range_fault(
+          what + text::print(v) +
+          (f.may_be_infinite ? "; it must be a number" : "; it must be a finite number"));
     const std::string start = what + shown(v) + "; ";
     const bool has_min = std::isfinite(f.min), has_max = std::isfinite(f.max);
     if (has_min && has_max && f.min == -f.max)
-      return fault(start + "at most " + shown(f.max) + " is allowed");
+      return range_fault(start + "at most " + shown(f.max) + " is allowed");
     if (has_min && has_max && f.is_above_min)
-      return fault(start + "it must be above " + text::print_rounded(f.min, 6) + " and at most " +
-                   shown(f.max));
+      return range_fault(start + "it must be above " + text::print_rounded(f.min, 6) +
+                         " and at most " + shown(f.max));
     if (has_min && has_max && f.max <= 1e6)
-      return fault(start + "it must be from " + text::print_rounded(f.min, 6) + " to " +
-                   text::print_rounded(f.max, 6));
-    if (v > f.max) return fault(start + "at most " + shown(f.max) + " is allowed");
+      return range_fault(start + "it must be from " + text::print_rounded(f.min, 6) + " to " +
+                         text::print_rounded(f.max, 6));
+    if (v > f.max) return range_fault(start + "at most " + shown(f.max) + " is allowed");
     if (f.is_above_min)
-      return fault(start + "it must be greater than " +
-                   shown(f.min).substr(0, shown(f.min).find(' ')));
-    if (f.min == 0) return fault(start + "it must not be negative");
-    return fault(start + "it must be at least " + shown(f.min));
+      return range_fault(start + "it must be greater than " +
+                         shown(f.min).substr(0, shown(f.min).find(' ')));
+    if (f.min == 0) return range_fault(start + "it must not be negative");
+    return range_fault(start + "it must be at least " + shown(f.min));
   }
 
   model::Content record_;

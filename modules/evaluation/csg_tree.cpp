@@ -33,7 +33,7 @@ Value value_of(const model::ProviderChoice::Param& param) {
 std::string node_text(const model::SolidNode& node) { return "node " + quote(node.name); }
 
 /// A sentence about what is wrong with a tree a plugin built, or "".
-std::string fault_of(const CsgTree& tree) {
+std::string tree_fault(const CsgTree& tree) {
   if (tree.nodes.empty()) return "built a tree without nodes";
   if (tree.nodes.size() > kMostNodes)
     return "built a tree of more than " + std::to_string(kMostNodes) + " nodes";
@@ -131,7 +131,7 @@ Result<CsgTree> built_primitive(const Registry& registry, const ProviderInfo& pr
   auto tree = guarded(provider.name, [&] { return primitive->build(*params, progress); });
   if (!tree.ok())
     return tree.error().code == ErrorCode::cancelled ? std::move(tree) : std::move(tree).in(who);
-  if (const std::string fault = fault_of(*tree); !fault.empty())
+  if (const std::string fault = tree_fault(*tree); !fault.empty())
     return error(ErrorCode::plugin_failed, "provider " + quote(provider.name) + " " + fault,
                  "Report it to the provider's author.");
   return tree;

@@ -45,7 +45,7 @@ bool is_finite(const Moments& m) {
 }
 
 /// A sentence about what is wrong with a mesh a provider made, or "".
-std::string fault_of(const Mesh& m, bool must_be_closed) {
+std::string mesh_fault(const Mesh& m, bool must_be_closed) {
   if (m.positions.size() % 3 != 0 || m.triangles.size() % 3 != 0)
     return "made a mesh with incomplete vertices or triangles";
   if (m.normals.size() != m.positions.size())
@@ -459,7 +459,7 @@ Result<std::shared_ptr<const Mesh>> Solids::mesh(const MadeSolid& s, double chor
         auto made =
             guarded(s.engine.name, [&] { return s.engine.csg->mesh(*own, quality, progress); });
         if (made.ok())
-          if (const std::string fault = fault_of(*made, !s.engine.is_plain); !fault.empty())
+          if (const std::string fault = mesh_fault(*made, !s.engine.is_plain); !fault.empty())
             return broken(s.engine.name, fault);
         return made;
       },

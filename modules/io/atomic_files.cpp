@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "io/write_all.h"
 #include "kernel/file_root.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
@@ -29,16 +30,6 @@ using text::quote;
 std::string reason(int number) { return std::generic_category().message(number); }
 
 using Descriptor = FileDescriptor;
-
-int write_all(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes.remove_prefix(static_cast<std::size_t>(n));
-  }
-  return 0;
-}
 
 /// Where a file is written that is asked for by a link to it, which need not be there.
 Result<fs::path> behind_links(fs::path file) {

@@ -96,7 +96,7 @@ std::optional<std::string_view> next_line(std::string_view bytes, std::size_t& a
 }
 
 /// `element vertex 12` -> 12
-std::optional<std::size_t> count_of(std::string_view line, std::string_view start) {
+std::optional<std::size_t> count_after(std::string_view line, std::string_view start) {
   if (!line.starts_with(start)) return std::nullopt;
   const auto n = text::read_int(line.substr(start.size()));
   if (!n || *n < 0 || *n > std::int64_t{0xFFFFFFFF}) return std::nullopt;
@@ -135,8 +135,8 @@ Result<CsgGeometry> read_ply(std::string_view bytes) {
       (lines[7] != "property list uchar uint vertex_indices" &&
        lines[7] != "property list uchar int vertex_indices"))
     return refuse("the header of this PLY file is another than that of a robomosp mesh");
-  const auto vertices = count_of(lines[2], "element vertex ");
-  const auto faces = count_of(lines[6], "element face ");
+  const auto vertices = count_after(lines[2], "element vertex ");
+  const auto faces = count_after(lines[6], "element face ");
   if (!vertices || !faces)
     return refuse("the counts in the header of this PLY file are no numbers");
   const std::size_t wanted = *vertices * kVertexBytes + *faces * kFaceBytes;

@@ -44,9 +44,9 @@ struct Node {
   std::uint32_t offset = 0, material_offset = 0;
 };
 
-class Binder {
+class LegacyBinder {
  public:
-  Binder(const Syntax& s, std::string name, bool as_solid)
+  LegacyBinder(const Syntax& s, std::string name, bool as_solid)
       : s_(s), in_(s), name_(std::move(name)), as_solid_(as_solid) {}
 
   Result<LegacyBound> run() {
@@ -451,9 +451,9 @@ constexpr const char* kSiblings[] = {"Materials", "CSGs",         "Objects",
 
 /// Reads files and what they refer to: worlds to robots, objects and trajectories, robots to
 /// objects, objects to solids, solids to materials.
-class Loader {
+class LegacyLoader {
  public:
-  explicit Loader(document::Transaction& tx) : tx_(tx) {}
+  explicit LegacyLoader(document::Transaction& tx) : tx_(tx) {}
 
   Result<Loaded> run(const fs::path& file, std::optional<Kind> wanted) {
     auto id = open(file, file.generic_string(), wanted, nullptr);
@@ -495,7 +495,7 @@ class Loader {
                                "this is a binary file, not a text", "No text holds a byte of 0.");
     RMP_TRY_ASSIGN(
         LegacyBound bound,
-        Binder(source->syntax, file.stem().string(), !from && wanted == Kind::solid).run());
+        LegacyBinder(source->syntax, file.stem().string(), !from && wanted == Kind::solid).run());
     const Kind kind = bound.record.kind();
     if (from) {
       RMP_TRY(check_kind(from->source, from->reference, kind, bound.is_assembly));
@@ -649,7 +649,7 @@ class Loader {
 
 Result<Loaded> load_legacy(document::Transaction& tx, const fs::path& file,
                            std::optional<Kind> wanted) {
-  return Loader(tx).run(file, wanted);
+  return LegacyLoader(tx).run(file, wanted);
 }
 
 bool is_legacy_file(const fs::path& file) {

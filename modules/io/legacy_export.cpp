@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/legacy.h"
+#include "io/legacy_syntax.h"
 #include "kernel/file_root.h"
 #include "kernel/text.h"
 #include "model/placement.h"
@@ -22,8 +23,7 @@ using namespace model;
 using document::Snapshot;
 using text::quote;
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMostShininess = 128;
+constexpr double kMostExportedShininess = 128;
 constexpr int kDecimals = 10;  ///< 0.1 nm, 2e-12 rad; that program wrote 8
 /// What its highlights are when a material of ours leaves them to its metalness.
 constexpr Colour kNoHighlight{0, 0, 0, 1};
@@ -31,7 +31,7 @@ constexpr Colour kNoHighlight{0, 0, 0, 1};
 std::string real(double v) { return text::print_fixed(v, kDecimals); }
 
 template <class Numbers>
-std::string tuple(const Numbers& numbers) {
+std::string legacy_tuple(const Numbers& numbers) {
   std::string out = "( ";
   for (std::size_t i = 0; i < std::size(numbers); ++i) out += (i ? ", " : "") + real(numbers[i]);
   return out + " )";
@@ -39,7 +39,7 @@ std::string tuple(const Numbers& numbers) {
 
 std::string colour(const Colour& c, float alpha) {
   const auto d = [](float x) { return static_cast<double>(x); };
-  return tuple(std::array{d(c.r), d(c.g), d(c.b), d(alpha)}) + "\n";
+  return legacy_tuple(std::array{d(c.r), d(c.g), d(c.b), d(alpha)}) + "\n";
 }
 
 std::string frame(const Placement& p, bool is_global) {
@@ -53,8 +53,8 @@ std::string frame(const Placement& p, bool is_global) {
     orientation = 3;
     std::swap(angles[0], angles[2]);  // there the first turns about z
   }
-  return tuple(std::array{at[0], at[1], at[2], angles[0] / kDegree, angles[1] / kDegree,
-                          angles[2] / kDegree}) +
+  return legacy_tuple(std::array{at[0], at[1], at[2], angles[0] / kDegree, angles[1] / kDegree,
+                                 angles[2] / kDegree}) +
          " " + std::to_string(static_cast<int>(p.coordinates)) + " " + std::to_string(orientation) +
          (is_global ? " 1" : " 0");
 }
@@ -126,8 +126,8 @@ class Exporter {
     out += "\n" + colour(m->ambient.value_or(m->colour), m->colour.a) +
            colour(m->colour, m->colour.a) +
            colour(m->specular.value_or(kNoHighlight), m->colour.a) +
-           colour(m->emission, m->colour.a) + real(m->shininess * kMostShininess) + "\n#Density\n" +
-           real(m->density) + "\n#Metric Units\n0\n";
+           colour(m->emission, m->colour.a) + real(m->shininess * kMostExportedShininess) +
+           "\n#Density\n" + real(m->density) + "\n#Metric Units\n0\n";
     known->second = inside("Materials", name, ".mtr");
     put(known->second, std::move(out));
     return known->second;
@@ -191,7 +191,8 @@ class Exporter {
         p.position = t.p;
         p.coordinates = PositionRepresentation::cartesian;
       }
-      return word + " " + frame(p, n.is_global) + " " + tuple(sizes) + " \"" + material_file + "\"";
+      return word + " " + frame(p, n.is_global) + " " + legacy_tuple(sizes) + " \"" +
+             material_file + "\"";
     };
     // What the facets are made of there; here surfaces are exact.
     constexpr double kSlices = 24, kStacks = 12;
@@ -241,8 +242,9 @@ class Exporter {
     };
     const Object* root = s_.get(id);
     RMP_TRY_ASSIGN(std::string out, words(root->description, s_.describe(id)));
-    out += "\n#Metric Units ( Length, Mass, Angle)\n 0 0 0\n" + tuple(std::array<double, 20>{}) +
-           "\n{\n" + "  [ \"\" " + frame({}, false) + " ]\n";
+    out += "\n#Metric Units ( Length, Mass, Angle)\n 0 0 0\n" +
+           legacy_tuple(std::array<double, 20>{}) + "\n{\n" + "  [ \"\" " + frame({}, false) +
+           " ]\n";
     std::vector<Open> open{{root, {}}};
     const auto indent = [&] { out.append(2 * std::min<std::size_t>(open.size(), 20), ' '); };
     while (!open.empty()) {

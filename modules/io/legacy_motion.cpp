@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "io/legacy_syntax.h"
 #include "kernel/text.h"
 
 namespace robomosp::io {
@@ -18,10 +19,8 @@ namespace {
 using namespace model;
 using text::quote;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 /// A file, its description and its place: an entry of lists in robots and worlds.
-struct Entry {
+struct MotionEntry {
   std::string path, description;
   LegacyReader::Frame frame;
   std::uint32_t offset = 0;
@@ -32,8 +31,8 @@ struct Entry {
   }
 };
 
-Result<Entry> read_entry(LegacyReader& in, const std::string& what) {
-  Entry e;
+Result<MotionEntry> read_entry(LegacyReader& in, const std::string& what) {
+  MotionEntry e;
   e.offset = in.offset();
   RMP_TRY_ASSIGN(e.path, in.text(("the file of " + what).c_str()));
   RMP_TRY_ASSIGN(e.description, in.text(("the description of " + what).c_str()));
@@ -103,7 +102,7 @@ class RobotBinder {
   /// The objects of a link, or of the base (-1); an empty file name is a bare frame.
   Result<void> bodies(std::int32_t link) {
     return read_list(in_, "the objects", [&]() -> Result<void> {
-      RMP_TRY_ASSIGN(const Entry e, read_entry(in_, "an object"));
+      RMP_TRY_ASSIGN(const MotionEntry e, read_entry(in_, "an object"));
       if (e.frame.is_global) return global_frame(in_, e.offset, "a robot's object");
       if (e.path.empty()) return {};
       if (link >= 0 && robot_.links.back().name.empty()) robot_.links.back().name = e.name("link");
@@ -247,9 +246,9 @@ class WorldBinder {
   };
 
   template <class Members>
-  Result<Entry> member(const char* list, const char* what, Members& members,
-                       std::vector<Kind> kinds) {
-    RMP_TRY_ASSIGN(const Entry e,
+  Result<MotionEntry> member(const char* list, const char* what, Members& members,
+                             std::vector<Kind> kinds) {
+    RMP_TRY_ASSIGN(const MotionEntry e,
                    read_entry(in_, "a" + std::string(*what == 'o' ? "n " : " ") + what));
     typename Members::value_type m;
     m.name = names_.fresh(e.name(what));

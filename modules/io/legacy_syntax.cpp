@@ -14,11 +14,10 @@ namespace {
 
 using text::quote;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kMostNumbers = 1000;  ///< of a tuple
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f'; }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool is_name_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_number(char c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.'; }
 
 std::size_t skip(std::string_view text, std::size_t at) {
@@ -76,7 +75,7 @@ char LegacyReader::next() {
   at_ = static_cast<std::uint32_t>(skip(s_.text, at_));
   if (at_ >= s_.text.size()) return '\0';
   const char c = s_.text[at_];
-  return is_number(c) ? '0' : is_letter(c) ? 'a' : c;
+  return is_number(c) ? '0' : is_name_letter(c) ? 'a' : c;
 }
 
 std::uint32_t LegacyReader::offset() {
@@ -89,8 +88,8 @@ Error LegacyReader::unexpected(const char* wanted) {
   std::string found = "the file ends";
   if (c != '\0') {
     std::size_t end = at_ + 1;
-    while (end < s_.text.size() && end - at_ < 20 && (is_letter(c) || is_number(c)) &&
-           (is_letter(s_.text[end]) || is_number(s_.text[end])))
+    while (end < s_.text.size() && end - at_ < 20 && (is_name_letter(c) || is_number(c)) &&
+           (is_name_letter(s_.text[end]) || is_number(s_.text[end])))
       ++end;
     while (end < s_.text.size() && (static_cast<unsigned char>(s_.text[end]) & 0xC0) == 0x80) ++end;
     found = "there is " + quote(s_.text.substr(at_, end - at_));
@@ -132,7 +131,7 @@ Result<std::int64_t> LegacyReader::whole(const char* what) {
 Result<std::string_view> LegacyReader::word(const char* what) {
   if (next() != 'a') return unexpected(what);
   std::size_t end = at_;
-  while (end < s_.text.size() && (is_letter(s_.text[end]) || is_number(s_.text[end]))) ++end;
+  while (end < s_.text.size() && (is_name_letter(s_.text[end]) || is_number(s_.text[end]))) ++end;
   const std::string_view out = s_.text.substr(at_, end - at_);
   at_ = static_cast<std::uint32_t>(end);
   return out;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,9 @@
 #include "model/placement.h"
 
 namespace robomosp::io {
+
+/// Degrees to radians: the files of 2006 are in degrees.
+inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// Whether a text is one of that program: its first item is a text in quotes, or a brace, a text
 /// and a number (native files begin with the word robomosp, and no other format we know begins so).

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "io/legacy_motion.h"
+#include "io/legacy_syntax.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "spatial/pose.h"
@@ -25,7 +26,6 @@ using text::quote;
 /// Lengths and times that a file repeats agree to this share, or to this [m or s]: it has eight
 /// decimals.
 constexpr double kAgreement = 1e-6;
-constexpr double kDegree = std::numbers::pi / 180;
 
 bool agree(double a, double b) {
   return std::fabs(a - b) <= kAgreement * std::max(1.0, std::max(std::fabs(a), std::fabs(b)));

@@ -23,7 +23,6 @@ namespace robomosp::io {
 namespace {
 
 using namespace model;
-using model::Field;  // not io::Field
 using text::quote;
 
 constexpr std::size_t kMostIndent = 40;  ///< levels; deeper trees do not move further right
@@ -272,7 +271,7 @@ class Printer {
       return lines(measured_fields(*static_cast<const MeasuredMass*>(p)));
     if (t.alternative) alternative = t.alternative(p);
     std::vector<Entry> out;
-    for (const Field& f : t.fields) {
+    for (const model::Field& f : t.fields) {
       const bool is_name = f.name == "name" && name_of(t, p) && &t != record_.type;
       if (is_name || (f.counts && !f.counts(p))) continue;
       add_entries(t, f, p, alternative, out);
@@ -280,7 +279,7 @@ class Printer {
     return out;
   }
 
-  void add_entries(const Type& t, const Field& f, const void* owner, std::size_t alternative,
+  void add_entries(const Type& t, const model::Field& f, const void* owner, std::size_t alternative,
                    std::vector<Entry>& out) const {
     const void* v = f.in(owner);
     const std::string word(f.word_in_files());
@@ -308,7 +307,7 @@ class Printer {
     }
   }
 
-  [[nodiscard]] Entry element(const Field& f, const void* p, const void* owner,
+  [[nodiscard]] Entry element(const model::Field& f, const void* p, const void* owner,
                               std::size_t alternative) const {
     const Type& t = *f.type->element;
     std::string word(f.word_in_files());
@@ -318,13 +317,13 @@ class Printer {
     if (const std::string* own = name_of(t, p)) word += " " + name(*own);
     Entry block{word, true, entries(t, p, alternative)};
     // Lines of a text stand on lines.
-    for (const Field& inner : t.fields)
+    for (const model::Field& inner : t.fields)
       block.is_tall = block.is_tall || (inner.type->shape == Shape::list &&
                                         inner.type->element->shape == Shape::text);
     return block;
   }
 
-  [[nodiscard]] Entry entry(const Type& t, const Field& f, const Type& type, const void* v,
+  [[nodiscard]] Entry entry(const Type& t, const model::Field& f, const Type& type, const void* v,
                             const void* owner, std::size_t alternative) const {
     const std::string word(f.word_in_files());
     if (&type == &type_of<ProviderChoice>()) {
@@ -342,8 +341,9 @@ class Printer {
   }
 
   /// The value alone.
-  [[nodiscard]] std::string written(const Type& t, const Field& f, const Type& type, const void* v,
-                                    const void* owner, std::size_t alternative) const {
+  [[nodiscard]] std::string written(const Type& t, const model::Field& f, const Type& type,
+                                    const void* v, const void* owner,
+                                    std::size_t alternative) const {
     const auto unit = [&](std::size_t k) { return f.unit_of(owner, k, alternative); };
     switch (type.shape) {
       case Shape::boolean: return *static_cast<const bool*>(v) ? "true" : "false";
@@ -374,8 +374,8 @@ class Printer {
       default: return {};
     }
   }
-  [[nodiscard]] std::string element_name(const Field& f, std::int64_t i) const {
-    const Field* list = record_.type->field(f.index_in);
+  [[nodiscard]] std::string element_name(const model::Field& f, std::int64_t i) const {
+    const model::Field* list = record_.type->field(f.index_in);
     if (!list || i < 0) return "base";
     const void* p = list->type->at(list->in(record_.data), static_cast<std::size_t>(i));
     const std::string* own = name_of(*list->type->element, p);
@@ -388,7 +388,7 @@ class Printer {
       for (std::size_t i = 0; i < type.count; ++i)
         has = has || texts_.has(static_cast<const double*>(v)[i]);
     if (type.shape == Shape::structure)
-      for (const Field& f : type.fields) has = has || has_expression(*f.type, f.in(v));
+      for (const model::Field& f : type.fields) has = has || has_expression(*f.type, f.in(v));
     return has;
   }
   static Entry pair_rule(const CollisionPairRule& p) {

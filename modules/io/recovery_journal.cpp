@@ -20,6 +20,7 @@
 #include "io/geometry.h"
 #include "io/native.h"
 #include "io/native_print.h"
+#include "io/write_all.h"
 #include "kernel/fingerprint.h"
 #include "kernel/text.h"
 
@@ -54,18 +55,8 @@ std::string checksum(std::string_view payload) {
   return Fingerprinter("recovery/1").add(payload).finish().hex();
 }
 
-int write_all(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes.remove_prefix(static_cast<std::size_t>(n));
-  }
-  return 0;
-}
-
 /// One entry of a journal: lines that name what follows them by its length.
-class Entry {
+class JournalEntry {
  public:
   void line(const std::string& words) { payload_ += words + "\n"; }
   void bytes(std::string_view more) { payload_.append(more).push_back('\n'); }
@@ -341,7 +332,7 @@ Result<void> RecoveryJournal::write(const Snapshot& now, bool whole) {
     whole = true;
   }
 
-  Entry entry;
+  JournalEntry entry;
   entry.line("time " + utc_now());
   if (whole) entry.line("whole");
   std::unordered_map<AnyId, document::RecordPtr> present;

@@ -25,10 +25,10 @@ NumericArray ArrayBox::value() const {
 
 namespace {
 
-const char kArrayKey = 0;    // in the registry: metatable of arrays; in it: a mark
-const char kMethodsKey = 0;  // in the registry: their methods
+const char kArrayKey = 0;         // in the registry: metatable of arrays; in it: a mark
+const char kArrayMethodsKey = 0;  // in the registry: their methods
 
-Error misuse(std::string message, std::string hint = {}) {
+Error misused_array(std::string message, std::string hint = {}) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
 }
 
@@ -61,8 +61,8 @@ void push_row(Impl& impl, lua_State* L, const ArrayBox& matrix, std::size_t row)
 /// The array at an index, or the error that says what is there instead.
 Result<const ArrayBox*> need_array(lua_State* L, int index) {
   if (const ArrayBox* a = array_at(L, index)) return a;
-  return misuse(std::string("a numeric array is expected, not a ") + luaL_typename(L, index),
-                "Make one by array{1, 2, 3}.");
+  return misused_array(std::string("a numeric array is expected, not a ") + luaL_typename(L, index),
+                       "Make one by array{1, 2, 3}.");
 }
 
 // --- reading ---------------------------------------------------------------------------------
@@ -117,10 +117,10 @@ Result<int> call_array(Impl& impl, lua_State* L) {
     return 1;
   }
   const auto j = lua_tointeger(L, 3);
-  if (!a->is_matrix()) return misuse("a vector has one index", "Write v[i].");
+  if (!a->is_matrix()) return misused_array("a vector has one index", "Write v[i].");
   if (i < 1 || j < 1 || static_cast<std::size_t>(i) > a->source.rows() ||
       static_cast<std::size_t>(j) > a->source.cols())
-    return misuse(
+    return misused_array(
         "entry (" + std::to_string(i) + ", " + std::to_string(j) + ") is outside " + shape(*a),
         "Indices start at 1.");
   lua_pushnumber(L, a->source.at(static_cast<std::size_t>(i - 1), static_cast<std::size_t>(j - 1)));
@@ -128,8 +128,8 @@ Result<int> call_array(Impl& impl, lua_State* L) {
 }
 
 Result<int> assign(Impl&, lua_State*) {
-  return misuse("numeric arrays cannot be changed",
-                "Take a copy by a:table(), change it, and give that.");
+  return misused_array("numeric arrays cannot be changed",
+                       "Take a copy by a:table(), change it, and give that.");
 }
 
 Result<int> array_text(Impl& impl, lua_State* L) {
@@ -178,7 +178,7 @@ void push_like(Impl& impl, lua_State* L, const ArrayBox& model, std::vector<doub
 }
 
 /// An operand: an array, or a plain table of numbers taken as one.
-Result<std::optional<ArrayBox>> operand(lua_State* L, int index) {
+Result<std::optional<ArrayBox>> array_operand(lua_State* L, int index) {
   if (const ArrayBox* a = array_at(L, index)) return std::optional(*a);
   if (lua_istable(L, index)) {
     RMP_TRY_ASSIGN(auto numbers, to_reals(L, index, "the operand"));
@@ -188,19 +188,20 @@ Result<std::optional<ArrayBox>> operand(lua_State* L, int index) {
 }
 
 Result<int> combine(Impl& impl, lua_State* L, double sign, std::string_view verb) {
-  RMP_TRY_ASSIGN(const auto a, operand(L, 1));
-  RMP_TRY_ASSIGN(const auto b, operand(L, 2));
+  RMP_TRY_ASSIGN(const auto a, array_operand(L, 1));
+  RMP_TRY_ASSIGN(const auto b, array_operand(L, 2));
   if (!a || !b)
-    return misuse("an array and a " + std::string(luaL_typename(L, a ? 2 : 1)) + " cannot be " +
-                      std::string(verb),
-                  "Both must be arrays of one shape.");
+    return misused_array("an array and a " + std::string(luaL_typename(L, a ? 2 : 1)) +
+                             " cannot be " + std::string(verb),
+                         "Both must be arrays of one shape.");
   if (a->length() != b->length() || a->is_matrix() != b->is_matrix() ||
       (a->is_matrix() && a->source.cols() != b->source.cols()))
-    return misuse(shape(*a) + " and " + shape(*b) + " cannot be " + std::string(verb),
-                  "Both must have one shape.");
+    return misused_array(shape(*a) + " and " + shape(*b) + " cannot be " + std::string(verb),
+                         "Both must have one shape.");
   if (!a->unit.empty() && !b->unit.empty() && a->unit != b->unit)
-    return misuse("arrays in " + a->unit + " and in " + b->unit + " cannot be " + std::string(verb),
-                  "Both must have one unit.");
+    return misused_array(
+        "arrays in " + a->unit + " and in " + b->unit + " cannot be " + std::string(verb),
+        "Both must have one unit.");
   const NumericArray left = a->value(), right = b->value();
   std::vector<double> out(left.size());
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = left[i] + sign * right[i];
@@ -265,16 +266,16 @@ Result<int> multiply(Impl& impl, lua_State* L) {
     RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 3 - number));
     return scaled(impl, L, *a, lua_tonumber(L, number), false);
   }
-  RMP_TRY_ASSIGN(const auto a, operand(L, 1));
-  RMP_TRY_ASSIGN(const auto b, operand(L, 2));
+  RMP_TRY_ASSIGN(const auto a, array_operand(L, 1));
+  RMP_TRY_ASSIGN(const auto b, array_operand(L, 2));
   if (!a || !b || !a->is_matrix())
-    return misuse("only a number or a matrix can multiply an array",
-                  "Write x:dot(y) for the dot product of vectors.");
+    return misused_array("only a number or a matrix can multiply an array",
+                         "Write x:dot(y) for the dot product of vectors.");
   if (a->source.cols() != b->length()) {
     RMP_TRY_ASSIGN(const bool is_done, multiply_pose(impl, L, *a, *b));
     if (is_done) return 1;
-    return misuse(shape(*a) + " cannot multiply " + shape(*b),
-                  "The columns of the first must be as many as the rows of the second.");
+    return misused_array(shape(*a) + " cannot multiply " + shape(*b),
+                         "The columns of the first must be as many as the rows of the second.");
   }
   const std::size_t rows = a->source.rows(), inner = a->source.cols(),
                     cols = b->is_matrix() ? b->source.cols() : 1;
@@ -294,7 +295,7 @@ Result<int> multiply(Impl& impl, lua_State* L) {
 Result<int> divide(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
   if (lua_type(L, 2) != LUA_TNUMBER)
-    return misuse("an array can be divided by a number only", "Write a / 2.");
+    return misused_array("an array can be divided by a number only", "Write a / 2.");
   return scaled(impl, L, *a, lua_tonumber(L, 2), true);
 }
 
@@ -340,7 +341,8 @@ Result<int> unit(Impl& impl, lua_State* L) {
     lua_pushlstring(L, a->unit.data(), a->unit.size());
     return 1;
   }
-  if (lua_type(L, 2) != LUA_TSTRING) return misuse("a unit is a text", "Write a:unit(\"m\").");
+  if (lua_type(L, 2) != LUA_TSTRING)
+    return misused_array("a unit is a text", "Write a:unit(\"m\").");
   push_like(impl, L, *a, a->value().data(), lua_tostring(L, 2));
   return 1;
 }
@@ -361,8 +363,8 @@ Result<int> column(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
   const auto j = lua_tointeger(L, 2);
   if (!a->is_matrix() || j < 1 || static_cast<std::size_t>(j) > a->source.cols())
-    return misuse("there is no column " + std::to_string(j) + " in " + shape(*a),
-                  "Columns are numbered from 1.");
+    return misused_array("there is no column " + std::to_string(j) + " in " + shape(*a),
+                         "Columns are numbered from 1.");
   std::vector<double> out(a->source.rows());
   for (std::size_t i = 0; i < out.size(); ++i)
     out[i] = a->source.at(i, static_cast<std::size_t>(j - 1));
@@ -372,7 +374,7 @@ Result<int> column(Impl& impl, lua_State* L) {
 
 Result<int> transpose(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
-  if (!a->is_matrix()) return misuse("only a matrix can be transposed");
+  if (!a->is_matrix()) return misused_array("only a matrix can be transposed");
   const std::size_t r = a->source.rows(), c = a->source.cols();
   std::vector<double> out(r * c);
   for (std::size_t i = 0; i < r; ++i)
@@ -382,10 +384,10 @@ Result<int> transpose(Impl& impl, lua_State* L) {
 }
 
 Result<int> dot(Impl&, lua_State* L) {
-  RMP_TRY_ASSIGN(const auto a, operand(L, 1));
-  RMP_TRY_ASSIGN(const auto b, operand(L, 2));
+  RMP_TRY_ASSIGN(const auto a, array_operand(L, 1));
+  RMP_TRY_ASSIGN(const auto b, array_operand(L, 2));
   if (!a || !b || a->is_matrix() || b->is_matrix() || a->length() != b->length())
-    return misuse("the dot product needs two vectors of one length");
+    return misused_array("the dot product needs two vectors of one length");
   double sum = 0;
   for (std::size_t i = 0; i < a->length(); ++i) sum += a->entry(i) * b->entry(i);
   lua_pushnumber(L, sum);
@@ -395,7 +397,7 @@ Result<int> dot(Impl&, lua_State* L) {
 Result<int> extreme(lua_State* L, bool greatest) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
   const NumericArray v = a->value();
-  if (v.size() == 0) return misuse("an empty array has no extremes");
+  if (v.size() == 0) return misused_array("an empty array has no extremes");
   const auto& d = v.data();
   lua_pushnumber(
       L, greatest ? *std::max_element(d.begin(), d.end()) : *std::min_element(d.begin(), d.end()));
@@ -404,22 +406,22 @@ Result<int> extreme(lua_State* L, bool greatest) {
 Result<int> least(Impl&, lua_State* L) { return extreme(L, false); }
 Result<int> greatest(Impl&, lua_State* L) { return extreme(L, true); }
 
-Result<Pose> need_pose(lua_State* L) {
+Result<Pose> need_array_pose(lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
   const auto pose = rigid_pose(a->value());
   if (!pose)
-    return misuse(shape(*a) + " is not a pose",
-                  "A pose is a 4x4 matrix such as pose(0.1, 0, 0.2).");
+    return misused_array(shape(*a) + " is not a pose",
+                         "A pose is a 4x4 matrix such as pose(0.1, 0, 0.2).");
   return *pose;
 }
 
 Result<int> pose_position(Impl& impl, lua_State* L) {
-  RMP_TRY_ASSIGN(const Pose t, need_pose(L));
+  RMP_TRY_ASSIGN(const Pose t, need_array_pose(L));
   push_array(impl, L, NumericArray({t.p[0], t.p[1], t.p[2]}, "m"));
   return 1;
 }
 Result<int> pose_angles(Impl& impl, lua_State* L) {
-  RMP_TRY_ASSIGN(const Pose t, need_pose(L));
+  RMP_TRY_ASSIGN(const Pose t, need_array_pose(L));
   const Vec3 a = spatial::to_rpy(t.R);
   push_array(impl, L, NumericArray({a[0], a[1], a[2]}, "rad"));
   return 1;
@@ -432,8 +434,8 @@ Result<int> make_array(Impl& impl, lua_State* L) {
     return 1;
   }
   if (!lua_istable(L, 1))
-    return misuse("array needs a table of numbers or of rows",
-                  "Write array{1, 2, 3} or array{{1, 0}, {0, 1}}.");
+    return misused_array("array needs a table of numbers or of rows",
+                         "Write array{1, 2, 3} or array{{1, 0}, {0, 1}}.");
   RMP_TRY(push_array_of(impl, L, 1, unit_text));
   return 1;
 }
@@ -475,9 +477,9 @@ Result<void> push_array_of(Impl& impl, lua_State* L, int table, const std::strin
     if (!row.ok()) return std::move(row).error();
     if (i == 1) width = row->size();
     if (row->size() != width || width == 0)
-      return misuse("row " + std::to_string(i) + " has " + std::to_string(row->size()) +
-                        " numbers, the first one " + std::to_string(width),
-                    "Give rows of equal length.");
+      return misused_array("row " + std::to_string(i) + " has " + std::to_string(row->size()) +
+                               " numbers, the first one " + std::to_string(width),
+                           "Give rows of equal length.");
     data.insert(data.end(), row->begin(), row->end());
   }
   push_array(impl, L, NumericArray(std::move(data), count, width, unit));
@@ -495,7 +497,7 @@ std::optional<Pose> rigid_pose(const NumericArray& a) {
   return pose;
 }
 
-void push_array_methods(lua_State* L) { lua_rawgetp(L, LUA_REGISTRYINDEX, &kMethodsKey); }
+void push_array_methods(lua_State* L) { lua_rawgetp(L, LUA_REGISTRYINDEX, &kArrayMethodsKey); }
 
 void open_arrays(lua_State* L) {
   static constexpr luaL_Reg kMeta[] = {{"__len", entry<length>},
@@ -525,7 +527,7 @@ void open_arrays(lua_State* L) {
   lua_newtable(L);
   luaL_setfuncs(L, kMethods, 0);
   lua_pushvalue(L, -1);
-  lua_rawsetp(L, LUA_REGISTRYINDEX, &kMethodsKey);
+  lua_rawsetp(L, LUA_REGISTRYINDEX, &kArrayMethodsKey);
   lua_pushcclosure(L, entry<index_array>, 1);
   lua_setfield(L, -2, "__index");
   lua_pushliteral(L, "array");

@@ -14,7 +14,7 @@
 namespace robomosp::lua {
 namespace {
 
-Error misuse(std::string message, std::string hint) {
+Error misused_global(std::string message, std::string hint) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
 }
 
@@ -26,9 +26,9 @@ Result<double> need_quantity(lua_State* L, int index, const std::string& what, c
     if (!read.ok()) return std::move(read).error().in(what);
     return *read;
   }
-  return misuse(what + " is a " + luaL_typename(L, index) + ", not a number",
-                std::string("Write a number in ") + si + ", or a text such as " +
-                    (std::string_view(si) == "m" ? "\"100 mm\"." : "\"90 deg\"."));
+  return misused_global(what + " is a " + luaL_typename(L, index) + ", not a number",
+                        std::string("Write a number in ") + si + ", or a text such as " +
+                            (std::string_view(si) == "m" ? "\"100 mm\"." : "\"90 deg\"."));
 }
 
 /// All quantities of a list or array.
@@ -78,7 +78,7 @@ Result<int> convert(Impl& impl, lua_State* L, const char* from, const char* si) 
     return 1;
   }
   if (!lua_istable(L, 1) && !array_at(L, 1))
-    return misuse(
+    return misused_global(
         std::string(from) + "(x) needs a number or a list of numbers, not a " + luaL_typename(L, 1),
         "Write " + std::string(from) + "(90).");
   RMP_TRY_ASSIGN(auto numbers, to_reals(L, 1, "the argument"));
@@ -107,12 +107,13 @@ Result<Vec3> three(lua_State* L, const char* call, const char* thing, const char
     }
   }
   if (numbers.size() != 3)
-    return misuse(std::string(call) + " needs three " + thing + "s; " +
-                      (numbers.empty()       ? std::string("none is given")
-                       : numbers.size() == 1 ? std::string("one is given")
-                                             : std::to_string(numbers.size()) + " are given"),
-                  std::string_view(si) == "m" ? "Write pose(0.1, 0, \"200 mm\")."
-                                              : "Write rpy(0, 0, \"90 deg\").");
+    return misused_global(
+        std::string(call) + " needs three " + thing + "s; " +
+            (numbers.empty()       ? std::string("none is given")
+             : numbers.size() == 1 ? std::string("one is given")
+                                   : std::to_string(numbers.size()) + " are given"),
+        std::string_view(si) == "m" ? "Write pose(0.1, 0, \"200 mm\")."
+                                    : "Write rpy(0, 0, \"90 deg\").");
   return Vec3{numbers[0], numbers[1], numbers[2]};
 }
 
@@ -138,8 +139,8 @@ Result<int> pose(Impl& impl, lua_State* L) {
     } else if (r.size() == 9) {
       std::copy(r.begin(), r.end(), t.R.begin());
     } else {
-      return misuse("the rotation of a pose has " + std::to_string(r.size()) + " numbers",
-                    "Give rpy(roll, pitch, yaw) or a 3x3 matrix.");
+      return misused_global("the rotation of a pose has " + std::to_string(r.size()) + " numbers",
+                            "Give rpy(roll, pitch, yaw) or a 3x3 matrix.");
     }
   }
   push(impl, L, pose_value(t));
@@ -222,8 +223,8 @@ Result<int> help(Impl& impl, lua_State* L) {
   if (!lua_isnoneornil(L, 1)) {
     const auto topic = help_topic(impl, L, 1);
     if (!topic)
-      return misuse(std::string("there is no help about a ") + luaL_typename(L, 1),
-                    "Give a command, a handle, or a name in quotes.");
+      return misused_global(std::string("there is no help about a ") + luaL_typename(L, 1),
+                            "Give a command, a handle, or a name in quotes.");
     RMP_TRY_ASSIGN(const std::string text, help_text(impl, *topic));
     lua_pushlstring(L, text.data(), text.size());
     return 1;
@@ -240,8 +241,8 @@ Result<int> digits(Impl& impl, lua_State* L) {
     int is_whole = 0;
     const lua_Integer n = lua_tointegerx(L, 1, &is_whole);
     if (!is_whole || n < 1 || n > kMost)
-      return misuse("digits(n) needs a whole number from 1 to 17",
-                    "Write digits(15), or digits(6) as at the start.");
+      return misused_global("digits(n) needs a whole number from 1 to 17",
+                            "Write digits(15), or digits(6) as at the start.");
     impl.digits = static_cast<int>(n);
     return 0;
   }
@@ -263,7 +264,7 @@ Result<int> tic(Impl&, lua_State* L) {
 /// toc(): seconds since tic().
 Result<int> toc(Impl&, lua_State* L) {
   if (lua_rawgetp(L, LUA_REGISTRYINDEX, &kTicKey) != LUA_TNUMBER)
-    return misuse("toc() was called before tic()", "Call tic() first.");
+    return misused_global("toc() was called before tic()", "Call tic() first.");
   lua_pushnumber(L, seconds() - lua_tonumber(L, -1));
   return 1;
 }

@@ -8,8 +8,8 @@
 namespace robomosp::lua {
 namespace {
 
-const char kKindKey = 0;     // in a handle's metatable: its KindInfo
-const char kMethodsKey = 0;  // in a handle's metatable: table of methods
+const char kKindKey = 0;           // in a handle's metatable: its KindInfo
+const char kHandleMethodsKey = 0;  // in a handle's metatable: table of methods
 
 Handle checked_handle(lua_State* L, int index) {
   const auto h = handle_at(L, index);
@@ -81,7 +81,7 @@ void make_metatable(Impl& impl, lua_State* L, KindInfo& info) {
     lua_setfield(L, -2, spec->name.c_str() + info.kind.size() + 1);
   }
   lua_pushvalue(L, -1);
-  lua_rawsetp(L, -3, &kMethodsKey);
+  lua_rawsetp(L, -3, &kHandleMethodsKey);
   lua_pushcclosure(L, entry<index_handle>, 1);
   lua_setfield(L, -2, "__index");
   lua_pushcfunction(L, entry<assign_handle>);
@@ -131,7 +131,7 @@ void add_method(Impl& impl, lua_State* L, const ioci::CommandSpec& spec) {
   const auto kind = impl.kinds.find(std::string_view(spec.name).substr(0, dot));
   if (kind == impl.kinds.end() || spec.params.empty() || spec.params.front().name != "id") return;
   if (lua_rawgetp(L, LUA_REGISTRYINDEX, kind->second.get()) == LUA_TTABLE) {
-    lua_rawgetp(L, -1, &kMethodsKey);
+    lua_rawgetp(L, -1, &kHandleMethodsKey);
     push_command(L, spec, true);
     lua_setfield(L, -2, spec.name.c_str() + dot + 1);
     lua_pop(L, 1);

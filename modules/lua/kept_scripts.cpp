@@ -94,12 +94,12 @@ void push_reading_commands(const ProgramState& impl, lua_State* L) {
 }
 
 /// A body that runs protected, on the state's thread.
-struct Job {
+struct ScriptJob {
   const std::function<Result<void>(lua_State*)>* body;
   std::optional<Error> failed;
 };
-Result<int> run_job(Impl&, lua_State* L) {
-  auto& job = *static_cast<Job*>(lua_touserdata(L, 1));
+Result<int> run_script_job(Impl&, lua_State* L) {
+  auto& job = *static_cast<ScriptJob*>(lua_touserdata(L, 1));
   lua_settop(L, 0);
   auto r = (*job.body)(L);
   if (!r.ok()) job.failed = std::move(r).error();
@@ -110,8 +110,8 @@ Result<void> protect(Impl& impl, const std::function<Result<void>(lua_State*)>& 
   const int top = lua_gettop(L);
   if (!lua_checkstack(L, 40))
     return error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep.");
-  Job job{&body, {}};
-  lua_pushcfunction(L, entry<run_job>);
+  ScriptJob job{&body, {}};
+  lua_pushcfunction(L, entry<run_script_job>);
   lua_pushlightuserdata(L, &job);
   auto done = call(impl, L, 1, 0);
   lua_settop(L, top);

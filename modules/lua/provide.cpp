@@ -28,7 +28,7 @@ Adapters& adapters() {
   return one;
 }
 
-Result<std::string> need_text(lua_State* L, int index, const char* what) {
+Result<std::string> need_field_text(lua_State* L, int index, const char* what) {
   if (lua_type(L, index) == LUA_TSTRING) return std::string(lua_tostring(L, index));
   return error(ErrorCode::invalid_argument,
                std::string(what) + " must be a text, not a " + luaL_typename(L, index),
@@ -134,8 +134,8 @@ Result<int> ioci_provide(Impl& any, lua_State* L) {
   ProgramState& impl = program_of(any);
   RMP_TRY(script_may(impl, Effect::providers, "ioci.provide"));
   const PermitScope own(nullptr);
-  RMP_TRY_ASSIGN(const std::string interface_id, need_text(L, 1, "the interface id"));
-  RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
+  RMP_TRY_ASSIGN(const std::string interface_id, need_field_text(L, 1, "the interface id"));
+  RMP_TRY_ASSIGN(const std::string name, need_field_text(L, 2, "the provider's name"));
   ProviderSource source;
   source.origin = impl.plugin.empty() ? "lua" : impl.plugin;
   source.summary = "Provided by the script " + place(L, 1) + ".";
@@ -156,8 +156,8 @@ Result<int> ioci_withdraw(Impl& any, lua_State* L) {
   ProgramState& impl = program_of(any);
   RMP_TRY(script_may(impl, Effect::providers, "ioci.withdraw"));
   const PermitScope own(nullptr);
-  RMP_TRY_ASSIGN(const std::string interface_id, need_text(L, 1, "the interface id"));
-  RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
+  RMP_TRY_ASSIGN(const std::string interface_id, need_field_text(L, 1, "the interface id"));
+  RMP_TRY_ASSIGN(const std::string name, need_field_text(L, 2, "the provider's name"));
   lua_pushboolean(L, withdraw(impl, interface_id, name) ? 1 : 0);
   impl.kept->look_again();
   return 1;

@@ -18,7 +18,9 @@ namespace {
 /// Of curves and orientations.
 constexpr std::size_t kSamples = 1001;
 constexpr double kStep = 1.0 / (kSamples - 1);
-double place_of(std::size_t i) { return i + 1 == kSamples ? 1 : kStep * static_cast<double>(i); }
+double place_of_sample(std::size_t i) {
+  return i + 1 == kSamples ? 1 : kStep * static_cast<double>(i);
+}
 
 class SampledCurve final : public Curve {
  public:
@@ -65,7 +67,7 @@ class LuaCurveFactory final : public CurveFactory {
         call_script.push_function(L, "place");
         lua_pushvalue(L, list);
         lua_pushvalue(L, values);
-        lua_pushnumber(L, place_of(i));
+        lua_pushnumber(L, place_of_sample(i));
         RMP_TRY(call(impl, L, 3, 2));
         RMP_TRY(check_refusal(*p_, L, {}));
         RMP_TRY_ASSIGN(const Vec3 place, read_vec3(*p_, L, -2, "the place"));
@@ -245,7 +247,7 @@ class LuaOrientationFactory final : public OrientationFactory {
         call_script.push_function(L, "orient");
         lua_pushvalue(L, list);
         lua_pushvalue(L, values);
-        lua_pushnumber(L, place_of(i));
+        lua_pushnumber(L, place_of_sample(i));
         lua_pushvalue(L, shares);
         RMP_TRY(call(impl, L, 4, 2));
         RMP_TRY(check_refusal(*p_, L, {}));

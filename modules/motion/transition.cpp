@@ -28,7 +28,7 @@ constexpr double kMostCut = 0.45;
 constexpr double kSpeed = 0.1;         ///< [m/s]
 constexpr double kAngularSpeed = 0.5;  ///< [rad/s]
 
-Result<PathSample> at(const Segment& s, double t) {
+Result<PathSample> sample_at(const Segment& s, double t) {
   PathSample out;
   RMP_TRY(s.sample({&t, 1}, {&out, 1}));
   return out;
@@ -126,7 +126,7 @@ class Bridge final : public Segment {
     const double slack = 1e-12 * duration_;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double x = std::clamp(times[i] / duration_, 0.0, 1.0);
-      const spatial::JetVector p = at(way_, x), phi = at(turn_, x);
+      const spatial::JetVector p = sample_at(way_, x), phi = sample_at(turn_, x);
       PathSample& s = out[i];
       Pose turned;
       turned.R = spatial::rotation_exp({phi[0].v, phi[1].v, phi[2].v});
@@ -145,7 +145,7 @@ class Bridge final : public Segment {
 
  private:
   using Quintics = std::array<spatial::Quintic, 3>;
-  static spatial::JetVector at(const Quintics& of, double share) {
+  static spatial::JetVector sample_at(const Quintics& of, double share) {
     return {of[0].at(share), of[1].at(share), of[2].at(share)};
   }
   double duration_, length_ = 0;
@@ -158,9 +158,9 @@ class Bridge final : public Segment {
 Result<double> cut_time(const Segment& s, bool is_end, double distance) {
   const double T = s.duration(), most = kMostCut * T;
   const auto time = [&](double cut) { return is_end ? T - cut : cut; };
-  RMP_TRY_ASSIGN(const PathSample corner, at(s, time(0)));
+  RMP_TRY_ASSIGN(const PathSample corner, sample_at(s, time(0)));
   const auto is_far = [&](double cut) -> Result<bool> {
-    RMP_TRY_ASSIGN(const PathSample there, at(s, time(cut)));
+    RMP_TRY_ASSIGN(const PathSample there, sample_at(s, time(cut)));
     return spatial::distance(there.pose.p, corner.pose.p) >= distance;
   };
   constexpr int kScan = 64;
@@ -282,8 +282,8 @@ Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
     return {};
   }
   const Segment& last = *pieces.back();
-  RMP_TRY_ASSIGN(const PathSample end, at(last, last.duration()));
-  RMP_TRY_ASSIGN(const PathSample start, at(*next, 0));
+  RMP_TRY_ASSIGN(const PathSample end, sample_at(last, last.duration()));
+  RMP_TRY_ASSIGN(const PathSample start, sample_at(*next, 0));
   const double gap = spatial::distance(end.pose.p, start.pose.p);
   const double turn = norm(spatial::rotation_difference(end.pose.R, start.pose.R));
   const bool is_joined = gap <= kJoinPosition && turn <= kJoinRotation;
@@ -314,8 +314,8 @@ Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
     RMP_TRY_ASSIGN(after, cut(*next, false));
   }
   const double T = last.duration();
-  RMP_TRY_ASSIGN(const PathSample from, at(last, T - before));
-  RMP_TRY_ASSIGN(const PathSample to, at(*next, after));
+  RMP_TRY_ASSIGN(const PathSample from, sample_at(last, T - before));
+  RMP_TRY_ASSIGN(const PathSample to, sample_at(*next, after));
   RMP_TRY_ASSIGN(const double duration,
                  bridge_time(from, to, before + after, transition.speed, number));
   auto bridge = std::make_shared<Bridge>(from, to, duration);

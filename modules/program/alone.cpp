@@ -6,18 +6,13 @@
 
 #include <robomosp/sdk/program_tables.h>
 
+#include "kernel/letters.h"
 #include "kernel/text.h"
 #include "program/state.h"
 
 namespace robomosp::program {
 namespace {
 
-std::string upper(std::string_view s) {
-  std::string out(s);
-  for (char& c : out)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 32);
-  return out;
-}
 std::string numbers(std::span<const double> values) {
   std::string out;
   for (const double x : values) out += (out.empty() ? "" : ", ") + text::print_rounded(x);
@@ -32,7 +27,7 @@ class AloneWorld final : public World {
  public:
   AloneWorld(const Machine& machine, const AloneOptions& options, Operator& user)
       : machine_(machine), options_(options), user_(user) {
-    for (const auto& [name, value] : options.inputs) inputs_[upper(name)] = value;
+    for (const auto& [name, value] : options.inputs) inputs_[text::upper(name)] = value;
   }
 
   Result<std::optional<SignalValue>> read_signal(const Signal& s) override {
@@ -40,7 +35,7 @@ class AloneWorld final : public World {
       const auto at = outputs_.find(s.symbol);
       return std::optional(at == outputs_.end() ? SignalValue{} : at->second.second);
     }
-    if (const auto at = inputs_.find(upper(s.name)); at != inputs_.end())
+    if (const auto at = inputs_.find(text::upper(s.name)); at != inputs_.end())
       return std::optional(at->second);
     return error(ErrorCode::not_found, "nobody gives the input " + std::string(s.name) + " a value",
                  "Give one (--set " + std::string(s.name) +
@@ -203,7 +198,7 @@ Result<Ended> run_alone(std::shared_ptr<const CompiledProgram> program, const Al
       const auto& x = row<rmp_code_symbol>(c.symbols, s);
       if (x.kind != RMP_SYMBOL_INPUT) continue;
       known.emplace_back(x.name);
-      if (upper(x.name) != upper(name)) continue;
+      if (text::upper(x.name) != text::upper(name)) continue;
       RMP_TRY(fits_signal(x, value));
       is_known = true;
     }

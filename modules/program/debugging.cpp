@@ -6,19 +6,11 @@
 #include <tuple>
 #include <variant>
 
+#include "kernel/letters.h"
 #include "program/state.h"
 
 namespace robomosp::program {
 namespace {
-
-std::string upper(std::string_view s) {
-  std::string out(s);
-  for (char& c : out)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 32);
-  return out;
-}
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 constexpr int kMostDepth = 100;
 
@@ -205,23 +197,23 @@ class Debugger {
       return;
     }
     const char c = text_[at_];
-    if (is_letter(c)) {
+    if (text::is_letter(c)) {
       while (at_ < text_.size() &&
-             (is_letter(text_[at_]) || is_digit(text_[at_]) || text_[at_] == '_'))
+             (text::is_letter(text_[at_]) || text::is_digit(text_[at_]) || text_[at_] == '_'))
         word_ += text_[at_++];
-      word_ = upper(word_);
+      word_ = text::upper(word_);
       kind_ = 'n';
       for (const char* op : {"AND", "OR", "EXOR", "NOT", "DIV", "MOD"})
         if (word_ == op) kind_ = 'o';
       return;
     }
-    if (is_digit(c)) {
+    if (text::is_digit(c)) {
       kind_ = 'i';
       const auto digits = [&] {
-        while (at_ < text_.size() && is_digit(text_[at_])) word_ += text_[at_++];
+        while (at_ < text_.size() && text::is_digit(text_[at_])) word_ += text_[at_++];
       };
       digits();
-      if (at_ + 1 < text_.size() && text_[at_] == '.' && is_digit(text_[at_ + 1])) {
+      if (at_ + 1 < text_.size() && text_[at_] == '.' && text::is_digit(text_[at_ + 1])) {
         kind_ = 'r';
         word_ += text_[at_++];
         digits();
@@ -229,7 +221,7 @@ class Debugger {
       if (at_ < text_.size() && (text_[at_] == 'e' || text_[at_] == 'E')) {
         std::size_t k = at_ + 1;
         if (k < text_.size() && (text_[k] == '+' || text_[k] == '-')) ++k;
-        if (k < text_.size() && is_digit(text_[k])) {
+        if (k < text_.size() && text::is_digit(text_[k])) {
           kind_ = 'r';
           while (at_ < k) word_ += text_[at_++];
           digits();
@@ -480,7 +472,7 @@ class Debugger {
         std::uint32_t offset = 0, found = kNone;
         for (std::uint32_t k = 0; k < t.field_count && found == kNone; ++k) {
           const auto& f = c_.field(t.first_field + k);
-          if (upper(f.name) == word_) found = f.type;
+          if (text::upper(f.name) == word_) found = f.type;
           else offset += c_.types[f.type].slots;
         }
         if (found == kNone) return none(c_.type_name(v.type) + " has no field " + word_);
@@ -647,7 +639,7 @@ namespace {
 Result<std::uint32_t> file_row(const rmp_code& t, std::string_view name) {
   if (name.empty()) return std::uint32_t{0};
   for (std::uint32_t f = 0; f < t.files.count; ++f)
-    if (upper(row<rmp_code_file>(t.files, f).name) == upper(name)) return f;
+    if (text::upper(row<rmp_code_file>(t.files, f).name) == text::upper(name)) return f;
   std::string all;
   for (std::uint32_t f = 0; f < t.files.count && f < 10; ++f)
     all += (f ? ", " : "") + std::string(row<rmp_code_file>(t.files, f).name);
@@ -683,12 +675,12 @@ const DebugIndex& Machine::Code::debug_index() const {
     std::sort(index_.statements.begin(), index_.statements.end(),
               [&](std::uint32_t a, std::uint32_t b) { return place(a) < place(b); });
     for (std::uint32_t s = 0; s < tables().symbols.count; ++s) {
-      index_.symbols[upper(symbol(s).name)].push_back(s);
+      index_.symbols[text::upper(symbol(s).name)].push_back(s);
       if (place_of[s].offset != kNone && place_of[s].space == kFrame)
         index_.locals[symbol(s).routine].push_back(s);
     }
     for (std::uint32_t r = 0; r < tables().routines.count; ++r)
-      index_.routines[upper(routine_name(r))] = r;
+      index_.routines[text::upper(routine_name(r))] = r;
   });
   return index_;
 }
@@ -753,7 +745,8 @@ Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
   std::uint32_t best = kNone;
   const DebugIndex& index = code_->debug_index();
   if (!b.routine.empty()) {
-    if (const auto found = index.routines.find(upper(b.routine)); found != index.routines.end())
+    if (const auto found = index.routines.find(text::upper(b.routine));
+        found != index.routines.end())
       best = first_op(*code_, found->second);
     if (best == kNone) {
       std::string known;
@@ -869,7 +862,7 @@ bool Machine::stop_as(const Machine& other, double until, bool exactly) {
     again.process = stop->process;
   } else {
     const auto& routines = code_->debug_index().routines;
-    const auto process = routines.find(upper(other.process_name(stop->process)));
+    const auto process = routines.find(text::upper(other.process_name(stop->process)));
     const rmp_table& files = other.code().files;
     if (stop->span.file >= files.count || process == routines.end()) return false;
     const auto file = file_row(code(), row<rmp_code_file>(files, stop->span.file).name);

@@ -6,26 +6,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernel/letters.h"
 #include "program/presets.h"
 #include "program/state.h"
 
 namespace robomosp::program {
-namespace {
-
-std::string upper(std::string_view s) {
-  std::string out(s);
-  for (char& c : out)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 32);
-  return out;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 class Tracer final : public World, public Observer {
  public:
   Tracer(Machine& machine, const TraceOptions& options, Trace& out)
       : m_(machine), c_(*machine.code_), options_(options), out_(out) {
-    for (const auto& [name, value] : options.inputs) inputs_[upper(name)] = value;
+    for (const auto& [name, value] : options.inputs) inputs_[text::upper(name)] = value;
   }
 
   Result<void> run(const Progress* progress) {
@@ -74,7 +66,7 @@ class Tracer final : public World, public Observer {
     if (s.is_output)
       if (const auto found = outputs_.find(s.symbol); found != outputs_.end())
         return std::optional(found->second);
-    if (const auto found = inputs_.find(upper(s.name)); found != inputs_.end())
+    if (const auto found = inputs_.find(text::upper(s.name)); found != inputs_.end())
       return std::optional(found->second);
     return std::optional<SignalValue>();
   }
@@ -632,7 +624,7 @@ Result<Trace> trace(std::shared_ptr<const CompiledProgram> program, const TraceO
     for (std::uint32_t s = 0; s < m.code().symbols.count; ++s) {
       const auto& x = row<rmp_code_symbol>(m.code().symbols, s);
       const bool is_it = (x.kind == RMP_SYMBOL_INPUT || x.kind == RMP_SYMBOL_OUTPUT) &&
-                         upper(x.name) == upper(name);
+                         text::upper(x.name) == text::upper(name);
       if (is_it) RMP_TRY(fits_signal(x, value));
       is_known = is_known || is_it;
     }

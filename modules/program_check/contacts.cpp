@@ -23,9 +23,9 @@ using recording::Column;
 using recording::Load;
 using recording::Recording;
 
-constexpr double kSupport = 1e-3;    ///< a part may be put so deep into what it lies on [m]
-constexpr double kTolerance = 2e-4;  ///< of clearances [m]
-constexpr double kSame = 1e-6;       ///< times [s]
+constexpr double kSupport = 1e-3;      ///< a part may be put so deep into what it lies on [m]
+constexpr double kTolerance = 2e-4;    ///< of clearances [m]
+constexpr double kSameContact = 1e-6;  ///< times [s]
 
 Result<collision::ObjectPlaces> places_at(const model::World& world, const Recording& r,
                                           std::size_t row) {
@@ -201,7 +201,7 @@ Result<Contacts> contacts(const sim::Simulator& sim, const Recording& r, const O
     for (const Stretch& s : stretches) {
       const double from = time[s.first], to = time[s.last];
       const double step = rows > 1 ? time[1] - time[0] : 0;
-      const double slack = 1.5 * step + kSame;
+      const double slack = 1.5 * step + kSameContact;
       bool is_meant = false;
       for (const Load& load : loads) {
         const bool is_first = who.object_a == load.object, is_second = who.object_b == load.object;

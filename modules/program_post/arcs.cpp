@@ -10,12 +10,12 @@
 #include <robomosp/sdk/post_writer.h>
 
 #include "program_post/rewriter.h"
+#include "program_post/vectors.h"
 
 namespace robomosp::program_post {
 namespace {
 
 using Id = std::uint32_t;
-using Quaternion = std::array<double, 4>;
 constexpr double kPi = 3.141592653589793;
 constexpr std::size_t kMostPieces = 10'000;
 
@@ -23,17 +23,7 @@ Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2
 Vec3 plus(const Vec3& a, const Vec3& b, double s) {
   return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
 }
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 double size(const Vec3& a) { return std::sqrt(dot(a, a)); }
-std::array<double, 9> matrix(const Quaternion& q) {
-  const auto [w, x, y, z] = q;
-  return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-          2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-          2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
-}
 /// From one orientation to another by the shorter way, at 0 <= u <= 1.
 std::array<double, 9> between(const std::array<double, 9>& a, const std::array<double, 9>& b,
                               double u) {

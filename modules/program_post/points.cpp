@@ -12,6 +12,7 @@
 
 #include <robomosp/sdk/post_writer.h>
 
+#include "program_post/vectors.h"
 #include "program_post/walk.h"
 
 namespace robomosp::program_post {
@@ -30,7 +31,6 @@ double sine(double degrees) {
 }
 double cosine(double degrees) { return sine(std::fmod(degrees, 360.0) + 90.0); }
 
-using Quaternion = std::array<double, 4>;
 Quaternion times(const Quaternion& a, const Quaternion& b) {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
           a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -48,12 +48,6 @@ std::optional<Quaternion> unit(Quaternion q) {
   if (!(n > 0) || !std::isfinite(n)) return std::nullopt;
   for (double& x : q) x /= std::sqrt(n);
   return q;
-}
-std::array<double, 9> matrix(const Quaternion& q) {
-  const auto [w, x, y, z] = q;
-  return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-          2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-          2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
 }
 std::array<double, 3> turned(const Quaternion& q, const double* v) {
   const auto r = matrix(q);
@@ -343,12 +337,6 @@ class Values {
 struct Axis {
   std::array<double, 3> at{}, along{};
 };
-double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-std::array<double, 3> cross(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 std::array<double, 3> less(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }

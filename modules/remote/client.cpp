@@ -21,14 +21,14 @@ namespace {
 using namespace std::chrono_literals;
 
 /// How often a wait asks whether the user wants it to end.
-constexpr auto kLook = 20ms;
+constexpr auto kClientLook = 20ms;
 /// Between two attempts to connect.
-constexpr auto kAgain = 100ms;
+constexpr auto kClientAgain = 100ms;
 /// How long the end of a cancelled request is waited for.
-constexpr auto kGoodbye = 5s;
-constexpr std::size_t kPiece = 65'536;  // of reading [bytes]
-constexpr int kDeepest = 60;            // of arguments
-constexpr double kLongestWait = 1e9;    // [s]
+constexpr auto kClientGoodbye = 5s;
+constexpr std::size_t kPiece = 65'536;      // of reading [bytes]
+constexpr int kDeepestReply = 60;           // of arguments
+constexpr double kLongestClientWait = 1e9;  // [s]
 
 std::string shown(std::string_view raw) {
   constexpr std::size_t kMost = 60;
@@ -37,7 +37,7 @@ std::string shown(std::string_view raw) {
   return text::quote(out + (raw.size() > kMost ? "..." : ""));
 }
 
-std::string text_at(const Map& m, std::string_view key) {
+std::string text_under(const Map& m, std::string_view key) {
   const Value* v = m.find(key);
   return v && v->as_string() ? *v->as_string() : std::string();
 }
@@ -47,8 +47,8 @@ Error error_of(const Map& fault) {
   const Value* data = fault.find("data");
   static const Map kNone;
   const Map& about = data && data->as_map() ? *data->as_map() : kNone;
-  const std::string code = text_at(about, "code");
-  Error e = error(ErrorCode::unsupported, text_at(fault, "message"));
+  const std::string code = text_under(about, "code");
+  Error e = error(ErrorCode::unsupported, text_under(fault, "message"));
   // JSON-RPC 2.0, section 5.1: what a server means that gives no word of ours.
   const Value* given = fault.find("code");
   const std::int64_t number = given && given->as_int() ? *given->as_int() : 0;
@@ -58,8 +58,8 @@ Error error_of(const Map& fault) {
   if (number == -32'602) e.code = ErrorCode::invalid_argument;
   for (int c = 1; c <= static_cast<int>(ErrorCode::script_failed); ++c)
     if (to_string(static_cast<ErrorCode>(c)) == code) e.code = static_cast<ErrorCode>(c);
-  e.where = text_at(about, "where");
-  e.hint = text_at(about, "hint");
+  e.where = text_under(about, "where");
+  e.hint = text_under(about, "hint");
   // The message is the whole sentence; where and hint stand by themselves here.
   if (!e.where.empty() && e.message.starts_with(e.where + ": "))
     e.message.erase(0, e.where.size() + 2);
@@ -72,8 +72,9 @@ Error error_of(const Map& fault) {
 
 std::optional<Client::Clock::time_point> end_of(double seconds) {
   if (!(seconds > 0)) return std::nullopt;
-  return Client::Clock::now() + std::chrono::duration_cast<Client::Clock::duration>(
-                                    std::chrono::duration<double>(std::min(seconds, kLongestWait)));
+  return Client::Clock::now() +
+         std::chrono::duration_cast<Client::Clock::duration>(
+             std::chrono::duration<double>(std::min(seconds, kLongestClientWait)));
 }
 
 Error cancelled() { return error(ErrorCode::cancelled, "the call was interrupted"); }
@@ -124,7 +125,7 @@ template <class Done>
 Result<bool> Client::run(std::optional<Clock::time_point> end, Progress& progress, Done is_done) {
   while (!is_done()) {
     if (progress.cancelled()) return cancelled();
-    auto until = Clock::now() + kLook;
+    auto until = Clock::now() + kClientLook;
     if (end && *end <= Clock::now()) return false;
     if (end) until = std::min(until, *end);
     io_.restart();
@@ -249,7 +250,7 @@ Result<void> Client::say_hello(Clock::time_point end, Progress& progress) {
   }
   const Map* hello = (*told_)->as_map();
   const Value* version = hello ? hello->find("protocol") : nullptr;
-  if (!hello || text_at(*hello, "program") != "robomosp")
+  if (!hello || text_under(*hello, "program") != "robomosp")
     return no_server("it answers without saying that it is one");
   if (!version || !version->as_int() || *version->as_int() != kProtocol)
     return error(ErrorCode::unsupported,
@@ -257,7 +258,7 @@ Result<void> Client::say_hello(Clock::time_point end, Progress& progress) {
                      (version ? version->text() : std::string("?")) +
                      " of the protocol, and this program version " + std::to_string(kProtocol),
                  "Use programs of one age.");
-  const std::string instance = text_at(*hello, "instance");
+  const std::string instance = text_under(*hello, "instance");
   if (!instance_.empty() && instance != instance_) ++generation_;
   instance_ = instance;
   hello_ = *hello;
@@ -344,7 +345,8 @@ bool Client::line(std::string_view text) {
     const Value* params = m->find("params");
     if (!method->as_string() || !params || !params->as_map()) return true;
     if (*method->as_string() == "event") take_event(*params->as_map());
-    if (*method->as_string() == "server.closing") goodbye_ = text_at(*params->as_map(), "reason");
+    if (*method->as_string() == "server.closing")
+      goodbye_ = text_under(*params->as_map(), "reason");
     return true;
   }
   const Value* id = m->find("id");
@@ -449,7 +451,7 @@ Value marked(const Value& v, std::int64_t generation) {
 }  // namespace
 
 Result<Value> Client::outgoing(const Value& v, int depth) const {
-  if (depth > kDeepest)
+  if (depth > kDeepestReply)
     return error(ErrorCode::invalid_argument, "the arguments are nested too deeply");
   if (const Handle* h = v.as_handle())
     return error(ErrorCode::invalid_argument,
@@ -470,7 +472,7 @@ Result<Value> Client::outgoing(const Value& v, int depth) const {
     const Value* of = handle->find("generation");
     if (of && of->as_int() && *of->as_int() != static_cast<std::int64_t>(generation_))
       return error(ErrorCode::stale_handle,
-                   text_at(*handle, "kind") + " " + text::quote(text_at(*handle, "name")) +
+                   text_under(*handle, "kind") + " " + text::quote(text_under(*handle, "name")) +
                        " is of a program that has ended",
                    "Get it again by name.");
     Map inner = *handle;
@@ -524,7 +526,7 @@ Result<Value> Client::call(const std::string& method, Value params, bool as_job,
                     {"method", "rpc.cancel"},
                     {"params", Map{{"request", static_cast<std::int64_t>(id)}}}}));
   NoProgress patient;
-  (void)run(Clock::now() + kGoodbye, patient, is_done);
+  (void)run(Clock::now() + kClientGoodbye, patient, is_done);
   awaited_ = 0;
   told_.reset();
   if (lost_) close();
@@ -558,11 +560,11 @@ Result<List> Client::events(double seconds, Progress& progress) {
 Result<void> Client::reconnect(double seconds, Progress& progress) {
   const auto end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                         std::chrono::duration<double>(std::min(seconds, kLongestWait)));
+                         std::chrono::duration<double>(std::min(seconds, kLongestClientWait)));
   for (;;) {
     auto done = open(progress);
     if (done.ok() || done.error().code != ErrorCode::io || Clock::now() >= end) return done;
-    const auto again = std::min(Clock::now() + kAgain, end);
+    const auto again = std::min(Clock::now() + kClientAgain, end);
     RMP_TRY_ASSIGN(const bool never, run(again, progress, [] { return false; }));
     static_cast<void>(never);
   }

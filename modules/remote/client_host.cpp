@@ -11,7 +11,7 @@ namespace {
 /// How long a command tries to connect again [s].
 constexpr double kReconnect = 5;
 /// Deeper arguments are refused by the connection.
-constexpr int kDeepest = 100;
+constexpr int kDeepestValue = 100;
 
 class UserProgress final : public Progress {
  public:
@@ -48,7 +48,7 @@ Schema schema_of(const Value* rows) {
 
 Value sent_at(const Value& value, int depth, const std::function<Value(const Handle&)>& of_handle) {
   if (const Handle* h = value.as_handle()) return of_handle(*h);
-  if (depth > kDeepest) return value;
+  if (depth > kDeepestValue) return value;
   if (const List* list = value.as_list()) {
     List out;
     out.reserve(list->size());

@@ -33,9 +33,9 @@ constexpr std::size_t kLongestClientName = 64;
 /// How long requests of one client are answered before others have their turn.
 constexpr auto kTurn = 2ms;
 /// How long a client has to take what was said before its connection was closed.
-constexpr auto kGoodbye = 2s;
+constexpr auto kConnectionGoodbye = 2s;
 /// How often a cancelled request is told so again.
-constexpr auto kAgain = 20ms;
+constexpr auto kConnectionAgain = 20ms;
 /// Most values of a run's rows that one event takes.
 constexpr std::size_t kRowValues = 20'000;
 /// Bytes that are read before others have their turn.
@@ -224,7 +224,7 @@ Connection::Connection(Hall& hall, std::uint64_t number, Socket socket, std::str
       last_in_(begin_.time_since_epoch().count()),
       last_out_(begin_.time_since_epoch().count()),
       socket_(std::move(socket)),
-      goodbye_(kGoodbye) {
+      goodbye_(kConnectionGoodbye) {
   if (tls) tls_ = std::make_unique<TlsStream>(std::move(tls));
 }
 
@@ -389,7 +389,7 @@ bool Connection::line(std::string_view text) {
     auto timer = std::make_shared<asio::steady_timer>(hall_.reactor.io());
     auto again = std::make_shared<std::function<void()>>();
     *again = [self = shared_from_this(), timer, weak = std::weak_ptr(again)] {
-      timer->expires_after(kAgain);
+      timer->expires_after(kConnectionAgain);
       timer->async_wait([self, keep = weak.lock()](const asio::error_code& ec) {
         if (!ec && !self->is_closing_ && self->talk_->conversation.cancel_again() && keep)
           (*keep)();

@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 /// Least time between two notifications of one job.
 constexpr auto kProgressEvery = 100ms;
 /// A line's buffer that is larger is given back when the line is done [bytes].
-constexpr std::size_t kKeptBuffer = 4096;
+constexpr std::size_t kKeptAnswerBuffer = 4096;
 
 }  // namespace
 
@@ -41,7 +41,7 @@ bool Lines::feed(std::string_view bytes, const std::function<bool(std::string_vi
     }
     if (is_whole) {
       is_skipping_ = false;
-      if (buffer_.capacity() > kKeptBuffer) std::string().swap(buffer_);
+      if (buffer_.capacity() > kKeptAnswerBuffer) std::string().swap(buffer_);
       buffer_.clear();
       bytes.remove_prefix(newline + 1);
     } else {

@@ -42,13 +42,14 @@ using Json = nlohmann::json;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMostWaiting = std::size_t{64} << 20;  ///< bytes that wait to be answered
-constexpr std::size_t kMostBreakpoints = 100'000;            ///< of all sources; of all routines
-constexpr std::size_t kMostSources = 10'000;                 ///< that have breakpoints, or had
-constexpr std::size_t kMostReferences = 200'000;             ///< of one stop
-constexpr std::size_t kMostParts = 10'000;                   ///< of one answer
-constexpr std::size_t kMostNotes = 1000;                     ///< told at once
-constexpr std::size_t kMostTargets = 50;                     ///< of one gotoTargets
+constexpr std::size_t kMostWaitingRequests = std::size_t{64}
+                                             << 20;  ///< bytes that wait to be answered
+constexpr std::size_t kMostBreakpoints = 100'000;    ///< of all sources; of all routines
+constexpr std::size_t kMostSources = 10'000;         ///< that have breakpoints, or had
+constexpr std::size_t kMostReferences = 200'000;     ///< of one stop
+constexpr std::size_t kMostParts = 10'000;           ///< of one answer
+constexpr std::size_t kMostNotes = 1000;             ///< told at once
+constexpr std::size_t kMostTargets = 50;             ///< of one gotoTargets
 constexpr std::size_t kMostCompletions = 500;
 constexpr const char* kAsks =
     "The program waits for a line: type it in the debug console, and continue.";
@@ -58,15 +59,15 @@ constexpr auto kFarNap = 50ms;                    ///< the same in another progr
 constexpr auto kIdle = 100ms;
 /// How long what runs may take when the input has ended.
 constexpr auto kLastWork = 5s;
-constexpr int kAgain = 20;  ///< how often it is told to end [ms]
+constexpr int kAdapterAgain = 20;  ///< how often it is told to end [ms]
 
 constexpr int kEndedByUser = 130;
 
-struct Failure {
+struct AdapterFailure {
   std::string sentence;
   std::string word = {};  ///< "cancelled" or "notStopped", as the protocol has them
 };
-using Answer = std::variant<Json, Failure>;
+using Answer = std::variant<Json, AdapterFailure>;
 
 // ---- values of commands ----
 
@@ -227,7 +228,7 @@ class Adapter {
     if (made.index() == 0) {
       if (Json& body = std::get<0>(made); !body.is_null()) out["body"] = std::move(body);
     } else {
-      Failure& f = std::get<1>(made);
+      AdapterFailure& f = std::get<1>(made);
       const bool shows = f.word.empty();
       out["message"] = shows ? f.sentence : f.word;
       // Braces would be variables of the format.
@@ -248,7 +249,7 @@ class Adapter {
     bool is_open = true;
     while (is_open) {
       pollfd ready[2]{{in_, POLLIN, 0}, {wake_, POLLIN, 0}};
-      const int n = ::poll(ready, 2, interrupts_again() ? kAgain : -1);
+      const int n = ::poll(ready, 2, interrupts_again() ? kAdapterAgain : -1);
       if (n == 0 || (n < 0 && errno == EINTR)) continue;
       if (n < 0 || ready[1].revents != 0) break;
       const ssize_t got = ::read(in_, chunk.data(), chunk.size());
@@ -270,7 +271,7 @@ class Adapter {
     if (changed_.wait_for(lock, kLastWork, [this] { return is_done_; })) return;
     while (!is_done_) {
       interrupt_current();
-      changed_.wait_for(lock, std::chrono::milliseconds(kAgain));
+      changed_.wait_for(lock, std::chrono::milliseconds(kAdapterAgain));
     }
   }
 
@@ -291,7 +292,7 @@ class Adapter {
     const std::string command = string_member(w.message, "command");
     if (command == "cancel") return cancel(w.message);
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return waiting_bytes_ < kMostWaiting || is_done_; });
+    changed_.wait(lock, [this] { return waiting_bytes_ < kMostWaitingRequests || is_done_; });
     if (command == "disconnect" || command == "terminate") {
       wants_interrupt_ = !current_.is_null();
       interrupt_current();
@@ -409,45 +410,47 @@ class Adapter {
   void handle(const Waiting& w) {
     const Json& m = w.message;
     const Json& command = member(m, "command");
-    if (!command.is_string()) return answer(m, Failure{"A request has the name of a command."});
-    if (w.is_cancelled) return answer(m, Failure{"The request was cancelled.", "cancelled"});
+    if (!command.is_string())
+      return answer(m, AdapterFailure{"A request has the name of a command."});
+    if (w.is_cancelled) return answer(m, AdapterFailure{"The request was cancelled.", "cancelled"});
     const auto found = requests().find(command.get_ref<const std::string&>());
     if (found == requests().end()) {
       const std::string name = command.get<std::string>();
       if (const char* why = why_not(name))
-        return answer(m, Failure{name + " is not served: " + why + "."});
-      return answer(m, Failure{"There is no request " +
-                               text::quote(text::visible(name.substr(0, 80))) + "."});
+        return answer(m, AdapterFailure{name + " is not served: " + why + "."});
+      return answer(m, AdapterFailure{"There is no request " +
+                                      text::quote(text::visible(name.substr(0, 80))) + "."});
     }
     const Needs needs = found->second.needs;
     if (needs != Needs::nothing && !is_initialized_)
-      return answer(m, Failure{"initialize comes first."});
+      return answer(m, AdapterFailure{"initialize comes first."});
     if (needs >= Needs::loaded && !debuggee_)
-      return answer(m, Failure{"launch or attach comes first."});
+      return answer(m, AdapterFailure{"launch or attach comes first."});
     if (needs == Needs::stopped && !is_configured_)
-      return answer(
-          m, Failure{"The programs have not begun; configurationDone lets them.", "notStopped"});
+      return answer(m, AdapterFailure{"The programs have not begun; configurationDone lets them.",
+                                      "notStopped"});
     if (needs == Needs::stopped && is_ended_)
-      return answer(m, Failure{"The programs have ended; restart begins again.", "notStopped"});
+      return answer(m,
+                    AdapterFailure{"The programs have ended; restart begins again.", "notStopped"});
     if (needs == Needs::stopped && is_running_)
-      return answer(m, Failure{"The programs run; pause them first.", "notStopped"});
+      return answer(m, AdapterFailure{"The programs run; pause them first.", "notStopped"});
     const Json& arguments = member(m, "arguments");
     if (!arguments.is_null() && !arguments.is_object())
-      return answer(m, Failure{"The arguments of a request are an object."});
+      return answer(m, AdapterFailure{"The arguments of a request are an object."});
     answer(m, (this->*found->second.method)(arguments));
   }
 
   Result<Value> ask(std::string_view command, Map args = {}) {
     return debuggee_->ask_run(command, std::move(args));
   }
-  static Failure failed(const Error& e) {
+  static AdapterFailure failed(const Error& e) {
     return {e.sentence(), e.code == ErrorCode::cancelled ? "cancelled" : ""};
   }
 
   // ---- the session ----
 
   Answer initialize(const Json& a) {
-    if (is_initialized_) return Failure{"initialize comes once."};
+    if (is_initialized_) return AdapterFailure{"initialize comes once."};
     is_initialized_ = true;
     if (member(a, "linesStartAt1") == false) first_line_ = 0;
     if (member(a, "columnsStartAt1") == false) first_column_ = 0;
@@ -545,7 +548,7 @@ class Adapter {
   }
 
   Answer launch(const Json& a) {
-    if (debuggee_) return Failure{"Something is debugged already; restart begins again."};
+    if (debuggee_) return AdapterFailure{"Something is debugged already; restart begins again."};
     auto settings = [&]() -> Result<LaunchSettings> {
       LaunchSettings s;
       RMP_TRY_ASSIGN(s.run, run_settings(a));
@@ -567,7 +570,7 @@ class Adapter {
   }
 
   Answer attach(const Json& a) {
-    if (debuggee_) return Failure{"Something is debugged already."};
+    if (debuggee_) return AdapterFailure{"Something is debugged already."};
     auto settings = [&]() -> Result<AttachSettings> {
       AttachSettings s;
       RMP_TRY_ASSIGN(s.run, run_settings(a));
@@ -640,7 +643,7 @@ class Adapter {
   }
 
   Answer configuration_done(const Json&) {
-    if (is_configured_) return Failure{"configurationDone comes once."};
+    if (is_configured_) return AdapterFailure{"configurationDone comes once."};
     is_configured_ = true;
     return begin();
   }
@@ -684,7 +687,7 @@ class Adapter {
   }
 
   Answer terminate(const Json&) {
-    if (is_ended_) return Failure{"The programs have ended."};
+    if (is_ended_) return AdapterFailure{"The programs have ended."};
     (void)ask("run.stop");
     end(kEndedByUser);
     return Json();
@@ -880,21 +883,23 @@ class Adapter {
       if (const Json& lines = member(a, "lines"); lines.is_array())
         for (const Json& line : lines) given.push_back({{"line", line}});
     }
-    if (!given.is_array()) return Failure{"breakpoints is a list."};
+    if (!given.is_array()) return AdapterFailure{"breakpoints is a list."};
     const std::string key =
         of.reference > 0 ? "#" + std::to_string(of.reference) : of.path + "\n" + of.name;
     std::size_t others = 0;
     for (const auto& [source, set] : wanted_)
       if (source != key) others += set.all.size();
     if (given.size() > kMostBreakpoints - others)
-      return Failure{"There are at most " + std::to_string(kMostBreakpoints) + " breakpoints" +
-                     (others > 0 ? ", and other sources have " + std::to_string(others) : "") +
-                     "."};
+      return AdapterFailure{
+          "There are at most " + std::to_string(kMostBreakpoints) + " breakpoints" +
+          (others > 0 ? ", and other sources have " + std::to_string(others) : "") + "."};
     if (!wanted_.contains(key) && (wanted_.size() >= kMostSources || paths_.size() >= kMostSources))
-      return Failure{"At most " + std::to_string(kMostSources) + " sources have breakpoints."};
+      return AdapterFailure{"At most " + std::to_string(kMostSources) +
+                            " sources have breakpoints."};
     for (const Json& one : given) {
       const Json& line = member(one, "line");
-      if (!line.is_number_integer()) return Failure{"A breakpoint has a line, a whole number."};
+      if (!line.is_number_integer())
+        return AdapterFailure{"A breakpoint has a line, a whole number."};
       Wanted w;
       const auto n = number_member(one, "line");
       w.line = n ? std::int64_t{*n} + 1 - first_line_ : 0;
@@ -928,15 +933,16 @@ class Adapter {
 
   Answer set_function_breakpoints(const Json& a) {
     const Json& given = member(a, "breakpoints");
-    if (!given.is_array()) return Failure{"breakpoints is a list."};
+    if (!given.is_array()) return AdapterFailure{"breakpoints is a list."};
     if (given.size() > kMostBreakpoints)
-      return Failure{"There are at most " + std::to_string(kMostBreakpoints) +
-                     " function breakpoints."};
+      return AdapterFailure{"There are at most " + std::to_string(kMostBreakpoints) +
+                            " function breakpoints."};
     std::vector<Wanted> all;
     for (const Json& one : given) {
       Wanted w;
       w.routine = text::trim(string_member(one, "name"));
-      if (w.routine.empty()) return Failure{"A function breakpoint has the name of a routine."};
+      if (w.routine.empty())
+        return AdapterFailure{"A function breakpoint has the name of a routine."};
       w.condition = text::trim(string_member(one, "condition"));
       w.hits = text::trim(string_member(one, "hitCondition"));
       w.id = ++breakpoints_made_;
@@ -964,7 +970,7 @@ class Adapter {
       out.push_back(std::move(one));
     };
     const Json& filters = member(a, "filters");
-    if (!filters.is_array()) return Failure{"filters is a list of texts."};
+    if (!filters.is_array()) return AdapterFailure{"filters is a list of texts."};
     for (const Json& f : filters) take(f);
     if (const Json& options = member(a, "filterOptions"); options.is_array())
       for (const Json& o : options) take(member(o, "filterId"));
@@ -976,13 +982,13 @@ class Adapter {
     auto of = source_argument(a);
     if (!of.ok()) return failed(of.error());
     const auto line = number_member(a, "line");
-    if (!line) return Failure{"The request has no line."};
+    if (!line) return AdapterFailure{"The request has no line."};
     const std::int64_t first = std::int64_t{*line} + 1 - first_line_;
     std::int64_t last = first;
     if (const auto end = number_member(a, "endLine")) last = std::int64_t{*end} + 1 - first_line_;
     Json out = Json::array();
     const auto files = files_of(*of);
-    if (files.empty()) return Failure{"No program of the run has a file " + of->name + "."};
+    if (files.empty()) return AdapterFailure{"No program of the run has a file " + of->name + "."};
     const auto& [program, file] = files.front();
     const auto lines = ask("run.program_lines", Map{{"program", program->name}, {"source", file}});
     if (!lines.ok()) return failed(lines.error());
@@ -1098,7 +1104,7 @@ class Adapter {
       reference = *r;
     const auto found = references_to_sources_.find(reference);
     if (found == references_to_sources_.end())
-      return Failure{"There is no source " + std::to_string(reference) + "."};
+      return AdapterFailure{"There is no source " + std::to_string(reference) + "."};
     const auto text = ask("run.program_text",
                           Map{{"program", found->second.first}, {"source", found->second.second}});
     if (!text.ok()) return failed(text.error());
@@ -1377,11 +1383,11 @@ class Adapter {
     auto of = source_argument(a);
     if (!of.ok()) return failed(of.error());
     const auto line = number_member(a, "line");
-    if (!line) return Failure{"The request has no line."};
+    if (!line) return AdapterFailure{"The request has no line."};
     const std::int64_t wanted = std::int64_t{*line} + 1 - first_line_;
-    if (wanted < 1) return Failure{"Lines begin at " + std::to_string(first_line_) + "."};
+    if (wanted < 1) return AdapterFailure{"Lines begin at " + std::to_string(first_line_) + "."};
     const auto files = files_of(*of);
-    if (files.empty()) return Failure{"No program of the run has a file " + of->name + "."};
+    if (files.empty()) return AdapterFailure{"No program of the run has a file " + of->name + "."};
     Json out = Json::array();
     for (const auto& [program, file] : files) {
       const auto times = ask("run.recorded_at",
@@ -1395,7 +1401,8 @@ class Adapter {
       }
     }
     if (out.empty())
-      return Failure{"No program came to this line in what is recorded, over which goto goes."};
+      return AdapterFailure{
+          "No program came to this line in what is recorded, over which goto goes."};
     return Json{{"targets", std::move(out)}};
   }
   Answer go_to(const Json& a) {
@@ -1403,7 +1410,7 @@ class Adapter {
     if (!thread.ok()) return failed(thread.error());
     const auto id = number_member(a, "targetId");
     if (!id || *id == 0 || *id > targets_.size())
-      return Failure{"There is no such target; gotoTargets lists them."};
+      return AdapterFailure{"There is no such target; gotoTargets lists them."};
     const Target target = targets_[*id - 1];
     const auto done = ask("run.seek", Map{{"time", target.time}});
     if (!done.ok()) return failed(done.error());
@@ -1416,7 +1423,8 @@ class Adapter {
   Answer pause(const Json& a) {
     const auto thread = thread_argument(a);
     if (!thread.ok()) return failed(thread.error());
-    if (!is_configured_ || is_ended_ || !is_running_) return Failure{"The programs do not run."};
+    if (!is_configured_ || is_ended_ || !is_running_)
+      return AdapterFailure{"The programs do not run."};
     const auto done = ask("run.pause");
     if (!done.ok() && done.error().code == ErrorCode::cancelled) return failed(done.error());
     const auto place = ask("run.place");
@@ -1506,7 +1514,8 @@ class Adapter {
   }
 
   Answer scopes(const Json& a) {
-    if (!member(a, "frameId").is_number_integer()) return Failure{"The request has no frameId."};
+    if (!member(a, "frameId").is_number_integer())
+      return AdapterFailure{"The request has no frameId."};
     const auto frame = frame_argument(a);
     if (!frame.ok()) return failed(frame.error());
     const FramePlace globals{frame->thread, 0};
@@ -1544,8 +1553,8 @@ class Adapter {
   Answer variables(const Json& a) {
     const auto number = number_member(a, "variablesReference");
     if (!number || *number == 0 || *number > references_.size())
-      return Failure{"There is no variablesReference " + member(a, "variablesReference").dump() +
-                     " any more."};
+      return AdapterFailure{"There is no variablesReference " +
+                            member(a, "variablesReference").dump() + " any more."};
     const Reference r = references_[*number - 1];
     const std::size_t start = number_member(a, "start").value_or(0);
     std::size_t count = number_member(a, "count").value_or(0);
@@ -1636,14 +1645,14 @@ class Adapter {
   Answer set_variable(const Json& a) {
     const auto number = number_member(a, "variablesReference");
     if (!number || *number == 0 || *number > references_.size())
-      return Failure{"There is no variablesReference " + member(a, "variablesReference").dump() +
-                     " any more."};
+      return AdapterFailure{"There is no variablesReference " +
+                            member(a, "variablesReference").dump() + " any more."};
     const std::string name = string_member(a, "name");
     if (name.empty() || !member(a, "value").is_string())
-      return Failure{"The request has no name, or no value."};
+      return AdapterFailure{"The request has no name, or no value."};
     const Reference r = references_[*number - 1];
     if (r.kind == Reference::world)
-      return Failure{"The world is changed by its commands, such as world.set_signal."};
+      return AdapterFailure{"The world is changed by its commands, such as world.set_signal."};
     return assigned(r.frame, r.kind == Reference::parts ? part_path(r.path, name) : name,
                     string_member(a, "value"));
   }
@@ -1652,7 +1661,7 @@ class Adapter {
     if (!frame.ok()) return failed(frame.error());
     const std::string expression = string_member(a, "expression");
     if (expression.empty() || !member(a, "value").is_string())
-      return Failure{"The request has no expression, or no value."};
+      return AdapterFailure{"The request has no expression, or no value."};
     return assigned(*frame, expression, string_member(a, "value"));
   }
 
@@ -1660,7 +1669,7 @@ class Adapter {
     const auto frame = frame_argument(a);
     if (!frame.ok()) return failed(frame.error());
     const Json& given = member(a, "expression");
-    if (!given.is_string()) return Failure{"The request has no expression."};
+    if (!given.is_string()) return AdapterFailure{"The request has no expression."};
     if (!reads_.empty() && string_member(a, "context") == "repl") {
       const auto done =
           ask("run.input", Map{{"text", given.get<std::string>()}, {"program", reads_}});
@@ -1672,7 +1681,7 @@ class Adapter {
     while (expression.ends_with(';')) expression.pop_back();
     if (const std::size_t sign = assignment(expression); sign != std::string::npos) {
       if (string_member(a, "context") != "repl")
-        return Failure{"An assignment belongs into the console."};
+        return AdapterFailure{"An assignment belongs into the console."};
       auto done = assigned(*frame, std::string(text::trim(expression.substr(0, sign))),
                            std::string(text::trim(expression.substr(sign + 2))));
       if (done.index() == 1) return done;
@@ -1706,7 +1715,8 @@ class Adapter {
     if (!frame.ok()) return failed(frame.error());
     const Json& given = member(a, "text");
     const auto column = number_member(a, "column");
-    if (!given.is_string() || !column) return Failure{"The request has no text, or no column."};
+    if (!given.is_string() || !column)
+      return AdapterFailure{"The request has no text, or no column."};
     std::string line = given.get<std::string>();
     std::uint32_t row = 1;
     if (const auto n = number_member(a, "line"))
@@ -1767,7 +1777,7 @@ class Adapter {
   Answer exception_info(const Json& a) {
     const auto thread = thread_argument(a);
     if (!thread.ok()) return failed(thread.error());
-    if (!is_faulted_) return Failure{"No program has a fault."};
+    if (!is_faulted_) return AdapterFailure{"No program has a fault."};
     const std::string message = text_at(fault_, "error");
     const std::string own = text_at(fault_, "message");
     return Json{{"exceptionId", "fault"},

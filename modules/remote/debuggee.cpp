@@ -21,17 +21,17 @@ class Flagged final : public Progress {
   const std::atomic<bool>& cancel_;
 };
 
-std::string text_at(const Value& v, std::string_view name) {
+std::string debuggee_text(const Value& v, std::string_view name) {
   const Map* m = v.as_map();
   const Value* found = m ? m->find(name) : nullptr;
   return found && found->as_string() ? *found->as_string() : std::string();
 }
-bool flag_at(const Value& v, std::string_view name) {
+bool debuggee_flag(const Value& v, std::string_view name) {
   const Map* m = v.as_map();
   const Value* found = m ? m->find(name) : nullptr;
   return found && found->as_bool() && *found->as_bool();
 }
-const List& list_of(const Value& v) {
+const List& debuggee_list(const Value& v) {
   static const List none;
   return v.as_list() ? *v.as_list() : none;
 }
@@ -40,7 +40,7 @@ std::string kind_of(const Value& v) {
   if (const Handle* h = v.as_handle()) return h->kind;
   const Map* m = v.as_map();
   const Value* inner = m ? m->find("$handle") : nullptr;
-  return inner ? text_at(*inner, "kind") : std::string();
+  return inner ? debuggee_text(*inner, "kind") : std::string();
 }
 std::string number_of(const Value& v) {
   if (const Handle* h = v.as_handle()) return std::to_string(h->number);
@@ -163,7 +163,7 @@ Result<Value> Debuggee::world_with_programs(const Value& loaded) {
   RMP_TRY_ASSIGN(const Value all, ask("world.list", Map{}));
   Value found;
   std::vector<std::string> names;
-  for (const Value& world : list_of(all)) {
+  for (const Value& world : debuggee_list(all)) {
     RMP_TRY_ASSIGN(const bool has, has_programs(world));
     if (!has) continue;
     found = world;
@@ -197,10 +197,10 @@ Result<void> Debuggee::start_run(const Value& world, const RunSettings& how) {
   // A run without programs has nothing to debug.
   RMP_TRY(ask_run("run.programs"));
   RMP_TRY_ASSIGN(const Value all, ask("run.list", Map{}));
-  for (const Value& one : list_of(all))
+  for (const Value& one : debuggee_list(all))
     if (const Map* m = one.as_map();
         m && m->find("id") && number_of(*m->find("id")) == number_of(run_))
-      title_ = text_at(one, "title");
+      title_ = debuggee_text(one, "title");
   return {};
 }
 
@@ -208,10 +208,10 @@ Result<void> Debuggee::find_run(const AttachSettings& how) {
   RMP_TRY_ASSIGN(const Value all, ask("run.list", Map{}));
   std::vector<std::string> titles;
   std::vector<const Map*> fit;
-  for (const Value& one : list_of(all)) {
+  for (const Value& one : debuggee_list(all)) {
     const Map* m = one.as_map();
     if (!m || !m->find("id")) continue;
-    titles.push_back(text_at(one, "title"));
+    titles.push_back(debuggee_text(one, "title"));
     if (how.which.empty() || how.which == titles.back() || how.which == number_of(*m->find("id")))
       fit.push_back(m);
   }
@@ -228,9 +228,9 @@ Result<void> Debuggee::find_run(const AttachSettings& how) {
                                 : "Give run, its number or one of " + text::enumerate(titles) + ".",
                  "run");
   run_ = *fit.front()->find("id");
-  title_ = text_at(Value(*fit.front()), "title");
+  title_ = debuggee_text(Value(*fit.front()), "title");
   is_foreign_ = true;
-  was_playing_ = flag_at(Value(*fit.front()), "is_playing");
+  was_playing_ = debuggee_flag(Value(*fit.front()), "is_playing");
   RMP_TRY(ask_run("run.programs"));
   return {};
 }

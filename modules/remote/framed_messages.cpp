@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kLongestHead = 8192;
-constexpr std::size_t kDeepest = 128;
+constexpr std::size_t kDeepestMessage = 128;
 
 }  // namespace
 
@@ -108,7 +108,7 @@ std::optional<std::size_t> bytes_of_json(std::string_view s) {
     }
     if (c == '"') is_string = true;
     if (c == '[' || c == '{') {
-      if (++depth > kDeepest) return std::nullopt;
+      if (++depth > kDeepestMessage) return std::nullopt;
       ++values;
     }
     if ((c == ']' || c == '}') && depth > 0) --depth;

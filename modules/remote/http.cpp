@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "remote/http.h"
+#include "kernel/letters.h"
 
 #include <algorithm>
 
@@ -14,13 +15,6 @@ bool is_token(std::string_view s) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos;
   });
-}
-
-std::string lower(std::string_view s) {
-  std::string out(s);
-  for (char& c : out)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return out;
 }
 
 std::string_view trimmed(std::string_view s) {
@@ -73,7 +67,7 @@ bool HttpRequest::has_word(std::string_view name, std::string_view word) const {
     if (own != name) continue;
     for (std::string_view rest = value; !rest.empty();) {
       const auto comma = rest.find(',');
-      if (lower(trimmed(rest.substr(0, comma))) == word) return true;
+      if (text::lower(trimmed(rest.substr(0, comma))) == word) return true;
       rest = comma == rest.npos ? std::string_view() : rest.substr(comma + 1);
     }
   }
@@ -135,7 +129,7 @@ std::optional<HttpRequest> HttpHead::read(HttpFault& fault) const {
     const auto colon = text.find(':');
     if (colon == text.npos || !is_token(text.substr(0, colon)))
       return no(400, "A line of the request is no field.");
-    std::string name = lower(text.substr(0, colon));
+    std::string name = text::lower(text.substr(0, colon));
     const std::string_view value = trimmed(text.substr(colon + 1));
     for (const char c : value)
       if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f)

@@ -21,7 +21,7 @@
 namespace robomosp::remote {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kArray = "$array";
 /// In the place of what an {"$array": ...} should hold: why it was not read.
@@ -38,7 +38,7 @@ constexpr const char* kFault = "$fault";
 }
 
 void write_text(std::string& out, const std::string& text) {
-  out += Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+  out += OrderedJson(text).dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 void write_number(std::string& out, double v) {
@@ -125,11 +125,11 @@ void write(std::string& out, const Value& v, const Writing& how, std::size_t dep
     }
     case Value::Type::handle: {
       const Handle& h = *v.as_handle();
-      Json inner = {{"kind", h.kind}, {"number", h.number}};
+      OrderedJson inner = {{"kind", h.kind}, {"number", h.number}};
       if (const std::string name = how.name_of ? how.name_of(h) : std::string(); !name.empty())
         inner["name"] = name;
-      out +=
-          Json{{"$handle", std::move(inner)}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+      out += OrderedJson{{"$handle", std::move(inner)}}.dump(-1, ' ', false,
+                                                             OrderedJson::error_handler_t::replace);
       return;
     }
   }

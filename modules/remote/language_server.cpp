@@ -49,19 +49,21 @@ constexpr std::uint64_t kMostWork = std::uint64_t{4}
                                     << 30;  ///< bytes that changes of one message go over
 /// How long nothing comes before programs are checked [ms]: completion behind a key comes first.
 constexpr int kQuiet = 40;
-constexpr std::size_t kMostItems = 200;                      ///< of a completion
-constexpr std::size_t kMostWaiting = std::size_t{64} << 20;  ///< bytes that wait to be answered
+constexpr std::size_t kMostItems = 200;  ///< of a completion
+constexpr std::size_t kMostWaitingMessages = std::size_t{64}
+                                             << 20;  ///< bytes that wait to be answered
 
 // Codes of the protocol.
-constexpr int kParseError = -32700, kInvalidRequest = -32600, kUnknownMethod = -32601,
-              kInvalidParams = -32602, kNotInitialized = -32002, kCancelled = -32800,
-              kContentModified = -32801, kFailed = -32803;
+constexpr int kEditorParseError = -32700, kEditorInvalidRequest = -32600,
+              kEditorUnknownMethod = -32601, kEditorInvalidParams = -32602,
+              kNotInitialized = -32002, kCancelled = -32800, kContentModified = -32801,
+              kFailed = -32803;
 
-struct Failure {
+struct ServerFailure {
   int code = kFailed;
   std::string message;
 };
-Failure failure(const Error& e) {
+ServerFailure failure(const Error& e) {
   return {e.code == ErrorCode::cancelled ? kCancelled : kFailed, e.sentence()};
 }
 
@@ -101,14 +103,14 @@ constexpr const char* kTokenTypes[] = {"keyword",  "number",    "string",    "co
                                        "event",    "label",     "namespace", "class"};
 constexpr const char* kTokenModifiers[] = {"declaration", "readonly", "defaultLibrary"};
 
-class Server {
+class EditorServer {
  public:
-  Server(ioci::Application& app, int in, int out) : app_(app), in_(in), out_(out) {}
+  EditorServer(ioci::Application& app, int in, int out) : app_(app), in_(in), out_(out) {}
 
   int run() {
     while (!is_over_) {
       const bool is_idle = waiting_.empty() && !any_due();
-      if (is_readable_ && waiting_bytes_ < kMostWaiting)
+      if (is_readable_ && waiting_bytes_ < kMostWaitingMessages)
         read(is_idle ? -1 : waiting_.empty() && !is_quiet_ ? kQuiet : 0);
       if (is_broken_) return 1;
       if (!waiting_.empty()) {
@@ -156,21 +158,21 @@ class Server {
         fault);
     if (fits) return;
     // Where messages begin is not known any more.
-    answer_failure(nullptr, {kParseError, fault + "."});
+    answer_failure(nullptr, {kEditorParseError, fault + "."});
     is_readable_ = false;
   }
   void take(std::string body) {
     const auto bytes = bytes_of_json(body);
     if (!bytes)
-      return answer_failure(
-          nullptr, {kInvalidRequest, "the message is nested too deep or has too many values."});
+      return answer_failure(nullptr, {kEditorInvalidRequest,
+                                      "the message is nested too deep or has too many values."});
     Waiting w;
     w.bytes = *bytes;
     w.message = Json::parse(body, nullptr, false);
     if (w.message.is_discarded())
-      return answer_failure(nullptr, {kParseError, "the message is no JSON in UTF-8."});
+      return answer_failure(nullptr, {kEditorParseError, "the message is no JSON in UTF-8."});
     if (!w.message.is_object())
-      return answer_failure(nullptr, {kInvalidRequest, "a message is an object."});
+      return answer_failure(nullptr, {kEditorInvalidRequest, "a message is an object."});
     if (string_member(w.message, "method") == "$/cancelRequest") {
       const Json& id = member(member(w.message, "params"), "id");
       if (id.is_null()) return;
@@ -188,7 +190,7 @@ class Server {
   void notify(const char* method, Json params) {
     say({{"jsonrpc", "2.0"}, {"method", method}, {"params", std::move(params)}});
   }
-  void answer_failure(const Json& id, const Failure& f) {
+  void answer_failure(const Json& id, const ServerFailure& f) {
     say({{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", f.code}, {"message", f.message}}}});
   }
   void warn(const std::string& message) {
@@ -199,20 +201,20 @@ class Server {
   /// Work that looks at the input meanwhile.
   class Watched final : public Progress {
    public:
-    Watched(Server& server, bool yields) : server_(server), yields_(yields) {}
+    Watched(EditorServer& server, bool yields) : server_(server), yields_(yields) {}
     void report(double, std::string_view) override {}
     [[nodiscard]] bool cancelled() const override {
       using namespace std::chrono_literals;
       const auto now = std::chrono::steady_clock::now();
       if (now - last_ > 5ms) {
         last_ = now;
-        if (server_.is_readable_ && server_.waiting_bytes_ < kMostWaiting) server_.read(0);
+        if (server_.is_readable_ && server_.waiting_bytes_ < kMostWaitingMessages) server_.read(0);
       }
       return server_.is_current_cancelled_ || (yields_ && !server_.waiting_.empty());
     }
 
    private:
-    Server& server_;
+    EditorServer& server_;
     bool yields_;  ///< to whatever comes
     mutable std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
   };
@@ -225,11 +227,12 @@ class Server {
     const bool is_request = m.contains("id");
     if (!m.contains("method")) {
       if (!m.contains("result") && !m.contains("error") && is_request)
-        answer_failure(id, {kInvalidRequest, "a request has a method."});
+        answer_failure(id, {kEditorInvalidRequest, "a request has a method."});
       return;  // an answer: nothing was asked
     }
     if (is_request && !id.is_number_integer() && !id.is_string())
-      return answer_failure(nullptr, {kInvalidRequest, "an id is a whole number or a string."});
+      return answer_failure(nullptr,
+                            {kEditorInvalidRequest, "an id is a whole number or a string."});
     const std::string method = string_member(m, "method");
     const Json& params = member(m, "params");
     if (method == "exit") {
@@ -242,13 +245,13 @@ class Server {
     }
     if (w.is_cancelled) return answer_failure(id, {kCancelled, "the request was cancelled."});
     if (is_shut_down_)
-      return answer_failure(id, {kInvalidRequest, "the server has been shut down."});
+      return answer_failure(id, {kEditorInvalidRequest, "the server has been shut down."});
     if (!is_initialized_ && method != "initialize")
       return answer_failure(id, {kNotInitialized, "initialize comes first."});
     const auto found = methods().find(method);
     if (found == methods().end())
-      return answer_failure(
-          id, {kUnknownMethod, "there is no method " + text::quote(method.substr(0, 80)) + "."});
+      return answer_failure(id, {kEditorUnknownMethod,
+                                 "there is no method " + text::quote(method.substr(0, 80)) + "."});
     current_ = id;
     is_current_cancelled_ = false;
     auto answer = (this->*found->second)(params);
@@ -259,31 +262,31 @@ class Server {
     is_current_cancelled_ = false;
   }
 
-  using Answer = std::variant<Json, Failure>;
-  using Method = Answer (Server::*)(const Json&);
+  using Answer = std::variant<Json, ServerFailure>;
+  using Method = Answer (EditorServer::*)(const Json&);
   static const std::map<std::string, Method, std::less<>>& methods() {
     static const std::map<std::string, Method, std::less<>> all = {
-        {"initialize", &Server::initialize},
-        {"shutdown", &Server::shutdown},
-        {"textDocument/completion", &Server::completion},
-        {"completionItem/resolve", &Server::resolve},
-        {"textDocument/hover", &Server::hover},
-        {"textDocument/definition", &Server::definition},
-        {"textDocument/references", &Server::references},
-        {"textDocument/documentHighlight", &Server::highlight},
-        {"textDocument/rename", &Server::rename},
-        {"textDocument/prepareRename", &Server::prepare_rename},
-        {"textDocument/formatting", &Server::formatting},
-        {"textDocument/rangeFormatting", &Server::formatting},
-        {"textDocument/documentSymbol", &Server::symbols},
-        {"textDocument/semanticTokens/full", &Server::tokens},
-        {"textDocument/signatureHelp", &Server::signature},
-        {"textDocument/foldingRange", &Server::folds}};
+        {"initialize", &EditorServer::initialize},
+        {"shutdown", &EditorServer::shutdown},
+        {"textDocument/completion", &EditorServer::completion},
+        {"completionItem/resolve", &EditorServer::resolve},
+        {"textDocument/hover", &EditorServer::hover},
+        {"textDocument/definition", &EditorServer::definition},
+        {"textDocument/references", &EditorServer::references},
+        {"textDocument/documentHighlight", &EditorServer::highlight},
+        {"textDocument/rename", &EditorServer::rename},
+        {"textDocument/prepareRename", &EditorServer::prepare_rename},
+        {"textDocument/formatting", &EditorServer::formatting},
+        {"textDocument/rangeFormatting", &EditorServer::formatting},
+        {"textDocument/documentSymbol", &EditorServer::symbols},
+        {"textDocument/semanticTokens/full", &EditorServer::tokens},
+        {"textDocument/signatureHelp", &EditorServer::signature},
+        {"textDocument/foldingRange", &EditorServer::folds}};
     return all;
   }
 
   Answer initialize(const Json& params) {
-    if (is_initialized_) return Failure{kInvalidRequest, "initialize comes once."};
+    if (is_initialized_) return ServerFailure{kEditorInvalidRequest, "initialize comes once."};
     is_initialized_ = true;
     const Json& can = member(params, "capabilities");
     const Json& encodings = member(member(can, "general"), "positionEncodings");
@@ -611,11 +614,12 @@ class Server {
     return std::shared_ptr<const OpenProgram>(std::move(made));
   }
   /// Of the document of a request.
-  std::variant<Where, Failure> where(const Json& params) {
+  std::variant<Where, ServerFailure> where(const Json& params) {
     const std::string uri = string_member(member(params, "textDocument"), "uri");
     const auto found = documents_.find(uri);
     if (found == documents_.end())
-      return Failure{kInvalidParams, "the document " + text::quote(uri) + " is not open."};
+      return ServerFailure{kEditorInvalidParams,
+                           "the document " + text::quote(uri) + " is not open."};
     Document& root = root_of(found->second);
     auto program = program_of(root);
     if (!program.ok()) return failure(program.error());
@@ -632,8 +636,8 @@ class Server {
     if (!line || !character) return std::nullopt;
     return w.text().byte(*line, *character, units_);
   }
-  static Failure no_position() {
-    return {kInvalidParams, "the request has no position with line and character."};
+  static ServerFailure no_position() {
+    return {kEditorInvalidParams, "the request has no position with line and character."};
   }
   Json location(const Where& w, const SourceRange& r) const {
     const ProgramFileOfEditor& f = w.program->files[r.file];
@@ -787,7 +791,7 @@ class Server {
   }
   Answer rename(const Json& params) {
     const std::string to = string_member(params, "newName");
-    if (to.empty()) return Failure{kInvalidParams, "the new name is empty."};
+    if (to.empty()) return ServerFailure{kEditorInvalidParams, "the new name is empty."};
     return at_place(
         params,
         [&](const Where& w, std::uint32_t byte, Progress& p) {
@@ -829,13 +833,14 @@ class Server {
     if (words == "upper") layout.words = SourceCase::upper;
     else if (words == "lower") layout.words = SourceCase::lower;
     else if (!words.empty() && words != "keep")
-      return Failure{kInvalidParams, "keywords is \"keep\", \"upper\" or \"lower\"."};
+      return ServerFailure{kEditorInvalidParams, "keywords is \"keep\", \"upper\" or \"lower\"."};
     const std::string& old = w.text().all();
     std::uint32_t first = 0, last = static_cast<std::uint32_t>(old.size());
     if (const Json& range = member(params, "range"); !range.is_null()) {
       const auto a = number_member(member(range, "start"), "line"),
                  b = number_member(member(range, "end"), "line");
-      if (!a || !b || *b < *a) return Failure{kInvalidParams, "the request has no range of lines."};
+      if (!a || !b || *b < *a)
+        return ServerFailure{kEditorInvalidParams, "the request has no range of lines."};
       first = w.text().byte(*a, 0, units_);
       last = w.text().byte(*b, 0xffffffffU, units_);
     }
@@ -867,8 +872,8 @@ class Server {
         ++i;
         ++j;
       } else if (i < old.size() || j < now.size()) {
-        return Failure{kFailed,
-                       "the language changes more than blanks, and the text stays as it is."};
+        return ServerFailure{kFailed,
+                             "the language changes more than blanks, and the text stays as it is."};
       }
     }
     return edits;
@@ -1099,6 +1104,8 @@ class Server {
 
 }  // namespace
 
-int serve_editor(ioci::Application& app, int in, int out) { return Server(app, in, out).run(); }
+int serve_editor(ioci::Application& app, int in, int out) {
+  return EditorServer(app, in, out).run();
+}
 
 }  // namespace robomosp::remote

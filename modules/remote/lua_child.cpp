@@ -37,7 +37,7 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 /// How often limits are looked at.
-constexpr auto kLook = 10ms;
+constexpr auto kChildLook = 10ms;
 /// How long a script that was told to stop may take before its process is ended.
 constexpr auto kGrace = 500ms;
 /// How long the process may take to start.
@@ -46,7 +46,7 @@ constexpr auto kStart = 30s;
 constexpr int kDeepestGroup = 64;
 constexpr std::size_t kLongestLabel = 256;
 
-Clock::duration seconds(double s) {
+Clock::duration duration_of(double s) {
   return std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(std::clamp(s, 0.0, 1e8)));
 }
@@ -183,7 +183,7 @@ class LuaChild::Impl {
     Call call{.session = session, .wall_end = Clock::now() + kStart};
     call.cpu_end = kStartCpu;
     if (!process_.runs()) RMP_TRY(start(call));
-    call.wall_end = Clock::now() + seconds(options_.limits.wall_seconds);
+    call.wall_end = Clock::now() + duration_of(options_.limits.wall_seconds);
     call.cpu_end = process_.cpu() + options_.limits.cpu_seconds;
     is_starting_ = false;
     process_.limit_cpu(call.cpu_end + 2);
@@ -355,7 +355,7 @@ class LuaChild::Impl {
   bool look(Call& call) {
     const auto now = Clock::now();
     if (now < call.next_look) return true;
-    call.next_look = now + kLook;
+    call.next_look = now + kChildLook;
     if (call.stop == Stop::none) {
       if (call.session.interrupted()) call.stop = Stop::cancelled;
       else if (now >= call.wall_end) call.stop = is_starting_ ? Stop::start : Stop::wall;
@@ -377,7 +377,7 @@ class LuaChild::Impl {
       int n = ::poll(ready, 1, 0);
       if (n == 0) {
         if (queue && queue->has_calls()) queue->serve();
-        const int most = static_cast<int>(std::chrono::milliseconds(kLook).count());
+        const int most = static_cast<int>(std::chrono::milliseconds(kChildLook).count());
         if (queue) {
           const CallQueue::Waker waker(*queue, [fd = wake_.get()] {
             const std::uint64_t one = 1;

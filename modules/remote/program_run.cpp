@@ -26,9 +26,9 @@ using Clock = std::chrono::steady_clock;
 /// How often robots over there are told where they stand, in the time of the program [s].
 constexpr double kBetweenPlaces = 0.04;
 /// How long a wait for others lasts before it looks whether the user wants an end [s].
-constexpr double kLook = 0.1;
+constexpr double kRunLook = 0.1;
 
-std::string text_in(const Value& v, std::string_view name) {
+std::string run_text(const Value& v, std::string_view name) {
   const Value* f = v.as_map() ? v.as_map()->find(name) : nullptr;
   return f && f->as_string() ? *f->as_string() : std::string();
 }
@@ -95,9 +95,9 @@ class Mirror final : public task::Outside {
       double wait = 0;
       if (in_real_time_) {
         const std::chrono::duration<double> passed = Clock::now() - start_;
-        wait = std::clamp(now - passed.count(), 0.0, kLook);
+        wait = std::clamp(now - passed.count(), 0.0, kRunLook);
       } else if (is_idle) {
-        wait = kLook;  // the time of the program stands until somebody sets a signal
+        wait = kRunLook;  // the time of the program stands until somebody sets a signal
       }
       RMP_TRY_ASSIGN(const List events, client_.events(wait, ctx_.progress));
       bool is_new = false;
@@ -161,7 +161,7 @@ class Mirror final : public task::Outside {
     bool is_new = false;
     if (!all.as_list()) return is_new;
     for (const Value& one : *all.as_list()) {
-      const std::string name = text_in(one, "name");
+      const std::string name = run_text(one, "name");
       const Value* value = one.as_map() ? one.as_map()->find("initial") : nullptr;
       const auto known = signals_.find(name);
       if (!value || !value->is_number() || known == signals_.end()) continue;
@@ -205,7 +205,7 @@ Result<std::string> remote_world(CommandContext& ctx, Client& client, const std:
   if (all->as_list())
     for (const Value& each : *all->as_list())
       if (const Value* h = each.as_map() ? each.as_map()->find("$handle") : nullptr)
-        names.push_back(text_in(*h, "name"));
+        names.push_back(run_text(*h, "name"));
   const std::string there = client.options().address.text();
   if (!wanted.empty()) {
     if (std::find(names.begin(), names.end(), wanted) != names.end()) return wanted;
@@ -228,7 +228,7 @@ Result<Value> run_remote(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   // What is wrong with the program is said before anything is asked of others.
   RMP_TRY(compile_program(ctx, id));
-  const std::string theirs = text_in(Value(client.hello()), "version");
+  const std::string theirs = run_text(Value(client.hello()), "version");
   if (theirs != ROBOMOSP_VERSION)
     return error(ErrorCode::unsupported,
                  "it runs robomosp " + (theirs.empty() ? "of no version" : theirs) +

@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 
 /// How often the watch looks while commands run, and for how many looks it goes on after.
-constexpr auto kLook = 2ms;
+constexpr auto kReactorLook = 2ms;
 constexpr int kQuietLooks = 50;
 
 }  // namespace
@@ -84,7 +84,7 @@ void Reactor::watch() {
       quiet = 0;
       continue;
     }
-    wake_.wait_for(lock, kLook, [this] { return is_ending_; });
+    wake_.wait_for(lock, kReactorLook, [this] { return is_ending_; });
     std::size_t busy = 0;
     bool has_run = false;
     for (auto it = workers_.begin(); it != workers_.end();) {

@@ -23,9 +23,9 @@ namespace {
 using namespace std::chrono_literals;
 
 /// How often the session's thread looks for an interrupt, and for the end of the program.
-constexpr auto kLook = 50ms;
+constexpr auto kServeLook = 50ms;
 /// How often a request that is to end is told so again until it ends.
-constexpr int kAgain = 20;  // ms
+constexpr int kServeAgain = 20;  // ms
 
 bool write_all(int fd, std::string_view text) {
   while (!text.empty()) {
@@ -77,7 +77,7 @@ class Pipes {
     for (;;) {
       {
         std::unique_lock lock(mutex_);
-        (void)wait_serving(lock, changed_, kLook,
+        (void)wait_serving(lock, changed_, kServeLook,
                            [this] { return conversation_.has_next() || is_over_; });
         if (app_.quit_requested) return 0;
         const bool was_cancelled = conversation_.was_cancelled();
@@ -101,7 +101,7 @@ class Pipes {
     std::vector<char> chunk(1 << 16);
     for (;;) {
       pollfd ready[2]{{in_, POLLIN, 0}, {wake_, POLLIN, 0}};
-      const int n = ::poll(ready, 2, conversation_.cancel_again() ? kAgain : -1);
+      const int n = ::poll(ready, 2, conversation_.cancel_again() ? kServeAgain : -1);
       if (n == 0 || (n < 0 && errno == EINTR)) continue;
       if (n < 0) return over(true);
       if (ready[1].revents != 0) return;

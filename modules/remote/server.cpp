@@ -40,11 +40,11 @@ using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
 /// How often what takes too long is looked for.
-constexpr auto kLook = 1s;
+constexpr auto kServerLook = 1s;
 /// How often the program is weighed.
 constexpr auto kWeigh = 100ms;
 /// How long clients have to take what was said to them before the server ends.
-constexpr auto kGoodbye = 1s;
+constexpr auto kServerGoodbye = 1s;
 /// How long nobody is let in when the system has no descriptor left.
 constexpr auto kBreath = 100ms;
 
@@ -167,7 +167,7 @@ class Server::Impl {
       }
     }
     for (const auto& c : connections()) c->close("The server ends.");
-    const auto until = std::chrono::steady_clock::now() + kGoodbye;
+    const auto until = std::chrono::steady_clock::now() + kServerGoodbye;
     while (!connections().empty() && std::chrono::steady_clock::now() < until)
       std::this_thread::sleep_for(5ms);
     for (const auto& c : connections()) c->close("");
@@ -363,7 +363,7 @@ class Server::Impl {
   }
 
   void look_later() {
-    look_.expires_after(kLook);
+    look_.expires_after(kServerLook);
     look_.async_wait([this](const asio::error_code& ec) {
       if (ec || is_stopping_) return;
       const auto now = Connection::Clock::now();

@@ -23,8 +23,8 @@ using namespace ioci;
 using namespace std::chrono_literals;
 
 /// How often a blocking wait asks whether the user wants it to end.
-constexpr auto kLook = 50ms;
-constexpr double kLongestWait = 86'400;  // [s]
+constexpr auto kSignalLook = 50ms;
+constexpr double kLongestSignalWait = 86'400;  // [s]
 
 thread_local DeferredWait* g_deferred = nullptr;
 
@@ -348,8 +348,8 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
   const auto is_done = [&] { return shared->outcome.has_value(); };
   for (;;) {
     const auto left = end - std::chrono::steady_clock::now();
-    if (wait_serving(lock, shared->changed, std::clamp<std::chrono::nanoseconds>(left, 0ns, kLook),
-                     is_done))
+    if (wait_serving(lock, shared->changed,
+                     std::clamp<std::chrono::nanoseconds>(left, 0ns, kSignalLook), is_done))
       return std::move(*shared->outcome);
     const bool is_late = std::chrono::steady_clock::now() >= end;
     lock.unlock();
@@ -397,13 +397,13 @@ RMP_COMMANDS(signal_commands) {
                            "Left out: the only world with such a signal."),
                   between(defaulted("timeout", "real", "s", 60.0,
                                     "After that it is an error; 0 = look only."),
-                          0, kLongestWait),
+                          0, kLongestSignalWait),
                   optional("client", "string", "",
                            "Who is to set it: give up when no client of this name, or with a "
                            "token of this name, is connected."),
                   between(defaulted("absent", "real", "s", 5.0,
                                     "How long it may be away, to start or to connect again."),
-                          0, kLongestWait)},
+                          0, kLongestSignalWait)},
        .returns = {"real", "", "The value of the signal, in SI.", {}},
        .effect = Effect::reads,
        .run = wait});

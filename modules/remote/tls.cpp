@@ -16,7 +16,7 @@ namespace robomosp::remote {
 namespace {
 
 /// What OpenSSL noted last, in its words; the queue is empty then.
-std::string reason() {
+std::string tls_reason() {
   std::array<char, 256> words{};
   const unsigned long code = ERR_get_error();
   ERR_clear_error();
@@ -45,7 +45,7 @@ Result<std::shared_ptr<TlsContext>> TlsContext::create(const std::filesystem::pa
         "Do: chmod 600 " + key.string());
   std::shared_ptr<TlsContext> out(new TlsContext);
   SSL_CTX* context = SSL_CTX_new(TLS_server_method());
-  if (!context) return error(ErrorCode::internal, "OpenSSL: " + reason());
+  if (!context) return error(ErrorCode::internal, "OpenSSL: " + tls_reason());
   out->context_ = context;
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
   SSL_CTX_set_options(
@@ -56,15 +56,17 @@ Result<std::shared_ptr<TlsContext>> TlsContext::create(const std::filesystem::pa
   if (SSL_CTX_use_certificate_chain_file(context, certificate.c_str()) != 1)
     return error(
         ErrorCode::invalid_argument,
-        "the certificate " + text::quote(certificate.string()) + " cannot be used: " + reason(),
+        "the certificate " + text::quote(certificate.string()) + " cannot be used: " + tls_reason(),
         "Give a PEM file with the certificate and its chain.");
   if (SSL_CTX_use_PrivateKey_file(context, key.c_str(), SSL_FILETYPE_PEM) != 1)
-    return error(ErrorCode::invalid_argument,
-                 "the private key " + text::quote(key.string()) + " cannot be used: " + reason(),
-                 "Give a PEM file without a password.");
+    return error(
+        ErrorCode::invalid_argument,
+        "the private key " + text::quote(key.string()) + " cannot be used: " + tls_reason(),
+        "Give a PEM file without a password.");
   if (SSL_CTX_check_private_key(context) != 1)
-    return error(ErrorCode::invalid_argument, "the private key " + text::quote(key.string()) +
-                                                  " is not that of the certificate: " + reason());
+    return error(ErrorCode::invalid_argument,
+                 "the private key " + text::quote(key.string()) +
+                     " is not that of the certificate: " + tls_reason());
   return out;
 }
 
@@ -72,7 +74,7 @@ Result<std::shared_ptr<TlsContext>> TlsContext::create_client(
     const std::filesystem::path& trusted) {
   std::shared_ptr<TlsContext> out(new TlsContext);
   SSL_CTX* context = SSL_CTX_new(TLS_client_method());
-  if (!context) return error(ErrorCode::internal, "OpenSSL: " + reason());
+  if (!context) return error(ErrorCode::internal, "OpenSSL: " + tls_reason());
   out->context_ = context;
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
   SSL_CTX_set_options(
@@ -89,7 +91,7 @@ Result<std::shared_ptr<TlsContext>> TlsContext::create_client(
                  "Give a PEM file.", "certificate");
   };
   BIO* file = BIO_new_file(trusted.c_str(), "r");
-  if (!file) return wrong(reason());
+  if (!file) return wrong(tls_reason());
   X509_STORE* store = SSL_CTX_get_cert_store(context);
   while (X509* one = PEM_read_bio_X509(file, nullptr, nullptr, nullptr)) {
     X509_STORE_add_cert(store, one);
@@ -156,14 +158,14 @@ Result<void> TlsStream::feed(std::string_view bytes,
   while (!bytes.empty()) {
     const int taken = BIO_write(SSL_get_rbio(ssl), bytes.data(),
                                 static_cast<int>(std::min<std::size_t>(bytes.size(), 1U << 20)));
-    if (taken <= 0) return error(ErrorCode::io, "TLS: " + reason());
+    if (taken <= 0) return error(ErrorCode::io, "TLS: " + tls_reason());
     bytes.remove_prefix(static_cast<std::size_t>(taken));
     if (!is_ready_) {
       const int done = SSL_do_handshake(ssl);
       if (done != 1) {
         const int why = SSL_get_error(ssl, done);
         if (why == SSL_ERROR_WANT_READ || why == SSL_ERROR_WANT_WRITE) continue;
-        return error(ErrorCode::io, "the TLS handshake failed: " + reason());
+        return error(ErrorCode::io, "the TLS handshake failed: " + tls_reason());
       }
       if (!host_.empty()) RMP_TRY(check_server());
       is_ready_ = true;
@@ -180,7 +182,7 @@ Result<void> TlsStream::feed(std::string_view bytes,
         is_closed_ = true;
         return {};
       }
-      return error(ErrorCode::io, "TLS: " + reason());
+      return error(ErrorCode::io, "TLS: " + tls_reason());
     }
   }
   return {};

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "kernel/base64.h"
+#include "kernel/letters.h"
 #include "kernel/text.h"
 #include "remote/crypto.h"
 #include "remote/web_page.h"
@@ -14,13 +15,6 @@ namespace robomosp::remote {
 namespace {
 
 constexpr std::string_view kSocketPath = "/socket";
-
-std::string lower(std::string_view s) {
-  std::string out(s);
-  for (char& c : out)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return out;
-}
 
 /// The host of "host", "host:80", "[::1]:80"; "" when it is none.
 std::string host_of(std::string_view authority) {
@@ -42,7 +36,7 @@ std::string host_of(std::string_view authority) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
                std::string_view("-._[]:").find(c) != std::string_view::npos;
       });
-  return is_port && is_name ? lower(host) : std::string();
+  return is_port && is_name ? text::lower(host) : std::string();
 }
 
 bool is_digits(const std::string& host) {
@@ -87,7 +81,7 @@ Result<WebRules> WebRules::make(const std::vector<std::string>& origins,
                                 const std::vector<Address>& addresses) {
   WebRules out;
   for (const std::string& origin : origins) {
-    const std::string own = lower(origin);
+    const std::string own = text::lower(origin);
     const std::size_t begin = own.starts_with("https://") ? 8 : own.starts_with("http://") ? 7 : 0;
     const std::string host = begin ? host_of(std::string_view(own).substr(begin)) : std::string();
     if (host.empty())
@@ -98,7 +92,7 @@ Result<WebRules> WebRules::make(const std::vector<std::string>& origins,
     out.hosts.push_back(host);
   }
   for (const Address& a : addresses)
-    if (!a.is_unix && !a.host.empty()) out.hosts.push_back(lower(a.host));
+    if (!a.is_unix && !a.host.empty()) out.hosts.push_back(text::lower(a.host));
   return out;
 }
 
@@ -111,8 +105,8 @@ bool WebRules::is_own_host(std::string_view host) const {
 
 bool WebRules::is_own_origin(const std::string* origin, std::string_view host, bool has_tls) const {
   if (!origin) return true;
-  const std::string own = lower(*origin);
-  return own == (has_tls ? "https://" : "http://") + lower(host) ||
+  const std::string own = text::lower(*origin);
+  return own == (has_tls ? "https://" : "http://") + text::lower(host) ||
          std::find(origins.begin(), origins.end(), own) != origins.end();
 }
 

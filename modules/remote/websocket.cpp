@@ -16,7 +16,7 @@ constexpr unsigned kContinuation = 0, kText = 1, kBinary = 2, kClose = 8, kPing 
 /// Longest content of a control frame [bytes].
 constexpr std::size_t kLongestControl = 125;
 /// A message's buffer that is larger is given back when the message is done [bytes].
-constexpr std::size_t kKeptBuffer = 4096;
+constexpr std::size_t kKeptFrameBuffer = 4096;
 
 std::string frame(unsigned kind, std::string_view content) {
   std::string out;
@@ -180,7 +180,7 @@ bool WebSocketReader::finish(const Sinks& sinks) {
   else if (message_.find_first_of("\r\n") != std::string::npos)
     sinks.end(WebSocketEnd::policy, "A message is one line.");
   else go_on = sinks.message(message_);
-  if (message_.capacity() > kKeptBuffer) std::string().swap(message_);
+  if (message_.capacity() > kKeptFrameBuffer) std::string().swap(message_);
   message_.clear();
   return go_on;
 }

@@ -19,10 +19,6 @@ namespace {
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Vector = Eigen::VectorXd;
 
-Pose carried(std::int32_t joint, const Pose& local, std::span<const Pose> frames) {
-  return joint < 0 ? local : spatial::compose(frames[static_cast<std::size_t>(joint)], local);
-}
-
 bool fixes(const LoopModel& loop, std::size_t direction) {
   return (loop.fixed >> direction & 1U) != 0;
 }
@@ -331,7 +327,7 @@ void move_configuration(const RobotModel& model, std::span<const double> step,
     if (j.type == JointType::free) {
       Pose at;
       at.R = spatial::quaternion_rotation(turn);
-      const Vec3 way = spatial::rotate(at, {by[0], by[1], by[2]});
+      const Vec3 way = spatial::rotate(at, Vec3{by[0], by[1], by[2]});
       for (std::size_t k = 0; k < 3; ++k) own[k] += way[k];
       by += 3;
     }

@@ -11,13 +11,7 @@
 #include "spatial/pose.h"
 
 namespace robomosp::robotics {
-namespace {
-
-Pose carried(std::int32_t joint, const Pose& local, std::span<const Pose> frames) {
-  return joint < 0 ? local : spatial::compose(frames[static_cast<std::size_t>(joint)], local);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 void forward_kinematics(const RobotModel& model, std::span<const double> q,
                         std::span<Pose> joint_frames) {

@@ -8,6 +8,7 @@
 #include <robomosp/sdk/robot_model.h>
 
 #include "robotics/build_model.h"
+#include "spatial/pose.h"
 
 namespace robomosp::robotics {
 
@@ -15,6 +16,12 @@ namespace robomosp::robotics {
 /// many samples as joint_frames has room for.
 void forward_kinematics(const RobotModel& model, std::span<const double> q,
                         std::span<Pose> joint_frames);
+
+/// A frame given in the frame of joint `joint`, in the robot's base; joint -1 is the base itself.
+[[nodiscard]] inline Pose carried(std::int32_t joint, const Pose& local,
+                                  std::span<const Pose> frames) {
+  return joint < 0 ? local : spatial::compose(frames[static_cast<std::size_t>(joint)], local);
+}
 
 /// base_T_tip from the joint frames of one sample.
 [[nodiscard]] Pose tip_pose(const RobotModel& model, std::size_t tip,

@@ -38,7 +38,7 @@ std::vector<std::vector<double>> columns_of(const MatrixXd& m) {
 }
 
 /// How many singular values count.
-Index rank_of(const VectorXd& values, double threshold) {
+Index tip_rank(const VectorXd& values, double threshold) {
   Index rank = 0;
   while (rank < values.size() && values[rank] > 0 && values[rank] > threshold * values[0]) ++rank;
   return rank;
@@ -65,7 +65,7 @@ TipMotion tip_motion(const RobotModel& model, std::size_t tip, std::span<const P
   }
   const MatrixXd J = Eigen::Map<const MatrixXd>(out.jacobian.data(), 6, dof);
   const Eigen::JacobiSVD<MatrixXd> loops(loops_jacobian(model, frames), Eigen::ComputeFullV);
-  const MatrixXd Z = loops.matrixV().rightCols(dof - rank_of(loops.singularValues(), threshold));
+  const MatrixXd Z = loops.matrixV().rightCols(dof - tip_rank(loops.singularValues(), threshold));
   const MatrixXd twists = J * Z;
   out.feasible = columns_of(Z);
   out.feasible_twists = numbers(twists);

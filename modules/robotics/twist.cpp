@@ -141,7 +141,7 @@ void point_jacobian_rate(const RobotModel& model, std::int32_t joint, const Vec3
 
 void express_columns(const Pose& axes_T_base, std::span<double> columns) {
   for (std::size_t i = 0; i + 2 < columns.size(); i += 3) {
-    const Vec3 v = spatial::rotate(axes_T_base, {columns[i], columns[i + 1], columns[i + 2]});
+    const Vec3 v = spatial::rotate(axes_T_base, Vec3{columns[i], columns[i + 1], columns[i + 2]});
     std::copy(v.begin(), v.end(), columns.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }

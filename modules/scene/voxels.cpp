@@ -57,7 +57,7 @@ render::Legend legend_of(const recording::Column& column, const std::vector<Colo
 }
 
 /// Colours as bright as in the legend in light and shade: part of them shines by itself.
-render::Appearance appearance_of(Colour c, double opacity) {
+render::Appearance voxel_appearance(Colour c, double opacity) {
   constexpr float kGlow = 0.45F;
   c.a = static_cast<float>(opacity);
   render::Appearance a{c, 0.1F, 0.0F};
@@ -152,7 +152,7 @@ Result<void> add_voxels(render::Scene& scene, const recording::Recording& r,
             4);
     item.mesh = meshes[band];
     item.pose = world_T_mounting;
-    item.appearance = appearance_of(colours[band], view.opacity);
+    item.appearance = voxel_appearance(colours[band], view.opacity);
     scene.items.push_back(std::move(item));
   }
   scene.legends.push_back(legend_of(column, colours, low, high));

@@ -12,7 +12,7 @@
 namespace robomosp::sim {
 namespace {
 
-constexpr double kStep = 2e-3;  // [s] of the differences
+constexpr double kBaseStep = 2e-3;  // [s] of the differences
 
 /// Value, first and second derivative.
 struct Jet {
@@ -48,13 +48,13 @@ Result<Jet> jet_of(const Function& f, double t) {
   RMP_TRY_ASSIGN(jet.x, f(t));
   jet.a = -205.0 / 72 * jet.x;
   for (int k = 1; k <= 4; ++k) {
-    RMP_TRY_ASSIGN(const double ahead, f(t + k * kStep));
-    RMP_TRY_ASSIGN(const double back, f(t - k * kStep));
+    RMP_TRY_ASSIGN(const double ahead, f(t + k * kBaseStep));
+    RMP_TRY_ASSIGN(const double back, f(t - k * kBaseStep));
     jet.v += kFirst[k - 1] * (ahead - back);
     jet.a += kSecond[k - 1] * (ahead + back);
   }
-  jet.v /= kStep;
-  jet.a /= kStep * kStep;
+  jet.v /= kBaseStep;
+  jet.a /= kBaseStep * kBaseStep;
   return jet;
 }
 

@@ -24,7 +24,7 @@ Result<void> called(const std::string& provider, const RobotModel& model, Call&&
 
 /// Changes of joints and rates for central differences [rad or m, and per second]: what rounding
 /// (1e-16 / h) and the fourth order (h^4) leave are alike.
-constexpr double kStep = 1e-3;
+constexpr double kDifferenceStep = 1e-3;
 
 enum class By { q, qd, tau };
 
@@ -46,19 +46,19 @@ Result<std::vector<double>> differences(const RobotModel& model, const DynamicsB
       if (by == By::q) {
         changed.assign(batch.q.begin(), batch.q.end());
         step.assign(n, 0.0);
-        step[k] = at * kStep;
+        step[k] = at * kDifferenceStep;
         for (std::size_t i = 0; i < batch.count; ++i)
           robotics::move_configuration(model, step, std::span(changed).subspan(i * width, width));
         moved.q = changed;
       } else {
         changed = given(by == By::qd ? batch.qd : batch.tau);
-        for (std::size_t i = 0; i < batch.count; ++i) changed[i * n + k] += at * kStep;
+        for (std::size_t i = 0; i < batch.count; ++i) changed[i * n + k] += at * kDifferenceStep;
         (by == By::qd ? moved.qd : moved.tau) = changed;
       }
       RMP_TRY_ASSIGN(const std::vector<double> value, evaluate(moved));
       for (std::size_t i = 0; i < batch.count; ++i)
         for (std::size_t r = 0; r < n; ++r)
-          out[(i * n + r) * n + k] += weight * value[i * n + r] / (12 * kStep);
+          out[(i * n + r) * n + k] += weight * value[i * n + r] / (12 * kDifferenceStep);
     }
   return out;
 }

@@ -10,6 +10,7 @@
 #include "motion/provider_params.h"
 #include "robotics/kinematics.h"
 #include "sim/dynamics_choice.h"
+#include "sim/index.h"
 #include "sim/motion_reference.h"
 #include "sim/motion_table.h"
 #include "sim/recording_columns.h"
@@ -27,8 +28,6 @@ using recording::RecordingPtr;
 constexpr double kOpenLoop = 1e-6;
 constexpr double kMostSamples = 1e7;
 constexpr double kMostTicks = 1e8;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 std::vector<double> neutral(const RobotModel& model) {
   std::vector<double> q(model.coordinate_count(), 0.0);
@@ -51,8 +50,8 @@ struct Placed {
 };
 
 template <class Member>
-Result<const Member*> member(const std::vector<Member>& all, const std::string& kind,
-                             const std::string& name, const std::string& where) {
+Result<const Member*> named_member(const std::vector<Member>& all, const std::string& kind,
+                                   const std::string& name, const std::string& where) {
   std::vector<std::string> names;
   for (const Member& m : all) {
     if (m.name == name) return &m;
@@ -64,7 +63,7 @@ Result<const Member*> member(const std::vector<Member>& all, const std::string& 
   return error(ErrorCode::unknown_name, "it has no " + kind + " " + text::quote(name), hint, where);
 }
 
-Result<Placed> place(const Simulator& sim, const ForwardRun& run, Progress& progress) {
+Result<Placed> place_robot(const Simulator& sim, const ForwardRun& run, Progress& progress) {
   Placed p;
   RobotId id = run.record;
   const model::PlacedRobot* placed = nullptr;
@@ -75,7 +74,7 @@ Result<Placed> place(const Simulator& sim, const ForwardRun& run, Progress& prog
       return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
     const std::string world = "world " + text::quote(s.find(AnyId(run.world))->name);
     RMP_TRY_ASSIGN(const model::PlacedRobot* robot,
-                   member(p.world->robots, "robot", run.robot, world));
+                   named_member(p.world->robots, "robot", run.robot, world));
     id = robot->robot;
     placed = robot;
     p.where = world + ", robot " + text::quote(run.robot);
@@ -115,7 +114,7 @@ Result<WorldPath> path_of(const Simulator& sim, const Placed& p, const std::stri
     return error(ErrorCode::invalid_argument, "a robot outside a world has no trajectories",
                  "Use world.simulate_dynamics, or a recording.", p.where);
   RMP_TRY_ASSIGN(const model::PlacedTrajectory* placed,
-                 member(p.world->trajectories, "trajectory", name, p.where));
+                 named_member(p.world->trajectories, "trajectory", name, p.where));
   const model::Trajectory* record = sim.snapshot.get(placed->trajectory);
   if (!record)
     return error(ErrorCode::stale_handle, "the trajectory no longer exists", "Add it again.",
@@ -188,7 +187,7 @@ class Simulation {
       : sim_(sim), run_(run), sink_(sink), from_(from) {}
 
   Result<RecordingPtr> operator()(Progress& progress) {
-    RMP_TRY_ASSIGN(placed_, place(sim_, run_, progress));
+    RMP_TRY_ASSIGN(placed_, place_robot(sim_, run_, progress));
     auto done = simulate(progress);
     if (!done.ok() && !done.error().where.starts_with(placed_.where))
       return std::move(done).error().in(placed_.where);
@@ -586,8 +585,8 @@ class Simulation {
 };
 
 template <class Solver, class Prepare>
-Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const RobotModel> model,
-                           const model::ProviderChoice& choice, Prepare&& prepare) {
+Result<Bound<Solver>> bind_solver(const Registry& registry, std::shared_ptr<const RobotModel> model,
+                                  const model::ProviderChoice& choice, Prepare&& prepare) {
   RMP_TRY_ASSIGN(const ProviderInfo info, registry.find(Solver::kInterfaceId, choice.name));
   RMP_TRY_ASSIGN(auto solver, registry.create<Solver>(info.name));
   RMP_TRY_ASSIGN(auto params,
@@ -604,9 +603,9 @@ Result<Bound<Controller>> bind_controller(const Registry& registry,
                                           const model::ProviderChoice& choice,
                                           const Progress& run) {
   auto asked = std::make_shared<const StoppableDynamics>(dynamics.solver, run);
-  auto bound = bind<Controller>(registry, model, choice, [&](Controller& c, const Params& params) {
-    return c.prepare(*model, *asked, params);
-  });
+  auto bound = bind_solver<Controller>(
+      registry, model, choice,
+      [&](Controller& c, const Params& params) { return c.prepare(*model, *asked, params); });
   if (!bound.ok()) return bound;
   // What the controller was bound to lives as long as it does.
   const auto both = std::make_shared<std::pair<decltype(asked), std::shared_ptr<Controller>>>(
@@ -617,8 +616,9 @@ Result<Bound<Controller>> bind_controller(const Registry& registry,
 Result<Bound<Integrator>> bind_integrator(const Registry& registry,
                                           std::shared_ptr<const RobotModel> model,
                                           const model::ProviderChoice& choice) {
-  return bind<Integrator>(registry, std::move(model), choice,
-                          [](Integrator& i, const Params& params) { return i.prepare(params); });
+  return bind_solver<Integrator>(
+      registry, std::move(model), choice,
+      [](Integrator& i, const Params& params) { return i.prepare(params); });
 }
 
 Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,

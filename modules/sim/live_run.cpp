@@ -30,7 +30,7 @@ constexpr double kLeastNap = 1e-3, kMostNap = 3600;
 /// Sums of steps differ from times of rows by rounding [s].
 double tolerance(double t) { return 1e-9 * std::max(1.0, std::fabs(t)); }
 
-std::string at(double t) { return "t = " + text::print_rounded(t) + " s"; }
+std::string at_time(double t) { return "t = " + text::print_rounded(t) + " s"; }
 
 Recording without_rows(const Recording& r) {
   Recording out;
@@ -54,8 +54,8 @@ Result<void> check_fits(std::size_t was, std::size_t is) {
 Error over_before(std::optional<double> end, double from) {
   return error(ErrorCode::conflict,
                "it is over " +
-                   (end ? "at " + at(*end) + " now, before " : std::string("now before ")) +
-                   at(from) + ", where it is to go on",
+                   (end ? "at " + at_time(*end) + " now, before " : std::string("now before ")) +
+                   at_time(from) + ", where it is to go on",
                "Go back (run.seek) and refresh it there, or begin again: run.reset.");
 }
 
@@ -220,10 +220,10 @@ void LiveRun::match_columns(const Recording& table, std::size_t row) {
   if (before == 0) return;
   if (!added.empty()) restart(0);  // rows of before have values of these, too
   if (!added.empty())
-    old_notes_.push_back("new from " + at(head_time()) +
+    old_notes_.push_back("new from " + at_time(head_time()) +
                          " on, before it as at first: " + text::enumerate(added));
   if (!gone.empty())
-    old_notes_.push_back("ended at " + at(head_time()) +
+    old_notes_.push_back("ended at " + at_time(head_time()) +
                          ", behind it as at last: " + text::enumerate(gone));
 }
 
@@ -406,7 +406,7 @@ Error LiveRun::moved() const {
 
 Error LiveRun::missing() const {
   if (failure_) return *failure_;
-  return error(ErrorCode::conflict, "the run was stopped at " + at(head_time()),
+  return error(ErrorCode::conflict, "the run was stopped at " + at_time(head_time()),
                "run.refresh goes on, run.reset starts it again.");
 }
 
@@ -451,7 +451,7 @@ Result<void> LiveRun::refresh(Source source, Progress& progress) {
     note_counts_.resize(rows);
     restart(rows);
     if (table_.notes.size() > note_counts_.back()) table_.notes.resize(note_counts_.back());
-    table_.notes.push_back("went on at " + at(head_time()) + " with the world as it was then");
+    table_.notes.push_back("went on at " + at_time(head_time()) + " with the world as it was then");
     old_notes_ = table_.notes;
     stand(head_time());
     is_first_ = true;

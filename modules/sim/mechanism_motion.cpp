@@ -25,7 +25,7 @@ constexpr double kClosed = 1e-13;
 /// Rounds in which simultaneous impacts settle.
 constexpr int kImpacts = 50;
 
-std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
+std::size_t position_of(std::int32_t index) { return static_cast<std::size_t>(index); }
 
 void normalize(double* quaternion) {
   double n = 0;
@@ -72,7 +72,7 @@ MechanismMotion::MechanismMotion(Bound<ForwardDynamics> dynamics, MotionOptions 
   for (std::size_t i = 0; i < model().joints.size(); ++i) {
     const JointModel& joint = model().joints[i];
     if (robomosp::coordinate_count(joint.type) != 1) continue;
-    Entry& e = entries_[at(joint.v_index)];
+    Entry& e = entries_[position_of(joint.v_index)];
     const double r = joint.is_coupled() ? joint.coupling.ratio : 1;
     if (!joint.is_coupled()) e.joint = i;
     if (options_.friction) {
@@ -85,7 +85,7 @@ MechanismMotion::MechanismMotion(Bound<ForwardDynamics> dynamics, MotionOptions 
     for (const bool is_upper : {false, true}) {
       const double limit = is_upper ? joint.upper : joint.lower;
       if (std::isfinite(limit) && r != 0)
-        stops_.push_back({i, at(joint.v_index), at(joint.q_index), r,
+        stops_.push_back({i, position_of(joint.v_index), position_of(joint.q_index), r,
                           joint.is_coupled() ? joint.coupling.offset : 0, limit, is_upper, false});
     }
   }
@@ -117,7 +117,7 @@ void MechanismMotion::applied(double t, std::span<const double> qd) {
   for (const JointModel& joint : model().joints) {
     if (joint.is_coupled()) continue;
     for (std::int32_t k = 0; k < velocity_count(joint.type); ++k) {
-      double& tau = tau_[at(joint.v_index + k)];
+      double& tau = tau_[position_of(joint.v_index + k)];
       if (joint.passive) tau = 0;
       if (velocity_count(joint.type) == 1) tau = std::clamp(tau, -joint.max_force, joint.max_force);
     }
@@ -206,8 +206,8 @@ void MechanismMotion::coordinate_rates(std::span<const double> q, std::span<cons
                                        std::span<double> dq) const {
   for (const JointModel& joint : model().joints) {
     if (joint.is_coupled()) continue;
-    const double *from = &q[at(joint.q_index)], *v = &qd[at(joint.v_index)];
-    double* out = &dq[at(joint.q_index)];
+    const double *from = &q[position_of(joint.q_index)], *v = &qd[position_of(joint.v_index)];
+    double* out = &dq[position_of(joint.q_index)];
     if (joint.type == JointType::spherical) {
       quaternion_rate(from, v, out);
     } else if (joint.type == JointType::free) {
@@ -245,7 +245,7 @@ double MechanismMotion::loop_error(std::span<const double> q) {
 void MechanismMotion::project(std::span<double> x) {
   for (const JointModel& joint : model().joints)
     if (const std::int32_t count = robomosp::coordinate_count(joint.type); count > 1)
-      normalize(&x[at(joint.q_index + count - 4)]);
+      normalize(&x[position_of(joint.q_index + count - 4)]);
   if (loop_rows_ == 0) return;
   const auto q = x.first(coordinates_), qd = x.subspan(coordinates_);
   const auto rows = static_cast<Eigen::Index>(loop_rows_),

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernel/text.h"
+#include "sim/index.h"
 #include "sim/joint_rates.h"
 #include "spatial/pose.h"
 #include "spatial/quintic.h"
@@ -20,8 +21,6 @@ std::size_t at_or_before(std::span<const double> times, double t) {
   const auto i = static_cast<std::size_t>(it - times.begin());
   return i == 0 ? 0 : std::min(i - 1, times.size() - 2);
 }
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 
 #include "kernel/text.h"
 #include "robotics/kinematics.h"
+#include "sim/index.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -19,8 +20,6 @@ using recording::Column;
 using recording::Recording;
 
 constexpr std::size_t kMostNotes = 12;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 Column every(std::string name, std::string unit, std::string doc, std::span<const double> table,
              std::size_t width, std::size_t which) {

@@ -14,6 +14,7 @@
 #include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "sim/forward_simulation.h"
+#include "sim/index.h"
 #include "sim/provider_answer.h"
 #include "spatial/pose.h"
 #include "spatial/quintic.h"
@@ -27,8 +28,6 @@ constexpr double kMostTorque = 1e12;  ///< that an engine is asked for [N m or N
 constexpr double kGripSpeed = 0.1, kGripTurn = 0.5;
 /// For the rates of joints that follow through loops [s].
 constexpr double kDifference = 1e-4;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 bool is_single(const JointModel& j) { return coordinate_count(j.type) == 1; }
 

@@ -26,7 +26,7 @@ namespace {
 using collision::collision_model;
 using collision::PassedPair;
 
-constexpr double kMostSteps = 1e8;  ///< between samples
+constexpr double kMostPhysicsSteps = 1e8;  ///< between samples
 /// What a link weighs at least [kg], and the least principal moment as a share of the greatest and
 /// for its mass (the square of 1 mm): engines need all of them above zero.
 constexpr double kLeastMass = 1e-3, kLeastShare = 1e-4, kLeastGyration2 = 1e-6;
@@ -64,7 +64,7 @@ Result<void> PhysicsSimulation::check_times() {
                  "Give a step such as 0.001 s.");
   RMP_TRY(check_surface(run_.friction, run_.restitution));
   const double every = std::max(1.0, std::round(run_.sample_time / run_.step));
-  if (every > kMostSteps)
+  if (every > kMostPhysicsSteps)
     return error(ErrorCode::invalid_argument, "the samples are too far apart",
                  "Give a shorter sample_time.");
   every_ = static_cast<std::int64_t>(every);

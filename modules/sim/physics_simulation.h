@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "kernel/text.h"
+#include "sim/index.h"
 #include "sim/motion_reference.h"
 #include "sim/physics.h"
 #include "sim/physics_actor.h"
@@ -188,8 +189,5 @@ class PhysicsSimulation {
   std::vector<std::string> untouched_;  ///< links of designed robots that have no parts
   recording::Recording out_;
 };
-
-/// As an index of a vector.
-[[nodiscard]] inline std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace robomosp::sim

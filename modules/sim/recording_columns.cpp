@@ -406,7 +406,7 @@ void add_manipulability(Recording& out, std::size_t dof, const ToolTable& tool) 
 }
 
 /// 0 in the middle between two limits, 1 at either, more beyond.
-Result<void> add_limits(Recording& out) {
+Result<void> add_limit_columns(Recording& out) {
   Column all{"limits_used", "", "greatest share of a limit that is used, 1 = at it",
              std::vector<double>(out.rows())};
   std::vector<Column> shares;
@@ -486,7 +486,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
     if (what == "limits") {
       // Not every simulation marks them; columns of other sources may have some of their own.
       if (const auto of = actor_of(sim, out, progress); of.ok()) mark_limits(out, *of->model);
-      RMP_TRY(add_limits(out));
+      RMP_TRY(add_limit_columns(out));
       continue;
     }
     if (what == "clearance") {

@@ -15,7 +15,7 @@ namespace robomosp::sim {
 namespace {
 
 /// Configurations closer than this are one [rad or m].
-constexpr double kSamePlace = 1e-9;
+constexpr double kSameRetimedPlace = 1e-9;
 /// Samples are left out where they are closer than this share of the whole way, as near a rest:
 /// what rounding is there would look like bends.
 constexpr double kLeastStep = 5e-4;
@@ -121,7 +121,7 @@ std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof) {
     }
     whole += std::sqrt(square);
   }
-  const double least = std::max(kSamePlace, kLeastStep * whole);
+  const double least = std::max(kSameRetimedPlace, kLeastStep * whole);
   std::vector<PathPiece> pieces(1);
   std::vector<double> before;  // direction of the last way
   double last_length = 0;

@@ -50,7 +50,7 @@ constexpr double kSpeed = 1;  ///< [rad/s or m/s]
 constexpr std::array<const char*, 3> kLimits{"velocity", "acceleration", "jerk"};
 constexpr double kRiseTime = 0.25;  ///< to full speed, and to full acceleration [s]
 
-std::string place(const Vec3& p) {
+std::string place_text(const Vec3& p) {
   std::string out = "(";
   for (std::size_t k = 0; k < 3; ++k) out += (k ? ", " : "") + text::print_rounded(p[k]);
   return out + ") m";
@@ -378,7 +378,7 @@ class Builder {
             "at t = " + text::print_rounded(begin_ + times[i]) + " s (sample " +
                 std::to_string(before + i + (has_start ? 1 : 0)) + " of " +
                 std::to_string(before + results.size() - (has_start ? 0 : 1)) +
-                ") the robot cannot follow to " + place(targets[i].p) +
+                ") the robot cannot follow to " + place_text(targets[i].p) +
                 " from its base: " + (r.detail.empty() ? "the solver found no solution" : r.detail),
             "Move the trajectory or the robot, or start from another configuration.", task_.where);
       q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
@@ -407,7 +407,7 @@ class Builder {
   void note_branches(std::span<const double> times, std::span<const double> q,
                      std::span<const double> qd) {
     constexpr std::size_t kMost = 5;
-    constexpr double kJump = 0.3;  // [rad or m], and this much faster than the path asks for:
+    constexpr double kLargeStep = 0.3;  // [rad or m], and this much faster than the path asks for:
     constexpr double kFaster = 3;
     std::vector<std::string> notes;
     const auto when = [&](std::size_t i) {
@@ -418,7 +418,7 @@ class Builder {
         const std::size_t now = i * dof_ + j, before = now - dof_;
         const double by = std::fabs(q[now] - q[before]);
         const double asked = std::max(std::fabs(qd[now]), std::fabs(qd[before]));
-        if (by > kJump && by > kFaster * asked * (times[i] - times[i - 1]))
+        if (by > kLargeStep && by > kFaster * asked * (times[i] - times[i - 1]))
           return "joint " + std::to_string(j + 1) + " jumps by " + text::print_rounded(by, 3) +
                  (task_.model->joints[j].type == JointType::prismatic ? " m" : " rad");
       }

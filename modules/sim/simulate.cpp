@@ -34,9 +34,9 @@ using recording::Recording;
 using recording::RecordingPtr;
 
 template <class Placed>
-Result<const Placed*> member(const document::WorldIndex& index, document::MemberList list,
-                             const std::vector<Placed>& all, std::string_view kind,
-                             const std::string& name, const std::string& world) {
+Result<const Placed*> placed_member(const document::WorldIndex& index, document::MemberList list,
+                                    const std::vector<Placed>& all, std::string_view kind,
+                                    const std::string& name, const std::string& world) {
   if (const auto at = index.find(list, name)) return &all[*at];
   std::vector<std::string> names;
   for (const auto& p : all) names.push_back(p.name);
@@ -57,12 +57,12 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   const std::string world_name = sim.snapshot.find(AnyId(run.world))->name;
   const auto index = document::world_index(sim.snapshot, run.world);
-  RMP_TRY_ASSIGN(
-      const model::PlacedRobot* robot,
-      member(*index, document::MemberList::robots, world->robots, "robot", run.robot, world_name));
+  RMP_TRY_ASSIGN(const model::PlacedRobot* robot,
+                 placed_member(*index, document::MemberList::robots, world->robots, "robot",
+                               run.robot, world_name));
   RMP_TRY_ASSIGN(const model::PlacedTrajectory* trajectory,
-                 member(*index, document::MemberList::trajectories, world->trajectories,
-                        "trajectory", run.trajectory, world_name));
+                 placed_member(*index, document::MemberList::trajectories, world->trajectories,
+                               "trajectory", run.trajectory, world_name));
   const model::Robot* robot_record = sim.snapshot.get(robot->robot);
   const model::Trajectory* trajectory_record = sim.snapshot.get(trajectory->trajectory);
   if (!robot_record || !trajectory_record)
@@ -113,8 +113,8 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   if (robot->base_trajectory.empty()) return setup;
 
   RMP_TRY_ASSIGN(const model::PlacedTrajectory* way,
-                 member(*index, document::MemberList::trajectories, world->trajectories,
-                        "trajectory", robot->base_trajectory, world_name));
+                 placed_member(*index, document::MemberList::trajectories, world->trajectories,
+                               "trajectory", robot->base_trajectory, world_name));
   const model::Trajectory* way_record = sim.snapshot.get(way->trajectory);
   if (!way_record)
     return error(ErrorCode::stale_handle, "the trajectory of its base no longer exists",
@@ -292,7 +292,7 @@ namespace {
 Result<std::vector<double>> friction_of_starts(const RobotMotion& t, std::size_t dof,
                                                const Bound<InverseDynamics>& dynamics,
                                                Progress& progress) {
-  constexpr double kRest = 1e-9, kCreeping = 1e-6;  // [rad/s or m/s]
+  constexpr double kRest = 1e-9, kCreepingSpeed = 1e-6;  // [rad/s or m/s]
   const std::size_t rows = t.times.size();
   std::vector<double> creeping(rows * dof, 0.0);
   bool any = false;
@@ -305,7 +305,7 @@ Result<std::vector<double>> friction_of_starts(const RobotMotion& t, std::size_t
       const bool starts = std::fabs(after) > kRest && (after > 0) == (a > 0);
       const bool stops = std::fabs(before) > kRest && (before > 0) != (a > 0);
       if (starts == stops) continue;
-      creeping[i * dof + j] = std::copysign(kCreeping, starts ? after : before);
+      creeping[i * dof + j] = std::copysign(kCreepingSpeed, starts ? after : before);
       any = true;
     }
   if (!any) return std::vector<double>();
@@ -330,7 +330,7 @@ Result<void> add_torques(Recording& recording, const RunSetup& setup, const Robo
     const char* what;
     std::uint32_t terms;
   };
-  constexpr std::array<Part, 5> kParts{
+  constexpr std::array<Part, 5> kDynamicsParts{
       {{"tau", "torque", kAllTerms},
        {"tau_gravity", "gravity part of the torque", kGravityTerm},
        {"tau_inertial", "inertial part of the torque", kInertialTerm},
@@ -344,7 +344,7 @@ Result<void> add_torques(Recording& recording, const RunSetup& setup, const Robo
                      setup.base->felt(t_now, setup.model->base, setup.gravity));
       base.push_back(felt);
     }
-  for (const auto& part : kParts) {
+  for (const auto& part : kDynamicsParts) {
     DynamicsBatch batch;
     batch.base = base;
     batch.count = t.times.size();

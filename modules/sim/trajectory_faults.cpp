@@ -106,13 +106,13 @@ void add_limits(PathCheck& check, const Recording& recording, const RobotModel& 
 
 Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Recording& recording,
                             std::size_t from, Progress& progress) {
-  constexpr double kTouch = 1e-4;  ///< what comes nearer touches [m]
+  constexpr double kTouching = 1e-4;  ///< what comes nearer touches [m]
   RMP_TRY_ASSIGN(const auto model, collision_model(sim, AnyId(recording.world), progress));
   if (!model->shapeless().empty())
     add_note(check, "Without a shape, and so never in contact: " +
                         text::enumerate(model->shapeless()) + ".");
   RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
-  RMP_TRY_ASSIGN(const auto contact, model->check_path(q, kTouch, progress));
+  RMP_TRY_ASSIGN(const auto contact, model->check_path(q, kTouching, progress));
   if (!contact) return {};
   const auto fault = [&](const Contact& c, std::size_t first, std::size_t last, std::size_t at) {
     const auto name = [&](std::int32_t body) {
@@ -127,7 +127,7 @@ Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Record
   RMP_TRY_ASSIGN(const auto least, model->clearance(q, progress));
   bool is_at_sample = false;
   each_stretch(
-      least.size(), [&](std::size_t i) { return kTouch - least[i].at.distance; },
+      least.size(), [&](std::size_t i) { return kTouching - least[i].at.distance; },
       [&](std::size_t first, std::size_t last, std::size_t at) {
         is_at_sample = true;
         fault(least[at], first, last, at);

@@ -90,7 +90,7 @@ Result<double> share_of(const Bound<IkSolver>& ik, const Vec3& point,
   return 1 - static_cast<double>(open.size()) / static_cast<double>(directions.size());
 }
 
-Column column(std::string name, std::string unit, std::string doc) {
+Column new_column(std::string name, std::string unit, std::string doc) {
   return {std::move(name), std::move(unit), std::move(doc), {}};
 }
 
@@ -179,13 +179,13 @@ Recording workspace_recording(const RobotModel& model, const robotics::Workspace
   r.title = model.name + ": workspace";
   r.robot = model.name;
   r.voxel = w.grid.size;
-  r.columns = {column("x", "m", "middle of the voxel, mounting frame"),
-               column("y", "m", "middle of the voxel, mounting frame"),
-               column("z", "m", "middle of the voxel, mounting frame"),
-               column("samples", "", "sampled configurations whose tip is in the voxel"),
-               column("surface", "", "1 on the surface of the reached volume, else 0"),
-               column("manipulability", "", "greatest of the samples in the voxel"),
-               column("mean_manipulability", "", "mean of the samples in the voxel")};
+  r.columns = {new_column("x", "m", "middle of the voxel, mounting frame"),
+               new_column("y", "m", "middle of the voxel, mounting frame"),
+               new_column("z", "m", "middle of the voxel, mounting frame"),
+               new_column("samples", "", "sampled configurations whose tip is in the voxel"),
+               new_column("surface", "", "1 on the surface of the reached volume, else 0"),
+               new_column("manipulability", "", "greatest of the samples in the voxel"),
+               new_column("mean_manipulability", "", "mean of the samples in the voxel")};
   for (std::size_t v = 0; v < w.hits.size(); ++v) {
     if (w.hits[v] == 0) continue;
     const Vec3 p = w.grid.centre(v);
@@ -212,14 +212,14 @@ Recording slice_recording(const RobotModel& model, const robotics::SliceOptions&
   for (const robotics::SliceAxis& a : o.axes) {
     const JointModel& j = model.joints[a.joint];
     const auto k = static_cast<std::size_t>(j.q_index);
-    r.columns.push_back(
-        column("q" + std::to_string(k + 1), std::string(units[k]), "joint " + text::quote(j.name)));
+    r.columns.push_back(new_column("q" + std::to_string(k + 1), std::string(units[k]),
+                                   "joint " + text::quote(j.name)));
   }
-  r.columns.push_back(column("manipulability", "", "product of the singular values"));
-  r.columns.push_back(column("condition", "", "greatest over least singular value"));
-  r.columns.push_back(column("least", "", "least singular value"));
-  r.columns.push_back(column("collision", "", "1 where the robot touches something, else 0"));
-  r.columns.push_back(column("singular", "", "1 beside a singular curve, else 0"));
+  r.columns.push_back(new_column("manipulability", "", "product of the singular values"));
+  r.columns.push_back(new_column("condition", "", "greatest over least singular value"));
+  r.columns.push_back(new_column("least", "", "least singular value"));
+  r.columns.push_back(new_column("collision", "", "1 where the robot touches something, else 0"));
+  r.columns.push_back(new_column("singular", "", "1 beside a singular curve, else 0"));
   for (std::size_t i = 0; i < s.nodes.size(); ++i) {
     const double row[] = {o.axes[0].at(i % o.axes[0].count),
                           o.axes[1].at(i / o.axes[0].count),

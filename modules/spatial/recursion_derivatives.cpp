@@ -50,8 +50,8 @@ T solve_accelerations(const Mechanism& m, const Task& task, Inputs<T> in, const 
   return least;
 }
 
-std::size_t run_single(const Mechanism& m, const Task& task, std::size_t first, std::size_t last,
-                       double* scratch) {
+std::size_t run_derivative_single(const Mechanism& m, const Task& task, std::size_t first,
+                                  std::size_t last, double* scratch) {
   DerivativeScratch<double> x;
   lay_out(m, task, is_forward(task), scratch, x);
   const std::size_t n = m.velocities, square = n * n;
@@ -83,8 +83,8 @@ std::size_t run_single(const Mechanism& m, const Task& task, std::size_t first, 
   return last;
 }
 
-std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples, std::size_t first,
-                      std::size_t last, double* scratch) {
+std::size_t run_derivative_lanes(const Mechanism& m, const Task& task, std::size_t samples,
+                                 std::size_t first, std::size_t last, double* scratch) {
   DerivativeScratch<Lanes> x;
   lay_out(m, task, is_forward(task), scratch, x);
   const std::size_t n = m.velocities, square = n * n;
@@ -140,23 +140,23 @@ std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples,
   return last;
 }
 
-std::size_t run(const Mechanism& m, const Task& task, std::size_t samples, std::size_t first,
-                std::size_t last, double* scratch) {
-  if (!task.lanes) return run_single(m, task, first, last, scratch);
-  return run_lanes(m, task, samples, first, last, scratch);
+std::size_t run_derivatives(const Mechanism& m, const Task& task, std::size_t samples,
+                            std::size_t first, std::size_t last, double* scratch) {
+  if (!task.lanes) return run_derivative_single(m, task, first, last, scratch);
+  return run_derivative_lanes(m, task, samples, first, last, scratch);
 }
 
-std::size_t scratch_size(const Mechanism& m, const Task& task) {
+std::size_t derivative_scratch_size(const Mechanism& m, const Task& task) {
   DerivativeScratch<double> one;
   DerivativeScratch<Lanes> several;
   return task.lanes ? lay_out(m, task, is_forward(task), nullptr, several)
                     : lay_out(m, task, is_forward(task), nullptr, one);
 }
 
-constexpr Kernels kTable{run, scratch_size, kLanes};
+constexpr Kernels kDerivativesTable{run_derivatives, derivative_scratch_size, kLanes};
 
 }  // namespace
 
-const Kernels& derivative_kernels() { return kTable; }
+const Kernels& derivative_kernels() { return kDerivativesTable; }
 
 }  // namespace robomosp::spatial::recursions::RMP_LANES

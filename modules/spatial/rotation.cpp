@@ -10,7 +10,7 @@ namespace robomosp::spatial {
 namespace {
 
 // atan2 into (-pi, pi]: a zero of either sign counts as +0, so that half turns give +pi.
-double angle_of(double sin, double cos) {
+double angle_between_axes(double sin, double cos) {
   const double a = std::atan2(sin + 0.0, cos);
   return a <= -std::numbers::pi ? std::numbers::pi : a;
 }
@@ -32,9 +32,9 @@ Matrix3 from_zyz(const Vec3& angles) {
 // the two is ill-defined but together they still reproduce the matrix.
 Vec3 to_rpy(const Matrix3& r) {
   const double c = std::hypot(r[0], r[3]);
-  const double yaw = c > 1e-15 ? angle_of(r[3], r[0]) : 0.0;
+  const double yaw = c > 1e-15 ? angle_between_axes(r[3], r[0]) : 0.0;
   const SinCos y = sin_cos(yaw);
-  const double roll = angle_of(y.sin * r[2] - y.cos * r[5], y.cos * r[4] - y.sin * r[1]);
+  const double roll = angle_between_axes(y.sin * r[2] - y.cos * r[5], y.cos * r[4] - y.sin * r[1]);
   return {roll, std::atan2(0.0 - r[6], c), yaw};
 }
 
@@ -46,9 +46,9 @@ Vec3 to_xyz(const Matrix3& r) {
 
 Vec3 to_zyz(const Matrix3& r) {
   const double s = std::hypot(r[2], r[5]);
-  const double a = s > 1e-15 ? angle_of(r[5], r[2]) : 0.0;
+  const double a = s > 1e-15 ? angle_between_axes(r[5], r[2]) : 0.0;
   const SinCos t = sin_cos(a);
-  const double c = angle_of(t.cos * r[3] - t.sin * r[0], t.cos * r[4] - t.sin * r[1]);
+  const double c = angle_between_axes(t.cos * r[3] - t.sin * r[0], t.cos * r[4] - t.sin * r[1]);
   return {a, std::atan2(s, r[8]), c};
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-constexpr std::uint32_t kNone = ~0U;
+constexpr std::uint32_t kNoTriangle = ~0U;
 /// Corners nearer than this share of the size are one when the surface is open.
 constexpr double kNear = 1e-6;
 /// Rays each way and axis. Their places are shifted by irrational shares of a cell, so that they do
@@ -262,7 +262,8 @@ class Surface {
 
   /// Neighbours over lines of two triangles are made to agree; the larger part of a piece decides.
   void turn_alike() {
-    std::vector<std::array<std::uint32_t, 3>> across(triangles_.size(), {kNone, kNone, kNone});
+    std::vector<std::array<std::uint32_t, 3>> across(triangles_.size(),
+                                                     {kNoTriangle, kNoTriangle, kNoTriangle});
     const auto side = [&](const Edge& e) -> std::uint32_t& {
       std::size_t k = 0;
       while (triangles_[e.triangle][k] != e.from) ++k;
@@ -284,7 +285,7 @@ class Surface {
         const std::uint32_t i = piece[at];
         for (std::size_t k = 0; k < 3; ++k) {
           const std::uint32_t j = across[i][k];
-          if (j == kNone || seen[j]) continue;
+          if (j == kNoTriangle || seen[j]) continue;
           const std::uint32_t a = triangles_[i][k], b = triangles_[i][(k + 1) % 3];
           bool is_same_way = false;
           for (std::size_t m = 0; m < 3; ++m)
@@ -565,9 +566,9 @@ class Surface {
     const double reach_squared = dot(half_, half_);
     const double trace = total[4] + total[5] + total[6];
     const auto hull = convex_hull(points_of_triangles());
-    constexpr double kRounding = 1e-9;
+    constexpr double kBoundRounding = 1e-9;
     const bool fits = total[0] > 0 && trace > 0 && error < total[0] && hull &&
-                      total[0] <= hull->volume * (1 + kRounding) + error;
+                      total[0] <= hull->volume * (1 + kBoundRounding) + error;
     if (!fits && hull) {
       total = {};
       for (const auto& t : hull->triangles)

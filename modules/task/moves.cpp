@@ -9,6 +9,7 @@
 #include "robotics/kinematics.h"
 #include "sim/recording_columns.h"
 #include "spatial/pose.h"
+#include "task/lead.h"
 #include "task/task_executor.h"
 
 namespace robomosp::task {
@@ -16,16 +17,10 @@ namespace {
 
 using text::quote;
 
-constexpr double kSame = 1e-9;       ///< joint values and times this near are the same
+constexpr double kSameMove = 1e-9;   ///< joint values and times this near are the same
 constexpr double kToolSpeed = 0.25;  ///< of straight moves that give none [m/s]
 /// A goal's values of joints without motors may be off by this [rad or m].
 constexpr double kSameBranch = 0.01;
-
-/// Time from the last row of the recording to t, 0 where a row is at t itself.
-double lead_of(double t, double step) {
-  const double lead = t - step * std::floor(t / step * (1 + 1e-12));
-  return lead > 1e-9 * step && lead < step ? lead : 0;
-}
 
 }  // namespace
 
@@ -167,7 +162,7 @@ Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, st
     for (std::size_t j = 0; j < goal.size(); ++j)
       if (!a.axes || !a.axes->joints[j].passive)
         way = std::max(way, std::fabs(goal[j] - task.start[j]));
-    if (way < kSame) return sim::RobotMotion{};
+    if (way < kSameMove) return sim::RobotMotion{};
   }
   task.model = a.axes ? a.axes : a.model;
   if (const std::string& led = step.link.empty() ? a.tcp : step.link; !a.axes && !led.empty()) {
@@ -198,7 +193,7 @@ Result<double> TaskExecutor::move(const model::TaskStep& step, const std::string
                                   const std::string& where, double t, Progress& progress) {
   RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
   Actor& a = actors_[who];
-  if (!a.moves.empty() && a.moves.back().start + a.moves.back().motion.times.back() > t + kSame)
+  if (!a.moves.empty() && a.moves.back().start + a.moves.back().motion.times.back() > t + kSameMove)
     return error(ErrorCode::conflict,
                  "robot " + quote(robot) +
                      " is still moved by another task at t = " + text::print_rounded(t) + " s",

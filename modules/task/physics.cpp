@@ -12,7 +12,7 @@ namespace robomosp::task {
 namespace {
 
 /// Rows and steps this near [relative] are the same.
-constexpr double kNear = 1e-12;
+constexpr double kNearTime = 1e-12;
 constexpr double kMostSteps = 1e5;  ///< of physics in a row
 
 bool is_same(const Pose& a, const Pose& b) { return a.p == b.p && a.R == b.R; }
@@ -49,7 +49,7 @@ Result<void> TaskExecutor::add_physics(const sim::PhysicsRun& wanted, Progress& 
                  "the step of " + text::print_rounded(run.step) + " s is too short for rows of " +
                      text::print_rounded(step_) + " s",
                  "Give a step such as 0.001 s.", "contact physics");
-  run.step = step_ / std::ceil(step_ / run.step * (1 - kNear));
+  run.step = step_ / std::ceil(step_ / run.step * (1 - kNearTime));
   RMP_TRY_ASSIGN(physics_, sim::SteppedPhysics::create(*sim_, std::move(run), progress));
   for (const std::string& text : physics_->notes()) note(0, text);
   if (std::none_of(things_.begin(), things_.end(),
@@ -64,7 +64,7 @@ Result<void> TaskExecutor::add_physics(const sim::PhysicsRun& wanted, Progress& 
 double TaskExecutor::next_step(double now) const {
   if (!physics_) return std::numeric_limits<double>::infinity();
   const double step = physics_->step();
-  return step * (std::floor(now / step * (1 + kNear)) + 1);
+  return step * (std::floor(now / step * (1 + kNearTime)) + 1);
 }
 
 Result<void> TaskExecutor::go_to(double t, Progress& progress) {
@@ -72,7 +72,7 @@ Result<void> TaskExecutor::go_to(double t, Progress& progress) {
   const Ways ways(*this);
   for (;;) {
     const double row = step_ * static_cast<double>(rows_of_physics_ + 1);
-    if (row > t * (1 + kNear)) break;
+    if (row > t * (1 + kNearTime)) break;
     RMP_TRY(physics_->go_to(row, ways, progress));
     ++rows_of_physics_;
     for (Thing& thing : things_) {

@@ -5,20 +5,16 @@
 
 #include "kernel/text.h"
 #include "spatial/pose.h"
+#include "task/lead.h"
+#include "task/program_cell.h"
 #include "task/task_executor.h"
 
 namespace robomosp::task {
 namespace {
 
-constexpr double kLeastWay = 1e-9;    ///< a joint that moves less stands [rad or m]
-constexpr double kAssumedSpeed = 1;   ///< of joints without a limit [rad/s or m/s]
-constexpr double kWithin = 1 + 1e-6;  ///< of a limit
-constexpr double kBrakeRise = 0.25;   ///< of joints without a limit: full speed to rest [s]
-
-double lead_of(double t, double step) {
-  const double lead = t - step * std::floor(t / step * (1 + 1e-12));
-  return lead > 1e-9 * step && lead < step ? lead : 0;
-}
+constexpr double kLeastWay = 1e-9;   ///< a joint that moves less stands [rad or m]
+constexpr double kAssumedSpeed = 1;  ///< of joints without a limit [rad/s or m/s]
+constexpr double kBrakeRise = 0.25;  ///< of joints without a limit: full speed to rest [s]
 
 /// Times from t on at which a motion of `duration` has samples: its ends, and the rows between.
 std::vector<double> sample_times(double t, double duration, double step) {
@@ -165,8 +161,8 @@ double TaskExecutor::brake(std::span<const std::size_t> whose, double t, double*
   if (moving.empty()) return t;
   if (T == 0) T = step_;
   std::vector<sim::RobotMotion> braked;
-  constexpr int kTries = 8;
-  for (int tries = 0; tries < kTries; ++tries, T *= 1.5) {
+  constexpr int kSlowerTries = 8;
+  for (int tries = 0; tries < kSlowerTries; ++tries, T *= 1.5) {
     braked.assign(moving.size(), {});
     bool is_within = true;
     for (std::size_t k = 0; k < moving.size(); ++k) {

@@ -22,8 +22,8 @@ namespace {
 
 using text::quote;
 
-constexpr double kSame = 1e-9;  ///< [s]
-constexpr double kOff = 1e-4;   ///< an object in a grip that is farther off has met something [m]
+constexpr double kSameInstant = 1e-9;  ///< [s]
+constexpr double kOff = 1e-4;  ///< an object in a grip that is farther off has met something [m]
 
 /// For the laws of moves: a joint a coordinate, with the limits of those that follow it.
 std::shared_ptr<const RobotModel> axes_of(const RobotModel& model) {
@@ -226,7 +226,7 @@ Pose TaskExecutor::world_T_joint(const Actor& a, std::int32_t joint, double t) c
 }
 
 Pose TaskExecutor::pose_of(const Thing& thing, double t) const {
-  if (is_loose(thing) && t >= physics_->now() - kSame && t >= thing.history.back().from)
+  if (is_loose(thing) && t >= physics_->now() - kSameInstant && t >= thing.history.back().from)
     return physics_->pose(place_of(thing), t);
   const auto after = std::upper_bound(thing.history.begin(), thing.history.end(), t,
                                       [](double x, const Held& h) { return x < h.from; });

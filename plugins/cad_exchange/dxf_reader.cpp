@@ -32,7 +32,7 @@ struct Group {
   std::string_view text;
 };
 
-Error bad(std::string message, std::string hint = "Check that the file is complete.") {
+Error bad_dxf(std::string message, std::string hint = "Check that the file is complete.") {
   return error(ErrorCode::syntax, std::move(message), std::move(hint));
 }
 
@@ -62,19 +62,19 @@ Result<std::vector<Group>> groups_of(std::string_view bytes) {
     Group g;
     const auto [end, failed] = std::from_chars(code.data(), code.data() + code.size(), g.code);
     if (failed != std::errc() || end != code.data() + code.size())
-      return bad("line " + std::to_string(line) + " should be a group code, not \"" +
-                     std::string(code.substr(0, 40)) + "\"",
-                 "Check that the file is a text DXF.");
-    if (bytes.empty()) return bad("the file ends within a group");
+      return bad_dxf("line " + std::to_string(line) + " should be a group code, not \"" +
+                         std::string(code.substr(0, 40)) + "\"",
+                     "Check that the file is a text DXF.");
+    if (bytes.empty()) return bad_dxf("the file ends within a group");
     g.text = next();
     out.push_back(g);
     if (g.code == 0 && g.text == "EOF") break;
   }
-  if (out.empty()) return bad("the file is empty");
+  if (out.empty()) return bad_dxf("the file is empty");
   return out;
 }
 
-double number(std::string_view s) {
+double dxf_number(std::string_view s) {
   if (s.starts_with('+')) s.remove_prefix(1);
   double v = 0;
   std::from_chars(s.data(), s.data() + s.size(), v);
@@ -95,7 +95,7 @@ struct Entity {
                        [&](const Group& g) { return g.code == code; });
   }
   [[nodiscard]] double real(int code, double otherwise = 0) const {
-    return has(code) ? number(text(code)) : otherwise;
+    return has(code) ? dxf_number(text(code)) : otherwise;
   }
   [[nodiscard]] int integer(int code) const {
     return static_cast<int>(std::clamp(real(code), -1e9, 1e9));
@@ -104,7 +104,7 @@ struct Entity {
   [[nodiscard]] std::vector<double> all(int code) const {
     std::vector<double> out;
     for (const Group& g : groups)
-      if (g.code == code) out.push_back(number(g.text));
+      if (g.code == code) out.push_back(dxf_number(g.text));
     return out;
   }
 };
@@ -189,7 +189,7 @@ class DxfReader {
         continue;
       }
       if (section == "HEADER" && g.code == 9 && g.text == "$INSUNITS" && i + 1 < groups_.size())
-        insunits_ = static_cast<int>(number(groups_[i + 1].text));
+        insunits_ = static_cast<int>(dxf_number(groups_[i + 1].text));
       if (g.code != 0) {
         ++i;
         continue;
@@ -300,8 +300,8 @@ class DxfReader {
       return {};
     }
     if (depth >= kDeepest)
-      return bad("blocks are nested more than " + std::to_string(kDeepest) + " deep",
-                 "Explode the blocks in the program the drawing comes from.");
+      return bad_dxf("blocks are nested more than " + std::to_string(kDeepest) + " deep",
+                     "Explode the blocks in the program the drawing comes from.");
     const double turn = e.real(50) * kPi / 180, sx = e.real(41, 1), sy = e.real(42, 1);
     const Point2 base = bases_[name];
     const Placing own{std::cos(turn) * sx, std::sin(turn) * sx, -std::sin(turn) * sy,
@@ -388,10 +388,10 @@ class DxfReader {
     };
     std::vector<Vertex> v;
     for (const Group& g : e.groups) {
-      if (g.code == 10) v.push_back({{number(g.text), 0}, 0});
+      if (g.code == 10) v.push_back({{dxf_number(g.text), 0}, 0});
       else if (v.empty()) continue;
-      else if (g.code == 20) v.back().p[1] = number(g.text);
-      else if (g.code == 42) v.back().bulge = number(g.text);
+      else if (g.code == 20) v.back().p[1] = dxf_number(g.text);
+      else if (g.code == 42) v.back().bulge = dxf_number(g.text);
     }
     for (std::size_t i = 0; i + 1 < v.size(); ++i) bulged(v[i].p, v[i + 1].p, v[i].bulge, at);
     if ((e.integer(70) & 1) != 0 && v.size() > 1)

@@ -19,7 +19,7 @@ constexpr std::size_t kLongestName = 80;
 constexpr double kLarge = 2, kChordOfSize = 5e-5;
 constexpr Colour kPlain{0.75F, 0.75F, 0.77F, 1.0F};  ///< where the file gives none
 
-std::string number(double v) {
+std::string print_number(double v) {
   char buffer[32];
   const auto r = std::to_chars(buffer, buffer + sizeof buffer, v == 0 ? 0.0 : v);
   return {buffer, r.ptr};
@@ -71,10 +71,12 @@ class Names {
 std::string placement(const Pose& t) {
   std::string out;
   if (t.p != Vec3{})
-    out += "  at (" + number(t.p[0]) + ", " + number(t.p[1]) + ", " + number(t.p[2]) + ")";
+    out += "  at (" + print_number(t.p[0]) + ", " + print_number(t.p[1]) + ", " +
+           print_number(t.p[2]) + ")";
   if (t.R != Pose{}.R) {
     const Vec3 a = spatial::to_rpy(t.R);
-    out += "  rpy (" + number(a[0]) + ", " + number(a[1]) + ", " + number(a[2]) + ")";
+    out += "  rpy (" + print_number(a[0]) + ", " + print_number(a[1]) + ", " + print_number(a[2]) +
+           ")";
   }
   return out;
 }
@@ -125,7 +127,7 @@ class Recorder {
       out_.notes.push_back(std::string("Files of this kind do not tell masses reliably: ") +
                            (made_materials_ == 1 ? "the colour" : "each colour") +
                            " became a material with the density of aluminium, " +
-                           number(kDefaultDensity) +
+                           print_number(kDefaultDensity) +
                            " kg/m^3. Give density= or material=, or set the materials afterwards.");
     if (!coarser_.empty()) {
       std::string all;
@@ -162,11 +164,11 @@ class Recorder {
         options_.name + (paint.known ? "_colour" : "_material"), "imported_material");
     std::string text = "robomosp material 1\nname " + quote(name) + "\ndescription " +
                        quote("Colour from " + options_.source) + "\ndensity " +
-                       number(options_.density > 0 ? options_.density : kDefaultDensity);
+                       print_number(options_.density > 0 ? options_.density : kDefaultDensity);
     if (!(options_.density > 0))
       text += "\nsource \"assumed on import: aluminium; the file does not tell\"";
     const auto tone = [](float x) {
-      return number(std::round(static_cast<double>(x) * 1e4) / 1e4);
+      return print_number(std::round(static_cast<double>(x) * 1e4) / 1e4);
     };
     text += "\ncolour (" + tone(c.r) + ", " + tone(c.g) + ", " + tone(c.b);
     if (c.a < 1) text += ", " + tone(c.a);

@@ -14,7 +14,7 @@ constexpr std::string_view kMagic = "RMPXCHG1", kEnd = "RMPXEND.";
 enum class Kind : std::uint8_t { error = 0, scene = 1, file = 2 };
 /// More of anything is a damaged count, not a model.
 constexpr std::uint64_t kMostNodes = 1'000'000;
-constexpr double kFarthest = 1e9;  // [m]
+constexpr double kFarthestVertex = 1e9;  // [m]
 constexpr double kRigidTolerance = 1e-6;
 
 class Writer {
@@ -203,7 +203,7 @@ Scene read_scene(Reader& r) {
   return s;
 }
 
-bool near_enough(double x) { return std::isfinite(x) && std::abs(x) <= kFarthest; }
+bool near_enough(double x) { return std::isfinite(x) && std::abs(x) <= kFarthestVertex; }
 
 Result<void> check_shape(const Shape& shape) {
   if (!shape.brep.empty()) {

@@ -7,7 +7,9 @@
 namespace robomosp::cad_exchange {
 namespace {
 
-double distance(const Point2& a, const Point2& b) { return std::hypot(a[0] - b[0], a[1] - b[1]); }
+double spline_distance(const Point2& a, const Point2& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1]);
+}
 
 /// More points would not make a better outline.
 constexpr std::size_t kMostPieces = 1024;
@@ -17,7 +19,7 @@ constexpr std::size_t kMostPieces = 1024;
 NaturalSpline::NaturalSpline(std::span<const Point2> points)
     : p_(points.begin(), points.end()), m_(points.size(), Point2{}), t_(points.size(), 0.0) {
   const std::size_t n = p_.size();
-  for (std::size_t i = 1; i < n; ++i) t_[i] = t_[i - 1] + distance(p_[i - 1], p_[i]);
+  for (std::size_t i = 1; i < n; ++i) t_[i] = t_[i - 1] + spline_distance(p_[i - 1], p_[i]);
   // Tridiagonal system for the second derivatives (Thomas' algorithm).
   std::vector<double> c(n, 0.0);
   for (std::size_t i = 1; i + 1 < n; ++i) {
@@ -129,10 +131,10 @@ std::vector<double> stations(const std::vector<double>& spans, std::size_t piece
 double distance_from(const NaturalSpline& s, const Point2& p, double low, double high) {
   for (int i = 0; i < 40; ++i) {
     const double a = low + (high - low) / 3, b = high - (high - low) / 3;
-    (distance(p, s.at(a)) < distance(p, s.at(b)) ? high : low) =
-        distance(p, s.at(a)) < distance(p, s.at(b)) ? b : a;
+    (spline_distance(p, s.at(a)) < spline_distance(p, s.at(b)) ? high : low) =
+        spline_distance(p, s.at(a)) < spline_distance(p, s.at(b)) ? b : a;
   }
-  return distance(p, s.at((low + high) / 2));
+  return spline_distance(p, s.at((low + high) / 2));
 }
 
 }  // namespace
@@ -151,7 +153,7 @@ std::vector<Point2> follow(const BSpline& s, double from, double to, double tole
     std::vector<double> t;
     for (const double at : stations(spans, pieces)) {
       const Point2 p = s.at(at);
-      if (!through.empty() && !(distance(p, through.back()) > 0)) continue;
+      if (!through.empty() && !(spline_distance(p, through.back()) > 0)) continue;
       through.push_back(p);
       t.push_back(at);
     }

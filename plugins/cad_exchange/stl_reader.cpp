@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kHeader = 84, kFacet = 50;
 
-Error bad(std::string message, std::string hint = "Check that the file is complete.") {
+Error bad_stl(std::string message, std::string hint = "Check that the file is complete.") {
   return error(ErrorCode::syntax, std::move(message), std::move(hint));
 }
 
@@ -41,7 +41,8 @@ Result<std::vector<Shape>> read_binary(std::string_view bytes, double unit) {
         float f = 0;
         std::memcpy(&f, &w, 4);
         if (!std::isfinite(f))
-          return bad("triangle " + std::to_string(t + 1) + " has a corner that is not a number");
+          return bad_stl("triangle " + std::to_string(t + 1) +
+                         " has a corner that is not a number");
         p[k] = static_cast<double>(f) * unit;
       }
       add_corner(s, p);
@@ -83,7 +84,7 @@ bool same(std::string_view a, std::string_view b) {
          });
 }
 
-std::optional<double> number(std::string_view s) {
+std::optional<double> stl_number(std::string_view s) {
   if (s.starts_with('+')) s.remove_prefix(1);
   double v = 0;
   const auto [end, failed] = std::from_chars(s.data(), s.data() + s.size(), v);
@@ -110,9 +111,9 @@ Result<std::vector<Shape>> read_text(std::string_view bytes, double unit) {
       std::array<double, 3> p{};
       for (double& x : p) {
         const std::string_view text = words.next();
-        const auto v = number(text);
+        const auto v = stl_number(text);
         if (!v)
-          return bad("\"" + std::string(text.substr(0, 40)) + "\"" + line + " is not a number");
+          return bad_stl("\"" + std::string(text.substr(0, 40)) + "\"" + line + " is not a number");
         x = *v * unit;
       }
       if (!solid) solid = &all.emplace_back();
@@ -120,14 +121,14 @@ Result<std::vector<Shape>> read_text(std::string_view bytes, double unit) {
       ++corners;
     } else if (same(w, "endloop")) {
       if (corners != 3)
-        return bad("the facet that ends" + line + " has " + std::to_string(corners) +
-                   " corners, not 3");
+        return bad_stl("the facet that ends" + line + " has " + std::to_string(corners) +
+                       " corners, not 3");
     } else if (!same(w, "endfacet")) {
-      return bad("\"" + std::string(w.substr(0, 40)) + "\"" + line + " is not STL");
+      return bad_stl("\"" + std::string(w.substr(0, 40)) + "\"" + line + " is not STL");
     }
   }
   for (const Shape& s : all)
-    if (s.triangles.size() % 3 != 0) return bad("the last facet is cut off");
+    if (s.triangles.size() % 3 != 0) return bad_stl("the last facet is cut off");
   std::erase_if(all, [](const Shape& s) { return s.triangles.empty(); });
   return all;
 }
@@ -147,13 +148,13 @@ Result<std::vector<Shape>> read_stl(std::string_view bytes, double unit) {
       text.remove_prefix(1);
     if (text.size() < 5 || !same(text.substr(0, 5), "solid")) {
       if (bytes.size() >= kHeader)
-        return bad("the file should hold " + std::to_string(word(bytes, 80)) +
-                   " triangles but is too short for them");
-      return bad("the file is not STL");
+        return bad_stl("the file should hold " + std::to_string(word(bytes, 80)) +
+                       " triangles but is too short for them");
+      return bad_stl("the file is not STL");
     }
   }
   RMP_TRY_ASSIGN(auto all, is_binary ? read_binary(bytes, unit) : read_text(bytes, unit));
-  if (all.empty()) return bad("the file holds no triangles", "There is nothing to import.");
+  if (all.empty()) return bad_stl("the file holds no triangles", "There is nothing to import.");
   return all;
 }
 

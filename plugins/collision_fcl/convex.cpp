@@ -62,8 +62,8 @@ OnOutline nearest_on_outline(const Core& c, double r, double z) {
 }
 
 /// Nearest point of the surface of an ellipsoid to any point, by the one root of the multiplier
-/// that makes it the nearest (Hart, Graphics Gems IV, 1994; Eberly, Distance from a Point to an
-/// Ellipsoid, 2013): e_i^2 p_i / (t + e_i^2), t above minus the least e_i^2.
+/// that makes it the nearest_in_core (Hart, Graphics Gems IV, 1994; Eberly, Distance from a Point
+/// to an Ellipsoid, 2013): e_i^2 p_i / (t + e_i^2), t above minus the least e_i^2.
 Vec3 nearest_on_ellipsoid(const Vec3& half, const Vec3& p) {
   std::array<std::size_t, 3> by_size{0, 1, 2};
   std::sort(by_size.begin(), by_size.end(),
@@ -176,7 +176,7 @@ Vec3 nearest_on_corners(const std::array<Vec3, 3>& c, const Vec3& p) {
 }
 
 /// Nearest point of a core to a point outside it; the point itself when inside.
-Vec3 nearest(const Core& c, const Vec3& p) {
+Vec3 nearest_in_core(const Core& c, const Vec3& p) {
   switch (c.kind) {
     case Core::Kind::point: return {};
     case Core::Kind::segment: return {0, 0, clamp_to(p[2], c.half[2])};
@@ -267,7 +267,7 @@ Apart with_margins(const Vec3& a, const Vec3& b, double margin_a, double margin_
 /// The centre of a sphere against a box, cylinder, cone or ellipsoid whose frame is the points'
 /// frame; on_a is the solid's.
 Apart point_to_solid(const Core& solid, const Vec3& p, double margin) {
-  const Vec3 q = nearest(solid, p);
+  const Vec3 q = nearest_in_core(solid, p);
   if (q != p) return with_margins(q, p, 0, margin);
   Apart r;
   Vec3 surface;
@@ -518,8 +518,8 @@ ByTurns by_turns(const Core& a, const Core& b, const Pose& a_T_b, double interes
   std::uint32_t hint = 0;
   double before = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kTurns; ++i) {
-    const Vec3 on_a = nearest(a, on_b);
-    on_b = transform(a_T_b, nearest(b, transform(b_T_a, on_a)));
+    const Vec3 on_a = nearest_in_core(a, on_b);
+    on_b = transform(a_T_b, nearest_in_core(b, transform(b_T_a, on_a)));
     const Vec3 way = sub(on_b, on_a);
     const double dd = dot(way, way);
     if (!(dd > 0)) return out;  // they overlap, or touch
@@ -639,8 +639,8 @@ Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
       return c.kind == Core::Kind::cone || c.kind == Core::Kind::ellipsoid;
     };
     for (int i = 0; i < (is_slow(a) || is_slow(b) ? 400 : 60); ++i) {
-      const Vec3 pa = nearest(a, on_b);
-      const Vec3 pb = transform(a_T_b, nearest(b, transform(b_T_a, pa)));
+      const Vec3 pa = nearest_in_core(a, on_b);
+      const Vec3 pb = transform(a_T_b, nearest_in_core(b, transform(b_T_a, pa)));
       const double closer = distance(pa, pb);
       if (!(closer < d)) break;
       const bool is_done = d - closer <= 1e-16 * d;
@@ -734,7 +734,7 @@ Vec3 support(const Core& c, const Vec3& d, std::uint32_t& hint) {
 }
 
 bool contains(const Core& core, const Vec3& p) {
-  if (core.kind != Core::Kind::hull) return distance(nearest(core, p), p) <= core.margin;
+  if (core.kind != Core::Kind::hull) return distance(nearest_in_core(core, p), p) <= core.margin;
   const Hull& h = core.hull->hull;
   return std::all_of(h.triangles.begin(), h.triangles.end(), [&](const auto& t) {
     const Vec3 n = cross(sub(h.points[t[1]], h.points[t[0]]), sub(h.points[t[2]], h.points[t[0]]));
@@ -750,7 +750,7 @@ Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interes
       case Kind::point: return with_margins({}, a_T_b.p, a.margin, b.margin);
       case Kind::segment: {
         const Pose b_T_a = inverse(a_T_b);
-        return with_margins({}, transform(a_T_b, nearest(b, b_T_a.p)), a.margin, b.margin);
+        return with_margins({}, transform(a_T_b, nearest_in_core(b, b_T_a.p)), a.margin, b.margin);
       }
       case Kind::box:
       case Kind::cylinder:
@@ -796,9 +796,9 @@ bool closed_distance(const Core& a, const Pose& world_T_a, const Core& b, const 
     const Vec3 z = axis(world_T_b, 2);
     on_b = add(on_b, scale(z, clamp_to(dot(z, sub(on_a, on_b)), b.half[2])));
   } else if (a.kind == Kind::point && (b.kind == Kind::box || b.kind == Kind::cylinder)) {
-    on_b = transform(world_T_b, nearest(b, rotate_back(world_T_b, sub(on_a, on_b))));
+    on_b = transform(world_T_b, nearest_in_core(b, rotate_back(world_T_b, sub(on_a, on_b))));
   } else if (b.kind == Kind::point && (a.kind == Kind::box || a.kind == Kind::cylinder)) {
-    on_a = transform(world_T_a, nearest(a, rotate_back(world_T_a, sub(on_b, on_a))));
+    on_a = transform(world_T_a, nearest_in_core(a, rotate_back(world_T_a, sub(on_b, on_a))));
   } else {
     return false;
   }

@@ -240,7 +240,7 @@ struct Side {
 std::optional<Side> better_by_normals(std::span<const std::uint32_t> triangles, std::size_t half,
                                       const Pose& tight, std::span<const Vec3> normals,
                                       std::span<const Box> turned) {
-  struct Part {
+  struct HalfBox {
     Vec3 low{1, 1, 1}, high{-1, -1, -1};
     std::size_t count = 0;
     void add(const Box& b) {
@@ -257,7 +257,7 @@ std::optional<Side> better_by_normals(std::span<const std::uint32_t> triangles, 
   };
   double least = -1;  // by places, when it is first needed
   const auto by_places = [&] {
-    std::array<Part, 2> by_place;
+    std::array<HalfBox, 2> by_place;
     for (std::size_t i = 0; i < triangles.size(); ++i)
       by_place[i < half ? 0 : 1].add(turned[triangles[i]]);
     return by_place[0].cost() + by_place[1].cost();
@@ -269,7 +269,7 @@ std::optional<Side> better_by_normals(std::span<const std::uint32_t> triangles, 
       std::size_t first = 0;
       for (const std::uint32_t i : triangles) first += side(normals[i]) ? 1 : 0;
       if (std::min(first, triangles.size() - first) * kThin < triangles.size()) continue;
-      std::array<Part, 2> parts;
+      std::array<HalfBox, 2> parts;
       for (const std::uint32_t i : triangles) parts[side(normals[i]) ? 0 : 1].add(turned[i]);
       if (least < 0) least = by_places();
       if (const double cost = parts[0].cost() + parts[1].cost(); cost < least)

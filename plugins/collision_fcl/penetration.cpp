@@ -17,7 +17,7 @@ namespace {
 
 using namespace spatial;
 
-constexpr int kMostSteps = 160;
+constexpr int kMostPenetrationSteps = 160;
 constexpr double kEnough = 1e-9;  ///< of the size
 
 /// Points of the cores' difference A - B, with where they come from.
@@ -266,7 +266,7 @@ Apart penetration(const Core& a, const Core& b, const Pose& a_T_b) {
   if (start()) {
     double size = 0;
     for (const auto& p : polytope.points) size = std::max(size, norm(p.w));
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < kMostPenetrationSteps; ++step) {
       const Face f = polytope.faces[polytope.nearest()];
       const auto p = difference.support(f.normal);
       // Where the way out from the origin meets the face, in the points of A.

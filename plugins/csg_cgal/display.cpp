@@ -13,7 +13,7 @@
 namespace robomosp::csg_cgal {
 namespace {
 
-constexpr std::uint32_t kNone = ~0U;
+constexpr std::uint32_t kNoFacet = ~0U;
 
 float narrow(double x) { return static_cast<float>(x); }
 
@@ -37,11 +37,11 @@ Mesh display_mesh(const ExactSolid& solid, const Progress& progress) {
   };
   std::vector<Named> named;
   struct Last {
-    std::uint32_t patch = kNone, number = kNone;
+    std::uint32_t patch = kNoFacet, number = kNoFacet;
   };
   std::vector<Last> last(mesh.points.size());  // where a corner was last named
   std::vector<Vec3> normals;
-  std::uint64_t last_patch = std::uint64_t{kNone} + 1;
+  std::uint64_t last_patch = std::uint64_t{kNoFacet} + 1;
   for (const std::uint32_t t : order) {
     const std::uint32_t patch = mesh.patch_of[t];
     const Patch& surface = mesh.patches[patch];
@@ -59,8 +59,8 @@ Mesh display_mesh(const ExactSolid& solid, const Progress& progress) {
       const std::uint32_t v = mesh.triangles[t][k];
       const bool is_tip = !is_free && surface.kind != Patch::Kind::plane &&
                           surface.normal(mesh.points[v]) == Vec3{};
-      std::uint32_t number = last[v].patch == patch && !is_tip ? last[v].number : kNone;
-      if (number == kNone) {
+      std::uint32_t number = last[v].patch == patch && !is_tip ? last[v].number : kNoFacet;
+      if (number == kNoFacet) {
         number = static_cast<std::uint32_t>(normals.size());
         if (!is_tip) last[v] = {patch, number};
         for (const double x : mesh.points[v]) out.positions.push_back(narrow(x));
@@ -116,15 +116,15 @@ std::vector<std::vector<std::uint32_t>> faces_of(const PatchMesh& mesh) {
            angle_between(normal_at(mesh, a, p.point), normal_at(mesh, b, q.point)) < 1e-9;
   };
   for (const Side& s : sides_of(mesh))
-    if (s.second != kNone && !s.is_crowded && continues(s.first, s.second)) {
+    if (s.second != kNoFacet && !s.is_crowded && continues(s.first, s.second)) {
       const std::uint32_t a = root(s.first), b = root(s.second);
       parent[std::max(a, b)] = std::min(a, b);
     }
   std::vector<std::vector<std::uint32_t>> faces;
-  std::vector<std::uint32_t> number(mesh.triangles.size(), kNone);
+  std::vector<std::uint32_t> number(mesh.triangles.size(), kNoFacet);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     std::uint32_t& n = number[root(t)];
-    if (n == kNone) {
+    if (n == kNoFacet) {
       n = static_cast<std::uint32_t>(faces.size());
       faces.emplace_back();
     }
@@ -264,7 +264,7 @@ CsgProfile section_of(const PatchMesh& mesh) {
     return (std::uint64_t{std::min(a, b)} << 32U) | std::max(a, b);
   };
   const auto crossing = [&](std::uint64_t side) -> std::array<double, 2> {
-    const Vec3 &a = mesh.points[side >> 32U], &b = mesh.points[side & kNone];
+    const Vec3 &a = mesh.points[side >> 32U], &b = mesh.points[side & kNoFacet];
     const double u = a[2] / (a[2] - b[2]);
     return {a[0] + u * (b[0] - a[0]), a[1] + u * (b[1] - a[1])};
   };

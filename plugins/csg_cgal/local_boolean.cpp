@@ -18,7 +18,7 @@ using State = LocalOutcome::State;
 /// on the same side or on the other.
 enum class Where : std::uint8_t { unknown, inside, outside, same, opposite, contradictory };
 
-constexpr std::uint32_t kNone = NearSurface::kNone, kWall = NearSurface::kWall;
+constexpr std::uint32_t kNoTriangle = NearSurface::kNone, kWall = NearSurface::kWall;
 constexpr std::size_t kPairsBetweenQuestions = 4096;
 
 /// Whether two triangles certainly have no point in common.
@@ -90,10 +90,10 @@ struct Parts {
   std::vector<std::uint32_t> first;  ///< a cell of each
   std::vector<Where> where;
 
-  explicit Parts(const NearSurface& s) : of(s.cell_count(), kNone) {
+  explicit Parts(const NearSurface& s) : of(s.cell_count(), kNoTriangle) {
     std::vector<std::uint32_t> open;
     for (std::uint32_t seed = 0; seed < of.size(); ++seed) {
-      if (of[seed] != kNone || !s.is_cell(seed)) continue;
+      if (of[seed] != kNoTriangle || !s.is_cell(seed)) continue;
       const auto part = static_cast<std::uint32_t>(first.size());
       first.push_back(seed);
       of[seed] = part;
@@ -103,7 +103,7 @@ struct Parts {
         open.pop_back();
         for (std::size_t k = 0; k < 3; ++k) {
           const std::uint32_t next = s.beyond(cell, k);
-          if (next == kWall || of[next] != kNone) continue;
+          if (next == kWall || of[next] != kNoTriangle) continue;
           of[next] = part;
           open.push_back(next);
         }
@@ -215,14 +215,14 @@ class Assembly {
 
   template <class Keep>
   void add_first(Keep&& keep) {
-    number_.assign(a_.corner_count(), kNone);
+    number_.assign(a_.corner_count(), kNoTriangle);
     add(a_, 0, 0, false, keep);
   }
   /// Corners on walls are those of the first.
   template <class Keep>
   void add_second(bool turned, Keep&& keep) {
     std::vector<std::uint32_t> first = std::move(number_);
-    number_.assign(b_.corner_count(), kNone);
+    number_.assign(b_.corner_count(), kNoTriangle);
     const auto sources = static_cast<std::uint32_t>(a_.solid().impl().sources.size());
     for (const auto& [mine, its] : same_) number_[mine] = first[its];
     add(b_, static_cast<std::uint32_t>(a_.solid().mesh().patches.size()), sources + 1, turned,
@@ -241,7 +241,7 @@ class Assembly {
       Triangle t = s.corners(cell);
       for (std::uint32_t& v : t) {
         std::uint32_t& n = number_[v];
-        if (n == kNone) {
+        if (n == kNoTriangle) {
           n = static_cast<std::uint32_t>(mesh.points.size());
           mesh.points.push_back(s.point(v));
           out_->names.push_back(name(s, v, source_offset));
@@ -291,11 +291,11 @@ std::shared_ptr<ExactSolid::Impl> Assembly::finish() {
   sources.insert(sources.end(), second.sources.begin(), second.sources.end());
   sources.push_back({nullptr, std::make_shared<const std::vector<Point>>(b_.made()), {}});
   // Only what is used is kept.
-  std::vector<std::uint32_t> number(sources.size(), kNone);
+  std::vector<std::uint32_t> number(sources.size(), kNoTriangle);
   for (CornerName& n : out_->names) {
     if (n.source == CornerName::kPlain) continue;
     std::uint32_t& to = number[n.source];
-    if (to == kNone) {
+    if (to == kNoTriangle) {
       to = static_cast<std::uint32_t>(out_->sources.size());
       out_->sources.push_back(sources[n.source]);
     }

@@ -75,7 +75,7 @@ Result<BooleanOutcome> boolean(CsgKind kind, const ExactSolid& a, const ExactSol
 }
 
 /// Solids that have nothing in common side by side.
-ExactSolid joined(const std::vector<ExactSolid>& solids) {
+ExactSolid joined_solids(const std::vector<ExactSolid>& solids) {
   if (solids.size() == 1) return solids.front();
   auto all = std::make_shared<ExactSolid::Impl>();
   const bool is_plain = std::all_of(solids.begin(), solids.end(),
@@ -151,7 +151,7 @@ Result<BooleanOutcome> unite(std::vector<ExactSolid> solids, Progress& progress)
     }
     apart.push_back(std::move(open.front()));
   }
-  return BooleanOutcome{joined(apart), std::move(remedy)};
+  return BooleanOutcome{joined_solids(apart), std::move(remedy)};
 }
 
 Result<BooleanOutcome> subtract(const ExactSolid& solid, std::vector<ExactSolid> tools,

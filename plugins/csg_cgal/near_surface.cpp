@@ -27,9 +27,9 @@ Surface::Property_map<Edge, bool> walls_of(const Surface& s) {
 }
 
 /// Keeps the triangle that every piece comes from, and lets the user stop the cut.
-class Tracker : public PMP::Corefinement::Default_visitor<Surface> {
+class NearTracker : public PMP::Corefinement::Default_visitor<Surface> {
  public:
-  explicit Tracker(const Progress& progress) : progress_(&progress) {}
+  explicit NearTracker(const Progress& progress) : progress_(&progress) {}
   void before_subface_creations(Face split, Surface& s) {
     stop_if_cancelled(*progress_);
     triangle_ = triangles_of(s)[split];
@@ -87,10 +87,10 @@ void NearSurface::build() {
 }
 
 void NearSurface::cut(NearSurface& a, NearSurface& b, const Progress& progress) {
-  PMP::corefine(
-      a.surface_, b.surface_,
-      CGAL::parameters::edge_is_constrained_map(walls_of(a.surface_)).visitor(Tracker(progress)),
-      CGAL::parameters::edge_is_constrained_map(walls_of(b.surface_)));
+  PMP::corefine(a.surface_, b.surface_,
+                CGAL::parameters::edge_is_constrained_map(walls_of(a.surface_))
+                    .visitor(NearTracker(progress)),
+                CGAL::parameters::edge_is_constrained_map(walls_of(b.surface_)));
 }
 
 /// New corners in an order of their own: CGAL's may differ from run to run.

@@ -48,7 +48,7 @@ struct Piece {
 };
 
 /// Whether no box of a piece meets another's.
-bool are_apart(const std::vector<Piece>& pieces) {
+bool pieces_are_apart(const std::vector<Piece>& pieces) {
   std::vector<const Box3*> boxes;
   for (const Piece& p : pieces) boxes.push_back(&p.box);
   std::sort(boxes.begin(), boxes.end(),
@@ -76,7 +76,7 @@ void orient_outwards(PatchMesh& mesh, std::vector<Triangle>& neighbours) {
     const Vec3 size = p.box.high - p.box.low;
     return std::abs(p.six_volume) > kSureVolume * size[0] * size[1] * size[2];
   });
-  if (!is_sure || !are_apart(pieces)) {
+  if (!is_sure || !pieces_are_apart(pieces)) {
     orient_exactly(mesh);
     neighbours = neighbours_of(mesh.triangles, mesh.points.size()).value();
     return;

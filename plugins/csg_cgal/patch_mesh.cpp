@@ -207,7 +207,7 @@ Moments moments_of(const PatchMesh& mesh) {
 
 std::optional<std::vector<Triangle>> neighbours_of(std::span<const Triangle> triangles,
                                                    std::size_t corners) {
-  struct Side {
+  struct HalfEdge {
     std::uint32_t to, triangle;
   };
   // Sides by the corner they start from.
@@ -215,7 +215,7 @@ std::optional<std::vector<Triangle>> neighbours_of(std::span<const Triangle> tri
   for (const Triangle& t : triangles)
     for (const std::uint32_t v : t) ++first[v];
   std::exclusive_scan(first.begin(), first.end(), first.begin(), 0U);
-  std::vector<Side> sides(3 * triangles.size());
+  std::vector<HalfEdge> sides(3 * triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k)
       sides[first[triangles[t][k]]++] = {triangles[t][(k + 1) % 3], t};

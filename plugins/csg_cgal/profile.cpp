@@ -10,7 +10,6 @@
 namespace robomosp::csg_cgal {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kFewestSides = 32, kMostSides = 256;
 /// Nearer points [m] are one.
 constexpr double kConfused = 1e-9;
@@ -18,8 +17,8 @@ constexpr double kConfused = 1e-9;
 double distance(const Point2& a, const Point2& b) { return std::hypot(a[0] - b[0], a[1] - b[1]); }
 
 int arc_sides(double radius, double sweep) {
-  return std::max(
-      2, static_cast<int>(std::ceil(circle_sides(radius) * std::abs(sweep) / (2 * kPi) - 1e-9)));
+  return std::max(2, static_cast<int>(std::ceil(
+                         circle_sides(radius) * std::abs(sweep) / (2 * std::numbers::pi) - 1e-9)));
 }
 
 /// Second derivatives by arc parameter of the natural cubic spline through the points (Thomas'
@@ -153,8 +152,8 @@ class Loop {
     double sweep = std::atan2(b[1] - centre[1], b[0] - centre[0]) - from;
     // From a over m to b, m lies on the left of a-b exactly when the arc turns clockwise.
     const bool is_ccw = d < 0;
-    while (is_ccw && sweep <= 0) sweep += 2 * kPi;
-    while (!is_ccw && sweep >= 0) sweep -= 2 * kPi;
+    while (is_ccw && sweep <= 0) sweep += 2 * std::numbers::pi;
+    while (!is_ccw && sweep >= 0) sweep -= 2 * std::numbers::pi;
     const int sides = arc_sides(radius, sweep);
     Curve2 curve{Curve2::Kind::arc, centre, radius, 0, std::abs(sweep) / sides};
     curve.deviation = radius * curve.turn * curve.turn / 8;
@@ -173,12 +172,12 @@ class Loop {
           "of its own");
     const double radius = p[1][0];
     const int sides = circle_sides(radius);
-    Curve2 curve{Curve2::Kind::arc, p[0], radius, 0, 2 * kPi / sides};
+    Curve2 curve{Curve2::Kind::arc, p[0], radius, 0, 2 * std::numbers::pi / sides};
     curve.deviation = radius * curve.turn * curve.turn / 8;
     start(curve);
-    const double out = radius * equal_area(2 * kPi / sides);
+    const double out = radius * equal_area(2 * std::numbers::pi / sides);
     for (int i = 0; i < sides; ++i) {
-      const double t = 2 * kPi * i / sides;
+      const double t = 2 * std::numbers::pi * i / sides;
       corner({p[0][0] + out * std::cos(t), p[0][1] + out * std::sin(t)});
     }
     is_circle_ = true;
@@ -241,7 +240,7 @@ int circle_sides(double radius) {
   // Corners R (1 + h^2/3) out and sides R (1 - h^2/6) in, h half the angle of a side.
   const double chord = std::max(kChord, kChordBySize * radius);
   const double half = std::sqrt(3 * chord / radius);
-  const int quarter = static_cast<int>(std::ceil(kPi / half / 4));
+  const int quarter = static_cast<int>(std::ceil(std::numbers::pi / half / 4));
   return std::clamp(4 * quarter, kFewestSides, kMostSides);
 }
 

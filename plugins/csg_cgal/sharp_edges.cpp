@@ -18,7 +18,7 @@ namespace {
 constexpr double kSharp = 0.05, kSharpFacets = 0.52;
 /// A polyline goes on over a corner where it bends by less [rad] though the faces beside it change.
 constexpr double kStraightOn = 0.2;
-constexpr std::uint32_t kNone = ~0U;
+constexpr std::uint32_t kNoNeighbour = ~0U;
 
 /// Marks triangles back to back with another as gone; only those with a corner at a place where two
 /// were can be.
@@ -109,8 +109,8 @@ std::vector<Side> sides_of(const PatchMesh& mesh) {
     if (sides.empty() || sides.back().low != low || sides.back().high != high)
       sides.push_back({low, high});
     Side& s = sides.back();
-    if (s.first == kNone) s.first = t;
-    else if (s.second == kNone) s.second = t;
+    if (s.first == kNoNeighbour) s.first = t;
+    else if (s.second == kNoNeighbour) s.second = t;
     else s.is_crowded = true;
   }
   return sides;
@@ -130,7 +130,7 @@ double angle_between(const Vec3& a, const Vec3& b) {
 namespace {
 
 bool is_sharp(const PatchMesh& mesh, const Side& s) {
-  if (s.second == kNone || s.is_crowded) return true;
+  if (s.second == kNoNeighbour || s.is_crowded) return true;
   const std::uint32_t a = mesh.patch_of[s.first], b = mesh.patch_of[s.second];
   const bool is_free =
       mesh.patches[a].kind == Patch::Kind::free || mesh.patches[b].kind == Patch::Kind::free;
@@ -184,7 +184,7 @@ std::vector<Chain> chains_of(const PatchMesh& mesh, std::span<const Triangle> ne
   }
   const auto faces = [&](const Side& s) {
     const std::uint32_t a = mesh.patch_of[s.first],
-                        b = s.second == kNone ? a : mesh.patch_of[s.second];
+                        b = s.second == kNoNeighbour ? a : mesh.patch_of[s.second];
     return std::array<std::uint32_t, 2>{std::min(a, b), std::max(a, b)};
   };
   const auto other = [&](std::uint32_t i, std::uint32_t v) {

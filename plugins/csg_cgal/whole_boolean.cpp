@@ -24,9 +24,9 @@ PatchMap patches_of(const Surface& s) {
 }
 
 /// Keeps every triangle's patch through an operation, and lets the user stop it.
-class Tracker : public PMP::Corefinement::Default_visitor<Surface> {
+class WholeTracker : public PMP::Corefinement::Default_visitor<Surface> {
  public:
-  explicit Tracker(const Progress& progress) : progress_(&progress) {}
+  explicit WholeTracker(const Progress& progress) : progress_(&progress) {}
   void before_subface_creations(Face split, Surface& s) {
     stop_if_cancelled(*progress_);
     patch_ = patches_of(s)[split];
@@ -95,7 +95,7 @@ std::optional<ExactSolid> whole_boolean(CsgKind kind, const ExactSolid& a, const
   patches.insert(patches.end(), b.mesh().patches.begin(), b.mesh().patches.end());
   Surface first = surface_of(a, 0), second = surface_of(b, offset), made;
   made.add_property_map<Face, std::uint32_t>(kPatchProperty, 0);
-  const auto with = CGAL::parameters::visitor(Tracker(progress));
+  const auto with = CGAL::parameters::visitor(WholeTracker(progress));
   bool is_closed = false;
   switch (kind) {
     case CsgKind::union_:

@@ -9,11 +9,11 @@
 #include <unordered_map>
 
 #include "leaders.h"
+#include "occt_support.h"
 
 namespace robomosp::csg_occt {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 /// Where borders meet, and regions of all cells (1 GB). A thousand boxes in one place have more.
 constexpr std::size_t kMostMeetings = 10'000'000, kMostCovers = 250'000'000;
@@ -76,14 +76,14 @@ struct Box2 {
 };
 
 /// A border piece prepared for questions about points near it.
-struct Piece {
+struct ArrangedPiece {
   bool is_circle = false, is_whole = false;
   Point2 from, to, centre, direction;  // direction of a line
   double size = 0;                     // length of a line, radius of a circle
   double start = 0, sweep = 0;         // angles of an arc
   Box2 box{};
 
-  explicit Piece(const BorderPiece& b) : is_circle(b.is_circular), from(b.from), to(b.to) {
+  explicit ArrangedPiece(const BorderPiece& b) : is_circle(b.is_circular), from(b.from), to(b.to) {
     if (is_circle) {
       is_whole = b.is_whole_circle();
       centre = b.centre;
@@ -179,7 +179,7 @@ class Builder {
   // False: too close to call.
   bool meet(std::uint32_t i, std::uint32_t j) {
     if (pieces_[i].is_circle && !pieces_[j].is_circle) std::swap(i, j);
-    const Piece &a = pieces_[i], &b = pieces_[j];
+    const ArrangedPiece &a = pieces_[i], &b = pieces_[j];
     if (!a.is_circle && !b.is_circle) return lines(i, j);
     if (!a.is_circle) return line_and_circle(i, j);
     return circles(i, j);
@@ -200,7 +200,7 @@ class Builder {
 
   // Where the carriers touch in `p` without crossing, ends may come near only in `p` itself.
   bool tangent(std::uint32_t i, std::uint32_t j, Point2 p, bool is_exact) {
-    const Piece &a = pieces_[i], &b = pieces_[j];
+    const ArrangedPiece &a = pieces_[i], &b = pieces_[j];
     const bool is_met = a.reaches(p, kClearance) && b.reaches(p, kClearance);
     if (is_met && !is_exact) return false;
     if (is_met) {
@@ -216,19 +216,19 @@ class Builder {
     return true;
   }
 
-  bool is_clear_of_ends(const Piece& piece, Point2 p) const {
+  bool is_clear_of_ends(const ArrangedPiece& piece, Point2 p) const {
     return piece.is_whole ||
            (distance(p, piece.from) > kClearance && distance(p, piece.to) > kClearance);
   }
 
   void cross_in(std::uint32_t i, std::uint32_t j, Point2 p) {
-    const Piece &a = pieces_[i], &b = pieces_[j];
+    const ArrangedPiece &a = pieces_[i], &b = pieces_[j];
     if (a.reaches(p, 0) && b.reaches(p, 0) && is_clear_of_ends(a, p) && is_clear_of_ends(b, p))
       touch(i, j, p);
   }
 
   bool lines(std::uint32_t i, std::uint32_t j) {
-    const Piece &a = pieces_[i], &b = pieces_[j];
+    const ArrangedPiece &a = pieces_[i], &b = pieces_[j];
     const double d0 = cross(a.direction, b.from - a.from), d1 = cross(a.direction, b.to - a.from);
     if (std::abs(d0) <= kSamePlace && std::abs(d1) <= kSamePlace) {
       carriers_.join(i, j);
@@ -254,7 +254,7 @@ class Builder {
   }
 
   bool line_and_circle(std::uint32_t i, std::uint32_t j) {
-    const Piece &line = pieces_[i], &circle = pieces_[j];
+    const ArrangedPiece &line = pieces_[i], &circle = pieces_[j];
     const double r = circle.size, t = dot(circle.centre - line.from, line.direction);
     const Point2 foot = line.from + line.direction * t;
     const double h = distance(foot, circle.centre);
@@ -272,7 +272,7 @@ class Builder {
   }
 
   bool circles(std::uint32_t i, std::uint32_t j) {
-    const Piece &a = pieces_[i], &b = pieces_[j];
+    const ArrangedPiece &a = pieces_[i], &b = pieces_[j];
     const double d = distance(a.centre, b.centre), sum = a.size + b.size,
                  difference = std::abs(a.size - b.size);
     if (d <= kSamePlace && difference <= kSamePlace) {
@@ -309,7 +309,7 @@ class Builder {
       const std::uint32_t root = carriers_.find(i);
       if (carrier_of[root] == kNone) {
         carrier_of[root] = static_cast<std::uint32_t>(out_.carriers.size());
-        const Piece& p = pieces_[root];
+        const ArrangedPiece& p = pieces_[root];
         Arrangement::Carrier c;
         c.is_circle = p.is_circle;
         c.origin = p.is_circle ? p.centre : p.from;
@@ -350,7 +350,7 @@ class Builder {
     std::vector<std::vector<std::uint32_t>> cover(n);
     for (const std::uint32_t m : members) {
       const std::uint32_t region = borders_[m].region;
-      const Piece& piece = pieces_[m];
+      const ArrangedPiece& piece = pieces_[m];
       std::size_t first = 0, count = n;
       if (!piece.is_whole) {
         const auto stop_of = [&](Point2 p) {
@@ -651,7 +651,7 @@ class Builder {
   }
 
   const std::vector<BorderPiece>& borders_;
-  std::vector<Piece> pieces_;
+  std::vector<ArrangedPiece> pieces_;
   Leaders carriers_;
   const Progress& progress_;
   PointNumbers points_;

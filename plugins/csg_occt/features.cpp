@@ -28,7 +28,7 @@ namespace robomosp::csg_occt {
 namespace {
 
 // Positions are ordered in steps of this [m], so that rounding does not change the order.
-constexpr double kOrderStep = 1e-7;
+constexpr double kFeatureOrderStep = 1e-7;
 // Surfaces are one when they differ by no more than this [rad, mm].
 constexpr double kSameDirection = 1e-9, kSamePlace = 1e-6;
 
@@ -110,7 +110,7 @@ class Lister {
       for (int i = 1; i <= edges_of.Extent(); ++i)
         add_corner(TopoDS::Vertex(edges_of.FindKey(i)), pose);
     }
-    const auto step = [](double x) { return std::llround(x / kOrderStep); };
+    const auto step = [](double x) { return std::llround(x / kFeatureOrderStep); };
     const auto key = [&](const CsgFeature& f) {
       return std::tuple(rank(f.kind), step(f.point[2]), step(f.point[1]), step(f.point[0]),
                         step(f.radius), step(f.direction[2]), step(f.direction[1]),

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,6 +20,8 @@
 #include <gp_XYZ.hxx>
 
 namespace robomosp::csg_occt {
+
+inline constexpr double kTurn = 2 * std::numbers::pi;  ///< a whole turn [rad]
 
 inline constexpr double kMillimetresPerMetre = 1e3;
 

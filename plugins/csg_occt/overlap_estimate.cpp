@@ -29,7 +29,7 @@ constexpr double kMostCurved = 2000, kMostTriangles = 20000;
 /// Coordinates of meshes are single precision.
 constexpr double kSinglePrecision = 1.2e-7;
 
-struct Box {
+struct EstimateBox {
   Point low{}, high{};
   [[nodiscard]] double volume() const {
     double v = 1;
@@ -41,14 +41,14 @@ struct Box {
   }
 };
 
-Box box_of(const Bnd_Box& b) {
+EstimateBox estimate_box(const Bnd_Box& b) {
   if (b.IsVoid()) return {};
   const gp_Pnt l = b.CornerMin(), h = b.CornerMax();
   return {{l.X(), l.Y(), l.Z()}, {h.X(), h.Y(), h.Z()}};
 }
 
-Box common(const Box& a, const Box& b) {
-  Box out;
+EstimateBox common(const EstimateBox& a, const EstimateBox& b) {
+  EstimateBox out;
   for (std::size_t i = 0; i < 3; ++i) {
     out.low[i] = std::max(a.low[i], b.low[i]);
     out.high[i] = std::max(out.low[i], std::min(a.high[i], b.high[i]));
@@ -56,8 +56,8 @@ Box common(const Box& a, const Box& b) {
   return out;
 }
 
-Box around(const Box& a, const Box& b) {
-  Box out = a;
+EstimateBox around(const EstimateBox& a, const EstimateBox& b) {
+  EstimateBox out = a;
   for (std::size_t i = 0; i < 3; ++i) {
     out.low[i] = std::min(a.low[i], b.low[i]);
     out.high[i] = std::max(a.high[i], b.high[i]);
@@ -98,7 +98,7 @@ std::vector<Point> clipped(const std::vector<Point>& in, std::size_t axis, doubl
   return out;
 }
 
-double area_within(const std::array<Point, 3>& t, const Box& box) {
+double area_within(const std::array<Point, 3>& t, const EstimateBox& box) {
   std::vector<Point> p(t.begin(), t.end());
   for (std::size_t i = 0; i < 3 && !p.empty(); ++i) {
     p = clipped(p, i, box.low[i], true);
@@ -124,10 +124,11 @@ double curved_area(const TopoDS_Shape& solid) {
 }
 
 /// Nothing when the solid has no closed mesh.
-Result<std::optional<Soup>> soup_of(const Solid& solid, const Box& box, Progress& progress) {
+Result<std::optional<Soup>> soup_of(const Solid& solid, const EstimateBox& box,
+                                    Progress& progress) {
   Solid copy = solid;
   copy.shape = BRepBuilderAPI_Copy(solid.shape, true, false).Shape();
-  const Box whole = box_of(solid.box);
+  const EstimateBox whole = estimate_box(solid.box);
   const double fine = std::max(kChordOfBox * box.diagonal(), kChordOfSolid * whole.diagonal());
   double chord = std::max(fine, curved_area(solid.shape) / (kMostCurved * whole.diagonal()));
   double farthest = 0;
@@ -185,7 +186,7 @@ using Interval = std::pair<double, double>;
 /// Lines along one axis through the middles of a grid of cells.
 class Lines {
  public:
-  Lines(const Box& box, std::size_t axis)
+  Lines(const EstimateBox& box, std::size_t axis)
       : axis_(axis), u_((axis + 1) % 3), v_((axis + 2) % 3), box_(box) {
     du_ = (box.high[u_] - box.low[u_]) / static_cast<double>(kLines);
     dv_ = (box.high[v_] - box.low[v_]) / static_cast<double>(kLines);
@@ -238,7 +239,7 @@ class Lines {
     return {cell(low), std::min(cell(high) + 1, kLines)};
   }
   std::size_t axis_, u_, v_;
-  Box box_;
+  EstimateBox box_;
   double du_ = 0, dv_ = 0;
 };
 
@@ -283,11 +284,11 @@ void add_interval(Integrals& sum, const Lines& lines, double u, double v, double
 Result<SharedVolume> measure_shared(const Solid& mine, const std::vector<const Solid*>& others,
                                     Progress& progress) {
   SharedVolume out;
-  const Box own = box_of(mine.box);
-  std::optional<Box> region;
+  const EstimateBox own = estimate_box(mine.box);
+  std::optional<EstimateBox> region;
   double boxes = 0;
   for (const Solid* s : others) {
-    const Box b = common(own, box_of(s->box));
+    const EstimateBox b = common(own, estimate_box(s->box));
     boxes += b.volume();
     region = region ? around(*region, b) : b;
   }

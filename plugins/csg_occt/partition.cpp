@@ -19,9 +19,9 @@ namespace robomosp::csg_occt {
 namespace {
 
 // Parts that merely touch (boxes overlapping by no more than this [mm]) share no volume.
-constexpr double kTouch = 1e-6;
+constexpr double kPartitionTouch = 1e-6;
 
-struct Piece {
+struct CutPiece {
   Solid solid;    // in the common frame
   Bnd_Box tight;  // without tolerance
 };
@@ -29,7 +29,7 @@ struct Piece {
 bool overlap(const Bnd_Box& a, const Bnd_Box& b) {
   const gp_Pnt al = a.CornerMin(), ah = a.CornerMax(), bl = b.CornerMin(), bh = b.CornerMax();
   for (int i = 1; i <= 3; ++i)
-    if (std::min(ah.Coord(i), bh.Coord(i)) - std::max(al.Coord(i), bl.Coord(i)) <= kTouch)
+    if (std::min(ah.Coord(i), bh.Coord(i)) - std::max(al.Coord(i), bl.Coord(i)) <= kPartitionTouch)
       return false;
   return true;
 }
@@ -65,7 +65,7 @@ class Patience final : public Progress {
 
 /// True when freeform faces of one solid come near faces of the other. Of two that touch, boolean
 /// operations take seconds to find a sliver or nothing, and their integrals are approximations.
-bool freeform_meet(const Solid& a, const std::vector<const Piece*>& others) {
+bool freeform_meet(const Solid& a, const std::vector<const CutPiece*>& others) {
   struct Near {
     Bnd_Box box;
     bool is_freeform;
@@ -81,7 +81,7 @@ bool freeform_meet(const Solid& a, const std::vector<const Piece*>& others) {
     }
     return out;
   };
-  for (const Piece* p : others)
+  for (const CutPiece* p : others)
     for (const Near& mine : near(a.shape, p->solid.box))
       for (const Near& theirs : near(p->solid.shape, a.box))
         if ((mine.is_freeform || theirs.is_freeform) && !mine.box.IsOut(theirs.box)) return true;
@@ -90,11 +90,11 @@ bool freeform_meet(const Solid& a, const std::vector<const Piece*>& others) {
 
 /// What is left of a piece: by measuring where cutting fails. `deviation` grows by what the volume
 /// may be off [mm^3].
-Result<Integrals> remainder(const Piece& piece, const std::vector<const Piece*>& rivals,
+Result<Integrals> remainder(const CutPiece& piece, const std::vector<const CutPiece*>& rivals,
                             FaceMemory& faces, Progress& progress, double from, double to,
                             double& deviation) {
   std::vector<const Solid*> others;
-  for (const Piece* p : rivals) others.push_back(&p->solid);
+  for (const CutPiece* p : rivals) others.push_back(&p->solid);
   const auto measured_rest = [&](const SharedVolume& shared) {
     Integrals rest = faces.of(piece.solid.shape);
     const Integrals& m = shared.moments;
@@ -129,7 +129,7 @@ Result<Integrals> remainder(const Piece& piece, const std::vector<const Piece*>&
 
 Result<CsgEngine::Partition> partition_solids(const std::vector<PlacedSolids>& parts,
                                               FaceMemory& faces, Progress& progress) {
-  std::vector<std::vector<Piece>> pieces(parts.size());
+  std::vector<std::vector<CutPiece>> pieces(parts.size());
   struct Low {
     double x;
     std::size_t part, piece;
@@ -146,17 +146,17 @@ Result<CsgEngine::Partition> partition_solids(const std::vector<PlacedSolids>& p
     }
 
   // Sweep along x; rivals[i][k] are the earlier pieces that may take volume from piece k of i.
-  std::vector<std::vector<std::vector<const Piece*>>> rivals(parts.size());
+  std::vector<std::vector<std::vector<const CutPiece*>>> rivals(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) rivals[i].resize(pieces[i].size());
   std::sort(order.begin(), order.end(), [](const Low& a, const Low& b) { return a.x < b.x; });
   std::vector<Low> active;
   for (const Low& now : order) {
-    const Piece& mine = pieces[now.part][now.piece];
+    const CutPiece& mine = pieces[now.part][now.piece];
     std::erase_if(active, [&](const Low& other) {
       return pieces[other.part][other.piece].tight.CornerMax().X() <= now.x;
     });
     for (const Low& other : active) {
-      const Piece& theirs = pieces[other.part][other.piece];
+      const CutPiece& theirs = pieces[other.part][other.piece];
       if (other.part == now.part || !overlap(mine.tight, theirs.tight)) continue;
       if (other.part < now.part) rivals[now.part][now.piece].push_back(&theirs);
       else rivals[other.part][other.piece].push_back(&mine);

@@ -22,8 +22,6 @@
 namespace robomosp::csg_occt {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 bool is_plain(const TopoDS_Face& face) {
   TopLoc_Location place;
   Handle(Geom_Surface) surface = BRep_Tool::Surface(face, place);

@@ -9,6 +9,7 @@
 
 #include "arrangement.h"
 #include "leaders.h"
+#include "occt_support.h"
 
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
@@ -31,7 +32,6 @@
 namespace robomosp::csg_occt {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 // Axes count as parallel when over the size of a large part they part by less than kSamePlace.
 constexpr double kParallel = 1e-12;
 constexpr std::size_t kMostLeaves = 20'000, kMostParts = 4'000'000;
@@ -39,7 +39,7 @@ constexpr std::size_t kMostLeaves = 20'000, kMostParts = 4'000'000;
 constexpr double kVolumeAgreement = 1e-9;
 constexpr double kTolerance = 1e-7;  // Precision::Confusion(), of what is built
 
-double wrapped(double angle) {
+double wrapped_turn(double angle) {
   angle = std::fmod(angle, kTurn);
   if (angle < 0) angle += kTurn;
   return angle < kTurn ? angle : 0;
@@ -676,7 +676,7 @@ class PrismaticBuilder {
       if (!c.is_circle)
         return (p.x - c.origin.x) * c.direction.x + (p.y - c.origin.y) * c.direction.y;
       if (v == opening) return at_high_end ? kTurn : 0;
-      return wrapped(std::atan2(p.y - c.origin.y, p.x - c.origin.x) - u0);
+      return wrapped_turn(std::atan2(p.y - c.origin.y, p.x - c.origin.x) - u0);
     };
     for (const Use& u : draft.uses) {
       const Line& line = lines_[u.line];
@@ -693,7 +693,7 @@ class PrismaticBuilder {
         }
       } else {
         const double shift =
-            c.is_circle ? (line.from == opening ? 0 : wrapped(line.start - u0)) : 0;
+            c.is_circle ? (line.from == opening ? 0 : wrapped_turn(line.start - u0)) : 0;
         builder_.UpdateEdge(line.edge,
                             new Geom2d_Line(gp_Pnt2d(shift, levels_[line.low]), gp_Dir2d(1, 0)),
                             draft.made, kTolerance);
@@ -837,7 +837,7 @@ class PrismaticBuilder {
     if (line.is_post || !c.is_circle) return;
     const double z = levels_[line.low];
     for (int k = 0; k < 4; ++k)
-      if (wrapped(k * kTurn / 4 - line.start) < line.end - line.start) {
+      if (wrapped_turn(k * kTurn / 4 - line.start) < line.end - line.start) {
         const double dx = k == 0 ? 1 : k == 2 ? -1 : 0, dy = k == 1 ? 1 : k == 3 ? -1 : 0;
         box.Add(gp_Pnt(c.origin.x + dx * c.radius, c.origin.y + dy * c.radius, z));
       }

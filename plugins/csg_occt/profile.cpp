@@ -37,7 +37,7 @@ constexpr double kSmallest = kCsgSmallestLength * kMillimetresPerMetre;
 constexpr double kGreatest = kCsgGreatestLength * kMillimetresPerMetre;
 
 /// A part of an outline that turns by a right angle at most, or an arc; t runs from 0 to 1.
-struct Piece {
+struct ProfilePiece {
   CsgCurve::Kind kind = CsgCurve::Kind::line;
   std::size_t loop = 0, curve = 0;
   gp_XY a{}, b{};
@@ -132,27 +132,28 @@ struct Piece {
   }
 };
 
-double distance(const gp_XY& p, const gp_XY& a, const gp_XY& b) {
+double profile_distance(const gp_XY& p, const gp_XY& a, const gp_XY& b) {
   const gp_XY d = b - a;
   const double l = d.SquareModulus();
   const double t = l > 0 ? std::clamp((p - a).Dot(d) / l, 0.0, 1.0) : 0;
   return (p - a - d * t).Modulus();
 }
 
-double distance(const gp_XY& a, const gp_XY& b, const gp_XY& c, const gp_XY& d) {
+double profile_distance(const gp_XY& a, const gp_XY& b, const gp_XY& c, const gp_XY& d) {
   const double ab_c = (b - a).Crossed(c - a), ab_d = (b - a).Crossed(d - a);
   const double cd_a = (d - c).Crossed(a - c), cd_b = (d - c).Crossed(b - c);
   if (ab_c * ab_d < 0 && cd_a * cd_b < 0) return 0;
-  return std::min({distance(a, c, d), distance(b, c, d), distance(c, a, b), distance(d, a, b)});
+  return std::min({profile_distance(a, c, d), profile_distance(b, c, d), profile_distance(c, a, b),
+                   profile_distance(d, a, b)});
 }
 
-struct Box {
+struct ProfileBox {
   gp_XY low{1e300, 1e300}, high{-1e300, -1e300};
   void add(const gp_XY& p, double around) {
     low = gp_XY(std::min(low.X(), p.X() - around), std::min(low.Y(), p.Y() - around));
     high = gp_XY(std::max(high.X(), p.X() + around), std::max(high.Y(), p.Y() + around));
   }
-  void add(const Box& b) {
+  void add(const ProfileBox& b) {
     add(b.low, 0);
     add(b.high, 0);
   }
@@ -161,7 +162,7 @@ struct Box {
   }
 };
 
-std::string metres(double mm) { return csg_number_text(mm / kMillimetresPerMetre) + " m"; }
+std::string print_metres(double mm) { return csg_number_text(mm / kMillimetresPerMetre) + " m"; }
 std::string point_text(const gp_XY& p) {
   // Rounded to a nanometre: people read it.
   const auto text = [](double mm) { return csg_number_text(std::round(mm * 1e6) / 1e9 + 0.0); };
@@ -186,7 +187,7 @@ class Drawing {
  private:
   struct Loop {
     std::size_t first = 0, count = 0;  // pieces
-    Box box;
+    ProfileBox box;
     double area = 0, moment_x = 0;
     std::size_t depth = 0;
   };
@@ -201,7 +202,7 @@ class Drawing {
     const auto kind = static_cast<std::size_t>(profile_.loops[l].curves[c].kind);
     return "curve " + std::to_string(c + 1) + " (" + kinds[kind] + ") of " + loop_text(l);
   }
-  std::string text(const Piece& p) const { return curve_text(p.loop, p.curve); }
+  std::string text(const ProfilePiece& p) const { return curve_text(p.loop, p.curve); }
 
   static bool is_point(const std::array<double, 2>& p) {
     return std::isfinite(p[0]) && std::isfinite(p[1]) && std::abs(p[0]) <= kCsgGreatestLength &&
@@ -243,12 +244,13 @@ class Drawing {
         return bad(curve_text(l, 0) + " must be alone in its loop",
                    "Give the circle a loop of its own.");
       const auto& points = loop.curves[0].points;
-      Piece circle{CsgCurve::Kind::circle, l, 0};
+      ProfilePiece circle{CsgCurve::Kind::circle, l, 0};
       circle.centre = gp_XY(points[0][0], points[0][1]) * kMillimetresPerMetre;
       circle.radius = points[1][0] * kMillimetresPerMetre;
       if (!(circle.radius >= kSmallest))
-        return bad("the radius of the circle in " + loop_text(l) + " is " + metres(circle.radius) +
-                   "; it must be at least " + metres(kSmallest));
+        return bad("the radius of the circle in " + loop_text(l) + " is " +
+                   print_metres(circle.radius) + "; it must be at least " +
+                   print_metres(kSmallest));
       circle.sweep = 2 * kPi;
       circle.a = circle.b = circle.centre + gp_XY(circle.radius, 0);
       pieces_.push_back(circle);
@@ -261,12 +263,12 @@ class Drawing {
     made.count = pieces_.size() - made.first;
     double length = 0;
     for (std::size_t i = made.first; i < pieces_.size(); ++i) {
-      const Piece& p = pieces_[i];
+      const ProfilePiece& p = pieces_[i];
       const auto [area, moment] = p.green();
       made.area += area;
       made.moment_x += moment;
       length += p.length_bound(0, 1);
-      Box box;
+      ProfileBox box;
       const double bulge = p.bulge(0, 1);
       box.add(p.a, bulge + kTouch);
       box.add(p.b, bulge + kTouch);
@@ -288,7 +290,7 @@ class Drawing {
       gp_XY end = millimetres(curve.points.back());
       // The last point is the start where it is meant to be.
       if (c + 1 == loop.curves.size() && (end - start).Modulus() < kSmallest) end = start;
-      Piece piece{curve.kind, l, c};
+      ProfilePiece piece{curve.kind, l, c};
       piece.a = at;
       piece.b = end;
       switch (curve.kind) {
@@ -310,7 +312,7 @@ class Drawing {
       at = end;
     }
     if ((at - start).Modulus() >= kSmallest) {
-      Piece closing{CsgCurve::Kind::line, l, loop.curves.size()};
+      ProfilePiece closing{CsgCurve::Kind::line, l, loop.curves.size()};
       closing.a = at;
       closing.b = start;
       pieces_.push_back(closing);
@@ -318,7 +320,7 @@ class Drawing {
     return {};
   }
 
-  Result<void> bend(Piece& arc, const gp_XY& through) {
+  Result<void> bend(ProfilePiece& arc, const gp_XY& through) {
     const gp_XY u = through - arc.a, v = arc.b - arc.a;
     if (v.Modulus() < kSmallest)
       return bad(text(arc) + " ends where it begins, at " + point_text(arc.a),
@@ -346,7 +348,7 @@ class Drawing {
     return {};
   }
 
-  Result<void> read_spline(const Piece& whole, const gp_XY& end) {
+  Result<void> read_spline(const ProfilePiece& whole, const gp_XY& end) {
     std::vector<gp_XY> points{whole.a};
     for (const auto& p : profile_.loops[whole.loop].curves[whole.curve].points)
       points.push_back(millimetres(p));
@@ -365,7 +367,7 @@ class Drawing {
         // Directions within a right angle of each other: it cannot meet itself.
         const gp_XY d0 = b[1] - b[0], d1 = b[2] - b[1], d2 = b[3] - b[2];
         if (d0.Dot(d1) >= 0 && d1.Dot(d2) >= 0 && d0.Dot(d2) >= 0) {
-          Piece piece = whole;
+          ProfilePiece piece = whole;
           piece.bezier = b;
           piece.a = b[0];
           piece.b = b[3];
@@ -385,7 +387,7 @@ class Drawing {
   }
 
   // Parameters where x is least or greatest within a piece.
-  static std::vector<double> turning_points(const Piece& p) {
+  static std::vector<double> turning_points(const ProfilePiece& p) {
     std::vector<double> result;
     const auto add = [&](double t) {
       if (t > 1e-6 && t < 1 - 1e-6) result.push_back(t);
@@ -407,7 +409,7 @@ class Drawing {
   }
 
   Result<void> check_axis() {
-    for (const Piece& p : pieces_) {
+    for (const ProfilePiece& p : pieces_) {
       double least = std::min(p.a.X(), p.b.X());
       bool touches = false;
       for (const double t : turning_points(p)) {
@@ -415,15 +417,15 @@ class Drawing {
         touches |= p.at(t).X() <= kTouch;
       }
       if (least < -kTouch)
-        return bad(
-            text(p) + " reaches x = " + metres(least) + ", left of the axis it is turned about",
-            "Move the profile to x >= 0.");
+        return bad(text(p) + " reaches x = " + print_metres(least) +
+                       ", left of the axis it is turned about",
+                   "Move the profile to x >= 0.");
       if (touches)
         return bad(text(p) + " touches the axis it is turned about between its ends",
                    "Move it off the axis, or end it there.");
     }
     for (std::size_t i = 1; i < pieces_.size(); ++i) {
-      const Piece &p = pieces_[i - 1], &q = pieces_[i];
+      const ProfilePiece &p = pieces_[i - 1], &q = pieces_[i];
       if (p.loop == q.loop && p.curve == q.curve && p.b.X() <= kTouch)
         return bad(text(p) + " touches the axis it is turned about between its ends",
                    "Move it off the axis, or end it there.");
@@ -438,7 +440,7 @@ class Drawing {
 
   Result<void> check_corners() const {
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      const Piece &p = pieces_[i], &q = pieces_[next(i)];
+      const ProfilePiece &p = pieces_[i], &q = pieces_[next(i)];
       if (p.kind == CsgCurve::Kind::circle) continue;
       const gp_XY in = p.tangent(1), out = q.tangent(0);
       if (in.Dot(out) < 0 && std::abs(in.Crossed(out)) < kSharpest * in.Modulus() * out.Modulus())
@@ -468,7 +470,7 @@ class Drawing {
   }
 
   Result<void> check_pair(std::size_t i, std::size_t j) {
-    const Piece &p = pieces_[i], &q = pieces_[j];
+    const ProfilePiece &p = pieces_[i], &q = pieces_[j];
     std::vector<gp_XY> corners;
     if (next(i) == j) corners.push_back(p.b);
     if (next(j) == i) corners.push_back(p.a);
@@ -484,7 +486,7 @@ class Drawing {
       open.pop_back();
       const gp_XY a = p.at(now.a), b = p.at(now.b), c = q.at(now.c), d = q.at(now.d);
       const double bulge_p = p.bulge(now.a, now.b), bulge_q = q.bulge(now.c, now.d);
-      if (distance(a, b, c, d) > bulge_p + bulge_q + kTouch) continue;
+      if (profile_distance(a, b, c, d) > bulge_p + bulge_q + kTouch) continue;
       const bool at_corner = std::any_of(corners.begin(), corners.end(), [&](const gp_XY& corner) {
         return std::max((a - corner).Modulus(), (b - corner).Modulus()) + bulge_p <= reach &&
                std::max((c - corner).Modulus(), (d - corner).Modulus()) + bulge_q <= reach;
@@ -518,13 +520,13 @@ class Drawing {
     double turn = 0;
     std::vector<std::pair<double, double>> open;
     for (std::size_t i = loop.first; i < loop.first + loop.count; ++i) {
-      const Piece& p = pieces_[i];
+      const ProfilePiece& p = pieces_[i];
       open.assign(1, {0.0, 1.0});
       while (!open.empty()) {
         const auto [t0, t1] = open.back();
         open.pop_back();
         const gp_XY a = p.at(t0), b = p.at(t1);
-        if (distance(point, a, b) > p.bulge(t0, t1) || t1 - t0 < 1e-12) {
+        if (profile_distance(point, a, b) > p.bulge(t0, t1) || t1 - t0 < 1e-12) {
           turn += std::atan2((a - point).Crossed(b - point), (a - point).Dot(b - point));
         } else {
           open.push_back({t0, (t0 + t1) / 2});
@@ -541,7 +543,7 @@ class Drawing {
                   frame.YDirection().XYZ() * p.Y());
   }
 
-  TopoDS_Edge circular_edge(const Piece& p, const TopoDS_Vertex& from,
+  TopoDS_Edge circular_edge(const ProfilePiece& p, const TopoDS_Vertex& from,
                             const TopoDS_Vertex& to) const {
     const gp_Ax3& frame = use_.plane.Position();
     const gp_Dir normal = p.sweep > 0 ? frame.Direction() : frame.Direction().Reversed();
@@ -552,7 +554,7 @@ class Drawing {
   }
 
   // Pieces of one spline become one edge again.
-  TopoDS_Edge spline_edge(const Piece& p, const gp_XY& end, const TopoDS_Vertex& from,
+  TopoDS_Edge spline_edge(const ProfilePiece& p, const gp_XY& end, const TopoDS_Vertex& from,
                           const TopoDS_Vertex& to) const {
     std::vector<gp_XY> points{p.a};
     for (const auto& q : profile_.loops[p.loop].curves[p.curve].points)
@@ -571,7 +573,7 @@ class Drawing {
     const TopoDS_Vertex first = BRepBuilderAPI_MakeVertex(in_space(pieces_[loop.first].a)).Vertex();
     TopoDS_Vertex from = first;
     for (std::size_t i = loop.first; i < end;) {
-      const Piece& p = pieces_[i];
+      const ProfilePiece& p = pieces_[i];
       std::size_t last = i;
       while (last + 1 < end && pieces_[last + 1].curve == p.curve) ++last;
       const TopoDS_Vertex to =
@@ -628,8 +630,8 @@ class Drawing {
   const CsgProfile& profile_;
   const ProfileUse& use_;
   const Progress& progress_;
-  std::vector<Piece> pieces_;
-  std::vector<Box> boxes_;  // of pieces
+  std::vector<ProfilePiece> pieces_;
+  std::vector<ProfileBox> boxes_;  // of pieces
   std::vector<Loop> loops_;
   std::size_t steps_ = 0;
 };

@@ -30,7 +30,6 @@
 namespace robomosp::csg_occt {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 // Pieces of one line or circle are joined where they differ by no more than this [mm].
 constexpr double kSame = 1e-6;
 constexpr std::size_t kMostSplinePoints = 4'096;
@@ -50,7 +49,7 @@ std::array<double, 2> metres(const gp_XY& p) {
   return {p.X() / kMillimetresPerMetre, p.Y() / kMillimetresPerMetre};
 }
 
-double distance(const gp_XY& p, const gp_XY& a, const gp_XY& b) {
+double section_distance(const gp_XY& p, const gp_XY& a, const gp_XY& b) {
   const gp_XY d = b - a;
   const double l = d.SquareModulus();
   const double t = l > 0 ? std::clamp((p - a).Dot(d) / l, 0.0, 1.0) : 0;
@@ -77,7 +76,7 @@ Result<std::vector<gp_XY>> fitted(const BRepAdaptor_Curve& curve, double from, d
         const gp_XY p = spline.at(low + (high - low) * static_cast<double>(k) / kFine);
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t f = 0; f < kFine; ++f)
-          least = std::min(least, distance(p, at(s, f), at(s, f + 1)));
+          least = std::min(least, section_distance(p, at(s, f), at(s, f + 1)));
         worst = std::max(worst, least);
       }
     if (worst <= chord) return points;
@@ -117,7 +116,8 @@ Result<Stretch> stretch_of(const TopoDS_Edge& edge, double chord) {
 bool join(Stretch& s, const Stretch& next) {
   if (s.kind != next.kind || s.kind == CsgCurve::Kind::spline) return false;
   if (s.kind == CsgCurve::Kind::line) {
-    if (distance(s.b, s.a, next.b) > kSame || (s.b - s.a).Dot(next.b - next.a) <= 0) return false;
+    if (section_distance(s.b, s.a, next.b) > kSame || (s.b - s.a).Dot(next.b - next.a) <= 0)
+      return false;
     s.b = next.b;
     return true;
   }
@@ -136,7 +136,7 @@ CsgLoop drawn(std::vector<Stretch> stretches) {
   if (joined.size() > 1 && join(joined.back(), joined.front())) joined.erase(joined.begin());
   CsgLoop loop;
   if (joined.size() == 1 && joined[0].kind == CsgCurve::Kind::arc &&
-      std::abs(joined[0].sweep) > 2 * kPi - 1e-9) {
+      std::abs(joined[0].sweep) > 2 * std::numbers::pi - 1e-9) {
     loop.curves.push_back(
         {CsgCurve::Kind::circle,
          {metres(joined[0].centre), {joined[0].radius / kMillimetresPerMetre, 0}}});

@@ -12,7 +12,7 @@ namespace robomosp::csg_occt {
 namespace {
 
 /// Covers what rounding takes off where a box is kept as centre and half.
-constexpr double kRounding = 1e-12;  // [mm], and of the numbers
+constexpr double kTouchRounding = 1e-12;  // [mm], and of the numbers
 
 spatial::Box rounded_outwards(const Bnd_Box& box) {
   const gp_Pnt low = box.CornerMin(), high = box.CornerMax();
@@ -21,7 +21,7 @@ spatial::Box rounded_outwards(const Bnd_Box& box) {
     const auto i = static_cast<std::size_t>(k - 1);
     const double a = low.Coord(k), b = high.Coord(k);
     out.centre[i] = 0.5 * (a + b);
-    out.half[i] = 0.5 * (b - a) + kRounding * (1 + std::abs(a) + std::abs(b));
+    out.half[i] = 0.5 * (b - a) + kTouchRounding * (1 + std::abs(a) + std::abs(b));
   }
   return out;
 }

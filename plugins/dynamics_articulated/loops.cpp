@@ -26,8 +26,8 @@ struct Carried {
   }
 };
 
-Carried carried(std::int32_t joint, const Pose& in, std::span<const MovingBody> bodies,
-                const TreeState& state) {
+Carried loop_frame(std::int32_t joint, const Pose& in, std::span<const MovingBody> bodies,
+                   const TreeState& state) {
   if (joint < 0) return {in, state.base_velocity, state.base_acceleration};
   const MovingBody& m = bodies[static_cast<std::size_t>(joint)];
   return {compose(m.pose, in), m.velocity, m.acceleration};
@@ -77,8 +77,8 @@ void loop_constraints(const BodyTree& tree, std::span<const MovingBody> bodies,
   std::fill(out.jacobian.begin(), out.jacobian.end(), 0.0);
   std::size_t row = 0;
   for (const LoopModel& l : tree.loops) {
-    const Carried a = carried(l.joint_a, l.in_a, bodies, state),
-                  b = carried(l.joint_b, l.in_b, bodies, state);
+    const Carried a = loop_frame(l.joint_a, l.in_a, bodies, state),
+                  b = loop_frame(l.joint_b, l.in_b, bodies, state);
     const auto into_a = [&](const Vec3& v) { return rotate_back(a.pose, v); };
     Pose relative;
     relative.R = compose(inverse(a.pose), b.pose).R;

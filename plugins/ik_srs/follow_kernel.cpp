@@ -17,7 +17,7 @@ struct Axes {
 RMP_INLINE Vec<Lanes> unit(const Vec<Lanes>& v) { return scaled(v, 1 / root_of(dot(v, v))); }
 // Unit vector of v's part across the unit vector `to`, twice, so that what rounding left goes too.
 template <class T>
-RMP_INLINE Vec<Lanes> across(const Vec<T>& v, const Vec<Lanes>& to) {
+RMP_INLINE Vec<Lanes> lanes_across(const Vec<T>& v, const Vec<Lanes>& to) {
   const Vec<Lanes> once = unit(v - scaled(to, dot(to, v)));
   return unit(once - scaled(to, dot(to, once)));
 }
@@ -27,8 +27,8 @@ RMP_INLINE Vec<Lanes> turned(const Vec<double>& axis, const Lanes& s, const Lane
 }
 
 // Rz(first) Ry(second) Rz(third) of the matrix that is the sum of a_k b_k^T.
-RMP_INLINE void split(const Vec<Lanes>* a, const Vec<Lanes>* b, double sign, Lanes* q,
-                      Lanes& sine) {
+RMP_INLINE void split_lanes(const Vec<Lanes>* a, const Vec<Lanes>* b, double sign, Lanes* q,
+                            Lanes& sine) {
   const auto element = [&](auto row, auto column) __attribute__((always_inline)) {
     return row(a[0]) * column(b[0]) + row(a[1]) * column(b[1]) + row(a[2]) * column(b[2]);
   };
@@ -70,10 +70,10 @@ void follow(const FollowArm& arm, const FollowBranch& branch, const double* targ
     q[3] = angle(s4, c4);
     const Vec<Lanes> wide_fore = vec<Lanes>(arm.fore);
     const Vec<Lanes> to_wrist = unit(upper + turned(axis4, s4, c4, wide_fore));
-    const Vec<Lanes> from_side = across(upper, to_wrist);
+    const Vec<Lanes> from_side = lanes_across(upper, to_wrist);
     // The arm angle turns the zero direction about the line from shoulder to wrist.
     const Vec<double> up = plain(arm.axis1);
-    const Vec<Lanes> zero = across(up, to), beside = cross(to, zero), leaning = cross(to, up);
+    const Vec<Lanes> zero = lanes_across(up, to), beside = cross(to, zero), leaning = cross(to, up);
     const Vec<Lanes> to_side = scaled(zero, branch.cosine) + scaled(beside, branch.sine);
     const Vec<Lanes> from[3] = {to_wrist, from_side, cross(to_wrist, from_side)},
                      goal[3] = {to, to_side, cross(to, to_side)};
@@ -83,13 +83,13 @@ void follow(const FollowArm& arm, const FollowBranch& branch, const double* targ
       right[e] = multiply(arm.first_from, from[e]);
     }
     Lanes sine2, sine6;
-    split(left, right, branch.shoulder, q, sine2);
+    split_lanes(left, right, branch.shoulder, q, sine2);
     // R5 R6 R7 = R4^T (R1 R2 R3)^T R.
     for (std::size_t e = 0; e < 3; ++e) {
       left[e] = multiply(arm.last_to, turned(axis4, -s4, c4, from[e]));
       right[e] = multiply_back(arm.whole, multiply_back(pose, goal[e]));
     }
-    split(left, right, branch.wrist, q + 4, sine6);
+    split_lanes(left, right, branch.wrist, q + 4, sine6);
     q[1] -= arm.bend2, q[5] -= arm.bend6;
     store_samples(q, 7, count - i, out.q + 7 * i);
     const Lanes gap = most_of(distance - arm.most, arm.least - distance);

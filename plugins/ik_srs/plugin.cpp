@@ -32,7 +32,6 @@ const rmp_param kParams[] = {
      "false", nullptr, 0, 0},
 };
 
-constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 constexpr unsigned kBranches = 8;
 /// Solutions closer to each other than this are one [rad].
 constexpr double kSameSolution = 1e-7;

@@ -28,7 +28,6 @@ using spatial::sub;
 using spatial::turned;
 using Matrix = std::array<double, 9>;
 
-constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 /// Axes count as parallel or perpendicular below this sine or cosine, as meeting below this
 /// distance per arm length.
 constexpr double kSame = 1e-9;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,8 @@
 #include "spatial/serial_arm.h"
 
 namespace robomosp::ik_srs {
+
+inline constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 
 using Angles = std::array<double, 7>;
 

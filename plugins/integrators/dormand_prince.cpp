@@ -42,9 +42,10 @@ constexpr double kShrink = 0.2, kGrow = 10;
 constexpr double kStable = 3.25;
 constexpr int kStiff = 15, kNotStiff = 6;
 
-class Steps final : public spatial::Stepper {
+class DormandPrinceSteps final : public spatial::Stepper {
  public:
-  Steps(Rates& rates, const OdeRun& run, bool greatest, double max_step, std::int64_t max_steps)
+  DormandPrinceSteps(Rates& rates, const OdeRun& run, bool greatest, double max_step,
+                     std::int64_t max_steps)
       : rates_(rates),
         run_(run),
         greatest_(greatest),
@@ -219,8 +220,8 @@ Result<void> DormandPrince::prepare(const Params& params) {
 
 Result<OdeStatistics> DormandPrince::run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
                                          Progress& progress) const {
-  return spatial::run_steps<Steps>(system, run, sink, progress, greatest_error_, max_step_,
-                                   max_steps_);
+  return spatial::run_steps<DormandPrinceSteps>(system, run, sink, progress, greatest_error_,
+                                                max_step_, max_steps_);
 }
 
 }  // namespace robomosp::integrators

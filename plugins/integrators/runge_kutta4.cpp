@@ -7,9 +7,9 @@
 namespace robomosp::integrators {
 namespace {
 
-class Steps final : public spatial::FixedStep {
+class RungeKuttaSteps final : public spatial::FixedStep {
  public:
-  Steps(spatial::Rates& rates, const OdeRun& run)
+  RungeKuttaSteps(spatial::Rates& rates, const OdeRun& run)
       : FixedStep(rates, run), k1_(size()), k2_(size()), k3_(size()), k4_(size()), x_(size()) {}
 
  protected:
@@ -45,7 +45,7 @@ Result<void> RungeKutta4::prepare(const Params&) { return {}; }
 
 Result<OdeStatistics> RungeKutta4::run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
                                        Progress& progress) const {
-  return spatial::run_steps<Steps>(system, run, sink, progress);
+  return spatial::run_steps<RungeKuttaSteps>(system, run, sink, progress);
 }
 
 }  // namespace robomosp::integrators

@@ -13,9 +13,9 @@
 namespace robomosp::integrators {
 namespace {
 
-class Steps final : public spatial::FixedStep {
+class SymplecticSteps final : public spatial::FixedStep {
  public:
-  Steps(spatial::Rates& rates, const OdeRun& run, Symplectic::Method method)
+  SymplecticSteps(spatial::Rates& rates, const OdeRun& run, Symplectic::Method method)
       : FixedStep(rates, run),
         method_(method),
         positions_(rates.system().positions()),
@@ -109,7 +109,7 @@ Result<void> Symplectic::prepare(const Params& params) {
 
 Result<OdeStatistics> Symplectic::run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
                                       Progress& progress) const {
-  return spatial::run_steps<Steps>(system, run, sink, progress, method_);
+  return spatial::run_steps<SymplecticSteps>(system, run, sink, progress, method_);
 }
 
 }  // namespace robomosp::integrators

@@ -13,7 +13,7 @@ namespace {
 
 using Id = std::uint32_t;
 
-constexpr std::array<AttributeWord, 16> kAttributes{{
+constexpr std::array<AttributeWord, 16> kAttributeWords{{
     {"SPEED", "SPEED := REAL", "Speed of the tool along the path [mm/s]."},
     {"SPEED_ORI", "SPEED_ORI := REAL", "Speed of its orientation [degrees/s]."},
     {"ACC", "ACC := REAL", "Acceleration [% of the greatest]."},
@@ -530,7 +530,7 @@ class Completer {
       if (s_.tokens[i].kind == Tok::name && s_.tokens[i + 1].kind == Tok::assign)
         given.insert(word(i));
     }
-    for (const AttributeWord& w : kAttributes)
+    for (const AttributeWord& w : kAttributeWords)
       if (!given.contains(std::string(w.name)))
         add(w.name, std::string(w.detail), std::string(w.doc), SourceTokenKind::attribute, 0);
     add_word("UNTIL");
@@ -765,7 +765,7 @@ SourceSignature Completer::call() {
 
 }  // namespace
 
-std::span<const AttributeWord> attribute_words() { return kAttributes; }
+std::span<const AttributeWord> attribute_words() { return kAttributeWords; }
 std::string_view word_doc(std::string_view big) {
   for (const auto& [word, doc] : kDocs)
     if (word == big) return doc;

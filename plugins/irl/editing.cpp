@@ -11,7 +11,7 @@ namespace robomosp::irl {
 namespace {
 
 using Id = std::uint32_t;
-constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+constexpr std::size_t kMostEditedBytes = std::size_t{64} << 20;
 /// Errors behind which an editor's program is not read on. Each costs a search for similar names.
 constexpr std::uint32_t kMostFaults = 300;
 constexpr std::size_t kLongestValue = 60;
@@ -756,9 +756,9 @@ class Edited final : public EditedProgram {
       return error(ErrorCode::invalid_argument, "the text ends before byte " + std::to_string(at),
                    {}, names_[file]);
     for (std::size_t i = 0; i < texts_.size(); ++i)
-      if (texts_[i].size() > kMostBytes)
+      if (texts_[i].size() > kMostEditedBytes)
         return error(ErrorCode::unsupported,
-                     "the source has more than " + std::to_string(kMostBytes) + " bytes",
+                     "the source has more than " + std::to_string(kMostEditedBytes) + " bytes",
                      "Split it over modules.", names_[i]);
     return {};
   }

@@ -8,7 +8,7 @@
 namespace robomosp::irl {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, Tok>, 64> kWords{{
+constexpr std::array<std::pair<std::string_view, Tok>, 64> kKeywords{{
     {"PROGRAM", Tok::k_program},
     {"ENDPROGRAM", Tok::k_endprogram},
     {"MODULE", Tok::k_module},
@@ -82,7 +82,7 @@ bool is_part(char c) { return is_letter(c) || is_digit(c) || c == '_'; }
 class Scanner {
  public:
   Scanner(Source& s, Names& names, Faults& faults) : s_(s), names_(names), faults_(faults) {
-    for (const auto& [word, kind] : kWords)
+    for (const auto& [word, kind] : kKeywords)
       if (!word.empty()) words_.emplace_back(names_.number(word), kind);
     for (const auto& [n, kind] : words_) {
       if (by_number_.size() <= n) by_number_.resize(n + 1, Tok::name);
@@ -325,7 +325,7 @@ std::string string_value(std::string_view quoted) {
 const std::vector<std::string_view>& reserved_words() {
   static const std::vector<std::string_view> all = [] {
     std::vector<std::string_view> words;
-    for (const auto& [word, kind] : kWords)
+    for (const auto& [word, kind] : kKeywords)
       if (!word.empty()) words.push_back(word);
     return words;
   }();

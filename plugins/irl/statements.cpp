@@ -17,7 +17,7 @@ struct AttributeRow {
   bool in_ptp;    ///< has an effect on motions of the joints
   bool in_paths;  ///< on motions along a path
 };
-constexpr std::array<AttributeRow, 16> kAttributes{{
+constexpr std::array<AttributeRow, 16> kAttributeRows{{
     {"SPEED", RMP_TYPE_REAL, false, true},
     {"SPEED_ORI", RMP_TYPE_REAL, false, true},
     {"ACC", RMP_TYPE_REAL, true, true},
@@ -534,17 +534,17 @@ Id Checker::motion(const Node& n) {
       continue;
     }
     const std::string& name = names_.upper(x.name);
-    const auto* row = std::find_if(kAttributes.begin(), kAttributes.end(),
+    const auto* row = std::find_if(kAttributeRows.begin(), kAttributeRows.end(),
                                    [&](const AttributeRow& r) { return r.name == name; });
-    if (row == kAttributes.end()) {
+    if (row == kAttributeRows.end()) {
       std::string all;
-      for (const AttributeRow& r : kAttributes)
+      for (const AttributeRow& r : kAttributeRows)
         all += (all.empty() ? "" : ", ") + std::string(r.name);
       fail_name(x, "a motion has no attribute " + written(x), "Attributes are " + all + ".");
       expression(x.first);
       continue;
     }
-    const auto number_of = static_cast<std::uint32_t>(row - kAttributes.begin());
+    const auto number_of = static_cast<std::uint32_t>(row - kAttributeRows.begin());
     use(x, number_of, Use::attribute);
     for (const rmp_code_attribute& b : attributes)
       if (b.attribute == number_of) fail_name(x, written(x) + " is given twice");

@@ -10,8 +10,6 @@
 namespace robomosp::physics_ode {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 bool moves_on_one_axis(int type) { return type == kRevolute || type == kPrismatic; }
 
 /// Turn about z (or way along z) that takes frame a to frame b.
@@ -151,7 +149,8 @@ void OdeWorld::set_stops(Joint& j) const {
   }
   const double shift = j.start + j.turned, now = dJointGetHingeAngle(j.id);
   const double low = j.lower - shift, high = j.upper - shift;
-  const bool is_low = now - low < 1 && low > -kPi, is_high = high - now < 1 && high < kPi;
+  const bool is_low = now - low < 1 && low > -std::numbers::pi,
+             is_high = high - now < 1 && high < std::numbers::pi;
   dJointSetHingeParam(j.id, dParamHiStop, is_high ? high : dInfinity);
   dJointSetHingeParam(j.id, dParamLoStop, is_low ? low : -dInfinity);
 }

@@ -8,7 +8,7 @@ namespace robomosp::physics_ode {
 namespace {
 
 /// What rounding may take off a box kept as centre and half [m], and of its numbers.
-constexpr double kRounding = 1e-15;
+constexpr double kAxisRounding = 1e-15;
 
 bool boxes_meet(dGeomID a, dGeomID b) {
   dReal x[6], y[6];
@@ -33,7 +33,7 @@ spatial::Box NearPairs::box_of(dGeomID geometry) {
   for (std::size_t k = 0; k < 3; ++k) {
     const double low = bounds[2 * k], high = bounds[2 * k + 1];
     box.centre[k] = 0.5 * (low + high);
-    box.half[k] = 0.5 * (high - low) + kRounding * (1 + std::fabs(low) + std::fabs(high));
+    box.half[k] = 0.5 * (high - low) + kAxisRounding * (1 + std::fabs(low) + std::fabs(high));
   }
   return box;
 }

@@ -17,7 +17,7 @@ struct Word {
   At at;
 };
 
-class Gcode final : public Reader {
+class GcodeReader final : public Reader {
  public:
   using Reader::Reader;
 
@@ -428,7 +428,7 @@ class Gcode final : public Reader {
 }  // namespace
 
 Made read_gcode(const ProgramReaderTask& task, const Params& params, Progress& progress) {
-  return passes<Gcode>(task, params, progress);
+  return passes<GcodeReader>(task, params, progress);
 }
 
 }  // namespace robomosp::readers

@@ -9,17 +9,17 @@
 namespace robomosp::readers {
 namespace {
 
-const Style kStyle{.comment = ";",
-                   .quotes = "\"",
-                   .name_first = "_$",
-                   .name_rest = "_$",
-                   .signs = {"==", "<>", "<=", ">="},
-                   .has_lines = true,
-                   .joins_in_brackets = false,
-                   .hex = {}};
+const Style kKrlStyle{.comment = ";",
+                      .quotes = "\"",
+                      .name_first = "_$",
+                      .name_rest = "_$",
+                      .signs = {"==", "<>", "<=", ">="},
+                      .has_lines = true,
+                      .joins_in_brackets = false,
+                      .hex = {}};
 
 // Comparisons bind tighter than AND here, as their writers mean them; see special().
-constexpr Binary kBinaries[] = {
+constexpr Binary kKrlBinaries[] = {
     {"or", 10, Op::or_},      {"exor", 11, Op::exor},  {"and", 12, Op::and_}, {"b_or", 10, Op::or_},
     {"b_exor", 11, Op::exor}, {"b_and", 12, Op::and_}, {"==", 20, Op::eq},    {"<>", 20, Op::ne},
     {"<", 20, Op::lt},        {">", 20, Op::gt},       {"<=", 20, Op::le},    {">=", 20, Op::ge},
@@ -28,7 +28,7 @@ constexpr Binary kBinaries[] = {
 
 constexpr const char* kRoutine = "A routine begins with DEF name( ) and ends with END.";
 
-class Krl final : public Reader {
+class KrlReader final : public Reader {
  public:
   using Reader::Reader;
 
@@ -52,7 +52,7 @@ class Krl final : public Reader {
     At at;
   };
 
-  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::span<const Binary> binaries() const override { return kKrlBinaries; }
   int turns_from() const override { return 0; }
   std::string_view not_word() const override { return "not"; }
   int not_precedence() const override { return 60; }
@@ -283,7 +283,7 @@ class Krl final : public Reader {
     skip_line();
   }
   void data_file(std::size_t f) {
-    scan(f, kStyle);
+    scan(f, kKrlStyle);
     next_comment_ = comments_.size();
     while (!at_end()) {
       if (peek().kind == Tk::line || is("&") || is("defdat") || is("enddat")) {
@@ -359,7 +359,7 @@ class Krl final : public Reader {
     return h;
   }
   void announce_all(std::size_t f) {
-    scan(f, kStyle);
+    scan(f, kKrlStyle);
     // Types and constants of headers come first.
     while (!at_end()) {
       auto h = header();
@@ -428,7 +428,7 @@ class Krl final : public Reader {
     }
   }
   void source_file(std::size_t f) {
-    scan(f, kStyle);
+    scan(f, kKrlStyle);
     tidy_comments();
     bool is_open = false, is_main = false;
     while (!at_end()) {
@@ -496,50 +496,50 @@ class Krl final : public Reader {
       emit("LABEL " + label(t.raw) + ":", at);
       return;
     }
-    static const std::map<std::string, void (Krl::*)(const At&), std::less<>> kWords{
-        {"ptp", &Krl::motion},
-        {"lin", &Krl::motion},
-        {"circ", &Krl::motion},
-        {"sptp", &Krl::motion},
-        {"slin", &Krl::motion},
-        {"scirc", &Krl::motion},
-        {"ptp_rel", &Krl::motion},
-        {"lin_rel", &Krl::motion},
-        {"circ_rel", &Krl::motion},
-        {"sptp_rel", &Krl::motion},
-        {"slin_rel", &Krl::motion},
-        {"if", &Krl::if_},
-        {"else", &Krl::else_},
-        {"endif", &Krl::end_},
-        {"for", &Krl::for_},
-        {"endfor", &Krl::end_},
-        {"while", &Krl::while_},
-        {"endwhile", &Krl::end_},
-        {"repeat", &Krl::repeat},
-        {"until", &Krl::until},
-        {"loop", &Krl::loop},
-        {"endloop", &Krl::end_},
-        {"switch", &Krl::switch_},
-        {"case", &Krl::case_},
-        {"default", &Krl::default_},
-        {"endswitch", &Krl::end_},
-        {"exit", &Krl::exit},
-        {"goto", &Krl::goto_},
-        {"wait", &Krl::wait},
-        {"halt", &Krl::halt},
-        {"return", &Krl::return_},
-        {"continue", &Krl::continue_},
-        {"interrupt", &Krl::interrupt},
-        {"global", &Krl::interrupt},
-        {"pulse", &Krl::pulse},
-        {"brake", &Krl::brake},
-        {"resume", &Krl::resume},
-        {"trigger", &Krl::no_counterpart},
-        {"anin", &Krl::no_counterpart},
-        {"anout", &Krl::no_counterpart},
-        {"spline", &Krl::no_counterpart},
-        {"endspline", &Krl::no_counterpart},
-        {"spl", &Krl::no_counterpart}};
+    static const std::map<std::string, void (KrlReader::*)(const At&), std::less<>> kWords{
+        {"ptp", &KrlReader::motion},
+        {"lin", &KrlReader::motion},
+        {"circ", &KrlReader::motion},
+        {"sptp", &KrlReader::motion},
+        {"slin", &KrlReader::motion},
+        {"scirc", &KrlReader::motion},
+        {"ptp_rel", &KrlReader::motion},
+        {"lin_rel", &KrlReader::motion},
+        {"circ_rel", &KrlReader::motion},
+        {"sptp_rel", &KrlReader::motion},
+        {"slin_rel", &KrlReader::motion},
+        {"if", &KrlReader::if_},
+        {"else", &KrlReader::else_},
+        {"endif", &KrlReader::end_},
+        {"for", &KrlReader::for_},
+        {"endfor", &KrlReader::end_},
+        {"while", &KrlReader::while_},
+        {"endwhile", &KrlReader::end_},
+        {"repeat", &KrlReader::repeat},
+        {"until", &KrlReader::until},
+        {"loop", &KrlReader::loop},
+        {"endloop", &KrlReader::end_},
+        {"switch", &KrlReader::switch_},
+        {"case", &KrlReader::case_},
+        {"default", &KrlReader::default_},
+        {"endswitch", &KrlReader::end_},
+        {"exit", &KrlReader::exit},
+        {"goto", &KrlReader::goto_},
+        {"wait", &KrlReader::wait},
+        {"halt", &KrlReader::halt},
+        {"return", &KrlReader::return_},
+        {"continue", &KrlReader::continue_},
+        {"interrupt", &KrlReader::interrupt},
+        {"global", &KrlReader::interrupt},
+        {"pulse", &KrlReader::pulse},
+        {"brake", &KrlReader::brake},
+        {"resume", &KrlReader::resume},
+        {"trigger", &KrlReader::no_counterpart},
+        {"anin", &KrlReader::no_counterpart},
+        {"anout", &KrlReader::no_counterpart},
+        {"spline", &KrlReader::no_counterpart},
+        {"endspline", &KrlReader::no_counterpart},
+        {"spl", &KrlReader::no_counterpart}};
     const auto it = kWords.find(t.low);
     if (it != kWords.end() && !is("=", 1) && !is("[", 1)) {
       next();
@@ -1552,7 +1552,7 @@ class Krl final : public Reader {
 }  // namespace
 
 Made read_krl(const ProgramReaderTask& task, const Params& params, Progress& progress) {
-  return passes<Krl>(task, params, progress);
+  return passes<KrlReader>(task, params, progress);
 }
 
 }  // namespace robomosp::readers

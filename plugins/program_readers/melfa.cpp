@@ -9,23 +9,22 @@
 namespace robomosp::readers {
 namespace {
 
-const Style kStyle{.comment = "'",
-                   .quotes = "\"",
-                   .name_first = "_",
-                   .name_rest = "_$",
-                   .signs = {"<>", "><", "<=", "=<", ">=", "=>", "<<", ">>"},
-                   .has_lines = true,
-                   .joins_in_brackets = false,
-                   .hex = "&h"};
-constexpr Binary kBinaries[] = {
+const Style kMelfaStyle{.comment = "'",
+                        .quotes = "\"",
+                        .name_first = "_",
+                        .name_rest = "_$",
+                        .signs = {"<>", "><", "<=", "=<", ">=", "=>", "<<", ">>"},
+                        .has_lines = true,
+                        .joins_in_brackets = false,
+                        .hex = "&h"};
+constexpr Binary kMelfaBinaries[] = {
     {"or", 10, Op::or_}, {"xor", 11, Op::exor}, {"and", 12, Op::and_}, {"=", 20, Op::eq},
     {"<>", 20, Op::ne},  {"><", 20, Op::ne},    {"<", 20, Op::lt},     {">", 20, Op::gt},
     {"<=", 20, Op::le},  {"=<", 20, Op::le},    {">=", 20, Op::ge},    {"=>", 20, Op::ge},
     {"+", 30, Op::add},  {"-", 30, Op::sub},    {"mod", 35, Op::mod},  {"\\", 36, Op::idiv},
     {"*", 40, Op::mul},  {"/", 40, Op::div},    {"^", 50, Op::power}};
-constexpr double kDegree = 57.29577951308232;
 
-class Melfa final : public Reader {
+class MelfaReader final : public Reader {
  public:
   using Reader::Reader;
 
@@ -34,7 +33,7 @@ class Melfa final : public Reader {
     // Programs that are called come first: what they have is theirs, and nothing else is there yet.
     for (std::size_t f = 1; f < files_.size(); ++f) announce(called_name(f), {}, kNone);
     for (std::size_t f = 1; f < files_.size(); ++f) called_program(f);
-    scan(0, kStyle);
+    scan(0, kMelfaStyle);
     split();
     declare_positions();
     find_subroutines();
@@ -67,7 +66,7 @@ class Melfa final : public Reader {
   }
   /// A program that another one calls by CallP: a procedure with variables of its own.
   void called_program(std::size_t file) {
-    scan(file, kStyle);
+    scan(file, kMelfaStyle);
     lines_.clear();
     split();
     begin(called_name(file), {}, kNone, At{static_cast<std::uint32_t>(file), 1, 1, 0, 0});
@@ -100,7 +99,7 @@ class Melfa final : public Reader {
     return s;
   }
 
-  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::span<const Binary> binaries() const override { return kMelfaBinaries; }
   std::string_view not_word() const override { return "not"; }
   int not_precedence() const override { return 15; }
 
@@ -362,71 +361,71 @@ class Melfa final : public Reader {
       return;
     }
     const bool is_assigned = is("=", 1);
-    static const std::map<std::string, void (Melfa::*)(const At&), std::less<>> kWords{
-        {"mov", &Melfa::motion},
-        {"mvs", &Melfa::motion},
-        {"mvr", &Melfa::arc},
-        {"mvr2", &Melfa::no},
-        {"mvr3", &Melfa::no},
-        {"mvc", &Melfa::no},
-        {"mva", &Melfa::no},
-        {"mvspl", &Melfa::no},
-        {"if", &Melfa::if_},
-        {"else", &Melfa::else_},
-        {"elseif", &Melfa::elseif},
-        {"endif", &Melfa::end_word},
-        {"for", &Melfa::for_},
-        {"next", &Melfa::next_},
-        {"while", &Melfa::while_},
-        {"wend", &Melfa::end_word},
-        {"select", &Melfa::select},
-        {"case", &Melfa::case_},
-        {"default", &Melfa::default_},
-        {"break", &Melfa::break_},
-        {"end", &Melfa::end},
-        {"goto", &Melfa::jump},
-        {"gosub", &Melfa::gosub},
-        {"return", &Melfa::return_},
-        {"on", &Melfa::on},
-        {"dly", &Melfa::delay},
-        {"wait", &Melfa::wait},
-        {"hlt", &Melfa::halt},
-        {"hopen", &Melfa::hand},
-        {"hclose", &Melfa::hand},
-        {"ovrd", &Melfa::speed},
-        {"spd", &Melfa::speed},
-        {"jovrd", &Melfa::speed},
-        {"accel", &Melfa::accel},
-        {"cnt", &Melfa::cnt},
-        {"tool", &Melfa::frame},
-        {"base", &Melfa::frame},
-        {"def", &Melfa::def},
-        {"dim", &Melfa::dim},
-        {"callp", &Melfa::callp},
-        {"act", &Melfa::act},
-        {"rem", &Melfa::remark},
-        {"error", &Melfa::error_},
-        {"print", &Melfa::no},
-        {"input", &Melfa::no},
-        {"open", &Melfa::no},
-        {"close", &Melfa::no},
-        {"function", &Melfa::no},
-        {"fend", &Melfa::no},
-        {"plt", &Melfa::no},
-        {"clr", &Melfa::no},
-        {"reset", &Melfa::no},
-        {"xrun", &Melfa::no},
-        {"xstp", &Melfa::no},
-        {"xrst", &Melfa::no},
-        {"xload", &Melfa::no},
-        {"xclr", &Melfa::no},
-        {"title", &Melfa::remark},
-        {"com", &Melfa::no},
-        {"ret", &Melfa::no},
-        {"skip", &Melfa::no},
-        {"zone", &Melfa::no},
-        {"cmp", &Melfa::no},
-        {"fsc", &Melfa::no}};
+    static const std::map<std::string, void (MelfaReader::*)(const At&), std::less<>> kWords{
+        {"mov", &MelfaReader::motion},
+        {"mvs", &MelfaReader::motion},
+        {"mvr", &MelfaReader::arc},
+        {"mvr2", &MelfaReader::no},
+        {"mvr3", &MelfaReader::no},
+        {"mvc", &MelfaReader::no},
+        {"mva", &MelfaReader::no},
+        {"mvspl", &MelfaReader::no},
+        {"if", &MelfaReader::if_},
+        {"else", &MelfaReader::else_},
+        {"elseif", &MelfaReader::elseif},
+        {"endif", &MelfaReader::end_word},
+        {"for", &MelfaReader::for_},
+        {"next", &MelfaReader::next_},
+        {"while", &MelfaReader::while_},
+        {"wend", &MelfaReader::end_word},
+        {"select", &MelfaReader::select},
+        {"case", &MelfaReader::case_},
+        {"default", &MelfaReader::default_},
+        {"break", &MelfaReader::break_},
+        {"end", &MelfaReader::end},
+        {"goto", &MelfaReader::jump},
+        {"gosub", &MelfaReader::gosub},
+        {"return", &MelfaReader::return_},
+        {"on", &MelfaReader::on},
+        {"dly", &MelfaReader::delay},
+        {"wait", &MelfaReader::wait},
+        {"hlt", &MelfaReader::halt},
+        {"hopen", &MelfaReader::hand},
+        {"hclose", &MelfaReader::hand},
+        {"ovrd", &MelfaReader::speed},
+        {"spd", &MelfaReader::speed},
+        {"jovrd", &MelfaReader::speed},
+        {"accel", &MelfaReader::accel},
+        {"cnt", &MelfaReader::cnt},
+        {"tool", &MelfaReader::frame},
+        {"base", &MelfaReader::frame},
+        {"def", &MelfaReader::def},
+        {"dim", &MelfaReader::dim},
+        {"callp", &MelfaReader::callp},
+        {"act", &MelfaReader::act},
+        {"rem", &MelfaReader::remark},
+        {"error", &MelfaReader::error_},
+        {"print", &MelfaReader::no},
+        {"input", &MelfaReader::no},
+        {"open", &MelfaReader::no},
+        {"close", &MelfaReader::no},
+        {"function", &MelfaReader::no},
+        {"fend", &MelfaReader::no},
+        {"plt", &MelfaReader::no},
+        {"clr", &MelfaReader::no},
+        {"reset", &MelfaReader::no},
+        {"xrun", &MelfaReader::no},
+        {"xstp", &MelfaReader::no},
+        {"xrst", &MelfaReader::no},
+        {"xload", &MelfaReader::no},
+        {"xclr", &MelfaReader::no},
+        {"title", &MelfaReader::remark},
+        {"com", &MelfaReader::no},
+        {"ret", &MelfaReader::no},
+        {"skip", &MelfaReader::no},
+        {"zone", &MelfaReader::no},
+        {"cmp", &MelfaReader::no},
+        {"fsc", &MelfaReader::no}};
     static const std::set<std::string, std::less<>> kHarmless{
         "servo", "fine",   "loadset", "oadl",  "getm", "relm", "colchk", "colset", "collvl", "torq",
 
@@ -1482,7 +1481,7 @@ class Melfa final : public Reader {
 }  // namespace
 
 Made read_melfa(const ProgramReaderTask& task, const Params& params, Progress& progress) {
-  return passes<Melfa>(task, params, progress);
+  return passes<MelfaReader>(task, params, progress);
 }
 
 bool looks_like_melfa(std::string_view text) {

@@ -9,19 +9,19 @@
 namespace robomosp::readers {
 namespace {
 
-const Style kStyle{.comment = "!",
-                   .quotes = "\"",
-                   .name_first = "_",
-                   .name_rest = "_",
-                   .signs = {":=", "<>", "<=", ">="},
-                   .has_lines = false,
-                   .joins_in_brackets = false,
-                   .hex = "0x"};
-constexpr Binary kBinaries[] = {{"or", 10, Op::or_}, {"xor", 10, Op::exor}, {"and", 12, Op::and_},
-                                {"=", 20, Op::eq},   {"<>", 20, Op::ne},    {"<", 20, Op::lt},
-                                {">", 20, Op::gt},   {"<=", 20, Op::le},    {">=", 20, Op::ge},
-                                {"+", 30, Op::add},  {"-", 30, Op::sub},    {"*", 40, Op::mul},
-                                {"/", 40, Op::div},  {"div", 40, Op::idiv}, {"mod", 40, Op::mod}};
+const Style kRapidStyle{.comment = "!",
+                        .quotes = "\"",
+                        .name_first = "_",
+                        .name_rest = "_",
+                        .signs = {":=", "<>", "<=", ">="},
+                        .has_lines = false,
+                        .joins_in_brackets = false,
+                        .hex = "0x"};
+constexpr Binary kRapidBinaries[] = {
+    {"or", 10, Op::or_}, {"xor", 10, Op::exor}, {"and", 12, Op::and_}, {"=", 20, Op::eq},
+    {"<>", 20, Op::ne},  {"<", 20, Op::lt},     {">", 20, Op::gt},     {"<=", 20, Op::le},
+    {">=", 20, Op::ge},  {"+", 30, Op::add},    {"-", 30, Op::sub},    {"*", 40, Op::mul},
+    {"/", 40, Op::div},  {"div", 40, Op::idiv}, {"mod", 40, Op::mod}};
 
 /// A value in brackets, or the expression that one consists of.
 struct Aggregate {
@@ -31,7 +31,7 @@ struct Aggregate {
   At at;
 };
 
-class Rapid final : public Reader {
+class RapidReader final : public Reader {
  public:
   using Reader::Reader;
 
@@ -48,7 +48,7 @@ class Rapid final : public Reader {
   }
 
  private:
-  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::span<const Binary> binaries() const override { return kRapidBinaries; }
   int turns_from() const override { return 0; }
   std::string_view not_word() const override { return "not"; }
   int not_precedence() const override { return 13; }
@@ -88,7 +88,7 @@ class Rapid final : public Reader {
   // ---- modules ----
 
   void file(std::size_t f) {
-    scan(f, kStyle);
+    scan(f, kRapidStyle);
     if (is_announcing_) next_comment_ = comments_.size();
     if (is("%")) {
       int n = 0;
@@ -371,58 +371,60 @@ class Rapid final : public Reader {
       return;
     }
     word_ = t.low;
-    static const std::map<std::string, void (Rapid::*)(const At&), std::less<>> kBlocks{
-        {"if", &Rapid::if_},       {"elseif", &Rapid::elseif},    {"else", &Rapid::else_},
-        {"endif", &Rapid::end_},   {"for", &Rapid::for_},         {"endfor", &Rapid::end_},
-        {"while", &Rapid::while_}, {"endwhile", &Rapid::end_},    {"test", &Rapid::test},
-        {"case", &Rapid::case_},   {"default", &Rapid::default_}, {"endtest", &Rapid::end_}};
+    static const std::map<std::string, void (RapidReader::*)(const At&), std::less<>> kBlocks{
+        {"if", &RapidReader::if_},           {"elseif", &RapidReader::elseif},
+        {"else", &RapidReader::else_},       {"endif", &RapidReader::end_},
+        {"for", &RapidReader::for_},         {"endfor", &RapidReader::end_},
+        {"while", &RapidReader::while_},     {"endwhile", &RapidReader::end_},
+        {"test", &RapidReader::test},        {"case", &RapidReader::case_},
+        {"default", &RapidReader::default_}, {"endtest", &RapidReader::end_}};
     if (const auto it = kBlocks.find(t.low); it != kBlocks.end()) {
       next();
       (this->*it->second)(at);
       return;
     }
     const bool is_assigned = is(":=", 1) || is("{", 1) || is(".", 1);
-    static const std::map<std::string, void (Rapid::*)(const At&), std::less<>> kWords{
-        {"movej", &Rapid::motion},
-        {"movel", &Rapid::motion},
-        {"movec", &Rapid::motion},
-        {"moveabsj", &Rapid::motion},
-        {"moveldo", &Rapid::motion},
-        {"movejdo", &Rapid::motion},
-        {"movecdo", &Rapid::motion},
-        {"set", &Rapid::set_},
-        {"reset", &Rapid::set_},
-        {"setdo", &Rapid::set_signal},
-        {"setgo", &Rapid::set_signal},
-        {"setao", &Rapid::set_signal},
-        {"pulsedo", &Rapid::pulse},
-        {"waitdi", &Rapid::wait_signal},
-        {"waitdo", &Rapid::wait_signal},
-        {"waitgi", &Rapid::wait_signal},
-        {"waituntil", &Rapid::wait_until},
-        {"waittime", &Rapid::wait_time},
-        {"tpwrite", &Rapid::tpwrite},
-        {"errwrite", &Rapid::tpwrite},
-        {"stop", &Rapid::stop},
-        {"break", &Rapid::stop},
-        {"exit", &Rapid::exit},
-        {"exitcycle", &Rapid::exit},
-        {"return", &Rapid::return_},
-        {"goto", &Rapid::goto_},
-        {"incr", &Rapid::count},
-        {"decr", &Rapid::count},
-        {"add", &Rapid::count},
-        {"clear", &Rapid::count},
-        {"accset", &Rapid::accset},
-        {"connect", &Rapid::connect},
-        {"isignaldi", &Rapid::isignal},
-        {"isignaldo", &Rapid::isignal},
-        {"searchl", &Rapid::motion},
-        {"searchc", &Rapid::no_counterpart},
-        {"raise", &Rapid::no_counterpart},
-        {"velset", &Rapid::no_counterpart},
-        {"movejsync", &Rapid::no_counterpart},
-        {"movelsync", &Rapid::no_counterpart}};
+    static const std::map<std::string, void (RapidReader::*)(const At&), std::less<>> kWords{
+        {"movej", &RapidReader::motion},
+        {"movel", &RapidReader::motion},
+        {"movec", &RapidReader::motion},
+        {"moveabsj", &RapidReader::motion},
+        {"moveldo", &RapidReader::motion},
+        {"movejdo", &RapidReader::motion},
+        {"movecdo", &RapidReader::motion},
+        {"set", &RapidReader::set_},
+        {"reset", &RapidReader::set_},
+        {"setdo", &RapidReader::set_signal},
+        {"setgo", &RapidReader::set_signal},
+        {"setao", &RapidReader::set_signal},
+        {"pulsedo", &RapidReader::pulse},
+        {"waitdi", &RapidReader::wait_signal},
+        {"waitdo", &RapidReader::wait_signal},
+        {"waitgi", &RapidReader::wait_signal},
+        {"waituntil", &RapidReader::wait_until},
+        {"waittime", &RapidReader::wait_time},
+        {"tpwrite", &RapidReader::tpwrite},
+        {"errwrite", &RapidReader::tpwrite},
+        {"stop", &RapidReader::stop},
+        {"break", &RapidReader::stop},
+        {"exit", &RapidReader::exit},
+        {"exitcycle", &RapidReader::exit},
+        {"return", &RapidReader::return_},
+        {"goto", &RapidReader::goto_},
+        {"incr", &RapidReader::count},
+        {"decr", &RapidReader::count},
+        {"add", &RapidReader::count},
+        {"clear", &RapidReader::count},
+        {"accset", &RapidReader::accset},
+        {"connect", &RapidReader::connect},
+        {"isignaldi", &RapidReader::isignal},
+        {"isignaldo", &RapidReader::isignal},
+        {"searchl", &RapidReader::motion},
+        {"searchc", &RapidReader::no_counterpart},
+        {"raise", &RapidReader::no_counterpart},
+        {"velset", &RapidReader::no_counterpart},
+        {"movejsync", &RapidReader::no_counterpart},
+        {"movelsync", &RapidReader::no_counterpart}};
     if (const auto it = kWords.find(t.low); it != kWords.end() && !is_assigned && !find(t.low)) {
       next();
       (this->*it->second)(at);
@@ -1429,7 +1431,7 @@ class Rapid final : public Reader {
 }  // namespace
 
 Made read_rapid(const ProgramReaderTask& task, const Params& params, Progress& progress) {
-  return passes<Rapid>(task, params, progress);
+  return passes<RapidReader>(task, params, progress);
 }
 
 }  // namespace robomosp::readers

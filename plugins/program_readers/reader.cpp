@@ -1321,7 +1321,7 @@ void Reader::move(Motion m, const At& at) {
 
 namespace {
 
-class Made final : public ReadProgram {
+class FinishedProgram final : public ReadProgram {
  public:
   std::deque<std::string> texts;
   std::vector<ReadFile> made;
@@ -1358,7 +1358,7 @@ std::string clean(std::string s) {
 }
 
 std::unique_ptr<ReadProgram> Reader::finish() {
-  auto made = std::make_unique<Made>();
+  auto made = std::make_unique<FinishedProgram>();
   std::string text;
   std::uint32_t line = 1;
   const auto put = [&](const std::string& s, const At* at = nullptr) {

@@ -22,6 +22,8 @@
 
 namespace robomosp::readers {
 
+inline constexpr double kDegree = 57.29577951308232;  ///< degrees in a radian
+
 /// A place in a file that is read; line and column count from 1.
 struct At {
   std::uint32_t file = 0, line = 1, column = 1, begin = 0, end = 0;

@@ -11,21 +11,21 @@
 namespace robomosp::readers {
 namespace {
 
-const Style kStyle{.comment = {},
-                   .quotes = "\"'",
-                   .name_first = "_$",
-                   .name_rest = "_$",
-                   .signs = {"<>", "<=", ">="},
-                   .has_lines = false,
-                   .joins_in_brackets = false,
-                   .hex = {}};
-constexpr Binary kBinaries[] = {{"or", 10, Op::or_},   {"and", 12, Op::and_}, {"=", 20, Op::eq},
-                                {"<>", 20, Op::ne},    {"<", 20, Op::lt},     {">", 20, Op::gt},
-                                {"<=", 20, Op::le},    {">=", 20, Op::ge},    {"+", 30, Op::add},
-                                {"-", 30, Op::sub},    {"*", 40, Op::mul},    {"/", 40, Op::div},
-                                {"div", 40, Op::idiv}, {"mod", 40, Op::mod}};
+const Style kTpStyle{.comment = {},
+                     .quotes = "\"'",
+                     .name_first = "_$",
+                     .name_rest = "_$",
+                     .signs = {"<>", "<=", ">="},
+                     .has_lines = false,
+                     .joins_in_brackets = false,
+                     .hex = {}};
+constexpr Binary kTpBinaries[] = {{"or", 10, Op::or_},   {"and", 12, Op::and_}, {"=", 20, Op::eq},
+                                  {"<>", 20, Op::ne},    {"<", 20, Op::lt},     {">", 20, Op::gt},
+                                  {"<=", 20, Op::le},    {">=", 20, Op::ge},    {"+", 30, Op::add},
+                                  {"-", 30, Op::sub},    {"*", 40, Op::mul},    {"/", 40, Op::div},
+                                  {"div", 40, Op::idiv}, {"mod", 40, Op::mod}};
 
-class Tp final : public Reader {
+class TpReader final : public Reader {
  public:
   using Reader::Reader;
 
@@ -54,7 +54,7 @@ class Tp final : public Reader {
     bool is_values = false;  ///< no program but variables of the controller, .va
   };
 
-  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::span<const Binary> binaries() const override { return kTpBinaries; }
   std::string_view not_word() const override { return "!"; }
   int not_precedence() const override { return 60; }
   void skip_rest() override {
@@ -263,7 +263,7 @@ class Tp final : public Reader {
       }
     }
     for (const Statement& s : p.points) {
-      scan(f, kStyle, {s.begin, s.end, s.line});
+      scan(f, kTpStyle, {s.begin, s.end, s.line});
       pending_point();
     }
     for (const Statement& s : p.statements) {
@@ -459,7 +459,7 @@ class Tp final : public Reader {
       return;
     }
     // Further lines begin with ":".
-    scan(f, kStyle, {s.begin + i, s.end, s.line});
+    scan(f, kTpStyle, {s.begin + i, s.end, s.line});
     std::vector<Token> kept;
     for (const Token& t : tokens_) {
       if (t.low == ":" && t.kind == Tk::sign && !kept.empty() && t.at.line != kept.back().at.line)
@@ -1243,7 +1243,7 @@ class Tp final : public Reader {
 }  // namespace
 
 Made read_tp(const ProgramReaderTask& task, const Params& params, Progress& progress) {
-  return passes<Tp>(task, params, progress);
+  return passes<TpReader>(task, params, progress);
 }
 
 }  // namespace robomosp::readers

@@ -9,34 +9,32 @@
 namespace robomosp::readers {
 namespace {
 
-constexpr double kDegree = 57.29577951308232;
-
-const Style kStyle{.comment = "#",
-                   .quotes = "\"'",
-                   .name_first = "_",
-                   .name_rest = "_",
-                   .signs = {"==", "!=", "<=", ">="},
-                   .has_lines = true,
-                   .joins_in_brackets = true,
-                   .hex = "0x"};
-constexpr Binary kBinaries[] = {{"or", 10, Op::or_}, {"xor", 11, Op::exor}, {"and", 12, Op::and_},
-                                {"==", 20, Op::eq},  {"!=", 20, Op::ne},    {"<", 20, Op::lt},
-                                {">", 20, Op::gt},   {"<=", 20, Op::le},    {">=", 20, Op::ge},
-                                {"+", 30, Op::add},  {"-", 30, Op::sub},    {"*", 40, Op::mul},
-                                {"/", 40, Op::div},  {"%", 40, Op::mod},    {"^", 50, Op::power}};
+const Style kUrscriptStyle{.comment = "#",
+                           .quotes = "\"'",
+                           .name_first = "_",
+                           .name_rest = "_",
+                           .signs = {"==", "!=", "<=", ">="},
+                           .has_lines = true,
+                           .joins_in_brackets = true,
+                           .hex = "0x"};
+constexpr Binary kUrscriptBinaries[] = {
+    {"or", 10, Op::or_}, {"xor", 11, Op::exor}, {"and", 12, Op::and_}, {"==", 20, Op::eq},
+    {"!=", 20, Op::ne},  {"<", 20, Op::lt},     {">", 20, Op::gt},     {"<=", 20, Op::le},
+    {">=", 20, Op::ge},  {"+", 30, Op::add},    {"-", 30, Op::sub},    {"*", 40, Op::mul},
+    {"/", 40, Op::div},  {"%", 40, Op::mod},    {"^", 50, Op::power}};
 
 struct Argument {
   std::string name;
   Ex e;
 };
 
-class Urscript final : public Reader {
+class UrscriptReader final : public Reader {
  public:
   using Reader::Reader;
 
   void run() override {
     name_ = std::string(stem(files_[0].name));
-    scan(0, kStyle);
+    scan(0, kUrscriptStyle);
     find_routines();
     block(0);
   }
@@ -49,7 +47,7 @@ class Urscript final : public Reader {
     bool is_thread = false, is_main = false;
   };
 
-  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::span<const Binary> binaries() const override { return kUrscriptBinaries; }
   std::string_view not_word() const override { return "not"; }
   int not_precedence() const override { return 15; }
   bool divides_whole() const override { return false; }
@@ -1039,14 +1037,15 @@ class Urscript final : public Reader {
   std::map<std::string, std::string> threads_;
   std::string routine_;
   bool told_blend_ = false, told_acceleration_ = false;
-  bool is_guessed_ = false;  ///< a value of the present statement is of a type that is not known yet
+  bool is_guessed_ =
+      false;  ///< a value of the present statement is of a type that is not known yet
   int nested_ = 0;
 };
 
 }  // namespace
 
 Made read_urscript(const ProgramReaderTask& task, const Params& params, Progress& progress) {
-  return passes<Urscript>(task, params, progress);
+  return passes<UrscriptReader>(task, params, progress);
 }
 
 }  // namespace robomosp::readers

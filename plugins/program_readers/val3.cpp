@@ -9,15 +9,15 @@
 namespace robomosp::readers {
 namespace {
 
-const Style kStyle{.comment = "//",
-                   .quotes = "\"",
-                   .name_first = "_",
-                   .name_rest = "_",
-                   .signs = {"==", "!=", "<>", "<=", ">="},
-                   .has_lines = true,
-                   .joins_in_brackets = false,
-                   .hex = {}};
-constexpr Binary kBinaries[] = {
+const Style kVal3Style{.comment = "//",
+                       .quotes = "\"",
+                       .name_first = "_",
+                       .name_rest = "_",
+                       .signs = {"==", "!=", "<>", "<=", ">="},
+                       .has_lines = true,
+                       .joins_in_brackets = false,
+                       .hex = {}};
+constexpr Binary kVal3Binaries[] = {
     {"or", 10, Op::or_}, {"xor", 11, Op::exor}, {"and", 12, Op::and_}, {"==", 20, Op::eq},
     {"!=", 20, Op::ne},  {"<>", 20, Op::ne},    {"<", 20, Op::lt},     {">", 20, Op::gt},
     {"<=", 20, Op::le},  {">=", 20, Op::ge},    {"+", 30, Op::add},    {"-", 30, Op::sub},
@@ -126,7 +126,7 @@ std::string base_name(std::string s) {
   return s;
 }
 
-class Val3 final : public Reader {
+class Val3Reader final : public Reader {
  public:
   using Reader::Reader;
 
@@ -174,7 +174,7 @@ class Val3 final : public Reader {
     std::string blend = "off";
   };
 
-  std::span<const Binary> binaries() const override { return kBinaries; }
+  std::span<const Binary> binaries() const override { return kVal3Binaries; }
   std::string_view not_word() const override { return "!"; }
   int not_precedence() const override { return 60; }
 
@@ -384,7 +384,7 @@ class Val3 final : public Reader {
       }
       declare_data(p.file, t, {}, !is_main);
     }
-    scan(p.file, kStyle, p.code);
+    scan(p.file, kVal3Style, p.code);
     blocks_.clear();
     while (!at_end()) {
       if (progress_.cancelled()) {
@@ -942,7 +942,7 @@ class Val3 final : public Reader {
 }  // namespace
 
 Made read_val3(const ProgramReaderTask& task, const Params& params, Progress& progress) {
-  return passes<Val3>(task, params, progress);
+  return passes<Val3Reader>(task, params, progress);
 }
 std::vector<std::string> val3_needs(const SourceFile& file) {
   std::vector<std::string> out;

@@ -16,7 +16,7 @@
 namespace robomosp::robot_files {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
+constexpr std::uintmax_t kMostMeshBytes = std::uintmax_t{256} << 20;
 constexpr double kLeastVolume = 1e-15;  ///< MuJoCo's
 
 Error broken(std::string what) {
@@ -210,7 +210,7 @@ Result<MeshFile> parse_mesh(std::string_view bytes, std::string_view extension) 
 }
 
 Result<MeshFile> read_mesh_file(const std::filesystem::path& file) {
-  const auto bytes = files::read(file, kMostBytes);
+  const auto bytes = files::read(file, kMostMeshBytes);
   if (!bytes.ok()) return broken("it has more than 256 MiB or cannot be read");
   std::string extension = file.extension().string();
   if (!extension.empty()) extension.erase(0, 1);

@@ -31,7 +31,7 @@ constexpr std::string_view kCompiler[] = {
     "assetdir",   "inertiafromgeom",  "inertiagrouprange", "settotalmass", "boundmass",
     "coordinate", "strippath",        "discardvisual",     "usethread",    "convexhull",
     "fusestatic", "exactmeshinertia", "saveinertial",      "conflict"};
-constexpr std::string_view kJoint[] = {
+constexpr std::string_view kMjcfJoint[] = {
     "name",           "class",          "type",        "pos",       "axis",
     "range",          "limited",        "ref",         "springref", "damping",
     "frictionloss",   "armature",       "stiffness",   "group",     "actuatorfrcrange",
@@ -40,9 +40,9 @@ constexpr std::string_view kJoint[] = {
 constexpr std::string_view kBody[] = {"name",  "childclass", "pos",   "quat", "axisangle",
                                       "euler", "xyaxes",     "zaxis", "user", "sleep"};
 
-class Reader {
+class MjcfReader {
  public:
-  Reader(const Element& root, const Options& options, Documents& documents)
+  MjcfReader(const Element& root, const Options& options, Documents& documents)
       : root_(root), options_(options), values_(documents, options.folder) {}
 
   Result<Mechanism> run() {
@@ -133,7 +133,7 @@ class Reader {
       stack.pop_back();
       RMP_TRY_ASSIGN(const auto all, values_.children(e));
       for (const Element* c : all) {
-        if (std::string_view(c->Name()) == "joint") left_out_.attributes(*c, kJoint);
+        if (std::string_view(c->Name()) == "joint") left_out_.attributes(*c, kMjcfJoint);
         if (std::string_view(c->Name()) == "default") stack.push_back(c);
       }
     }
@@ -315,7 +315,7 @@ class Reader {
       j.name = b.name + "_joint" + (b.joints.empty() ? "" : std::to_string(b.joints.size() + 1));
     if (!joint_names_.insert(j.name).second)
       return fault(e, "joint " + in_quotes(j.name) + " stands twice", "Rename one of them.");
-    left_out_.attributes(e, kJoint);
+    left_out_.attributes(e, kMjcfJoint);
     const bool is_free = std::string_view(e.Name()) == "freejoint";
     const std::string_view type = is_free ? "free" : values_.value(e, cls, "type");
     if (type.empty() || type == "hinge") j.kind = Joint::Kind::revolute;
@@ -610,7 +610,7 @@ class Reader {
 }  // namespace
 
 Result<Mechanism> read_mjcf(const Element& mujoco, const Options& options, Documents& documents) {
-  return Reader(mujoco, options, documents).run();
+  return MjcfReader(mujoco, options, documents).run();
 }
 
 }  // namespace robomosp::robot_files

@@ -15,7 +15,7 @@
 namespace robomosp::robot_files {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{64} << 20;
 
 const rmp_param kImportParams[] = {
     {"name", "string", "", "Name of the robot; empty = the file's.", "", nullptr, 1, 0},
@@ -62,10 +62,10 @@ class RobotImporter final : public Importer {
     if (!files::is_file(file))
       return error(ErrorCode::not_found, "there is no file \"" + std::string(path) + "\"",
                    "Check the path.");
-    const auto text = files::read(file, kMostBytes);
+    const auto text = files::read(file, kMostFileBytes);
     if (!text.ok()) {
       std::error_code failed;
-      if (std::filesystem::file_size(file, failed) > kMostBytes && !failed)
+      if (std::filesystem::file_size(file, failed) > kMostFileBytes && !failed)
         return error(ErrorCode::unsupported, "it has more than 64 MiB",
                      "Meshes belong into files of their own.", where);
       return error(ErrorCode::not_found, "it cannot be read", "Check its permissions.", where);

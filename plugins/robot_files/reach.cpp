@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kHighest = 8;  ///< folders above in which a package is looked for
+constexpr int kHighestFolder = 8;  ///< folders above in which a package is looked for
 constexpr std::array kMarks{"package.xml", "manifest.xml", "model.config"};
 constexpr std::array kFolders{"urdf", "urdfs", "robot",  "robots", "mjcf",   "xml",        "xmls",
                               "sdf",  "model", "models", "config", "scenes", "description"};
@@ -32,14 +32,14 @@ std::vector<fs::path> packages_of(const fs::path& folder) {
   std::vector<fs::path> out{folder};
   for (const char* mark : kMarks) {
     fs::path at = folder;
-    for (int k = 0; k < kHighest && !is_top(at); ++k, at = at.parent_path())
+    for (int k = 0; k < kHighestFolder && !is_top(at); ++k, at = at.parent_path())
       if (files::is_file(at / mark)) {
         out.push_back(at);
         break;
       }
   }
   fs::path at = folder;
-  for (int k = 0; k < kHighest && !is_top(at) && !is_top(at.parent_path());
+  for (int k = 0; k < kHighestFolder && !is_top(at) && !is_top(at.parent_path());
        ++k, at = at.parent_path())
     if (std::find(kFolders.begin(), kFolders.end(), std::string_view(at.filename().string())) !=
         kFolders.end()) {

@@ -16,14 +16,14 @@ namespace {
 
 constexpr std::size_t kLongestName = 80;
 
-std::string number(double v) {
+std::string print_value(double v) {
   char buffer[32];
   const auto r = std::to_chars(buffer, buffer + sizeof buffer, v == 0 ? 0.0 : v);
   return {buffer, r.ptr};
 }
-std::string limit(double v) { return std::isinf(v) ? (v > 0 ? "inf" : "-inf") : number(v); }
+std::string limit(double v) { return std::isinf(v) ? (v > 0 ? "inf" : "-inf") : print_value(v); }
 std::string tuple(const Vec3& v) {
-  return "(" + number(v[0]) + ", " + number(v[1]) + ", " + number(v[2]) + ")";
+  return "(" + print_value(v[0]) + ", " + print_value(v[1]) + ", " + print_value(v[2]) + ")";
 }
 std::string text(std::string_view s) {
   std::string out = "\"";
@@ -271,8 +271,8 @@ class Recorder {
     const bool has_axis = j.kind != Joint::Kind::spherical && j.kind != Joint::Kind::free;
     if (has_axis && j.axis != Vec3{0, 0, 1}) out += "  axis " + tuple(j.axis) + "\n";
     if (!j.follows.empty())
-      out += "  mimic { link " + text(joint_links_.at(j.follows)) + "  ratio " + number(j.ratio) +
-             "  offset " + number(j.offset) + " }\n";
+      out += "  mimic { link " + text(joint_links_.at(j.follows)) + "  ratio " +
+             print_value(j.ratio) + "  offset " + print_value(j.offset) + " }\n";
     if (j.passive) out += "  passive true\n";
     if (!has_one_coordinate(j.kind)) {
       std::vector<std::string> lost;
@@ -301,10 +301,10 @@ class Recorder {
       out += "  limits (" + limit(lower) + ", " + limit(upper) + ")\n";
     const auto greatest = [&](const char* word, double v, const char* what) {
       if (std::isinf(v)) return;
-      if (v > 0) out += std::string("  ") + word + " " + number(v) + "\n";
+      if (v > 0) out += std::string("  ") + word + " " + print_value(v) + "\n";
       else
         note("The greatest " + std::string(what) + " of joint " + in_quotes(j.name) + " is " +
-             number(v) + " in the file; it was taken for none.");
+             print_value(v) + " in the file; it was taken for none.");
     };
     greatest("max_velocity", j.max_velocity, "velocity");
     greatest("max_acceleration", j.max_acceleration, "acceleration");
@@ -316,10 +316,12 @@ class Recorder {
                  stiffness = at_least_zero(j, j.stiffness, "stiffness");
     const double backward = j.coulomb_negative < 0 ? coulomb : j.coulomb_negative;
     if (viscous != 0 || coulomb != 0 || backward != 0 || armature != 0)
-      out += "  drive { motor_inertia " + number(armature) + "  viscous " + number(viscous) +
-             "  coulomb (" + number(coulomb) + ", " + number(-backward) + ") }\n";
+      out += "  drive { motor_inertia " + print_value(armature) + "  viscous " +
+             print_value(viscous) + "  coulomb (" + print_value(coulomb) + ", " +
+             print_value(-backward) + ") }\n";
     if (stiffness != 0)
-      out += "  spring { stiffness " + number(stiffness) + "  rest " + number(j.rest) + " }\n";
+      out += "  spring { stiffness " + print_value(stiffness) + "  rest " + print_value(j.rest) +
+             " }\n";
     return out;
   }
 
@@ -342,9 +344,10 @@ class Recorder {
           1e-12 * std::max({1.0, std::fabs(i.xx), std::fabs(i.yy), std::fabs(i.zz)});
       for (double* x : {&i.xx, &i.yy, &i.zz})
         if (*x < 0 && *x > -rounding) *x = 0;
-      out += "  given { mass " + number(body.mass->mass) + "  com " + tuple(body.mass->com) +
-             "  inertia (" + number(i.xx) + ", " + number(i.yy) + ", " + number(i.zz) + ", " +
-             number(i.xy) + ", " + number(i.yz) + ", " + number(i.xz) + ") }\n";
+      out += "  given { mass " + print_value(body.mass->mass) + "  com " + tuple(body.mass->com) +
+             "  inertia (" + print_value(i.xx) + ", " + print_value(i.yy) + ", " +
+             print_value(i.zz) + ", " + print_value(i.xy) + ", " + print_value(i.yz) + ", " +
+             print_value(i.xz) + ") }\n";
     }
     for (const Shape& s : body.shapes)
       if (const std::string p = part(s, body_names_[b]); !p.empty()) out += "  part {" + p + " }\n";
@@ -368,7 +371,7 @@ class Recorder {
       for (const Joint& j : m_.bodies[b].joints) {
         const auto known = values.find(j.name);
         if (!j.follows.empty() || known == values.end()) continue;
-        for (const double v : known->second) all += (all.empty() ? "" : ", ") + number(v);
+        for (const double v : known->second) all += (all.empty() ? "" : ", ") + print_value(v);
       }
     return "pose " + text(pose_names_.take(p.name, "pose")) + " (" + all + ")\n";
   }
@@ -393,32 +396,34 @@ class Recorder {
                                                              : 0;
     for (std::size_t i = 0; i < used; ++i)
       if (!(s.size[i] > 0 && s.size[i] < 1e6)) {
-        note("A shape of " + in_quotes(on) + " with the size " + number(s.size[i]) +
+        note("A shape of " + in_quotes(on) + " with the size " + print_value(s.size[i]) +
              " m was left out.");
         return {};
       }
     std::string node;
     switch (s.kind) {
       case Shape::Kind::box:
-        node = "box body { x " + number(s.size[0]) + "  y " + number(s.size[1]) + "  z " +
-               number(s.size[2]) + " }\n";
+        node = "box body { x " + print_value(s.size[0]) + "  y " + print_value(s.size[1]) + "  z " +
+               print_value(s.size[2]) + " }\n";
         break;
       case Shape::Kind::cylinder:
-        node = "cylinder body { radius " + number(s.size[0]) + "  height " + number(s.size[1]) +
-               " }\n";
+        node = "cylinder body { radius " + print_value(s.size[0]) + "  height " +
+               print_value(s.size[1]) + " }\n";
         break;
-      case Shape::Kind::sphere: node = "sphere body { radius " + number(s.size[0]) + " }\n"; break;
+      case Shape::Kind::sphere:
+        node = "sphere body { radius " + print_value(s.size[0]) + " }\n";
+        break;
       case Shape::Kind::capsule: {
-        const std::string r = number(s.size[0]), half = number(s.size[1] / 2);
+        const std::string r = print_value(s.size[0]), half = print_value(s.size[1] / 2);
         node = "union body {\n  cylinder middle { at (0, 0, -" + half + ")  radius " + r +
-               "  height " + number(s.size[1]) + " }\n  sphere below { at (0, 0, -" + half +
+               "  height " + print_value(s.size[1]) + " }\n  sphere below { at (0, 0, -" + half +
                ")  radius " + r + " }\n  sphere above { at (0, 0, " + half + ")  radius " + r +
                " }\n}\n";
         break;
       }
       case Shape::Kind::ellipsoid:
-        node = "ellipsoid body { x " + number(s.size[0]) + "  y " + number(s.size[1]) + "  z " +
-               number(s.size[2]) + " }\n";
+        node = "ellipsoid body { x " + print_value(s.size[0]) + "  y " + print_value(s.size[1]) +
+               "  z " + print_value(s.size[2]) + " }\n";
         break;
       case Shape::Kind::mesh: node = "mesh " + tuple(s.scale) + s.path; break;
     }
@@ -445,7 +450,7 @@ class Recorder {
     if (!s.colour) return {};
     const auto tone = [](float x) {
       const double v = std::isfinite(x) ? std::clamp(static_cast<double>(x), 0.0, 1.0) : 0.0;
-      return number(std::round(v * 1e4) / 1e4);
+      return print_value(std::round(v * 1e4) / 1e4);
     };
     const Colour& c = *s.colour;
     std::string colour = "colour (" + tone(c.r) + ", " + tone(c.g) + ", " + tone(c.b);

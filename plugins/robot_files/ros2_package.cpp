@@ -17,7 +17,7 @@ namespace {
 
 /// The shortest text that reads back as the number, which YAML takes for one that need not be
 /// whole.
-std::string print(double value) {
+std::string print_yaml_number(double value) {
   char text[64];
   std::string out(text, std::to_chars(text, text + sizeof text, value).ptr);
   if (out.find_first_of(".e") == std::string::npos) out += ".0";
@@ -26,7 +26,7 @@ std::string print(double value) {
     out.insert(e, ".0");
   return out;
 }
-std::string escaped(std::string_view s) {
+std::string package_escaped(std::string_view s) {
   std::string out;
   for (const char c : s) {
     if (c == '&') out += "&amp;";
@@ -38,12 +38,12 @@ std::string escaped(std::string_view s) {
   }
   return out;
 }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_name_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /// Names of joints and links stand in names of parameters, topics and frames.
 bool is_name(std::string_view s) {
-  return !s.empty() && is_letter(s[0]) && std::all_of(s.begin(), s.end(), [](char c) {
-    return is_letter(c) || is_digit(c) || c == '_';
+  return !s.empty() && is_name_letter(s[0]) && std::all_of(s.begin(), s.end(), [](char c) {
+    return is_name_letter(c) || is_digit(c) || c == '_';
   });
 }
 
@@ -238,16 +238,16 @@ class PackageWriter {
         const double most = wishes_.command == "velocity" ? m.max_velocity : m.max_force;
         const double low = wishes_.command == "position" ? m.lower : -most;
         const double high = wishes_.command == "position" ? m.upper : most;
-        if (std::isfinite(low)) out += param("min", print(low));
-        if (std::isfinite(high)) out += param("max", print(high));
+        if (std::isfinite(low)) out += param("min", print_yaml_number(low));
+        if (std::isfinite(high)) out += param("max", print_yaml_number(high));
         out += "      </command_interface>\n";
       } else if (m.is_coupled()) {
         const auto& of = names_.joints[static_cast<std::size_t>(m.coupling.of)];
         out += "      <param name=\"mimic\">" + of + "</param>\n      <param name=\"multiplier\">" +
-               print(m.coupling.ratio) + "</param>\n";
+               print_yaml_number(m.coupling.ratio) + "</param>\n";
       }
       out += "      <state_interface name=\"position\">\n" +
-             param("initial_value", print(shown(j))) +
+             param("initial_value", print_yaml_number(shown(j))) +
              "      </state_interface>\n      <state_interface name=\"velocity\"/>\n";
       if (wishes_.command == "effort") out += "      <state_interface name=\"effort\"/>\n";
       out += "    </joint>\n";
@@ -260,7 +260,8 @@ class PackageWriter {
   }
 
   std::string srdf() {
-    std::string out = "<?xml version=\"1.0\"?>\n<robot name=\"" + escaped(robot_.name) + "\">\n";
+    std::string out =
+        "<?xml version=\"1.0\"?>\n<robot name=\"" + package_escaped(robot_.name) + "\">\n";
     for (const Group& g : groups_)
       out += "  <group name=\"" + g.name + "\">\n    <chain base_link=\"" + names_.base +
              "\" tip_link=\"" + g.tip + "\"/>\n  </group>\n";
@@ -273,8 +274,8 @@ class PackageWriter {
       out += "  <group_state name=\"" + p.name + "\" group=\"" + wishes_.group + "\">\n";
       for (const std::size_t j : driven_)
         if (const auto at = static_cast<std::size_t>(model_.joints[j].q_index); at < p.q.size())
-          out +=
-              "    <joint name=\"" + names_.joints[j] + "\" value=\"" + print(p.q[at]) + "\"/>\n";
+          out += "    <joint name=\"" + names_.joints[j] + "\" value=\"" +
+                 print_yaml_number(p.q[at]) + "\"/>\n";
       out += "  </group_state>\n";
     }
     for (const std::size_t j : stated_)
@@ -333,7 +334,7 @@ class PackageWriter {
       const auto limit = [&](const char* what, double most) {
         const bool has = std::isfinite(most);
         out += std::string("    has_") + what + "_limits: " + (has ? "true" : "false") + "\n";
-        if (has) out += std::string("    max_") + what + ": " + print(most) + "\n";
+        if (has) out += std::string("    max_") + what + ": " + print_yaml_number(most) + "\n";
       };
       limit("velocity", m.max_velocity);
       limit("acceleration", m.max_acceleration);
@@ -395,9 +396,9 @@ class PackageWriter {
         "<?xml version=\"1.0\"?>\n"
         "<package format=\"3\">\n  <name>" +
         wishes_.package + "</name>\n  <version>" + wishes_.version + "</version>\n  <description>" +
-        escaped(wishes_.description) + "</description>\n  <maintainer email=\"" +
-        escaped(wishes_.email) + "\">" + escaped(wishes_.maintainer) +
-        "</maintainer>\n  <license>" + escaped(wishes_.licence) +
+        package_escaped(wishes_.description) + "</description>\n  <maintainer email=\"" +
+        package_escaped(wishes_.email) + "\">" + package_escaped(wishes_.maintainer) +
+        "</maintainer>\n  <license>" + package_escaped(wishes_.licence) +
         "</license>\n\n  <buildtool_depend>ament_cmake</buildtool_depend>\n\n";
     for (const char* needed :
          {"controller_manager", "joint_state_broadcaster", "joint_trajectory_controller", "launch",

@@ -26,8 +26,8 @@ constexpr std::string_view kModel[] = {"link",       "joint",        "frame",
 constexpr std::string_view kLink[] = {"pose",        "inertial",       "visual",
                                       "collision",   "gravity",        "self_collide",
                                       "enable_wind", "velocity_decay", "must_be_base_link"};
-constexpr std::string_view kJoint[] = {"pose",  "parent",  "child",        "axis",
-                                       "axis2", "physics", "thread_pitch", "screw_thread_pitch"};
+constexpr std::string_view kSdfJoint[] = {"pose",  "parent",  "child",        "axis",
+                                          "axis2", "physics", "thread_pitch", "screw_thread_pitch"};
 constexpr std::string_view kAxis[] = {"xyz", "limit", "dynamics", "mimic",
                                       "use_parent_model_frame"};
 
@@ -38,9 +38,9 @@ double version_of(const Element& e) {
   return v.ok() ? *v : 2;
 }
 
-class Reader {
+class SdfReader {
  public:
-  Reader(const Element& root, const Options& options, Documents& documents)
+  SdfReader(const Element& root, const Options& options, Documents& documents)
       : root_(root), options_(options), models_(documents, options.folder) {}
 
   Result<Mechanism> run() {
@@ -190,7 +190,7 @@ class Reader {
       const Element& e = *j.e;
       if (!names.insert(j.name).second)
         return fault(e, "joint " + in_quotes(j.name) + " stands twice", "Rename one of them.");
-      left_out_.elements(e, kJoint);
+      left_out_.elements(e, kSdfJoint);
       std::int32_t ends[2]{};
       for (int k = 0; k < 2; ++k) {
         const std::string said(text_of(e, k == 0 ? "parent" : "child"));
@@ -452,7 +452,7 @@ class Reader {
 }  // namespace
 
 Result<Mechanism> read_sdf(const Element& sdf, const Options& options, Documents& documents) {
-  return Reader(sdf, options, documents).run();
+  return SdfReader(sdf, options, documents).run();
 }
 
 }  // namespace robomosp::robot_files

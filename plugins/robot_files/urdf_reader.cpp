@@ -47,9 +47,9 @@ Result<MassProperties> inertial(const Element& e) {
   return spatial::in_frame(m, at);
 }
 
-class Reader {
+class UrdfReader {
  public:
-  Reader(const Element& robot, const Options& options) : robot_(robot), options_(options) {}
+  UrdfReader(const Element& robot, const Options& options) : robot_(robot), options_(options) {}
 
   Result<Mechanism> run() {
     m_.name = std::string(word(robot_, "name"));
@@ -80,8 +80,8 @@ class Reader {
       if (const Element* i = e->FirstChildElement("inertial")) {
         RMP_TRY_ASSIGN(body.mass, inertial(*i));
       }
-      constexpr std::string_view kLink[] = {"inertial", "visual", "collision"};
-      left_out_.elements(*e, kLink);
+      constexpr std::string_view kUrdfLink[] = {"inertial", "visual", "collision"};
+      left_out_.elements(*e, kUrdfLink);
       RMP_TRY(shapes(*e, body));
       if (!index_.emplace(name, links_.size()).second)
         return fault(*e, "link " + in_quotes(name) + " stands twice", "Rename one of them.");
@@ -377,7 +377,7 @@ class Reader {
 }  // namespace
 
 Result<Mechanism> read_urdf(const Element& robot, const Options& options) {
-  return Reader(robot, options).run();
+  return UrdfReader(robot, options).run();
 }
 
 }  // namespace robomosp::robot_files

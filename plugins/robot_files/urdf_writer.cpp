@@ -22,7 +22,7 @@ namespace {
 constexpr double kNoLimit = 1e16;
 
 /// The shortest text that reads back as the number.
-std::string print(double value) {
+std::string print_xml_number(double value) {
   char text[64];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
@@ -32,7 +32,7 @@ std::string print_rounded(float value) {
                                  std::chars_format::general, 4);
   return {text, end.ptr};
 }
-std::string escaped(std::string_view s) {
+std::string xml_escaped(std::string_view s) {
   std::string out;
   for (const char c : s) {
     if (c == '&') out += "&amp;";
@@ -43,7 +43,9 @@ std::string escaped(std::string_view s) {
   }
   return out;
 }
-std::string three(const Vec3& v) { return print(v[0]) + " " + print(v[1]) + " " + print(v[2]); }
+std::string three(const Vec3& v) {
+  return print_xml_number(v[0]) + " " + print_xml_number(v[1]) + " " + print_xml_number(v[2]);
+}
 bool is_identity(const Pose& t) { return t.p == Vec3{} && t.R == Pose{}.R; }
 /// "a, b and c"
 std::string enumerate(std::span<const std::string> words) {
@@ -80,10 +82,10 @@ class UrdfWriter {
     base_ = free_name("base", links_taken_);
     names_.root = names_.base = base_;
     RMP_TRY(bodies());
-    xml_ = "<?xml version=\"1.0\"?>\n<robot name=\"" + escaped(robot_.name) + "\">\n";
+    xml_ = "<?xml version=\"1.0\"?>\n<robot name=\"" + xml_escaped(robot_.name) + "\">\n";
     if (!is_identity(robot_.pose)) {
       const std::string mounting = free_name("mounting", links_taken_);
-      xml_ += "  <link name=\"" + escaped(mounting) + "\"/>\n";
+      xml_ += "  <link name=\"" + xml_escaped(mounting) + "\"/>\n";
       ++link_count_;
       names_.root = mounting;
       fixed(mounting, base_, robot_.pose);
@@ -125,7 +127,7 @@ class UrdfWriter {
 
   void link(const std::string& name, const MassProperties& mass, const std::string& shapes) {
     ++link_count_;
-    xml_ += "  <link name=\"" + escaped(name) + "\"";
+    xml_ += "  <link name=\"" + xml_escaped(name) + "\"";
     if (mass.mass == 0 && is_zero(mass.inertia) && shapes.empty()) {
       xml_ += "/>\n";
       return;
@@ -134,10 +136,10 @@ class UrdfWriter {
     if (mass.mass != 0 || !is_zero(mass.inertia)) {
       const Sym3& i = mass.inertia;
       const auto part = [](const char* n, double v) {
-        return std::string(" ") + n + "=\"" + print(v) + "\"";
+        return std::string(" ") + n + "=\"" + print_xml_number(v) + "\"";
       };
       xml_ += "    <inertial>\n      <origin xyz=\"" + three(mass.com) +
-              "\" rpy=\"0 0 0\"/>\n      <mass value=\"" + print(mass.mass) +
+              "\" rpy=\"0 0 0\"/>\n      <mass value=\"" + print_xml_number(mass.mass) +
               "\"/>\n      <inertia" + part("ixx", i.xx) + part("ixy", i.xy) + part("ixz", i.xz) +
               part("iyy", i.yy) + part("iyz", i.yz) + part("izz", i.zz) + "/>\n    </inertial>\n";
     }
@@ -150,9 +152,9 @@ class UrdfWriter {
   void joint(const std::string& name, const char* type, const std::string& parent,
              const std::string& child, const Pose& at, const std::string& rest = {}) {
     ++joint_count_;
-    joint_xml_ += "  <joint name=\"" + escaped(name) + "\" type=\"" + type +
-                  "\">\n    <parent link=\"" + escaped(parent) + "\"/>\n    <child link=\"" +
-                  escaped(child) + "\"/>\n    " + origin(at) + "\n" + rest + "  </joint>\n";
+    joint_xml_ += "  <joint name=\"" + xml_escaped(name) + "\" type=\"" + type +
+                  "\">\n    <parent link=\"" + xml_escaped(parent) + "\"/>\n    <child link=\"" +
+                  xml_escaped(child) + "\"/>\n    " + origin(at) + "\n" + rest + "  </joint>\n";
   }
   void fixed(const std::string& parent, const std::string& child, const Pose& at) {
     joint(free_name(child + "_fixed", joints_taken_), "fixed", parent, child, at);
@@ -246,7 +248,7 @@ class UrdfWriter {
     std::string out;
     if (coordinate_count(m.type) != 1) return m.passive ? own_words(" passive=\"true\"") : out;
     const auto value = [](double v) {
-      return print(std::isinf(v) ? (v > 0 ? kNoLimit : -kNoLimit) : v);
+      return print_xml_number(std::isinf(v) ? (v > 0 ? kNoLimit : -kNoLimit) : v);
     };
     const bool has_range = std::isfinite(m.lower) || std::isfinite(m.upper);
     const bool needs_limit = has_range || m.type == JointType::prismatic;
@@ -261,15 +263,16 @@ class UrdfWriter {
     }
     const JointFriction& f = m.friction;
     if (f.viscous != 0 || f.coulomb_positive != 0)
-      out += "    <dynamics damping=\"" + print(f.viscous) + "\" friction=\"" +
-             print(f.coulomb_positive) + "\"/>\n";
+      out += "    <dynamics damping=\"" + print_xml_number(f.viscous) + "\" friction=\"" +
+             print_xml_number(f.coulomb_positive) + "\"/>\n";
     if (m.is_coupled())
-      out += "    <mimic joint=\"" + escaped(urdf_joint(static_cast<std::size_t>(m.coupling.of))) +
-             "\" multiplier=\"" + print(m.coupling.ratio) + "\" offset=\"" +
-             print(m.coupling.offset) + "\"/>\n";
+      out += "    <mimic joint=\"" +
+             xml_escaped(urdf_joint(static_cast<std::size_t>(m.coupling.of))) + "\" multiplier=\"" +
+             print_xml_number(m.coupling.ratio) + "\" offset=\"" +
+             print_xml_number(m.coupling.offset) + "\"/>\n";
     std::string own;
     const auto add = [&](const char* what, double v) {
-      own += std::string(" ") + what + "=\"" + print(v) + "\"";
+      own += std::string(" ") + what + "=\"" + print_xml_number(v) + "\"";
     };
     if (m.armature != 0) add("armature", m.armature);
     if (m.spring.stiffness != 0) add("stiffness", m.spring.stiffness), add("rest", m.spring.rest);
@@ -347,11 +350,11 @@ class UrdfWriter {
     switch (p.form) {
       case ExportPrimitive::Form::box: return "<box size=\"" + three(p.sizes) + "\"/>";
       case ExportPrimitive::Form::cylinder:
-        return "<cylinder radius=\"" + print(p.sizes[0]) + "\" length=\"" + print(p.sizes[1]) +
-               "\"/>";
+        return "<cylinder radius=\"" + print_xml_number(p.sizes[0]) + "\" length=\"" +
+               print_xml_number(p.sizes[1]) + "\"/>";
       case ExportPrimitive::Form::sphere: break;
     }
-    return "<sphere radius=\"" + print(p.sizes[0]) + "\"/>";
+    return "<sphere radius=\"" + print_xml_number(p.sizes[0]) + "\"/>";
   }
 
   static void shape(std::string& to, const std::string& form, const Pose& at, const Colour& c,
@@ -382,7 +385,7 @@ class UrdfWriter {
     files_.push_back({local, std::move(bytes)});
     const std::string uri =
         wishes_.package.empty() ? local : "package://" + wishes_.package + "/" + local;
-    return "<mesh filename=\"" + escaped(uri) + "\"/>";
+    return "<mesh filename=\"" + xml_escaped(uri) + "\"/>";
   }
 
   // --- report --------------------------------------------------------------------------------

@@ -11,7 +11,7 @@
 namespace robomosp::viewer {
 namespace {
 
-Vec3 vertex(const Surface& s, std::size_t i) {
+Vec3 contour_vertex(const Surface& s, std::size_t i) {
   return {s.positions[3 * i], s.positions[3 * i + 1], s.positions[3 * i + 2]};
 }
 
@@ -29,7 +29,7 @@ Segments joined(const Surface& s, const std::vector<std::pair<std::uint32_t, std
     for (;;) {
       is_used[edge] = true;
       const std::uint32_t to = all[edge].first == from ? all[edge].second : all[edge].first;
-      const Vec3 a = vertex(s, from), b = vertex(s, to);
+      const Vec3 a = contour_vertex(s, from), b = contour_vertex(s, to);
       for (const Vec3& p : {a, b})
         for (const double x : p) out.ends.push_back(static_cast<float>(x));
       out.along.push_back(static_cast<float>(way));
@@ -86,8 +86,8 @@ Segments tangent_edges_of(const Surface& s, const std::vector<MeshEdge>& edges) 
   if (s.face_of.empty()) return {};
   const auto normal = [&](std::uint32_t t) {
     const auto* i = &s.triangles[3 * std::size_t{t}];
-    const Vec3 a = vertex(s, i[0]);
-    return cross(vertex(s, i[1]) - a, vertex(s, i[2]) - a);
+    const Vec3 a = contour_vertex(s, i[0]);
+    return cross(contour_vertex(s, i[1]) - a, contour_vertex(s, i[2]) - a);
   };
   std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
   for (const MeshEdge& e : edges) {
@@ -104,8 +104,8 @@ Segments contour_of(const Surface& s, const std::vector<MeshEdge>& edges, const 
   std::vector<Facing> facing(s.triangles.size() / 3);
   for (std::size_t t = 0; t < facing.size(); ++t) {
     const auto* i = &s.triangles[3 * t];
-    const Vec3 a = vertex(s, i[0]);
-    const Vec3 n = cross(vertex(s, i[1]) - a, vertex(s, i[2]) - a);
+    const Vec3 a = contour_vertex(s, i[0]);
+    const Vec3 n = cross(contour_vertex(s, i[1]) - a, contour_vertex(s, i[2]) - a);
     const double d = dot(n, is_point ? eye - a : eye);
     facing[t] = norm(n) <= 0 ? neither : d > 0 ? towards : away;
   }

@@ -26,9 +26,9 @@ struct Side {
 };
 
 /// Axes of the plane.
-struct Plane {
+struct CutPlane {
   Vec3 origin, x, y, normal;
-  Plane(const Vec3& point, const Vec3& n) : origin(point), normal(n) {
+  CutPlane(const Vec3& point, const Vec3& n) : origin(point), normal(n) {
     x = cross(std::abs(n[2]) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, n);
     x = (1 / norm(x)) * x;
     y = cross(n, x);
@@ -40,7 +40,7 @@ struct Segment {
   Point from, to;
 };
 
-std::vector<Segment> segments_in(const Surface& s, const Pose& pose, const Plane& plane) {
+std::vector<Segment> segments_in(const Surface& s, const Pose& pose, const CutPlane& plane) {
   // Vertices at one place must give the same numbers, or the sides would not meet.
   const auto weld = welded(s);
   std::vector<std::array<double, 3>> at(weld.size());
@@ -75,7 +75,7 @@ std::vector<Segment> segments_in(const Surface& s, const Pose& pose, const Plane
 /// Collects strips between two sides; a strip grows while the same two sides bound it.
 struct Strips {
   using Bounds = std::pair<std::size_t, std::size_t>;
-  const Plane& plane;
+  const CutPlane& plane;
   const std::vector<Side>& sides;
   Cut& cut;
   std::map<Bounds, double> open;  // where they began
@@ -103,7 +103,7 @@ struct Strips {
 }  // namespace
 
 Cut cut_of(const Surface& surface, const Pose& pose, const Vec3& point, const Vec3& normal) {
-  const Plane plane(point, normal);
+  const CutPlane plane(point, normal);
   const auto segments = segments_in(surface, pose, plane);
   Cut cut;
   std::vector<Side> sides;

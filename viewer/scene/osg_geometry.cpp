@@ -27,7 +27,7 @@ osg::ref_ptr<osg::Vec3Array> vectors_of(const std::vector<float>& xyz) {
   return a;
 }
 
-osg::Vec3f vec_of(const Vec3& v) {
+osg::Vec3f float_vec_of(const Vec3& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
@@ -86,7 +86,7 @@ osg::ref_ptr<osg::Geometry> sheet_of(const std::vector<float>& positions,
   auto g = empty_geometry();
   g->setVertexArray(vectors_of(positions));
   osg::ref_ptr<osg::Vec3Array> n = new osg::Vec3Array(static_cast<unsigned>(positions.size() / 3));
-  std::fill(n->begin(), n->end(), vec_of(normal));
+  std::fill(n->begin(), n->end(), float_vec_of(normal));
   g->setNormalArray(n, osg::Array::BIND_PER_VERTEX);
   g->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES, triangles.begin(), triangles.end()));
   return g;
@@ -101,8 +101,8 @@ osg::ref_ptr<osg::Geometry> ball_of(double radius) {
     for (unsigned s = 0; s <= kSides; ++s) {
       const double a = 2 * std::numbers::pi * s / kSides;
       const Vec3 n{std::cos(b) * std::cos(a), std::cos(b) * std::sin(a), std::sin(b)};
-      vertices->push_back(vec_of(radius * n));
-      normals->push_back(vec_of(n));
+      vertices->push_back(float_vec_of(radius * n));
+      normals->push_back(float_vec_of(n));
     }
   }
   for (unsigned r = 0; r < kRings; ++r)
@@ -150,9 +150,9 @@ osg::ref_ptr<osg::Geometry> ribbon_of(std::span<const Vec3> points) {
   if (kept.size() >= 2) {
     for (std::size_t i = 0; i < kept.size(); ++i) {
       for (const float side : {-1.0F, 1.0F}) {
-        here->push_back(vec_of(kept[i]));
-        before->push_back(vec_of(kept[i == 0 ? 0 : i - 1]));
-        after->push_back(osg::Vec4f(vec_of(kept[std::min(i + 1, kept.size() - 1)]), side));
+        here->push_back(float_vec_of(kept[i]));
+        before->push_back(float_vec_of(kept[i == 0 ? 0 : i - 1]));
+        after->push_back(osg::Vec4f(float_vec_of(kept[std::min(i + 1, kept.size() - 1)]), side));
       }
     }
   }
@@ -183,8 +183,8 @@ osg::ref_ptr<osg::Geometry> arrow_of(double shaft_radius) {
   for (unsigned s = 0; s <= kSides; ++s) {
     const double a = 2 * std::numbers::pi * s / kSides, c = std::cos(a), d = std::sin(a);
     for (const Ring& r : rings) {
-      vertices->push_back(vec_of({r.radius * c, r.radius * d, r.z}));
-      normals->push_back(vec_of({r.normal_r * c, r.normal_r * d, r.normal_z}));
+      vertices->push_back(float_vec_of({r.radius * c, r.radius * d, r.z}));
+      normals->push_back(float_vec_of({r.normal_r * c, r.normal_r * d, r.normal_z}));
     }
   }
   constexpr unsigned kRings = 8;
@@ -205,7 +205,7 @@ osg::ref_ptr<osg::Geometry> square_of(double half) {
   auto g = empty_geometry();
   osg::ref_ptr<osg::Vec3Array> v = new osg::Vec3Array;
   for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
-    v->push_back(vec_of({x * half, y * half, 0}));
+    v->push_back(float_vec_of({x * half, y * half, 0}));
   osg::ref_ptr<osg::Vec3Array> n = new osg::Vec3Array(4);
   std::fill(n->begin(), n->end(), osg::Vec3f(0, 0, 1));
   g->setVertexArray(v);

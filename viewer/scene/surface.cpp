@@ -12,7 +12,7 @@
 namespace robomosp::viewer {
 namespace {
 
-Vec3 vertex(const std::vector<float>& positions, std::size_t i) {
+Vec3 surface_vertex(const std::vector<float>& positions, std::size_t i) {
   return {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]};
 }
 
@@ -23,8 +23,8 @@ void append(std::vector<float>& to, const Vec3& p) {
 /// Twice the area times the unit normal.
 Vec3 area_normal(const Surface& s, std::size_t triangle) {
   const auto* t = &s.triangles[3 * triangle];
-  const Vec3 a = vertex(s.positions, t[0]);
-  return cross(vertex(s.positions, t[1]) - a, vertex(s.positions, t[2]) - a);
+  const Vec3 a = surface_vertex(s.positions, t[0]);
+  return cross(surface_vertex(s.positions, t[1]) - a, surface_vertex(s.positions, t[2]) - a);
 }
 
 /// The triangles with usable corners; `face_of` gets the face of each, if the mesh knows faces.
@@ -41,7 +41,7 @@ std::vector<std::uint32_t> usable_triangles(const Mesh& mesh, std::vector<std::u
   }
   const std::size_t count = mesh.positions.size() / 3;
   const auto is_usable = [&](std::uint32_t i) {
-    return i < count && is_finite(vertex(mesh.positions, i));
+    return i < count && is_finite(surface_vertex(mesh.positions, i));
   };
   std::vector<std::uint32_t> kept;
   kept.reserve(mesh.triangles.size());
@@ -77,7 +77,8 @@ void compute_normals(Surface& s) {
   for (std::size_t c = 0; c < s.triangles.size(); ++c)
     around[next[weld[s.triangles[c]]]++] = static_cast<std::uint32_t>(c / 3);
 
-  // Hundreds of triangles around one vertex (the tip of a cone) would cost the square of that.
+  // Hundreds of triangles around one surface_vertex (the tip of a cone) would cost the square of
+  // that.
   constexpr std::uint32_t kMostNeighbours = 256;
   std::vector<float> positions, out;
   positions.reserve(3 * s.triangles.size());
@@ -91,7 +92,7 @@ void compute_normals(Surface& s) {
       if (!is_crease(own, normals[around[k]])) sum = sum + normals[around[k]];
     if (norm(sum) <= 0) sum = own;
     const double length = norm(sum);
-    append(positions, vertex(s.positions, s.triangles[c]));
+    append(positions, surface_vertex(s.positions, s.triangles[c]));
     append(out, length > 0 ? (1 / length) * sum : Vec3{0, 0, 1});
   }
   s.positions = std::move(positions);
@@ -106,7 +107,8 @@ void take_feature_edges(const Mesh& mesh, Surface& s) {
   for (const std::uint32_t size : mesh.edge_sizes) {
     double way = 0;
     for (std::size_t i = at; i + 1 < at + size && i + 1 < points; ++i) {
-      const Vec3 a = vertex(mesh.edge_points, i), b = vertex(mesh.edge_points, i + 1);
+      const Vec3 a = surface_vertex(mesh.edge_points, i),
+                 b = surface_vertex(mesh.edge_points, i + 1);
       if (!is_finite(a) || !is_finite(b)) continue;
       append(s.segments, a);
       append(s.segments, b);
@@ -142,8 +144,8 @@ void find_creases(Surface& s) {
     const bool is_sharp =
         j - i == 2 && is_crease(normals[edges[i].triangle], normals[edges[i + 1].triangle]);
     if (!is_border && !is_sharp) continue;
-    const Vec3 a = vertex(s.positions, edges[i].ends >> 32),
-               b = vertex(s.positions, edges[i].ends & 0xFFFFFFFFU);
+    const Vec3 a = surface_vertex(s.positions, edges[i].ends >> 32),
+               b = surface_vertex(s.positions, edges[i].ends & 0xFFFFFFFFU);
     append(s.segments, a);
     append(s.segments, b);
     s.along.push_back(0);
@@ -153,7 +155,7 @@ void find_creases(Surface& s) {
 
 void compute_bounds(Surface& s) {
   if (s.triangles.empty()) return;
-  s.low = s.high = vertex(s.positions, s.triangles[0]);
+  s.low = s.high = surface_vertex(s.positions, s.triangles[0]);
   for (const std::uint32_t v : s.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
       const double x = s.positions[3 * std::size_t{v} + i];
@@ -175,9 +177,9 @@ void find_closed(Surface& s) {
       const std::uint64_t a = weld[s.triangles[t + k]], b = weld[s.triangles[t + (k + 1) % 3]];
       if (a != b) ways.emplace_back(std::min(a, b) << 32 | std::max(a, b), a < b ? 1 : -1);
     }
-    const Vec3 a = vertex(s.positions, s.triangles[t]);
-    volume += dot(a - s.low, cross(vertex(s.positions, s.triangles[t + 1]) - s.low,
-                                   vertex(s.positions, s.triangles[t + 2]) - s.low));
+    const Vec3 a = surface_vertex(s.positions, s.triangles[t]);
+    volume += dot(a - s.low, cross(surface_vertex(s.positions, s.triangles[t + 1]) - s.low,
+                                   surface_vertex(s.positions, s.triangles[t + 2]) - s.low));
   }
   std::sort(ways.begin(), ways.end());
   for (std::size_t i = 0, j; i < ways.size(); i = j) {
@@ -217,14 +219,14 @@ std::vector<std::uint32_t> welded(const Surface& s) {
   };
   double largest = 0;
   for (const std::uint32_t v : s.triangles)
-    for (const double x : vertex(s.positions, v)) largest = std::max(largest, std::abs(x));
+    for (const double x : surface_vertex(s.positions, v)) largest = std::max(largest, std::abs(x));
   const double cell = std::max(1e-6 * largest, 1e-30);  // floats carry 24 bits, 6e-8
   std::unordered_map<Cell, std::uint32_t, Hash> first;
   std::vector<std::uint32_t> weld(s.positions.size() / 3);
   for (std::size_t i = 0; i < weld.size(); ++i) weld[i] = static_cast<std::uint32_t>(i);
   for (const std::uint32_t v : s.triangles) {
     Cell key{};
-    const Vec3 p = vertex(s.positions, v);
+    const Vec3 p = surface_vertex(s.positions, v);
     for (std::size_t i = 0; i < 3; ++i) key[i] = std::llround(p[i] / cell);
     weld[v] = first.emplace(key, v).first->second;
   }
@@ -258,9 +260,9 @@ std::optional<double> first_hit(const Surface& surface, const Vec3& origin, cons
   if (surface.triangles.empty() || misses_box(surface, origin, direction)) return std::nullopt;
   std::optional<double> nearest;
   for (std::size_t t = 0; t + 2 < surface.triangles.size(); t += 3) {
-    const Vec3 a = vertex(surface.positions, surface.triangles[t]);
-    const Vec3 e1 = vertex(surface.positions, surface.triangles[t + 1]) - a;
-    const Vec3 e2 = vertex(surface.positions, surface.triangles[t + 2]) - a;
+    const Vec3 a = surface_vertex(surface.positions, surface.triangles[t]);
+    const Vec3 e1 = surface_vertex(surface.positions, surface.triangles[t + 1]) - a;
+    const Vec3 e2 = surface_vertex(surface.positions, surface.triangles[t + 2]) - a;
     const Vec3 p = cross(direction, e2);
     const double det = dot(e1, p);
     if (det == 0) continue;

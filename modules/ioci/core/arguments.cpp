@@ -140,7 +140,7 @@ constexpr std::pair<std::string_view, model::AngleRepresentation> kAngles[] = {
 constexpr std::string_view kRotations[] = {"quaternion", "axis_angle"};
 
 /// "m", or "m, rad, m".
-const char* unit_of(model::PositionRepresentation notation) {
+const char* unit_of_notation(model::PositionRepresentation notation) {
   switch (notation) {
     case model::PositionRepresentation::cylindrical: return "m, rad, m";
     case model::PositionRepresentation::spherical: return "m, rad, rad";
@@ -154,7 +154,7 @@ Result<bool> set_part(model::Placement& p, std::string_view name, const Value& v
                       std::string_view path) {
   for (const auto& [word, coordinates] : kPositions) {
     if (word != name) continue;
-    RMP_TRY_ASSIGN(p.position, read_vec3(value, unit_of(coordinates), path));
+    RMP_TRY_ASSIGN(p.position, read_vec3(value, unit_of_notation(coordinates), path));
     p.coordinates = coordinates;
     return true;
   }

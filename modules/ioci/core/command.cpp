@@ -8,16 +8,11 @@
 #include "ioci/core/application.h"
 #include "ioci/core/classic.h"
 #include "kernel/check.h"
+#include "kernel/letters.h"
 #include "kernel/text.h"
 
 namespace robomosp::ioci {
 namespace {
-
-std::string lower(std::string_view s) {
-  std::string out(s);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
 
 /// "PRobot mGetDHP|PRobot vGetDHp" -> its spellings, without the order of their arguments.
 std::vector<std::string> spellings(std::string_view classic) {
@@ -142,7 +137,7 @@ void CommandTable::add(std::vector<CommandSpec> specs) {
     auto spec = std::make_unique<CommandSpec>(std::move(given));
     require(by_name_.emplace(spec->name, spec.get()).second, *spec, "is in the table twice");
     for (const std::string& classic : spellings(spec->classic))
-      require(by_classic_.emplace(lower(classic), spec.get()).second, *spec,
+      require(by_classic_.emplace(text::lower(classic), spec.get()).second, *spec,
               "a classic spelling is in the table twice");
     specs_.push_back(std::move(spec));
     revision_.fetch_add(1, std::memory_order_release);
@@ -173,7 +168,8 @@ const CommandSpec* CommandTable::find(std::string_view name) const {
 const CommandSpec* CommandTable::find_classic(std::string_view noun,
                                               std::string_view option) const {
   const std::shared_lock lock(mutex_);
-  const auto it = by_classic_.find(lower(noun) + (option.empty() ? "" : " " + lower(option)));
+  const auto it =
+      by_classic_.find(text::lower(noun) + (option.empty() ? "" : " " + text::lower(option)));
   return it == by_classic_.end() ? nullptr : it->second;
 }
 
@@ -217,15 +213,15 @@ Error CommandTable::unknown(std::string_view name) const {
 
 Error CommandTable::unknown_classic(std::string_view noun, std::string_view option) const {
   const std::shared_lock lock(mutex_);
-  const std::string wanted = lower(noun);
+  const std::string wanted = text::lower(noun);
   std::set<std::string> nouns;
   std::vector<std::string> options;
   for (const auto& [key, spec] : by_classic_) {
     for (const std::string& s : spellings(spec->classic)) {
-      if (lower(s) != key) continue;
+      if (text::lower(s) != key) continue;
       const auto blank = s.find(' ');
       nouns.insert(s.substr(0, blank));
-      if (lower(s.substr(0, blank)) == wanted && blank != std::string::npos)
+      if (text::lower(s.substr(0, blank)) == wanted && blank != std::string::npos)
         options.push_back(s.substr(blank + 1));
     }
   }

@@ -5,7 +5,7 @@
 namespace robomosp::ioci {
 namespace {
 
-Result<Value> list(CommandContext& ctx, const Map& args) {
+Result<Value> list_records(CommandContext& ctx, const Map& args) {
   List out;
   const std::string wanted = text_of(args, "kind");
   for (const AnyId id : ctx.snapshot().list())
@@ -109,7 +109,7 @@ RMP_COMMANDS(document_commands) {
                          "Only records of this kind.")},
        .returns = {"list", "", "Handles.", {}},
        .effect = Effect::reads,
-       .run = list});
+       .run = list_records});
   all.push_back({.name = "document.referrers",
                  .classic = "",
                  .summary = "Lists the records that refer to a record.",

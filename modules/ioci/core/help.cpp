@@ -162,7 +162,7 @@ Value describe_params(const std::vector<ParamSpec>& params, bool inputs) {
   return out;
 }
 
-List words(Effects effects) {
+List effect_words(Effects effects) {
   List out;
   for (const Effect e : effects.list()) out.emplace_back(to_string(e));
   return out;
@@ -180,8 +180,8 @@ Result<Value> table(CommandContext& ctx, const Map& args) {
             {"summary", spec->summary},
             {"details", spec->details},
             {"example", spec->example},
-            {"effects", words(spec->effect)},
-            {"sometimes", words(spec->sometimes)},
+            {"effects", effect_words(spec->effect)},
+            {"sometimes", effect_words(spec->sometimes)},
             {"params", describe_params(spec->params, true)},
             {"returns", Map{{"type", spec->returns.type},
                             {"unit", spec->returns.unit},

@@ -19,12 +19,12 @@ std::uint64_t number(const Map& args, std::string_view name) {
   return has(args, name) ? static_cast<std::uint64_t>(integer(args, name)) : 0;
 }
 
-std::uint64_t own(CommandContext& ctx) { return ctx.app.author(ctx.session).session; }
+std::uint64_t own_session(CommandContext& ctx) { return ctx.app.author(ctx.session).session; }
 
 /// Whose steps are meant: the caller's, or those of a session that has ended when one of them is
 /// named by its number.
 std::optional<std::uint64_t> whose(CommandContext& ctx, std::uint64_t step) {
-  const std::uint64_t mine = own(ctx);
+  const std::uint64_t mine = own_session(ctx);
   if (step == 0) return mine;
   const auto sessions = ctx.app.sessions();
   for (const document::HistoryEntry& e : ctx.app.document.history()) {
@@ -49,7 +49,7 @@ Result<Value> redo(CommandContext& ctx, const Map& args) {
   return commit_value(ctx, commit);
 }
 
-Value words(const std::vector<std::string>& all) {
+Value text_list(const std::vector<std::string>& all) {
   List out;
   for (const auto& s : all) out.emplace_back(s);
   return out;
@@ -57,7 +57,7 @@ Value words(const std::vector<std::string>& all) {
 
 Result<Value> history(CommandContext& ctx, const Map& args) {
   const document::Document& document = ctx.app.document;
-  const std::uint64_t me = own(ctx);
+  const std::uint64_t me = own_session(ctx);
   const auto entries = document.history();
   const auto most = static_cast<std::size_t>(integer(args, "at_most"));
   List steps;
@@ -74,8 +74,8 @@ Result<Value> history(CommandContext& ctx, const Map& args) {
                            {"undone", e.undone},
                            {"changed", std::move(changed)}});
   }
-  return Value(Map{{"undo", words(document.undo_labels(me))},
-                   {"redo", words(document.redo_labels(me))},
+  return Value(Map{{"undo", text_list(document.undo_labels(me))},
+                   {"redo", text_list(document.redo_labels(me))},
                    {"steps", std::move(steps)},
                    {"forgotten", static_cast<std::int64_t>(document.forgotten_steps())},
                    {"bytes", document.history_bytes()},
@@ -100,7 +100,7 @@ Result<Value> begin_gesture(CommandContext& ctx, const Map& args) {
 Result<std::uint64_t> own_gesture(CommandContext& ctx, const Map& args) {
   const std::uint64_t wanted = number(args, "gesture");
   for (const auto& [open, who] : ctx.app.document.gestures())
-    if (open == wanted && who.session == own(ctx)) return wanted;
+    if (open == wanted && who.session == own_session(ctx)) return wanted;
   return error(ErrorCode::unknown_name,
                "there is no open gesture " + std::to_string(wanted) + " of session " +
                    text::quote(ctx.session.name()),
@@ -127,7 +127,7 @@ Result<Value> cancel_gesture(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> list_sessions(CommandContext& ctx, const Map&) {
-  const std::uint64_t me = own(ctx);
+  const std::uint64_t me = own_session(ctx);
   List out;
   for (const Application::SessionInfo& s : ctx.app.sessions())
     out.emplace_back(Map{{"number", static_cast<std::int64_t>(s.number)},

@@ -15,7 +15,7 @@ Map status_map(const JobStatus& s) {
              {"what", s.what}};
 }
 
-Result<Value> list(CommandContext& ctx, const Map&) {
+Result<Value> list_jobs(CommandContext& ctx, const Map&) {
   List out;
   for (const JobStatus& s : ctx.app.jobs.list()) out.emplace_back(status_map(s));
   return Value(std::move(out));
@@ -51,7 +51,7 @@ RMP_COMMANDS(job_commands) {
                  .params = {},
                  .returns = {"list", "", "", status},
                  .effect = Effect::reads,
-                 .run = list});
+                 .run = list_jobs});
   all.push_back({.name = "job.progress",
                  .classic = "",
                  .summary = "Gives the state of a job and how far it is.",

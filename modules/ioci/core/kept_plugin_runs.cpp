@@ -18,7 +18,7 @@
 namespace robomosp::ioci {
 
 namespace {
-constexpr double kMiB = 1 << 20;
+constexpr double kMebibyte = 1 << 20;
 
 std::string quoted(const std::vector<std::string>& words) {
   std::ostringstream out;
@@ -50,7 +50,7 @@ PluginRuns::Wishes kept_plugin_runs() {
       continue;
     PluginRun run;
     run.in_process = false;
-    run.limits = {seconds, static_cast<std::uint64_t>(memory * kMiB), how == "confined"};
+    run.limits = {seconds, static_cast<std::uint64_t>(memory * kMebibyte), how == "confined"};
     run.only = std::move(only);
     out[file] = run;
   }
@@ -74,7 +74,7 @@ Result<void> keep_plugin_run(const std::filesystem::path& file, const PluginRun&
       "file.\n";
   for (const auto& [path, one] : kept)
     text += text::print(one.limits.seconds) + " " +
-            text::print(static_cast<double>(one.limits.memory) / kMiB) + " " +
+            text::print(static_cast<double>(one.limits.memory) / kMebibyte) + " " +
             (one.limits.confined ? "confined " : "free ") + quoted(one.only) + path.string() + "\n";
   std::error_code failed;
   std::filesystem::create_directories(settings.parent_path(), failed);  // write_file says it

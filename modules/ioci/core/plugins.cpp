@@ -46,7 +46,7 @@ Map report_map(const PluginReport& r) {
   return m;
 }
 
-Result<Value> list(CommandContext& ctx, const Map&) {
+Result<Value> list_plugins(CommandContext& ctx, const Map&) {
   List out;
   const std::lock_guard lock(ctx.app.plugins_mutex);
   for (const PluginReport& r : ctx.app.plugins.reports()) out.emplace_back(report_map(r));
@@ -316,7 +316,7 @@ RMP_COMMANDS(plugin_commands) {
        .params = {},
        .returns = {"list", "", "", report},
        .effect = Effect::reads,
-       .run = list});
+       .run = list_plugins});
   all.push_back(
       {.name = "plugin.load",
        .classic = "",

@@ -40,7 +40,7 @@ Result<void> check_may_look(const CommandContext& ctx) {
                "Restore it in a session of the program itself.");
 }
 
-Result<Value> list(CommandContext& ctx, const Map&) {
+Result<Value> list_recoverable(CommandContext& ctx, const Map&) {
   RMP_TRY(require(Effect::files_read));
   RMP_TRY(check_may_look(ctx));
   List out;
@@ -83,7 +83,7 @@ Result<Value> discard(CommandContext& ctx, const Map& args) {
   return Value(file.string());
 }
 
-ParamSpec which() {
+ParamSpec which_recovery() {
   return optional("file", "string", "",
                   "The journal, as recovery.list names it; the newest one when left out.");
 }
@@ -112,7 +112,7 @@ RMP_COMMANDS(recovery_commands) {
                     field("records", "int", "", "Records that it holds."),
                     field("unread", "int", "", "Bytes at its end that were cut off.")}},
        .effect = Effect::files_read,
-       .run = list});
+       .run = list_recoverable});
   all.push_back(
       {.name = "recovery.restore",
        .classic = "",
@@ -121,7 +121,7 @@ RMP_COMMANDS(recovery_commands) {
                   "is taken gets another one. The journal stays until this program ends as it "
                   "should.",
        .example = "if #recovery.list() > 0 then\n  recovery.restore()\nend",
-       .params = {which()},
+       .params = {which_recovery()},
        .returns = {"list", "", "Handles of what was restored.", {}},
        .effect = Effect::files_read | Effect::edits,
        .run = restore,
@@ -132,7 +132,7 @@ RMP_COMMANDS(recovery_commands) {
                  .details = "It cannot be restored after that.",
                  .example = "local none = pcall(recovery.discard, \"no_such.journal\")\n"
                             "assert(not none)",
-                 .params = {which()},
+                 .params = {which_recovery()},
                  .returns = {"string", "", "The journal that was removed.", {}},
                  .effect = Effect::files_write,
                  .run = discard});

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "ioci/core/command.h"
+#include "kernel/letters.h"
 #include "kernel/text.h"
 
 namespace robomosp::ioci {
@@ -57,17 +58,11 @@ constexpr std::string_view kSynonyms[] = {
     "quit, exit, leave",
 };
 
-std::string lower(std::string_view s) {
-  std::string out(s);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 /// Runs of letters and digits.
 std::vector<std::string> words_of(std::string_view s) {
   std::vector<std::string> out;
   std::string word;
-  for (const char c : lower(s) + " ") {
+  for (const char c : text::lower(s) + " ") {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0 ||
         (static_cast<unsigned char>(c) & 0x80U) != 0) {
       word += c;
@@ -148,8 +143,8 @@ std::vector<const CommandSpec*> CommandTable::apropos(std::string_view words) co
   std::vector<Entry> entries;
   for (const auto& [name, spec] : by_name_) {
     Entry e{spec, words_of(name), words_of(spec->summary),
-            lower(name + " " + spec->classic + " " + spec->summary + " " + spec->details)};
-    for (const ParamSpec& p : spec->params) e.all += " " + lower(p.name);
+            text::lower(name + " " + spec->classic + " " + spec->summary + " " + spec->details)};
+    for (const ParamSpec& p : spec->params) e.all += " " + text::lower(p.name);
     entries.push_back(std::move(e));
   }
   std::vector<int> least(entries.size(), 1000), most(entries.size(), 0), sum(entries.size(), 0);

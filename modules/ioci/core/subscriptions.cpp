@@ -7,7 +7,7 @@ namespace robomosp::ioci {
 namespace {
 
 template <class T>
-std::uint32_t bit(T t) {
+std::uint32_t topic_bit(T t) {
   return std::uint32_t{1} << static_cast<unsigned>(t);
 }
 
@@ -21,7 +21,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
       const std::string name = word.as_string() ? *word.as_string() : word.text();
       const auto at = std::find(known.begin(), known.end(), name);
       if (at == known.end()) return unknown_name("topic", name, known).in("topics");
-      f.topics |= bit(kAllTopics[at - known.begin()]);
+      f.topics |= topic_bit(kAllTopics[at - known.begin()]);
     }
   }
   if (const Value* kinds = args.find("kinds"); kinds && kinds->as_list()) {
@@ -32,7 +32,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
       const std::string name = word.as_string() ? *word.as_string() : word.text();
       const auto kind = kind_from(name);
       if (!kind) return unknown_name("kind", name, known).in("kinds");
-      f.kinds |= bit(*kind);
+      f.kinds |= topic_bit(*kind);
     }
   }
   if (const Value* records = args.find("records"); records && records->as_list())
@@ -56,7 +56,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
   return Value(static_cast<std::int64_t>(token));
 }
 
-Result<std::uint64_t> own(CommandContext& ctx, const Map& args) {
+Result<std::uint64_t> own_subscription(CommandContext& ctx, const Map& args) {
   const auto token = static_cast<std::uint64_t>(integer(args, "subscription"));
   if (ctx.app.has_subscription(ctx.session, token)) return token;
   return error(ErrorCode::unknown_name,
@@ -66,7 +66,7 @@ Result<std::uint64_t> own(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> take(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::uint64_t token, own(ctx, args));
+  RMP_TRY_ASSIGN(const std::uint64_t token, own_subscription(ctx, args));
   RMP_TRY_ASSIGN(const auto events,
                  ctx.app.events.take(token, static_cast<std::size_t>(integer(args, "at_most"))));
   List out;
@@ -75,12 +75,12 @@ Result<Value> take(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> unsubscribe(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::uint64_t token, own(ctx, args));
+  RMP_TRY_ASSIGN(const std::uint64_t token, own_subscription(ctx, args));
   ctx.app.events.unsubscribe(token);
   return Value();
 }
 
-ParamSpec which() {
+ParamSpec which_subscription() {
   return between(needed("subscription", "int", "", "What event.subscribe returned."), 1, 9e15);
 }
 
@@ -128,7 +128,7 @@ RMP_COMMANDS(event_commands) {
        .details = "",
        .example = "local s = event.subscribe{}\nmaterial.create{name = \"brass\", density = 8500}\n"
                   "assert(event.take(s)[1].kind == \"edit\" and #event.take(s) <= 1)",
-       .params = {which(),
+       .params = {which_subscription(),
                   between(defaulted("at_most", "int", "", 1000, "How many are fetched."), 1, 1e6)},
        .returns = {"list",
                    "",
@@ -164,7 +164,7 @@ RMP_COMMANDS(event_commands) {
                  .details = "",
                  .example = "local s = event.subscribe{}\nevent.unsubscribe(s)\n"
                             "assert(not pcall(event.take, s))",
-                 .params = {which()},
+                 .params = {which_subscription()},
                  .returns = {},
                  .effect = Effect::reads,
                  .run = unsubscribe});

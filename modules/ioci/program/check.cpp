@@ -13,6 +13,8 @@
 #include "ioci/program/check_program.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/program_kind.h"
+#include "ioci/program/rows.h"
+#include "ioci/program/source_text.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
 #include "model/controller.h"
@@ -30,15 +32,8 @@ using program_check::Fault;
 using program_check::FaultKind;
 using program_check::kNone;
 using program_check::MotionReport;
-using program_check::Severity;
 using text::print_rounded;
 
-constexpr double kDegree = 180 / std::numbers::pi;
-
-template <class Row>
-const Row& row_of(const rmp_table& t, std::uint32_t i) {
-  return *static_cast<const Row*>(rmp_row(&t, i));
-}
 std::string file_name(const rmp_code& code, std::uint32_t file) {
   return file < code.files.count ? row_of<rmp_code_file>(code.files, file).name : "";
 }
@@ -161,7 +156,9 @@ Look look_of(const Fault& f) {
     default: return {{0.96F, 0.58F, 0.04F, 1}, "limit"};
   }
 }
-bool is_drawn(const Fault& f) { return f.severity != Severity::note && f.motion != kNone; }
+bool is_drawn(const Fault& f) {
+  return f.severity != program_check::Severity::note && f.motion != kNone;
+}
 
 constexpr std::size_t kMostNames = 16;  ///< of places in a picture
 
@@ -251,7 +248,7 @@ std::size_t mark(const CheckedProgram& c, render::Scene& scene) {
 /// The first fault that has a place, and so its time is what a picture shows.
 const Fault* shown_fault(const Check& check) {
   for (const Fault& f : check.faults)
-    if (is_drawn(f) && f.severity != Severity::note) return &f;
+    if (is_drawn(f) && f.severity != program_check::Severity::note) return &f;
   return nullptr;
 }
 
@@ -364,7 +361,7 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
     return error(ErrorCode::unsupported, "no joint has limits, and nothing can touch",
                  "Leave plot out.", "plot");
   for (const Fault& f : c.check.faults) {
-    if (f.severity == Severity::note) continue;
+    if (f.severity == program_check::Severity::note) continue;
     const Look look = look_of(f);
     const auto hex = [](float v) {
       static constexpr char kDigits[] = "0123456789abcdef";
@@ -463,10 +460,12 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   }
   if (by_line.size() > most)
     left_out.set("lines", Value(static_cast<std::int64_t>(by_line.size() - most)));
-  const auto count = [&](Severity s) { return static_cast<std::int64_t>(found.count(s)); };
+  const auto count = [&](program_check::Severity s) {
+    return static_cast<std::int64_t>(found.count(s));
+  };
   std::string report;
   for (const Fault& f : found.faults) {
-    if (f.severity == Severity::note) continue;
+    if (f.severity == program_check::Severity::note) continue;
     report += sentence_of(code, f) + "\n";
   }
   Map cycle{{"total", found.duration},
@@ -479,10 +478,10 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
                  {"touch", c.options.touch},
                  {"condition", c.options.condition},
                  {"sample_time", real(args, "sample_time")}};
-  Map out{{"correct", found.count(Severity::error) == 0},
-          {"errors", count(Severity::error)},
-          {"warnings", count(Severity::warning)},
-          {"notes", count(Severity::note)},
+  Map out{{"correct", found.count(program_check::Severity::error) == 0},
+          {"errors", count(program_check::Severity::error)},
+          {"warnings", count(program_check::Severity::warning)},
+          {"notes", count(program_check::Severity::note)},
           {"faults", std::move(faults)},
           {"cycle_time", std::move(cycle)},
           {"motions", std::move(motions)},
@@ -652,7 +651,7 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args) {
     const auto& c = std::get<model::OtherContent>(r->body).as<model::Controller>();
     options.controller = r->name;
     options.most_speed = c.max_speed * 1000;
-    options.most_speed_orientation = c.max_speed_ori * kDegree;
+    options.most_speed_orientation = c.max_speed_ori * kDegreesPerRadian;
     for (const auto& a : c.axes)
       if (!a.is_external && a.lower < a.upper && a.joint >= 1)
         options.axes.push_back({a.name, static_cast<std::size_t>(a.joint - 1),

@@ -20,6 +20,8 @@
 #include "ioci/program/compiled.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
+#include "ioci/program/rows.h"
+#include "ioci/program/source_text.h"
 #include "motion/provider_params.h"
 #include "program/state.h"
 #include "program/trace.h"
@@ -27,13 +29,7 @@
 namespace robomosp::ioci {
 namespace {
 
-constexpr double kDegree = 180 / std::numbers::pi;
 constexpr double kSameMm = 0.01, kSameDegrees = 0.01, kSameSpeed = 0.01;
-
-template <class Row>
-const Row& row_of(const rmp_table& t, std::uint32_t i) {
-  return *static_cast<const Row*>(rmp_row(&t, i));
-}
 
 /// What languages say otherwise than IRL, which has PTP speeds and C_PTP in % and C_CP in mm.
 /// Nothing = the same.
@@ -76,7 +72,7 @@ struct Reached {
   double speed = 0;  ///< of paths [mm/s], of PTP [%]
   double c_cp = 0, c_ptp = 0;
 };
-const char* motion_word(std::uint32_t interpolation) {
+const char* compared_motion_word(std::uint32_t interpolation) {
   switch (interpolation) {
     case RMP_MOVE_LIN: return "LIN";
     case RMP_MOVE_CIRCLE: return "CIRCLE";
@@ -200,7 +196,7 @@ Apart apart(const Reached& a, const Reached& b) {
   if (a.is_place || b.is_place) return out;
   double dot = 0;
   for (std::size_t k = 0; k < 4; ++k) dot += a.turn[k] * b.turn[k];
-  out.degrees = 2 * std::acos(std::min(1.0, std::fabs(dot))) * kDegree;
+  out.degrees = 2 * std::acos(std::min(1.0, std::fabs(dot))) * kDegreesPerRadian;
   return out;
 }
 
@@ -484,8 +480,8 @@ void compare_motions(Comparison& c, const std::string& file, const Moves& left, 
     const std::uint32_t line = k < c.reached.size() ? c.reached[k].line : 0;
     if (a[k].interpolation != b[k].interpolation) {
       tell("motion", line,
-           of_a + " goes by " + motion_word(a[k].interpolation) + ", " + of_b + " by " +
-               motion_word(b[k].interpolation));
+           of_a + " goes by " + compared_motion_word(a[k].interpolation) + ", " + of_b + " by " +
+               compared_motion_word(b[k].interpolation));
       continue;
     }
     if (a[k].has_until != b[k].has_until)
@@ -772,7 +768,7 @@ std::string points_sentence(const Comparison& c) {
   for (const std::string& s : c.not_compared) out += " Not compared: " + s;
   return out;
 }
-std::string where_of(const Difference& d) {
+std::string place_of_difference(const Difference& d) {
   return d.line == 0 ? d.file : d.file + ":" + std::to_string(d.line);
 }
 std::set<std::uint32_t> lines_that_differ(const Comparison& c, const std::string& file,
@@ -797,7 +793,7 @@ std::string as_text(const Comparison& c, std::size_t width) {
   }
   out += points_sentence(c) + "\n\n";
   for (const Difference& d : c.differences)
-    out += where_of(d) + ": " + d.kind + ": " + d.text + "\n";
+    out += place_of_difference(d) + ": " + d.kind + ": " + d.text + "\n";
   for (const auto& [file, lines] : c.source) {
     out += "\n=== " + file;
     for (const Side& s : c.sides) out += " | " + s.label;
@@ -870,8 +866,8 @@ std::string as_html(const Comparison& c, const std::string& title) {
     for (const Difference& d : c.differences)
       out += "<tr class=\"" + d.kind + "\"><td>" +
              (d.line ? "<a href=\"#" + html(d.file) + "-" + std::to_string(d.line) + "\">" : "") +
-             html(where_of(d)) + (d.line ? "</a>" : "") + "</td><td>" + d.kind + "</td><td>" +
-             html(d.text) + "</td></tr>\n";
+             html(place_of_difference(d)) + (d.line ? "</a>" : "") + "</td><td>" + d.kind +
+             "</td><td>" + html(d.text) + "</td></tr>\n";
     out += "</table>\n";
   }
   bool is_first = true;
@@ -945,7 +941,7 @@ std::string as_markdown(const Comparison& c, const std::string& title) {
   else {
     out += "| line | kind | |\n|---|---|---|\n";
     for (const Difference& d : c.differences)
-      out += "| " + where_of(d) + " | " + d.kind + " | " + markdown(d.text) + " |\n";
+      out += "| " + place_of_difference(d) + " | " + d.kind + " | " + markdown(d.text) + " |\n";
   }
   bool is_first = true;
   for (const auto& [file, lines] : c.source) {
@@ -1023,7 +1019,7 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
                            {"not_said", static_cast<std::int64_t>(s.not_said.size())},
                            {"compared", static_cast<std::int64_t>(s.compared)},
                            {"most_distance", s.most_mm / 1000},
-                           {"most_angle", s.most_degrees / kDegree}});
+                           {"most_angle", s.most_degrees / kDegreesPerRadian}});
   }
   List not_compared;
   for (const std::string& each : c.not_compared) not_compared.emplace_back(each);
@@ -1059,7 +1055,7 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
   if (all > most) left_out.set("rows", Value(static_cast<std::int64_t>(all - most)));
   Map out{{"targets", std::move(sides)},       {"differences", std::move(differences)},
           {"rows", std::move(rows)},           {"compared", static_cast<std::int64_t>(c.compared)},
-          {"most_distance", c.most_mm / 1000}, {"most_angle", c.most_degrees / kDegree},
+          {"most_distance", c.most_mm / 1000}, {"most_angle", c.most_degrees / kDegreesPerRadian},
           {"points", points_sentence(c)},      {"not_compared", std::move(not_compared)},
           {"left_out", std::move(left_out)},   {"text", text}};
   if (!c.not_traced.empty()) out.set("not_traced", Value(c.not_traced));

@@ -8,22 +8,17 @@
 #include "io/native.h"
 #include "ioci/program/program_files.h"
 #include "kernel/file_root.h"
+#include "kernel/letters.h"
 #include "motion/provider_params.h"
 
 namespace robomosp::ioci {
 namespace {
 
 constexpr std::size_t kMostFiles = 200;
-constexpr std::size_t kMostNames = 100'000;
+constexpr std::size_t kMostForeignNames = 100'000;
 
-std::string lower(std::string_view s) {
-  std::string out(s);
-  for (char& c : out)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return out;
-}
 std::string extension_of(const std::filesystem::path& path) {
-  const std::string e = lower(path.extension().string());
+  const std::string e = text::lower(path.extension().string());
   return e.empty() ? e : e.substr(1);
 }
 
@@ -109,18 +104,18 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
     RMP_TRY_ASSIGN(const auto wanted,
                    reader->needs(SourceFile{out.files[i].name, out.files[i].text, {}}));
     for (const std::string& each : wanted) {
-      const std::string base = lower(std::filesystem::path(each).filename().string());
+      const std::string base = text::lower(std::filesystem::path(each).filename().string());
       if (base.empty() || base == "." || base == "..") continue;
       if (std::any_of(out.files.begin(), out.files.end(),
-                      [&](const ForeignFile& f) { return lower(f.name) == base; }))
+                      [&](const ForeignFile& f) { return text::lower(f.name) == base; }))
         continue;
       if (!is_listed) {
         const std::filesystem::path folder = path.parent_path();
-        RMP_TRY_ASSIGN(beside, list_folder(folder.empty() ? "." : folder, kMostNames));
+        RMP_TRY_ASSIGN(beside, list_folder(folder.empty() ? "." : folder, kMostForeignNames));
         is_listed = true;
       }
       const auto found = std::find_if(beside.begin(), beside.end(), [&](const FolderEntry& e) {
-        return e.kind == FileKind::file && lower(e.name) == base;
+        return e.kind == FileKind::file && text::lower(e.name) == base;
       });
       if (found == beside.end()) continue;  // the reader says what it misses
       if (out.files.size() >= kMostFiles)

@@ -27,7 +27,7 @@ using model::TaskStep;
 using model::World;
 using text::quote;
 
-constexpr double kMm = 1e3, kDegree = 180 / std::numbers::pi, kPercent = 100;
+constexpr double kMm = 1e3, kPercent = 100;
 /// Of straight moves of tasks that give none [m/s] (task/moves.cpp).
 constexpr double kToolSpeed = 0.25;
 
@@ -80,7 +80,8 @@ class Source {
     std::string out = "MAIN_JOINT(";
     for (std::size_t j = 0; j < q.size(); ++j)
       out += (j ? ", " : "") +
-             irl_real(q[j] * (arm_.model->joints[j].type == JointType::revolute ? kDegree : kMm));
+             irl_real(q[j] * (arm_.model->joints[j].type == JointType::revolute ? kDegreesPerRadian
+                                                                                : kMm));
     return out + ")";
   }
   [[nodiscard]] const Arm& arm() const { return arm_; }
@@ -136,7 +137,7 @@ Result<std::string> trapezoid_words(CommandContext& ctx, const model::Trajectory
   RMP_TRY_ASSIGN(const auto params, motion::params_of(providers, s, "segment"));
   const double acceleration = params.law->real("acceleration");
   std::string out = " SPEED := " + irl_real(kMm * params.law->real("speed"));
-  out += " SPEED_ORI := " + irl_real(kDegree * params.law->real("angular_speed"));
+  out += " SPEED_ORI := " + irl_real(kDegreesPerRadian * params.law->real("angular_speed"));
   if (acceleration < kFullAcceleration)
     out += " ACC := " + irl_real(kPercent * acceleration / kFullAcceleration);
   if (acceleration > kFullAcceleration)
@@ -946,7 +947,7 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
   }
   source.note(std::to_string(rows.size()) + " of " + std::to_string(time->values.size()) +
               " rows are kept, and passed without a stop; the joints stay within " +
-              irl_real(kDegree * real(args, "tolerance")) + " degrees (" +
+              irl_real(kDegreesPerRadian * real(args, "tolerance")) + " degrees (" +
               irl_real(kMm * real(args, "tolerance")) + " mm of sliding joints) of the others.");
   const std::string title = r->title.empty() ? "recording" : r->title;
   return finish(ctx, args, source, name + " recorded", "Of the recording " + title, {}, {});

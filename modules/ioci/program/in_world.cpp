@@ -27,7 +27,7 @@ using model::ProgramBinding;
 std::vector<std::string> binding_words() {
   return {model::kBindingWords.begin(), model::kBindingWords.end()};
 }
-bool same(std::string_view a, std::string_view b) {
+bool same_name(std::string_view a, std::string_view b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
            return std::tolower(static_cast<unsigned char>(x)) ==
                   std::tolower(static_cast<unsigned char>(y));
@@ -43,7 +43,7 @@ Result<void> edit_place(CommandContext& ctx, const ProgramPlace& place, Fn&& fn)
   return {};
 }
 
-Result<Value> add_program(CommandContext& ctx, const Map& args) {
+Result<Value> add_to_world(CommandContext& ctx, const Map& args) {
   PlacedProgram made;
   made.program = ref(args, "program");
   if (has(args, "robot")) {
@@ -175,7 +175,7 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
     auto& all = p.bindings;
     // A name means one thing: robots are apart from signals and joints.
     std::erase_if(all, [&](const ProgramBinding& old) {
-      return same(old.name, b.name) &&
+      return same_name(old.name, b.name) &&
              (old.kind == BindingKind::robot) == (b.kind == BindingKind::robot);
     });
     all.push_back(b);
@@ -189,7 +189,7 @@ Result<Value> unbind(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "name");
   RMP_TRY(edit_place(ctx, place, [&](PlacedProgram& p) -> Result<void> {
     auto& all = p.bindings;
-    if (std::erase_if(all, [&](const ProgramBinding& b) { return same(b.name, name); }) > 0)
+    if (std::erase_if(all, [&](const ProgramBinding& b) { return same_name(b.name, name); }) > 0)
       return {};
     std::vector<std::string> known;
     for (const ProgramBinding& b : all) known.push_back(b.name);
@@ -454,7 +454,7 @@ RMP_COMMANDS(program_in_world_commands) {
        optional("robot", "string", "",
                 "The robot of the world that its motions mean which name none; the only one when "
                 "left out.")},
-      {"string", "", "Its name in the world.", {}}, Effect::edits, add_program);
+      {"string", "", "Its name in the world.", {}}, Effect::edits, add_to_world);
   add("world.remove_program", "Takes a program out of a world.", "The program itself stays.",
       with_cell("cell:remove_program(\"there\")\nassert(#cell:programs() == 0)"),
       {self("world"), needed("name", "string", "", "Its name in the world.")}, {}, Effect::edits,

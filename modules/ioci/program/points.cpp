@@ -9,6 +9,7 @@
 #include <robomosp/sdk/post_writer.h>
 
 #include "ioci/core/commands.h"
+#include "ioci/program/rows.h"
 #include "ioci/program/source_text.h"
 #include "ioci/records/features.h"
 #include "kernel/expression.h"
@@ -25,11 +26,9 @@ using model::PlacedProgram;
 using model::ProgramBinding;
 using text::quote;
 
-template <class Row>
-const Row& row_of(const rmp_table& t, std::uint32_t i) {
-  return *static_cast<const Row*>(rmp_row(&t, i));
+bool same_symbol(std::string_view a, std::string_view b) {
+  return post::upper(a) == post::upper(b);
 }
-bool same(std::string_view a, std::string_view b) { return post::upper(a) == post::upper(b); }
 
 /// Computes the values of one place.
 class Binder {
@@ -85,7 +84,7 @@ class Binder {
           s.routine != RMP_NONE || s.scope == RMP_NONE ||
           row_of<rmp_code_scope>(code_.scopes, s.scope).kind != RMP_SCOPE_PROGRAM)
         continue;
-      if (same(s.name, b.name)) return &s;
+      if (same_symbol(s.name, b.name)) return &s;
       known.emplace_back(s.name);
     }
     return unknown_name("variable of the program", b.name, known);

@@ -354,7 +354,7 @@ Result<Value> files(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-Result<Value> check(CommandContext& ctx, const Map& args) {
+Result<Value> check_source(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Compiled made, compile(ctx, args));
   const rmp_code& c = made.code();
   static constexpr const char* kWords[] = {"error", "warning", "note"};
@@ -586,7 +586,7 @@ RMP_COMMANDS(program_commands) {
        .details = "The source is kept as it is, right or wrong; program.check tells what is wrong. "
                   "A program needs no cell: without SYSTEM_SPECIFICATION it is one for a robot of "
                   "six axes with a gripper. Files that it names are added by program.set_file.",
-       .example = with_program("assert(lift:check().correct)"),
+       .example = with_program("assert(lift:check_source().correct)"),
        .params = {needed("name", "string", "", "Name, unique among programs."),
                   needed("source", "string", "", "The text of the program."),
                   optional("file_name", "string", "",
@@ -686,7 +686,7 @@ RMP_COMMANDS(program_commands) {
        .example =
            with_program("local wrong = lift:source():gsub(\"rounds := 3\", \"rounds := 3.5\")\n"
                         "lift:set_file{name = \"lift.irl\", text = wrong}\n"
-                        "assert(lift:check().faults[1].line == 3)"),
+                        "assert(lift:check_source().faults[1].line == 3)"),
        .params = {self("program")},
        .returns = {"map",
                    "",
@@ -697,7 +697,7 @@ RMP_COMMANDS(program_commands) {
                     field("faults", "list", "",
                           "A table each: severity, file, line, column, length, message, hint.")}},
        .effect = Effect::reads,
-       .run = check});
+       .run = check_source});
   all.push_back(
       {.name = "program.tree",
        .classic = "",

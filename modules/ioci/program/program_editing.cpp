@@ -256,7 +256,7 @@ Result<Value> outline(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-std::string with_program(const char* rest) {
+std::string with_edited_program(const char* rest) {
   return std::string(
              "local lift = program.create{name = \"lift\", source = [[\n"
              "PROGRAM lift;\n"
@@ -300,7 +300,7 @@ RMP_COMMANDS(program_editing_commands) {
                   "parameter, signal, robot, type, field, procedure, function, process, label, "
                   "attribute, program; name is one of nothing that is known, and unknown is none "
                   "of the language. Works on programs with errors.",
-       .example = with_program("assert(lift:tokens()[2].kind == \"program\")"),
+       .example = with_edited_program("assert(lift:tokens()[2].kind == \"program\")"),
        .params = {self("program"), file},
        .returns = {"list", "", "A table each, in order.",
                    piece({field("kind", "string", "", "What it is."),
@@ -315,8 +315,8 @@ RMP_COMMANDS(program_editing_commands) {
        .details = "The best first. A word that has been begun is completed: the bytes that "
                   "`insert` replaces are those at `line`, `column`. The line itself need not be "
                   "whole.",
-       .example = with_program("assert(lift:complete{line = 4, column = 20}[1].label == "
-                               "\"rounds\")"),
+       .example = with_edited_program("assert(lift:complete{line = 4, column = 20}[1].label == "
+                                      "\"rounds\")"),
        .params = with_place(),
        .returns = {"list", "", "A table each.",
                    piece({field("label", "string", "", "The name or word."),
@@ -326,36 +326,38 @@ RMP_COMMANDS(program_editing_commands) {
                           field("insert", "string", "", "What replaces the bytes.")})},
        .effect = Effect::reads,
        .run = complete});
-  all.push_back({.name = "program.hover",
-                 .classic = "",
-                 .summary = "Tells what the name or word at a place of a program is.",
-                 .details = "Nothing where no word is.",
-                 .example = with_program("assert(lift:hover{line = 4, column = 18}.detail == "
-                                         "\"VAR INT: rounds := 3\")"),
-                 .params = with_place(),
-                 .returns = {"map", "", "",
-                             piece({field("detail", "string", "", "Its declaration."),
-                                    field("doc", "string", "",
-                                          "The comment beside that, or what it does.")})},
-                 .effect = Effect::reads,
-                 .run = hover});
-  all.push_back({.name = "program.definition",
-                 .classic = "",
-                 .summary = "Tells where the name at a place of a program is declared.",
-                 .details = "Nothing for names of the language. The name of a file leads to it.",
-                 .example = with_program("assert(lift:definition{line = 4, column = 18}[1].line "
-                                         "== 2)"),
-                 .params = with_place(),
-                 .returns = {"list", "", "A table each.",
-                             piece({field("file", "string", "", "Of the program.")})},
-                 .effect = Effect::reads,
-                 .run = definition});
+  all.push_back(
+      {.name = "program.hover",
+       .classic = "",
+       .summary = "Tells what the name or word at a place of a program is.",
+       .details = "Nothing where no word is.",
+       .example = with_edited_program("assert(lift:hover{line = 4, column = 18}.detail == "
+                                      "\"VAR INT: rounds := 3\")"),
+       .params = with_place(),
+       .returns = {"map", "", "",
+                   piece(
+                       {field("detail", "string", "", "Its declaration."),
+                        field("doc", "string", "", "The comment beside that, or what it does.")})},
+       .effect = Effect::reads,
+       .run = hover});
+  all.push_back(
+      {.name = "program.definition",
+       .classic = "",
+       .summary = "Tells where the name at a place of a program is declared.",
+       .details = "Nothing for names of the language. The name of a file leads to it.",
+       .example = with_edited_program("assert(lift:definition{line = 4, column = 18}[1].line "
+                                      "== 2)"),
+       .params = with_place(),
+       .returns = {"list", "", "A table each.",
+                   piece({field("file", "string", "", "Of the program.")})},
+       .effect = Effect::reads,
+       .run = definition});
   all.push_back(
       {.name = "program.references",
        .classic = "",
        .summary = "Lists every place of the name at a place of a program, in all of its files.",
        .details = "",
-       .example = with_program("assert(#lift:references{line = 4, column = 18} == 2)"),
+       .example = with_edited_program("assert(#lift:references{line = 4, column = 18} == 2)"),
        .params = with_place(),
        .returns = {"list", "", "A table each.",
                    piece({field("file", "string", "", "Of the program."),
@@ -368,8 +370,8 @@ RMP_COMMANDS(program_editing_commands) {
        .summary = "Gives what is named at a place of a program another name, in all of its files.",
        .details = "Refused where the program would mean something else, have an error more, or "
                   "where it has errors in lines with that name.",
-       .example = with_program("lift:rename_symbol{line = 2, column = 10, to = \"n\"}\n"
-                               "assert(lift:source():find(\"TO n\"))"),
+       .example = with_edited_program("lift:rename_symbol{line = 2, column = 10, to = \"n\"}\n"
+                                      "assert(lift:source():find(\"TO n\"))"),
        .params = with_place({needed("to", "string", "", "The new name.")}),
        .returns = {"map",
                    "",
@@ -384,8 +386,8 @@ RMP_COMMANDS(program_editing_commands) {
        .summary = "Gives a program's files the usual layout.",
        .details = "Lines stay lines; blanks and empty lines change. Comments keep every byte, and "
                   "the program is the same.",
-       .example = with_program("assert(lift:format{check = true}.changed)\nlift:format()\n"
-                               "assert(lift:source():find(\"\\n    WAIT\"))"),
+       .example = with_edited_program("assert(lift:format{check = true}.changed)\nlift:format()\n"
+                                      "assert(lift:source():find(\"\\n    WAIT\"))"),
        .params = {self("program"),
                   optional("name", "string", "", "Name of the file; all when left out."),
                   between(defaulted("indent", "int", "", 2, "Blanks a level."), 0, 16),
@@ -404,7 +406,7 @@ RMP_COMMANDS(program_editing_commands) {
        .classic = "",
        .summary = "Lists what a file of a program declares, routines with what is within.",
        .details = "Works on programs with errors.",
-       .example = with_program("assert(lift:outline()[2].name == \"rounds\")"),
+       .example = with_edited_program("assert(lift:outline()[2].name == \"rounds\")"),
        .params = {self("program"), file},
        .returns = {"list", "", "A table each; what is within another comes behind it.",
                    piece({field("name", "string", "", "Its name."),

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "kernel/expression.h"
+#include "kernel/letters.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "spatial/rotation.h"
@@ -40,14 +41,6 @@ constexpr std::string_view kReserved[] = {
     "xyz",       "yxz",        "zyx",        "zyz2",        "vang",
     "quat",      "open",       "close",      "acquire",     "release"};
 
-std::string lower(std::string_view s) {
-  std::string out(s);
-  for (char& c : out) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return out;
-}
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 }  // namespace
 
 std::string irl_real(double value) {
@@ -69,10 +62,9 @@ std::string irl_position(const Vec3& p) {
          irl_real(kMm * p[2]) + ")";
 }
 std::string irl_orientation(const std::array<double, 9>& rotation) {
-  constexpr double kDegree = 180 / std::numbers::pi;
   const Vec3 a = spatial::to_rpy(rotation);
-  return "ORIZYX(" + irl_real(kDegree * a[2]) + ", " + irl_real(kDegree * a[1]) + ", " +
-         irl_real(kDegree * a[0]) + ")";
+  return "ORIZYX(" + irl_real(kDegreesPerRadian * a[2]) + ", " +
+         irl_real(kDegreesPerRadian * a[1]) + ", " + irl_real(kDegreesPerRadian * a[0]) + ")";
 }
 std::string irl_pose(const Pose& pose) {
   return "POSE(" + irl_position(pose.p) + ", " + irl_orientation(pose.R) + ")";
@@ -97,13 +89,15 @@ const std::string& IrlNames::name(const std::string& key, std::string_view wante
   const auto found = by_key_.find(key);
   if (found != by_key_.end()) return found->second;
   std::string stem;
-  for (const char c : wanted) stem += is_letter(c) || is_digit(c) ? c : '_';
-  if (stem.empty() || !is_letter(stem[0])) stem = "n_" + stem;
-  if (std::find(std::begin(kReserved), std::end(kReserved), lower(stem)) != std::end(kReserved) ||
-      lower(stem).starts_with("r_"))  // names of the system
+  for (const char c : wanted) stem += text::is_letter(c) || text::is_digit(c) ? c : '_';
+  if (stem.empty() || !text::is_letter(stem[0])) stem = "n_" + stem;
+  if (std::find(std::begin(kReserved), std::end(kReserved), text::lower(stem)) !=
+          std::end(kReserved) ||
+      text::lower(stem).starts_with("r_"))  // names of the system
     stem = "my_" + stem;
   std::string made = stem;
-  for (int n = 2; !taken_.insert(lower(made)).second; ++n) made = stem + "_" + std::to_string(n);
+  for (int n = 2; !taken_.insert(text::lower(made)).second; ++n)
+    made = stem + "_" + std::to_string(n);
   return by_key_.emplace(key, made).first->second;
 }
 
@@ -144,8 +138,8 @@ class Translation {
       ++at_;
       return {};
     }
-    if (is_digit(c)) return number();
-    if (is_letter(c) || c == '_' || c == '\'') return word();
+    if (text::is_digit(c)) return number();
+    if (text::is_letter(c) || c == '_' || c == '\'') return word();
     static constexpr std::pair<std::string_view, std::string_view> kSigns[] = {
         {"==", "="}, {"!=", "<>"}, {"<=", "<="}, {">=", ">="}, {"<", "<"}, {">", ">"},
         {"+", "+"},  {"-", "-"},   {"*", "*"},   {"/", "/"},   {"(", "("}, {")", ")"}};
@@ -175,8 +169,8 @@ class Translation {
       else break;
       std::size_t word = i;
       while (word < text_.size() &&
-             (is_letter(text_[word]) || text_[word] == '%' ||
-              (text_[i - 1] == '^' && (is_digit(text_[word]) || text_[word] == '-'))))
+             (text::is_letter(text_[word]) || text_[word] == '%' ||
+              (text_[i - 1] == '^' && (text::is_digit(text_[word]) || text_[word] == '-'))))
         ++word;
       if (word == i) break;
       const std::string more = unit + (unit.empty() ? "" : std::string(1, text_[i - 1])) +
@@ -201,7 +195,7 @@ class Translation {
   Result<void> word() {
     std::size_t end = at_;
     if (text_[end] == '\'') return no_word(std::string(text_.substr(at_)));
-    while (end < text_.size() && (is_letter(text_[end]) || is_digit(text_[end]) ||
+    while (end < text_.size() && (text::is_letter(text_[end]) || text::is_digit(text_[end]) ||
                                   text_[end] == '_' || text_[end] == '.'))
       ++end;
     const std::string w(text_.substr(at_, end - at_));

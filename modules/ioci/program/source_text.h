@@ -5,6 +5,7 @@
 
 #include <array>
 #include <map>
+#include <numbers>
 #include <set>
 #include <span>
 #include <string>
@@ -15,6 +16,9 @@
 #include <robomosp/sdk/types.h>
 
 namespace robomosp::ioci {
+
+/// IRL is in degrees, everything else in radians.
+inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 /// A REAL as the language writes it, to a billionth: "120.0", "-0.5", "1.0e+300".
 [[nodiscard]] std::string irl_real(double value);

@@ -9,6 +9,7 @@
 #include "ioci/core/word_list.h"
 #include "ioci/recording/given_columns.h"
 #include "ioci/recording/origins.h"
+#include "ioci/recording/recording_argument.h"
 #include "ioci/recording/watchers.h"
 #include "recording/compare.h"
 #include "recording/file.h"
@@ -18,11 +19,6 @@ namespace robomosp::ioci {
 namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{4} << 30;
-
-std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
-recording::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
-  return ctx.recording(*args.find("id")->as_handle());
-}
 
 Result<Value> save(CommandContext& ctx, const Map& args) {
   const auto r = recording_of(ctx, args);
@@ -164,7 +160,7 @@ Result<Value> compare(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-std::string with_recording(const char* rest) {
+std::string with_recorded_data(const char* rest) {
   return with_arm("local run = arm:simulate{q = \"ready\", duration = 0.2}\n") + rest;
 }
 
@@ -183,8 +179,8 @@ RMP_COMMANDS(recording_data_commands) {
        .details = "*.rec is the program's own lossless text, *.csv a table with a header line, "
                   "*.json one object, *.npz an archive that numpy.load reads: an array for every "
                   "column, and columns, units, docs and title.",
-       .example = with_recording("run:save(\"example.rec\")\nrun:save(\"example.npz\")\n"
-                                 "assert(run:save(\"example.json\").rows == 21)"),
+       .example = with_recorded_data("run:save(\"example.rec\")\nrun:save(\"example.npz\")\n"
+                                     "assert(run:save(\"example.json\").rows == 21)"),
        .params = {self("recording"),
                   needed("file", "path", "", "The file, *.rec, *.csv, *.json or *.npz.")},
        .returns = {"map",
@@ -224,9 +220,9 @@ RMP_COMMANDS(recording_data_commands) {
            "a header line of names with units, such as `time [s],q1 [deg]`; values are "
            "brought to SI, empty fields are no values. A *.plot is a result of the program of "
            "2006: torques, or positions, velocities and accelerations of the joints.",
-       .example = with_recording("run:save(\"example.rec\")\n"
-                                 "local again = recording.load(\"example.rec\")\n"
-                                 "assert(again:values(\"q2\")[21] == run:values(\"q2\")[21])"),
+       .example = with_recorded_data("run:save(\"example.rec\")\n"
+                                     "local again = recording.load(\"example.rec\")\n"
+                                     "assert(again:values(\"q2\")[21] == run:values(\"q2\")[21])"),
        .params = {needed("file", "path", "", "The file, *.rec, *.csv or *.plot."),
                   robot_of_columns_field(), world_of_columns_field()},
        .returns = {"handle", "", "The recording.", {}},
@@ -237,8 +233,8 @@ RMP_COMMANDS(recording_data_commands) {
        .classic = "",
        .summary = "Adds columns that follow from the recorded ones and the robot.",
        .details = quantities + ". The robot is that of now; one that was changed is reported.",
-       .example = with_recording("run:compute{\"power\", \"velocity\", \"limits\"}\n"
-                                 "assert(run:values(\"speed\")[21] > 0)"),
+       .example = with_recorded_data("run:compute{\"power\", \"velocity\", \"limits\"}\n"
+                                     "assert(run:values(\"speed\")[21] > 0)"),
        .params = {self("recording"), needed("quantities", "any", "", "A name or a list of names."),
                   optional("robot", "string", "",
                            "Of a recording of several, such as of tasks: whose columns.")},
@@ -250,7 +246,7 @@ RMP_COMMANDS(recording_data_commands) {
        .classic = "",
        .summary = "Adds a column by an expression over the others, with its unit checked.",
        .details = "Expressions are those of parameters: + - * / ^, functions, numbers with units.",
-       .example = with_recording(
+       .example = with_recorded_data(
            "run:watch{name = \"power1\", expression = \"tau1*qd1\", unit = \"W\"}\n"
            "local w = run:watch{name = \"turned\", expression = \"abs(qd2)\", take = "
            "\"integral\"}\n"
@@ -270,7 +266,7 @@ RMP_COMMANDS(recording_data_commands) {
        .details = "Where the times differ the other one is interpolated linearly at the times of "
                   "this one, over the time that both cover. The correlation is Pearson's, as in "
                   "table 1 of the paper of 2006; a column that does not vary has none.",
-       .example = with_recording(
+       .example = with_recorded_data(
            "local finer = arm:simulate{q = \"ready\", duration = 0.2, sample_time = 0.001}\n"
            "local d = run:compare{with = finer, columns = {\"q2\"}}[1]\n"
            "assert(d.max < 1e-9 and d.correlation > 0.999999)"),

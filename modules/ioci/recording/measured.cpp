@@ -8,16 +8,12 @@
 #include "ioci/core/word_list.h"
 #include "ioci/recording/given_columns.h"
 #include "ioci/recording/origins.h"
+#include "ioci/recording/recording_argument.h"
 #include "recording/residual.h"
 #include "sim/measured_motion.h"
 
 namespace robomosp::ioci {
 namespace {
-
-std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
-recording::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
-  return ctx.recording(*args.find("id")->as_handle());
-}
 
 Result<Value> append(CommandContext& ctx, const Map& args) {
   const std::uint64_t number = number_of(args);

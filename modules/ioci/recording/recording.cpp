@@ -7,6 +7,7 @@
 #include "ioci/core/word_list.h"
 #include "ioci/recording/origins.h"
 #include "ioci/recording/plot_answer.h"
+#include "ioci/recording/recording_argument.h"
 #include "ioci/recording/watchers.h"
 #include "recording/file.h"
 #include "recording/plot/heat_map.h"
@@ -14,10 +15,6 @@
 
 namespace robomosp::ioci {
 namespace {
-
-recording::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
-  return ctx.recording(*args.find("id")->as_handle());
-}
 
 Result<std::vector<const recording::Column*>> chosen(const recording::Recording& r,
                                                      const Map& args) {

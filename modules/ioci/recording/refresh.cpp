@@ -4,14 +4,13 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/recording/origins.h"
+#include "ioci/recording/recording_argument.h"
 #include "ioci/recording/watchers.h"
 #include "kernel/file_root.h"
 #include "kernel/permit.h"
 
 namespace robomosp::ioci {
 namespace {
-
-std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
 
 List sentences(const std::vector<std::string>& all) {
   List out;

@@ -30,7 +30,7 @@ constexpr KindWord kKindWords[] = {
     {"sphere", Kind_::sphere}, {"torus", Kind_::torus},       {"line", Kind_::line},
     {"circle", Kind_::circle}, {"corner", Kind_::corner},     {"other", Kind_::other}};
 
-std::string_view word_of(CsgFeature::Kind kind) {
+std::string_view kind_word_of(CsgFeature::Kind kind) {
   for (const KindWord& k : kKindWords)
     if (k.kind == kind) return k.word;
   return "other";
@@ -196,7 +196,7 @@ Result<CsgFeature> choose(const Features& all, const Value& given, Wanted&& want
     if (wanted(f)) return f;
     return error(ErrorCode::invalid_argument,
                  "feature " + text::print(index) + " of " + whose + " is a " +
-                     std::string(word_of(f.kind)) + ", and this mate needs " +
+                     std::string(kind_word_of(f.kind)) + ", and this mate needs " +
                      std::string(wanted_words),
                  {}, std::string(path));
   }
@@ -276,7 +276,7 @@ Value feature_list(const Features& all) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     const CsgFeature& f = all[i];
     Map m{{"index", static_cast<std::int64_t>(i + 1)},
-          {"kind", word_of(f.kind)},
+          {"kind", kind_word_of(f.kind)},
           {"point", vec_value(f.point, "m")}};
     if (f.direction != Vec3{}) m.set("direction", vec_value(f.direction));
     if (f.radius > 0) m.set("radius", f.radius);
@@ -288,7 +288,7 @@ Value feature_list(const Features& all) {
   return out;
 }
 
-Result<Value> features(CommandContext& ctx, const Map& args) {
+Result<Value> assembly_features(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   if (!has(args, "part")) {
     RMP_TRY_ASSIGN(const Features all, features_of(ctx, id));
@@ -511,11 +511,11 @@ ReturnSpec features_returns() {
 Result<CsgFeature> feature_of(CommandContext& ctx, AnyId what, const Value& selector,
                               const std::string& whose, std::string_view path) {
   const auto is_place = [](const CsgFeature& f) { return is_point_mate(f); };
-  constexpr std::string_view kWords = "a point or has one";
+  constexpr std::string_view kPlaceWords = "a point or has one";
   if (selector.as_string() && datum(text::trim(*selector.as_string())))
-    return choose({}, selector, is_place, kWords, whose, path);
+    return choose({}, selector, is_place, kPlaceWords, whose, path);
   RMP_TRY_ASSIGN(const Features all, features_of(ctx, what));
-  return choose(all, selector, is_place, kWords, whose, path);
+  return choose(all, selector, is_place, kPlaceWords, whose, path);
 }
 
 std::array<double, 9> feature_rotation(const CsgFeature& f) {
@@ -534,7 +534,7 @@ RMP_COMMANDS(assembly_commands) {
                  .params = {self("object"), optional("part", "string", "", "One of its parts.")},
                  .returns = features_returns(),
                  .effect = Effect::reads,
-                 .run = features});
+                 .run = assembly_features});
   all.push_back(
       {.name = "object.place",
        .classic = "",

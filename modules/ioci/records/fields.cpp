@@ -34,7 +34,7 @@ Result<Value> schema(CommandContext& ctx, const Map& args) {
                    {"fields", schema_fields(ctx.snapshot(), *about.type)}});
 }
 
-Result<Value> create(CommandContext& ctx, const Map& args) {
+Result<Value> create_of_kind(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Kind kind, kind_given(args));
   model::Record r{text_of(args, "name"), {}, model::empty_body(kind)};
   if (const Value* given = args.find("fields"); given && given->as_map())
@@ -51,19 +51,19 @@ Result<AnyId> record_given(CommandContext& ctx, const Map& args) {
   return read_ref(ctx, "any", *args.find("id"), "id");
 }
 
-Result<Value> describe(CommandContext& ctx, const Map& args) {
+Result<Value> describe_fields(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
   return Value(describe_record(ctx.snapshot(), id));
 }
 
-Result<Value> set(CommandContext& ctx, const Map& args) {
+Result<Value> set_fields(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
   const Value* value = args.find("value");
   RMP_TRY(set_path(ctx, id, text_of(args, "path"), value ? *value : Value()));
   return Value();
 }
 
-Result<Value> save(CommandContext& ctx, const Map& args) {
+Result<Value> save_fields(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
   std::vector<std::filesystem::path> replaced;
   RMP_TRY_ASSIGN(const auto written, io::save(ctx.edit(), id, text_of(args, "file"),
@@ -130,7 +130,7 @@ RMP_COMMANDS(field_commands) {
                   optional("fields", "map", "", "Values by field or path.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
-       .run = create},
+       .run = create_of_kind},
       {.name = "record.describe",
        .classic = "",
        .summary = "Gives everything a record holds as nested tables, whatever its kind.",
@@ -139,7 +139,7 @@ RMP_COMMANDS(field_commands) {
        .params = {record_field()},
        .returns = {"map", "", "Its values by field; record.schema explains them.", {}},
        .effect = Effect::reads,
-       .run = describe},
+       .run = describe_fields},
       {.name = "record.set",
        .classic = "",
        .summary = "Changes one value of a record of any kind.",
@@ -154,7 +154,7 @@ RMP_COMMANDS(field_commands) {
                   optional("value", "any", "", "Its new value.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = set,
+       .run = set_fields,
        .takes_expressions = true},
       {.name = "record.save",
        .classic = "",
@@ -164,7 +164,7 @@ RMP_COMMANDS(field_commands) {
        .params = {record_field(), needed("file", "path", "", "The file."), overwrite_field()},
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write | Effect::edits,
-       .run = save},
+       .run = save_fields},
   };
 }
 

@@ -65,14 +65,14 @@ Result<void> apply(const Map& args, model::Material& m) {
   return {};
 }
 
-Result<Value> create(CommandContext& ctx, const Map& args) {
+Result<Value> create_material(CommandContext& ctx, const Map& args) {
   model::Material m;
   RMP_TRY(apply(args, m));
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(m)));
   return Value(Application::handle(id));
 }
 
-Result<Value> set(CommandContext& ctx, const Map& args) {
+Result<Value> set_material(CommandContext& ctx, const Map& args) {
   RMP_TRY(change<model::Material>(ctx, ref(args, "id"),
                                   [&](model::Material& m) { return apply(args, m); }));
   return Value();
@@ -97,7 +97,7 @@ RMP_COMMANDS(material_commands) {
                  .params = std::move(create_params),
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::edits,
-                 .run = create});
+                 .run = create_material});
   Schema set_params = look_and_mass(false);
   set_params.insert(set_params.begin(), self("material"));
   all.push_back(
@@ -110,7 +110,7 @@ RMP_COMMANDS(material_commands) {
        .params = std::move(set_params),
        .returns = {},
        .effect = Effect::edits,
-       .run = set});
+       .run = set_material});
   return all;
 }
 

@@ -57,7 +57,7 @@ ParamSpec overlap_spec() {
       "Whether volume that parts share counts once (for the part listed first) or for every part.");
 }
 
-Result<Value> create(CommandContext& ctx, const Map& args) {
+Result<Value> create_object(CommandContext& ctx, const Map& args) {
   Object o;
   o.description = text_of(args, "description");
   o.overlap = overlap_of(args);
@@ -113,7 +113,7 @@ Result<Value> remove_part(CommandContext& ctx, const Map& args) {
   return Value();
 }
 
-Result<Value> set(CommandContext& ctx, const Map& args) {
+Result<Value> set_object(CommandContext& ctx, const Map& args) {
   const std::string path = text_of(args, "path");
   const AnyId id = ref(args, "id");
   auto read = ctx.expressions.read_at(ctx.snapshot().find(id)->body, path, *args.find("value"));
@@ -172,7 +172,7 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
   return Value();
 }
 
-Result<Value> mass(CommandContext& ctx, const Map& args) {
+Result<Value> object_mass(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), ref(args, "id"), ctx.progress));
   return Value(body_mass_map(b, about_of(args)));
 }
@@ -222,7 +222,7 @@ RMP_COMMANDS(object_commands) {
                             parameters_field()},
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::edits,
-                 .run = create,
+                 .run = create_object,
                  .takes_expressions = true});
   Schema part = part_schema();
   part.insert(part.begin(), self("object"));
@@ -261,19 +261,20 @@ RMP_COMMANDS(object_commands) {
                   needed("value", "any", "", "The new value.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = set,
+       .run = set_object,
        .takes_expressions = true});
-  all.push_back({.name = "object.mass",
-                 .classic = "",
-                 .summary = "Gives mass, centre of mass and inertia of an object, overlapping "
-                            "volume counted as the object says.",
-                 .details = "",
-                 .example = with_bolt(
-                     "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
-                 .params = {self("object"), about_field()},
-                 .returns = {"map", "", "", body_mass_fields()},
-                 .effect = Effect::reads,
-                 .run = mass});
+  all.push_back(
+      {.name = "object.mass",
+       .classic = "",
+       .summary = "Gives mass, centre of mass and inertia of an object, overlapping "
+                  "volume counted as the object says.",
+       .details = "",
+       .example = with_bolt(
+           "assert(math.abs(bolt:object_mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
+       .params = {self("object"), about_field()},
+       .returns = {"map", "", "", body_mass_fields()},
+       .effect = Effect::reads,
+       .run = object_mass});
   all.push_back(
       {.name = "object.dynamics_vector",
        .classic = "PObject vGetDynamicp",

@@ -25,7 +25,7 @@ Result<void> need_parameter(const CommandContext& ctx, AnyId id, const std::stri
   return unknown_name("parameter", name, known).in(name_in(ctx, id));
 }
 
-Result<Value> set(CommandContext& ctx, const Map& args) {
+Result<Value> run_set_parameter(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   const std::string name = text_of(args, "name"), world = own_world(ctx, id);
   model::Parametric changed = parametric(ctx, id);
@@ -52,7 +52,7 @@ std::vector<std::string> uses(const CommandContext& ctx, AnyId id, const std::st
   return out;
 }
 
-Result<Value> list(CommandContext& ctx, const Map& args) {
+Result<Value> list_parameters(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   Value out = parameters_value(parametric(ctx, id));
   for (const model::Parameter& p : parametric(ctx, id).parameters) {
@@ -63,7 +63,7 @@ Result<Value> list(CommandContext& ctx, const Map& args) {
   return out;
 }
 
-Result<Value> remove(CommandContext& ctx, const Map& args) {
+Result<Value> run_remove_parameter(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   const std::string name = text_of(args, "name");
   RMP_TRY(need_parameter(ctx, id, name));
@@ -79,7 +79,7 @@ Result<Value> remove(CommandContext& ctx, const Map& args) {
   return Value();
 }
 
-Result<Value> rename(CommandContext& ctx, const Map& args) {
+Result<Value> run_rename_parameter(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   const std::string name = text_of(args, "name"), to = text_of(args, "to");
   RMP_TRY(need_parameter(ctx, id, name));
@@ -112,7 +112,7 @@ Result<Value> rename(CommandContext& ctx, const Map& args) {
 }
 
 /// Lua that makes a record with the parameters bore = 20 mm and wall = bore/4 + 2 mm, both used.
-struct Sample {
+struct ParameterSample {
   Kind kind;
   const char* variable;
   const char* make;
@@ -121,7 +121,7 @@ struct Sample {
 constexpr const char* kParameters =
     "parameters = {bore = \"20 mm\", wall = {value = \"bore/4 + 2 mm\", description = \"around the "
     "bore\"}}";
-constexpr Sample kSamples[] = {
+constexpr ParameterSample kParameterSamples[] = {
     {Kind::solid, "bush",
      "local bush = solid.create{name = \"bush\", $P,\n  root = {kind = \"cylinder\", name = "
      "\"body\", radius = \"bore/2 + wall\", height = \"30 mm\", position = {0, 0, \"wall\"}}}\n",
@@ -144,7 +144,7 @@ constexpr Sample kSamples[] = {
      "cell:objects()[1].placement.position[3]"},
 };
 
-void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
+void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s) {
   const std::string kind(to_string(s.kind)), v = s.variable, read = s.read;
   std::string make = s.make;
   make.replace(make.find("$P"), 2, kParameters);
@@ -171,7 +171,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
                   optional("description", "string", "", "What it is.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = set});
+       .run = run_set_parameter});
   all.push_back({.name = kind + ".parameters",
                  .classic = "",
                  .summary = "Gives the parameters of " + record + " by name.",
@@ -190,7 +190,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
                               field("description", "string", "", "What it is."),
                               field("uses", "list", "", "Where expressions use it.")}},
                  .effect = Effect::reads,
-                 .run = list});
+                 .run = list_parameters});
   all.push_back({.name = kind + ".remove_parameter",
                  .classic = "",
                  .summary = "Removes a parameter of " + record + "; refused while it is used.",
@@ -202,7 +202,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
                  .params = {self(kind), name},
                  .returns = {},
                  .effect = Effect::edits,
-                 .run = remove});
+                 .run = run_remove_parameter});
   all.push_back(
       {.name = kind + ".rename_parameter",
        .classic = "",
@@ -213,14 +213,14 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
        .params = {self(kind), name, needed("to", "string", "", "The new name.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = rename});
+       .run = run_rename_parameter});
 }
 
 }  // namespace
 
 RMP_COMMANDS(parameter_commands) {
   std::vector<CommandSpec> all;
-  for (const Sample& s : kSamples) add_kind(all, s);
+  for (const ParameterSample& s : kParameterSamples) add_parameter_kind(all, s);
   return all;
 }
 

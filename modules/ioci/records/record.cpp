@@ -51,7 +51,7 @@ Kind named() {
 }
 
 template <KindOf Of>
-Result<Value> list(CommandContext& ctx, const Map&) {
+Result<Value> list_of_kind(CommandContext& ctx, const Map&) {
   const Kind of = Of();
   List out;
   for (const AnyId id : ctx.snapshot().list(of)) out.emplace_back(Application::handle(id));
@@ -79,12 +79,12 @@ Result<Value> get(CommandContext& ctx, const Map& args) {
   return e;
 }
 
-Result<Value> remove(CommandContext& ctx, const Map& args) {
+Result<Value> remove_record(CommandContext& ctx, const Map& args) {
   RMP_TRY(ctx.edit().remove(ref(args, "id")));
   return Value();
 }
 
-Result<Value> rename(CommandContext& ctx, const Map& args) {
+Result<Value> rename_record(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "name");
   RMP_TRY(ctx.edit().edit(ref(args, "id"), [&](model::Record& r) -> Result<void> {
     r.name = name;
@@ -102,7 +102,7 @@ Result<Value> duplicate(CommandContext& ctx, const Map& args) {
   return Value(Application::handle(made));
 }
 
-Result<Value> describe(CommandContext& ctx, const Map& args) {
+Result<Value> run_describe_record(CommandContext& ctx, const Map& args) {
   return Value(describe_record(ctx.snapshot(), ref(args, "id")));
 }
 
@@ -131,7 +131,7 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
   return Value(Application::handle(loaded.id));
 }
 
-Result<Value> save(CommandContext& ctx, const Map& args) {
+Result<Value> save_record(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   const model::Record* r = ctx.snapshot().find(id);
   std::filesystem::path file = has(args, "file") ? text_of(args, "file") : r->file;
@@ -184,7 +184,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
        .params = {},
        .returns = {"list", "", "Handles.", {}},
        .effect = Effect::reads,
-       .run = list<Of>});
+       .run = list_of_kind<Of>});
   all.push_back(
       {.name = kind + ".get",
        .classic = "",
@@ -207,7 +207,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
        .params = {self(kind)},
        .returns = {},
        .effect = Effect::edits,
-       .run = remove});
+       .run = remove_record});
   all.push_back(
       {.name = kind + ".rename",
        .classic = "",
@@ -218,7 +218,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
        .params = {self(kind), needed("name", "string", "", "The new name, unique among its kind.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = rename});
+       .run = rename_record});
   all.push_back(
       {.name = kind + ".duplicate",
        .classic = "",
@@ -244,7 +244,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
                    {field("name", "string", "", "Its name."),
                     field("file", "string", "", "Where it was loaded from or saved to.")}},
        .effect = Effect::reads,
-       .run = describe});
+       .run = run_describe_record});
   all.push_back(
       {.name = kind + ".load",
        .classic = world ? "Worlds Open" : "",
@@ -277,7 +277,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
                   overwrite_field()},
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write | Effect::edits,
-       .run = save});
+       .run = save_record});
   all.push_back(
       {.name = kind + ".text",
        .classic = "",

@@ -27,7 +27,7 @@ void apply_fields(const Map& args, Solid& s) {
   if (has(args, "description")) s.description = text_of(args, "description");
 }
 
-Result<Value> create(CommandContext& ctx, const Map& args) {
+Result<Value> create_solid(CommandContext& ctx, const Map& args) {
   Solid s;
   apply_fields(args, s);
   s.parametric = ctx.expressions.own();
@@ -56,7 +56,7 @@ Result<Value> read_value(CommandContext& ctx, AnyId id, const std::string& path,
   return ctx.expressions.read_at(body, path, value);
 }
 
-Result<Value> set(CommandContext& ctx, const Map& args) {
+Result<Value> set_solid(CommandContext& ctx, const Map& args) {
   const std::string path = text_of(args, "path");
   const AnyId id = ref(args, "id");
   auto read = read_value(ctx, id, path, *args.find("value"));
@@ -127,7 +127,7 @@ Result<Value> tree(CommandContext& ctx, const Map& args) {
   return root;
 }
 
-Result<Value> mass(CommandContext& ctx, const Map& args) {
+Result<Value> solid_mass(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), ref(args, "id"), ctx.progress));
   return Value(body_mass_map(b, about_of(args)));
 }
@@ -221,7 +221,7 @@ RMP_COMMANDS(solid_commands) {
                  .params = std::move(create_params),
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::edits,
-                 .run = create,
+                 .run = create_solid,
                  .takes_expressions = true});
   all.push_back(
       {.name = "solid.set",
@@ -238,7 +238,7 @@ RMP_COMMANDS(solid_commands) {
                   needed("value", "any", "", "The new value; lengths in metres, or with a unit.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = set,
+       .run = set_solid,
        .takes_expressions = true});
   all.push_back(
       {.name = "solid.tree",
@@ -258,16 +258,17 @@ RMP_COMMANDS(solid_commands) {
                     field("children", "list", "", "Of an operation: its nodes.")}},
        .effect = Effect::reads,
        .run = tree});
-  all.push_back({.name = "solid.mass",
-                 .classic = "",
-                 .summary = "Gives mass, centre of mass and inertia of a solid.",
-                 .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
-                 .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
-                                       "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
-                 .params = {self("solid"), about_field()},
-                 .returns = {"map", "", "", body_mass_fields()},
-                 .effect = Effect::reads,
-                 .run = mass});
+  all.push_back(
+      {.name = "solid.mass",
+       .classic = "",
+       .summary = "Gives mass, centre of mass and inertia of a solid.",
+       .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
+       .example = with_plate("assert(math.abs(plate:solid_mass().mass - 7850 * (0.2 * 0.1 * "
+                             "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
+       .params = {self("solid"), about_field()},
+       .returns = {"map", "", "", body_mass_fields()},
+       .effect = Effect::reads,
+       .run = solid_mass});
   all.push_back(
       {.name = "solid.moments",
        .classic = "",

@@ -345,14 +345,14 @@ Result<Value> wrap(CommandContext& ctx, const Map& args) {
   });
 }
 
-const char* const kPlate =
+const char* const kEditedPlate =
     "local plate = solid.create{name = \"plate\", root = {kind = \"difference\", name = \"cut\", "
     "children = {\n"
     "  {kind = \"box\", name = \"body\", x = 0.2, y = 0.1, z = 0.01},\n"
     "  {kind = \"cylinder\", name = \"bore\", radius = 0.01, height = 0.03, position = {0, 0, "
     "-0.01}}}}}\n";
 
-std::string with_plate(const char* rest) { return std::string(kPlate) + rest; }
+std::string with_edited_plate(const char* rest) { return std::string(kEditedPlate) + rest; }
 
 ParamSpec index_field() {
   ParamSpec p =
@@ -375,7 +375,7 @@ RMP_COMMANDS(solid_node_commands) {
        .summary = "Adds a node, or a whole tree of them, below an operation.",
        .details = "Names of a copy that are taken get a number. A copy keeps expressions over "
                   "parameters; from another solid only those over worlds' parameters.",
-       .example = with_plate(
+       .example = with_edited_plate(
            "plate:add_node{node = {kind = \"cylinder\", name = \"second\", radius = 0.005, height "
            "= 0.03, position = {0.05, 0, -0.01}}}\n"
            "plate:add_node{copy = \"second\", name = \"third\", index = 2}\n"
@@ -392,33 +392,34 @@ RMP_COMMANDS(solid_node_commands) {
                  .classic = "",
                  .summary = "Removes a node and all below it.",
                  .details = "",
-                 .example = with_plate(
+                 .example = with_edited_plate(
                      "plate:add_node{node = {kind = \"sphere\", name = \"dent\", radius = "
                      "0.004}}\nplate:remove_node(\"dent\")\nassert(#plate:tree().children == 2)"),
                  .params = {self("solid"), needed("node", "string", "", "Its name.")},
                  .returns = {},
                  .effect = Effect::edits,
                  .run = remove_node});
-  all.push_back(
-      {.name = "solid.duplicate_node",
-       .classic = "",
-       .summary = "Copies a node and all below it right behind itself.",
-       .details = "Its expressions are copied, too.",
-       .example = with_plate("local name = plate:duplicate_node(\"bore\")\nplate:set{path = name "
-                             ".. \".position.x\", value = \"50 mm\"}\n"
-                             "assert(name == \"bore_2\" and #plate:tree().children == 3)"),
-       .params = {self("solid"), needed("node", "string", "", "Its name."),
-                  optional("name", "string", "", "Name of the copy.")},
-       .returns = {"string", "", "Name of the copy.", {}},
-       .effect = Effect::edits,
-       .run = duplicate_node});
+  all.push_back({.name = "solid.duplicate_node",
+                 .classic = "",
+                 .summary = "Copies a node and all below it right behind itself.",
+                 .details = "Its expressions are copied, too.",
+                 .example = with_edited_plate(
+                     "local name = plate:duplicate_node(\"bore\")\nplate:set{path = name "
+                     ".. \".position.x\", value = \"50 mm\"}\n"
+                     "assert(name == \"bore_2\" and #plate:tree().children == 3)"),
+                 .params = {self("solid"), needed("node", "string", "", "Its name."),
+                            optional("name", "string", "", "Name of the copy.")},
+                 .returns = {"string", "", "Name of the copy.", {}},
+                 .effect = Effect::edits,
+                 .run = duplicate_node});
   all.push_back(
       {.name = "solid.replace_node",
        .classic = "",
        .summary = "Puts another node, or a tree of them, in the place of a node.",
        .details = "The new node stands where the old one stood and has its name unless it brings "
                   "its own.",
-       .example = with_plate("plate:replace_node{node = \"bore\", with = {kind = \"box\", x = "
+       .example =
+           with_edited_plate("plate:replace_node{node = \"bore\", with = {kind = \"box\", x = "
                              "0.02, y = 0.02, z = 0.03}}\n"
                              "local t = plate:tree().children[2]\n"
                              "assert(t.kind == \"box\" and t.name == \"bore\" and "
@@ -437,11 +438,11 @@ RMP_COMMANDS(solid_node_commands) {
                   "own.",
        .details = "Order matters in a difference: its first node is what the others are taken "
                   "from.",
-       .example =
-           with_plate("plate:wrap{node = \"bore\", kind = \"union\", name = \"holes\"}\n"
-                      "plate:add_node{node = {kind = \"sphere\", name = \"ball\", radius = 0.02}}\n"
-                      "plate:move_node{node = \"ball\", parent = \"holes\", index = 1}\n"
-                      "assert(plate:tree().children[2].children[1].name == \"ball\")"),
+       .example = with_edited_plate(
+           "plate:wrap{node = \"bore\", kind = \"union\", name = \"holes\"}\n"
+           "plate:add_node{node = {kind = \"sphere\", name = \"ball\", radius = 0.02}}\n"
+           "plate:move_node{node = \"ball\", parent = \"holes\", index = 1}\n"
+           "assert(plate:tree().children[2].children[1].name == \"ball\")"),
        .params = {self("solid"), needed("node", "string", "", "Its name."),
                   optional("parent", "string", "",
                            "Name of the operation; the one it is in when left out."),
@@ -475,21 +476,22 @@ RMP_COMMANDS(solid_node_commands) {
        .effect = Effect::edits,
        .run = wrap,
        .takes_expressions = true});
-  all.push_back({.name = "solid.unwrap",
-                 .classic = "",
-                 .summary = "Removes an operation or modifier and keeps the nodes inside, where "
-                            "they stand.",
-                 .details = "At the root, and inside a modifier, it must have a single node.",
-                 .example = with_plate("plate:wrap{node = \"bore\", kind = \"union\", name = "
-                                       "\"holes\", fields = {position = {0.05, 0, 0}}}\n"
-                                       "plate:unwrap(\"holes\")\n"
-                                       "assert(plate:tree().children[2].placement.position[1] == "
-                                       "0.05)"),
-                 .params = {self("solid"),
-                            optional("node", "string", "", "Its name; the root when left out.")},
-                 .returns = {},
-                 .effect = Effect::edits,
-                 .run = unwrap});
+  all.push_back(
+      {.name = "solid.unwrap",
+       .classic = "",
+       .summary = "Removes an operation or modifier and keeps the nodes inside, where "
+                  "they stand.",
+       .details = "At the root, and inside a modifier, it must have a single node.",
+       .example = with_edited_plate("plate:wrap{node = \"bore\", kind = \"union\", name = "
+                                    "\"holes\", fields = {position = {0.05, 0, 0}}}\n"
+                                    "plate:unwrap(\"holes\")\n"
+                                    "assert(plate:tree().children[2].placement.position[1] == "
+                                    "0.05)"),
+       .params = {self("solid"),
+                  optional("node", "string", "", "Its name; the root when left out.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = unwrap});
   return all;
 }
 

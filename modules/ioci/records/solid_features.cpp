@@ -13,10 +13,10 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-std::string_view word_of(CsgFeature::Kind kind) {
-  constexpr std::string_view kWords[] = {"plane", "cylinder", "cone",   "sphere", "torus",
-                                         "line",  "circle",   "corner", "other"};
-  return kWords[static_cast<std::size_t>(kind)];
+std::string_view feature_word(CsgFeature::Kind kind) {
+  constexpr std::string_view kSurfaceWords[] = {"plane", "cylinder", "cone",   "sphere", "torus",
+                                                "line",  "circle",   "corner", "other"};
+  return kSurfaceWords[static_cast<std::size_t>(kind)];
 }
 
 Result<Value> features(CommandContext& ctx, const Map& args) {
@@ -25,8 +25,8 @@ Result<Value> features(CommandContext& ctx, const Map& args) {
   List out;
   for (std::size_t i = 0; i < all->size(); ++i) {
     const CsgFeature& f = (*all)[i];
-    if (has(args, "kind") && text_of(args, "kind") != word_of(f.kind)) continue;
-    Map m{{"index", i + 1}, {"kind", word_of(f.kind)}, {"point", vec_value(f.point, "m")}};
+    if (has(args, "kind") && text_of(args, "kind") != feature_word(f.kind)) continue;
+    Map m{{"index", i + 1}, {"kind", feature_word(f.kind)}, {"point", vec_value(f.point, "m")}};
     if (f.direction != Vec3{}) m.set("direction", vec_value(f.direction));
     if (f.radius > 0) m.set("radius", f.radius);
     if (f.size > 0) m.set("size", f.size);
@@ -46,7 +46,7 @@ std::optional<Point> centre_of(const Point& a, const Point& b, const Point& c) {
 }
 
 /// The angle an arc turns through from a over b to c, positive counter-clockwise.
-double turned(const Point& centre, const Point& a, const Point& b, const Point& c) {
+double swept_angle(const Point& centre, const Point& a, const Point& b, const Point& c) {
   const auto angle = [&](const Point& p) { return std::atan2(p[1] - centre[1], p[0] - centre[0]); };
   const auto from_a = [&](const Point& p) {
     const double t = std::fmod(angle(p) - angle(a) + 4 * std::numbers::pi, 2 * std::numbers::pi);
@@ -96,7 +96,7 @@ Outline outline_of(const CsgLoop& l) {
     const auto centre = c.kind == CsgCurve::Kind::arc && c.points.size() == 2
                             ? centre_of(at, c.points[0], c.points[1])
                             : std::nullopt;
-    if (centre) arc(*centre, at, turned(*centre, at, c.points[0], c.points[1]));
+    if (centre) arc(*centre, at, swept_angle(*centre, at, c.points[0], c.points[1]));
     if (c.points.empty()) continue;
     for (std::size_t k = centre ? c.points.size() - 1 : 0; k < c.points.size(); ++k) {
       exact.push_back(c.points[k]);
@@ -149,7 +149,7 @@ Result<Value> section(CommandContext& ctx, const Map& args) {
   return Value(Map{{"loops", profile_value(*profile)}, {"area", area_of(*profile)}});
 }
 
-const char* const kPlate =
+const char* const kFeaturePlate =
     "local plate = solid.create{name = \"plate\", root = {kind = \"difference\", children = {\n"
     "  {kind = \"box\", name = \"body\", x = 0.2, y = 0.1, z = 0.01},\n"
     "  {kind = \"cylinder\", name = \"bore\", radius = 0.01, height = 0.03, position = {0, 0, "
@@ -165,7 +165,7 @@ RMP_COMMANDS(solid_feature_commands) {
        .summary = "Lists the faces, edges and corners of a solid that other things can be placed "
                   "on.",
        .details = "The numbers stay the same as long as the tree does.",
-       .example = std::string(kPlate) +
+       .example = std::string(kFeaturePlate) +
                   "local holes = plate:features{kind = \"cylinder\"}\n"
                   "assert(#holes == 1 and holes[1].inward and math.abs(holes[1].radius - 0.01) < "
                   "1e-12)",
@@ -200,7 +200,7 @@ RMP_COMMANDS(solid_feature_commands) {
        .details = "The loops are what a prism takes as its profile. Lines, arcs and circles are "
                   "exact, other curves are within the chord.",
        .example =
-           std::string(kPlate) +
+           std::string(kFeaturePlate) +
            "local cut = plate:section{plane = {position = {0, 0, 0.005}}}\n"
            "assert(#cut.loops == 2 and math.abs(cut.area - (0.2 * 0.1 - math.pi * 0.01^2)) "
            "< 1e-9)\n"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evaluation/attached_tools.h"
+#include "ioci/robot/placement_argument.h"
 #include "ioci/robot/robots.h"
 #include "model/placement.h"
 
@@ -113,25 +114,12 @@ std::string name_for(const CommandContext& ctx, const Map& args, AnyId what) {
   return name;
 }
 
-bool has_placement(const CommandContext& ctx) {
-  const Schema fields = placement_fields("");
-  return std::any_of(fields.begin(), fields.end(),
-                     [&](const ParamSpec& p) { return ctx.given(p.name) != nullptr; });
-}
-
-Result<model::Placement> placement_given(const CommandContext& ctx) {
-  Map given;
-  for (const ParamSpec& p : placement_fields(""))
-    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  return read_placement_fields(given, "placement");
-}
-
 Result<Value> attach(CommandContext& ctx, const Map& args) {
   AttachedTool t;
   t.what = ref(args, "tool");
   t.name = name_for(ctx, args, t.what);
   RMP_TRY_ASSIGN(const auto point, wanted_point(args));
-  RMP_TRY_ASSIGN(t.placement, placement_given(ctx));
+  RMP_TRY_ASSIGN(t.placement, placement_given(ctx, "placement"));
   RMP_TRY(change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     const auto last = static_cast<std::int32_t>(r.links.size()) - 1;
     t.link = last;

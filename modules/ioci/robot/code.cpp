@@ -17,24 +17,24 @@ struct Part {
   const char* name;
   std::uint32_t bit;
 };
-constexpr Part kParts[] = {{"forward_kinematics", kCodeForwardKinematics},
-                           {"jacobian", kCodeJacobian},
-                           {"inverse_dynamics", kCodeInverseDynamics},
-                           {"inertia", kCodeInertia},
-                           {"forward_dynamics", kCodeForwardDynamics}};
+constexpr Part kCodeParts[] = {{"forward_kinematics", kCodeForwardKinematics},
+                               {"jacobian", kCodeJacobian},
+                               {"inverse_dynamics", kCodeInverseDynamics},
+                               {"inertia", kCodeInertia},
+                               {"forward_dynamics", kCodeForwardDynamics}};
 
-Result<std::uint32_t> read_parts(const Value* given, const RobotModel& model) {
+Result<std::uint32_t> read_code_parts(const Value* given, const RobotModel& model) {
   if (!given || given->is_nil())
     return model.loops.empty() ? kCodeAll
                                : kCodeAll & ~static_cast<std::uint32_t>(kCodeForwardDynamics);
   std::vector<std::string> known;
-  for (const Part& p : kParts) known.emplace_back(p.name);
+  for (const Part& p : kCodeParts) known.emplace_back(p.name);
   std::uint32_t parts = 0;
   for (const Value& v : *given->as_list()) {
     const std::string* name = v.as_string();
-    const auto* part = std::find_if(std::begin(kParts), std::end(kParts),
+    const auto* part = std::find_if(std::begin(kCodeParts), std::end(kCodeParts),
                                     [&](const Part& p) { return name && *name == p.name; });
-    if (part == std::end(kParts)) return unknown_name("part", name ? *name : v.text(), known);
+    if (part == std::end(kCodeParts)) return unknown_name("part", name ? *name : v.text(), known);
     parts |= part->bit;
   }
   return parts;
@@ -52,7 +52,7 @@ std::string identifier(const std::string& name) {
 
 Result<Value> generate_code(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
-  RMP_TRY_ASSIGN(const std::uint32_t parts, read_parts(args.find("parts"), *model));
+  RMP_TRY_ASSIGN(const std::uint32_t parts, read_code_parts(args.find("parts"), *model));
   model::ProviderChoice choice;
   if (has(args, "provider")) {
     RMP_TRY_ASSIGN(choice, read_provider(*args.find("provider"), "provider"));

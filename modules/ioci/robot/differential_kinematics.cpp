@@ -300,30 +300,30 @@ struct GoalWord {
   const char* word;
   std::uint32_t parts;
 };
-constexpr GoalWord kParts[] = {{"pose", kIkPose},
-                               {"position", kIkPosition},
-                               {"rotation", kIkRotation},
-                               {"axis", kIkAxis},
-                               {"position_and_axis", kIkPosition | kIkAxis},
-                               {"x", kIkX},
-                               {"y", kIkY},
-                               {"z", kIkZ},
-                               {"turn_x", kIkRotX},
-                               {"turn_y", kIkRotY},
-                               {"turn_z", kIkRotZ}};
+constexpr GoalWord kGoalParts[] = {{"pose", kIkPose},
+                                   {"position", kIkPosition},
+                                   {"rotation", kIkRotation},
+                                   {"axis", kIkAxis},
+                                   {"position_and_axis", kIkPosition | kIkAxis},
+                                   {"x", kIkX},
+                                   {"y", kIkY},
+                                   {"z", kIkZ},
+                                   {"turn_x", kIkRotX},
+                                   {"turn_y", kIkRotY},
+                                   {"turn_z", kIkRotZ}};
 
-Result<std::uint32_t> read_parts(const Value* given, const std::string& path) {
+Result<std::uint32_t> read_goal_parts(const Value* given, const std::string& path) {
   if (!given || given->is_nil()) return static_cast<std::uint32_t>(kIkPose);
   std::uint32_t parts = 0;
   std::vector<std::string> known;
-  for (const auto& w : kParts) known.emplace_back(w.word);
+  for (const auto& w : kGoalParts) known.emplace_back(w.word);
   List one{*given};
   const List& words = given->as_list() ? *given->as_list() : one;
   for (const Value& v : words) {
     const std::string name = v.as_string() ? *v.as_string() : v.text();
-    const auto it = std::find_if(std::begin(kParts), std::end(kParts),
+    const auto it = std::find_if(std::begin(kGoalParts), std::end(kGoalParts),
                                  [&](const GoalWord& w) { return name == w.word; });
-    if (it == std::end(kParts)) return unknown_name("part", name, known).in(path);
+    if (it == std::end(kGoalParts)) return unknown_name("part", name, known).in(path);
     parts |= it->parts;
   }
   return parts;
@@ -339,7 +339,7 @@ Schema goal_fields() {
       above_zero(defaulted("weight", "real", "", 1.0, "Against the other goals."))};
 }
 
-std::string_view status_word(IkStatus s) {
+std::string_view goal_status_word(IkStatus s) {
   switch (s) {
     case IkStatus::solved: return "solved";
     case IkStatus::out_of_reach: return "out_of_reach";
@@ -363,7 +363,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
       RMP_TRY_ASSIGN(const std::size_t tip, tip_named(*m, text_of(g, "tip")).in(path));
       goal.tip = static_cast<std::int32_t>(tip);
     }
-    RMP_TRY_ASSIGN(goal.parts, read_parts(g.find("parts"), path + ".parts"));
+    RMP_TRY_ASSIGN(goal.parts, read_goal_parts(g.find("parts"), path + ".parts"));
     goal.weight = real(g, "weight");
     goals.push_back(goal);
     targets.push_back(spatial::compose(mounting_T_base, *pose_from(*g.find("target"))));
@@ -431,7 +431,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
                  "closest configuration.",
                  "robot " + text::quote(m->name));
   const std::size_t n = m->coordinate_count();
-  Map out{{"status", status_word(result.status)}};
+  Map out{{"status", goal_status_word(result.status)}};
   if (!result.q.empty()) {
     out.set("q", NumericArray(std::vector<double>(
                      result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(n))));

@@ -61,8 +61,8 @@ void set_reasons(Map& out, const RobotModel& m, const IkResult& result) {
     out.set("limiting_joint", m.joints[static_cast<std::size_t>(result.limiting_joint)].name);
   const auto& lost = result.lost_direction;
   if (lost == std::array<double, 6>{}) return;
-  const Vec3 v = spatial::rotate(m.base, {lost[0], lost[1], lost[2]});
-  const Vec3 w = spatial::rotate(m.base, {lost[3], lost[4], lost[5]});
+  const Vec3 v = spatial::rotate(m.base, Vec3{lost[0], lost[1], lost[2]});
+  const Vec3 w = spatial::rotate(m.base, Vec3{lost[3], lost[4], lost[5]});
   out.set("lost_direction", NumericArray({v[0], v[1], v[2], w[0], w[1], w[2]}));
 }
 

@@ -8,6 +8,7 @@
 #include <robomosp/sdk/ik.h>
 
 #include "ioci/core/commands.h"
+#include "ioci/robot/robots.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "model/words.h"
@@ -21,7 +22,6 @@ using model::Link;
 using model::Robot;
 
 constexpr std::size_t kMostLinks = 24, kMostNames = 12;
-constexpr double kDegree = std::numbers::pi / 180;
 
 std::string number(double v) { return text::print_rounded(v, 5); }
 

@@ -174,7 +174,7 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
 }
 
 void note_degrees(const CommandContext& ctx, const RobotModel& m, std::span<const double> q) {
-  constexpr double kTurn = 2 * std::numbers::pi, kDegree = std::numbers::pi / 180;
+  constexpr double kTurn = 2 * std::numbers::pi;
   for (std::size_t i = 0; i < m.joints.size(); ++i) {
     const JointModel& j = m.joints[i];
     if (j.type != JointType::revolute || j.is_coupled()) continue;
@@ -372,8 +372,8 @@ void report_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, 
   if (result.lost_direction == std::array<double, 6>{}) return;
   if (result.detail.empty()) {
     const auto& t = result.lost_direction;
-    const Vec3 v = spatial::rotate(m.base, {t[0], t[1], t[2]});
-    const Vec3 w = spatial::rotate(m.base, {t[3], t[4], t[5]});
+    const Vec3 v = spatial::rotate(m.base, Vec3{t[0], t[1], t[2]});
+    const Vec3 w = spatial::rotate(m.base, Vec3{t[3], t[4], t[5]});
     result.detail = "next to a singular configuration: there the tip " +
                     robotics::lost_words({v[0], v[1], v[2], w[0], w[1], w[2]});
   }

@@ -3,6 +3,7 @@
 // solvers accept (layer: application). Internal to modules/ioci.
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
 #include <unordered_set>
@@ -16,6 +17,9 @@
 #include "robotics/tip_motion.h"
 
 namespace robomosp::ioci {
+
+/// Degrees to radians.
+inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// Joint values, rates and forces, points and wrenches beyond this are refused: what is computed of
 /// their squares and products would not be numbers.

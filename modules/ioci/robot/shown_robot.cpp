@@ -14,9 +14,7 @@
 #include "robotics/tip_motion.h"
 
 namespace robomosp::ioci {
-namespace {
-constexpr double kDegree = std::numbers::pi / 180;
-}  // namespace
+namespace {}  // namespace
 
 ParamSpec shown_world() {
   return optional("world", "ref:world", "", "The world, when several show the robot.");

@@ -25,8 +25,6 @@ namespace {
 
 using model::Robot;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 /// The one coordinate of the joint that the argument `joint` names: its place, whether it turns.
 struct OneJoint {
   std::size_t link = 0, q = 0;

@@ -3,10 +3,24 @@
 #include <algorithm>
 
 #include "evaluation/attached_tools.h"
+#include "ioci/robot/placement_argument.h"
 #include "ioci/robot/robots.h"
 #include "model/placement.h"
 
 namespace robomosp::ioci {
+bool has_placement(const CommandContext& ctx) {
+  const Schema fields = placement_fields("");
+  return std::any_of(fields.begin(), fields.end(),
+                     [&](const ParamSpec& p) { return ctx.given(p.name) != nullptr; });
+}
+
+Result<model::Placement> placement_given(const CommandContext& ctx, const std::string& what) {
+  Map given;
+  for (const ParamSpec& p : placement_fields(""))
+    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
+  return read_placement_fields(given, what);
+}
+
 namespace {
 
 using model::Robot;
@@ -41,20 +55,8 @@ Result<Value> tool(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-Result<model::Placement> placement_given(const CommandContext& ctx) {
-  Map given;
-  for (const ParamSpec& p : placement_fields(""))
-    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  return read_placement_fields(given, "tool");
-}
-bool has_placement(const CommandContext& ctx) {
-  const Schema fields = placement_fields("");
-  return std::any_of(fields.begin(), fields.end(),
-                     [&](const ParamSpec& p) { return ctx.given(p.name) != nullptr; });
-}
-
 Result<Value> set_tool(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto placement, placement_given(ctx));
+  RMP_TRY_ASSIGN(const auto placement, placement_given(ctx, "tool"));
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     if (is_main(args)) {
       if (has(args, "link"))
@@ -87,7 +89,7 @@ Result<Value> set_tool(CommandContext& ctx, const Map& args) {
 Result<Value> add_tool(CommandContext& ctx, const Map& args) {
   RobotTool t;
   t.name = text_of(args, "name");
-  RMP_TRY_ASSIGN(t.placement, placement_given(ctx));
+  RMP_TRY_ASSIGN(t.placement, placement_given(ctx, "tool"));
   RMP_TRY(read_mass(args, t.payload, ""));
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     RMP_TRY_ASSIGN(t.link, read_link(r, *args.find("link"), true, "link"));

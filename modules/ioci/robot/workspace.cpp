@@ -78,7 +78,7 @@ Result<Asked> asked(CommandContext& ctx, const Map& args) {
   return a;
 }
 
-TwistPart part_of(const Map& args) {
+TwistPart twist_part_of(const Map& args) {
   const std::string part = text_of(args, "part");
   return part == "translation" ? TwistPart::translation
          : part == "rotation"  ? TwistPart::rotation
@@ -91,7 +91,7 @@ Result<robotics::Workspace> workspace_of(CommandContext& ctx, const Map& args, c
   o.samples = static_cast<std::size_t>(integer(args, "samples"));
   o.voxel = has(args, "voxel") ? real(args, "voxel") : 0;
   o.seed = static_cast<std::uint64_t>(integer(args, "seed"));
-  o.part = part_of(args);
+  o.part = twist_part_of(args);
   o.length = real(args, "length");
   if (has(args, "lower") != has(args, "upper"))
     return error(ErrorCode::invalid_argument, "a region has two corners",
@@ -215,7 +215,7 @@ Result<Value> joint_slice(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Asked a, asked(ctx, args));
   robotics::SliceOptions o;
   o.tip = a.tip;
-  o.part = part_of(args);
+  o.part = twist_part_of(args);
   o.length = real(args, "length");
   const auto count = static_cast<std::size_t>(integer(args, "count"));
   RMP_TRY_ASSIGN(o.axes[0], read_axis(*a.model, args, "a", "a_range", count));

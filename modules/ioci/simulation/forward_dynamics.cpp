@@ -88,8 +88,8 @@ Result<void> read_base_motion(const Map& args, sim::ForwardRun& run) {
 }
 
 /// The arguments that both commands have.
-Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Robot& robot,
-                                 const RobotModel& m) {
+Result<sim::ForwardRun> read_forward_run(CommandContext& ctx, const Map& args, const Robot& robot,
+                                         const RobotModel& m) {
   sim::ForwardRun run;
   if (has(args, "duration")) run.duration = real(args, "duration");
   run.sample_time = real(args, "sample_time");
@@ -158,7 +158,7 @@ Result<sim::ForwardRun> read_in_world(CommandContext& ctx, const Map& args) {
   const Robot* robot = ctx.snapshot().get(placed->robot);
   RMP_TRY_ASSIGN(const auto m, ctx.app.derived.robot_model(ctx.snapshot(), placed->robot, w.gravity,
                                                            ctx.progress));
-  RMP_TRY_ASSIGN(auto run, read_run(ctx, args, *robot, *m));
+  RMP_TRY_ASSIGN(auto run, read_forward_run(ctx, args, *robot, *m));
   run.world = typed<World>(args);
   run.robot = *name;
   if (has(args, "trajectory")) {
@@ -183,7 +183,7 @@ Result<Value> simulate_in_world(CommandContext& ctx, const Map& args) {
 /// The arguments of robot.simulate.
 Result<sim::ForwardRun> read_alone(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(auto run, read_run(ctx, args, content<Robot>(ctx, args), *m));
+  RMP_TRY_ASSIGN(auto run, read_forward_run(ctx, args, content<Robot>(ctx, args), *m));
   run.record = typed<Robot>(args);
   return run;
 }

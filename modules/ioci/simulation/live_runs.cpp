@@ -51,7 +51,7 @@ sim::LiveRun::Source replay(recording::RecordingPtr recording) {
   };
 }
 
-Result<recording::RecordingPtr> recording_of(const CommandContext& ctx, const Value* v) {
+Result<recording::RecordingPtr> live_recording_of(const CommandContext& ctx, const Value* v) {
   const Handle* h = v ? v->as_handle() : nullptr;
   auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
   if (found) return found;
@@ -80,7 +80,7 @@ Result<Made> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
     return error(ErrorCode::conflict, "a live run cannot begin while a group of edits is open",
                  "Finish the group first.");
   if (entry.of == kReplay) {
-    RMP_TRY_ASSIGN(auto recording, recording_of(ctx, entry.with.find("recording")));
+    RMP_TRY_ASSIGN(auto recording, live_recording_of(ctx, entry.with.find("recording")));
     return Made{replay(std::move(recording))};
   }
   const std::span<const Simulation> all = entry.subject.kind == "world"
@@ -108,7 +108,7 @@ Result<Made> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
     }
   }
   RMP_TRY_ASSIGN(const Value made, ctx.dispatch(simulation->command, args));
-  RMP_TRY_ASSIGN(auto recording, recording_of(ctx, &made));
+  RMP_TRY_ASSIGN(auto recording, live_recording_of(ctx, &made));
   ctx.app.recordings.remove(made.as_handle()->number);
   return Made{replay(std::move(recording))};
 }
@@ -344,7 +344,7 @@ Result<Value> refresh(CommandContext& ctx, const Map& args) {
   return anew(ctx, args, true, &sim::LiveRun::refresh);
 }
 
-Result<Value> step(CommandContext& ctx, const Map& args) {
+Result<Value> step_run(CommandContext& ctx, const Map& args) {
   const LiveRunPtr entry = entry_of(ctx, args);
   sim::LiveRun& run = *entry->run;
   if (!has(args, "time")) return answer(ctx, args, run.step(integer(args, "rows"), ctx.progress));
@@ -482,7 +482,7 @@ RMP_COMMANDS(run_commands) {
       "row while the run goes on; of the others, and with solvers written in Lua, the motion is "
       "computed first and "
       "then shown row by row.",
-      with_fall("assert(fall:state().rows == 1)\nlocal s = fall:step(10)\n"
+      with_fall("assert(fall:state().rows == 1)\nlocal s = fall:step_run(10)\n"
                 "assert(math.abs(s.time - 0.1) < 1e-9 and s.objects.box.position[3] < 0.5)"),
       {self("world"), choice("of", words_of(kOfWorlds), "What is simulated.", true), with, entry},
       made, Effect::simulates, start);
@@ -494,11 +494,11 @@ RMP_COMMANDS(run_commands) {
       Effect::simulates, start);
   add("run.step", "Goes on by some rows or some time, or back, and pauses there.",
       "What is not recorded yet is computed.",
-      with_fall("assert(fall:step().row == 2)\nassert(fall:step{time = 0.1}.row == 12)\n"
-                "assert(fall:step(-11).row == 1)"),
+      with_fall("assert(fall:step_run().row == 2)\nassert(fall:step{time = 0.1}.row == 12)\n"
+                "assert(fall:step_run(-11).row == 1)"),
       {self("run"), defaulted("rows", "int", "", 1, "How many; back when negative."),
        optional("time", "real", "s", "Instead of rows; back when negative.")},
-      shown, Effect::simulates, step);
+      shown, Effect::simulates, step_run);
   ParamSpec time = needed("time", "real", "s", "Where to; beyond the end it is the end.");
   time.min = 0;
   add("run.seek", "Goes to a time and pauses there.", "What is not recorded yet is computed.",
@@ -530,7 +530,7 @@ RMP_COMMANDS(run_commands) {
                 "{0.5, 0, 0.3}}\n"
                 "assert(fall:state().is_outdated)\nlocal s = fall:refresh()\n"
                 "assert(s.objects.late.position[3] == 0.3 and s.objects.box.position[3] < 0.5)\n"
-                "assert(fall:step(5).objects.late.position[3] < 0.3)"),
+                "assert(fall:step_run(5).objects.late.position[3] < 0.3)"),
       {self("run")}, shown, Effect::simulates, refresh);
   add("run.reset", "Begins a run again from its start with the world as it is now.",
       "It takes back no edit. Where it cannot begin, the run stays as it was.",
@@ -571,7 +571,7 @@ RMP_COMMANDS(run_commands) {
       with_fall("fall:seek(0.1)\nlocal r = fall:recording()\nassert(#r:values(\"time\") == 11)"),
       {self("run")}, {"handle", "", "The recording.", {}}, Effect::simulates, recording);
   add("run.stop", "Ends the simulation of a run; what is recorded stays.", "",
-      with_fall("fall:step(3)\nassert(fall:stop().rows == 4)"), {self("run")}, shown,
+      with_fall("fall:step_run(3)\nassert(fall:stop().rows == 4)"), {self("run")}, shown,
       Effect::simulates, stop);
   add("run.remove", "Ends and forgets a run.", "",
       with_fall("local count = #run.list()\nfall:remove()\nassert(#run.list() == count - 1)"),

@@ -19,7 +19,7 @@ namespace {
 
 using model::World;
 
-constexpr double kMostSamples = 5e6;
+constexpr double kMostPathSamples = 5e6;
 constexpr double kSamePlace = 1e-6;  ///< [m], [rad] of a tool that is at a sample
 
 Result<Value> show_at(CommandContext& ctx, const Map& args) {
@@ -36,10 +36,10 @@ Result<Value> show_at(CommandContext& ctx, const Map& args) {
   const model::Robot& robot = *now.get(placed.robot);
   RMP_TRY_ASSIGN(const auto path,
                  motion::Path::build(ctx.app.registry, way.name, t, motion::stored_in(now)));
-  if (path->duration() / t.sample_time > kMostSamples)
+  if (path->duration() / t.sample_time > kMostPathSamples)
     return error(ErrorCode::invalid_argument,
                  "a sample time of " + text::print(t.sample_time) + " s makes more than " +
-                     text::print(kMostSamples) + " samples",
+                     text::print(kMostPathSamples) + " samples",
                  "Set a longer sample_time.", "trajectory " + text::quote(way.name));
   const std::vector<double> times = path->sample_times(t.sample_time);
   RMP_TRY_ASSIGN(const auto m,

@@ -170,7 +170,7 @@ Result<void> read_bodies(CommandContext& ctx, const Map& args, sim::PhysicsRun& 
 }
 
 /// The arguments of world.simulate_physics.
-Result<sim::PhysicsRun> read_run(CommandContext& ctx, const Map& args) {
+Result<sim::PhysicsRun> read_physics_run(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   sim::PhysicsRun run;
   run.world = typed<World>(args);
@@ -231,8 +231,8 @@ Result<sim::PhysicsRun> read_run(CommandContext& ctx, const Map& args) {
   return run;
 }
 
-Result<Value> simulate(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto run, read_run(ctx, args));
+Result<Value> simulate_physics(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto run, read_physics_run(ctx, args));
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
   RMP_TRY_ASSIGN(auto recording, sim::simulate_physics(simulator, run, ctx.progress));
   for (const std::string& note : recording->notes)
@@ -264,7 +264,7 @@ Result<std::optional<sim::PhysicsRun>> task_physics(CommandContext& ctx, const M
 }
 
 Result<LiveSource> live_physics(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(auto run, read_run(ctx, args));
+  RMP_TRY_ASSIGN(auto run, read_physics_run(ctx, args));
   LiveSource out;
   out.asks = {{PhysicsEngine::kInterfaceId, run.engine}};
   for (const auto& placed : content<World>(ctx, args).robots) {
@@ -325,7 +325,7 @@ RMP_COMMANDS(physics_commands) {
                   engine_field(), watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = simulate,
+       .run = simulate_physics,
        .runs = RunKind::simulation});
   return all;
 }

@@ -296,7 +296,7 @@ Result<Value> continue_run(CommandContext& ctx, const Map& args) {
   return go_on(ctx, args, std::nullopt);
 }
 template <program::StepKind kind>
-Result<Value> step(CommandContext& ctx, const Map& args) {
+Result<Value> step_program(CommandContext& ctx, const Map& args) {
   return go_on(ctx, args, kind);
 }
 
@@ -617,20 +617,20 @@ RMP_COMMANDS(program_debugging_commands) {
       with_run("run:set_breakpoint{line = 9}\nrun:continue()\n"
                "assert(run:step_into().line == 5)"),
       {self("run"), program, process, speed}, stood, Effect::simulates,
-      step<program::StepKind::into>);
+      step_program<program::StepKind::into>);
   add("run.step_over", "Goes on to the next line of a process in the same routine.", "",
       with_run("run:set_breakpoint{line = 9}\nrun:continue()\n"
                "assert(run:step_over().line == 10)"),
       {self("run"), program, process, speed}, stood, Effect::simulates,
-      step<program::StepKind::over>);
+      step_program<program::StepKind::over>);
   add("run.step_out", "Goes on until a process has left the routine that it is in.", "",
       with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
                "assert(run:step_out().line ~= 5)"),
       {self("run"), program, process, speed}, stood, Effect::simulates,
-      step<program::StepKind::out>);
+      step_program<program::StepKind::out>);
   add("run.to_motion", "Goes on until a process is about to begin a motion.", "",
       with_run("assert(run:to_motion().is_complete)"), {self("run"), program, process, speed},
-      stood, Effect::simulates, step<program::StepKind::motion>);
+      stood, Effect::simulates, step_program<program::StepKind::motion>);
   add("run.input", "Gives a program the next line that it reads.",
       "A program of a live run that comes to READ without a line lets the run rest with the reason "
       "input; run.continue goes on with the line. Lines that are given before are kept until they "

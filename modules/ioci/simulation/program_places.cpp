@@ -282,7 +282,7 @@ Result<Value> recorded_at(CommandContext& ctx, const Map& args) {
 }
 
 /// A program that counts, and its run, for examples.
-std::string with_run(const char* rest) {
+std::string with_run_of_program(const char* rest) {
   return with_arm(
              "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n"
              "local count = program.create{name = \"count\", source = [[\n"
@@ -347,13 +347,13 @@ RMP_COMMANDS(program_places_commands) {
   add("run.place", "Tells where the programs of a live run are, also while they run.",
       "It waits for nothing; run.continue and the steps with a speed, and run.play, go on "
       "meanwhile.",
-      with_run("run:set_breakpoint{line = 5}\nrun:continue{speed = \"max\"}\n"
-               "repeat until not run:place().is_playing\nassert(run:place().line == 5)"),
+      with_run_of_program("run:set_breakpoint{line = 5}\nrun:continue{speed = \"max\"}\n"
+                          "repeat until not run:place().is_playing\nassert(run:place().line == 5)"),
       {self("run")}, {"map", "", "", seen}, Effect::reads, run_place);
   add("run.programs", "Lists the programs of a live run with their files and processes.",
       "At the time that the run shows.",
-      with_run("local p = run:programs()[1]\n"
-               "assert(p.files[1] == \"count.irl\" and p.processes[1].line == 10)"),
+      with_run_of_program("local p = run:programs()[1]\n"
+                          "assert(p.files[1] == \"count.irl\" and p.processes[1].line == 10)"),
       {self("run")},
       {"list",
        "",
@@ -367,8 +367,8 @@ RMP_COMMANDS(program_places_commands) {
       Effect::reads, run_programs);
   add("run.program_lines", "Lists where statements and routines of a program in a run begin.",
       "Breakpoints stand there.",
-      with_run("local l = run:program_lines()\nassert(l.statements[1].line == 5)\n"
-               "assert(#l.routines == 2)"),
+      with_run_of_program("local l = run:program_lines()\nassert(l.statements[1].line == 5)\n"
+                          "assert(#l.routines == 2)"),
       {self("run"), program, source},
       {"map",
        "",
@@ -378,11 +378,12 @@ RMP_COMMANDS(program_places_commands) {
       Effect::reads, program_lines);
   add("run.program_text", "Gives the text of a file of a program as the run computes with it.",
       "What was edited since counts with run.refresh or run.reset.",
-      with_run("assert(run:program_text():match(\"PROGRAM count\"))"),
+      with_run_of_program("assert(run:program_text():match(\"PROGRAM count\"))"),
       {self("run"), program, source}, {"string", "", "The text.", {}}, Effect::reads, program_text);
   add("run.notes", "Gives what was noted and written in a live run so far.", "",
-      with_run("run:finish()\nlocal all = run:notes()\n"
-               "assert(all[#all] == \"t = 0.5 s: count: sum 15\" and #run:notes(#all + 1) == 0)"),
+      with_run_of_program(
+          "run:finish()\nlocal all = run:notes()\n"
+          "assert(all[#all] == \"t = 0.5 s: count: sum 15\" and #run:notes(#all + 1) == 0)"),
       {self("run"),
        between(defaulted("from", "int", "", 1, "The first note that is wanted, 1 = the first."), 1,
                9e15),
@@ -395,10 +396,10 @@ RMP_COMMANDS(program_places_commands) {
   add("run.step_recorded", "Goes over what is recorded to another line of a program.",
       "What is recorded is what was behind each row, and where programs stopped. Nothing is "
       "computed; at the last row the steps of run.step_into and the like go on.",
-      with_run("run:set_breakpoint{line = 5, hits = \"3\"}\nrun:continue()\n"
-               "local back = run:step_recorded{back = true, to = \"over\"}\n"
-               "assert(back.is_past and run:evaluate(\"sum\").value == \"6\")\n"
-               "assert(not run:step_recorded{to = \"breakpoint\"}.is_past)"),
+      with_run_of_program("run:set_breakpoint{line = 5, hits = \"3\"}\nrun:continue()\n"
+                          "local back = run:step_recorded{back = true, to = \"over\"}\n"
+                          "assert(back.is_past and run:evaluate(\"sum\").value == \"6\")\n"
+                          "assert(not run:step_recorded{to = \"breakpoint\"}.is_past)"),
       {self("run"), defaulted("back", "bool", "", false, "Towards the start."),
        choice("to", {"into", "over", "out", "breakpoint"},
               "Another line; not one in a routine that is called; where the routine is left; where "
@@ -411,8 +412,9 @@ RMP_COMMANDS(program_places_commands) {
       {"map", "", "", stood}, Effect::simulates, step_recorded);
   add("run.recorded_at", "Lists when a program came to a line, as far as it is recorded.",
       "Lines are seen behind rows and where programs stopped.",
-      with_run("run:set_breakpoint{line = 5, hits = \"< 3\"}\nrun:continue()\nrun:continue()\n"
-               "assert(#run:recorded_at{line = 5} == 2)"),
+      with_run_of_program(
+          "run:set_breakpoint{line = 5, hits = \"< 3\"}\nrun:continue()\nrun:continue()\n"
+          "assert(#run:recorded_at{line = 5} == 2)"),
       {self("run"), between(needed("line", "int", "", "Of the file."), 1, 1e9), program, source},
       {"list",
        "",

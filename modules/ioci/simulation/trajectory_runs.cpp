@@ -28,7 +28,7 @@ sim::Simulator simulator_of(CommandContext& ctx) {
 
 /// A run of a robot on a trajectory: `what(simulator, run)` makes its recording.
 template <class What>
-Result<Value> simulate(CommandContext& ctx, const Map& args, What&& what) {
+Result<Value> simulate_trajectory(CommandContext& ctx, const Map& args, What&& what) {
   const World& w = content<World>(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   RMP_TRY_ASSIGN(const std::size_t robot,
@@ -54,15 +54,16 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, What&& what) {
 }
 
 Result<Value> inverse_kinematics(CommandContext& ctx, const Map& args) {
-  return simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
+  return simulate_trajectory(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
     return simulator.inverse_kinematics(run, ctx.progress);
   });
 }
 Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(auto recording,
-                 simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
-                   return simulator.inverse_dynamics(run, ctx.progress);
-                 }));
+  RMP_TRY_ASSIGN(
+      auto recording,
+      simulate_trajectory(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
+        return simulator.inverse_dynamics(run, ctx.progress);
+      }));
   const World& w = content<World>(ctx, args);
   const auto member = find_robot(ctx, typed<World>(args), *args.find("robot"), "");
   if (member.ok()) {
@@ -82,7 +83,7 @@ Result<Value> time_optimal(CommandContext& ctx, const Map& args) {
   if (has(args, "retimer")) {
     RMP_TRY_ASSIGN(options.retimer, read_provider(*args.find("retimer"), "retimer"));
   }
-  return simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
+  return simulate_trajectory(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
     return simulator.time_optimal(run, options, ctx.progress);
   });
 }
@@ -128,7 +129,7 @@ Result<Value> forward_kinematics(CommandContext& ctx, const Map& args) {
                  find_trajectory(ctx, typed<World>(args), *args.find("trajectory"),
                                  name_in(ctx, ref(args, "id"))));
   RMP_TRY(only_joint_segments(ctx, w.trajectories[at].trajectory));
-  return simulate(
+  return simulate_trajectory(
       ctx, args,
       [&](const sim::Simulator& simulator, const sim::Run& run) -> Result<recording::RecordingPtr> {
         RMP_TRY_ASSIGN(const auto joints, simulator.inverse_kinematics(run, ctx.progress));

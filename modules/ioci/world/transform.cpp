@@ -222,12 +222,12 @@ View view_of(CommandContext& ctx, const Site& s) {
 }
 
 /// P1 to P3 and O1 to O3 [m, rad].
-using Elements = std::array<double, 6>;
+using AngleElements = std::array<double, 6>;
 
 /// The elements as the codes say. Of the program of 2006: roll-pitch-yaw is turned about z, y and x
 /// by O1, O2 and O3; Euler X about z, the new x and the new z; of a quaternion they are x, y, z,
 /// with w >= 0.
-Elements elements_of(const Placement& p, const Pose& parent, const View& view) {
+AngleElements elements_of(const Placement& p, const Pose& parent, const View& view) {
   if (same(view, own_view(p))) {
     Vec3 o = p.angles;
     if (p.notation == AngleRepresentation::rpy) std::swap(o[0], o[2]);
@@ -264,7 +264,7 @@ Elements elements_of(const Placement& p, const Pose& parent, const View& view) {
 }
 
 /// The placement that has these elements, kept in the notation and coordinates of `kept`.
-Result<Placement> placed_by(const Elements& e, const Pose& parent, const View& view,
+Result<Placement> placed_by(const AngleElements& e, const Pose& parent, const View& view,
                             const Placement& kept) {
   const Vec3 at{e[0], e[1], e[2]};
   Vec3 o{e[3], e[4], e[5]};
@@ -357,7 +357,7 @@ Result<void> put_code(CommandContext& ctx, Site& s, View view, const std::string
   }
   if (e == "PType" && view.reference == 0) {
     const View local{view.position, own_view(s.placement).orientation, 0};
-    const Elements now = elements_of(s.placement, Pose{}, local);
+    const AngleElements now = elements_of(s.placement, Pose{}, local);
     s.placement.position = {now[0], now[1], now[2]};
     s.placement.coordinates = static_cast<model::PositionRepresentation>(view.position);
   }
@@ -395,7 +395,7 @@ Result<Value> put(CommandContext& ctx, const Map& args, bool add) {
     if (view.reference == 1) {
       RMP_TRY_ASSIGN(parent, parent_of(ctx, s));
     }
-    Elements now = elements_of(s.placement, parent, view);
+    AngleElements now = elements_of(s.placement, parent, view);
     now[element.at] = v.number() + (add ? now[element.at] : 0);
     RMP_TRY_ASSIGN(s.placement, placed_by(now, parent, view, s.placement));
   }
@@ -417,7 +417,7 @@ Result<Value> put(CommandContext& ctx, const Map& args, bool add) {
   if (!done.ok()) return std::move(done).error();
   return Value();
 }
-Result<Value> set(CommandContext& ctx, const Map& args) { return put(ctx, args, false); }
+Result<Value> set_transform(CommandContext& ctx, const Map& args) { return put(ctx, args, false); }
 Result<Value> add(CommandContext& ctx, const Map& args) { return put(ctx, args, true); }
 
 Result<Value> local(CommandContext& ctx, const Map& args) {
@@ -518,7 +518,7 @@ RMP_COMMANDS(transform_commands) {
                             angle_unit()},
                  .returns = {},
                  .effect = Effect::edits,
-                 .run = set});
+                 .run = set_transform});
   all.push_back(
       {.name = "transform.add",
        .classic = "Transform Add(element, value, angles=degrees)",

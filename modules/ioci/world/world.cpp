@@ -43,7 +43,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   return Value(Application::handle(id));
 }
 
-Result<Value> set(CommandContext& ctx, const Map& args) {
+Result<Value> set_world(CommandContext& ctx, const Map& args) {
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     apply_fields(args, w);
     ctx.expressions.keep(w.parametric);
@@ -405,7 +405,7 @@ RMP_COMMANDS(world_commands) {
                  .params = std::move(set_params),
                  .returns = {},
                  .effect = Effect::edits,
-                 .run = set,
+                 .run = set_world,
                  .takes_expressions = true});
   all.push_back(
       {.name = "world.add_object",

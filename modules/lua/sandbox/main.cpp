@@ -40,7 +40,7 @@ void warm_up() {
   }
 }
 
-const std::string* text_of(const Map& m, std::string_view key) {
+const std::string* text_under(const Map& m, std::string_view key) {
   const Value* v = m.find(key);
   return v ? v->as_string() : nullptr;
 }
@@ -48,8 +48,8 @@ const std::string* text_of(const Map& m, std::string_view key) {
 /// Runs the text of one call.
 Result<List> run(LuaState& lua, ChildHost& host, const Map& call) {
   host.begin();
-  const std::string* code = text_of(call, "code");
-  const std::string* file = text_of(call, "file");
+  const std::string* code = text_under(call, "code");
+  const std::string* file = text_under(call, "file");
   if (!code) return error(ErrorCode::internal, "a call has no text");
   if (!file) return lua.eval_values(*code);
   std::vector<std::string> args;
@@ -83,7 +83,7 @@ int serve(Link& link, const Locked& locked, std::uint64_t memory) {
   auto made = std::make_unique<ChildHost>(link, *setup);
   ChildHost& host = *made;
   LuaOptions options;
-  if (const std::string* name = text_of(*setup, "name")) options.input_name = *name;
+  if (const std::string* name = text_under(*setup, "name")) options.input_name = *name;
   options.memory_limit = static_cast<std::size_t>(memory - kOwnMemory);
   options.print = [&host](std::string_view text) { host.print(text); };
   // Never closed: at the end there is nothing to finalize.

@@ -10,6 +10,7 @@
 
 #include "kernel/text.h"
 #include "recording/plot/colour_map.h"
+#include "recording/plot/column_of.h"
 #include "recording/plot/file.h"
 
 namespace robomosp::recording {
@@ -21,21 +22,16 @@ constexpr const char* kBlank = "#cfd4da";  // cells in collision
 constexpr const char* kCurve = "#d6304a";
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-std::string label_of(const Column& c) {
+std::string axis_label_of(const Column& c) {
   std::string name = c.name;
   std::replace(name.begin(), name.end(), '_', ' ');
   return c.unit.empty() ? name : name + " [" + c.unit + "]";
 }
 
-Result<const Column*> column_of(const Recording& r, const std::string& name) {
-  RMP_TRY_ASSIGN(const auto found, r.select(std::span(&name, 1)));
-  return found.front();
-}
-
 /// The evenly spaced values that a column takes.
 Result<HeatMap::Axis> axis_of(const Column& c, double step) {
   HeatMap::Axis axis;
-  axis.label = label_of(c);
+  axis.label = axis_label_of(c);
   std::vector<double> v;
   for (const double x : c.values)
     if (std::isfinite(x)) v.push_back(x);
@@ -303,7 +299,7 @@ Result<HeatMap> heat_map(const Recording& r, const HeatMapRequest& o) {
   m.title = !o.title.empty() ? o.title : r.title;
   if (o.title.empty() && third && depth.count > 1)
     m.title += ", " + third->name + " = " + text::print_rounded(*m.at, 3) + " m";
-  m.label = label_of(*value);
+  m.label = axis_label_of(*value);
   m.is_metric = is_voxels;
   m.curve = o.curve;
   m.width = o.width;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "kernel/text.h"
+#include "recording/plot/column_of.h"
 #include "recording/plot/file.h"
 #include "recording/plot/layout.h"
 
@@ -15,11 +16,6 @@ namespace {
 
 std::string label_of(const Column& c) {
   return c.unit.empty() ? c.name : c.name + " [" + c.unit + "]";
-}
-
-Result<const Column*> column_of(const Recording& r, const std::string& name) {
-  RMP_TRY_ASSIGN(const auto found, r.select(std::span(&name, 1)));
-  return found.front();
 }
 
 /// The common stem of the names, "tau" of tau1..tau7, with the unit.
@@ -183,9 +179,9 @@ Result<void> take_logarithms(const PlotRequest& request, const std::string& x_na
       }
     }
     if (!out.log_y) continue;
-    constexpr double kNone = std::numeric_limits<double>::infinity();
-    panel.lower = panel.lower > 0 ? std::log10(panel.lower) : -kNone;
-    panel.upper = panel.upper > 0 ? std::log10(panel.upper) : kNone;
+    constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+    panel.lower = panel.lower > 0 ? std::log10(panel.lower) : -kNoLimit;
+    panel.upper = panel.upper > 0 ? std::log10(panel.upper) : kNoLimit;
   }
   return {};
 }

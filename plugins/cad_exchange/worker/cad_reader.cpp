@@ -75,7 +75,7 @@ Paint paint_from(const Quantity_ColorRGBA& c) {
   return p;
 }
 
-double volume_of(const TopoDS_Shape& s) {
+double signed_volume_of(const TopoDS_Shape& s) {
   GProp_GProps g;
   BRepGProp::VolumeProperties(s, g);
   return g.Mass();
@@ -413,7 +413,7 @@ class CadReader {
   std::vector<TopoDS_Shape> finished(TopoDS_Shape body, const std::string& name) {
     std::vector<TopoDS_Shape> all{body};
     if (!is_valid(body)) {
-      const double before = std::abs(volume_of(body));
+      const double before = std::abs(signed_volume_of(body));
       if (heal_) {
         const Handle(ShapeFix_Shape) fix = new ShapeFix_Shape(body);
         fix->Perform();
@@ -422,7 +422,7 @@ class CadReader {
         if (!fix->Shape().IsNull())
           for (TopExp_Explorer e(fix->Shape(), TopAbs_SOLID); e.More(); e.Next()) {
             fixed.push_back(e.Current());
-            after += std::abs(volume_of(e.Current()));
+            after += std::abs(signed_volume_of(e.Current()));
           }
         const bool mended = !fixed.empty() && std::all_of(fixed.begin(), fixed.end(), is_valid);
         const double change = before > 0 ? after / before - 1 : 0;
@@ -451,7 +451,7 @@ class CadReader {
 
   /// Turns it outwards; false when it encloses nothing.
   bool is_solid(TopoDS_Shape& body, const std::string& name) {
-    double volume = volume_of(body);
+    double volume = signed_volume_of(body);
     if (volume < 0) {
       if (body.ShapeType() == TopAbs_SOLID) {
         TopoDS_Solid solid = TopoDS::Solid(body);
@@ -460,7 +460,7 @@ class CadReader {
       } else {
         body.Reverse();
       }
-      volume = volume_of(body);
+      volume = signed_volume_of(body);
       note("The solid " + quote(name) + " was inside out and was turned over.");
     }
     if (!(volume > kLeastVolume) || !std::isfinite(volume)) {

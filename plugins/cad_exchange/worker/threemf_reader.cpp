@@ -45,7 +45,7 @@ Extension extension_of(std::string_view space) {
   return Extension::unknown;
 }
 
-std::string quote(std::string_view s) { return "\"" + std::string(s.substr(0, 80)) + "\""; }
+std::string quoted_word(std::string_view s) { return "\"" + std::string(s.substr(0, 80)) + "\""; }
 
 std::string_view trimmed(std::string_view s) {
   const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
@@ -74,7 +74,7 @@ std::optional<std::uint32_t> index_of(std::string_view s) {
 }
 
 /// `#RRGGBB` or `#RRGGBBAA`, sRGB.
-Paint paint_of(std::string_view s) {
+Paint paint_of_colour(std::string_view s) {
   Paint p;
   s = trimmed(s);
   if ((s.size() != 7 && s.size() != 9) || s.front() != '#') return p;
@@ -213,7 +213,8 @@ class XmlReader {
 
  private:
   [[nodiscard]] std::string place() const {
-    return quote(part_) + ", line " + std::to_string(XML_GetCurrentLineNumber(parser_)) + ": ";
+    return quoted_word(part_) + ", line " + std::to_string(XML_GetCurrentLineNumber(parser_)) +
+           ": ";
   }
   static XmlReader& self(void* user) { return *static_cast<XmlReader*>(user); }
   static void on_start(void* user, const XML_Char* full, const XML_Char** attributes) {
@@ -251,7 +252,8 @@ class RelationReader final : public XmlReader {
     if (model.empty()) {
       model = a.text("Target");
     } else if (a.text("Target") != model && others.size() < 200) {
-      others += (others.empty() ? "" : ", ") + quote(std::string(a.text("Target")).substr(0, 80));
+      others +=
+          (others.empty() ? "" : ", ") + quoted_word(std::string(a.text("Target")).substr(0, 80));
     }
   }
   void end() override {}
@@ -304,7 +306,7 @@ class ModelReader final : public XmlReader {
     Element next = Element::other;
     if (stack_.empty()) {
       if (!is_core || name != "model")
-        return refuse(ErrorCode::syntax, "this is no 3MF model but " + quote(name),
+        return refuse(ErrorCode::syntax, "this is no 3MF model but " + quoted_word(name),
                       "Check that the file is really of this format.");
       model(a);
       next = Element::model;
@@ -367,7 +369,7 @@ class ModelReader final : public XmlReader {
         {"inch", 0.0254}, {"foot", 0.3048}, {"meter", 1}};
     const auto known = kUnits.find(unit);
     if (known == kUnits.end())
-      return refuse(ErrorCode::syntax, quote(unit) + " is no unit of 3MF",
+      return refuse(ErrorCode::syntax, quoted_word(unit) + " is no unit of 3MF",
                     "It is one of micron, millimeter, centimeter, inch, foot and meter.");
     out.unit = known->second;
     for (std::string_view rest = trimmed(a.text("requiredextensions")); !rest.empty();
@@ -376,12 +378,12 @@ class ModelReader final : public XmlReader {
       const auto space = spaces().find(rest.substr(0, length));
       if (!space)
         return refuse(ErrorCode::syntax, "it requires the extension " +
-                                             quote(rest.substr(0, length)) +
+                                             quoted_word(rest.substr(0, length)) +
                                              " and does not say which that is");
       if (extension_of(*space) == Extension::unknown)
         return refuse(
             ErrorCode::unsupported,
-            "its shapes require the 3MF extension " + quote(*space) + ", which is not read",
+            "its shapes require the 3MF extension " + quoted_word(*space) + ", which is not read",
             "Write it as plain meshes with the program it comes from.");
       rest.remove_prefix(length);
     }
@@ -411,8 +413,8 @@ class ModelReader final : public XmlReader {
   }
 
   void entry(std::string_view name, const Attributes& a) {
-    if (name == "base") property_->paints.push_back(paint_of(a.text("displaycolor")));
-    else if (name == "color") property_->paints.push_back(paint_of(a.text("color")));
+    if (name == "base") property_->paints.push_back(paint_of_colour(a.text("displaycolor")));
+    else if (name == "color") property_->paints.push_back(paint_of_colour(a.text("color")));
     else if (name == "composite") composite(a);
     else if (name == "multi") {
       auto& row = property_->entries.emplace_back();
@@ -465,7 +467,7 @@ class ModelReader final : public XmlReader {
       const auto v = take_number(text);
       if (!v || !trimmed(text).empty())
         return refuse(ErrorCode::syntax, std::string("the ") + axis + " of a vertex is " +
-                                             quote(a.text(axis)) + ", not a number");
+                                             quoted_word(a.text(axis)) + ", not a number");
       object_->mesh.points.push_back(*v * out.unit);
     }
   }
@@ -475,7 +477,7 @@ class ModelReader final : public XmlReader {
       const auto v = index_of(a.text(corner));
       if (!v)
         return refuse(ErrorCode::syntax, std::string("the ") + corner + " of a triangle is " +
-                                             quote(a.text(corner)) + ", not a number");
+                                             quoted_word(a.text(corner)) + ", not a number");
       object_->mesh.triangles.push_back(*v);
     }
     const auto group = index_of(a.text("pid"));
@@ -500,7 +502,7 @@ class ModelReader final : public XmlReader {
     const std::string_view path = a.produced("path");
     r.path = path.empty() ? part() : package_.find(path);
     if (r.path.empty())
-      return refuse(ErrorCode::syntax, "the part " + quote(path) + " is not in the package");
+      return refuse(ErrorCode::syntax, "the part " + quoted_word(path) + " is not in the package");
     if (const char* text = a.find("transform")) {
       std::string_view rest = text;
       // Rows of a matrix that points are multiplied to from the left.
@@ -508,7 +510,7 @@ class ModelReader final : public XmlReader {
         const auto v = take_number(rest);
         if (!v || (i == 11 && !trimmed(rest).empty()))
           return refuse(ErrorCode::syntax,
-                        quote(text) + " is no placement, which has twelve numbers");
+                        quoted_word(text) + " is no placement, which has twelve numbers");
         if (i < 9) r.at.m[3 * (i % 3) + i / 3] = *v;
         else r.at.t[i - 9] = *v * out.unit;
       }
@@ -571,19 +573,21 @@ class ThreemfReader {
       RMP_TRY(reader.run(package_, relations));
       const std::string found = package_.find(rooted(reader.model));
       if (!reader.model.empty() && found.empty())
-        return error(ErrorCode::syntax,
-                     "the package names the model " + quote(reader.model) + ", which is not in it",
-                     "Check that the file is complete.");
+        return error(
+            ErrorCode::syntax,
+            "the package names the model " + quoted_word(reader.model) + ", which is not in it",
+            "Check that the file is complete.");
       if (!reader.others.empty())
-        tree_.notes.push_back(
-            "The package has more than one model, where 3MF allows one; " + quote(reader.model) +
-            " was read, and further models were left out: " + reader.others + ".");
+        tree_.notes.push_back("The package has more than one model, where 3MF allows one; " +
+                              quoted_word(reader.model) +
+                              " was read, and further models were left out: " + reader.others +
+                              ".");
       if (!found.empty()) return found;
     }
     for (const std::string& name : package_.names())
       if (name.ends_with(".model")) {
-        tree_.notes.push_back("The package does not say which part is its model; " + quote(name) +
-                              " was read.");
+        tree_.notes.push_back("The package does not say which part is its model; " +
+                              quoted_word(name) + " was read.");
         return name;
       }
     return error(ErrorCode::syntax, "the package holds no 3MF model",
@@ -614,8 +618,9 @@ class ThreemfReader {
     const auto model = models_.find(r.path);
     if (model == models_.end() || !model->second.objects.count(r.id))
       return error(ErrorCode::syntax,
-                   quote(from) + " places object " + std::to_string(r.id) +
-                       (r.path == from ? "" : " of " + quote(r.path)) + ", which is not there",
+                   quoted_word(from) + " places object " + std::to_string(r.id) +
+                       (r.path == from ? "" : " of " + quoted_word(r.path)) +
+                       ", which is not there",
                    "Check that the file is complete.");
     const std::string& type = model->second.objects.at(r.id).type;
     if (type == "support" || type == "solidsupport") {
@@ -641,7 +646,7 @@ class ThreemfReader {
       Object& object = model.objects.at(key.second);
       tree_.nodes[node].name = object.name;
       const std::string what =
-          object.name.empty() ? "Object " + std::to_string(key.second) : quote(object.name);
+          object.name.empty() ? "Object " + std::to_string(key.second) : quoted_word(object.name);
       if (!object.foreign.empty())
         tree_.notes.push_back(what + " has a shape in words of another extension (" +
                               object.foreign + "), which was left out.");
@@ -715,9 +720,10 @@ class ThreemfReader {
       }
       const std::uint32_t child = children[here.next++].node;
       if (state[child] == 1)
-        return error(ErrorCode::syntax,
-                     "the object " + quote(tree_.nodes[child].name) + " is a component of itself",
-                     "Write the file again with the program it comes from.");
+        return error(
+            ErrorCode::syntax,
+            "the object " + quoted_word(tree_.nodes[child].name) + " is a component of itself",
+            "Write the file again with the program it comes from.");
       if (state[child] == 2) continue;
       if (path.size() > kMostDepth)
         return error(ErrorCode::unsupported, "components are nested more than 1000 deep");
