@@ -9,7 +9,7 @@
 namespace robomosp::irl {
 namespace {
 
-using Id = Checker::Id;
+using Id = std::uint32_t;
 constexpr std::uint64_t kMostSlots = 16'000'000;  ///< values that a type holds
 
 std::string_view base_name(std::string_view path) {

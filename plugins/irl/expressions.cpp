@@ -10,7 +10,7 @@
 namespace robomosp::irl {
 namespace {
 
-using Id = Checker::Id;
+using Id = std::uint32_t;
 constexpr std::int64_t kMostInt = std::numeric_limits<std::int32_t>::max();
 
 bool is_number(Id t) { return t == RMP_TYPE_INT || t == RMP_TYPE_REAL; }

@@ -9,7 +9,7 @@
 namespace robomosp::irl {
 namespace {
 
-using Id = Checker::Id;
+using Id = std::uint32_t;
 
 struct AttributeRow {
   std::string_view name;

@@ -14,7 +14,7 @@ namespace {
 using collision::CollisionModel;
 using model::Robot;
 using model::World;
-using ModelPtr = std::shared_ptr<const CollisionModel>;
+using ModelPtr = std::shared_ptr<const collision::CollisionModel>;
 
 bool is_world(const Map& args) { return ref(args, "id").kind == Kind::world; }
 
