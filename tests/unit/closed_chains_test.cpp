@@ -25,7 +25,7 @@ using spatial::dot;
 using spatial::scale;
 using spatial::sub;
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kHalfTurn = 3.14159265358979323846;
 
 using Mechanism = test::ClosedMechanism;
 
@@ -50,7 +50,8 @@ TEST(ClosedChains, TheFourBarsRockerFollowsTheLawOfCosines) {
     const Closure closed = m.close({{"crank", crank}});
     const double x = a * std::cos(crank) - g, y = a * std::sin(crank), d = std::hypot(x, y);
     const double rocker = std::atan2(y, x) - std::acos((c * c + d * d - b * b) / (2 * c * d));
-    EXPECT_NEAR(std::remainder(closed.q[m.q_of("rocker")] - rocker, 2 * kPi), 0, 1e-10) << crank;
+    EXPECT_NEAR(std::remainder(closed.q[m.q_of("rocker")] - rocker, 2 * kHalfTurn), 0, 1e-10)
+        << crank;
   }
 }
 
@@ -106,7 +107,7 @@ TEST(ClosedChains, TheDeltasPlatformLiesOnThreeSpheresAndDoesNotTurn) {
     const Closure closed = m.close({{"arm_one", q[0]}, {"arm_two", q[1]}, {"arm_three", q[2]}});
     std::array<Vec3, 3> centres{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const double angle = 2 * kPi * static_cast<double>(k) / 3;
+      const double angle = 2 * kHalfTurn * static_cast<double>(k) / 3;
       const double out = base + upper * std::cos(q[k]) - platform;
       centres[k] = {out * std::cos(angle), out * std::sin(angle), -upper * std::sin(q[k])};
     }
@@ -130,8 +131,8 @@ TEST(ClosedChains, TheStewartPlatformsLegsAreAsLongAsTheirEndsAreApart) {
     const Closure closed = m.close_at("platform", Pose{R, wanted.p});
     std::vector<std::pair<std::string, double>> motors;
     for (int k = 0; k < 6; ++k) {
-      const double half = k % 2 ? 1 : -1, third = 2 * kPi * (k / 2) / 3;
-      const double b = third + half * kPi / 12, p = third + half * kPi / 4;
+      const double half = k % 2 ? 1 : -1, third = 2 * kHalfTurn * (k / 2) / 3;
+      const double b = third + half * kHalfTurn / 12, p = third + half * kHalfTurn / 4;
       const Vec3 foot{0.5 * std::cos(b), 0.5 * std::sin(b), 0.05};
       const Vec3 ball =
           spatial::transform(Pose{R, wanted.p}, {0.3 * std::cos(p), 0.3 * std::sin(p), 0});

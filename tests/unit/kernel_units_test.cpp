@@ -13,7 +13,7 @@
 namespace robomosp {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 std::uint64_t bits(double v) { return std::bit_cast<std::uint64_t>(v); }
 
@@ -24,25 +24,44 @@ TEST(Units, NamedUnitsHaveTheirSiFactor) {
     const char* si;
     double value;
   } cases[] = {
-      {"20 mm", "m", 0.02},      {"35mm", "m", 0.035},
-      {"7 cm", "m", 0.07},       {"3 um", "m", 3e-6},
-      {"2 km", "m", 2000},       {"1 in", "m", 0.0254},
-      {"1 ft", "m", 0.3048},     {"250 g", "kg", 0.25},
-      {"2 t", "kg", 2000},       {"1 lb", "kg", 0.45359237},
-      {"500 ms", "s", 0.5},      {"3 min", "s", 180},
-      {"2 h", "s", 7200},        {"90 deg", "rad", kPi / 2},
-      {"180deg", "rad", kPi},    {"5 mrad", "rad", 0.005},
-      {"1 rev", "rad", 2 * kPi}, {"60 rpm", "rad/s", 2 * kPi},
-      {"5 kN", "N", 5000},       {"3 kJ", "J", 3000},
-      {"2 bar", "Pa", 2e5},      {"210 GPa", "Pa", 210e9},
-      {"50 %", "", 0.5},         {"7.85 g/cm^3", "kg/m^3", 7850},
-      {"100 mm/s", "m/s", 0.1},  {"2 N mm", "N m", 0.002},
-      {"2 N*mm", "N m", 0.002},  {"2 N.mm", "N m", 0.002},
-      {"1 kg m^2/s^2", "J", 1},  {"60 1/min", "Hz", 1},
-      {"4 m s^-2", "m/s^2", 4},  {"-5 mm", "m", -0.005},
-      {"+5 mm", "m", 0.005},     {"1e3 mm", "m", 1},
-      {"0.5", "m", 0.5},         {" 2 ", "kg", 2},
-      {"3 Nm", "N m", 3},        {"1 rev/min", "rad/s", 2 * kPi / 60},
+      {"20 mm", "m", 0.02},
+      {"35mm", "m", 0.035},
+      {"7 cm", "m", 0.07},
+      {"3 um", "m", 3e-6},
+      {"2 km", "m", 2000},
+      {"1 in", "m", 0.0254},
+      {"1 ft", "m", 0.3048},
+      {"250 g", "kg", 0.25},
+      {"2 t", "kg", 2000},
+      {"1 lb", "kg", 0.45359237},
+      {"500 ms", "s", 0.5},
+      {"3 min", "s", 180},
+      {"2 h", "s", 7200},
+      {"90 deg", "rad", kHalfTurn / 2},
+      {"180deg", "rad", kHalfTurn},
+      {"5 mrad", "rad", 0.005},
+      {"1 rev", "rad", 2 * kHalfTurn},
+      {"60 rpm", "rad/s", 2 * kHalfTurn},
+      {"5 kN", "N", 5000},
+      {"3 kJ", "J", 3000},
+      {"2 bar", "Pa", 2e5},
+      {"210 GPa", "Pa", 210e9},
+      {"50 %", "", 0.5},
+      {"7.85 g/cm^3", "kg/m^3", 7850},
+      {"100 mm/s", "m/s", 0.1},
+      {"2 N mm", "N m", 0.002},
+      {"2 N*mm", "N m", 0.002},
+      {"2 N.mm", "N m", 0.002},
+      {"1 kg m^2/s^2", "J", 1},
+      {"60 1/min", "Hz", 1},
+      {"4 m s^-2", "m/s^2", 4},
+      {"-5 mm", "m", -0.005},
+      {"+5 mm", "m", 0.005},
+      {"1e3 mm", "m", 1},
+      {"0.5", "m", 0.5},
+      {" 2 ", "kg", 2},
+      {"3 Nm", "N m", 3},
+      {"1 rev/min", "rad/s", 2 * kHalfTurn / 60},
   };
   for (const auto& c : cases) {
     const auto read = units::read_quantity(c.text, c.si);
@@ -92,8 +111,8 @@ TEST(Units, PrintedQuantitiesReadBackToTheSameBits) {
       double v = 0;
       if (i % 3 == 0) v = std::bit_cast<double>(random());  // any bits
       if (i % 3 == 1)
-        v = std::round(angle(random) * 100) / 100 * (kPi / 180);  // angles people type
-      if (i % 3 == 2) v = std::round(angle(random) * 100) / 1e5;  // lengths people type
+        v = std::round(angle(random) * 100) / 100 * (kHalfTurn / 180);  // angles people type
+      if (i % 3 == 2) v = std::round(angle(random) * 100) / 1e5;        // lengths people type
       if (!std::isfinite(v)) continue;
       const std::string printed = units::print_quantity(v, unit);
       const auto back = units::read_quantity(printed, unit);
@@ -105,13 +124,13 @@ TEST(Units, PrintedQuantitiesReadBackToTheSameBits) {
 }
 
 TEST(Units, TheShorterOfSiAndCustomaryUnitIsPrinted) {
-  EXPECT_EQ(units::print_quantity(kPi / 2, "rad"), "90 deg");
+  EXPECT_EQ(units::print_quantity(kHalfTurn / 2, "rad"), "90 deg");
   EXPECT_EQ(units::print_quantity(0.5, "rad"), "0.5");
   EXPECT_EQ(units::print_quantity(0.002, "m"), "2 mm");
   EXPECT_EQ(units::print_quantity(0.48, "m"), "0.48");
   EXPECT_EQ(units::print_quantity(0.0015, "kg"), "0.0015");
   EXPECT_EQ(units::print_quantity(-0.0, "m"), "0");
-  EXPECT_EQ(units::print_quantity(kPi, "rad/s"), "180 deg/s");
+  EXPECT_EQ(units::print_quantity(kHalfTurn, "rad/s"), "180 deg/s");
 }
 
 TEST(Units, WithItsUnitAQuantityReadsBackWithoutKnowingIt) {
@@ -119,7 +138,7 @@ TEST(Units, WithItsUnitAQuantityReadsBackWithoutKnowingIt) {
   EXPECT_EQ(units::print_with_unit(0.48, "m"), "480 mm");
   EXPECT_EQ(units::print_with_unit(2, "m"), "2 m");
   EXPECT_EQ(units::print_with_unit(0, "m"), "0 m");
-  EXPECT_EQ(units::print_with_unit(kPi / 4, "rad"), "45 deg");
+  EXPECT_EQ(units::print_with_unit(kHalfTurn / 4, "rad"), "45 deg");
   EXPECT_EQ(units::print_with_unit(0.3, "rad"), "0.3 rad");
   EXPECT_EQ(units::print_with_unit(3, ""), "3");
   EXPECT_EQ(units::print_with_unit(0.1 / 3, "m"), "0.03333333333333333 m");

@@ -36,7 +36,7 @@ using test::unwrap;
 using test::Workbench;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180;
+constexpr double kPerDegree = kPi / 180;
 
 /// Removed first: file systems flush a file that is emptied and written again.
 void rewrite(const fs::path& file, const std::string& content) {
@@ -152,12 +152,12 @@ TEST_F(LegacyWorld, ARobotsJointValuesAreItsAnglesAndItsRowsTheRest) {
   ASSERT_EQ(r.base_parts.size(), 1U);
   ASSERT_EQ(r.links[2].parts.size(), 1U);
   EXPECT_EQ(snapshot->find(r.links[2].parts[0].what)->name, "hand");
-  EXPECT_DOUBLE_EQ(r.links[1].lower, -150 * kDegree) << "limits the other way round";
-  EXPECT_DOUBLE_EQ(r.links[1].upper, 150 * kDegree);
+  EXPECT_DOUBLE_EQ(r.links[1].lower, -150 * kPerDegree) << "limits the other way round";
+  EXPECT_DOUBLE_EQ(r.links[1].upper, 150 * kPerDegree);
   ASSERT_EQ(r.poses.size(), 2U);
   EXPECT_EQ(r.poses[0].name, "home");
-  EXPECT_DOUBLE_EQ(r.poses[0].q[2], -15 * kDegree);
-  EXPECT_DOUBLE_EQ(r.poses[1].q[1], 90 * kDegree);
+  EXPECT_DOUBLE_EQ(r.poses[0].q[2], -15 * kPerDegree);
+  EXPECT_DOUBLE_EQ(r.poses[1].q[1], 90 * kPerDegree);
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_NE(notes[0].find("eight numbers after a link's row are not applied"), std::string::npos);
 }
@@ -200,7 +200,7 @@ TEST_F(LegacyWorld, APrismaticLinkMovesByMetresAndSaysThatThisIsNotProven) {
   put("Robots/reacher.rbt", s);
   const auto& r = get<model::Robot>(load("Robots/reacher.rbt"));
   EXPECT_EQ(r.links[2].joint, model::JointKind::prismatic);
-  EXPECT_DOUBLE_EQ(r.links[2].row.theta, 5 * kDegree);
+  EXPECT_DOUBLE_EQ(r.links[2].row.theta, 5 * kPerDegree);
   EXPECT_EQ(r.links[2].row.d, 0) << "its value is d";
   EXPECT_EQ(r.links[2].upper, 0.25);
   EXPECT_EQ(r.poses[0].q[2], 0.05);
@@ -251,7 +251,8 @@ TEST_F(LegacyWorld, AnglesThatChangeAtTheirOwnPaceRunWithAConstantAcceleration) 
   for (int i = 0; i <= 20; ++i) {
     const double t = T * i / 20, s = k0 * t + (1 - k0 * T) * (t / T) * (t / T);
     const PathSample here = at(*p, t);
-    const auto R = spatial::from_rpy({-45 * kDegree * s, 30 * kDegree * s, 90 * kDegree * s});
+    const auto R =
+        spatial::from_rpy({-45 * kPerDegree * s, 30 * kPerDegree * s, 90 * kPerDegree * s});
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], R[k], 1e-9) << t;
     if (i == 0 || i == 20) continue;
     // The angular velocity against differences of the orientation.
@@ -283,12 +284,13 @@ TEST_F(LegacyWorld, TurnsOfMoreThanHalfACircleAreKeptAndTheTrajectorysFrameCarri
   replace("( 0, 0, 0, 0, 0, 0 ) 0 3 0\n{", "( 1, 2, 0, 0, 90, 0 ) 0 3 0\n{");
   put("Trajectories/turning.tjc", s);
   const auto p = path(load("Trajectories/turning.tjc"));
-  const auto frame = spatial::from_rpy({0, 90 * kDegree, 0});
+  const auto frame = spatial::from_rpy({0, 90 * kPerDegree, 0});
   for (const double x : {0.0, 0.3, 0.7, 1.0}) {
     const double w = x * x;
     const Pose seen = spatial::compose(
         Pose{frame, {}},
-        Pose{spatial::from_rpy({-45 * kDegree * w, 30 * kDegree * w, 450 * kDegree * w}), {}});
+        Pose{spatial::from_rpy({-45 * kPerDegree * w, 30 * kPerDegree * w, 450 * kPerDegree * w}),
+             {}});
     const PathSample here = at(*p, 3.125 * x);
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], seen.R[k], 1e-9) << x;
   }
@@ -371,9 +373,9 @@ TEST_F(LegacyWorld, ACircleGoesRoundInItsTimeAndATurnOnTheSpotFollows) {
     double angle = u < 0.5 ? 60 * u * u : 60 * (u - 0.25);
     if (t > 1) angle = 90 - angle;
     const PathSample here = at(*p, 4 + t);
-    const auto R = spatial::from_rpy({0, 0, angle * kDegree});
+    const auto R = spatial::from_rpy({0, 0, angle * kPerDegree});
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], R[k], 1e-12) << t;
-    EXPECT_NEAR(here.angular_velocity[2], std::min(120 * u, 60.0) * kDegree, 1e-12) << t;
+    EXPECT_NEAR(here.angular_velocity[2], std::min(120 * u, 60.0) * kPerDegree, 1e-12) << t;
     EXPECT_NEAR(here.pose.p[0], r, 1e-12);
     EXPECT_EQ(spatial::norm(here.velocity), 0);
   }
@@ -667,7 +669,7 @@ TEST_F(LegacyWorld, AWorldLoadsAndItsRobotStandsAtTheStartOfItsTrajectoryAndFoll
   EXPECT_EQ(w.trajectories[1].name, "half turn");
   const auto& q = w.robots[0].q;
   ASSERT_EQ(q.size(), 3U);
-  EXPECT_NEAR(q[1], (253.66517722 - 360) * kDegree, 1e-12) << "full turns that leave the limits";
+  EXPECT_NEAR(q[1], (253.66517722 - 360) * kPerDegree, 1e-12) << "full turns that leave the limits";
   const double a = q[0], b = a + q[1], c = b + q[2];
   EXPECT_NEAR(0.4 * std::cos(a) + 0.3 * std::cos(b) + 0.1 * std::cos(c), 0.5, 1e-8);
   EXPECT_NEAR(0.4 * std::sin(a) + 0.3 * std::sin(b) + 0.1 * std::sin(c), -0.15, 1e-8);
@@ -770,7 +772,7 @@ TEST_F(LegacyWorld, TheTargetOfAWorldIsAFrame) {
   ASSERT_EQ(w.frames.size(), 1U);
   EXPECT_EQ(w.frames[0].name, "target");
   EXPECT_EQ(w.frames[0].placement.position, (Vec3{0.5, 0, 0.25}));
-  EXPECT_DOUBLE_EQ(w.frames[0].placement.angles[2], 90 * kDegree);
+  EXPECT_DOUBLE_EQ(w.frames[0].placement.angles[2], 90 * kPerDegree);
 }
 
 TEST_F(LegacyWorld, ReferencesAreFoundInSiblingFoldersWithoutAnInstallation) {

@@ -23,7 +23,7 @@ using test::unwrap;
 using test::Workbench;
 using Kind = PhysicsAction::Kind;
 
-constexpr double kGravity = 9.81;
+constexpr double kFreeFall = 9.81;
 
 model::Placement at(Vec3 p) {
   model::Placement out;
@@ -158,7 +158,7 @@ TEST_F(PhysicsRobot, APendulumKeepsItsEnergy) {
   const auto done = unwrap(simulate(run, world));
   ASSERT_TRUE(done);
   const auto &q = done->find("q1")->values, &qd = done->find("qd1")->values;
-  const double inertia = 0.01 + 0.5 * 0.16, lift = 0.5 * kGravity * 0.4;
+  const double inertia = 0.01 + 0.5 * 0.16, lift = 0.5 * kFreeFall * 0.4;
   double least = 1e9, most = -1e9;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const double energy = 0.5 * inertia * qd[i] * qd[i] + lift * (1 - std::cos(q[i]));
@@ -297,7 +297,7 @@ class Grip : public PhysicsRobot {
 
 TEST_F(Grip, FrictionHoldsABoxThroughItsLiftFromMuNOfHalfItsWeightAndInertiaOn) {
   // One motor presses with both fingers: N = F / 2 on each side. Held while 2 mu N >= m (g + a).
-  const double most = kMass * (kGravity + acceleration()) / kMu, still = kMass * kGravity / kMu;
+  const double most = kMass * (kFreeFall + acceleration()) / kMu, still = kMass * kFreeFall / kMu;
   EXPECT_NEAR(acceleration(), 4.62, 0.01);
   for (const RobotDrive drive : {RobotDrive::moved, RobotDrive::controlled}) {
     const int d = static_cast<int>(drive);
@@ -312,8 +312,8 @@ TEST_F(Grip, FrictionHoldsABoxThroughItsLiftFromMuNOfHalfItsWeightAndInertiaOn) 
 
 TEST_F(Grip, WhatSlipsIsWhatCoulombFrictionLacks) {
   // Slip from the equation of motion: s'' = max(a - (2 mu N - m g) / m, 0 at rest), by small steps.
-  const double force = 0.5 * kMass * (2 * kGravity + acceleration()) / kMu, h = 1e-6;
-  const double grips = kMu * force / kMass - kGravity;  // what friction can accelerate
+  const double force = 0.5 * kMass * (2 * kFreeFall + acceleration()) / kMu, h = 1e-6;
+  const double grips = kMu * force / kMass - kFreeFall;  // what friction can accelerate
   double s = 0, v = 0;
   for (double t = 0; t < kTime + 0.3; t += h) {
     const double u = std::min(t / kTime, 1.0);
@@ -326,7 +326,7 @@ TEST_F(Grip, WhatSlipsIsWhatCoulombFrictionLacks) {
 }
 
 TEST_F(Grip, TwoMotorsPressWithTheirForceEach) {
-  const double most = kMass * (kGravity + acceleration()) / (2 * kMu);
+  const double most = kMass * (kFreeFall + acceleration()) / (2 * kMu);
   EXPECT_LT(std::fabs(slip(pick(RobotDrive::moved, 1.05 * most, true), true)), 1e-3);
   EXPECT_GT(slip(pick(RobotDrive::moved, 0.85 * most, true), true), 2e-3);
 }
