@@ -48,6 +48,7 @@
 #include "shell/pager.h"
 #include "shell/plugin_check.h"
 #include "shell/post_test.h"
+#include "spatial/instruction_set.h"
 
 #ifndef ROBOMOSP_VERSION
 #define ROBOMOSP_VERSION "0"
@@ -232,6 +233,8 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
     if (m.severity >= Severity::warning) voice.warn(m.text);
   };
   for (const Message& m : p.app->messages.recent()) show(m);
+  if (const std::string words = spatial::instruction_set_complaint(); !words.empty())
+    voice.warn(words);
   p.subscription = p.app->messages.subscribe(show);
   const auto kind = session_name == "console" ? ioci::SessionKind::console
                     : session_name == "rpc"   ? ioci::SessionKind::connection

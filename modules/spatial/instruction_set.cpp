@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spatial/instruction_set.h"
 
-namespace robomosp::spatial {
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
 
-InstructionSet widest_instruction_set() {
+namespace robomosp::spatial {
+namespace {
+
+constexpr const char* kLimitVariable = "ROBOMOSP_SIMD";
+
+InstructionSet widest_of_processor() {
 #if defined(__x86_64__)
   // The levels of the x86-64 psABI, which are also what robomosp_lanes() compiles for.
   __builtin_cpu_init();
@@ -15,10 +22,46 @@ InstructionSet widest_instruction_set() {
   return InstructionSet::baseline;
 }
 
-InstructionSet instruction_set_up_to(std::string_view name) {
-  const InstructionSet set = widest_instruction_set();
+std::optional<InstructionSet> instruction_set_named(std::string_view name) {
   if (name == "baseline") return InstructionSet::baseline;
-  return name == "avx2" && set == InstructionSet::avx512 ? InstructionSet::avx2 : set;
+  if (name == "avx2") return InstructionSet::avx2;
+  if (name == "avx512") return InstructionSet::avx512;
+  return std::nullopt;
+}
+
+std::string_view limit_text() {
+  const char* given = std::getenv(kLimitVariable);
+  return given ? given : "";
+}
+
+}  // namespace
+
+InstructionSet instruction_set_limit() {
+  return instruction_set_named(limit_text()).value_or(InstructionSet::avx512);
+}
+
+std::string instruction_set_complaint() {
+  const std::string_view text = limit_text();
+  if (text.empty()) return {};
+  const std::string given = std::string(kLimitVariable) + " is \"" + std::string(text) + "\", ";
+  const auto named = instruction_set_named(text);
+  if (!named)
+    return given +
+           "which names no instruction set: the widest of this processor is used. Set it to "
+           "baseline, avx2 or avx512, or unset it.";
+  if (*named > widest_of_processor())
+    return given +
+           "which this processor or this build does not have: the widest one there is is used.";
+  return {};
+}
+
+InstructionSet widest_instruction_set() {
+  return std::min(widest_of_processor(), instruction_set_limit());
+}
+
+InstructionSet instruction_set_up_to(std::string_view name) {
+  return std::min(widest_instruction_set(),
+                  instruction_set_named(name).value_or(InstructionSet::avx512));
 }
 
 }  // namespace robomosp::spatial

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lanes.h"
 
-#include <cstdlib>
-#include <string_view>
+#include "spatial/instruction_set.h"
 
 namespace robomosp::ik_numeric {
 
@@ -20,12 +19,12 @@ extern const LaneEngine kEngine;
 
 const LaneEngine& lane_engine() {
 #ifdef RMP_IK_WIDE
-  // For measurements and tests of the narrower forms.
-  const char* set = std::getenv("ROBOMOSP_SIMD");
-  const std::string_view most = set ? set : "avx512";
-  if (most == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
+  const spatial::InstructionSet most = spatial::instruction_set_limit();
+  if (most == spatial::InstructionSet::avx512 && __builtin_cpu_supports("avx512f") &&
+      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
     return avx512::kEngine;
-  if (most != "baseline" && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+  if (most >= spatial::InstructionSet::avx2 && __builtin_cpu_supports("avx2") &&
+      __builtin_cpu_supports("fma"))
     return avx2::kEngine;
 #endif
   return baseline::kEngine;

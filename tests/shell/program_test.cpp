@@ -659,6 +659,18 @@ TEST(CommandLine, WhatFilesAndPluginsSayCannotSteerATerminal) {
   EXPECT_TRUE(has_control(run({"-q", "eval", "print('\x1b[31mred')"}).out));
 }
 
+TEST(CommandLine, AWrongInstructionSetIsWarnedOf) {
+  const Environment set("ROBOMOSP_SIMD", "sse9");
+  const auto r = run({"--color", "never", "eval", "return 1"});
+  EXPECT_EQ(r.code, 0) << r.err;
+  EXPECT_NE(r.err.find("warning: ROBOMOSP_SIMD is \"sse9\", which names no instruction set"),
+            std::string::npos)
+      << r.err;
+  const Environment right("ROBOMOSP_SIMD", "baseline");
+  EXPECT_EQ(run({"--color", "never", "eval", "return 1"}).err.find("ROBOMOSP_SIMD"),
+            std::string::npos);
+}
+
 TEST(CommandLine, GeometryIsKeptFromRunToRunUnlessItIsTurnedOff) {
   const Folder folder;
   ASSERT_EQ(::setenv("ROBOMOSP_CACHE", (folder.path / "kept").c_str(), 1), 0);

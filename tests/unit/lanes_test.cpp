@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vectors of the instruction sets, joint constants and division among threads.
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -23,6 +27,7 @@ using spatial::InstructionSet;
 constexpr double kRight = std::numbers::pi / 2;
 
 std::vector<const LanesProbe*> probes() {
+  ::unsetenv("ROBOMOSP_SIMD");  // all that the processor has
   std::vector<const LanesProbe*> all{&baseline::probe()};
 #if defined(__x86_64__)
   const InstructionSet widest = spatial::widest_instruction_set();
@@ -39,6 +44,36 @@ double ulps(double got, long double exact) {
   const double near = std::fabs(static_cast<double>(exact));
   const double unit = std::nextafter(near, std::numeric_limits<double>::infinity()) - near;
   return static_cast<double>(std::fabs(static_cast<long double>(got) - exact)) / unit;
+}
+
+TEST(InstructionSets, AreLimitedByTheEnvironmentAndWrongLimitsAreTold) {
+  ::unsetenv("ROBOMOSP_SIMD");
+  const InstructionSet widest = spatial::widest_instruction_set();
+  EXPECT_EQ(spatial::instruction_set_complaint(), "");
+  EXPECT_EQ(spatial::instruction_set_up_to("auto"), widest);
+  const std::pair<const char*, InstructionSet> kSets[] = {{"baseline", InstructionSet::baseline},
+                                                          {"avx2", InstructionSet::avx2},
+                                                          {"avx512", InstructionSet::avx512}};
+  for (const auto& [name, set] : kSets) {
+    ::setenv("ROBOMOSP_SIMD", name, 1);
+    EXPECT_EQ(spatial::instruction_set_limit(), set);
+    EXPECT_EQ(spatial::widest_instruction_set(), std::min(set, widest));
+    EXPECT_EQ(spatial::instruction_set_complaint().empty(), set <= widest) << name;
+    for (const auto& [other, narrower] : kSets)
+      EXPECT_EQ(spatial::instruction_set_up_to(other), std::min({set, narrower, widest}));
+  }
+  for (const char* wrong : {"AVX2", "sse", "avx512 "}) {
+    ::setenv("ROBOMOSP_SIMD", wrong, 1);
+    EXPECT_EQ(spatial::widest_instruction_set(), widest);
+    EXPECT_EQ(
+        spatial::instruction_set_complaint(),
+        "ROBOMOSP_SIMD is \"" + std::string(wrong) +
+            "\", which names no instruction set: the widest of this processor is used. Set it "
+            "to baseline, avx2 or avx512, or unset it.");
+  }
+  ::setenv("ROBOMOSP_SIMD", "", 1);
+  EXPECT_EQ(spatial::instruction_set_complaint(), "");
+  ::unsetenv("ROBOMOSP_SIMD");
 }
 
 TEST(Lanes, SineAndCosineAreWithinOneUlpAlsoNearRightAnglesAndFarOut) {
