@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "emit.h"
+#include "spatial/instruction_set.h"
 
 namespace robomosp::robot_code {
 namespace {
@@ -20,9 +21,26 @@ namespace fs = std::filesystem;
 constexpr const char* kSymbol = "robot";
 constexpr double kCompileSeconds = 300;
 constexpr std::uint64_t kCompileMemory = std::uint64_t{8} << 30;
-const std::vector<std::string> kFlags = {
-    "-std=c99",           "-O3",   "-march=native", "-ffp-contract=fast", "-fno-math-errno",
-    "-fno-trapping-math", "-fPIC", "-shared"};
+
+/// For this processor, or for one with no more than ROBOMOSP_SIMD allows.
+std::vector<std::string> compiler_flags() {
+  std::string architecture = "native";
+#if defined(__x86_64__)
+  const spatial::InstructionSet limit = spatial::instruction_set_limit();
+  if (limit == spatial::InstructionSet::baseline) architecture = "x86-64";
+  else if (limit == spatial::InstructionSet::avx2 &&
+           spatial::widest_instruction_set() == spatial::InstructionSet::avx2)
+    architecture = "x86-64-v3";
+#endif
+  return {"-std=c99",
+          "-O3",
+          "-march=" + architecture,
+          "-ffp-contract=fast",
+          "-fno-math-errno",
+          "-fno-trapping-math",
+          "-fPIC",
+          "-shared"};
+}
 
 std::uint64_t hash_of(const std::string& s, std::uint64_t h) {
   for (const char c : s) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
@@ -79,7 +97,8 @@ Result<void> run_compiler(const rmp_host* host, const std::string& program, cons
     return error(ErrorCode::unsupported, "this host cannot run a compiler",
                  "Use the provider within robomosp.");
   std::vector<const char*> arguments;
-  for (const std::string& f : kFlags) arguments.push_back(f.c_str());
+  const std::vector<std::string> flags = compiler_flags();
+  for (const std::string& f : flags) arguments.push_back(f.c_str());
   const std::string from = source.string(), to = library.string();
   for (const char* a : {"-o", to.c_str(), from.c_str(), "-lm"}) arguments.push_back(a);
   std::string complaints;
@@ -134,7 +153,7 @@ Result<void> check_against(const Compiled& c, const RobotModel& m,
                qd = some_numbers(m.dof(), sample + 3), x = some_numbers(m.dof(), sample + 6);
     const std::span<const double> inputs[kArrays] = {q, qd, x, x};
     for (const Function& f : functions) {
-      const auto expected = f.graph.evaluate(inputs, f.outputs);
+      const auto expected = f.evaluate(inputs);
       std::vector<double> got(expected.size());
       if (f.name == "inverse_dynamics")
         c.inverse_dynamics(q.data(), qd.data(), x.data(), got.data());
@@ -177,7 +196,7 @@ Result<Compiled> compile(const RobotModel& model, ForwardDynamicsPolicy forward,
   RMP_TRY_ASSIGN(const std::string program, find_compiler(compiler));
   const auto files = write_files(model, kSymbol, functions);
   std::uint64_t key = hash_of(program + processor(), 0xcbf29ce484222325ULL);
-  for (const std::string& f : kFlags) key = hash_of(f, key);
+  for (const std::string& f : compiler_flags()) key = hash_of(f, key);
   for (const CodeFile& f : files) key = hash_of(f.text, key);
   std::ostringstream digits;
   digits << std::hex << key;

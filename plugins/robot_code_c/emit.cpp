@@ -4,30 +4,28 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <span>
+#include <unordered_map>
+#include <utility>
 
 namespace robomosp::robot_code {
 namespace {
 
 constexpr std::size_t kLineLength = 96;
+/// Operations beyond which a body is written as several functions.
+constexpr std::size_t kMostInOneBody = 4'000;
+/// Operations beyond which batches go sample by sample: written for several samples side by side,
+/// the code takes as long again to compile.
+constexpr std::size_t kMostSideBySide = 8'000;
 
 /// Binding strength of a piece of C text.
 enum Strength { kSum = 1, kProduct = 2, kUnary = 3, kAtom = 4 };
-struct Text {
-  std::string text;
-  int strength = kAtom;
-};
-
 std::string literal(double v) {
   char buffer[40];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, v).ptr;
   std::string s(buffer, end);
   if (s.find_first_of(".en") == std::string::npos) s += ".0";
   return s;
-}
-
-std::string wrapped(const Text& t, int least) {
-  return t.strength < least ? "(" + t.text + ")" : t.text;
 }
 
 const char* array_name(std::uint32_t array) {
@@ -39,34 +37,22 @@ std::size_t array_size(const RobotModel& m, std::uint32_t array) {
   return array == kQ ? m.coordinate_count() : m.dof();
 }
 
-bool is_operation(const NodeData& n) {
-  return n.operation != Operation::constant && n.operation != Operation::input;
-}
-bool is_binary(Operation o) {
-  return o == Operation::add || o == Operation::subtract || o == Operation::multiply ||
-         o == Operation::divide || o == Operation::select;
-}
-
-/// Which nodes the outputs need, and how often each is used.
-std::vector<std::uint32_t> use_counts(const Function& f) {
-  std::vector<std::uint32_t> uses(f.graph.size());
-  for (const Node n : f.outputs) ++uses[n];
-  for (std::size_t i = uses.size(); i-- > 0;) {
-    const NodeData& n = f.graph[static_cast<Node>(i)];
-    if (!uses[i] || !is_operation(n)) continue;
-    ++uses[n.a];
-    if (is_binary(n.operation)) ++uses[n.b];
-  }
-  return uses;
-}
+/// Pieces of a body that are functions of their own, since compilers' time grows faster than the
+/// length of one.
+struct Pieces {
+  std::vector<std::string> bodies;  ///< in order of their calls
+  std::size_t kept = 0;             ///< numbers that pass from piece to piece
+};
 
 /// The statements of one function's body.
 class Body {
  public:
   /// `index` comes behind every array element ("" or "[l]"); `any_angle` takes sine and cosine for
-  /// angles of any size.
-  Body(const Function& f, std::string prefix, std::string indent, std::string index, bool any_angle)
+  /// angles of any size; `output` is the array of the results.
+  Body(const Function& f, std::string output, std::string prefix, std::string indent,
+       std::string index, bool any_angle)
       : f_(f),
+        output_(std::move(output)),
         prefix_(std::move(prefix)),
         indent_(std::move(indent)),
         index_(std::move(index)),
@@ -75,27 +61,137 @@ class Body {
         text_(f.graph.size()) {}
 
   std::string write() {
-    for (const std::uint32_t a : f_.arrays)
-      if (!uses_array(a)) line(std::string("(void)") + array_name(a) + ";");
-    pair_angles();
-    for (std::size_t i = 0; i < uses_.size(); ++i)
-      if (uses_[i]) node(static_cast<Node>(i));
-    for (std::size_t i = 0; i < f_.outputs.size(); ++i)
-      line(f_.output + "[" + std::to_string(i) + "]" + index_ + " = " + text_[f_.outputs[i]].text +
-           ";");
-    return std::move(out_);
+    collect(false);
+    std::string out = unused(statements_, false);
+    for (const Statement& s : statements_) out += s.text;
+    return out;
+  }
+
+  /// Pieces of about kPieceOperations operations. Numbers of one that later ones need pass by the
+  /// array "kept", whose places are used again.
+  Pieces pieces() {
+    collect(true);
+    std::vector<std::span<const Statement>> parts;
+    std::size_t start = 0, operations = 0;
+    for (std::size_t i = 0; i < statements_.size(); ++i) {
+      operations += statements_[i].operations;
+      if (operations < kPieceOperations && i + 1 < statements_.size()) continue;
+      parts.push_back(std::span(statements_).subspan(start, i + 1 - start));
+      start = i + 1;
+      operations = 0;
+    }
+    constexpr std::size_t kNowhere = ~std::size_t{0};
+    std::vector<std::size_t> made(2 * names_, kNowhere), last(2 * names_, kNowhere),
+        place(2 * names_, kNowhere);
+    for (std::size_t p = 0; p < parts.size(); ++p)
+      for (const Statement& s : parts[p]) {
+        for (const std::size_t v : s.makes) made[v] = p;
+        for (const std::size_t v : s.reads) last[v] = p;
+      }
+    Pieces out;
+    std::vector<std::size_t> free_places;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      std::string text = unused(parts[p], true);
+      bool uses_kept = false;
+      std::vector<std::size_t> ended;
+      std::vector<std::size_t> loaded;
+      for (const Statement& s : parts[p])
+        for (const std::size_t v : s.reads)
+          if (made[v] != p && std::find(loaded.begin(), loaded.end(), v) == loaded.end())
+            loaded.push_back(v);
+      for (const std::size_t v : loaded) {
+        text += indent_ + "const double " + name_of(v) + " = " + kept(place[v]) + ";\n";
+        if (last[v] == p) ended.push_back(place[v]);
+        uses_kept = true;
+      }
+      for (const Statement& s : parts[p]) text += s.text;
+      free_places.insert(free_places.end(), ended.begin(), ended.end());
+      for (const Statement& s : parts[p])
+        for (const std::size_t v : s.makes) {
+          if (last[v] == kNowhere || last[v] == p) continue;
+          if (free_places.empty()) free_places.push_back(out.kept++);
+          place[v] = free_places.back();
+          free_places.pop_back();
+          text += indent_ + kept(place[v]) + " = " + name_of(v) + ";\n";
+          uses_kept = true;
+        }
+      if (!uses_kept) text = indent_ + "(void)kept;\n" + text;
+      out.bodies.push_back(std::move(text));
+    }
+    out.kept = std::max<std::size_t>(out.kept, 1);
+    return out;
   }
 
  private:
-  void line(const std::string& s) { out_ += indent_ + s + "\n"; }
-  [[nodiscard]] bool uses_array(std::uint32_t array) const {
-    for (std::size_t i = 0; i < uses_.size(); ++i) {
-      const NodeData& n = f_.graph[static_cast<Node>(i)];
-      if (uses_[i] && n.operation == Operation::input && n.a == array) return true;
-    }
-    return false;
+  /// A text and what it needs: names by number, input arrays by bits, operations.
+  struct Part {
+    std::string text;
+    int strength = kAtom;
+    std::vector<std::size_t> reads{};
+    std::uint32_t arrays = 0;
+    std::size_t operations = 0;
+  };
+  struct Statement {
+    std::string text;  ///< whole lines
+    std::vector<std::size_t> makes, reads;
+    std::uint32_t arrays = 0;
+    std::size_t operations = 0;
+    bool is_result = false;
+  };
+
+  [[nodiscard]] std::string kept(std::size_t place) const {
+    return "kept[" + std::to_string(place) + "]" + index_;
   }
-  std::string next_name(const char* stem) { return stem + std::to_string(names_++); }
+  /// Twice the number of a name, and 1 for the cosine of a pair.
+  static std::string name_of(std::size_t v, bool is_angle) {
+    return (!is_angle ? "t" : v % 2 == 0 ? "s" : "c") + std::to_string(v / 2);
+  }
+  [[nodiscard]] std::string name_of(std::size_t v) const { return name_of(v, is_angle_[v / 2]); }
+  std::size_t next_name(bool is_angle) {
+    is_angle_.push_back(is_angle ? 1 : 0);
+    return names_++;
+  }
+
+  /// Lines against warnings of what these statements leave out.
+  [[nodiscard]] std::string unused(std::span<const Statement> statements, bool as_piece) const {
+    std::uint32_t arrays = 0;
+    bool has_result = false;
+    for (const Statement& s : statements) {
+      arrays |= s.arrays;
+      has_result = has_result || s.is_result;
+    }
+    std::string out;
+    for (const std::uint32_t a : f_.arrays)
+      if (!(arrays >> a & 1U)) out += indent_ + "(void)" + array_name(a) + ";\n";
+    if (as_piece && !has_result) out += indent_ + "(void)" + output_ + ";\n";
+    return out;
+  }
+
+  /// All statements; `results_at_once` puts each result behind what it needs, not to the end.
+  void collect(bool results_at_once) {
+    pair_angles();
+    std::vector<std::vector<std::size_t>> results(results_at_once ? uses_.size() : 0);
+    if (results_at_once)
+      for (std::size_t i = 0; i < f_.outputs.size(); ++i) results[f_.outputs[i]].push_back(i);
+    for (std::size_t i = 0; i < uses_.size(); ++i) {
+      if (!uses_[i]) continue;
+      node(static_cast<Node>(i));
+      if (results_at_once)
+        for (const std::size_t k : results[i]) result(k);
+    }
+    if (!results_at_once)
+      for (std::size_t i = 0; i < f_.outputs.size(); ++i) result(i);
+  }
+  void result(std::size_t i) {
+    const Part& t = text_[f_.outputs[i]];
+    statement(output_ + "[" + std::to_string(i) + "]" + index_ + " = " + t.text + ";", t, {})
+        .is_result = true;
+  }
+  Statement& statement(const std::string& line, const Part& t, std::vector<std::size_t> makes) {
+    statements_.push_back(
+        {indent_ + line + "\n", std::move(makes), t.reads, t.arrays, t.operations, false});
+    return statements_.back();
+  }
 
   /// Angles of which sine or cosine is needed: both come from one call.
   void pair_angles() {
@@ -107,61 +203,91 @@ class Body {
     }
   }
 
-  Text compose(const NodeData& n) {
-    const Text &a = text_[n.a], &b = text_[n.b];
+  static std::string enclosed(const Part& t, int least) {
+    return t.strength < least ? "(" + t.text + ")" : t.text;
+  }
+  Part compose(const NodeData& n) const {
+    const Part &a = text_[n.a], &b = text_[n.b];
+    Part t;
     switch (n.operation) {
-      case Operation::add: return {wrapped(a, kSum) + " + " + wrapped(b, kProduct), kSum};
-      case Operation::subtract: return {wrapped(a, kSum) + " - " + wrapped(b, kProduct), kSum};
+      case Operation::add: t = {enclosed(a, kSum) + " + " + enclosed(b, kProduct), kSum}; break;
+      case Operation::subtract:
+        t = {enclosed(a, kSum) + " - " + enclosed(b, kProduct), kSum};
+        break;
       case Operation::multiply:
-        return {wrapped(a, kProduct) + " * " + wrapped(b, kUnary), kProduct};
-      case Operation::divide: return {wrapped(a, kProduct) + " / " + wrapped(b, kUnary), kProduct};
-      case Operation::negate: return {"-" + wrapped(a, kAtom), kUnary};
-      case Operation::square_root: return {"sqrt(" + a.text + ")", kAtom};
+        t = {enclosed(a, kProduct) + " * " + enclosed(b, kUnary), kProduct};
+        break;
+      case Operation::divide:
+        t = {enclosed(a, kProduct) + " / " + enclosed(b, kUnary), kProduct};
+        break;
+      case Operation::negate: t = {"-" + enclosed(a, kAtom), kUnary}; break;
+      case Operation::square_root: t = {"sqrt(" + a.text + ")", kAtom}; break;
       case Operation::select:
-        return {"(" + wrapped(a, kSum) + " > 0 ? " + b.text + " : 0.0)", kAtom};
-      default: return {};
+        t = {"(" + enclosed(a, kSum) + " > 0 ? " + b.text + " : 0.0)", kAtom};
+        break;
+      default: return t;
     }
+    t.reads = a.reads;
+    t.arrays = a.arrays;
+    t.operations = a.operations + 1;
+    if (is_binary(n.operation)) {
+      t.reads.insert(t.reads.end(), b.reads.begin(), b.reads.end());
+      t.arrays |= b.arrays;
+      t.operations += b.operations;
+    }
+    return t;
   }
 
   void node(Node i) {
     const NodeData& n = f_.graph[i];
-    Text& t = text_[i];
+    Part& t = text_[i];
     switch (n.operation) {
       case Operation::constant: t = {literal(n.value), n.value < 0 ? kUnary : kAtom}; break;
       case Operation::input:
         t.text = std::string(array_name(n.a)) + "[" + std::to_string(n.b) + "]" + index_;
+        t.arrays = 1U << n.a;
         break;
-      case Operation::sine: t.text = "s" + std::to_string(angle_name_.at(n.a)); break;
-      case Operation::cosine: t.text = "c" + std::to_string(angle_name_.at(n.a)); break;
+      case Operation::sine:
+      case Operation::cosine: {
+        const std::size_t v =
+            2 * angle_name_.at(n.a) + (n.operation == Operation::cosine ? 1U : 0U);
+        t = {name_of(v), kAtom, {v}};
+        break;
+      }
       default: {
         t = compose(n);
         const bool inlined = uses_[i] == 1 && t.text.size() < kLineLength - indent_.size();
         if (!inlined) {
-          const std::string name = next_name("t");
-          line("const double " + name + " = " + t.text + ";");
-          t = {name, kAtom};
+          const std::size_t v = 2 * next_name(false);
+          statement("const double " + name_of(v) + " = " + t.text + ";", t, {v});
+          t = {name_of(v), kAtom, {v}};
         }
       }
     }
     if (angles_[i]) {
-      const std::size_t k = names_++;
+      const std::size_t k = next_name(true);
       angle_name_[i] = k;
       const std::string id = std::to_string(k);
-      line("double s" + id + ", c" + id + ";");
-      line(prefix_ + (any_angle_ ? "_sincos(" : "_sincos_near(") + t.text + ", &s" + id + ", &c" +
-           id + ");");
+      Part call = t;
+      call.operations += kOperationsOfAnAngle;
+      statement("double s" + id + ", c" + id + ";\n" + indent_ + prefix_ +
+                    (any_angle_ ? "_sincos(" : "_sincos_near(") + t.text + ", &s" + id + ", &c" +
+                    id + ");",
+                call, {2 * k, 2 * k + 1});
     }
   }
 
+  static constexpr std::size_t kPieceOperations = 1'000, kOperationsOfAnAngle = 20;
   const Function& f_;
-  std::string prefix_, indent_, index_;
+  std::string output_, prefix_, indent_, index_;
   bool any_angle_;
   std::vector<std::uint32_t> uses_;
-  std::vector<Text> text_;
+  std::vector<Part> text_;
   std::vector<char> angles_;
   std::unordered_map<Node, std::size_t> angle_name_;
   std::size_t names_ = 0;
-  std::string out_;
+  std::vector<char> is_angle_;  ///< of each name
+  std::vector<Statement> statements_;
 };
 
 std::string upper(std::string s) {
@@ -181,7 +307,7 @@ std::string parameters(const RobotModel& m, const Function& f) {
   for (const std::uint32_t a : f.arrays)
     s += std::string("const double ") + array_name(a) + "[" + std::to_string(array_size(m, a)) +
          "], ";
-  return s + "double " + f.output + "[" + std::to_string(f.outputs.size()) + "]";
+  return s + "double " + f.output + "[" + std::to_string(f.width()) + "]";
 }
 std::string batch_parameters(const Function& f) {
   std::string s = "size_t count";
@@ -366,6 +492,15 @@ static inline void NAME_store(double (*restrict from)[NAME_LANES], size_t width,
 }
 )";
 
+constexpr const char* kApart = R"(
+/* Long functions are pieces, which compilers would put together again and be slow about. */
+#if defined(__GNUC__)
+#define NAME_APART __attribute__((noinline))
+#else
+#define NAME_APART
+#endif
+)";
+
 /// Inputs within which every angle is one for _sincos_near: coupled joints turn faster.
 std::string near_limit(const RobotModel& m) {
   double steepest = 1;
@@ -379,19 +514,89 @@ std::string with_name(std::string text, const std::string& name, const std::stri
   for (std::size_t at = 0; (at = text.find(key, at)) != std::string::npos; at += limit.size())
     text.replace(at, key.size(), limit);
   for (std::size_t at = 0; (at = text.find("NAME_", at)) != std::string::npos;) {
-    const bool is_macro = text.compare(at + 5, 5, "LANES") == 0;
+    const bool is_macro =
+        text.compare(at + 5, 5, "LANES") == 0 || text.compare(at + 5, 5, "APART") == 0;
     text.replace(at, 4, is_macro ? up : name);
     at += name.size();
   }
   return text;
 }
 
+/// Definitions of the pieces, and the calls in order.
+struct Calls {
+  std::string definitions, calls;
+};
+Calls pieces_of(Body body, const Function& f, const std::string& whole, const std::string& output,
+                const std::string& lanes) {
+  const bool side_by_side = !lanes.empty();
+  const Pieces pieces = body.pieces();
+  const auto array = [&](const std::string& type, const std::string& name) {
+    return side_by_side ? type + " (*restrict " + name + ")[" + lanes + "]" : type + " *" + name;
+  };
+  Calls out;
+  std::string arguments, parameters;
+  for (const std::uint32_t a : f.arrays) {
+    parameters += array(side_by_side ? "double" : "const double", array_name(a)) + ", ";
+    arguments += std::string(array_name(a)) + ", ";
+  }
+  parameters += array("double", "kept") + ", " + array("double", output);
+  arguments += "kept, " + output;
+  const std::string up = upper(whole.substr(0, whole.size() - f.name.size() - 1));
+  out.calls = side_by_side ? "  double kept[" + std::to_string(pieces.kept) + "][" + lanes + "];\n"
+                           : "  double kept[" + std::to_string(pieces.kept) + "];\n";
+  for (std::size_t i = 0; i < pieces.bodies.size(); ++i) {
+    const std::string name = whole + (side_by_side ? "_block_" : "_piece_") + std::to_string(i + 1);
+    out.definitions += "\nstatic " + up + "_APART void " + name + "(" + parameters + ") {\n";
+    if (side_by_side)
+      out.definitions +=
+          "  for (size_t l = 0; l < " + lanes + "; ++l) {\n" + pieces.bodies[i] + "  }\n}\n";
+    else out.definitions += pieces.bodies[i] + "}\n";
+    out.calls += "  " + name + "(" + arguments + ");\n";
+  }
+  return out;
+}
+
+bool is_in_pieces(const Function& f) { return operation_count(f) > kMostInOneBody; }
+
 std::string single(const RobotModel& m, const std::string& name, const Function& f) {
-  std::string s = "\nvoid " + name + "_" + f.name + "(" + parameters(m, f) + ") {\n";
-  return s + Body(f, name, "  ", "", true).write() + "}\n";
+  const std::string whole = name + "_" + f.name;
+  const bool is_ended = f.ending != Ending::none;
+  const std::string output = is_ended ? "part" : f.output;
+  std::string definitions, body;
+  if (is_in_pieces(f)) {
+    Calls calls = pieces_of(Body(f, output, name, "  ", "", true), f, whole, output, "");
+    definitions = std::move(calls.definitions);
+    body = std::move(calls.calls);
+  } else {
+    body = Body(f, output, name, "  ", "", true).write();
+  }
+  std::string s = definitions + "\nvoid " + whole + "(" + parameters(m, f) + ") {\n";
+  if (is_ended) s += "  double part[" + std::to_string(f.outputs.size()) + "];\n";
+  s += body;
+  if (f.ending == Ending::inertia) s += "  " + name + "_fill_inertia(part, " + f.output + ");\n";
+  if (f.ending == Ending::accelerations) {
+    const std::string rows = std::to_string(f.columns.rows());
+    s += "  double m[" + rows + " * " + rows + "];\n  " + name + "_fill_inertia(part, m);\n" +
+         "  for (size_t k = 0; k < " + rows + "; ++k) " + f.output + "[k] = part[" +
+         std::to_string(f.outputs.size() - f.columns.rows()) + " + k];\n  " + name + "_solve(m, " +
+         f.output + ");\n";
+  }
+  return s + "}\n";
+}
+
+std::string batch_one_by_one(const RobotModel& m, const std::string& name, const Function& f) {
+  const std::string whole = name + "_" + f.name;
+  std::string one;
+  for (const std::uint32_t a : f.arrays)
+    one += std::string(array_name(a)) + " + i * " + std::to_string(array_size(m, a)) + ", ";
+  return "\nvoid " + whole + "_batch(" + batch_parameters(f) +
+         ") {\n  for (size_t i = 0; i < count; ++i)\n    " + whole + "(" + one + f.output +
+         " + i * " + std::to_string(f.width()) + ");\n}\n";
 }
 
 std::string batch(const RobotModel& m, const std::string& name, const Function& f) {
+  if (f.ending != Ending::none || operation_count(f) > kMostSideBySide)
+    return batch_one_by_one(m, name, f);
   const std::string lanes = upper(name) + "_LANES", whole = name + "_" + f.name;
   std::string block = "\nstatic void " + whole + "_block(", call = "      " + whole + "_block(";
   for (const std::uint32_t a : f.arrays) {
@@ -399,8 +604,13 @@ std::string batch(const RobotModel& m, const std::string& name, const Function& 
     call += std::string(array_name(a)) + "_, ";
   }
   block += "double (*restrict " + f.output + ")[" + lanes + "]) {\n";
-  block += "  for (size_t l = 0; l < " + lanes + "; ++l) {\n";
-  block += Body(f, name, "    ", "[l]", false).write() + "  }\n}\n";
+  Body body(f, f.output, name, "    ", "[l]", false);
+  if (is_in_pieces(f)) {
+    Calls calls = pieces_of(std::move(body), f, whole, f.output, lanes);
+    block = calls.definitions + block + calls.calls + "}\n";
+  } else {
+    block += "  for (size_t l = 0; l < " + lanes + "; ++l) {\n" + body.write() + "  }\n}\n";
+  }
 
   std::string s = block + "\nvoid " + whole + "_batch(" + batch_parameters(f) + ") {\n";
   for (const std::uint32_t a : f.arrays)
@@ -426,30 +636,20 @@ std::string batch(const RobotModel& m, const std::string& name, const Function& 
 
 }  // namespace
 
-std::size_t operation_count(const Function& f) {
-  const auto uses = use_counts(f);
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < uses.size(); ++i)
-    count += uses[i] > 0 && is_operation(f.graph[static_cast<Node>(i)]) ? 1U : 0U;
-  return count;
-}
-
-Result<void> check_size(const Function& f, const RobotModel& model) {
-  const std::size_t count = operation_count(f);
-  if (count <= kMostOperations) return {};
-  return error(ErrorCode::unsupported,
-               "its " + f.name + " takes " + std::to_string(count) +
-                   " operations written out, more than the " + std::to_string(kMostOperations) +
-                   " that compilers manage",
-               "Long chains are served by the providers newton_euler and articulated_body.",
-               "robot \"" + model.name + "\"");
-}
-
 std::vector<CodeFile> write_files(const RobotModel& model, const std::string& name,
                                   const std::vector<Function>& functions) {
   std::string source = "/* See " + name + ".h. Generated by ROBOMOSP. */\n#include \"" + name +
                        ".h\"\n\n#include <math.h>\n\n" +
                        with_name(kSinCos, name, near_limit(model));
+  const Columns* columns = nullptr;
+  bool solves = false, in_pieces = false;
+  for (const Function& f : functions) {
+    if (f.ending != Ending::none) columns = &f.columns;
+    solves = solves || f.ending == Ending::accelerations;
+    in_pieces = in_pieces || is_in_pieces(f);
+  }
+  if (in_pieces) source += with_name(kApart, name, "");
+  if (columns) source += ending_text(name, *columns, solves);
   for (const Function& f : functions) source += single(model, name, f) + batch(model, name, f);
   return {{name + ".h", header(model, name, functions)}, {name + ".c", std::move(source)}};
 }

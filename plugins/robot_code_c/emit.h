@@ -12,15 +12,6 @@
 
 namespace robomosp::robot_code {
 
-/// Operations that one function may have: compilers take minutes for more.
-inline constexpr std::size_t kMostOperations = 60'000;
-
-/// Operations (not inputs and constants) that the outputs of a function need.
-[[nodiscard]] std::size_t operation_count(const Function& f);
-
-/// Refuses functions of more than kMostOperations.
-[[nodiscard]] Result<void> check_size(const Function& f, const RobotModel& model);
-
 /// The header and source `<name>.h`, `<name>.c` of these functions, each single and for batches.
 [[nodiscard]] std::vector<CodeFile> write_files(const RobotModel& model, const std::string& name,
                                                 const std::vector<Function>& functions);

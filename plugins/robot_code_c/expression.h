@@ -27,6 +27,16 @@ enum class Operation : std::uint8_t {
   select,  ///< b where a > 0, else 0
 };
 
+/// Neither a constant nor an input.
+[[nodiscard]] constexpr bool is_operation(Operation o) {
+  return o != Operation::constant && o != Operation::input;
+}
+/// Uses both operands.
+[[nodiscard]] constexpr bool is_binary(Operation o) {
+  return o == Operation::add || o == Operation::subtract || o == Operation::multiply ||
+         o == Operation::divide || o == Operation::select;
+}
+
 struct NodeData {
   Operation operation = Operation::constant;
   Node a = 0, b = 0;

@@ -358,17 +358,25 @@ Number along(const JointModel& j, std::int32_t k, const Wrench& w) {
   return slides ? w.f[axis] : w.n[axis];
 }
 
+/// Bodies without those beyond them.
+std::vector<Composite> single_bodies(const RobotModel& m) {
+  std::vector<Composite> bodies;
+  bodies.reserve(m.joints.size());
+  for (const JointModel& j : m.joints) {
+    const MassProperties& body = j.body;
+    const Sym3 s = spatial::inertia_about(body, Vec3{});
+    bodies.push_back(
+        {body.mass,
+         constants(spatial::scale(body.com, body.mass)),
+         {Vector{s.xx, s.xy, s.xz}, Vector{s.xy, s.yy, s.yz}, Vector{s.xz, s.yz, s.zz}}});
+  }
+  return bodies;
+}
+
 std::vector<Number> inertia_matrix(Builder& b) {
   const RobotModel& m = b.model();
   const std::size_t n = m.dof();
-  std::vector<Composite> bodies(m.joints.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const MassProperties& body = m.joints[i].body;
-    const Sym3 s = spatial::inertia_about(body, Vec3{});
-    bodies[i] = {body.mass,
-                 constants(spatial::scale(body.com, body.mass)),
-                 {Vector{s.xx, s.xy, s.xz}, Vector{s.xy, s.yy, s.yz}, Vector{s.xz, s.yz, s.zz}}};
-  }
+  std::vector<Composite> bodies = single_bodies(m);
   std::vector<Number> M(n * n);
   for (std::size_t i = bodies.size(); i-- > 0;) {
     const JointModel& j = m.joints[i];
@@ -399,6 +407,31 @@ std::vector<Number> inertia_matrix(Builder& b) {
   return M;
 }
 
+/// What the loops of an ending take for the inertia matrix (ending.h): placements and wrenches.
+std::vector<Number> inertia_parts(Builder& b) {
+  const RobotModel& m = b.model();
+  std::vector<Number> parts;
+  for (std::size_t i = 0; i < m.joints.size(); ++i) {
+    const Matrix R = b.placed(i).matrix();
+    parts.insert(parts.end(), R.begin(), R.end());
+    parts.insert(parts.end(), b.placed(i).p.begin(), b.placed(i).p.end());
+  }
+  std::vector<Composite> bodies = single_bodies(m);
+  for (std::size_t i = bodies.size(); i-- > 0;)
+    if (m.joints[i].parent >= 0)
+      add_to_parent(b.placed(i), bodies[i], bodies[index(m.joints[i].parent)]);
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    for (std::int32_t k = 0; k < velocity_count(m.joints[i].type); ++k) {
+      const Wrench w = column_wrench(bodies[i], m.joints[i], k);
+      parts.insert(parts.end(), w.f.begin(), w.f.end());
+      parts.insert(parts.end(), w.n.begin(), w.n.end());
+    }
+  return parts;
+}
+
+/// Above so many velocities even the graph of a function that is written out is large.
+constexpr std::size_t kMostVelocitiesWrittenOut = 24;
+
 Function named(const char* name, const char* doc, std::vector<std::uint32_t> arrays,
                const char* output) {
   Function f;
@@ -422,7 +455,7 @@ std::ptrdiff_t singular_row(const RobotModel& model) {
     for (std::size_t k = 0; k < q.size(); ++k)
       q[k] = 0.3 + std::sin(2.3 * attempt + 1.7 * static_cast<double>(k + 1));
     const std::span<const double> inputs[] = {q};
-    auto values = m.graph.evaluate(inputs, m.outputs);
+    auto values = m.evaluate(inputs);
     row = spatial::cholesky(values, model.dof());
   }
   return row;
@@ -497,32 +530,46 @@ Function inverse_dynamics(const RobotModel& model) {
 }
 
 Function inertia(const RobotModel& model) {
-  Function f = named("inertia", "Joint-space inertia matrix with motors, row by row.", {kQ}, "m");
+  const auto start = [] {
+    return named("inertia", "Joint-space inertia matrix with motors, row by row.", {kQ}, "m");
+  };
+  if (model.dof() <= kMostVelocitiesWrittenOut) {
+    Function f = start();
+    Builder b(model, f.graph);
+    set_outputs(f, inertia_matrix(b));
+    if (operation_count(f) <= kMostWrittenOut) return f;
+  }
+  Function f = start();
+  f.ending = Ending::inertia;
+  f.columns = columns_of(model);
   Builder b(model, f.graph);
-  set_outputs(f, inertia_matrix(b));
+  set_outputs(f, inertia_parts(b));
   return f;
 }
 
-Result<Function> forward_dynamics(const RobotModel& model) {
-  if (const auto row = singular_row(model); row >= 0) {
-    std::string joint;
-    for (const JointModel& j : model.joints)
-      if (!j.is_coupled() && j.v_index <= row) joint = j.name;
-    return error(ErrorCode::invalid_argument,
-                 "its inertia matrix is singular: joint \"" + joint + "\" moves no inertia",
-                 "Give the links beyond it a mass, or the joint a motor inertia.",
-                 "robot \"" + model.name + "\"");
-  }
-  Function f = named("forward_dynamics",
-                     "Joint accelerations under joint forces tau, gravity, friction and springs.",
-                     {kQ, kQd, kTau}, "qdd");
+namespace {
+
+Function forward_dynamics_start() {
+  return named("forward_dynamics",
+               "Joint accelerations under joint forces tau, gravity, friction and springs.",
+               {kQ, kQd, kTau}, "qdd");
+}
+/// Forces less those that a robot without accelerations takes.
+std::vector<Number> accelerating_forces(Builder& b) {
+  auto bias = newton_euler(b, constants(b.model().gravity), true);
+  add_joint_parts(b, bias, true);
+  std::vector<Number> x(bias.size());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] = b.input(kTau, static_cast<std::int32_t>(i)) - bias[i];
+  return x;
+}
+
+Function forward_dynamics_written_out(const RobotModel& model) {
+  Function f = forward_dynamics_start();
   Builder b(model, f.graph);
   const std::size_t n = model.dof();
-  auto bias = newton_euler(b, constants(model.gravity), true);
-  add_joint_parts(b, bias, true);
+  std::vector<Number> x = accelerating_forces(b), inverse(n);
   auto M = inertia_matrix(b);
-  std::vector<Number> x(n), inverse(n);
-  for (std::size_t i = 0; i < n; ++i) x[i] = b.input(kTau, static_cast<std::int32_t>(i)) - bias[i];
   // M = L^T D L from the last row to the first, which keeps the zeros between branches.
   for (std::size_t k = n; k-- > 0;) {
     inverse[k] = Number(1) / M[k * n + k];
@@ -539,6 +586,79 @@ Result<Function> forward_dynamics(const RobotModel& model) {
   }
   set_outputs(f, x);
   return f;
+}
+
+}  // namespace
+
+Result<Function> forward_dynamics(const RobotModel& model) {
+  Function f = forward_dynamics_start();
+  f.ending = Ending::accelerations;
+  f.columns = columns_of(model);
+  {
+    Builder b(model, f.graph);
+    std::vector<Number> parts = inertia_parts(b);
+    const std::vector<Number> forces = accelerating_forces(b);
+    parts.insert(parts.end(), forces.begin(), forces.end());
+    set_outputs(f, parts);
+  }
+  // Before the matrix of a robot that is refused is factorized.
+  RMP_TRY(check_size(f, model));
+  if (const auto row = singular_row(model); row >= 0) {
+    std::string joint;
+    for (const JointModel& j : model.joints)
+      if (!j.is_coupled() && j.v_index <= row) joint = j.name;
+    return error(ErrorCode::invalid_argument,
+                 "its inertia matrix is singular: joint \"" + joint + "\" moves no inertia",
+                 "Give the links beyond it a mass, or the joint a motor inertia.",
+                 "robot \"" + model.name + "\"");
+  }
+  if (model.dof() <= kMostVelocitiesWrittenOut)
+    if (Function whole = forward_dynamics_written_out(model);
+        operation_count(whole) <= kMostWrittenOut)
+      return whole;
+  return f;
+}
+
+std::vector<std::uint32_t> use_counts(const Function& f) {
+  std::vector<std::uint32_t> uses(f.graph.size());
+  for (const Node n : f.outputs) ++uses[n];
+  for (std::size_t i = uses.size(); i-- > 0;) {
+    const NodeData& n = f.graph[static_cast<Node>(i)];
+    if (!uses[i] || !is_operation(n.operation)) continue;
+    ++uses[n.a];
+    if (is_binary(n.operation)) ++uses[n.b];
+  }
+  return uses;
+}
+
+std::size_t operation_count(const Function& f) {
+  const auto uses = use_counts(f);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < uses.size(); ++i)
+    count += uses[i] > 0 && is_operation(f.graph[static_cast<Node>(i)].operation) ? 1U : 0U;
+  return count;
+}
+
+Result<void> check_size(const Function& f, const RobotModel& model) {
+  const char* hint = "Long chains are served by the providers newton_euler and articulated_body.";
+  if (f.ending != Ending::none && f.columns.rows() > kMostRows)
+    return error(ErrorCode::unsupported,
+                 "its " + f.name + " has a matrix of " + std::to_string(f.columns.rows()) +
+                     " rows, more than the " + std::to_string(kMostRows) +
+                     " that are kept on the stack",
+                 hint, "robot \"" + model.name + "\"");
+  const std::size_t count = operation_count(f);
+  if (count <= kMostOperations) return {};
+  return error(ErrorCode::unsupported,
+               "its " + f.name + " takes " + std::to_string(count) +
+                   " operations written out, more than the " + std::to_string(kMostOperations) +
+                   " that compilers manage in seconds",
+               hint, "robot \"" + model.name + "\"");
+}
+
+std::vector<double> Function::evaluate(std::span<const std::span<const double>> inputs) const {
+  auto values = graph.evaluate(inputs, outputs);
+  return ending == Ending::none ? values : run_ending(ending, columns, values);
 }
 
 }  // namespace robomosp::robot_code

@@ -5,12 +5,14 @@
 // (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 6.5).
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/robot_model.h>
 
+#include "ending.h"
 #include "expression.h"
 
 namespace robomosp::robot_code {
@@ -18,15 +20,42 @@ namespace robomosp::robot_code {
 /// Input arrays of the functions.
 enum Array : std::uint32_t { kQ = 0, kQd = 1, kQdd = 2, kTau = 3, kArrays = 4 };
 
-/// One function to be written: outputs as nodes of its graph.
+/// Operations that one function may have: at some 5,000 a second compilers take too long for more.
+inline constexpr std::size_t kMostOperations = 60'000;
+/// Operations up to which the inertia matrix and forward dynamics are expressions throughout;
+/// beyond, their square and cubic parts are loops.
+inline constexpr std::size_t kMostWrittenOut = 4'000;
+
+/// One function to be written: outputs as nodes of its graph, or as what loops make of these.
 struct Function {
   std::string name;                   ///< "inverse_dynamics"
   std::string doc;                    ///< what it computes, a sentence or two
   std::vector<std::uint32_t> arrays;  ///< inputs, in order of its parameters
   std::string output;                 ///< name of the output array
-  std::vector<Node> outputs;
+  std::vector<Node> outputs;          ///< results, or what the ending takes
   Graph graph;
+  Ending ending = Ending::none;
+  Columns columns;  ///< of the ending
+
+  /// Length of the result.
+  [[nodiscard]] std::size_t width() const {
+    return ending == Ending::none ? outputs.size() : ending_width(ending, columns);
+  }
+  /// Results for given inputs, computed as written.
+  [[nodiscard]] std::vector<double> evaluate(std::span<const std::span<const double>> inputs) const;
 };
+
+/// Operations (not inputs, constants and loops) that the outputs of a function need.
+[[nodiscard]] std::size_t operation_count(const Function& f);
+
+/// Velocities up to which forward dynamics keep the inertia matrix on the stack (2 MB).
+inline constexpr std::size_t kMostRows = 500;
+
+/// Refuses functions of more than kMostOperations, and endings of more than kMostRows rows.
+[[nodiscard]] Result<void> check_size(const Function& f, const RobotModel& model);
+
+/// How often the outputs and the nodes they need use each node.
+[[nodiscard]] std::vector<std::uint32_t> use_counts(const Function& f);
 
 /// Refuses models that break their contract, and those without a tip.
 Result<void> check_model(const RobotModel& model);

@@ -4,9 +4,13 @@
 // code.
 #include <dlfcn.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
+#include <utility>
 
 #include <robomosp/sdk/conformance/dynamics_suite.h>
 #include <robomosp/sdk/conformance/robot_code_suite.h>
@@ -48,6 +52,31 @@ INSTANTIATE_TEST_SUITE_P(Compiled, DynamicsConformance,
                                                            floating_manipulator()})),
                          dynamics_case_name);
 
+/// Arms on a floating base beside a chain: so many velocities that the inertia matrix is filled and
+/// factorized by loops, and operations enough for several functions.
+RobotModel grove() {
+  RobotModel m = floating_manipulator();
+  m.name = "grove";
+  const auto add = [&](const RobotModel& other, std::int32_t on) {
+    const auto before = static_cast<std::int32_t>(m.joints.size());
+    for (JointModel j : other.joints) {
+      j.parent = j.parent < 0 ? on : j.parent + before;
+      if (j.is_coupled()) j.coupling.of += before;
+      j.name += " of " + other.name;
+      m.joints.push_back(std::move(j));
+    }
+    for (TipModel t : other.tips) {
+      t.joint += before;
+      m.tips.push_back(std::move(t));
+    }
+  };
+  add(panda(), 3);
+  add(tree(), 0);
+  add(floating_manipulator(), -1);
+  m.number_coordinates();
+  return m;
+}
+
 std::vector<CodeFile> generated(const RobotModel& m, const std::string& name,
                                 std::uint32_t parts = kCodeAll) {
   const rmp_provider* provider = *find_provider<RobotCodeGenerator>(kFile, "c99");
@@ -67,11 +96,12 @@ void* compiled(const fs::path& folder, const std::string& name, const char* spee
   EXPECT_NE(opened, nullptr) << dlerror();
   return opened;
 }
-void* library(const RobotModel& m, const std::string& name, std::uint32_t parts) {
+void* library(const RobotModel& m, const std::string& name, std::uint32_t parts,
+              const char* speed = "-O1") {
   const fs::path folder = kFolder / name;
   fs::create_directories(folder);
   for (const CodeFile& f : generated(m, name, parts)) std::ofstream(folder / f.name) << f.text;
-  return compiled(folder, name, "-O1");
+  return compiled(folder, name, speed);
 }
 
 template <class F>
@@ -108,7 +138,7 @@ CodeRunner runner(const RobotModel& m) {
 }
 std::vector<RobotCodeCase> code_cases() {
   std::vector<RobotCodeCase> all;
-  for (const RobotModel& m : {scara(), floating_manipulator()})
+  for (const RobotModel& m : {scara(), floating_manipulator(), grove()})
     all.push_back({kFile, "c99", runner(m), m, kFolder});
   return all;
 }
@@ -180,6 +210,55 @@ TEST(RobotCode, AnglesFarFromZeroAreTakenByTheLibrarysSine) {
   }
 }
 
+/// Compilers' time grows faster than the length of a function, so that none may be long, and the
+/// whole grows with the joints alone.
+TEST(RobotCode, CodeOfLongChainsIsShortFunctionsAndGrowsWithTheJoints) {
+  std::size_t before = 0;
+  for (const int n : {30, 60, 120}) {
+    const std::string text = generated(long_chain(n), "chain").at(1).text;
+    std::size_t longest = 0, length = 0;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line); ++length)
+      if (line == "}") longest = std::max(longest, std::exchange(length, 0));
+    EXPECT_LT(longest, 3000U) << n;
+    if (before) {
+      EXPECT_LT(text.size(), 2.4 * static_cast<double>(before)) << n;
+    }
+    before = text.size();
+  }
+}
+
+/// Samples of a batch beside single ones, where the code is in pieces: side by side, and one by
+/// one.
+TEST(RobotCode, BatchesOfLongChainsGiveWhatSingleSamplesGive) {
+  const int n = 36;
+  const RobotModel m = long_chain(n);
+  void* opened = library(m, "chain", kCodeInverseDynamics | kCodeForwardDynamics, "-O0");
+  ASSERT_NE(opened, nullptr);
+  using Dynamics = void (*)(const double*, const double*, const double*, double*);
+  using Batches = void (*)(std::size_t, const double*, const double*, const double*, double*);
+  constexpr std::size_t kCount = 19, kWidth = 36;
+  Random random(11);
+  const auto q = random.vector(kCount * kWidth, -1.5, 1.5),
+             qd = random.vector(kCount * kWidth, -1, 1),
+             qdd = random.vector(kCount * kWidth, -2, 2);
+  std::vector<double> tau(q.size()), back(q.size()), one(kWidth);
+  symbol<Batches>(opened, "chain_inverse_dynamics_batch")(kCount, q.data(), qd.data(), qdd.data(),
+                                                          tau.data());
+  symbol<Batches>(opened, "chain_forward_dynamics_batch")(kCount, q.data(), qd.data(), tau.data(),
+                                                          back.data());
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const std::size_t at = i * kWidth;
+    symbol<Dynamics>(opened, "chain_inverse_dynamics")(&q[at], &qd[at], &qdd[at], one.data());
+    double size = 1;
+    for (const double x : one) size = std::max(size, std::fabs(x));
+    for (std::size_t k = 0; k < kWidth; ++k) {
+      EXPECT_NEAR(tau[at + k], one[k], 1e-13 * size);
+      EXPECT_NEAR(back[at + k], qdd[at + k], 1e-8);
+    }
+  }
+}
+
 TEST(RobotCode, PartsAreChosenAndFaultsAreSentences) {
   const auto files = generated(scara(), "part", kCodeInertia);
   ASSERT_EQ(files.size(), 2U);
@@ -202,8 +281,19 @@ TEST(RobotCode, PartsAreChosenAndFaultsAreSentences) {
             "robot \"four-bar\": its forward dynamics have closed loops to meet. Leave "
             "forward_dynamics out of the parts.");
   EXPECT_EQ(refused(scara(), "a", 0), "no part was chosen. Choose at least one.");
-  EXPECT_NE(refused(long_chain(200), "long", kCodeForwardDynamics).find("operations written out"),
+  EXPECT_NE(refused(long_chain(400), "long", kCodeForwardDynamics).find("operations written out"),
             std::string::npos);
+  RobotModel gantries;
+  gantries.name = "gantries";
+  for (int i = 0; i < 501; ++i)
+    add_joint(gantries, "axis " + std::to_string(i), -1, JointType::prismatic, Pose{},
+              body(1, 0, 0, 0, 0.1, 0.1, 0.1));
+  gantries.tips = {{"tip", 0, Pose{}}};
+  gantries.number_coordinates();
+  EXPECT_EQ(refused(gantries, "long", kCodeForwardDynamics),
+            "robot \"gantries\": its forward_dynamics has a matrix of 501 rows, more than the 500 "
+            "that are kept on the stack. Long chains are served by the providers newton_euler and "
+            "articulated_body.");
 }
 
 }  // namespace

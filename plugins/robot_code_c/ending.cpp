@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ending.h"
+
+#include <array>
+#include <charconv>
+
+namespace robomosp::robot_code {
+namespace {
+
+void fill_inertia(const Columns& c, std::span<const double> parts, std::vector<double>& m) {
+  const std::size_t n = c.rows();
+  m.assign(n * n, 0.0);
+  for (std::size_t k = 0; k < n; ++k) m[k * n + k] = c.motor[k];
+  const std::span<const double> wrenches = parts.subspan(kPlacementNumbers * c.joints());
+  for (std::size_t joint = 0; joint < c.joints(); ++joint)
+    for (std::size_t column = c.first[joint]; column < c.first[joint + 1]; ++column) {
+      std::array<double, kWrenchNumbers> x{};
+      for (std::size_t k = 0; k < x.size(); ++k) x[k] = wrenches[kWrenchNumbers * column + k];
+      const std::size_t row = c.velocity[column];
+      const auto add = [&](std::size_t other) {
+        const double v = c.ratio[column] * c.ratio[other] * x[c.component[other]];
+        m[row * n + c.velocity[other]] += v;
+        if (other != column) m[c.velocity[other] * n + row] += v;
+      };
+      for (std::size_t other = c.first[joint]; other <= column; ++other) add(other);
+      std::size_t at = joint;
+      while (c.parent[at] >= 0) {
+        const double* t = parts.data() + kPlacementNumbers * at;
+        const double f[] = {t[0] * x[0] + t[1] * x[1] + t[2] * x[2],
+                            t[3] * x[0] + t[4] * x[1] + t[5] * x[2],
+                            t[6] * x[0] + t[7] * x[1] + t[8] * x[2]};
+        const double u[] = {t[0] * x[3] + t[1] * x[4] + t[2] * x[5],
+                            t[3] * x[3] + t[4] * x[4] + t[5] * x[5],
+                            t[6] * x[3] + t[7] * x[4] + t[8] * x[5]};
+        x = {f[0],
+             f[1],
+             f[2],
+             u[0] + t[10] * f[2] - t[11] * f[1],
+             u[1] + t[11] * f[0] - t[9] * f[2],
+             u[2] + t[9] * f[1] - t[10] * f[0]};
+        at = static_cast<std::size_t>(c.parent[at]);
+        for (std::size_t other = c.first[at]; other < c.first[at + 1]; ++other) add(other);
+      }
+    }
+}
+
+void solve_in_place(std::vector<double>& m, std::vector<double>& x) {
+  const std::size_t n = x.size();
+  for (std::size_t k = n; k-- > 0;)
+    for (std::size_t i = k; i-- > 0;) {
+      const double factor = m[k * n + i] / m[k * n + k];
+      if (factor != 0)
+        for (std::size_t j = 0; j <= i; ++j) m[i * n + j] -= factor * m[k * n + j];
+      m[k * n + i] = factor;
+      x[i] -= factor * x[k];
+    }
+  for (std::size_t k = 0; k < n; ++k) {
+    x[k] /= m[k * n + k];
+    for (std::size_t i = 0; i < k; ++i) x[k] -= m[k * n + i] * x[i];
+  }
+}
+
+std::string shortest_text(double v) {
+  char buffer[40];
+  std::string s(buffer, std::to_chars(buffer, buffer + sizeof buffer, v).ptr);
+  return s.find_first_of(".en") == std::string::npos ? s + ".0" : s;
+}
+std::string shortest_text(std::size_t v) { return std::to_string(v); }
+std::string shortest_text(std::int32_t v) { return std::to_string(v); }
+
+template <class T>
+std::string table(const std::string& type, const std::string& name, const std::vector<T>& values) {
+  constexpr std::size_t kWidth = 96;
+  std::string s = "static const " + type + " " + name + "[" + std::to_string(values.size()) +
+                  "] = {",
+              line;
+  for (const T& v : values) {
+    const std::string word = shortest_text(v) + ",";
+    if (line.size() + word.size() + 3 > kWidth) s += "\n  " + line, line.clear();
+    line += (line.empty() ? "" : " ") + word;
+  }
+  line.pop_back();
+  return s + "\n  " + line + "};\n";
+}
+
+constexpr const char* kFill = R"(
+/* The inertia matrix from placements of the joints in their parents and from the force and moment
+ * that a unit acceleration of each column takes: these are carried towards the base. */
+static void NAME_fill_inertia(const double *part, double *m) {
+  for (size_t k = 0; k < ROWS * ROWS; ++k) m[k] = 0.0;
+  for (size_t k = 0; k < ROWS; ++k) m[k * ROWS + k] = NAME_motor[k];
+  for (size_t joint = 0; joint < JOINTS; ++joint)
+    for (size_t column = NAME_first[joint]; column < NAME_first[joint + 1]; ++column) {
+      const double *start = part + 12 * JOINTS + 6 * column;
+      double x[6] = {start[0], start[1], start[2], start[3], start[4], start[5]};
+      const size_t row = NAME_velocity[column];
+      size_t at = joint, end = column + 1;
+      for (;;) {
+        for (size_t other = NAME_first[at]; other < end; ++other) {
+          const double v = NAME_ratio[column] * NAME_ratio[other] * x[NAME_component[other]];
+          m[row * ROWS + NAME_velocity[other]] += v;
+          if (other != column) m[NAME_velocity[other] * ROWS + row] += v;
+        }
+        if (NAME_parent[at] < 0) break;
+        const double *t = part + 12 * at;
+        const double f0 = t[0] * x[0] + t[1] * x[1] + t[2] * x[2];
+        const double f1 = t[3] * x[0] + t[4] * x[1] + t[5] * x[2];
+        const double f2 = t[6] * x[0] + t[7] * x[1] + t[8] * x[2];
+        const double n0 = t[0] * x[3] + t[1] * x[4] + t[2] * x[5];
+        const double n1 = t[3] * x[3] + t[4] * x[4] + t[5] * x[5];
+        const double n2 = t[6] * x[3] + t[7] * x[4] + t[8] * x[5];
+        x[0] = f0, x[1] = f1, x[2] = f2;
+        x[3] = n0 + t[10] * f2 - t[11] * f1;
+        x[4] = n1 + t[11] * f0 - t[9] * f2;
+        x[5] = n2 + t[9] * f1 - t[10] * f0;
+        at = (size_t)NAME_parent[at];
+        end = NAME_first[at + 1];
+      }
+    }
+}
+)";
+
+constexpr const char* kSolve = R"(
+/* Solves m x = forces in place by m = L^T D L; m is overwritten. Zeros between branches stay. */
+static void NAME_solve(double *m, double *x) {
+  for (size_t k = ROWS; k-- > 0;) {
+    const double inverse = 1.0 / m[k * ROWS + k];
+    for (size_t i = k; i-- > 0;) {
+      const double factor = m[k * ROWS + i] * inverse;
+      if (factor != 0.0)
+        for (size_t j = 0; j <= i; ++j) m[i * ROWS + j] -= factor * m[k * ROWS + j];
+      m[k * ROWS + i] = factor;
+      x[i] -= factor * x[k];
+    }
+    m[k * ROWS + k] = inverse;
+  }
+  for (size_t k = 0; k < ROWS; ++k) {
+    x[k] *= m[k * ROWS + k];
+    for (size_t i = 0; i < k; ++i) x[k] -= m[k * ROWS + i] * x[i];
+  }
+}
+)";
+
+std::string replaced(std::string s, const std::string& key, const std::string& by) {
+  for (std::size_t at = 0; (at = s.find(key, at)) != std::string::npos; at += by.size())
+    s.replace(at, key.size(), by);
+  return s;
+}
+
+}  // namespace
+
+Columns columns_of(const RobotModel& model) {
+  Columns c;
+  c.motor.assign(model.dof(), 0.0);
+  for (const JointModel& j : model.joints) {
+    c.parent.push_back(j.parent);
+    c.first.push_back(c.columns());
+    const std::int32_t count = velocity_count(j.type);
+    const double ratio = j.is_coupled() ? j.coupling.ratio : 1.0;
+    for (std::int32_t k = 0; k < count; ++k) {
+      const bool slides = j.type == JointType::prismatic || (j.type == JointType::free && k < 3);
+      const std::size_t axis = count == 1 ? 2 : static_cast<std::size_t>(k % 3);
+      c.velocity.push_back(static_cast<std::size_t>(j.v_index + k));
+      c.component.push_back(slides ? axis : 3 + axis);
+      c.ratio.push_back(ratio);
+    }
+    if (count == 1) c.motor[static_cast<std::size_t>(j.v_index)] += ratio * ratio * j.armature;
+  }
+  c.first.push_back(c.columns());
+  return c;
+}
+
+std::size_t ending_width(Ending ending, const Columns& c) {
+  return ending == Ending::inertia ? c.rows() * c.rows() : c.rows();
+}
+
+std::vector<double> run_ending(Ending ending, const Columns& c, std::span<const double> parts) {
+  std::vector<double> m;
+  fill_inertia(c, parts, m);
+  if (ending == Ending::inertia) return m;
+  const auto forces = parts.last(c.rows());
+  std::vector<double> x(forces.begin(), forces.end());
+  solve_in_place(m, x);
+  return x;
+}
+
+std::string ending_text(const std::string& name, const Columns& c, bool solves) {
+  std::string s =
+      "\n/* Joints and the columns of their motion, one a velocity: parent joint, first "
+      "column, row of the\n * matrix, component of force and moment, ratio of a "
+      "follower; then what motors add. */\n";
+  s += table("int", name + "_parent", c.parent);
+  s += table("size_t", name + "_first", c.first);
+  s += table("size_t", name + "_velocity", c.velocity);
+  s += table("size_t", name + "_component", c.component);
+  s += table("double", name + "_ratio", c.ratio);
+  s += table("double", name + "_motor", c.motor);
+  std::string loops = std::string(kFill) + (solves ? kSolve : "");
+  loops = replaced(std::move(loops), "ROWS", std::to_string(c.rows()));
+  loops = replaced(std::move(loops), "JOINTS", std::to_string(c.joints()));
+  return s + replaced(std::move(loops), "NAME_", name + "_");
+}
+
+}  // namespace robomosp::robot_code

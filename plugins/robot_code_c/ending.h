@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loops that end a function of a robot with many joints: the inertia matrix and the solution of its
+// equations, whose operations grow with the square and the cube of the joints, from numbers that
+// grow with the joints alone (layer: plugin).
+// Composite bodies and M = L^T D L: Featherstone, Rigid Body Dynamics Algorithms, 2008, sections
+// 6.2 and 6.5.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/robot_model.h>
+
+namespace robomosp::robot_code {
+
+/// What the loops compute.
+enum class Ending : std::uint8_t { none, inertia, accelerations };
+
+/// Joints and the columns of their motion, one a velocity, as tables for the loops.
+struct Columns {
+  std::vector<std::int32_t> parent;    ///< of each joint; -1 = the base
+  std::vector<std::size_t> first;      ///< of each joint its first column, then the column count
+  std::vector<std::size_t> velocity;   ///< of each column its row of the matrix
+  std::vector<std::size_t> component;  ///< of (force, moment) along each column: 0 to 5
+  std::vector<double> ratio;           ///< of each column: its joint's coupling, or 1
+  std::vector<double> motor;           ///< of each row: what motors add to the diagonal
+
+  [[nodiscard]] std::size_t joints() const { return parent.size(); }
+  [[nodiscard]] std::size_t columns() const { return velocity.size(); }
+  [[nodiscard]] std::size_t rows() const { return motor.size(); }
+};
+[[nodiscard]] Columns columns_of(const RobotModel& model);
+
+/// Numbers per joint and per column that the loops take: R (row by row) and p of the joint in its
+/// parent; force and moment, about the joint's origin and in its axes, that a unit acceleration of
+/// the column takes of all bodies beyond.
+inline constexpr std::size_t kPlacementNumbers = 12, kWrenchNumbers = 6;
+
+/// Length of the result: rows() * rows() or rows().
+[[nodiscard]] std::size_t ending_width(Ending ending, const Columns& c);
+
+/// The loops carried out. `parts`: placements of all joints, wrenches of all columns and, for
+/// accelerations, the forces of all rows.
+[[nodiscard]] std::vector<double> run_ending(Ending ending, const Columns& c,
+                                             std::span<const double> parts);
+
+/// C99 of the tables and loops, `<name>_fill_inertia(part, m)` and, when `solves`,
+/// `<name>_solve(m, x)`.
+[[nodiscard]] std::string ending_text(const std::string& name, const Columns& c, bool solves);
+
+}  // namespace robomosp::robot_code
