@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kLineLength = 96;
 /// Operations beyond which a body is written as several functions.
-constexpr std::size_t kMostInOneBody = 4'000;
+constexpr std::size_t kMostInOneBody = 2'500;
 /// Operations beyond which batches go sample by sample: written for several samples side by side,
 /// the code takes as long again to compile.
 constexpr std::size_t kMostSideBySide = 8'000;
@@ -277,7 +277,7 @@ class Body {
     }
   }
 
-  static constexpr std::size_t kPieceOperations = 1'000, kOperationsOfAnAngle = 20;
+  static constexpr std::size_t kPieceOperations = 300, kOperationsOfAnAngle = 20;
   const Function& f_;
   std::string output_, prefix_, indent_, index_;
   bool any_angle_;
@@ -558,10 +558,30 @@ Calls pieces_of(Body body, const Function& f, const std::string& whole, const st
 
 bool is_in_pieces(const Function& f) { return operation_count(f) > kMostInOneBody; }
 
+/// Name of the array that a body writes.
+std::string body_output(const Function& f) { return f.ending == Ending::none ? f.output : "part"; }
+
+/// The calls of the loops that make the result of "part". `block`: of samples side by side.
+std::string ending_calls(const std::string& name, const Function& f, bool block) {
+  const std::string kind = block ? "_block" : "";
+  if (f.ending == Ending::none) return "";
+  if (f.ending == Ending::inertia)
+    return "  " + name + "_fill_inertia" + kind + "(part, " + f.output + ");\n";
+  const std::string rows = std::to_string(f.columns.rows()),
+                    lanes = block ? "[" + upper(name) + "_LANES]" : "",
+                    forces = std::to_string(f.outputs.size() - f.columns.rows());
+  std::string s = "  double m[" + rows + " * " + rows + "]" + lanes + ";\n  " + name +
+                  "_fill_inertia" + kind + "(part, m);\n  for (size_t k = 0; k < " + rows +
+                  "; ++k)";
+  if (block)
+    s += "\n    for (size_t l = 0; l < " + upper(name) + "_LANES; ++l) " + f.output +
+         "[k][l] = part[" + forces + " + k][l];\n";
+  else s += " " + f.output + "[k] = part[" + forces + " + k];\n";
+  return s + "  " + name + "_solve" + kind + "(m, " + f.output + ");\n";
+}
+
 std::string single(const RobotModel& m, const std::string& name, const Function& f) {
-  const std::string whole = name + "_" + f.name;
-  const bool is_ended = f.ending != Ending::none;
-  const std::string output = is_ended ? "part" : f.output;
+  const std::string whole = name + "_" + f.name, output = body_output(f);
   std::string definitions, body;
   if (is_in_pieces(f)) {
     Calls calls = pieces_of(Body(f, output, name, "  ", "", true), f, whole, output, "");
@@ -571,17 +591,14 @@ std::string single(const RobotModel& m, const std::string& name, const Function&
     body = Body(f, output, name, "  ", "", true).write();
   }
   std::string s = definitions + "\nvoid " + whole + "(" + parameters(m, f) + ") {\n";
-  if (is_ended) s += "  double part[" + std::to_string(f.outputs.size()) + "];\n";
-  s += body;
-  if (f.ending == Ending::inertia) s += "  " + name + "_fill_inertia(part, " + f.output + ");\n";
-  if (f.ending == Ending::accelerations) {
-    const std::string rows = std::to_string(f.columns.rows());
-    s += "  double m[" + rows + " * " + rows + "];\n  " + name + "_fill_inertia(part, m);\n" +
-         "  for (size_t k = 0; k < " + rows + "; ++k) " + f.output + "[k] = part[" +
-         std::to_string(f.outputs.size() - f.columns.rows()) + " + k];\n  " + name + "_solve(m, " +
-         f.output + ");\n";
-  }
-  return s + "}\n";
+  if (f.ending != Ending::none) s += "  double part[" + std::to_string(f.outputs.size()) + "];\n";
+  return s + body + ending_calls(name, f, false) + "}\n";
+}
+
+/// Whether batches are computed for several samples side by side.
+bool is_side_by_side(const Function& f) {
+  return operation_count(f) <= kMostSideBySide &&
+         (f.ending == Ending::none || f.columns.rows() <= kMostRowsSideBySide);
 }
 
 std::string batch_one_by_one(const RobotModel& m, const std::string& name, const Function& f) {
@@ -595,8 +612,7 @@ std::string batch_one_by_one(const RobotModel& m, const std::string& name, const
 }
 
 std::string batch(const RobotModel& m, const std::string& name, const Function& f) {
-  if (f.ending != Ending::none || operation_count(f) > kMostSideBySide)
-    return batch_one_by_one(m, name, f);
+  if (!is_side_by_side(f)) return batch_one_by_one(m, name, f);
   const std::string lanes = upper(name) + "_LANES", whole = name + "_" + f.name;
   std::string block = "\nstatic void " + whole + "_block(", call = "      " + whole + "_block(";
   for (const std::uint32_t a : f.arrays) {
@@ -604,19 +620,23 @@ std::string batch(const RobotModel& m, const std::string& name, const Function& 
     call += std::string(array_name(a)) + "_, ";
   }
   block += "double (*restrict " + f.output + ")[" + lanes + "]) {\n";
-  Body body(f, f.output, name, "    ", "[l]", false);
+  const std::string output = body_output(f);
+  if (f.ending != Ending::none)
+    block += "  double part[" + std::to_string(f.outputs.size()) + "][" + lanes + "];\n";
+  Body body(f, output, name, "    ", "[l]", false);
   if (is_in_pieces(f)) {
-    Calls calls = pieces_of(std::move(body), f, whole, f.output, lanes);
-    block = calls.definitions + block + calls.calls + "}\n";
+    Calls calls = pieces_of(std::move(body), f, whole, output, lanes);
+    block = calls.definitions + block + calls.calls;
   } else {
-    block += "  for (size_t l = 0; l < " + lanes + "; ++l) {\n" + body.write() + "  }\n}\n";
+    block += "  for (size_t l = 0; l < " + lanes + "; ++l) {\n" + body.write() + "  }\n";
   }
+  block += ending_calls(name, f, true) + "}\n";
 
   std::string s = block + "\nvoid " + whole + "_batch(" + batch_parameters(f) + ") {\n";
   for (const std::uint32_t a : f.arrays)
     s += std::string("  double ") + array_name(a) + "_[" + std::to_string(array_size(m, a)) + "][" +
          lanes + "];\n";
-  s += "  double " + f.output + "_[" + std::to_string(f.outputs.size()) + "][" + lanes + "];\n";
+  s += "  double " + f.output + "_[" + std::to_string(f.width()) + "][" + lanes + "];\n";
   s += "  for (size_t i = 0; i < count; i += " + lanes + ") {\n";
   s += "    const size_t samples = count - i < " + lanes + " ? count - i : " + lanes + ";\n";
   std::string one;
@@ -625,7 +645,7 @@ std::string batch(const RobotModel& m, const std::string& name, const Function& 
     s += "    " + name + "_load(" + n + " + i * " + w + ", " + w + ", count - i, " + n + "_);\n";
     one += n + " + (i + l) * " + w + ", ";
   }
-  const std::string width = std::to_string(f.outputs.size());
+  const std::string width = std::to_string(f.width());
   s += "    if (" + name + "_is_near(q_, " + std::to_string(m.coordinate_count()) + ")) {\n" +
        call + f.output + "_);\n      " + name + "_store(" + f.output + "_, " + width +
        ", count - i, " + f.output + " + i * " + width + ");\n    } else {\n";
@@ -642,14 +662,19 @@ std::vector<CodeFile> write_files(const RobotModel& model, const std::string& na
                        ".h\"\n\n#include <math.h>\n\n" +
                        with_name(kSinCos, name, near_limit(model));
   const Columns* columns = nullptr;
-  bool solves = false, in_pieces = false;
+  EndingUses uses;
+  bool in_pieces = false;
   for (const Function& f : functions) {
-    if (f.ending != Ending::none) columns = &f.columns;
-    solves = solves || f.ending == Ending::accelerations;
     in_pieces = in_pieces || is_in_pieces(f);
+    if (f.ending == Ending::none) continue;
+    columns = &f.columns;
+    const bool solves = f.ending == Ending::accelerations, block = is_side_by_side(f);
+    uses.solve = uses.solve || solves;
+    uses.fill_block = uses.fill_block || block;
+    uses.solve_block = uses.solve_block || (solves && block);
   }
   if (in_pieces) source += with_name(kApart, name, "");
-  if (columns) source += ending_text(name, *columns, solves);
+  if (columns) source += ending_text(name, upper(name) + "_LANES", *columns, uses);
   for (const Function& f : functions) source += single(model, name, f) + batch(model, name, f);
   return {{name + ".h", header(model, name, functions)}, {name + ".c", std::move(source)}};
 }

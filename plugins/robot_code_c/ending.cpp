@@ -141,6 +141,80 @@ static void NAME_solve(double *m, double *x) {
 }
 )";
 
+constexpr const char* kFillBlock = R"(
+static void NAME_fill_inertia_block(double (*restrict part)[LANES], double (*restrict m)[LANES]) {
+  for (size_t k = 0; k < ROWS * ROWS; ++k)
+    for (size_t l = 0; l < LANES; ++l) m[k][l] = 0.0;
+  for (size_t k = 0; k < ROWS; ++k)
+    for (size_t l = 0; l < LANES; ++l) m[k * ROWS + k][l] = NAME_motor[k];
+  for (size_t joint = 0; joint < JOINTS; ++joint)
+    for (size_t column = NAME_first[joint]; column < NAME_first[joint + 1]; ++column) {
+      double x[6][LANES];
+      for (size_t k = 0; k < 6; ++k)
+        for (size_t l = 0; l < LANES; ++l) x[k][l] = part[12 * JOINTS + 6 * column + k][l];
+      const size_t row = NAME_velocity[column];
+      size_t at = joint, end = column + 1;
+      for (;;) {
+        for (size_t other = NAME_first[at]; other < end; ++other) {
+          const double ratio = NAME_ratio[column] * NAME_ratio[other];
+          const double *along = x[NAME_component[other]];
+          double *here = m[row * ROWS + NAME_velocity[other]];
+          for (size_t l = 0; l < LANES; ++l) here[l] += ratio * along[l];
+          double *there = m[NAME_velocity[other] * ROWS + row];
+          if (other != column)
+            for (size_t l = 0; l < LANES; ++l) there[l] += ratio * along[l];
+        }
+        if (NAME_parent[at] < 0) break;
+        double(*t)[LANES] = part + 12 * at;
+        for (size_t l = 0; l < LANES; ++l) {
+          const double f0 = t[0][l] * x[0][l] + t[1][l] * x[1][l] + t[2][l] * x[2][l];
+          const double f1 = t[3][l] * x[0][l] + t[4][l] * x[1][l] + t[5][l] * x[2][l];
+          const double f2 = t[6][l] * x[0][l] + t[7][l] * x[1][l] + t[8][l] * x[2][l];
+          const double n0 = t[0][l] * x[3][l] + t[1][l] * x[4][l] + t[2][l] * x[5][l];
+          const double n1 = t[3][l] * x[3][l] + t[4][l] * x[4][l] + t[5][l] * x[5][l];
+          const double n2 = t[6][l] * x[3][l] + t[7][l] * x[4][l] + t[8][l] * x[5][l];
+          x[0][l] = f0, x[1][l] = f1, x[2][l] = f2;
+          x[3][l] = n0 + t[10][l] * f2 - t[11][l] * f1;
+          x[4][l] = n1 + t[11][l] * f0 - t[9][l] * f2;
+          x[5][l] = n2 + t[9][l] * f1 - t[10][l] * f0;
+        }
+        at = (size_t)NAME_parent[at];
+        end = NAME_first[at + 1];
+      }
+    }
+}
+)";
+
+constexpr const char* kSolveBlock = R"(
+static void NAME_solve_block(double (*restrict m)[LANES], double (*restrict x)[LANES]) {
+  for (size_t k = ROWS; k-- > 0;) {
+    double inverse[LANES];
+    for (size_t l = 0; l < LANES; ++l) inverse[l] = 1.0 / m[k * ROWS + k][l];
+    for (size_t i = k; i-- > 0;) {
+      double factor[LANES], some = 0.0;
+      for (size_t l = 0; l < LANES; ++l) {
+        factor[l] = m[k * ROWS + i][l] * inverse[l];
+        some += factor[l] != 0.0 ? 1.0 : 0.0;
+      }
+      if (some > 0.0)
+        for (size_t j = 0; j <= i; ++j)
+          for (size_t l = 0; l < LANES; ++l)
+            m[i * ROWS + j][l] -= factor[l] * m[k * ROWS + j][l];
+      for (size_t l = 0; l < LANES; ++l) {
+        m[k * ROWS + i][l] = factor[l];
+        x[i][l] -= factor[l] * x[k][l];
+      }
+    }
+    for (size_t l = 0; l < LANES; ++l) m[k * ROWS + k][l] = inverse[l];
+  }
+  for (size_t k = 0; k < ROWS; ++k) {
+    for (size_t l = 0; l < LANES; ++l) x[k][l] *= m[k * ROWS + k][l];
+    for (size_t i = 0; i < k; ++i)
+      for (size_t l = 0; l < LANES; ++l) x[k][l] -= m[k * ROWS + i][l] * x[i][l];
+  }
+}
+)";
+
 std::string replaced(std::string s, const std::string& key, const std::string& by) {
   for (std::size_t at = 0; (at = s.find(key, at)) != std::string::npos; at += by.size())
     s.replace(at, key.size(), by);
@@ -184,7 +258,8 @@ std::vector<double> run_ending(Ending ending, const Columns& c, std::span<const 
   return x;
 }
 
-std::string ending_text(const std::string& name, const Columns& c, bool solves) {
+std::string ending_text(const std::string& name, const std::string& lanes, const Columns& c,
+                        const EndingUses& uses) {
   std::string s =
       "\n/* Joints and the columns of their motion, one a velocity: parent joint, first "
       "column, row of the\n * matrix, component of force and moment, ratio of a "
@@ -195,10 +270,16 @@ std::string ending_text(const std::string& name, const Columns& c, bool solves) 
   s += table("size_t", name + "_component", c.component);
   s += table("double", name + "_ratio", c.ratio);
   s += table("double", name + "_motor", c.motor);
-  std::string loops = std::string(kFill) + (solves ? kSolve : "");
+  std::string loops = kFill;
+  if (uses.solve) loops += kSolve;
+  if (uses.fill_block) loops += kFillBlock;
+  if (uses.solve_block) loops += kSolveBlock;
   loops = replaced(std::move(loops), "ROWS", std::to_string(c.rows()));
   loops = replaced(std::move(loops), "JOINTS", std::to_string(c.joints()));
-  return s + replaced(std::move(loops), "NAME_", name + "_");
+  // Names of robots last: they may have any of these words within.
+  loops = replaced(std::move(loops), "NAME_", "\1");
+  loops = replaced(std::move(loops), "LANES", lanes);
+  return s + replaced(std::move(loops), "\1", name + "_");
 }
 
 }  // namespace robomosp::robot_code

@@ -46,8 +46,17 @@ inline constexpr std::size_t kPlacementNumbers = 12, kWrenchNumbers = 6;
 [[nodiscard]] std::vector<double> run_ending(Ending ending, const Columns& c,
                                              std::span<const double> parts);
 
-/// C99 of the tables and loops, `<name>_fill_inertia(part, m)` and, when `solves`,
-/// `<name>_solve(m, x)`.
-[[nodiscard]] std::string ending_text(const std::string& name, const Columns& c, bool solves);
+/// Rows up to which batches are computed side by side: their matrices are on the stack, too.
+inline constexpr std::size_t kMostRowsSideBySide = 64;
+
+/// Which loops are called; `<name>_fill_inertia(part, m)` always is.
+struct EndingUses {
+  bool solve = false;        ///< `<name>_solve(m, x)`
+  bool fill_block = false;   ///< `<name>_fill_inertia_block(part, m)`, samples side by side
+  bool solve_block = false;  ///< `<name>_solve_block(m, x)`, the same
+};
+/// C99 of the tables and loops. `lanes`: the macro with the number of samples side by side.
+[[nodiscard]] std::string ending_text(const std::string& name, const std::string& lanes,
+                                      const Columns& c, const EndingUses& uses);
 
 }  // namespace robomosp::robot_code
