@@ -48,7 +48,7 @@
 #include "shell/pager.h"
 #include "shell/plugin_check.h"
 #include "shell/post_test.h"
-#include "spatial/instruction_set.h"
+#include "spatial/instruction_limit.h"
 
 #ifndef ROBOMOSP_VERSION
 #define ROBOMOSP_VERSION "0"

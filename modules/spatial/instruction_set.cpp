@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
+#include <string>
+
+#include "spatial/instruction_limit.h"
 
 namespace robomosp::spatial {
 namespace {

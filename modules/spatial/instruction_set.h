@@ -2,7 +2,6 @@
 // Which of the compiled instruction sets this processor runs (layer: data processing, spatial).
 #pragma once
 
-#include <string>
 #include <string_view>
 
 /// Defined where robomosp_lanes() compiles for AVX-512: sanitized builds leave it out, which has
@@ -17,16 +16,7 @@ namespace robomosp::spatial {
 /// where the processor is no x86-64.
 enum class InstructionSet { baseline, avx2, avx512 };
 
-/// The widest that the environment variable ROBOMOSP_SIMD allows ("baseline", "avx2" or "avx512");
-/// avx512 where it is unset, empty or another word. Read at each call. [any thread, unless another
-/// one sets the variable]
-[[nodiscard]] InstructionSet instruction_set_limit();
-
-/// Empty, or a sentence: ROBOMOSP_SIMD has a value that names no instruction set, or one that this
-/// processor or build does not have. [any thread, likewise]
-[[nodiscard]] std::string instruction_set_complaint();
-
-/// The widest that processor, operating system and ROBOMOSP_SIMD allow. [any thread, likewise]
+/// The widest that processor, system and ROBOMOSP_SIMD (instruction_limit.h) allow. [any thread]
 [[nodiscard]] InstructionSet widest_instruction_set();
 
 /// The widest that is no wider than the named one ("avx512", "avx2", "baseline"; "auto" = any).

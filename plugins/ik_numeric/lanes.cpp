@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lanes.h"
 
-#include "spatial/instruction_set.h"
+#include "spatial/instruction_limit.h"
 
 namespace robomosp::ik_numeric {
 

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "emit.h"
+#include "spatial/instruction_limit.h"
 #include "spatial/instruction_set.h"
 
 namespace robomosp::robot_code {

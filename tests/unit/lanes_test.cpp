@@ -14,6 +14,7 @@
 #include <robomosp/sdk/conformance/models.h>
 
 #include "lanes_probe.h"
+#include "spatial/instruction_limit.h"
 #include "spatial/instruction_set.h"
 #include "spatial/joint_constants.h"
 #include "spatial/parallel.h"
