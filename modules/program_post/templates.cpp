@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -335,14 +334,13 @@ class TemplateWriter final : public post::Writer {
     std::string s;
     if (pack_.real_digits >= 0) {
       s = post::trimmed(v, pack_.real_digits, 1);
-      if (std::strtod(s.c_str(), nullptr) != v)
+      if (std::strtod(s.c_str(), nullptr) != post::rounded_to_meaning(v))
         warn("the number " + post::shortest(v) + " is written as " + s,
              pack_.title + " has " + std::to_string(pack_.real_digits) +
                  " digits behind the point (real_digits).");
     } else if (s = post::shortest(v); !pack_.has_exponents && s.find('E') != std::string::npos) {
-      char buffer[1200];
-      const auto r = std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed);
-      s.assign(buffer, r.ptr);
+      s = post::without_exponent(v);
+      if (s.ends_with(".0")) s.resize(s.size() - 2);
       if (s.size() > kLongest) {
         fail("the number " + post::shortest(v) + " has " + std::to_string(s.size()) +
                  " digits without an exponent, and " + pack_.title + " writes none",

@@ -3,10 +3,13 @@
 // rules of each controller), what they refuse, and the parts that they are made of.
 #include <clocale>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
+#include <initializer_list>
 #include <limits>
 #include <sstream>
 #include <tuple>
+#include <utility>
 
 #include "support/posts.h"
 
@@ -133,6 +136,46 @@ TEST(PostHelp, NumbersHaveNoMinusZeroAndNoLocale) {
   if (std::setlocale(LC_ALL, "de_DE.UTF-8")) {
     EXPECT_EQ(post::fixed(0.5, 1), "0.5");
     std::setlocale(LC_ALL, "C");
+  }
+}
+
+TEST(PostHelp, DigitsBelowTheMeaningAreNotPrinted) {
+  // Quotients and sines whose last digits depend on the processor.
+  EXPECT_EQ(post::shortest(123.4 / 1000), "0.1234");
+  EXPECT_EQ(post::shortest(0.12340000000000001), "0.1234");
+  EXPECT_EQ(post::shortest(57.29577951308232), "57.2957795131");
+  EXPECT_EQ(post::shortest(-62.609059645193994), post::shortest(-62.60905964519401));
+  EXPECT_EQ(post::with_unit_digits(-62.609059645193994), "-62.609059645");
+  EXPECT_EQ(post::with_unit_digits(-62.60905964519401), "-62.609059645");
+  EXPECT_EQ(post::with_unit_digits(449.99999999999994), "450.0");
+  EXPECT_EQ(post::with_unit_digits(-3.06e-17), "0.0");
+  // Half a last digit: what is computed falls on the side of what was meant.
+  for (const double v : {12.3455, 0.0005, 8.0625, -77.7775, 1234.5678905})
+    for (const double error : {-2e-13, 0.0, 2e-13})
+      for (int digits = 0; digits < post::kUnitDigits; ++digits)
+        EXPECT_EQ(post::fixed(v + error, digits), post::fixed(v, digits)) << v << ", " << digits;
+  EXPECT_EQ(post::fixed(449.99999999999994, 0), "450");
+  EXPECT_EQ(post::fixed(0.9238795325112867, 12), "0.923879532511");
+  EXPECT_EQ(post::without_exponent(1e-7 / 3), "0.0000000333333333333");
+  EXPECT_EQ(post::without_exponent(2.5e20), "250000000000000000000.0");
+  // What a program says itself stays: few digits, whole numbers, great and small ones.
+  for (const auto& [v, text] : std::initializer_list<std::pair<double, const char*>>{
+           {1e-12, "1.0E-12"},
+           {1.5e-300, "1.5E-300"},
+           {5e-324, "5.0E-324"},
+           {123456.789012, "123456.789012"},
+           {1234567.123456789, "1234567.12345679"},
+           {4503599627370497, "4503599627370497.0"},
+           {-9007199254740991, "-9007199254740991.0"},
+           {1e20, "1.0E20"},
+           {1.7976931348623157e308, "1.7976931348623157E308"}}) {
+    EXPECT_EQ(post::shortest(v), text);
+    EXPECT_EQ(post::shortest(std::strtod(text, nullptr)), text);
+  }
+  for (const double v : {std::numeric_limits<double>::infinity(), std::nan("")}) {
+    EXPECT_EQ(post::shortest(v), "nan");
+    EXPECT_EQ(post::with_unit_digits(v), "nan");
+    EXPECT_EQ(post::without_exponent(v), "nan");
   }
 }
 

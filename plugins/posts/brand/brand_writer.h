@@ -672,11 +672,7 @@ class BrandWriter : public Writer {
   }
   static std::string plain(double v) {
     if (!std::isfinite(v)) return "0.0";
-    char buffer[400];
-    const auto r =
-        std::to_chars(buffer, buffer + sizeof buffer, v == 0 ? 0.0 : v, std::chars_format::fixed);
-    std::string s(buffer, r.ptr);
-    return s.find('.') == std::string::npos ? s + ".0" : s;
+    return without_exponent(v);
   }
   /// Numbers without exponents: not every controller reads those.
   std::string real_literal(double v) override { return plain(v); }

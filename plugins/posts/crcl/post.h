@@ -266,8 +266,8 @@ class CrclWriter final : public brand::BrandWriter {
   }
   static std::string tool_text(const Pose& p) {
     std::string out;
-    for (const double v : p.p) out += shortest(v) + " ";
-    for (const double v : p.R) out += shortest(v) + " ";
+    for (const double v : p.p) out += with_unit_digits(v) + " ";
+    for (const double v : p.R) out += with_unit_digits(v) + " ";
     return out;
   }
   void joints(const brand::Goal& g, const brand::Move& x) {
