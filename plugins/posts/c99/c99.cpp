@@ -371,21 +371,23 @@ class CWriter final : public post::Writer {
     for (const double x : p.p)
       if (!(std::fabs(x) < 1e6))
         fail("a position here is beyond what a robot reaches", "Check what it is computed from.");
-    return "rmp_at(" + post::with_unit_digits(p.p[0] * 1000) + ", " + post::with_unit_digits(p.p[1] * 1000) + ", " +
-           post::with_unit_digits(p.p[2] * 1000) + ")";
+    return "rmp_at(" + post::with_unit_digits(p.p[0] * 1000) + ", " +
+           post::with_unit_digits(p.p[1] * 1000) + ", " + post::with_unit_digits(p.p[2] * 1000) +
+           ")";
   }
   std::string turned(const Pose& p) {
     for (const double x : p.R)
       if (!std::isfinite(x))
         fail("an orientation here is not finite", "Check what it is computed from.");
     const auto q = post::quaternion(p.R);
-    return "rmp_turned(" + post::with_unit_digits(q[0]) + ", " + post::with_unit_digits(q[1]) + ", " +
-           post::with_unit_digits(q[2]) + ", " + post::with_unit_digits(q[3]) + ")";
+    return "rmp_turned(" + post::with_unit_digits(q[0]) + ", " + post::with_unit_digits(q[1]) +
+           ", " + post::with_unit_digits(q[2]) + ", " + post::with_unit_digits(q[3]) + ")";
   }
   static std::string numbers(std::span<const double> v, double by) {
     if (v.empty()) return "NULL, 0";
     std::string s = "(const double[]){";
-    for (std::size_t i = 0; i < v.size(); ++i) s += (i ? ", " : "") + post::with_unit_digits(v[i] * by);
+    for (std::size_t i = 0; i < v.size(); ++i)
+      s += (i ? ", " : "") + post::with_unit_digits(v[i] * by);
     return s + "}, " + std::to_string(v.size());
   }
   std::optional<Text> known_point(const PostPoint& p, const rmp_code_expression&) override {
