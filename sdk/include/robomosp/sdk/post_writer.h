@@ -38,13 +38,14 @@ inline constexpr int kUnitDigits = 9;
 /// Significant digits of a number without a unit, such as a REAL of the program.
 inline constexpr int kSignificantDigits = 12;
 
-/// v rounded to the nearest decimal number with kUnitDigits digits behind the point. Not finite or
-/// from 1e15 on: v itself.
-[[nodiscard]] inline double rounded_to_unit(double v) {
+/// v rounded to the nearest decimal number with two digits more than kUnitDigits behind the point:
+/// above rounding errors, and fine enough to be rounded again. Not finite or from 1e15 on: v
+/// itself.
+[[nodiscard]] inline double without_rounding_errors(double v) {
   if (!(std::fabs(v) < 1e15)) return v;
   char buffer[40];
   const auto r =
-      std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed, kUnitDigits);
+      std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed, kUnitDigits + 2);
   double out = v;
   std::from_chars(buffer, r.ptr, out);
   return out == 0 ? 0.0 : out;
@@ -75,11 +76,11 @@ inline constexpr int kSignificantDigits = 12;
 }
 
 /// With so many digits behind the point, without the locale and without -0. Not finite: "nan".
-/// Rounded as a number with a unit first (with as a number without one where kUnitDigits or more
-/// digits are wanted), so that values which differ by rounding errors give one text.
+/// Values that differ by rounding errors give one text, also where they lie about half a last
+/// digit; more than kUnitDigits digits are those of a number without a unit.
 [[nodiscard]] inline std::string fixed(double v, int digits) {
   if (!std::isfinite(v)) return "nan";
-  v = digits < kUnitDigits ? rounded_to_unit(v) : rounded_to_meaning(v);
+  v = digits <= kUnitDigits ? without_rounding_errors(v) : rounded_to_meaning(v);
   char buffer[400];
   const auto r = std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed,
                                std::clamp(digits, 0, 17));
