@@ -13,8 +13,8 @@ namespace robomosp::spatial {
 /// empty or another word. Read at each call. [any thread, unless another one sets the variable]
 [[nodiscard]] InstructionSet instruction_set_limit();
 
-/// Empty, or a sentence: ROBOMOSP_SIMD has a value that names no instruction set, or one that this
-/// processor or build does not have. [any thread, likewise]
+/// Empty, or a sentence if ROBOMOSP_SIMD has a value that names no instruction set. A set that this
+/// processor lacks is a limit like any other. [any thread, likewise]
 [[nodiscard]] std::string instruction_set_complaint();
 
 }  // namespace robomosp::spatial

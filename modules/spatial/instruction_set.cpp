@@ -45,17 +45,10 @@ InstructionSet instruction_set_limit() {
 
 std::string instruction_set_complaint() {
   const std::string_view text = limit_text();
-  if (text.empty()) return {};
-  const std::string given = std::string(kLimitVariable) + " is \"" + std::string(text) + "\", ";
-  const auto named = instruction_set_named(text);
-  if (!named)
-    return given +
-           "which names no instruction set: the widest of this processor is used. Set it to "
-           "baseline, avx2 or avx512, or unset it.";
-  if (*named > widest_of_processor())
-    return given +
-           "which this processor or this build does not have: the widest one there is is used.";
-  return {};
+  if (text.empty() || instruction_set_named(text)) return {};
+  return std::string(kLimitVariable) + " is \"" + std::string(text) +
+         "\", which names no instruction set: the widest of this processor is used. Set it to "
+         "baseline, avx2 or avx512, or unset it.";
 }
 
 InstructionSet widest_instruction_set() {
