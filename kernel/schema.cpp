@@ -8,6 +8,7 @@
 
 #include "kernel/bare_numbers.h"
 #include "kernel/file_root.h"
+#include "kernel/number_reader.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "kernel/value_text.h"
@@ -167,6 +168,12 @@ Result<double> read_real(const ParamSpec& spec, const Value& v, std::string_view
       BareNumbers::tell(path, *s, spec.unit);
       return read;
     }
+    if (NumberReader* reader = NumberReader::current())
+      if (auto number = reader->read(*s, spec.unit == "1" ? std::string_view() : spec.unit,
+                                     spec.min, spec.max)) {
+        if (!number->ok()) return std::move(*number).error().in(path);
+        return **number;
+      }
     Error e = std::move(read).error();
     if (e.message.ends_with(" is not a number")) return wrong_type(spec, v, path);
     return std::move(e).in(path);

@@ -470,6 +470,7 @@ void Transaction::base_on(const SnapshotPtr& snapshot) {
   work_->now.state_ = work_->base;
 }
 
+const std::vector<AnyId>& Transaction::touched() const { return work_->touched; }
 const Snapshot& Transaction::now() const {
   RMP_CHECK(work_ != nullptr, "a moved-from transaction was used");
   return work_->now;

@@ -532,7 +532,7 @@ class Binder : public DeclaredReader {
     Result<void> fields_read =
         block(kFile, "a trajectory",
               {name_rule(), string("description", t.description),
-               number("sample_time", "s", t.sample_time),
+               number("sample_time", "s", t.sample_time), parameter_rule(t.parametric),
                repeated("segment", [&](Index i) -> Result<void> {
                  out_.places[{"segment", t.segments.size()}] = at(i).offset;
                  RMP_TRY_ASSIGN(auto s, at(i).argument == Argument::none ? stored_segment(i, t)
@@ -611,7 +611,9 @@ class Binder : public DeclaredReader {
   Result<void> task() {
     Task t;
     const Skip is_step = [&](Index i) { return step_kind(at(i)).has_value(); };
-    RMP_TRY(block(kFile, "a task", {name_rule(), string("description", t.description)}, is_step));
+    RMP_TRY(block(kFile, "a task",
+                  {name_rule(), string("description", t.description), parameter_rule(t.parametric)},
+                  is_step));
     std::unordered_map<std::int32_t, std::int32_t> step_of{{-1, -1}};  // block's field -> step
     for (Index i = 0; i < s_.fields.size(); ++i) {
       const auto kind = step_kind(at(i));

@@ -41,6 +41,9 @@ struct Bound {
   std::vector<GeometryReference> geometries;
   /// Where the elements of the record stand: ("node", 3) -> offset. See document::Subject.
   std::map<std::pair<std::string_view, std::size_t>, std::uint32_t> places;
+  /// The values in front of expressions, 0 where there are none, by the offset of the expression.
+  /// Until bind_expressions() the record has model::marked_nan() of the offset there.
+  std::map<std::uint32_t, double> last_values{};
 };
 
 [[nodiscard]] Result<Bound> bind(const Syntax&);

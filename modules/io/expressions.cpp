@@ -11,6 +11,7 @@
 #include "kernel/units.h"
 #include "model/data.h"
 #include "model/field_path.h"
+#include "model/marked_numbers.h"
 #include "model/parametric.h"
 
 namespace robomosp::io {
@@ -20,110 +21,9 @@ namespace {
 using namespace model;
 using text::quote;
 
-constexpr std::string_view kAxes[] = {"x", "y", "z"};
 constexpr std::string_view kParameter = "parameter";
 
 bool is_missing(const Number& n) { return n.text.empty(); }
-
-/// The paths of the numbers of a file's fields.
-class Paths {
- public:
-  Paths(const Syntax& s, const Bound& bound) : s_(s) {
-    for (const auto& [key, offset] : bound.places)
-      if (std::string name = element_name(bound.record.body, key.first, key.second); !name.empty())
-        elements_.emplace(offset, std::move(name));
-  }
-
-  /// Of number `k` of a field; empty when it can be none.
-  [[nodiscard]] std::string of(std::uint32_t field, std::uint32_t k) const {
-    const Field& f = s_.fields[field];
-    const std::string last = number_name(field, k);
-    if (last.empty()) return {};
-    std::vector<std::string> words{last};
-    for (std::int32_t i = f.parent; i >= 0; i = s_.fields[index(i)].parent) {
-      const Field& above = s_.fields[index(i)];
-      if (const auto it = elements_.find(above.offset); it != elements_.end()) {
-        words.push_back(it->second);
-        break;  // nodes stand in nodes, and paths begin with the innermost
-      }
-      if (above.name == "row" || above.name == "drive" || above.name == "given" ||
-          above.name == "spring")
-        continue;
-      if (above.name == "part")
-        words.push_back("parts." + std::to_string(place_among(index(i), "part")));
-      else if (above.name == "base_part")
-        words.push_back("base_parts." + std::to_string(place_among(index(i), "base_part")));
-      else if (above.name == "loop") words.push_back(std::to_string(place_among(index(i), "loop")));
-      else words.emplace_back(above.name);
-    }
-    std::string path;
-    for (auto it = words.rbegin(); it != words.rend(); ++it)
-      path += (path.empty() ? "" : ".") + *it;
-    return path;
-  }
-
- private:
-  static std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-  /// As paths name element `i` of the list that files call `word`; empty when it has no name.
-  static std::string element_name(const Body& body, std::string_view word, std::size_t i) {
-    const Content record = content(body);
-    for (const model::Field& list : record.type->fields) {
-      const Type& t = *list.type;
-      const void* items = list.in(record.data);
-      if (t.shape != Shape::list || list.word_in_files() != word || i >= t.length(items)) continue;
-      const std::string* name = name_of(*t.element, t.at(items, i));
-      return name && !name->empty() ? element_prefix(list) + *name : std::string();
-    }
-    return {};
-  }
-
-  /// Its place among the fields of one name in the same block, from 1.
-  [[nodiscard]] std::size_t place_among(std::size_t field, std::string_view name) const {
-    std::size_t n = 1;
-    for (std::size_t i = 0; i < field; ++i)
-      if (s_.fields[i].parent == s_.fields[field].parent && s_.fields[i].name == name) ++n;
-    return n;
-  }
-
-  [[nodiscard]] std::string number_name(std::uint32_t field, std::uint32_t k) const {
-    const Field& f = s_.fields[field];
-    const bool is_tuple = f.argument == Argument::tuple;
-    if (f.argument == Argument::number) return std::string(f.name);
-    if (!is_tuple) return {};
-    if (f.parent >= 0 && s_.fields[index(f.parent)].name == "loop") return point_name(field, k);
-    const std::string_view axis = kAxes[k % 3];
-    const auto on_axis = [&](std::string_view name) {
-      return std::string(name) + "." + std::string(axis);
-    };
-    if (f.name == "at" || f.name == "cylindrical" || f.name == "spherical")
-      return on_axis("position");
-    if (f.name == "rpy" || f.name == "xyz" || f.name == "zyz") return on_axis(f.name);
-    if (f.name == "limits") return k == 0 ? "lower" : "upper";
-    if (f.name == "coulomb") return k == 0 ? "coulomb_positive" : "coulomb_negative";
-    if (f.numbers <= std::size(kAxes)) return on_axis(f.name);
-    return {};
-  }
-
-  /// A point of a loop: its start or the centre of a circle is 1, the others follow in order.
-  [[nodiscard]] std::string point_name(std::uint32_t field, std::uint32_t k) const {
-    const Field& f = s_.fields[field];
-    std::size_t point = 1;
-    if (f.name == "line" || f.name == "arc" || f.name == "spline") {
-      point += 1 + k / 2;
-      for (std::size_t i = 0; i < field; ++i) {
-        const Field& other = s_.fields[i];
-        if (other.parent == f.parent &&
-            (other.name == "line" || other.name == "arc" || other.name == "spline"))
-          point += other.tuples;
-      }
-    }
-    return std::to_string(point) + "." + std::string(kAxes[k % 2]);
-  }
-
-  const Syntax& s_;
-  std::map<std::uint32_t, std::string> elements_;  ///< by the offset of their field
-};
 
 /// An error of resolve(), whose `where` begins with a path or parameter, at its place in the file.
 Error at_place(const Syntax& s, const std::map<std::string, std::uint32_t>& offsets,
@@ -203,11 +103,16 @@ Result<void> bind_expressions(const Syntax& s, Bound& bound) {
   Parametric* p = parametric_of(body);
   const bool is_world = std::holds_alternative<World>(body);
   const std::string own_world = is_world ? bound.record.name : std::string();
-  const Paths paths(s, bound);
   std::map<std::string, std::uint32_t> offsets;  // of expressions, by path or parameter
   std::vector<std::string> missing;              // parameters without a value
-  for (std::uint32_t i = 0; i < s.fields.size(); ++i) {
-    const Field& f = s.fields[i];
+  /// Of a number: its field, and its expression.
+  struct Found {
+    std::string_view field;
+    std::string text;
+    std::string path{};
+  };
+  std::map<std::uint32_t, Found> found;  // by the offset of the expression
+  for (const Field& f : s.fields) {
     for (std::uint32_t k = 0; k < f.numbers; ++k) {
       const Number& n = s.numbers[f.first_number + k];
       if (n.expression.empty()) continue;
@@ -216,12 +121,6 @@ Result<void> bind_expressions(const Syntax& s, Bound& bound) {
       if (!e.ok())
         return s.at(offset, e.error().code, e.error().where + ": " + e.error().message,
                     e.error().hint);
-      const bool is_parameter = f.name == kParameter && f.parent < 0 && p;
-      const std::string path = is_parameter ? std::string() : paths.of(i, k);
-      if (!is_parameter && (!p || path.empty() || !number_at(body, path)))
-        return s.at(offset, ErrorCode::syntax,
-                    "this number of " + quote(f.name) + " cannot be an expression",
-                    "Dimensions and places of solids, objects, robots and worlds can.");
       const bool uses_world =
           std::any_of(e->names().begin(), e->names().end(), [&](const Expression::Name& name) {
             return !name.scope.empty() && name.scope != own_world;
@@ -230,16 +129,32 @@ Result<void> bind_expressions(const Syntax& s, Bound& bound) {
         return s.at(offset, ErrorCode::syntax,
                     "the last value is missing in front of this expression, which uses a world",
                     "Such as: radius 10 mm = \"cell.bore/2\".");
-      if (is_parameter) {
+      if (f.name == kParameter && f.parent < 0 && p) {
         const std::string name =
             f.argument == Argument::word ? std::string(f.text) : unescape(f.text);
         offsets["parameter " + quote(name)] = offset;
         if (is_missing(n)) missing.push_back(name);
       } else {
-        offsets[path] = offset;
-        p->expressions[path] = e->text();
+        found.emplace(offset, Found{f.name, e->text()});
       }
     }
+  }
+  if (!found.empty())
+    for_each_number(
+        content(body), [](const double& v) { return number_of_nan(v).has_value(); },
+        [&](const std::string& path, const double& v) {
+          const auto at = found.find(*number_of_nan(v));
+          if (at != found.end() && number_in(body, path) == &v) at->second.path = path;
+        });
+  for (const auto& [offset, number] : found) {
+    if (!p || number.path.empty())
+      return s.at(offset, ErrorCode::syntax,
+                  "this number of " + quote(number.field) + " cannot be an expression",
+                  p ? "Whole numbers and colours are written as they are."
+                    : "Records of this kind have no parameters.");
+    set_number(body, number.path, bound.last_values.at(offset));
+    offsets[number.path] = offset;
+    p->expressions[number.path] = number.text;
   }
   if (!p) return {};
   fill_in(*p, std::move(missing), own_world);

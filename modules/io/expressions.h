@@ -30,6 +30,7 @@ Result<void> bind_expressions(const Syntax&, Bound&);
 class ExpressionTexts {
  public:
   explicit ExpressionTexts(const model::Body&);
+  [[nodiscard]] bool empty() const { return texts_.empty(); }
   /// ` = "bore/2"`, or nothing.
   [[nodiscard]] std::string behind(const double& number) const;
   [[nodiscard]] bool has(const double& number) const { return texts_.contains(&number); }

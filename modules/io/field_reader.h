@@ -22,6 +22,7 @@
 #include "io/expressions.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/marked_numbers.h"
 #include "model/parametric.h"
 #include "model/placement.h"
 
@@ -450,21 +451,27 @@ class FieldReader {
     return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a number");
   }
   Result<double> quantity(const Number& n, std::string_view unit) {
-    if (n.text.empty()) return 0;  // bind_expressions() computes it
+    if (n.text.empty()) return noted(n, 0);  // bind_expressions() computes it
     std::string s(n.text);
     if (!n.unit.empty()) s += " " + std::string(n.unit);
     auto v = units::read_quantity(s, unit);
     if (!v.ok()) return s_.at(n.offset, v.error().code, v.error().message, v.error().hint);
-    return *v;
+    return noted(n, *v);
   }
   /// A number in whatever unit it has, in SI.
   Result<double> any_quantity(const Number& n) {
     RMP_TRY_ASSIGN(const double v, quantity({n.text, {}, n.offset}, ""));
-    if (n.unit.empty()) return v;
+    if (n.unit.empty()) return noted(n, v);
     auto unit = units::parse(n.unit);
     if (!unit.ok())
       return s_.at(n.offset, unit.error().code, unit.error().message, unit.error().hint);
-    return units::to_si(v, *unit);
+    return noted(n, units::to_si(v, *unit));
+  }
+  /// The number that the record gets until its expressions are bound.
+  double noted(const Number& n, double v) {
+    if (n.expression.empty()) return v;
+    out_.last_values[n.expression_offset] = v;
+    return model::marked_nan(n.expression_offset);
   }
   /// Joint values of a robot that stands in another file: each an angle or a length.
   Result<void> joint_values(Index i, std::vector<double>& out) {

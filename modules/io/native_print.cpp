@@ -167,16 +167,18 @@ class Printer {
         inner += (inner.empty()        ? " "
                   : reads_as_unit(key) ? "\n" + std::string(2 * depth_ + 4, ' ')
                                        : "  ") +
-                 key + " " + parameter(value) + behind(value);
+                 key + " " + setting(value);
       primitive += " {" + inner + " }";
     }
     fields.push_back(std::move(primitive));
     return fields;
   }
 
-  std::string behind(const ProviderChoice::Param& p) const {
+  /// The value of a provider's parameter; its numbers may be expressions.
+  [[nodiscard]] std::string setting(const ProviderChoice::Param& p) const {
+    if (const auto* list = std::get_if<std::vector<double>>(&p)) return tuple(*list, "");
     const double* number = std::get_if<double>(&p);
-    return number ? texts_.behind(*number) : std::string();
+    return parameter(p) + (number ? texts_.behind(*number) : std::string());
   }
 
   void profile(const CsgProfile& p) {
@@ -217,10 +219,9 @@ class Printer {
     if (m) block("measured", measured_fields(*m));
   }
   [[nodiscard]] std::vector<std::string> measured_fields(const MeasuredMass& m) const {
-    const Sym3& s = m.mass.inertia;
-    std::vector<std::string> fields{
-        "mass " + quantity(m.mass.mass, "kg"), "com " + tuple(m.mass.com, "m"),
-        "inertia " + tuple(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "kg m^2")};
+    std::vector<std::string> fields{"mass " + quantity(m.mass.mass, "kg"),
+                                    "com " + tuple(m.mass.com, "m"),
+                                    "inertia " + inertia(m.mass.inertia)};
     if (!m.source.empty()) fields.push_back("source " + quote(m.source));
     return fields;
   }
@@ -331,7 +332,7 @@ class Printer {
       Entry e{choice.name.empty() ? word : word + " " + name(choice.name)};
       e.is_block = e.is_tall = !choice.params.empty();
       for (const auto& [key, value] : choice.params)
-        e.inner.push_back({key + " " + parameter(value)});
+        e.inner.push_back({key + " " + setting(value)});
       return e;
     }
     if (type.shape == Shape::structure) return {word, true, entries(type, v, alternative)};
@@ -349,9 +350,11 @@ class Printer {
       case Shape::boolean: return *static_cast<const bool*>(v) ? "true" : "false";
       case Shape::integer:
         return f.index_in.empty() ? std::to_string(type.whole(v)) : element_name(f, type.whole(v));
-      case Shape::real:
-        return quantity(*static_cast<const double*>(v), unit(0)) +
-               (f.is_unit_written ? " " + std::string(unit(0)) : std::string());
+      case Shape::real: {
+        const auto& number = *static_cast<const double*>(v);
+        if (!f.is_unit_written) return quantity(number, unit(0));
+        return io::quantity(number, unit(0)) + " " + std::string(unit(0)) + texts_.behind(number);
+      }
       case Shape::text: return quote(*static_cast<const std::string*>(v));
       case Shape::word: return std::string(type.word_of(v));
       case Shape::numbers: {
@@ -370,7 +373,7 @@ class Printer {
       }
       case Shape::colour: return tuple(*static_cast<const Colour*>(v));
       case Shape::reference: return quote(path_of_(type.id(v)));
-      case Shape::setting: return parameter(*static_cast<const ProviderChoice::Param*>(v));
+      case Shape::setting: return setting(*static_cast<const ProviderChoice::Param*>(v));
       default: return {};
     }
   }
@@ -382,8 +385,12 @@ class Printer {
     return own ? name(*own) : std::to_string(i + 1);
   }
   [[nodiscard]] bool has_expression(const Type& type, const void* v) const {
+    if (texts_.empty()) return false;
     if (type.shape == Shape::real) return texts_.has(*static_cast<const double*>(v));
     bool has = false;
+    if (type.shape == Shape::reals)
+      for (const double& number : *static_cast<const std::vector<double>*>(v))
+        has = has || texts_.has(number);
     if (type.shape == Shape::numbers)
       for (std::size_t i = 0; i < type.count; ++i)
         has = has || texts_.has(static_cast<const double*>(v)[i]);
@@ -490,11 +497,19 @@ class Printer {
   /// "mass ...  com (...)  inertia (...)", without what is zero.
   [[nodiscard]] std::vector<std::string> mass(const MassProperties& m) const {
     const Sym3& s = m.inertia;
-    const std::array inertia{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz};
     std::vector<std::string> fields{"mass " + quantity(m.mass, "kg")};
     if (differs(m.com, {})) fields.push_back("com " + tuple(m.com, "m"));
-    if (inertia != std::array<double, 6>{}) fields.push_back("inertia " + tuple(inertia, "kg m^2"));
+    const bool has_inertia = differs(s.xx, 0) || differs(s.yy, 0) || differs(s.zz, 0) ||
+                             differs(s.xy, 0) || differs(s.yz, 0) || differs(s.xz, 0);
+    if (has_inertia) fields.push_back("inertia " + inertia(s));
     return fields;
+  }
+  /// Its elements where they are, so that their expressions are found.
+  [[nodiscard]] std::string inertia(const Sym3& s) const {
+    std::string out;
+    for (const double* v : {&s.xx, &s.yy, &s.zz, &s.xy, &s.yz, &s.xz})
+      out += (out.empty() ? "(" : ", ") + quantity(*v, "kg m^2");
+    return out + ")";
   }
   void tool(const Robot& r, const RobotTool& t) {
     std::vector<std::string> fields{"link " + link_name(r, t.link)};
@@ -520,7 +535,8 @@ class Printer {
 
   void print(const Trajectory& t) {
     words("description", t.description);
-    if (t.sample_time != Trajectory{}.sample_time)
+    named_parameters(t.parametric);
+    if (differs(t.sample_time, Trajectory{}.sample_time))
       line("sample_time " + quantity(t.sample_time, "s"));
     for (const auto& s : t.segments) {
       if (s.stored) {
@@ -542,16 +558,16 @@ class Printer {
   }
 
   void transition(const Transition& t) {
-    if (t == Transition{}) return;
     if (!t.is_smooth) return line("transition none");
     std::vector<std::string> fields;
-    if (t.distance != 0) fields.push_back("distance " + quantity(t.distance, "m"));
-    if (t.speed != 0) fields.push_back("speed " + quantity(t.speed, "m/s"));
-    block("transition", fields);
+    if (differs(t.distance, 0)) fields.push_back("distance " + quantity(t.distance, "m"));
+    if (differs(t.speed, 0)) fields.push_back("speed " + quantity(t.speed, "m/s"));
+    if (!fields.empty()) block("transition", fields);
   }
 
   void print(const Task& t) {
     words("description", t.description);
+    named_parameters(t.parametric);
     std::vector<std::int32_t> open{-1};
     for (std::size_t i = 0; i < t.steps.size(); ++i) {
       const TaskStep& s = t.steps[i];
@@ -580,9 +596,11 @@ class Printer {
     const auto text = [&](const char* field, const std::string& value) {
       if (!value.empty()) fields.push_back(std::string(field) + " " + quote(value));
     };
-    const auto number = [&](const char* field, double value, double standard, const char* unit) {
-      if (value != standard)
-        fields.push_back(std::string(field) + " " + units::print_with_unit(value, unit));
+    const auto number = [&](const char* field, const double& value, double standard,
+                            const char* unit) {
+      if (differs(value, standard))
+        fields.push_back(std::string(field) + " " + units::print_with_unit(value, unit) +
+                         texts_.behind(value));
     };
     const bool is_move = s.kind == StepKind::move;
     text("robot", s.robot);
@@ -682,7 +700,7 @@ class Printer {
     close();
   }
   void parameters(const ProviderChoice& p) {
-    for (const auto& [key, value] : p.params) line(key + " " + parameter(value));
+    for (const auto& [key, value] : p.params) line(key + " " + setting(value));
   }
   void words(const std::string& field, const std::string& s) {
     if (!s.empty()) line(field + " " + quote(s));

@@ -36,7 +36,6 @@ struct MemberCount {
     constexpr const Forgotten& index_of(std::string_view) const { return *this; }
     constexpr const Forgotten& since(int) const { return *this; }
     constexpr const Forgotten& infinite() const { return *this; }
-    constexpr const Forgotten& expression() const { return *this; }
     constexpr const Forgotten& needed() const { return *this; }
     constexpr const Forgotten& read_only() const { return *this; }
     constexpr const Forgotten& flat() const { return *this; }

@@ -66,14 +66,12 @@ constexpr void fields(V& v, Of<Placement>) {
       .unit_by([](const void* p, std::size_t i) {
         return position_units(static_cast<const Placement*>(p)->coordinates)[i];
       })
-      .expression()
       .doc("Where the origin is, in the coordinates that are chosen.");
   v("angles", &Placement::angles)
       .in_paths([](const void* p) {
         return kAngleWords[static_cast<std::size_t>(static_cast<const Placement*>(p)->notation)];
       })
       .unit("rad")
-      .expression()
       .doc("The three angles of the rotation, in the convention that is chosen.");
   v("notation", &Placement::notation).doc("How the three angles make a rotation.");
   v("coordinates", &Placement::coordinates)
@@ -115,11 +113,10 @@ constexpr void fields(V& v, Of<Parametric>) {
 
 template <class V>
 constexpr void fields(V& v, Of<MassProperties>) {
-  v("mass", &MassProperties::mass).unit("kg").range(0, 1e9).needed().expression().doc("The mass.");
+  v("mass", &MassProperties::mass).unit("kg").range(0, 1e9).needed().doc("The mass.");
   v("com", &MassProperties::com)
       .label("centre of mass")
       .unit("m")
-      .expression()
       .doc("The centre of mass in the frame that is stated.");
   v("inertia", &MassProperties::inertia)
       .unit("kg m^2")
@@ -149,7 +146,6 @@ constexpr void fields(V& v, Of<ProviderChoice>) {
   v("name", &ProviderChoice::name).doc("Of the provider; empty for the default one.");
   v("params", &ProviderChoice::params)
       .flat()
-      .expression()
       .doc("Values of the provider's parameters, in SI units.");
 }
 

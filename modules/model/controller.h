@@ -96,10 +96,12 @@ struct Controller {
   double max_speed = 0;
   double max_speed_ori = 0;
   std::vector<ControllerOption> options;
+  Parametric parametric = {};
 };
 template <class V>
 constexpr void fields(V& v, Of<Controller>) {
   v("description", &Controller::description).doc("What it is, for people.");
+  v("parametric", &Controller::parametric).flat().doc("Parameters and expressions.");
   v("target", &Controller::target).needed().doc("Post that writes its language, such as krl.");
   v("program", &Controller::program).doc("Name of programs there; empty is the program's own.");
   v("axes", &Controller::axes)

@@ -25,12 +25,13 @@ struct Place {
   void* data = nullptr;
   const Field* field = nullptr;          ///< that it is, or is an element of; null = the record
   const void* owner = nullptr;           ///< the struct of `field`
-  std::size_t component = kNoComponent;  ///< of numbers, reals or a colour
+  std::size_t component = kNoComponent;  ///< of numbers, reals, a colour or a setting
   std::size_t alternative = 0;           ///< of units, see Type::alternative
-  bool may_be_expression = true;         ///< by all fields on the way
-  bool is_shared = false;                ///< inside of what versions of the record share
+  /// Its numbers: all but read-only ones, parameters' values, and fields that do not count.
+  bool may_be_expression = true;
+  bool is_shared = false;  ///< inside of what versions of the record share
 
-  /// The number of a component, a real or a real setting; null = it is none.
+  /// The number of a component, a real or a setting that is a real; null = it is none.
   [[nodiscard]] double* number() const;
   [[nodiscard]] std::string_view unit() const;  ///< SI; kAnyUnit of a provider's setting
 };
@@ -56,6 +57,22 @@ using Way = std::vector<WayStep>;
 void for_each_path(const Content&, const std::function<void(const std::string&, const Place&)>&);
 /// The path by which the number at `path` is known; `path` itself when it names none.
 [[nodiscard]] std::string known_path(const Content&, std::string_view path);
+
+/// Calls see() for every number of a record that can be an expression, in order of declaration,
+/// with the path by which it is known. The path is only built if `wanted` returns true for the
+/// number.
+void for_each_number(const Content&, const std::function<bool(const double&)>& wanted,
+                     const std::function<void(const std::string& path, const double&)>& see);
+
+/// One step of a path into a record, and where it is written in the path's text.
+struct PathStep {
+  const Field* member = nullptr;  ///< of a structure; null = an element of a list
+  std::size_t element = 0;
+  std::size_t begin = 0, end = 0;  ///< of an element: its name or number in the text
+};
+/// The steps to what a path names, as far as they lead through structures and lists; components and
+/// keys of tables are none. Empty = the path names nothing.
+[[nodiscard]] std::vector<PathStep> steps_of(const Content&, std::string_view path);
 
 /// Name of component `i` of the numbers of a field: "x", "xx", "radius"; "" = it has none.
 [[nodiscard]] std::string_view component_name(const Field&, const void* owner, std::size_t i);

@@ -67,7 +67,6 @@ struct Field {
   double max = std::numeric_limits<double>::infinity();
   bool is_above_min = false;           ///< min itself is refused
   bool may_be_infinite = false;        ///< NaN never may
-  bool may_be_expression = false;      ///< its numbers
   bool is_needed = false;              ///< a file must give it
   bool is_read_only = false;           ///< follows from content that is no field
   bool is_path_flat = false;           ///< its fields are addressed without its name
@@ -98,7 +97,6 @@ struct Field {
   Field& at_least(double low) { return min = low, *this; }
   Field& above(double low) { return min = low, is_above_min = true, *this; }
   Field& infinite() { return may_be_infinite = true, *this; }
-  Field& expression() { return may_be_expression = true, *this; }
   Field& needed() { return is_needed = true, *this; }
   Field& read_only() { return is_read_only = true, *this; }
   Field& flat() { return is_path_flat = true, *this; }

@@ -7,6 +7,7 @@
 
 #include <robomosp/sdk/types.h>
 
+#include "model/basics.h"
 #include "model/fields.h"
 
 namespace robomosp::model {
@@ -21,11 +22,13 @@ struct Material {
   std::optional<Colour> ambient;   ///< colour in the shade; none = the base colour
   std::optional<Colour> specular;  ///< colour of highlights; none = by metalness
   Colour emission{0, 0, 0, 1};     ///< light of its own
+  Parametric parametric = {};
 };
 template <class V>
 constexpr void fields(V& v, Of<Material>) {
   v("description", &Material::description).doc("What it is, for people.");
   v("source", &Material::source).doc("Where the density comes from.");
+  v("parametric", &Material::parametric).flat().doc("Parameters and expressions.");
   v("density", &Material::density)
       .unit("kg/m^3")
       .at_least(0)

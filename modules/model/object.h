@@ -31,7 +31,7 @@ constexpr void fields(V& v, Of<ObjectPart>) {
       .by_kind()
       .needed()
       .doc("The solid or object that is there.");
-  v("placement", &ObjectPart::placement).flat().expression().doc("Its frame in the object's.");
+  v("placement", &ObjectPart::placement).flat().doc("Its frame in the object's.");
   v("material", &ObjectPart::material).doc("Instead of the solid's own.");
 }
 
@@ -46,7 +46,6 @@ constexpr void fields(V& v, Of<ToolCentrePoint>) {
   v("name", &ToolCentrePoint::name).needed().doc("Unique among the object's centre points.");
   v("placement", &ToolCentrePoint::placement)
       .flat()
-      .expression()
       .doc("Its frame in the object's, by which the object is mounted.");
 }
 

@@ -56,11 +56,59 @@ struct Located {
   std::string_view unit;
 };
 
+/// The units of a robot's joint coordinates, as robotics::coordinate_units() has them.
+std::string_view unit_of_coordinate(const Robot& robot, std::size_t i) {
+  const auto units = [](JointKind kind) -> std::string_view {  // a letter each
+    switch (kind) {
+      case JointKind::revolute: return "r";
+      case JointKind::prismatic: return "m";
+      case JointKind::fixed: return "";
+      case JointKind::universal: return "rr";
+      case JointKind::cylindrical: return "mr";
+      case JointKind::planar: return "mmr";
+      case JointKind::spherical: return "1111";
+      case JointKind::free: return "mmm1111";
+    }
+    return "";
+  };
+  for (const Link& l : robot.links) {
+    if (l.mimic) continue;
+    const std::string_view own = units(l.joint);
+    if (i < own.size()) return own[i] == 'r' ? "rad" : own[i] == 'm' ? "m" : "";
+    i -= own.size();
+  }
+  return kByJoint;  // more values than coordinates: a fault that the check of the record reports
+}
+
+/// The unit of a number, also where another part of the record determines it.
+std::string_view unit_in(const Body& body, const Place& at) {
+  if (at.type->shape == Shape::setting) return kAnyUnit;
+  if (const auto* robot = std::get_if<Robot>(&body)) {
+    if (at.type->shape == Shape::reals)
+      for (const NamedPose& pose : robot->poses)
+        if (&pose.q == at.data) return unit_of_coordinate(*robot, at.component);
+    if (at.field->name == "ratio")
+      for (const Link& l : robot->links) {
+        if (!l.mimic || &l.mimic->ratio != at.data) continue;
+        const auto leader = static_cast<std::size_t>(l.mimic->link);
+        const bool slides = l.joint == JointKind::prismatic;
+        const bool leader_slides =
+            leader < robot->links.size() && robot->links[leader].joint == JointKind::prismatic;
+        return slides == leader_slides ? "" : slides ? "m/rad" : "rad/m";
+      }
+  }
+  if (const auto* world = std::get_if<World>(&body); world && at.field->name == "initial")
+    for (const Signal& signal : world->signals)
+      if (&signal.initial == at.data) return signal.unit;
+  if (at.type->shape == Shape::reals && at.field->si_unit == kByJoint) return kByJoint;
+  return at.unit();
+}
+
 /// With `for_change` what versions of the record share is copied on the way to the number.
 std::optional<Located> locate(Body& body, std::string_view path, bool for_change) {
   const MutableContent record = content(body);
   const auto at = for_change ? find_for_change(record, path) : find(record, path);
-  if (at && at->may_be_expression && at->number()) return Located{at->number(), at->unit()};
+  if (at && at->may_be_expression && at->number()) return Located{at->number(), unit_in(body, *at)};
   constexpr std::string_view kProfile = ".profile.";
   const auto dot = path.rfind(kProfile);
   if (dot == std::string_view::npos) return std::nullopt;
@@ -174,9 +222,10 @@ class Resolver {
       q.value = values_[own->second];
       return q;
     };
-    if (unit == kAnyUnit) {
+    if (unit == kAnyUnit || unit == kByJoint) {
       RMP_TRY_ASSIGN(const Quantity q, e.evaluate(names));
-      return std::optional(q.value);
+      RMP_TRY_ASSIGN(const double v, in_unit(q, unit, e.text()));
+      return std::optional(v);
     }
     RMP_TRY_ASSIGN(const double v, e.evaluate(names, unit));
     return std::optional(v);
@@ -313,36 +362,141 @@ std::optional<Affected> affected(const Body& body, const Parametric& now, const 
 
 // ---- following edits ----
 
-using Renamed = std::pair<std::string, std::string>;
+/// Whether two elements of a list are the same but for the places of others in their lists, which
+/// change when elements are put in or taken out.
+bool is_alike(const Type& t, const void* a, const void* b) {
+  if (t.shape != Shape::structure) return equal(Content{&t, a}, Content{&t, b});
+  return std::all_of(t.fields.begin(), t.fields.end(), [&](const Field& f) {
+    return !f.index_in.empty() || equal(Content{f.type, f.in(a)}, Content{f.type, f.in(b)});
+  });
+}
 
-/// The one element whose name differs, when the lists are as long as each other.
-void find_renamed(const Field& list, const void* before, const void* after,
-                  std::vector<Renamed>& out) {
-  const Type& t = *list.type;
-  const std::size_t n = t.length(before);
-  if (n != t.length(after)) return;
-  const std::string* old = nullptr;
-  const std::string* now = nullptr;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::string* a = name_of(*t.element, t.at(before, i));
-    const std::string* b = name_of(*t.element, t.at(after, i));
-    if (!a || !b || *a == *b) continue;
-    if (old) return;
-    old = a;
-    now = b;
+/// Where the elements of a list are after an edit.
+class Elements {
+ public:
+  Elements(const Type& list, const void* before, const void* after)
+      : list_(list),
+        before_(before),
+        after_(after),
+        n_(list.length(before)),
+        m_(list.length(after)) {}
+
+  /// The place after the edit of the one that was at `i`; none = it was removed.
+  std::optional<std::size_t> place(std::size_t i) {
+    const std::string* name = name_of(*list_.element, list_.at(before_, i));
+    return name && !name->empty() ? by_name(i, *name) : by_content(i);
   }
-  if (old) out.emplace_back(element_prefix(list) + *old, element_prefix(list) + *now);
-}
 
-/// Of every list whose elements have names; with what stands in front of them in paths.
-std::vector<Renamed> renamed_elements(const Body& before, const Body& after) {
-  std::vector<Renamed> out;
-  const Content a = content(before), b = content(after);
-  for (const Field& f : a.type->fields)
-    if (f.type->shape == Shape::list && f.type->element->field("name"))
-      find_renamed(f, f.in(a.data), f.in(b.data), out);
-  return out;
-}
+ private:
+  [[nodiscard]] bool has_name(const void* list, std::size_t i, const std::string& name) const {
+    return *name_of(*list_.element, list_.at(list, i)) == name;
+  }
+  [[nodiscard]] std::optional<std::size_t> find(const void* list, std::size_t count,
+                                                const std::string& name) const {
+    for (std::size_t k = 0; k < count; ++k)
+      if (has_name(list, k, name)) return k;
+    return std::nullopt;
+  }
+  [[nodiscard]] std::optional<std::size_t> by_name(std::size_t i, const std::string& name) const {
+    if (i < m_ && has_name(after_, i, name)) return i;
+    if (const auto found = find(after_, m_, name)) return found;
+    // Another name at the same place is a new name, unless the list had an element of that name.
+    const bool is_renamed =
+        n_ == m_ && !find(before_, n_, *name_of(*list_.element, list_.at(after_, i)));
+    return is_renamed ? std::optional(i) : std::nullopt;
+  }
+  [[nodiscard]] bool is_alike_at(std::size_t i, std::size_t j) const {
+    return is_alike(*list_.element, list_.at(before_, i), list_.at(after_, j));
+  }
+  std::optional<std::size_t> by_content(std::size_t i) {
+    if (n_ == m_) {
+      if (is_alike_at(i, i)) return i;
+      for (std::size_t j = 0; j < m_; ++j)
+        if (is_alike_at(i, j) && !is_alike_at(j, j)) return j;  // moved
+      return i;                                                 // edited where it is
+    }
+    if (!is_aligned_) {
+      is_aligned_ = true;
+      const std::size_t least = std::min(n_, m_);
+      while (same_front_ < least && is_alike_at(same_front_, same_front_)) ++same_front_;
+      while (same_back_ < least - same_front_ &&
+             is_alike_at(n_ - 1 - same_back_, m_ - 1 - same_back_))
+        ++same_back_;
+    }
+    if (i < same_front_) return i;
+    if (i >= n_ - same_back_) return i + m_ - n_;
+    for (std::size_t j = same_front_; j < m_ - same_back_; ++j)
+      if (is_alike_at(i, j)) return j;
+    return std::nullopt;
+  }
+
+  const Type& list_;
+  const void *before_, *after_;
+  std::size_t n_, m_;  ///< lengths
+  bool is_aligned_ = false;
+  std::size_t same_front_ = 0, same_back_ = 0;  ///< elements that both lists begin and end with
+};
+
+/// Finds the paths of numbers after an edit.
+class Followed {
+ public:
+  Followed(const Body& before, const Body& after)
+      : before_(content(before)), after_(content(after)) {}
+
+  /// The path of the same number; none = an element on the way to it was removed.
+  std::optional<std::string> path(const std::string& old) {
+    // Points of profiles have paths of their own: these are followed as far as the profile.
+    constexpr std::string_view kProfile = ".profile.";
+    std::vector<PathStep> steps = steps_of(before_, old);
+    if (const auto dot = old.rfind(kProfile); steps.empty() && dot != std::string::npos)
+      steps = steps_of(before_, std::string_view(old).substr(0, dot + kProfile.size() - 1));
+    std::string out = old;
+    Content was = before_, is = after_;
+    std::ptrdiff_t shift = 0;
+    for (const PathStep& step : steps) {
+      if (!enter(was) || !enter(is)) return std::nullopt;
+      if (step.member) {
+        was = {step.member->type, step.member->in(was.data)};
+        is = {step.member->type, step.member->in(is.data)};
+        continue;
+      }
+      if (step.element >= was.type->length(was.data)) return std::nullopt;
+      const auto place = elements(was, is).place(step.element);
+      if (!place) return std::nullopt;
+      const void* now = is.type->at(is.data, *place);
+      const std::string_view spelled =
+          std::string_view(old).substr(step.begin, step.end - step.begin);
+      const std::string* old_name =
+          name_of(*was.type->element, was.type->at(was.data, step.element));
+      const std::string* new_name = name_of(*is.type->element, now);
+      const std::string word =
+          old_name && *old_name == spelled && new_name ? *new_name : std::to_string(*place + 1);
+      out.replace(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(step.begin) + shift),
+                  spelled.size(), word);
+      shift +=
+          static_cast<std::ptrdiff_t>(word.size()) - static_cast<std::ptrdiff_t>(spelled.size());
+      was = {was.type->element, was.type->at(was.data, step.element)};
+      is = {is.type->element, now};
+    }
+    return out;
+  }
+
+ private:
+  /// Goes into what is optional or shared; false = there is nothing.
+  static bool enter(Content& at) {
+    while (at.type->shape == Shape::optional || at.type->shape == Shape::shared) {
+      at = {at.type->element, at.type->held(at.data)};
+      if (!at.data) return false;
+    }
+    return true;
+  }
+  Elements& elements(const Content& was, const Content& is) {
+    return lists_.try_emplace(was.data, *was.type, was.data, is.data).first->second;
+  }
+
+  Content before_, after_;
+  std::unordered_map<const void*, Elements> lists_;  ///< by the list before the edit
+};
 
 }  // namespace
 
@@ -382,6 +536,22 @@ const Parameter* find_parameter(const Parametric& p, std::string_view name) {
   for (const Parameter& v : p.parameters)
     if (v.name == name) return &v;
   return nullptr;
+}
+
+Result<double> in_unit(const Quantity& q, std::string_view unit, std::string_view text) {
+  if (unit == kAnyUnit || q.fits_any) return q.value;
+  if (unit == kByJoint) {
+    const units::Dimension length{1, 0, 0, 0}, angle{0, 0, 0, 1};
+    if (q.dimension == length || q.dimension == angle || q.dimension == units::Dimension{})
+      return q.value;
+    return error(ErrorCode::invalid_argument,
+                 quote(text) + " is " + units::kind_of(q.dimension) + ", not a joint value",
+                 "A joint value is an angle or a length; of a quaternion it is a plain number.");
+  }
+  RMP_TRY_ASSIGN(const units::Unit wanted, units::parse(unit));
+  if (same_kind(q.dimension, wanted.dimension)) return q.value;
+  return error(ErrorCode::invalid_argument, quote(text) + " is " + units::kind_of(q.dimension) +
+                                                ", not " + units::kind_of(wanted.dimension));
 }
 
 Expression::Lookup lookup(const Parametric& p, std::string_view own_name,
@@ -501,26 +671,21 @@ void follow_edit(const Body& before, Body& after) {
   const Parametric* old = parametric_of(before);
   Parametric* now = parametric_of(after);
   if (!old || !now || old->expressions.empty()) return;
-  std::optional<std::vector<Renamed>> renamed;
+  Followed followed(before, after);
+  std::vector<std::pair<std::string, std::string>> moved;  // path and text
   for (const auto& [path, text] : old->expressions) {
     const auto it = now->expressions.find(path);
     if (it == now->expressions.end() || it->second != text) continue;  // the edit's own affair
+    const auto target = followed.path(path);
     const auto number = number_at(before, path);
-    std::string target = path;
-    auto found = number_at(after, path);
-    if (!found) {
-      if (!renamed) renamed = renamed_elements(before, after);
-      for (const auto& [from, to] : *renamed) {
-        if (!path.starts_with(from + ".")) continue;
-        target = to + path.substr(from.size());
-        found = number_at(after, target);
-      }
-    }
+    const auto found = target ? number_at(after, *target) : std::nullopt;
     const bool is_kept = found && number && same_bits(found->value, number->value);
-    if (is_kept && target == path) continue;
+    if (is_kept && *target == path) continue;
     now->expressions.erase(it);
-    if (is_kept) now->expressions.emplace(std::move(target), text);
+    if (is_kept) moved.emplace_back(*target, text);
   }
+  // Behind all others: elements may have changed places.
+  for (auto& [path, text] : moved) now->expressions.emplace(std::move(path), std::move(text));
 }
 
 }  // namespace robomosp::model

@@ -24,14 +24,19 @@ namespace robomosp::model {
 /// A number that a path names.
 struct PathNumber {
   double value = 0;       ///< [unit]
-  std::string_view unit;  ///< SI; "" = dimensionless; kAnyUnit = its provider knows
+  std::string_view unit;  ///< SI; "" = dimensionless; or kAnyUnit, kByJoint
 };
+/// Unit of a number whose dimension only its provider knows.
 inline constexpr std::string_view kAnyUnit = "any";
-/// The number at a path: `bore.radius`, `bore.position.x`, `bore.rpy.z` (of the notation it is
-/// written in), `plate.profile.1.3.x` (loop and point from 1; of a circle
-/// `plate.profile.2.radius`), `wheel.primitive.teeth`, `chord`; of an object `finger.position.x`;
-/// of a robot `elbow.a`, `elbow.parts.1.position.x`, `base_parts.1.position.x`, `tool.position.z`;
-/// of a world `table.position.x`, `gravity.z`.
+/// Converts a quantity to a number of a unit as PathNumber has it: kAnyUnit accepts every
+/// dimension, kByJoint an angle, a length or a plain number (a joint of a robot that is not known
+/// here). `text` is what the quantity came from, for the error of another dimension.
+[[nodiscard]] Result<double> in_unit(const Quantity&, std::string_view unit, std::string_view text);
+/// The number at a path, which may be any number of the record that is a real: `bore.radius`,
+/// `bore.position.x`, `bore.rpy.z` (of the notation it is written in), `plate.profile.1.3.x` (loop
+/// and point from 1; of a circle `plate.profile.2.radius`), `wheel.primitive.teeth`,
+/// `elbow.origin.position.x`, `poses.home.q.2`, `segments.1.points.2.position.z`. The unit of a joint
+/// value is that of the robot's joint where the record knows it, else kByJoint.
 [[nodiscard]] std::optional<PathNumber> number_at(const Body&, std::string_view path);
 /// Where it stands in the record; nullptr = the path names none.
 [[nodiscard]] const double* number_in(const Body&, std::string_view path);
@@ -68,8 +73,9 @@ Result<void> resolve(Body&, std::string_view own_name, const WorldParameters&,
 /// Replaces names in all expressions of the record.
 void rename_in(Body&, const std::function<Expression::Name(const Expression::Name&)>& rename);
 
-/// After an edit: expressions follow an element that was renamed, those of removed elements go, and
-/// one whose number the edit changed gives way to the number.
+/// After an edit: expressions follow an element that was renamed or that stands at another place of
+/// its list, those of removed elements go, and one whose number the edit changed gives way to the
+/// number.
 void follow_edit(const Body& before, Body& after);
 
 }  // namespace robomosp::model

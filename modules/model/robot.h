@@ -35,10 +35,10 @@ struct DhRow {
 };
 template <class V>
 constexpr void fields(V& v, Of<DhRow>) {
-  v("a", &DhRow::a).unit("m").range(-1e4, 1e4).expression().doc("Length of the common normal.");
-  v("alpha", &DhRow::alpha).unit("rad").expression().doc("Twist about the common normal.");
-  v("d", &DhRow::d).unit("m").range(-1e4, 1e4).expression().doc("Offset along the joint's axis.");
-  v("theta", &DhRow::theta).unit("rad").expression().doc("Angle about the joint's axis.");
+  v("a", &DhRow::a).unit("m").range(-1e4, 1e4).doc("Length of the common normal.");
+  v("alpha", &DhRow::alpha).unit("rad").doc("Twist about the common normal.");
+  v("d", &DhRow::d).unit("m").range(-1e4, 1e4).doc("Offset along the joint's axis.");
+  v("theta", &DhRow::theta).unit("rad").doc("Angle about the joint's axis.");
 }
 
 /// How a link moves in its parent. The axis of one-axis joints is z of the joint's frame.
@@ -71,28 +71,23 @@ constexpr void fields(V& v, Of<Drive>) {
   v("motor_inertia", &Drive::motor_inertia)
       .unit("kg m^2")
       .at_least(0)
-      .expression()
       .doc("Of the rotor, at the motor's side.");
   v("gear_ratio", &Drive::gear_ratio)
-      .expression()
       .doc("Turns of the motor for one of the joint; negative when it reverses.");
   v("viscous", &Drive::viscous)
       .unit("N m s/rad")
       .label("viscous friction")
       .at_least(0)
-      .expression()
       .doc("Friction that grows with the motor's speed.");
   v("coulomb_positive", &Drive::coulomb_positive)
       .unit("N m")
       .label("Coulomb friction forwards")
       .at_least(0)
-      .expression()
       .doc("Dry friction at positive speed.");
   v("coulomb_negative", &Drive::coulomb_negative)
       .unit("N m")
       .label("Coulomb friction backwards")
       .range(-std::numeric_limits<double>::infinity(), 0)
-      .expression()
       .doc("Dry friction at negative speed, not above 0.");
 }
 
@@ -107,9 +102,8 @@ constexpr void fields(V& v, Of<Spring>) {
   v("stiffness", &Spring::stiffness)
       .unit("N m/rad|N/m")
       .at_least(0)
-      .expression()
       .doc("Torque for an angle, or force for a distance, from rest.");
-  v("rest", &Spring::rest).unit("rad|m").expression().doc("Where the spring has no force.");
+  v("rest", &Spring::rest).unit("rad|m").doc("Where the spring has no force.");
 }
 
 /// The joint follows the joint of an earlier link: q = ratio * q_of + offset.
@@ -122,8 +116,8 @@ struct Mimic {
 template <class V>
 constexpr void fields(V& v, Of<Mimic>) {
   v("link", &Mimic::link).index_of("links").needed().doc("The link whose joint is followed.");
-  v("ratio", &Mimic::ratio).expression().doc("Of the joint's coordinate to that one.");
-  v("offset", &Mimic::offset).unit("rad|m").expression().doc("Added to it.");
+  v("ratio", &Mimic::ratio).doc("Of the joint's coordinate to that one.");
+  v("offset", &Mimic::offset).unit("rad|m").doc("Added to it.");
 }
 
 /// A designed body: an object or solid at a place in the link's frame.
@@ -138,7 +132,7 @@ constexpr void fields(V& v, Of<BodyPart>) {
       .by_kind()
       .needed()
       .doc("The solid or object that is there.");
-  v("placement", &BodyPart::placement).flat().expression().doc("Its frame in the link's.");
+  v("placement", &BodyPart::placement).flat().doc("Its frame in the link's.");
 }
 
 struct Link {
@@ -176,48 +170,40 @@ constexpr void fields(V& v, Of<Link>) {
       .flat()
       .flat_value()
       .counts_if([](const void* l) { return !static_cast<const Link*>(l)->origin; })
-      .expression()
       .doc("Denavit-Hartenberg row.");
   v("convention", &Link::convention).doc("Of this row; none is the robot's.");
-  v("origin", &Link::origin)
-      .expression()
-      .doc("Instead of a row: its frame at rest in the parent's.");
+  v("origin", &Link::origin).doc("Instead of a row: its frame at rest in the parent's.");
   v("axis", &Link::axis)
       .counts_if([](const void* l) { return static_cast<const Link*>(l)->origin.has_value(); })
       .doc("Axis of the joint in the link's frame; counts with an origin.");
-  v("mimic", &Link::mimic).expression().doc("The joint follows that of an earlier link.");
+  v("mimic", &Link::mimic).doc("The joint follows that of an earlier link.");
   v("passive", &Link::passive).doc("Whether the joint has no motor.");
-  v("lower", &Link::lower).unit("rad|m").infinite().expression().doc("Least joint value.");
-  v("upper", &Link::upper).unit("rad|m").infinite().expression().doc("Greatest joint value.");
+  v("lower", &Link::lower).unit("rad|m").infinite().doc("Least joint value.");
+  v("upper", &Link::upper).unit("rad|m").infinite().doc("Greatest joint value.");
   v("max_velocity", &Link::max_velocity)
       .unit("rad/s|m/s")
       .above(0)
       .infinite()
-      .expression()
       .doc("Greatest speed of the joint.");
   v("max_acceleration", &Link::max_acceleration)
       .unit("rad/s^2|m/s^2")
       .above(0)
       .infinite()
-      .expression()
       .doc("Greatest acceleration of the joint.");
   v("max_jerk", &Link::max_jerk)
       .unit("rad/s^3|m/s^3")
       .above(0)
       .infinite()
-      .expression()
       .doc("Greatest jerk of the joint.");
   v("max_force", &Link::max_force)
       .unit("N m|N")
       .above(0)
       .infinite()
-      .expression()
       .doc("Greatest torque or force of the joint.");
-  v("drive", &Link::drive).flat().expression().doc("Motor, gear and friction.");
-  v("spring", &Link::spring).flat().flat_value().expression().doc("A spring across the joint.");
+  v("drive", &Link::drive).flat().doc("Motor, gear and friction.");
+  v("spring", &Link::spring).flat().flat_value().doc("A spring across the joint.");
   v("given", &Link::given)
       .flat()
-      .expression()
       .doc("Published mass, centre of mass and inertia in the link's frame.");
   v("parts", &Link::parts).doc("Bodies that the link is designed of.");
   v("visible", &Link::visible).doc("Whether it is drawn.");
@@ -266,8 +252,8 @@ constexpr void fields(V& v, Of<LoopClosure>) {
   v("kind", &LoopClosure::kind).doc("What the joint that closes the loop holds together.");
   v("link_a", &LoopClosure::link_a).index_of("links").doc("The one link, or the base.");
   v("link_b", &LoopClosure::link_b).index_of("links").doc("The other link, or the base.");
-  v("a", &LoopClosure::in_a).expression().doc("Frame of the joint in the one link.");
-  v("b", &LoopClosure::in_b).expression().doc("Frame of the joint in the other link.");
+  v("a", &LoopClosure::in_a).doc("Frame of the joint in the one link.");
+  v("b", &LoopClosure::in_b).doc("Frame of the joint in the other link.");
 }
 
 /// A tool frame on a link, with what hangs there.
@@ -284,7 +270,7 @@ constexpr void fields(V& v, Of<RobotTool>) {
       .index_of("links")
       .needed()
       .doc("The link that it is on, or the base.");
-  v("placement", &RobotTool::placement).flat().expression().doc("Its frame in the link's.");
+  v("placement", &RobotTool::placement).flat().doc("Its frame in the link's.");
   v("payload", &RobotTool::payload).doc("Mass that it carries, in its frame.");
 }
 
@@ -307,10 +293,7 @@ constexpr void fields(V& v, Of<AttachedTool>) {
       .index_of("links")
       .needed()
       .doc("The link that it is mounted on, or the base.");
-  v("placement", &AttachedTool::placement)
-      .flat()
-      .expression()
-      .doc("The frame of the object in the link's.");
+  v("placement", &AttachedTool::placement).flat().doc("The frame of the object in the link's.");
 }
 
 struct Robot {
@@ -344,10 +327,10 @@ constexpr void fields(V& v, Of<Robot>) {
   v("convention", &Robot::convention).doc("Of its Denavit-Hartenberg rows: standard or modified.");
   v("mass_source", &Robot::mass_source)
       .doc("Whether the links' masses are the given ones or those of the designed parts.");
-  v("base", &Robot::base).expression().doc("Frame of the base in that of the mounting.");
-  v("base_parts", &Robot::base_parts).expression().doc("Bodies that the base is designed of.");
+  v("base", &Robot::base).doc("Frame of the base in that of the mounting.");
+  v("base_parts", &Robot::base_parts).doc("Bodies that the base is designed of.");
   v("links", &Robot::links).by_names().doc("Links with the joint before each, parents first.");
-  v("tool", &Robot::tool).expression().doc("Frame of the tool in that of the last link.");
+  v("tool", &Robot::tool).doc("Frame of the tool in that of the last link.");
   v("payload", &Robot::payload).doc("Mass carried at the tool, in its frame.");
   v("tools", &Robot::tools).doc("Further tools.");
   v("attached", &Robot::attached).doc("Objects that are mounted as tools.");

@@ -37,12 +37,11 @@ constexpr void fields(V& v, Of<CsgCurve>) {
   v("kind", &CsgCurve::kind).doc("What joins its points.");
   v("points", &CsgCurve::points)
       .unit("m")
-      .expression()
       .doc("Points that it goes through, the last is its end; of a circle centre and radius.");
 }
 template <class V>
 constexpr void fields(V& v, Of<CsgLoop>) {
-  v("start", &CsgLoop::start).unit("m").expression().doc("Where the first curve begins.");
+  v("start", &CsgLoop::start).unit("m").doc("Where the first curve begins.");
   v("curves", &CsgLoop::curves).doc("Curves, each from the end of the one before.");
 }
 template <class V>
@@ -77,10 +76,9 @@ constexpr void fields(V& v, Of<SolidNode>) {
   v("kind", &SolidNode::kind).needed().doc("Primitive, operation or modifier.");
   v("name", &SolidNode::name).needed().doc("Unique within the solid; how commands name the node.");
   v("parent", &SolidNode::parent).index_of("nodes").doc("The node that it is in.");
-  v("placement", &SolidNode::placement).flat().expression().doc("Its frame in the parent's.");
+  v("placement", &SolidNode::placement).flat().doc("Its frame in the parent's.");
   v("sizes", &SolidNode::sizes)
       .flat()
-      .expression()
       .unit_by([](const void* n, std::size_t i) {
         return csg_info(static_cast<const SolidNode*>(n)->kind).sizes[i].unit;
       })
@@ -88,11 +86,10 @@ constexpr void fields(V& v, Of<SolidNode>) {
         return csg_info(static_cast<const SolidNode*>(n)->kind).sizes[i].name;
       })
       .doc("Sizes by the kind of the node, such as radius and height.");
-  v("profile", &SolidNode::profile).expression().doc("Outline of a prism or revolution.");
+  v("profile", &SolidNode::profile).doc("Outline of a prism or revolution.");
   v("geometry", &SolidNode::geometry).doc("What an imported node holds.");
   v("select", &SolidNode::select).doc("Edges that a fillet or chamfer works on; empty is all.");
   v("primitive", &SolidNode::primitive)
-      .expression()
       .doc("Primitive of a plugin that a custom node is, with its parameters.");
   v("is_global", &SolidNode::is_global)
       .doc("Whether the placement is in the solid's frame instead of the parent's.");
@@ -113,7 +110,6 @@ constexpr void fields(V& v, Of<Solid>) {
   v("chord", &Solid::chord)
       .unit("m")
       .above(0)
-      .expression()
       .doc("Greatest distance of the displayed triangles from the surface.");
   v("parametric", &Solid::parametric).flat().doc("Parameters and expressions.");
   v("measured", &Solid::measured).label("measured mass").doc("Mass measured on the real thing.");

@@ -77,23 +77,40 @@ struct TaskStep {
 };
 template <class V>
 constexpr void fields(V& v, Of<TaskStep>) {
+  constexpr auto is_move = [](const void* s) {
+    return static_cast<const TaskStep*>(s)->kind == StepKind::move;
+  };
   v("kind", &TaskStep::kind).needed().doc("What the step does.");
   v("parent", &TaskStep::parent).index_of("steps").doc("The block that it is in.");
   v("robot", &TaskStep::robot).doc("Of the world; empty is the one that the world gives the task.");
   v("trajectory", &TaskStep::trajectory).doc("What a move follows.");
   v("pose", &TaskStep::pose).doc("Named pose that a move goes to.");
-  v("joints", &TaskStep::joints).unit(kByJoint).doc("Joint vector that a move goes to.");
+  v("joints", &TaskStep::joints)
+      .unit(kByJoint)
+      .counts_if(is_move)
+      .doc("Joint vector that a move goes to.");
   v("target", &TaskStep::target)
+      .counts_if(is_move)
       .doc("Pose that a move goes to, or of the trajectory that it follows.");
   v("frame", &TaskStep::frame).doc("Frame or object that the target is in; empty is the world.");
   v("profile", &TaskStep::profile).doc("Law of a joint move; empty is quintic.");
   v("is_straight", &TaskStep::is_straight).doc("Whether the tool moves straight to the target.");
-  v("speed", &TaskStep::speed).above(0).range(0, 1).doc("Share of the joints' limits.");
+  v("speed", &TaskStep::speed)
+      .counts_if(is_move)
+      .above(0)
+      .range(0, 1)
+      .doc("Share of the joints' limits.");
   v("tool_speed", &TaskStep::tool_speed)
+      .counts_if(is_move)
       .unit("m/s")
       .at_least(0)
       .doc("Of a straight move; 0 is 0.25 m/s.");
   v("duration", &TaskStep::duration)
+      .counts_if([](const void* s) {
+        const auto& step = *static_cast<const TaskStep*>(s);
+        return step.kind == StepKind::move ||
+               (step.kind == StepKind::wait && step.expression.empty());
+      })
       .unit("s")
       .at_least(0)
       .doc("Of a move, 0 is as fast as allowed; of a wait.");
@@ -104,6 +121,10 @@ constexpr void fields(V& v, Of<TaskStep>) {
   v("signal", &TaskStep::signal).doc("That is set.");
   v("expression", &TaskStep::expression).doc("Value or condition over signals and numbers.");
   v("timeout", &TaskStep::timeout)
+      .counts_if([](const void* s) {
+        const auto& step = *static_cast<const TaskStep*>(s);
+        return step.kind == StepKind::wait && !step.expression.empty();
+      })
       .unit("s")
       .at_least(0)
       .doc("Of a wait for a condition; 0 waits for ever.");
@@ -115,10 +136,12 @@ constexpr void fields(V& v, Of<TaskStep>) {
 struct Task {
   std::string description;
   std::vector<TaskStep> steps;  ///< in pre-order: the steps of a block stand right behind it
+  Parametric parametric = {};
 };
 template <class V>
 constexpr void fields(V& v, Of<Task>) {
   v("description", &Task::description).doc("What it is, for people.");
+  v("parametric", &Task::parametric).flat().doc("Parameters and expressions.");
   v("steps", &Task::steps).doc("In order; the steps of a block follow it at once.");
 }
 

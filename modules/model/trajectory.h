@@ -22,13 +22,18 @@ struct Transition {
 };
 template <class V>
 constexpr void fields(V& v, Of<Transition>) {
+  constexpr auto is_smooth = [](const void* t) {
+    return static_cast<const Transition*>(t)->is_smooth;
+  };
   v("is_smooth", &Transition::is_smooth)
       .doc("False: the two must meet, and the velocity may jump.");
   v("distance", &Transition::distance)
+      .counts_if(is_smooth)
       .unit("m")
       .at_least(0)
       .doc("From the corner, along the path on both sides; 0 goes by the neighbours' lengths.");
   v("speed", &Transition::speed)
+      .counts_if(is_smooth)
       .unit("m/s")
       .at_least(0)
       .doc("Greatest speed within it; 0 is that of the neighbours.");
@@ -50,18 +55,33 @@ struct TrajectorySegment {
 };
 template <class V>
 constexpr void fields(V& v, Of<TrajectorySegment>) {
+  constexpr auto is_stored = [](const void* s) {
+    // While a file is read the other trajectory is not known yet.
+    const auto& segment = *static_cast<const TrajectorySegment*>(s);
+    return segment.stored || segment.shape.name.empty();
+  };
+  constexpr auto is_own = [](const void* s) {
+    return !static_cast<const TrajectorySegment*>(s)->stored;
+  };
   v("shape", &TrajectorySegment::shape)
+      .counts_if(is_own)
       .doc("Curve or motion of joints, with its parameters and those of its laws.");
-  v("law", &TrajectorySegment::law).doc("How the tool runs along a curve.");
-  v("orientation", &TrajectorySegment::orientation).doc("How the tool turns along a curve.");
-  v("turning", &TrajectorySegment::turning).doc("A motion law of its own for the turn.");
-  v("points", &TrajectorySegment::points).doc("Control poses.");
+  v("law", &TrajectorySegment::law).counts_if(is_own).doc("How the tool runs along a curve.");
+  v("orientation", &TrajectorySegment::orientation)
+      .counts_if(is_own)
+      .doc("How the tool turns along a curve.");
+  v("turning", &TrajectorySegment::turning)
+      .counts_if(is_own)
+      .doc("A motion law of its own for the turn.");
+  v("points", &TrajectorySegment::points).counts_if(is_own).doc("Control poses.");
   v("joints", &TrajectorySegment::joints)
       .unit(kByJoint)
+      .counts_if(is_own)
       .doc("Joint vectors of a segment that moves joints.");
   v("stored", &TrajectorySegment::stored).doc("Another trajectory that is run instead.");
   v("placement", &TrajectorySegment::placement)
       .flat()
+      .counts_if(is_stored)
       .doc("Frame of that one in the trajectory's.");
   v("transition", &TrajectorySegment::transition).doc("From the segment before.");
 }
@@ -70,10 +90,12 @@ struct Trajectory {
   std::string description;
   double sample_time = 0.01;  ///< default time between samples [s]
   std::vector<TrajectorySegment> segments;
+  Parametric parametric = {};
 };
 template <class V>
 constexpr void fields(V& v, Of<Trajectory>) {
   v("description", &Trajectory::description).doc("What it is, for people.");
+  v("parametric", &Trajectory::parametric).flat().doc("Parameters and expressions.");
   v("sample_time", &Trajectory::sample_time).unit("s").above(0).doc("Time between its samples.");
   v("segments", &Trajectory::segments).doc("Run one after another.");
 }

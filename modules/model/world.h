@@ -32,7 +32,7 @@ constexpr void fields(V& v, Of<PlacedObject>) {
       .by_kind()
       .needed()
       .doc("The solid or object that is there.");
-  v("placement", &PlacedObject::placement).flat().expression().doc("Its frame in the world's.");
+  v("placement", &PlacedObject::placement).flat().doc("Its frame in the world's.");
 }
 
 /// How the mounting of a robot is held: where it is placed, or moved along a trajectory. What
@@ -56,7 +56,7 @@ template <class V>
 constexpr void fields(V& v, Of<PlacedRobot>) {
   v("name", &PlacedRobot::name).needed().doc("Unique in the world.");
   v("robot", &PlacedRobot::robot).needed().doc("The robot that is there.");
-  v("placement", &PlacedRobot::placement).flat().expression().doc("Its mounting in the world.");
+  v("placement", &PlacedRobot::placement).flat().doc("Its mounting in the world.");
   v("q", &PlacedRobot::q)
       .unit(kByJoint)
       .doc("Joint values shown; empty is the pose home, or zeros.");
@@ -74,7 +74,7 @@ template <class V>
 constexpr void fields(V& v, Of<PlacedTrajectory>) {
   v("name", &PlacedTrajectory::name).needed().doc("Unique in the world.");
   v("trajectory", &PlacedTrajectory::trajectory).needed().doc("The trajectory that is there.");
-  v("placement", &PlacedTrajectory::placement).flat().expression().doc("Its frame in the world's.");
+  v("placement", &PlacedTrajectory::placement).flat().doc("Its frame in the world's.");
 }
 
 /// A named place that tasks and people refer to.
@@ -85,7 +85,7 @@ struct PlacedFrame {
 template <class V>
 constexpr void fields(V& v, Of<PlacedFrame>) {
   v("name", &PlacedFrame::name).needed().doc("Unique in the world.");
-  v("placement", &PlacedFrame::placement).flat().expression().doc("The frame in the world's.");
+  v("placement", &PlacedFrame::placement).flat().doc("The frame in the world's.");
 }
 
 enum class LightKind : std::uint8_t {
@@ -110,7 +110,7 @@ constexpr void fields(V& v, Of<PlacedLight>) {
   v("kind", &PlacedLight::kind)
       .always_written()
       .doc("Parallel light, or light from a point, to all sides or not.");
-  v("placement", &PlacedLight::placement).flat().expression().doc("Its frame in the world's.");
+  v("placement", &PlacedLight::placement).flat().doc("Its frame in the world's.");
   v("colour", &PlacedLight::colour).doc("In sRGB; the opacity is of no account.");
   v("intensity", &PlacedLight::intensity)
       .at_least(0)
@@ -207,7 +207,7 @@ constexpr void fields(V& v, Of<World>) {
   v("parametric", &World::parametric)
       .flat()
       .doc("Parameters, which all records know, and expressions.");
-  v("gravity", &World::gravity).unit("m/s^2").expression().doc("Acceleration of free fall.");
+  v("gravity", &World::gravity).unit("m/s^2").doc("Acceleration of free fall.");
   v("objects", &World::objects).by_names().doc("Placed objects and solids.");
   v("robots", &World::robots).by_names().doc("Placed robots.");
   v("trajectories", &World::trajectories).file("trajectory").by_names().doc("Placed trajectories.");

@@ -90,12 +90,13 @@ struct SampleRecords {
     c.params["weights"] = std::vector<double>{0.5, 0.25};
     return c;
   }
-  static model::Parametric parameters(const std::string& path) {
+  static model::Parametric parameters(const std::string& path,
+                                      const std::string& expression = "bore/2") {
     model::Parametric p;
     p.parameters = {{"bore", "", "m", 0.5, "of the hole"},
                     {"half", "bore/2", "m", 0.25, ""},
                     {"unused", "", "m", 1, ""}};
-    p.expressions[path] = "bore/2";
+    p.expressions[path] = expression;
     return p;
   }
 
@@ -106,6 +107,8 @@ struct SampleRecords {
     m.density = 7850;
     m.ambient = Colour{0.1F, 0.2F, 0.3F, 1};
     m.specular = Colour{0.4F, 0.2F, 0.3F, 1};
+    m.parametric = parameters("shininess", "bore / (2 m)");
+    m.shininess = 0.25;
     return m;
   }
   [[nodiscard]] model::Solid a_solid() const {
@@ -227,7 +230,9 @@ struct SampleRecords {
     using namespace model;
     Trajectory t;
     t.description = "three segments";
+    t.parametric = parameters("segments.1.points.1.position.x");
     t.segments.push_back(a_line());
+    t.segments.back().points[0].position[0] = 0.25;
     t.segments.back().law = a_choice("trapezoidal");
     t.segments.back().orientation = a_choice("slerp");
     t.segments.back().turning = a_choice("quintic");
@@ -246,6 +251,7 @@ struct SampleRecords {
     using namespace model;
     Task t;
     t.description = "all kinds of steps";
+    t.parametric = parameters("steps.4.target.position.x");
     const auto step = [&t](StepKind kind, std::int32_t parent = -1) -> TaskStep& {
       TaskStep& s = t.steps.emplace_back();
       s.kind = kind;
@@ -259,6 +265,7 @@ struct SampleRecords {
     follow.robot = "arm";
     follow.trajectory = stroke;
     follow.target = turned();
+    follow.target->position[0] = 0.25;
     follow.frame = "table";
     follow.link = "camera";
     TaskStep& pose = step(StepKind::move);

@@ -218,9 +218,9 @@ TEST(NativeExpressions, FaultsHaveTheirPlace) {
       fault("robomosp solid 1\nname b\nparameter mm 3\nsphere s { radius 1 }"),
       "t.csg:3:11: \"mm\" cannot name a parameter: it is a unit. Choose a longer one, such as "
       "mm_1.");
-  EXPECT_EQ(fault("robomosp material 1\nname b\ndensity 7850 = \"2*bore\""),
-            "t.csg:3:16: this number of \"density\" cannot be an expression. Dimensions and places "
-            "of solids, objects, robots and worlds can.");
+  EXPECT_EQ(fault("robomosp material 1\nname b\ndensity 7850\ncolour (0.5 = \"2*bore\", 0, 0)"),
+            "t.csg:4:15: this number of \"colour\" cannot be an expression. Whole numbers and "
+            "colours are written as they are.");
   for (const char* bad :
        {"radius 1 mm =", "radius 1 mm = bore", "radius 1 mm = \"\"", "radius =", "radius = 3",
         "= \"bore\"", "at (0, 0, 1 mm = bore)", "parameter", "radius 1 mm = \"bore\" \"bore\""})

@@ -39,8 +39,8 @@ template <class V>
 constexpr void fields(V& v, model::Of<Ingredient>) {
   v("name", &Ingredient::name).needed().doc("Unique in the recipe.");
   v("what", &Ingredient::what).doc("Material or recipe.");
-  v("share", &Ingredient::share).range(0, 1).expression().doc("Of the whole.");
-  v("place", &Ingredient::place).unit("m").expression().doc("Where it is poured in.");
+  v("share", &Ingredient::share).range(0, 1).doc("Of the whole.");
+  v("place", &Ingredient::place).unit("m").doc("Where it is poured in.");
 }
 
 struct Recipe {
@@ -73,7 +73,7 @@ constexpr void fields(V& v, model::Of<Recipe>) {
   v("times", &Recipe::times).unit("s").doc("Of the steps.");
   v("rest", &Recipe::rest).unit("s").at_least(0).doc("At the end.");
   v("mixer", &Recipe::mixer).doc("Where the mixer is.");
-  v("stand", &Recipe::stand).flat().expression().doc("Where the pot is.");
+  v("stand", &Recipe::stand).flat().doc("Where the pot is.");
   v("ingredients", &Recipe::ingredients).by_names().doc("What goes in.");
   v("first", &Recipe::first).index_of("ingredients").doc("Goes in first.");
   v("controller", &Recipe::controller).doc("Of the mixer.");

@@ -141,7 +141,7 @@ TEST(Parametric, PathsNameTheNumbersOfEveryKind) {
        {"", ".", "bore", "bore.", "bore.radius.x", "bore.position.w", "bore.xyz.x",
         "web.profile.0.1.x", "web.profile.3.1.x", "web.profile.1.5.x", "web.profile.1.1.z",
         "web.profile.2.2.x", "web.profile.1.radius", "tool.com.x", "slide.parts.3.position.x",
-        "density", "gravity.w", "finger.position"})
+        "colour.x", "description", "gravity.w", "finger.position"})
     for (const auto& body : bodies) EXPECT_FALSE(model::number_at(body, bad)) << bad;
 }
 

@@ -180,27 +180,7 @@ bool holds(const Map& args, std::string_view text) {
 
 /// Prepares the context for expressions, and reads those among the arguments.
 Result<Map> read_expressions(CommandContext& ctx, const CommandSpec& spec, const Map& args) {
-  const document::Snapshot& now = ctx.snapshot();
-  model::Parametric own;
-  std::string own_world;
-  if (spec.params.front().name == "id") {
-    const Value* given = args.find("id");
-    const auto handle =
-        given ? ctx.app.resolve(now, std::string_view(spec.params.front().type).substr(4), *given)
-              : Result<Handle>(Handle{});
-    const auto id =
-        handle.ok() ? Application::record_id(now, *handle) : Result<AnyId>(handle.error());
-    if (!id.ok()) return args;  // the schema's check says what is wrong
-    const model::Record& record = *now.find(*id);
-    if (const auto* p = model::parametric_of(record.body)) own = *p;
-    if (id->kind == Kind::world) own_world = record.name;
-  } else {
-    if (const Value* name = args.find("name");
-        name && name->as_string() && spec.name.starts_with("world."))
-      own_world = *name->as_string();
-    RMP_TRY_ASSIGN(own, read_parameters(now, own_world, args.find("parameters"), "parameters"));
-  }
-  ctx.expressions = Expressions(now, std::move(own), std::move(own_world));
+  RMP_TRY_ASSIGN(ctx.expressions, expressions_of(ctx, spec, args));
   return ctx.expressions.read(spec.params, args, "");
 }
 
@@ -453,6 +433,7 @@ class Application::Call {
   Map without_gesture_, with_new_words_, with_paths_,
       with_numbers_;  ///< the arguments without old words, and without expressions
   Map checked_;
+  std::optional<GivenExpressions> expressions_;  ///< of commands that edit
   std::optional<document::Transaction> transaction_;
   std::optional<ModuleRunScope> hooked_;
 };
@@ -526,8 +507,11 @@ Result<void> Application::Call::start() {
     with_numbers_ = std::move(*read);
     ctx_.given_ = &with_numbers_;
   }
+  const bool may_edit = !spec_.own_transaction && has_edits;
+  if (may_edit) expressions_.emplace(ctx_, spec_, args_);
   if (!spec_.params.empty() || !ctx_.given_->empty()) {
     const BareNumbers bare;
+    const NumberReader::Scope numbers(may_edit ? &*expressions_ : nullptr);
     auto result = check(spec_.params, *ctx_.given_, [&](std::string_view kinds, const Value& v) {
       return app_.resolve(ctx_.snapshot(), kinds, v);
     });
@@ -539,7 +523,7 @@ Result<void> Application::Call::start() {
   if (spec_.own_transaction && has_edits && ctx_.transaction_)
     return error(ErrorCode::conflict, spec_.name + " cannot run while a group of edits is open",
                  "Finish the group first.");
-  ctx_.may_edit_ = !spec_.own_transaction && has_edits;
+  ctx_.may_edit_ = may_edit;
   if (!ctx_.may_edit_ || ctx_.transaction_) return {};
   const std::string label = this->label();
   if (!series.empty()) {
@@ -561,8 +545,12 @@ Result<Value> Application::Call::compute() {
   const PermitScope permitted(&permit_);
   const auto body = [&] {
     const BareNumbers bare;  // of tables within the arguments
+    const NumberReader::Scope numbers(expressions_ ? &*expressions_ : nullptr);
     auto answer = spec_.run ? spec_.run(ctx_, checked_) : spec_.plugged(ctx_, checked_);
     if (answer.ok()) tell(bare);
+    if (answer.ok() && expressions_ && ctx_.transaction_)
+      if (auto kept = expressions_->keep(*ctx_.transaction_); !kept.ok())
+        return Result<Value>(std::move(kept).error().in(spec_.name));
     return answer;
   };
   try {

@@ -8,6 +8,7 @@
 #include "ioci/core/commands.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/field_path.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -66,6 +67,94 @@ Expressions::Expressions(const document::Snapshot& snapshot, model::Parametric o
       own_name_(std::move(own_name)),
       worlds_(snapshot.world_parameters()) {}
 
+Expression::Lookup Expressions::lookup() const { return model::lookup(own_, own_name_, worlds_); }
+
+Result<Expressions> expressions_of(const CommandContext& ctx, const CommandSpec& spec,
+                                   const Map& args) {
+  const document::Snapshot& now = ctx.snapshot();
+  model::Parametric own;
+  std::string own_world;
+  const Value* id_given = args.find("id");
+  if (id_given && !spec.params.empty() && spec.params.front().name == "id") {
+    const auto handle =
+        ctx.app.resolve(now, std::string_view(spec.params.front().type).substr(4), *id_given);
+    if (!handle.ok()) return Expressions();  // the schema's check says what is wrong
+    const auto id = Application::record_id(now, *handle);
+    if (!id.ok()) return Expressions();
+    const model::Record& record = *now.find(*id);
+    if (const auto* p = model::parametric_of(record.body)) own = *p;
+    if (id->kind == Kind::world) own_world = record.name;
+  } else {
+    if (const Value* name = args.find("name");
+        name && name->as_string() && spec.name.starts_with("world."))
+      own_world = *name->as_string();
+    RMP_TRY_ASSIGN(own, read_parameters(now, own_world, args.find("parameters"), "parameters"));
+  }
+  return Expressions(now, std::move(own), std::move(own_world));
+}
+
+std::optional<Result<double>> GivenExpressions::read(std::string_view text, std::string_view unit,
+                                                     double min, double max) {
+  const auto e = Expression::compile(text);
+  if (!e.ok()) {
+    if (looks_like_expression(text)) return Result<double>(e.error());
+    return std::nullopt;
+  }
+  if (e->is_literal()) return std::nullopt;
+  if (!known_) {
+    auto known = expressions_of(ctx_, spec_, args_);
+    if (!known.ok()) return Result<double>(std::move(known).error());
+    known_ = std::move(*known);
+  }
+  // A single word without any parameters is rather a wrong word.
+  const bool is_word =
+      e->names().size() == 1 && e->names()[0].scope.empty() && e->names()[0].name == e->text();
+  if (is_word && known_->own().parameters.empty()) return std::nullopt;
+  const auto value = [&]() -> Result<double> {
+    if (unit != model::kAnyUnit && unit != model::kByJoint)
+      return e->evaluate(known_->lookup(), unit);
+    RMP_TRY_ASSIGN(const Quantity q, e->evaluate(known_->lookup()));
+    return model::in_unit(q, unit, e->text());
+  }();
+  if (!value.ok()) return value;
+  return Result<double>(marks_.near(*value, min, max, e->text()));
+}
+
+Result<void> GivenExpressions::keep(document::Transaction& edits) const {
+  if (marks_.empty()) return {};
+  std::vector<std::string> kept;
+  const std::vector<AnyId> touched = edits.touched();
+  for (const AnyId id : touched) {
+    const model::Record* record = edits.now().find(id);
+    if (!record) continue;
+    std::vector<std::pair<std::string, std::string>> found;  // path and text
+    model::for_each_number(
+        model::content(record->body), [&](const double& v) { return marks_.find(v) != nullptr; },
+        [&](const std::string& path, const double& v) {
+          if (model::number_in(record->body, path) == &v) found.emplace_back(path, *marks_.find(v));
+        });
+    if (found.empty()) continue;
+    const std::string shown = edits.now().describe(id);
+    if (!model::parametric_of(record->body))
+      return error(ErrorCode::unsupported,
+                   shown + " cannot hold the expression " + text::quote(found[0].second),
+                   "Records of this kind have plain numbers.");
+    RMP_TRY(edits.edit(id, [&](model::Record& r) -> Result<void> {
+      auto& expressions = model::parametric_of(r.body)->expressions;
+      for (const auto& [path, text] : found) expressions[path] = text;
+      return {};
+    }));
+    for (auto& [path, text] : found) kept.push_back(std::move(text));
+  }
+  for (const std::string& text : marks_.texts())
+    if (std::find(kept.begin(), kept.end(), text) == kept.end())
+      return error(ErrorCode::unsupported,
+                   "the expression " + text::quote(text) +
+                       " is not kept: this command computes with the number",
+                   "Give the number itself, or set the numbers of the record with record.set.");
+  return {};
+}
+
 void Expressions::note(const std::string& path, std::optional<std::string> text) {
   for (auto& [known, before] : found_)
     if (known == path) {
@@ -78,12 +167,20 @@ void Expressions::note(const std::string& path, std::optional<std::string> text)
 Result<Value> Expressions::number(const Value& value, std::string_view unit,
                                   const std::string& path, const std::string& where) {
   const std::string* s = value.as_string();
-  if (!s || units::read_quantity(*s, unit == "1" ? std::string_view() : unit).ok()) {
+  const bool is_open = unit == model::kAnyUnit || unit == model::kByJoint;
+  if (!s || (!is_open && units::read_quantity(*s, unit == "1" ? std::string_view() : unit).ok())) {
     note(path, std::nullopt);
     return value;
   }
   const auto e = Expression::compile(*s);
   if (!e.ok() && looks_like_expression(*s)) return Error(e.error()).in(where);
+  if (e.ok() && is_open) {
+    auto q = e->evaluate(lookup());
+    auto read = q.ok() ? model::in_unit(*q, unit, e->text()) : Result<double>(q.error());
+    if (!read.ok()) return std::move(read).error().in(where);
+    note(path, e->is_literal() ? std::nullopt : std::optional(e->text()));
+    return Value(*read);
+  }
   if (!e.ok() || e->is_literal()) return value;  // the schema says what is wrong with it
   auto read = e->evaluate(model::lookup(own_, own_name_, worlds_), unit);
   if (!read.ok()) return std::move(read).error().in(where);

@@ -9,13 +9,16 @@
 #include <vector>
 
 #include "document/document.h"
+#include "kernel/number_reader.h"
 #include "kernel/schema.h"
 #include "kernel/value.h"
+#include "model/marked_numbers.h"
 #include "model/parametric.h"
 
 namespace robomosp::ioci {
 
 class CommandContext;
+struct CommandSpec;
 
 /// Reads numbers that were given as expressions: what takes the arguments then sees plain numbers,
 /// and the texts wait here until the command puts them into its record with keep().
@@ -26,6 +29,8 @@ class Expressions {
   Expressions(const document::Snapshot&, model::Parametric own, std::string own_name);
 
   [[nodiscard]] const model::Parametric& own() const { return own_; }
+  /// What names mean; must not outlive this.
+  [[nodiscard]] Expression::Lookup lookup() const;
 
   /// The fields of `given` with reals, vec3s and poses of the schema as numbers; everything else as
   /// it was. Paths are those of model::number_at() behind `prefix`. A field `expressions` of the
@@ -54,6 +59,32 @@ class Expressions {
   std::string own_name_;
   model::WorldParameters worlds_;
   std::vector<std::pair<std::string, std::optional<std::string>>> found_;  ///< none = plain
+};
+
+/// The expressions over the parameters of the record `id` of the arguments, or over those of the
+/// argument `parameters`.
+Result<Expressions> expressions_of(const CommandContext&, const CommandSpec&, const Map& args);
+
+/// Reads texts that a command takes for numbers, wherever they are within its arguments, as
+/// expressions, and finds afterwards which numbers of which records these became. Of commands that
+/// edit records.
+class GivenExpressions final : public NumberReader {
+ public:
+  GivenExpressions(const CommandContext& ctx, const CommandSpec& spec, const Map& args)
+      : ctx_(ctx), spec_(spec), args_(args) {}
+
+  std::optional<Result<double>> read(std::string_view text, std::string_view unit, double min,
+                                     double max) override;
+  /// Gives the expressions to the records that the command edited. An expression whose number went
+  /// into no record, since the command computed something of it, is an error.
+  Result<void> keep(document::Transaction&) const;
+
+ private:
+  const CommandContext& ctx_;
+  const CommandSpec& spec_;
+  const Map& args_;
+  std::optional<Expressions> known_;  ///< made for the first text
+  model::MarkedNumbers marks_;
 };
 
 /// Sets a number that is a part of what set commands set: an angle (`bore.rpy.z`) or a coordinate

@@ -12,6 +12,7 @@
 #include "ioci/records/solid_nodes.h"
 #include "ioci/task/steps.h"
 #include "ioci/trajectory/segments.h"
+#include "kernel/units.h"
 #include "model/parametric.h"
 
 namespace robomosp::ioci {
@@ -201,6 +202,13 @@ std::string_view type_word(const Type& t) {
   return "any";
 }
 
+/// Whether a field is made of numbers that can be expressions.
+bool holds_reals(const Type& t) {
+  const bool is_list = t.shape == Shape::list || t.shape == Shape::table;
+  return t.shape == Shape::real || t.shape == Shape::numbers || t.shape == Shape::reals ||
+         t.shape == Shape::setting || (is_list && holds_reals(*t.element));
+}
+
 Map field_map(const document::Snapshot& s, const Field& f, const void* standard) {
   const Type* inner = f.type;
   const bool is_optional = inner->shape == Shape::optional || inner->shape == Shape::shared;
@@ -224,7 +232,7 @@ Map field_map(const document::Snapshot& s, const Field& f, const void* standard)
   if (is_optional) m.set("optional", true);
   if (f.is_needed) m.set("needed", true);
   if (f.is_read_only) m.set("read_only", true);
-  if (f.may_be_expression && inner->shape != Shape::structure) m.set("expression", true);
+  if (!f.is_read_only && holds_reals(*inner)) m.set("expression", true);
   m.set("since", f.since_version);
   const bool is_plain = inner->shape != Shape::structure && inner->shape != Shape::list &&
                         inner->shape != Shape::table && inner->shape != Shape::reference;
@@ -260,6 +268,9 @@ class Reader {
       RMP_TRY_ASSIGN(const Value x,
                      checked("real", f.unit_of(owner, component, alternative), f, v, path));
       if (t.shape == Shape::numbers) static_cast<double*>(p)[component] = x.number();
+      else if (t.shape == Shape::setting)
+        std::get<std::vector<double>>(*static_cast<model::ProviderChoice::Param*>(p))[component] =
+            x.number();
       else (*static_cast<std::vector<double>*>(p))[component] = x.number();
       return {};
     }
@@ -475,10 +486,16 @@ Result<void> set_path(CommandContext& ctx, AnyId id, const std::string& path, co
   if (!model::find(content, path)) return unknown_path(before, path).in(name_in(ctx, id));
   Value value = given;
   const std::string known = model::known_path(content, path);
-  if (model::number_at(before, known)) {
+  if (const auto number = model::number_at(before, known)) {
     auto read = ctx.expressions.read_at(before, known, value);
     if (!read.ok()) return std::move(read).error().in(name_in(ctx, id));
     value = std::move(*read);
+    // Of joints and their like only the record as a whole tells the unit.
+    const auto place = model::find(content, path);
+    const std::string* text = value.as_string();
+    if (text && place->unit() != number->unit)
+      if (const auto quantity = units::read_quantity(*text, number->unit); quantity.ok())
+        value = Value(*quantity);
   }
   auto done = ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
     const auto at = model::find_for_change(model::content(r.body), path);

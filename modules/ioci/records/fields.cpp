@@ -3,6 +3,7 @@
 // create, describe, set, save.
 #include "ioci/records/field_values.h"
 
+#include "document/validate.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
@@ -37,6 +38,16 @@ Result<Value> schema(CommandContext& ctx, const Map& args) {
 Result<Value> create_of_kind(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Kind kind, kind_given(args));
   model::Record r{text_of(args, "name"), {}, model::empty_body(kind)};
+  if (has(args, "parameters")) {
+    auto* parametric = model::parametric_of(r.body);
+    if (!parametric)
+      return error(ErrorCode::unsupported,
+                   document::with_article(to_string(kind)) + " has no parameters",
+                   "Leave them out.", "parameters");
+    const std::string world = kind == Kind::world ? r.name : std::string();
+    RMP_TRY_ASSIGN(*parametric,
+                   read_parameters(ctx.snapshot(), world, args.find("parameters"), "parameters"));
+  }
   if (const Value* given = args.find("fields"); given && given->as_map())
     for (const auto& [path, value] : *given->as_map()) {
       const auto at = model::find_for_change(model::content(r.body), path);
@@ -127,7 +138,7 @@ RMP_COMMANDS(field_commands) {
        .example = "record.create{kind = \"material\", name = \"brass\", fields = {density = "
                   "8500}}\nassert(material.describe(\"brass\").density == 8500)",
        .params = {kind_field(), needed("name", "string", "", "Its name, unique among its kind."),
-                  optional("fields", "map", "", "Values by field or path.")},
+                  optional("fields", "map", "", "Values by field or path."), parameters_field()},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
        .run = create_of_kind},

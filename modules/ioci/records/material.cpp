@@ -67,6 +67,8 @@ Result<void> apply(const Map& args, model::Material& m) {
 
 Result<Value> create_material(CommandContext& ctx, const Map& args) {
   model::Material m;
+  RMP_TRY_ASSIGN(m.parametric,
+                 read_parameters(ctx.snapshot(), {}, args.find("parameters"), "parameters"));
   RMP_TRY(apply(args, m));
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(m)));
   return Value(Application::handle(id));
@@ -85,6 +87,7 @@ RMP_COMMANDS(material_commands) {
   Schema create_params = look_and_mass(true);
   create_params.insert(create_params.begin(),
                        needed("name", "string", "", "Name, unique among materials."));
+  create_params.push_back(parameters_field());
   all.push_back({.name = "material.create",
                  .classic = "",
                  .summary = "Makes a material.",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named parameters of solids, objects, robots and worlds: set, list, remove, rename.
+// Named parameters of records: set, list, remove, rename.
 #include <algorithm>
 
 #include "ioci/core/commands.h"
@@ -11,6 +11,13 @@ namespace {
 model::Parametric& parametric(model::Record& r) { return *model::parametric_of(r.body); }
 const model::Parametric& parametric(const CommandContext& ctx, AnyId id) {
   return *model::parametric_of(ctx.snapshot().find(id)->body);
+}
+/// The record of the argument `id`; an error if its kind has no parameters.
+Result<AnyId> parametric_given(const CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  if (model::parametric_of(ctx.snapshot().find(id)->body)) return id;
+  return error(ErrorCode::unsupported, name_in(ctx, id) + " has no parameters",
+               "Records of this kind have plain numbers.");
 }
 std::string own_world(const CommandContext& ctx, AnyId id) {
   return id.kind == Kind::world ? ctx.snapshot().find(id)->name : std::string();
@@ -26,7 +33,7 @@ Result<void> need_parameter(const CommandContext& ctx, AnyId id, const std::stri
 }
 
 Result<Value> run_set_parameter(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
+  RMP_TRY_ASSIGN(const AnyId id, parametric_given(ctx, args));
   const std::string name = text_of(args, "name"), world = own_world(ctx, id);
   model::Parametric changed = parametric(ctx, id);
   auto done = set_parameter(ctx.snapshot(), world, changed, name, args);
@@ -53,7 +60,7 @@ std::vector<std::string> uses(const CommandContext& ctx, AnyId id, const std::st
 }
 
 Result<Value> list_parameters(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
+  RMP_TRY_ASSIGN(const AnyId id, parametric_given(ctx, args));
   Value out = parameters_value(parametric(ctx, id));
   for (const model::Parameter& p : parametric(ctx, id).parameters) {
     List places;
@@ -64,7 +71,7 @@ Result<Value> list_parameters(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> run_remove_parameter(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
+  RMP_TRY_ASSIGN(const AnyId id, parametric_given(ctx, args));
   const std::string name = text_of(args, "name");
   RMP_TRY(need_parameter(ctx, id, name));
   if (const auto places = uses(ctx, id, name); !places.empty())
@@ -80,7 +87,7 @@ Result<Value> run_remove_parameter(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> run_rename_parameter(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
+  RMP_TRY_ASSIGN(const AnyId id, parametric_given(ctx, args));
   const std::string name = text_of(args, "name"), to = text_of(args, "to");
   RMP_TRY(need_parameter(ctx, id, name));
   auto allowed = Expression::check_name(to, "parameter");
@@ -113,7 +120,7 @@ Result<Value> run_rename_parameter(CommandContext& ctx, const Map& args) {
 
 /// Lua that makes a record with the parameters bore = 20 mm and wall = bore/4 + 2 mm, both used.
 struct ParameterSample {
-  Kind kind;
+  const char* kind;  ///< of the record, or "record": commands for all kinds
   const char* variable;
   const char* make;
   const char* read;  ///< the number that `wall` becomes
@@ -122,22 +129,37 @@ constexpr const char* kParameters =
     "parameters = {bore = \"20 mm\", wall = {value = \"bore/4 + 2 mm\", description = \"around the "
     "bore\"}}";
 constexpr ParameterSample kParameterSamples[] = {
-    {Kind::solid, "bush",
+    {"solid", "bush",
      "local bush = solid.create{name = \"bush\", $P,\n  root = {kind = \"cylinder\", name = "
      "\"body\", radius = \"bore/2 + wall\", height = \"30 mm\", position = {0, 0, \"wall\"}}}\n",
      "bush:tree().placement.position[3]"},
-    {Kind::object, "pair",
+    {"object", "pair",
      "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}\n"
      "local pair = object.create{name = \"pair\", $P,\n  parts = {{what = \"pin\", name = "
      "\"left\", "
      "position = {\"-wall\", 0, \"wall\"}}}}\n",
      "pair:describe().parts[1].placement.position[3]"},
-    {Kind::robot, "arm",
+    {"robot", "arm",
      "local arm = robot.create{name = \"arm\", $P,\n  links = {{a = \"bore + 300 mm\"}, {a = 0.2, "
      "d "
      "= \"wall\"}}}\n",
      "arm:link(2).d"},
-    {Kind::world, "cell",
+    {"material", "foam",
+     "local foam = material.create{name = \"foam\", $P, density = \"wall * (1 kg/m^4)\"}\n",
+     "foam:describe().density"},
+    {"trajectory", "stroke",
+     "local stroke = trajectory.create{name = \"stroke\", $P, segments = {\n  {shape = \"line\", "
+     "points = {{0.5, 0, 0.3}, {0.5, \"wall\", 0.3}}}}}\n",
+     "stroke:describe().segments[1].points[2].position[2]"},
+    {"task", "lift",
+     "local lift = task.create{name = \"lift\", $P, steps = {\n  {step = \"move\", target = {0.5, "
+     "0, \"wall\", 0, 0, 0}}}}\n",
+     "lift:steps()[1].target.position[3]"},
+    {"record", "foam",
+     "local foam = record.create{kind = \"material\", name = \"foam\", $P, fields = {density = "
+     "\"wall * (1 kg/m^4)\"}}\n",
+     "foam:describe().density"},
+    {"world", "cell",
      "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}\n"
      "local cell = world.create{name = \"cell\", $P}\n"
      "cell:add_object{what = \"pin\", position = {\"bore\", 0, \"wall\"}}\n",
@@ -145,11 +167,19 @@ constexpr ParameterSample kParameterSamples[] = {
 };
 
 void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s) {
-  const std::string kind(to_string(s.kind)), v = s.variable, read = s.read;
+  const std::string kind = s.kind, v = s.variable, read = s.read;
+  const bool is_any = kind == "record";
+  const ParamSpec id = is_any ? needed("id", "ref:any", "", "A record of any kind.") : self(kind);
+  // `foam:set_parameter(`, or `record.set_parameter(foam, `.
+  const auto call = [&](const std::string& what, bool has_more = true) {
+    return is_any ? "record." + what + "(" + v + (has_more ? ", " : "") : v + ":" + what + "(";
+  };
+  const std::string list_call =
+      call("parameters", false) + ")" + (kind == "trajectory" ? ".parameters" : "");
   std::string make = s.make;
   make.replace(make.find("$P"), 2, kParameters);
   const std::string record = kind == "object" ? "an object" : "a " + kind;
-  const bool is_world = s.kind == Kind::world;
+  const bool is_world = kind == "world";
   const ParamSpec name = needed("name", "string", "", "Name of the parameter.");
   all.push_back(
       {.name = kind + ".set_parameter",
@@ -158,13 +188,12 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
        .details = std::string("The value is a number, a quantity such as \"20 mm\", or an "
                               "expression over other parameters such as \"bore/4 + 2 mm\". All "
                               "that depends on it follows in the same step.") +
-                  (is_world ? " Expressions of solids, objects and robots use it as "
+                  (is_world ? " Expressions of other records use it as "
                               "\"cell.bore\", with the world's name in front."
                             : ""),
-       .example = make + v + ":set_parameter(\"bore\", \"40 mm\")\nassert(math.abs(" + read +
+       .example = make + call("set_parameter") + "\"bore\", \"40 mm\")\nassert(math.abs(" + read +
                   " - 0.012) < 1e-12)",
-       .params = {self(kind), name,
-                  optional("value", "any", "", "A number, a quantity, or an expression."),
+       .params = {id, name, optional("value", "any", "", "A number, a quantity, or an expression."),
                   optional("unit", "string", "",
                            "Unit of a plain number, or what an expression must be in; without "
                            "one that of the parameter, or of the expression."),
@@ -172,34 +201,36 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
        .returns = {},
        .effect = Effect::edits,
        .run = run_set_parameter});
-  all.push_back({.name = kind + ".parameters",
-                 .classic = "",
-                 .summary = "Gives the parameters of " + record + " by name.",
-                 .details = "In a form that " + kind + ".create takes as its parameters.",
-                 .example = make + "local wall = " + v +
-                            ":parameters().wall\nassert(wall.expression == \"bore/4 + 2 mm\" and "
-                            "math.abs(wall.value - 0.007) < 1e-12 and wall.unit == \"m\")",
-                 .params = {self(kind)},
-                 .returns = {"map",
-                             "",
-                             "One row a parameter.",
-                             {field("value", "real", "", "Its value."),
-                              field("unit", "string", "", "Unit of the value, in SI."),
-                              field("text", "string", "", "Value and unit to read."),
-                              field("expression", "string", "", "What it is computed from."),
-                              field("description", "string", "", "What it is."),
-                              field("uses", "list", "", "Where expressions use it.")}},
-                 .effect = Effect::reads,
-                 .run = list_parameters});
+  // Those of a trajectory are among the answers of an older command of that name.
+  if (kind != "trajectory")
+    all.push_back({.name = kind + ".parameters",
+                   .classic = "",
+                   .summary = "Gives the parameters of " + record + " by name.",
+                   .details = "In a form that " + kind + ".create takes as its parameters.",
+                   .example = make + "local wall = " + list_call +
+                              ".wall\nassert(wall.expression == \"bore/4 + 2 mm\" and "
+                              "math.abs(wall.value - 0.007) < 1e-12 and wall.unit == \"m\")",
+                   .params = {id},
+                   .returns = {"map",
+                               "",
+                               "One row a parameter.",
+                               {field("value", "real", "", "Its value."),
+                                field("unit", "string", "", "Unit of the value, in SI."),
+                                field("text", "string", "", "Value and unit to read."),
+                                field("expression", "string", "", "What it is computed from."),
+                                field("description", "string", "", "What it is."),
+                                field("uses", "list", "", "Where expressions use it.")}},
+                   .effect = Effect::reads,
+                   .run = list_parameters});
   all.push_back({.name = kind + ".remove_parameter",
                  .classic = "",
                  .summary = "Removes a parameter of " + record + "; refused while it is used.",
                  .details = "",
-                 .example = make + v + ":set_parameter(\"spare\", 3)\n" + v +
-                            ":remove_parameter(\"spare\")\nassert(not " + v +
-                            ":parameters().spare)\nassert(not pcall(" + v + ".remove_parameter, " +
-                            v + ", \"bore\"))",
-                 .params = {self(kind), name},
+                 .example = make + call("set_parameter") + "\"spare\", 3)\n" +
+                            call("remove_parameter") + "\"spare\")\nassert(not " + list_call +
+                            ".spare)\nassert(not pcall(" + (is_any ? kind : v) +
+                            ".remove_parameter, " + v + ", \"bore\"))",
+                 .params = {id, name},
                  .returns = {},
                  .effect = Effect::edits,
                  .run = run_remove_parameter});
@@ -208,9 +239,9 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
        .classic = "",
        .summary = "Gives a parameter of " + record + " another name, in all expressions as well.",
        .details = "",
-       .example = make + v + ":rename_parameter(\"bore\", \"hole\")\nassert(" + v +
-                  ":parameters().wall.expression == \"hole/4 + 2 mm\")",
-       .params = {self(kind), name, needed("to", "string", "", "The new name.")},
+       .example = make + call("rename_parameter") + "\"bore\", \"hole\")\nassert(" + list_call +
+                  ".wall.expression == \"hole/4 + 2 mm\")",
+       .params = {id, name, needed("to", "string", "", "The new name.")},
        .returns = {},
        .effect = Effect::edits,
        .run = run_rename_parameter});

@@ -155,12 +155,20 @@ Result<void> read_mimic(const CommandContext& ctx, const Value& v, const Robot& 
     return {};
   }
   const std::string unit = l.joint == JointKind::prismatic ? "m" : "rad";
-  const Schema schema{needed("link", "any", "", "The link whose joint is followed."),
-                      defaulted("ratio", "real", "", 1.0, "Times its value."),
-                      defaulted("offset", "real", unit, 0.0, "Added to that.")};
-  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, v, path + ".mimic"));
   model::Mimic m;
-  RMP_TRY_ASSIGN(m.link, read_link(robot, *checked.find("link"), false, path + ".mimic.link"));
+  const Value* leader = v.as_map() ? v.as_map()->find("link") : nullptr;
+  if (leader) {
+    RMP_TRY_ASSIGN(m.link, read_link(robot, *leader, false, path + ".mimic.link"));
+  }
+  const bool leader_slides =
+      leader && robot.links[static_cast<std::size_t>(m.link)].joint == JointKind::prismatic;
+  const std::string own_unit = unit, leader_unit = leader_slides ? "m" : "rad";
+  const Schema schema{
+      needed("link", "any", "", "The link whose joint is followed."),
+      defaulted("ratio", "real", own_unit == leader_unit ? "" : own_unit + "/" + leader_unit, 1.0,
+                "Times its value."),
+      defaulted("offset", "real", unit, 0.0, "Added to that.")};
+  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, v, path + ".mimic"));
   if (m.link >= index)
     return error(ErrorCode::conflict, "a joint follows that of a link before it",
                  "Order the links so that the followed one comes first.", path + ".mimic.link");

@@ -26,6 +26,8 @@ Result<std::vector<TaskStep>> read_list(const CommandContext& ctx, const List& l
 Result<Value> create(CommandContext& ctx, const Map& args) {
   Task t;
   t.description = text_of(args, "description");
+  RMP_TRY_ASSIGN(t.parametric,
+                 read_parameters(ctx.snapshot(), {}, args.find("parameters"), "parameters"));
   if (has(args, "steps")) {
     RMP_TRY_ASSIGN(t.steps, read_list(ctx, *args.find("steps")->as_list(), -1, 0));
   }
@@ -190,7 +192,8 @@ RMP_COMMANDS(task_commands) {
                  .details = kStepDoc,
                  .example = with_task("assert(#shift:steps() == 3)"),
                  .params = {needed("name", "string", "", "Name, unique among tasks."),
-                            optional("steps", "list", "", "Its steps in order."), description},
+                            optional("steps", "list", "", "Its steps in order."), description,
+                            parameters_field()},
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::edits,
                  .run = create});

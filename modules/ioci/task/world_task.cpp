@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands for what worlds have for tasks: frames, lights, tasks, signals, held objects.
 #include <algorithm>
+#include <cmath>
 
 #include "ioci/program/alone_inputs.h"
 #include "ioci/program/in_world.h"
@@ -65,13 +66,19 @@ Error no_signal(const World& w, const std::string& name) {
   return unknown_name("signal", name, known);
 }
 
+/// A value in the unit of its signal.
+Result<double> signal_value(const Value& v, const std::string& unit, std::string_view path) {
+  RMP_TRY_ASSIGN(const Value checked, check_value(field("", "real", unit, ""), v, path));
+  return checked.number();
+}
+
 Result<Value> add_signal(CommandContext& ctx, const Map& args) {
   model::Signal s;
   s.name = text_of(args, "name");
   s.kind = text_of(args, "kind") == "analogue" ? model::SignalKind::analogue
                                                : model::SignalKind::digital;
   s.unit = text_of(args, "unit");
-  s.initial = real(args, "initial");
+  RMP_TRY_ASSIGN(s.initial, signal_value(*args.find("initial"), s.unit, "initial"));
   s.from = text_of(args, "from");
   s.to = text_of(args, "to");
   s.description = text_of(args, "description");
@@ -92,12 +99,19 @@ Result<Value> remove_signal(CommandContext& ctx, const Map& args) {
 
 Result<Value> set_signal(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "signal");
-  const double value = real(args, "value");
+  const auto& before = content<World>(ctx, args).signals;
+  const auto known = std::find_if(before.begin(), before.end(),
+                                  [&](const model::Signal& s) { return s.name == name; });
+  if (known == before.end()) return no_signal(content<World>(ctx, args), name);
+  RMP_TRY_ASSIGN(const double value, signal_value(*args.find("value"), known->unit, "value"));
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     const auto it = std::find_if(w.signals.begin(), w.signals.end(),
                                  [&](const model::Signal& s) { return s.name == name; });
     if (it == w.signals.end()) return no_signal(w, name);
-    if (it->kind == model::SignalKind::digital && value != 0 && value != 1)
+    // The value of an expression is exact at the end of the command only.
+    const bool is_whole = std::fabs(value - std::round(value)) < 1e-9;
+    if (it->kind == model::SignalKind::digital &&
+        (!is_whole || (std::round(value) != 0 && std::round(value) != 1)))
       return error(
           ErrorCode::invalid_argument,
           "the digital signal " + text::quote(name) + " cannot be " + text::print_rounded(value),
@@ -219,7 +233,7 @@ RMP_COMMANDS(world_task_commands) {
       {self("world"), needed("name", "string", "", "Its name."),
        choice("kind", {"digital", "analogue"}, "0 or 1, or any number."),
        optional("unit", "string", "", "SI unit of an analogue one."),
-       defaulted("initial", "real", "", 0.0, "Value when a run starts, in the SI unit."),
+       defaulted("initial", "any", "", 0.0, "Value when a run starts, a number in the SI unit."),
        optional("from", "string", "", "The device that sets it."),
        optional("to", "string", "", "The device that reads it."),
        optional("description", "string", "", "What it says.")},
@@ -234,7 +248,7 @@ RMP_COMMANDS(world_task_commands) {
       with_cell("cell:add_signal{name = \"part_ready\"}\ncell:set_signal(\"part_ready\", 1)\n"
                 "assert(cell:signals()[1].initial == 1)"),
       {self("world"), needed("signal", "string", "", "Its name."),
-       needed("value", "real", "", "0 or 1, or any number of an analogue one, in the SI unit.")},
+       needed("value", "any", "", "0 or 1, or any number of an analogue one, in the SI unit.")},
       {}, set_signal, false);
   add("world.attach", "Lets a robot of a world hold an object when a run starts.",
       "The placement is that of the object in the frame of the link or tool. An object that is "

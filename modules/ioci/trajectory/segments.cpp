@@ -8,7 +8,10 @@
 #include <utility>
 
 #include "ioci/core/commands.h"
+#include "kernel/number_reader.h"
 #include "kernel/text.h"
+#include "kernel/units.h"
+#include "model/parametric.h"
 #include "motion/cartesian_path.h"
 #include "motion/provider_params.h"
 #include "motion/segment.h"
@@ -173,8 +176,12 @@ Result<std::vector<double>> read_joint_vector(const Value& row, const std::strin
       const Value& v = (*row.as_list())[k];
       const std::string at = path + "[" + std::to_string(k + 1) + "]";
       const bool is_length = v.as_string() && v.as_string()->ends_with('m');
-      RMP_TRY_ASSIGN(const Value number,
-                     check_value(needed(at, "real", is_length ? "m" : "rad", ""), v, at));
+      const bool is_quantity = !v.as_string() || units::read_quantity(*v.as_string(), "m").ok() ||
+                               units::read_quantity(*v.as_string(), "rad").ok();
+      const std::string unit(!is_quantity && NumberReader::current() ? model::kByJoint
+                             : is_length                             ? "m"
+                                                                     : "rad");
+      RMP_TRY_ASSIGN(const Value number, check_value(needed(at, "real", unit, ""), v, at));
       q.push_back(*number.as_real());
     }
   } else {
@@ -319,8 +326,7 @@ Result<void> check_trajectory(const CommandContext& ctx, const std::string& name
 }
 
 Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
-  return ctx.app.paths.find(ctx.app.registry, ctx.snapshot(),
-                            TrajectoryId{ref(args, "id").number});
+  return ctx.app.paths.find(ctx.app.registry, ctx.snapshot(), TrajectoryId{ref(args, "id").number});
 }
 
 Result<Value> change_trajectory(CommandContext& ctx, const Map& args,

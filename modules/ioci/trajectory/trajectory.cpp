@@ -17,6 +17,8 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   Trajectory t;
   const std::string name = text_of(args, "name");
   t.description = text_of(args, "description");
+  RMP_TRY_ASSIGN(t.parametric,
+                 read_parameters(ctx.snapshot(), {}, args.find("parameters"), "parameters"));
   if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
   const List& segments = *args.find("segments")->as_list();
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -145,7 +147,8 @@ Result<Value> parameters(CommandContext& ctx, const Map& args) {
                    {"length", path->length()},
                    {"sample_time", t.sample_time},
                    {"samples", samples.count()},
-                   {"shapes", std::move(shapes)}});
+                   {"shapes", std::move(shapes)},
+                   {"parameters", parameters_value(t.parametric)}});
 }
 
 Result<Value> point_count(CommandContext& ctx, const Map& args) {
@@ -173,19 +176,19 @@ RMP_COMMANDS(trajectory_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec sample_time = above_zero(optional(
       "sample_time", "real", "s", "Time between samples when a run does not say otherwise."));
-  all.push_back({.name = "trajectory.create",
-                 .classic = "",
-                 .summary = "Makes a trajectory from segments, one after the other.",
-                 .details = std::string(kSegmentDoc) +
-                            " Where a segment does not begin as the one before "
-                            "ends, a smooth transition is put between.",
-                 .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
-                 .params = {needed("name", "string", "", "Name, unique among trajectories."),
-                            needed("segments", "list", "", "Its segments."), sample_time,
-                            optional("description", "string", "", "What it is.")},
-                 .returns = {"handle", "", "", {}},
-                 .effect = Effect::edits,
-                 .run = create});
+  all.push_back(
+      {.name = "trajectory.create",
+       .classic = "",
+       .summary = "Makes a trajectory from segments, one after the other.",
+       .details = std::string(kSegmentDoc) + " Where a segment does not begin as the one before "
+                                             "ends, a smooth transition is put between.",
+       .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
+       .params = {needed("name", "string", "", "Name, unique among trajectories."),
+                  needed("segments", "list", "", "Its segments."), sample_time,
+                  optional("description", "string", "", "What it is."), parameters_field()},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create});
   all.push_back(
       {.name = "trajectory.set",
        .classic = "",
@@ -287,7 +290,9 @@ RMP_COMMANDS(trajectory_commands) {
                               field("length", "real", "m", "Of the tool's path."),
                               field("sample_time", "real", "s", "Between samples."),
                               field("samples", "int", "", "Number of samples."),
-                              field("shapes", "list", "", "Shape of each segment.")}},
+                              field("shapes", "list", "", "Shape of each segment."),
+                              field("parameters", "map", "",
+                                    "Its named parameters, as robot.parameters gives them.")}},
                  .effect = Effect::reads,
                  .run = parameters});
   all.push_back({.name = "trajectory.point_count",
