@@ -397,12 +397,25 @@ class Reader {
     return unknown_name("element of " + std::string(f.index_in), *name, known).in(path);
   }
 
-  static Result<void> numbers(const Type& t, void* p, const Field& f, const void* owner,
-                              std::size_t alternative, const Value& v, const std::string& path) {
+  /// The unit of number `i` of joint values at `path`: the record may know the joint.
+  [[nodiscard]] std::string unit_of_joint(const std::string& path, std::size_t i,
+                                          const Value& v) const {
+    const auto known = model::number_at(body_, path + "[" + std::to_string(i + 1) + "]");
+    if (known && known->unit != model::kByJoint) return std::string(known->unit);
+    const std::string* s = v.as_string();
+    for (const char* unit : {"rad", "m"})
+      if (!s || units::read_quantity(*s, unit).ok()) return unit;
+    return std::string(model::kByJoint);
+  }
+
+  Result<void> numbers(const Type& t, void* p, const Field& f, const void* owner,
+                       std::size_t alternative, const Value& v, const std::string& path) const {
     std::vector<double> out;
+    const bool is_by_joint = t.shape == Shape::reals && f.si_unit == model::kByJoint;
     const auto take = [&](const Value& each) -> Result<void> {
-      RMP_TRY_ASSIGN(const Value x,
-                     checked("real", f.unit_of(owner, out.size(), alternative), f, each, path));
+      const std::string unit = is_by_joint ? unit_of_joint(path, out.size(), each)
+                                           : std::string(f.unit_of(owner, out.size(), alternative));
+      RMP_TRY_ASSIGN(const Value x, checked("real", unit, f, each, path));
       out.push_back(x.number());
       return {};
     };
