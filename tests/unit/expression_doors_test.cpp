@@ -44,7 +44,7 @@ TEST_F(ExpressionDoors, RecordSetTakesThemAll) {
     const AnyId there = loaded->id;
     std::vector<Slot> slots;
     const auto& known = model::parametric_of(body(id))->expressions;
-    for (Slot& s : slots_of(body(id)))
+    for (Slot& s : test::slots_of(body(id)))
       if (!known.contains(s.path) && std::isfinite(s.value)) slots.push_back(std::move(s));
     ASSERT_TRUE(tx->edit(there, [&](model::Record& r) -> Result<void> {
                     auto& p = model::parametric_of(r.body)->parameters;

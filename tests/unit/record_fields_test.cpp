@@ -234,9 +234,12 @@ TEST(ControllerFile, HasEveryFieldOfAControllerAndIsReadBack) {
   c.max_speed = 0.5;
   c.max_speed_ori = 1.5;
   c.options = {{"acc_cp", "1.5"}};
+  c.parametric.parameters = {{"step", "", "m", 1, "in two seconds"}};
+  c.parametric.expressions = {{"max_speed", "step / (2 s)"}};
   const model::Controller usual;
   const model::Body body = model::OtherContent(kind, c), plain = model::OtherContent(kind, usual);
-  EXPECT_EQ(model::differences(body, plain).size(), model::info(kind).type->fields.size());
+  // Parameters and expressions are one field, and differ each by itself.
+  EXPECT_EQ(model::differences(body, plain).size(), model::info(kind).type->fields.size() + 1);
   const auto read = [&](const std::string& text) {
     Document d;
     auto tx = d.begin("load");

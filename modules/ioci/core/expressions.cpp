@@ -97,7 +97,9 @@ std::optional<Result<double>> GivenExpressions::read(std::string_view text, std:
                                                      double min, double max) {
   const auto e = Expression::compile(text);
   if (!e.ok()) {
-    if (looks_like_expression(text)) return Result<double>(e.error());
+    // Words without an operator are rather wrong words than wrong expressions.
+    const bool has_operator = text.find_first_of("+-*/^(") != std::string_view::npos;
+    if (has_operator && looks_like_expression(text)) return Result<double>(e.error());
     return std::nullopt;
   }
   if (e->is_literal()) return std::nullopt;

@@ -496,9 +496,22 @@ Result<void> read_field(const CommandContext& ctx, const model::Body& body, cons
 Result<void> set_path(CommandContext& ctx, AnyId id, const std::string& path, const Value& given) {
   const model::Body& before = ctx.snapshot().find(id)->body;
   const Content content = model::content(before);
-  if (!model::find(content, path)) return unknown_path(before, path).in(name_in(ctx, id));
   Value value = given;
   const std::string known = model::known_path(content, path);
+  if (!model::find(content, path)) {
+    // Points of profiles are numbers with paths of their own.
+    const auto number = model::number_at(before, path);
+    if (!number) return unknown_path(before, path).in(name_in(ctx, id));
+    RMP_TRY_ASSIGN(value, ctx.expressions.read_at(before, path, value));
+    RMP_TRY_ASSIGN(value,
+                   check_value(field("", "real", std::string(number->unit), ""), value, path));
+    auto done = ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
+      model::set_number(r.body, path, value.number());
+      ctx.expressions.keep(*model::parametric_of(r.body));
+      return {};
+    });
+    return std::move(done).in(name_in(ctx, id));
+  }
   if (const auto number = model::number_at(before, known)) {
     auto read = ctx.expressions.read_at(before, known, value);
     if (!read.ok()) return std::move(read).error().in(name_in(ctx, id));
