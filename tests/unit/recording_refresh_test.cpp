@@ -221,6 +221,28 @@ TEST_F(RecordingRefresh, WatchedRecordingsAndFilesFollowEdits) {
   EXPECT_NE(eval("r:plot{columns = 'q1', watch = true}").find("no file"), std::string::npos);
 }
 
+TEST_F(RecordingRefresh, PostsFollowEdits) {
+  const auto source = [](const char* speed) {
+    return std::string(
+               "[[\nPROGRAM lift;\nVAR\n  POSE: place := POSE(POSITION(500.0, 0.0, 120.0), "
+               "ORIZYX(0.0, 180.0, 0.0));\nBEGIN\n  MOVE LIN place SPEED := ") +
+           speed + ";\nENDPROGRAM;\n]]";
+  };
+  run("lift = program.create{name = 'lift', source = " + source("80.0") + "}");
+  EXPECT_NE(eval("lift:post{target = 'krl', watch = true}").find("nothing is written"),
+            std::string::npos);
+  run("lift:post{target = 'krl', folder = file('.'), watch = true}");
+  EXPECT_EQ(eval("#recording.watched()"), "1");
+  const std::string first = bytes("LIFT.src");
+  EXPECT_NE(first.find("0.08"), std::string::npos) << first;
+  run("lift:set_file{name = 'lift.irl', text = " + source("90.0") + "}; recording.watched{wait = true}");
+  EXPECT_EQ(eval("recording.watched()[1].state"), "current")
+      << eval("recording.watched()[1].fault");
+  EXPECT_NE(bytes("LIFT.src").find("0.09"), std::string::npos) << bytes("LIFT.src");
+  run("document.undo(); recording.watched{wait = true}");
+  EXPECT_TRUE(bytes("LIFT.src") == first);
+}
+
 TEST_F(RecordingRefresh, FailuresAreMessagesAndEndWhenTheirCauseDoes) {
   make_cell();
   run("r = arm:simulate{q = 'ready', qd = {1, -0.5}, duration = 0.1, watch = true}; "

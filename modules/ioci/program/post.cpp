@@ -20,6 +20,7 @@
 #include "ioci/program/post_profile.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/robot/robots.h"
 #include "kernel/file_root.h"
 #include "model/controller.h"
@@ -494,6 +495,9 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
                      std::to_string(first.span.line) + ":" + std::to_string(first.span.column));
   }
   List files;
+  if (flag(args, "watch") && (flag(args, "check") || !has(args, "folder")))
+    return error(ErrorCode::invalid_argument, "nothing is written that could be kept up to date",
+                 "Give a folder for the files, and leave check out.", "watch");
   if (errors == 0) {
     const bool is_written = has(args, "folder") && !flag(args, "check");
     const std::filesystem::path folder = text_of(args, "folder");
@@ -520,6 +524,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
         RMP_TRY(io::write_file(folder / name, bytes));
         files.emplace_back(Map{{"name", name}, {"path", (folder / name).string()}});
       }
+    RMP_TRY(watch_drawing(ctx, "program.post", args));
   }
   List map;
   if (flag(args, "source_map"))
@@ -706,6 +711,7 @@ RMP_COMMANDS(post_commands) {
                   optional("plot", "path", "",
                            "With run_check: a plot over time, *.svg, *.png or *.pdf."),
                   defaulted("overwrite", "bool", "", false, "Whether files are replaced."),
+                  watch_file_field(),
                   defaulted("source_map", "bool", "", false,
                             "Whether the lines that lines come from are returned."),
                   optional("params", "map", "", "Parameters of the target.")},

@@ -108,10 +108,11 @@ Result<void> RecordingWatchers::add_recording(std::uint64_t number) {
 Result<void> RecordingWatchers::add_drawing(const document::Snapshot& snapshot,
                                             const std::string& command, const Map& given,
                                             const Map& checked) {
-  const Value* file = checked.find("file");
+  const bool is_folder = !checked.find("file");
+  const Value* file = checked.find(is_folder ? "folder" : "file");
   if (!file || !file->as_string())
     return error(ErrorCode::invalid_argument, "there is no file that could be kept up to date",
-                 "Give file = ....", "watch");
+                 "Give file = ..., or the folder of a command that writes several.", "watch");
   Watch w;
   w.draws.command = command;
   for (const auto& [name, value] : given) {
@@ -119,6 +120,7 @@ Result<void> RecordingWatchers::add_drawing(const document::Snapshot& snapshot,
     const Value* read = checked.find(name);
     w.draws.args.set(name, read && read->as_handle() ? *read : value);
   }
+  if (is_folder) w.draws.args.set("overwrite", true);
   w.inputs = inputs_of(app_, snapshot, checked);
   if (const Permit* permit = current_permit()) w.files = permit->files;
   for (const auto& [number, r] : w.inputs.recordings) w.recordings.insert(number);

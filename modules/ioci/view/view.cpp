@@ -6,6 +6,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/map_view.h"
 #include "ioci/view/picture.h"
@@ -144,6 +145,9 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
   RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
   RMP_TRY_ASSIGN(const Drawn drawn, draw_what(ctx, args));
   RMP_TRY(io::write_file(file, drawn.png));
+  const bool is_named = has(args, "what");
+  RMP_TRY(watch_drawing(
+      ctx, (is_named ? "view" : std::string(to_string(ref(args, "id").kind))) + ".render", args));
   Map out{{"file", file}};
   for (const auto& [key, value] : drawn.about) out.set(key, value);
   return Value(std::move(out));
@@ -181,6 +185,7 @@ CommandSpec render_command(std::string name, std::string summary, std::string ex
   c.example = std::move(example);
   c.params = {std::move(what), needed("file", "path", "", "The picture, *.png.")};
   for (ParamSpec& p : picture_params(can)) c.params.push_back(std::move(p));
+  c.params.push_back(watch_file_field());
   c.returns = {
       "map",
       "",
@@ -199,7 +204,7 @@ CommandSpec picture_command(std::string name, std::string summary, std::string e
   CommandSpec c =
       render_command(std::move(name), std::move(summary), std::move(example), std::move(what), can);
   c.details = "For notebooks and programs elsewhere: no file is written. All else is as of render.";
-  std::erase_if(c.params, [](const ParamSpec& p) { return p.name == "file"; });
+  std::erase_if(c.params, [](const ParamSpec& p) { return p.name == "file" || p.name == "watch"; });
   c.returns.fields.front() =
       field("png", "string", "", "The bytes of a PNG file as base64 (RFC 4648).");
   c.effect = Effect::reads;
