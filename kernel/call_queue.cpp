@@ -7,7 +7,7 @@
 namespace robomosp {
 namespace {
 
-thread_local std::weak_ptr<CallQueue> here;
+thread_local std::weak_ptr<CallQueue> queue_here;
 constexpr std::chrono::milliseconds kQueueLook{50};
 
 }  // namespace
@@ -89,11 +89,11 @@ CallQueue::Waker::~Waker() {
 }
 
 std::shared_ptr<CallQueue> CallQueue::for_this_thread() {
-  std::shared_ptr<CallQueue> queue = here.lock();
-  if (!queue) here = queue = std::make_shared<CallQueue>();
+  std::shared_ptr<CallQueue> queue = queue_here.lock();
+  if (!queue) queue_here = queue = std::make_shared<CallQueue>();
   return queue;
 }
 
-std::shared_ptr<CallQueue> CallQueue::of_this_thread() { return here.lock(); }
+std::shared_ptr<CallQueue> CallQueue::of_this_thread() { return queue_here.lock(); }
 
 }  // namespace robomosp
