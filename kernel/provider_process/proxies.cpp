@@ -101,6 +101,16 @@ struct Facts<CollisionScene> {
   }
 };
 template <>
+struct Facts<PhysicsWorld> {
+  bool has_notes = false;
+  Facts() = default;
+  explicit Facts(const PhysicsWorld& w) : has_notes(w.extension(PhysicsNotes::kId) != nullptr) {}
+  template <class V>
+  void io(V& v) {
+    fields(v, has_notes);
+  }
+};
+template <>
 struct Facts<CsgShape> {
   std::array<Vec3, 2> bounds{};
   std::vector<std::string> notes;
@@ -471,6 +481,12 @@ Result<void> lower_bounds(const CollisionScene& scene, std::span<const Pose> pos
   return bounds->lower_bounds(poses, pairs, interest, tolerance, out, progress);
 }
 
+Result<std::vector<PhysicsNote>> physics_notes(const PhysicsWorld& world) {
+  const auto* known = static_cast<const PhysicsNotes*>(world.extension(PhysicsNotes::kId));
+  if (!known) return error(ErrorCode::unsupported, "it has no notes");
+  return known->notes();
+}
+
 using BranchNames = std::vector<std::vector<std::string>>;  ///< three words a choice
 Result<BranchNames> ik_branches(const IkSolver& solver, std::int32_t tip) {
   BranchNames out;
@@ -673,7 +689,8 @@ template <>
 struct Methods<PhysicsWorld>
     : MethodList<&PhysicsWorld::step, &PhysicsWorld::read, &PhysicsWorld::contacts,
                  &PhysicsWorld::attach, &PhysicsWorld::release, &PhysicsWorld::move,
-                 &PhysicsWorld::servo, &PhysicsWorld::push, &PhysicsWorld::ignore> {};
+                 &PhysicsWorld::servo, &PhysicsWorld::push, &PhysicsWorld::ignore, &physics_notes> {
+};
 template <>
 struct Methods<Planner> : MethodList<&plan_by> {};
 template <>
@@ -1219,9 +1236,13 @@ class Proxy<PhysicsEngine> final : public PhysicsEngine, public Proxied {
   Facts<PhysicsEngine> facts_;
 };
 template <>
-class Proxy<PhysicsWorld> final : public PhysicsWorld, public Proxied {
+class Proxy<PhysicsWorld> final : public PhysicsWorld, public Proxied, private PhysicsNotes {
  public:
   RMP_PROXY(PhysicsWorld)
+  [[nodiscard]] const void* extension(const char* id) const override {
+    if (!id || std::string_view(id) != PhysicsNotes::kId || !facts_.has_notes) return nullptr;
+    return static_cast<const PhysicsNotes*>(this);
+  }
   Result<void> step(double dt, std::int32_t steps, std::span<const double> forces,
                     Progress& progress) override {
     return call<&PhysicsWorld::step>(remote_, dt, steps, forces, progress);
@@ -1253,6 +1274,9 @@ class Proxy<PhysicsWorld> final : public PhysicsWorld, public Proxied {
   }
 
  private:
+  [[nodiscard]] Result<std::vector<PhysicsNote>> notes() const override {
+    return call<&apart::physics_notes>(remote_);
+  }
   Facts<PhysicsWorld> facts_;
 };
 

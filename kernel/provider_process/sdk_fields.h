@@ -204,6 +204,7 @@ RMP_FIELDS(OdeRun, start, end, x0, sample_times, relative_tolerance, absolute_to
 RMP_FIELDS(Plan, points, goal)
 
 // Bodies.
+RMP_FIELDS(RoundOutside, pose, sphere, profile)
 template <class V>
 void fields(V& v, Shape& x) {
   fields(v, x.kind);
@@ -213,10 +214,14 @@ void fields(V& v, Shape& x) {
   std::span<const Vec3> corners = corners_of(x);
   fields(v, corners);
   if constexpr (V::is_reader) set_corners(x, corners);
+  const RoundOutside* outside = outside_of(x);
+  pointee(v, outside);
+  if constexpr (V::is_reader) set_outside(x, outside);
 }
 RMP_FIELDS(ShapedBody, shapes)
 RMP_FIELDS(PhysicsBody, shape, mass, pose, velocity, angular_velocity, friction, restitution, group,
            self)
+RMP_FIELDS(PhysicsNote, a, b, text)
 RMP_FIELDS(PhysicsState, poses, velocities, angular_velocities, joint_positions, joint_velocities)
 
 // Solids.

@@ -145,6 +145,8 @@ void OdeWorld::add_forces(std::span<const double> forces, std::span<const double
     dBodyAddForceAtPos(id, p.force[0], p.force[1], p.force[2], at[0], at[1], at[2]);
     dBodyAddTorque(id, p.torque[0], p.torque[1], p.torque[2]);
   }
+  for (const Body& b : bodies_)
+    if (b.turn.is_on) dBodyAddTorque(b.id, b.turn.torque[0], b.turn.torque[1], b.turn.torque[2]);
   for (const PileForce& f : pile_forces_) {
     dBodyAddForce(f.id, f.force[0], f.force[1], f.force[2]);
     dBodyAddTorque(f.id, f.torque[0], f.torque[1], f.torque[2]);
@@ -167,7 +169,9 @@ bool OdeWorld::advance(std::span<const double> forces, std::span<const double> r
     add_forces(forces, row_forces);
     return dWorldQuickStep(world_, dt_) != 0;
   }
-  if (steps_until_exact_ > 0) {
+  if (is_swept_) {
+    // Too many contacts at once.
+  } else if (steps_until_exact_ > 0) {
     --steps_until_exact_;
   } else {
     const std::vector<Moving> before = moving();

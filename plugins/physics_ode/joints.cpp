@@ -155,10 +155,19 @@ void OdeWorld::set_stops(Joint& j) const {
   dJointSetHingeParam(j.id, dParamLoStop, is_low ? low : -dInfinity);
 }
 
+double OdeWorld::beyond_stop(const Joint& j) {
+  if (!moves_on_one_axis(j.type) || j.lower > j.upper) return 0;
+  const double q = position(j);
+  return std::max({0.0, q - j.upper, j.lower - q});
+}
+
 /// Before a step.
-void OdeWorld::prepare(Joint& j) {
+void OdeWorld::prepare(Joint& j, Pass pass) {
   if (!moves_on_one_axis(j.type)) return;
   set_stops(j);
+  const double erp = pass == Pass::motion ? 0 : settings_.erp;
+  if (j.type == kRevolute) dJointSetHingeParam(j.id, dParamStopERP, erp);
+  if (j.type == kPrismatic) dJointSetSliderParam(j.id, dParamStopERP, erp);
   if (j.type == kRevolute) j.last = dJointGetHingeAngle(j.id);
   if (!j.rotor) return;
   // A rotor of inertia A that turns with the joint, not with the body, and viscous friction b give

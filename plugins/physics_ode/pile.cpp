@@ -105,12 +105,16 @@ class Pile {
   }
 
   bool solve() {
-    if (!minimise()) return false;
+    if (!minimise(0)) return false;
+    for (std::size_t c = 0; c < rows_.size(); ++c) contacts_[c].place[0] = place_of(rows_[c][0]);
     for (std::size_t c = 0; c < rows_.size(); ++c) {
-      const double limit = contacts_[c].friction * impulse(rows_[c][0]);
+      const double limit = contacts_[c].limit >= 0 ? contacts_[c].limit
+                                                   : contacts_[c].friction * impulse(rows_[c][0]);
       for (std::size_t r = 1; r < 3; ++r) rows_[c][r].low = -limit, rows_[c][r].high = limit;
     }
-    if (!minimise()) return false;
+    if (!minimise(1)) return false;
+    for (std::size_t c = 0; c < rows_.size(); ++c)
+      for (std::size_t r = 0; r < 3; ++r) contacts_[c].place[r + 1] = place_of(rows_[c][r]);
     for (std::size_t i = 0; i < bodies_.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) {
         bodies_[i].v[k] = v_[6 * place_[i] + k];
@@ -127,6 +131,7 @@ class Pile {
     double target, soft, low, high;
     double gap = 0;   ///< J v - target
     double rate = 0;  ///< of gap along the step
+    bool is_active = false;
     // Of the way through the inside:
     double p = 0, above = 0, below = 0;  ///< impulse, multipliers of its limits
     double weight = 0, wanted = 0;
@@ -311,15 +316,62 @@ class Pile {
     std::vector<signed char> all;
     all.reserve(3 * rows_.size());
     for (const auto& contact : rows_)
-      for (const Row& r : contact) {
-        const double p = -r.gap / r.soft;
-        all.push_back(p <= r.low ? -1 : p >= r.high ? 1 : 0);
-      }
+      for (const Row& r : contact) all.push_back(place_of(r));
     return all;
   }
+  static signed char place_of(const Row& r) {
+    const double p = -r.gap / r.soft;
+    return static_cast<signed char>(p <= r.low ? -1 : p >= r.high ? 1 : 0);
+  }
 
-  bool minimise() {
+  /// Goes to where all rows are in their expected places, if the function is less there, or if they
+  /// are there indeed: then it is the solution, of which the factored matrix is. False where
+  /// nothing is expected or nothing is gained.
+  bool try_expected(std::size_t stage, bool& is_solution) {
+    std::vector<signed char> expected;
+    expected.reserve(3 * rows_.size());
+    std::size_t known = 0;
+    for (const PileContact& c : contacts_)
+      for (std::size_t r = 0; r < 3; ++r) {
+        const signed char place = stage > 0 ? c.place[r + 1] : r == 0 ? c.place[0] : -1;
+        known += place == 2 ? 0 : 1;
+        expected.push_back(place == 2 ? 0 : place);
+      }
+    if (2 * known < expected.size()) return false;
+    const double before = value();
+    const std::vector<double> kept = v_;
+    step_.assign(v_.size(), 0.0);
+    for (std::size_t i = 0; i < v_.size(); i += 6)
+      for (std::size_t k = 0; k < 6; ++k)
+        for (std::size_t l = 0; l < 6; ++l) step_[i + k] += mass_[6 * i + 6 * k + l] * free_[i + l];
+    for (std::size_t c = 0; c < rows_.size(); ++c)
+      for (std::size_t r = 0; r < 3; ++r) {
+        Row& row = rows_[c][r];
+        row.is_active = can_push(row) && expected[3 * c + r] == 0;
+        row.p = row.is_active             ? row.target / row.soft
+                : expected[3 * c + r] < 0 ? row.low
+                                          : row.high;
+      }
+    add_rows(step_, [](const Row& r) { return r.p; });
+    if (!factor([](const Row& r) { return r.is_active ? 1 / r.soft : 0; })) return false;
+    back_substitute(step_);
+    v_ = step_;
     set_gaps();
+    is_solution = true;
+    for (std::size_t c = 0; c < rows_.size(); ++c)
+      for (std::size_t r = 0; r < 3; ++r)
+        is_solution =
+            is_solution && (!can_push(rows_[c][r]) || place_of(rows_[c][r]) == expected[3 * c + r]);
+    if (is_solution || value() < before) return true;
+    v_ = kept;
+    set_gaps();
+    return false;
+  }
+
+  bool minimise(std::size_t stage) {
+    set_gaps();
+    bool is_solution = false;
+    if (try_expected(stage, is_solution) && descend(is_solution, kFewSteps)) return true;
     bool is_factored = false;
     if (!try_all(is_factored)) return false;
     if (descend(is_factored, kFewSteps)) return true;

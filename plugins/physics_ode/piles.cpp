@@ -17,21 +17,6 @@ constexpr double kMostWork = 1.5e7;
 /// Below this softness [m/s / N s times a step] a problem is not well enough conditioned.
 constexpr double kLeastSoftness = 1e-12;
 
-/// x of (I - h [L]) x = I w: how a body turns freely, as the engine takes it (implicit, so that no
-/// energy is added).
-Vec3 turned_freely(const std::array<double, 9>& I, const Vec3& w, double h) {
-  const Vec3 L{spatial::dot(Vec3{I[0], I[1], I[2]}, w), spatial::dot(Vec3{I[3], I[4], I[5]}, w),
-               spatial::dot(Vec3{I[6], I[7], I[8]}, w)};
-  const Vec3 r0{I[0], I[1] + h * L[2], I[2] - h * L[1]}, r1{I[3] - h * L[2], I[4], I[5] + h * L[0]},
-      r2{I[6] + h * L[1], I[7] - h * L[0], I[8]};
-  const Vec3 c0 = spatial::cross(r1, r2), c1 = spatial::cross(r2, r0), c2 = spatial::cross(r0, r1);
-  const double det = spatial::dot(r0, c0);
-  if (!(std::fabs(det) > 0)) return w;
-  Vec3 x;
-  for (std::size_t k = 0; k < 3; ++k) x[k] = (c0[k] * L[0] + c1[k] * L[1] + c2[k] * L[2]) / det;
-  return x;
-}
-
 /// x of A x = b for a symmetric positive matrix.
 Vec3 solved(const std::array<double, 9>& A, const Vec3& b) {
   const Vec3 r0{A[0], A[1], A[2]}, r1{A[3], A[4], A[5]}, r2{A[6], A[7], A[8]};
@@ -50,12 +35,7 @@ PileBody OdeWorld::pile_body(std::int32_t body) const {
   dMass m;
   dBodyGetMass(b.id, &m);
   out.mass = m.mass;
-  const dReal* R = dBodyGetRotation(b.id);
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t l = 0; l < 3; ++l)
-          out.inertia[3 * i + j] += R[4 * i + k] * m.I[4 * k + l] * R[4 * j + l];
+  out.inertia = inertia_in_world(b.id);
   out.v = vec3(dBodyGetLinearVel(b.id)), out.w = vec3(dBodyGetAngularVel(b.id));
   Vec3 force{}, torque{};
   for (const Push& p : pushes_) {
@@ -66,14 +46,15 @@ PileBody OdeWorld::pile_body(std::int32_t body) const {
   }
   out.v_free = spatial::add(
       out.v, spatial::scale(spatial::add(gravity_, spatial::scale(force, 1 / out.mass)), dt_));
-  out.w_free = spatial::add(turned_freely(out.inertia, out.w, dt_),
+  out.w_free = spatial::add(b.turn.is_on ? b.turn.w_after : out.w,
                             spatial::scale(solved(out.inertia, torque), dt_));
   return out;
 }
 
 /// Rows as the engine's contact joints have them.
-PileContact OdeWorld::pile_contact(const Contact& contact) const {
+PileContact OdeWorld::pile_contact(const Contact& contact, Pass pass) const {
   const dContact& c = contact.made;
+  const dSurfaceParameters s = surface(contact, pass);
   PileContact out;
   const Vec3 n = contact.contact.normal, at = contact.contact.point;
   dVector3 t1, t2;
@@ -83,8 +64,10 @@ PileContact OdeWorld::pile_contact(const Contact& contact) const {
     dPlaneSpace(c.geom.normal, t1, t2);
   }
   out.axis = {n, vec3(t1), spatial::cross(n, vec3(t1))};
-  out.soft = settings_.contact_cfm / dt_, out.soft_across = settings_.cfm / dt_;
+  out.soft = s.soft_cfm / dt_, out.soft_across = settings_.cfm / dt_;
   out.friction = c.surface.mu;
+  if (pass == Pass::places) out.limit = s.mu * dt_;
+  out.place = contact.place;
   Vec3 speed{}, known{};  // of what is at the point, a less b, and of what the pile does not move
   const auto take = [&](std::int32_t body, double sign, std::int32_t& number, Vec3& arm) {
     const Body& b = bodies_[static_cast<std::size_t>(body)];
@@ -100,7 +83,7 @@ PileContact OdeWorld::pile_contact(const Contact& contact) const {
   take(contact.contact.a, 1, out.a, out.arm_a);
   take(contact.contact.b, -1, out.b, out.arm_b);
   const double depth = std::max(0.0, c.geom.depth - dWorldGetContactSurfaceLayer(world_));
-  double wanted = settings_.contact_erp / dt_ * depth;
+  double wanted = s.soft_erp / dt_ * depth;
   const double approach = -spatial::dot(n, speed);
   if ((c.surface.mode & dContactBounce) && approach > c.surface.bounce_vel)
     wanted = std::max(wanted, c.surface.bounce * approach);
@@ -110,7 +93,7 @@ PileContact OdeWorld::pile_contact(const Contact& contact) const {
 }
 
 /// Solves one pile; false where it was not solved.
-bool OdeWorld::settle(std::span<const std::size_t> contacts) {
+bool OdeWorld::settle(std::span<const std::size_t> contacts, Pass pass) {
   std::vector<std::int32_t> members;
   for (const std::size_t c : contacts)
     for (const std::int32_t body : {contacts_[c].contact.a, contacts_[c].contact.b}) {
@@ -122,7 +105,7 @@ bool OdeWorld::settle(std::span<const std::size_t> contacts) {
   std::vector<PileBody> bodies;
   std::vector<PileContact> rows;
   for (const std::int32_t body : members) bodies.push_back(pile_body(body));
-  for (const std::size_t c : contacts) rows.push_back(pile_contact(contacts_[c]));
+  for (const std::size_t c : contacts) rows.push_back(pile_contact(contacts_[c], pass));
   const bool has_limits = std::all_of(
       rows.begin(), rows.end(), [](const PileContact& row) { return std::isfinite(row.friction); });
   const bool is_solved = has_limits && solve_pile(bodies, rows, kMostWork);
@@ -134,14 +117,14 @@ bool OdeWorld::settle(std::span<const std::size_t> contacts) {
     const PileContact& row = rows[i];
     Contact& c = contacts_[contacts[i]];
     c.is_solved = true;
-    c.contact.force = {};
+    Vec3 total{};
     for (std::size_t r = 0; r < 3; ++r)
-      c.contact.force =
-          spatial::add(c.contact.force, spatial::scale(row.axis[r], row.impulse[r] / dt_));
+      total = spatial::add(total, spatial::scale(row.axis[r], row.impulse[r] / dt_));
+    if (pass != Pass::places) c.contact.force = total, c.place = row.place;
     const auto give = [&](std::int32_t body, const Vec3& arm, double sign) {
       if (body < 0) return;
       PileForce& f = pile_forces_[first + static_cast<std::size_t>(body)];
-      const Vec3 force = spatial::scale(c.contact.force, sign);
+      const Vec3 force = spatial::scale(total, sign);
       f.force = spatial::add(f.force, force);
       f.torque = spatial::add(f.torque, spatial::cross(arm, force));
     };
@@ -151,7 +134,7 @@ bool OdeWorld::settle(std::span<const std::size_t> contacts) {
   return true;
 }
 
-void OdeWorld::settle_piles() {
+void OdeWorld::settle_piles(Pass pass) {
   pile_forces_.clear();
   if (!settings_.exact || settings_.cfm < kLeastSoftness ||
       settings_.contact_cfm < kLeastSoftness || contacts_.empty())
@@ -193,7 +176,7 @@ void OdeWorld::settle_piles() {
   };
   for (const auto& pile : piles)
     if (pile.size() >= settings_.piles_from || std::any_of(pile.begin(), pile.end(), ties))
-      settle(pile);
+      settle(pile, pass);
 }
 
 }  // namespace robomosp::physics_ode

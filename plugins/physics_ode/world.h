@@ -14,6 +14,7 @@
 
 #include "geometry.h"
 #include "pile.h"
+#include "turning.h"
 
 namespace robomosp::physics_ode {
 
@@ -23,6 +24,8 @@ enum Type { kRevolute = 0, kPrismatic = 1, kFixed = 2, kBall = 3, kDirections = 
 
 inline Vec3 vec3(const dReal* v) { return {v[0], v[1], v[2]}; }
 inline std::string number_text(std::size_t i) { return std::to_string(i + 1); }
+
+[[nodiscard]] std::string short_number(double x);  ///< three digits
 
 struct Settings {
   bool exact = true;  ///< Dantzig's method; else a fixed number of sweeps
@@ -34,16 +37,24 @@ struct Settings {
   int most_contacts = 16;       ///< of a pair of shapes
 };
 
+/// What contacts and stops of joints ask for in a solution of one step.
+enum class Pass {
+  whole,   ///< velocities that keep bodies apart and push out what is within another
+  motion,  ///< velocities that keep bodies apart
+  places,  ///< what moves the bodies: `motion` with the push, whose velocity is forgotten
+};
+
 /// dWorldStep(); whether its solver gave up then, so that velocities are of no use.
 bool step_exactly(dWorldID world, double dt);
 [[nodiscard]] bool gave_up();
 
-class OdeWorld final : public PhysicsWorld {
+class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
  public:
   static Result<std::unique_ptr<OdeWorld>> make(std::span<const PhysicsBody> bodies,
                                                 std::span<const PhysicsJoint> joints, Vec3 gravity,
                                                 const Settings& settings);
   ~OdeWorld() override;
+  [[nodiscard]] const void* extension(const char* id) const override;
   Result<void> step(double dt, std::int32_t steps, std::span<const double> forces,
                     Progress&) override;
   Result<void> read(const PhysicsState& out) const override;
@@ -67,7 +78,10 @@ class OdeWorld final : public PhysicsWorld {
     double friction = 0.5, restitution = 0;
     std::uint32_t group = 0;
     bool self = false, is_movable = false, is_jointed = false;
+    int attached = 0;  ///< attachments that hold it
     std::vector<Geometry> geometries;
+    double thinnest = 0, reach = 0;  ///< of geometries; of their boxes from the centre of mass [m]
+    FreeTurn turn;                   ///< of this step
   };
   struct Joint {
     dJointID id = nullptr;
@@ -90,6 +104,12 @@ class OdeWorld final : public PhysicsWorld {
     dContact made;
     dJointFeedback feedback;
     bool first_is_a = true;
+    unsigned round = 0;  ///< bit 0: of a's round outside, bit 1: of b's
+    std::array<std::int32_t, 2> shapes{};
+    /// Numbers of geometries and of their point; ascending in contacts_.
+    std::array<std::uint32_t, 3> key{};
+    std::array<signed char, 4> place{2, 2, 2, 2};  ///< as PileContact has it
+    double push_limit = 0;   ///< of friction in Pass::places: what Pass::motion allowed [N]
     bool is_solved = false;  ///< with its pile, so that the engine has no joint for it
   };
   /// A row of constraints that ODE has no joint for, between any number of bodies: sum J v = target
@@ -118,23 +138,40 @@ class OdeWorld final : public PhysicsWorld {
   OdeWorld();
   Result<void> add_body(const PhysicsBody& body, std::size_t number);
   static void fasten(const Body& body);
+  void note_extent(Body& body) const;
   void give_id(std::int32_t body);  ///< also to what does not move; once
   [[nodiscard]] Result<void> check_state() const;
-  [[nodiscard]] Result<void> check_islands() const;
-  void make_contact_joints();
+  [[nodiscard]] bool are_islands_small() const;
+  void make_contact_joints(Pass pass);
+  [[nodiscard]] dSurfaceParameters surface(const Contact& contact, Pass pass) const;
+  Result<void> find_contacts(Progress& progress);
+  void expect_places();
+  [[nodiscard]] bool is_deep() const;
+  Result<void> solve_step(std::span<const double> forces, Pass pass);
+  [[nodiscard]] Result<std::vector<PhysicsNote>> notes() const override;
+  // turning.cpp
+  void begin_turns();
+  void end_turns();
+  [[nodiscard]] bool turns_freely(const Body& body) const;
   // piles.cpp
-  void settle_piles();
-  bool settle(std::span<const std::size_t> contacts);
+  void settle_piles(Pass pass);
+  bool settle(std::span<const std::size_t> contacts, Pass pass);
   [[nodiscard]] PileBody pile_body(std::int32_t body) const;
-  [[nodiscard]] PileContact pile_contact(const Contact& contact) const;
+  [[nodiscard]] PileContact pile_contact(const Contact& contact, Pass pass) const;
   Result<void> step_once(std::span<const double> forces, Progress& progress);
   Result<void> add_joint(const PhysicsJoint& joint, std::size_t number,
                          std::span<const PhysicsBody> bodies);
   [[nodiscard]] bool may_touch(std::int32_t a, std::int32_t b) const;
   void collide(dGeomID first, dGeomID second);
+  [[nodiscard]] std::size_t drop_beside_round(const GeometryTag& x, const GeometryTag& y,
+                                              std::span<dContactGeom> points) const;
+  void add_contact(const GeometryTag& x, const GeometryTag& y, const dContactGeom& at,
+                   double softness);
   void set_direction(const Body& x, const Body& y, dContact& contact) const;
   void set_stops(Joint& joint) const;
-  void prepare(Joint& joint);
+  void prepare(Joint& joint, Pass pass);
+  /// How far it is beyond a stop [rad or m]; 0 = within.
+  [[nodiscard]] static double beyond_stop(const Joint& joint);
   [[nodiscard]] dJointID make_motor(const Joint& joint) const;
   [[nodiscard]] Vec3 axis(const Joint& joint) const;
   [[nodiscard]] Pose pose(std::int32_t body) const;
@@ -146,6 +183,18 @@ class OdeWorld final : public PhysicsWorld {
     Vec3 p, v, w;
     std::array<dReal, 4> q;
   };
+  /// Before a step.
+  struct FastBody {
+    std::size_t body;
+    double way;  ///< in the step, of its fastest point [m]
+    Moving before;
+    std::vector<std::array<Vec3, 2>> bounds;  ///< of its geometries
+  };
+  // passing.cpp
+  [[nodiscard]] std::vector<FastBody> fast_bodies() const;
+  void find_passed(std::span<const FastBody> fast);
+  void look_between(const FastBody& f, const FastBody* twin, dGeomID own, dGeomID other, double way,
+                    double thick);
   [[nodiscard]] std::vector<Moving> moving() const;
   static void put_back(std::span<const Moving> before);
   void add_forces(std::span<const double> forces, std::span<const double> row_forces);
@@ -163,6 +212,7 @@ class OdeWorld final : public PhysicsWorld {
   dWorldID world_ = nullptr;
   dSpaceID space_ = nullptr;  ///< owns the geometries
   std::unique_ptr<NearPairs> near_pairs_;
+  std::uint32_t geometries_ = 0;
   dJointGroupID contact_joints_ = nullptr;
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
@@ -176,8 +226,15 @@ class OdeWorld final : public PhysicsWorld {
   std::vector<Attachment> attachments_;
   std::multiset<std::pair<std::int32_t, std::int32_t>> tied_;  ///< a < b: do not touch
   int steps_until_exact_ = 0;                                  ///< after the exact solver gave up
+  bool is_swept_ = false;  ///< this step has too many contacts for the exact solver
+  bool was_swept_ = false;
+  std::int64_t steps_ = 0;
+  std::vector<std::pair<std::int32_t, std::int32_t>> passed_;  ///< each pair once
+  std::vector<PhysicsNote> notes_;
   bool is_broken_ = false;        ///< the engine stopped in the middle of a step
   std::deque<Contact> contacts_;  ///< ODE keeps their addresses
+  /// Keys and places of the contacts of the step before.
+  std::vector<std::pair<std::array<std::uint32_t, 3>, std::array<signed char, 4>>> places_;
 };
 
 }  // namespace robomosp::physics_ode

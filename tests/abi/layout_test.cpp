@@ -206,6 +206,8 @@ void plain_types(std::ostream& out) {
   F4(Shape, kind, sizes, mesh, pose);
   TYPE(ShapedBody);
   F1(ShapedBody, shapes);
+  TYPE(RoundOutside);
+  F3(RoundOutside, pose, sphere, profile);
   TYPE(PathSample);
   F5(PathSample, pose, velocity, angular_velocity, acceleration, angular_acceleration);
   TYPE(CurveSample);
@@ -254,6 +256,8 @@ void plain_types(std::ostream& out) {
   F5(PhysicsState, poses, velocities, angular_velocities, joint_positions, joint_velocities);
   TYPE(PhysicsContact);
   F6(PhysicsContact, a, b, point, normal, depth, force);
+  TYPE(PhysicsNote);
+  F3(PhysicsNote, a, b, text);
   TYPE(OdeRun);
   F1(OdeRun, struct_size);
   F7(OdeRun, start, end, x0, sample_times, relative_tolerance, absolute_tolerance, step);
@@ -511,6 +515,9 @@ void interfaces(std::ostream& out) {
   VIRTUAL(PhysicsWorld, servo);
   VIRTUAL(PhysicsWorld, push);
   VIRTUAL(PhysicsWorld, ignore);
+  TYPE(PhysicsNotes);
+  VIRTUAL(PhysicsNotes, extension);
+  VIRTUAL(PhysicsNotes, notes);
   TYPE(OdeSystem);
   VIRTUAL(OdeSystem, extension);
   VIRTUAL(OdeSystem, size);
