@@ -291,6 +291,11 @@ std::string to_bytes(const std::vector<ShapePiece>& pieces) {
     w.numbers(number_of(p.mesh.get()), number_of(p.corners.get()));
     put(w, p.cone);
     put(w, p.ellipsoid);
+    w.number(static_cast<std::uint8_t>(p.outside != nullptr));
+    if (!p.outside) continue;
+    put(w, p.outside->pose);
+    w.number(p.outside->sphere);
+    w.array(p.outside->profile);
   }
   return w.take();
 }
@@ -324,6 +329,15 @@ bool from_bytes(std::string_view bytes, std::vector<ShapePiece>& out) {
           !r.vec(p.sizes) || !get(r, p.pose) || !r.numbers(mesh, corner) || mesh > meshes.size() ||
           corner > corners.size() || !get(r, p.cone) || !get(r, p.ellipsoid))
         return false;
+      bool is_round = false;
+      if (!r.flag(is_round)) return false;
+      if (is_round) {
+        RoundOutside o;
+        if (!get(r, o.pose) || !r.number(o.sphere) || !r.array(o.profile)) return false;
+        for (const auto& circle : o.profile)
+          if (!std::isfinite(circle[0]) || !std::isfinite(circle[1])) return false;
+        p.outside = std::make_shared<const RoundOutside>(std::move(o));
+      }
       p.kind = static_cast<ShapeKind>(kind);
       if (mesh > 0) p.mesh = meshes[mesh - 1];
       if (corner > 0) p.corners = corners[corner - 1];

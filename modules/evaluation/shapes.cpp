@@ -106,6 +106,10 @@ bool make_cone(ShapePiece& piece, const Vec3& sizes) {
   if (!hull) return false;
   piece.kind = ShapeKind::convex;
   piece.cone = sizes;
+  RoundOutside outside;
+  if (sizes[0] > 0) outside.profile.push_back({sizes[0], -sizes[2] / 2});
+  if (sizes[1] > 0) outside.profile.push_back({sizes[1], sizes[2] / 2});
+  piece.outside = std::make_shared<const RoundOutside>(std::move(outside));
   piece.mesh = std::make_shared<const Mesh>(mesh_of_hull(*hull));
   piece.corners = std::make_shared<const std::vector<Vec3>>(std::move(hull->points));
   return true;
@@ -132,6 +136,111 @@ bool make_ellipsoid(ShapePiece& piece, const Vec3& half) {
   piece.mesh = std::make_shared<const Mesh>(mesh_of_hull(*hull));
   piece.corners = std::make_shared<const std::vector<Vec3>>(std::move(hull->points));
   return true;
+}
+
+// ---- round outsides ----
+
+constexpr std::size_t kMostCircles = 24;
+
+/// A solid of revolution about its z axis.
+bool is_turned(const CsgNode& n) {
+  switch (n.kind) {
+    case CsgKind::cylinder:
+    case CsgKind::cone:
+    case CsgKind::torus: return true;
+    case CsgKind::revolution: return n.sizes[0] >= kCsgFullTurn - 1e-9;
+    default: return false;
+  }
+}
+/// Turns about z and shifts along it only.
+bool keeps_axis(const Pose& p) {
+  constexpr double kOff = 1e-12;
+  return std::fabs(p.p[0]) <= kOff && std::fabs(p.p[1]) <= kOff && std::fabs(p.R[2]) <= kOff &&
+         std::fabs(p.R[5]) <= kOff && p.R[8] > 0;
+}
+/// Whether all below a node is made of solids of revolution about the node's z axis.
+bool is_all_turned(const CsgTree& tree, std::size_t top) {
+  for (std::size_t i = top + 1; i < tree.nodes.size() && tree.nodes[i].parent >= 0; ++i) {
+    if (tree.nodes[i].parent < static_cast<std::int32_t>(top)) break;
+    const CsgNode& n = tree.nodes[i];
+    if (!keeps_axis(n.placement)) return false;
+    const bool joins = n.kind == CsgKind::difference || n.kind == CsgKind::union_;
+    if (!joins && n.kind != CsgKind::sphere && !is_turned(n)) return false;
+  }
+  return true;
+}
+
+/// The circles of the hull of what turns about z of a frame: of the points' greatest radii.
+std::vector<std::array<double, 2>> turned_profile(const Mesh& mesh, const Pose& frame) {
+  std::vector<std::array<double, 2>> points;
+  const Pose back = spatial::inverse(frame);
+  for (const Vec3& v : spatial::vertices(mesh)) {
+    const Vec3 p = spatial::transform(back, v);
+    points.push_back({std::hypot(p[0], p[1]), p[2]});
+  }
+  if (points.empty()) return points;
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) {
+    return a[1] < b[1] || (a[1] == b[1] && a[0] > b[0]);
+  });
+  const double extent = std::max(points.back()[1] - points.front()[1],
+                                 2 * (*std::max_element(points.begin(), points.end()))[0]);
+  const double rounding = 1e-6 * extent;  // of single precision
+  std::vector<std::array<double, 2>> hull;
+  for (const auto& p : points) {
+    if (!hull.empty() && p[1] - hull.back()[1] <= rounding) {
+      hull.back()[0] = std::max(hull.back()[0], p[0]);
+      if (hull.size() < 2) continue;
+    } else {
+      hull.push_back(p);
+    }
+    // Keeps the chain convex, seen from the axis.
+    while (hull.size() >= 3) {
+      const auto &a = hull[hull.size() - 3], &b = hull[hull.size() - 2], &c = hull.back();
+      const double out = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+      if (out > rounding * extent) break;
+      hull.erase(hull.end() - 2);
+    }
+  }
+  std::erase_if(hull, [&](const auto& p) { return p[0] <= rounding; });
+  if (hull.size() <= kMostCircles) return hull;
+  // Fewer of a rounded outline, with its ends and its greatest radius.
+  const auto widest =
+      static_cast<std::size_t>(std::max_element(hull.begin(), hull.end()) - hull.begin());
+  std::vector<std::array<double, 2>> fewer;
+  for (std::size_t i = 0, next = 0; i < hull.size(); ++i) {
+    const std::size_t wanted = next * (hull.size() - 1) / (kMostCircles - 2);
+    if (i == wanted) ++next;
+    if (i == wanted || i == widest) fewer.push_back(hull[i]);
+  }
+  return fewer;
+}
+
+/// What a solid is from outside, in the frame of its root, where it comes from a solid of
+/// revolution from which tools are taken; nullptr elsewhere. `mesh` is of the whole.
+std::shared_ptr<const RoundOutside> round_outside(const CsgTree& tree, const Mesh& mesh) {
+  RoundOutside out;
+  std::size_t at = 0;
+  while (tree.nodes[at].kind == CsgKind::difference) {
+    const auto children = children_of(tree, at);
+    if (children.empty()) return nullptr;
+    at = children.front();
+    out.pose = spatial::compose(out.pose, tree.nodes[at].placement);
+  }
+  const CsgNode& n = tree.nodes[at];
+  const bool is_rounded =
+      (n.kind == CsgKind::fillet || n.kind == CsgKind::chamfer) && is_all_turned(tree, at);
+  if (n.kind == CsgKind::sphere) {
+    out.sphere = n.sizes[0];
+  } else if (n.kind == CsgKind::cylinder && n.sizes[2] == 0) {
+    out.profile = {{n.sizes[0], 0}, {n.sizes[0], n.sizes[1]}};
+  } else if (n.kind == CsgKind::cone) {
+    if (n.sizes[0] > 0) out.profile.push_back({n.sizes[0], 0});
+    if (n.sizes[1] > 0) out.profile.push_back({n.sizes[1], n.sizes[2]});
+  } else if (is_turned(n) || is_rounded) {
+    out.profile = turned_profile(mesh, out.pose);
+  }
+  if (!(out.sphere > 0) && out.profile.empty()) return nullptr;
+  return std::make_shared<const RoundOutside>(std::move(out));
 }
 
 class Factory {
@@ -293,6 +402,7 @@ class Factory {
     }
     ShapePiece p;
     p.pose = at;
+    p.outside = round_outside(tree, **mesh);
     if (auto convex = convex_form(**mesh)) {
       auto corners = corners_of_(tree);
       if (corners.ok()) make_exact(*convex, *corners);

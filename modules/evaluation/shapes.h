@@ -40,12 +40,16 @@ struct ShapePiece {
   /// within 0.5 % of its greatest half axis.
   std::optional<Vec3> ellipsoid = std::nullopt;
 
-  /// As collision and physics engines take it; borrows mesh and corners.
+  /// Of mesh and convex: what it is from outside where that is round.
+  std::shared_ptr<const RoundOutside> outside = nullptr;
+
+  /// As collision and physics engines take it; borrows mesh, corners and outside.
   [[nodiscard]] Shape shape(TakenShapes takes = {}) const {
     if (takes.cones && cone) return {ShapeKind::cone, *cone, nullptr, pose, {}};
     if (takes.ellipsoids && ellipsoid) return {ShapeKind::ellipsoid, *ellipsoid, nullptr, pose, {}};
     Shape s{kind, sizes, mesh.get(), pose, {}};
     if (corners) set_corners(s, *corners);
+    set_outside(s, outside.get());
     return s;
   }
   /// The points whose hull it is within, of mesh and convex, in the piece's frame [m].
@@ -62,7 +66,8 @@ using CornersOf = std::function<Result<std::vector<Vec3>>(const CsgTree&)>;
 /// scale of a primitive is the primitive that it makes; unions and patterns become their pieces,
 /// also below a difference ((A + B) - C = (A - C) + (B - C)); what is left is convex where the hull
 /// of its mesh has about its volume and no triangle lies deeper below the hull than 5e-4 of the
-/// extent, else the mesh.
+/// extent, else the mesh. Of solids of revolution with bores, slots and rounded rims the round
+/// outside is kept beside the triangles.
 [[nodiscard]] Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree,
                                                            const MeshOf& mesh_of,
                                                            const CornersOf& corners_of);
