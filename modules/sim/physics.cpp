@@ -76,6 +76,7 @@ Result<void> PhysicsSimulation::go(Progress& progress) {
     }
     RMP_TRY(carry(t, end));
     RMP_TRY(step(t, end, progress));
+    if (tick == first_) note_overlaps();
     if ((tick + 1) % every_ == 0 || tick + 1 == ticks_) RMP_TRY(sample(end));
   }
   // What happens at the very end changes nothing that is recorded.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "sim/base_motion.h"
@@ -17,6 +18,9 @@ using recording::Column;
 using recording::Recording;
 
 constexpr double kMostNumbers = 2e8;  ///< in a recording
+/// What lies less deep in another at the start is rounding, or a touch that was asked for [m].
+constexpr double kOverlap = 1e-4;
+constexpr std::size_t kMostPairs = 5;  ///< that are named
 
 }  // namespace
 
@@ -46,6 +50,44 @@ void PhysicsSimulation::note_differences() {
         (ellipsoids == 1 ? "1 ellipsoid meets others as a polyhedron"
                          : std::to_string(ellipsoids) + " ellipsoids meet others as polyhedra") +
         std::string(" of 482 corners, within 0.5 % of its greatest half axis"));
+}
+
+void PhysicsSimulation::note_overlaps() {
+  if (from_) return;  // it was no start
+  std::map<std::pair<std::int32_t, std::int32_t>, double> depths;
+  for (const PhysicsContact& c : contacts_) {
+    if (!(c.depth > kOverlap) || c.a < 0 || c.b < 0 || index(c.a) >= bodies_.size() ||
+        index(c.b) >= bodies_.size())
+      continue;
+    double& depth = depths[{std::min(c.a, c.b), std::max(c.a, c.b)}];
+    depth = std::max(depth, c.depth);
+  }
+  std::size_t told = 0;
+  for (const auto& [pair, depth] : depths) {
+    if (++told > kMostPairs) break;
+    out_.notes.push_back(body_name(index(pair.first)) + " and " + body_name(index(pair.second)) +
+                         " overlap by " + text::print_rounded(1e3 * depth, 3) +
+                         " mm at the start: contact moves them apart, which gives them no speed");
+  }
+  if (depths.size() > kMostPairs)
+    out_.notes.push_back(std::to_string(depths.size() - kMostPairs) +
+                         " more pairs of bodies overlap at the start");
+}
+
+Result<void> PhysicsSimulation::note_engine() {
+  const void* const known = world_->extension(PhysicsNotes::kId);
+  if (!known) return {};
+  RMP_TRY_ASSIGN(const auto all, guarded(provider_, [&] {
+                   return static_cast<const PhysicsNotes*>(known)->notes();
+                 }));
+  for (; engine_notes_ < all.size(); ++engine_notes_) {
+    const PhysicsNote& n = all[engine_notes_];
+    std::vector<std::string> names;
+    for (const std::int32_t body : {n.a, n.b})
+      if (body >= 0 && index(body) < bodies_.size()) names.push_back(body_name(index(body)));
+    out_.notes.push_back((names.empty() ? "" : text::enumerate(names) + " ") + n.text);
+  }
+  return {};
 }
 
 void PhysicsSimulation::prepare_columns() {
@@ -100,6 +142,7 @@ void PhysicsSimulation::add_robot_columns(const Actor& a, const std::string& pre
 }
 
 Result<void> PhysicsSimulation::sample(double t) {
+  RMP_TRY(note_engine());
   std::size_t c = 0;
   const auto put = [&](double x) { out_.columns[c++].values.push_back(x); };
   if (static_cast<double>(out_.rows() + 1) * static_cast<double>(out_.columns.size()) >

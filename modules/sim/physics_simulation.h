@@ -124,6 +124,10 @@ class PhysicsSimulation {
   std::size_t add_column(std::string name, std::string unit, std::string doc);
   /// What of the world is not as the engine has it.
   void note_differences();
+  /// Of the first step: bodies that began within each other.
+  void note_overlaps();
+  /// What the engine has to say since the last call.
+  Result<void> note_engine();
   void prepare_columns();
   void add_robot_columns(const Actor& a, const std::string& prefix);
   Result<void> sample(double t);
@@ -186,6 +190,7 @@ class PhysicsSimulation {
   MotionReference::Sample wanted_;
   std::vector<const Actor*> recorded_;
   std::vector<std::string> inert_;
+  std::size_t engine_notes_ = 0;        ///< of the engine's, in out_ already
   std::vector<std::string> untouched_;  ///< links of designed robots that have no parts
   recording::Recording out_;
 };

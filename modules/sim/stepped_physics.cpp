@@ -77,9 +77,10 @@ Result<void> SteppedPhysics::go_to(double t, const RobotWays& ways, Progress& pr
     }
     RMP_TRY(s.carry(from, to));
     RMP_TRY(s.step(from, to, progress).in("contact physics"));
+    if (parts.tick == 0) s.note_overlaps();
     ++parts.tick;
   }
-  return {};
+  return s.note_engine();
 }
 
 bool SteppedPhysics::is_movable(std::size_t object) const {

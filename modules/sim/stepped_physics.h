@@ -49,7 +49,7 @@ class SteppedPhysics {
                     const Pose& joint_T_object);
   /// What is not held is left alone.
   Result<void> let_go(std::size_t object);
-  /// What of the world is not as the engine has it.
+  /// What of the world is not as the engine has it, and what its steps had to say; grows with them.
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
  private:

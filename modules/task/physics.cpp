@@ -51,7 +51,7 @@ Result<void> TaskExecutor::add_physics(const sim::PhysicsRun& wanted, Progress& 
                  "Give a step such as 0.001 s.", "contact physics");
   run.step = step_ / std::ceil(step_ / run.step * (1 - kNearTime));
   RMP_TRY_ASSIGN(physics_, sim::SteppedPhysics::create(*sim_, std::move(run), progress));
-  for (const std::string& text : physics_->notes()) note(0, text);
+  note_physics(0);
   if (std::none_of(things_.begin(), things_.end(),
                    [&](const Thing& thing) { return physics_->is_movable(place_of(thing)); }))
     note(0, "no object of the world has a mass and is free: physics moves none");
@@ -59,6 +59,11 @@ Result<void> TaskExecutor::add_physics(const sim::PhysicsRun& wanted, Progress& 
   for (Thing& thing : things_)
     if (is_loose(thing)) thing.history.back().pose = physics_->pose(place_of(thing), 0);
   return {};
+}
+
+void TaskExecutor::note_physics(double t) {
+  const auto& all = physics_->notes();
+  for (; physics_notes_ < all.size(); ++physics_notes_) note(t, all[physics_notes_]);
 }
 
 double TaskExecutor::next_step(double now) const {
@@ -74,6 +79,7 @@ Result<void> TaskExecutor::go_to(double t, Progress& progress) {
     const double row = step_ * static_cast<double>(rows_of_physics_ + 1);
     if (row > t * (1 + kNearTime)) break;
     RMP_TRY(physics_->go_to(row, ways, progress));
+    note_physics(row);
     ++rows_of_physics_;
     for (Thing& thing : things_) {
       if (!is_loose(thing)) continue;
@@ -82,7 +88,9 @@ Result<void> TaskExecutor::go_to(double t, Progress& progress) {
         thing.history.push_back({row, 0, false, -1, pose});
     }
   }
-  return physics_->go_to(t, ways, progress);
+  RMP_TRY(physics_->go_to(t, ways, progress));
+  note_physics(t);
+  return {};
 }
 
 bool TaskExecutor::is_loose(const Thing& thing) const {

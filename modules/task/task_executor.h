@@ -202,6 +202,8 @@ class TaskExecutor {
   static void sample(const Actor&, double t, JointState&);
   [[nodiscard]] Pose world_T_joint(const Actor&, std::int32_t joint, double t) const;
   [[nodiscard]] Pose pose_of(const Thing&, double t) const;
+  /// What physics has had to say since the last call.
+  void note_physics(double t);
   /// Whether physics has it now.
   [[nodiscard]] bool is_loose(const Thing&) const;
   [[nodiscard]] std::size_t place_of(const Thing& thing) const {
@@ -237,6 +239,7 @@ class TaskExecutor {
   mutable std::unordered_map<std::string, Expression> compiled_;
   std::shared_ptr<sim::SteppedPhysics> physics_;  ///< null = none
   std::int64_t rows_of_physics_ = 0;              ///< whose places stand in the objects' history
+  std::size_t physics_notes_ = 0;                 ///< of its notes, in notes_ already
 };
 
 }  // namespace robomosp::task

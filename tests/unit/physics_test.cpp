@@ -275,6 +275,93 @@ TEST_F(Physics, AnEllipsoidRestsOnItsShortestAxisAndTheRunSaysHowItTouches) {
             r->notes.end());
 }
 
+/// A note that holds a text.
+bool has_note(const recording::Recording& r, const std::string& part) {
+  return std::any_of(r.notes.begin(), r.notes.end(),
+                     [&](const std::string& note) { return note.find(part) != std::string::npos; });
+}
+
+TEST_F(Physics, OverlapAtTheStartIsSaidAndGivesNoSpeed) {
+  world_.objects.push_back({"sunk", box_, at({0, 0, -0.03})});
+  world_.objects.push_back({"beside", box_, at({1, 0, 0})});
+  PhysicsRun run;
+  run.duration = 0.3;
+  run.sample_time = 1e-3;
+  const auto r = unwrap(simulate(run));
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(has_note(*r, "object \"floor\" and object \"sunk\" overlap by 30 mm at the start"));
+  EXPECT_FALSE(has_note(*r, "beside"));
+  const auto& z = r->find("sunk.z")->values;
+  EXPECT_NEAR(z.back(), 0, 1e-4);
+  EXPECT_LT(*std::max_element(z.begin(), z.end()), 1e-5) << "it does not jump";
+}
+
+TEST_F(Physics, WhatPassesThroughAnotherIsNamed) {
+  world_.objects.push_back({"wall", add_box("wall", {0.05, 1, 1}, {}), at({0, 0, 0.5})});
+  world_.objects.push_back({"shot", box_, at({-0.62, 0, 1})});
+  PhysicsRun run;
+  run.duration = 0.01;
+  run.sample_time = 1e-3;
+  sim::PhysicsObjectSettings s;
+  s.name = "shot";
+  s.velocity = {200, 0, 0};
+  run.objects = {s};
+  const auto r = unwrap(simulate(run));
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(
+      has_note(*r, "object \"wall\" and object \"shot\" passed through each other within a step"));
+  run.step = 2e-4;
+  EXPECT_FALSE(has_note(*unwrap(simulate(run)), "passed through"));
+}
+
+TEST_F(Physics, RoundSolidsWithBoresRollAsRoundOnes) {
+  // Of a mass that does not matter: what rolls without slipping keeps its speed, 1 m/s for 2 s.
+  model::Material steel;
+  steel.density = 7800;
+  const MaterialId material = make(bench.document, "steel", steel);
+  const auto node = [](CsgKind kind, std::int32_t parent, std::array<double, 6> sizes, Vec3 shift) {
+    model::SolidNode n;
+    n.kind = kind;
+    n.parent = parent;
+    n.name = "n" + std::to_string(static_cast<int>(kind)) + (shift[2] < 0 ? "tool" : "");
+    n.sizes = sizes;
+    n.placement = at(shift);
+    return n;
+  };
+  const auto solid = [&](const char* name, std::vector<model::SolidNode> nodes) {
+    model::Solid s;
+    s.material = material;
+    s.nodes = std::move(nodes);
+    return make(bench.document, name, s);
+  };
+  const double R = 0.1;
+  const AnyId disc = solid(
+      "disc", {node(CsgKind::difference, -1, {}, {}), node(CsgKind::cylinder, 0, {R, 0.04, 0}, {}),
+               node(CsgKind::cylinder, 0, {0.05, 0.06, 0}, {0, 0, -0.01})});
+  const AnyId ball =
+      solid("ball", {node(CsgKind::difference, -1, {}, {}), node(CsgKind::sphere, 0, {R}, {}),
+                     node(CsgKind::cylinder, 0, {0.03, 0.3, 0}, {0, 0, -0.15})});
+  const AnyId rounded = solid("rounded", {node(CsgKind::cylinder, -1, {R, 0.04, 0.005}, {})});
+  double y = -1;
+  PhysicsRun run;
+  run.duration = 2;
+  for (const auto& [name, what] : {std::pair{"disc", disc}, {"ball", ball}, {"rounded", rounded}}) {
+    model::Placement lying = at({-1, y, R});
+    lying.angles = {std::acos(-1.0) / 2, 0, 0};
+    world_.objects.push_back({name, what, lying});
+    y += 0.7;
+    sim::PhysicsObjectSettings s;
+    s.name = name;
+    s.velocity = {1, 0, 0};
+    s.angular_velocity = {0, 1 / R, 0};
+    run.objects.push_back(s);
+  }
+  const auto r = unwrap(simulate(run));
+  ASSERT_TRUE(r);
+  for (const char* name : {"disc", "ball", "rounded"})
+    EXPECT_NEAR(last(*r, std::string(name) + ".x"), 1, 1e-3) << name;
+}
+
 TEST_F(Physics, TellsWhatIsWrong) {
   add_gantry();
   world_.objects.push_back({"box", box_, at({0, 0, 0})});
