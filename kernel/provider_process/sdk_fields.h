@@ -18,9 +18,11 @@
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/physics_notes.h>
 #include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
+#include <robomosp/sdk/round_outside.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/provider_process/wire.h"

@@ -13,6 +13,7 @@
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/result.h>
+#include <robomosp/sdk/round_outside.h>
 
 namespace robomosp::evaluation {
 

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include <robomosp/sdk/physics_notes.h>
+
 #include "sim/base_motion.h"
 #include "sim/physics_simulation.h"
 #include "spatial/pose.h"

@@ -9,6 +9,7 @@
 
 #include <ode/ode.h>
 #include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/round_outside.h>
 
 namespace robomosp::physics_ode {
 

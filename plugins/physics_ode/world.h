@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/physics_notes.h>
 
 #include "geometry.h"
 #include "pile.h"

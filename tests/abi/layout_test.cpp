@@ -34,6 +34,7 @@
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/physics_notes.h>
 #include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
@@ -42,6 +43,7 @@
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
+#include <robomosp/sdk/round_outside.h>
 #include <robomosp/sdk/threads.h>
 #include <robomosp/sdk/trajectory.h>
 

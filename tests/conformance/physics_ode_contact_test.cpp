@@ -10,6 +10,8 @@
 #include <vector>
 
 #include <robomosp/sdk/conformance/physics_suite.h>
+#include <robomosp/sdk/physics_notes.h>
+#include <robomosp/sdk/round_outside.h>
 
 namespace robomosp::conformance {
 namespace {
