@@ -247,32 +247,48 @@ class Pile {
   /// M + sum of weight J^T J, factored; weight 0 = not this row.
   template <class Weight>
   bool factor(Weight&& weight) {
+    using Block = std::array<double, 36>;  // rows, columns
     matrix_.assign(matrix_size_, 0.0);
     for (std::size_t i = 0; i < v_.size(); i += 6)
       for (std::size_t k = 0; k < 6; ++k)
         for (std::size_t l = 0; l <= k; ++l)
           row(i + k)[i - 6 * first_[i / 6] + l] = mass_[6 * i + 6 * k + l];
-    const auto add = [&](std::size_t x, const std::array<double, 6>& left, std::size_t y,
-                         const std::array<double, 6>& right, double by) {
+    const auto add = [&](std::size_t x, std::size_t y, const Block& block) {
       for (std::size_t k = 0; k < 6; ++k) {
         double* to = row(6 * x + k) + 6 * (y - first_[x]);
-        const double f = by * left[k];
         const std::size_t end = x == y ? k + 1 : 6;
-        for (std::size_t l = 0; l < end; ++l) to[l] += f * right[l];
+        for (std::size_t l = 0; l < end; ++l) to[l] += block[6 * k + l];
       }
     };
-    for (std::size_t c = 0; c < rows_.size(); ++c)
-      for (const Row& r : rows_[c]) {
-        const double by = weight(r);
-        if (by == 0) continue;
-        const bool has_a = contacts_[c].a >= 0, has_b = contacts_[c].b >= 0;
-        const std::size_t a = has_a ? place_[static_cast<std::size_t>(contacts_[c].a)] : 0;
-        const std::size_t b = has_b ? place_[static_cast<std::size_t>(contacts_[c].b)] : 0;
-        if (has_a) add(a, r.a, a, r.a, by);
-        if (has_b) add(b, r.b, b, r.b, by);
-        if (has_a && has_b && a > b) add(a, r.a, b, r.b, by);
-        if (has_a && has_b && b > a) add(b, r.b, a, r.a, by);
+    const auto gather = [](Block& to, const std::array<double, 6>& left,
+                           const std::array<double, 6>& right, double by) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        const double f = by * left[k];
+        for (std::size_t l = 0; l < 6; ++l) to[6 * k + l] += f * right[l];
       }
+    };
+    // Contacts of two bodies follow each other: their blocks are added once.
+    for (std::size_t c = 0, end = 0; c < rows_.size(); c = end) {
+      const std::int32_t of_a = contacts_[c].a, of_b = contacts_[c].b;
+      const bool has_a = of_a >= 0, has_b = of_b >= 0;
+      const std::size_t a = has_a ? place_[static_cast<std::size_t>(of_a)] : 0;
+      const std::size_t b = has_b ? place_[static_cast<std::size_t>(of_b)] : 0;
+      Block aa{}, bb{}, between{};
+      for (end = c; end < rows_.size() && contacts_[end].a == of_a && contacts_[end].b == of_b;
+           ++end)
+        for (const Row& r : rows_[end]) {
+          const double by = weight(r);
+          if (by == 0) continue;
+          if (has_a) gather(aa, r.a, r.a, by);
+          if (has_b) gather(bb, r.b, r.b, by);
+          if (!has_a || !has_b) continue;
+          if (a > b) gather(between, r.a, r.b, by);
+          else gather(between, r.b, r.a, by);
+        }
+      if (has_a) add(a, a, aa);
+      if (has_b) add(b, b, bb);
+      if (has_a && has_b) add(std::max(a, b), std::min(a, b), between);
+    }
     for (std::size_t i = 0; i < v_.size(); ++i) {
       const std::size_t own = 6 * first_[i / 6];
       double* const to = row(i);
