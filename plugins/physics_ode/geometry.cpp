@@ -89,7 +89,7 @@ Result<std::vector<Geometry>> make_mesh(dSpaceID space, const Shape& shape) {
 // ---- round outsides ----
 
 /// Of the triangles' distance from a round surface: what counts as on it, more than the mesh needs.
-constexpr double kMore = 1.5, kRounding = 2e-6;
+constexpr double kMore = 1.5, kOnSurface = 2e-6;
 constexpr double kAlong = 0.7;        ///< cosine of a triangle's normal and the surface's
 constexpr double kRimShare = 2e-4;    ///< of a radius: the thickness of a rim
 constexpr double kEndNormal = 0.999;  ///< cosine of an end's normal and the axis
@@ -137,7 +137,7 @@ std::shared_ptr<const Opening> divide(const Shape& shape, const Pose& round, dou
   std::vector<Opening::Triangle> on, walls;
   const std::vector<Vec3> points = spatial::vertices(*shape.mesh);
   const Pose back = spatial::inverse(round);
-  const double at_all = kRounding * 2 * std::max(radius, length);
+  const double at_all = kOnSurface * 2 * std::max(radius, length);
   double sagitta = 0;
   const auto& all = shape.mesh->triangles;
   // Corners are on the surface to rounding; what lies between them is not.
@@ -180,7 +180,7 @@ double arm_of_end(const Mesh& mesh, const Pose& round, double radius, double z, 
     const double twice = spatial::norm(n);
     const Vec3 middle = middle_of(t);
     if (!((looks_up ? n[2] : -n[2]) > kEndNormal * twice) ||
-        std::fabs(middle[2] - z) > kRounding * 2 * std::max(radius, std::fabs(z)))
+        std::fabs(middle[2] - z) > kOnSurface * 2 * std::max(radius, std::fabs(z)))
       continue;
     // By four points (exact for polynomials of degree 2).
     double r = 3.0 / 4 * std::hypot(middle[0], middle[1]);
