@@ -113,6 +113,8 @@ Quaternion turned(const Quaternion& a, const Vec3& half) {
 /// Spherical quadrangle through all points (K. Shoemake, Animating rotation with quaternion
 /// curves, SIGGRAPH 1985), its inner points chosen for knots at any distance: the angular velocity
 /// at a point is the mean of those of its neighbouring turns, weighted by the other one's length.
+/// Before the first and behind the last point, as on circles, the tool keeps its orientation: it
+/// comes to rest there, so that the rate has no jump.
 class Squad final : public Orientation {
  public:
   explicit Squad(const OrientationTask& task) : knots_(task.shares.begin(), task.shares.end()) {
@@ -146,7 +148,8 @@ class Squad final : public Orientation {
     for (std::size_t i = 0; i < w.size(); ++i) {
       const std::size_t k = piece_of(knots_, w[i]);
       const double h = width(k), x = std::clamp((w[i] - knots_[k]) / h, 0.0, 1.0);
-      const Jet t{x, 1 / h, 0};
+      const bool is_turning = w[i] >= knots_.front() && w[i] <= knots_.back();
+      const Jet t{x, is_turning ? 1 / h : 0, 0};
       const JetQuaternion outer = slerp(constant(q_[k]), constant(q_[k + 1]), t),
                           inside = slerp(constant(inner_[k][0]), constant(inner_[k][1]), t),
                           q = slerp(outer, inside, t * (Jet{1} - t) * 2.0);
@@ -162,14 +165,15 @@ class Squad final : public Orientation {
   [[nodiscard]] double width(std::size_t k) const {
     return std::max(knots_[k + 1] - knots_[k], 1e-12);
   }
+  static constexpr double kAtEnd = 1e-9;  ///< shares this near an end of the way are there
   /// Half the angular velocity at a point, in its axes.
   [[nodiscard]] Vec3 rate(std::size_t i) const {
     const auto ahead = [&](std::size_t k) {
       return spatial::scale(half_turn(q_[i], q_[k + 1]), 1 / width(k));
     };
-    if (i == 0) return ahead(0);
+    if (i == 0) return knots_.front() > kAtEnd ? Vec3{} : ahead(0);
     const Vec3 behind = spatial::scale(half_turn(q_[i], q_[i - 1]), -1 / width(i - 1));
-    if (i + 1 == q_.size()) return behind;
+    if (i + 1 == q_.size()) return knots_.back() < 1 - kAtEnd ? Vec3{} : behind;
     const double before = width(i - 1), after = width(i);
     return spatial::scale(add(spatial::scale(behind, after), spatial::scale(ahead(i), before)),
                           1 / (before + after));
