@@ -37,19 +37,18 @@ class Collector {
         RMP_TRY(collect_stored(record, here, outer_T_trajectory, transition));
         continue;
       }
-      RMP_TRY_ASSIGN(auto segment, make_segment(registry_, record, here));
-      if (!is_outermost) segment = placed_segment(outer_T_trajectory, std::move(segment));
-      auto joined = follow(out, std::move(segment), transition, ++count_);
-      if (!joined.ok()) return std::move(joined).error().in(where);
-      // Before the segment itself, what else was added leads to it.
-      while (marks.size() < out.size())
-        marks.push_back({{}, 0, number_, marks.size() + 1 < out.size()});
+      SegmentInLine next;
+      next.transition = transition;
+      RMP_TRY_ASSIGN(next.segment, make_segment(registry_, record, here, &next.limits));
+      if (!is_outermost) next.segment = placed_segment(outer_T_trajectory, std::move(next.segment));
+      line.push_back(std::move(next));
+      numbers.push_back(number_);
     }
     return {};
   }
 
-  std::vector<std::shared_ptr<const Segment>> out;
-  std::vector<Path::Piece> marks;  ///< of each of them: the number, and whether it is a transition
+  std::vector<SegmentInLine> line;
+  std::vector<std::size_t> numbers;  ///< of each: the outermost trajectory's segment
 
  private:
   Result<void> collect_stored(const model::TrajectorySegment& record, const std::string& here,
@@ -73,7 +72,6 @@ class Collector {
   const Registry& registry_;
   const FindTrajectory& find_;
   std::vector<TrajectoryId> open_;  ///< being run, outermost first
-  std::size_t count_ = 0;           ///< of segments so far
   std::size_t number_ = 0;          ///< of the outermost trajectory's segment
 };
 
@@ -86,21 +84,25 @@ Result<std::shared_ptr<const Path>> Path::build(const Registry& registry,
   const std::string name = "trajectory " + text::quote(trajectory_name);
   Collector collector(registry, find);
   RMP_TRY(collector.collect(trajectory, name, Pose{}, {}));
+  auto joined = join(collector.line);
+  if (!joined.ok()) return std::move(joined).error().in(name);
   auto path = std::make_shared<Path>();
   path->starts_.push_back(0);
-  path->pieces_ = std::move(collector.marks);
-  for (std::size_t i = 0; i < path->pieces_.size(); ++i) {
-    Piece& piece = path->pieces_[i];
-    piece.segment = std::move(collector.out[i]);
-    piece.start = path->starts_.back();
-    path->starts_.push_back(piece.start + piece.segment->duration());
-    path->length_ += piece.segment->length();
+  for (JoinedPiece& piece : joined->pieces) {
+    path->pieces_.push_back({std::move(piece.segment), path->starts_.back(),
+                             collector.numbers[piece.index], piece.is_transition});
+    const Segment& segment = *path->pieces_.back().segment;
+    path->starts_.push_back(path->starts_.back() + segment.duration());
+    path->length_ += segment.length();
   }
+  for (std::string& note : joined->notes) path->notes_.push_back(name + ": " + std::move(note));
   return std::shared_ptr<const Path>(std::move(path));
 }
 
-Result<void> Path::check(const Registry& registry, std::string_view trajectory_name,
-                         const model::Trajectory& trajectory, const FindTrajectory& find) {
+Result<std::vector<std::string>> Path::check(const Registry& registry,
+                                             std::string_view trajectory_name,
+                                             const model::Trajectory& trajectory,
+                                             const FindTrajectory& find) {
   bool has_joints = false;
   for (std::size_t i = 0; i < trajectory.segments.size(); ++i) {
     const model::TrajectorySegment& record = trajectory.segments[i];
@@ -115,10 +117,10 @@ Result<void> Path::check(const Registry& registry, std::string_view trajectory_n
       return error(ErrorCode::invalid_argument, "it has neither joint vectors nor points",
                    "Give joints = {{...}, ...}, or points to go to.", where);
   }
-  if (has_joints) return {};  // what follows what shows on a robot
+  if (has_joints) return std::vector<std::string>();  // what follows what shows on a robot
   auto built = build(registry, trajectory_name, trajectory, find);
   if (!built.ok()) return std::move(built).error();
-  return {};
+  return (*built)->notes();
 }
 
 Result<void> Path::sample(std::span<const double> times, std::span<PathSample> out) const {

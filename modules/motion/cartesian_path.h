@@ -44,9 +44,11 @@ class Path {
                                                    const model::Trajectory&,
                                                    const FindTrajectory& = {});
 
-  /// Whether a trajectory can be built; joint segments are only checked for what needs no robot.
-  static Result<void> check(const Registry&, std::string_view trajectory_name,
-                            const model::Trajectory&, const FindTrajectory& = {});
+  /// Whether a trajectory can be built, and its notes; joint segments are only checked for what
+  /// needs no robot.
+  static Result<std::vector<std::string>> check(const Registry&, std::string_view trajectory_name,
+                                                const model::Trajectory&,
+                                                const FindTrajectory& = {});
 
   [[nodiscard]] double duration() const { return starts_.back(); }  ///< [s]
   [[nodiscard]] double length() const { return length_; }           ///< [m]
@@ -54,6 +56,8 @@ class Path {
   [[nodiscard]] std::size_t segment_count() const { return pieces_.size(); }
   /// In order of time. What runs a stored trajectory is as many as that has.
   [[nodiscard]] std::span<const Piece> pieces() const { return pieces_; }
+  /// Where transitions pass limits or leave the hull of their segments, a sentence each.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
   /// Fills out[i] for times[i] (ascending or not; held at the ends outside 0..duration()). A time
   /// at a joint of two segments belongs to the later one. Poses in the trajectory's frame. An error
   /// names the provider that could not say.
@@ -65,6 +69,7 @@ class Path {
   std::vector<Piece> pieces_;
   std::vector<double> starts_;  ///< start time of each piece, and the end of the last
   double length_ = 0;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace robomosp::motion

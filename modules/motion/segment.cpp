@@ -26,6 +26,9 @@ using spatial::scale;
 
 constexpr const char* kDefaultLaw = "constant_speed";
 constexpr const char* kDefaultOrientation = "slerp";
+/// A curve of no more than this is no motion.
+constexpr double kStandsWithin = 1e-9;  ///< [m]
+constexpr double kTurnsWithin = 1e-9;   ///< [rad]
 
 Error bad(std::string message, std::string hint, std::string_view where) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint),
@@ -188,6 +191,22 @@ class PlacedSegment final : public Segment {
   std::shared_ptr<const Segment> segment_;
 };
 
+/// The tool stands for a time, which may be zero.
+class StandingSegment final : public Segment {
+ public:
+  StandingSegment(const Pose& pose, double duration) : pose_(pose), duration_(duration) {}
+  [[nodiscard]] double duration() const override { return duration_; }
+  [[nodiscard]] double length() const override { return 0; }
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
+    for (PathSample& s : out.first(times.size())) s = {pose_, {}, {}, {}, {}};
+    return {};
+  }
+
+ private:
+  Pose pose_;
+  double duration_;
+};
+
 /// Holds the angular velocity against differences of the orientation; what is not its derivative at
 /// a quarter of the places is the provider's fault. (Between pieces it may jump.)
 Result<void> check_turning(const CurveWalk& walk, const Orientation& orientation,
@@ -269,11 +288,34 @@ Result<std::shared_ptr<const MotionLaw>> run_law(const Registry& registry,
   return law;
 }
 
+/// The limits among the parameters of a segment's providers. The turn's own law bounds the turn.
+SegmentLimits limits_of(const SegmentProviders& providers, const SegmentParams& params) {
+  const auto limit = [](std::initializer_list<std::pair<const ProviderInfo*, const Params*>> from,
+                        std::string_view name) {
+    for (const auto& [info, values] : from) {
+      if (!values || !find_parameter(*info, name)) continue;
+      const double value = values->real(name);
+      return value > 0 ? value : SegmentLimits::kNone;
+    }
+    return SegmentLimits::kNone;
+  };
+  const std::pair<const ProviderInfo*, const Params*> shape{&providers.shape, params.shape.get()},
+      law{&providers.law, params.law.get()}, turning{&providers.turning, params.turning.get()};
+  SegmentLimits out;
+  out.speed = limit({law, shape}, "speed");
+  out.acceleration = limit({law, shape}, "acceleration");
+  out.jerk = limit({law, shape}, "jerk");
+  out.angular_speed = limit({turning, law, shape}, "angular_speed");
+  out.angular_acceleration = limit({turning, law, shape}, "angular_acceleration");
+  out.angular_jerk = limit({turning, law, shape}, "angular_jerk");
+  return out;
+}
+
 Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
                                                  const SegmentProviders& providers,
                                                  const SegmentParams& params,
                                                  std::span<const Pose> points,
-                                                 std::string_view where) {
+                                                 std::string_view where, SegmentLimits* limits) {
   RMP_TRY_ASSIGN(const auto factory, registry.create<CurveFactory>(providers.shape.name).in(where));
   RMP_TRY_ASSIGN(
       const auto curve,
@@ -310,10 +352,13 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
   RMP_TRY(check_turning(walk, *orientation, providers.orientation).in(where));
   const double length = walk.length();
   RMP_TRY_ASSIGN(const double turn, greatest_turn(walk, *orientation).in(where));
-  // A curve with its own times may be a wait.
-  if (!(length > 0) && !(turn > 0) && !by_own_times)
-    return bad("the tool neither moves nor turns",
-               "Move or turn one of the points; to wait, give a spline times.", where);
+  if (limits && !by_own_times) *limits = limits_of(providers, params);
+  // A motion to where the tool is: a wait of its duration, or nothing.
+  if (!by_own_times && length <= kStandsWithin && turn <= kTurnsWithin) {
+    const bool has_duration = find_parameter(providers.law, "duration") != nullptr;
+    return std::shared_ptr<const Segment>(std::make_shared<StandingSegment>(
+        points.front(), has_duration ? params.law->real("duration") : 0));
+  }
   const bool turns_apart = !providers.turning.name.empty() && turn > 0;
   std::shared_ptr<const MotionLaw> law, turning;
   if (turns_apart) {
@@ -416,7 +461,7 @@ Result<SegmentParams> params_of(const SegmentProviders& providers,
 
 Result<std::shared_ptr<const Segment>> make_segment(const Registry& registry,
                                                     const model::TrajectorySegment& record,
-                                                    std::string_view where) {
+                                                    std::string_view where, SegmentLimits* limits) {
   RMP_TRY_ASSIGN(const SegmentProviders providers, providers_of(registry, record, where));
   if (providers.is_joint())
     return error(ErrorCode::unsupported, text::quote(providers.shape.name) + " moves joints",
@@ -429,7 +474,8 @@ Result<std::shared_ptr<const Segment>> make_segment(const Registry& registry,
   std::vector<Pose> points;
   points.reserve(record.points.size());
   for (const auto& p : record.points) points.push_back(model::pose(p));
-  if (providers.is_curve()) return run_curve(registry, providers, params, points, where);
+  if (providers.is_curve()) return run_curve(registry, providers, params, points, where, limits);
+  if (limits) *limits = limits_of(providers, params);
   RMP_TRY_ASSIGN(const auto factory,
                  registry.create<SegmentFactory>(providers.shape.name).in(where));
   RMP_TRY_ASSIGN(

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -46,11 +47,24 @@ struct SegmentParams {
 Result<SegmentParams> params_of(const SegmentProviders&, const model::TrajectorySegment&,
                                 std::string_view where);
 
-/// The segment as its record says (not a stored one). A joint segment is an error: it needs a
-/// robot. [any thread]
+/// The greatest rates that a segment's laws are given, defaults included; infinite = no limit.
+struct SegmentLimits {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double speed = kNone;                 ///< [m/s]
+  double acceleration = kNone;          ///< [m/s^2]
+  double jerk = kNone;                  ///< [m/s^3]
+  double angular_speed = kNone;         ///< [rad/s]
+  double angular_acceleration = kNone;  ///< [rad/s^2]
+  double angular_jerk = kNone;          ///< [rad/s^3]
+};
+
+/// The segment of a record (not a stored one), and its limits if `limits` is not null. A line whose
+/// ends coincide is a wait of its `duration`, which may be zero. A joint segment is an error: it
+/// needs a robot. [any thread]
 Result<std::shared_ptr<const Segment>> make_segment(const Registry&,
                                                     const model::TrajectorySegment&,
-                                                    std::string_view where);
+                                                    std::string_view where,
+                                                    SegmentLimits* limits = nullptr);
 
 /// A segment seen from elsewhere: poses and rates multiplied by `a_T_b`.
 std::shared_ptr<const Segment> placed_segment(const Pose& a_T_b, std::shared_ptr<const Segment>);

@@ -162,12 +162,7 @@ Result<std::unique_ptr<Curve>> LineFactory::make(std::span<const Pose> points,
                                                  const Params&) const {
   RMP_TRY(check_points(points, 2, "a line", "Give start and end."));
   Vec3 way = sub(points[1].p, points[0].p);
-  if (!(spatial::norm(way) > kSamePoint)) {
-    const Vec3 turn = spatial::rotation_difference(points[0].R, points[1].R);
-    if (!(spatial::norm(turn) > kSameRotation))
-      return bad("start and end of the line are the same pose", "Move or turn one of them.");
-    way = {};  // the tool turns on the spot
-  }
+  if (!(spatial::norm(way) > kSamePoint)) way = {};  // the tool turns on the spot, or stands
   return std::unique_ptr<Curve>(new Line(points[0].p, way));
 }
 

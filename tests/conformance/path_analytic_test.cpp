@@ -302,8 +302,7 @@ TEST(Segments, TellWhatIsWrongInSentences) {
   };
   EXPECT_EQ(sentence(make("line", {a})),
             "it: a line needs 2 points, 1 was given. Give start and end.");
-  EXPECT_EQ(sentence(make("line", {a, a})),
-            "it: start and end of the line are the same pose. Move or turn one of them.");
+  EXPECT_TRUE(make("line", {a, a}).ok()) << "a wait";
   EXPECT_EQ(sentence(make("line", {a, b}, {{"speed", 0}})),
             "it: speed is 0 m/s. It must be above 0.");
   EXPECT_EQ(sentence(make("line", {a, b}, {{"speed", -0.5}})),

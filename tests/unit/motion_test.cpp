@@ -151,16 +151,19 @@ TEST(Transitions, SlowDownToTheirSpeedInACorner) {
     EXPECT_LE(middle, speed * (1 + 1e-9));
     EXPECT_GE(middle, speed * 0.5) << "not slower than there is need for";
   }
-  // From 1 m/s to 0.01 m/s within so short a way the tool is still fast in the middle.
+  // Within so short a way the tool cannot slow down from 1 m/s: it arrives more slowly.
   Trajectory t = corner({.is_smooth = true, .distance = 0.03, .speed = 0.001});
   t.segments.front().shape.params["speed"] = 1.0;
   t.segments.back().shape.params["speed"] = 0.01;
   t.segments.back().shape.params["angular_speed"] = 5.0;
   t.segments.front().shape.params["angular_speed"] = 5.0;
-  EXPECT_EQ(build(t).error().sentence(),
-            "trajectory \"test\": no transition from segment 1 at 1 m/s to segment 2 at 0.01 m/s "
-            "keeps to 0.001 m/s. Give a greater speed or distance, or run the segments more "
-            "slowly.");
+  const auto made = build(t);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const auto& piece = transition_of(**made);
+  const double T = piece.segment->duration();
+  EXPECT_LE(spatial::norm(at(**made, piece.start + T / 2).velocity), 0.001 * (1 + 1e-9));
+  const Jumps j = jumps(**made, 200000);
+  EXPECT_LT(j.position, 1e-7);
 }
 
 // What ends at a joint and what begins there agree in position, orientation, both velocities and

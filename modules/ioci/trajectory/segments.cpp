@@ -322,7 +322,11 @@ bool moves_joints(const CommandContext& ctx, const TrajectorySegment& segment) {
 Result<void> check_trajectory(const CommandContext& ctx, const std::string& name,
                               const model::Trajectory& t) {
   if (t.segments.empty()) return {};
-  return motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot()));
+  RMP_TRY_ASSIGN(const auto notes,
+                 motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot())));
+  for (const std::string& note : notes)
+    ctx.app.messages.post(Severity::warning, "transition", note, "ioci");
+  return {};
 }
 
 Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
