@@ -357,9 +357,7 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
   RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, options.retimer, where));
   RMP_TRY_ASSIGN(const auto retimer, registry.create<Retimer>(info.name).in(where));
   const auto pieces = pieces_of(motion, dof);
-  if (pieces.empty())
-    return error(ErrorCode::invalid_argument, "the joints do not move",
-                 "There is nothing to run faster.", where);
+  if (pieces.empty()) return motion;  // nothing moves
   PieceRetimer run(*retimer, *params, model, dynamics, options);
   RobotMotion out;
   // Their times are those of the motion before.

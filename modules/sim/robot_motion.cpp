@@ -43,6 +43,8 @@ namespace {
 
 /// Joint configurations closer than this count as one [rad or m].
 constexpr double kSameConfiguration = 1e-6;
+/// Joint vectors that differ by no more than this are the same: no segment moves by less.
+constexpr double kNoWay = 1e-12;
 constexpr double kAtRest = 1e-9;  ///< slower joints stand [rad/s or m/s]
 /// Of joints without limits, where a segment gives none either.
 constexpr double kSpeed = 1;  ///< [rad/s or m/s]
@@ -88,6 +90,24 @@ class QuinticMove final : public JointSegment {
  private:
   std::vector<double> from_, to_;
   double duration_ = 0;
+};
+
+/// The joints stand for a time.
+class StandingMove final : public JointSegment {
+ public:
+  StandingMove(std::vector<double> q, double duration) : q_(std::move(q)), duration_(duration) {}
+  [[nodiscard]] double duration() const override { return duration_; }
+  Result<void> sample(std::span<const double> times, const JointSamples& out) const override {
+    for (std::size_t i = 0; i < times.size(); ++i)
+      std::copy(q_.begin(), q_.end(), out.q.begin() + static_cast<std::ptrdiff_t>(i * q_.size()));
+    for (const std::span<double> rates : {out.qd, out.qdd, out.qddd})
+      std::fill(rates.begin(), rates.end(), 0.0);
+    return {};
+  }
+
+ private:
+  std::vector<double> q_;
+  double duration_;
 };
 
 class Builder {
@@ -172,7 +192,7 @@ class Builder {
                          " values, the robot " + std::to_string(dof_) + " joints",
                      "Give one value a joint.", here);
       // The first may be where the joints are already.
-      if (k == 0 && distance(at_, q) < kSameConfiguration) continue;
+      if (k == 0 && is_way && distance(at_, q) < kSameConfiguration) continue;
       if (k == 0 && is_first && is_way) {
         RMP_TRY(begin_at(q));
         points = at_;
@@ -197,9 +217,13 @@ class Builder {
       }
       points.insert(points.end(), q.begin(), q.end());
     }
-    if (points.size() < 2 * dof_)
-      return error(ErrorCode::invalid_argument, "the joints are where they should go already",
+    if (record.joints.empty() && record.points.empty())
+      return error(ErrorCode::invalid_argument, "it has neither joint vectors nor points",
                    "Give joints or points to go to.", here);
+    if (!is_joint_moving_ && !has_own_rates(*params.shape)) {
+      drop_repeated(points);
+      if (points.size() < 2 * dof_) return stand(*params.shape);
+    }
     std::vector<double> lower(dof_), upper(dof_);
     for (std::size_t j = 0; j < dof_; ++j) {
       lower[j] = task_.model->joints[j].lower;
@@ -224,6 +248,40 @@ class Builder {
     RMP_TRY(add(**made));
     is_joint_moving_ = std::any_of(end_qd_.begin(), end_qd_.end(),
                                    [](double v) { return std::fabs(v) > kAtRest; });
+    return {};
+  }
+
+  /// Whether a joint segment says when it is where, or how fast it ends: one that goes nowhere
+  /// moves nevertheless, or waits for so long.
+  static bool has_own_rates(const Params& shape) {
+    for (const char* name : {"times", "end_velocity", "end_acceleration"}) {
+      if (!shape.has(name)) continue;
+      const auto values = shape.reals(name);
+      if (std::any_of(values.begin(), values.end(), [](double v) { return v != 0; })) return true;
+    }
+    return false;
+  }
+  /// Of joint vectors that follow each other, those that move a joint.
+  void drop_repeated(std::vector<double>& points) const {
+    std::size_t kept = dof_;
+    for (std::size_t i = dof_; i < points.size(); i += dof_) {
+      double way = 0;
+      for (std::size_t j = 0; j < dof_; ++j)
+        way = std::max(way, std::fabs(points[i + j] - points[kept - dof_ + j]));
+      if (!(way <= kNoWay)) {
+        std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(i), dof_,
+                    points.begin() + static_cast<std::ptrdiff_t>(kept));
+        kept += dof_;
+      }
+    }
+    points.resize(kept);
+  }
+  /// A joint segment to where the joints are: its duration, or nothing.
+  Result<void> stand(const Params& shape) {
+    end_qd_.assign(dof_, 0.0), end_qdd_.assign(dof_, 0.0);
+    const double duration = shape.has("duration") ? shape.real("duration") : 0;
+    if (duration > 0) RMP_TRY(add(StandingMove(at_, duration)));
+    is_moved_ = true;
     return {};
   }
 
@@ -328,6 +386,10 @@ class Builder {
                        " s ends in motion, and a path in space follows",
                    "Let it end at rest, or put a joint segment between.", task_.where);
     RMP_TRY_ASSIGN(const auto path, motion::Path::build(registry_, task_.name, part, task_.stored));
+    for (const std::string& note : path->notes())
+      out_.notes.push_back(begin_ > 0 ? "In the path from t = " + text::print_rounded(begin_) +
+                                            " s on, whose time the note counts: " + note
+                                      : note);
     double at = 0;
     PathSample first;
     RMP_TRY(path->sample({&at, 1}, {&first, 1}).in(task_.where));
@@ -343,6 +405,12 @@ class Builder {
       out_.notes.push_back("A move of the joints was put in at t = " + text::print_rounded(begin_) +
                            " s: the path does not begin where they are.");
       RMP_TRY(approach(q0));
+    }
+    if (!(path->duration() > 0)) {  // it stays where it begins
+      if (distance(at_, q0) > kSameConfiguration) at_ = q0;
+      end_qd_.assign(dof_, 0.0), end_qdd_.assign(dof_, 0.0);
+      is_moved_ = true;
+      return {};
     }
     // The start and the end of the path belong to it even where no sample falls on them.
     const std::size_t before = out_.times.size();

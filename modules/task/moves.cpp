@@ -22,6 +22,16 @@ constexpr double kToolSpeed = 0.25;  ///< of straight moves that give none [m/s]
 /// A goal's values of joints without motors may be off by this [rad or m].
 constexpr double kSameBranch = 0.01;
 
+/// A move to where the joints are: the time asked for, or nothing.
+sim::RobotMotion standing_motion(const std::vector<double>& q, double duration) {
+  sim::RobotMotion out;
+  if (!(duration > 0)) return out;
+  out.times = {0, duration};
+  for (int i = 0; i < 2; ++i) out.q.insert(out.q.end(), q.begin(), q.end());
+  out.qd.assign(out.q.size(), 0.0), out.qdd.assign(out.q.size(), 0.0);
+  return out;
+}
+
 }  // namespace
 
 Result<model::Trajectory> TaskExecutor::trajectory_of(const model::TaskStep& step, const Actor& a,
@@ -162,7 +172,7 @@ Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, st
     for (std::size_t j = 0; j < goal.size(); ++j)
       if (!a.axes || !a.axes->joints[j].passive)
         way = std::max(way, std::fabs(goal[j] - task.start[j]));
-    if (way < kSameMove) return sim::RobotMotion{};
+    if (way < kSameMove) return standing_motion(task.start, step.duration);
   }
   task.model = a.axes ? a.axes : a.model;
   if (const std::string& led = step.link.empty() ? a.tcp : step.link; !a.axes && !led.empty()) {
@@ -185,6 +195,8 @@ Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, st
     m.q.insert(m.q.begin(), task.start.begin(), task.start.end());
     for (auto* table : {&m.qd, &m.qdd}) table->insert(table->begin(), task.start.size(), 0.0);
   }
+  // It is there already.
+  if (!(m.times.back() > 0)) return standing_motion(task.start, step.duration);
   if (!a.model->loops.empty()) RMP_TRY(close(a, wanted, m));
   return m;
 }

@@ -245,6 +245,21 @@ TEST_F(TaskRuns, RobotsWaitForEachOtherOnOneClock) {
   EXPECT_EQ(r->find("left.qd1")->upper, 2);
 }
 
+TEST_F(TaskRuns, AMoveToWhereItIsTakesTheTimeAskedForOrNone) {
+  two_arms();
+  const Planar tool = tool_of(0.1, 0.2);
+  TaskStep there = target({tool.x, tool.y, 0}, {0, 0, tool.angle});
+  const TaskStep line = straight(there, 0.1);
+  TaskStep slow = there;
+  slow.duration = 0.25;
+  add_task("stay", "left",
+           {joints({0.1, 0.2}, 2), joints({0.1, 0.2}), there, line, slow, pause(0.5)});
+  const RecordingPtr r = unwrap(run());
+  ASSERT_TRUE(r);
+  EXPECT_NEAR(end_of(r), 2 + 0.25 + 0.5, 1e-9);
+  for (const double q : column(r, "left.q1")) EXPECT_NEAR(q, 0.1, 1e-6);
+}
+
 TEST_F(TaskRuns, MovesWithoutADurationUseTheLimitsAndKeepThem) {
   world.robots.push_back({"left", rods, {}, {0, 0}});
   TaskStep half = joints({2, -1});
