@@ -149,7 +149,10 @@ class ProgramActor {
     double start = 0, end = 0;
     double c_cp = 0, c_ptp = 0;
     double c_speed = 1;  ///< a share
-    double speed = 0;    ///< along its path [m/s]; 0 = it has a TIME
+    bool is_path = false;
+    double speed = 0;                                   ///< along its path [m/s]; 0 = it has a TIME
+    double speed_orientation = 0;                       ///< [rad/s]; 0 = it has a TIME
+    double acceleration = 0, angular_acceleration = 0;  ///< of a path [m/s^2, rad/s^2]
     double velocity_share = 1, acceleration_share = 1;
     TaskExecutor::Grip tip;
     std::optional<Passing> passing;
@@ -158,7 +161,7 @@ class ProgramActor {
   /// A motion that STOP holds, as it would have gone on.
   struct HeldMotion {
     std::map<std::size_t, std::vector<TaskExecutor::Move>> moves;  ///< by actor
-    double at = 0;  ///< where it stands, as a time of those [s]
+    double at = 0;           ///< where it stands, as a time of those [s]
     std::uint64_t with = 0;  ///< an earlier motion of the robot, that is held with it; 0 = none
     double began = 0;
   };
@@ -183,6 +186,7 @@ class ProgramActor {
   program::Machine machine_;
   std::map<std::uint32_t, program::SignalValue> outputs_;
   std::map<std::uint64_t, OpenMotion> open_;
+  std::map<std::size_t, double> told_accelerations_;  ///< by actor: greatest of a note [m/s^2]
   std::map<std::uint64_t, HeldMotion> held_;
   std::map<std::size_t, double> braked_until_;   ///< by actor: of what it has ended itself [s]
   std::vector<std::vector<std::string>> taken_;  ///< by grip

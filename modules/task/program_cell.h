@@ -258,6 +258,23 @@ class ProgramCell final : public program::World {
   double slow_crossing(const ProgramActor::OpenMotion& before, std::size_t who,
                        const sim::RobotMotion& next, double overlap);
 
+  /// Greatest rates while one motion goes over into the next.
+  struct Crossing {
+    double speed = 0, turning = 0, acceleration = 0;  ///< of the tool [m/s, rad/s, m/s^2]
+    double acceleration_after = 0;                    ///< since the transition began [s]
+    double joint_share = 0;                           ///< of the joints' greatest speeds
+  };
+  /// Of `next` that begins `overlap` before the end of what the robot does; 0 = of `next` alone.
+  Crossing crossing(const TaskExecutor::Grip& tip, std::size_t who, const sim::RobotMotion& next,
+                    double overlap) const;
+  /// The longest time that `next` may begin before the end of `before`, at most `overlap`, so that
+  /// tool and joints are nowhere faster than the faster of the two motions may be [s].
+  double kept_crossing(const ProgramActor::OpenMotion& before, const ProgramActor::OpenMotion& open,
+                       std::size_t who, const sim::RobotMotion& next, double overlap) const;
+  /// A note where a transition that was made passes the accelerations of its motions.
+  void tell_acceleration(const ProgramActor::OpenMotion& before,
+                         const ProgramActor::OpenMotion& open, const Crossing& made, double start);
+
   Result<sim::RobotMotion> move_along(const Along& one, double duration, double start);
   /// What additional joints do: grips at the motion's end, and joints that go along.
   Result<void> additional(const program::Motion& m, Beginning& b);

@@ -252,6 +252,12 @@ Result<void> ProgramCell::begin(const program::Motion& m, const Beginning& b) {
   open.c_ptp = m.interpolation == RMP_MOVE_PTP ? at.c_ptp : 0;
   open.c_speed = m.interpolation == RMP_MOVE_PTP ? 1 : at.c_speed / 100;
   open.speed = m.interpolation == RMP_MOVE_PTP || at.time > 0 ? 0 : at.speed * kMillimetre;
+  open.is_path = m.interpolation != RMP_MOVE_PTP;
+  if (open.is_path) {
+    open.speed_orientation = at.time > 0 ? 0 : at.speed_orientation * kDegree;
+    open.acceleration = kFullAcceleration * at.acceleration / 100;
+    open.angular_acceleration = kFullTurning * at.acceleration / 100;
+  }
   open.start = open.end = start;
   if (before && (before->c_cp > 0 || before->c_ptp > 0) && before->c_speed > 0 && along.empty() &&
       !d.trajectory.segments.empty()) {
@@ -507,7 +513,7 @@ Result<bool> ProgramCell::blend(std::uint64_t number, const ProgramActor::OpenMo
     }
   }
   double overlap = end - at;
-  bool is_slowed = before.c_speed >= 1;
+  bool is_slowed = before.c_speed >= 1, is_kept = false;
   for (int tries = 0; tries < kTries && overlap > x_.step() / 4; ++tries, overlap /= 2) {
     RMP_TRY_ASSIGN(sim::RobotMotion motion, plan(end - overlap));
     if (motion.times.size() < 2) return false;
@@ -524,7 +530,17 @@ Result<bool> ProgramCell::blend(std::uint64_t number, const ProgramActor::OpenMo
         continue;
       }
     }
+    if (!std::exchange(is_kept, true)) {
+      const double most = kept_crossing(before, open, who, motion, overlap);
+      if (most < overlap) {
+        overlap = 2 * most;  // halved next
+        --tries;
+        continue;
+      }
+    }
+    const Crossing made = crossing(open.tip, who, motion, overlap);
     if (!x_.push_blended(who, end - overlap, std::move(motion), 1)) continue;
+    tell_acceleration(before, open, made, end - overlap);
     open.start = end - overlap;
     open.end = open.start + lasts;
     a_.open_[number].end = end - overlap;
@@ -580,6 +596,115 @@ double ProgramCell::slow_crossing(const ProgramActor::OpenMotion& before, std::s
   std::size_t count = kCount;
   while (count > 0 && least(count) > wanted) --count;
   return step * static_cast<double>(count);
+}
+
+ProgramCell::Crossing ProgramCell::crossing(const TaskExecutor::Grip& tip, std::size_t who,
+                                            const sim::RobotMotion& next, double overlap) const {
+  constexpr std::size_t kCount = 64;
+  const TaskExecutor::Actor& robot = x_.actors_[who];
+  const std::size_t n = robot.start.size();
+  TaskExecutor::Actor after = robot;
+  after.moves = {{0, next}};
+  after.start.assign(next.q.begin(), next.q.begin() + static_cast<std::ptrdiff_t>(n));
+  const double end = TaskExecutor::moved_until(robot);
+  const std::vector<double> q_end = TaskExecutor::sample(robot, end).q;
+  const double span = overlap > 0 ? overlap : next.times.back();
+  Crossing out;
+  for (std::size_t k = 0; k <= kCount; ++k) {
+    const double u = span * static_cast<double>(k) / static_cast<double>(kCount);
+    auto s = TaskExecutor::sample(after, u);
+    if (overlap > 0) {
+      const auto rest = TaskExecutor::sample(robot, end - overlap + u);
+      for (std::size_t j = 0; j < n; ++j) {
+        s.q[j] += rest.q[j] - q_end[j];
+        s.qd[j] += rest.qd[j];
+        s.qdd[j] += rest.qdd[j];
+      }
+    }
+    // Derivatives of the tool along the joints' parabola.
+    constexpr double h = 1e-4;  // [s]
+    const auto at = [&](double t) {
+      std::vector<double> q = s.q;
+      for (std::size_t j = 0; j < n; ++j) q[j] += t * (s.qd[j] + t / 2 * s.qdd[j]);
+      return base_T_tip(who, tip, q);
+    };
+    const Pose a = at(-h), b = at(0), c = at(h);
+    Vec3 v{}, bend{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      v[i] = (c.p[i] - a.p[i]) / (2 * h);
+      bend[i] = (c.p[i] - 2 * b.p[i] + a.p[i]) / (h * h);
+    }
+    out.speed = std::max(out.speed, std::hypot(v[0], v[1], v[2]));
+    out.turning = std::max(out.turning, angle_between(a, c) / (2 * h));
+    if (const double most = std::hypot(bend[0], bend[1], bend[2]); most > out.acceleration)
+      out.acceleration = most, out.acceleration_after = u;
+    for (std::size_t j = 0; j < n; ++j)
+      out.joint_share =
+          std::max(out.joint_share, std::fabs(s.qd[j]) / robot.model->joints[j].max_velocity);
+  }
+  return out;
+}
+
+double ProgramCell::kept_crossing(const ProgramActor::OpenMotion& before,
+                                  const ProgramActor::OpenMotion& open, std::size_t who,
+                                  const sim::RobotMotion& next, double overlap) const {
+  const TaskExecutor::Actor& robot = x_.actors_[who];
+  const double end = TaskExecutor::moved_until(robot);
+  // What has no speed of its own, such as PTP, is as fast as it is.
+  Crossing most = crossing(open.tip, who, next, 0);
+  if (open.speed > 0) most.speed = open.speed;
+  if (open.speed_orientation > 0) most.turning = open.speed_orientation;
+  double speed = before.speed, turning = before.speed_orientation;
+  if (!(speed > 0) || !(turning > 0)) {
+    sim::RobotMotion last;
+    constexpr std::size_t kCount = 200;
+    for (std::size_t k = 0; k <= kCount; ++k) {
+      const double u = (end - before.start) * static_cast<double>(k) / static_cast<double>(kCount);
+      const auto s = TaskExecutor::sample(robot, before.start + u);
+      last.times.push_back(u);
+      last.q.insert(last.q.end(), s.q.begin(), s.q.end());
+      last.qd.insert(last.qd.end(), s.qd.begin(), s.qd.end());
+      last.qdd.insert(last.qdd.end(), s.qdd.begin(), s.qdd.end());
+    }
+    const Crossing own = crossing(before.tip, who, last, 0);
+    if (!(speed > 0)) speed = own.speed;
+    if (!(turning > 0)) turning = own.turning;
+  }
+  most.speed = std::max(most.speed, speed), most.turning = std::max(most.turning, turning);
+  const bool bounds_tool = before.is_path || open.is_path;
+  most.joint_share = bounds_tool ? 1 : std::max(before.velocity_share, open.velocity_share);
+  const auto is_kept = [&](double time) {
+    const Crossing c = crossing(open.tip, who, next, time);
+    constexpr double kNear = 1e-6;  // [m/s, rad/s] rounding of the differences
+    return c.joint_share <= kWithin * most.joint_share &&
+           (!bounds_tool || (c.speed <= kWithin * most.speed + kNear &&
+                             c.turning <= kWithin * most.turning + kNear));
+  };
+  if (is_kept(overlap)) return overlap;
+  constexpr double kShrink = 0.9;
+  constexpr int kScan = 60, kHalvings = 12;
+  double low = overlap, high = overlap;
+  for (int i = 0; i < kScan && !is_kept(low); ++i) high = low, low *= kShrink;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = (low + high) / 2;
+    (is_kept(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+void ProgramCell::tell_acceleration(const ProgramActor::OpenMotion& before,
+                                    const ProgramActor::OpenMotion& open, const Crossing& made,
+                                    double start) {
+  if (!before.is_path || !open.is_path) return;
+  const double most = std::max(before.acceleration, open.acceleration);
+  double& told = a_.told_accelerations_[open.actor];
+  constexpr double kMore = 1.1;  // than was told before
+  if (!(made.acceleration > 1.01 * most) || !(made.acceleration > kMore * told)) return;
+  told = made.acceleration;
+  note_once("the transition of " + x_.actors_[open.actor].placed->name + " reaches " +
+            text::print_rounded(made.acceleration, 3) + " m/s^2 at t = " +
+            text::print_rounded(start + made.acceleration_after, 4) + " s, above the " +
+            text::print_rounded(most) + " m/s^2 of ACC: there both motions accelerate");
 }
 
 Result<sim::RobotMotion> ProgramCell::move_along(const Along& one, double duration, double start) {

@@ -169,6 +169,53 @@ TEST_F(MotionAttributes, CSpeedBoundsTheSpeedInTheTransition) {
   EXPECT_LT(slowest(0), 1);
 }
 
+// Where one motion goes over into the next the tool is no faster than SPEED, whatever the angle
+// and the zone, and accelerations above ACC are a note.
+TEST_F(MotionAttributes, CornersAreNoFasterThanTheirMotions) {
+  struct Case {
+    const char* next;
+    double zone, speed;  ///< [mm, mm/s]
+    const char* more;
+  };
+  call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  for (const Case& c : {Case{"POSITION(400.0, 100.0, 300.0)", 30, 100, ""},
+                        Case{"POSITION(400.0, 0.0, 400.0)", 30, 100, ""},
+                        Case{"POSITION(400.0, 0.0, 400.0)", 30, 100, " C_SPEED := 100.0"},
+                        Case{"POSITION(400.0, 0.0, 400.0)", 45, 60, ""},
+                        Case{"POSITION(450.0, 70.0, 300.0)", 10, 100, ""}}) {
+    SCOPED_TRACE(std::string(c.next) + c.more);
+    put("fast",
+        "MOVE PTP POSE(POSITION(400.0, -100.0, 300.0), down);\n"
+        "go := TRUE;\n"
+        "MOVE LIN POSITION(400.0, 0.0, 300.0) SPEED := 100.0 C_CP := " +
+            std::to_string(c.zone) + c.more + ";\nMOVE LIN " + c.next +
+            " SPEED := " + std::to_string(c.speed) + ";\ngo := FALSE;\n",
+        "SIGNAL OUTPUT BOOL: go AT 1;\n" + declared());
+    const RecordingPtr r = run({{"sample_time", 0.002}});
+    call("world.remove_program", {{"id", cell_}, {"name", "fast"}});
+    ASSERT_TRUE(r);
+    const auto places = tool(r);
+    const auto& t = column(r, "time");
+    const auto& go = column(r, "signal.go");
+    double most = 0;
+    for (std::size_t i = 1; i + 1 < t.size(); ++i) {
+      if (t[i + 1] - t[i - 1] < 1e-6 || go[i - 1] < 0.5 || go[i + 1] < 0.5) continue;
+      most = std::max(
+          most, std::hypot(places[i + 1][0] - places[i - 1][0], places[i + 1][1] - places[i - 1][1],
+                           places[i + 1][2] - places[i - 1][2]) /
+                    (t[i + 1] - t[i - 1]));
+    }
+    EXPECT_LE(most, 0.1 * 1.005);
+    EXPECT_GE(most, 0.098);
+    const bool is_straight =
+        std::string_view(c.next).find("400.0, 100.0") != std::string_view::npos;
+    const bool is_noted = std::any_of(
+        r->notes.begin(), r->notes.end(),
+        [](const std::string& note) { return note.find("m/s^2 of ACC") != std::string::npos; });
+    EXPECT_EQ(is_noted, !is_straight);
+  }
+}
+
 /// A column that lifts an arm of six axes, and a turntable beside it.
 class AdditionalAxes : public MotionAttributes {
  protected:
