@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "collision/collision.h"
+#include "collision/cover.h"
 #include "collision/random.h"
 #include "evaluation/payload.h"
 #include "kernel/text.h"
@@ -58,31 +59,7 @@ double reach_from(const ShapePiece& p, const Vec3& origin) {
 }
 
 /// Around a piece, in its body's frame.
-Box box_of(const ShapePiece& p) {
-  Box box;
-  if (p.cone) {
-    const double r = std::max((*p.cone)[0], (*p.cone)[1]);
-    box.half = {r, r, (*p.cone)[2] / 2};
-    return moved(box, p.pose);
-  }
-  if (p.ellipsoid) {
-    box.half = *p.ellipsoid;
-    return moved(box, p.pose);
-  }
-  switch (p.kind) {
-    case ShapeKind::box: box.half = scale(p.sizes, 0.5); break;
-    case ShapeKind::sphere: box.half = {p.sizes[0], p.sizes[0], p.sizes[0]}; break;
-    case ShapeKind::cylinder: box.half = {p.sizes[0], p.sizes[0], p.sizes[1] / 2}; break;
-    case ShapeKind::capsule:
-      box.half = {p.sizes[0], p.sizes[0], p.sizes[0] + p.sizes[1] / 2};
-      break;
-    case ShapeKind::cone:
-    case ShapeKind::ellipsoid:
-    case ShapeKind::mesh:
-    case ShapeKind::convex: box = box_around(p.points()); break;
-  }
-  return moved(box, p.pose);
-}
+Box box_of(const ShapePiece& p) { return moved(box_in_piece(p), p.pose); }
 
 }  // namespace
 
@@ -285,6 +262,8 @@ struct CollisionModel::Builder {
       for (const ShapePiece& p : pieces[b]) shaped[b].shapes.push_back(p.shape(takes));
     auto scene = guarded(info.name, [&] { return engine->build(shaped, *params, progress); });
     if (!scene.ok()) return std::move(scene).error();
+    for (const std::vector<ShapePiece>& of_body : pieces)
+      out->covers_.push_back(cover_of(of_body));
     out->provider_ = info.name;
     out->is_script_ = info.is_script;
     out->scene_ = std::move(*scene);

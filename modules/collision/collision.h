@@ -19,6 +19,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "collision/broad_phase.h"
+#include "collision/cover.h"
 #include "evaluation/sources.h"
 #include "recording/recording.h"
 
@@ -180,6 +181,7 @@ class CollisionModel {
  private:
   friend class RobotClearance;
   friend class PathChecker;
+  friend class SearchCheck;
   struct Builder;
   /// Where all bodies are at one configuration, and what was nearest before; one a thread.
   struct Sample {
@@ -233,6 +235,7 @@ class CollisionModel {
   const CollisionBounds* bounds_ = nullptr;  ///< of the scene; none = it offers none
   BroadPhase broad_;
   PairSet checked_;
+  std::vector<BodyCover> covers_;  ///< of the bodies
 };
 
 /// The recording with a column "clearance": the least distance of the robot's bodies to each other
