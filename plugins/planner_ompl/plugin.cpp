@@ -9,7 +9,7 @@ namespace robomosp::planner_ompl {
 namespace {
 
 template <Method method>
-class OmplPlanner final : public Planner {
+class OneMethod final : public Planner {
  public:
   Result<Plan> plan(const PlanProblem& problem, const Params& params,
                     Progress& progress) const override {
@@ -17,12 +17,12 @@ class OmplPlanner final : public Planner {
   }
 };
 
-using RrtConnect = OmplPlanner<Method::rrt_connect>;
-using Prm = OmplPlanner<Method::prm>;
-using BitStar = OmplPlanner<Method::bit_star>;
+using RrtConnect = OneMethod<Method::rrt_connect>;
+using Prm = OneMethod<Method::prm>;
+using BitStar = OneMethod<Method::bit_star>;
 
 const rmp_param kRrtConnectParams[] = {
-    {"range", "real", "", "Longest step of a tree, as a share of the greatest distance.", "0.2",
+    {"range", "real", "", "Longest step of a tree, as a share of the greatest distance.", "0.025",
      nullptr, 1e-4, 1},
 };
 const rmp_param kPrmParams[] = {
@@ -44,7 +44,8 @@ const rmp_param kBitStarParams[] = {
 
 namespace ours = robomosp::planner_ompl;
 RMP_PLUGIN("org.robomosp.planner_ompl", "0.1.0", "Apache-2.0",
-           "Ways around obstacles by the Open Motion Planning Library.",
+           "Ways around obstacles: two trees, a lazy roadmap, and BIT* of the Open Motion Planning "
+           "Library.",
            RMP_PROVIDER(ours::RrtConnect, "rrt_connect",
                         "Two trees that grow towards each other from the start and the goals: the "
                         "fastest to a first way.",

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one file that knows OMPL: its planners in the space of joint values stretched by their
-// weights (layer: plugin).
+// Searches of our own, and the one file that knows OMPL: its planner in the space of joint values
+// stretched by their weights (layer: plugin).
 //
-// rrt_connect: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000.
-// prm: R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
 // bit_star: J. Gammell, S. Srinivasa, T. Barfoot, Batch informed trees, ICRA 2015.
 #include "search.h"
 
@@ -24,10 +22,11 @@
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/geometric/PathGeometric.h>
 #include <ompl/geometric/planners/informedtrees/BITstar.h>
-#include <ompl/geometric/planners/prm/LazyPRM.h>
-#include <ompl/geometric/planners/rrt/RRTConnect.h>
 #include <ompl/util/Console.h>
 #include <ompl/util/RandomNumbers.h>
+
+#include "lazy_roadmap.h"
+#include "two_trees.h"
 
 namespace robomosp::planner_ompl {
 namespace {
@@ -129,36 +128,16 @@ class Motions final : public ob::MotionValidator {
   Checks& checks_;
 };
 
-ob::PlannerPtr make_planner(Method method, const ob::SpaceInformationPtr& si, const Params& p) {
-  switch (method) {
-    case Method::rrt_connect: {
-      auto planner = std::make_shared<og::RRTConnect>(si);
-      planner->setRange(p.real("range") * si->getMaximumExtent());
-      return planner;
-    }
-    case Method::prm: {
-      auto planner = std::make_shared<og::LazyPRM>(si);
-      planner->setRange(p.real("range") * si->getMaximumExtent());
-      planner->setMaxNearestNeighbors(static_cast<unsigned>(p.integer("neighbours")));
-      return planner;
-    }
-    case Method::bit_star: {
-      auto planner = std::make_shared<og::BITstar>(si);
-      planner->setSamplesPerBatch(static_cast<unsigned>(p.integer("batch")));
-      return planner;
-    }
-  }
-  return nullptr;
-}
-
 /// A planner and what it is to solve: a way from the start to one of the goals `to`.
 struct Search {
   ob::ProblemDefinitionPtr problem;
   ob::PlannerPtr planner;
 };
-Search make_search(Method method, const ob::SpaceInformationPtr& si, const Checks& checks,
-                   const PlanProblem& p, std::span<const std::size_t> to, const Params& params) {
-  Search out{std::make_shared<ob::ProblemDefinition>(si), make_planner(method, si, params)};
+Search make_search(const ob::SpaceInformationPtr& si, const Checks& checks, const PlanProblem& p,
+                   std::span<const std::size_t> to, const Params& params) {
+  const auto planner = std::make_shared<og::BITstar>(si);
+  planner->setSamplesPerBatch(static_cast<unsigned>(params.integer("batch")));
+  Search out{std::make_shared<ob::ProblemDefinition>(si), planner};
   ob::ScopedState<Space> state(si->getStateSpace());
   checks.write(p.start, state.get());
   out.problem->addStartState(state);
@@ -169,24 +148,55 @@ Search make_search(Method method, const ob::SpaceInformationPtr& si, const Check
   }
   out.problem->setGoal(goals);
   const auto length = std::make_shared<ob::PathLengthOptimizationObjective>(si);
-  // Any way will do, unless short ones are searched: then none is short enough.
-  length->setCostThreshold(method == Method::bit_star ? ob::Cost(0) : length->infiniteCost());
+  length->setCostThreshold(ob::Cost(0));  // none is short enough
   out.problem->setOptimizationObjective(length);
   out.planner->setProblemDefinition(out.problem);
   out.planner->setup();
   return out;
 }
 
-/// OMPL draws the seeds of its generators from one generator of the process, also in the midst of a
-/// search: equal seeds give equal plans as long as one search runs at a time.
-std::timed_mutex& one_at_a_time() {
-  static std::timed_mutex mutex;
-  return mutex;
+/// Whether a search has come to its end, asked between its steps.
+class End {
+ public:
+  End(const PlanProblem& p, const Checks& checks, Progress& progress)
+      : p_(p), checks_(checks), progress_(progress) {}
+  [[nodiscard]] bool is_cancelled() const { return is_cancelled_; }
+  bool is_over() {
+    if (is_cancelled_ || is_late_ || (is_cancelled_ = progress_.cancelled())) return true;
+    // Asking the clock takes as long as a check.
+    if (calls_++ % 16 != 0) return false;
+    const double seconds = computed() - begin_;
+    const Clock::time_point time = Clock::now();
+    if (time - told_ > std::chrono::milliseconds(100)) {
+      told_ = time;
+      progress_.report(std::min(1.0, seconds / p_.seconds),
+                       "searching a way, " + std::to_string(checks_.motions) + " motions checked");
+    }
+    return is_late_ = seconds > p_.seconds;
+  }
+
+ private:
+  const PlanProblem& p_;
+  const Checks& checks_;
+  Progress& progress_;
+  double begin_ = computed();
+  Clock::time_point told_ = Clock::now();
+  bool is_cancelled_ = false, is_late_ = false;
+  std::size_t calls_ = 0;
+};
+
+Error without_way(const End& end, const Checks& checks) {
+  if (end.is_cancelled()) return error(ErrorCode::cancelled, "the search for a way was stopped");
+  return error(ErrorCode::unreachable,
+               "no way was found within the time, in " + std::to_string(checks.states) +
+                   " configurations and " + std::to_string(checks.motions) +
+                   " motions that were checked",
+               "Give it more time or another planner, or look whether the goal can be reached "
+               "at all.");
 }
 
-Result<Plan> searched(Method method, const PlanProblem& p, const Params& params,
-                      Progress& progress) {
-  Checks checks(p);
+/// The numbers of the goals that are free.
+Result<std::vector<std::size_t>> free_goals(const PlanProblem& p) {
   if (!p.is_free(p.start))
     return bad("the start is not free", "Start away from what it touches there.");
   const std::size_t count = p.goals.size() / p.dof;
@@ -197,10 +207,36 @@ Result<Plan> searched(Method method, const PlanProblem& p, const Params& params,
     return bad(count == 1 ? "the goal is not free"
                           : "none of the " + std::to_string(count) + " goals is free",
                "Choose one that touches nothing.");
-  for (const std::size_t g : free)
-    if (std::equal(p.start.begin(), p.start.end(), p.goals.data() + g * p.dof))
-      return Plan{{p.start.begin(), p.start.end()}, g};
+  return free;
+}
 
+/// By a search of our own.
+Result<Plan> by_own(Method method, const PlanProblem& p, std::span<const std::size_t> free,
+                    const Params& params, Progress& progress) {
+  Checks checks(p);
+  End end(p, checks, progress);
+  double extent = 0;
+  for (std::size_t j = 0; j < p.dof; ++j)
+    extent += std::pow(p.weight[j] * (p.upper[j] - p.lower[j]), 2);
+  const double range = params.real("range") * std::sqrt(extent);
+  Asked asked;
+  asked.is_free = [&](std::span<const double> q) { return ++checks.states, p.is_free(q); };
+  asked.is_free_between = [&](std::span<const double> a, std::span<const double> b) {
+    return ++checks.motions, p.is_free_between(a, b);
+  };
+  asked.is_over = [&] { return end.is_over(); };
+  auto plan =
+      method == Method::prm
+          ? LazyRoadmap(p, free, static_cast<std::size_t>(params.integer("neighbours")), range)
+                .search(asked)
+          : TwoTrees(p, free, range).search(asked);
+  if (!plan) return without_way(end, checks);
+  return std::move(*plan);
+}
+
+Result<Plan> by_ompl(const PlanProblem& p, std::span<const std::size_t> free, const Params& params,
+                     Progress& progress) {
+  Checks checks(p);
   const auto space = std::make_shared<Space>(static_cast<unsigned>(p.dof));
   ob::RealVectorBounds bounds(static_cast<unsigned>(p.dof));
   for (std::size_t j = 0; j < p.dof; ++j) {
@@ -213,59 +249,22 @@ Result<Plan> searched(Method method, const PlanProblem& p, const Params& params,
   si->setMotionValidator(std::make_shared<Motions>(si, checks));
   si->setup();
 
-  // A lazy roadmap follows one goal only, so that each has its own and gets its turn.
-  const std::size_t searches = method == Method::prm ? free.size() : 1;
-  std::vector<Search> all;
-  for (std::size_t k = 0; k < searches; ++k)
-    all.push_back(make_search(method, si, checks, p,
-                              searches == free.size() ? std::span(free).subspan(k, 1)
-                                                      : std::span<const std::size_t>(free),
-                              params));
-  const bool is_anytime = method == Method::bit_star;
-  const auto most = is_anytime ? static_cast<std::size_t>(params.integer("checks")) : 0;
-  const double begin = computed();
-  Clock::time_point told = Clock::now();
-  bool is_cancelled = false, is_late = false, is_found = false;
-  const Search* found = nullptr;
-  constexpr std::size_t kFirstTurn = 500;  // checks
-  for (std::size_t turn = kFirstTurn; !found && !is_late && !is_cancelled; turn *= 2) {
-    for (const Search& now : all) {
-      now.problem->setIntermediateSolutionCallback(
-          [&](const ob::Planner*, const std::vector<const ob::State*>&, const ob::Cost) {
-            is_found = true;  // the problem itself is reported at the end only
-          });
-      const std::size_t before = checks.count();
-      const ob::PlannerTerminationCondition ends([&] {
-        if (is_cancelled || is_late || (is_cancelled = progress.cancelled())) return true;
-        const Clock::time_point time = Clock::now();
-        const double seconds = computed() - begin;
-        if (time - told > std::chrono::milliseconds(100)) {
-          told = time;
-          progress.report(
-              std::min(1.0, seconds / p.seconds),
-              "searching a way, " + std::to_string(checks.motions) + " motions checked");
-        }
-        is_late = seconds > p.seconds;
-        return is_late || (is_anytime && is_found && checks.count() >= most) ||
-               (all.size() > 1 && checks.count() - before >= turn);
+  const Search now = make_search(si, checks, p, free, params);
+  const auto most = static_cast<std::size_t>(params.integer("checks"));
+  bool is_found = false;
+  now.problem->setIntermediateSolutionCallback(
+      [&](const ob::Planner*, const std::vector<const ob::State*>&, const ob::Cost) {
+        is_found = true;  // the problem itself is reported at the end only
       });
-      now.planner->solve(ends);
-      // A planner may come back without having asked, such as one whose start was judged when the
-      // search was being cancelled: it would come back at once for ever.
-      (void)ends.eval();
-      if (is_cancelled) return error(ErrorCode::cancelled, "the search for a way was stopped");
-      if (now.problem->hasExactSolution()) found = &now;
-      if (found || is_late) break;
-    }
-  }
-  if (!found)
-    return error(ErrorCode::unreachable,
-                 "no way was found within the time, in " + std::to_string(checks.states) +
-                     " configurations and " + std::to_string(checks.motions) +
-                     " motions that were checked",
-                 "Give it more time or another planner, or look whether the goal can be reached "
-                 "at all.");
-  const auto* path = found->problem->getSolutionPath()->as<og::PathGeometric>();
+  End end(p, checks, progress);
+  const ob::PlannerTerminationCondition ends(
+      [&] { return end.is_over() || (is_found && checks.count() >= most); });
+  // A planner may come back before its time, such as one whose start was judged when the search was
+  // being cancelled.
+  do now.planner->solve(ends);
+  while (!now.problem->hasExactSolution() && !end.is_over());
+  if (end.is_cancelled() || !now.problem->hasExactSolution()) return without_way(end, checks);
+  const auto* path = now.problem->getSolutionPath()->as<og::PathGeometric>();
   Plan plan;
   plan.points.resize(path->getStateCount() * p.dof);
   for (std::size_t i = 0; i < path->getStateCount(); ++i)
@@ -285,21 +284,34 @@ Result<Plan> searched(Method method, const PlanProblem& p, const Params& params,
   return plan;
 }
 
+/// OMPL draws the seeds of its generators from one generator of the process, also in the midst of a
+/// search: equal seeds give equal plans as long as one search runs at a time.
+std::timed_mutex& one_at_a_time() {
+  static std::timed_mutex mutex;
+  return mutex;
+}
+
 }  // namespace
 
 Result<Plan> search(Method method, const PlanProblem& problem, const Params& params,
                     Progress& progress) {
   RMP_TRY(check(problem));
-  std::unique_lock lock(one_at_a_time(), std::defer_lock);
-  while (!lock.try_lock_for(std::chrono::milliseconds(20)))
-    if (progress.cancelled())
-      return error(ErrorCode::cancelled, "the search for a way was stopped");
+  RMP_TRY_ASSIGN(const auto free, free_goals(problem));
+  for (const std::size_t g : free)
+    if (std::equal(problem.start.begin(), problem.start.end(),
+                   problem.goals.data() + g * problem.dof))
+      return Plan{{problem.start.begin(), problem.start.end()}, g};
   try {
+    if (method != Method::bit_star) return by_own(method, problem, free, params, progress);
+    std::unique_lock lock(one_at_a_time(), std::defer_lock);
+    while (!lock.try_lock_for(std::chrono::milliseconds(20)))
+      if (progress.cancelled())
+        return error(ErrorCode::cancelled, "the search for a way was stopped");
     ompl::msg::noOutputHandler();
     // Its seeds are numbers of 32 bits above 0; a seed given anew holds for generators made later.
     constexpr std::uint64_t kSeeds = 4294967291;
     ompl::RNG::setSeed(static_cast<std::uint_fast32_t>(1 + problem.seed % kSeeds));
-    return searched(method, problem, params, progress);
+    return by_ompl(problem, free, params, progress);
   } catch (const std::exception& e) {
     return error(ErrorCode::plugin_failed, std::string("the planner failed: ") + e.what(),
                  "Choose another planner.");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One search by a planner of OMPL (layer: plugin).
+// One search, by a roadmap or a planner of OMPL (layer: plugin).
 #pragma once
 
 #include <robomosp/sdk/planner.h>
