@@ -8,8 +8,8 @@ local from = {2.3, -1.2, 1.6, -1.9, -1.5, 0}
 local cell = world.create{ name = "around" }
 cell:add_robot{ robot = arm, name = "arm", q = from }
 local function paint(name, colour) return material.create{ name = name, density = 1000, colour = colour } end
-local wall = solid.create{ name = "wall", material = paint("brick", "#a8583f"), root = {kind = "box", x = 0.5, y = 0.06, z = 0.5} }
-cell:add_object{ what = wall, position = {0.6, 0, 0.25} }
+local wall = solid.create{ name = "wall", material = paint("brick", "#a8583f"), root = {kind = "box", x = 0.5, y = 0.06, z = 0.75} }
+cell:add_object{ what = wall, position = {0.6, 0, 0} }
 local floor = solid.create{ name = "floor", material = paint("stone", "#9aa0a6"), root = {kind = "box", x = 1.5, y = 1.5, z = 0.03} }
 cell:add_object{ what = floor, position = {0.4, 0, -0.031} }
 local board = solid.create{ name = "board", material = paint("timber", "#c79a5e"), root = {kind = "box", x = 0.7, y = 1.2, z = 0.04} }
