@@ -12,8 +12,11 @@ namespace {
 constexpr double kNoLength = 1e-9;
 /// Steps of a rounded corner, and of the whole way at least.
 constexpr std::size_t kCornerSteps = 64, kWaySteps = 200;
-/// How often a corner without room is halved.
-constexpr int kHalvings = 6;
+/// Chords of a rounded corner at most, and what it may turn from one to the next.
+constexpr std::size_t kMostCornerSteps = 1024;
+constexpr double kCornerTurn = 0.2;
+/// How often a corner without room is halved, and one that is rounded with less of it.
+constexpr int kHalvings = 6, kReducedHalvings = 14;
 
 /// Points as rows, and what is asked of them.
 class Way {
@@ -57,14 +60,20 @@ class Way {
   }
   std::vector<double> take() { return std::move(points_); }
 
-  /// Joins each point with the farthest one that it reaches straight.
+  /// Joins each point with one that it reaches straight: the last, else the one halfway to it, and
+  /// so on; repeated from the same point as long as that leaves out any.
   void pass_by() {
-    for (std::size_t i = 0; i + 2 < count(); ++i)
-      for (std::size_t k = count() - 1; k > i + 1; --k)
-        if (is_free(at(i), at(k))) {
-          erase(i + 1, k);
-          break;
-        }
+    for (std::size_t i = 0; i + 2 < count(); ++i) {
+      std::size_t most = count() - 1;  // the farthest that may be reached
+      while (most > i + 1) {
+        std::size_t k = most;
+        while (k > i + 1 && !is_free(at(i), at(k))) k = i + (k - i) / 2;
+        if (k <= i + 1) break;
+        erase(i + 1, k);
+        // What is beyond twice as far did not do.
+        most = std::min(count() - 1, i + 1 + (k - i));
+      }
+    }
   }
   struct Place {
     std::size_t motion = 0;  ///< from point `motion` to the next
@@ -93,7 +102,8 @@ double path_length(const PlanProblem& problem, std::span<const double> path) {
 }
 
 Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<double> points,
-                                    std::size_t tries, Progress& progress) {
+                                    std::size_t tries, Progress& progress,
+                                    const std::function<bool()>& is_late, std::size_t* tried) {
   Way path(problem, points);
   path.pass_by();
   std::mt19937_64 random(problem.seed);
@@ -101,6 +111,8 @@ Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<doub
   for (std::size_t i = 0; i < tries && path.count() > 2; ++i) {
     if (progress.cancelled())
       return error(ErrorCode::cancelled, "the search for a way was stopped");
+    if (is_late && is_late()) break;
+    if (tried) ++*tried;
     progress.report(static_cast<double>(i) / static_cast<double>(tries), "shortening the way");
     const double whole = path.length();
     double s0 = whole * share(), s1 = whole * share();
@@ -113,12 +125,49 @@ Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<doub
     path.insert(a.motion + 1, b.q);
     path.insert(a.motion + 1, a.q);
   }
-  path.pass_by();
+  if (!is_late || !is_late()) path.pass_by();
   return path.take();
 }
 
-RoundWay round_corners(const PlanProblem& problem, std::span<const double> points, double share,
-                       const std::function<bool(std::span<const double>)>& is_free_along) {
+namespace {
+
+/// From a to b about p, in `steps` chords. Control points a, (a + p) / 2, p, p, (p + b) / 2, b:
+/// evenly spaced on either side, so that the second derivative is zero at both ends.
+std::vector<double> corner_curve(std::span<const double> a, std::span<const double> p,
+                                 std::span<const double> b, std::size_t steps) {
+  std::vector<double> out;
+  out.reserve((steps + 1) * p.size());
+  for (std::size_t n = 0; n <= steps; ++n) {
+    const double u = static_cast<double>(n) / static_cast<double>(steps), v = 1 - u;
+    const double of_a = v * v * v * v * (v + 2.5 * u), of_b = u * u * u * u * (u + 2.5 * v);
+    for (std::size_t j = 0; j < p.size(); ++j)
+      out.push_back(of_a * a[j] + of_b * b[j] + (1 - of_a - of_b) * p[j]);
+  }
+  return out;
+}
+
+/// The greatest turn from one chord to the next [rad].
+double greatest_turn(const PlanProblem& problem, std::span<const double> rows) {
+  const std::size_t dof = problem.dof;
+  double most = 0;
+  for (std::size_t i = 1; (i + 2) * dof <= rows.size(); ++i) {
+    double ab = 0, aa = 0, bb = 0;
+    for (std::size_t j = 0; j < dof; ++j) {
+      const double w = problem.weight[j], *at = &rows[i * dof + j];
+      const double x = w * (at[0] - at[-static_cast<std::ptrdiff_t>(dof)]),
+                   y = w * (at[dof] - at[0]);
+      ab += x * y, aa += x * x, bb += y * y;
+    }
+    if (aa > 0 && bb > 0)
+      most = std::max(most, std::acos(std::clamp(ab / std::sqrt(aa * bb), -1.0, 1.0)));
+  }
+  return most;
+}
+
+}  // namespace
+
+RoundWay round_corners(const PlanProblem& problem, std::span<const double> points,
+                       std::span<const double> shares, const IsFreeAlong& is_free_along) {
   RoundWay out;
   const Way path(problem, points);
   const double whole = path.length();
@@ -137,35 +186,36 @@ RoundWay round_corners(const PlanProblem& problem, std::span<const double> point
       add(path.between(from, to, static_cast<double>(k) / static_cast<double>(steps)));
     add(to);
   };
+  /// The curve about a point, over at most `share` of the motions beside it; empty = there is none.
+  const auto rounded = [&](std::size_t i, double share) {
+    const auto p = path.at(i), from = path.at(i - 1), to = path.at(i + 1);
+    const double before = path.distance(p, from), after = path.distance(p, to);
+    for (const bool is_reduced : {false, true}) {
+      double leg = share * std::min(before, after);
+      const int halvings = is_reduced ? kReducedHalvings : kHalvings;
+      for (int k = 0; k <= halvings && leg > kNoLength * whole; ++k, leg /= 2) {
+        const auto a = path.between(p, from, leg / before), b = path.between(p, to, leg / after);
+        std::vector<double> curve = corner_curve(a, p, b, kCornerSteps);
+        for (std::size_t steps = 2 * kCornerSteps;
+             steps <= kMostCornerSteps && greatest_turn(problem, curve) > kCornerTurn; steps *= 2)
+          curve = corner_curve(a, p, b, steps);
+        if (is_free_along(curve, is_reduced)) return curve;
+      }
+    }
+    return std::vector<double>{};
+  };
   out.points.assign(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(problem.dof));
   if (!(whole > 0)) return out;
   for (std::size_t i = 1; i + 1 < path.count(); ++i) {
-    const double before = path.distance(path.at(i), path.at(i - 1)),
-                 after = path.distance(path.at(i), path.at(i + 1));
-    double leg = share * std::min(before, after);
-    std::vector<double> corner;
-    for (int k = 0; k <= kHalvings && leg > kNoLength * whole; ++k, leg /= 2) {
-      const auto a = path.between(path.at(i), path.at(i - 1), leg / before),
-                 b = path.between(path.at(i), path.at(i + 1), leg / after);
-      // Control points a, (a + p) / 2, p, p, (p + b) / 2, b: evenly spaced on either side, so that
-      // the second derivative is zero at both ends.
-      corner.clear();
-      for (std::size_t n = 0; n <= kCornerSteps; ++n) {
-        const double u = static_cast<double>(n) / kCornerSteps, v = 1 - u;
-        const double of_a = v * v * v * v * (v + 2.5 * u), of_b = u * u * u * u * (u + 2.5 * v);
-        for (std::size_t j = 0; j < problem.dof; ++j)
-          corner.push_back(of_a * a[j] + of_b * b[j] + (1 - of_a - of_b) * path.at(i)[j]);
-      }
-      if (is_free_along(corner)) break;
-      corner.clear();
-    }
+    const std::vector<double> corner =
+        shares[i - 1] > 0 ? rounded(i, shares[i - 1]) : std::vector<double>{};
     if (corner.empty()) {
-      ++out.sharp;
+      if (shares[i - 1] > 0) ++out.sharp;
       add_line(path.at(i));
       continue;
     }
     add_line(std::span<const double>(corner).first(problem.dof));
-    for (std::size_t n = 1; n <= kCornerSteps; ++n)
+    for (std::size_t n = 1; n < corner.size() / problem.dof; ++n)
       add(std::span<const double>(corner).subspan(n * problem.dof, problem.dof));
   }
   add_line(path.at(path.count() - 1));

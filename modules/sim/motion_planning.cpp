@@ -3,12 +3,18 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <ctime>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <numbers>
 #include <optional>
 
 #include <robomosp/sdk/planner.h>
 
+#include "collision/search_check.h"
 #include "kernel/quiet_progress.h"
 #include "kernel/text.h"
 #include "motion/provider_params.h"
@@ -38,14 +44,40 @@ constexpr std::size_t kSeeds = 16;
 constexpr double kSameGoal = 1e-6;
 /// The least weight of a joint, as a share of the greatest.
 constexpr double kLeastWeight = 0.05;
-/// Shares of the motions beside a corner that are tried until the sampled motion is free; 0 stops
-/// at the corners.
-constexpr std::array<double, 4> kRoundings{0.5, 0.2, 0.05, 0};
+/// Share of the motions beside a corner that rounding may take at first, by how much less where the
+/// sampled motion is not free, and how often.
+constexpr double kRounding = 0.5, kLessRounding = 0.3;
+constexpr int kMostRoundings = 12;
+/// The clearance that the curve of a corner keeps at least, as a share of what was asked for, where
+/// there is no more room; and what the sampled motion keeps.
+constexpr double kCornerClearance = 0.75, kSampledClearance = 0.5;
+/// Between samples of motions that a planner asks for no point moves farther than this [m]; it is
+/// halved each time that a way was not free between them.
+constexpr double kSearchStep = 0.02;
+/// Searches of ways that prove not to be free between samples; the next one proves each motion.
+constexpr std::size_t kQuickSearches = 4;
 
-/// Shares of a straight motion that are looked at first.
-constexpr std::array<double, 16> kProbes{1,      0.5,    0.25,   0.75,   0.125,  0.375,
-                                         0.625,  0.875,  0.0625, 0.1875, 0.3125, 0.4375,
-                                         0.5625, 0.6875, 0.8125, 0.9375};
+/// Time that this thread has computed [s], which does not depend on what else the machine does.
+double thread_seconds() {
+  std::timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Adds the time of its life to a sum [s].
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum) {}
+  ~Stopwatch() {
+    sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
 
 /// One robot's joint space among the obstacles. A failure of the engine makes everything occupied
 /// and is kept.
@@ -70,6 +102,7 @@ class RobotSpace {
       lower.push_back(std::isfinite(joint.lower) ? joint.lower : task.start[j] - turns);
       upper.push_back(std::isfinite(joint.upper) ? joint.upper : task.start[j] + turns);
     }
+    quick_ = std::make_unique<collision::SearchCheck>(model, task.robot, lower, upper);
   }
 
   /// Waypoints of all robots, from rows of this one.
@@ -96,17 +129,41 @@ class RobotSpace {
     });
   }
   [[nodiscard]] bool is_free(std::span<const double> q) {
-    return !failure && is_inside(q) && !contact(q);
+    if (failure || !is_inside(q)) return false;
+    return value(quick_->is_free(q, clearance_, progress_), false);
   }
+  /// Whether samples of the straight motion are free that are `step` [m] apart at most.
+  [[nodiscard]] bool seems_free(std::span<const double> a, std::span<const double> b, double step) {
+    if (failure || !is_inside(a) || !is_inside(b)) return false;
+    return value(quick_->seems_free(a, b, clearance_, step, progress_), false);
+  }
+  /// Whether the straight motions from row to row keep the share of the clearance for certain.
+  [[nodiscard]] bool is_free_along(std::span<const double> rows, double share = 1) {
+    using collision::MotionFound;
+    if (failure) return false;
+    const double room = share * clearance_;
+    switch (value(quick_->check_rows(rows, room, progress_), MotionFound::blocked)) {
+      case MotionFound::free: return true;
+      case MotionFound::blocked: return false;
+      case MotionFound::unsure: break;
+    }
+    return !failure && !contact_along(rows, room);
+  }
+  /// Whether the straight motion is free for certain; what is not mostly shows in the samples.
+  [[nodiscard]] bool is_free_between(std::span<const double> a, std::span<const double> b,
+                                     double step) {
+    if (!seems_free(a, b, step)) return false;
+    std::vector<double> rows(a.begin(), a.end());
+    rows.insert(rows.end(), b.begin(), b.end());
+    return is_free_along(rows);
+  }
+  [[nodiscard]] const collision::SearchCheck::Counts& counts() const { return quick_->counts(); }
   [[nodiscard]] std::optional<PathContact> contact_along(std::span<const double> rows,
                                                          double tolerance) {
     const auto found = model_.check_path(all(rows), tolerance, progress_);
     if (found.ok()) return *found;
     fail(found.error());
     return PathContact{};
-  }
-  [[nodiscard]] bool is_free_along(std::span<const double> rows) {
-    return !failure && !contact_along(rows, clearance_);
   }
   [[nodiscard]] std::string describe(const Contact& c) const {
     if (c.at.distance <= 0) return model_.describe(c.pair) + " touch";
@@ -120,6 +177,12 @@ class RobotSpace {
  private:
   void fail(const Error& e) {
     if (!failure) failure = e;
+  }
+  template <class T>
+  T value(Result<T> found, T of_failure) {
+    if (found.ok()) return *found;
+    fail(found.error());
+    return of_failure;
   }
   [[nodiscard]] bool is_inside(std::span<const double> q) const {
     for (std::size_t j = 0; j < q.size(); ++j)
@@ -142,6 +205,7 @@ class RobotSpace {
   double clearance_;
   QuietProgress progress_;  ///< looks at single configurations say nothing of the search
   std::vector<double> shown_;
+  std::unique_ptr<collision::SearchCheck> quick_;
 };
 
 Result<void> check(const CollisionRobot& robot, const PlanTask& task) {
@@ -283,6 +347,26 @@ RobotModel limited(const RobotModel& model, const PlanTask& task, std::vector<st
   return out;
 }
 
+/// The corner of the way that is nearest to a sample of the motion along it, from 0.
+std::size_t nearest_corner(const PlanProblem& p, std::span<const double> way,
+                           std::span<const double> motion, std::size_t sample) {
+  const double* q = &motion[std::min(sample, motion.size() / p.dof - 1) * p.dof];
+  std::size_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; (i + 1) * p.dof < way.size(); ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < p.dof; ++j)
+      sum += std::pow(p.weight[j] * (way[i * p.dof + j] - q[j]), 2);
+    if (sum < least) least = sum, nearest = i - 1;
+  }
+  return nearest;
+}
+
+/// Gives a corner less room; the third time none.
+void lessen(double& share) {
+  share = share > kRounding * kLessRounding * kLessRounding ? share * kLessRounding : 0;
+}
+
 /// The way as a motion in time that is free as it is sampled.
 Result<void> run_along(const Registry& registry, const CollisionRobot& robot, const PlanTask& task,
                        const PlanProblem& p, RobotSpace& space, PlannedMotion& out,
@@ -297,27 +381,80 @@ Result<void> run_along(const Registry& registry, const CollisionRobot& robot, co
                    bind_inverse_dynamics(registry, std::make_shared<const RobotModel>(model),
                                          task.inverse_dynamics));
   }
-  for (const double share : kRoundings) {
+  std::vector<double> shares(out.waypoints.size() / p.dof - 2, kRounding);
+  for (int i = 0; i <= kMostRoundings; ++i) {
     progress.report(1, "rounding and timing the way");
     const RoundWay round =
-        round_corners(p, out.waypoints, share,
-                      [&](std::span<const double> rows) { return space.is_free_along(rows); });
+        round_corners(p, out.waypoints, shares, [&](std::span<const double> rows, bool is_reduced) {
+          return space.is_free_along(rows, is_reduced ? kCornerClearance : 1);
+        });
     if (space.failure) return *space.failure;
     RobotMotion path;
     path.q = round.points;
-    for (std::size_t i = 0; i < path.q.size() / p.dof; ++i)
-      path.times.push_back(static_cast<double>(i));
+    for (std::size_t k = 0; k < path.q.size() / p.dof; ++k)
+      path.times.push_back(static_cast<double>(k));
     RMP_TRY_ASSIGN(out.motion, retime(registry, model, path, dynamics ? &*dynamics : nullptr,
                                       task.timing, "", progress));
-    const bool is_free = !space.contact_along(out.motion.q, 0.5 * task.clearance);
-    if (space.failure) return *space.failure;
-    if (!is_free) continue;
+    if (!space.is_free_along(out.motion.q, kSampledClearance)) {
+      if (space.failure) return *space.failure;
+      const auto contact = space.contact_along(out.motion.q, kSampledClearance * task.clearance);
+      if (space.failure) return *space.failure;
+      if (contact) {
+        // The corner where it comes too near is rounded less; in the end the robot stops at all.
+        if (std::all_of(shares.begin(), shares.end(), [](double x) { return x == 0; })) break;
+        const std::size_t corner = nearest_corner(p, out.waypoints, out.motion.q, contact->segment);
+        if (i + 1 >= kMostRoundings || shares[corner] == 0)
+          std::fill(shares.begin(), shares.end(), 0.0);
+        else lessen(shares[corner]);
+        continue;
+      }
+    }
     out.notes.insert(out.notes.end(), out.motion.notes.begin(), out.motion.notes.end());
     return {};
   }
   return error(ErrorCode::unreachable,
                "a way was found, and it leaves no room to be run along smoothly",
                "Give a greater clearance or a shorter sample time.");
+}
+
+/// A way that is free for certain. Planners ask for samples of motions; a way that is not free
+/// between them is searched again with samples that are nearer to each other, in the end with each
+/// motion proved.
+Result<std::vector<double>> find_way(const Registry& registry, const std::string& where,
+                                     const PlanTask& task, RobotSpace& space, PlanProblem& p,
+                                     const std::function<double()>& left, PlannedMotion& out,
+                                     Progress& progress) {
+  PlanWork& work = out.work;
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 registry.find(Planner::kInterfaceId, task.planner.name).in(where));
+  out.planner = info.name;
+  RMP_TRY_ASSIGN(const auto planner, registry.create<Planner>(info.name).in(where));
+  RMP_TRY_ASSIGN(
+      const auto params,
+      motion::checked_params(info, task.planner, where + ", provider " + text::quote(info.name)));
+  double step = kSearchStep;
+  p.is_free = [&](std::span<const double> q) { return space.is_free(q); };
+  p.is_free_between = [&](std::span<const double> a, std::span<const double> b) {
+    ++work.motions;
+    return work.searches <= kQuickSearches ? space.seems_free(a, b, step)
+                                           : space.is_free_between(a, b, step);
+  };
+  for (;; ++work.searches, step *= 0.5) {
+    p.seconds = std::max(left(), 1e-3);
+    auto planned = [&] {
+      const Stopwatch watch(work.search_seconds);
+      return guarded(info.name, [&] { return planner->plan(p, *params, progress); });
+    }();
+    if (space.failure) return *space.failure;
+    if (!planned.ok()) return in_robot(std::move(planned).error(), where);
+    const Stopwatch watch(work.proof_seconds);
+    auto checked = check_plan(*planned, p, info.name);
+    if (space.failure) return *space.failure;  // nobody can tell whether the way is free
+    if (!checked.ok()) return std::move(checked).in(where).error();
+    const bool is_free = work.searches > kQuickSearches || space.is_free_along(planned->points);
+    if (space.failure) return *space.failure;
+    if (is_free) return std::move(planned->points);
+  }
 }
 
 }  // namespace
@@ -328,67 +465,69 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
   const std::string where = "robot " + text::quote(robot.name);
   RMP_TRY(check(robot, task).in(where));
   const std::size_t dof = robot.model->dof();
+  PlannedMotion out;
+  PlanWork& work = out.work;
+  const double begin = thread_seconds();
+  const auto left = [&] { return task.seconds - (thread_seconds() - begin); };
   RobotSpace space(model, task, progress);
-  if (const auto contact = space.contact(task.start)) {
-    if (space.failure) return *space.failure;
-    return error(ErrorCode::invalid_argument, "at the start " + space.describe(*contact),
-                 "Start elsewhere, give a smaller clearance, or allow the pair.", where);
-  }
   std::vector<double> goals = task.goals;
-  if (!task.targets.empty()) {
-    RMP_TRY_ASSIGN(const auto found, solutions(registry, robot, task, progress).in(where));
-    goals.insert(goals.end(), found.begin(), found.end());
+  {
+    const Stopwatch watch(work.goals_seconds);
+    if (const auto contact = space.contact(task.start)) {
+      if (space.failure) return *space.failure;
+      return error(ErrorCode::invalid_argument, "at the start " + space.describe(*contact),
+                   "Start elsewhere, give a smaller clearance, or allow the pair.", where);
+    }
+    if (!task.targets.empty()) {
+      RMP_TRY_ASSIGN(const auto found, solutions(registry, robot, task, progress).in(where));
+      goals.insert(goals.end(), found.begin(), found.end());
+    }
+    for (std::size_t i = 0; i < goals.size(); i += dof)
+      if (const std::int32_t j = robotics::joint_outside_limits(
+              *robot.model, std::span<const double>(goals).subspan(i, dof), 0);
+          j >= 0)
+        return error(ErrorCode::invalid_argument,
+                     "joint " + std::to_string(j + 1) + " (" +
+                         robot.model->joints[static_cast<std::size_t>(j)].name +
+                         ") is outside its limits at the goal",
+                     "Choose a goal within them.", where);
+    RMP_TRY_ASSIGN(goals, free_goals(space, goals, dof).in(where));
   }
-  for (std::size_t i = 0; i < goals.size(); i += dof)
-    if (const std::int32_t j = robotics::joint_outside_limits(
-            *robot.model, std::span<const double>(goals).subspan(i, dof), 0);
-        j >= 0)
-      return error(ErrorCode::invalid_argument,
-                   "joint " + std::to_string(j + 1) + " (" +
-                       robot.model->joints[static_cast<std::size_t>(j)].name +
-                       ") is outside its limits at the goal",
-                   "Choose a goal within them.", where);
-  RMP_TRY_ASSIGN(goals, free_goals(space, goals, dof).in(where));
+  out.goals = goals.size() / dof;
 
   PlanProblem p;
   p.dof = dof;
   p.lower = space.lower, p.upper = space.upper, p.weight = space.weight;
   p.start = task.start, p.goals = goals;
-  p.seconds = task.seconds, p.seed = task.seed;
-  p.is_free = [&](std::span<const double> q) { return space.is_free(q); };
-  p.is_free_between = [&](std::span<const double> a, std::span<const double> b) {
-    // What is not free mostly shows at a few places, at a hundredth of the cost.
-    std::vector<double> rows(dof);
-    for (const double share : kProbes) {
-      for (std::size_t j = 0; j < dof; ++j) rows[j] = a[j] + share * (b[j] - a[j]);
-      if (space.failure || space.contact(rows)) return false;
-    }
-    rows.assign(a.begin(), a.end());
-    rows.insert(rows.end(), b.begin(), b.end());
-    return space.is_free_along(rows);
-  };
-  RMP_TRY_ASSIGN(const ProviderInfo info,
-                 registry.find(Planner::kInterfaceId, task.planner.name).in(where));
-  RMP_TRY_ASSIGN(const auto planner, registry.create<Planner>(info.name).in(where));
-  RMP_TRY_ASSIGN(
-      const auto params,
-      motion::checked_params(info, task.planner, where + ", provider " + text::quote(info.name)));
-  auto planned = guarded(info.name, [&] { return planner->plan(p, *params, progress); });
-  if (space.failure) return *space.failure;
-  if (!planned.ok()) return in_robot(std::move(planned).error(), where);
-  auto checked = check_plan(*planned, p, info.name);
-  if (space.failure) return *space.failure;  // nobody can tell whether the way is free
-  if (!checked.ok()) return std::move(checked).in(where).error();
-  PlannedMotion out;
-  out.goals = goals.size() / dof;
-  out.found = path_length(p, planned->points);
+  p.seed = task.seed;
+  RMP_TRY_ASSIGN(const std::vector<double> found,
+                 find_way(registry, where, task, space, p, left, out, progress));
+  out.found = path_length(p, found);
   if (!(out.found > 0))
     return error(ErrorCode::invalid_argument, "the start is the goal already",
                  "Choose another goal.", where);
-  RMP_TRY_ASSIGN(out.waypoints, shorten(p, planned->points, task.tries, progress).in(where));
-  if (space.failure) return *space.failure;
+  {
+    const Stopwatch watch(work.shortcut_seconds);
+    p.is_free_between = [&](std::span<const double> a, std::span<const double> b) {
+      return space.is_free_between(a, b, kSearchStep);
+    };
+    RMP_TRY_ASSIGN(out.waypoints,
+                   shorten(
+                       p, found, task.tries, progress, [&] { return left() <= 0; }, &work.shortcuts)
+                       .in(where));
+    if (space.failure) return *space.failure;
+  }
   out.length = path_length(p, out.waypoints);
-  RMP_TRY(run_along(registry, robot, task, p, space, out, progress).in(where));
+  if (work.shortcuts < task.tries && left() <= 0 && out.waypoints.size() > 2 * dof)
+    out.notes.push_back("The time given ended after " + std::to_string(work.shortcuts) + " of " +
+                        std::to_string(task.tries) +
+                        " shortcuts: give more seconds for a shorter way that the seed repeats.");
+  if (task.is_timed) {
+    const Stopwatch watch(work.timing_seconds);
+    RMP_TRY(run_along(registry, robot, task, p, space, out, progress).in(where));
+  }
+  work.configurations = space.counts().configurations;
+  work.distances = space.counts().distances;
   return out;
 }
 

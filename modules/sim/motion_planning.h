@@ -26,9 +26,10 @@ struct PlanTask {
   std::vector<Pose> targets;  ///< world_T_tip; all solutions that are found become goals
   model::ProviderChoice planner, ik;
   double clearance = 2e-3;  ///< what comes nearer than this touches [m], > 0
-  double seconds = 10;      ///< of the search [s]
+  double seconds = 10;      ///< of computing at the search and the shortcuts [s]
   std::uint64_t seed = 1;
   std::size_t tries = 200;  ///< at shortening
+  bool is_timed = true;     ///< false = the way only, without rounded corners and times
   RetimeOptions timing;
   model::ProviderChoice inverse_dynamics;  ///< for the torque limits, where joints have any
   Vec3 gravity{0, 0, -9.81};               ///< of the world [m/s^2]
@@ -37,9 +38,24 @@ struct PlanTask {
   double velocity = 1, ramp = 0.25;
 };
 
+/// What a plan took.
+struct PlanWork {
+  std::size_t configurations = 0;  ///< checked, those of motions between them too
+  std::size_t distances = 0;       ///< exact ones of pairs of bodies
+  std::size_t motions = 0;         ///< that the planner asked for
+  std::size_t searches = 1;        ///< more than one where a way was not free between the samples
+  std::size_t shortcuts = 0;       ///< tried
+  /// Of the clock on the wall: goals and their inverse kinematics, search, proof that the way is
+  /// free, shortcuts, corners and times [s].
+  double goals_seconds = 0, search_seconds = 0, proof_seconds = 0, shortcut_seconds = 0,
+         timing_seconds = 0;
+};
+
 struct PlannedMotion {
   std::vector<double> waypoints;  ///< of the shortened way, row-major
-  RobotMotion motion;
+  RobotMotion motion;             ///< without samples where no times were wanted
+  PlanWork work;
+  std::string planner;           ///< the provider that searched
   std::size_t goals = 0;         ///< free ones there were
   double found = 0, length = 0;  ///< of the way as it was found, and shortened
   std::vector<std::string> notes;

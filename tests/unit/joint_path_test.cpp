@@ -20,6 +20,8 @@ bool is_free_along(const BoxWorld& w, std::span<const double> points) {
   return true;
 }
 
+const std::vector<double> kHalf{0.5};  ///< of the motions beside the one corner
+
 /// A detour through the door of the wall.
 const std::vector<double> kDetour{0.1, 0.1, 0.1, 0.9, 0.3, 0.5, 0.7, 0.5, 0.9, 0.9, 0.9, 0.1};
 
@@ -61,7 +63,7 @@ TEST(JointPath, ShorteningIsCancelled) {
 TEST(JointPath, CornersAreRoundWithoutKinks) {
   BoxWorld w(2);
   const std::vector<double> angle{0, 0, 1, 0, 1, 1};
-  const auto round = round_corners(w.problem(), angle, 0.5, [](auto) { return true; });
+  const auto round = round_corners(w.problem(), angle, kHalf, [](auto, bool) { return true; });
   EXPECT_EQ(round.sharp, 0U);
   const auto& q = round.points;
   const std::size_t n = q.size() / 2;
@@ -81,14 +83,67 @@ TEST(JointPath, CornersWithoutRoomAreRoundedLessOrStay) {
   BoxWorld w(2);
   w.boxes = {{{0.0, 0.02}, {0.98, 1.0}}};
   const std::vector<double> angle{0, 0, 1, 0, 1, 1};
-  const auto free = [&](std::span<const double> points) { return is_free_along(w, points); };
-  const auto round = round_corners(w.problem(), angle, 0.5, free);
+  const auto free = [&](std::span<const double> points, bool is_reduced) {
+    return !is_reduced && is_free_along(w, points);
+  };
+  const auto round = round_corners(w.problem(), angle, kHalf, free);
   EXPECT_EQ(round.sharp, 0U);
-  EXPECT_TRUE(free(round.points));
+  EXPECT_TRUE(free(round.points, false));
   w.boxes = {{{0.0, 1e-6}, {1 - 1e-6, 1.0}}};
-  const auto sharp = round_corners(w.problem(), angle, 0.5, free);
+  const auto sharp = round_corners(w.problem(), angle, kHalf, free);
   EXPECT_EQ(sharp.sharp, 1U);
-  EXPECT_TRUE(free(sharp.points));
+  EXPECT_TRUE(free(sharp.points, false));
+}
+
+// The corner (1, 1) of a box that the way goes round at 2 mm: curves with the full clearance have
+// no room, such with three quarters of it have, and pass the corner at 3.5 / 32 |a + b - 2 p| of
+// legs short enough for that.
+TEST(JointPath, CornersWithoutRoomAreRoundedWithLessClearance) {
+  BoxWorld w(2);
+  constexpr double kClearance = 2e-3;
+  const std::vector<double> angle{0, 1, 1, 1, 1, 0};
+  const auto nearest = [](std::span<const double> rows) {
+    double least = 1;
+    for (std::size_t i = 0; i < rows.size(); i += 2)  // to the corner of [0, 1 - c] x [0, 1 - c]
+      least = std::min(least, std::hypot(std::max(rows[i] - (1 - kClearance), 0.0),
+                                         std::max(rows[i + 1] - (1 - kClearance), 0.0)));
+    return least;
+  };
+  const auto free = [&](std::span<const double> rows, bool is_reduced) {
+    return nearest(rows) >= (is_reduced ? 0.75 : 1) * kClearance;
+  };
+  const auto round = round_corners(w.problem(), angle, kHalf, free);
+  EXPECT_EQ(round.sharp, 0U);
+  EXPECT_GE(nearest(round.points), 0.75 * kClearance);
+  EXPECT_LT(nearest(round.points), kClearance);
+}
+
+// Turning back by 175 degrees the curve turns in a small part of its parameter: its chords turn
+// little all the same, as what times the way stops where they do not.
+TEST(JointPath, ChordsOfNarrowCornersTurnLittle) {
+  BoxWorld w(2);
+  const double back = 175 * std::acos(-1) / 180;
+  const std::vector<double> angle{0, 0, 1, 0, 1 + std::cos(back), std::sin(back)};
+  const auto round = round_corners(w.problem(), angle, kHalf, [](auto, bool) { return true; });
+  const auto& q = round.points;
+  double most = 0;
+  for (std::size_t i = 1; i + 1 < q.size() / 2; ++i) {
+    const double ax = q[2 * i] - q[2 * i - 2], ay = q[2 * i + 1] - q[2 * i - 1],
+                 bx = q[2 * i + 2] - q[2 * i], by = q[2 * i + 3] - q[2 * i + 1];
+    most = std::max(most, std::fabs(std::atan2(ax * by - ay * bx, ax * bx + ay * by)));
+  }
+  EXPECT_LT(most, 0.25);
+}
+
+TEST(JointPath, ShorteningEndsWhenItIsLate) {
+  const BoxWorld w = BoxWorld::door();
+  NoProgress none;
+  std::size_t tried = 0;
+  const auto way = shorten(
+      w.problem(), kDetour, 400, none, [&] { return tried >= 7; }, &tried);
+  ASSERT_TRUE(way.ok());
+  EXPECT_EQ(tried, 7U);
+  EXPECT_TRUE(is_free_along(w, *way));
 }
 
 }  // namespace

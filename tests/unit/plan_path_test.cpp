@@ -4,6 +4,8 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -118,6 +120,61 @@ local function q(seed)
 end
 assert(q(3) == q(3) and q(3) ~= q(4))
 )~");
+}
+
+// What a plan took is told; without times it is the same way.
+TEST_F(PlanPath, AnswersTellWhatTheyTookAndCanDoWithoutTimes) {
+  run(R"~(
+local timed = cell:plan_path{robot = "rods", to = "right", seed = 3, shortcuts = 20}
+local plain = cell:plan_path{robot = "rods", to = "right", seed = 3, shortcuts = 20, timed = false}
+assert(plain.recording == nil and plain.times == nil and plain.joints == nil and plain.duration == nil)
+assert(plain.seed == 3 and plain.planner == timed.planner and plain.planner == "rrt_connect")
+assert(plain.length == timed.length and #plain.waypoints == #timed.waypoints)
+local rows = {}
+for i = 1, #plain.waypoints do
+  rows[i] = {plain.waypoints[i][1], plain.waypoints[i][2]}
+  for j = 1, 2 do assert(rows[i][j] == timed.waypoints[i][j]) end
+end
+assert(plain.waypoints[1][1] == 0.8 and plain.waypoints[#plain.waypoints][1] == -0.8)
+assert(cell:check_path{path = rows, tolerance = 0.002}.is_free)
+for _, name in ipairs{"configurations", "motions", "searches", "shortcuts"} do assert(plain.work[name] > 0, name) end
+for _, name in ipairs{"goal", "search", "proof", "shortcut"} do assert(plain.work[name .. "_seconds"] > 0, name) end
+assert(plain.work.timing_seconds == 0 and timed.work.timing_seconds > 0)
+assert(plain.work.configurations < timed.work.configurations)
+assert(not pcall(cell.plan_path, cell, {robot = "rods", to = "right", timed = false, watch = true}))
+)~");
+}
+
+TEST_F(PlanPath, TheTimeGivenHoldsForShortcutsToo) {
+  run(R"~(
+local way = cell:plan_path{robot = "rods", to = "right", shortcuts = 100000, seconds = 0.3, timed = false}
+if way.work.shortcuts < 100000 then
+  assert(#way.notes == 1 and way.notes[1]:find("of 100000 shortcuts"), way.notes[1])
+end
+)~");
+}
+
+TEST_F(PlanPath, EqualSeedsGiveEqualWaysOnAnyThread) {
+  for (const std::string planner : {"rrt_connect", "prm"}) {
+    std::vector<std::string> ways(3);
+    std::vector<std::thread> threads;
+    for (std::string& way : ways)
+      threads.emplace_back([&] {
+        ioci::Session own{"own"};
+        auto r = app().dispatch(own, "world.plan_path",
+                                Map{{"id", "cell"},
+                                    {"robot", "rods"},
+                                    {"to", "right"},
+                                    {"planner", planner},
+                                    {"seconds", 100},
+                                    {"timed", false}});
+        way = r.ok() ? r->as_map()->find("waypoints")->text() : r.error().sentence();
+      });
+    for (std::thread& t : threads) t.join();
+    EXPECT_EQ(ways[0], ways[1]) << planner;
+    EXPECT_EQ(ways[0], ways[2]) << planner;
+    EXPECT_NE(ways[0].find("0.8"), std::string::npos) << ways[0];
+  }
 }
 
 // Either elbow reaches the target; the motion ends in one of them.

@@ -69,6 +69,10 @@ Result<sim::PlanTask> read_task(CommandContext& ctx, const Map& args,
   task.seconds = real(args, "seconds");
   task.seed = static_cast<std::uint64_t>(integer(args, "seed"));
   task.tries = static_cast<std::size_t>(integer(args, "shortcuts"));
+  task.is_timed = flag(args, "timed");
+  if (!task.is_timed && flag(args, "watch"))
+    return error(ErrorCode::invalid_argument, "without times there is no recording to watch",
+                 "Leave out timed = false, or watch.", "watch");
   task.timing.share = real(args, "share");
   task.timing.step = real(args, "sample_time");
   task.timing.has_torques = flag(args, "torque_limits");
@@ -83,6 +87,19 @@ NumericArray rows_of(const std::vector<double>& table, std::size_t dof) {
   return NumericArray(table, table.size() / dof, dof);
 }
 
+Value work_of(const sim::PlanWork& w) {
+  return Value(Map{{"configurations", w.configurations},
+                   {"motions", w.motions},
+                   {"distances", w.distances},
+                   {"searches", w.searches},
+                   {"shortcuts", w.shortcuts},
+                   {"goal_seconds", w.goals_seconds},
+                   {"search_seconds", w.search_seconds},
+                   {"proof_seconds", w.proof_seconds},
+                   {"shortcut_seconds", w.shortcut_seconds},
+                   {"timing_seconds", w.timing_seconds}});
+}
+
 Result<Value> plan_path(CommandContext& ctx, const Map& args) {
   const AnyId world = ref(args, "id");
   const std::string where = name_in(ctx, world);
@@ -94,23 +111,32 @@ Result<Value> plan_path(CommandContext& ctx, const Map& args) {
   auto plan = sim::plan_motion(ctx.app.registry, *m, *task, ctx.progress);
   if (!plan.ok()) return std::move(plan).error().in(where);
   const collision::CollisionRobot& robot = m->robots()[task->robot];
+  const std::size_t dof = robot.model->dof();
+  Map out{{"length", plan->length},     {"found_length", plan->found},
+          {"goals", plan->goals},       {"waypoints", rows_of(plan->waypoints, dof)},
+          {"planner", plan->planner},   {"seed", static_cast<std::int64_t>(task->seed)},
+          {"work", work_of(plan->work)}};
+  if (!task->is_timed) {
+    List notes;
+    for (const std::string& note : plan->notes) notes.emplace_back(note);
+    out.set("notes", Value(std::move(notes)));
+    return Value(std::move(out));
+  }
   recording::Recording planned = sim::planned_recording(robot, typed<model::World>(args), *plan);
   for (const model::PlacedRobot& r : content<model::World>(ctx, args).robots)
     if (auto stands = sim::note_on_standing_base(r, "planning does"))
       planned.notes.push_back(std::move(*stands));
+  List notes;
+  for (const std::string& note : planned.notes) notes.emplace_back(note);
   auto recording = std::make_shared<const recording::Recording>(std::move(planned));
-  const std::size_t dof = robot.model->dof();
   List joints;  // as segments of trajectories take them
   for (std::size_t i = 0; i < plan->motion.q.size(); i += dof)
     joints.emplace_back(
         NumericArray(std::vector<double>(&plan->motion.q[i], &plan->motion.q[i] + dof)));
-  Map out{{"duration", plan->motion.times.back()},
-          {"length", plan->length},
-          {"found_length", plan->found},
-          {"goals", plan->goals},
-          {"waypoints", rows_of(plan->waypoints, dof)},
-          {"joints", std::move(joints)},
-          {"times", NumericArray(plan->motion.times)}};
+  out.set("duration", plan->motion.times.back());
+  out.set("joints", Value(std::move(joints)));
+  out.set("times", NumericArray(plan->motion.times));
+  out.set("notes", Value(std::move(notes)));
   out.set("recording", Handle{"recording", ctx.app.recordings.add(std::move(recording))});
   return Value(std::move(out));
 }
@@ -144,7 +170,8 @@ RMP_COMMANDS(planning_commands) {
                   "assert(way.duration > 0 and way.length <= way.found_length)\n"
                   "assert(cell:check_path{recording = way.recording}.is_free)",
        .params =
-           {self("world"), needed("robot", "string", "", "Name of the robot in the world."),
+           {self("world"),
+            needed("robot", "string", "", "Name of the robot in the world."),
             optional("from", "any", "rad or m",
                      "Joint values or a named pose at the start; as the world shows it when left "
                      "out."),
@@ -159,12 +186,15 @@ RMP_COMMANDS(planning_commands) {
                      "default when left out."),
             optional("ik", "any", "", "Solver of targets; the robot's own when left out."),
             optional("retimer", "any", "", "What times the way; the default when left out."),
-            above_zero(
-                defaulted("seconds", "real", "s", 10, "Longest time to compute at the search.")),
+            above_zero(defaulted("seconds", "real", "s", 10,
+                                 "Longest time to compute at the search and the shortcuts.")),
             between(defaulted("seed", "int", "", 1, "The same seed gives the same motion."), 0,
                     4294967295.0),
             between(defaulted("shortcuts", "int", "", 200, "How often a shortcut is tried."), 0,
                     100000),
+            defaulted("timed", "bool", "", true,
+                      "False: only the shortened way, without rounded corners, times and a "
+                      "recording."),
             between(defaulted("share", "real", "", 1.0, "Share of the limits that is used."), 1e-3,
                     1),
             defaulted("torque_limits", "bool", "", true,
@@ -180,14 +210,24 @@ RMP_COMMANDS(planning_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("recording", "handle", "", "time, q, qd, qdd, x, y, z."),
-                    field("duration", "real", "s", "Of the motion."),
-                    field("length", "real", "m", "Of the shortened way: " + lengths + "."),
+                   {field("length", "real", "m", "Of the shortened way: " + lengths + "."),
                     field("found_length", "real", "m", "Of the way as the planner found it."),
                     field("goals", "int", "", "Free configurations that would have done."),
                     field("waypoints", "matrix", "", "Corners of the shortened way, one a row."),
-                    field("joints", "list", "", "Joint values of the samples, for a joint_spline."),
-                    field("times", "real[]", "s", "Their times.")}},
+                    field("planner", "string", "", "The provider that searched."),
+                    field("seed", "int", "", "As given, or the default."),
+                    field("work", "map", "",
+                          "What it took: configurations checked, motions the planner asked for, "
+                          "exact distances of pairs of bodies, searches (more than one where a way "
+                          "was not free between its samples), shortcuts tried; and by the clock "
+                          "goal_seconds, search_seconds, proof_seconds (that the way is free), "
+                          "shortcut_seconds, timing_seconds."),
+                    field("notes", "string[]", "", "As of the recording."),
+                    field("recording", "handle", "", "time, q, qd, qdd, x, y, z; if timed."),
+                    field("duration", "real", "s", "Of the motion; if timed."),
+                    field("joints", "list", "",
+                          "Joint values of the samples, for a joint_spline; if timed."),
+                    field("times", "real[]", "s", "Their times; if timed.")}},
        .effect = Effect::simulates,
        .run = plan_path});
   return all;
