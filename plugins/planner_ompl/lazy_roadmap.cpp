@@ -35,13 +35,24 @@ double LazyRoadmap::distance(std::size_t a, std::size_t b) const {
   return std::sqrt(sum);
 }
 
+double LazyRoadmap::share() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
+
 void LazyRoadmap::draw(std::vector<double>& q) {
   q.resize(problem_.dof);
-  for (std::size_t j = 0; j < q.size(); ++j) {
-    const double share = static_cast<double>(random_() >> 11) * 0x1p-53;
-    q[j] = std::clamp(problem_.lower[j] + share * (problem_.upper[j] - problem_.lower[j]),
-                      problem_.lower[j], problem_.upper[j]);
+  const auto put = [&](std::size_t j, double x) {
+    q[j] = std::clamp(x, problem_.lower[j], problem_.upper[j]);
+  };
+  // Every other one beside a motion that turned out to be blocked: there is what has to be passed.
+  if (!blocked_.empty() && random_() % 2 == 0) {
+    const Edge& edge = edges_[blocked_[random_() % blocked_.size()]];
+    const std::span<const double> end = at(random_() % 2 == 0 ? edge.a : edge.b);
+    const double reach = share() * edge.length;
+    for (std::size_t j = 0; j < q.size(); ++j)
+      put(j, end[j] + (2 * share() - 1) * reach / problem_.weight[j]);
+    return;
   }
+  for (std::size_t j = 0; j < q.size(); ++j)
+    put(j, problem_.lower[j] + share() * (problem_.upper[j] - problem_.lower[j]));
 }
 
 void LazyRoadmap::add(std::span<const double> q) {
@@ -56,21 +67,33 @@ void LazyRoadmap::add(std::span<const double> q) {
   join(node);
 }
 
-/// With the nearest ones; the start with every goal, however far.
+/// With the nearest ones within the range; goals with the start, however far.
 void LazyRoadmap::join(std::uint32_t node) {
-  near_.clear();
+  near_.clear();  // a heap, the farthest first
+  const std::size_t dof = problem_.dof;
+  const double* own = &stretched_[node * dof];
+  double most = range_ * range_;
   for (std::uint32_t other = 0; other < node; ++other) {
     const bool is_direct = other == 0 && node <= goals_.size();
-    const double d = distance(node, other);
-    if (d <= range_ || is_direct) near_.emplace_back(d, other);
+    const double* row = &stretched_[other * dof];
+    double sum = 0;
+    for (std::size_t j = 0; j < dof && (sum <= most || is_direct); ++j)
+      sum += (row[j] - own[j]) * (row[j] - own[j]);
+    if (sum > most && !is_direct) continue;
+    near_.emplace_back(sum, other);
+    std::push_heap(near_.begin(), near_.end());
+    if (near_.size() > neighbours_) {
+      std::pop_heap(near_.begin(), near_.end());
+      near_.pop_back();
+    }
+    if (near_.size() == neighbours_) most = std::min(most, near_.front().first);
   }
-  const std::size_t count = std::min(neighbours_, near_.size());
-  std::partial_sort(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(count), near_.end());
-  for (std::size_t k = 0; k < count; ++k) {
+  std::sort_heap(near_.begin(), near_.end());
+  for (const auto& [squared, other] : near_) {
     const auto edge = static_cast<std::uint32_t>(edges_.size());
-    edges_.push_back({near_[k].second, node, near_[k].first});
+    edges_.push_back({other, node, std::sqrt(squared)});
     edges_of_[node].push_back(edge);
-    edges_of_[near_[k].second].push_back(edge);
+    edges_of_[other].push_back(edge);
   }
 }
 
@@ -127,7 +150,7 @@ std::optional<Plan> LazyRoadmap::search(const Asked& asked) {
         if (edge.known == Known::free) continue;
         if (asked.is_over()) return std::nullopt;
         edge.known = asked.is_free_between(at(edge.a), at(edge.b)) ? Known::free : Known::blocked;
-        is_free = is_free && edge.known == Known::free;
+        if (edge.known == Known::blocked) blocked_.push_back(e), is_free = false;
       }
       if (!is_free) continue;
       Plan plan;

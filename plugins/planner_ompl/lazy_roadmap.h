@@ -18,8 +18,9 @@
 namespace robomosp::planner_ompl {
 
 /// Lazy PRM (R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000): configurations are
-/// checked when they are drawn, motions in the order of the shortest way that may be free. Equal
-/// seeds give equal ways. One thread.
+/// checked when they are drawn, motions in the order of the shortest way that may be free; half of
+/// the configurations are drawn near motions that are blocked. Equal seeds give equal ways. One
+/// thread.
 class LazyRoadmap {
  public:
   /// `goals`: the free ones, by number. `range`: of motions, in the problem's distances.
@@ -41,7 +42,8 @@ class LazyRoadmap {
     return {q_.data() + node * problem_.dof, problem_.dof};
   }
   [[nodiscard]] double distance(std::size_t a, std::size_t b) const;
-  /// A configuration drawn from the whole space.
+  [[nodiscard]] double share();  ///< 0 <= .. < 1
+  /// A configuration from the whole space, or near a motion that is blocked.
   void draw(std::vector<double>& q);
   void add(std::span<const double> q);
   void join(std::uint32_t node);
@@ -56,6 +58,7 @@ class LazyRoadmap {
   std::vector<double> q_, stretched_;  ///< rows: as given, and times the weights
   std::vector<double> to_goal_;        ///< the distance to the nearest goal
   std::vector<Edge> edges_;
+  std::vector<std::uint32_t> blocked_;  ///< edges
   std::vector<std::vector<std::uint32_t>> edges_of_;
   // Room of shortest().
   std::vector<double> cost_;
