@@ -10,6 +10,8 @@ namespace {
 
 /// Lengths below this share of the whole way are none.
 constexpr double kNoLength = 1e-9;
+/// Motions between corners that are shorter than this share of the whole way are short.
+constexpr double kShortMotion = 0.05;
 /// Steps of a rounded corner, and of the whole way at least.
 constexpr std::size_t kCornerSteps = 64, kWaySteps = 200;
 /// Chords of a rounded corner at most, and what it may turn from one to the next.
@@ -67,11 +69,27 @@ class Way {
       std::size_t most = count() - 1;  // the farthest that may be reached
       while (most > i + 1) {
         std::size_t k = most;
-        while (k > i + 1 && !is_free(at(i), at(k))) k = i + (k - i) / 2;
+        while (k > i + 1 && !is_free(at(i), at(k))) k = i + (k - i + 1) / 2;
         if (k <= i + 1) break;
         erase(i + 1, k);
         // What is beyond twice as far did not do.
         most = std::min(count() - 1, i + 1 + (k - i));
+      }
+    }
+  }
+  /// Makes one point of the two ends of a motion that is short: the corners beside it could be
+  /// rounded by no more than it. The way becomes no longer.
+  void join_ends_of_short_motions() {
+    const double least = kShortMotion * length();
+    for (std::size_t i = 1; i + 2 < count(); ++i) {
+      if (distance(at(i), at(i + 1)) >= least) continue;
+      for (const double share : {0.5, 0.0, 1.0}) {
+        const std::vector<double> q = between(at(i), at(i + 1), share);
+        if (!is_free(at(i - 1), q) || !is_free(q, at(i + 2))) continue;
+        erase(i, i + 2);
+        insert(i, q);
+        --i;
+        break;
       }
     }
   }
@@ -125,7 +143,10 @@ Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<doub
     path.insert(a.motion + 1, b.q);
     path.insert(a.motion + 1, a.q);
   }
-  if (!is_late || !is_late()) path.pass_by();
+  if (!is_late || !is_late()) {
+    path.pass_by();
+    path.join_ends_of_short_motions();
+  }
   return path.take();
 }
 
@@ -146,21 +167,23 @@ std::vector<double> corner_curve(std::span<const double> a, std::span<const doub
   return out;
 }
 
-/// The greatest turn from one chord to the next [rad].
+/// The greatest turn from one chord to the next [rad], in the problem's distances and in those of
+/// the joints' own changes, by which the way is timed: a wrist weighs little and may turn far.
 double greatest_turn(const PlanProblem& problem, std::span<const double> rows) {
   const std::size_t dof = problem.dof;
   double most = 0;
-  for (std::size_t i = 1; (i + 2) * dof <= rows.size(); ++i) {
-    double ab = 0, aa = 0, bb = 0;
-    for (std::size_t j = 0; j < dof; ++j) {
-      const double w = problem.weight[j], *at = &rows[i * dof + j];
-      const double x = w * (at[0] - at[-static_cast<std::ptrdiff_t>(dof)]),
-                   y = w * (at[dof] - at[0]);
-      ab += x * y, aa += x * x, bb += y * y;
+  for (std::size_t i = 1; (i + 2) * dof <= rows.size(); ++i)
+    for (const bool is_weighted : {true, false}) {
+      double ab = 0, aa = 0, bb = 0;
+      for (std::size_t j = 0; j < dof; ++j) {
+        const double w = is_weighted ? problem.weight[j] : 1, here = rows[i * dof + j];
+        const double x = w * (here - rows[(i - 1) * dof + j]),
+                     y = w * (rows[(i + 1) * dof + j] - here);
+        ab += x * y, aa += x * x, bb += y * y;
+      }
+      if (aa > 0 && bb > 0)
+        most = std::max(most, std::acos(std::clamp(ab / std::sqrt(aa * bb), -1.0, 1.0)));
     }
-    if (aa > 0 && bb > 0)
-      most = std::max(most, std::acos(std::clamp(ab / std::sqrt(aa * bb), -1.0, 1.0)));
-  }
   return most;
 }
 

@@ -135,6 +135,24 @@ TEST(JointPath, ChordsOfNarrowCornersTurnLittle) {
   EXPECT_LT(most, 0.25);
 }
 
+// A short motion between two corners leaves them no room to be rounded by. Neither of its ends can
+// be left out, as (0, 0.901) to (0.95, 0.89) cuts the box at x = 0.9; its middle (0.92, 0.92) will
+// do for both.
+TEST(JointPath, ShortMotionsBetweenCornersAreJoined) {
+  BoxWorld w(2);
+  w.boxes = {{{0.0, 0.0}, {0.9, 0.9}}};
+  NoProgress none;
+  const std::vector<double> way{0.0, 0.901, 0.89, 0.95, 0.95, 0.89, 0.901, 0.0};
+  ASSERT_TRUE(is_free_along(w, way));
+  const auto joined = shorten(w.problem(), way, 0, none);
+  ASSERT_TRUE(joined.ok());
+  ASSERT_EQ(joined->size(), 6U);
+  EXPECT_NEAR((*joined)[2], 0.92, 1e-12);
+  EXPECT_NEAR((*joined)[3], 0.92, 1e-12);
+  EXPECT_LT(path_length(w.problem(), *joined), path_length(w.problem(), way));
+  EXPECT_TRUE(is_free_along(w, *joined));
+}
+
 TEST(JointPath, ShorteningEndsWhenItIsLate) {
   const BoxWorld w = BoxWorld::door();
   NoProgress none;
