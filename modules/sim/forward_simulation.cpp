@@ -206,6 +206,8 @@ class Simulation {
       PartProgress part(progress, 0, 0.1);
       RMP_TRY_ASSIGN(const auto recording, sim_.inverse_kinematics(along, part));
       RMP_TRY_ASSIGN(auto reference, MotionReference::from_recording(model(), *recording));
+      if (const recording::Column* c = recording->find(recording::kApproachColumn))
+        approach_ = c->values;
       // The tool's path as seen from a base of a way of its own is not one that stands.
       if (!follows_own_base_) {
         RMP_TRY_ASSIGN(const Pose base, world_T_base(0));
@@ -273,6 +275,59 @@ class Simulation {
     return spatial::compose(mounting, model().base);
   }
 
+  /// What acts at a tip; the way of the reference's tip where it depends on that.
+  Result<void> find_load(MotionOptions& options) {
+    if (!run_.load.is_given()) return {};
+    RMP_TRY_ASSIGN(load_, BoundTipLoad::create(run_.load, model()));
+    if (load_->uses_path()) RMP_TRY(find_way());
+    options.tip = load_->tip();
+    options.wrench = [this, frames = std::vector<Pose>(model().joints.size())](
+                         double t, std::span<const double> q) mutable -> Result<TipWrench> {
+      RMP_TRY_ASSIGN(const TipWrench given, load_->at(t, way_at(t)));
+      Pose base, tip;
+      if (load_->axes() == LoadAxes::world) {
+        RMP_TRY_ASSIGN(base, world_T_base(t));
+      } else if (load_->axes() == LoadAxes::tool) {
+        robotics::forward_kinematics(model(), q, frames);
+        tip = robotics::tip_pose(model(), static_cast<std::size_t>(load_->tip()), frames);
+      }
+      return load_->in_base(given, base, model().base, tip);
+    };
+    return {};
+  }
+
+  /// Way of the tip along the reference: its length at each of the reference's times.
+  Result<void> find_way() {
+    if (!reference_ || reference_->times().size() < 2)
+      return error(ErrorCode::invalid_argument,
+                   "a force over `path` acts, and the robot follows no path",
+                   "Give a trajectory or a recording as reference, or a force over `time`.");
+    const std::span<const double> times = reference_->times();
+    std::vector<double> q, qd;
+    std::vector<PathSample> base;
+    MotionReference::Sample s;
+    for (const double t : times) {
+      RMP_TRY(reference_->at(t, s));
+      q.insert(q.end(), s.q.begin(), s.q.end());
+      qd.insert(qd.end(), s.qd.begin(), s.qd.end());
+      PathSample& now = base.emplace_back();
+      if (base_) {
+        RMP_TRY_ASSIGN(now, base_->base(t, model().base));
+      } else {
+        RMP_TRY_ASSIGN(now.pose, world_T_base(t));
+      }
+    }
+    way_.times.assign(times.begin(), times.end());
+    way_.width = 1;
+    way_.values = tip_way(model(), load_->tip(), times, q, qd, base, approach_).length;
+    return {};
+  }
+  [[nodiscard]] double way_at(double t) const {
+    double out = 0;
+    if (way_.width == 1) way_.at(t, std::span(&out, 1));
+    return out;
+  }
+
   Result<void> find_surroundings(MotionOptions& options) {
     options.friction = run_.friction;
     options.breakaway = run_.breakaway;
@@ -280,20 +335,7 @@ class Simulation {
     options.restitution = run_.restitution;
     if (base_)
       options.base = [this](double t) { return base_->felt(t, model().base, placed_.gravity); };
-    const bool pushes = run_.wrench.force != Vec3{} || run_.wrench.moment != Vec3{};
-    if (run_.recorded_wrench) {
-      RMP_TRY_ASSIGN(wrenches_, timed_rows(*run_.recorded_wrench, "wrench", 6));
-    }
-    if (run_.recorded_wrench || pushes)
-      options.wrench = [this](double t) -> Result<TipWrench> {
-        std::array<double, 6> w{};
-        if (run_.recorded_wrench) wrenches_.at(t, w);
-        for (std::size_t k = 0; k < 3; ++k)
-          w[k] += run_.wrench.force[k], w[3 + k] += run_.wrench.moment[k];
-        RMP_TRY_ASSIGN(const Pose base, world_T_base(t));
-        return TipWrench{spatial::rotate_back(base, {w[0], w[1], w[2]}),
-                         spatial::rotate_back(base, {w[3], w[4], w[5]})};
-      };
+    RMP_TRY(find_load(options));
     if (run_.is_controlled) return {};
     if (run_.recorded_tau) {
       RMP_TRY_ASSIGN(torques_, timed_rows(*run_.recorded_tau, "tau", model().dof()));
@@ -552,6 +594,11 @@ class Simulation {
     Recording out = described();
     RMP_TRY(add_columns(out, table, false, progress));
     table.add_notes(out, motion);
+    if (load_) {
+      const auto note = run_.load.is_over_path ? load_->note_on_cover(0, way_.values.back())
+                                               : load_->note_on_cover(start_, duration_);
+      if (note) out.notes.push_back(*note);
+    }
     if (!accelerated_by_.empty())
       out.notes.push_back("accelerations by " + accelerated_by_ + ", as it has " +
                           std::to_string(model().dof()) + " velocities, " +
@@ -574,7 +621,10 @@ class Simulation {
   std::optional<BasePath> base_;
   bool follows_own_base_ = false;  ///< that of the world, not one of the run
   std::optional<MotionReference> reference_;
-  TimedRows torques_, wrenches_;
+  TimedRows torques_;
+  std::optional<BoundTipLoad> load_;
+  TimedRows way_;                 ///< of the tip along the reference [m]; width 0 = nobody asks
+  std::vector<double> approach_;  ///< 1 in rows of the reference that lead to the trajectory
   Bound<InverseDynamics> inverse_;
   Bound<Integrator> integrator_;
   Bound<Controller> controller_;

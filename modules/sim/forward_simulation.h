@@ -14,6 +14,7 @@
 #include "sim/mechanism_motion.h"
 #include "sim/row_sink.h"
 #include "sim/simulate.h"
+#include "sim/tip_load.h"
 
 namespace robomosp::sim {
 
@@ -41,8 +42,7 @@ struct ForwardRun {
 
   std::string base_trajectory;                 ///< of the world: how the mounting moves
   std::optional<BaseExpressions> base_motion;  ///< the same by expressions of the time
-  TipWrench wrench;                            ///< on the first tip, world axes
-  recording::RecordingPtr recorded_wrench;     ///< columns wrench1..6: force and moment, world axes
+  TipLoad load;                                ///< its path is that of the reference
 
   model::ProviderChoice integrator;  ///< empty name = the default
   double relative_tolerance = 1e-10, absolute_tolerance = 1e-12;

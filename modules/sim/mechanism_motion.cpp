@@ -163,8 +163,9 @@ Result<void> MechanismMotion::evaluate(double t, std::span<const double> x) {
   batch.terms = kAllTerms & ~static_cast<std::uint32_t>(kFrictionTerm);
   TipWrench wrench;
   if (options_.wrench) {
-    RMP_TRY_ASSIGN(wrench, options_.wrench(t));
+    RMP_TRY_ASSIGN(wrench, options_.wrench(t, q));
     batch.tip = std::span(&wrench, 1);
+    batch.tip_index = options_.tip;
   }
   BaseMotion base;
   if (options_.base) {

@@ -28,8 +28,10 @@ struct MotionOptions {
   double rest_speed = 1e-3;  ///< a rebound slower than this comes to rest [rad/s or m/s]
   /// Torques (dof() numbers) without a motor's limits; null = what set_torques() gave.
   std::function<void(double t, std::span<double> tau)> torques;
-  std::function<Result<BaseMotion>(double t)> base;   ///< null = at rest
-  std::function<Result<TipWrench>(double t)> wrench;  ///< at tip 0, base axes; null = none
+  std::function<Result<BaseMotion>(double t)> base;  ///< null = at rest
+  /// At a tip, base axes; null = none.
+  std::function<Result<TipWrench>(double t, std::span<const double> q)> wrench;
+  std::int32_t tip = 0;             ///< that `wrench` acts at
   const Progress* whole = nullptr;  ///< whose wish to stop solvers see; outlives the motion
 };
 

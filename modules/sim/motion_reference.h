@@ -50,6 +50,8 @@ class MotionReference {
   };
   /// At rest at the last row after the end. Errors: those of the path that the tip follows.
   Result<void> at(double t, Sample& out) const;
+  /// Of its rows [s]; one row = it is held.
+  [[nodiscard]] std::span<const double> times() const { return times_; }
   [[nodiscard]] double duration() const { return times_.empty() ? 0 : times_.back(); }
 
  private:

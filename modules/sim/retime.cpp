@@ -9,6 +9,7 @@
 
 #include "kernel/text.h"
 #include "motion/provider_params.h"
+#include "robotics/kinematics.h"
 #include "spatial/cubic_spline.h"
 
 namespace robomosp::sim {
@@ -54,13 +55,17 @@ std::vector<double> directions(std::span<const double> rates) {
 struct PathPiece {
   std::vector<double> q;
   std::vector<double> approach;  ///< of each whether a move that was put in goes there (1) or not
+  std::vector<double> way;       ///< of the tip up to each [m]; empty = nobody asks
 };
 
 /// A natural cubic spline through configurations, over the distances between them.
 class JointPath {
  public:
   JointPath(std::size_t dof, PathPiece piece)
-      : dof_(dof), q_(std::move(piece.q)), approach_(std::move(piece.approach)) {
+      : dof_(dof),
+        q_(std::move(piece.q)),
+        approach_(std::move(piece.approach)),
+        way_(std::move(piece.way)) {
     const std::size_t n = q_.size() / dof_;
     s_.assign(n, 0.0);
     for (std::size_t i = 1; i < n; ++i) s_[i] = s_[i - 1] + distance(i - 1, i);
@@ -82,6 +87,13 @@ class JointPath {
 
   /// 1 on the way to a configuration of an approach, else 0.
   [[nodiscard]] double approach(double s) const { return approach_[step_of(s) + 1]; }
+
+  /// Way of the tip up to there [m], linear between the configurations.
+  [[nodiscard]] double way(double s) const {
+    if (way_.empty()) return 0;
+    const std::size_t i = step_of(s);
+    return way_[i] + (way_[i + 1] - way_[i]) * (s - s_[i]) / (s_[i + 1] - s_[i]);
+  }
 
   void evaluate(double s, double* q, double* q1, double* q2) const {
     const std::size_t i = step_of(s);
@@ -107,11 +119,13 @@ class JointPath {
     return std::sqrt(sum);
   }
   std::size_t dof_;
-  std::vector<double> q_, approach_, s_, rate_;
+  std::vector<double> q_, approach_, way_, s_, rate_;
 };
 
 /// The configurations of a motion in pieces without corners, each with two or more.
-std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof) {
+/// `way_of_tip`: of the tip up to each row [m], or empty.
+std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof,
+                                 std::span<const double> way_of_tip) {
   double whole = 0;
   for (std::size_t i = 1; i < motion.times.size(); ++i) {
     double square = 0;
@@ -147,12 +161,15 @@ std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof) {
         const std::vector<double> corner(last, last + dof);
         // Samples on either side of one corner make two: the short piece between is left out.
         const double corner_approach = piece->approach.back();
+        std::vector<double> corner_way;
+        if (!piece->way.empty()) corner_way.push_back(piece->way.back());
         if (pieces.size() > 1 && piece->q.size() == 2 * dof && last_length < kShort * least) {
           pieces.pop_back();
           std::copy(corner.begin(), corner.end(),
                     pieces.back().q.end() - static_cast<std::ptrdiff_t>(dof));
+          if (!corner_way.empty()) pieces.back().way.back() = corner_way.front();
         }
-        pieces.push_back({corner, {corner_approach}});
+        pieces.push_back({corner, {corner_approach}, std::move(corner_way)});
         piece = &pieces.back();
       }
       before = std::move(way);
@@ -160,15 +177,18 @@ std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof) {
     }
     piece->q.insert(piece->q.end(), q.begin(), q.end());
     piece->approach.push_back(approach);
+    if (!way_of_tip.empty()) piece->way.push_back(way_of_tip[i]);
   }
   // The end itself, in place of what was near it.
   const auto end = std::span<const double>(motion.q).last(dof);
   std::vector<double>& last = pieces.back().q;
   if (last.size() >= 2 * dof) {
     std::copy(end.begin(), end.end(), last.end() - static_cast<std::ptrdiff_t>(dof));
+    if (!way_of_tip.empty()) pieces.back().way.back() = way_of_tip.back();
   } else if (whole > least) {
     last.insert(last.end(), end.begin(), end.end());
     pieces.back().approach.push_back(motion.approach.empty() ? 0.0 : motion.approach.back());
+    if (!way_of_tip.empty()) pieces.back().way.push_back(way_of_tip.back());
   } else {
     pieces.pop_back();
   }
@@ -202,6 +222,8 @@ class PieceRetimer {
                const Bound<InverseDynamics>* dynamics, const RetimeOptions& options)
       : retimer_(retimer),
         params_(params),
+        model_(model),
+        load_(options.load),
         dof_(model.dof()),
         dynamics_(options.has_torques ? dynamics : nullptr) {
     for (const JointModel& joint : model.joints) {
@@ -252,11 +274,12 @@ class PieceRetimer {
   Result<std::vector<double>> beyond(const JointPath& path, const TimedPiece& piece,
                                      Progress& progress) const {
     const std::size_t steps = piece.s.size() - 1, count = steps * kBetween.size();
-    std::vector<double> slower(steps, 1.0), q(count * dof_), qd(q), qdd(q);
+    std::vector<double> slower(steps, 1.0), q(count * dof_), qd(q), qdd(q), places(count);
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t i = k / kBetween.size();
       const double dt = piece.timing.time[i + 1] - piece.timing.time[i];
       const Pace at = pace_at(piece, i, dt * kBetween[k % kBetween.size()]);
+      places[k] = at.s;
       double *v = &qd[k * dof_], *a = &qdd[k * dof_];
       path.evaluate(at.s, &q[k * dof_], v, a);
       for (std::size_t j = 0; j < dof_; ++j) {
@@ -270,8 +293,9 @@ class PieceRetimer {
     // What remains at rest, weight and springs and friction, does not shrink with the speed.
     const std::vector<double> creeping = directions(qd);
     const std::uint32_t rest = kAllTerms & ~(kInertialTerm | kVelocityTerm);
-    RMP_TRY_ASSIGN(const auto whole, torque(q, qd, qdd, kAllTerms, progress));
-    RMP_TRY_ASSIGN(const auto still, torque(q, creeping, qdd, rest, progress));
+    RMP_TRY_ASSIGN(const auto acting, wrenches(path, places, q));
+    RMP_TRY_ASSIGN(const auto whole, torque(q, qd, qdd, kAllTerms, progress, acting));
+    RMP_TRY_ASSIGN(const auto still, torque(q, creeping, qdd, rest, progress, acting));
     for (std::size_t k = 0; k < whole.size(); ++k) {
       const double limit = limits_.torque[k % dof_], over = std::fabs(whole[k]) - limit;
       if (!(over > 0)) continue;
@@ -302,7 +326,8 @@ class PieceRetimer {
     RMP_TRY_ASSIGN(const auto a, torque(q, zero, q1, kInertialTerm, progress));
     RMP_TRY_ASSIGN(const auto bent, torque(q, zero, q2, kInertialTerm, progress));
     RMP_TRY_ASSIGN(auto b, torque(q, q1, zero, kVelocityTerm, progress));
-    RMP_TRY_ASSIGN(const auto c, torque(q, creeping, zero, rest, progress));
+    RMP_TRY_ASSIGN(const auto acting, wrenches(path, s, q));
+    RMP_TRY_ASSIGN(const auto c, torque(q, creeping, zero, rest, progress, acting));
     RMP_TRY_ASSIGN(const auto friction, torque(q, q1, zero, kFrictionTerm, progress));
     RMP_TRY_ASSIGN(const auto coulomb, torque(q, creeping, zero, kFrictionTerm, progress));
     for (std::size_t k = 0; k < b.size(); ++k) b[k] += bent[k];
@@ -330,16 +355,37 @@ class PieceRetimer {
 
   Result<std::vector<double>> torque(std::span<const double> q, std::span<const double> qd,
                                      std::span<const double> qdd, std::uint32_t terms,
-                                     Progress& progress) const {
+                                     Progress& progress,
+                                     std::span<const TipWrench> acting = {}) const {
     DynamicsBatch batch;
     batch.count = q.size() / dof_;
     batch.q = q, batch.qd = qd, batch.qdd = qdd;
     batch.terms = terms;
+    batch.tip = acting;
+    if (!acting.empty()) batch.tip_index = load_.load->tip();
     return torques(*dynamics_, batch, progress);
+  }
+
+  /// What acts at places of the path, base axes; empty = nothing.
+  Result<std::vector<TipWrench>> wrenches(const JointPath& path, std::span<const double> s,
+                                          std::span<const double> q) const {
+    std::vector<TipWrench> out;
+    if (!load_.load) return out;
+    std::vector<Pose> frames(model_.joints.size());
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      robotics::forward_kinematics(model_, q.subspan(i * dof_, dof_), frames);
+      const auto tip = static_cast<std::size_t>(load_.load->tip());
+      RMP_TRY_ASSIGN(const TipWrench given, load_.load->at(0, path.way(s[i])));
+      out.push_back(load_.load->in_base(given, load_.world_T_base, model_.base,
+                                        robotics::tip_pose(model_, tip, frames)));
+    }
+    return out;
   }
 
   const Retimer& retimer_;
   const Params& params_;
+  const RobotModel& model_;
+  RetimeLoad load_;
   std::size_t dof_;
   const Bound<InverseDynamics>* dynamics_;
   Limits limits_;
@@ -356,7 +402,7 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
                  registry.find(Retimer::kInterfaceId, options.retimer.name).in(where));
   RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, options.retimer, where));
   RMP_TRY_ASSIGN(const auto retimer, registry.create<Retimer>(info.name).in(where));
-  const auto pieces = pieces_of(motion, dof);
+  const auto pieces = pieces_of(motion, dof, options.load.path);
   if (pieces.empty()) return motion;  // nothing moves
   PieceRetimer run(*retimer, *params, model, dynamics, options);
   RobotMotion out;

@@ -2,6 +2,7 @@
 // The fastest way along the joints' path of a motion (layer: application, sim).
 #pragma once
 
+#include <span>
 #include <string>
 
 #include <robomosp/sdk/dynamics.h>
@@ -12,14 +13,23 @@
 #include "model/records.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"
+#include "sim/tip_load.h"
 
 namespace robomosp::sim {
+
+/// What acts on the robot at a tip, over the path.
+struct RetimeLoad {
+  const BoundTipLoad* load = nullptr;  ///< not over time; null = nothing acts
+  Pose world_T_base;
+  std::span<const double> path;  ///< way of its tip up to each row of the motion [m]
+};
 
 struct RetimeOptions {
   model::ProviderChoice retimer;  ///< of robomosp.retimer/1; none = the default
   double share = 1;               ///< of the joints' limits that may be used, 0..1
   bool has_torques = true;        ///< keep the torque limits too
   double step = 0.01;             ///< between samples of the result [s]
+  RetimeLoad load{};              ///< takes its part of the torque limits
 };
 
 /// The same path, from rest to rest, as fast as the joints' velocity, acceleration and torque

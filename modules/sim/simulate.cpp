@@ -16,6 +16,7 @@
 #include "motion/cartesian_path.h"
 #include "robotics/batch_kinematics.h"
 #include "robotics/home.h"
+#include "sim/loaded_runs.h"
 #include "sim/recording_columns.h"
 #include "sim/retime.h"
 #include "sim/robot_motion.h"
@@ -322,20 +323,82 @@ Result<std::vector<double>> friction_of_starts(const RobotMotion& t, std::size_t
   return out;
 }
 
+/// What acts at a tip in each row.
+struct ActingLoad {
+  std::int32_t tip = 0;
+  std::vector<TipWrench> in_base;  ///< empty = nothing acts
+};
+
+/// How the base moves in the world in each row; one row for all if it stands.
+Result<std::vector<PathSample>> base_of_rows(const RunSetup& setup,
+                                             const std::vector<double>& times) {
+  std::vector<PathSample> out;
+  if (!setup.base) {
+    out.emplace_back().pose = setup.world_T_base;
+    return out;
+  }
+  for (const double t : times) {
+    RMP_TRY_ASSIGN(const PathSample now, setup.task.base(t));
+    out.push_back(now);
+  }
+  return out;
+}
+
+/// The load of a run in each row, with its columns.
+Result<ActingLoad> add_load(Recording& recording, const TipLoad& given, const RunSetup& setup,
+                            const RobotMotion& t) {
+  ActingLoad out;
+  if (!given.is_given()) return out;
+  RMP_TRY_ASSIGN(const BoundTipLoad load, BoundTipLoad::create(given, *setup.model));
+  out.tip = load.tip();
+  RMP_TRY_ASSIGN(const auto base, base_of_rows(setup, t.times));
+  const TipWay way = tip_way(*setup.model, load.tip(), t.times, t.q, t.qd, base, t.approach);
+  const std::string tip = setup.model->tips[static_cast<std::size_t>(load.tip())].name;
+  std::array<Column, 6> columns;
+  for (std::size_t k = 0; k < 6; ++k)
+    columns[k] = {"wrench" + std::to_string(k + 1),
+                  k < 3 ? "N" : "N m",
+                  std::string(k < 3 ? "force" : "moment") + " on the robot at " + text::quote(tip) +
+                      ", world's axes",
+                  {}};
+  for (std::size_t i = 0; i < t.times.size(); ++i) {
+    RMP_TRY_ASSIGN(const TipWrench now, load.at(t.times[i], way.length[i]));
+    const Pose& world_T_base = base[base.size() == 1 ? 0 : i].pose;
+    out.in_base.push_back(load.in_base(now, world_T_base, setup.model->base, way.base_T_tip[i]));
+    const Vec3 force = spatial::rotate(world_T_base, out.in_base.back().force),
+               moment = spatial::rotate(world_T_base, out.in_base.back().moment);
+    for (std::size_t k = 0; k < 3; ++k) {
+      columns[k].values.push_back(force[k]);
+      columns[3 + k].values.push_back(moment[k]);
+    }
+  }
+  for (Column& c : columns) recording.columns.push_back(std::move(c));
+  const auto note = given.is_over_path ? load.note_on_cover(0, way.length.back())
+                                       : load.note_on_cover(t.times.front(), t.times.back());
+  if (note) recording.notes.push_back(*note);
+  recording.columns.push_back(
+      {"path", "m", "way of " + text::quote(tip) + " along the trajectory", way.length});
+  return out;
+}
+
 /// tau of the motion in total and by its parts.
-Result<void> add_torques(Recording& recording, const RunSetup& setup, const RobotMotion& t,
-                         const Bound<InverseDynamics>& dynamics, Progress& progress) {
+Result<void> add_torques(Recording& recording, const TipLoad& given, const RunSetup& setup,
+                         const RobotMotion& t, const Bound<InverseDynamics>& dynamics,
+                         Progress& progress) {
   struct Part {
     const char* stem;
     const char* what;
     std::uint32_t terms;
   };
-  constexpr std::array<Part, 5> kDynamicsParts{
+  RMP_TRY_ASSIGN(const ActingLoad acting,
+                 add_load(recording, given, setup, t).in(setup.task.where));
+  constexpr std::array<Part, 6> kDynamicsParts{
       {{"tau", "torque", kAllTerms},
        {"tau_gravity", "gravity part of the torque", kGravityTerm},
        {"tau_inertial", "inertial part of the torque", kInertialTerm},
        {"tau_velocity", "velocity part of the torque", kVelocityTerm},
-       {"tau_friction", "friction part of the torque", kFrictionTerm}}};
+       {"tau_friction", "friction part of the torque", kFrictionTerm},
+       {"tau_external", "part of the torque that the force at the tip takes", kExternalTerm}}};
   RMP_TRY_ASSIGN(const auto starts, friction_of_starts(t, setup.model->dof(), dynamics, progress));
   std::vector<BaseMotion> base;
   if (setup.base)
@@ -345,8 +408,11 @@ Result<void> add_torques(Recording& recording, const RunSetup& setup, const Robo
       base.push_back(felt);
     }
   for (const auto& part : kDynamicsParts) {
+    if (part.terms == kExternalTerm && acting.in_base.empty()) continue;
     DynamicsBatch batch;
     batch.base = base;
+    batch.tip = acting.in_base;
+    batch.tip_index = acting.tip;
     batch.count = t.times.size();
     batch.q = t.q;
     batch.qd = t.qd;
@@ -364,31 +430,58 @@ Result<void> add_torques(Recording& recording, const RunSetup& setup, const Robo
 
 }  // namespace
 
-Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progress) const {
-  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(*this, run, progress));
-  RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
+Result<RecordingPtr> inverse_dynamics(const Simulator& sim, const Run& run, const TipLoad& load,
+                                      Progress& progress) {
+  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(sim, run, progress));
+  RMP_TRY_ASSIGN(const RobotMotion t, kinematics(sim, run, setup, progress));
   RMP_TRY_ASSIGN(const auto dynamics,
-                 bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
+                 bind_inverse_dynamics(sim.registry, setup.model, setup.inverse_dynamics));
   RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": inverse dynamics";
   note_kinematic_limits(recording, *setup.model);
-  RMP_TRY(add_torques(recording, setup, t, dynamics, progress));
+  RMP_TRY(add_torques(recording, load, setup, t, dynamics, progress));
   return std::make_shared<const Recording>(std::move(recording));
+}
+
+Result<RecordingPtr> time_optimal(const Simulator& sim, const Run& run, const RetimeOptions& wanted,
+                                  const TipLoad& load, Progress& progress) {
+  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(sim, run, progress));
+  RMP_TRY(only_standing(setup, "time-optimal runs"));
+  std::optional<BoundTipLoad> bound;
+  if (load.is_given()) {
+    RMP_TRY_ASSIGN(bound, BoundTipLoad::create(load, *setup.model).in(setup.task.where));
+    if (bound->uses_time())
+      return error(ErrorCode::invalid_argument,
+                   "a force over time does not tell how fast the path may be run: the time at "
+                   "which the robot is where is what is sought",
+                   "Give a constant, or an expression or a recording over `path`.",
+                   setup.task.where);
+  }
+  RMP_TRY_ASSIGN(const RobotMotion slow, kinematics(sim, run, setup, progress));
+  RMP_TRY_ASSIGN(const auto dynamics,
+                 bind_inverse_dynamics(sim.registry, setup.model, setup.inverse_dynamics));
+  RetimeOptions options = wanted;
+  TipWay way;
+  if (bound) {
+    RMP_TRY_ASSIGN(const auto base, base_of_rows(setup, slow.times));
+    way = tip_way(*setup.model, bound->tip(), slow.times, slow.q, slow.qd, base, slow.approach);
+    options.load = {&*bound, setup.world_T_base, way.length};
+  }
+  RMP_TRY_ASSIGN(const RobotMotion t, retime(sim.registry, *setup.model, slow, &dynamics, options,
+                                             setup.task.where, progress));
+  RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
+  recording.title = setup.title + ": time-optimal";
+  RMP_TRY(add_torques(recording, load, setup, t, dynamics, progress));
+  return std::make_shared<const Recording>(std::move(recording));
+}
+
+Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progress) const {
+  return sim::inverse_dynamics(*this, run, TipLoad{}, progress);
 }
 
 Result<RecordingPtr> Simulator::time_optimal(const Run& run, const RetimeOptions& options,
                                              Progress& progress) const {
-  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(*this, run, progress));
-  RMP_TRY(only_standing(setup, "time-optimal runs"));
-  RMP_TRY_ASSIGN(const RobotMotion slow, kinematics(*this, run, setup, progress));
-  RMP_TRY_ASSIGN(const auto dynamics,
-                 bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
-  RMP_TRY_ASSIGN(const RobotMotion t, retime(registry, *setup.model, slow, &dynamics, options,
-                                             setup.task.where, progress));
-  RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
-  recording.title = setup.title + ": time-optimal";
-  RMP_TRY(add_torques(recording, setup, t, dynamics, progress));
-  return std::make_shared<const Recording>(std::move(recording));
+  return sim::time_optimal(*this, run, options, TipLoad{}, progress);
 }
 
 }  // namespace robomosp::sim

@@ -101,8 +101,8 @@ TEST_F(Runs, ARecordedWrenchIsOfTheWorldsAxesAndAddsToAConstantOne) {
   ForwardRun r;
   r.record = sled();
   r.duration = 1;
-  r.wrench.force = {1, 5, 7};
-  r.recorded_wrench = table({0, 1}, "wrench", {{0, 3}, {2, 2}, {9, 9}, {1, 1}, {1, 1}, {1, 1}});
+  r.load.constant = {1, 5, 7, 0, 0, 0};
+  r.load.recorded = table({0, 1}, "wrench", {{0, 3}, {2, 2}, {9, 9}, {1, 1}, {1, 1}, {1, 1}});
   const auto out = run(r);
   // 2 x'' = 1 + 3 t.
   EXPECT_NEAR(end(out, "qd1"), (1 + 1.5) / 2, 1e-9);

@@ -407,7 +407,7 @@ class PushedArm : public ::testing::Test {
     run.sample_time = 0.002;
     run.q = {0.3, -0.6, 0.4, 0.5, 0.7, 0.2};
     run.tau = {5, -30, 8, 0.5, 0.2, 0.1};
-    run.wrench = {kForce, kMoment};
+    run.load.constant = {kForce[0], kForce[1], kForce[2], kMoment[0], kMoment[1], kMoment[2]};
     run.friction = friction;  // without it and without stops all is smooth
     run.at_limit = sim::AtLimit::ignore;
     const auto r = unwrap(sim::forward_dynamics(simulator, run, progress));

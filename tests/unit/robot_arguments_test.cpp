@@ -48,6 +48,26 @@ refused("influence is of the objective clearance", cell.inverse_kinematics, cell
 refused("a point is on a link or at a tip", arm.point_velocity, arm, {q = q, qd = zero, link = 2, tip = "tool"})
 refused("a tip is named, and no wrench acts at it", arm.inverse_dynamics, arm, {q = q, tip = "tool"})
 arm:inverse_dynamics{q = q, tip = "tool", tip_force = {1, 0, 0}}
+local function inverse(args)
+  args.robot, args.trajectory = "arm", "way"
+  return cell:inverse_dynamics(args)
+end
+refused("a tip is named, and no force acts at it", inverse, {tip = "tool"})
+refused("tip_columns is of a recording, and no tip_wrench is given", inverse, {tip_force = {1, 0, 0}, tip_columns = {"a"}})
+refused("tip_over is of a recording", inverse, {tip_over = "path"})
+refused("it has 2 numbers, and three are needed", inverse, {tip_force = {1, 0}})
+refused("there is no q1 here", inverse, {tip_force = {1, 0, "1 N * q1"}})
+refused("is neither a number nor an expression", inverse, {tip_moment = {1, 0, true}})
+refused("is not a recording", inverse, {tip_wrench = 3})
+refused("has no tip \"elbow\"", inverse, {tip_force = {1, 0, 0}, tip = "elbow"})
+local plain, pushed = inverse{}, inverse{tip_force = {"10 N", 0, "-20 N * sin(2 rad/s * time)"}, tip_axes = "base"}
+local again = inverse{tip_wrench = pushed}
+for i, t in ipairs(plain:values("time")) do
+  local with = pushed:values("tau2")[i] - plain:values("tau2")[i]
+  assert(math.abs(with - pushed:values("tau_external2")[i]) < 1e-9)
+  assert(math.abs(again:values("tau2")[i] - pushed:values("tau2")[i]) < 1e-9)
+  assert(math.abs(pushed:values("wrench3")[i] + 20 * math.sin(2 * t)) < 1e-9)
+end
 refused("placed is the robot's name in a world", arm.workspace, arm, {samples = 100, placed = "arm"})
 refused("its com counts for nothing", arm.set_payload, arm, {com = {0, 0, 0.1}})
 refused("its inertia counts for nothing", arm.set_payload, arm, {mass = 0, inertia = {1, 1, 1, 0, 0, 0}})

@@ -221,6 +221,44 @@ local wrench = arm:inverse_dynamics{q = Q, tip_force = {0, 0, 5}, gravity = {0, 
 assert((wrench[2] - arm:inverse_dynamics{q = Q[2], tip_force = {0, 0, 5}, gravity = {0, 0, 0}}):norm() < 1e-12))~");
 }
 
+// A wrench a row, in the mounting frame's axes and in the tool's, which are turned by each pose.
+TEST_F(StateBatch, WrenchesMayHaveARowAStateAndTheToolsAxes) {
+  run(R"~(
+arm = robot.get("arm")
+local Q = {{0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, {0.4, -0.3, 0.2, 1, 0.9, 0}, {1, 1, 1, 1, 1, 1}}
+local F, M = {{3, 0, 5}, {0, -7, 1}, {2, 2, 2}}, {{0.1, 0, 0}, {0, 0.2, 0}, {0, 0, 0.3}}
+local all = arm:inverse_dynamics{q = Q, tip_force = F, tip_moment = M}
+local same = arm:inverse_dynamics{q = Q, tip_force = linalg.rows(F), tip_moment = linalg.rows(M)}
+local fd = arm:forward_dynamics{q = Q, tip_force = F, tip_moment = M, tau = all}
+for i = 1, 3 do
+  local one = arm:inverse_dynamics{q = Q[i], tip_force = F[i], tip_moment = M[i]}
+  assert((all[i] - one):norm() < 1e-12 and (all[i] - same[i]):norm() == 0)
+  assert(fd[i]:norm() < 1e-9)
+end
+-- One state under many wrenches, and one wrench for all states, in the tool's axes.
+local many = arm:inverse_dynamics{q = Q[2], tip_force = F}
+assert(many:rows() == 3)
+assert((many[3] - arm:inverse_dynamics{q = Q[2], tip_force = F[3]}):norm() < 1e-12)
+local tool = arm:inverse_dynamics{q = Q, tip_force = {1, -2, 3}, tip_moment = {0.3, 0.2, 0.1}, tip_axes = "tool"}
+for i = 1, 3 do
+  local R = arm:fk{q = Q[i]}.pose
+  local f, m = {}, {}
+  for k = 1, 3 do
+    f[k] = R[k][1] - 2 * R[k][2] + 3 * R[k][3]
+    m[k] = 0.3 * R[k][1] + 0.2 * R[k][2] + 0.1 * R[k][3]
+  end
+  assert((tool[i] - arm:inverse_dynamics{q = Q[i], tip_force = f, tip_moment = m}):norm() < 1e-9)
+end
+local good, why = pcall(arm.inverse_dynamics, arm, {q = Q, tip_force = {{1, 0, 0}, {0, 1, 0}}})
+assert(not good and tostring(why):find("it has 2 rows, and there are 3 states"), tostring(why))
+good, why = pcall(arm.energy, arm, {q = Q[1], tip_force = {1, 0, 0}})
+assert(not good)
+good, why = pcall(arm.dynamics_derivatives, arm, {q = Q[1], tip_force = F})
+assert(not good)
+good, why = pcall(arm.inverse_dynamics, arm, {q = Q, tip_force = {1, 0}})
+assert(not good and tostring(why):find("tip_force"), tostring(why)))~");
+}
+
 TEST_F(StateBatch, LoopsAreClosedRowByRow) {
   run(R"~(
 bar = robot "four_bar"

@@ -28,6 +28,38 @@ end)~");
   }
 };
 
+// A force along the way of a rod's end, in its own axes, helps or hinders like a constant torque
+// a F: it speeds up with (L + a F) / I and slows down with (L - a F) / I. A force that grows with
+// the way keeps the limits too.
+TEST_F(TimeOptimalTest, ForcesAtTheTipTakeTheirPartOfTheTorqueLimits) {
+  run(R"~(
+local L, a, m, d, F = 10, 0.4, 5, 1.5, 8
+local I = 0.2 + m * a * a
+robot.create{name = "rod", convention = "dh", links = {{a = a, mass = m, inertia = {1, 1, 0.2, 0, 0, 0}, max_force = L}}}
+local cell = cell_of("cell", "rod")
+cell:add_trajectory{trajectory = way("turn", {{0}, {d}})}
+local function run(force)
+  local r = cell:time_optimal{robot = "rod", trajectory = "turn", start = "path", step = 0.002,
+    tip_force = {0, force, 0}, tip_axes = "tool"}
+  local t, tau, most = r:values("time"), r:values("tau1"), 0
+  for i = 1, #t do most = math.max(most, math.abs(tau[i])) end
+  assert(most <= L * (1 + 1e-4) and most > 0.99 * L, "" .. most)
+  return t[#t], r
+end
+for _, f in ipairs{0, F, -F} do
+  local up, down = (L + a * f) / I, (L - a * f) / I
+  near(run(f), math.sqrt(2 * d * (up + down) / (up * down)), 2e-3, "with " .. f .. " N")
+end
+local _, r = run("-4 N - 10 N/m * path")
+local q, w = r:values("q1"), r:values("wrench2")
+near(r:values("path")[#q], a * d, 1e-6, "path")
+for i = 2, #q - 1, 20 do  -- tau = I qdd - a F
+  near(r:values("tau1")[i], I * r:values("qdd1")[i] + a * (4 + 10 * a * q[i]), 1e-4, "row " .. i)
+end
+local good, why = pcall(run, "1 N/s * time")
+assert(not good and tostring(why):find("a force over time does not tell how fast"), tostring(why)))~");
+}
+
 // One joint without weight, from rest to rest by d: it speeds up with (L - T) / I and slows down
 // with (L + T) / I, T the Coulomb friction against the way, so that it takes
 // sqrt(2 d (a + b) / (a b)). Friction is greater in the negative direction.

@@ -24,8 +24,8 @@ using model::Robot;
 struct Instant {
   std::shared_ptr<const RobotModel> model;
   States q, qd, qdd, tau;
-  std::size_t rows = 0;  ///< of the answer; 0 = one state was given, and one answer is
-  TipWrench wrench;
+  std::size_t rows = 0;           ///< of the answer; 0 = one state was given, and one answer is
+  std::vector<TipWrench> wrench;  ///< base axes; one for all states, or one each
   BaseMotion base;
   DynamicsBatch batch;
 };
@@ -84,6 +84,84 @@ Result<void> close_states(CommandContext& ctx, const RobotModel& model, States& 
   return {};
 }
 
+/// The numbers of a force or moment: three, or a row of three a state. Empty when not given.
+Result<std::vector<double>> read_wrench_part(const Map& args, const char* name, const char* unit,
+                                             bool takes_rows) {
+  if (!has(args, name)) return std::vector<double>();
+  const Value& given = *args.find(name);
+  const List* list = given.as_list();
+  const NumericArray* array = given.as_array();
+  const bool is_rows =
+      array ? array->is_matrix() && array->cols() == 3 && (takes_rows || array->rows() == 1)
+            : list && !list->empty() && (list->front().as_list() || list->front().as_array());
+  std::vector<double> out;
+  if (array && is_rows) {
+    out.assign(array->data().begin(), array->data().end());
+  } else {
+    const ParamSpec three = field("", "vec3", unit, "");
+    const List one{given};
+    const List& rows = is_rows && takes_rows ? *list : one;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const std::string where =
+          std::string(name) + (rows.size() > 1 ? "[" + std::to_string(i + 1) + "]" : "");
+      RMP_TRY_ASSIGN(const Value checked, check_value(three, rows[i], where));
+      for (const double v : reals(&checked)) out.push_back(v);
+    }
+  }
+  RMP_TRY(check_size(out, name));
+  return out;
+}
+
+/// The wrench at a tip, from the axes it is given in to those of the base that solvers want.
+Result<void> read_wrench(const Map& args, Instant& c, bool takes_rows) {
+  const bool is_given = has(args, "tip_force") || has(args, "tip_moment");
+  if (has(args, "tip") && !is_given)
+    return error(ErrorCode::invalid_argument, "a tip is named, and no wrench acts at it",
+                 "Give tip_force or tip_moment, or leave the tip out.", "tip");
+  if (!is_given) return {};
+  RMP_TRY_ASSIGN(std::vector<double> force, read_wrench_part(args, "tip_force", "N", takes_rows));
+  RMP_TRY_ASSIGN(std::vector<double> moment,
+                 read_wrench_part(args, "tip_moment", "N m", takes_rows));
+  std::size_t rows = std::max<std::size_t>(1, c.rows);
+  for (const auto& [part, name] : {std::pair{&force, "tip_force"}, {&moment, "tip_moment"}}) {
+    if (part->empty()) part->assign(3, 0.0);
+    const std::size_t own = part->size() / 3;
+    if (own == 1 || own == rows) continue;
+    if (rows > 1 || c.rows > 0)
+      return error(ErrorCode::invalid_argument,
+                   "it has " + std::to_string(own) + " rows, and there are " +
+                       std::to_string(rows) + " states",
+                   "Give one row a state, or one for all.", name);
+    rows = c.rows = own;  // one state under many wrenches
+    for (States* s : {&c.q, &c.qd, &c.qdd, &c.tau})
+      if (s->count() > 0) s->repeat(rows);
+  }
+  const bool is_tool = text_of(args, "tip_axes") == "tool";
+  const std::size_t states = is_tool ? rows : std::max(force.size(), moment.size()) / 3,
+                    width = c.model->coordinate_count();
+  const auto row = [](const std::vector<double>& part, std::size_t i) {
+    const double* at = &part[part.size() == 3 ? 0 : 3 * i];
+    return Vec3{at[0], at[1], at[2]};
+  };
+  std::vector<Pose> frames(is_tool ? c.model->joints.size() : 0);
+  c.wrench.reserve(states);
+  for (std::size_t i = 0; i < states; ++i) {
+    const Vec3 f = row(force, i), m = row(moment, i);
+    if (!is_tool) {
+      c.wrench.push_back(
+          {spatial::rotate_back(c.model->base, f), spatial::rotate_back(c.model->base, m)});
+      continue;
+    }
+    const std::size_t of = c.q.count() == 1 ? 0 : i;
+    robotics::forward_kinematics(*c.model, c.q.values().subspan(of * width, width), frames);
+    const Pose tip =
+        robotics::tip_pose(*c.model, static_cast<std::size_t>(c.batch.tip_index), frames);
+    c.wrench.push_back({spatial::rotate(tip, f), spatial::rotate(tip, m)});
+  }
+  c.batch.tip = c.wrench;
+  return {};
+}
+
 /// `takes_rows`: whether the command's answer can have a row a state.
 Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
                           bool takes_rows = false) {
@@ -99,6 +177,7 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
   RMP_TRY_ASSIGN(c.rows, share_rows({&c.q, &c.qd, &c.qdd, &c.tau}));
   RMP_TRY_ASSIGN(c.batch.terms, read_terms(args.find("terms")));
   RMP_TRY_ASSIGN(c.batch.tip_index, read_tip(*c.model, args));
+  RMP_TRY(read_wrench(args, c, takes_rows));
   c.batch.count = std::max<std::size_t>(1, c.rows);
   c.batch.q = c.q.values();
   c.batch.qd = c.qd.values();
@@ -108,13 +187,6 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
   const auto in_base = [&](const char* name) {
     return spatial::rotate_back(c.model->base, vec3(args, name));
   };
-  if (has(args, "tip") && !has(args, "tip_force") && !has(args, "tip_moment"))
-    return error(ErrorCode::invalid_argument, "a tip is named, and no wrench acts at it",
-                 "Give tip_force or tip_moment, or leave the tip out.", "tip");
-  if (has(args, "tip_force") || has(args, "tip_moment")) {
-    c.wrench = {in_base("tip_force"), in_base("tip_moment")};
-    c.batch.tip = std::span(&c.wrench, 1);
-  }
   if (has(args, "base_acceleration") || has(args, "base_angular_velocity") ||
       has(args, "base_angular_acceleration")) {
     c.base = {c.model->gravity, in_base("base_acceleration"), in_base("base_angular_velocity"),
@@ -365,12 +437,16 @@ RMP_COMMANDS(robot_dynamics_commands) {
   const ParamSpec tau =
       optional("tau", "any", "N m or N", "Joint torques and forces; zeros when left out.");
   const ParamSpec force =
-      between(optional("tip_force", "vec3", "N",
-                       "Force that acts on the robot at the tip, in the mounting frame's axes."),
-              -kMostOfAJoint, kMostOfAJoint);
+      optional("tip_force", "any", "N", "Force that acts on the robot at the tip: x, y and z.");
   const ParamSpec moment =
-      between(optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tip."),
-              -kMostOfAJoint, kMostOfAJoint);
+      optional("tip_moment", "any", "N m", "Moment that acts on the robot about the tip's origin.");
+  const auto wrench_rows = [](ParamSpec p) {
+    p.doc.insert(p.doc.size() - 1, "; one for all, or a row a state");
+    return p;
+  };
+  const ParamSpec tip_axes =
+      choice("tip_axes", {"base", "tool"},
+             "Axes of force and moment: of the frame the robot is mounted in, or the tip's own.");
   const ParamSpec terms = optional("terms", "list", "",
                                    "Which terms: gravity, inertial, velocity, friction, external, "
                                    "spring; all when left out.");
@@ -404,8 +480,9 @@ RMP_COMMANDS(robot_dynamics_commands) {
            rows_details,
        .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
                            "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
-       .params = {self("robot"), q_rows, with_rows(qd), with_rows(qdd), terms, gravity, force,
-                  moment, provider, tip, base_a, base_w, base_wd},
+       .params = {self("robot"), q_rows, with_rows(qd), with_rows(qdd), terms, gravity,
+                  wrench_rows(force), wrench_rows(moment), provider, tip, base_a, base_w, base_wd,
+                  tip_axes},
        .returns = {"array", "N m or N", "One value a velocity; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = inverse_dynamics});
@@ -446,8 +523,9 @@ RMP_COMMANDS(robot_dynamics_commands) {
                            "qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau "
                            "= tau, provider = \"articulated_body\"}\nassert(math.abs(qdd[1] - 1) < "
                            "1e-9)"),
-       .params = {self("robot"), q_rows, with_rows(qd), with_rows(tau), gravity, force, moment,
-                  provider, terms, tip, base_a, base_w, base_wd, close},
+       .params = {self("robot"), q_rows, with_rows(qd), with_rows(tau), gravity, wrench_rows(force),
+                  wrench_rows(moment), provider, terms, tip, base_a, base_w, base_wd, close,
+                  tip_axes},
        .returns =
            {"array", "rad/s^2 or m/s^2", "One value a velocity; of a batch a row a state.", {}},
        .effect = Effect::reads,
@@ -503,7 +581,7 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .params = {self("robot"), q, qd, qdd, tau,
                   choice("of", {"torques", "accelerations"},
                          "Of the inverse dynamics at qdd, or of the forward dynamics at tau."),
-                  terms, gravity, force, moment, provider, tip, base_a, base_w, base_wd},
+                  terms, gravity, force, moment, provider, tip, base_a, base_w, base_wd, tip_axes},
        .returns = {"map",
                    "",
                    "",
@@ -544,7 +622,7 @@ RMP_COMMANDS(robot_dynamics_commands) {
            "local c = bar:constraint_forces{q = \"home\", gravity = {0, -9.81, 0}, close = "
            "true}\nassert(#c.loops == 1 and math.abs(c.loops[1].gap[1]) < 1e-9)"),
        .params = {self("robot"), q, qd, tau, gravity, force, moment, provider, terms, tip, base_a,
-                  base_w, base_wd, close},
+                  base_w, base_wd, close, tip_axes},
        .returns = {"map",
                    "",
                    "",

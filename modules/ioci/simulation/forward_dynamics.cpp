@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "ioci/core/commands.h"
-#include "ioci/core/handle_text.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/simulation/live_runs.h"
+#include "ioci/simulation/tip_load_arguments.h"
 #include "sim/forward_simulation.h"
 
 namespace robomosp::ioci {
@@ -14,25 +14,6 @@ namespace {
 
 using model::Robot;
 using model::World;
-
-/// A handle, also one written as text (`recording#3`).
-std::optional<Handle> handle_of(const CommandContext& ctx, const Map& args, std::string_view name) {
-  const Value* v = args.find(name);
-  if (!v) return std::nullopt;
-  if (const Handle* h = v->as_handle()) return *h;
-  return v->as_string() ? handle_from_text(ctx.app.handle_kinds, *v->as_string()) : std::nullopt;
-}
-
-Result<recording::RecordingPtr> recording_of(CommandContext& ctx, const Map& args,
-                                             const std::string& path) {
-  const Value& v = *args.find(path);
-  const auto h = handle_of(ctx, args, path);
-  const auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
-  if (!found)
-    return error(ErrorCode::invalid_argument, v.text() + " is not a recording",
-                 "Give the recording that a simulation returned.", path);
-  return found;
-}
 
 /// Name of a member given by name, or by the record that it places.
 template <class Placed>
@@ -99,8 +80,8 @@ Result<sim::ForwardRun> read_forward_run(CommandContext& ctx, const Map& args, c
   if (has(args, "qd")) {
     RMP_TRY_ASSIGN(run.qd, numbers(args, "qd"));
   }
-  if (handle_of(ctx, args, "tau")) {
-    RMP_TRY_ASSIGN(run.recorded_tau, recording_of(ctx, args, "tau"));
+  if (given_handle(ctx, args, "tau")) {
+    RMP_TRY_ASSIGN(run.recorded_tau, given_recording(ctx, args, "tau"));
   } else if (has(args, "tau")) {
     RMP_TRY_ASSIGN(run.tau, numbers(args, "tau"));
   }
@@ -108,8 +89,8 @@ Result<sim::ForwardRun> read_forward_run(CommandContext& ctx, const Map& args, c
     run.is_controlled = true;
     RMP_TRY_ASSIGN(run.controller, read_provider(*args.find("controller"), "controller"));
   }
-  if (handle_of(ctx, args, "reference")) {
-    RMP_TRY_ASSIGN(run.recorded_q, recording_of(ctx, args, "reference"));
+  if (given_handle(ctx, args, "reference")) {
+    RMP_TRY_ASSIGN(run.recorded_q, given_recording(ctx, args, "reference"));
     run.is_controlled = true;
   } else if (has(args, "reference")) {
     RMP_TRY_ASSIGN(run.hold, read_q(*args.find("reference"), robot, m.joints, "reference"));
@@ -119,11 +100,7 @@ Result<sim::ForwardRun> read_forward_run(CommandContext& ctx, const Map& args, c
       !has(args, "duration"))
     run.duration = run.recorded_tau->columns.front().values.back();
   run.control_period = real(args, "control_period");
-  if (has(args, "tip_force")) run.wrench.force = vec3(args, "tip_force");
-  if (has(args, "tip_moment")) run.wrench.moment = vec3(args, "tip_moment");
-  if (has(args, "tip_wrench")) {
-    RMP_TRY_ASSIGN(run.recorded_wrench, recording_of(ctx, args, "tip_wrench"));
-  }
+  RMP_TRY_ASSIGN(run.load, read_tip_load(ctx, args));
   RMP_TRY(read_base_motion(args, run));
   if (has(args, "integrator")) {
     RMP_TRY_ASSIGN(run.integrator, read_provider(*args.find("integrator"), "integrator"));
@@ -235,12 +212,8 @@ Schema run_params(Schema first, Schema references) {
                            "on, or joint values or a pose to hold."));
   first.push_back(above_zero(defaulted("control_period", "real", "s", 0.001,
                                        "Time for which the controller holds its torques.")));
-  first.push_back(
-      optional("tip_force", "vec3", "N", "Force on the robot at its tool, world axes."));
-  first.push_back(
-      optional("tip_moment", "vec3", "N m", "Moment on the robot at its tool, world axes."));
-  first.push_back(optional("tip_wrench", "any", "",
-                           "The same over time: a recording with columns wrench1 to wrench6."));
+  for (ParamSpec& p : tip_load_fields("the way of the tip along the reference"))
+    first.push_back(std::move(p));
   first.push_back(optional(
       "base_motion", "map", "",
       "How the robot's mounting moves from its place, in its own axes: expressions of `time` for "

@@ -6,13 +6,13 @@
 #include "collision/collision.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/robot/robots.h"
+#include "ioci/simulation/tip_load_arguments.h"
 #include "ioci/world/members.h"
 #include "model/placement.h"
 #include "motion/cartesian_path.h"
 #include "motion/segment.h"
+#include "sim/loaded_runs.h"
 #include "sim/recording_columns.h"
-#include "sim/retime.h"
-#include "sim/simulate.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ioci {
@@ -59,10 +59,11 @@ Result<Value> inverse_kinematics(CommandContext& ctx, const Map& args) {
   });
 }
 Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const sim::TipLoad load, read_tip_load(ctx, args));
   RMP_TRY_ASSIGN(
       auto recording,
       simulate_trajectory(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
-        return simulator.inverse_dynamics(run, ctx.progress);
+        return sim::inverse_dynamics(simulator, run, load, ctx.progress);
       }));
   const World& w = content<World>(ctx, args);
   const auto member = find_robot(ctx, typed<World>(args), *args.find("robot"), "");
@@ -83,19 +84,22 @@ Result<Value> time_optimal(CommandContext& ctx, const Map& args) {
   if (has(args, "retimer")) {
     RMP_TRY_ASSIGN(options.retimer, read_provider(*args.find("retimer"), "retimer"));
   }
+  RMP_TRY_ASSIGN(const sim::TipLoad load, read_tip_load(ctx, args));
   return simulate_trajectory(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
-    return simulator.time_optimal(run, options, ctx.progress);
+    return sim::time_optimal(simulator, run, options, load, ctx.progress);
   });
 }
 
-/// Torques only mean something where links that move have masses.
+/// Torques only mean something where links that move have masses, or a force acts.
 Result<Value> simulate_motion(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   RMP_TRY_ASSIGN(const std::size_t at, find_robot(ctx, typed<World>(args), *args.find("robot"),
                                                   name_in(ctx, ref(args, "id"))));
   RMP_TRY_ASSIGN(const auto m, ctx.app.derived.robot_model(ctx.snapshot(), w.robots[at].robot,
                                                            w.gravity, ctx.progress));
-  return has_mass(*m) ? inverse_dynamics(ctx, args) : inverse_kinematics(ctx, args);
+  RMP_TRY_ASSIGN(const sim::TipLoad load, read_tip_load(ctx, args));
+  return has_mass(*m) || load.is_given() ? inverse_dynamics(ctx, args)
+                                         : inverse_kinematics(ctx, args);
 }
 
 /// An error names the first segment that moves the tool instead of the joints.
@@ -201,6 +205,10 @@ RMP_COMMANDS(world_run_commands) {
        objective_fields("away from the world's other bodies and the robot's own links"))
     run_params.push_back(std::move(p));
   run_params.push_back(watch_field());
+  // Of runs that have torques.
+  auto loaded_params = run_params;
+  for (ParamSpec& p : tip_load_fields("the way of the tip since the trajectory began"))
+    loaded_params.push_back(std::move(p));
   all.push_back(
       {.name = "world.inverse_kinematics",
        .classic = "World WorldInvKineSim(robot, trajectory, ~time_delay, ~kine_type)|World "
@@ -225,15 +233,27 @@ RMP_COMMANDS(world_run_commands) {
                   "InvDynWorldSim(robot, trajectory, ~time_delay, ~tau_option)",
        .summary = "Moves a robot's tool along a trajectory and records the joint torques as well.",
        .details =
-           "The torques come in total and as gravity, inertial, velocity and friction parts.",
+           "The torques come in total and as gravity, inertial, velocity and friction parts. With "
+           "a "
+           "force or moment on the robot at a tip, such as a tool's cut, tau counts it: the part "
+           "is "
+           "tau_external = -J^T F, and the columns wrench1 to wrench6 (world's axes) and path tell "
+           "what acted where. A run under forces that takes them as its tip_wrench goes the same "
+           "way.",
        .example = example_run("local r = cell:inverse_dynamics{robot = \"arm\", trajectory = "
-                              "\"stroke\"}\nassert(#r:values(\"tau1\") > 2)"),
-       .params = run_params,
+                              "\"stroke\"}\nassert(#r:values(\"tau1\") > 2)\n"
+                              "local cut = cell:inverse_dynamics{robot = \"arm\", trajectory = "
+                              "\"stroke\",\n  tip_force = {\"-20 N - 100 N/m * path\", 0, 0}, "
+                              "tip_axes = \"tool\"}\n"
+                              "local f, part = cut:values(\"tau_external1\"), "
+                              "cut:values(\"tau1\")[3] - r:values(\"tau1\")[3]\n"
+                              "assert(math.abs(f[3] - part) < 1e-9)"),
+       .params = loaded_params,
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = inverse_dynamics,
        .runs = RunKind::simulation});
-  auto optimal_params = run_params;
+  auto optimal_params = loaded_params;
   optimal_params.push_back(
       between(defaulted("share", "real", "", 1.0, "Share of the joints' limits that may be used."),
               0.01, 1));
@@ -248,10 +268,12 @@ RMP_COMMANDS(world_run_commands) {
       {.name = "world.time_optimal",
        .classic = "",
        .summary = "Runs a trajectory's path as fast as the joints' limits allow, and records it.",
-       .details = "The joints' path is found as in world.inverse_kinematics, at the trajectory's "
-                  "sample time; how fast the trajectory itself is does not matter. Then it is run "
-                  "from rest to rest within velocity, acceleration and torque limits. It stops at "
-                  "corners of the joints' path.",
+       .details =
+           "The joints' path is found as in world.inverse_kinematics, at the trajectory's "
+           "sample time; how fast the trajectory itself is does not matter. Then it is run "
+           "from rest to rest within velocity, acceleration and torque limits. It stops at "
+           "corners of the joints' path. A force on the robot takes its part of the torques; "
+           "it may be a constant or depend on `path`, not on `time`.",
        .example = example_run("local slow = cell:inverse_kinematics{robot = \"arm\", trajectory = "
                               "\"stroke\"}\nlocal fast = cell:time_optimal{robot = \"arm\", "
                               "trajectory = \"stroke\"}\nlocal a, b = slow:values(\"time\"), "
@@ -265,11 +287,12 @@ RMP_COMMANDS(world_run_commands) {
       {.name = "world.simulate",
        .classic = "World WorldSimulate",
        .summary = "Moves a robot's tool along a trajectory and records all that follows from it.",
-       .details = "Joint torques are recorded as well when links that move have masses: then it is "
-                  "world.inverse_dynamics, else world.inverse_kinematics.",
+       .details =
+           "Joint torques are recorded as well when links that move have masses or a force acts "
+           "at a tip: then it is world.inverse_dynamics, else world.inverse_kinematics.",
        .example = example_run("local r = cell:simulate{robot = \"arm\", trajectory = "
                               "\"stroke\"}\nassert(#r:values(\"tau1\") > 2)"),
-       .params = run_params,
+       .params = loaded_params,
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = simulate_motion,

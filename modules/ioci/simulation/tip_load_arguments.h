@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forces at a robot's tip among the arguments of commands that run it (layer: application, ioci
+// only).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ioci/core/commands.h"
+#include "sim/tip_load.h"
+
+namespace robomosp::ioci {
+
+/// A handle among the arguments, also one written as text (`recording#3`).
+[[nodiscard]] std::optional<Handle> given_handle(const CommandContext&, const Map& args,
+                                                 std::string_view name);
+/// The recording of the argument `name`, which was given.
+[[nodiscard]] Result<recording::RecordingPtr> given_recording(const CommandContext&,
+                                                              const Map& args,
+                                                              const std::string& name);
+
+/// `tip_force`, `tip_moment`, `tip_wrench`, `tip_columns`, `tip_over`, `tip_axes` and `tip`.
+/// `path` says what the way `path` is of.
+[[nodiscard]] std::vector<ParamSpec> tip_load_fields(const std::string& path);
+/// Reads them; nothing given is no load. What belongs to a load, given without one, is an error.
+[[nodiscard]] Result<sim::TipLoad> read_tip_load(const CommandContext&, const Map& args);
+
+}  // namespace robomosp::ioci

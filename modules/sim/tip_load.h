@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forces and moments that act on a robot at a tip while it moves: constants, expressions of time
+// and path, columns of recordings (layer: application, sim).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "kernel/expression.h"
+#include "recording/recording.h"
+#include "sim/motion_reference.h"
+
+namespace robomosp::sim {
+
+/// Axes in which a force and a moment are given.
+enum class LoadAxes : std::uint8_t {
+  world,
+  base,  ///< of the frame that the robot is mounted in
+  tool,  ///< of the tip that they act at
+};
+inline constexpr std::array<std::string_view, 3> kLoadAxes{"world", "base", "tool"};
+
+/// Names of a force's and a moment's numbers in errors.
+inline constexpr std::array<const char*, 6> kLoadNumbers{"tip_force[1]",  "tip_force[2]",
+                                                         "tip_force[3]",  "tip_moment[1]",
+                                                         "tip_moment[2]", "tip_moment[3]"};
+
+/// A force [N] and a moment [N m] about the tip's origin on a robot; the sum of what is given.
+struct TipLoad {
+  std::string tip;  ///< of the robot's model; "" = the first
+  LoadAxes axes = LoadAxes::world;
+  std::array<double, 6> constant{};        ///< force, then moment
+  std::array<std::string, 6> expressions;  ///< of `time` [s] and `path` [m]; "" = none
+  recording::RecordingPtr recorded;        ///< linear between its rows, held before and after
+  /// Of `recorded`: six names, or three of the force alone. Empty = wrench1..6, else fx, fy, fz,
+  /// mx, my, mz.
+  std::vector<std::string> columns;
+  bool is_over_path = false;  ///< rows of `recorded` are over its column "path" [m], not its time
+
+  [[nodiscard]] bool is_given() const;
+};
+
+/// A TipLoad that has been read and bound to a robot. [one thread]
+class BoundTipLoad {
+ public:
+  /// Errors: an unknown tip or column, a fault of an expression, a column of another quantity.
+  static Result<BoundTipLoad> create(const TipLoad&, const RobotModel&);
+
+  [[nodiscard]] std::int32_t tip() const { return tip_; }  ///< into RobotModel::tips
+  [[nodiscard]] LoadAxes axes() const { return load_.axes; }
+  [[nodiscard]] bool uses_time() const { return uses_time_; }
+  [[nodiscard]] bool uses_path() const { return uses_path_; }
+
+  /// In the axes it is given in. `path`: way of the tip since the trajectory began [m]. Errors:
+  /// those of the expressions, and results that are not finite or beyond 1e12.
+  [[nodiscard]] Result<TipWrench> at(double time, double path) const;
+  /// The same in the base frame's axes, as solvers take it. `mounting_T_base`: RobotModel::base.
+  [[nodiscard]] TipWrench in_base(const TipWrench& given, const Pose& world_T_base,
+                                  const Pose& mounting_T_base, const Pose& base_T_tip) const;
+  /// A sentence where the recording does not cover [from, to] of its key, so that an outer row is
+  /// held; none where it does.
+  [[nodiscard]] std::optional<std::string> note_on_cover(double from, double to) const;
+
+ private:
+  BoundTipLoad() = default;
+  Result<void> read_columns();
+
+  TipLoad load_;
+  std::int32_t tip_ = 0;
+  bool uses_time_ = false, uses_path_ = false;
+  std::array<std::optional<Expression>, 6> expressions_;
+  TimedRows rows_;  ///< `times` is the path where the load is over it
+};
+
+/// Pose of a tip at each row, in the base's frame, and the length of its way in the world up to
+/// there [m]: cubic between rows by positions and velocities, counted outside approaches only.
+struct TipWay {
+  std::vector<Pose> base_T_tip;
+  std::vector<double> length;
+};
+/// `q`, `qd`: rows of coordinates and rates. `base`: how the base moves in the world at each row,
+/// one for all if it stands. `approach`: 1 in rows that do not count, empty = all do.
+[[nodiscard]] TipWay tip_way(const RobotModel&, std::int32_t tip, std::span<const double> times,
+                             std::span<const double> q, std::span<const double> qd,
+                             std::span<const PathSample> base, std::span<const double> approach);
+
+}  // namespace robomosp::sim

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forces at a tip along trajectories and in runs, against J^T F of a Jacobian by differences of
+// products of Denavit-Hartenberg matrices, and against motions in closed form.
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "kernel/text.h"
+#include "sim/forward_simulation.h"
+#include "sim/loaded_runs.h"
+#include "support/records.h"
+#include "support/workbench.h"
+
+namespace robomosp {
+namespace {
+
+using recording::RecordingPtr;
+using sim::LoadAxes;
+using sim::TipLoad;
+using test::make;
+using test::unwrap;
+using test::Workbench;
+
+using LoadMatrix = std::array<double, 16>;  ///< 4 x 4, row by row
+LoadMatrix load_product(const LoadMatrix& a, const LoadMatrix& b) {
+  LoadMatrix c{};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = 0; j < 4; ++j)
+      for (std::size_t k = 0; k < 4; ++k) c[4 * i + j] += a[4 * i + k] * b[4 * k + j];
+  return c;
+}
+/// Flange of the IRB 140 in its base by the rows of its file.
+LoadMatrix load_irb140(const std::vector<double>& q) {
+  const double h = M_PI / 2;
+  const double rows[6][3] = {{0.07, -h, 0.352}, {0.36, 0, 0}, {0, h, 0},
+                             {0, -h, 0.38},     {0, h, 0},    {0, h, 0.065}};
+  LoadMatrix t{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto& [a, alpha, d] = rows[i];
+    const double c = std::cos(q[i]), s = std::sin(q[i]), ca = std::cos(alpha), sa = std::sin(alpha);
+    t = load_product(
+        t, {c, -s * ca, s * sa, a * c, s, c * ca, -c * sa, a * s, 0, sa, ca, d, 0, 0, 0, 1});
+  }
+  return t;
+}
+
+/// An IRB 140 that stands turned in its world, and a straight seam before it.
+class TipLoads : public ::testing::Test {
+ protected:
+  Workbench bench;
+  NoProgress progress;
+  WorldId world;
+  // world_T_base: about z by kTurn, at kPlace.
+  static constexpr double kTurn = 0.7;
+  static constexpr Vec3 kPlace{0.2, -0.1, 0.3}, kFrom{0.45, -0.15, 0.4}, kTo{0.45, 0.15, 0.35};
+
+  static Vec3 turned(const Vec3& v, double angle = kTurn) {
+    return {std::cos(angle) * v[0] - std::sin(angle) * v[1],
+            std::sin(angle) * v[0] + std::cos(angle) * v[1], v[2]};
+  }
+  static Vec3 in_world(const Vec3& p) {
+    const Vec3 r = turned(p);
+    return {r[0] + kPlace[0], r[1] + kPlace[1], r[2] + kPlace[2]};
+  }
+  void SetUp() override {
+    const AnyId robot = bench.load("robots/irb140.rbt");
+    model::Trajectory way;
+    way.sample_time = 0.02;
+    model::TrajectorySegment s;
+    s.shape.name = "line";
+    s.shape.params["speed"] = 0.25;
+    s.law.name = "quintic";
+    s.points = {{kFrom, {M_PI, 0, 0}}, {kTo, {M_PI, 0, 0}}};
+    way.segments = {s};
+    model::World w;
+    w.robots.push_back(
+        {"arm", RobotId{robot.number}, {kPlace, {0, 0, kTurn}}, {0, 0, 0, 0, 0.5, 0}});
+    w.trajectories.push_back({"seam", make(bench.document, "seam", way), {kPlace, {0, 0, kTurn}}});
+    world = make(bench.document, "cell", w);
+  }
+  Result<RecordingPtr> run(const TipLoad& load) {
+    const auto snapshot = bench.document.now();
+    const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+    return sim::inverse_dynamics(simulator, {.world = world, .robot = "arm", .trajectory = "seam"},
+                                 load, progress);
+  }
+  std::string fault(const TipLoad& load) {
+    const auto r = run(load);
+    EXPECT_FALSE(r.ok());
+    return r.ok() ? "" : r.error().sentence();
+  }
+  static double at(const RecordingPtr& r, const std::string& column, std::size_t i) {
+    const recording::Column* c = r->find(column);
+    EXPECT_TRUE(c) << column;
+    return c ? c->values[i] : 0;
+  }
+  static std::vector<double> joints(const RecordingPtr& r, std::size_t i) {
+    std::vector<double> q;
+    for (int j = 1; j <= 6; ++j) q.push_back(at(r, "q" + std::to_string(j), i));
+    return q;
+  }
+  /// The torques that hold a force and a moment given in the base's axes, by virtual work: -F dp/dq
+  /// - M dR/dq, differences of order four.
+  static std::array<double, 6> held(const std::vector<double>& q, const Vec3& force,
+                                    const Vec3& moment) {
+    constexpr double h = 1e-3;
+    const LoadMatrix now = load_irb140(q);
+    std::array<double, 6> out{};
+    for (std::size_t j = 0; j < 6; ++j) {
+      LoadMatrix d{};
+      for (const auto& [step, weight] :
+           {std::pair{-2.0, 1.0}, {-1.0, -8.0}, {1.0, 8.0}, {2.0, -1.0}}) {
+        std::vector<double> moved = q;
+        moved[j] += step * h;
+        const LoadMatrix m = load_irb140(moved);
+        for (std::size_t k = 0; k < 16; ++k) d[k] += weight * m[k] / (12 * h);
+      }
+      // dR R^T is skew: its entries are the turn about the base's axes.
+      const auto skew = [&](std::size_t a, std::size_t b) {
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k) sum += d[4 * a + k] * now[4 * b + k];
+        return sum;
+      };
+      const Vec3 turn{skew(2, 1), skew(0, 2), skew(1, 0)};
+      for (std::size_t k = 0; k < 3; ++k) out[j] -= force[k] * d[4 * k + 3] + moment[k] * turn[k];
+    }
+    return out;
+  }
+  using Given = std::function<std::array<double, 6>(double time, double path)>;
+  /// Each row of a run counts the force that `given` tells in the axes of the load.
+  void expect_load(const TipLoad& load, const Given& given) {
+    const RecordingPtr plain = unwrap(run({})), r = unwrap(run(load));
+    ASSERT_TRUE(plain && r);
+    ASSERT_EQ(plain->rows(), r->rows());
+    EXPECT_FALSE(plain->find("wrench1"));
+    double greatest = 0;
+    for (std::size_t i = 0; i < r->rows(); ++i) {
+      const auto q = joints(r, i);
+      const LoadMatrix t = load_irb140(q);
+      const Vec3 p = in_world({t[3], t[7], t[11]}), start = in_world(kFrom);
+      const double path = std::hypot(p[0] - start[0], p[1] - start[1], p[2] - start[2]);
+      EXPECT_NEAR(at(r, "path", i), path, 2e-7) << i;
+      const auto w = given(at(r, "time", i), at(r, "path", i));
+      Vec3 force{w[0], w[1], w[2]}, moment{w[3], w[4], w[5]};
+      const auto by_tool = [&](const Vec3& v) {
+        Vec3 out{};
+        for (std::size_t a = 0; a < 3; ++a)
+          for (std::size_t b = 0; b < 3; ++b) out[a] += t[4 * a + b] * v[b];
+        return out;
+      };
+      if (load.axes == LoadAxes::world)
+        force = turned(force, -kTurn), moment = turned(moment, -kTurn);
+      if (load.axes == LoadAxes::tool) force = by_tool(force), moment = by_tool(moment);
+      const auto want = held(q, force, moment);
+      const Vec3 f = turned(force), m = turned(moment);
+      for (std::size_t j = 0; j < 6; ++j) {
+        const std::string n = std::to_string(j + 1);
+        EXPECT_NEAR(at(r, "tau_external" + n, i), want[j], 1e-7) << i << " joint " << n;
+        EXPECT_NEAR(at(r, "tau" + n, i) - at(plain, "tau" + n, i), want[j], 1e-7) << i;
+        EXPECT_NEAR(at(r, "wrench" + n, i), j < 3 ? f[j] : m[j - 3], 1e-9) << i;
+        greatest = std::max(greatest, std::fabs(want[j]));
+      }
+    }
+    EXPECT_GT(greatest, 1);
+  }
+  static recording::RecordingPtr table(std::vector<recording::Column> columns) {
+    recording::Recording r;
+    r.columns = std::move(columns);
+    return std::make_shared<const recording::Recording>(std::move(r));
+  }
+};
+
+TEST_F(TipLoads, ConstantForcesInEachOfTheAxesTakeTheirPartOfTheTorques) {
+  for (const LoadAxes axes : {LoadAxes::world, LoadAxes::base, LoadAxes::tool}) {
+    TipLoad load;
+    load.axes = axes;
+    load.constant = {12, -7, 30, 0.6, 0.3, -0.9};
+    expect_load(load, [&](double, double) { return load.constant; });
+  }
+}
+
+TEST_F(TipLoads, ForcesAreFunctionsOfTimeAndPath) {
+  TipLoad load;
+  load.axes = LoadAxes::tool;
+  load.constant[2] = 5;
+  load.expressions = {"-20 N * sin(2 rad/s * time)", "5 N + 100 N/m * path", "", "", "",
+                      "2 N m * path / 0.1 m"};
+  expect_load(load, [](double t, double s) {
+    return std::array<double, 6>{-20 * std::sin(2 * t), 5 + 100 * s, 5, 0, 0, 20 * s};
+  });
+}
+
+TEST_F(TipLoads, ColumnsOfRecordingsActOverTimeOrPath) {
+  TipLoad load;
+  load.recorded = table({{"time", "s", "", {0, 100}},
+                         {"fx", "N", "", {0, 1000}},
+                         {"fy", "N", "", {3, 3}},
+                         {"fz", "N", "", {0, 0}},
+                         {"mx", "N m", "", {1, 1}},
+                         {"my", "N m", "", {0, 0}},
+                         {"mz", "N m", "", {0, 200}}});
+  expect_load(load,
+              [](double t, double) { return std::array<double, 6>{10 * t, 3, 0, 1, 0, 2 * t}; });
+  // A sensor's own names and unit, over the path.
+  TipLoad measured;
+  measured.is_over_path = true;
+  measured.columns = {"a", "b", "c"};
+  measured.recorded = table({{"time", "s", "", {0, 1, 2}},
+                             {"path", "m", "", {0, 0.1, 1}},
+                             {"a", "kN", "", {0, 0.01, 0.01}},
+                             {"b", "", "", {0, 0, 0}},
+                             {"c", "N", "", {-4, -4, -4}}});
+  expect_load(measured, [](double, double s) {
+    return std::array<double, 6>{s < 0.1 ? 100 * s : 10, 0, -4, 0, 0, 0};
+  });
+}
+
+TEST_F(TipLoads, WhatCannotActIsToldWithItsPlace) {
+  TipLoad load;
+  load.expressions[1] = "3 N * sin(q1)";
+  EXPECT_NE(fault(load).find("tip_force[2]: there is no q1"), std::string::npos) << fault(load);
+  load.expressions[1] = "3 m";
+  EXPECT_NE(fault(load).find("tip_force[2]"), std::string::npos) << fault(load);
+  load.expressions[1] = "1 N / (time - 0 s) * 1 s";
+  EXPECT_NE(fault(load).find("t = 0 s"), std::string::npos) << fault(load);
+  load = {};
+  load.constant[0] = std::nan("");
+  EXPECT_NE(fault(load).find("tip_force[1]"), std::string::npos) << fault(load);
+  load = {};
+  load.constant[0] = 1, load.tip = "elbow";
+  EXPECT_NE(fault(load).find("has no tip \"elbow\""), std::string::npos) << fault(load);
+  load = {};
+  load.recorded = table({{"time", "s", "", {0, 1}}, {"q1", "rad", "", {0, 1}}});
+  EXPECT_NE(fault(load).find("no column \"wrench1\""), std::string::npos) << fault(load);
+  load.columns = {"q1", "q1", "q1"};
+  EXPECT_NE(fault(load).find("\"q1\" is in rad, and N is needed"), std::string::npos)
+      << fault(load);
+  load.columns = {"q1"};
+  EXPECT_NE(fault(load).find("1 columns are named"), std::string::npos) << fault(load);
+  load.columns = {}, load.is_over_path = true;
+  EXPECT_NE(fault(load).find("no column \"path\""), std::string::npos) << fault(load);
+}
+
+// A recording that is shorter than the run is not stretched: its last row acts on, which is told.
+TEST_F(TipLoads, BeyondTheRowsOfARecordingTheNearestActsAndANoteTells) {
+  TipLoad load;
+  load.columns = {"x", "y", "z"};
+  load.recorded = table({{"time", "s", "", {0, 0.01}},
+                         {"x", "N", "", {0, 8}},
+                         {"y", "N", "", {0, 0}},
+                         {"z", "N", "", {0, 0}}});
+  const RecordingPtr r = unwrap(run(load));
+  ASSERT_TRUE(r);
+  EXPECT_EQ(at(r, "wrench1", r->rows() - 1), 8);
+  const auto told = [&](const std::string& note) {
+    return note.find("beyond its rows the nearest one acts") != std::string::npos;
+  };
+  EXPECT_TRUE(std::any_of(r->notes.begin(), r->notes.end(), told));
+}
+
+// What inverse dynamics records makes forward dynamics go the same way.
+TEST_F(TipLoads, RecordedTorquesAndForcesGiveTheMotionAgain) {
+  TipLoad load;
+  load.axes = LoadAxes::tool;
+  load.expressions[2] = "-40 N - 200 N/m * path";
+  load.constant[0] = 15;
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  const RecordingPtr r = unwrap(sim::inverse_dynamics(
+      simulator, {.world = world, .robot = "arm", .trajectory = "seam", .sample_time = 0.002}, load,
+      progress));
+  ASSERT_TRUE(r);
+  sim::ForwardRun forward;
+  forward.world = world, forward.robot = "arm";
+  // Without a controller what is a little off grows: a part of the way is looked at.
+  const std::size_t last = 100;
+  forward.duration = at(r, "time", last);
+  forward.sample_time = 0.05;
+  forward.q = joints(r, 0);
+  forward.recorded_tau = r;
+  forward.load.recorded = r;
+  forward.at_limit = sim::AtLimit::ignore;
+  const RecordingPtr again = unwrap(sim::forward_dynamics(simulator, forward, progress));
+  ASSERT_TRUE(again);
+  for (int j = 1; j <= 6; ++j) {
+    const std::string n = "q" + std::to_string(j);
+    EXPECT_NEAR(again->find(n)->values.back(), at(r, n, last), 2e-5) << n;
+  }
+}
+
+/// A rod of 0.4 m that turns about the vertical, with 2 kg at its end.
+struct TurningRod {
+  static model::Robot record() {
+    model::Robot r;
+    model::Link l;
+    l.name = "rod";
+    l.row.a = 0.4;
+    MassProperties mass;
+    mass.mass = 2;
+    l.given = mass;  // at the link frame's origin, which is the tool
+    r.links.push_back(l);
+    return r;
+  }
+};
+
+// Across the rod in its own axes: qdd = F a / (m a^2) for good. In the world's axes it is a
+// pendulum: q' ^2 = 2 F sin(q) / (m a) from rest at 0 under F along y.
+TEST_F(TipLoads, ForcesInTheToolsAxesTurnWithIt) {
+  const RobotId rod = make(bench.document, "rod", TurningRod::record());
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  sim::ForwardRun r;
+  r.record = rod;
+  r.duration = 1.5;
+  r.load.constant[1] = 0.8;
+  r.load.axes = LoadAxes::tool;
+  const RecordingPtr turns = unwrap(sim::forward_dynamics(simulator, r, progress));
+  r.load.axes = LoadAxes::world;
+  const RecordingPtr swings = unwrap(sim::forward_dynamics(simulator, r, progress));
+  ASSERT_TRUE(turns && swings);
+  EXPECT_NEAR(turns->find("q1")->values.back(), 0.8 * 0.4 / (2 * 0.16) * 1.5 * 1.5 / 2, 1e-9);
+  const double q = swings->find("q1")->values.back(), v = swings->find("qd1")->values.back();
+  EXPECT_NEAR(v * v, 2 * 0.8 * std::sin(q) / (2 * 0.4), 1e-8);
+  EXPECT_GT(q, 0.5);
+  r.load = {};
+  r.load.expressions[0] = "1 N/m * path";
+  const auto none = sim::forward_dynamics(simulator, r, progress);
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().sentence().find("follows no path"), std::string::npos)
+      << none.error().sentence();
+}
+
+}  // namespace
+}  // namespace robomosp
