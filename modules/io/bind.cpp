@@ -660,7 +660,8 @@ class Binder : public DeclaredReader {
             number("duration", "s", s.duration)};
         break;
       case StepKind::attach:
-        rules = {actor, string("object", s.object), string("link", s.link), string("tcp", s.tcp)};
+        rules = {actor, string("object", s.object), string("link", s.link), string("tcp", s.tcp),
+                 number("reach", "m", s.reach)};
         break;
       case StepKind::detach: rules = {string("object", s.object)}; break;
       case StepKind::set:

@@ -621,6 +621,7 @@ class Printer {
     text("object", s.object);
     text(is_move ? "tool" : "link", s.link);
     text("tcp", s.tcp);
+    number("reach", s.reach, 0, "m");
     text("signal", s.signal);
     text(s.kind == StepKind::set ? "value" : "condition", s.expression);
     number("timeout", s.timeout, 0, "s");

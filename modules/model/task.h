@@ -65,6 +65,7 @@ struct TaskStep {
   std::string object;
   std::string link;  ///< of the robot, or a tool of it; "" = its tool
   std::string tcp;   ///< attach: centre point of the object that leads moves from now on; "" = none
+  double reach = 0;  ///< attach: what is farther from tool or link stays [m]; 0 = 5 mm
 
   // set, wait, when
   std::string signal;
@@ -118,6 +119,10 @@ constexpr void fields(V& v, Of<TaskStep>) {
   v("link", &TaskStep::link).doc("Link or tool of the robot; empty is its tool.");
   v("tcp", &TaskStep::tcp)
       .doc("Centre point of an attached object that leads the robot's moves; empty is none.");
+  v("reach", &TaskStep::reach)
+      .unit("m")
+      .at_least(0)
+      .doc("Of an attach: an object farther from tool or link stays; 0 is 5 mm.");
   v("signal", &TaskStep::signal).doc("That is set.");
   v("expression", &TaskStep::expression).doc("Value or condition over signals and numbers.");
   v("timeout", &TaskStep::timeout)

@@ -205,17 +205,41 @@ Result<double> TaskExecutor::move(const model::TaskStep& step, const std::string
                                   const std::string& where, double t, Progress& progress) {
   RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
   Actor& a = actors_[who];
-  if (!a.moves.empty() && a.moves.back().start + a.moves.back().motion.times.back() > t + kSameMove)
+  const bool is_led = a.following && a.following->is_dynamic;
+  const double busy_until = is_led ? a.busy_until : std::max(a.busy_until, moved_until(a));
+  if (busy_until > t + kSameMove)
     return error(ErrorCode::conflict,
                  "robot " + quote(robot) +
                      " is still moved by another task at t = " + text::print_rounded(t) + " s",
                  "Let one wait for a signal of the other.");
+  std::optional<Following> follows;
+  if (can_move(a)) {
+    RMP_TRY_ASSIGN(follows, following_of(step, who, where, t, progress));
+  }
+  if (follows && follows->is_dynamic) {
+    note(t, robot + (follows->to.carrier ? " follows " + follows->name
+                                         : " leaves " + a.following->name));
+    RMP_TRY_ASSIGN(a.busy_until, begin_following(std::move(*follows), who, t));
+    return a.busy_until;
+  }
+  a.following.reset();
   RMP_TRY_ASSIGN(auto motion, motion_of(step, who, where, t, progress));
   if (motion.times.size() < 2) return t;
   for (const std::string& n : motion.notes)
     if (told_.emplace(robot, n).second) note(t, robot + ": " + n);
   const double end = t + motion.times.back();
+  if (follows) {
+    follows->end = follows->path_begin = end;
+    if (follows->kind == Following::Kind::straight) {
+      // Its shares, for what is left of it when the frame begins to move.
+      const auto law =
+          law_of_line(step, *follows, pose_at(follows->from, t), pose_at(follows->to, t));
+      if (!law.ok()) return law.error();
+    }
+    a.following = std::move(follows);
+  }
   a.moves.push_back({t, std::move(motion)});
+  a.busy_until = end;
   return end;
 }
 

@@ -629,35 +629,44 @@ Result<void> ProgramCell::grip(std::size_t at, bool takes) {
     return {};
   }
   RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use.robot.actor, use.robot.tool));
-  const Pose tool = spatial::compose(x_.world_T_joint(robot, tip.joint, now_), tip.joint_T_grip);
-  RMP_TRY_ASSIGN(auto near, x_.touching(tool.p, use.reach, now_, progress_));
-  std::erase_if(near, [&](const std::string& object) {
+  RMP_TRY_ASSIGN(const TaskExecutor::Gripper from,
+                 x_.gripper(use.robot.actor, use.robot.tool, tip, now_, progress_));
+  RMP_TRY_ASSIGN(auto near, x_.reached(from, use.reach, now_, progress_));
+  std::erase_if(near.objects, [&](const std::string& object) {
     const auto& last = x_.things_[x_.thing_of_.find(object)->second].history.back();
     return last.is_held && last.actor == use.robot.actor;
   });
+  const auto& objects = near.objects;
   const bool is_near = use.object.empty()
-                           ? !near.empty()
-                           : std::find(near.begin(), near.end(), use.object) != near.end();
+                           ? !objects.empty()
+                           : std::find(objects.begin(), objects.end(), use.object) != objects.end();
   if (!is_near) {
+    const std::string& missed = use.object.empty() ? near.nearest : use.object;
+    std::string what = "the gripper of " + robot.placed->name + " shuts, and " +
+                       (use.object.empty() ? std::string("nothing is") : use.object + " is not") +
+                       " within " + text::print_rounded(use.reach * 1000) + " mm of its tool";
+    const auto thing = x_.thing_of_.find(missed);
+    if (thing != x_.thing_of_.end()) {
+      const auto& last = x_.things_[thing->second].history.back();
+      if (!last.is_held || last.actor != use.robot.actor) {
+        RMP_TRY_ASSIGN(const double away,
+                       x_.distance(from, x_.things_[thing->second], now_, progress_));
+        what += ": " + x_.missed(robot.placed->name, from, missed, away, use.reach);
+      }
+    }
     if (a_.inspection_)
-      tell(InspectedEvent::Kind::grip,
-           "the gripper of " + robot.placed->name + " shuts, and " +
-               (use.object.empty() ? std::string("nothing is") : use.object + " is not") +
-               " within " + text::print_rounded(use.reach * 1000) + " mm of its tool",
+      tell(InspectedEvent::Kind::grip, what,
            "Move the target to the object, or give the grip a greater reach (program.bind).");
-    x_.note(now_, n_.name + ": the gripper of " + robot.placed->name + " shuts, and " +
-                      (use.object.empty() ? "nothing" : use.object + " is not") +
-                      (use.object.empty() ? " is" : "") + " within " +
-                      text::print_rounded(use.reach * 1000) + " mm of its tool");
+    x_.note(now_, n_.name + ": " + what);
     return {};
   }
   model::TaskStep step;
   step.kind = model::StepKind::attach;
-  step.object = use.object.empty() ? near.front() : use.object;
+  step.object = use.object.empty() ? objects.front() : use.object;
   const bool is_member =
       robotics::find_grip(*robot.record, *robot.model, use.robot.tool).has_value();
   step.link = is_member ? use.robot.tool : std::string();
-  RMP_TRY(x_.attach(step, robot.placed->name, now_));
+  RMP_TRY(x_.take(step, robot.placed->name, now_));
   taken.push_back(step.object);
   return {};
 }

@@ -195,34 +195,6 @@ double TaskExecutor::brake(std::span<const std::size_t> whose, double t, double*
   return t + took;
 }
 
-Result<std::vector<std::string>> TaskExecutor::touching(const Vec3& world_point, double reach,
-                                                        double t, Progress& progress) const {
-  std::vector<std::pair<double, std::string>> found;
-  for (const Thing& thing : things_) {
-    const Pose pose = pose_of(thing, t);
-    const Vec3 p = spatial::transform(spatial::inverse(pose), world_point);
-    RMP_TRY_ASSIGN(const auto box,
-                   sim_->derived.bounds(sim_->snapshot, thing.placed->what, progress));
-    double square = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double out = std::max({box[0][k] - p[k], p[k] - box[1][k], 0.0});
-      square += out * out;
-    }
-    if (std::sqrt(square) > reach) continue;
-    // Of several that hold the point, the one whose middle is nearest.
-    double middle = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double off = p[k] - (box[0][k] + box[1][k]) / 2;
-      middle += off * off;
-    }
-    found.emplace_back(std::sqrt(square) + 1e-6 * std::sqrt(middle), thing.placed->name);
-  }
-  std::sort(found.begin(), found.end());
-  std::vector<std::string> out;
-  for (auto& [distance, name] : found) out.push_back(std::move(name));
-  return out;
-}
-
 void TaskExecutor::set_wire(std::size_t wire, double value, double t) {
   Wire& w = wires_[wire];
   if (w.history.back().second == value) return;

@@ -14,7 +14,6 @@ namespace {
 using model::BindingKind;
 using text::quote;
 
-constexpr double kReach = 0.005;  ///< of grips that give none [m]
 
 bool same(std::string_view a, std::string_view b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
@@ -123,7 +122,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
     if (b && !b->tool.empty()) g.robot.tool = b->tool;
     auto checked = check(g.robot);
     if (!checked.ok()) return std::move(checked).error().in(where);
-    g.reach = b && b->reach > 0 ? b->reach : kReach;
+    g.reach = b && b->reach > 0 ? b->reach : TaskExecutor::kReach;
     if (b && !b->to.empty()) {
       auto at = find_member(x.thing_of_, b->to, "object");
       if (!at.ok()) return std::move(at).error().in(where);

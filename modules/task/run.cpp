@@ -28,6 +28,7 @@ class Thread {
   /// From its first step on, at time t.
   void begin(double t) {
     ready_at = t;
+    moved.clear();
     deadline.reset();
     calls_.clear();
     enter(placed_->task, placed_->robot);
@@ -35,6 +36,7 @@ class Thread {
 
   std::size_t place = 0;  ///< in the world
   double ready_at = 0;
+  std::string moved;               ///< robot whose move it waits for; "" = it waits for none
   std::optional<double> deadline;  ///< of the wait it is in
 
   /// Leaves finished blocks and calls; false = the task is over.
@@ -153,6 +155,10 @@ class Runner {
       if (progress_.cancelled()) return error(ErrorCode::cancelled, "the run was cancelled");
       RMP_TRY_ASSIGN(const bool is_stopped, all_at_once());
       if (is_stopped) return End::stopped;
+      RMP_TRY(executor_.refresh_following(now_));
+      for (Thread& thread : threads_)
+        if (thread.ready_at > now_ && !thread.moved.empty())
+          thread.ready_at = std::max(now_, executor_.busy_until(thread.moved));
       double next = kNever;
       bool is_over = true;
       for (const ProgramActor& p : programs_) {
@@ -282,15 +288,17 @@ class Runner {
     switch (s.kind) {
       case StepKind::move: {
         RMP_TRY_ASSIGN(thread.ready_at, executor_.move(s, thread.robot(), where, now_, progress_));
+        thread.moved = thread.robot();
         thread.next();
         return true;
       }
-      case StepKind::attach: RMP_TRY(executor_.attach(s, thread.robot(), now_)); break;
+      case StepKind::attach: RMP_TRY(executor_.attach(s, thread.robot(), now_, progress_)); break;
       case StepKind::detach: RMP_TRY(executor_.detach(s.object, now_)); break;
       case StepKind::set: RMP_TRY(executor_.set(s.signal, s.expression, now_)); break;
       case StepKind::wait: {
         if (s.expression.empty()) {
           thread.ready_at = now_ + s.duration;
+          thread.moved.clear();
           break;
         }
         RMP_TRY_ASSIGN(const bool is_met, executor_.is_true(s.expression, now_));

@@ -89,7 +89,7 @@ Result<TaskExecutor> TaskExecutor::create(const sim::Simulator& sim, WorldId id,
   }
   for (const model::PlacedObject& placed : s.world_->objects) {
     s.thing_of_.emplace(placed.name, s.things_.size());
-    s.things_.push_back({&placed, {{0, 0, false, -1, model::pose(placed.placement)}}});
+    s.things_.push_back({&placed, {{0, 0, false, -1, model::pose(placed.placement)}}, false});
   }
   for (const model::Signal& signal : s.world_->signals) {
     s.wire_of_.emplace(signal.name, s.wires_.size());
@@ -115,6 +115,11 @@ Result<std::size_t> TaskExecutor::actor(const std::string& name) const {
     return error(ErrorCode::invalid_argument, "the step names no robot, and its task has none",
                  "Give the step a robot, or the task one in the world.");
   return find_member(actor_of_, name, "robot");
+}
+
+double TaskExecutor::busy_until(const std::string& robot) const {
+  const auto it = actor_of_.find(robot);
+  return it == actor_of_.end() ? 0 : actors_[it->second].busy_until;
 }
 
 Result<TaskExecutor::Grip> TaskExecutor::grip(const Actor& a, const std::string& link) const {
@@ -243,7 +248,26 @@ Result<Pose> TaskExecutor::frame(const std::string& name, double t) const {
   return find_member(frame_of_, name, "frame or object").error();
 }
 
-Result<void> TaskExecutor::attach(const model::TaskStep& step, const std::string& robot, double t) {
+Result<void> TaskExecutor::attach(const model::TaskStep& step, const std::string& robot, double t,
+                                  Progress& progress) {
+  const std::string& object = step.object;
+  RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
+  RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
+  RMP_TRY_ASSIGN(Grip point, grip(actors_[who], step.link));
+  // A held gripper whose centre point leads the robot takes with that point.
+  if (step.link.empty() && !actors_[who].tcp.empty()) {
+    RMP_TRY_ASSIGN(point, tip(who, ""));
+  }
+  RMP_TRY_ASSIGN(const Gripper from, gripper(who, step.link, point, t, progress));
+  const double reach = step.reach > 0 ? step.reach : kReach;
+  RMP_TRY_ASSIGN(const double away, distance(from, things_[what], t, progress));
+  things_[what].is_missed = away > reach;
+  if (!things_[what].is_missed) return take(step, robot, t);
+  note(t, robot + " does not take " + object + ": " + missed(robot, from, object, away, reach));
+  return {};
+}
+
+Result<void> TaskExecutor::take(const model::TaskStep& step, const std::string& robot, double t) {
   const std::string& object = step.object;
   RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
   RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
@@ -267,8 +291,13 @@ void TaskExecutor::led_by_own_tool(const std::string& object) {
 
 Result<void> TaskExecutor::detach(const std::string& object, double t) {
   RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
-  if (!things_[what].history.back().is_held)
+  if (!things_[what].history.back().is_held) {
+    if (things_[what].is_missed) {
+      note(t, object + " is not let go: it was out of reach when it was to be taken");
+      return {};
+    }
     return error(ErrorCode::conflict, "nothing holds object " + quote(object), "Attach it before.");
+  }
   Pose pose = pose_of(things_[what], t);
   note(t, object + " is let go");
   if (physics_) {

@@ -3,6 +3,8 @@
 // application, task).
 #pragma once
 
+#include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -13,11 +15,13 @@
 #include <vector>
 
 #include "kernel/expression.h"
+#include "motion/cartesian_path.h"
 #include "motion/weave.h"
 #include "robotics/build_model.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"
 #include "sim/stepped_physics.h"
+#include "spatial/jet.h"
 
 namespace robomosp::task {
 
@@ -36,8 +40,15 @@ class TaskExecutor {
   /// Starts a move at time t; gives when it ends.
   Result<double> move(const model::TaskStep&, const std::string& robot, const std::string& where,
                       double t, Progress&);
-  Result<void> attach(const model::TaskStep&, const std::string& robot, double t);
+  /// An object out of reach stays where it is, which a note tells with the distance.
+  Result<void> attach(const model::TaskStep&, const std::string& robot, double t, Progress&);
+  /// The same, wherever the object is.
+  Result<void> take(const model::TaskStep&, const std::string& robot, double t);
   Result<void> detach(const std::string& object, double t);
+  /// Lets robots that follow frames go on by what has become known of the frames' motions at t.
+  Result<void> refresh_following(double t);
+  /// End of the last move that a task has given a robot [s].
+  [[nodiscard]] double busy_until(const std::string& robot) const;
   /// Sets a signal to the value of an expression.
   Result<void> set(const std::string& signal, const std::string& expression, double t);
   [[nodiscard]] Result<bool> is_true(const std::string& condition, double t) const;
@@ -103,6 +114,38 @@ class TaskExecutor {
     double start = 0;
     sim::RobotMotion motion;
   };
+  struct Grip {
+    std::int32_t joint = -1;
+    Pose joint_T_grip;
+  };
+  // ---- moves into frames that move (following.cpp) ----
+  /// A place in the world, or on a joint of a robot that moves it.
+  struct Anchor {
+    std::optional<std::size_t> carrier;  ///< the robot; none = it stands
+    std::int32_t joint = -1;             ///< of the carrier
+    Pose at;                             ///< joint_T_place, or world_T_place
+  };
+  /// A move of a tip to a place that may move, or away from one.
+  struct Following {
+    enum class Kind : std::uint8_t { joints, straight, along };
+    Kind kind = Kind::joints;
+    model::TaskStep step;
+    std::string where, name;  ///< for messages: of the step, of the frame
+    Grip tip;
+    sim::Bound<IkSolver> ik;     ///< of the robot with that tip
+    Anchor from, to;             ///< of the tip; `to` of a trajectory: of its frame
+    std::vector<double> goal{};  ///< joint values instead of `to`; empty = none
+    double start = 0, end = 0;   ///< of the move; the tip stays with `to` behind it [s]
+    double path_begin = 0;       ///< when it comes to the trajectory [s]
+    std::shared_ptr<const motion::Path> path{};  ///< the trajectory, in its frame
+    std::vector<spatial::Jet> law{};  ///< shares of a straight way at even shares of time
+    double stops = std::numeric_limits<double>::infinity();  ///< when it cannot follow on [s]
+    std::string why_it_stops{};
+    bool is_dynamic = false;  ///< it has followed a motion; false = all stands as yet
+    std::array<std::array<double, 3>, 2> seen{};  ///< what it knows of the carriers' moves
+    Progress* progress = nullptr;                 ///< of the run
+    [[nodiscard]] double share(double share_of_time) const;
+  };
   struct Actor {
     const model::PlacedRobot* placed = nullptr;
     const model::Robot* record = nullptr;
@@ -115,6 +158,8 @@ class TaskExecutor {
     std::vector<Move> moves;
     /// Centre point of a held object that leads moves which name no tool, "torch.tip"; "" = none.
     std::string tcp;
+    double busy_until = 0;               ///< end of the move that a task has given last [s]
+    std::optional<Following> following;  ///< of that move
   };
   /// Where an object is from a time on.
   struct Held {
@@ -127,15 +172,73 @@ class TaskExecutor {
   struct Thing {
     const model::PlacedObject* placed = nullptr;
     std::vector<Held> history;
+    bool is_missed = false;  ///< the last that was to take it did not reach it
   };
   struct Wire {
     const model::Signal* signal = nullptr;
     std::vector<std::pair<double, double>> history;  ///< time, value from then on
   };
-  struct Grip {
-    std::int32_t joint = -1;
-    Pose joint_T_grip;
+  /// Where `frame` (with its pose now) is for robot `who`: on its carrier if another robot holds
+  /// it.
+  [[nodiscard]] Anchor anchor(const std::string& frame, std::size_t who,
+                              const Pose& world_T_frame) const;
+  [[nodiscard]] Pose pose_at(const Anchor&, double t) const;  ///< in the world
+  /// Whether its carrier still has a motion to go behind t.
+  [[nodiscard]] bool moves_after(const Anchor&, double t) const;
+  /// Changes when its carrier is given other moves.
+  [[nodiscard]] std::array<double, 3> signature(const Anchor&) const;
+  [[nodiscard]] double share_at(const Following&, double t) const;
+  /// Of the tip, in the world; of a joint move where it ends.
+  [[nodiscard]] Result<Pose> wanted_pose(const Following&, double t) const;
+  /// The same with rates and accelerations, in the frame of the robot's base.
+  [[nodiscard]] Result<PathSample> wanted_sample(const Following&, const Pose& world_T_base,
+                                                 double t) const;
+  /// Joints of a robot whose tip is as wanted at these times; fewer rows where the frame leaves its
+  /// reach behind the move's end.
+  Result<void> solve(const Following&, const Actor&, std::span<const double> times,
+                     std::span<const double> seed, sim::RobotMotion& out) const;
+  [[nodiscard]] std::vector<double> row_times(const Following&, double from, double to) const;
+  /// The greatest share of its velocity, or root of its share of acceleration, that a joint takes.
+  [[nodiscard]] static double beyond_limits(const Actor&, const sim::RobotMotion&, double speed,
+                                            std::size_t* joint = nullptr, double* when = nullptr);
+  /// The rest of a move from t on, in times of the run; of a search only up to the move's end.
+  Result<sim::RobotMotion> followed(const Following&, std::size_t who, double t,
+                                    bool is_search) const;
+  Result<double> law_of_line(const model::TaskStep&, Following&, const Pose& from,
+                             const Pose& to) const;
+  /// What a move follows or leaves; none = it has nothing to do with what may move.
+  Result<std::optional<Following>> following_of(const model::TaskStep&, std::size_t who,
+                                                const std::string& where, double t, Progress&);
+  /// Starts the move; gives when it ends.
+  Result<double> begin_following(Following, std::size_t who, double t);
+  /// Lets a joint move that has begun take as long as its limits need now.
+  Result<void> give_time(Following&, std::size_t who, double t);
+  /// Its moves from t on, by what the carriers are known to do.
+  Result<void> follow_on(std::size_t who, double t);
+
+  // ---- what is within reach of a gripper, of tasks and programs (reach.cpp) ----
+  /// How far an object may be from what takes it, where nothing else is given [m].
+  static constexpr double kReach = 0.005;
+  /// What takes objects: a tool at its point, a link (a belt's cloth, a table) with its bodies too.
+  struct Gripper {
+    Vec3 world_point;                                            ///< origin of tool or link [m]
+    std::vector<std::pair<Pose, std::array<Vec3, 2>>> bodies{};  ///< world_T_body and its box
+    bool is_link = false;
   };
+  /// `link` as in tip(): "" is the robot's tool, or its last link if it has none.
+  [[nodiscard]] Result<Gripper> gripper(std::size_t actor, const std::string& link, const Grip&,
+                                        double t, Progress&) const;
+  /// From the box of an object to the point, or to the nearest body [m].
+  [[nodiscard]] Result<double> distance(const Gripper&, const Thing&, double t, Progress&) const;
+  struct Reached {
+    std::vector<std::string> objects;  ///< no farther away than the reach, nearest first
+    std::string nearest;               ///< of all; "" = the world has no objects
+    double distance = 0;               ///< of the nearest [m]
+  };
+  [[nodiscard]] Result<Reached> reached(const Gripper&, double reach, double t, Progress&) const;
+  /// "part is 1.5 m away from the tool of left, which reaches 5 mm"
+  [[nodiscard]] static std::string missed(const std::string& robot, const Gripper&,
+                                          const std::string& object, double away, double reach);
 
   // ---- for programs (program_moves.cpp) ----
   /// What a motion of a program asks of its robot.
@@ -168,9 +271,6 @@ class TaskExecutor {
   /// that they stay together; when all stand. Moves that have not begun are dropped. `way` = how
   /// far on their way they come [s].
   double brake(std::span<const std::size_t> actors, double t, double* way = nullptr);
-  /// Objects whose box holds the point or is no farther from it than `reach`, nearest first.
-  Result<std::vector<std::string>> touching(const Vec3& world_point, double reach, double t,
-                                            Progress&) const;
   void set_wire(std::size_t wire, double value, double t);
 
   TaskExecutor(const sim::Simulator& sim, double step) : sim_(&sim), step_(step) {}

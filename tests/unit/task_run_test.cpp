@@ -100,9 +100,9 @@ TaskStep set(const std::string& signal, const std::string& value) {
   s.signal = signal, s.expression = value;
   return s;
 }
-TaskStep attach(const std::string& object) {
+TaskStep attach(const std::string& object, double reach = 0) {
   TaskStep s = step(StepKind::attach);
-  s.object = object;
+  s.object = object, s.reach = reach;
   return s;
 }
 TaskStep detach(const std::string& object) {
@@ -296,11 +296,11 @@ TEST_F(TaskRuns, HeldObjectsFollowTheToolAndNeverJump) {
   add_part({0.45, 0.2, 0.07}, 0.4);
   add_signal("give");
   add_task("bring", "left",
-           {pause(0.107), attach("part1"), joints({1, 0.7}, 1), set("give", "1"),
+           {pause(0.107), attach("part1", 0.2), joints({1, 0.7}, 1), set("give", "1"),
             joints({0.2, 0.4}, 1)});
   // The other one takes it over while it moves itself, and puts it down.
   add_task("take", "right",
-           {joints({0.6, 0.4}, 0.9), until("give == 1"), attach("part1"), joints({-1, 1}, 1.7),
+           {joints({0.6, 0.4}, 0.9), until("give == 1"), attach("part1", 0.5), joints({-1, 1}, 1.7),
             detach("part1"), joints({0, 0}, 1.2)});
   const RecordingPtr r = unwrap(run());
   ASSERT_TRUE(r);
@@ -399,7 +399,7 @@ TEST_F(TaskRuns, ConditionsOverTimeAndPlacesTurnTrueWhenTheyDo) {
     add_part({0.4, 0, 0});
     add_signal("go");
     const std::string n = std::to_string(++count_);
-    add_task("move" + n, "left", {attach("part1"), joints({1, 0}, 2), pause(0.5), set("go", "1")});
+    add_task("move" + n, "left", {attach("part1", 0.5), joints({1, 0}, 2), pause(0.5), set("go", "1")});
     add_task("wait" + n, "right", {until(c.condition), say("now")});
     const RecordingPtr r = unwrap(run());
     ASSERT_TRUE(r);
@@ -526,7 +526,7 @@ TEST_F(TaskRuns, EqualWorldsGiveEqualRecordings) {
   two_arms();
   add_part({0.45, 0.2, 0});
   add_signal("go");
-  add_task("a", "left", {attach("part1"), joints({1, 0.7}), set("go", "1"), detach("part1")});
+  add_task("a", "left", {attach("part1", 0.5), joints({1, 0.7}), set("go", "1"), detach("part1")});
   add_task("b", "right", {until("go == 1 and left.q1 > 0.9 rad"), joints({0.3, 0.7})});
   const RecordingPtr first = unwrap(run()), second = unwrap(run());
   ASSERT_TRUE(first && second);

@@ -475,6 +475,11 @@ class TaskWriter {
         if (!s.tcp.empty())
           source_.note("The tool centre point " + quote(s.tcp) + " of " + quote(s.object) +
                        " leads moves of the task; the program keeps the robot's tool.");
+        if (s.reach > 0)
+          source_.note("The grip of " + quote(s.object) + " reaches " +
+                       text::print_rounded(s.reach * 1000) +
+                       " mm in the task; program.bind{kind = \"grip\", reach = ...} gives the "
+                       "program's grip the same.");
         grip(out, true, s.object);
         break;
       case StepKind::detach: grip(out, false, s.object); break;

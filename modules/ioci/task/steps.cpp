@@ -33,10 +33,13 @@ Schema step_schema(StepKind kind) {
               optional("tool_speed", "real", "m/s", "Of a straight move."),
               optional("duration", "real", "s", "Of the move.")};
     case StepKind::attach:
-      return {robot, needed("object", "string", "", "Of the world."),
-              optional("link", "string", "", "Link or tool of the robot."),
-              optional("tcp", "string", "",
-                       "Centre point of the object that leads the robot's moves from now on.")};
+      return {
+          robot, needed("object", "string", "", "Of the world."),
+          optional("link", "string", "", "Link or tool of the robot."),
+          optional("tcp", "string", "",
+                   "Centre point of the object that leads the robot's moves from now on."),
+          above_zero(optional("reach", "real", "m",
+                              "What is farther from the tool or link stays; 5 mm when left out."))};
     case StepKind::detach: return {needed("object", "string", "", "Of the world.")};
     case StepKind::set:
       return {needed("signal", "string", "", "Of the world."),
@@ -105,6 +108,7 @@ Result<TaskStep> read_one(const CommandContext& ctx, StepKind kind, const Value&
   if (has(given, "path")) s.is_straight = text_of(given, "path") == "straight";
   if (has(given, "speed")) s.speed = real(given, "speed");
   if (has(given, "tool_speed")) s.tool_speed = real(given, "tool_speed");
+  if (has(given, "reach")) s.reach = real(given, "reach");
   if (has(given, "duration")) s.duration = real(given, "duration");
   if (has(given, "time")) s.duration = real(given, "time");
   if (has(given, "timeout")) s.timeout = real(given, "timeout");
@@ -157,7 +161,10 @@ const char* const kStepDoc =
     "(share of the joints' limits) and `duration`. `attach` and `detach`: `object`, `robot`, "
     "`link` "
     "(a link or tool); with `tcp`, a centre point of the object, that leads the moves that name no "
-    "`tool` until it is let go. `set`: `signal`, `value`. `wait`: `time`, or `condition` with "
+    "`tool` until it is let go; an object farther than `reach` (5 mm) from the tool's point, or "
+    "from "
+    "the link and its bodies, stays where it is, which a note tells. `set`: `signal`, `value`. "
+    "`wait`: `time`, or `condition` with "
     "`timeout`. "
     "`call`: `task`. `repeat`: `count`, `steps`. `if`: `condition`, `steps`; `else`: `steps`. "
     "`message`: `text`. Conditions are expressions over signals, `time`, the joints `left.q1` and "
@@ -197,6 +204,7 @@ Value steps_value(const document::Snapshot& snapshot, const model::Task& task) {
     word("object", s.object);
     word(s.kind == StepKind::move ? "tool" : "link", s.link);
     word("tcp", s.tcp);
+    number("reach", s.reach, 0);
     word("signal", s.signal);
     word(s.kind == StepKind::set ? "value" : "condition", s.expression);
     number("timeout", s.timeout, 0);
