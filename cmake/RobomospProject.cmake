@@ -186,7 +186,9 @@ if(ROBOMOSP_SANITIZE)
     add_compile_options(-fsanitize=thread -fno-omit-frame-pointer)
     add_link_options(-fsanitize=thread)
   else()
-    add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+    # Checks of null and alignment are a quarter of the time to compile; such a pointer faults by itself.
+    add_compile_options(-fsanitize=address,undefined -fno-sanitize=null,alignment
+      -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
     add_link_options(-fsanitize=address,undefined)
   endif()
 endif()
@@ -220,8 +222,6 @@ function(robomosp_lanes target)
   set(avx2_flags "-DRMP_LANES=avx2" "-DRMP_LANE_COUNT=4" "-march=x86-64-v3")
   set(avx512_flags "-DRMP_LANES=avx512" "-DRMP_LANE_COUNT=8" "-march=x86-64-v4"
     "-mprefer-vector-width=512")
-  # Sanitized, checks of null and alignment are left out: a null or misaligned vector faults by
-  # itself, and they are a third of the time to compile.
   set(sets baseline)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     list(APPEND sets avx2)
@@ -235,7 +235,7 @@ function(robomosp_lanes target)
       set(file "${CMAKE_CURRENT_BINARY_DIR}/${stem}_${set}.cpp")
       file(CONFIGURE OUTPUT "${file}" CONTENT "#include \"${CMAKE_CURRENT_SOURCE_DIR}/${source}\"\n")
       set_source_files_properties("${file}" PROPERTIES
-        COMPILE_OPTIONS "${${set}_flags};$<$<CONFIG:Release>:-O3>;-ffp-contract=fast;-fno-math-errno;-fno-trapping-math;-fno-tree-loop-distribute-patterns;$<$<BOOL:${ROBOMOSP_SANITIZE}>:-fno-sanitize=null,alignment>"
+        COMPILE_OPTIONS "${${set}_flags};$<$<CONFIG:Release>:-O3>;-ffp-contract=fast;-fno-math-errno;-fno-trapping-math;-fno-tree-loop-distribute-patterns"
         SKIP_PRECOMPILE_HEADERS ON  # other instructions, other headers
         OBJECT_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
       target_sources(${target} PRIVATE "${file}")

@@ -25,36 +25,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kTokens[] = {"{",
-                                   "}",
-                                   "(",
-                                   ")",
-                                   ",",
-                                   "\"",
-                                   "#",
-                                   "\n",
-                                   "[",
-                                   "]",
-                                   "\"\" ",
-                                   "1e308 ",
-                                   "1e-320 ",
-                                   "-0 ",
-                                   "nan ",
-                                   "0x1 ",
-                                   "-1 ",
-                                   "7 ",
-                                   "999999999999 ",
-                                   "0 3 0 ",
-                                   "2 1 1 ",
-                                   "Fixed ",
-                                   "Revolute ",
-                                   "Prismatic ",
-                                   "Cartesian ",
-                                   "Joint ",
-                                   "( 0, 0, 0, 0, 0, 0 ) ",
-                                   "\xF1",
-                                   "\xC3",
-                                   "./Saves/Robots/reacher.rbt\" "};
+constexpr const char* kLegacyTokens[] = {"{",
+                                         "}",
+                                         "(",
+                                         ")",
+                                         ",",
+                                         "\"",
+                                         "#",
+                                         "\n",
+                                         "[",
+                                         "]",
+                                         "\"\" ",
+                                         "1e308 ",
+                                         "1e-320 ",
+                                         "-0 ",
+                                         "nan ",
+                                         "0x1 ",
+                                         "-1 ",
+                                         "7 ",
+                                         "999999999999 ",
+                                         "0 3 0 ",
+                                         "2 1 1 ",
+                                         "Fixed ",
+                                         "Revolute ",
+                                         "Prismatic ",
+                                         "Cartesian ",
+                                         "Joint ",
+                                         "( 0, 0, 0, 0, 0, 0 ) ",
+                                         "\xF1",
+                                         "\xC3",
+                                         "./Saves/Robots/reacher.rbt\" "};
 
 /// Removed first: file systems flush a file that is emptied and written again.
 void write(const fs::path& file, const std::string& text) {
@@ -102,7 +102,7 @@ TEST(LegacyFuzz, MutatedFilesAreRefusedInASentenceOrKept) {
   }
   ASSERT_GE(files.size(), 10U);
 
-  test::Mutator mutator(random, texts, kTokens);
+  test::Mutator mutator(random, texts, kLegacyTokens);
   std::size_t runs = 0, accepted = 0;
   while (budget.allows(runs) && !testing::Test::HasFailure()) {
     const std::size_t k = std::uniform_int_distribution<std::size_t>(0, files.size() - 1)(random);

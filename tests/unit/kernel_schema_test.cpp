@@ -12,7 +12,7 @@
 namespace robomosp {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kSchemaHalfTurn = std::numbers::pi;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 ParamSpec spec(std::string name, std::string type, std::string unit = {}) {
@@ -77,12 +77,12 @@ TEST(Schema, DefaultsAreFilledInAndConverted) {
   schema[1].default_value = Value(List{0, "20 mm", 0.5});
   const auto r = check(schema, {});
   ASSERT_TRUE(r.ok());
-  EXPECT_DOUBLE_EQ(r->find("angle")->number(), kPi / 2);
+  EXPECT_DOUBLE_EQ(r->find("angle")->number(), kSchemaHalfTurn / 2);
   EXPECT_EQ(r->find("centre")->as_array()->data(), (std::vector<double>{0, 0.02, 0.5}));
   EXPECT_EQ(r->find("name"), nullptr);
   const auto nil = check(schema, {{"angle", Value()}});
   ASSERT_TRUE(nil.ok());
-  EXPECT_DOUBLE_EQ(nil->find("angle")->number(), kPi / 2);
+  EXPECT_DOUBLE_EQ(nil->find("angle")->number(), kSchemaHalfTurn / 2);
 }
 
 TEST(Schema, NotANumberAndInfinityAreRefusedUnlessMeant) {
@@ -169,11 +169,13 @@ TEST(Schema, TextsWithoutAUnitAreToldToWhoeverAsks) {
 TEST(Schema, APoseIsTheSameHoweverItIsWritten) {
   const ParamSpec s = spec("target", "pose");
   // PA-10 pose of the paper: (0.557, 0, 0.374), rpy (pi, 0, pi), which is a half turn about y.
-  const Value six = accepted(s, List{0.557, 0, 0.374, kPi, 0, kPi});
+  const Value six = accepted(s, List{0.557, 0, 0.374, kSchemaHalfTurn, 0, kSchemaHalfTurn});
   const Value map = accepted(
       s, Map{{"position", List{"557 mm", 0, 0.374}}, {"rpy", List{"180 deg", 0, "180 deg"}}});
-  const Value xyz = accepted(s, Map{{"position", List{0.557, 0, 0.374}}, {"xyz", List{0, kPi, 0}}});
-  const Value zyz = accepted(s, Map{{"position", List{0.557, 0, 0.374}}, {"zyz", List{0, kPi, 0}}});
+  const Value xyz =
+      accepted(s, Map{{"position", List{0.557, 0, 0.374}}, {"xyz", List{0, kSchemaHalfTurn, 0}}});
+  const Value zyz =
+      accepted(s, Map{{"position", List{0.557, 0, 0.374}}, {"zyz", List{0, kSchemaHalfTurn, 0}}});
   const Value matrix = accepted(
       s, List{List{-1, 0, 0, 0.557}, List{0, 1, 0, 0}, List{0, 0, -1, 0.374}, List{0, 0, 0, 1}});
   const Value text = accepted(s, "557 mm, 0, 0.374, 180 deg, 0, 180 deg");
