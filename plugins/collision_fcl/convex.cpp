@@ -62,7 +62,7 @@ OnOutline nearest_on_outline(const Core& c, double r, double z) {
 }
 
 /// Nearest point of the surface of an ellipsoid to any point, by the one root of the multiplier
-/// that makes it the nearest_in_core (Hart, Graphics Gems IV, 1994; Eberly, Distance from a Point
+/// that makes it the nearest (Hart, Graphics Gems IV, 1994; Eberly, Distance from a Point
 /// to an Ellipsoid, 2013): e_i^2 p_i / (t + e_i^2), t above minus the least e_i^2.
 Vec3 nearest_on_ellipsoid(const Vec3& half, const Vec3& p) {
   std::array<std::size_t, 3> by_size{0, 1, 2};

@@ -77,7 +77,7 @@ void compute_normals(Surface& s) {
   for (std::size_t c = 0; c < s.triangles.size(); ++c)
     around[next[weld[s.triangles[c]]]++] = static_cast<std::uint32_t>(c / 3);
 
-  // Hundreds of triangles around one surface_vertex (the tip of a cone) would cost the square of
+  // Hundreds of triangles around one vertex (the tip of a cone) would cost the square of
   // that.
   constexpr std::uint32_t kMostNeighbours = 256;
   std::vector<float> positions, out;

@@ -586,7 +586,7 @@ RMP_COMMANDS(program_commands) {
        .details = "The source is kept as it is, right or wrong; program.check tells what is wrong. "
                   "A program needs no cell: without SYSTEM_SPECIFICATION it is one for a robot of "
                   "six axes with a gripper. Files that it names are added by program.set_file.",
-       .example = with_program("assert(lift:check_source().correct)"),
+       .example = with_program("assert(lift:check().correct)"),
        .params = {needed("name", "string", "", "Name, unique among programs."),
                   needed("source", "string", "", "The text of the program."),
                   optional("file_name", "string", "",
@@ -686,7 +686,7 @@ RMP_COMMANDS(program_commands) {
        .example =
            with_program("local wrong = lift:source():gsub(\"rounds := 3\", \"rounds := 3.5\")\n"
                         "lift:set_file{name = \"lift.irl\", text = wrong}\n"
-                        "assert(lift:check_source().faults[1].line == 3)"),
+                        "assert(lift:check().faults[1].line == 3)"),
        .params = {self("program")},
        .returns = {"map",
                    "",

@@ -270,7 +270,7 @@ RMP_COMMANDS(object_commands) {
                   "volume counted as the object says.",
        .details = "",
        .example = with_bolt(
-           "assert(math.abs(bolt:object_mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
+           "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
        .params = {self("object"), about_field()},
        .returns = {"map", "", "", body_mass_fields()},
        .effect = Effect::reads,

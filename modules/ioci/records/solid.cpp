@@ -263,7 +263,7 @@ RMP_COMMANDS(solid_commands) {
        .classic = "",
        .summary = "Gives mass, centre of mass and inertia of a solid.",
        .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
-       .example = with_plate("assert(math.abs(plate:solid_mass().mass - 7850 * (0.2 * 0.1 * "
+       .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
                              "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
        .params = {self("solid"), about_field()},
        .returns = {"map", "", "", body_mass_fields()},

@@ -482,7 +482,7 @@ RMP_COMMANDS(run_commands) {
       "row while the run goes on; of the others, and with solvers written in Lua, the motion is "
       "computed first and "
       "then shown row by row.",
-      with_fall("assert(fall:state().rows == 1)\nlocal s = fall:step_run(10)\n"
+      with_fall("assert(fall:state().rows == 1)\nlocal s = fall:step(10)\n"
                 "assert(math.abs(s.time - 0.1) < 1e-9 and s.objects.box.position[3] < 0.5)"),
       {self("world"), choice("of", words_of(kOfWorlds), "What is simulated.", true), with, entry},
       made, Effect::simulates, start);
@@ -494,8 +494,8 @@ RMP_COMMANDS(run_commands) {
       Effect::simulates, start);
   add("run.step", "Goes on by some rows or some time, or back, and pauses there.",
       "What is not recorded yet is computed.",
-      with_fall("assert(fall:step_run().row == 2)\nassert(fall:step{time = 0.1}.row == 12)\n"
-                "assert(fall:step_run(-11).row == 1)"),
+      with_fall("assert(fall:step().row == 2)\nassert(fall:step{time = 0.1}.row == 12)\n"
+                "assert(fall:step(-11).row == 1)"),
       {self("run"), defaulted("rows", "int", "", 1, "How many; back when negative."),
        optional("time", "real", "s", "Instead of rows; back when negative.")},
       shown, Effect::simulates, step_run);
@@ -530,7 +530,7 @@ RMP_COMMANDS(run_commands) {
                 "{0.5, 0, 0.3}}\n"
                 "assert(fall:state().is_outdated)\nlocal s = fall:refresh()\n"
                 "assert(s.objects.late.position[3] == 0.3 and s.objects.box.position[3] < 0.5)\n"
-                "assert(fall:step_run(5).objects.late.position[3] < 0.3)"),
+                "assert(fall:step(5).objects.late.position[3] < 0.3)"),
       {self("run")}, shown, Effect::simulates, refresh);
   add("run.reset", "Begins a run again from its start with the world as it is now.",
       "It takes back no edit. Where it cannot begin, the run stays as it was.",
@@ -571,7 +571,7 @@ RMP_COMMANDS(run_commands) {
       with_fall("fall:seek(0.1)\nlocal r = fall:recording()\nassert(#r:values(\"time\") == 11)"),
       {self("run")}, {"handle", "", "The recording.", {}}, Effect::simulates, recording);
   add("run.stop", "Ends the simulation of a run; what is recorded stays.", "",
-      with_fall("fall:step_run(3)\nassert(fall:stop().rows == 4)"), {self("run")}, shown,
+      with_fall("fall:step(3)\nassert(fall:stop().rows == 4)"), {self("run")}, shown,
       Effect::simulates, stop);
   add("run.remove", "Ends and forgets a run.", "",
       with_fall("local count = #run.list()\nfall:remove()\nassert(#run.list() == count - 1)"),
