@@ -120,6 +120,8 @@ constexpr void fields(V& v, Of<TaskStep>) {
   v("tcp", &TaskStep::tcp)
       .doc("Centre point of an attached object that leads the robot's moves; empty is none.");
   v("reach", &TaskStep::reach)
+      .counts_if(
+          [](const void* s) { return static_cast<const TaskStep*>(s)->kind == StepKind::attach; })
       .unit("m")
       .at_least(0)
       .doc("Of an attach: an object farther from tool or link stays; 0 is 5 mm.");

@@ -258,6 +258,7 @@ Result<void> TaskExecutor::attach(const model::TaskStep& step, const std::string
   if (step.link.empty() && !actors_[who].tcp.empty()) {
     RMP_TRY_ASSIGN(point, tip(who, ""));
   }
+  if (!step.tcp.empty()) RMP_TRY(centre_point(things_[what], step.tcp));
   RMP_TRY_ASSIGN(const Gripper from, gripper(who, step.link, point, t, progress));
   const double reach = step.reach > 0 ? step.reach : kReach;
   RMP_TRY_ASSIGN(const double away, distance(from, things_[what], t, progress));

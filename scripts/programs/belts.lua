@@ -63,7 +63,8 @@ function belts.take(cell, given)
     steps[#steps + 1] = {step = "wait", condition = string.format(
       "abs(%s.x - %.5f m) < 2 mm and abs(%s.y - %.5f m) < 2 mm and %s.z < %.5f m and %s.z > %.5f m",
       part, p[1], part, p[2], part, p[3] + 0.001, given.robot, p[3] + 0.04)}
-    steps[#steps + 1] = {step = "attach", object = part, link = "cloth"}
+    -- The only body of the cloth is its bar; it takes what stands anywhere on the bed.
+    steps[#steps + 1] = {step = "attach", object = part, link = "cloth", reach = length}
     steps[#steps + 1] = {step = "move", joints = {i * pitch}}
   end
   task.create{ name = name .. "_runs", steps = steps }

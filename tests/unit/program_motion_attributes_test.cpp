@@ -178,13 +178,15 @@ TEST_F(MotionAttributes, CornersAreNoFasterThanTheirMotions) {
     const char* more;
   };
   call("world.add_signal", {{"id", cell_}, {"name", "go"}});
+  int number = 0;
   for (const Case& c : {Case{"POSITION(400.0, 100.0, 300.0)", 30, 100, ""},
                         Case{"POSITION(400.0, 0.0, 400.0)", 30, 100, ""},
                         Case{"POSITION(400.0, 0.0, 400.0)", 30, 100, " C_SPEED := 100.0"},
                         Case{"POSITION(400.0, 0.0, 400.0)", 45, 60, ""},
                         Case{"POSITION(450.0, 70.0, 300.0)", 10, 100, ""}}) {
     SCOPED_TRACE(std::string(c.next) + c.more);
-    put("fast",
+    const std::string name = "corner" + std::to_string(++number);
+    put(name,
         "MOVE PTP POSE(POSITION(400.0, -100.0, 300.0), down);\n"
         "go := TRUE;\n"
         "MOVE LIN POSITION(400.0, 0.0, 300.0) SPEED := 100.0 C_CP := " +
@@ -192,7 +194,7 @@ TEST_F(MotionAttributes, CornersAreNoFasterThanTheirMotions) {
             " SPEED := " + std::to_string(c.speed) + ";\ngo := FALSE;\n",
         "SIGNAL OUTPUT BOOL: go AT 1;\n" + declared());
     const RecordingPtr r = run({{"sample_time", 0.002}});
-    call("world.remove_program", {{"id", cell_}, {"name", "fast"}});
+    call("world.remove_program", {{"id", cell_}, {"name", name}});
     ASSERT_TRUE(r);
     const auto places = tool(r);
     const auto& t = column(r, "time");

@@ -13,8 +13,8 @@ const model::Parametric& parametric(const CommandContext& ctx, AnyId id) {
   return *model::parametric_of(ctx.snapshot().find(id)->body);
 }
 /// The record of the argument `id`; an error if its kind has no parameters.
-Result<AnyId> parametric_given(const CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
+Result<AnyId> parametric_given(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const AnyId id, read_ref(ctx, "any", *args.find("id"), "id"));
   if (model::parametric_of(ctx.snapshot().find(id)->body)) return id;
   return error(ErrorCode::unsupported, name_in(ctx, id) + " has no parameters",
                "Records of this kind have plain numbers.");

@@ -192,9 +192,32 @@ TEST_P(SegmentConformance, BrokenInputIsRefused) {
   broken.points = GetParam().points;
   broken.points[0].p[0] = std::nan("");
   EXPECT_FALSE(is_made()) << "a point that is not a number";
-  if (!GetParam().is_made_by_points) return;
-  broken.points.assign(GetParam().points.size(), GetParam().points[0]);
-  EXPECT_FALSE(is_made()) << "all points the same";
+}
+
+// A segment to where it is may be refused; one that is made rests there, in whatever time it takes.
+TEST_P(SegmentConformance, PointsInOnePlaceAreRefusedOrRest) {
+  if (!GetParam().is_made_by_points) GTEST_SKIP() << "its parameters alone move it";
+  SegmentCase still = GetParam();
+  still.points.assign(GetParam().points.size(), GetParam().points[0]);
+  auto made = still.make ? still.make(still) : by_provider(still);
+  if (!made.ok()) {
+    EXPECT_FALSE(made.error().sentence().empty());
+    return;
+  }
+  const Segment& segment = **made;
+  ASSERT_TRUE(std::isfinite(segment.duration()));
+  EXPECT_GE(segment.duration(), 0);
+  EXPECT_NEAR(segment.length(), 0, 1e-12);
+  for (int i = 0; i <= 10; ++i) {
+    const double t = segment.duration() * i / 10;
+    PathSample s;
+    ASSERT_TRUE(segment.sample({&t, 1}, {&s, 1}).ok()) << "t = " << t;
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(s.pose.p[k], still.points[0].p[k], 1e-12);
+      EXPECT_NEAR(s.velocity[k], 0, 1e-12);
+      EXPECT_NEAR(s.acceleration[k], 0, 1e-12);
+    }
+  }
 }
 
 }  // namespace robomosp::conformance
