@@ -14,6 +14,7 @@
 #include "spatial/pose.h"
 #include "spatial/quintic.h"
 #include "spatial/rotation.h"
+#include "task/members.h"
 #include "task/task_executor.h"
 
 namespace robomosp::task {
@@ -400,7 +401,7 @@ Result<void> TaskExecutor::give_time(Following& f, std::size_t who, double t) {
     if (over <= kWithinLimits) break;
     f.end = f.path_begin = t + (f.end - t) * std::min(over, 4.0);
     if (f.end - t > kLongest) {
-      f.end = f.path_begin = before;  // a note tells the limit
+      f.end = f.path_begin = before;  // a note reports the limit
       break;
     }
   }
@@ -527,14 +528,7 @@ Result<std::optional<TaskExecutor::Following>> TaskExecutor::following_of(
   } else if (!has_target) {
     f.goal = step.joints;
     if (f.goal.empty()) {
-      const auto& poses = a.record->poses;
-      const auto pose = std::find_if(poses.begin(), poses.end(),
-                                     [&](const auto& p) { return p.name == step.pose; });
-      if (pose == poses.end())
-        return error(ErrorCode::unknown_name,
-                     "robot " + quote(a.placed->name) + " has no pose " + quote(step.pose),
-                     "robot.set_pose keeps one.");
-      f.goal = pose->q;
+      RMP_TRY_ASSIGN(f.goal, named_pose(*a.record, a.placed->name, step.pose));
     }
     if (f.goal.size() != a.start.size())
       return error(ErrorCode::invalid_argument,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Members of a world by name, or why there is none (layer: application, task).
+// Members of a world and poses of a robot by name, or why there is none (layer: application, task).
 #pragma once
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "kernel/text.h"
+#include "model/records.h"
 
 namespace robomosp::task {
 
@@ -25,6 +26,17 @@ template <class Index>
     hint = known.empty() ? "It has none." : "It has " + text::enumerate(known) + ".";
   return error(ErrorCode::unknown_name,
                "the world has no " + std::string(kind) + " " + text::quote(name), hint);
+}
+
+/// The joint values of a robot's named pose; `placed` is the robot's name in the world.
+[[nodiscard]] inline Result<std::vector<double>> named_pose(const model::Robot& robot,
+                                                            const std::string& placed,
+                                                            const std::string& name) {
+  for (const model::NamedPose& pose : robot.poses)
+    if (pose.name == name) return pose.q;
+  return error(ErrorCode::unknown_name,
+               "robot " + text::quote(placed) + " has no pose " + text::quote(name),
+               "robot.set_pose keeps one.");
 }
 
 }  // namespace robomosp::task

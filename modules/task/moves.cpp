@@ -10,6 +10,7 @@
 #include "sim/recording_columns.h"
 #include "spatial/pose.h"
 #include "task/lead.h"
+#include "task/members.h"
 #include "task/task_executor.h"
 
 namespace robomosp::task {
@@ -70,14 +71,8 @@ Result<model::Trajectory> TaskExecutor::trajectory_of(const model::TaskStep& ste
     } else if (!step.joints.empty()) {
       s.joints = {step.joints};
     } else {
-      const auto& poses = a.record->poses;
-      const auto pose = std::find_if(poses.begin(), poses.end(),
-                                     [&](const auto& p) { return p.name == step.pose; });
-      if (pose == poses.end())
-        return error(ErrorCode::unknown_name,
-                     "robot " + quote(a.placed->name) + " has no pose " + quote(step.pose),
-                     "robot.set_pose keeps one.");
-      s.joints = {pose->q};
+      RMP_TRY_ASSIGN(auto pose, named_pose(*a.record, a.placed->name, step.pose));
+      s.joints = {std::move(pose)};
     }
   }
   out.segments.push_back(std::move(s));

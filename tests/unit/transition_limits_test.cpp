@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transitions keep the limits of their neighbours and the hull of what they join, or a note tells
-// of it; motions to where the tool is are no error.
+// Transitions keep the limits of their neighbours and the hull of what they join, or a note reports
+// it; motions to where the tool is are no error.
 #include <array>
 #include <cmath>
 #include <numbers>

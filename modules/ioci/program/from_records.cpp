@@ -17,6 +17,7 @@
 #include "motion/segment.h"
 #include "spatial/passing.h"
 #include "spatial/pose.h"
+#include "task/members.h"
 #include "task/task_executor.h"
 
 namespace robomosp::ioci {
@@ -772,14 +773,7 @@ class TaskWriter {
     }
     std::vector<double> q = s.joints;
     if (q.empty()) {
-      const auto& poses = source_.arm().record->poses;
-      const auto pose =
-          std::find_if(poses.begin(), poses.end(), [&](const auto& p) { return p.name == s.pose; });
-      if (pose == poses.end())
-        return error(ErrorCode::unknown_name,
-                     "robot " + quote(source_.arm().name) + " has no pose " + quote(s.pose),
-                     "robot.set_pose keeps one.");
-      q = pose->q;
+      RMP_TRY_ASSIGN(q, task::named_pose(*source_.arm().record, source_.arm().name, s.pose));
     }
     RMP_TRY_ASSIGN(const std::string to, source_.joints(q));
     carry_out(s, out, "MOVE PTP " + to, attributes,
