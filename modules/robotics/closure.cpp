@@ -2,6 +2,7 @@
 #include "robotics/closure.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <random>
@@ -10,6 +11,7 @@
 
 #include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
+#include "spatial/loops.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -23,25 +25,23 @@ bool fixes(const LoopModel& loop, std::size_t direction) {
   return (loop.fixed >> direction & 1U) != 0;
 }
 
-/// Adds the six rows (linear, angular; axes of frame a, at frame b's origin) of the velocity of a
-/// point on `joint`, times `sign`.
-void add_velocity(const RobotModel& model, std::span<const Pose> frames, std::int32_t joint,
-                  const Pose& axes, const Vec3& point, double sign, Matrix& rows) {
+/// Adds the six rows of a loop for the motion of an end on `joint`, times `sign`.
+void add_end(const RobotModel& model, std::span<const Pose> frames, std::int32_t joint,
+             const spatial::LoopGap& gap, double sign, Matrix& rows) {
   for (std::int32_t j = joint; j >= 0; j = model.joints[static_cast<std::size_t>(j)].parent) {
     const JointModel& m = model.joints[static_cast<std::size_t>(j)];
     const Pose& own = frames[static_cast<std::size_t>(j)];
     const double factor = sign * (m.is_coupled() ? m.coupling.ratio : 1.0);
     Eigen::Index column = m.v_index;
-    const auto add = [&](const Vec3& v, Eigen::Index row) {
-      const Vec3 in_a = spatial::rotate_back(axes, v);
-      for (Eigen::Index k = 0; k < 3; ++k)
-        rows(row + k, column) += factor * in_a[static_cast<std::size_t>(k)];
+    const auto add = [&](const spatial::Screw& motion) {
+      const std::array<double, 6> rates = gap.rates(motion, true);
+      for (Eigen::Index k = 0; k < 6; ++k)
+        rows(k, column) += factor * rates[static_cast<std::size_t>(k)];
     };
-    const auto slide = [&](std::size_t k) { add(spatial::axis(own, k), 0); };
+    const auto slide = [&](std::size_t k) { add({{}, spatial::axis(own, k)}); };
     const auto turn = [&](std::size_t k) {
       const Vec3 z = spatial::axis(own, k);
-      add(spatial::cross(z, spatial::sub(point, own.p)), 0);
-      add(z, 3);
+      add({z, spatial::cross(own.p, z)});
     };
     if (m.type == JointType::revolute) turn(2);
     if (m.type == JointType::prismatic) slide(2);
@@ -50,19 +50,6 @@ void add_velocity(const RobotModel& model, std::span<const Pose> frames, std::in
     if (m.type == JointType::spherical || m.type == JointType::free)
       for (std::size_t k = 0; k < 3; ++k, ++column) turn(k);
   }
-}
-
-/// Inverse of the left Jacobian of the exponential map: the rate of a rotation vector is this times
-/// the angular velocity in the fixed axes. J. Sola et al., "A micro Lie theory" (2018), eq. 146.
-Eigen::Matrix3d log_rate(const Vec3& v) {
-  const double angle = spatial::norm(v);
-  Eigen::Matrix3d w;
-  w << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
-  // (1/angle^2)(1 - (angle/2) cot(angle/2)), by its series near zero.
-  double c = 1.0 / 12;
-  if (angle > 1e-3) c = (1 - 0.5 * angle / std::tan(0.5 * angle)) / (angle * angle);
-  else c += angle * angle / 720;
-  return Eigen::Matrix3d::Identity() - 0.5 * w + c * w * w;
 }
 
 /// Everything that closing needs again and again.
@@ -284,10 +271,9 @@ void loop_residual(const RobotModel& model, std::span<const Pose> joint_frames,
   for (const LoopModel& loop : model.loops) {
     const Pose a = carried(loop.joint_a, loop.in_a, joint_frames),
                b = carried(loop.joint_b, loop.in_b, joint_frames);
-    const Pose a_T_b = spatial::compose(spatial::inverse(a), b);
-    const Vec3 turn = spatial::rotation_log(a_T_b.R);
+    const spatial::LoopGap gap(a, b);
     for (std::size_t k = 0; k < 6; ++k)
-      if (fixes(loop, k)) residual[row++] = k < 3 ? a_T_b.p[k] : turn[k - 3];
+      if (fixes(loop, k)) residual[row++] = k < 3 ? gap.way[k] : gap.turn[k - 3];
   }
 }
 
@@ -299,12 +285,10 @@ void loop_jacobian(const RobotModel& model, std::span<const Pose> joint_frames,
   for (const LoopModel& loop : model.loops) {
     const Pose a = carried(loop.joint_a, loop.in_a, joint_frames),
                b = carried(loop.joint_b, loop.in_b, joint_frames);
-    // The velocity of b's origin as seen from a is that of b's body less that of a's body there.
+    const spatial::LoopGap gap(a, b);
     rows.setZero();
-    add_velocity(model, joint_frames, loop.joint_b, a, b.p, 1, rows);
-    add_velocity(model, joint_frames, loop.joint_a, a, b.p, -1, rows);
-    const Vec3 turn = spatial::rotation_log(spatial::compose(spatial::inverse(a), b).R);
-    rows.bottomRows<3>() = (log_rate(turn) * rows.bottomRows<3>()).eval();
+    add_end(model, joint_frames, loop.joint_b, gap, 1, rows);
+    add_end(model, joint_frames, loop.joint_a, gap, -1, rows);
     for (std::size_t k = 0; k < 6; ++k) {
       if (!fixes(loop, k)) continue;
       for (Eigen::Index v = 0; v < dof; ++v)

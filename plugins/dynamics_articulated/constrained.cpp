@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <string>
 
-#include "loops.h"
 #include "samples.h"
+#include "spatial/loops.h"
+#include "spatial/semidefinite.h"
 
 namespace robomosp::articulated {
 namespace {
@@ -79,7 +80,7 @@ Result<void> Constrained::one(const DynamicsBatch& batch, std::size_t sample, do
       for (std::size_t k = 0; k < n; ++k) sum += jacobian[i * n + k] * response[j * n + k];
       a[i * c + j] = a[j * c + i] = sum;
     }
-  solve_semidefinite(a, c, kRank, lambda.data(), rest.data());
+  solve_semidefinite(a, c, kRank, lambda, rest.data());
   for (std::size_t i = 0; i < c; ++i)
     for (std::size_t k = 0; k < n; ++k) qdd[k] += lambda[i] * response[i * n + k];
   if (forces) std::copy(lambda.begin(), lambda.end(), forces);

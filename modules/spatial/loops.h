@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Closed loops of a tree as constraints of its accelerations: J qdd + bias = 0 (layer: data
+// processing, spatial).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "spatial/body_tree.h"
+
+namespace robomosp::spatial {
+
+/// How frame b of a loop lies to frame a, and how that changes with the motion of either end.
+class LoopGap {
+ public:
+  /// Both in the base frame.
+  LoopGap(const Pose& a, const Pose& b);
+
+  Vec3 way{};   ///< from a to b, axes of a [m]
+  Vec3 turn{};  ///< rotation vector, axes of a [rad]
+
+  /// Rate of the rotation vector by an angular velocity u of b as seen from a (axes of a): the
+  /// inverse of the left Jacobian of SO(3) times u (J. Sola et al., "A micro Lie theory", 2018,
+  /// eq. 146).
+  [[nodiscard]] Vec3 turn_rate(const Vec3& u) const;
+  /// Rate of turn_rate(u) with u held, while the rotation vector changes by `rate`.
+  [[nodiscard]] Vec3 turn_rate_change(const Vec3& rate, const Vec3& u) const;
+  /// Rates of way and turn (`by_vector`), or the angular velocity in place of the latter, when b
+  /// has this motion (base frame); of a, the negative.
+  [[nodiscard]] std::array<double, 6> rates(const Screw& motion, bool by_vector) const;
+
+ private:
+  Pose a_;
+  Vec3 b_{};
+  double c_ = 0, slope_ = 0;  // inverse = 1 - [v]/2 + c [v]^2; slope = c'(t) / t, t = |v|
+};
+
+/// Fixed directions of all loops.
+[[nodiscard]] std::size_t loop_rows(const BodyTree& tree);
+
+/// Of a swept tree whose accelerations are those of the velocities alone (qdd = 0). Rows in order
+/// of LoopDirection, loop after loop, in the axes of frame a.
+struct LoopRows {
+  std::span<double> jacobian;  ///< rows * dof, row-major
+  std::span<double> bias;      ///< acceleration of the residual at qdd = 0
+  std::span<double> rate;      ///< of the residual
+  std::span<double> gap;       ///< the residual: way [m] and rotation vector [rad]
+};
+/// `base_velocity`, `base_acceleration` as in the sweep: what the base does, weight included,
+/// both ends of a loop do.
+void loop_constraints(const BodyTree& tree, std::span<const MovingBody> bodies,
+                      std::span<const Screw> columns, const TreeState& state, const LoopRows& out);
+
+}  // namespace robomosp::spatial
