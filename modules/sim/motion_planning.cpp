@@ -21,6 +21,7 @@
 #include "robotics/closure.h"
 #include "robotics/joint_sampler.h"
 #include "robotics/kinematics.h"
+#include "robotics/single_joints.h"
 #include "sim/joint_path.h"
 #include "sim/provider_answer.h"
 #include "sim/simulate.h"
@@ -210,12 +211,12 @@ class RobotSpace {
 
 Result<void> check(const CollisionRobot& robot, const PlanTask& task) {
   const RobotModel& m = *robot.model;
-  if (!m.is_simple() || !m.loops.empty() || m.dof() == 0)
-    return error(
-        ErrorCode::unsupported,
-        "its ways cannot be planned: it has loops or joints that are not of one coordinate "
-        "each",
-        "Plan for a robot of single joints.");
+  if (m.dof() == 0)
+    return error(ErrorCode::unsupported, "no way can be planned for it: it has no moving joints",
+                 "Plan for a robot with joints.");
+  if (const std::string why = robotics::why_not_single_joints(m); !why.empty())
+    return error(ErrorCode::unsupported, "no way can be planned for it yet: " + why,
+                 "Plan for a robot without followers, closed loops, ball and free joints.");
   if (!(task.clearance > 0) || !std::isfinite(task.clearance))
     return error(ErrorCode::invalid_argument, "the clearance is not above 0",
                  "Give a length such as 2 mm.");

@@ -16,6 +16,7 @@
 #include "motion/cartesian_path.h"
 #include "robotics/batch_kinematics.h"
 #include "robotics/home.h"
+#include "robotics/single_joints.h"
 #include "sim/loaded_runs.h"
 #include "sim/recording_columns.h"
 #include "sim/retime.h"
@@ -83,11 +84,12 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   RMP_TRY_ASSIGN(setup.model,
                  attached_model(sim, run.world, *robot, std::move(setup.model), progress));
   setup.world_T_base = spatial::compose(mounting, setup.model->base);
-  if (!setup.model->is_simple() || !setup.model->loops.empty())
-    return error(ErrorCode::unsupported,
-                 "it has loops or joints that are not of one coordinate each, and cannot follow a "
-                 "trajectory yet",
-                 "robot.close finds its closed configurations.", setup.task.where);
+  if (const std::string why = robotics::why_not_single_joints(*setup.model); !why.empty())
+    return error(ErrorCode::unsupported, why + ", and cannot follow a trajectory yet",
+                 setup.model->loops.empty()
+                     ? "Tasks and world.simulate_dynamics move it by its joint values."
+                     : "robot.close finds its closed configurations.",
+                 setup.task.where);
 
   const std::size_t dof = setup.model->dof();
   setup.task.start = robot->q.empty() ? robotics::home_joint_values(*robot_record) : robot->q;

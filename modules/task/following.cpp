@@ -9,6 +9,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/cartesian_path.h"
+#include "robotics/single_joints.h"
 #include "sim/joint_rates.h"
 #include "spatial/passing.h"
 #include "spatial/pose.h"
@@ -539,9 +540,9 @@ Result<std::optional<TaskExecutor::Following>> TaskExecutor::following_of(
   if (a.axes) {
     if (leaves || moves_after(f.to, t))
       return error(ErrorCode::unsupported,
-                   "robot " + quote(a.placed->name) +
-                       " has closed loops or joints that follow others, and cannot follow " +
-                       f.name + " yet",
+                   "robot " + quote(a.placed->name) + ": " +
+                       robotics::why_not_single_joints(*a.model) + ", and cannot follow " + f.name +
+                       " yet",
                    "Move it to joint values when the frame stands.");
     return std::optional<Following>{};
   }

@@ -7,6 +7,7 @@
 #include "model/placement.h"
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
+#include "robotics/single_joints.h"
 #include "sim/recording_columns.h"
 #include "spatial/pose.h"
 #include "task/lead.h"
@@ -87,9 +88,9 @@ Result<void> TaskExecutor::complete(const Actor& a, model::Trajectory& trajector
   for (model::TrajectorySegment& s : trajectory.segments) {
     if (s.joints.empty() || !s.points.empty() || s.stored)
       return error(ErrorCode::unsupported,
-                   "robot " + quote(a.placed->name) +
-                       " has closed loops or joints that follow others, and tasks cannot lead its "
-                       "tool to a pose or along a path yet",
+                   "robot " + quote(a.placed->name) + ": " +
+                       robotics::why_not_single_joints(*a.model) +
+                       ", and tasks cannot lead its tool to a pose or along a path yet",
                    "Move it to joint values or to a named pose.");
     for (std::vector<double>& q : s.joints) {
       if (q.size() != motors.size() || q.size() == now.size()) continue;
@@ -144,11 +145,16 @@ Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, st
                                                  const std::string& where, double t,
                                                  Progress& progress) {
   const Actor& a = actors_[who];
-  if (!can_move(a))
+  if (!can_move(a)) {
+    const auto several = std::find_if(
+        a.model->joints.begin(), a.model->joints.end(),
+        [](const JointModel& j) { return coordinate_count(j.type) != velocity_count(j.type); });
     return error(ErrorCode::unsupported,
-                 "robot " + quote(a.placed->name) +
-                     " has joints of several coordinates, which tasks cannot move yet",
+                 "robot " + quote(a.placed->name) + " has the " +
+                     (several->type == JointType::free ? "free joint " : "ball joint ") +
+                     quote(several->name) + ", and tasks move joints of one coordinate only",
                  "robot.simulate moves it by forces.");
+  }
   RMP_TRY_ASSIGN(const Grip tip, this->tip(who, step.link));
   Pose world_T_trajectory;
   RMP_TRY_ASSIGN(model::Trajectory trajectory, trajectory_of(step, a, tip, t, world_T_trajectory));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "robotics/single_joints.h"
 #include "task/program_cell.h"
 
 namespace robomosp::task {
@@ -101,12 +102,11 @@ Result<ProgramCell::Beginning> ProgramCell::beginning(const program::Motion& m) 
   const std::size_t who = out.use->actor;
   const TaskExecutor::Actor& robot = x_.actors_[who];
   const std::string& name = robot.placed->name;
-  if (!TaskExecutor::can_move(robot) || robot.axes)
+  if (const std::string why = robotics::why_not_single_joints(*robot.model); !why.empty())
     return error(ErrorCode::unsupported,
-                 "robot " + quote(name) +
-                     " has closed loops, joints that follow others or joints of several "
-                     "coordinates, which programs cannot move yet",
-                 "Move it by a task.");
+                 "robot " + quote(name) + ": " + why + ", and programs cannot move it yet",
+                 TaskExecutor::can_move(robot) ? "Move it by a task."
+                                               : "Move it by world.simulate_dynamics.");
   // Where and when it begins.
   if (m.after)
     if (const auto it = a_.open_.find(m.after); it != a_.open_.end() && it->second.actor == who)

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "kernel/text.h"
+#include "robotics/single_joints.h"
 #include "task/members.h"
 #include "task/program_actor.h"
 
@@ -222,11 +223,12 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
           return error(ErrorCode::unknown_name,
                        "robot " + quote(b.to) + " has no joint " + quote(b.joint),
                        "It has " + std::to_string(joints.size()) + ", counted from 1.", where);
-        if (!x.actors_[use.at].model->is_simple() || !TaskExecutor::can_move(x.actors_[use.at]))
-          return error(ErrorCode::unsupported,
-                       "robot " + quote(b.to) +
-                           " has joints that follow others, and cannot be an additional axis",
-                       "Bind another robot.", where);
+        if (const std::string why = robotics::why_not_single_joints(*x.actors_[use.at].model);
+            !why.empty())
+          return error(
+              ErrorCode::unsupported,
+              "robot " + quote(b.to) + ": " + why + ", and it cannot be an additional axis",
+              "Bind another robot.", where);
       }
       names->joints[static_cast<std::size_t>(*number)] = use;
       continue;

@@ -15,6 +15,7 @@
 #include "kernel/expression.h"
 #include "model/program.h"
 #include "motion/segment.h"
+#include "robotics/single_joints.h"
 #include "spatial/passing.h"
 #include "spatial/pose.h"
 #include "task/members.h"
@@ -50,12 +51,9 @@ Result<Arm> arm_of(CommandContext& ctx, const World& w, std::size_t which) {
                                                       spatial::rotate_back(mounting, w.gravity),
                                                       ctx.progress));
   a.base_T_world = spatial::inverse(spatial::compose(mounting, a.model->base));
-  if (a.model->dof() != a.model->coordinate_count() || !a.model->is_simple() ||
-      !a.model->loops.empty())
+  if (const std::string why = robotics::why_not_single_joints(*a.model); !why.empty())
     return error(ErrorCode::unsupported,
-                 "robot " + quote(a.name) +
-                     " has joints that follow others, close loops or have several coordinates, "
-                     "which programs do not know",
+                 "robot " + quote(a.name) + ": " + why + ", which programs do not know",
                  "Take another robot.");
   return a;
 }
