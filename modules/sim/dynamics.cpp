@@ -6,6 +6,7 @@
 
 #include "kernel/text.h"
 #include "robotics/closure.h"
+#include "sim/closed_dynamics.h"
 #include "sim/provider_answer.h"
 
 namespace robomosp::sim {
@@ -99,6 +100,13 @@ Result<std::vector<double>> regressor(const Bound<InverseDynamics>& dynamics, Dy
 Result<DynamicsDerivatives> derivatives(const Bound<InverseDynamics>& dynamics,
                                         const DynamicsBatch& given, Progress& progress) {
   const RobotModel& m = *dynamics.model;
+  // Changes of single joints would open the loops.
+  if (is_closed(*dynamics.solver))
+    return error(ErrorCode::unsupported,
+                 "derivatives of the torques of closed loops are not computed",
+                 "Take differences of robot.inverse_dynamics with close = true, or derivatives of "
+                 "the accelerations; tree = true gives those of the open tree.",
+                 robot_of(m));
   std::vector<double> scratch(dynamics.solver->scratch_size());
   DynamicsBatch batch = given;
   batch.scratch = scratch;

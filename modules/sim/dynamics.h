@@ -28,7 +28,7 @@ struct DynamicsDerivatives {
   std::vector<double> by_tau;  ///< of accelerations only
   bool numerical = false;      ///< central differences of order four, for want of a provider's own
 };
-/// Of the torques of the batch's terms.
+/// Of the torques of the batch's terms; refused with closed loops.
 Result<DynamicsDerivatives> derivatives(const Bound<InverseDynamics>&, const DynamicsBatch&,
                                         Progress&);
 /// Of the accelerations.

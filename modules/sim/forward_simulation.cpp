@@ -8,7 +8,9 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/provider_params.h"
+#include "robotics/closure.h"
 #include "robotics/kinematics.h"
+#include "sim/closed_dynamics.h"
 #include "sim/dynamics_choice.h"
 #include "sim/index.h"
 #include "sim/motion_reference.h"
@@ -223,8 +225,24 @@ class Simulation {
                               : !run_.q.empty()  ? run_.q
                                                  : placed_.q;
       RMP_TRY(check_size("the configuration to hold", q.size(), model().coordinate_count()));
+      RMP_TRY(close_held(q));
       reference_ = MotionReference(model(), std::move(q));
     }
+    return {};
+  }
+
+  /// Joints without motors go to where those with one put them.
+  Result<void> close_held(std::vector<double>& q) const {
+    if (model().loops.empty()) return {};
+    robotics::Closure c =
+        robotics::close_loops(model(), q, q, robotics::actuated_velocities(model()));
+    if (!c.is_closed)
+      return error(ErrorCode::invalid_argument,
+                   "loop " + text::quote(model().loops[c.worst_loop].name) + " is open by " +
+                       text::print_rounded(c.residual, 3) +
+                       " m or rad where the controller is to hold it",
+                   "Give joint values that close it, such as those of robot.close.");
+    q = std::move(c.q);
     return {};
   }
 
@@ -384,14 +402,16 @@ class Simulation {
     RMP_TRY_ASSIGN(auto forward,
                    bind_forward_dynamics(sim_.registry, placed_.model, forward_choice()));
     if (is_long_chain(sim_.registry, model(), forward_choice())) accelerated_by_ = forward.provider;
-    RMP_TRY_ASSIGN(inverse_, bind_inverse_dynamics(sim_.registry, placed_.model,
-                                                   placed_.record->inverse_dynamics));
+    // Energies of the tree are those of the closed mechanism.
+    RMP_TRY_ASSIGN(inverse_, bind_tree_dynamics(sim_.registry, placed_.model,
+                                                placed_.record->inverse_dynamics));
     RMP_TRY_ASSIGN(integrator_, bind_integrator(sim_.registry, placed_.model, run_.integrator));
     if (run_.is_controlled) {
       const auto& choice =
           run_.controller.name.empty() ? placed_.record->controller : run_.controller;
       RMP_TRY_ASSIGN(controller_,
-                     bind_controller(sim_.registry, placed_.model, inverse_, choice, progress));
+                     bind_controller(sim_.registry, placed_.model, placed_.record->inverse_dynamics,
+                                     choice, progress));
     }
     MechanismMotion motion(std::move(forward), std::move(options));
     if (!run_.tau.empty()) motion.set_torques(run_.tau);
@@ -649,18 +669,30 @@ Result<Bound<Solver>> bind_solver(const Registry& registry, std::shared_ptr<cons
 
 Result<Bound<Controller>> bind_controller(const Registry& registry,
                                           std::shared_ptr<const RobotModel> model,
-                                          const Bound<InverseDynamics>& dynamics,
+                                          const model::ProviderChoice& dynamics,
                                           const model::ProviderChoice& choice,
                                           const Progress& run) {
-  auto asked = std::make_shared<const StoppableDynamics>(dynamics.solver, run);
-  auto bound = bind_solver<Controller>(
-      registry, model, choice,
-      [&](Controller& c, const Params& params) { return c.prepare(*model, *asked, params); });
+  // What the controller is bound to lives as long as it does.
+  struct Kept {
+    std::shared_ptr<const RobotModel> seen;
+    std::shared_ptr<const StoppableDynamics> asked;
+    std::shared_ptr<Controller> controller;
+  };
+  const auto kept = std::make_shared<Kept>();
+  const bool is_closed = !model->loops.empty();
+  kept->seen = is_closed ? model_with_all_motors(*model) : model;
+  RMP_TRY_ASSIGN(const auto tree, bind_tree_dynamics(registry, kept->seen, dynamics));
+  kept->asked = std::make_shared<const StoppableDynamics>(tree.solver, run);
+  auto bound =
+      bind_solver<Controller>(registry, model, choice, [&](Controller& c, const Params& params) {
+        return c.prepare(*kept->seen, *kept->asked, params);
+      });
   if (!bound.ok()) return bound;
-  // What the controller was bound to lives as long as it does.
-  const auto both = std::make_shared<std::pair<decltype(asked), std::shared_ptr<Controller>>>(
-      std::move(asked), bound->solver);
-  bound->solver = std::shared_ptr<Controller>(both, both->second.get());
+  kept->controller = std::move(bound->solver);
+  if (is_closed) {
+    RMP_TRY_ASSIGN(kept->controller, close_controller(std::move(model), kept->controller));
+  }
+  bound->solver = std::shared_ptr<Controller>(kept, kept->controller.get());
   return bound;
 }
 Result<Bound<Integrator>> bind_integrator(const Registry& registry,

@@ -64,11 +64,13 @@ Result<recording::RecordingPtr> forward_dynamics(const Simulator& simulator, con
                                                  Progress& progress, RowSink* sink = nullptr,
                                                  const RunState* from = nullptr);
 
-/// Prepared providers of the two interfaces; `choice.name` empty = the default. What a controller
-/// asks stops with `run`, which outlives it.
+/// A prepared controller with the inverse dynamics that it asks, which stop with `run`; `run`
+/// outlives it. Of a mechanism with closed loops the controller sees the tree that is left where
+/// they are cut, with a motor at every joint, and what it asks of joints without motors is carried
+/// by the others (sim/closed_dynamics.h). `choice.name` empty = the default, of either.
 Result<Bound<Controller>> bind_controller(const Registry&, std::shared_ptr<const RobotModel>,
-                                          const Bound<InverseDynamics>& dynamics,
-                                          const model::ProviderChoice&, const Progress& run);
+                                          const model::ProviderChoice& dynamics,
+                                          const model::ProviderChoice& choice, const Progress& run);
 Result<Bound<Integrator>> bind_integrator(const Registry&, std::shared_ptr<const RobotModel>,
                                           const model::ProviderChoice&);
 

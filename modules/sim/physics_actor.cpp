@@ -7,11 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include <Eigen/Core>
-
 #include "kernel/text.h"
 #include "robotics/closure.h"
-#include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "sim/forward_simulation.h"
 #include "sim/index.h"
@@ -360,35 +357,7 @@ Result<void> PhysicsActor::control(double t, double step, MotionReference::Sampl
                          ": the motion has become unstable",
                      "Lower the gains or shorten the step.", "robot " + text::quote(placed->name));
   }
-  carry_passive_torques();
   return {};
-}
-
-/// Controllers see the tree. What they ask of joints without motors is carried by the motors
-/// through the loops: by virtual work tau_a += (d qd_p / d qd_a)^T tau_p (Nakamura and Ghodoussi,
-/// IEEE Trans. Robotics Automation 5 (1989) 294), that is tau_a -= J_a^T l with J_p^T l = tau_p.
-void PhysicsActor::carry_passive_torques() {
-  if (model->loops.empty()) return;
-  const std::vector<bool> held = robotics::actuated_velocities(*model);
-  const std::size_t rows = robotics::loop_rows(*model), n = model->dof();
-  const auto motors = static_cast<std::size_t>(std::count(held.begin(), held.end(), true));
-  if (motors == 0 || motors == n) return;
-  robotics::forward_kinematics(*model, q, now);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J(
-      static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(n));
-  robotics::loop_jacobian(*model, now, {J.data(), rows * n});
-  Eigen::MatrixXd passive(static_cast<Eigen::Index>(n - motors), static_cast<Eigen::Index>(rows));
-  Eigen::VectorXd asked(static_cast<Eigen::Index>(n - motors));
-  Eigen::Index at = 0;
-  for (std::size_t v = 0; v < n; ++v)
-    if (!held[v]) {
-      passive.row(at) = J.col(static_cast<Eigen::Index>(v)).transpose();
-      asked[at++] = tau[v];
-    }
-  const Eigen::VectorXd forces =
-      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(passive).solve(asked);
-  for (std::size_t v = 0; v < n; ++v)
-    tau[v] = held[v] ? tau[v] - J.col(static_cast<Eigen::Index>(v)).dot(forces) : 0;
 }
 
 Result<void> PhysicsActor::drive(double t, double end, double step, const std::string& provider,

@@ -86,7 +86,6 @@ struct PhysicsActor {
   std::vector<double> begin;            ///< q where the engine's world began
   std::vector<double> memory, scratch;  ///< of the controller
   std::vector<std::size_t> cut;         ///< ticks with a torque cut, one an entry of tau
-  Bound<InverseDynamics> inverse;
   Bound<Controller> controller;
   bool acts = false;
 
@@ -119,7 +118,6 @@ struct PhysicsActor {
 
  private:
   Result<void> control(double t, double step, MotionReference::Sample& wanted);
-  void carry_passive_torques();
 };
 
 }  // namespace robomosp::sim

@@ -170,17 +170,9 @@ Result<void> PhysicsSimulation::add_robots(Progress& progress) {
     if (a.settings.drive == RobotDrive::controlled) {
       const auto& choice =
           a.settings.controller.name.empty() ? a.record->controller : a.settings.controller;
-      // What it asks of joints without motors is carried by the others through the loops.
-      auto driven = a.model;
-      if (!a.model->loops.empty()) {
-        RobotModel all = *a.model;
-        for (JointModel& j : all.joints) j.passive = false;
-        driven = std::make_shared<const RobotModel>(std::move(all));
-      }
-      RMP_TRY_ASSIGN(a.inverse,
-                     bind_inverse_dynamics(sim_.registry, driven, a.record->inverse_dynamics));
-      RMP_TRY_ASSIGN(a.controller,
-                     bind_controller(sim_.registry, driven, a.inverse, choice, progress).in(where));
+      RMP_TRY_ASSIGN(a.controller, bind_controller(sim_.registry, a.model,
+                                                   a.record->inverse_dynamics, choice, progress)
+                                       .in(where));
       a.memory.assign(a.controller.solver->state_size(), 0.0);
       a.scratch.assign(a.controller.solver->scratch_size(), 0.0);
       if (before && before->memory.size() == a.memory.size()) a.memory = before->memory;

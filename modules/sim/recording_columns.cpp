@@ -16,6 +16,8 @@
 #include "model/placement.h"
 #include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
+#include "robotics/tip_motion.h"
+#include "sim/closed_dynamics.h"
 #include "sim/dynamics.h"
 #include "sim/joint_rates.h"
 #include "spatial/euler.h"
@@ -196,14 +198,25 @@ Result<std::vector<double>> add_power(Recording& out, std::size_t dof) {
   return total;
 }
 
+/// A note where the rows' loops were open.
+void note_closed(Recording& r, double gap) {
+  if (!(gap > 1e-9)) return;
+  const std::string note = "its loops were open by up to " + text::print_rounded(gap, 2) +
+                           " m or rad; forces and energies are those with the loops closed";
+  if (std::find(r.notes.begin(), r.notes.end(), note) == r.notes.end()) r.notes.push_back(note);
+}
+
 /// Calls `use(dynamics, batch)` for each stretch of rows in which the robot carries the same; the
-/// batch has q and qd, and qdd where it is given.
+/// batch has q and qd, and qdd where it is given. Closed loops are closed before.
 template <class Use>
-Result<void> each_load(const Recording& r, const Simulator& sim, const Actor& a,
-                       std::span<const double> qdd, Progress& progress, Use&& use) {
+Result<void> each_load(Recording& r, const Simulator& sim, const Actor& a, std::vector<double> qdd,
+                       Progress& progress, Use&& use) {
   const std::size_t n = a.model->dof(), nq = a.model->coordinate_count();
-  RMP_TRY_ASSIGN(const auto q, table(r, "q", nq));
-  RMP_TRY_ASSIGN(const auto qd, table(r, "qd", n));
+  RMP_TRY_ASSIGN(auto q, table(r, "q", nq));
+  RMP_TRY_ASSIGN(auto qd, table(r, "qd", n));
+  double gap = 0;
+  RMP_TRY_ASSIGN(gap, close_rows(*a.model, q, qd, qdd, progress));
+  note_closed(r, gap);
   const Column* const time = r.find("time");
   const std::vector<std::size_t> firsts = load_stretches(r, a.loads);
   for (std::size_t i = 0; i < firsts.size() && r.rows() > 0; ++i) {
@@ -216,14 +229,14 @@ Result<void> each_load(const Recording& r, const Simulator& sim, const Actor& a,
     batch.count = end - first;
     batch.q = std::span(q).subspan(first * nq, batch.count * nq);
     batch.qd = std::span(qd).subspan(first * n, batch.count * n);
-    if (!qdd.empty()) batch.qdd = qdd.subspan(first * n, batch.count * n);
+    if (!qdd.empty()) batch.qdd = std::span(qdd).subspan(first * n, batch.count * n);
     RMP_TRY(use(dynamics, batch));
   }
   return {};
 }
 
 /// The rows' torques with what is carried, n a row.
-Result<std::vector<double>> motor_torques(const Recording& r, const Simulator& sim, const Actor& a,
+Result<std::vector<double>> motor_torques(Recording& r, const Simulator& sim, const Actor& a,
                                           std::uint32_t terms, Progress& progress) {
   RMP_TRY_ASSIGN(const auto qdd, table(r, "qdd", a.model->dof()));
   std::vector<double> out;
@@ -241,11 +254,11 @@ Result<std::vector<double>> motor_torques(const Recording& r, const Simulator& s
 
 Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
   const std::size_t n = a.model->dof();
-  if (!a.model->loops.empty())
-    return error(ErrorCode::unsupported,
-                 "torques of mechanisms with closed loops cannot be computed",
-                 "robot.simulate records those that move it.");
   RMP_TRY_ASSIGN(const auto tau, motor_torques(out, sim, a, kAllTerms, progress));
+  if (const auto missing = missing_motor(*a.model, tau))
+    out.notes.push_back("its motors cannot do all of this motion: tau" +
+                        std::to_string(missing->entry + 1) +
+                        ", of a joint without motor, is what they lack");
   for (std::size_t k = 0; k < n; ++k) {
     const Column* rate = out.find("qd" + std::to_string(k + 1));
     Column c{"tau" + std::to_string(k + 1),
@@ -284,6 +297,7 @@ Result<void> add_energy(Recording& out, const Simulator& sim, const Actor& a, Pr
 struct ToolTable {
   std::vector<Pose> pose;        ///< in the world
   std::vector<double> jacobian;  ///< base axes, 6 * dof a row
+  std::vector<double> measure;   ///< of manipulability, with closed loops by the motors' rates
 };
 
 Result<ToolTable> tool_of(const Recording& r, const Actor& a) {
@@ -298,6 +312,9 @@ Result<ToolTable> tool_of(const Recording& r, const Actor& a) {
     out.pose.push_back(spatial::compose(a.world_T_base, robotics::tip_pose(m, 0, frames)));
     robotics::geometric_jacobian(m, 0, frames, robotics::JacobianFrame::base,
                                  std::span(out.jacobian).subspan(i * 6 * n, 6 * n));
+    out.measure.push_back(robotics::manipulability(
+        m.loops.empty() ? std::span<const double>(out.jacobian).subspan(i * 6 * n, 6 * n)
+                        : robotics::tip_motion(m, 0, frames).jacobian));
   }
   return out;
 }
@@ -397,12 +414,8 @@ Result<void> add_force(Recording& out, const Simulator& sim, const Actor& a, con
   return {};
 }
 
-void add_manipulability(Recording& out, std::size_t dof, const ToolTable& tool) {
-  Column c{"manipulability", "", "Yoshikawa's measure of the tool", {}};
-  for (std::size_t i = 0; i < out.rows(); ++i)
-    c.values.push_back(
-        robotics::manipulability(std::span(tool.jacobian).subspan(i * 6 * dof, 6 * dof)));
-  put(out, std::move(c));
+void add_manipulability(Recording& out, const ToolTable& tool) {
+  put(out, {"manipulability", "", "Yoshikawa's measure of the tool", tool.measure});
 }
 
 /// 0 in the middle between two limits, 1 at either, more beyond.
@@ -527,7 +540,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
     } else if (what == "force") {
       RMP_TRY(add_force(out, sim, *actor, *tool, progress));
     } else {
-      add_manipulability(out, dof, *tool);
+      add_manipulability(out, *tool);
     }
   }
   return std::make_shared<const Recording>(std::move(out));
@@ -566,6 +579,7 @@ Result<RecordingPtr> with_quantities_of(const Simulator& sim, const Recording& r
     c.name = prefix + c.name;
     put(out, std::move(c));
   }
+  for (const std::string& note : done->notes) out.notes.push_back(robot + ": " + note);
   return std::make_shared<const Recording>(std::move(out));
 }
 

@@ -12,6 +12,7 @@
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
 #include "sim/batches.h"
+#include "sim/closed_dynamics.h"
 #include "sim/dynamics_choice.h"
 #include "sim/ik_choice.h"
 #include "sim/provider_answer.h"
@@ -287,6 +288,14 @@ model::ProviderChoice ik_with_tag(const Registry& registry, const model::Provide
 Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry& registry,
                                                      std::shared_ptr<const RobotModel> model,
                                                      const model::ProviderChoice& choice) {
+  RMP_TRY_ASSIGN(auto bound, bind_tree_dynamics(registry, std::move(model), choice));
+  if (bound.model->loops.empty()) return bound;
+  RMP_TRY_ASSIGN(bound.solver, close_dynamics(bound.model, std::move(bound.solver)));
+  return bound;
+}
+Result<Bound<InverseDynamics>> bind_tree_dynamics(const Registry& registry,
+                                                  std::shared_ptr<const RobotModel> model,
+                                                  const model::ProviderChoice& choice) {
   return bind<InverseDynamics>(registry, std::move(model), choice);
 }
 

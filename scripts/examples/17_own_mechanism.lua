@@ -166,13 +166,14 @@ ioci.provide("robomosp.forward_dynamics/1", "multipliers_lua", {
     default = 20, min = 0 } },
   accelerations = function(model, q, qd, tau, params)
     local arm, w = robot(model.name), params.stabilisation
-    local M = arm:inertia{ q = q }
+    local M = arm:inertia{ q = q, tree = true }
     local mounted = {} -- gravity as the robot is mounted
     for r = 1, 3 do
       mounted[r] = 0
       for c = 1, 3 do mounted[r] = mounted[r] + model.base(r, c) * model.gravity[c] end
     end
-    local h = arm:inverse_dynamics{ q = q, qd = qd, terms = {"gravity", "velocity"}, gravity = mounted }
+    local h = arm:inverse_dynamics{ q = q, qd = qd, terms = {"gravity", "velocity"}, gravity = mounted,
+      tree = true }
     local function inverse_times(b)
       local a = {}
       for r = 1, model.dof do

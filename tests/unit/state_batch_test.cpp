@@ -14,6 +14,8 @@
 
 #include <robomosp/sdk/dynamics.h>
 
+#include "robotics/closure.h"
+#include "robotics/home.h"
 #include "support/library_robots.h"
 #include "support/lua_program.h"
 #include "support/seed.h"
@@ -25,7 +27,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class StateBatch : public test::LuaProgramTest {
  protected:
-  /// States of a robot: rows of joint values within their limits, and of rates.
+  /// States of a robot: rows of joint values within their limits (with closed loops near its home,
+  /// from where they close), and of rates.
   struct States {
     Value id;
     std::shared_ptr<const RobotModel> model;
@@ -42,6 +45,8 @@ class StateBatch : public test::LuaProgramTest {
     s.model = *app().derived.robot_model(*app().document.now(), RobotId{id->as_handle()->number},
                                          {0, 0, -9.81}, none);
     std::mt19937_64 random(test::seed() + 7);
+    const std::vector<double> home =
+        robotics::home_joint_values(*app().document.now()->get(RobotId{id->as_handle()->number}));
     const auto within = [&](double a, double b) {
       return std::uniform_real_distribution<double>(a, b)(random);
     };
@@ -61,6 +66,12 @@ class StateBatch : public test::LuaProgramTest {
           const bool is_bounded = std::isfinite(j.lower) && std::isfinite(j.upper);
           *own = is_bounded ? within(j.lower, j.upper) : within(-3, 3);
         }
+      }
+      if (!s.model->loops.empty()) {
+        q = home;
+        std::vector<double> step(s.model->dof());
+        for (double& x : step) x = within(-0.02, 0.02);
+        robotics::move_configuration(*s.model, step, q);
       }
       s.q.insert(s.q.end(), q.begin(), q.end());
       for (std::size_t k = 0; k < s.model->dof(); ++k) {
@@ -90,6 +101,7 @@ class StateBatch : public test::LuaProgramTest {
     if (command == "robot.inverse_dynamics") out.set("qd", of(s.qd)), out.set("qdd", of(s.u));
     if (command == "robot.forward_dynamics") out.set("qd", of(s.qd)), out.set("tau", of(s.u));
     if (command == "robot.fk") out.set("all", true);
+    if (!s.model->loops.empty() && command != "robot.jacobian") out.set("close", true);
     return out;
   }
   /// Row i of `all` is `one`, as far as numbers go.
@@ -272,6 +284,42 @@ for i = 1, 20 do
 end
 local qdd = bar:forward_dynamics{q = Q, close = true}
 for i = 1, 20 do assert((qdd[i] - bar:forward_dynamics{q = Q[i], close = true}):norm() < 1e-8) end)~");
+}
+
+TEST_F(StateBatch, TorquesOfClosedLoopsAreTheMotorsRowByRow) {
+  run(R"~(
+bar = robot "four_bar"
+local Q, QD, QDD = {}, {}, {}
+for i = 1, 20 do Q[i], QD[i], QDD[i] = {0.1 * i, -0.49, 1.72}, {1 + 0.1 * i, 0, 0}, {-2, 0, 0} end
+Q[1] = bar:poses().home
+for i = 2, 20 do Q[i] = bar:close{joints = {crank = 0.1 * i + 0.9}, q = Q[i - 1]}.q:table() end
+local tau = bar:inverse_dynamics{q = Q, qd = QD, qdd = QDD, close = true}
+local weight, m = bar:gravity_torques{q = Q}, bar:inertia{q = Q}
+for i = 1, 20 do
+  local one = {q = Q[i], qd = QD[i], qdd = QDD[i], close = true}
+  assert((tau[i] - bar:inverse_dynamics(one)):norm() < 1e-10)
+  assert(tau[i][2] == 0 and tau[i][3] == 0 and tau[i][1] ~= 0)
+  assert((weight[i] - bar:gravity_torques{q = Q[i]}):norm() < 1e-10)
+  assert(m[i][1] > 0 and m[i][5] == 0 and m[i][9] == 0)
+  local c = bar:constraint_forces(one)
+  assert(math.abs(c.tau[1] - tau[i][1]) < 1e-10 and math.abs(c.qdd[1] + 2) < 1e-8)
+  local back = bar:forward_dynamics{q = Q[i], qd = QD[i], tau = tau[i], close = true}
+  assert((back - c.qdd):norm() < 1e-8)
+end
+local function refused(call, ...)
+  local ok, e = pcall(call)
+  assert(not ok)
+  for _, part in ipairs{...} do assert(tostring(e):find(part, 1, true), tostring(e)) end
+end
+Q[7][2] = Q[7][2] + 0.01
+refused(function() bar:gravity_torques{q = Q} end, 'loop "pin" is open by', "row 7", "close = true")
+refused(function() bar:inertia{q = Q} end, "row 7")
+refused(function() bar:energy{q = Q[7]} end, 'loop "pin"')
+refused(function() bar:inverse_dynamics{q = Q[1], qd = {1, 0, 0}} end, "speeds pull the closed loops apart")
+refused(function() bar:dynamics_derivatives{q = Q[1]} end, "derivatives of the torques of closed loops")
+ioci.provide("robomosp.robot_code/1", "plain", {generate = function() return {} end})
+refused(function() bar:generate_code{folder = ".", parts = {"inertia"}, provider = "plain"} end, "closed loops", "plain")
+refused(function() bar:constraint_forces{q = Q[1], tau = {1, 0, 0}, qdd = {1, 0, 0}} end, "torques and accelerations"))~");
 }
 
 TEST_F(StateBatch, WhatIsWrongIsSaidWithItsRow) {

@@ -11,6 +11,7 @@
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
 #include "sim/batches.h"
+#include "sim/closed_dynamics.h"
 #include "sim/dynamics.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
@@ -27,7 +28,14 @@ struct Instant {
   std::size_t rows = 0;           ///< of the answer; 0 = one state was given, and one answer is
   std::vector<TipWrench> wrench;  ///< base axes; one for all states, or one each
   BaseMotion base;
+  sim::FollowedRates followed;
   DynamicsBatch batch;
+};
+
+/// What a command wants of the loops of its states.
+enum class Loops {
+  pulled,  ///< they may be open: the solver pulls them together, and accelerations are its answer
+  closed   ///< they and what moves them must keep them closed
 };
 
 Result<std::uint32_t> read_terms(const Value* given) {
@@ -163,8 +171,8 @@ Result<void> read_wrench(const Map& args, Instant& c, bool takes_rows) {
 }
 
 /// `takes_rows`: whether the command's answer can have a row a state.
-Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
-                          bool takes_rows = false) {
+Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c, Loops loops,
+                          std::uint32_t terms = 0, bool takes_rows = false) {
   const Robot& r = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(c.model, model_of(ctx, args));
   if (!takes_rows) RMP_TRY(refuse_rows(args, {"q", "qd", "qdd", "tau"}));
@@ -176,6 +184,7 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
   RMP_TRY_ASSIGN(c.tau, read_rates(args, "tau", r, *c.model));
   RMP_TRY_ASSIGN(c.rows, share_rows({&c.q, &c.qd, &c.qdd, &c.tau}));
   RMP_TRY_ASSIGN(c.batch.terms, read_terms(args.find("terms")));
+  if (terms != 0) c.batch.terms = terms;
   RMP_TRY_ASSIGN(c.batch.tip_index, read_tip(*c.model, args));
   RMP_TRY(read_wrench(args, c, takes_rows));
   c.batch.count = std::max<std::size_t>(1, c.rows);
@@ -193,7 +202,41 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
               in_base("base_angular_acceleration")};
     c.batch.base = std::span(&c.base, 1);
   }
+  const bool follows = flag(args, "close"), of_tree = flag(args, "tree");
+  if (follows && of_tree)
+    return error(ErrorCode::invalid_argument,
+                 "loops are to be closed and to be left out of account",
+                 "Give close = true or tree = true.", "tree");
+  if (of_tree) return {};
+  if (loops != Loops::closed && !follows) return {};
+  const std::uint32_t asked = c.batch.terms;
+  if (loops == Loops::pulled) c.batch.terms &= ~static_cast<std::uint32_t>(kInertialTerm);
+  RMP_TRY(sim::check_loops(
+      *c.model, c.batch, follows ? &c.followed : nullptr,
+      [&c](std::size_t row) { return in_row(c.q, row); }, ctx.progress));
+  c.batch.terms = asked;
   return {};
+}
+
+/// Says when joints without motors are left with forces that the motors cannot give.
+void report_missing_motor(CommandContext& ctx, const RobotModel& m, std::span<const double> tau) {
+  const auto missing = sim::missing_motor(m, tau);
+  if (!missing) return;
+  for (const JointModel& j : m.joints) {
+    if (j.is_coupled() || !j.passive) continue;
+    const auto first = static_cast<std::size_t>(j.v_index);
+    if (missing->entry < first ||
+        missing->entry >= first + static_cast<std::size_t>(velocity_count(j.type)))
+      continue;
+    ctx.app.messages.post(Severity::warning, "missing_motor",
+                          "robot " + text::quote(m.name) +
+                              ": its motors do not hold every motion that its loops allow; what "
+                              "they lack is in the entries of joints without motors, " +
+                              text::print_rounded(missing->force, 4) + " at joint " +
+                              text::quote(j.name) + ".",
+                          "ioci");
+    return;
+  }
 }
 
 /// The solver asked for, else the robot's own; closed loops need one that knows them.
@@ -209,6 +252,7 @@ Result<model::ProviderChoice> forward_choice(CommandContext& ctx, const Map& arg
 Result<sim::Bound<InverseDynamics>> inverse_solver(CommandContext& ctx, const Map& args,
                                                    const Instant& c) {
   RMP_TRY_ASSIGN(const auto choice, inverse_choice(ctx, args));
+  if (flag(args, "tree")) return sim::bind_tree_dynamics(ctx.app.registry, c.model, choice);
   return ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.model, choice);
 }
 Result<sim::Bound<ForwardDynamics>> forward_solver(CommandContext& ctx, const Map& args,
@@ -248,30 +292,33 @@ Result<Value> answered(const Instant& c, std::size_t rows, std::size_t cols, std
                          : rows_of(room, rows, cols, std::move(unit)));
 }
 
+Result<Value> torques_of(CommandContext& ctx, const Map& args, const Instant& c) {
+  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  return answered(c, 0, c.model->dof(), torque_unit(*c.model),
+                  [&](std::span<double> out) -> Result<void> {
+                    RMP_TRY(sim::torques(bound, c.batch, out, ctx.progress));
+                    if (!flag(args, "tree")) report_missing_motor(ctx, *c.model, out);
+                    return {};
+                  });
+}
+
 Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c, true));
-  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  RMP_TRY(read_instant(ctx, args, c, Loops::closed, 0, true));
   report_no_mass(ctx, *c.model, Severity::warning, without_mass(c));
-  return answered(c, 0, c.model->dof(), torque_unit(*c.model), [&](std::span<double> out) {
-    return sim::torques(bound, c.batch, out, ctx.progress);
-  });
+  return torques_of(ctx, args, c);
 }
 
 Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c, true));
-  c.batch.terms = kGravityTerm;
-  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  RMP_TRY(read_instant(ctx, args, c, Loops::closed, kGravityTerm, true));
   report_no_mass(ctx, *c.model, Severity::warning, ", so its torques are zero");
-  return answered(c, 0, c.model->dof(), torque_unit(*c.model), [&](std::span<double> out) {
-    return sim::torques(bound, c.batch, out, ctx.progress);
-  });
+  return torques_of(ctx, args, c);
 }
 
 Result<Value> inertia(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c, true));
+  RMP_TRY(read_instant(ctx, args, c, Loops::closed, 0, true));
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
   const std::size_t n = c.model->dof();
   return answered(c, n, n, "", [&](std::span<double> out) {
@@ -281,7 +328,7 @@ Result<Value> inertia(CommandContext& ctx, const Map& args) {
 
 Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c, true));
+  RMP_TRY(read_instant(ctx, args, c, Loops::pulled, 0, true));
   RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
   return answered(c, 0, c.model->dof(), "", [&](std::span<double> out) {
     return sim::accelerations(bound, c.batch, out, ctx.progress);
@@ -289,7 +336,8 @@ Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
 }
 
 Result<Energy> energy_of(CommandContext& ctx, const Map& args, Instant& c) {
-  RMP_TRY(read_instant(ctx, args, c));
+  // Accelerations are no part of energies.
+  RMP_TRY(read_instant(ctx, args, c, Loops::closed, kGravityTerm | kSpringTerm));
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
   RMP_TRY_ASSIGN(const auto out, sim::energies(bound, c.batch, ctx.progress));
   return out.front();
@@ -317,11 +365,14 @@ Result<Value> momentum(CommandContext& ctx, const Map& args) {
 
 Result<Value> dynamics_derivatives(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY(read_instant(ctx, args, c, Loops::pulled));
   const std::size_t n = c.model->dof();
   const auto matrix = [&](std::vector<double> v) { return NumericArray(std::move(v), n, n); };
   Map out;
   if (text_of(args, "of") == "accelerations") {
+    if (flag(args, "tree"))
+      return error(ErrorCode::invalid_argument, "accelerations are those of the closed mechanism",
+                   "Leave tree out, or ask for the derivatives of torques.", "tree");
     RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
     RMP_TRY_ASSIGN(auto d, sim::derivatives(bound, c.batch, ctx.progress));
     out.set("by_q", matrix(std::move(d.by_q)));
@@ -342,8 +393,7 @@ Result<Value> dynamics_derivatives(CommandContext& ctx, const Map& args) {
 
 Result<Value> regressor(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c));
-  c.batch.terms = kGravityTerm | kInertialTerm | kVelocityTerm;
+  RMP_TRY(read_instant(ctx, args, c, Loops::closed, kGravityTerm | kInertialTerm | kVelocityTerm));
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
   RMP_TRY_ASSIGN(auto y, sim::regressor(bound, c.batch, ctx.progress));
   std::vector<double> parameters;
@@ -358,11 +408,26 @@ Result<Value> regressor(CommandContext& ctx, const Map& args) {
 
 Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c));
+  const bool of_motion = has(args, "qdd");
+  if (of_motion && has(args, "tau"))
+    return error(ErrorCode::invalid_argument, "torques and accelerations are given",
+                 "Give tau, or the motion's qdd, for which the motors' torques are found.", "qdd");
+  RMP_TRY(read_instant(ctx, args, c, of_motion ? Loops::closed : Loops::pulled));
   if (c.model->loops.empty())
     return error(ErrorCode::invalid_argument,
                  "it has no closed loops, which the forces would be of", "Add one: robot.add_loop.",
                  "robot " + text::quote(c.model->name));
+  std::vector<double> tau(c.batch.tau.begin(), c.batch.tau.end());
+  tau.resize(c.model->dof());
+  if (of_motion) {
+    RMP_TRY_ASSIGN(const auto inverse,
+                   ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.model,
+                                                    content<Robot>(ctx, args).inverse_dynamics));
+    RMP_TRY_ASSIGN(tau, sim::torques(inverse, c.batch, ctx.progress));
+    report_missing_motor(ctx, *c.model, tau);
+    c.batch.tau = tau;
+    c.batch.qdd = {};
+  }
   RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
   RMP_TRY_ASSIGN(auto motion, sim::constrained(bound, c.batch, ctx.progress));
   std::vector<Pose> frames(c.model->joints.size());
@@ -388,6 +453,7 @@ Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
   out.set("loops", std::move(loops));
   out.set("q", NumericArray(std::vector<double>(c.q.values().begin(), c.q.values().end())));
   out.set("qdd", NumericArray(std::move(motion.qdd)));
+  out.set("tau", NumericArray(std::move(tau)));
   out.set("provider", bound.provider);
   return Value(std::move(out));
 }
@@ -434,6 +500,9 @@ RMP_COMMANDS(robot_dynamics_commands) {
   const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros when left out.");
   const ParamSpec qdd =
       optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
+  const ParamSpec qdd_of_motion =
+      optional("qdd", "any", "rad/s^2 or m/s^2",
+               "Joint accelerations of a motion whose forces are wanted, instead of tau.");
   const ParamSpec tau =
       optional("tau", "any", "N m or N", "Joint torques and forces; zeros when left out.");
   const ParamSpec force =
@@ -463,7 +532,11 @@ RMP_COMMANDS(robot_dynamics_commands) {
   const ParamSpec close =
       defaulted("close", "bool", "", false,
                 "First closes the loops: joints without motors move to where those with motors, as "
-                "given, put them.");
+                "given, put them, and their speeds and accelerations follow.");
+  const ParamSpec tree =
+      defaulted("tree", "bool", "", false,
+                "Of the tree that is left where closed loops are cut, with forces at all its "
+                "joints; loops may be open.");
   const ParamSpec provider = optional(
       "provider", "any", "",
       "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
@@ -474,15 +547,18 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .summary = "Gives the joint torques and forces for a motion.",
        .details =
            "The sum of the terms gravity, inertial, velocity, friction, external and spring, or of "
-           "those asked for. The wrench at the tip is what acts on the robot. Closed loops are not "
-           "looked at: the torques are those of the tree. A joint no faster than 1e-9 rad/s or m/s "
+           "those asked for. The wrench at the tip is what acts on the robot. With closed loops "
+           "the torques are those of the motors that move the closed mechanism, of more motors "
+           "than needed the least ones; joints without motors have 0. q, qd and qdd keep the loops "
+           "closed, or are made so by `close`. robot.constraint_forces gives the forces in the "
+           "loops for the same motion. A joint no faster than 1e-9 rad/s or m/s "
            "rests: what static friction holds of its torque is not known, and none is counted. " +
            rows_details,
        .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
                            "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
        .params = {self("robot"), q_rows, with_rows(qd), with_rows(qdd), terms, gravity,
                   wrench_rows(force), wrench_rows(moment), provider, tip, base_a, base_w, base_wd,
-                  tip_axes},
+                  tip_axes, close, tree},
        .returns = {"array", "N m or N", "One value a velocity; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = inverse_dynamics});
@@ -490,9 +566,9 @@ RMP_COMMANDS(robot_dynamics_commands) {
       {.name = "robot.gravity_torques",
        .classic = "",
        .summary = "Gives the joint torques and forces that hold the robot still.",
-       .details = rows_details,
+       .details = "With closed loops those of the motors. " + rows_details,
        .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
-       .params = {self("robot"), q_rows, gravity, provider},
+       .params = {self("robot"), q_rows, gravity, provider, close, tree},
        .returns = {"array", "N m or N", "One value a velocity; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = gravity_torques});
@@ -500,11 +576,13 @@ RMP_COMMANDS(robot_dynamics_commands) {
       {.name = "robot.inertia",
        .classic = "",
        .summary = "Gives the joint-space inertia matrix, motors included.",
-       .details = "Of a matrix of states each row of the answer is one matrix, row after row: "
+       .details = "With closed loops the one that the motors feel, with zeros for joints without "
+                  "motors: rates that keep the loops closed have the same kinetic energy. Of a "
+                  "matrix of states each row of the answer is one matrix, row after row: "
                   "m[i]:reshape(n, n).",
        .example = with_arm(
            "local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
-       .params = {self("robot"), q_rows, provider},
+       .params = {self("robot"), q_rows, provider, close, tree},
        .returns =
            {"matrix", "", "Velocities x velocities, symmetric; of a batch a row a state.", {}},
        .effect = Effect::reads,
@@ -539,7 +617,7 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .example = with_arm("local e = arm:energy{q = \"ready\", qd = {1, 0, 0, 0, 0, 0}}\nlocal m "
                            "= arm:inertia{q = \"ready\"}\nassert(math.abs(e.kinetic - m[1][1] / 2) "
                            "< 1e-12)"),
-       .params = {self("robot"), q, qd, gravity, provider},
+       .params = {self("robot"), q, qd, gravity, provider, close, tree},
        .returns = {"map",
                    "",
                    "",
@@ -554,7 +632,7 @@ RMP_COMMANDS(robot_dynamics_commands) {
                  .details = "In the axes of the frame the robot is mounted in, about its origin.",
                  .example = with_arm("local p = arm:momentum{q = \"ready\", qd = {0, 0, 0, 0, 0, "
                                      "0}}\nassert(p.linear[1] == 0 and p.com[3] > 0)"),
-                 .params = {self("robot"), q, qd, provider},
+                 .params = {self("robot"), q, qd, provider, close, tree},
                  .returns = {"map",
                              "",
                              "",
@@ -569,7 +647,8 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .summary = "Gives the partial derivatives of torques or accelerations by the state.",
        .details = "Row = what changes, column = by what. For ball and free joints \"by q\" is by "
                   "small turns and ways along the moving frame. Solvers that compute none are "
-                  "differentiated: central differences of order four.",
+                  "differentiated: central differences of order four. With closed loops there are "
+                  "those of accelerations, and with `tree` those of the open tree's torques.",
        .example =
            with_arm("local d = arm:dynamics_derivatives{q = \"ready\"}\nlocal m = arm:inertia{q = "
                     "\"ready\"}\nassert(d.by_qdd[2][3] == m[2][3] and not d.numerical)\nlocal f = "
@@ -581,7 +660,8 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .params = {self("robot"), q, qd, qdd, tau,
                   choice("of", {"torques", "accelerations"},
                          "Of the inverse dynamics at qdd, or of the forward dynamics at tau."),
-                  terms, gravity, force, moment, provider, tip, base_a, base_w, base_wd, tip_axes},
+                  terms, gravity, force, moment, provider, tip, base_a, base_w, base_wd, tip_axes,
+                  tree},
        .returns = {"map",
                    "",
                    "",
@@ -596,14 +676,17 @@ RMP_COMMANDS(robot_dynamics_commands) {
       {.name = "robot.regressor",
        .classic = "",
        .summary = "Gives the matrix that masses and inertias are multiplied with to give torques.",
-       .details = "tau = Y pi for gravity, inertial and velocity terms without motors: what is "
-                  "fitted to measured torques to identify a robot. Ten parameters a joint: m, m x, "
-                  "m y, m z, then Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the joint frame's origin.",
+       .details =
+           "tau = Y pi for gravity, inertial and velocity terms without motors: what is "
+           "fitted to measured torques to identify a robot. Ten parameters a joint: m, m x, "
+           "m y, m z, then Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the joint frame's origin. With "
+           "closed loops tau is that of the motors.",
        .example = with_arm(
            "local y = arm:regressor{q = \"ready\"}\nlocal tau = arm:gravity_torques{q = "
            "\"ready\"}\nlocal sum = 0\nfor k = 1, #y.parameters do sum = sum + y.matrix[2][k] * "
            "y.parameters[k] end\nassert(math.abs(sum - tau[2]) < 1e-10)"),
-       .params = {self("robot"), q, qd, qdd, gravity, provider, base_a, base_w, base_wd},
+       .params = {self("robot"), q, qd, qdd, gravity, provider, base_a, base_w, base_wd, close,
+                  tree},
        .returns = {"map",
                    "",
                    "",
@@ -615,14 +698,16 @@ RMP_COMMANDS(robot_dynamics_commands) {
       {.name = "robot.constraint_forces",
        .classic = "",
        .summary = "Gives the forces that keep closed loops together, and the accelerations.",
-       .details = "By Lagrange's multipliers. A loop's force and moment act on its frame b, in the "
-                  "axes of frame a; with one turn fixed alone, the moment is what works on that "
-                  "turn. Loops that hold more than is needed share their forces.",
+       .details =
+           "By Lagrange's multipliers. A loop's force and moment act on its frame b, in the "
+           "axes of frame a; with one turn fixed alone, the moment is what works on that "
+           "turn. Loops that hold more than is needed share their forces. With qdd instead of tau "
+           "the motors' torques for that motion are found first (robot.inverse_dynamics).",
        .example = with_linkage(
            "local c = bar:constraint_forces{q = \"home\", gravity = {0, -9.81, 0}, close = "
            "true}\nassert(#c.loops == 1 and math.abs(c.loops[1].gap[1]) < 1e-9)"),
-       .params = {self("robot"), q, qd, tau, gravity, force, moment, provider, terms, tip, base_a,
-                  base_w, base_wd, close, tip_axes},
+       .params = {self("robot"), q, qd, tau, qdd_of_motion, gravity, force, moment, provider, terms,
+                  tip, base_a, base_w, base_wd, close, tip_axes},
        .returns = {"map",
                    "",
                    "",
@@ -631,6 +716,7 @@ RMP_COMMANDS(robot_dynamics_commands) {
                           "and turn [rad]."),
                     field("q", "real[]", "rad or m", "The joint values, closed if asked for."),
                     field("qdd", "real[]", "rad/s^2 or m/s^2", "The accelerations."),
+                    field("tau", "real[]", "N m or N", "The torques, as given or for qdd."),
                     field("provider", "string", "", "The solver.")}},
        .effect = Effect::reads,
        .run = constraint_forces});

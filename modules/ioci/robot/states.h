@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "ioci/core/commands.h"
+#include "sim/for_samples.h"
 #include "spatial/parallel.h"
 
 namespace robomosp::ioci {
@@ -79,12 +80,12 @@ inline constexpr double kNanosecondsToClose = 2e4;
 [[nodiscard]] NumericArray rows_of(std::shared_ptr<double[]> room, std::size_t rows,
                                    std::size_t cols, std::string unit = {}, std::size_t first = 0);
 
-/// Calls work(first, last, thread) for parts of `count` states, on as many threads as so many
-/// states of `nanoseconds` each are worth, looking at `progress` between them. The error is that of
-/// the first state that has one. `thread` is below spatial::cores().
-[[nodiscard]] Result<void> for_states(
+/// sim::for_samples() under the name of its arguments here.
+[[nodiscard]] inline Result<void> for_states(
     std::size_t count, double nanoseconds, Progress& progress,
     const std::function<Result<void>(std::size_t first, std::size_t last, std::size_t thread)>&
-        work);
+        work) {
+  return sim::for_samples(count, nanoseconds, progress, work);
+}
 
 }  // namespace robomosp::ioci
