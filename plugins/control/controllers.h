@@ -7,6 +7,7 @@
 #include <robomosp/sdk/controller.h>
 
 #include "gains.h"
+#include "spatial/body_tree.h"
 
 namespace robomosp::control {
 
@@ -63,6 +64,9 @@ class JointPid final : public Controller {
 /// The tip 0 is driven as a unit mass: tau = J^T L (a - Jd qd) + h + (1 - J^T Jbar^T) tau_0 with
 /// L = (J M^-1 J^T)^-1 and Jbar = M^-1 J^T L; tau_0 keeps the posture where the tip leaves room
 /// (Khatib, IEEE J. Robotics and Automation 3, 1987). Near a singular configuration L is damped.
+/// Closed loops, with rows A qdd + b = 0, leave the joints the mobility
+/// M^-1 - M^-1 A^T (A M^-1 A^T)^-1 A M^-1 in place of M^-1 and the acceleration
+/// -M^-1 A^T (A M^-1 A^T)^-1 b, whatever the torques are.
 class OperationalSpace final : public Controller {
  public:
   Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
@@ -73,7 +77,15 @@ class OperationalSpace final : public Controller {
                        std::span<double> tau) const override;
 
  private:
+  /// Takes what the loops hold out of rows of M^-1 J^T (`rows_` of dof() each) with the Cholesky
+  /// factor of M, and gives the acceleration that the loops cause by themselves.
+  void hold_loops(const ControlInput& in, std::span<const double> factored,
+                  std::span<double> mobility, std::span<double> held,
+                  std::span<double> scratch) const;
+
   Plant plant_;
+  spatial::BodyTree tree_;  ///< with loops only
+  std::size_t loop_rows_ = 0;
   double kp_ = 0, kd_ = 0, posture_kp_ = 0, posture_kd_ = 0;
   std::size_t rows_ = 6;  ///< of the task: position and rotation, or position
   bool overcomes_friction_ = true;

@@ -4,8 +4,10 @@
 #include <limits>
 
 #include "controllers.h"
+#include "spatial/loops.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
+#include "spatial/semidefinite.h"
 #include "tip_motion.h"
 
 namespace robomosp::control {
@@ -41,6 +43,16 @@ void solve(std::span<const double> l, std::size_t n, double* x) {
   }
 }
 
+/// Directions of loops weaker than this part are implied by others. A tip with less than this part
+/// of the greatest mobility (of the tree, and of position or rotation alike) does not move that way.
+constexpr double kLostDirection = 1e-10;
+
+/// Doubles that the loops of a mechanism take, `rows` of the tip beside them.
+std::size_t loop_scratch(const spatial::BodyTree& tree, std::size_t c, std::size_t rows) {
+  if (c == 0) return 0;
+  return spatial::tree_scratch(tree) + 2 * c * tree.velocities + 3 * c * c + (rows + 1) * c + 8 * c;
+}
+
 double dot(const double* a, const double* b, std::size_t n) {
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i) sum += a[i] * b[i];
@@ -52,6 +64,11 @@ double dot(const double* a, const double* b, std::size_t n) {
 Result<void> OperationalSpace::prepare(const RobotModel& model, const InverseDynamics& dynamics,
                                        const Params& params) {
   RMP_TRY_ASSIGN(plant_, make_plant(model, dynamics));
+  loop_rows_ = 0;
+  if (!model.loops.empty()) {
+    RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
+    loop_rows_ = spatial::loop_rows(tree_);
+  }
   if (model.tips.empty() || model.tips.front().joint < 0)
     return error(ErrorCode::invalid_argument, "its first tip does not move",
                  "Put the tool on a link that a joint moves.", "robot \"" + model.name + "\"");
@@ -68,9 +85,46 @@ Result<void> OperationalSpace::prepare(const RobotModel& model, const InverseDyn
 
 std::size_t OperationalSpace::scratch_size() const {
   const std::size_t n = plant_.dof();
-  // Two Jacobians, M^-1 J^T, M, two joint vectors, the tip's motion, the dynamics' own.
-  return 18 * n + n * n + 2 * n + tip_motion_scratch(*plant_.model) +
-         plant_.dynamics->scratch_size();
+  // Two Jacobians, M^-1 J^T, M, three joint vectors, the tip's motion; then either the loops' or
+  // the dynamics' own.
+  return 18 * n + n * n + 3 * n + tip_motion_scratch(*plant_.model) +
+         std::max(loop_scratch(tree_, loop_rows_, rows_), plant_.dynamics->scratch_size());
+}
+
+void OperationalSpace::hold_loops(const ControlInput& in, std::span<const double> factored,
+                                  std::span<double> mobility, std::span<double> held,
+                                  std::span<double> scratch) const {
+  const std::size_t n = plant_.dof(), c = loop_rows_, sides = rows_ + 1;
+  const spatial::TreeScratch s = spatial::take_scratch(tree_, scratch.data());
+  double* at = s.rest;
+  const auto take = [&at](std::size_t size) {
+    const std::span<double> part(at, size);
+    at += size;
+    return part;
+  };
+  const auto jacobian = take(c * n), response = take(c * n), a = take(c * c),
+             lambda = take(sides * c), bias = take(c), rate = take(c), gap = take(c),
+             rest = take(2 * c * c + 5 * c);
+  spatial::TreeState state;
+  state.q = in.q.data(), state.qd = in.qd.data();
+  spatial::sweep(tree_, state, s.bodies, s.columns);
+  spatial::loop_constraints(tree_, s.bodies, s.columns, state, {jacobian, bias, rate, gap});
+  std::copy(jacobian.begin(), jacobian.end(), response.begin());
+  for (std::size_t i = 0; i < c; ++i) solve(factored, n, &response[i * n]);
+  for (std::size_t i = 0; i < c; ++i) {
+    for (std::size_t k = 0; k <= i; ++k)
+      a[i * c + k] = a[k * c + i] = dot(&jacobian[i * n], &response[k * n], n);
+    for (std::size_t r = 0; r < rows_; ++r)
+      lambda[r * c + i] = dot(&jacobian[i * n], &mobility[r * n], n);
+    lambda[rows_ * c + i] = bias[i];
+  }
+  spatial::solve_semidefinite(a, c, kLostDirection, lambda, rest.data());
+  std::fill(held.begin(), held.end(), 0.0);
+  for (std::size_t r = 0; r < sides; ++r) {
+    double* row = r < rows_ ? &mobility[r * n] : held.data();
+    for (std::size_t i = 0; i < c; ++i)
+      for (std::size_t k = 0; k < n; ++k) row[k] -= lambda[r * c + i] * response[i * n + k];
+  }
 }
 
 Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double> state,
@@ -84,7 +138,7 @@ Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double>
     return out;
   };
   const auto jacobian = take(6 * n), wanted_jacobian = take(6 * n), mobility = take(6 * n),
-             m = take(n * n), posture = take(n), solved = take(n),
+             m = take(n * n), posture = take(n), solved = take(n), held = take(n),
              tip_scratch = take(tip_motion_scratch(model));
   const TipMotion is = tip_motion(model, in.q, in.qd, jacobian, tip_scratch);
 
@@ -131,18 +185,28 @@ Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double>
     for (std::size_t j = 0; j < n; ++j) row[j] = jacobian[6 * j + k];
     solve(m, n, row);
   }
+  const auto along = [&](std::size_t r, const double* rates) {
+    double sum = 0;
+    for (std::size_t j = 0; j < n; ++j) sum += jacobian[6 * j + r] * rates[j];
+    return sum;
+  };
+  std::array<double, 2> least{};  // mobility that counts as none, of position and of rotation
+  for (std::size_t k = 0; k < rows; ++k)
+    least[k / 3] = std::max(least[k / 3], kLostDirection * along(k, &mobility[k * n]));
+  if (loop_rows_ > 0) {
+    hold_loops(in, m, mobility, held, scratch);
+    for (std::size_t k = 0; k < rows; ++k) force[k] -= along(k, held.data());
+  }
   std::array<double, 6> scale{};
   for (std::size_t k = 0; k < rows; ++k) {
-    double sum = 0;
-    for (std::size_t j = 0; j < n; ++j) sum += jacobian[6 * j + k] * mobility[k * n + j];
-    scale[k] = sum > 0 ? 1 / std::sqrt(sum) : 0;  // 0: the tip never moves that way
+    const double sum = along(k, &mobility[k * n]);
+    scale[k] = sum > least[k / 3] ? 1 / std::sqrt(sum) : 0;  // 0: the tip never moves that way
   }
   std::array<double, 36> unit{};
   for (std::size_t r = 0; r < rows; ++r)
     for (std::size_t c = 0; c < rows; ++c) {
-      double sum = 0;
-      for (std::size_t j = 0; j < n; ++j) sum += jacobian[6 * j + r] * mobility[c * n + j];
-      unit[r * rows + c] = r == c ? (sum > 0 ? 1 : 0) : sum * scale[r] * scale[c];
+      const double sum = along(r, &mobility[c * n]);
+      unit[r * rows + c] = r == c ? (scale[r] > 0 ? 1 : 0) : sum * scale[r] * scale[c];
     }
   inverse = unit;
   const std::span<double> l(inverse.data(), rows * rows);
