@@ -2,11 +2,12 @@
 #include "emit.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <span>
 #include <unordered_map>
 #include <utility>
+
+#include "c_text.h"
 
 namespace robomosp::robot_code {
 namespace {
@@ -20,14 +21,6 @@ constexpr std::size_t kMostSideBySide = 8'000;
 
 /// Binding strength of a piece of C text.
 enum Strength { kSum = 1, kProduct = 2, kUnary = 3, kAtom = 4 };
-std::string literal(double v) {
-  char buffer[40];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, v).ptr;
-  std::string s(buffer, end);
-  if (s.find_first_of(".en") == std::string::npos) s += ".0";
-  return s;
-}
-
 const char* array_name(std::uint32_t array) {
   static const char* const kNames[kArrays] = {"q", "qd", "qdd", "tau"};
   return kNames[array];
@@ -242,7 +235,7 @@ class Body {
     const NodeData& n = f_.graph[i];
     Part& t = text_[i];
     switch (n.operation) {
-      case Operation::constant: t = {literal(n.value), n.value < 0 ? kUnary : kAtom}; break;
+      case Operation::constant: t = {c_literal(n.value), n.value < 0 ? kUnary : kAtom}; break;
       case Operation::input:
         t.text = std::string(array_name(n.a)) + "[" + std::to_string(n.b) + "]" + index_;
         t.arrays = 1U << n.a;
@@ -506,7 +499,7 @@ std::string near_limit(const RobotModel& m) {
   double steepest = 1;
   for (const JointModel& j : m.joints)
     if (j.is_coupled()) steepest = std::max(steepest, std::fabs(j.coupling.ratio));
-  return literal(std::floor(9e4 / steepest));
+  return c_literal(std::floor(9e4 / steepest));
 }
 
 std::string with_name(std::string text, const std::string& name, const std::string& limit) {
@@ -563,21 +556,40 @@ std::string body_output(const Function& f) { return f.ending == Ending::none ? f
 
 /// The calls of the loops that make the result of "part". `block`: of samples side by side.
 std::string ending_calls(const std::string& name, const Function& f, bool block) {
-  const std::string kind = block ? "_block" : "";
-  if (f.ending == Ending::none) return "";
-  if (f.ending == Ending::inertia)
-    return "  " + name + "_fill_inertia" + kind + "(part, " + f.output + ");\n";
-  const std::string rows = std::to_string(f.columns.rows()),
-                    lanes = block ? "[" + upper(name) + "_LANES]" : "",
-                    forces = std::to_string(f.outputs.size() - f.columns.rows());
-  std::string s = "  double m[" + rows + " * " + rows + "]" + lanes + ";\n  " + name +
-                  "_fill_inertia" + kind + "(part, m);\n  for (size_t k = 0; k < " + rows +
-                  "; ++k)";
-  if (block)
-    s += "\n    for (size_t l = 0; l < " + upper(name) + "_LANES; ++l) " + f.output +
-         "[k][l] = part[" + forces + " + k][l];\n";
-  else s += " " + f.output + "[k] = part[" + forces + " + k];\n";
-  return s + "  " + name + "_solve" + kind + "(m, " + f.output + ");\n";
+  const std::string kind = block ? "_block" : "", rows = std::to_string(f.columns.rows());
+  const auto part = [](std::size_t first) { return "part + " + std::to_string(first); };
+  const bool moves = f.ending == Ending::closed_accelerations;
+  const std::size_t loops =
+      is_closed(f.ending) ? f.outputs.size() - closed_numbers(f.loops, f.columns.rows(), moves)
+                          : f.outputs.size();
+  const auto take = [&](std::size_t first) {
+    std::string s = "  for (size_t k = 0; k < " + rows + "; ++k)";
+    if (block)
+      return s + "\n    for (size_t l = 0; l < " + upper(name) + "_LANES; ++l) " + f.output +
+             "[k][l] = part[" + std::to_string(first) + " + k][l];\n";
+    return s + " " + f.output + "[k] = part[" + std::to_string(first) + " + k];\n";
+  };
+  const auto fill = [&](const std::string& m) {
+    return "  " + name + "_fill_inertia" + kind + "(part, " + m + ");\n";
+  };
+  const std::string lanes = block ? "[" + upper(name) + "_LANES]" : "";
+  const std::string matrix = "  double m[" + rows + " * " + rows + "]" + lanes + ";\n";
+  switch (f.ending) {
+    case Ending::none: return "";
+    case Ending::inertia: return fill(f.output);
+    case Ending::accelerations:
+      return matrix + fill("m") + take(loops - f.columns.rows()) + "  " + name + "_solve" + kind +
+             "(m, " + f.output + ");\n";
+    case Ending::motor_forces:
+      return take(0) + "  " + name + "_to_motors(" + part(loops) + ", " + f.output + ", 1);\n";
+    case Ending::motor_inertia:
+      return fill(f.output) + "  " + name + "_inertia_to_motors(" + part(loops) + ", " + f.output +
+             ");\n";
+    case Ending::closed_accelerations:
+      return matrix + fill("m") + take(loops - f.columns.rows()) + "  " + name +
+             "_closed_accelerations(" + part(loops) + ", m, " + f.output + ");\n";
+  }
+  return "";
 }
 
 std::string single(const RobotModel& m, const std::string& name, const Function& f) {
@@ -597,7 +609,7 @@ std::string single(const RobotModel& m, const std::string& name, const Function&
 
 /// Whether batches are computed for several samples side by side.
 bool is_side_by_side(const Function& f) {
-  return operation_count(f) <= kMostSideBySide &&
+  return !is_closed(f.ending) && operation_count(f) <= kMostSideBySide &&
          (f.ending == Ending::none || f.columns.rows() <= kMostRowsSideBySide);
 }
 
@@ -662,11 +674,22 @@ std::vector<CodeFile> write_files(const RobotModel& model, const std::string& na
                        ".h\"\n\n#include <math.h>\n\n" +
                        with_name(kSinCos, name, near_limit(model));
   const Columns* columns = nullptr;
+  const Function* closed = nullptr;
   EndingUses uses;
+  ClosedUses closed_uses;
+  double stabilization = 0;
   bool in_pieces = false;
   for (const Function& f : functions) {
     in_pieces = in_pieces || is_in_pieces(f);
-    if (f.ending == Ending::none) continue;
+    if (is_closed(f.ending)) {
+      closed = &f;
+      const bool accelerates = f.ending == Ending::closed_accelerations;
+      if (accelerates) stabilization = f.stabilization;
+      closed_uses.accelerations = closed_uses.accelerations || accelerates;
+      closed_uses.forces = closed_uses.forces || !accelerates;
+      closed_uses.inertia = closed_uses.inertia || f.ending == Ending::motor_inertia;
+    }
+    if (!fills_inertia(f.ending)) continue;
     columns = &f.columns;
     const bool solves = f.ending == Ending::accelerations, block = is_side_by_side(f);
     uses.solve = uses.solve || solves;
@@ -675,6 +698,8 @@ std::vector<CodeFile> write_files(const RobotModel& model, const std::string& na
   }
   if (in_pieces) source += with_name(kApart, name, "");
   if (columns) source += ending_text(name, upper(name) + "_LANES", *columns, uses);
+  if (closed)
+    source += closed_text(name, closed->loops, closed->columns.rows(), closed_uses, stabilization);
   for (const Function& f : functions) source += single(model, name, f) + batch(model, name, f);
   return {{name + ".h", header(model, name, functions)}, {name + ".c", std::move(source)}};
 }

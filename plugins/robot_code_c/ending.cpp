@@ -2,7 +2,8 @@
 #include "ending.h"
 
 #include <array>
-#include <charconv>
+
+#include "c_text.h"
 
 namespace robomosp::robot_code {
 namespace {
@@ -58,29 +59,6 @@ void solve_in_place(std::vector<double>& m, std::vector<double>& x) {
     x[k] /= m[k * n + k];
     for (std::size_t i = 0; i < k; ++i) x[k] -= m[k * n + i] * x[i];
   }
-}
-
-std::string shortest_text(double v) {
-  char buffer[40];
-  std::string s(buffer, std::to_chars(buffer, buffer + sizeof buffer, v).ptr);
-  return s.find_first_of(".en") == std::string::npos ? s + ".0" : s;
-}
-std::string shortest_text(std::size_t v) { return std::to_string(v); }
-std::string shortest_text(std::int32_t v) { return std::to_string(v); }
-
-template <class T>
-std::string table(const std::string& type, const std::string& name, const std::vector<T>& values) {
-  constexpr std::size_t kWidth = 96;
-  std::string s = "static const " + type + " " + name + "[" + std::to_string(values.size()) +
-                  "] = {",
-              line;
-  for (const T& v : values) {
-    const std::string word = shortest_text(v) + ",";
-    if (line.size() + word.size() + 3 > kWidth) s += "\n  " + line, line.clear();
-    line += (line.empty() ? "" : " ") + word;
-  }
-  line.pop_back();
-  return s + "\n  " + line + "};\n";
 }
 
 constexpr const char* kFill = R"(
@@ -215,12 +193,6 @@ static void NAME_solve_block(double (*restrict m)[LANES], double (*restrict x)[L
 }
 )";
 
-std::string replaced(std::string s, const std::string& key, const std::string& by) {
-  for (std::size_t at = 0; (at = s.find(key, at)) != std::string::npos; at += by.size())
-    s.replace(at, key.size(), by);
-  return s;
-}
-
 }  // namespace
 
 Columns columns_of(const RobotModel& model) {
@@ -245,7 +217,8 @@ Columns columns_of(const RobotModel& model) {
 }
 
 std::size_t ending_width(Ending ending, const Columns& c) {
-  return ending == Ending::inertia ? c.rows() * c.rows() : c.rows();
+  const bool is_matrix = ending == Ending::inertia || ending == Ending::motor_inertia;
+  return is_matrix ? c.rows() * c.rows() : c.rows();
 }
 
 std::vector<double> run_ending(Ending ending, const Columns& c, std::span<const double> parts) {
@@ -264,12 +237,12 @@ std::string ending_text(const std::string& name, const std::string& lanes, const
       "\n/* Joints and the columns of their motion, one a velocity: parent joint, first "
       "column, row of the\n * matrix, component of force and moment, ratio of a "
       "follower; then what motors add. */\n";
-  s += table("int", name + "_parent", c.parent);
-  s += table("size_t", name + "_first", c.first);
-  s += table("size_t", name + "_velocity", c.velocity);
-  s += table("size_t", name + "_component", c.component);
-  s += table("double", name + "_ratio", c.ratio);
-  s += table("double", name + "_motor", c.motor);
+  s += c_table("int", name + "_parent", c.parent);
+  s += c_table("size_t", name + "_first", c.first);
+  s += c_table("size_t", name + "_velocity", c.velocity);
+  s += c_table("size_t", name + "_component", c.component);
+  s += c_table("double", name + "_ratio", c.ratio);
+  s += c_table("double", name + "_motor", c.motor);
   std::string loops = kFill;
   if (uses.solve) loops += kSolve;
   if (uses.fill_block) loops += kFillBlock;

@@ -15,8 +15,20 @@
 
 namespace robomosp::robot_code {
 
-/// What the loops compute.
-enum class Ending : std::uint8_t { none, inertia, accelerations };
+/// What the loops compute; of mechanisms with closed loops (closed_ending.h) the last three.
+enum class Ending : std::uint8_t {
+  none,
+  inertia,
+  accelerations,
+  motor_forces,
+  motor_inertia,
+  closed_accelerations
+};
+[[nodiscard]] constexpr bool is_closed(Ending e) { return e >= Ending::motor_forces; }
+/// Whether `<name>_fill_inertia` is called.
+[[nodiscard]] constexpr bool fills_inertia(Ending e) {
+  return e != Ending::none && e != Ending::motor_forces;
+}
 
 /// Joints and the columns of their motion, one a velocity, as tables for the loops.
 struct Columns {
@@ -41,8 +53,8 @@ inline constexpr std::size_t kPlacementNumbers = 12, kWrenchNumbers = 6;
 /// Length of the result: rows() * rows() or rows().
 [[nodiscard]] std::size_t ending_width(Ending ending, const Columns& c);
 
-/// The loops carried out. `parts`: placements of all joints, wrenches of all columns and, for
-/// accelerations, the forces of all rows.
+/// The loops carried out, not those of closed mechanisms. `parts`: placements of all joints,
+/// wrenches of all columns and, for accelerations, the forces of all rows.
 [[nodiscard]] std::vector<double> run_ending(Ending ending, const Columns& c,
                                              std::span<const double> parts);
 

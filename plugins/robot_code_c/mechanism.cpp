@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mechanism.h"
 
+#include <bit>
 #include <cmath>
 
 #include "spatial/body_tree.h"
@@ -588,7 +589,241 @@ Function forward_dynamics_written_out(const RobotModel& model) {
   return f;
 }
 
+// Closed loops.
+
+ClosedLoops closed_loops(const RobotModel& m) {
+  ClosedLoops out;
+  for (const LoopModel& l : m.loops)
+    out.rows += index(std::popcount(l.fixed & static_cast<std::uint32_t>(kLoopWeld)));
+  std::vector<bool> has_motor(m.dof(), true);
+  for (const JointModel& j : m.joints)
+    if (!j.is_coupled() && j.passive)
+      for (std::int32_t k = 0; k < velocity_count(j.type); ++k)
+        has_motor[index(j.v_index + k)] = false;
+  for (std::size_t v = 0; v < has_motor.size(); ++v)
+    (has_motor[v] ? out.motors : out.passive).push_back(v);
+  return out;
+}
+
+/// One end of a loop, in motion with all accelerations at zero; base axes.
+struct LoopEnd {
+  Global frame;
+  std::vector<std::size_t> joints;  ///< that move it and not the other end, from the base on
+  Vector v, w, a, wd;
+};
+
+/// Joints from the base to `joint`.
+std::vector<std::size_t> chain_to(const RobotModel& m, std::int32_t joint) {
+  std::vector<std::size_t> out;
+  for (; joint >= 0; joint = m.joints[index(joint)].parent) out.push_back(index(joint));
+  return {out.rbegin(), out.rend()};
+}
+
+/// What moves both ends alike does not change how they lie to each other: it counts as at rest.
+void move_end(Builder& b, const std::vector<Global>& at, LoopEnd& end) {
+  Vector from;
+  for (const std::size_t i : end.joints) {
+    const JointModel& j = b.joint(i);
+    const Vector r = i == end.joints.front() ? Vector{} : at[i].p - from;
+    const Vector up = end.w;
+    end.v = end.v + cross(up, r);
+    end.a = end.a + cross(end.wd, r) + cross(up, cross(up, r));
+    const auto of_axes = [&](std::int32_t first) {
+      return at[i].R *
+             Vector{b.rate(j, kQd, first), b.rate(j, kQd, first + 1), b.rate(j, kQd, first + 2)};
+    };
+    const auto along_z = [&] {
+      return b.rate(j, kQd) * Vector{at[i].R[2], at[i].R[5], at[i].R[8]};
+    };
+    const auto turn = [&](const Vector& u) {
+      end.wd = end.wd + cross(up, u);
+      end.w = up + u;
+    };
+    switch (j.type) {
+      case JointType::prismatic: {
+        const Vector u = along_z();
+        end.v = end.v + u;
+        end.a = end.a + Number(2) * cross(up, u);
+        break;
+      }
+      case JointType::revolute: turn(along_z()); break;
+      case JointType::spherical: turn(of_axes(0)); break;
+      case JointType::free: {
+        // Velocities are given in the moving frame, so they turn with it.
+        const Vector u = of_axes(0), w = of_axes(3);
+        end.v = end.v + u;
+        end.a = end.a + cross(up, u) + cross(up + w, u);
+        turn(w);
+        break;
+      }
+    }
+    from = at[i].p;
+  }
+  if (end.joints.empty()) return;
+  const Vector r = end.frame.p - from;
+  end.v = end.v + cross(end.w, r);
+  end.a = end.a + cross(end.wd, r) + cross(end.w, cross(end.w, r));
+}
+
+/// Rows of the loops as in spatial/loops.h, what the ending takes of them: the Jacobian row by row,
+/// the gaps (of turns as half of R - R^T, which is the rotation vector when nearly closed) and,
+/// with `moves`, the drift and the rates.
+std::vector<Number> loop_numbers(Builder& b, bool moves) {
+  const RobotModel& m = b.model();
+  const std::size_t n = m.dof();
+  const std::vector<Global> at = globals(b);
+  std::vector<Number> jacobian, gaps, drift, rates;
+  for (const LoopModel& l : m.loops) {
+    const auto end_of = [&](std::int32_t joint, const Pose& in) {
+      LoopEnd end;
+      const Global local{constants(in.R), constants(in.p)};
+      end.joints = chain_to(m, joint);
+      end.frame = local;
+      if (joint >= 0) {
+        const Global& up = at[index(joint)];
+        end.frame = {up.R * local.R, up.p + up.R * local.p};
+      }
+      return end;
+    };
+    LoopEnd a = end_of(l.joint_a, l.in_a), c = end_of(l.joint_b, l.in_b);
+    while (!a.joints.empty() && !c.joints.empty() && a.joints.front() == c.joints.front()) {
+      a.joints.erase(a.joints.begin());
+      c.joints.erase(c.joints.begin());
+    }
+    const Matrix back = transposed(a.frame.R);
+    std::vector<Number> rows(6 * n);
+    const auto add_end = [&](const LoopEnd& end, double sign) {
+      for (const std::size_t i : end.joints) {
+        const JointModel& j = m.joints[i];
+        for (std::int32_t k = 0; k < velocity_count(j.type); ++k) {
+          const bool slides =
+              j.type == JointType::prismatic || (j.type == JointType::free && k < 3);
+          const std::size_t x = velocity_count(j.type) == 1 ? 2 : static_cast<std::size_t>(k % 3);
+          const Vector axis{at[i].R[x], at[i].R[3 + x], at[i].R[6 + x]};
+          const Vector moved = back * (slides ? axis : cross(axis, c.frame.p - at[i].p));
+          const Vector turned = slides ? Vector{} : back * axis;
+          const Number r = Number(sign) * Builder::ratio(j);
+          for (std::size_t d = 0; d < 6; ++d)
+            rows[d * n + index(j.v_index + k)] += r * (d < 3 ? moved[d] : turned[d - 3]);
+        }
+      }
+    };
+    add_end(c, 1);
+    add_end(a, -1);
+    const Vector way = back * (c.frame.p - a.frame.p);
+    const Matrix R = back * c.frame.R;
+    const Number half(0.5);
+    const Vector turn{half * (R[7] - R[5]), half * (R[2] - R[6]), half * (R[3] - R[1])};
+    Vector v, u, acceleration, ud;
+    if (moves) {
+      move_end(b, at, a);
+      move_end(b, at, c);
+      const Vector wa = back * a.w;
+      v = back * (c.v - a.v) - cross(wa, way);
+      u = back * (c.w - a.w);
+      acceleration = back * (c.a - a.a) - (cross(back * a.wd, way) + Number(2) * cross(wa, v) +
+                                           cross(wa, cross(wa, way)));
+      ud = back * (c.wd - a.wd) - cross(wa, u);
+    }
+    for (std::size_t d = 0; d < 6; ++d) {
+      if (!(l.fixed >> d & 1U)) continue;
+      jacobian.insert(jacobian.end(), rows.begin() + static_cast<std::ptrdiff_t>(d * n),
+                      rows.begin() + static_cast<std::ptrdiff_t>((d + 1) * n));
+      gaps.push_back(d < 3 ? way[d] : turn[d - 3]);
+      drift.push_back(d < 3 ? acceleration[d] : ud[d - 3]);
+      rates.push_back(d < 3 ? v[d] : u[d - 3]);
+    }
+  }
+  jacobian.insert(jacobian.end(), gaps.begin(), gaps.end());
+  if (!moves) return jacobian;
+  jacobian.insert(jacobian.end(), drift.begin(), drift.end());
+  jacobian.insert(jacobian.end(), rates.begin(), rates.end());
+  return jacobian;
+}
+
+void append(std::vector<Number>& to, const std::vector<Number>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+/// Accelerations need a tree whose every joint moves some inertia.
+Result<void> check_inertia(const RobotModel& model) {
+  const auto row = singular_row(model);
+  if (row < 0) return {};
+  std::string joint;
+  for (const JointModel& j : model.joints)
+    if (!j.is_coupled() && j.v_index <= row) joint = j.name;
+  return error(ErrorCode::invalid_argument,
+               "its inertia matrix is singular: joint \"" + joint + "\" moves no inertia",
+               "Give the links beyond it a mass, or the joint a motor inertia.",
+               "robot \"" + model.name + "\"");
+}
+
 }  // namespace
+
+Result<void> check_loops(const RobotModel& model) {
+  for (const LoopModel& l : model.loops)
+    if (std::popcount(l.fixed & (kLoopRotX | kLoopRotY | kLoopRotZ)) == 1)
+      return error(
+          ErrorCode::unsupported,
+          "its loop \"" + l.name + "\" holds one turn alone, whose equation is not written as code",
+          "Leave inverse_dynamics, inertia and forward_dynamics out of the parts.",
+          "robot \"" + model.name + "\"");
+  return {};
+}
+
+Function closed_inverse_dynamics(const RobotModel& model) {
+  Function f = named("inverse_dynamics",
+                     "Forces of the motors of the closed mechanism, by gravity, inertia, velocity, "
+                     "friction, springs and motors [N m or N], for joint values, rates and "
+                     "accelerations that keep its loops closed. Entries of joints without motors "
+                     "are what no motor can give.",
+                     {kQ, kQd, kQdd}, "tau");
+  f.ending = Ending::motor_forces;
+  f.columns = columns_of(model);
+  f.loops = closed_loops(model);
+  Builder b(model, f.graph);
+  auto out = newton_euler(b, constants(model.gravity), false);
+  add_joint_parts(b, out, false);
+  append(out, loop_numbers(b, false));
+  set_outputs(f, out);
+  return f;
+}
+
+Function closed_inertia(const RobotModel& model) {
+  Function f = named("inertia",
+                     "Inertia matrix that the motors of the closed mechanism feel, row by row, for "
+                     "joint values that close its loops.",
+                     {kQ}, "m");
+  f.ending = Ending::motor_inertia;
+  f.columns = columns_of(model);
+  f.loops = closed_loops(model);
+  Builder b(model, f.graph);
+  auto out = inertia_parts(b);
+  append(out, loop_numbers(b, false));
+  set_outputs(f, out);
+  return f;
+}
+
+Result<Function> closed_forward_dynamics(const RobotModel& model, double stabilization) {
+  Function f = named("forward_dynamics",
+                     "Joint accelerations of the closed mechanism under joint forces tau, gravity, "
+                     "friction and springs; gaps of its loops are closed.",
+                     {kQ, kQd, kTau}, "qdd");
+  f.ending = Ending::closed_accelerations;
+  f.columns = columns_of(model);
+  f.loops = closed_loops(model);
+  f.stabilization = stabilization;
+  {
+    Builder b(model, f.graph);
+    auto out = inertia_parts(b);
+    append(out, accelerating_forces(b));
+    append(out, loop_numbers(b, true));
+    set_outputs(f, out);
+  }
+  RMP_TRY(check_size(f, model));
+  RMP_TRY(check_inertia(model));
+  return f;
+}
 
 Result<Function> forward_dynamics(const RobotModel& model) {
   Function f = forward_dynamics_start();
@@ -603,15 +838,7 @@ Result<Function> forward_dynamics(const RobotModel& model) {
   }
   // Before the matrix of a robot that is refused is factorized.
   RMP_TRY(check_size(f, model));
-  if (const auto row = singular_row(model); row >= 0) {
-    std::string joint;
-    for (const JointModel& j : model.joints)
-      if (!j.is_coupled() && j.v_index <= row) joint = j.name;
-    return error(ErrorCode::invalid_argument,
-                 "its inertia matrix is singular: joint \"" + joint + "\" moves no inertia",
-                 "Give the links beyond it a mass, or the joint a motor inertia.",
-                 "robot \"" + model.name + "\"");
-  }
+  RMP_TRY(check_inertia(model));
   if (model.dof() <= kMostVelocitiesWrittenOut)
     if (Function whole = forward_dynamics_written_out(model);
         operation_count(whole) <= kMostWrittenOut)

@@ -12,6 +12,7 @@
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/robot_model.h>
 
+#include "closed_ending.h"
 #include "ending.h"
 #include "expression.h"
 
@@ -35,13 +36,15 @@ struct Function {
   std::vector<Node> outputs;          ///< results, or what the ending takes
   Graph graph;
   Ending ending = Ending::none;
-  Columns columns;  ///< of the ending
+  Columns columns;           ///< of the ending
+  ClosedLoops loops;         ///< of the ending of a closed mechanism
+  double stabilization = 0;  ///< of its accelerations [1/s]
 
   /// Length of the result.
   [[nodiscard]] std::size_t width() const {
     return ending == Ending::none ? outputs.size() : ending_width(ending, columns);
   }
-  /// Results for given inputs, computed as written.
+  /// Results for given inputs, computed as written; not with endings of closed mechanisms.
   [[nodiscard]] std::vector<double> evaluate(std::span<const std::span<const double>> inputs) const;
 };
 
@@ -69,6 +72,14 @@ Function jacobian(const RobotModel& model);
 Function inverse_dynamics(const RobotModel& model);
 /// M(q) with motors, dof() rows of dof() numbers.
 Function inertia(const RobotModel& model);
+/// Refuses loops that hold one turn alone, whose row is that of the rotation vector, by name.
+[[nodiscard]] Result<void> check_loops(const RobotModel& model);
+/// tau, M and qdd of a mechanism with closed loops, whose samples keep them closed: forces of the
+/// motors and the inertia that they feel. `stabilization` [1/s]: how fast gaps are closed.
+Function closed_inverse_dynamics(const RobotModel& model);
+Function closed_inertia(const RobotModel& model);
+Result<Function> closed_forward_dynamics(const RobotModel& model, double stabilization);
+
 /// qdd of the tree; the model has no loops. A joint that moves no inertia is an error that names
 /// it.
 Result<Function> forward_dynamics(const RobotModel& model);

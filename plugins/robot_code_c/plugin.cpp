@@ -3,6 +3,7 @@
 // run that code (layer: plugin).
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -23,6 +24,13 @@ const rmp_param kCompilerParams[] = {
      1, 0},
 };
 
+const rmp_param kCodeParams[] = {
+    {"stabilization", "real", "1/s",
+     "Rate at which forward dynamics close gaps of closed loops, critically damped; 0 lets them "
+     "drift.",
+     "20", nullptr, 0, 1000},
+};
+
 bool is_identifier(std::string_view s) {
   const auto is_letter = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
@@ -35,29 +43,38 @@ bool is_identifier(std::string_view s) {
 class C99 final : public RobotCodeGenerator {
  public:
   Result<std::vector<CodeFile>> generate(const RobotModel& model, std::string_view name,
-                                         std::uint32_t parts, const Params&,
+                                         std::uint32_t parts, const Params& params,
                                          Progress& progress) const override {
     if (!is_identifier(name))
       return error(ErrorCode::invalid_argument,
                    "\"" + std::string(name) + "\" is no name of the C language",
                    "Give letters, digits and underscores, a letter first.");
     RMP_TRY(check_model(model));
+    const bool is_closed = !model.loops.empty();
+    const double stabilization = params.real("stabilization");
+    if (is_closed && (parts & (kCodeInverseDynamics | kCodeInertia | kCodeForwardDynamics)))
+      RMP_TRY(check_loops(model));
     struct Part {
       std::uint32_t bit;
-      Result<Function> (*make)(const RobotModel&);
+      std::function<Result<Function>(const RobotModel&)> make;
     };
     using Model = const RobotModel&;
-    constexpr Part kParts[] = {
+    const Part of_tree[] = {
         {kCodeForwardKinematics, [](Model m) -> Result<Function> { return forward_kinematics(m); }},
         {kCodeJacobian, [](Model m) -> Result<Function> { return jacobian(m); }},
         {kCodeInverseDynamics, [](Model m) -> Result<Function> { return inverse_dynamics(m); }},
         {kCodeInertia, [](Model m) -> Result<Function> { return inertia(m); }},
         {kCodeForwardDynamics, forward_dynamics}};
-    if ((parts & kCodeForwardDynamics) && !model.loops.empty())
-      return error(ErrorCode::unsupported, "its forward dynamics have closed loops to meet",
-                   "Leave forward_dynamics out of the parts.", "robot \"" + model.name + "\"");
+    const Part of_closed[] = {
+        of_tree[0],
+        of_tree[1],
+        {kCodeInverseDynamics,
+         [](Model m) -> Result<Function> { return closed_inverse_dynamics(m); }},
+        {kCodeInertia, [](Model m) -> Result<Function> { return closed_inertia(m); }},
+        {kCodeForwardDynamics,
+         [stabilization](Model m) { return closed_forward_dynamics(m, stabilization); }}};
     std::vector<Function> functions;
-    for (const Part& p : kParts) {
+    for (const Part& p : is_closed ? of_closed : of_tree) {
       if (!(parts & p.bit)) continue;
       if (progress.cancelled())
         return error(ErrorCode::cancelled, "writing the robot's code was stopped");
@@ -232,10 +249,10 @@ using namespace robomosp::robot_code;
 
 RMP_PLUGIN("org.robomosp.robot_code_c", "0.1.0", "Apache-2.0",
            "A robot's kinematics and dynamics as C99 source, and compiled as its solver.",
-           RMP_PROVIDER_NO_PARAMS(C99, "c99",
-                                  "C99 without dependencies: constants folded, common terms "
-                                  "shared, single and batch.",
-                                  "serial,tree,batch"),
+           RMP_PROVIDER(C99, "c99",
+                        "C99 without dependencies: constants folded, common terms shared, single "
+                        "and batch.",
+                        "serial,tree,loops,batch", kCodeParams),
            compiled<CompiledInverse>("Inverse dynamics written for one robot as C, compiled by the "
                                      "system's compiler when first used."),
            compiled<CompiledForward>("Forward dynamics written for one robot as C, compiled by the "

@@ -23,10 +23,11 @@ constexpr Part kCodeParts[] = {{"forward_kinematics", kCodeForwardKinematics},
                                {"inertia", kCodeInertia},
                                {"forward_dynamics", kCodeForwardDynamics}};
 
-Result<std::uint32_t> read_code_parts(const Value* given, const RobotModel& model) {
-  if (!given || given->is_nil())
-    return model.loops.empty() ? kCodeAll
-                               : kCodeAll & ~static_cast<std::uint32_t>(kCodeForwardDynamics);
+/// Parts that closed loops change, which generators without the tag `loops` do not write.
+constexpr std::uint32_t kOfClosedLoops = kCodeInverseDynamics | kCodeInertia | kCodeForwardDynamics;
+
+Result<std::uint32_t> read_code_parts(const Value* given, bool knows_loops) {
+  if (!given || given->is_nil()) return knows_loops ? kCodeAll : kCodeAll & ~kOfClosedLoops;
   std::vector<std::string> known;
   for (const Part& p : kCodeParts) known.emplace_back(p.name);
   std::uint32_t parts = 0;
@@ -52,7 +53,6 @@ std::string identifier(const std::string& name) {
 
 Result<Value> generate_code(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
-  RMP_TRY_ASSIGN(const std::uint32_t parts, read_code_parts(args.find("parts"), *model));
   model::ProviderChoice choice;
   if (has(args, "provider")) {
     RMP_TRY_ASSIGN(choice, read_provider(*args.find("provider"), "provider"));
@@ -60,6 +60,24 @@ Result<Value> generate_code(CommandContext& ctx, const Map& args) {
   const std::string where = "robot " + text::quote(model->name);
   RMP_TRY_ASSIGN(const ProviderInfo info,
                  ctx.app.registry.find(RobotCodeGenerator::kInterfaceId, choice.name));
+  const bool knows_loops = model->loops.empty() || std::find(info.tags.begin(), info.tags.end(),
+                                                             "loops") != info.tags.end();
+  RMP_TRY_ASSIGN(const std::uint32_t parts, read_code_parts(args.find("parts"), knows_loops));
+  for (const Part& p : kCodeParts)
+    if (!knows_loops && (parts & kOfClosedLoops & p.bit))
+      return error(ErrorCode::unsupported,
+                   std::string("its ") + p.name +
+                       " would be that of the tree without its closed "
+                       "loops, which generator " +
+                       text::quote(info.name) + " does not know",
+                   "Choose the parts forward_kinematics and jacobian.", where);
+  if (!knows_loops && !has(args, "parts"))
+    ctx.app.messages.post(Severity::info, "open_tree",
+                          where +
+                              ": inverse_dynamics, inertia and forward_dynamics are left out, as "
+                              "generator " +
+                              text::quote(info.name) + " knows no closed loops.",
+                          "ioci");
   RMP_TRY_ASSIGN(const auto generator, ctx.app.registry.create<RobotCodeGenerator>(info.name));
   RMP_TRY_ASSIGN(const auto params,
                  motion::checked_params(info, choice, "provider " + text::quote(info.name)));
@@ -96,8 +114,10 @@ RMP_COMMANDS(robot_code_commands) {
            "C99 without dependencies and without allocation: each function for one sample and for "
            "batches. The robot's rows and masses are constants in it, so write it anew when they "
            "change. Gravity is that of a robot that stands upright. Parts: forward_kinematics, "
-           "jacobian, inverse_dynamics, inertia, forward_dynamics; all when left out (with closed "
-           "loops all but the last).\nThe solvers `compiled` of inverse and forward dynamics run "
+           "jacobian, inverse_dynamics, inertia, forward_dynamics; all when left out. Of robots "
+           "with closed loops the first two are functions of all coordinates, the others those of "
+           "the closed mechanism, and a generator that knows no loops leaves them out with a "
+           "message.\nThe solvers `compiled` of inverse and forward dynamics run "
            "the same code within the program.",
        .example =
            with_arm("local code = arm:generate_code{folder = \".\", name = \"example_arm\"}\n"

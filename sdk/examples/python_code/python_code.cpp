@@ -96,9 +96,12 @@ class PythonCode final : public RobotCodeGenerator {
     if (!model.is_simple())
       return refused(model, "it has joints of several coordinates, or joints that follow others",
                      "Choose the generator c99.");
-    if ((parts & kCodeForwardDynamics) && !model.loops.empty())
-      return refused(model, "its forward dynamics have closed loops to meet",
-                     "Leave forward_dynamics out of the parts.");
+    if ((parts & (kCodeInverseDynamics | kCodeInertia | kCodeForwardDynamics)) &&
+        !model.loops.empty())
+      return refused(model,
+                     "its dynamics have closed loops to meet, and the code would be that of the "
+                     "tree without them",
+                     "Choose the parts forward_kinematics and jacobian.");
 
     std::string text = python_code::kHead;
     text +=

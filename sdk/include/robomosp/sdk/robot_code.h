@@ -15,13 +15,16 @@
 
 namespace robomosp {
 
-/// Functions to generate, to be summed by `|`, named as their comments begin.
+/// Functions to generate, to be summed by `|`, named as their comments begin. Of a robot with
+/// closed loops the last three are those of the closed mechanism, for states that keep the loops
+/// closed: forces of the motors with entries 0 at passive joints, and the inertia R M R^T that they
+/// feel (f = R tau). A generator that writes them so has the tag `loops`; others refuse them.
 enum RobotCodePart : std::uint32_t {
   kCodeForwardKinematics = 1,  ///< forward_kinematics: q to the poses of all tips in the base
   kCodeJacobian = 2,           ///< jacobian: q to (v, w) of the first tip by qd, in the base's axes
   kCodeInverseDynamics = 4,    ///< inverse_dynamics: q, qd, qdd to tau of all terms
   kCodeInertia = 8,            ///< inertia: q to M with the motors'
-  kCodeForwardDynamics = 16,   ///< forward_dynamics: q, qd, tau to qdd; never of open loops
+  kCodeForwardDynamics = 16,   ///< forward_dynamics: q, qd, tau to qdd
   kCodeAll = 31,
 };
 
