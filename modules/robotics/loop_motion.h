@@ -19,22 +19,21 @@
 
 namespace robomosp::robotics {
 
-/// Closed loops at one state, linearised once for all that is computed there: with J the Jacobian
-/// of the loops (spatial/loops.h) and the columns of Z a basis of the joint rates that keep them
-/// closed, J Z = 0.
+/// Closed loops linearised at one state. J is the loop Jacobian (spatial/loops.h); the columns of Z
+/// are a basis of the joint rates that keep the loops closed, J Z = 0.
 ///
-/// Forces tau of the tree are carried by forces f at the motors when both do the same work on every
-/// such motion: Z^T f = Z^T tau (Y. Nakamura, M. Ghodoussi, "Dynamics computation of closed-link
-/// robot mechanisms with nonredundant and redundant actuators", IEEE Trans. Robotics and Automation
-/// 5(3), 1989). Of several solutions f is the one with the least sum of squares in SI units. Where
-/// the mechanism moves with all motors at rest, the joints without motors keep what does work on
-/// those motions. Motors are all joints that are not passive.
+/// Forces tau at the joints of the open tree are equivalent to motor forces f that do the same work
+/// on every such motion: Z^T f = Z^T tau (Y. Nakamura, M. Ghodoussi, "Dynamics computation of
+/// closed-link robot mechanisms with nonredundant and redundant actuators", IEEE Trans. Robotics
+/// and Automation 5(3), 1989). With redundant motors f has the least sum of squares in SI units. If
+/// the mechanism can move with all motors locked, the missing forces remain at the passive joints.
+/// Motors are all joints that are not passive.
 ///
-/// Z is not computed: f = tau - J^T l at the motors, with forces l of the loops that leave nothing
-/// to joints without motors (the least squares of what is left) and among those the least f. So
-/// cost grows with joints times the square of the loops' rows.
+/// Z is not computed: f = tau - J^T l at the motors, where the loop forces l balance the passive
+/// joints (by least squares) and, among those solutions, minimise f. The cost is the number of
+/// joints times the square of the loop rows.
 ///
-/// Copies are of the mechanism, without the state of at(). [one thread each]
+/// Copying copies the mechanism, not the state of at(). [one thread each]
 class LoopMotion {
  public:
   /// A model that breaks its contract is an error.

@@ -11,7 +11,7 @@
 
 namespace robomosp::spatial {
 
-/// How frame b of a loop lies to frame a, and how that changes with the motion of either end.
+/// Pose of frame b of a loop relative to frame a, and its rates when either end moves.
 class LoopGap {
  public:
   /// Both in the base frame.
@@ -26,8 +26,8 @@ class LoopGap {
   [[nodiscard]] Vec3 turn_rate(const Vec3& u) const;
   /// Rate of turn_rate(u) with u held, while the rotation vector changes by `rate`.
   [[nodiscard]] Vec3 turn_rate_change(const Vec3& rate, const Vec3& u) const;
-  /// Rates of way and turn (`by_vector`), or the angular velocity in place of the latter, when b
-  /// has this motion (base frame); of a, the negative.
+  /// Rates of (way, turn) for a motion of b in the base frame; without `by_vector` the angular
+  /// velocity replaces the rate of turn. Negate for a motion of a.
   [[nodiscard]] std::array<double, 6> rates(const Screw& motion, bool by_vector) const;
 
  private:
