@@ -2,6 +2,7 @@
 #include "spatial/recursion_chain.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "spatial/body_tree.h"
 #include "spatial/mass.h"
@@ -66,6 +67,36 @@ void Chain::add_tips(const RobotModel& model) {
   for (std::size_t i = 0; i < tips_.size(); ++i) tips_[i].joints = paths_.data() + starts[i];
 }
 
+/// Bounds of the inertia about each joint, of the bodies stretched out beyond it: sums of mass,
+/// first and second moments, moved by the distances between the joints.
+void Chain::find_least_inertias() {
+  struct Reach {
+    double mass = 0, first = 0, second = 0;
+  };
+  std::vector<Reach> reach(bodies_.size());
+  least_inertia_.assign(mechanism_.velocities, 0.0);
+  for (std::size_t i = bodies_.size(); i-- > 0;) {
+    const Body& b = bodies_[i];
+    Reach& r = reach[i];
+    r.mass += std::fabs(b.mass);
+    r.first += std::hypot(b.first[0], b.first[1], b.first[2]);
+    r.second += std::fabs(b.second[0]) + std::fabs(b.second[1]) + std::fabs(b.second[2]);
+    const double ratio = b.joint.ratio * b.joint.ratio;
+    for (std::int32_t k = 0; k < b.joint.velocity_count; ++k) {
+      const bool slides =
+          b.joint.type == JointType::prismatic || (b.joint.type == JointType::free && k < 3);
+      least_inertia_[static_cast<std::size_t>(b.joint.v_index + k)] +=
+          kCarried * ratio * ((slides ? r.mass : r.second) + std::fabs(b.armature));
+    }
+    if (b.joint.parent < 0) continue;
+    Reach& up = reach[static_cast<std::size_t>(b.joint.parent)];
+    const double l = std::hypot(b.joint.p[0], b.joint.p[1], b.joint.p[2]);
+    up.mass += r.mass;
+    up.first += r.first + r.mass * l;
+    up.second += r.second + 2 * l * r.first + r.mass * l * l;
+  }
+}
+
 Result<Chain> Chain::make(const RobotModel& model) {
   RMP_TRY(check_mechanism(model));
   Chain chain;
@@ -105,7 +136,9 @@ Result<Chain> Chain::make(const RobotModel& model) {
   std::copy(model.gravity.begin(), model.gravity.end(), m.gravity);
   m.bodies = chain.bodies_.data();
   m.count = chain.bodies_.size();
+  chain.find_least_inertias();
   m.entry_parent = chain.entry_parent_.data();
+  m.least_inertia = chain.least_inertia_.data();
   m.tips = chain.tips_.data();
   return chain;
 }

@@ -38,11 +38,13 @@ class Chain {
   void add_body(const JointModel& joint);
   void add_entries(const JointModel& joint, std::size_t index);
   void add_tips(const RobotModel& model);
+  void find_least_inertias();
 
   Mechanism mechanism_{};
   std::string robot_;
   std::vector<Body> bodies_;
   std::vector<std::int32_t> entry_parent_, paths_;
+  std::vector<double> least_inertia_;
   std::vector<TipPath> tips_;
   std::vector<std::size_t> joint_of_;
 };

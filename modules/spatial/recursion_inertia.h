@@ -177,16 +177,12 @@ void inertia(const Mechanism& m, const Task& task, const Scratch<T>& x, T* out) 
 template <class T>
 T factor(const Mechanism& m, T* M, T* diagonal) {
   const std::size_t n = m.velocities;
-  T greatest{};
-  for (std::size_t k = 0; k < n; ++k) {
-    diagonal[k] = M[k * n + k];
-    greatest = select(diagonal[k] > greatest, diagonal[k], greatest);
-  }
+  for (std::size_t k = 0; k < n; ++k) diagonal[k] = M[k * n + k];
   T least = splat<T>(1);
   for (std::size_t k = n; k-- > 0;) {
     const T* row = M + k * n;
     const T pivot = row[k];
-    const T excess = pivot - kPivot * diagonal[k], floor = pivot - kDiagonal * greatest;
+    const T excess = pivot - kPivot * diagonal[k], floor = pivot - m.least_inertia[k];
     const T margin = select(excess < floor, excess, floor);
     least = select(margin > 0, least, splat<T>(-1));
     const T inverse = 1.0 / pivot;

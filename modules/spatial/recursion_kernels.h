@@ -34,6 +34,7 @@ struct TipPath {
 struct Mechanism {
   const Body* bodies;
   const std::int32_t* entry_parent;  ///< of entries of qd: the next one nearer the base, or -1
+  const double* least_inertia;       ///< of entries of qd: below it a pivot is rounding
   const TipPath* tips;
   std::size_t count, coordinates, velocities;
   double gravity[3];
@@ -83,8 +84,9 @@ struct Kernels {
 
 /// Relative to the diagonal element before elimination: below this a pivot is rounding.
 inline constexpr double kPivot = 1e-13;
-/// Relative to the greatest diagonal element: below this a diagonal element is rounding.
-inline constexpr double kDiagonal = 1e-18;
+/// Relative to the greatest inertia that the joint can carry: below this a pivot is rounding.
+/// Bodies that the joint does not carry add no rounding to its pivot, however heavy they are.
+inline constexpr double kCarried = 1e-13;
 
 /// The kernels of a set, or the next narrower that was compiled.
 [[nodiscard]] const Kernels& kernels(spatial::InstructionSet set);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "inertia_matrix.h"
 
-#include <algorithm>
-
 namespace robomosp::newton_euler {
 
 std::int32_t singular_entry(const Chain& chain, std::vector<double> m) {
@@ -10,11 +8,10 @@ std::int32_t singular_entry(const Chain& chain, std::vector<double> m) {
   const std::int32_t* parent = chain.mechanism().entry_parent;
   std::vector<double> diagonal(n);
   for (std::size_t k = 0; k < n; ++k) diagonal[k] = m[k * n + k];
-  const double greatest = *std::max_element(diagonal.begin(), diagonal.end());
   for (std::size_t k = n; k-- > 0;) {
     const double* row = m.data() + k * n;
     if (!(row[k] > spatial::recursions::kPivot * diagonal[k]) ||
-        !(row[k] > spatial::recursions::kDiagonal * greatest))
+        !(row[k] > chain.mechanism().least_inertia[k]))
       return static_cast<std::int32_t>(k);
     for (std::int32_t i = parent[k]; i >= 0; i = parent[i])
       for (std::int32_t j = i; j >= 0; j = parent[j])
