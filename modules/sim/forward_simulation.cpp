@@ -30,6 +30,8 @@ using recording::RecordingPtr;
 constexpr double kOpenLoop = 1e-6;
 constexpr double kMostSamples = 1e7;
 constexpr double kMostTicks = 1e8;
+/// Beyond it no joint value or velocity is accepted as an argument, and none is recorded.
+constexpr double kMostOfAState = 1e12;
 
 std::vector<double> neutral(const RobotModel& model) {
   std::vector<double> q(model.coordinate_count(), 0.0);
@@ -154,6 +156,10 @@ class Sampler final : public OdeSink {
     last.assign(x.begin(), x.end());
     if (next_ >= times_.size() || t != times_[next_]) return true;
     ++next_;
+    if (auto done = check_size(t, x); !done.ok()) {
+      failure = std::move(done).error();
+      return false;
+    }
     if (auto done = motion_.forces(t, x, forces_); !done.ok()) {
       failure = std::move(done).error();
       return false;
@@ -174,6 +180,28 @@ class Sampler final : public OdeSink {
   std::optional<Error> failure;
 
  private:
+  /// A motion that grows without bound, whether by the integrator or by its forces, is an error.
+  [[nodiscard]] Result<void> check_size(double t, std::span<const double> x) const {
+    const auto grown =
+        std::find_if(x.begin(), x.end(), [](double v) { return !(std::fabs(v) <= kMostOfAState); });
+    if (grown == x.end()) return {};
+    const auto at = static_cast<std::size_t>(grown - x.begin());
+    const bool is_rate = at >= motion_.positions();
+    const std::size_t entry = is_rate ? at - motion_.positions() : at;
+    const RobotModel& m = motion_.model();
+    const JointModel* joint = nullptr;
+    for (const JointModel& j : m.joints)
+      if (!j.is_coupled() && index(is_rate ? j.v_index : j.q_index) <= entry) joint = &j;
+    return error(ErrorCode::invalid_argument,
+                 std::string("the motion grows without bound: the ") +
+                     (is_rate ? "velocity" : "position") + " of joint " +
+                     text::quote(joint ? joint->name : std::to_string(entry + 1)) + " is " +
+                     text::print_rounded(*grown, 3),
+                 "Give a shorter step or control period, or look for gains that are too high or a "
+                 "force that drives the motion.",
+                 "t = " + text::print_rounded(t) + " s");
+  }
+
   MechanismMotion& motion_;
   MotionTable& table_;
   std::span<const double> times_;
@@ -629,7 +657,19 @@ class Simulation {
         " steps, " + std::to_string(statistics_.rejected) + " rejected, " +
         std::to_string(statistics_.rates) + " evaluations, " + std::to_string(statistics_.events) +
         " events, tolerance " + text::print_rounded(run_.relative_tolerance, 3) + " relative and " +
-        text::print_rounded(run_.absolute_tolerance, 3) + " absolute");
+        text::print_rounded(run_.absolute_tolerance, 3) + " absolute" +
+        (run_.loosened > 1 ? ", " + text::print_rounded(run_.loosened, 3) +
+                                 " times the default ones, since the mechanism has " +
+                                 std::to_string(model().dof()) + " velocities"
+                           : std::string()));
+    const double mean =
+        (duration_ - start_) / static_cast<double>(std::max<std::int64_t>(1, statistics_.steps));
+    // Of a fixed step it is the step that was given.
+    if (model().dof() >= kLongChain && mean < 0.5 * run_.step)
+      out.notes.push_back(
+          "its steps were " + text::print_rounded(1e3 * mean, 3) +
+          " ms on average: the longer a chain is, the more steps a tolerance takes; looser ones "
+          "(relative_tolerance, absolute_tolerance) take fewer as long as the motion is not stiff");
     return std::make_shared<const Recording>(std::move(out));
   }
 
@@ -701,6 +741,12 @@ Result<Bound<Integrator>> bind_integrator(const Registry& registry,
   return bind_solver<Integrator>(
       registry, std::move(model), choice,
       [](Integrator& i, const Params& params) { return i.prepare(params); });
+}
+
+double loosening(std::size_t velocities) {
+  constexpr double kRounded = 1000;
+  const double longer = static_cast<double>(velocities) / kRounded;
+  return longer > 1 ? longer * longer : 1;
 }
 
 Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,

@@ -51,8 +51,9 @@ class FixedStep : public Stepper {
     ++steps_;
     // A rest that is shorter is not comparable with the step before.
     if (t1_ - t0_ > 0.999 * h_) RMP_TRY(watch());
-    // A run of fewer steps than kMostCoarse is as wrong.
-    if (is_last && coarse_ > 0 && coarse_ + 1 >= steps_) return too_long();
+    // A run of so few steps that kMostCoarse cannot be compared is as wrong.
+    if (is_last && coarse_ > 0 && coarse_ == compared_ && steps_ <= kMostCoarse + 1)
+      return too_long();
     return {};
   }
   [[nodiscard]] double time() const override { return t1_; }
@@ -134,6 +135,7 @@ class FixedStep : public Stepper {
     before_ = change;
     for (std::size_t i = 0; i < x0_.size(); ++i) change_[i] = x1_[i] - x0_[i];
     if (!is_checked) return {};
+    ++compared_;
     RMP_TRY_ASSIGN(const Extent apart, halves_apart());
     if (!(apart.velocities > kCoarse * scale.velocities) &&
         !(apart.positions > kCoarse * scale.positions)) {
@@ -186,7 +188,7 @@ class FixedStep : public Stepper {
   std::size_t positions_;
   std::vector<double> x0_, x1_, change_, middle_, fine_;
   bool is_stale_ = false, has_change_ = false;
-  int coarse_ = 0;
+  int coarse_ = 0, compared_ = 0;
   std::int64_t steps_ = 0;
   Extent before_;
 };

@@ -107,6 +107,11 @@ Result<sim::ForwardRun> read_forward_run(CommandContext& ctx, const Map& args, c
   }
   run.relative_tolerance = real(args, "relative_tolerance");
   run.absolute_tolerance = real(args, "absolute_tolerance");
+  if (!ctx.given("relative_tolerance") && !ctx.given("absolute_tolerance")) {
+    run.loosened = sim::loosening(m.dof());
+    run.relative_tolerance *= run.loosened;
+    run.absolute_tolerance *= run.loosened;
+  }
   run.step = real(args, "step");
   run.friction = flag(args, "friction");
   run.breakaway = real(args, "breakaway");
@@ -221,8 +226,10 @@ Schema run_params(Schema first, Schema references) {
   first.push_back(optional("integrator", "any", "",
                            "Integrator: name, or {name = ..., params = {...}}; the default when "
                            "left out."));
-  first.push_back(above_zero(
-      defaulted("relative_tolerance", "real", "", 1e-10, "Of the variable-step integrator.")));
+  first.push_back(above_zero(defaulted(
+      "relative_tolerance", "real", "", 1e-10,
+      "Of the variable-step integrator. With more than 1000 velocities both defaults are greater "
+      "by (velocities / 1000)^2, as rounding is.")));
   first.push_back(above_zero(
       defaulted("absolute_tolerance", "real", "", 1e-12, "Of the variable-step integrator.")));
   first.push_back(above_zero(
