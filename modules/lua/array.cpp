@@ -5,6 +5,7 @@
 
 #include "kernel/provider_guard.h"
 #include "kernel/text.h"
+#include "kernel/unit_lists.h"
 #include "lua/internal.h"
 #include "lua/pretty.h"
 #include "spatial/pose.h"
@@ -219,7 +220,13 @@ Result<int> scaled(Impl& impl, lua_State* L, const ArrayBox& a, double by, bool 
   return 1;
 }
 
+/// A unit that holds for all numbers, also when they change places: none of a list of units.
+std::string common_unit(const std::string& unit) {
+  return units::is_list(unit) ? std::string() : unit;
+}
+
 std::string product_unit(const std::string& a, const std::string& b) {
+  if (units::is_list(a) || units::is_list(b)) return {};
   return a.empty() ? b : b.empty() ? a : a + " " + b;
 }
 
@@ -247,14 +254,14 @@ Result<bool> multiply_pose(Impl& impl, lua_State* L, const ArrayBox& a, const Ar
   if (b.is_matrix()) return false;
   if (b.length() == 3) {
     const Vec3 p = spatial::transform(*pose, {b.entry(0), b.entry(1), b.entry(2)});
-    push_array(impl, L, NumericArray({p[0], p[1], p[2]}, b.unit));
+    push_array(impl, L, NumericArray({p[0], p[1], p[2]}, common_unit(b.unit)));
     return true;
   }
   if (b.length() != 6) return false;
   const Vec3 w = spatial::rotate(*pose, {b.entry(3), b.entry(4), b.entry(5)});
   const Vec3 v = spatial::add(spatial::rotate(*pose, {b.entry(0), b.entry(1), b.entry(2)}),
                               spatial::cross(pose->p, w));
-  push_array(impl, L, NumericArray({v[0], v[1], v[2], w[0], w[1], w[2]}, b.unit));
+  push_array(impl, L, NumericArray({v[0], v[1], v[2], w[0], w[1], w[2]}, common_unit(b.unit)));
   return true;
 }
 
@@ -368,7 +375,11 @@ Result<int> column(Impl& impl, lua_State* L) {
   std::vector<double> out(a->source.rows());
   for (std::size_t i = 0; i < out.size(); ++i)
     out[i] = a->source.at(i, static_cast<std::size_t>(j - 1));
-  push_array(impl, L, NumericArray(std::move(out), a->unit));
+  const std::vector<std::string_view> names = units::entries(a->unit);
+  std::string name = names.size() == a->source.cols()
+                         ? std::string(names[static_cast<std::size_t>(j - 1)])
+                         : common_unit(a->unit);
+  push_array(impl, L, NumericArray(std::move(out), std::move(name)));
   return 1;
 }
 
@@ -379,7 +390,7 @@ Result<int> transpose(Impl& impl, lua_State* L) {
   std::vector<double> out(r * c);
   for (std::size_t i = 0; i < r; ++i)
     for (std::size_t j = 0; j < c; ++j) out[j * r + i] = a->source.at(i, j);
-  push_array(impl, L, NumericArray(std::move(out), c, r, a->unit));
+  push_array(impl, L, NumericArray(std::move(out), c, r, common_unit(a->unit)));
   return 1;
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 
 #include "kernel/text.h"
+#include "kernel/unit_lists.h"
 #include "kernel/units.h"
 #include "lua/internal.h"
 #include "spatial/pose.h"
@@ -55,7 +56,7 @@ Result<Operand> operand(Impl& impl, lua_State* L, int index) {
   const NumericArray v = a->value();
   Operand o;
   o.is_vector = !a->is_matrix();
-  o.unit = a->unit;
+  if (!units::is_list(a->unit)) o.unit = a->unit;  // entries change places
   const auto rows = static_cast<Eigen::Index>(v.rows());
   const auto cols = o.is_vector ? 1 : static_cast<Eigen::Index>(v.cols());
   o.m = Eigen::Map<const Matrix>(v.data().data(), rows, cols);

@@ -326,8 +326,9 @@ Value sym_value(const Sym3& s, std::string unit) {
 Value placement_value(const model::Placement& p) {
   const auto position = static_cast<std::size_t>(p.coordinates);
   const auto angles = static_cast<std::size_t>(p.notation);
-  const bool one_unit = p.coordinates == model::PositionRepresentation::cartesian;
-  return Map{{std::string(kPositions[position].first), vec_value(p.position, one_unit ? "m" : "")},
+  // By PositionRepresentation; one a number where they differ.
+  constexpr const char* kUnits[] = {"m", "m, rad, m", "m, rad, rad"};
+  return Map{{std::string(kPositions[position].first), vec_value(p.position, kUnits[position])},
              {std::string(kAngles[angles].first), vec_value(p.angles, "rad")}};
 }
 

@@ -197,7 +197,8 @@ RMP_COMMANDS(recording_data_commands) {
        .details = "Columns are {name =, values =, unit =, doc =}. Values are a list, an array or a "
                   "matrix, whose columns become name1, name2 and so on; all have as many rows. "
                   "They are in the unit that is named, else in that of the array, and are brought "
-                  "to SI. A column \"time\" must rise; without one the first column is the "
+                  "to SI; of a matrix unit may be a list, such as \"rad, m, rad\". A column "
+                  "\"time\" must rise; without one the first column is the "
                   "horizontal axis of plots.",
        .example = "local r = recording.create{title = \"drops\", columns = {\n"
                   "  {name = \"height\", unit = \"mm\", values = {100, 200, 400}},\n"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "kernel/unit_lists.h"
 #include "kernel/units.h"
 
 namespace robomosp::ioci {
@@ -42,6 +43,40 @@ Result<NumericArray> numbers_of(const Value& given, const std::string& where) {
   return NumericArray(std::move(values));
 }
 
+/// The unit of a column: as it is read, and the name that it has in SI.
+struct ColumnUnit {
+  units::Unit unit;
+  std::string name;
+};
+
+/// The units of `count` columns from one unit for all, or from a list of as many.
+Result<std::vector<ColumnUnit>> units_of_columns(const std::string& typed, std::size_t count,
+                                                 const std::string& where) {
+  const std::string here = where + ".unit";
+  if (typed.find(" or ") != std::string::npos)
+    return error(ErrorCode::invalid_argument,
+                 text::quote(typed) + " leaves open which unit the numbers are in",
+                 "Give one unit, or for a matrix one a column, such as unit = \"rad, m, rad\".",
+                 here);
+  const std::vector<std::string_view> names = units::entries(typed);
+  if (names.size() > 1 && names.size() != count)
+    return error(
+        ErrorCode::invalid_argument,
+        count == 1 ? "a column has one unit, and its numbers are in " + text::quote(typed)
+                   : "there are " + std::to_string(names.size()) + " units, " + text::quote(typed) +
+                         ", for " + std::to_string(count) + " columns",
+        "Give a matrix with one row a sample and one column a unit, or name one unit.", here);
+  std::vector<ColumnUnit> out;
+  for (const std::string_view name : names) {
+    auto unit = units::parse(name == "1" ? std::string_view() : name);
+    if (!unit.ok()) return std::move(unit).error().in(here);
+    out.push_back({*unit, unit->factor == 1 ? std::string(name == "1" ? "" : name)
+                                            : units::si_name(unit->dimension)});
+  }
+  if (out.size() == 1) out.resize(count, out.front());
+  return out;
+}
+
 }  // namespace
 
 Result<void> add_columns(const Value& entry, const std::string& where, recording::Recording& out) {
@@ -63,19 +98,18 @@ Result<void> add_columns(const Value& entry, const std::string& where, recording
   const Value* named = field->find("unit");
   const std::string typed =
       named && named->as_string() ? *named->as_string() : std::string(values.unit());
-  auto unit = units::parse(typed);
-  if (!unit.ok()) return std::move(unit).error().in(where + ".unit");
-  const Value* doc = field->find("doc");
   const std::size_t count = values.is_matrix() ? values.cols() : 1;
+  RMP_TRY_ASSIGN(const std::vector<ColumnUnit> units, units_of_columns(typed, count, where));
+  const Value* doc = field->find("doc");
   for (std::size_t c = 0; c < count; ++c) {
     recording::Column column;
     column.name = values.is_matrix() ? stem + std::to_string(c + 1) : stem;
-    column.unit = unit->factor == 1 ? typed : units::si_name(unit->dimension);
+    column.unit = units[c].name;
     if (doc && doc->as_string()) column.doc = *doc->as_string();
     column.values.reserve(values.rows());
     for (std::size_t r = 0; r < values.rows(); ++r)
       column.values.push_back(
-          units::to_si(values.is_matrix() ? values.at(r, c) : values[r], *unit));
+          units::to_si(values.is_matrix() ? values.at(r, c) : values[r], units[c].unit));
     const auto same = std::find_if(out.columns.begin(), out.columns.end(),
                                    [&](const auto& other) { return other.name == column.name; });
     if (same != out.columns.end())

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "collision/collision.h"
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "robotics/analytical.h"
 #include "robotics/kinematics.h"
@@ -433,9 +434,12 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   const std::size_t n = m->coordinate_count();
   Map out{{"status", goal_status_word(result.status)}};
   if (!result.q.empty()) {
-    out.set("q", NumericArray(std::vector<double>(
-                     result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(n))));
-    out.set("solutions", NumericArray(result.q, result.q.size() / n, n));
+    const std::string unit = joint_array_unit(*m);
+    out.set("q",
+            NumericArray(std::vector<double>(result.q.begin(),
+                                             result.q.begin() + static_cast<std::ptrdiff_t>(n)),
+                         unit));
+    out.set("solutions", NumericArray(result.q, result.q.size() / n, n, unit));
   }
   out.set("position_error", result.position_error);
   out.set("rotation_error", result.rotation_error);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ioci/core/commands.h"
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/states.h"
 #include "robotics/closure.h"
@@ -261,13 +262,6 @@ Result<sim::Bound<ForwardDynamics>> forward_solver(CommandContext& ctx, const Ma
   return ctx.app.solvers.forward_dynamics(ctx.app.registry, c.model, choice);
 }
 
-std::string torque_unit(const RobotModel& m) {
-  const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
-  if (!m.is_simple()) return "";
-  if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return "N m";
-  return std::all_of(m.joints.begin(), m.joints.end(), slides) ? "N" : "";
-}
-
 /// What torques are without masses; motors, friction, springs and a wrench still count.
 std::string_view without_mass(const Instant& c) {
   const auto& joints = c.model->joints;
@@ -294,7 +288,7 @@ Result<Value> answered(const Instant& c, std::size_t rows, std::size_t cols, std
 
 Result<Value> torques_of(CommandContext& ctx, const Map& args, const Instant& c) {
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
-  return answered(c, 0, c.model->dof(), torque_unit(*c.model),
+  return answered(c, 0, c.model->dof(), force_array_unit(*c.model),
                   [&](std::span<double> out) -> Result<void> {
                     RMP_TRY(sim::torques(bound, c.batch, out, ctx.progress));
                     if (!flag(args, "tree")) report_missing_motor(ctx, *c.model, out);
@@ -330,9 +324,9 @@ Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
   Instant c;
   RMP_TRY(read_instant(ctx, args, c, Loops::pulled, 0, true));
   RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
-  return answered(c, 0, c.model->dof(), "", [&](std::span<double> out) {
-    return sim::accelerations(bound, c.batch, out, ctx.progress);
-  });
+  return answered(
+      c, 0, c.model->dof(), rate_array_unit(*c.model, "/s^2"),
+      [&](std::span<double> out) { return sim::accelerations(bound, c.batch, out, ctx.progress); });
 }
 
 Result<Energy> energy_of(CommandContext& ctx, const Map& args, Instant& c) {
@@ -451,9 +445,10 @@ Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
   }
   Map out;
   out.set("loops", std::move(loops));
-  out.set("q", NumericArray(std::vector<double>(c.q.values().begin(), c.q.values().end())));
-  out.set("qdd", NumericArray(std::move(motion.qdd)));
-  out.set("tau", NumericArray(std::move(tau)));
+  out.set("q", NumericArray(std::vector<double>(c.q.values().begin(), c.q.values().end()),
+                            joint_array_unit(*c.model)));
+  out.set("qdd", NumericArray(std::move(motion.qdd), rate_array_unit(*c.model, "/s^2")));
+  out.set("tau", NumericArray(std::move(tau), force_array_unit(*c.model)));
   out.set("provider", bound.provider);
   return Value(std::move(out));
 }

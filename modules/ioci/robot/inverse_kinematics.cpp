@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/branch_wish.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
@@ -41,17 +42,6 @@ Result<model::ProviderChoice> chosen(const Map& args, const model::ProviderChoic
   return has(args, "provider") ? read_provider(*args.find("provider"), "provider")
                                : Result<model::ProviderChoice>(robots_own);
 }
-
-/// The unit all joints share: `turning` for revolute ones, `sliding` for prismatic ones, else
-/// `mixed`.
-std::string shared_unit(const RobotModel& m, const char* turning, const char* sliding,
-                        const char* mixed) {
-  if (!m.is_simple()) return mixed;
-  const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
-  if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return turning;
-  return std::all_of(m.joints.begin(), m.joints.end(), slides) ? sliding : mixed;
-}
-std::string joint_unit(const RobotModel& m) { return shared_unit(m, "rad", "m", "rad or m"); }
 
 /// Why there is no solution, or which way the tip has lost: as far as the solver knows.
 void set_reasons(Map& out, const RobotModel& m, const IkResult& result) {
@@ -248,7 +238,7 @@ List beyond_list(const Question& asked, std::span<const Solution> beyond) {
   List out;
   for (const Solution& s : beyond) {
     const JointModel& j = asked.model->joints[static_cast<std::size_t>(s.excess.joint)];
-    Map row{{"q", NumericArray(s.q, joint_unit(*asked.model))},
+    Map row{{"q", NumericArray(s.q, joint_array_unit(*asked.model))},
             {"joint", j.name},
             {"by", s.excess.by},
             {"value", s.excess.value},
@@ -365,7 +355,7 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
     if (!wants_all) found.resize(1);
   }
   Map out{{"status", status_word(result.status)}};
-  const std::string unit = joint_unit(m);
+  const std::string unit = joint_array_unit(m);
   if (!found.empty()) out.set("q", NumericArray(found.front().q, unit));
   std::vector<double> rows;
   for (const Solution& s : found) rows.insert(rows.end(), s.q.begin(), s.q.end());
@@ -518,7 +508,7 @@ Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
   if (asked.is_ignoring) out.set("within_limits", std::move(within));
   out.set("q", results.empty()
                    ? Value(List{})
-                   : Value(NumericArray(std::move(q), results.size(), n, joint_unit(m))));
+                   : Value(NumericArray(std::move(q), results.size(), n, joint_array_unit(m))));
   out.set("status", std::move(status));
   out.set("detail", std::move(detail));
   out.set("position_error", NumericArray(std::move(position), "m"));

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/robot/states.h"
@@ -156,8 +157,8 @@ Result<Value> fk_rows(CommandContext& ctx, const Map& args, const RobotModel& m,
     out.set("links", std::move(told));
   }
   if (is_closing)
-    out.set("q",
-            NumericArray(std::vector<double>(q.values().begin(), q.values().end()), count, width));
+    out.set("q", NumericArray(std::vector<double>(q.values().begin(), q.values().end()), count,
+                              width, joint_array_unit(m)));
   return Value(std::move(out));
 }
 
@@ -190,7 +191,7 @@ Result<Value> fk(CommandContext& ctx, const Map& args) {
     }
     out.set("links", std::move(links));
   }
-  if (flag(args, "close")) out.set("q", NumericArray(p.q));
+  if (flag(args, "close")) out.set("q", NumericArray(p.q, joint_array_unit(*p.model)));
   return Value(std::move(out));
 }
 
@@ -313,7 +314,7 @@ Result<Value> add_joints(CommandContext& ctx, const Map& args) {
 
 Result<Value> joint_values(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(ShownRobot s, shown_robot(ctx, args));
-  return Value(NumericArray(std::move(s.q)));
+  return Value(NumericArray(std::move(s.q), joint_array_unit(content<Robot>(ctx, args))));
 }
 
 }  // namespace

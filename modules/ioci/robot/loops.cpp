@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "model/words.h"
 #include "robotics/closure.h"
@@ -116,7 +117,7 @@ Result<Value> loop_error(CommandContext& ctx, const Map& args) {
   std::vector<double> jacobian(residual.size() * m->dof());
   robotics::loop_jacobian(*m, frames, jacobian);
   const std::size_t rows = residual.size();
-  return Value(Map{{"residual", NumericArray(std::move(residual))},
+  return Value(Map{{"residual", NumericArray(std::move(residual), residual_array_unit(*m))},
                    {"jacobian", rows > 0 ? Value(NumericArray(std::move(jacobian), rows, m->dof()))
                                          : Value(List{})}});
 }
@@ -172,7 +173,7 @@ Result<Value> close(CommandContext& ctx, const Map& args) {
   }
   const robotics::Closure closed = robotics::close_loops(*m, start, target, held);
   if (!flag(args, "partial")) RMP_TRY(closed_or_fault(*m, closed));
-  return Value(Map{{"q", NumericArray(closed.q)},
+  return Value(Map{{"q", NumericArray(closed.q, joint_array_unit(*m))},
                    {"closed", closed.is_closed},
                    {"residual", closed.residual},
                    {"iterations", static_cast<std::int64_t>(closed.iterations)}});

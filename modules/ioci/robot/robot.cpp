@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
 #include "robotics/build_model.h"
@@ -139,8 +140,9 @@ Result<Value> base_type(CommandContext& ctx, const Map& args) {
 
 Result<Value> poses(CommandContext& ctx, const Map& args) {
   Map out;
-  for (const model::NamedPose& p : content<Robot>(ctx, args).poses)
-    out.set(p.name, NumericArray(p.q));
+  const Robot& r = content<Robot>(ctx, args);
+  const std::string unit = joint_array_unit(r);
+  for (const model::NamedPose& p : r.poses) out.set(p.name, NumericArray(p.q, unit));
   return Value(std::move(out));
 }
 

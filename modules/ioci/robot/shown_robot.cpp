@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
@@ -156,7 +157,7 @@ Value joints_answer(const Map& args, const model::Robot& robot, std::vector<doub
     for (std::size_t i = 0; i < q.size() && i < units.size(); ++i)
       if (units[i] == "rad") q[i] /= kDegree;
   }
-  return Value(NumericArray(std::move(q)));
+  return Value(NumericArray(std::move(q), joint_array_unit(robot, in_degrees(args))));
 }
 
 Result<std::vector<double>> given_or_shown(const CommandContext& ctx, const Map& args,

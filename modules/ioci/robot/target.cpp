@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
@@ -196,7 +197,7 @@ Result<std::vector<double>> solve_target(CommandContext& ctx, const Map& args,
 Result<Value> target_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const ShownRobot s, shown_robot(ctx, args));
   RMP_TRY_ASSIGN(auto q, solve_target(ctx, args, s));
-  return Value(NumericArray(std::move(q)));
+  return Value(NumericArray(std::move(q), joint_array_unit(content<Robot>(ctx, args))));
 }
 
 Result<Value> follow_target(CommandContext& ctx, const Map& args) {

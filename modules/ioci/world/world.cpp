@@ -10,6 +10,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/counted.h"
 #include "ioci/exchange/loaded.h"
+#include "ioci/robot/array_units.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
 #include "kernel/executor.h"
@@ -248,10 +249,11 @@ Result<Value> objects(CommandContext& ctx, const Map& args) {
 }
 Result<Value> robots(CommandContext& ctx, const Map& args) {
   return rows(content<World>(ctx, args).robots, [&](const auto& m) {
+    const model::Robot* robot = ctx.snapshot().get(m.robot);
     return Map{{"name", m.name},
                {"robot", Application::handle(m.robot)},
                {"placement", placement_value(m.placement)},
-               {"q", NumericArray(m.q)}};
+               {"q", NumericArray(m.q, robot ? joint_array_unit(*robot) : std::string())}};
   });
 }
 Result<Value> trajectories(CommandContext& ctx, const Map& args) {
