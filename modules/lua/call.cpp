@@ -114,7 +114,7 @@ Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
     ++i;
   }
   if (i == top && gives_names(L, i, spec.params, next)) {
-    RMP_TRY_ASSIGN(Map named, to_map(L, i));
+    RMP_TRY_ASSIGN(Map named, to_map(L, i, 0, &spec.params));
     if (next == 0) return named;
     if (named.find("id"))
       return error(ErrorCode::usage, "id is given twice", "Leave it out of the braces.");
@@ -130,7 +130,7 @@ Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
                        " that " + spec.name + " takes",
                    "help(\"" + spec.name + "\") lists them.");
     if (lua_isnil(L, i)) continue;
-    auto value = to_value(L, i);
+    auto value = argument_value(L, i, spec.params, spec.params[next].name);
     if (!value.ok()) return std::move(value).error().in(spec.params[next].name);
     args.set(spec.params[next].name, std::move(*value));
   }

@@ -108,9 +108,80 @@ Result<Value> table_to_value(lua_State* L, int table, int depth) {
   return list_from(L, table, keys.integers, depth);
 }
 
+/// Tables of fewer rows are values like others.
+constexpr std::size_t kManyRows = 16;
+
+/// The numbers of a plain table with the keys 1, 2, 3, ... in that order, appended to `out`; their
+/// count, 0 for any other table. The stack stays as it was.
+std::size_t append_numbers(lua_State* L, int table, std::vector<double>& out) {
+  if (lua_type(L, table) != LUA_TTABLE || lua_getmetatable(L, table) != 0) {
+    if (lua_type(L, table) == LUA_TTABLE) lua_pop(L, 1);
+    return 0;
+  }
+  lua_Integer count = 0;
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    if (!lua_isinteger(L, -2) || lua_tointeger(L, -2) != count + 1 ||
+        lua_type(L, -1) != LUA_TNUMBER) {
+      lua_pop(L, 2);
+      return 0;
+    }
+    out.push_back(lua_tonumber(L, -1));
+    lua_pop(L, 1);
+    ++count;
+  }
+  return static_cast<std::size_t>(count);
+}
+
+/// A table of kManyRows rows and more, each of as many numbers, as a matrix: a value for every
+/// number would take ten times as long. nullopt for any other table, which to_value() reads.
+std::optional<Value> many_rows(lua_State* L, int index) {
+  const int table = lua_absindex(L, index);
+  if (lua_type(L, table) != LUA_TTABLE || lua_rawlen(L, table) < kManyRows || !lua_checkstack(L, 8))
+    return std::nullopt;
+  if (lua_getmetatable(L, table) != 0) {
+    lua_pop(L, 1);
+    return std::nullopt;
+  }
+  std::vector<double> numbers;
+  std::size_t rows = 0, width = 0;
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    const bool is_next =
+        lua_isinteger(L, -2) && lua_tointeger(L, -2) == static_cast<lua_Integer>(rows + 1);
+    const std::size_t count = is_next ? append_numbers(L, lua_gettop(L), numbers) : 0;
+    if (rows == 0 && count > 0) {
+      width = count;
+      numbers.reserve(width * static_cast<std::size_t>(lua_rawlen(L, table)));
+    }
+    if (count == 0 || count != width) {
+      lua_pop(L, 2);
+      return std::nullopt;
+    }
+    lua_pop(L, 1);
+    ++rows;
+  }
+  return Value(NumericArray(std::move(numbers), rows, width));
+}
+
+/// Whether rows of numbers may be given for a parameter: quantities whose form depends on the
+/// robot, such as q, qd and tau.
+bool takes_rows(const Schema* params, std::string_view name) {
+  if (!params) return false;
+  const auto at = std::find_if(params->begin(), params->end(),
+                               [&](const ParamSpec& p) { return p.name == name; });
+  return at != params->end() && at->type == "any" && !at->unit.empty();
+}
+
 }  // namespace
 
-Result<Map> to_map(lua_State* L, int index, int depth) {
+Result<Value> argument_value(lua_State* L, int index, const Schema& params, std::string_view name) {
+  if (takes_rows(&params, name))
+    if (auto matrix = many_rows(L, index)) return std::move(*matrix);
+  return to_value(L, index);
+}
+
+Result<Map> to_map(lua_State* L, int index, int depth, const Schema* params) {
   const int table = lua_absindex(L, index);
   if (depth == 0) t_text = 0;
   if (depth >= kDeepestValue || !lua_checkstack(L, 6))
@@ -129,7 +200,9 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
     std::size_t length = 0;
     const char* key = lua_tolstring(L, -2, &length);
     std::string name(key, length);
-    auto item = to_value(L, lua_gettop(L), depth + 1);
+    std::optional<Value> matrix;
+    if (takes_rows(params, name)) matrix = many_rows(L, -1);
+    auto item = matrix ? Result<Value>(std::move(*matrix)) : to_value(L, lua_gettop(L), depth + 1);
     if (!item.ok()) {
       lua_pop(L, 2);
       return std::move(item).error().in(name);

@@ -161,8 +161,13 @@ void push_command(lua_State* L, const ioci::CommandSpec& spec, bool is_method);
 // --- values (convert.cpp) ---------------------------------------------------------------------
 
 [[nodiscard]] Result<Value> to_value(lua_State* L, int index, int depth = 0);
-/// Named arguments of a table whose keys must be strings.
-[[nodiscard]] Result<Map> to_map(lua_State* L, int index, int depth = 0);
+/// Named arguments of a table whose keys must be strings. `params`, of a command: a table of many
+/// rows of numbers becomes a matrix where the command takes joint values or the like.
+[[nodiscard]] Result<Map> to_map(lua_State* L, int index, int depth = 0,
+                                 const Schema* params = nullptr);
+/// The same of one argument.
+[[nodiscard]] Result<Value> argument_value(lua_State* L, int index, const Schema& params,
+                                           std::string_view name);
 /// Pushes; `returns` (may be null) names the units and fields for printing.
 void push(Impl&, lua_State* L, const Value& value, const ioci::ReturnSpec* returns = nullptr);
 /// The ReturnSpec a table was pushed with; nullptr without.
