@@ -93,10 +93,11 @@ struct robomosp::lua::LuaState::Impl {
   /// What other threads hand to the thread of this state.
   const std::shared_ptr<CallQueue> calls = CallQueue::for_this_thread();
   lua_State* main = nullptr;
-  lua_State* current = nullptr;  ///< thread that runs now: what providers call back into
-  int depth = 0;                 ///< nested top-level runs
-  std::size_t used = 0;          ///< bytes allocated by Lua
-  std::size_t external = 0;      ///< bytes of arrays held by userdata
+  lua_State* current = nullptr;      ///< thread that runs now: what providers call back into
+  int depth = 0;                     ///< nested top-level runs
+  std::size_t used = 0;              ///< bytes allocated by Lua
+  std::size_t external = 0;          ///< bytes of arrays held by userdata
+  bool is_collected_rarely = false;  ///< see push()
   std::size_t collect_at = std::size_t{64} << 20;  ///< `external` at which a full collection runs
   bool stopping = false;                           ///< an interrupt is on its way up
   std::optional<int> exit_code;

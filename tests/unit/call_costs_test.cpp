@@ -50,6 +50,52 @@ TEST_F(CallCosts, ForwardKinematics) {
   EXPECT_LE(allocations("arm:fk{q = q}"), 8.5);
 }
 
+/// Worlds of 100 and of 5,000 objects, each of its own solid.
+constexpr const char* kWorlds = R"(
+  function filled(count)
+    local w, all = world.create{name = 'w' .. count}, {}
+    ioci.transaction(function()
+      for i = 1, count do
+        all[i] = {what = solid.create{name = 's' .. count .. '_' .. i,
+                  root = {kind = 'sphere', radius = 1}}, name = 'o' .. i, position = {i, 0, 0}}
+      end
+    end)
+    w:add_objects(all)
+    return w
+  end
+  few, many = filled(100), filled(5000)
+  collectgarbage()
+)";
+
+TEST_F(CallCosts, WhatListsObjectsWorksAsMuchForEachOfManyAsOfFew) {
+  run(kWorlds);
+  for (const char* call : {"objects()", "describe()"}) {
+    const auto of = [&](const std::string& world) {
+      const std::string code = "collectgarbage('stop') local r = " + world + ":" + call +
+                               " r = nil collectgarbage('restart') collectgarbage()";
+      run(code);
+      const std::size_t before = test::allocations;
+      run(code);
+      return static_cast<double>(test::allocations - before);
+    };
+    const double few = of("few"), many = of("many");
+    EXPECT_LE(many, 50.5 * few) << call << " " << few << " " << many;
+    EXPECT_GE(many, 25 * few) << call << " " << few << " " << many;
+  }
+}
+
+TEST_F(CallCosts, LongAnswersAreNotCollectedAgainAndAgain) {
+  run(kWorlds);
+  // Each collection marks and sweeps every row that is alive. With the pause of Lua itself there
+  // are 14 for 10 answers.
+  run("local n, rest = 0, {}\n"
+      "rest.__gc = function() n = n + 1 setmetatable({}, rest) end\n"
+      "setmetatable({}, rest)\n"
+      "for _ = 1, 10 do many:objects() end\n"
+      "rest.__gc = nil\n"
+      "assert(n >= 1 and n <= 7, n .. ' collections')");
+}
+
 TEST_F(CallCosts, AnObjectIsAddedToALargeWorldAsToASmallOne) {
   run("solid.create{name = 'brick', root = {kind = 'box', x = 1, y = 1, z = 1}}\n"
       "small, large = world.create{name = 'small'}, world.create{name = 'large'}\n"
