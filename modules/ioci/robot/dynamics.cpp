@@ -519,11 +519,13 @@ RMP_COMMANDS(robot_dynamics_commands) {
                        "Of the base's origin, without gravity, in the mounting frame's axes."),
               -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec base_w =
-      between(optional("base_angular_velocity", "vec3", "rad/s", "How the base turns."),
+      between(optional("base_angular_velocity", "vec3", "rad/s",
+                       "Angular velocity of the base, in the mounting frame's axes."),
               -kMostOfAJoint, kMostOfAJoint);
-  const ParamSpec base_wd = between(
-      optional("base_angular_acceleration", "vec3", "rad/s^2", "How the base's turning changes."),
-      -kMostOfAJoint, kMostOfAJoint);
+  const ParamSpec base_wd =
+      between(optional("base_angular_acceleration", "vec3", "rad/s^2",
+                       "Angular acceleration of the base, in the mounting frame's axes."),
+              -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec close =
       defaulted("close", "bool", "", false,
                 "First closes the loops: joints without motors move to where those with motors, as "

@@ -53,8 +53,8 @@ Schema make_link_schema(bool is_prismatic, bool creating) {
       optional("axis", "vec3", "",
                "With an origin: the joint's axis in the link's frame; {0, 0, 1} when left out."),
       optional("mimic", "any", "",
-               "The joint follows another one: {link = ..., ratio = 1, offset = 0}. false lets it "
-               "move by itself."),
+               "The joint follows another one: {link = ..., ratio = 1, offset = 0}; its value is "
+               "ratio times that one's value plus offset. false lets it move by itself."),
       optional("passive", "bool", "", "It has no motor: springs, gravity or a loop move it."),
       optional("a", "real", "m", "Link length."),
       optional("alpha", "real", "rad", "Link twist."),
@@ -67,18 +67,28 @@ Schema make_link_schema(bool is_prismatic, bool creating) {
           above_zero(optional("max_acceleration", "real", rate2, "Greatest joint acceleration."))),
       unbounded(above_zero(
           optional("max_jerk", "real", rate3, "Greatest change of the acceleration with time."))),
-      unbounded(above_zero(
-          optional("max_force", "real", force, "Greatest torque or force of the joint."))),
-      between(optional("motor_inertia", "real", "kg m^2", "Jm, at the motor."), 0,
-              std::numeric_limits<double>::infinity()),
-      optional("gear_ratio", "real", "", "G, may be negative."),
-      between(optional("viscous", "real", "N m s/rad", "B, viscous friction at the motor."), 0,
-              std::numeric_limits<double>::infinity()),
-      between(optional("coulomb_positive", "real", "N m",
-                       "Tc+, Coulomb friction for positive speed at the motor."),
+      unbounded(above_zero(optional("max_force", "real", force,
+                                    "Greatest torque or force of the joint, behind the gear."))),
+      between(optional("motor_inertia", "real", "kg m^2",
+                       "Jm, of the rotor at the motor; gear_ratio^2 Jm at the joint."),
               0, std::numeric_limits<double>::infinity()),
-      between(optional("coulomb_negative", "real", "N m",
-                       "Tc-, Coulomb friction for negative speed at the motor."),
+      optional("gear_ratio", "real", "",
+               "G, turns of the motor for one of the joint (radians for one metre of a prismatic "
+               "one); negative where the motor turns against the joint."),
+      between(optional("viscous", "real", "N m s/rad",
+                       "B, viscous friction at the motor; gear_ratio^2 B at the joint."),
+              0, std::numeric_limits<double>::infinity()),
+      between(
+          optional(
+              "coulomb_positive", "real", "N m",
+              "Tc+, not below 0: Coulomb friction at the motor while the velocity of the joint is "
+              "positive, whatever the sign of gear_ratio; abs(gear_ratio) Tc+ at the joint."),
+          0, std::numeric_limits<double>::infinity()),
+      between(optional(
+                  "coulomb_negative", "real", "N m",
+                  "Tc-, not above 0: Coulomb friction at the motor while the velocity of the joint "
+                  "is negative, whatever the sign of gear_ratio; abs(gear_ratio) Tc- at the "
+                  "joint."),
               -std::numeric_limits<double>::infinity(), 0),
       between(optional("stiffness", "real", is_prismatic ? "N/m" : "N m/rad",
                        "Of a spring across the joint."),
