@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include <robomosp/sdk/eigen.h>
@@ -12,9 +13,11 @@
 #include "robotics/batch_kinematics.h"
 #include "robotics/decompositions.h"
 #include "robotics/joint_sampler.h"
+#include "robotics/thin_workspace.h"
 #include "spatial/parallel.h"
 #include "spatial/pose.h"
 #include "spatial/print.h"
+#include "spatial/vec.h"
 
 namespace robomosp::robotics {
 namespace {
@@ -61,7 +64,31 @@ struct Points {
   std::vector<Point> all;
   std::size_t half = 0;  ///< those of the first half of the samples
   int rank = 0;
+  TipMobility mobility;
+  std::vector<CurvePoint> curve;  ///< of each, where one coordinate alone moves the tip
+  double drawn = 0;               ///< the range of that coordinate over all samples
 };
+
+/// The coordinate of a velocity, of joints with one of each; nullopt for balls and free joints.
+std::optional<std::size_t> coordinate_of(const RobotModel& model, std::ptrdiff_t velocity) {
+  for (const JointModel& j : model.joints)
+    if (!j.is_coupled() && j.v_index == velocity && coordinate_count(j.type) == 1)
+      return static_cast<std::size_t>(j.q_index);
+  return std::nullopt;
+}
+
+/// True where a whole turn of the coordinate brings the tip back: one revolute joint, which no
+/// other joint follows.
+bool comes_back(const RobotModel& model, std::size_t coordinate) {
+  std::size_t moved = 0;
+  bool turns = false;
+  for (const JointModel& j : model.joints)
+    if (j.q_index == static_cast<std::int32_t>(coordinate)) {
+      ++moved;
+      turns = j.type == JointType::revolute;
+    }
+  return moved == 1 && turns;
+}
 
 bool is_within(const Vec3& p, const std::array<Vec3, 2>& region) {
   for (std::size_t k = 0; k < 3; ++k)
@@ -82,6 +109,9 @@ Result<Points> sampled(const RobotModel& model, std::span<const double> fixed,
   std::vector<std::uint8_t> keep(chunk);
   Points out;
   sampler.sample(0, std::span(q).first(n));
+  std::optional<std::size_t> coordinate;
+  bool is_periodic = false;
+  double least = std::numeric_limits<double>::infinity(), greatest = -least;
   out.rank = singularity(model, o.tip, std::span(q).first(n), o.part).full_rank;
   for (std::size_t done = 0; done < o.samples;) {
     progress.report(static_cast<double>(done) / static_cast<double>(o.samples), "workspace");
@@ -95,6 +125,13 @@ Result<Points> sampled(const RobotModel& model, std::span<const double> fixed,
     kinematics.jacobians(o.tip, std::span(q).first(count * n), JacobianFrame::base,
                          std::span(poses).first(count), std::span(jacobians).first(count * 6 * dof),
                          scratch);
+    if (done == 0) {
+      constexpr std::size_t kProbes = 64;
+      out.mobility =
+          tip_mobility(std::span(jacobians).first(std::min(count, kProbes) * 6 * dof), dof);
+      coordinate = coordinate_of(model, out.mobility.only);
+      is_periodic = coordinate && comes_back(model, *coordinate);
+    }
     std::fill(keep.begin(), keep.end(), std::uint8_t{1});
     for (std::size_t i = 0; i < count; ++i) {
       poses[i].p = spatial::transform(model.base, poses[i].p);
@@ -109,9 +146,20 @@ Result<Points> sampled(const RobotModel& model, std::span<const double> fixed,
     });
     for (std::size_t i = 0; i < count; ++i)
       if (keep[i]) out.all.push_back({poses[i].p, values[i]});
+    if (coordinate) {
+      const auto column = static_cast<std::size_t>(out.mobility.only);
+      for (std::size_t i = 0; i < count; ++i) {
+        double x = q[i * n + *coordinate];
+        if (is_periodic) x = std::remainder(x, 2 * std::numbers::pi);
+        least = std::min(least, x), greatest = std::max(greatest, x);
+        const double* J = &jacobians[i * 6 * dof + 6 * column];
+        if (keep[i]) out.curve.push_back({x, std::hypot(J[0], J[1], J[2])});
+      }
+    }
     done += count;
     if (done == o.samples / 2) out.half = out.all.size();
   }
+  if (coordinate) out.drawn = greatest - least;
   return out;
 }
 
@@ -225,21 +273,43 @@ Result<Workspace> workspace(const RobotModel& model, std::span<const double> fix
     return error(ErrorCode::invalid_argument,
                  "voxels of that size would be more than " + std::to_string(kMostVoxels),
                  "Choose greater ones, or a smaller region.", "voxel");
+  const bool is_curve = !points.curve.empty();
+  if (is_curve) {
+    w.dimension = 1;
+    w.places.assign(w.grid.voxels(), Vec3{});
+  }
+  const auto sized = [&](std::size_t count) {
+    WorkspaceSize s = measured(w, flat);
+    if (!is_curve) return s;
+    // Samples of one joint leave gaps of a few times their mean distance: longer ones are
+    // configurations that the region or the filter leaves out.
+    constexpr double kGap = 64;
+    std::vector<CurvePoint> curve(points.curve.begin(),
+                                  points.curve.begin() + static_cast<std::ptrdiff_t>(count));
+    const WorkspaceSize length =
+        curve_length(curve, kGap * points.drawn / static_cast<double>(o.samples));
+    s.size = length.size, s.error = length.error;
+    return s;
+  };
   w.hits.assign(w.grid.voxels(), 0);
   w.best.assign(w.grid.voxels(), 0);
   w.mean.assign(w.grid.voxels(), 0);
   for (std::size_t i = 0; i < points.all.size(); ++i) {
-    if (i == points.half) w.half = measured(w, flat);
+    if (i == points.half) w.half = sized(i);
     const Point& x = points.all[i];
     const std::size_t v = w.grid.voxel_of(x.p);
+    if (is_curve &&
+        (w.hits[v] == 0 || spatial::norm(spatial::sub(x.p, w.grid.centre(v))) <
+                               spatial::norm(spatial::sub(w.places[v], w.grid.centre(v)))))
+      w.places[v] = x.p;
     ++w.hits[v];
     w.best[v] = std::max(w.best[v], x.manipulability);
     w.mean[v] += x.manipulability;
   }
-  if (points.half >= points.all.size()) w.half = measured(w, flat);
+  if (points.half >= points.all.size()) w.half = sized(points.all.size());
   for (std::size_t v = 0; v < w.hits.size(); ++v)
     if (w.hits[v]) w.mean[v] /= w.hits[v];
-  w.all = measured(w, flat);
+  w.all = sized(points.all.size());
   return w;
 }
 

@@ -59,9 +59,10 @@ struct WorkspaceOptions {
   std::size_t threads = 0;     ///< 0 = all cores; the answer does not depend on it
 };
 
-/// Reached voxels and the size of the body they make. A voxel counts half for each axis along which
-/// a neighbour is not reached (a face of the body half, an edge a quarter, a corner an eighth): the
-/// surface cuts it at an unknown place, so that half of the surface voxels are the error.
+/// Reached voxels and the size of the body they make (of a curve that one coordinate draws:
+/// curve_length()). A voxel counts half for each axis along which a neighbour is not reached (a
+/// face of the body half, an edge a quarter, a corner an eighth): the surface cuts it at an unknown
+/// place, so that half of the surface voxels are the error.
 struct WorkspaceSize {
   std::size_t voxels = 0, surface = 0;
   double size = 0;   ///< [m^3, m^2 or m, by the dimension]
@@ -70,14 +71,18 @@ struct WorkspaceSize {
 
 struct Workspace {
   VoxelGrid grid;
-  int dimension = 3;        ///< 2 where the tip stays in a plane across x, y or z; 1 on a line; 0
+  int dimension = 3;        ///< 2 where the tip stays in a plane across x, y or z; 1 on a line,
+                            ///< or where one coordinate draws a curve; 0
   Vec3 lower{}, upper{};    ///< box around the reached points [m]
   WorkspaceSize all, half;  ///< from all samples, and from the first half of them
   std::size_t samples = 0, counted = 0;  ///< drawn; within filter and region
   std::vector<std::uint32_t> hits;       ///< samples in each voxel of the grid
   std::vector<std::uint8_t> is_surface;  ///< of the reached ones
   std::vector<double> best, mean;        ///< manipulability over the samples of a voxel
-  int rank = 0;                          ///< of the Jacobian's part over the joint space
+  /// Of curves that one coordinate draws: the reached place nearest to each voxel's middle, which
+  /// itself is not reached. Else empty.
+  std::vector<Vec3> places;
+  int rank = 0;  ///< of the Jacobian's part over the joint space
 
   /// How much the size grew with the second half of the samples, over the size.
   [[nodiscard]] double growth() const {

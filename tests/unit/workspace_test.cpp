@@ -148,6 +148,49 @@ TEST(Workspace, OfASphericalArmIsAShellOfABallWithinItsErrorAtAnyVoxelSize) {
   EXPECT_NEAR(error_of[0.03], expected, 0.1 * expected);
 }
 
+/// One turn, between the limits if any, about an axis that leans by `lean` from the vertical; the
+/// tip is 0.5 m from it.
+RobotModel one_turn(double lower, double upper, double lean) {
+  RobotModel m;
+  m.name = "one turn";
+  JointModel& j =
+      conformance::add_joint(m, "turn", -1, JointType::revolute, conformance::turn_x(lean), {});
+  j.lower = lower, j.upper = upper;
+  m.tips = {{"tool", 0, conformance::shift(0.5, 0, 0)}};
+  m.number_coordinates();
+  return m;
+}
+
+TEST(Workspace, OfOneJointIsTheLengthOfItsCurve) {
+  robotics::WorkspaceOptions o;
+  o.samples = 20000;
+  for (const double lean : {0.0, 0.4, kPi / 2}) {
+    const auto arc = workspace_of(one_turn(-1, 0.5, lean), o);
+    EXPECT_EQ(arc.dimension, 1) << lean;
+    EXPECT_NEAR(arc.all.size, 0.5 * 1.5, arc.all.error) << lean;
+    EXPECT_LT(arc.all.error, 2e-3 * arc.all.size) << lean;
+    EXPECT_TRUE(arc.is_settled()) << lean;
+    // Turned several times, it is one circle.
+    const auto circle = workspace_of(one_turn(-20, 20, lean), o);
+    EXPECT_EQ(circle.dimension, 1) << lean;
+    EXPECT_NEAR(circle.all.size, 2 * kPi * 0.5, circle.all.error) << lean;
+    EXPECT_LT(circle.all.error, 2e-3 * circle.all.size) << lean;
+  }
+}
+
+TEST(Workspace, OfOneJointLeavesOutWhatItsFilterDoes) {
+  robotics::WorkspaceOptions o;
+  o.samples = 20000;
+  o.filter = [](std::span<const double> q, std::span<std::uint8_t> keep) -> Result<void> {
+    for (std::size_t i = 0; i < keep.size(); ++i)
+      if (q[i] > -0.5 && q[i] < 0.25) keep[i] = 0;
+    return {};
+  };
+  const auto w = workspace_of(one_turn(-1, 0.5, 0.4), o);
+  EXPECT_NEAR(w.all.size, 0.5 * (1.5 - 0.75), w.all.error);
+  EXPECT_LT(w.all.error, 5e-3);
+}
+
 TEST(Workspace, TellsByItsGrowthThatSamplesAreTooFew) {
   robotics::WorkspaceOptions o;
   o.voxel = 0.02;

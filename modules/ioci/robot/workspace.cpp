@@ -158,7 +158,7 @@ Result<Value> reachability(CommandContext& ctx, const Map& args) {
   o.collision = a.contact ? &*a.contact : nullptr;
   std::vector<Vec3> points;
   for (std::size_t v = 0; v < w.hits.size(); ++v)
-    if (w.hits[v]) points.push_back(w.grid.centre(v));
+    if (w.hits[v]) points.push_back(w.places.empty() ? w.grid.centre(v) : w.places[v]);
   RMP_TRY_ASSIGN(const auto share,
                  sim::reachability(ctx.app.registry, ik, points, o, ctx.progress));
   recording::Recording r = sim::workspace_recording(*a.model, w);
@@ -269,10 +269,13 @@ Schema space_params(std::int64_t samples) {
 }
 
 std::vector<ParamSpec> size_fields() {
-  return {field("dimension", "int", "", "3, or 2 of a tip that stays in a plane, 1 on a line."),
+  return {field("dimension", "int", "",
+                "3, or 2 of a tip that stays in a plane, 1 on a line or of a single joint."),
           field("what", "string", "", "volume, area or length."),
           field("size", "real", "", "Of what is reached [m^3, m^2 or m]."),
-          field("error", "real", "", "Half of the voxels on the surface, in the same unit."),
+          field("error", "real", "",
+                "Of the size, in the same unit: half of the voxels on the surface; of a "
+                "single joint that of the ends of its curve."),
           field("half_size", "real", "", "The size after half of the samples."),
           field("growth", "real", "", "By the second half of the samples, over the size."),
           field("settled", "bool", "", "Whether that growth is less than the error and than 5 %."),
