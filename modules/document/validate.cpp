@@ -19,6 +19,7 @@
 #include "kernel/utf8.h"
 #include "model/data.h"
 #include "model/placement.h"
+#include "model/solid_edit.h"
 #include "robotics/coordinates.h"
 #include "spatial/principal.h"
 
@@ -285,6 +286,9 @@ Result<void> check_fillet(double fillet, double smallest, const char* of_what,
 /// Sizes that are in range one by one and make no sense together.
 Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
   const auto& v = n.sizes;
+  if (n.is_centred && !model::height_of(n.kind))
+    return fault("a " + std::string(csg_info(n.kind).name) + of + " cannot be centred",
+                 "Only primitives that stand on z = 0 can.");
   switch (n.kind) {
     case CsgKind::box: return check_fillet(v[3], std::min({v[0], v[1], v[2]}), "side", of);
     case CsgKind::cylinder:

@@ -11,6 +11,7 @@
 #include "kernel/schema.h"
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "model/solid_edit.h"
 #include "spatial/pose.h"
 
 namespace robomosp::evaluation {
@@ -100,6 +101,7 @@ Result<CsgTree> tree_of(const model::Solid& solid, const Expand& expand) {
     const std::int32_t parent_node = has_parent ? first_node[parent] : -1;
     first_node.push_back(at);
     if (n.kind != CsgKind::custom) {
+      if (n.is_centred) placement = spatial::compose(placement, model::node_T_body(n));
       tree.nodes.push_back(
           {n.kind, parent_node, placement, n.sizes, n.name, n.profile, n.geometry, n.select});
       continue;

@@ -13,6 +13,7 @@
 #include "kernel/units.h"
 #include "model/parametric.h"
 #include "model/placement.h"
+#include "model/solid_edit.h"
 #include "model/words.h"
 #include "robotics/coordinates.h"
 
@@ -130,6 +131,9 @@ class Binder : public DeclaredReader {
     placement(rules, n.placement);
     rules.push_back(
         words("frame", {"parent", "global"}, [&](std::size_t k) { n.is_global = k == 1; }));
+    if (model::height_of(n.kind))
+      rules.push_back(
+          words("centred", {"false", "true"}, [&](std::size_t k) { n.is_centred = k == 1; }));
     if (n.kind == CsgKind::fillet || n.kind == CsgKind::chamfer)
       rules.push_back(string("select", n.select));
     if (n.kind == CsgKind::prism || n.kind == CsgKind::revolution)

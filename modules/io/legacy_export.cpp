@@ -12,6 +12,7 @@
 #include "kernel/file_root.h"
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "model/solid_edit.h"
 #include "spatial/pose.h"
 
 namespace robomosp::io {
@@ -184,6 +185,7 @@ class Exporter {
     const auto primitive = [&](const std::string& word, double lift, double turn,
                                const std::vector<double>& sizes) {
       Placement p = n.placement;
+      lift += model::node_T_body(n).p[2];
       if (turn != 0 || lift != 0) {
         const Pose local{spatial::from_rpy({0, 0, turn}), {0, 0, lift}};
         const Pose t = spatial::compose(pose(p), local);

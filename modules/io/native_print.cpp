@@ -153,6 +153,7 @@ class Printer {
   std::vector<std::string> node_fields(const SolidNode& n) {
     std::vector<std::string> fields = placement(n.placement);
     if (n.is_global) fields.emplace_back("frame global");
+    if (n.is_centred) fields.emplace_back("centred true");
     for (std::string& f : sizes(n)) fields.push_back(std::move(f));
     if (!n.select.empty()) fields.push_back("select " + quote(n.select));
     if (n.geometry) {

@@ -70,6 +70,8 @@ struct SolidNode {
   std::string select{};                           ///< edges of a fillet or chamfer, see CsgNode
   ProviderChoice primitive{};                     ///< of a custom node (robomosp.primitive/1)
   bool is_global = false;                         ///< placement is solid_T_node
+  /// Of primitives that stand on z = 0: the node's frame is at half their height.
+  bool is_centred = false;
 };
 template <class V>
 constexpr void fields(V& v, Of<SolidNode>) {
@@ -93,6 +95,8 @@ constexpr void fields(V& v, Of<SolidNode>) {
       .doc("Primitive of a plugin that a custom node is, with its parameters.");
   v("is_global", &SolidNode::is_global)
       .doc("Whether the placement is in the solid's frame instead of the parent's.");
+  v("is_centred", &SolidNode::is_centred)
+      .doc("Whether a primitive that stands on z = 0 has its frame at half its height instead.");
 }
 
 struct Solid {

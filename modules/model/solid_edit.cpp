@@ -60,6 +60,24 @@ std::size_t subtree_end(const Solid& s, std::size_t i) {
   return end;
 }
 
+std::optional<std::size_t> height_of(CsgKind kind) {
+  switch (kind) {
+    case CsgKind::box:
+    case CsgKind::wedge: return 2;
+    case CsgKind::cylinder: return 1;
+    case CsgKind::cone: return 2;
+    case CsgKind::frustum: return 4;
+    case CsgKind::pyramid: return 3;
+    case CsgKind::prism: return 0;
+    default: return std::nullopt;
+  }
+}
+
+Pose node_T_body(const SolidNode& n) {
+  const auto height = height_of(n.kind);
+  return n.is_centred && height ? spatial::translation({0, 0, -0.5 * n.sizes[*height]}) : Pose{};
+}
+
 std::vector<std::size_t> children_of(const Solid& s, std::size_t i) {
   std::vector<std::size_t> out;
   const std::size_t end = subtree_end(s, i);

@@ -21,6 +21,13 @@ struct Branch {
   std::map<std::string, std::string> expressions;
 };
 
+/// The number among a node's sizes that is the height of a primitive that stands on z = 0; none of
+/// other kinds. Such nodes may be centred.
+[[nodiscard]] std::optional<std::size_t> height_of(CsgKind);
+/// node_T_body of a primitive as the engines make it: the identity, or half the height down where
+/// the node is centred.
+[[nodiscard]] Pose node_T_body(const SolidNode&);
+
 [[nodiscard]] std::optional<std::size_t> find_node(const Solid&, std::string_view name);
 /// One past the last node of the subtree at `i`.
 [[nodiscard]] std::size_t subtree_end(const Solid&, std::size_t i);

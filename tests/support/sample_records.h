@@ -120,6 +120,7 @@ struct SampleRecords {
     s.measured = MeasuredMass{a_mass(), "scales"};
     s.nodes.push_back({CsgKind::union_, "all", -1, turned(), {}});
     s.nodes.push_back({CsgKind::box, "box", 0, turned(), {0.25, 0.5, 0.5, 0.01}});
+    s.nodes.back().is_centred = true;
     s.nodes.push_back({CsgKind::fillet, "round", 0, {}, {0.01}});
     s.nodes.back().select = "top";
     s.nodes.push_back({CsgKind::sphere, "knob", 2, {}, {0.3}});

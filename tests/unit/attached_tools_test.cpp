@@ -285,6 +285,38 @@ TEST_F(AttachedTools, GoIntoUrdfWithMassAndFrames) {
   std::filesystem::remove(file);
 }
 
+// Centred or not, a primitive is the same element of URDF, whose origins are centres.
+TEST_F(AttachedTools, CentredPrimitivesGoIntoUrdfWithTheirCentre) {
+  const auto file = std::filesystem::temp_directory_path() / "robomosp_centred.urdf";
+  run("function origins(nodes)\n"
+      "  local parts = {}\n"
+      "  for i, root in ipairs(nodes) do\n"
+      "    solid.create{name = 'piece' .. i, root = root} parts[i] = {what = 'piece' .. i}\n"
+      "  end\n"
+      "  local r = robot.create{name = 'one', links = {{name = 'arm', a = 0.1, parts = parts}}}\n"
+      "  os.remove('" +
+      file.string() + "') r:export_urdf{file = '" + file.string() +
+      "'}\n"
+      "  local f = io.open('" +
+      file.string() +
+      "') local text = f:read('a') f:close()\n"
+      "  local found = {}\n"
+      "  for kind, origin, shape in text:gmatch('<(%a+)[^<]*>%s*<origin ([^>]*)/>%s*<geometry>%s*"
+      "<([bcs][^>]*)/>') do\n"
+      "    found[#found + 1] = kind .. ' ' .. origin .. ' ' .. shape\n"
+      "  end\n"
+      "  document.undo() for i = 1, #nodes do document.undo() end\n"
+      "  assert(#found > 0, text) return table.concat(found, '; ')\n"
+      "end\n"
+      "a = origins{{kind = 'box', x = 0.1, y = 0.2, z = 0.3, position = {0.1, 0, 0.2}, centred = "
+      "true},\n"
+      "  {kind = 'cylinder', radius = 0.1, height = 0.4, position = {0.2, 0, 0}, centred = true}}\n"
+      "b = origins{{kind = 'box', x = 0.1, y = 0.2, z = 0.3, position = {0.1, 0, 0.05}},\n"
+      "  {kind = 'cylinder', radius = 0.1, height = 0.4, position = {0.2, 0, -0.2}}}\n"
+      "assert(a == b, a .. ' is not ' .. b)\n");
+  std::filesystem::remove(file);
+}
+
 TEST_F(AttachedTools, OfTheLibraryHaveMassesAndCentrePoints) {
   app().document.clear();
   run("least = {mig_torch_22 = 0.6, mig_torch_45 = 0.6, parallel_gripper = 0.8, angular_gripper = "

@@ -742,6 +742,33 @@ TEST_F(DerivedTest, PlacementsInTheSolidsFrameAndInOtherCoordinatesAreResolved) 
   EXPECT_NEAR(tree->nodes[3].placement.p[2], 4, 1e-12);
 }
 
+// Each kind of primitive that stands on z = 0, with a height of 0.4 m: its engine's frame is 0.2 m
+// below the node's, along the node's own z.
+TEST_F(DerivedTest, CentredPrimitivesHaveTheirFrameAtHalfTheirHeight) {
+  const std::vector<std::pair<CsgKind, std::array<double, 6>>> kinds{
+      {CsgKind::box, {1, 2, 0.4}},
+      {CsgKind::cylinder, {1, 0.4}},
+      {CsgKind::cone, {1, 0.5, 0.4}},
+      {CsgKind::frustum, {1, 2, 0.5, 1, 0.4}},
+      {CsgKind::wedge, {1, 2, 0.4, 0.1}},
+      {CsgKind::pyramid, {5, 1, 0, 0.4}},
+      {CsgKind::prism, {0.4}}};
+  for (const auto& [kind, sizes] : kinds) {
+    model::Solid s;
+    s.nodes.push_back({CsgKind::union_, "all", -1, {{0, 0, 7}, {}, {}}});
+    s.nodes.push_back({kind, "part", 0, {{1, 2, 3}, {std::numbers::pi / 2, 0, 0}, {}}, sizes});
+    s.nodes[1].is_centred = true;
+    const auto tree = evaluation::tree_of(s, {});
+    ASSERT_TRUE(tree.ok());
+    // Turned by 90 degrees about x, z points to -y: the base is at y + 0.2.
+    EXPECT_NEAR(tree->nodes[1].placement.p[0], 1, 1e-15) << s.nodes[1].name;
+    EXPECT_NEAR(tree->nodes[1].placement.p[1], 2.2, 1e-15);
+    EXPECT_NEAR(tree->nodes[1].placement.p[2], 3, 1e-15);
+    s.nodes[1].is_centred = false;
+    EXPECT_EQ(evaluation::tree_of(s, {})->nodes[1].placement.p[1], 2);
+  }
+}
+
 TEST_F(DerivedTest, SolidsPreparedTogetherAreFoundAndCancellingStops) {
   std::vector<AnyId> ids;
   for (int i = 1; i <= 12; ++i) ids.push_back(make("s" + std::to_string(i), box({}, i, 1, 1)));

@@ -209,6 +209,12 @@ TEST_F(NativeSolids, PositionsMayBeCylindricalSphericalAndGlobal) {
             "s.csg:3:37: 2 m is a length; an angle (rad) is expected.");
 }
 
+TEST_F(NativeSolids, PrimitivesThatStandMayBeCentred) {
+  const auto s = exact("box b { at (1, 2, 3)  centred true  x 1  y 1  z 1 }\n");
+  EXPECT_TRUE(s.nodes.at(0).is_centred);
+  EXPECT_NE(refusal("sphere s { radius 1 centred true }").find("centred"), std::string::npos);
+}
+
 TEST_F(NativeSolids, CustomNodesKeepTheParametersOfTheirPlugin) {
   const auto s =
       exact("custom wheel { at (0, 0, 0.1)  primitive gear { module 0.002  teeth 20 } }\n");

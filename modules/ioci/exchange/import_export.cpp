@@ -734,7 +734,9 @@ class Items {
     } else {
       return std::nullopt;
     }
-    p.pose = spatial::compose(model::pose(n.placement), spatial::translation({0, 0, lift}));
+    p.pose = spatial::compose(
+        model::pose(n.placement),
+        spatial::compose(model::node_T_body(n), spatial::translation({0, 0, lift})));
     return p;
   }
 

@@ -183,7 +183,8 @@ RMP_COMMANDS(solid_commands) {
   std::string kinds =
       "A node is a table: kind, an optional name, where it stands in its parent (placement, or "
       "position, cylindrical or spherical with rpy, xyz, zyz, quaternion or axis_angle; frame = "
-      "\"global\" counts from the solid's frame), and then\n\n"
+      "\"global\" counts from the solid's frame), and then what the table lists; with centred = "
+      "true a primitive that stands on z = 0 has its frame at half its height instead.\n\n"
       "| kind | fields | meaning |\n|---|---|---|\n";
   for (const CsgNodeInfo& p : kCsgNodes) {
     kinds += "| " + std::string(p.name) + " | ";
@@ -192,6 +193,7 @@ RMP_COMMANDS(solid_commands) {
     std::vector<std::string> more;
     if (p.kind == CsgKind::fillet || p.kind == CsgKind::chamfer) more.emplace_back("select");
     if (p.kind == CsgKind::prism || p.kind == CsgKind::revolution) more.emplace_back("profile");
+    if (model::height_of(p.kind)) more.emplace_back("centred");
     if (p.kind == CsgKind::imported) more.emplace_back("geometry");
     if (p.kind == CsgKind::custom) more.emplace_back("primitive");
     if (p.children == CsgChildren::one) more.emplace_back("children (one)");
@@ -258,17 +260,16 @@ RMP_COMMANDS(solid_commands) {
                     field("children", "list", "", "Of an operation: its nodes.")}},
        .effect = Effect::reads,
        .run = tree});
-  all.push_back(
-      {.name = "solid.mass",
-       .classic = "",
-       .summary = "Gives mass, centre of mass and inertia of a solid.",
-       .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
-       .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
-                             "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
-       .params = {self("solid"), about_field()},
-       .returns = {"map", "", "", body_mass_fields()},
-       .effect = Effect::reads,
-       .run = solid_mass});
+  all.push_back({.name = "solid.mass",
+                 .classic = "",
+                 .summary = "Gives mass, centre of mass and inertia of a solid.",
+                 .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
+                 .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
+                                       "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
+                 .params = {self("solid"), about_field()},
+                 .returns = {"map", "", "", body_mass_fields()},
+                 .effect = Effect::reads,
+                 .run = solid_mass});
   all.push_back(
       {.name = "solid.moments",
        .classic = "",

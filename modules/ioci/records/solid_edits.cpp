@@ -175,6 +175,8 @@ Result<Value> replace_node(CommandContext& ctx, const Map& args) {
     if (!is_placed) {
       b.nodes[0].placement = old.placement;
       b.nodes[0].is_global = old.is_global;
+      if (!is_given("centred"))
+        b.nodes[0].is_centred = old.is_centred && model::height_of(b.nodes[0].kind).has_value();
       std::erase_if(b.expressions, [&](const auto& e) {
         const std::string& top = b.nodes[0].name;
         return e.first.starts_with(top + ".position.") || e.first.starts_with(top + ".rpy.") ||

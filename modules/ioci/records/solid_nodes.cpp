@@ -37,6 +37,11 @@ ParamSpec frame_spec() {
   return choice("frame", {"parent", "global"}, "What the placement counts from.");
 }
 
+ParamSpec centred_spec() {
+  return defaulted("centred", "bool", "", false,
+                   "The placement is that of the middle of its height, not of its base.");
+}
+
 bool is_drawn(CsgKind kind) { return kind == CsgKind::prism || kind == CsgKind::revolution; }
 bool is_edge_work(CsgKind kind) { return kind == CsgKind::fillet || kind == CsgKind::chamfer; }
 
@@ -48,6 +53,7 @@ Schema node_schema(CsgKind kind) {
   s.push_back(frame_spec());
   for (std::size_t i = 0; i < csg_size_count(kind); ++i)
     s.push_back(size_spec(csg_info(kind).sizes[i]));
+  if (model::height_of(kind)) s.push_back(centred_spec());
   if (is_edge_work(kind)) s.push_back(optional("select", "string", "", "The edges."));
   if (is_drawn(kind)) s.push_back(needed("profile", "any", "", "The outline."));
   if (kind == CsgKind::imported) s.push_back(needed("geometry", "map", "", "What it holds."));
@@ -143,6 +149,7 @@ Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::i
   RMP_TRY_ASSIGN(const Map args, read_map(ctx, schema, Value(given), path));
   RMP_TRY_ASSIGN(node.placement, read_placement_fields(given, path));
   node.is_global = text_of(args, "frame") == "global";
+  node.is_centred = model::height_of(kind) && flag(args, "centred");
   if (has(args, "name")) {
     RMP_TRY(check_node_name(*args.find("name"), path));
     node.name = text_of(args, "name");
@@ -316,6 +323,11 @@ Result<void> set_node_field(CommandContext& ctx, Solid& s, std::size_t index, st
     n.is_global = *v.as_string() == "global";
     return {};
   }
+  if (name == "centred" && model::height_of(n.kind)) {
+    RMP_TRY_ASSIGN(const Value v, check_value(centred_spec(), value, path));
+    n.is_centred = *v.as_bool();
+    return {};
+  }
   if (name == "kind" && csg_info(n.kind).children == CsgChildren::any) {
     RMP_TRY_ASSIGN(const Value v,
                    check_value(choice("kind", {"union", "difference", "intersection"}, "", true),
@@ -357,6 +369,7 @@ Result<void> set_node_field(CommandContext& ctx, Solid& s, std::size_t index, st
   if (csg_info(n.kind).children == CsgChildren::any) known.emplace_back("kind");
   if (is_edge_work(n.kind)) known.emplace_back("select");
   if (is_drawn(n.kind)) known.emplace_back("profile");
+  if (model::height_of(n.kind)) known.emplace_back("centred");
   if (n.kind == CsgKind::custom) known.emplace_back("primitive");
   known.insert(known.end(), std::begin(kPlacementFields), std::end(kPlacementFields));
   Error e = unknown_name("field", name, known);
@@ -368,6 +381,7 @@ Map node_map(const Solid& s, std::size_t node, const std::string& solid) {
   const SolidNode& n = s.nodes[node];
   Map m{{"kind", word_of(n.kind)}, {"name", n.name}, {"placement", placement_value(n.placement)}};
   if (n.is_global) m.set("frame", "global");
+  if (n.is_centred) m.set("centred", true);
   for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
     m.set(std::string(csg_info(n.kind).sizes[k].name), n.sizes[k]);
   if (!n.select.empty()) m.set("select", n.select);
