@@ -471,6 +471,11 @@ void Transaction::base_on(const SnapshotPtr& snapshot) {
 }
 
 const std::vector<AnyId>& Transaction::touched() const { return work_->touched; }
+Snapshot Transaction::before() const {
+  Snapshot s;
+  s.state_ = work_->base;
+  return s;
+}
 const Snapshot& Transaction::now() const {
   RMP_CHECK(work_ != nullptr, "a moved-from transaction was used");
   return work_->now;

@@ -140,6 +140,8 @@ class Transaction {
   void base_on(const SnapshotPtr& snapshot);
   /// The records as they would be after commit.
   [[nodiscard]] const Snapshot& now() const;
+  /// The records as they were when it began.
+  [[nodiscard]] Snapshot before() const;
   /// The records that were added, edited or removed, each once, in order of the first time.
   [[nodiscard]] const std::vector<AnyId>& touched() const;
   /// A name like `wanted` that its kind does not have yet: "bolt", "bolt_2", ...

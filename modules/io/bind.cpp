@@ -533,18 +533,19 @@ class Binder : public DeclaredReader {
 
   Result<void> trajectory() {
     Trajectory t;
-    Result<void> fields_read =
-        block(kFile, "a trajectory",
-              {name_rule(), string("description", t.description),
-               number("sample_time", "s", t.sample_time), parameter_rule(t.parametric),
-               repeated("segment", [&](Index i) -> Result<void> {
-                 out_.places[{"segment", t.segments.size()}] = at(i).offset;
-                 RMP_TRY_ASSIGN(auto s, at(i).argument == Argument::none ? stored_segment(i, t)
-                                                                         : shaped_segment(i));
-                 t.segments.push_back(std::move(s));
-                 return {};
-               })});
-    RMP_TRY(std::move(fields_read));
+    std::vector<Rule> rules{name_rule(), string("description", t.description),
+                            number("sample_time", "s", t.sample_time), parameter_rule(t.parametric),
+                            repeated("segment", [&](Index i) -> Result<void> {
+                              out_.places[{"segment", t.segments.size()}] = at(i).offset;
+                              RMP_TRY_ASSIGN(auto s, at(i).argument == Argument::none
+                                                         ? stored_segment(i, t)
+                                                         : shaped_segment(i));
+                              t.segments.push_back(std::move(s));
+                              return {};
+                            })};
+    const Type& type = type_of<Trajectory>();
+    add_rules({&type, &t, {}, {}, 0}, *type.field("along"), rules);
+    RMP_TRY(block(kFile, "a trajectory", rules));
     out_.record.body = std::move(t);
     return {};
   }

@@ -539,6 +539,10 @@ class Printer {
     named_parameters(t.parametric);
     if (differs(t.sample_time, Trajectory{}.sample_time))
       line("sample_time " + quantity(t.sample_time, "s"));
+    std::vector<Entry> along;
+    const Type& type = type_of<Trajectory>();
+    add_entries(type, *type.field("along"), &t, 0, along);
+    for (const Entry& e : along) put(e);
     for (const auto& s : t.segments) {
       if (s.stored) {
         open("segment {");

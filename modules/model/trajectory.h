@@ -2,6 +2,8 @@
 // Trajectories: segments and transitions (layer: data processing, model). SI and radians.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -86,11 +88,74 @@ constexpr void fields(V& v, Of<TrajectorySegment>) {
   v("transition", &TrajectorySegment::transition).doc("From the segment before.");
 }
 
+/// Edges of a solid that a trajectory runs along, and how. Its segments are made of them again when
+/// the solid changes. In the solid's frame.
+struct EdgePath {
+  SolidId solid;
+  std::vector<std::int64_t> edges;   ///< in order; numbers of solid.edges, 1 = the first
+  bool is_reversed = false;          ///< the other way round
+  Vec3 from{};                       ///< direction that the tool comes from; 0 = between the faces
+  double tilt = 0;                   ///< of the tool about the path [rad]
+  double lead = 0;                   ///< about the tool's y after that [rad]
+  double stand_off = 0;              ///< from the edge, along the tool [m]
+  double lead_in = 0, lead_out = 0;  ///< straight on before the first edge, after the last [m]
+  double approach = 0, retract = 0;  ///< along the tool [m]
+  double speed = 0;                  ///< along the edges [m/s]
+  double travel_speed = 0;           ///< of approach, retract and corners [m/s]; 0 = speed
+  double acceleration = 0;           ///< [m/s^2]; 0 = the default of the motion law
+  double chord = 0;                  ///< of edges that are no lines or arcs [m]; 0 = the solid's
+  bool operator==(const EdgePath&) const = default;
+};
+template <class V>
+constexpr void fields(V& v, Of<EdgePath>) {
+  v("solid", &EdgePath::solid).needed().doc("The solid that has the edges.");
+  v("edges", &EdgePath::edges).doc("In order: numbers of solid.edges.");
+  v("is_reversed", &EdgePath::is_reversed).doc("The other way round.");
+  v("from", &EdgePath::from)
+      .doc("Direction that the tool comes from, in the solid's frame; 0 is between the faces.");
+  v("tilt", &EdgePath::tilt).unit("rad").doc("Turn of the tool about the path.");
+  v("lead", &EdgePath::lead).unit("rad").doc("Turn about the tool's y after that.");
+  v("stand_off", &EdgePath::stand_off)
+      .unit("m")
+      .at_least(0)
+      .doc("Distance from the edge, along the tool.");
+  v("lead_in", &EdgePath::lead_in)
+      .unit("m")
+      .at_least(0)
+      .doc("Length straight on before the first edge.");
+  v("lead_out", &EdgePath::lead_out)
+      .unit("m")
+      .at_least(0)
+      .doc("Length straight on after the last edge.");
+  v("approach", &EdgePath::approach)
+      .unit("m")
+      .at_least(0)
+      .doc("Length along the tool to the first point.");
+  v("retract", &EdgePath::retract)
+      .unit("m")
+      .at_least(0)
+      .doc("Length along the tool from the last point.");
+  v("speed", &EdgePath::speed).unit("m/s").above(0).needed().doc("Along the edges.");
+  v("travel_speed", &EdgePath::travel_speed)
+      .unit("m/s")
+      .at_least(0)
+      .doc("Of approach, retract and corners; 0 is the speed along the edges.");
+  v("acceleration", &EdgePath::acceleration)
+      .unit("m/s^2")
+      .at_least(0)
+      .doc("Where the speed begins and ends; 0 is the default of the motion law.");
+  v("chord", &EdgePath::chord)
+      .unit("m")
+      .at_least(0)
+      .doc("Greatest distance of a chord from an edge that is no line or arc; 0 is the solid's.");
+}
+
 struct Trajectory {
   std::string description;
   double sample_time = 0.01;  ///< default time between samples [s]
   std::vector<TrajectorySegment> segments;
   Parametric parametric = {};
+  std::optional<EdgePath> along = {};  ///< what the segments are made of; none = they were given
 };
 template <class V>
 constexpr void fields(V& v, Of<Trajectory>) {
@@ -98,6 +163,8 @@ constexpr void fields(V& v, Of<Trajectory>) {
   v("parametric", &Trajectory::parametric).flat().doc("Parameters and expressions.");
   v("sample_time", &Trajectory::sample_time).unit("s").above(0).doc("Time between its samples.");
   v("segments", &Trajectory::segments).doc("Run one after another.");
+  v("along", &Trajectory::along)
+      .doc("Edges of a solid that the segments follow when the solid changes.");
 }
 
 }  // namespace robomosp::model

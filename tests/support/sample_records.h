@@ -246,6 +246,15 @@ struct SampleRecords {
     move.shape = a_choice("ptp");
     move.joints = {{0.1, 0.2}, {0.3, 0.4}};
     t.segments.push_back(move);
+    EdgePath along;
+    along.solid = block;
+    along.edges = {2, 1};
+    along.is_reversed = true;
+    along.from = {0.25, 0, 1};
+    along.tilt = 0.1, along.lead = 0.2, along.stand_off = 0.01;
+    along.lead_in = 0.02, along.lead_out = 0.03, along.approach = 0.04, along.retract = 0.05;
+    along.speed = 0.5, along.travel_speed = 0.6, along.acceleration = 0.7, along.chord = 0.001;
+    t.along = along;
     return t;
   }
   [[nodiscard]] model::Task a_task() const {

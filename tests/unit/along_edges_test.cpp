@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Edges of solids as curves, and trajectories along them.
+#include <unistd.h>
+
+#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -210,15 +213,236 @@ TEST_F(AlongEdges, AStandOffKeepsTheToolAwayFromTheEdge) {
             "");
 }
 
-TEST_F(AlongEdges, IsOneStepOfUndoAndFollowsTheSolidOfNow) {
+TEST_F(AlongEdges, IsOneStepOfUndoAndCountsWithinTheSolidOfNow) {
   run(R"(
     w = world.create{name = "w"}
-    way = trajectory.along_edges{name = "way", solid = plate, edges = {{0, 0.05, 0.01}}, speed = 0.05}
+    way = trajectory.along_edges{name = "way", solid = plate, edges = {{0, 0.05, 0.01}}, speed = 0.05,
+      follow = false}
     document.undo() assert(#trajectory.list() == 0) document.redo() assert(#trajectory.list() == 1)
     plate:set("body.x", 0.3)
     near(trajectory.get("way"):length(), 0.2)
     longer = trajectory.along_edges{name = "longer", solid = plate, edges = {{0, 0.05, 0.01}}, speed = 0.05}
     near(longer:length(), 0.3))");
+}
+
+/// A plate with bores whose sizes are parameters; the rim of the first bore and the front edge.
+class FollowedEdges : public AlongEdges {
+ protected:
+  void SetUp() override {
+    AlongEdges::SetUp();
+    run(R"(
+      part = solid.create{name = "part", parameters = {bore = "20 mm", width = "200 mm", high = "10 mm", at = "0 mm"},
+        root = {kind = "difference", children = {
+          {kind = "box", name = "body", x = "width", y = 0.1, z = "high"},
+          {kind = "cylinder", name = "bore", radius = "bore", height = 1, position = {"at", 0, -0.5}}}}}
+      rim = trajectory.along_edges{name = "rim", solid = part, edges = {{0.02, 0, 0.01}}, speed = 0.02,
+        acceleration = 1, tilt = 0.1}
+      front = trajectory.along_edges{name = "front", solid = part, edges = {{0, -0.05, 0.01}, {0.1, 0, 0.01}},
+        speed = 0.05}
+      function radius(way)
+        local p = way:sample(way:duration() / 3).position
+        return math.sqrt(p[1]^2 + p[2]^2), p[3]
+      end)");
+    before_ = warnings();
+  }
+  [[nodiscard]] std::size_t warnings() const {
+    std::size_t n = 0;
+    for (const auto& m : app().messages.recent(1000)) n += m.code == "edges_left" ? 1 : 0;
+    return n - before_;
+  }
+  std::size_t before_ = 0;
+};
+
+TEST_F(FollowedEdges, SegmentsFollowAParameterWithinOneStepOfUndo) {
+  run(R"(
+    near(radius(rim), 0.02)
+    near(front:length(), 0.3)
+    part:set_parameter{name = "bore", value = "35 mm"}
+    local r, z = radius(rim) near(r, 0.035) near(z, 0.01)
+    near(rim:length(), 2 * math.pi * 0.035)
+    near(front:length(), 0.3)
+    part:set_parameter{name = "high", value = "60 mm"}
+    r, z = radius(rim) near(r, 0.035) near(z, 0.06)
+    near(front:sample(0).position[3], 0.06)
+    part:set_parameter{name = "width", value = "300 mm"}
+    near(front:length(), 0.4) near(rim:length(), 2 * math.pi * 0.035)
+    part:set_parameter{name = "at", value = "50 mm"}
+    local p = rim:sample(rim:duration() / 3).position
+    near(math.sqrt((p[1] - 0.05)^2 + p[2]^2), 0.035)
+    -- Each edit is one step, with what follows.
+    for _ = 1, 4 do document.undo() end
+    near(rim:length(), 2 * math.pi * 0.02) near(front:length(), 0.3) near(radius(rim), 0.02)
+    document.redo() near(radius(rim), 0.035)
+    document.undo() document.undo() assert(#trajectory.list() == 1))");
+  EXPECT_EQ(warnings(), 0U);
+}
+
+TEST_F(FollowedEdges, TheSenseTheTiltAndTheOrderStay) {
+  // The tool stays on its side of the rim, and runs the same way round, at every radius and height.
+  run(R"(
+    local function turn(way)
+      local a, b = way:sample(way:duration() * 0.3), way:sample(way:duration() * 0.31)
+      return a.position[1] * b.position[2] - a.position[2] * b.position[1] > 0
+    end
+    local sense, pose = turn(rim), rim:sample(rim:duration() / 2).pose
+    for _, r in ipairs{0.049, 0.001, 0.03, 0.02} do
+      part:set_parameter{name = "bore", value = r}
+      part:set_parameter{name = "high", value = 2 * r}
+      assert(turn(rim) == sense)
+      local now = rim:sample(rim:duration() / 2).pose
+      for i = 1, 3 do for k = 1, 3 do near(now[i][k], pose[i][k], 1e-6) end end
+      near(front:sample(0).position[2], -0.05)
+      near(front:sample(front:duration()).position[1], 0.1)
+    end)");
+  EXPECT_EQ(warnings(), 0U);
+}
+
+TEST_F(FollowedEdges, AnEdgeAmongAlikeOnesStaysTheSame) {
+  // Concentric rims: the inner one grows beyond what the outer one was, and both follow.
+  run(R"(
+    local step = solid.create{name = "step", root = {kind = "difference", children = {
+      {kind = "box", x = 0.4, y = 0.4, z = 0.02},
+      {kind = "cylinder", name = "inner", radius = 0.05, height = 1, position = {0, 0, -0.5}},
+      {kind = "difference", name = "groove", position = {0, 0, 0.015}, children = {
+        {kind = "cylinder", name = "outside", radius = 0.12, height = 1},
+        {kind = "cylinder", name = "inside", radius = 0.1, height = 3, position = {0, 0, -1}}}}}}}
+    local ways = {}
+    for i, r in ipairs{0.05, 0.1, 0.12} do
+      ways[i] = trajectory.along_edges{name = "way" .. i, solid = step, edges = {{r, 0, 0.02}}, speed = 0.1}
+    end
+    step:set("outside.radius", 0.18) step:set("inside.radius", 0.13)
+    for i, r in ipairs{0.05, 0.13, 0.18} do near(ways[i]:length(), 2 * math.pi * r) end
+    step:set("inner.radius", 0.11)
+    for i, r in ipairs{0.11, 0.13, 0.18} do near(ways[i]:length(), 2 * math.pi * r) end)");
+  EXPECT_EQ(warnings(), 0U);
+}
+
+TEST_F(FollowedEdges, WhenAnEdgeIsGoneASentenceSaysSoAndUndoBringsItBack) {
+  run("part:remove_node{node = 'bore'} near(rim:length(), 2 * math.pi * 0.02)");
+  EXPECT_EQ(warnings(), 1U);
+  std::string said;
+  for (const auto& m : app().messages.recent(1000))
+    if (m.code == "edges_left") said = m.text;
+  EXPECT_NE(said.find("\"rim\" no longer follows solid \"part\""), std::string::npos) << said;
+  EXPECT_NE(said.find("circle of radius 20 mm about (0, 0, 10) mm) is gone"), std::string::npos)
+      << said;
+  run("assert(record.describe(rim).along == nil and record.describe(front).along)\n"
+      "part:set_parameter{name = 'width', value = 0.4} near(front:length(), 0.5)\n"
+      "document.undo() document.undo()\n"
+      "part:set_parameter{name = 'bore', value = 0.03} near(rim:length(), 2 * math.pi * 0.03)");
+}
+
+TEST_F(FollowedEdges, GroupsFollowAtTheirEnd) {
+  run(R"(
+    ioci.transaction(function()
+      part:remove_node{node = "bore"}
+      part:add_node{parent = part:tree().name, node = {kind = "cylinder", name = "bore", radius = 0.03, height = 1,
+        position = {0, 0, -0.5}}}
+      part:set_parameter{name = "width", value = 0.5}
+    end)
+    near(rim:length(), 2 * math.pi * 0.03) near(front:length(), 0.6)
+    document.undo() near(rim:length(), 2 * math.pi * 0.02) near(front:length(), 0.3))");
+  EXPECT_EQ(warnings(), 0U);
+}
+
+TEST_F(FollowedEdges, SegmentsThatAreEditedStayAsTheyAre) {
+  run(R"(
+    front:remove_segment{index = 1}
+    part:set_parameter{name = "width", value = 0.4}
+    assert(record.describe(front).along == nil)
+    near(rim:length(), 2 * math.pi * 0.02))");
+  EXPECT_EQ(warnings(), 1U);
+  // Made again after an edit of the solid, in one group, it follows.
+  run(R"(
+    ioci.transaction(function()
+      part:set_parameter{name = "width", value = 0.2}
+      trajectory.along_edges{name = "front", replace = true, solid = part, speed = 0.05,
+        edges = {{0, -0.05, 0.01}, {0.1, 0, 0.01}}}
+    end)
+    part:set_parameter{name = "width", value = 0.3}
+    near(front:length(), 0.4))");
+  EXPECT_EQ(warnings(), 1U);
+}
+
+TEST_F(FollowedEdges, ArgumentsAreFieldsThatTakeExpressions) {
+  run(R"(
+    record.set{id = rim, path = "along.stand_off", value = 0.005}
+    -- Half way between the faces, turned by the tilt: 5 mm off at 45 degrees and 0.1 rad.
+    local r, z = radius(rim)
+    near(math.sqrt((r - 0.02)^2 + (z - 0.01)^2), 0.005)
+    rim:set_parameter{name = "off", value = "2 mm"}
+    record.set{id = rim, path = "along.stand_off", value = "2 * off"}
+    r, z = radius(rim) near(math.sqrt((r - 0.02)^2 + (z - 0.01)^2), 0.004)
+    rim:set_parameter{name = "off", value = "1 mm"}
+    r, z = radius(rim) near(math.sqrt((r - 0.02)^2 + (z - 0.01)^2), 0.002)
+    local a = record.describe(rim).along
+    assert(a.solid == 'part' and a.speed == 0.02 and #a.edges == 1))");
+  EXPECT_EQ(warnings(), 0U);
+}
+
+TEST_F(FollowedEdges, APathThatIsSetCountsWithinTheSolidOfNowOrIsRefused) {
+  EXPECT_NE(refused("record.set(rim, 'along.edges', {99})").find("14 edges, and no edge 99"),
+            std::string::npos);
+  EXPECT_NE(refused("record.set(rim, 'along.edges', {})").find("no edge"), std::string::npos);
+  EXPECT_NE(refused("record.set(rim, 'along.speed', 0)").find("speed"), std::string::npos);
+  EXPECT_NE(refused("record.set(front, 'along.from', {0, 1, 0})").find("along"), std::string::npos);
+  EXPECT_NE(refused("record.create{kind = 'trajectory', name = 'x', fields = {along = {solid = "
+                    "'part', edges = {15}, speed = 0.1}}}")
+                .find("no edge 15"),
+            std::string::npos);
+  EXPECT_EQ(warnings(), 0U);
+  run(R"(
+    local e = part:edges{near = {0, 0.05, 0.01}}[1].index
+    record.set(rim, "along.edges", {e}) near(rim:length(), 0.2)
+    local made = record.create{kind = "trajectory", name = "made", fields = {along = {solid = "part",
+      edges = {e}, speed = 0.1}}}
+    near(made:length(), 0.2)
+    part:set_parameter{name = "width", value = 0.3} near(rim:length(), 0.3) near(made:length(), 0.3)
+    record.set(rim, "along", nil)
+    part:set_parameter{name = "width", value = 0.4} near(rim:length(), 0.3) near(made:length(), 0.4))");
+  EXPECT_EQ(warnings(), 0U);
+}
+
+TEST_F(FollowedEdges, ParametersOfAWorldAndGesturesAreFollowed) {
+  run(R"(
+    cell = world.create{name = "cell", parameters = {wide = "0.3 m", speed = "0.1 m/s"}}
+    part:set("body.x", "cell.wide") near(front:length(), 0.4)
+    cell:set_parameter{name = "wide", value = 0.5} near(front:length(), 0.6)
+    record.set(front, "along.speed", "cell.speed")
+    local slow = front:duration()
+    cell:set_parameter{name = "speed", value = 0.2} assert(front:duration() < 0.8 * slow)
+    document.undo() near(front:duration(), slow)
+    local g = gesture.begin{label = "wider"}
+    for _, w in ipairs{0.6, 0.2, 0.7} do
+      gesture.update(g, "world.set_parameter", {id = cell, name = "wide", value = w})
+      near(front:length(), w + 0.1)
+    end
+    gesture.cancel(g) near(front:length(), 0.6)
+    local copy = front:duplicate{name = "copy"}
+    cell:set_parameter{name = "wide", value = 0.35} near(copy:length(), 0.45) near(front:length(), 0.45))");
+  EXPECT_EQ(warnings(), 0U);
+}
+
+TEST_F(FollowedEdges, ASolidThatIsFollowedIsNotRemoved) {
+  EXPECT_NE(refused("part:remove()").find("rim"), std::string::npos);
+  run("rim:remove() front:remove() part:remove()");
+}
+
+TEST_F(FollowedEdges, FilesKeepWhatIsFollowed) {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("robomosp-rim-" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  const std::string at = (folder / "rim.tjc").string();
+  run("front:remove() record.save{id = rim, file = '" + at +
+      "'}\n"
+      "document.clear() rim = trajectory.load{file = '" +
+      at +
+      "'}\n"
+      "near(rim:length(), 2 * math.pi * 0.02)\n"
+      "solid.get('part'):set_parameter{name = 'bore', value = 0.04}\n"
+      "near(rim:length(), 2 * math.pi * 0.04)");
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(warnings(), 0U);
 }
 
 TEST_F(AlongEdges, IsMadeAgainUnderItsNameWhereWorldsRunIt) {
@@ -261,7 +485,7 @@ TEST_F(AlongEdges, WhatCannotBeRunIsSaid) {
             std::string::npos);
   EXPECT_NE(refused(head + "{{0.1, 0, 0.01}}, from = {0, 1, 0}}").find("runs along the direction"),
             std::string::npos);
-  EXPECT_NE(refused(head + "{{0.1, 0, 0.01}}, from = {0, 0, 0}}").find("runs along the direction"),
+  EXPECT_NE(refused(head + "{{0.1, 0, 0.01}}, from = {0, 0, 0}}").find("from has no direction"),
             std::string::npos);
   EXPECT_NE(refused(head + "{{0.1, 0, 0.01}}, lead_in = -1}").find("lead_in"), std::string::npos);
   EXPECT_NE(refused("trajectory.along_edges{name = 'x', solid = plate, speed = 0, edges = {1}}")

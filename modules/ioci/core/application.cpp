@@ -25,6 +25,7 @@
 #include "ioci/recording/watchers.h"
 #include "ioci/robot/solver_notes.h"
 #include "ioci/simulation/live_runs.h"
+#include "ioci/trajectory/followed_edges.h"
 #include "kernel/bare_numbers.h"
 #include "kernel/check.h"
 #include "kernel/executor.h"
@@ -603,6 +604,7 @@ Result<Value> Application::Call::settle(Result<Value> result) {
     if (transaction_) {
       // What has effects elsewhere is done by now and is not taken back.
       const bool can_stop = !is_own_thread_ && !all_.meets(kElsewhere);
+      if (auto followed = follow_edges(ctx_); !followed.ok()) return std::move(followed).error();
       auto commit = transaction_->commit(can_stop ? &ctx_.progress : nullptr);
       if (!commit.ok()) return std::move(commit).error();
     }
@@ -872,6 +874,11 @@ Result<void> Application::transaction(Session& session, std::string label,
   {
     const ScopedTransaction scoped(session.transaction_, &group);
     RMP_TRY(body());
+    SessionProgress progress(session);
+    CommandContext ctx(*this, session, progress);
+    ctx.transaction_ = &group;
+    ctx.may_edit_ = true;
+    RMP_TRY(follow_edges(ctx));
   }
   auto commit = group.commit();
   if (!commit.ok()) return std::move(commit).error();

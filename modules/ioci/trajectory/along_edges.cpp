@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trajectories along the edges of a solid: for seams, deburring, sealing.
+#include "ioci/trajectory/along_edges.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,11 +11,13 @@
 #include "ioci/core/commands.h"
 #include "ioci/records/solid_edges.h"
 #include "ioci/trajectory/segments.h"
+#include "kernel/check.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ioci {
 namespace {
 
+using model::EdgePath;
 using spatial::add;
 using spatial::cross;
 using spatial::dot;
@@ -122,13 +126,12 @@ Result<Pose> frame_at(const CsgEdgePoint& p, const Stance& stance, std::size_t n
 
 class Builder {
  public:
-  Builder(const CommandContext& ctx, const Map& args) : ctx_(ctx), args_(args) {
-    if (has(args, "from")) stance_.from = vec3(args, "from");
-    stance_.tilt = real(args, "tilt"), stance_.lead = real(args, "lead");
-    stance_.stand_off = real(args, "stand_off");
+  Builder(const CommandContext& ctx, const EdgePath& path) : ctx_(ctx), path_(path) {
+    if (path.from != Vec3{}) stance_.from = path.from;
+    stance_.tilt = path.tilt, stance_.lead = path.lead, stance_.stand_off = path.stand_off;
   }
 
-  Result<model::Trajectory> run(const std::vector<Leg>& legs) {
+  Result<std::vector<model::TrajectorySegment>> run(const std::vector<Leg>& legs) {
     // Runs without a corner: from rest to rest.
     for (std::size_t first = 0; first < legs.size();) {
       std::size_t last = first;
@@ -176,10 +179,9 @@ class Builder {
     const CsgEdgePoint &a = legs[first].edge.points.front(), &b = legs[last].edge.points.back();
     RMP_TRY_ASSIGN(Pose begin, frame_at(a, stance_, legs[first].number));
     RMP_TRY_ASSIGN(Pose end, frame_at(b, stance_, legs[last].number));
-    const bool is_start = made_.segments.empty();
+    const bool is_start = made_.empty();
     if (!is_start) RMP_TRY(turn_to(begin));
-    const double lead_in = is_start ? real(args_, "lead_in") : 0,
-                 lead_out = is_end ? real(args_, "lead_out") : 0;
+    const double lead_in = is_start ? path_.lead_in : 0, lead_out = is_end ? path_.lead_out : 0;
     std::vector<Map> way;  // at the working speed
     if (lead_in > 0) {
       const Pose before = moved(begin, scale(a.tangent, -lead_in));
@@ -192,10 +194,10 @@ class Builder {
       way.push_back(segment("line", points({end, after}), "fixed"));
       end = after;
     }
-    if (const double d = is_start ? real(args_, "approach") : 0; d > 0)
+    if (const double d = is_start ? path_.approach : 0; d > 0)
       RMP_TRY(keep(from_rest_to_rest(
           segment("line", points({moved(begin, scale(axis(begin, 2), -d)), begin}), "fixed"))));
-    const double speed = real(args_, "speed");
+    const double speed = path_.speed;
     for (std::size_t i = 0; i < way.size(); ++i) {
       Map& m = way[i];
       m.set("speed", speed);
@@ -206,13 +208,13 @@ class Builder {
       } else {
         m.set("law", "trapezoidal");
         m.set("angular_acceleration", kAnyTurn);
-        if (has(args_, "acceleration")) m.set("acceleration", real(args_, "acceleration"));
+        if (path_.acceleration > 0) m.set("acceleration", path_.acceleration);
         if (i > 0) m.set("start_speed", speed);
         if (i + 1 < way.size()) m.set("end_speed", speed);
       }
       RMP_TRY(keep(std::move(m)));
     }
-    if (const double d = is_end ? real(args_, "retract") : 0; d > 0)
+    if (const double d = is_end ? path_.retract : 0; d > 0)
       RMP_TRY(keep(from_rest_to_rest(
           segment("line", points({end, moved(end, scale(axis(end, 2), -d))}), "fixed"))));
     last_ = end;
@@ -228,8 +230,8 @@ class Builder {
 
   Map from_rest_to_rest(Map m) const {
     m.set("law", "trapezoidal");
-    m.set("speed", real(args_, has(args_, "travel_speed") ? "travel_speed" : "speed"));
-    if (has(args_, "acceleration")) m.set("acceleration", real(args_, "acceleration"));
+    m.set("speed", path_.travel_speed > 0 ? path_.travel_speed : path_.speed);
+    if (path_.acceleration > 0) m.set("acceleration", path_.acceleration);
     return m;
   }
 
@@ -286,33 +288,50 @@ class Builder {
   Result<void> keep(Map table) {
     RMP_TRY_ASSIGN(auto segment,
                    read_segment(ctx_, Value(std::move(table)),
-                                "segments[" + std::to_string(made_.segments.size() + 1) + "]"));
-    made_.segments.push_back(std::move(segment));
+                                "segments[" + std::to_string(made_.size() + 1) + "]"));
+    made_.push_back(std::move(segment));
     return {};
   }
 
   const CommandContext& ctx_;
-  const Map& args_;
+  const EdgePath& path_;
   Stance stance_;
   Pose last_;
-  model::Trajectory made_;
+  std::vector<model::TrajectorySegment> made_;
 };
 
 Result<Value> along_edges(CommandContext& ctx, const Map& args) {
-  const auto id = typed<model::Solid>(args, "solid");
-  const double chord =
-      has(args, "chord") ? real(args, "chord") : content<model::Solid>(ctx, args, "solid").chord;
-  RMP_TRY_ASSIGN(const auto all, ctx.app.derived.edges(ctx.snapshot(), id, chord, ctx.progress));
+  EdgePath path;
+  path.solid = typed<model::Solid>(args, "solid");
+  path.is_reversed = flag(args, "reverse");
+  if (has(args, "from")) {
+    path.from = vec3(args, "from");
+    if (path.from == Vec3{})
+      return error(ErrorCode::invalid_argument, "from has no direction: its length is 0",
+                   "Give the direction that the tool comes from, or leave from out.", "from");
+  }
+  for (const auto& [word, number] : {std::pair<const char*, double*>{"tilt", &path.tilt},
+                                     {"lead", &path.lead},
+                                     {"stand_off", &path.stand_off},
+                                     {"lead_in", &path.lead_in},
+                                     {"lead_out", &path.lead_out},
+                                     {"approach", &path.approach},
+                                     {"retract", &path.retract},
+                                     {"speed", &path.speed},
+                                     {"travel_speed", &path.travel_speed},
+                                     {"acceleration", &path.acceleration},
+                                     {"chord", &path.chord}})
+    if (has(args, word)) *number = real(args, word);
+  RMP_TRY_ASSIGN(const auto all, edges_along(ctx, ctx.snapshot(), path));
   RMP_TRY_ASSIGN(const auto chosen, read_edges(*all, *args.find("edges")->as_list(), "edges"));
-  if (chosen.empty())
-    return error(ErrorCode::invalid_argument, "no edge is given",
-                 "Give numbers of solid.edges, or places near edges.", "edges");
-  RMP_TRY_ASSIGN(const auto legs, chain(*all, chosen, flag(args, "reverse")));
-  RMP_TRY_ASSIGN(model::Trajectory t, Builder(ctx, args).run(legs));
+  for (const std::size_t e : chosen) path.edges.push_back(static_cast<std::int64_t>(e) + 1);
+  model::Trajectory t;
+  RMP_TRY_ASSIGN(t.segments, segments_along(ctx, *all, path));
   const std::string name = text_of(args, "name");
   t.description = text_of(args, "description");
   if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
   RMP_TRY(check_trajectory(ctx, name, t));
+  if (flag(args, "follow")) t.along = std::move(path);
   const auto existing = ctx.snapshot().find(Kind::trajectory, name);
   if (!flag(args, "replace") || !existing) {
     RMP_TRY_ASSIGN(const auto made, ctx.edit().add(name, std::move(t)));
@@ -321,6 +340,9 @@ Result<Value> along_edges(CommandContext& ctx, const Map& args) {
   // Where it stands in worlds it goes on standing; what is not given stays as it was.
   RMP_TRY(change<model::Trajectory>(ctx, *existing, [&](model::Trajectory& old) -> Result<void> {
     old.segments = std::move(t.segments);
+    old.along = std::move(t.along);
+    drop_expressions(old, "segments");
+    drop_expressions(old, "along");
     if (!t.description.empty()) old.description = std::move(t.description);
     if (has(args, "sample_time")) old.sample_time = t.sample_time;
     return {};
@@ -329,6 +351,41 @@ Result<Value> along_edges(CommandContext& ctx, const Map& args) {
 }
 
 }  // namespace
+
+Result<std::shared_ptr<const std::vector<CsgEdge>>> edges_along(const CommandContext& ctx,
+                                                                const document::Snapshot& records,
+                                                                const model::EdgePath& path) {
+  const model::Solid* solid = records.get(path.solid);
+  RMP_CHECK(solid, "edges of a solid that is not there");
+  return ctx.app.derived.edges(records, path.solid, path.chord > 0 ? path.chord : solid->chord,
+                               ctx.progress);
+}
+
+Result<std::vector<model::TrajectorySegment>> segments_along(const CommandContext& ctx,
+                                                             const std::vector<CsgEdge>& all,
+                                                             const model::EdgePath& path) {
+  if (path.edges.empty())
+    return error(ErrorCode::invalid_argument, "no edge is given",
+                 "Give numbers of solid.edges, or places near edges.", "edges");
+  std::vector<std::size_t> chosen;
+  for (const std::int64_t number : path.edges) {
+    if (number < 1 || static_cast<std::size_t>(number) > all.size())
+      return error(ErrorCode::invalid_argument,
+                   "the solid has " + std::to_string(all.size()) + " edges, and no edge " +
+                       std::to_string(number),
+                   "solid.edges lists them.", "edges");
+    chosen.push_back(static_cast<std::size_t>(number) - 1);
+  }
+  RMP_TRY_ASSIGN(const auto legs, chain(all, chosen, path.is_reversed));
+  return Builder(ctx, path).run(legs);
+}
+
+void drop_expressions(model::Trajectory& t, std::string_view under) {
+  std::erase_if(t.parametric.expressions, [&](const auto& e) {
+    return e.first.starts_with(under) &&
+           (e.first.size() == under.size() || e.first[under.size()] == '.');
+  });
+}
 
 RMP_COMMANDS(along_edges_commands) {
   const double most = std::numeric_limits<double>::max();
@@ -344,8 +401,9 @@ RMP_COMMANDS(along_edges_commands) {
            "In the solid's frame. The tool's x runs along the way, its z into the part, half way "
            "between the two faces or from where `from` says, then turned by tilt and lead. Lines "
            "and arcs are exact, other edges are splines through their points. At a corner the tool "
-           "stops and turns. The segments are those of now: they do not follow a later "
-           "edit of the solid.",
+           "stops and turns. When the solid changes, the segments are made again in the same "
+           "step of the history. If an edge is gone then, or if you edit the segments yourself, "
+           "they stay as they are and a message says that they no longer follow the solid.",
        .example =
            "local plate = solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, "
            "z = 0.01}}\n"
@@ -382,6 +440,8 @@ RMP_COMMANDS(along_edges_commands) {
                                 "two points from the edge; the solid's own when left out.")),
             above_zero(optional("sample_time", "real", "s",
                                 "Time between samples when a run does not say otherwise.")),
+            defaulted("follow", "bool", "", true,
+                      "Make the segments again when the solid changes; false keeps those of now."),
             defaulted("replace", "bool", "", false,
                       "Put the segments in place of those of a trajectory that has the name: "
                       "worlds that run it run the new ones."),
