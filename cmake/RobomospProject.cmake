@@ -47,20 +47,24 @@ if(ROBOMOSP_MOLD)
   add_link_options(-fuse-ld=mold)
 endif()
 
-# Release is -O2; what computes a sample (hot) is -O3, what runs once a command or a
-# test (cold) is -O1: a third of the time to compile and no difference to a user.
+# Release is -O2; what computes a sample (hot) is -O3, what runs once a command or a test that computes
+# (cold) is -O1: a third of the time to compile and no difference to a user. A test that asks the
+# programs and the libraries only (asking) is -O0: two fifths less again than -O1.
 string(REPLACE "-O3" "-O2" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
 function(robomosp_speed target speed)
   if(speed STREQUAL "hot")
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
   elseif(speed STREQUAL "cold")
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  elseif(speed STREQUAL "asking")
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
   endif()
 endfunction()
 
-# robomosp_precompile(target set): compiles a target with the precompiled header
-# cmake/precompiled/<set>.h, which all targets of the set share. A source still includes what it uses:
-# -DROBOMOSP_PRECOMPILE=OFF shows what is missing.
+# robomosp_precompile(target set [speed]): compiles a target with the precompiled header
+# cmake/precompiled/<set>.h, which all targets of the set share; those of the speed `asking` have one of
+# their own, as the compiler takes none made for another kind of code. A source still includes what it
+# uses: -DROBOMOSP_PRECOMPILE=OFF shows what is missing.
 option(ROBOMOSP_PRECOMPILE "Share precompiled headers" ON)
 function(robomosp_precompile target set)
   if(NOT ROBOMOSP_PRECOMPILE)
@@ -70,6 +74,9 @@ function(robomosp_precompile target set)
   set(owner robomosp_precompiled_${set})
   if(type STREQUAL "EXECUTABLE")  # compiled with -fPIE, the others with -fPIC
     set(owner ${owner}_pie)
+  endif()
+  if("${ARGN}" STREQUAL "asking")
+    set(owner ${owner}_asking)
   endif()
   if(NOT TARGET ${owner})
     set(source "${CMAKE_BINARY_DIR}/precompiled/${owner}.cpp")
@@ -82,6 +89,9 @@ function(robomosp_precompile target set)
     target_include_directories(${owner} PRIVATE "${PROJECT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}/modules"
       "${PROJECT_SOURCE_DIR}/sdk/include")
     target_link_libraries(${owner} PRIVATE robomosp_flags)
+    if("${ARGN}" STREQUAL "asking")
+      robomosp_speed(${owner} asking)
+    endif()
     if(set MATCHES "tests$")
       target_link_libraries(${owner} PRIVATE GTest::gtest)
     endif()
@@ -281,26 +291,46 @@ function(robomosp_plugin name)
   install(TARGETS ${name} LIBRARY DESTINATION "${ROBOMOSP_PLUGIN_INSTALL_DIR}")
 endfunction()
 
-# robomosp_test(name SOURCES ... [LIBS libs] [LABELS labels]): one GoogleTest program, one CTest
-# entry. Tests that need files find them through the compile definitions ROBOMOSP_SOURCE_DIR,
-# ROBOMOSP_BUILD_DIR (programs in bin/, plugins in ROBOMOSP_PLUGIN_DIR).
+# robomosp_test(name SOURCES ... [LIBS libs] [LABELS labels] [INCLUDES folders]): one GoogleTest program,
+# one CTest entry. Those that compute much themselves match ROBOMOSP_COMPUTING_TESTS (tests/CMakeLists.txt),
+# the others are compiled for the compiler's sake. Tests that need files find them through the compile
+# definitions ROBOMOSP_SOURCE_DIR, ROBOMOSP_BUILD_DIR (programs in bin/, plugins in ROBOMOSP_PLUGIN_DIR).
+# Where ROBOMOSP_TEST_ROOMS is set, tests that link alike share one program: `name` is then a link to it,
+# and runs the tests of its own sources (tests/support/room_main.h). Those that need definitions of their
+# own, or replace what a program has once, stand in ROBOMOSP_ALONE_TESTS.
 function(robomosp_test name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LIBS;LABELS" ${ARGN})
-  add_executable(${name} ${arg_SOURCES})
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
-  target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}/modules" "${PROJECT_SOURCE_DIR}/tests")
-  target_compile_definitions(${name} PRIVATE
-    ROBOMOSP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" ROBOMOSP_BUILD_DIR="${CMAKE_BINARY_DIR}"
-    ROBOMOSP_PLUGIN_DIR="${ROBOMOSP_PLUGIN_OUTPUT_DIR}")
-  target_link_libraries(${name} PRIVATE robomosp_flags robomosp::sdk ${arg_LIBS} GTest::gtest_main)
-  robomosp_speed(${name} cold)
-  if("${arg_LIBS}" MATCHES "robomosp::(document|evaluation|io|collision|recording|sim|scene|task|ioci|lua|remote|shell)")
-    robomosp_precompile(${name} application_tests)
-  else()
-    robomosp_precompile(${name} tests)
+  cmake_parse_arguments(arg "" "" "SOURCES;LIBS;LABELS;INCLUDES" ${ARGN})
+  set(speed asking)
+  if(ROBOMOSP_SANITIZE OR name MATCHES "${ROBOMOSP_COMPUTING_TESTS}")
+    set(speed cold)
   endif()
-  robomosp_unite(${name})
-  add_test(NAME ${name} COMMAND ${name})
+  robomosp_room(room ${name} "${arg_LIBS}")
+  set(path "${CMAKE_BINARY_DIR}/tests/${name}")
+  if(IS_SYMLINK "${path}")
+    file(REMOVE "${path}")
+  endif()
+  if(room)
+    if(speed STREQUAL "cold")
+      string(APPEND room _computing)
+    endif()
+    string(APPEND room _tests)
+    set_property(DIRECTORY APPEND PROPERTY ROBOMOSP_ROOMS ${room})
+    set_property(DIRECTORY APPEND PROPERTY ${room}_SOURCES ${arg_SOURCES})
+    set_property(DIRECTORY APPEND PROPERTY ${room}_LIBS ${arg_LIBS})
+    set_property(DIRECTORY APPEND PROPERTY ${room}_INCLUDES ${arg_INCLUDES})
+    foreach(source ${arg_SOURCES})
+      set_property(DIRECTORY APPEND_STRING PROPERTY ${room}_TABLE "    {\"${name}\", \"${source}\"},\n")
+    endforeach()
+    file(MAKE_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
+    file(CREATE_LINK "${room}" "${path}" SYMBOLIC)
+    add_custom_target(${name})
+    add_dependencies(${name} ${room})
+  else()
+    robomosp_test_program(${name} ${speed} SOURCES ${arg_SOURCES} LIBS ${arg_LIBS} GTest::gtest_main
+      INCLUDES ${arg_INCLUDES})
+    robomosp_unite(${name})
+  endif()
+  add_test(NAME ${name} COMMAND "${path}")
   if(name IN_LIST ROBOMOSP_SANITIZED_TESTS)
     list(APPEND arg_LABELS sanitized)
     add_dependencies(sanitized_tests ${name})
@@ -324,4 +354,76 @@ function(robomosp_test name)
     set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT
       "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
   endif()
+endfunction()
+
+# The program with the sources of a test, or of many.
+function(robomosp_test_program target speed)
+  cmake_parse_arguments(arg "" "" "SOURCES;LIBS;INCLUDES" ${ARGN})
+  add_executable(${target} ${arg_SOURCES})
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
+  target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}/modules"
+    "${PROJECT_SOURCE_DIR}/tests" ${arg_INCLUDES})
+  target_compile_definitions(${target} PRIVATE
+    ROBOMOSP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" ROBOMOSP_BUILD_DIR="${CMAKE_BINARY_DIR}"
+    ROBOMOSP_PLUGIN_DIR="${ROBOMOSP_PLUGIN_OUTPUT_DIR}")
+  target_link_libraries(${target} PRIVATE robomosp_flags robomosp::sdk ${arg_LIBS})
+  robomosp_speed(${target} ${speed})
+  if("${arg_LIBS}" MATCHES "robomosp::(document|evaluation|io|collision|recording|sim|scene|task|ioci|lua|remote|shell)")
+    robomosp_precompile(${target} application_tests ${speed})
+  else()
+    robomosp_precompile(${target} tests ${speed})
+  endif()
+endfunction()
+
+# robomosp_room(out name libs): the room whose program a test is part of, by what it links; empty: none.
+function(robomosp_room out name libs)
+  set(${out} "" PARENT_SCOPE)
+  if(NOT ROBOMOSP_UNITY OR ROBOMOSP_SANITIZE OR NOT ROBOMOSP_TEST_ROOMS OR name IN_LIST ROBOMOSP_ALONE_TESTS)
+    return()
+  endif()
+  set(room base)
+  foreach(lib ${libs})
+    if(lib MATCHES "^robomosp::(shell|remote|lua|ioci)$")
+      set(room ${CMAKE_MATCH_1})
+      break()
+    elseif(lib MATCHES "^(irl|post_.*|program_readers)_core$|^robomosp::program")
+      set(room language)
+    elseif(lib MATCHES "^robomosp::(document|evaluation|io|collision|recording|motion|sim|scene|task)$")
+      set(room engine)
+    elseif(NOT lib MATCHES "^robomosp::(kernel|spatial|geometry|robotics)$|^(Eigen3::Eigen|nlohmann_json::nlohmann_json)$")
+      return()
+    endif()
+  endforeach()
+  if(room STREQUAL "ioci" AND "robomosp::lua" IN_LIST libs)
+    set(room lua)
+  endif()
+  set(${out} ${room} PARENT_SCOPE)
+endfunction()
+
+# Makes the programs of the rooms of a folder, at its end.
+function(robomosp_make_rooms)
+  get_property(rooms DIRECTORY PROPERTY ROBOMOSP_ROOMS)
+  list(REMOVE_DUPLICATES rooms)
+  foreach(room ${rooms})
+    foreach(what SOURCES LIBS INCLUDES TABLE)
+      get_property(${what} DIRECTORY PROPERTY ${room}_${what})
+    endforeach()
+    list(REMOVE_DUPLICATES LIBS)
+    list(REMOVE_DUPLICATES INCLUDES)
+    set(main "${CMAKE_CURRENT_BINARY_DIR}/rooms/${room}.cpp")
+    cmake_path(RELATIVE_PATH PROJECT_SOURCE_DIR BASE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/rooms" OUTPUT_VARIABLE up)
+    file(CONFIGURE OUTPUT "${main}" @ONLY CONTENT "\
+#include <string_view>
+#include <utility>
+inline constexpr std::pair<std::string_view, std::string_view> kTestsAndSources[] = {
+@TABLE@};
+#include \"@up@/tests/support/room_main.h\"
+")
+    set(speed asking)
+    if(room MATCHES "_computing_tests$")
+      set(speed cold)
+    endif()
+    robomosp_test_program(${room} ${speed} SOURCES ${SOURCES} "${main}" LIBS ${LIBS} GTest::gtest INCLUDES ${INCLUDES})
+    robomosp_unite_now(${room} "")
+  endforeach()
 endfunction()

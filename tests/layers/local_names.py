@@ -6,7 +6,10 @@ The sources of a folder are compiled together (docs/decisions/0072-unity-builds.
 declare the same name in an anonymous namespace, or as static, collide. The compiler reports only pairs
 that happen to share a unit today; this test reports every pair.
 
-usage: local_names.py ROOT | --self-test
+ROOMS is the folder with the lists of the programs that many tests share (robomosp_make_rooms in
+cmake/RobomospProject.cmake): their names are unique in a program.
+
+usage: local_names.py ROOT [ROOMS] | --self-test
 """
 import collections
 import os
@@ -46,7 +49,8 @@ def declared(statement, has_body):
     """What a statement at namespace scope declares: [(name, kind)]."""
     s = re.sub(r"\[\[.*?\]\]", "", " ".join(statement.split()))
     if s.startswith(("using namespace", "static_assert", "friend", "template class", "template struct",
-                     "extern template", "RMP_", "Handle(")):  # Handle() is a macro of Open CASCADE
+                     "extern template", "RMP_", "Handle(",  # Handle() is a macro of Open CASCADE
+                     "TEST(", "TEST_F(", "TEST_P(", "INSTANTIATE_TEST_SUITE_P(")):
         return []
     if s.startswith("template"):
         depth = 0
@@ -159,16 +163,32 @@ using Id = int; struct Only { int member; }; static_assert(true);
     assert not [m for m in collisions({"a.cpp": "using Id = int;", "b.cpp": "using Id = int;"})]
 
 
-def main(root):
+def rooms_of(rooms):
+    """The room of each test source: {name: room}."""
+    out = {}
+    for name in sorted(os.listdir(rooms)) if rooms else []:
+        with open(os.path.join(rooms, name), encoding="utf-8") as f:
+            out.update((source, name) for source in re.findall(r'\{"\w+", "([\w.]+)"\}', f.read()))
+    return out
+
+
+def main(root, rooms=None):
     self_test()
+    room_of = rooms_of(rooms)
     folders = collections.defaultdict(dict)
     for top in FOLDERS:
         for folder, _, names in os.walk(os.path.join(root, top)):
             for name in names:
                 path = os.path.relpath(os.path.join(folder, name), root)
-                if name.endswith(".cpp") and not ALONE.search(path) and not path.startswith("tests/"):
-                    with open(os.path.join(root, path), encoding="utf-8") as f:
-                        folders[os.path.dirname(path)][path] = f.read()
+                if not name.endswith(".cpp") or ALONE.search(path):
+                    continue
+                together = os.path.dirname(path)
+                if path.startswith("tests/"):
+                    if together != "tests/unit" or name not in room_of:
+                        continue
+                    together = room_of[name]
+                with open(os.path.join(root, path), encoding="utf-8") as f:
+                    folders[together][path] = f.read()
     faults = [m for files in folders.values() for m in collisions(files)]
     print("\n".join(faults) or f"{sum(map(len, folders.values()))} sources in {len(folders)} folders: no name twice")
     return 1 if faults or len(folders) < 20 else 0
@@ -178,4 +198,4 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["--self-test"]:
         self_test()
     else:
-        sys.exit(main(sys.argv[1]))
+        sys.exit(main(*sys.argv[1:]))

@@ -39,7 +39,7 @@ std::vector<double> configurations(const RobotModel& m, std::size_t count) {
     for (const double x : random.configuration(m)) q.push_back(x);
   return q;
 }
-double difference(const Pose& a, const Pose& b) {
+double pose_difference(const Pose& a, const Pose& b) {
   double most = 0;
   for (std::size_t k = 0; k < 9; ++k) most = std::max(most, std::fabs(a.R[k] - b.R[k]));
   for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::fabs(a.p[k] - b.p[k]));
@@ -63,14 +63,14 @@ TEST_P(EverySet, FramesAndTipsAreThoseOfTheMechanism) {
       const auto expected = conformance::joint_frames(m, q.data() + i * width);
       forward_kinematics(m, {q.data() + i * width, width}, single);
       for (std::size_t j = 0; j < joints; ++j) {
-        EXPECT_LT(difference(frames[i * joints + j], expected[j]), 1e-13) << m.name << j;
-        EXPECT_LT(difference(single[j], expected[j]), 1e-13) << m.name << j;
+        EXPECT_LT(pose_difference(frames[i * joints + j], expected[j]), 1e-13) << m.name << j;
+        EXPECT_LT(pose_difference(single[j], expected[j]), 1e-13) << m.name << j;
       }
     }
     for (std::size_t t = 0; t < m.tips.size(); ++t) {
       kinematics.tip_poses(t, q, tips, scratch);
       for (std::size_t i = 0; i < kCount; ++i)
-        EXPECT_LT(difference(tips[i], tip_pose(m, t, {&frames[i * joints], joints})), 1e-13)
+        EXPECT_LT(pose_difference(tips[i], tip_pose(m, t, {&frames[i * joints], joints})), 1e-13)
             << m.name << ", tip " << t;
     }
   }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 class Bodies : public test::CommandTest {
  protected:
@@ -95,7 +95,7 @@ TEST_F(Bodies, MassInAnotherFrameIsThatOfTheParallelAxisTheorem) {
   const Value there =
       call("solid.mass",
            {{"id", "block"},
-            {"about", Map{{"position", list({1, 0, 0})}, {"rpy", list({0, 0, kPi / 2})}}}});
+            {"about", Map{{"position", list({1, 0, 0})}, {"rpy", list({0, 0, kHalfTurn / 2})}}}});
   EXPECT_NEAR(array(there, "com")[0], 0, 1e-12);
   EXPECT_NEAR(array(there, "com")[1], 1, 1e-12);
   EXPECT_NEAR(array(there, "inertia")[0], m * (x * x + z * z) / 12, 1e-12);
@@ -203,7 +203,7 @@ TEST_F(Bodies, ALinksTenParametersAreThoseOfItsPartsInItsFrame) {
         {"links", List{Map{{"a", 0.3},
                            {"parts", List{Map{{"what", "block"},
                                               {"position", list({0.1, 0, 0})},
-                                              {"rpy", list({kPi / 2, 0, 0})}}}}}}}});
+                                              {"rpy", list({kHalfTurn / 2, 0, 0})}}}}}}}});
   const Value link = call("robot.link_mass", {{"id", "arm"}, {"link", 1}});
   EXPECT_EQ(*at(link, "source").as_string(), "designed");
   const double m = 8, cx = 0.1, cy = -0.025;
@@ -246,7 +246,7 @@ TEST_F(Bodies, FacesLieFlushWithOffsetAngleAndFlip) {
   EXPECT_EQ(app().document.undo_labels().size(), steps + 1);
   auto t = pin();
   // The plate's top without its bore has its centroid off the middle, towards -x.
-  const double hole = kPi * 25e-6, centroid = -hole * 0.06 / (0.02 - hole);
+  const double hole = kHalfTurn * 25e-6, centroid = -hole * 0.06 / (0.02 - hole);
   EXPECT_NEAR(t[3], centroid, 1e-9);
   EXPECT_NEAR(t[11], 0.023, 1e-12);
   EXPECT_NEAR(t[10], 1, 1e-12) << "it needs no turn";
@@ -275,7 +275,7 @@ TEST_F(Bodies, AxesComeTogetherInTheHole) {
                               {"on", "plate"},
                               {"on_feature", "hole radius 5 mm"},
                               {"offset", 0.01},
-                              {"angle", kPi / 2}}));
+                              {"angle", kHalfTurn / 2}}));
   auto t = pin();
   EXPECT_NEAR(t[3], 0.06, 1e-12);
   EXPECT_NEAR(t[7], 0, 1e-12);
@@ -346,7 +346,7 @@ TEST_F(Bodies, FeaturesTellTheHole) {
     ++holes;
     EXPECT_NEAR(number(f, "radius"), 0.005, 1e-12);
     EXPECT_NEAR(array(f, "point")[0], 0.06, 1e-12);
-    EXPECT_NEAR(number(f, "size"), 2 * kPi * 0.005 * 0.02, 1e-12);
+    EXPECT_NEAR(number(f, "size"), 2 * kHalfTurn * 0.005 * 0.02, 1e-12);
     EXPECT_TRUE(*at(f, "inward").as_bool());
   }
   EXPECT_EQ(holes, 1);
@@ -356,8 +356,9 @@ TEST_F(Bodies, FeaturesTellTheHole) {
 TEST_F(Bodies, CopiesOfAPartShareWhatItIsAndStandInRowsAndRings) {
   plate_and_pin();
   call("object.set", {{"id", "joint"}, {"path", "pin.position.x"}, {"value", 0.04}});
-  const Value names = call("object.duplicate_part",
-                           {{"id", "joint"}, {"part", "pin"}, {"count", 3}, {"turn", kPi / 2}});
+  const Value names =
+      call("object.duplicate_part",
+           {{"id", "joint"}, {"part", "pin"}, {"count", 3}, {"turn", kHalfTurn / 2}});
   ASSERT_EQ(names.as_list()->size(), 3U);
   const Value parts = at(call("object.describe", {{"id", "joint"}}), "parts");
   ASSERT_EQ(parts.as_list()->size(), 5U);

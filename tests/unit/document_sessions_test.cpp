@@ -29,7 +29,7 @@ using document::Transaction;
 
 const Author kAnna{1, "anna"}, kBen{2, "ben"};
 
-model::Solid ball(MaterialId material) {
+model::Solid session_ball(MaterialId material) {
   model::Solid s;
   s.material = material;
   s.nodes.push_back({CsgKind::sphere, "ball", -1, {}, {0.1}});
@@ -43,70 +43,70 @@ MaterialId add_material(Document& d, const Author& who, const std::string& name)
   return *id;
 }
 
-Result<void> set_density(Transaction& tx, AnyId id, double density) {
+Result<void> change_density(Transaction& tx, AnyId id, double density) {
   return tx.edit(id, [density](model::Record& r) -> Result<void> {
     std::get<model::Material>(r.body).density = density;
     return {};
   });
 }
 
-Result<Commit> edit(Document& d, const Author& who, AnyId id, double density) {
+Result<Commit> edit_session_density(Document& d, const Author& who, AnyId id, double density) {
   auto tx = d.begin("density " + std::to_string(static_cast<int>(density)), who);
   if (!tx.ok()) return std::move(tx).error();
-  RMP_TRY(set_density(*tx, id, density));
+  RMP_TRY(change_density(*tx, id, density));
   return tx->commit();
 }
 
-double density(const Document& d, MaterialId id) { return d.now()->get(id)->density; }
+double density_in(const Document& d, MaterialId id) { return d.now()->get(id)->density; }
 
 TEST(Sessions, UndoTakesBackTheOwnStepAndLeavesTheOthers) {
   Document d;
   const auto a = add_material(d, kAnna, "a"), b = add_material(d, kBen, "b");
-  ASSERT_TRUE(edit(d, kAnna, a, 2).ok());
-  ASSERT_TRUE(edit(d, kBen, b, 3).ok());
+  ASSERT_TRUE(edit_session_density(d, kAnna, a, 2).ok());
+  ASSERT_TRUE(edit_session_density(d, kBen, b, 3).ok());
   ASSERT_TRUE(d.undo(kAnna.session).ok());
-  EXPECT_EQ(density(d, a), 1000);
-  EXPECT_EQ(density(d, b), 3);
+  EXPECT_EQ(density_in(d, a), 1000);
+  EXPECT_EQ(density_in(d, b), 3);
   ASSERT_TRUE(d.undo(kBen.session).ok());
-  EXPECT_EQ(density(d, b), 1000);
+  EXPECT_EQ(density_in(d, b), 1000);
   ASSERT_TRUE(d.redo(kAnna.session).ok());
-  EXPECT_EQ(density(d, a), 2);
-  EXPECT_EQ(density(d, b), 1000);
+  EXPECT_EQ(density_in(d, a), 2);
+  EXPECT_EQ(density_in(d, b), 1000);
   EXPECT_EQ(d.redo_labels(kBen.session), std::vector<std::string>{"density 3"});
 }
 
 TEST(Sessions, ANewStepEndsOnlyTheRedoOfItsSession) {
   Document d;
   const auto a = add_material(d, kAnna, "a"), b = add_material(d, kBen, "b");
-  ASSERT_TRUE(edit(d, kAnna, a, 2).ok() && d.undo(kAnna.session).ok());
-  ASSERT_TRUE(edit(d, kBen, b, 3).ok());
+  ASSERT_TRUE(edit_session_density(d, kAnna, a, 2).ok() && d.undo(kAnna.session).ok());
+  ASSERT_TRUE(edit_session_density(d, kBen, b, 3).ok());
   EXPECT_EQ(d.redo_labels(kAnna.session).size(), 1U);
-  ASSERT_TRUE(edit(d, kAnna, a, 4).ok());
+  ASSERT_TRUE(edit_session_density(d, kAnna, a, 4).ok());
   EXPECT_TRUE(d.redo_labels(kAnna.session).empty());
 }
 
 TEST(Sessions, ARefusalNamesWhoChangedWhat) {
   Document d;
   const auto a = add_material(d, kAnna, "alloy");
-  ASSERT_TRUE(edit(d, kAnna, a, 2).ok());
-  ASSERT_TRUE(edit(d, kBen, a, 3).ok());
+  ASSERT_TRUE(edit_session_density(d, kAnna, a, 2).ok());
+  ASSERT_TRUE(edit_session_density(d, kBen, a, 3).ok());
   const auto refused = d.undo(kAnna.session);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::conflict);
   for (const char* word : {"alloy", "ben", "density 3"})
     EXPECT_NE(refused.error().sentence().find(word), std::string::npos)
         << refused.error().sentence();
-  EXPECT_EQ(density(d, a), 3);
+  EXPECT_EQ(density_in(d, a), 3);
   ASSERT_TRUE(d.undo(kBen.session).ok());
   EXPECT_TRUE(d.undo(kAnna.session).ok()) << "it is again as Anna left it";
-  EXPECT_EQ(density(d, a), 1000);
+  EXPECT_EQ(density_in(d, a), 1000);
 }
 
 TEST(Sessions, WhatOthersReferToSinceIsNotUndone) {
   Document d;
   const auto a = add_material(d, kAnna, "alloy");
   auto tx = d.begin("add ball", kBen);
-  ASSERT_TRUE(tx->add("ball", ball(a)).ok() && tx->commit().ok());
+  ASSERT_TRUE(tx->add("ball", session_ball(a)).ok() && tx->commit().ok());
   const auto refused = d.undo(kAnna.session);
   ASSERT_FALSE(refused.ok());
   for (const char* word : {"ball", "ben", "alloy"})
@@ -118,10 +118,12 @@ TEST(Sessions, ANameThatAnotherTookSinceIsNotTakenBack) {
   Document d;
   const auto a = add_material(d, kAnna, "one");
   auto tx = d.begin("rename", kAnna);
-  ASSERT_TRUE(tx->edit(a, [](model::Record& r) -> Result<void> {
-                  r.name = "two";
-                  return {};
-                }).ok() &&
+  ASSERT_TRUE(tx->edit(a,
+                       [](model::Record& r) -> Result<void> {
+                         r.name = "two";
+                         return {};
+                       })
+                  .ok() &&
               tx->commit().ok());
   add_material(d, kBen, "one");
   const auto refused = d.undo(kAnna.session);
@@ -133,13 +135,13 @@ TEST(Sessions, ANameThatAnotherTookSinceIsNotTakenBack) {
 TEST(Sessions, AStepIsUndoneByItsNumber) {
   Document d;
   const auto a = add_material(d, kAnna, "a"), b = add_material(d, kAnna, "b");
-  ASSERT_TRUE(edit(d, kAnna, a, 2).ok());
+  ASSERT_TRUE(edit_session_density(d, kAnna, a, 2).ok());
   const auto step = d.history().back().number;
-  ASSERT_TRUE(edit(d, kAnna, b, 3).ok());
+  ASSERT_TRUE(edit_session_density(d, kAnna, b, 3).ok());
   EXPECT_FALSE(d.undo(kBen.session, step).ok()) << "not Ben's";
   ASSERT_TRUE(d.undo(kAnna.session, step).ok());
-  EXPECT_EQ(density(d, a), 1000);
-  EXPECT_EQ(density(d, b), 3);
+  EXPECT_EQ(density_in(d, a), 1000);
+  EXPECT_EQ(density_in(d, b), 3);
   EXPECT_FALSE(d.undo(kAnna.session, step).ok()) << "it is undone";
 }
 
@@ -147,7 +149,7 @@ TEST(Sessions, AStepIsUndoneByItsNumber) {
 
 Result<Commit> update(Document& d, std::uint64_t gesture, AnyId id, double density) {
   RMP_TRY_ASSIGN(auto tx, d.begin_update(gesture));
-  RMP_TRY(set_density(tx, id, density));
+  RMP_TRY(change_density(tx, id, density));
   return tx.commit();
 }
 
@@ -159,19 +161,19 @@ TEST(Gestures, UpdatesAreSeenAndBecomeOneStep) {
     const auto shown = update(d, g, a, i);
     ASSERT_TRUE(shown.ok());
     EXPECT_EQ(shown->kind, CommitKind::preview);
-    EXPECT_EQ(density(d, a), i);
+    EXPECT_EQ(density_in(d, a), i);
     EXPECT_EQ(d.undo_labels().size(), 1U);
   }
   ASSERT_TRUE(d.commit_gesture(g).ok());
   EXPECT_EQ(d.undo_labels(), (std::vector<std::string>{"drag", "add a"}));
   ASSERT_TRUE(d.undo(kAnna.session).ok());
-  EXPECT_EQ(density(d, a), 1000);
+  EXPECT_EQ(density_in(d, a), 1000);
 }
 
 TEST(Gestures, CancellingLeavesUndoAndRedoAsTheyWere) {
   Document d;
   const auto a = add_material(d, kAnna, "a");
-  ASSERT_TRUE(edit(d, kAnna, a, 2).ok() && d.undo(kAnna.session).ok());
+  ASSERT_TRUE(edit_session_density(d, kAnna, a, 2).ok() && d.undo(kAnna.session).ok());
   const std::string before = d.content_digest();
   const auto g = *d.begin_gesture("drag", kAnna);
   ASSERT_TRUE(update(d, g, a, 7).ok());
@@ -179,7 +181,7 @@ TEST(Gestures, CancellingLeavesUndoAndRedoAsTheyWere) {
   ASSERT_TRUE(d.cancel_gesture(g).ok());
   EXPECT_EQ(d.content_digest(), before);
   ASSERT_TRUE(d.redo(kAnna.session).ok());
-  EXPECT_EQ(density(d, a), 2);
+  EXPECT_EQ(density_in(d, a), 2);
 }
 
 TEST(Gestures, OneThatChangesNothingInTheEndLeavesNoStep) {
@@ -196,12 +198,12 @@ TEST(Gestures, NobodyElseTouchesWhatOneHolds) {
   const auto a = add_material(d, kAnna, "a"), b = add_material(d, kBen, "b");
   const auto g = *d.begin_gesture("drag", kAnna);
   ASSERT_TRUE(update(d, g, a, 7).ok());
-  const auto refused = edit(d, kBen, a, 9);
+  const auto refused = edit_session_density(d, kBen, a, 9);
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().sentence().find("anna"), std::string::npos);
-  EXPECT_TRUE(edit(d, kBen, b, 9).ok()) << "the rest is free";
+  EXPECT_TRUE(edit_session_density(d, kBen, b, 9).ok()) << "the rest is free";
   EXPECT_TRUE(d.cancel_gesture(g).ok());
-  EXPECT_TRUE(edit(d, kBen, a, 9).ok());
+  EXPECT_TRUE(edit_session_density(d, kBen, a, 9).ok());
 }
 
 TEST(Gestures, NobodyElseKeepsOneFromBeingCancelled) {
@@ -211,7 +213,7 @@ TEST(Gestures, NobodyElseKeepsOneFromBeingCancelled) {
   const auto made = *tx->add("made", model::Material{});
   ASSERT_TRUE(tx->commit().ok());
   auto other = d.begin("refer", kBen);
-  ASSERT_TRUE(other->add("ball", ball(made)).ok());
+  ASSERT_TRUE(other->add("ball", session_ball(made)).ok());
   EXPECT_FALSE(other->commit().ok()) << "it would refer to what may vanish";
   ASSERT_TRUE(d.cancel_gesture(g).ok());
   EXPECT_EQ(d.now()->size(), 0U);
@@ -245,11 +247,12 @@ TEST(HistoryMemory, StaysWithinTheBudgetHoweverManyEdits) {
   const std::size_t before = ::mallinfo2().uordblks;
   for (int i = 0; i < 20000; ++i) {
     auto size = d.begin("size");
-    ASSERT_TRUE(
-        size->edit(ids[static_cast<std::size_t>(i) % ids.size()], [&](model::Record& r) -> Result<void> {
-            std::get<model::Solid>(r.body).nodes[1].sizes[0] = 1 + i;
-            return {};
-          }).ok());
+    ASSERT_TRUE(size->edit(ids[static_cast<std::size_t>(i) % ids.size()],
+                           [&](model::Record& r) -> Result<void> {
+                             std::get<model::Solid>(r.body).nodes[1].sizes[0] = 1 + i;
+                             return {};
+                           })
+                    .ok());
     ASSERT_TRUE(size->commit().ok());
   }
   EXPECT_GT(d.forgotten_steps(), 0U);
@@ -268,7 +271,7 @@ TEST(HistoryMemory, StaysWithinTheBudgetHoweverManyEdits) {
 TEST(HistoryMemory, ASmallerBudgetForgetsTheOldestAtOnce) {
   Document d;
   const auto a = add_material(d, kAnna, "a");
-  for (int i = 0; i < 100; ++i) ASSERT_TRUE(edit(d, kAnna, a, i).ok());
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(edit_session_density(d, kAnna, a, i).ok());
   const auto bytes = d.history_bytes();
   ASSERT_TRUE(d.set_history_budget(bytes / 2).ok());
   EXPECT_LE(d.history_bytes(), bytes / 2);
@@ -283,7 +286,7 @@ TEST(DocumentPermit, WithoutTheEffectNothingIsEdited) {
   const std::string before = d.content_digest();
   const Permit reads{"guest", "some.command", Effect::reads, Effect::edits};
   const PermitScope scope(&reads);
-  EXPECT_EQ(edit(d, kAnna, a, 2).error().code, ErrorCode::permission);
+  EXPECT_EQ(edit_session_density(d, kAnna, a, 2).error().code, ErrorCode::permission);
   EXPECT_EQ(d.undo().error().code, ErrorCode::permission);
   EXPECT_EQ(d.begin_gesture("drag", kAnna).error().code, ErrorCode::permission);
   EXPECT_EQ(d.content_digest(), before);
@@ -362,7 +365,8 @@ struct Model {
   ModelStep* next(std::uint64_t session, bool is_undo) {
     ModelStep* best = nullptr;
     for (ModelStep& s : steps)
-      if (s.session == session && (s.undone == 0) == is_undo && (!best || is_undo || s.undone > best->undone))
+      if (s.session == session && (s.undone == 0) == is_undo &&
+          (!best || is_undo || s.undone > best->undone))
         best = &s;
     return best;
   }
@@ -411,8 +415,8 @@ TEST(SessionsModel, TenThousandEditsGesturesAndUndosOfThreeSessions) {
         }
       allowed = allowed && m.allows(next, 0);
       const auto result = is_undo ? d.undo(session) : d.redo(session);
-      ASSERT_EQ(result.ok(), allowed)
-          << trace << (is_undo ? " undo " : " redo ") << (result.ok() ? "" : result.error().sentence());
+      ASSERT_EQ(result.ok(), allowed) << trace << (is_undo ? " undo " : " redo ")
+                                      << (result.ok() ? "" : result.error().sentence());
       if (allowed) {
         step->undone = is_undo ? ++m.undos : 0;
         m.now = next;
@@ -464,7 +468,7 @@ TEST(SessionsModel, TenThousandEditsGesturesAndUndosOfThreeSessions) {
         } else if (kind == 1) {
           const std::uint64_t uses = pick(3) == 0 || next.at(target).is_solid ? 0 : target;
           model_ok = !clashes(true, 0);
-          const auto id = tx->add(name, ball(MaterialId{uses}));
+          const auto id = tx->add(name, session_ball(MaterialId{uses}));
           ok = id.ok();
           if (ok) next[id->number] = {name, 0, uses, true};
         } else if (kind == 2) {
@@ -483,7 +487,7 @@ TEST(SessionsModel, TenThousandEditsGesturesAndUndosOfThreeSessions) {
           next.at(target).name = name;
         } else if (!next.at(target).is_solid) {
           const double value = static_cast<double>(1 + pick(5));
-          ok = set_density(*tx, MaterialId{target}, value).ok();
+          ok = change_density(*tx, MaterialId{target}, value).ok();
           next.at(target).value = value;
         } else {
           const std::uint64_t other = ids[pick(ids.size())];
@@ -524,8 +528,8 @@ TEST(SessionsModel, TenThousandEditsGesturesAndUndosOfThreeSessions) {
                                                      [](const auto& s) { return s.undone == 0; })))
         << trace;
   }
-  for (const char* each : {"undo", "redo", "refused undo", "kept", "cancelled", "refused edit",
-                           "preview", "edit"})
+  for (const char* each :
+       {"undo", "redo", "refused undo", "kept", "cancelled", "refused edit", "preview", "edit"})
     EXPECT_GT(done[each], 20) << each << " was hardly tried; seed " << seed;
 }
 

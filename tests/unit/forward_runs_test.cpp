@@ -20,8 +20,8 @@ using recording::RecordingPtr;
 using sim::ForwardRun;
 using test::unwrap;
 
-RecordingPtr table(std::vector<double> times, const std::string& stem,
-                   const std::vector<std::vector<double>>& columns) {
+RecordingPtr recorded_motion(std::vector<double> times, const std::string& stem,
+                             const std::vector<std::vector<double>>& columns) {
   Recording r;
   r.columns.push_back({"time", "s", "", std::move(times)});
   for (std::size_t k = 0; k < columns.size(); ++k)
@@ -77,7 +77,7 @@ TEST_F(Runs, ARecordedForceIsLinearBetweenItsRows) {
   ForwardRun r;
   r.record = sled();
   r.duration = 1.5;
-  r.recorded_tau = table({0, 1, 2}, "tau", {{0, 4, 8}});
+  r.recorded_tau = recorded_motion({0, 1, 2}, "tau", {{0, 4, 8}});
   const auto out = run(r);
   EXPECT_NEAR(end(out, "qd1"), 1.5 * 1.5, 1e-9);
   EXPECT_NEAR(end(out, "q1"), 1.5 * 1.5 * 1.5 / 3, 1e-9);
@@ -88,7 +88,7 @@ TEST_F(Runs, ARecordingWithoutTheColumnsThatAreNeededNamesThem) {
   ForwardRun r;
   r.record = sled();
   r.duration = 1;
-  r.recorded_tau = table({0, 1}, "torque", {{0, 4}});
+  r.recorded_tau = recorded_motion({0, 1}, "torque", {{0, 4}});
   const auto snapshot = bench.document.now();
   const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
   const auto out = sim::forward_dynamics(simulator, r, progress);
@@ -102,7 +102,8 @@ TEST_F(Runs, ARecordedWrenchIsOfTheWorldsAxesAndAddsToAConstantOne) {
   r.record = sled();
   r.duration = 1;
   r.load.constant = {1, 5, 7, 0, 0, 0};
-  r.load.recorded = table({0, 1}, "wrench", {{0, 3}, {2, 2}, {9, 9}, {1, 1}, {1, 1}, {1, 1}});
+  r.load.recorded =
+      recorded_motion({0, 1}, "wrench", {{0, 3}, {2, 2}, {9, 9}, {1, 1}, {1, 1}, {1, 1}});
   const auto out = run(r);
   // 2 x'' = 1 + 3 t.
   EXPECT_NEAR(end(out, "qd1"), (1 + 1.5) / 2, 1e-9);
@@ -216,7 +217,7 @@ TEST_F(Runs, TorquesOfInverseDynamicsPlayedBackGiveTheMotion) {
   r.duration = 1;
   r.q.assign(q.begin(), q.begin() + static_cast<std::ptrdiff_t>(n));
   r.qd.assign(qd.begin(), qd.begin() + static_cast<std::ptrdiff_t>(n));
-  r.recorded_tau = table(times, "tau", columns);
+  r.recorded_tau = recorded_motion(times, "tau", columns);
   r.at_limit = sim::AtLimit::ignore;
   r.friction = false;
   const auto out = run(r);
@@ -241,7 +242,7 @@ TEST_F(Runs, NotesTellWhatHappenedAndWhen) {
   EXPECT_TRUE(tells(out, "integrated by dormand_prince")) << all_notes(out);
   EXPECT_TRUE(tells(out, "tolerance 1e-10 relative")) << all_notes(out);
   r.record = sled(4);
-  r.recorded_tau = table({0, 3}, "tau", {{0, 6}});  // 2 t N
+  r.recorded_tau = recorded_motion({0, 3}, "tau", {{0, 6}});  // 2 t N
   r.duration = 3;
   r.qd = {0.5};
   const auto slip = run(r);

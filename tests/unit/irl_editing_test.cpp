@@ -23,12 +23,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct File {
+struct EditedFile {
   std::string name, text;
 };
-std::unique_ptr<EditedProgram> opened(const std::vector<File>& files) {
+std::unique_ptr<EditedProgram> opened(const std::vector<EditedFile>& files) {
   std::vector<SourceFile> all;
-  for (const File& f : files) all.push_back({f.name, f.text, {}});
+  for (const EditedFile& f : files) all.push_back({f.name, f.text, {}});
   return edit(all);
 }
 /// A text with its place, which is marked by "|".
@@ -41,7 +41,7 @@ struct Marked {
   std::uint32_t at = 0;
 };
 /// Labels in order, separated by blanks.
-std::string completed(const std::string& marked, std::vector<File> more = {}) {
+std::string completed(const std::string& marked, std::vector<EditedFile> more = {}) {
   const Marked m(marked);
   more.insert(more.begin(), {"p.irl", m.text});
   NoProgress progress;
@@ -171,7 +171,7 @@ TEST(IrlEditing, DefinitionAndReferencesLeadThroughAllFiles) {
       "PROGRAM p;\nSYSTEM_SPECIFICATION 'cell.ssi';\nIMPORT k FROM tools;\nVAR POSE: a;\n"
       "BEGIN\n  shared := |k; TEACH a;\nENDPROGRAM;\n");
   const std::string list = "a := POSE(POSITION(k, 0, 0), ORIZYX(0, 0, 0));\n";
-  const std::vector<File> files = {
+  const std::vector<EditedFile> files = {
       {"p.irl", m.text}, {"cell.ssi", cell}, {"tools.irl", tools}, {"datalist.dls", list}};
   const auto p = opened(files);
   NoProgress progress;
@@ -303,12 +303,12 @@ void expect_sound_layout(const std::string& text) {
   ASSERT_EQ(laid_out(once, words), once) << text;
   ASSERT_EQ(tokens_of(once), tokens_of(text)) << once;
 }
-fs::path data() {
+fs::path edited_data() {
   const char* given = std::getenv("ROBOMOSP_OLD_FILES");
   return (given ? fs::path(given) : fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4") /
          "Saves/IRL";
 }
-std::string read(const fs::path& file) {
+std::string text_of_file(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -335,13 +335,13 @@ TEST(IrlLayout, TwiceIsOnceAndEveryTokenStays) {
 }
 
 TEST(IrlLayout, TheProgramsOf2006KeepTheirTokens) {
-  if (!fs::exists(data())) GTEST_SKIP() << "no files of 2006";
+  if (!fs::exists(edited_data())) GTEST_SKIP() << "no files of 2006";
   for (const char* name : {"HanoiPA10.irl", "PA10.ssi", "predefined.irl"})
-    expect_sound_layout(read(data() / name));
+    expect_sound_layout(text_of_file(edited_data() / name));
 }
 
 /// Asks everything at a place; what is given lies within the texts, in order.
-void ask_all(const EditedProgram& p, const std::vector<File>& files, std::uint32_t file,
+void ask_all(const EditedProgram& p, const std::vector<EditedFile>& files, std::uint32_t file,
              std::uint32_t at) {
   NoProgress progress;
   const auto within = [&](const SourceRange& r) {
@@ -369,7 +369,7 @@ void ask_all(const EditedProgram& p, const std::vector<File>& files, std::uint32
   ASSERT_TRUE(signature.ok());
   for (const std::uint32_t x : signature->parameters) ASSERT_LE(x, signature->label.size());
 }
-void ask_file(const EditedProgram& p, const std::vector<File>& files, std::uint32_t file) {
+void ask_file(const EditedProgram& p, const std::vector<EditedFile>& files, std::uint32_t file) {
   NoProgress progress;
   const auto tokens = p.tokens(file, progress);
   ASSERT_TRUE(tokens.ok());
@@ -402,7 +402,7 @@ void ask_file(const EditedProgram& p, const std::vector<File>& files, std::uint3
 TEST(IrlEditingRandom, EveryPrefixOfAProgramIsAnswered) {
   const std::string whole = kLift;
   for (std::size_t n = 0; n <= whole.size(); n += 3) {
-    const std::vector<File> files = {{"p.irl", whole.substr(0, n)}};
+    const std::vector<EditedFile> files = {{"p.irl", whole.substr(0, n)}};
     const auto p = opened(files);
     ask_all(*p, files, 0, static_cast<std::uint32_t>(n));
     ask_file(*p, files, 0);
@@ -416,10 +416,10 @@ TEST(IrlEditingRandom, BrokenSourcesAreAnsweredAndNeverCrash) {
       "BEGIN ", "ENDPROC;",  "IF ",     "(",     ")",    "[",      "{",    "}",           "'", ".",
       ";",      "MOVE LIN ", "RECORD ", "GOTO ", "\xff", "UNTIL ", "VAR ", "PROCEDURE f("};
   for (int n = 0; n < 600; ++n) {
-    std::vector<File> files = {{"p.irl", kLift},
-                               {"cell.ssi", "PROGRAM c; CONST INT: q := 1; ENDPROGRAM;"},
-                               {"d.dls", "a := 1;"}};
-    File& f = files[random() % 3];
+    std::vector<EditedFile> files = {{"p.irl", kLift},
+                                     {"cell.ssi", "PROGRAM c; CONST INT: q := 1; ENDPROGRAM;"},
+                                     {"d.dls", "a := 1;"}};
+    EditedFile& f = files[random() % 3];
     for (std::size_t k = 1 + random() % 4; k > 0; --k) {
       const std::size_t at = random() % (f.text.size() + 1);
       if (random() % 3 == 0) f.text.erase(at, random() % 40);

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 struct File {
   std::string name, text;
 };
-std::unique_ptr<ProgramTables> compiled(const std::vector<File>& files) {
+std::unique_ptr<ProgramTables> compiled_files(const std::vector<File>& files) {
   std::vector<SourceFile> all;
   for (const File& f : files) all.push_back({f.name, f.text, {}});
   NoProgress progress;
@@ -36,8 +36,8 @@ std::unique_ptr<ProgramTables> compiled(const std::vector<File>& files) {
   EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
   return made.ok() ? std::move(made).value() : nullptr;
 }
-std::unique_ptr<ProgramTables> compiled(const std::string& text) {
-  return compiled(std::vector<File>{{"p.irl", text}});
+std::unique_ptr<ProgramTables> compiled_files(const std::string& text) {
+  return compiled_files(std::vector<File>{{"p.irl", text}});
 }
 /// "3:7 message. hint" for each fault; warnings begin with "warning ".
 std::string faults(const ProgramTables& p) {
@@ -49,10 +49,10 @@ std::string faults(const ProgramTables& p) {
            "." + (*f.hint ? " " + std::string(f.hint) : "") + "\n";
   return out;
 }
-std::string faults(const std::string& text) { return faults(*compiled(text)); }
+std::string faults(const std::string& text) { return faults(*compiled_files(text)); }
 /// The code of a program's own statements, without lines and without what is initialised.
 std::string code(const std::string& text, std::uint32_t routine = 0) {
-  const auto p = compiled(text);
+  const auto p = compiled_files(text);
   EXPECT_EQ(faults(*p), "");
   std::istringstream all(code_text(p->code()));
   std::string out, line;
@@ -367,19 +367,19 @@ TEST(Irl, CellsModulesAndListsOfDataAreFilesOfTheProgram) {
       "BEGIN TEACH place, i; home := JOINT(MAIN_JOINT(1, 2, 3, 4, 5), ADD_JOINT(0)); "
       "i := twice(K) + n; MOVE PTP home; ENDPROGRAM;";
   const std::string list = "place := POSE(POSITION(1, 2, 3), ORIZYX(0, 180, 0));\ni := 4;\n";
-  EXPECT_EQ(faults(*compiled(std::vector<File>{
+  EXPECT_EQ(faults(*compiled_files(std::vector<File>{
                 {"p.irl", program}, {"cell.ssi", cell}, {"tools.irl", tools}, {"p.dls", list}})),
             "");
-  EXPECT_EQ(faults(*compiled(std::vector<File>{{"p.irl", program},
-                                               {"cell.ssi", cell},
-                                               {"tools.irl", tools},
-                                               {"p.dls", "place := 3;\ni := 1;"}})),
+  EXPECT_EQ(faults(*compiled_files(std::vector<File>{{"p.irl", program},
+                                                     {"cell.ssi", cell},
+                                                     {"tools.irl", tools},
+                                                     {"p.dls", "place := 3;\ni := 1;"}})),
             "p.dls:1:10 this variable needs POSE, and this is INT.\n");
   const std::string hidden = "PROGRAM p; IMPORT hidden FROM tools; ENDPROGRAM;";
-  EXPECT_EQ(faults(*compiled(std::vector<File>{{"p.irl", hidden}, {"tools.irl", tools}})),
+  EXPECT_EQ(faults(*compiled_files(std::vector<File>{{"p.irl", hidden}, {"tools.irl", tools}})),
             "1:19 module tools exports no hidden. Name it in the module's EXPORT.\n");
   const std::string a = "MODULE a; IMPORT b; ENDMODULE;", b = "MODULE b; IMPORT a; ENDMODULE;";
-  EXPECT_EQ(faults(*compiled(std::vector<File>{
+  EXPECT_EQ(faults(*compiled_files(std::vector<File>{
                 {"p.irl", "PROGRAM p; IMPORT a; ENDPROGRAM;"}, {"a.irl", a}, {"b.irl", b}})),
             "b.irl:1:18 module A is imported by itself, through what it imports.\n");
 }
@@ -431,7 +431,7 @@ TEST(Irl, RelationsBindTighterThanAnd) {
 }
 
 TEST(Irl, RecursionIsKnown) {
-  const auto p = compiled(
+  const auto p = compiled_files(
       "PROGRAM p; PROCEDURE a (IN INT: n); BEGIN IF n > 0 THEN b(n); ENDIF; ENDPROC;"
       "PROCEDURE b (IN INT: n); BEGIN a(n - 1); c; ENDPROC; PROCEDURE c; BEGIN ENDPROC;"
       "BEGIN a(3); ENDPROGRAM;");
@@ -477,19 +477,19 @@ std::vector<File> samples() {
     out.push_back({"sample.irl", with(s)});
   return out;
 }
-fs::path data() {
+fs::path irl_data() {
   const char* given = std::getenv("ROBOMOSP_OLD_FILES");
   return (given ? fs::path(given) : fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4") /
          "Saves/IRL";
 }
-std::string read(const fs::path& file) {
+std::string text_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TEST(Irl, CodeIsTheSameWhenItsTextIsReadAgain) {
   for (const File& f : samples()) {
-    const auto p = compiled(std::vector<File>{f});
+    const auto p = compiled_files(std::vector<File>{f});
     ASSERT_EQ(faults(*p), "");
     const std::string text = code_text(p->code());
     auto again = read_code_text(text);
@@ -555,7 +555,7 @@ TEST(Irl, DamagedCodeIsRefusedInWordsOrIsCodeThatReadsAgain) {
   std::mt19937 random(test::seed());
   std::vector<std::string> texts;
   for (const File& f : samples())
-    texts.push_back(code_text(compiled(std::vector<File>{f})->code()));
+    texts.push_back(code_text(compiled_files(std::vector<File>{f})->code()));
   static const char* const kTokens[] = {"t0:T1", "p0:T2", "v1",    "L0",   "r0",   "#1",     "-",
                                         "TRUE",  "1.5",   "'s'",   "T12",  "CALL", "MOVE",   "\n",
                                         "#99",   "T99",   "t9:T9", "1..3", "END",  "ROUTINE"};
@@ -581,7 +581,7 @@ TEST(IrlRandom, ProgramsCompileAndTheirPrintedFormMeansTheSame) {
   Generator generator(random);
   for (int n = 0; n < 500; ++n) {
     const std::string text = generator.program();
-    const auto first = compiled(text);
+    const auto first = compiled_files(text);
     if (first->code().has_errors) {
       // Known numbers may leave what INT holds; nothing else may be wrong.
       ASSERT_NE(faults(*first).find("beyond what INT holds"), std::string::npos) << text << "\n"
@@ -590,7 +590,7 @@ TEST(IrlRandom, ProgramsCompileAndTheirPrintedFormMeansTheSame) {
     }
     const std::string once = reprinted(text);
     ASSERT_EQ(reprinted(once), once) << text;
-    const auto second = compiled(once);
+    const auto second = compiled_files(once);
     ASSERT_EQ(faults(*second), faults(*second)) << once;
     ASSERT_FALSE(second->code().has_errors) << once << faults(*second);
     ASSERT_EQ(second->instructions.size(), first->instructions.size());
@@ -628,12 +628,12 @@ TEST(IrlRandom, BrokenSourcesAreRefusedInWordsAndNeverCrash) {
   std::mt19937 random(test::seed());
   test::Mutator mutator(random, all, kTokens);
   std::vector<std::string> codes;
-  for (const File& f : samples()) codes.push_back(code_text(compiled(f.text)->code()));
+  for (const File& f : samples()) codes.push_back(code_text(compiled_files(f.text)->code()));
   test::Mutator code_mutator(random, codes, kTokens);
   const test::FuzzBudget budget(3000);
   for (std::size_t n = 0; budget.allows(n); ++n) {
     const std::string text = mutator.mutate(all[n % all.size()]);
-    const auto p = compiled(std::vector<File>{{"p.irl", text}, {"x", all[n % all.size()]}});
+    const auto p = compiled_files(std::vector<File>{{"p.irl", text}, {"x", all[n % all.size()]}});
     for (const rmp_code_fault& f : p->faults) {
       EXPECT_GE(f.span.line, 1U);
       EXPECT_NE(std::string_view(f.message), "");
@@ -692,7 +692,7 @@ TEST(IrlRandom, TenTimesTheLinesTakeAboutTenTimesTheTime) {
   const auto seconds = [&](int routines) {
     const std::string text = source(routines);
     const auto begin = std::chrono::steady_clock::now();
-    const auto p = compiled(text);
+    const auto p = compiled_files(text);
     EXPECT_EQ(faults(*p), "");
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
@@ -702,16 +702,16 @@ TEST(IrlRandom, TenTimesTheLinesTakeAboutTenTimesTheTime) {
 }
 
 TEST(IrlFiles, ProgramsOf2006AreChecked) {
-  if (!fs::exists(data())) GTEST_SKIP() << "no files of 2006 in " << data();
+  if (!fs::exists(irl_data())) GTEST_SKIP() << "no files of 2006 in " << irl_data();
   int programs = 0;
   std::vector<File> all;
-  for (const auto& entry : fs::directory_iterator(data()))
-    all.push_back({entry.path().filename().string(), read(entry.path())});
+  for (const auto& entry : fs::directory_iterator(irl_data()))
+    all.push_back({entry.path().filename().string(), text_of(entry.path())});
   for (const File& f : all) {
     std::vector<File> files{f};
     for (const File& other : all)
       if (other.name != f.name) files.push_back(other);
-    const auto p = compiled(files);
+    const auto p = compiled_files(files);
     EXPECT_EQ(faults(*p), "") << f.name;
     const std::string once = reprinted(f.text);
     EXPECT_EQ(reprinted(once), once);

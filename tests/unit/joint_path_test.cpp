@@ -20,7 +20,7 @@ bool is_free_along(const BoxWorld& w, std::span<const double> points) {
   return true;
 }
 
-const std::vector<double> kHalf{0.5};  ///< of the motions beside the one corner
+const std::vector<double> kHalfSpeed{0.5};  ///< of the motions beside the one corner
 
 /// A detour through the door of the wall.
 const std::vector<double> kDetour{0.1, 0.1, 0.1, 0.9, 0.3, 0.5, 0.7, 0.5, 0.9, 0.9, 0.9, 0.1};
@@ -63,7 +63,7 @@ TEST(JointPath, ShorteningIsCancelled) {
 TEST(JointPath, CornersAreRoundWithoutKinks) {
   BoxWorld w(2);
   const std::vector<double> angle{0, 0, 1, 0, 1, 1};
-  const auto round = round_corners(w.problem(), angle, kHalf, [](auto, bool) { return true; });
+  const auto round = round_corners(w.problem(), angle, kHalfSpeed, [](auto, bool) { return true; });
   EXPECT_EQ(round.sharp, 0U);
   const auto& q = round.points;
   const std::size_t n = q.size() / 2;
@@ -86,11 +86,11 @@ TEST(JointPath, CornersWithoutRoomAreRoundedLessOrStay) {
   const auto free = [&](std::span<const double> points, bool is_reduced) {
     return !is_reduced && is_free_along(w, points);
   };
-  const auto round = round_corners(w.problem(), angle, kHalf, free);
+  const auto round = round_corners(w.problem(), angle, kHalfSpeed, free);
   EXPECT_EQ(round.sharp, 0U);
   EXPECT_TRUE(free(round.points, false));
   w.boxes = {{{0.0, 1e-6}, {1 - 1e-6, 1.0}}};
-  const auto sharp = round_corners(w.problem(), angle, kHalf, free);
+  const auto sharp = round_corners(w.problem(), angle, kHalfSpeed, free);
   EXPECT_EQ(sharp.sharp, 1U);
   EXPECT_TRUE(free(sharp.points, false));
 }
@@ -112,7 +112,7 @@ TEST(JointPath, CornersWithoutRoomAreRoundedWithLessClearance) {
   const auto free = [&](std::span<const double> rows, bool is_reduced) {
     return nearest(rows) >= (is_reduced ? 0.75 : 1) * kClearance;
   };
-  const auto round = round_corners(w.problem(), angle, kHalf, free);
+  const auto round = round_corners(w.problem(), angle, kHalfSpeed, free);
   EXPECT_EQ(round.sharp, 0U);
   EXPECT_GE(nearest(round.points), 0.75 * kClearance);
   EXPECT_LT(nearest(round.points), kClearance);
@@ -124,7 +124,7 @@ TEST(JointPath, ChordsOfNarrowCornersTurnLittle) {
   BoxWorld w(2);
   const double back = 175 * std::acos(-1) / 180;
   const std::vector<double> angle{0, 0, 1, 0, 1 + std::cos(back), std::sin(back)};
-  const auto round = round_corners(w.problem(), angle, kHalf, [](auto, bool) { return true; });
+  const auto round = round_corners(w.problem(), angle, kHalfSpeed, [](auto, bool) { return true; });
   const auto& q = round.points;
   double most = 0;
   for (std::size_t i = 1; i + 1 < q.size() / 2; ++i) {

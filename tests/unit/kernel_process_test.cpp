@@ -18,7 +18,7 @@ ProcessSpec shell(const std::string& script) {
   return spec;
 }
 
-std::string fault(const ProcessSpec& spec) {
+std::string process_fault(const ProcessSpec& spec) {
   NoProgress progress;
   const auto r = run_process(spec, progress);
   return r.ok() ? "it went well" : r.error().sentence();
@@ -41,16 +41,16 @@ TEST(Process, AProgramThatReadsNothingDoesNotBreakUs) {
   ProcessSpec spec = shell("exit 0");
   const std::string big(3'000'000, 'x');
   spec.input = big;
-  EXPECT_EQ(fault(spec), "it went well");
+  EXPECT_EQ(process_fault(spec), "it went well");
 }
 
 TEST(Process, EveryEndIsToldApart) {
-  EXPECT_EQ(fault(shell("exit 3")), "it ended with exit code 3.");
-  EXPECT_EQ(fault(shell("kill -SEGV $$")), "it crashed (signal SIGSEGV).");
+  EXPECT_EQ(process_fault(shell("exit 3")), "it ended with exit code 3.");
+  EXPECT_EQ(process_fault(shell("kill -SEGV $$")), "it crashed (signal SIGSEGV).");
   ProcessSpec absent;
   absent.program = "/nowhere/at/all";
   EXPECT_EQ(
-      fault(absent),
+      process_fault(absent),
       "the program \"/nowhere/at/all\" is missing. Install the program again; it is a part of "
       "it.");
 }
@@ -58,14 +58,14 @@ TEST(Process, EveryEndIsToldApart) {
 TEST(Process, AHangAndAFloodAreStoppedWithAllTheyStarted) {
   ProcessSpec hang = shell("sleep 600 & sleep 600");
   hang.seconds = 0.2;
-  EXPECT_NE(fault(hang).find("longer than 0.2 s"), std::string::npos);
+  EXPECT_NE(process_fault(hang).find("longer than 0.2 s"), std::string::npos);
   // It closes its streams and stays.
   ProcessSpec deaf = shell("exec >&- 2>&-; sleep 600");
   deaf.seconds = 0.2;
-  EXPECT_NE(fault(deaf).find("longer than 0.2 s"), std::string::npos);
+  EXPECT_NE(process_fault(deaf).find("longer than 0.2 s"), std::string::npos);
   ProcessSpec flood = shell("yes");
   flood.most_output = 1 << 20;
-  EXPECT_NE(fault(flood).find("more than 1 MiB"), std::string::npos);
+  EXPECT_NE(process_fault(flood).find("more than 1 MiB"), std::string::npos);
 }
 
 TEST(Process, CancellingKillsAndIsToldAsSuch) {
@@ -84,7 +84,7 @@ TEST(Process, MemoryIsLimited) {
   // The shell builds a word of ever doubling length; without a limit it would take all there is.
   ProcessSpec bomb = shell("a=xxxxxxxxxxxxxxxx; while :; do a=$a$a; done");
   bomb.memory = std::uint64_t{64} << 20;
-  EXPECT_NE(fault(bomb), "it went well");
+  EXPECT_NE(process_fault(bomb), "it went well");
 }
 #endif
 

@@ -126,7 +126,7 @@ class LegacyWorld : public testing::Test {
   std::vector<std::string> notes;
 };
 
-PathSample at(const motion::Path& path, double t) {
+PathSample path_sample(const motion::Path& path, double t) {
   PathSample s;
   EXPECT_TRUE(path.sample({&t, 1}, {&s, 1}).ok());
   return s;
@@ -218,11 +218,11 @@ TEST_F(LegacyWorld, ALineRunsAsItsSectionSays) {
   const double T = 3.125, a = 0.12 / (0.2 * T);
   EXPECT_NEAR(p->duration(), T, 1e-12);
   EXPECT_EQ(p->sample_times(t.sample_time).size(), 126U) << "125 steps";
-  EXPECT_NEAR(at(*p, 0.3).pose.p[1], a * 0.09 / 2, 1e-12);
-  EXPECT_NEAR(at(*p, 1).velocity[1], 0.12, 1e-12);
-  EXPECT_NEAR(at(*p, 2).pose.p[1], 0.12 * (2 - 0.1 * T), 1e-12);
-  EXPECT_NEAR(at(*p, 3).acceleration[1], -a, 1e-12);
-  EXPECT_NEAR(at(*p, T).pose.p[1], 0.3, 1e-12);
+  EXPECT_NEAR(path_sample(*p, 0.3).pose.p[1], a * 0.09 / 2, 1e-12);
+  EXPECT_NEAR(path_sample(*p, 1).velocity[1], 0.12, 1e-12);
+  EXPECT_NEAR(path_sample(*p, 2).pose.p[1], 0.12 * (2 - 0.1 * T), 1e-12);
+  EXPECT_NEAR(path_sample(*p, 3).acceleration[1], -a, 1e-12);
+  EXPECT_NEAR(path_sample(*p, T).pose.p[1], 0.3, 1e-12);
   EXPECT_TRUE(notes.empty());
 }
 
@@ -250,23 +250,25 @@ TEST_F(LegacyWorld, AnglesThatChangeAtTheirOwnPaceRunWithAConstantAcceleration) 
   EXPECT_NEAR(p->duration(), T, 1e-12);
   for (int i = 0; i <= 20; ++i) {
     const double t = T * i / 20, s = k0 * t + (1 - k0 * T) * (t / T) * (t / T);
-    const PathSample here = at(*p, t);
+    const PathSample here = path_sample(*p, t);
     const auto R =
         spatial::from_rpy({-45 * kPerDegree * s, 30 * kPerDegree * s, 90 * kPerDegree * s});
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], R[k], 1e-9) << t;
     if (i == 0 || i == 20) continue;
     // The angular velocity against differences of the orientation.
     constexpr double h = 1e-5;
-    const Vec3 turn = spatial::rotation_difference(at(*p, t - h).pose.R, at(*p, t + h).pose.R);
+    const Vec3 turn =
+        spatial::rotation_difference(path_sample(*p, t - h).pose.R, path_sample(*p, t + h).pose.R);
     for (std::size_t k = 0; k < 3; ++k)
       EXPECT_NEAR(here.angular_velocity[k], turn[k] / (2 * h), 1e-7) << t;
-    const Vec3 before = at(*p, t - h).angular_velocity, after = at(*p, t + h).angular_velocity;
+    const Vec3 before = path_sample(*p, t - h).angular_velocity,
+               after = path_sample(*p, t + h).angular_velocity;
     for (std::size_t k = 0; k < 3; ++k)
       EXPECT_NEAR(here.angular_acceleration[k], (after[k] - before[k]) / (2 * h), 1e-7) << t;
   }
   // The way is that of the same line without the turn.
   const auto straight = path(load("Trajectories/stroke.tjc"));
-  EXPECT_NEAR(at(*p, 1).pose.p[1], at(*straight, 1).pose.p[1], 1e-12);
+  EXPECT_NEAR(path_sample(*p, 1).pose.p[1], path_sample(*straight, 1).pose.p[1], 1e-12);
 }
 
 TEST_F(LegacyWorld, TurnsOfMoreThanHalfACircleAreKeptAndTheTrajectorysFrameCarriesThem) {
@@ -291,7 +293,7 @@ TEST_F(LegacyWorld, TurnsOfMoreThanHalfACircleAreKeptAndTheTrajectorysFrameCarri
         Pose{frame, {}},
         Pose{spatial::from_rpy({-45 * kPerDegree * w, 30 * kPerDegree * w, 450 * kPerDegree * w}),
              {}});
-    const PathSample here = at(*p, 3.125 * x);
+    const PathSample here = path_sample(*p, 3.125 * x);
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], seen.R[k], 1e-9) << x;
   }
 }
@@ -323,12 +325,12 @@ TEST_F(LegacyWorld, AnArcGoesThroughItsThreePointsAtTheSpeedOfTheFile) {
   const double T = kPi * 0.1 / 0.075;
   EXPECT_NEAR(p->duration(), T, 1e-12);
   EXPECT_EQ(p->sample_times(get<model::Trajectory>(id).sample_time).size(), 101U);
-  const PathSample middle = at(*p, T / 2);
+  const PathSample middle = path_sample(*p, T / 2);
   EXPECT_NEAR(middle.pose.p[0], 0.1, 1e-12);
   EXPECT_NEAR(middle.pose.p[1], 0.1, 1e-12);
   EXPECT_NEAR(middle.velocity[0], 0.1, 1e-12);
   for (int i = 0; i <= 50; ++i) {
-    const Vec3 x = at(*p, T * i / 50).pose.p;
+    const Vec3 x = path_sample(*p, T * i / 50).pose.p;
     EXPECT_NEAR(std::hypot(x[0] - 0.1, x[1]), 0.1, 1e-12);
   }
 }
@@ -361,7 +363,7 @@ TEST_F(LegacyWorld, ACircleGoesRoundInItsTimeAndATurnOnTheSpotFollows) {
     const double t = 0.1 * i, u = std::min(t, 4 - t);
     double way = u < 0.8 ? a * u * u / 2 : v * (u - 0.4);
     if (t > 2) way = 2 * kPi * r - way;
-    const PathSample here = at(*p, t);
+    const PathSample here = path_sample(*p, t);
     EXPECT_NEAR(here.pose.p[0], r * std::cos(way / r), 1e-12) << t;
     EXPECT_NEAR(here.pose.p[1], r * std::sin(way / r), 1e-12) << t;
     EXPECT_NEAR(here.velocity[1], std::min(a * u, v) * std::cos(way / r), 1e-12) << t;
@@ -372,7 +374,7 @@ TEST_F(LegacyWorld, ACircleGoesRoundInItsTimeAndATurnOnTheSpotFollows) {
     const double t = 0.1 * i, u = std::min(t, 2 - t);
     double angle = u < 0.5 ? 60 * u * u : 60 * (u - 0.25);
     if (t > 1) angle = 90 - angle;
-    const PathSample here = at(*p, 4 + t);
+    const PathSample here = path_sample(*p, 4 + t);
     const auto R = spatial::from_rpy({0, 0, angle * kPerDegree});
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], R[k], 1e-12) << t;
     EXPECT_NEAR(here.angular_velocity[2], std::min(120 * u, 60.0) * kPerDegree, 1e-12) << t;
@@ -393,7 +395,7 @@ TEST_F(LegacyWorld, ASectionThatNeitherMovesNorTurnsIsAWait) {
     edit("Trajectories/still.tjc", "0 1 1 0 0 1 4 4", codes);
     const auto p = path(load("Trajectories/still.tjc"));
     EXPECT_NEAR(p->duration(), 6, 1e-12) << codes;
-    const PathSample here = at(*p, 5);
+    const PathSample here = path_sample(*p, 5);
     EXPECT_NEAR(here.pose.p[0], 0.1, 1e-12) << codes;
     EXPECT_LT(spatial::norm(here.velocity), 1e-12) << codes;
     EXPECT_EQ(spatial::norm(here.angular_velocity), 0) << codes;
@@ -406,9 +408,9 @@ TEST_F(LegacyWorld, AnArcWithAConstantAccelerationStartsAtRestOrAtItsSpeed) {
   EXPECT_TRUE(notes.empty());
   EXPECT_NEAR(p->duration(), 2, 1e-12);
   for (const double t : {0.5, 1.0, 1.9}) {
-    const Vec3 x = at(*p, t).pose.p;
+    const Vec3 x = path_sample(*p, t).pose.p;
     EXPECT_NEAR(std::atan2(x[1], 0.1 - x[0]), length * t * t / 4 / 0.1, 1e-9) << t;
-    EXPECT_NEAR(spatial::norm(at(*p, t).velocity), length * t / 2, 1e-12) << t;
+    EXPECT_NEAR(spatial::norm(path_sample(*p, t).velocity), length * t / 2, 1e-12) << t;
   }
   // The third number is the speed at the start, and the first point repeats it.
   const std::string at_rest = "2.00000000 0.00000000 0.00000000";
@@ -420,8 +422,8 @@ TEST_F(LegacyWorld, AnArcWithAConstantAccelerationStartsAtRestOrAtItsSpeed) {
   edit("Trajectories/gaining.tjc", "( 0.00000000 0.00000000 0.00000000 ) ( 0.00000000 0.15707963",
        "( 0 0.05 0 ) ( 0.00000000 0.15707963");
   p = path(load("Trajectories/gaining.tjc"));
-  EXPECT_NEAR(at(*p, 0).velocity[1], 0.05, 1e-12);
-  EXPECT_NEAR(spatial::norm(at(*p, 2).velocity), length - 0.05, 1e-12);
+  EXPECT_NEAR(path_sample(*p, 0).velocity[1], 0.05, 1e-12);
+  EXPECT_NEAR(spatial::norm(path_sample(*p, 2).velocity), length - 0.05, 1e-12);
 }
 
 TEST_F(LegacyWorld, UnionsReplaceTheEndsOfTwoSectionsOrJoinThem) {
@@ -450,11 +452,11 @@ TEST_F(LegacyWorld, UnionsReplaceTheEndsOfTwoSectionsOrJoinThem) {
     else if (x <= 3) expected = {0.2, 0, 0};
     else if (x <= 3.5) expected = {0.2, cubic(x - 3, 0.5, 0, 0.1, 0, 0.1), 0};
     else expected = {0.2, 0.1 + 0.1 * (x - 3.5), 0};
-    const PathSample here = at(*p, x);
+    const PathSample here = path_sample(*p, x);
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(here.pose.p[k], expected[k], 1e-12) << x;
   }
-  EXPECT_NEAR(at(*p, 1.4).velocity[0], 0.1, 1e-12);
-  EXPECT_NEAR(spatial::norm(at(*p, 2.6).velocity), 0, 1e-12);
+  EXPECT_NEAR(path_sample(*p, 1.4).velocity[0], 0.1, 1e-12);
+  EXPECT_NEAR(spatial::norm(path_sample(*p, 2.6).velocity), 0, 1e-12);
   // The trajectory's frame carries places and velocities.
   const std::string joined = text("Trajectories/joined.tjc");
   const std::string zero =
@@ -462,7 +464,7 @@ TEST_F(LegacyWorld, UnionsReplaceTheEndsOfTwoSectionsOrJoinThem) {
   edit("Trajectories/joined.tjc", zero, "( 1, 0, 0, 90, 0, 0 )");
   const auto turned = path(load("Trajectories/joined.tjc"));
   for (const double x : {1.0, 1.9, 2.5, 3.3, 5.0}) {
-    const PathSample here = at(*p, x), there = at(*turned, x);
+    const PathSample here = path_sample(*p, x), there = path_sample(*turned, x);
     EXPECT_NEAR(there.pose.p[0], 1 - here.pose.p[1], 1e-12) << x;
     EXPECT_NEAR(there.pose.p[1], here.pose.p[0], 1e-12) << x;
     EXPECT_NEAR(there.velocity[0], -here.velocity[1], 1e-12) << x;
@@ -571,7 +573,7 @@ TEST_F(LegacyWorld, SectionsFollowEachOtherAndTheTrajectorysFrameCarriesThem) {
   put("Trajectories/two.tjc", s + second);
   const auto p = path(load("Trajectories/two.tjc"));
   EXPECT_NEAR(p->duration(), 6.25, 1e-12);
-  const Vec3 end = at(*p, 6.25).pose.p;  // y of the sections is -x there
+  const Vec3 end = path_sample(*p, 6.25).pose.p;  // y of the sections is -x there
   EXPECT_NEAR(end[0], 1 - 0.6, 1e-12);
   EXPECT_NEAR(end[1], 0, 1e-12);
   ASSERT_EQ(notes.size(), 1U);
@@ -735,8 +737,9 @@ TEST_F(LegacyWorld, ATrajectoryInMillimetresIsTheSameAsInMetres) {
   EXPECT_NEAR(millimetres->length(), 0.3, 1e-12);
   EXPECT_NEAR(millimetres->duration(), metres->duration(), 1e-12);
   for (const double t : {0.0, 0.3, 1.0, 2.9}) {
-    EXPECT_NEAR(at(*millimetres, t).velocity[1], at(*metres, t).velocity[1], 1e-12);
-    EXPECT_NEAR(at(*millimetres, t).pose.p[1], at(*metres, t).pose.p[1], 1e-12);
+    EXPECT_NEAR(path_sample(*millimetres, t).velocity[1], path_sample(*metres, t).velocity[1],
+                1e-12);
+    EXPECT_NEAR(path_sample(*millimetres, t).pose.p[1], path_sample(*metres, t).pose.p[1], 1e-12);
   }
 }
 
@@ -841,7 +844,7 @@ TEST_F(LegacyWorld, TheWorldOfTheOriginalLoadsStandsAtItsTrajectoryAndFollowsIt)
       robotics::forward_kinematics(*model, robot.q, frames);
       const Pose tip = robotics::tip_pose(*model, 0, frames),
                  start = spatial::compose(model::pose(placed.placement),
-                                          at(*path(AnyId(placed.trajectory)), 0).pose);
+                                          path_sample(*path(AnyId(placed.trajectory)), 0).pose);
       const auto along = path(AnyId(placed.trajectory));
       if (kElsewhere.contains(entry.path().stem().string())) {
         double nearest = 1e300;
@@ -849,7 +852,8 @@ TEST_F(LegacyWorld, TheWorldOfTheOriginalLoadsStandsAtItsTrajectoryAndFollowsIt)
           nearest = std::min(
               nearest,
               spatial::distance(
-                  tip.p, spatial::compose(model::pose(placed.placement), at(*along, x).pose).p));
+                  tip.p,
+                  spatial::compose(model::pose(placed.placement), path_sample(*along, x).pose).p));
         EXPECT_GT(nearest, 0.1) << entry.path();
       } else {
         for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(tip.p[k], start.p[k], 1e-6);
@@ -865,7 +869,7 @@ TEST_F(LegacyWorld, TheWorldOfTheOriginalLoadsStandsAtItsTrajectoryAndFollowsIt)
       // The robot does follow it.
       for (std::size_t i = 0; i < times.size(); ++i) {
         const Pose wanted =
-            spatial::compose(model::pose(placed.placement), at(*along, times[i]).pose);
+            spatial::compose(model::pose(placed.placement), path_sample(*along, times[i]).pose);
         const char* const names[] = {"x", "y", "z"};
         for (std::size_t k = 0; k < 3; ++k)
           EXPECT_NEAR(r->find(names[k])->values[i], wanted.p[k], 1e-6) << times[i];
@@ -922,7 +926,7 @@ TEST_F(LegacyWorld, TrajectoriesOfTheOriginalTakeTheTimesAndPlacesOfTheirFiles) 
       EXPECT_EQ(p->sample_times(t.sample_time).size(), static_cast<std::size_t>(samples))
           << entry.path();
     }
-    const PathSample start = at(*p, 0), end = at(*p, p->duration());
+    const PathSample start = path_sample(*p, 0), end = path_sample(*p, p->duration());
     const auto& back = t.segments.back();
     const auto &first = t.segments.front().points.front(),
                &last = back.shape.name == "circle" ? back.points.front() : back.points.back();

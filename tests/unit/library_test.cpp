@@ -111,12 +111,12 @@ TEST(Library, MaterialsTellTheirSourceAndThePublishedDensities) {
   }
 }
 
-struct Row {
+struct LibraryRow {
   double a, alpha_deg, d;  ///< [m], [deg], [m]
 };
 
 void expect_rows(const model::Robot& r, model::Convention convention,
-                 const std::vector<Row>& rows) {
+                 const std::vector<LibraryRow>& rows) {
   EXPECT_EQ(r.convention, convention);
   ASSERT_EQ(r.links.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {

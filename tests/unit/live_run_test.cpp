@@ -28,7 +28,7 @@ using test::make;
 using test::unwrap;
 using test::Workbench;
 
-constexpr double kGravity = 9.81;
+constexpr double kLiveGravity = 9.81;
 
 void ok(const Result<void>& done) { EXPECT_TRUE(done.ok()) << done.error().sentence(); }
 
@@ -381,9 +381,9 @@ TEST_F(Gate, ARecordingIsHandedOnFromATimeOn) {
 
 // ---- physics and forward dynamics ----
 
-class Worlds : public testing::Test {
+class LiveWorlds : public testing::Test {
  protected:
-  Worlds() {
+  LiveWorlds() {
     model::Material wood;
     wood.density = 600;
     material_ = make(bench.document, "wood", wood);
@@ -462,7 +462,7 @@ class Worlds : public testing::Test {
   /// The engine's steps of 1 ms are semi-implicit: v += g h, z += v h.
   static double fallen(double seconds) {
     const double n = std::round(seconds * 1000);
-    return kGravity * 1e-6 * n * (n + 1) / 2;
+    return kLiveGravity * 1e-6 * n * (n + 1) / 2;
   }
   static double last(const Recording& r, const std::string& column) {
     const auto* c = r.find(column);
@@ -492,7 +492,7 @@ class Worlds : public testing::Test {
   LiveRun run;
 };
 
-TEST_F(Worlds, SteppedPhysicsIsThatInOneGoBitForBit) {
+TEST_F(LiveWorlds, SteppedPhysicsIsThatInOneGoBitForBit) {
   ok(run.start(physics(fall()), progress));
   for (int i = 0; i < 20; ++i) ok(run.step(i % 3, progress));
   run.play(sim::kAsFastAsPossible);
@@ -560,7 +560,7 @@ class BreakingEngine final : public PhysicsEngine {
   Breaking& fault_;
 };
 
-TEST_F(Worlds, AnEngineThatAnswersNoNumberEndsALiveRunAsItEndsAWholeOne) {
+TEST_F(LiveWorlds, AnEngineThatAnswersNoNumberEndsALiveRunAsItEndsAWholeOne) {
   // Between two rows, and where a row is made: reads are one before the first step and one a step.
   for (const int at : {36, 41}) {
     for (const auto what : {Breaking::What::place, Breaking::What::velocity, Breaking::What::turn,
@@ -609,7 +609,7 @@ TEST_F(Worlds, AnEngineThatAnswersNoNumberEndsALiveRunAsItEndsAWholeOne) {
   }
 }
 
-TEST_F(Worlds, SteppedDynamicsIsThatInOneGoBitForBit) {
+TEST_F(LiveWorlds, SteppedDynamicsIsThatInOneGoBitForBit) {
   ok(run.start(dynamics(swing()), progress));
   for (int i = 0; i < 20; ++i) ok(run.step(1, progress));
   ok(run.finish(progress));
@@ -621,7 +621,7 @@ TEST_F(Worlds, SteppedDynamicsIsThatInOneGoBitForBit) {
   EXPECT_EQ(whole->notes, run.recording()->notes);
 }
 
-TEST_F(Worlds, AnElementLoadedInTheMiddleOfAFallFallsFromThen) {
+TEST_F(LiveWorlds, AnElementLoadedInTheMiddleOfAFallFallsFromThen) {
   ok(run.start(physics(fall()), progress));
   ok(run.go_to(0.2, progress));
   EXPECT_NEAR(last(*run.recording(), "box.z"), 1 - fallen(0.2), 1e-9);
@@ -638,7 +638,7 @@ TEST_F(Worlds, AnElementLoadedInTheMiddleOfAFallFallsFromThen) {
   EXPECT_EQ(r->rows(), 41U);
 }
 
-TEST_F(Worlds, AnEditedBodyGoesOnWhereItWasAndAResetKeepsTheEdit) {
+TEST_F(LiveWorlds, AnEditedBodyGoesOnWhereItWasAndAResetKeepsTheEdit) {
   ok(run.start(physics(fall()), progress));
   ok(run.go_to(0.2, progress));
   edit(AnyId(box_), [](model::Record& r) {
@@ -657,7 +657,7 @@ TEST_F(Worlds, AnEditedBodyGoesOnWhereItWasAndAResetKeepsTheEdit) {
   EXPECT_EQ(solid->nodes[0].sizes[2], 0.2);
 }
 
-TEST_F(Worlds, ADrivenRobotKeepsJointValuesAndRatesThroughARefresh) {
+TEST_F(LiveWorlds, ADrivenRobotKeepsJointValuesAndRatesThroughARefresh) {
   // Its links go on without the gaps in their joints that the engine had let open: those, and with
   // them the difference, shrink with the step.
   double apart = 1;
@@ -681,7 +681,7 @@ TEST_F(Worlds, ADrivenRobotKeepsJointValuesAndRatesThroughARefresh) {
   EXPECT_LT(apart, 1e-3);
 }
 
-TEST_F(Worlds, WhatIsHeldStaysHeldThroughARefresh) {
+TEST_F(LiveWorlds, WhatIsHeldStaysHeldThroughARefresh) {
   sim::PhysicsRun lift = fall();
   lift.robots.clear();
   sim::PhysicsAction grasp, move;
@@ -702,7 +702,7 @@ TEST_F(Worlds, WhatIsHeldStaysHeldThroughARefresh) {
   EXPECT_GT(std::fabs(last(*whole, "box.z") - (1 - fallen(0.4))), 0.1);  // it did not fall
 }
 
-TEST_F(Worlds, AChangedMassCountsFromTheRefreshOn) {
+TEST_F(LiveWorlds, AChangedMassCountsFromTheRefreshOn) {
   sim::ForwardRun free = swing();
   free.is_controlled = false;
   ok(run.start(dynamics(free), progress));
@@ -726,7 +726,7 @@ TEST_F(Worlds, AChangedMassCountsFromTheRefreshOn) {
   EXPECT_EQ(run.recording()->rows(), 51U);
 }
 
-TEST_F(Worlds, AnotherNumberOfJointsDoesNotFit) {
+TEST_F(LiveWorlds, AnotherNumberOfJointsDoesNotFit) {
   ok(run.start(dynamics(swing()), progress));
   ok(run.go_to(0.1, progress));
   const RobotId robot = bench.document.now()->get(id_)->robots[0].robot;
@@ -740,7 +740,7 @@ TEST_F(Worlds, AnotherNumberOfJointsDoesNotFit) {
   EXPECT_EQ(run.recording()->rows(), 11U);  // what was recorded stays
 }
 
-TEST_F(Worlds, AControllerKeepsItsMemoryThroughARefresh) {
+TEST_F(LiveWorlds, AControllerKeepsItsMemoryThroughARefresh) {
   ok(run.start(dynamics(swing()), progress));
   ok(run.finish(progress));
   const auto whole = run.recording();
@@ -751,7 +751,7 @@ TEST_F(Worlds, AControllerKeepsItsMemoryThroughARefresh) {
     EXPECT_NEAR(last(*run.recording(), column), last(*whole, column), 1e-7) << column;
 }
 
-TEST_F(Worlds, TwoSimulationsAtOnceAreThoseOneAfterTheOther) {
+TEST_F(LiveWorlds, TwoSimulationsAtOnceAreThoseOneAfterTheOther) {
   LiveRun other;
   ok(run.start(physics(fall()), progress));
   ok(other.start(dynamics(swing()), progress));

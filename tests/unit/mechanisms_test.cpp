@@ -31,7 +31,7 @@ using conformance::turn_z;
 using model::JointKind;
 using spatial::compose;
 
-constexpr Vec3 kDown{0, 0, -9.81};
+constexpr Vec3 kDownwards{0, 0, -9.81};
 
 template <class... P>
 Pose product(const Pose& first, const P&... rest) {
@@ -51,20 +51,20 @@ model::Robot single(JointKind kind, model::DhRow row = {0.3, 0.4, 0.2, 0.1}) {
   return r;
 }
 
-RobotModel built(const model::Robot& r) {
-  auto m = build_robot_model("test", r, {}, kDown);
+RobotModel built_mechanism(const model::Robot& r) {
+  auto m = build_robot_model("test", r, {}, kDownwards);
   EXPECT_TRUE(m.ok()) << (m.ok() ? "" : m.error().sentence());
   return m.ok() ? std::move(m).value() : RobotModel{};
 }
 std::string fault(const model::Robot& r) {
-  const auto m = build_robot_model("test", r, {}, kDown);
+  const auto m = build_robot_model("test", r, {}, kDownwards);
   EXPECT_FALSE(m.ok());
   return m.ok() ? "" : m.error().sentence();
 }
 
 /// base_T_link of the last link.
 Pose last_link(const model::Robot& r, const std::vector<double>& q) {
-  const RobotModel m = built(r);
+  const RobotModel m = built_mechanism(r);
   EXPECT_EQ(m.coordinate_count(), q.size());
   std::vector<Pose> frames(m.joints.size()), poses(r.links.size());
   forward_kinematics(m, q, frames);
@@ -107,7 +107,7 @@ TEST(Mechanisms, AFreeJointHasPositionAndQuaternion) {
 TEST(Mechanisms, SequencesAreOfJointsWithOneCoordinateAndNoBodiesBetween) {
   model::Robot r = single(JointKind::planar);
   r.links[0].given = MassProperties{2, {0.1, 0, 0}, {1, 1, 1, 0, 0, 0}};
-  const RobotModel m = built(r);
+  const RobotModel m = built_mechanism(r);
   ASSERT_EQ(m.joints.size(), 3U);
   EXPECT_EQ(m.joints[0].body.mass, 0);
   EXPECT_EQ(m.joints[1].body.mass, 0);
@@ -154,7 +154,7 @@ TEST(Mechanisms, AJointThatFollowsAFollowerFollowsTheFirst) {
     r.links.back().parent = i - 1;
     r.links.back().mimic = model::Mimic{i - 1, 2.0, 0.25};
   }
-  const RobotModel m = built(r);
+  const RobotModel m = built_mechanism(r);
   EXPECT_EQ(m.coordinate_count(), 1U);
   EXPECT_EQ(m.joints[2].coupling.of, 0);
   EXPECT_DOUBLE_EQ(m.joints[2].coupling.ratio, 4);
@@ -178,7 +178,7 @@ TEST(Mechanisms, PayloadsAddToTheBodyThatCarriesThemAndToolsAreTips) {
   r.payload = MassProperties{1, {0, 0, 0.1}, {0, 0, 0, 0, 0, 0}};
   r.tools.push_back({"camera", 0, {{0.2, 0, 0}, {}}, MassProperties{1, {}, {}}});
   r.tools.push_back({"mark", -1, {{0, 3, 0}, {}}, std::nullopt});
-  const RobotModel m = built(r);
+  const RobotModel m = built_mechanism(r);
   EXPECT_EQ(m.joints[0].body.mass, 4);
   EXPECT_NEAR(m.joints[0].body.com[2], 0.6 / 4, 1e-15);
   EXPECT_NEAR(m.joints[0].body.com[0], 0.2 / 4, 1e-15);
@@ -197,7 +197,7 @@ TEST(Mechanisms, SpringsPassiveJointsAndJerkReachTheModel) {
   r.links[0].spring = {120, 0.3};
   r.links[0].passive = true;
   r.links[0].max_jerk = 40;
-  const RobotModel m = built(r);
+  const RobotModel m = built_mechanism(r);
   EXPECT_EQ(m.joints[0].spring.stiffness, 120);
   EXPECT_EQ(m.joints[0].spring.rest, 0.3);
   EXPECT_TRUE(m.joints[0].passive);
@@ -213,7 +213,7 @@ TEST(Mechanisms, HomeIsNeutralWithUnitQuaternions) {
   r.links.push_back(single(JointKind::revolute).links[0]);
   r.links[1].parent = 0;
   EXPECT_EQ(home_joint_values(r), (std::vector<double>{0, 0, 0, 1, 0, 0, 0, 0}));
-  EXPECT_EQ(neutral_coordinates(built(r)), home_joint_values(r));
+  EXPECT_EQ(neutral_coordinates(built_mechanism(r)), home_joint_values(r));
   r.poses.push_back({"home", {1, 2, 3, 0, 1, 0, 0, 0.5}});
   EXPECT_EQ(home_joint_values(r), r.poses[0].q);
 }

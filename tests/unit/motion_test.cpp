@@ -35,7 +35,7 @@ Result<std::shared_ptr<const motion::Path>> build(const Trajectory& t,
   return motion::Path::build(registry(), "test", t, find);
 }
 
-PathSample at(const motion::Path& path, double t) {
+PathSample path_at(const motion::Path& path, double t) {
   PathSample s;
   EXPECT_TRUE(path.sample({&t, 1}, {&s, 1}).ok());
   return s;
@@ -49,9 +49,9 @@ struct Jumps {
 Jumps jumps(const motion::Path& path, int samples = 20000) {
   Jumps out;
   const double h = path.duration() / samples;
-  PathSample a = at(path, 0);
+  PathSample a = path_at(path, 0);
   for (int i = 1; i <= samples; ++i) {
-    const PathSample b = at(path, h * i);
+    const PathSample b = path_at(path, h * i);
     // Hermite: position changes by the mean of the velocities, up to terms of third order.
     const Vec3 moved = spatial::scale(spatial::add(a.velocity, b.velocity), h / 2);
     const Vec3 turned = spatial::scale(spatial::add(a.angular_velocity, b.angular_velocity), h / 2);
@@ -95,8 +95,8 @@ TEST(Transitions, CutCornersSmoothly) {
   const double shorter = std::hypot(0.3, 0.1);
   double nearest = 1;
   for (int i = 0; i <= 1000; ++i)
-    nearest = std::min(nearest,
-                       spatial::distance(at(path, path.duration() * i / 1000).pose.p, {0.4, 0, 0}));
+    nearest = std::min(
+        nearest, spatial::distance(path_at(path, path.duration() * i / 1000).pose.p, {0.4, 0, 0}));
   EXPECT_LT(nearest, shorter / 10);
   EXPECT_GT(nearest, 0.2 * shorter / 10);
   EXPECT_LT(path.length(), 0.4 + shorter);
@@ -106,16 +106,16 @@ TEST(Transitions, KeepTheDistanceAsked) {
   const auto made = build(corner({.is_smooth = true, .distance = 0.05, .speed = 0}));
   ASSERT_TRUE(made.ok()) << made.error().sentence();
   // Up to 0.05 before the corner the first line is run as it is.
-  const PathSample s = at(**made, 3.4);
+  const PathSample s = path_at(**made, 3.4);
   EXPECT_NEAR(s.pose.p[0], 0.34, 1e-12);
   EXPECT_EQ(s.pose.p[1], 0);
-  EXPECT_NE(at(**made, 3.55).pose.p[1], 0);
+  EXPECT_NE(path_at(**made, 3.55).pose.p[1], 0);
 }
 
 double greatest_speed(const motion::Path& path, double from, double to) {
   double most = 0;
   for (int i = 0; i <= 4000; ++i)
-    most = std::max(most, spatial::norm(at(path, from + (to - from) * i / 4000).velocity));
+    most = std::max(most, spatial::norm(path_at(path, from + (to - from) * i / 4000).velocity));
   return most;
 }
 const motion::Path::Piece& transition_of(const motion::Path& path) {
@@ -147,7 +147,7 @@ TEST(Transitions, SlowDownToTheirSpeedInACorner) {
     const double T = piece.segment->duration();
     EXPECT_LE(greatest_speed(**made, piece.start, piece.start + T),
               std::max(speed, 0.1) * (1 + 1e-6));
-    const double middle = spatial::norm(at(**made, piece.start + T / 2).velocity);
+    const double middle = spatial::norm(path_at(**made, piece.start + T / 2).velocity);
     EXPECT_LE(middle, speed * (1 + 1e-9));
     EXPECT_GE(middle, speed * 0.5) << "not slower than there is need for";
   }
@@ -161,7 +161,7 @@ TEST(Transitions, SlowDownToTheirSpeedInACorner) {
   ASSERT_TRUE(made.ok()) << made.error().sentence();
   const auto& piece = transition_of(**made);
   const double T = piece.segment->duration();
-  EXPECT_LE(spatial::norm(at(**made, piece.start + T / 2).velocity), 0.001 * (1 + 1e-9));
+  EXPECT_LE(spatial::norm(path_at(**made, piece.start + T / 2).velocity), 0.001 * (1 + 1e-9));
   const Jumps j = jumps(**made, 200000);
   EXPECT_LT(j.position, 1e-7);
 }
@@ -253,7 +253,7 @@ TEST(Waits, AreSplinesWithTimesAtOnePlace) {
   EXPECT_NEAR((*path)->pieces()[2].start - before, 2.5, 1e-12);
   EXPECT_NEAR((*path)->length(), 0.7, 1e-12);
   for (const double x : {0.0, 1.1, 2.4}) {
-    const PathSample s = at(**path, before + x);
+    const PathSample s = path_at(**path, before + x);
     EXPECT_NEAR(s.pose.p[0], 0.4, 1e-15);
     EXPECT_EQ(spatial::norm(s.velocity), 0);
     EXPECT_EQ(spatial::norm(s.acceleration), 0);
@@ -313,7 +313,7 @@ TEST(StoredTrajectories, RunElsewhere) {
   const auto made = build(outer, find);
   ASSERT_TRUE(made.ok()) << made.error().sentence();
   EXPECT_NEAR((*made)->length(), 0.4, 1e-12);
-  const PathSample end = at(**made, (*made)->duration());
+  const PathSample end = path_at(**made, (*made)->duration());
   EXPECT_NEAR(end.pose.p[0], 0.2, 1e-15);
   EXPECT_NEAR(end.pose.p[1], 0.2, 1e-15);
   EXPECT_NEAR(end.angular_velocity[2], 0.5, 1e-15);
@@ -355,8 +355,8 @@ TEST(CurveWalk, MeasuresAnEllipse) {
   for (int i = 0; i <= 100; ++i) {
     const double w = 0.01 * i, h = 1e-5;
     CurveSample s[3];
-    const double at[] = {std::max(0.0, w - h), w, std::min(1.0, w + h)};
-    ASSERT_TRUE(walk->evaluate(at, s).ok());
+    const double path_at[] = {std::max(0.0, w - h), w, std::min(1.0, w + h)};
+    ASSERT_TRUE(walk->evaluate(path_at, s).ok());
     EXPECT_NEAR(spatial::norm(s[1].d1), walk->length(), 1e-10);
     EXPECT_NEAR(spatial::dot(s[1].d1, s[1].d2), 0, 1e-8) << "even steps have no acceleration along";
     for (std::size_t k = 0; k < 3 && i > 0 && i < 100; ++k) {

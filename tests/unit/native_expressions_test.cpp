@@ -35,13 +35,13 @@ std::string printed(const Document& d, AnyId id) {
   EXPECT_TRUE(text.ok()) << text.error().sentence();
   return text.ok() ? *text : "";
 }
-double at(const Document& d, AnyId id, std::string_view path) {
+double field_at(const Document& d, AnyId id, std::string_view path) {
   const auto n = model::number_at(d.now()->find(id)->body, path);
   EXPECT_TRUE(n) << path;
   return n ? n->value : std::nan("");
 }
 
-const char* const kPlate = R"(robomosp solid 1
+const char* const kPlateOfExpressions = R"(robomosp solid 1
 name plate
 chord 5e-04 = "wall/12"
 parameter bore 20 mm "of the \"shaft\""
@@ -70,16 +70,16 @@ difference body {
 
 TEST(NativeExpressions, AreRewrittenByteForByte) {
   Document d;
-  const auto loaded = load(d, kPlate);
+  const auto loaded = load(d, kPlateOfExpressions);
   ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
   EXPECT_TRUE(loaded->notes.empty());
-  EXPECT_EQ(printed(d, loaded->id), kPlate);
+  EXPECT_EQ(printed(d, loaded->id), kPlateOfExpressions);
   const auto& p = d.now()->get(SolidId{loaded->id.number})->parametric;
   EXPECT_EQ(p.parameters[1].expression, "bore/4 + 1 mm");
   EXPECT_EQ(p.parameters[1].description, "around it");
   EXPECT_EQ(p.expressions.size(), 12U);
   EXPECT_EQ(p.expressions.at("web.profile.1.4.x"), "bore/2");
-  EXPECT_EQ(at(d, loaded->id, "web.profile.2.radius"), 0.006 / 6);
+  EXPECT_EQ(field_at(d, loaded->id, "web.profile.2.radius"), 0.006 / 6);
 }
 
 TEST(NativeExpressions, RobotsObjectsAndWorldsHoldThemAsWell) {
@@ -106,9 +106,9 @@ tool { at (0, 0, 0 = "reach - reach") }
                   return {};
                 }).ok());
   ASSERT_TRUE(tx->commit().ok());
-  EXPECT_EQ(at(d, loaded->id, "shoulder.a"), 0.45);
-  EXPECT_EQ(at(d, loaded->id, "shoulder.gear_ratio"), 0.45 / 0.3);
-  EXPECT_EQ(at(d, loaded->id, "base.position.z"), 0.45);
+  EXPECT_EQ(field_at(d, loaded->id, "shoulder.a"), 0.45);
+  EXPECT_EQ(field_at(d, loaded->id, "shoulder.gear_ratio"), 0.45 / 0.3);
+  EXPECT_EQ(field_at(d, loaded->id, "base.position.z"), 0.45);
 
   const char* const world = R"~(robomosp world 1
 name cell
@@ -121,7 +121,7 @@ gravity (0, 0, -4.905 = "fall/2")
                          "robomosp world 1\nname cell\nparameter fall -9.81 m/s^2\n"
                          "parameter rate = \"1 / (0.5 m)\"\ngravity (0, 0, = \"fall/2\")\n");
   ASSERT_TRUE(cell.ok()) << cell.error().sentence();
-  EXPECT_EQ(at(cells, cell->id, "gravity.z"), -9.81 / 2);
+  EXPECT_EQ(field_at(cells, cell->id, "gravity.z"), -9.81 / 2);
   EXPECT_EQ(printed(cells, cell->id), world);
   Document again;
   ASSERT_TRUE(load(again, world).ok());
@@ -138,8 +138,8 @@ parameter bore 20 mm parameter turn 0.5 rad
 cylinder body { at (= "bore", 0, 0)  radius = "bore/2 + wall"  height 30 mm }
 )");
   ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
-  EXPECT_EQ(at(d, loaded->id, "body.radius"), 0.02 / 2 + (0.02 / 4 + 0.02 * 0.5));
-  EXPECT_EQ(at(d, loaded->id, "body.position.x"), 0.02);
+  EXPECT_EQ(field_at(d, loaded->id, "body.radius"), 0.02 / 2 + (0.02 / 4 + 0.02 * 0.5));
+  EXPECT_EQ(field_at(d, loaded->id, "body.position.x"), 0.02);
   const std::string text = printed(d, loaded->id);
   Document again;
   const auto reread = load(again, text);
@@ -156,8 +156,8 @@ TEST(NativeExpressions, StandBehindTheParametersOfPluginsPrimitives) {
   Document d;
   const auto loaded = load(d, text);
   ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
-  EXPECT_EQ(at(d, loaded->id, "wheel.primitive.teeth"), 24);
-  EXPECT_EQ(at(d, loaded->id, "wheel.primitive.module"), 0.02 / 10);
+  EXPECT_EQ(field_at(d, loaded->id, "wheel.primitive.teeth"), 24);
+  EXPECT_EQ(field_at(d, loaded->id, "wheel.primitive.module"), 0.02 / 10);
   EXPECT_EQ(printed(d, loaded->id), text);
   // Written by hand: a whole number, or none, in front of the expression.
   Document by_hand;
@@ -175,7 +175,7 @@ TEST(NativeExpressions, ExpressionsWinOverOldValues) {
                            "robomosp solid 1\nname b\nparameter bore 40 mm\n"
                            "sphere s { radius 10 mm = \"bore/2\" }\n");
   ASSERT_TRUE(loaded.ok());
-  EXPECT_EQ(at(d, loaded->id, "s.radius"), 0.02);
+  EXPECT_EQ(field_at(d, loaded->id, "s.radius"), 0.02);
 }
 
 TEST(NativeExpressions, AWorldThatIsNotLoadedKeepsTheLastValuesAndIsTold) {
@@ -188,10 +188,10 @@ TEST(NativeExpressions, AWorldThatIsNotLoadedKeepsTheLastValuesAndIsTold) {
   EXPECT_EQ(loaded->notes, std::vector<std::string>{
                                "The expressions of solid \"b\" use cell.gap of a world that is not "
                                "loaded; its last value is kept."});
-  EXPECT_EQ(at(d, loaded->id, "s.radius"), 0.0085);
+  EXPECT_EQ(field_at(d, loaded->id, "s.radius"), 0.0085);
   EXPECT_EQ(printed(d, loaded->id), text);
   ASSERT_TRUE(load(d, "robomosp world 1\nname cell\nparameter gap 5 mm\n").ok());
-  EXPECT_EQ(at(d, loaded->id, "s.radius"), 0.005);
+  EXPECT_EQ(field_at(d, loaded->id, "s.radius"), 0.005);
 }
 
 TEST(NativeExpressions, FaultsHaveTheirPlace) {

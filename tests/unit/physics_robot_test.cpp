@@ -21,11 +21,11 @@ using sim::RobotDrive;
 using test::make;
 using test::unwrap;
 using test::Workbench;
-using Kind = PhysicsAction::Kind;
+using ActionKind = PhysicsAction::Kind;
 
 constexpr double kFreeFall = 9.81;
 
-model::Placement at(Vec3 p) {
+model::Placement placed_at(Vec3 p) {
   model::Placement out;
   out.position = p;
   return out;
@@ -77,7 +77,7 @@ class PhysicsRobot : public testing::Test {
   WorldId alone(const std::string& robot, std::vector<double> q) {
     const AnyId id = bench.load("robots/" + robot + ".rbt");
     model::World w;
-    w.robots.push_back({robot, RobotId{id.number}, at({0, 0, 1}), std::move(q)});
+    w.robots.push_back({robot, RobotId{id.number}, placed_at({0, 0, 1}), std::move(q)});
     return make(bench.document, "world_of_" + robot, w);
   }
 
@@ -248,13 +248,14 @@ class Grip : public PhysicsRobot {
     model::Robot r;
     r.links = {link("lift", -1, {0, 0, 1}, 5), link("left", 0, {-1, 0, 0}, 0.1),
                link("right", 0, {1, 0, 0}, 0.1)};
-    r.links[1].parts = {{finger, at({-0.005, 0, 0})}};
-    r.links[2].parts = {{finger, at({0.005, 0, 0})}};
+    r.links[1].parts = {{finger, placed_at({-0.005, 0, 0})}};
+    r.links[2].parts = {{finger, placed_at({0.005, 0, 0})}};
     r.links[2].mimic = model::Mimic{1, 1, 0};
     coupled_ = make(bench.document, "coupled", r);
     r.links[2].mimic.reset();
     two_motors_ = make(bench.document, "two_motors", r);
-    world_.objects = {{"floor", floor, at({0, 0, -0.1})}, {"box", box, at({0, 0, 0})}};
+    world_.objects = {{"floor", floor, placed_at({0, 0, -0.1})},
+                      {"box", box, placed_at({0, 0, 0})}};
   }
   /// Closes with `force` on each finger's motor, lifts, waits.
   PhysicsRun pick(RobotDrive drive, double force, bool two = false) const {
@@ -263,13 +264,13 @@ class Grip : public PhysicsRobot {
     run.friction = kMu;
     run.robots = {{"hand", drive, {}, {}, {}, false}};
     PhysicsAction grip, move, wait;
-    grip.kind = Kind::grip;
+    grip.kind = ActionKind::grip;
     grip.joint = "left", grip.force = -force, grip.speed = 0.05;
     grip.duration = two ? 0 : 0.4;
     move.q = {kLift, 0.04};
     if (two) move.q.push_back(0.04);
     move.duration = kTime;
-    wait.kind = Kind::wait, wait.duration = 0.3;
+    wait.kind = ActionKind::wait, wait.duration = 0.3;
     run.actions = {grip, move, wait};
     if (two) {
       grip.joint = "right", grip.duration = 0.4;
@@ -279,7 +280,7 @@ class Grip : public PhysicsRobot {
   }
   WorldId world(RobotId robot, std::vector<double> q) {
     model::World w = world_;
-    w.robots = {{"hand", robot, at({0, 0, 0.02}), std::move(q)}};
+    w.robots = {{"hand", robot, placed_at({0, 0, 0.02}), std::move(q)}};
     return make(bench.document, "cell" + std::to_string(++count_), w);
   }
   double slip(const PhysicsRun& run, bool two = false) {
@@ -334,7 +335,7 @@ TEST_F(Grip, TwoMotorsPressWithTheirForceEach) {
 TEST_F(Grip, FollowersFollowAndReleasedBoxesFall) {
   PhysicsRun run = pick(RobotDrive::moved, 40);
   PhysicsAction release;
-  release.kind = Kind::release;
+  release.kind = ActionKind::release;
   release.duration = 0.5;
   run.actions.push_back(release);
   const WorldId w = world(coupled_, {0, 0.04});
@@ -389,7 +390,7 @@ TEST_F(Grip, TellsWhatIsWrong) {
   has(told([](PhysicsRun& r) { r.actions[0].speed = -1; }), "speed");
   has(told([](PhysicsRun& r) { r.robots[0].drive = RobotDrive::limp; }), "is limp");
   has(told([](PhysicsRun& r) {
-        r.actions[0].kind = Kind::release;
+        r.actions[0].kind = ActionKind::release;
         r.actions.pop_back();
       }),
       "does not hold anything");
@@ -414,11 +415,11 @@ TEST_F(PhysicsRobot, LinksTouchEachOtherWhereThatIsAskedForAndNoRuleAllowsIt) {
     model::Link l;
     l.name = name;
     l.parent = parent;
-    l.origin = at({x, 0, 0});
+    l.origin = placed_at({x, 0, 0});
     l.axis = {0, -1, 0};  // turning up
     l.lower = lower, l.upper = upper;
     l.given = MassProperties{0.5, {0.15, 0, 0}, {1e-4, 4e-3, 4e-3, 0, 0, 0}};
-    l.parts = {{bar, at({0.15, 0, -0.02})}};
+    l.parts = {{bar, placed_at({0.15, 0, -0.02})}};
     return l;
   };
   model::Robot r;
@@ -429,11 +430,11 @@ TEST_F(PhysicsRobot, LinksTouchEachOtherWhereThatIsAskedForAndNoRuleAllowsIt) {
   model::SolidNode small = n;
   small.sizes = {0.02, 0.02, 0.02};
   s.nodes = {small};
-  r.links[1].parts = {{make(bench.document, "joint", s), at({0.05, 0, 0})}};
+  r.links[1].parts = {{make(bench.document, "joint", s), placed_at({0.05, 0, 0})}};
   model::World w;
   // The hand points back and stands above the upper arm.
   w.robots.push_back(
-      {"arm", make(bench.document, "arm", r), at({0, 0, 1}), {0, right, 0.8 * right}});
+      {"arm", make(bench.document, "arm", r), placed_at({0, 0, 1}), {0, right, 0.8 * right}});
   const WorldId world = make(bench.document, "fold", w);
   PhysicsRun run = limp("arm", 1, 1e-3);
   const auto through = unwrap(simulate(run, world));

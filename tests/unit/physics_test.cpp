@@ -27,9 +27,9 @@ using sim::RobotDrive;
 using test::make;
 using test::unwrap;
 using test::Workbench;
-using Kind = PhysicsAction::Kind;
+using Action = PhysicsAction::Kind;
 
-constexpr double kGravity = 9.81;
+constexpr double kFall = 9.81;
 constexpr double kBoxMass = 600 * 0.1 * 0.1 * 0.1;  ///< density times volume [kg]
 
 class Physics : public testing::Test {
@@ -95,7 +95,7 @@ class Physics : public testing::Test {
     a.duration = duration;
     return a;
   }
-  static PhysicsAction act(Kind kind, double duration = 0) {
+  static PhysicsAction act(Action kind, double duration = 0) {
     PhysicsAction a;
     a.kind = kind;
     a.duration = duration;
@@ -106,9 +106,9 @@ class Physics : public testing::Test {
     PhysicsRun run;
     run.robots = {{"gantry", drive, {}, {}, {}}};
     run.step = 2e-3;
-    run.actions = {move({0, -0.2002}, 0.4), act(Kind::wait, 0.1),   act(Kind::grasp),
-                   move({0, -0.1}, 0.4),    move({0.3, -0.1}, 0.6), move({0.3, -0.2}, 0.4),
-                   act(Kind::release, 0.1), move({0.3, 0}, 0.3),    act(Kind::wait, 0.5)};
+    run.actions = {move({0, -0.2002}, 0.4),   act(Action::wait, 0.1), act(Action::grasp),
+                   move({0, -0.1}, 0.4),      move({0.3, -0.1}, 0.6), move({0.3, -0.2}, 0.4),
+                   act(Action::release, 0.1), move({0.3, 0}, 0.3),    act(Action::wait, 0.5)};
     return run;
   }
 
@@ -138,7 +138,7 @@ TEST_F(Physics, AStackComesToRestAndWeighsWhatItShould) {
     const auto& z = r->find(name + ".z")->values;
     EXPECT_NEAR(z.back(), z[z.size() - 20], 1e-6) << "at rest";
     // The forces on it carry its own weight.
-    EXPECT_NEAR(last(*r, name + ".contact_force"), kBoxMass * kGravity, 0.02 * kBoxMass * kGravity);
+    EXPECT_NEAR(last(*r, name + ".contact_force"), kBoxMass * kFall, 0.02 * kBoxMass * kFall);
   }
 }
 
@@ -153,7 +153,7 @@ TEST_F(Physics, ASlidingBoxStopsWhereCoulombFrictionSays) {
   run.objects = {s};
   const auto r = unwrap(simulate(run));
   ASSERT_TRUE(r);
-  const double way = 1 / (2 * 0.4 * kGravity);
+  const double way = 1 / (2 * 0.4 * kFall);
   EXPECT_NEAR(last(*r, "box.x") + 0.5, way, 0.02 * way);
   // The geometric mean counts: one body without friction slides on.
   run.objects[0].friction = 0;
@@ -172,7 +172,7 @@ TEST_F(Physics, AFallFollowsTheSumOfTheStepsAndFixedOnesStay) {
   const auto r = unwrap(simulate(run));
   ASSERT_TRUE(r);
   // Velocity first, then position: g h^2 n (n + 1) / 2 after n steps of h.
-  EXPECT_NEAR(last(*r, "box.z"), 1 - kGravity * 1e-6 * 200 * 201 / 2, 1e-9);
+  EXPECT_NEAR(last(*r, "box.z"), 1 - kFall * 1e-6 * 200 * 201 / 2, 1e-9);
   EXPECT_EQ(r->find("hung.z"), nullptr);
 }
 
@@ -202,7 +202,7 @@ TEST_F(Physics, AControlledGantryCarriesItTooAndEqualRunsGiveEqualBits) {
   EXPECT_NEAR(last(*r, "box.x"), 0.3, 2e-3);
   EXPECT_NEAR(last(*r, "box.z"), 0, 1e-3);
   // The hand's motor carries the hand at rest.
-  EXPECT_NEAR(last(*r, "tau2"), 20 * kGravity, 0.05 * 20 * kGravity);
+  EXPECT_NEAR(last(*r, "tau2"), 20 * kFall, 0.05 * 20 * kFall);
   ASSERT_EQ(r->columns.size(), again->columns.size());
   for (std::size_t c = 0; c < r->columns.size(); ++c)
     EXPECT_EQ(r->columns[c].values, again->columns[c].values) << r->columns[c].name;
@@ -217,7 +217,7 @@ TEST_F(Physics, ALimpGantryFallsOntoItsStop) {
   const auto r = unwrap(simulate(run));
   ASSERT_TRUE(r);
   const auto& q = r->find("q2")->values;
-  EXPECT_NEAR(q[20], -0.5 * kGravity * 0.2 * 0.2, 1.1e-3);
+  EXPECT_NEAR(q[20], -0.5 * kFall * 0.2 * 0.2, 1.1e-3);
   EXPECT_NEAR(q.back(), -1, 2e-3);
 }
 
@@ -242,7 +242,7 @@ TEST_F(Physics, APendulumSwingsAndCountsItsTurns) {
   const auto& q = done->find("q1")->values;
   EXPECT_NEAR(q.front(), start, 1e-12);
   // It is lowest after a quarter of 2 pi sqrt(l / g) (1 + a^2 / 16).
-  const double quarter = std::acos(-1.0) / 2 * std::sqrt(0.4 / kGravity) * (1 + 0.1 * 0.1 / 16);
+  const double quarter = std::acos(-1.0) / 2 * std::sqrt(0.4 / kFall) * (1 + 0.1 * 0.1 / 16);
   std::size_t i = 0;
   while (i < q.size() && q[i] > start - 0.1) ++i;
   EXPECT_NEAR(1e-3 * static_cast<double>(i), quarter, 2.5e-3);
@@ -263,7 +263,7 @@ TEST_F(Physics, AnEllipsoidRestsOnItsShortestAxisAndTheRunSaysHowItTouches) {
   egg.nodes = {n};
   world_.objects.push_back({"egg", make(bench.document, "egg", egg), at({0, 0, 0.032})});
   PhysicsRun run;
-  run.actions = {act(Kind::wait, 1)};
+  run.actions = {act(Action::wait, 1)};
   const auto r = unwrap(simulate(run));
   // On a polyhedron of its own, whose lowest faces lie 0.5 % of the longest half axis off at most.
   EXPECT_NEAR(last(*r, "egg.z"), 0.03, 0.0005);
@@ -388,7 +388,7 @@ TEST_F(Physics, TellsWhatIsWrong) {
   has(told([](PhysicsRun& r) { r.actions[0].q = {0, -0.1}; }), "touches no object that can move");
   has(told([](PhysicsRun& r) { r.actions[2].object = "floor"; }), "cannot move");
   has(told([](PhysicsRun& r) { r.actions[2].tool = "claw"; }), "has no tool");
-  has(told([](PhysicsRun& r) { r.actions[2].kind = Kind::wait; }), "does not hold");
+  has(told([](PhysicsRun& r) { r.actions[2].kind = Action::wait; }), "does not hold");
   has(told([](PhysicsRun& r) { r.robots[0].drive = RobotDrive::limp; }), "is limp");
   has(told([](PhysicsRun& r) { r.engine.name = "none"; }), "none");
 }

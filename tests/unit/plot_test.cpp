@@ -16,13 +16,13 @@ using recording::PlotRequest;
 using recording::Recording;
 using test::unwrap;
 
-std::size_t count(const std::string& in, const std::string& what) {
+std::size_t times_within(const std::string& in, const std::string& what) {
   std::size_t n = 0;
   for (std::size_t at = in.find(what); at != std::string::npos; at = in.find(what, at + 1)) ++n;
   return n;
 }
 
-Recording small_recording() {
+Recording plotted_recording() {
   Recording r;
   r.title = "a <small> one";
   r.dof = 2;
@@ -43,17 +43,17 @@ PlotRequest of(const Recording& r, std::vector<std::string> columns) {
 }
 
 TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
-  const Recording r = small_recording();
+  const Recording r = plotted_recording();
   const std::string svg = recording::to_svg(unwrap(recording::plot(of(r, {"tau", "x"}))));
   EXPECT_NE(svg.find("a &lt;small&gt; one"), std::string::npos);
-  EXPECT_EQ(count(svg, "stroke-linejoin"), 3U);
+  EXPECT_EQ(times_within(svg, "stroke-linejoin"), 3U);
   EXPECT_NE(svg.find("tau [N m]"), std::string::npos);
   EXPECT_NE(svg.find(">x [m]<"), std::string::npos);
   EXPECT_NE(svg.find(">time [s]<"), std::string::npos);
 }
 
 TEST(Plots, ColumnsOfDifferentLimitsGetPanelsWithBandsOfTheirOwn) {
-  const Recording r = small_recording();
+  const Recording r = plotted_recording();
   PlotRequest request = of(r, {"tau"});
   EXPECT_EQ(unwrap(recording::plot(request)).panels.size(), 1U);
   request.limits = true;
@@ -62,12 +62,12 @@ TEST(Plots, ColumnsOfDifferentLimitsGetPanelsWithBandsOfTheirOwn) {
   EXPECT_EQ(p.panels[0].upper, 3);
   EXPECT_EQ(p.panels[1].lower, -9);
   // Two bands a panel, and a dashed line at each limit.
-  EXPECT_EQ(count(recording::to_svg(p), "fill-opacity=\"0.1\""), 4U);
-  EXPECT_EQ(count(recording::to_svg(p), "stroke-dasharray"), 4U);
+  EXPECT_EQ(times_within(recording::to_svg(p), "fill-opacity=\"0.1\""), 4U);
+  EXPECT_EQ(times_within(recording::to_svg(p), "stroke-dasharray"), 4U);
 }
 
 TEST(Plots, OtherRecordingsAreDashedInTheColourOfTheColumn) {
-  const Recording r = small_recording();
+  const Recording r = plotted_recording();
   Recording other = r;
   other.title = "as measured";
   other.columns[0].values = {0, 0.2, 0.4};
@@ -79,7 +79,7 @@ TEST(Plots, OtherRecordingsAreDashedInTheColourOfTheColumn) {
   EXPECT_EQ(p.panels[0].lines[3].source, 1U);
   EXPECT_EQ(p.panels[0].lines[3].x.back(), 0.4);
   const std::string svg = recording::to_svg(p);
-  EXPECT_EQ(count(svg, "stroke-dasharray"), 3U);  // two curves and the legend
+  EXPECT_EQ(times_within(svg, "stroke-dasharray"), 3U);  // two curves and the legend
   EXPECT_NE(svg.find("as measured"), std::string::npos);
   other.columns[1].unit = "N";
   const auto refused = recording::plot(request);
@@ -90,7 +90,7 @@ TEST(Plots, OtherRecordingsAreDashedInTheColourOfTheColumn) {
 }
 
 TEST(Plots, RecordingsOfOneColumnAPanelAreToldApartByColour) {
-  const Recording r = small_recording();
+  const Recording r = plotted_recording();
   std::vector<Recording> others(5, r);
   PlotRequest request = of(r, {"x"});
   for (std::size_t i = 0; i < others.size(); ++i) {
@@ -98,9 +98,9 @@ TEST(Plots, RecordingsOfOneColumnAPanelAreToldApartByColour) {
     request.recordings.push_back(&others[i]);
   }
   const std::string svg = recording::to_svg(unwrap(recording::plot(request)));
-  EXPECT_EQ(count(svg, "stroke-dasharray"), 0U);
-  EXPECT_EQ(count(svg, "#2f6fb7"), 2U);  // the curve and its legend
-  EXPECT_EQ(count(svg, "#e07b1f"), 2U);
+  EXPECT_EQ(times_within(svg, "stroke-dasharray"), 0U);
+  EXPECT_EQ(times_within(svg, "#2f6fb7"), 2U);  // the curve and its legend
+  EXPECT_EQ(times_within(svg, "#e07b1f"), 2U);
   // The legend takes as many rows as it needs: nothing begins beyond the right edge.
   std::size_t rows = 0;
   double last = 1e9;
@@ -116,7 +116,7 @@ TEST(Plots, RecordingsOfOneColumnAPanelAreToldApartByColour) {
 }
 
 TEST(Plots, LongNamesAndNumbersHaveRoomBesideThePanels) {
-  Recording r = small_recording();
+  Recording r = plotted_recording();
   r.columns[3].name = "manipulability_of_the_left_arm";
   r.columns[3].values = {0.0141025, 0.0141026, 0.0141027};
   r.columns[4].name = "manipulability_of_the_right_arm";
@@ -135,7 +135,7 @@ TEST(Plots, LongNamesAndNumbersHaveRoomBesideThePanels) {
 }
 
 TEST(Plots, EveryColumnCanHaveAPanelOfItsOwnScale) {
-  Recording r = small_recording();
+  Recording r = plotted_recording();
   PlotRequest request = of(r, {"tau"});
   const std::size_t shared = unwrap(recording::plot(request)).panels.size();
   request.each_alone = true;
@@ -147,33 +147,33 @@ TEST(Plots, EveryColumnCanHaveAPanelOfItsOwnScale) {
   }
   // The axis says what the line is: no legend beside it.
   const std::string svg = recording::to_svg(plot);
-  EXPECT_EQ(count(svg, ">tau1<"), 0U);
-  EXPECT_EQ(count(svg, ">tau1 ["), 1U);
+  EXPECT_EQ(times_within(svg, ">tau1<"), 0U);
+  EXPECT_EQ(times_within(svg, ">tau1 ["), 1U);
 }
 
 TEST(Plots, AnAxisHasTwoNumbersAtLeast) {
-  Recording r = small_recording();
+  Recording r = plotted_recording();
   r.columns[1].lower = -4.45, r.columns[1].upper = 4.45;
   PlotRequest request = of(r, {"tau1"});
   request.limits = true;
   request.height = 180;
   const std::string svg = recording::to_svg(unwrap(recording::plot(request)));
-  EXPECT_EQ(count(svg, "text-anchor=\"end\""), 5U);  // -4, -2, 0, 2, 4
+  EXPECT_EQ(times_within(svg, "text-anchor=\"end\""), 5U);  // -4, -2, 0, 2, 4
   EXPECT_NE(svg.find(">-4<"), std::string::npos);
 }
 
 TEST(Plots, ColumnsBeyondTheTenthAreDashed) {
-  Recording r = small_recording();
+  Recording r = plotted_recording();
   for (int i = 3; i <= 12; ++i) {
     r.columns.push_back(r.columns[2]);
     r.columns.back().name = "tau" + std::to_string(i);
   }
   const std::string svg = recording::to_svg(unwrap(recording::plot(of(r, {"tau"}))));
-  EXPECT_EQ(count(svg, "stroke-dasharray"), 4U);  // two curves and their legend
+  EXPECT_EQ(times_within(svg, "stroke-dasharray"), 4U);  // two curves and their legend
 }
 
 TEST(Plots, ACircleIsDrawnRound) {
-  Recording r = small_recording();
+  Recording r = plotted_recording();
   r.columns[3].values.clear();
   r.columns[4].values.clear();
   for (int i = 0; i <= 360; ++i) {
@@ -208,7 +208,8 @@ TEST(Plots, ALogarithmicAxisHasEqualStepsForEqualFactors) {
   EXPECT_EQ(p.left_out, 0U);
   EXPECT_EQ(p.samples, 4U);
   const std::string svg = recording::to_svg(p);
-  for (const char* mark : {">0.01<", ">1e-04<", ">1e-06<"}) EXPECT_EQ(count(svg, mark), 1U) << mark;
+  for (const char* mark : {">0.01<", ">1e-04<", ">1e-06<"})
+    EXPECT_EQ(times_within(svg, mark), 1U) << mark;
   // The curve is straight: equal steps down for equal factors.
   const std::size_t at = svg.rfind("<path d=\"M", svg.find("stroke-linejoin"));
   std::vector<double> heights;
@@ -269,7 +270,7 @@ TEST(Plots, LogarithmicAxesHaveMarksFromOneEndOfTheNumbersToTheOther) {
     EXPECT_EQ(svg.find("nan"), std::string::npos) << low << " " << high;
     EXPECT_EQ(svg.find("inf"), std::string::npos) << low << " " << high;
     EXPECT_NE(recording::to_text(p).find(" +"), std::string::npos);
-    return count(svg, "text-anchor=\"end\"");
+    return times_within(svg, "text-anchor=\"end\"");
   };
   for (const auto& [low, high] : {std::pair{1.0, 10.0},
                                   {2.1, 4.8},
@@ -287,12 +288,12 @@ TEST(Plots, LogarithmicAxesHaveMarksFromOneEndOfTheNumbersToTheOther) {
 }
 
 TEST(Plots, APathHasThreeShadows) {
-  const Recording r = small_recording();
+  const Recording r = plotted_recording();
   PlotRequest request = of(r, {});
   request.is_path = true;
   const recording::Plot p = unwrap(recording::plot(request));
   EXPECT_EQ(p.z_label, "z [m]");
-  EXPECT_EQ(count(recording::to_svg(p), "stroke-opacity=\"0.4\""), 3U);
+  EXPECT_EQ(times_within(recording::to_svg(p), "stroke-opacity=\"0.4\""), 3U);
   request.columns = {"x"};
   const auto refused = recording::plot(request);
   ASSERT_FALSE(refused.ok());
@@ -324,7 +325,7 @@ TEST(Plots, TextHasEachCurveAtItsPlace) {
 }
 
 TEST(Plots, PngAndPdfAreMadeAndOtherEndingsAreRefused) {
-  const Recording r = small_recording();
+  const Recording r = plotted_recording();
   const recording::Plot p = unwrap(recording::plot(of(r, {"tau1"})));
   if (!program_on_path("gnuplot").empty()) {
     const std::string png = unwrap(recording::plot_file(p, "a.png"));

@@ -10,7 +10,7 @@ namespace {
 const post::as::As kAs;
 
 /// Reads a file again: the points first, then the motions.
-std::vector<Read> read_again(const Output& o) {
+std::vector<Read> read_as(const Output& o) {
   std::map<std::string, std::vector<double>> points;
   const auto all = lines(o.only());
   for (const std::string& l : all)
@@ -95,7 +95,7 @@ p4 550.000 300.000 80.000 90.0000 180.0000 0.0000
 TEST(PostAs, MotionsAreReadAgain) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     const Motions m = straight_program(200, seed, true, true);
-    expect_same(read_again(run(kAs, m.source)), m.meant);
+    expect_same(read_as(run(kAs, m.source)), m.meant);
   }
 }
 TEST(PostAs, ConfigurationsFramesToolsUntilAndRoutines) {

@@ -30,7 +30,7 @@ std::vector<std::pair<std::string, std::vector<std::string>>> commands(const std
   }
   return out;
 }
-std::vector<Read> read_again(const std::string& all) {
+std::vector<Read> read_crcl(const std::string& all) {
   std::vector<Read> out;
   double speed = -1;
   for (const auto& [type, body] : commands(all)) {
@@ -85,10 +85,11 @@ BEGIN
   WRITELN('a < b & c ', 7);
 ENDPROGRAM;)",
                        s);
-  EXPECT_EQ(o.faults,
-            "note 5: the motion ends at its target: an output, a wait, a text or a motion with UNTIL "
-            "follows\n"
-            "note 7: outputs are posted as parameters of the robot, which CRCL leaves to it\n");
+  EXPECT_EQ(
+      o.faults,
+      "note 5: the motion ends at its target: an output, a wait, a text or a motion with UNTIL "
+      "follows\n"
+      "note 7: outputs are posted as parameters of the robot, which CRCL leaves to it\n");
   EXPECT_TRUE(is_good(o.only())) << o.only();
   EXPECT_EQ(o.only(), R"(<?xml version="1.0" encoding="UTF-8"?>
 <CRCLProgram xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
@@ -221,7 +222,7 @@ TEST(PostCrcl, MotionsAreReadAgain) {
     const Output o = run(kCrcl, m.source);
     EXPECT_EQ(o.faults, "");
     EXPECT_TRUE(is_good(o.only()));
-    expect_same(read_again(o.only()), m.meant);
+    expect_same(read_crcl(o.only()), m.meant);
   }
   const Output o = run(kCrcl,
                        "PROGRAM p; BEGIN MOVE PTP MAIN_JOINT(1.0, -2.5, 3.0, 4.0, 5.0, 6.0) "
@@ -229,7 +230,7 @@ TEST(PostCrcl, MotionsAreReadAgain) {
   EXPECT_EQ(
       o.faults,
       "warning 1: SPEED_PTP is left to the robot, whose speeds of joints are not known here\n");
-  const auto read = read_again(o.only());
+  const auto read = read_crcl(o.only());
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].numbers, (std::vector<double>{1, -2.5, 3, 4, 5, 6}));
 }
@@ -238,7 +239,7 @@ TEST(PostCrcl, FramesAreMultipliedIn) {
       run(kCrcl,
           "PROGRAM p; BEGIN MOVE LIN POSE(POSITION(10.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0)) "
           "FRAME := POSE(POSITION(100.0, 0.0, 0.0), ORIZYX(90.0, 0.0, 0.0)); ENDPROGRAM;");
-  const auto read = read_again(o.only());
+  const auto read = read_crcl(o.only());
   ASSERT_EQ(read.size(), 1U);
   EXPECT_NEAR(read[0].numbers[0], 100, 1e-9);
   EXPECT_NEAR(read[0].numbers[1], 10, 1e-9);

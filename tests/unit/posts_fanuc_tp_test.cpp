@@ -6,9 +6,9 @@
 namespace robomosp::posts_test {
 namespace {
 
-const post::FanucTp kPost;
+const post::FanucTp kFanucTp;
 
-std::vector<Seen> read(const std::string& ls) {
+std::vector<Seen> read_fanuc_tp(const std::string& ls) {
   std::vector<Seen> out;
   std::map<int, Seen> positions;
   int at = 0;
@@ -80,9 +80,9 @@ TEST(FanucTpPost, WhatIsReadFromTheTextIsWhatTheProgramSays) {
     How how;
     how.robot = true;
     how.form = kPostFlat;
-    const Posted p = posted(kPost, s.irl, how);
+    const Posted p = posted(kFanucTp, s.irl, how);
     ASSERT_EQ(p.errors, 0) << p.faults;
-    same(s.seen, read(p.text()));
+    same(s.seen, read_fanuc_tp(p.text()));
   }
 }
 
@@ -91,7 +91,7 @@ TEST(FanucTpPost, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
   How how;
   how.robot = true;
   const auto said = [&](const std::string& attributes) {
-    return posted(kPost,
+    return posted(kFanucTp,
                   "PROGRAM p;\nVAR POSE: a := POSE(POSITION(550.0, -300.0, 120.0), "
                   "ORIZYX(0.0, 180.0, 0.0));\nBEGIN\nMOVE PTP a C_PASS := TRUE" +
                       attributes + ";\nMOVE PTP a TIME := 1.0;\nENDPROGRAM;\n",
@@ -108,7 +108,7 @@ TEST(FanucTpPost, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
 TEST(FanucTpPost, AProgramWithStructureReadsAsItShould) {
   How how;
   how.robot = true;
-  const Posted p = posted(kPost, R"(PROGRAM pick;
+  const Posted p = posted(kFanucTp, R"(PROGRAM pick;
 SIGNAL
   INPUT  BOOL: part_here AT 1;
   INPUT  BOOL: tray_ok   AT 2;
@@ -195,7 +195,7 @@ P[2]{
 
 /// A register may have held joints: LPOS makes it a Cartesian one before its elements are written.
 TEST(FanucTpPost, APositionRegisterIsMadeCartesianBeforeItsElements) {
-  const Posted p = posted(kPost, R"(PROGRAM prog;
+  const Posted p = posted(kFanucTp, R"(PROGRAM prog;
 VAR
   POSE: a := POSE(POSITION(500.0, -10.0, 300.0), ORIZYX(0.0, 180.0, 0.0));
 BEGIN
@@ -217,7 +217,7 @@ ENDPROGRAM;
 }
 
 TEST(FanucTpPost, WhatTpHasNoWordsForGoesThroughRegistersAndFlags) {
-  const Posted p = posted(kPost, R"(PROGRAM prog;
+  const Posted p = posted(kFanucTp, R"(PROGRAM prog;
 TYPE RECORD BOOL: hot; INT: n; BOOL: full; ENDRECORD: CRATE;
 VAR INT: i; BOOL: b; ARRAY [2..3] OF CRATE: c;
 PROCEDURE say (IN BOOL: what); BEGIN b := NOT what; ENDPROC;
@@ -265,24 +265,24 @@ ENDPROGRAM;
 TEST(FanucTpPost, ThePageIsRight) {
   How how;
   how.robot = true;
-  page_is_right(kPost, "fanuc_tp.md", how);
+  page_is_right(kFanucTp, "fanuc_tp.md", how);
 }
 
 TEST(FanucTpPost, EveryConstructIsTextOrAnErrorAtItsLine) {
   How how;
   how.robot = true;
-  every_construct(kPost, how, 60);
+  every_construct(kFanucTp, how, 60);
 }
 
 TEST(FanucTpPost, WrongInputIsSaid) {
-  wrong_input(kPost, {});
+  wrong_input(kFanucTp, {});
   How how;
   how.robot = true;
   how.name = std::string(200, 'n');
-  const Posted p = posted(kPost, "PROGRAM prog;\nBEGIN\nWAIT 1.0 SEC;\nENDPROGRAM;\n", how);
+  const Posted p = posted(kFanucTp, "PROGRAM prog;\nBEGIN\nWAIT 1.0 SEC;\nENDPROGRAM;\n", how);
   EXPECT_TRUE(has_text(p.text(), "/PROG  " + std::string(36, 'N') + "\r\n"));
   // Joints ask for a robot's limits and for what is known of it.
-  const Posted none = posted(kPost, weld());
+  const Posted none = posted(kFanucTp, weld());
   EXPECT_TRUE(has_text(none.faults, "warning 9: the configuration of this target is not known"));
 }
 
@@ -290,7 +290,7 @@ TEST(FanucTpPost, TimeGrowsWithTheProgram) {
   How how;
   how.robot = true;
   how.profile.max_lines = 100'000;
-  is_linear(kPost, how);
+  is_linear(kFanucTp, how);
 }
 
 }  // namespace

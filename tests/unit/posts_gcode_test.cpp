@@ -8,7 +8,7 @@
 namespace robomosp::posts_test {
 namespace {
 
-const post::GCode kPost;
+const post::GCode kGCode;
 
 TEST(GCodePost, WhatIsReadFromTheTextIsWhatTheProgramSays) {
   PostOption rotary;
@@ -18,7 +18,7 @@ TEST(GCodePost, WhatIsReadFromTheTextIsWhatTheProgramSays) {
     const Straight s = straight(200, seed, false, false);
     How how;
     how.profile.options = {&rotary, 1};
-    const Posted p = posted(kPost, s.irl, how);
+    const Posted p = posted(kGCode, s.irl, how);
     ASSERT_EQ(p.errors, 0) << p.faults;
     std::vector<Seen> got;
     for (const std::string& l : lines_of(p.text())) {
@@ -60,7 +60,7 @@ std::string arcs() {
          "ENDPROGRAM;\n";
 }
 TEST(GCodePost, ArcsInThePlanesHaveTheirCentreAndOthersAreChords) {
-  const Posted p = posted(kPost, arcs());
+  const Posted p = posted(kGCode, arcs());
   ASSERT_EQ(p.errors, 0) << p.faults;
   const std::string t = p.text();
   EXPECT_TRUE(has_text(t, "G17\nG3 X-10.000 Y0.000 Z0.000 I-10.000 J0.000 F3000.000\n")) << t;
@@ -98,7 +98,7 @@ TEST(GCodePost, RotaryAxesGoOnFromWhereTheyAre) {
   for (int b = 60; b <= 120; b += 15)
     irl += "MOVE LIN POSE(POSITION(500.0, 0.0, 200.0), ORIZYX(0.0, " + std::to_string(b) +
            ".0, 0.0));\n";
-  const Posted p = posted(kPost, irl + "ENDPROGRAM;\n", how);
+  const Posted p = posted(kGCode, irl + "ENDPROGRAM;\n", how);
   ASSERT_EQ(p.errors, 0) << p.faults;
   std::vector<Numbers> at;
   for (const std::string& l : lines_of(p.text())) {
@@ -119,22 +119,22 @@ TEST(GCodePost, RotaryAxesGoOnFromWhereTheyAre) {
 
 TEST(GCodePost, AnotherOrientationIsAnErrorOnThreeAxes) {
   const Posted p =
-      posted(kPost,
+      posted(kGCode,
              "PROGRAM prog;\nBEGIN\nMOVE LIN POSE(POSITION(1.0, 0.0, 0.0), ORIZYX(0.0, "
              "0.0, 0.0));\nMOVE LIN POSE(POSITION(1.0, 0.0, 0.0), ORIZYX(5.0, 0.0, "
              "0.0));\nENDPROGRAM;\n");
   EXPECT_TRUE(has_text(p.faults, "error 4: G-code has no other orientations than the first"));
 }
-TEST(GCodePost, ThePageIsRight) { page_is_right(kPost, "gcode.md", {}); }
-TEST(GCodePost, EveryConstructIsTextOrAnErrorAtItsLine) { every_construct(kPost, {}, 15); }
-TEST(GCodePost, WrongInputIsSaid) { wrong_input(kPost, {}); }
+TEST(GCodePost, ThePageIsRight) { page_is_right(kGCode, "gcode.md", {}); }
+TEST(GCodePost, EveryConstructIsTextOrAnErrorAtItsLine) { every_construct(kGCode, {}, 15); }
+TEST(GCodePost, WrongInputIsSaid) { wrong_input(kGCode, {}); }
 TEST(GCodePost, TimeGrowsWithTheProgram) {
   PostOption rotary;
   rotary.name = "rotary";
   rotary.value = "ABC";
   How how;
   how.profile.options = {&rotary, 1};
-  is_linear(kPost, how, false, false);
+  is_linear(kGCode, how, false, false);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace robomosp::posts_test {
 namespace {
 
-const post::Inform kPost;
+const post::Inform kInform;
 
 struct Axes {
   std::vector<PostAxis> axes;
@@ -24,7 +24,7 @@ struct Axes {
   }
 };
 
-std::vector<Seen> read(const std::string& text, const std::vector<PostAxis>& axes) {
+std::vector<Seen> read_inform(const std::string& text, const std::vector<PostAxis>& axes) {
   std::vector<Seen> out;
   std::map<std::string, Seen> points;
   bool pulses = false;
@@ -79,9 +79,9 @@ TEST(InformPost, WhatIsReadFromTheTextIsWhatTheProgramSays) {
     how.form = kPostFlat;
     how.profile.axes = axes.axes;
     how.profile.options = {&base, 1};
-    const Posted p = posted(kPost, s.irl, how);
+    const Posted p = posted(kInform, s.irl, how);
     ASSERT_EQ(p.errors, 0) << p.faults;
-    same(s.seen, read(p.text(), axes.axes));
+    same(s.seen, read_inform(p.text(), axes.axes));
   }
 }
 
@@ -91,10 +91,10 @@ TEST(InformPost, PulsesAreThoseOfTheTargetsJoints) {
   How how;
   how.robot = true;
   how.profile.axes = axes.axes;
-  const Posted p = posted(kPost, s.irl, how);
+  const Posted p = posted(kInform, s.irl, how);
   ASSERT_EQ(p.errors, 0) << p.faults;
   EXPECT_FALSE(has_text(p.text(), "BASE"));
-  const auto got = read(p.text(), axes.axes);
+  const auto got = read_inform(p.text(), axes.axes);
   ASSERT_EQ(got.size(), s.seen.size());
   const PlainKinematics k;
   for (std::size_t i = 0; i < got.size(); ++i) {
@@ -114,7 +114,7 @@ TEST(InformPost, AnalogueOutputsAreVoltsWithinWhatTheControllerHas) {
   const auto with = [](const std::string& number, const std::string& volts) {
     How how;
     how.form = kPostFlat;
-    return posted(kPost,
+    return posted(kInform,
                   "PROGRAM prog;\nSIGNAL OUTPUT REAL: v AT " + number + ";\nBEGIN\nv := " + volts +
                       ";\nENDPROGRAM;\n",
                   how);
@@ -136,24 +136,24 @@ TEST(InformPost, AnalogueOutputsAreVoltsWithinWhatTheControllerHas) {
 TEST(InformPost, ThePageIsRight) {
   How how;
   how.robot = true;
-  page_is_right(kPost, "inform.md", how);
+  page_is_right(kInform, "inform.md", how);
 }
 TEST(InformPost, EveryConstructIsTextOrAnErrorAtItsLine) {
   const Axes axes;
   How how;
   how.robot = true;
   how.profile.axes = axes.axes;
-  every_construct(kPost, how, 25);
+  every_construct(kInform, how, 25);
 }
 TEST(InformPost, WrongInputIsSaid) {
-  wrong_input(kPost, {});
+  wrong_input(kInform, {});
   How how;
   PostOption pulse;
   pulse.name = "postype";
   pulse.value = "PULSE";
   how.profile.options = {&pulse, 1};
   how.robot = true;
-  const Posted p = posted(kPost, weld(), how);
+  const Posted p = posted(kInform, weld(), how);
   EXPECT_TRUE(has_text(p.faults, "the profile has no pulses for each axis of the robot"))
       << p.faults;
   EXPECT_TRUE(has_text(p.faults, "error 9:")) << p.faults;
@@ -163,7 +163,7 @@ TEST(InformPost, TimeGrowsWithTheProgram) {
   How how;
   how.robot = true;
   how.profile.axes = axes.axes;
-  is_linear(kPost, how);
+  is_linear(kInform, how);
 }
 
 }  // namespace

@@ -9,12 +9,12 @@
 namespace robomosp::posts_test {
 namespace {
 
-const post::JointTrajectory kPost;
+const post::JointTrajectory kJointTrajectory;
 struct Point {
   Numbers q;
   double t;
 };
-std::vector<Point> read(const Posted& p, const std::string& name = "prog") {
+std::vector<Point> read_points(const Posted& p, const std::string& name = "prog") {
   const auto all = nlohmann::json::parse(p.files.at(name + ".json"));
   EXPECT_EQ(all["joint_names"].size(), 6U);
   std::vector<Point> out;
@@ -57,7 +57,7 @@ How robot() {
 }
 
 TEST(JointTrajectoryPost, TimesRiseAndTheTipFollowsItsPath) {
-  const Posted p = posted(kPost, R"(PROGRAM prog;
+  const Posted p = posted(kJointTrajectory, R"(PROGRAM prog;
 VAR ORIENTATION: d := ORIZYX(0.0, 30.0, 0.0);
 BEGIN
   MOVE PTP POSE(POSITION(10.0, 0.0, 0.0), d);
@@ -70,7 +70,7 @@ ENDPROGRAM;
 )",
                           robot());
   ASSERT_EQ(p.errors, 0) << p.faults;
-  const auto points = read(p);
+  const auto points = read_points(p);
   for (std::size_t i = 1; i < points.size(); ++i) EXPECT_GT(points[i].t, points[i - 1].t) << i;
   // 3 s to the start, 100 mm at 50 mm/s, a wait, half a circle of 50 mm at 10 mm/s, the
   // millisecond of a motion to where it is, 4 s.
@@ -93,7 +93,7 @@ ENDPROGRAM;
 TEST(JointTrajectoryPost, MotionsOutputsAndWaitsComeBackInOrder) {
   for (const unsigned seed : {3U, 8U}) {
     const Straight s = straight(100, seed);
-    const Posted p = posted(kPost, s.irl, robot());
+    const Posted p = posted(kJointTrajectory, s.irl, robot());
     ASSERT_EQ(p.errors, 0) << p.faults;
     const auto steps = steps_of(p);
     // What a reader who knows the page only makes of it: places in turn, outputs, waits.
@@ -106,7 +106,7 @@ TEST(JointTrajectoryPost, MotionsOutputsAndWaitsComeBackInOrder) {
       at = 0;
       points.clear();
       if (!one.contains("trajectory")) return;
-      points = read(p, one["trajectory"].get<std::string>());
+      points = read_points(p, one["trajectory"].get<std::string>());
       ++trajectories;
       before = 0;
     };
@@ -153,7 +153,7 @@ TEST(JointTrajectoryPost, MotionsOutputsAndWaitsComeBackInOrder) {
   }
 }
 TEST(JointTrajectoryPost, EachStretchBeginsWhereTheOneBeforeEnded) {
-  const Posted p = posted(kPost, R"(PROGRAM prog;
+  const Posted p = posted(kJointTrajectory, R"(PROGRAM prog;
 SIGNAL OUTPUT BOOL: grip AT 2;
 VAR ORIENTATION: d := ORIZYX(0.0, 30.0, 0.0);
 BEGIN
@@ -171,12 +171,12 @@ ENDPROGRAM;
   EXPECT_EQ(steps_of(p), nlohmann::json::parse(R"([{"trajectory": "prog_1"},
     {"set": "grip", "number": 2, "value": true}, {"trajectory": "prog_2"},
     {"set": "grip", "number": 2, "value": false}, {"wait": 0.25}, {"trajectory": "prog_3"}])"));
-  const auto line = read(p, "prog_2");
+  const auto line = read_points(p, "prog_2");
   ASSERT_EQ(line.size(), 21U);  // pieces of 5 mm, the wait
   EXPECT_NEAR(line[0].q[0], 0.015, 1e-6);
   EXPECT_NEAR(line[0].t, 0.1, 1e-9);
   EXPECT_NEAR(line[20].t, 2.5, 1e-9);
-  const auto back = read(p, "prog_3");
+  const auto back = read_points(p, "prog_3");
   ASSERT_EQ(back.size(), 1U);
   EXPECT_NEAR(back[0].t, 1.5, 1e-9);
 }
@@ -185,7 +185,7 @@ TEST(JointTrajectoryPost, ConditionsTextsAndPausesAreSteps) {
   const PostSignal signals[] = {
       {"n", "level", 9, "", false, {}}, {"b", "", 5, "", true, {}}, {"lamp", "", 7, "", true, {}}};
   how.profile.signals = signals;
-  const Posted p = posted(kPost, R"(PROGRAM prog;
+  const Posted p = posted(kJointTrajectory, R"(PROGRAM prog;
 SIGNAL INPUT BOOL: a AT 1; INPUT BOOL: b AT 2; INPUT INT: n AT 3, 4; INPUT REAL: x AT 8;
   OUTPUT BOOL: lamp AT 4; OUTPUT INT: k AT 10, 3; OUTPUT REAL: y AT 6;
 BEGIN
@@ -212,9 +212,9 @@ ENDPROGRAM;
   EXPECT_EQ(p.files.size(), 2U);
 }
 TEST(JointTrajectoryPost, WhatItHasNotIsAnError) {
-  const Posted none = posted(kPost, weld());
+  const Posted none = posted(kJointTrajectory, weld());
   EXPECT_TRUE(has_text(none.faults, "joints are written, and no robot is named"));
-  const Posted until = posted(kPost,
+  const Posted until = posted(kJointTrajectory,
                               "PROGRAM prog;\nSIGNAL INPUT BOOL: a AT 1;\nBEGIN\nMOVE LIN "
                               "POSE(POSITION(400.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0)) UNTIL "
                               "a;\nENDPROGRAM;\n",
@@ -224,11 +224,13 @@ TEST(JointTrajectoryPost, WhatItHasNotIsAnError) {
                        "condition (UNTIL)"))
       << until.faults;
 }
-TEST(JointTrajectoryPost, ThePageIsRight) { page_is_right(kPost, "joint_trajectory.md", robot()); }
-TEST(JointTrajectoryPost, EveryConstructIsTextOrAnErrorAtItsLine) {
-  every_construct(kPost, robot(), 10);
+TEST(JointTrajectoryPost, ThePageIsRight) {
+  page_is_right(kJointTrajectory, "joint_trajectory.md", robot());
 }
-TEST(JointTrajectoryPost, WrongInputIsSaid) { wrong_input(kPost, robot()); }
+TEST(JointTrajectoryPost, EveryConstructIsTextOrAnErrorAtItsLine) {
+  every_construct(kJointTrajectory, robot(), 10);
+}
+TEST(JointTrajectoryPost, WrongInputIsSaid) { wrong_input(kJointTrajectory, robot()); }
 
 }  // namespace
 }  // namespace robomosp::posts_test

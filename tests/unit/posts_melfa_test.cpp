@@ -10,7 +10,7 @@ namespace {
 const post::Melfa4 kFour;
 const post::Melfa5 kFive;
 
-std::vector<Seen> read(const std::string& text) {
+std::vector<Seen> read_melfa(const std::string& text) {
   std::vector<Seen> out;
   std::map<std::string, Numbers> points;
   std::vector<std::pair<Seen, std::string>> moves;
@@ -81,7 +81,7 @@ TEST(MelfaPost, WhatIsReadFromTheTextIsWhatTheProgramSays) {
     for (const Post* post : {static_cast<const Post*>(&kFour), static_cast<const Post*>(&kFive)}) {
       const Posted p = posted(*post, s.irl, how);
       ASSERT_EQ(p.errors, 0) << p.faults;
-      same(s.seen, read(p.text()));
+      same(s.seen, read_melfa(p.text()));
     }
   }
 }

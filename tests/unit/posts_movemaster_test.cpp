@@ -6,7 +6,7 @@
 namespace robomosp::posts_test {
 namespace {
 
-const post::Movemaster kPost;
+const post::Movemaster kMovemaster;
 
 TEST(MovemasterPost, PositionsAreHandsInThePlaneOfTheArm) {
   // Hands of pitch p and roll r at points around the waist, made here by rotations.
@@ -32,7 +32,7 @@ TEST(MovemasterPost, PositionsAreHandsInThePlaneOfTheArm) {
            post::fixed(q[0], 12) + ", " + post::fixed(q[1], 12) + ", " + post::fixed(q[2], 12) +
            ", " + post::fixed(q[3], 12) + "));\n";
   }
-  const Posted p = posted(kPost, irl + "ENDPROGRAM;\n");
+  const Posted p = posted(kMovemaster, irl + "ENDPROGRAM;\n");
   ASSERT_EQ(p.errors, 0) << p.faults;
   std::map<int, Numbers> positions;
   std::vector<std::pair<std::string, int>> moves;
@@ -60,7 +60,7 @@ TEST(MovemasterPost, PositionsAreHandsInThePlaneOfTheArm) {
 }
 
 TEST(MovemasterPost, AHandOutOfThePlaneIsAnError) {
-  const Posted p = posted(kPost,
+  const Posted p = posted(kMovemaster,
                           "PROGRAM prog;\nBEGIN\nMOVE PTP POSE(POSITION(300.0, 0.0, 200.0), "
                           "ORIXYZ(90.0, 0.0, 0.0));\nENDPROGRAM;\n");
   EXPECT_TRUE(has_text(p.faults, "error 3: the hand would lean out of the plane of the arm by -90"))
@@ -71,12 +71,14 @@ TEST(MovemasterPost, LimitsAreTheControllers) {
   for (int i = 0; i < 700; ++i)
     irl += "MOVE PTP POSE(POSITION(" + std::to_string(200 + i) +
            ".0, 0.0, 200.0), ORIZYX(0.0, 180.0, 0.0));\n";
-  const Posted p = posted(kPost, irl + "ENDPROGRAM;\n");
+  const Posted p = posted(kMovemaster, irl + "ENDPROGRAM;\n");
   EXPECT_TRUE(has_text(p.faults, "has 700 positions, and the Movemaster takes 629")) << p.faults;
 }
-TEST(MovemasterPost, ThePageIsRight) { page_is_right(kPost, "movemaster.md", {}); }
-TEST(MovemasterPost, EveryConstructIsTextOrAnErrorAtItsLine) { every_construct(kPost, {}, 15); }
-TEST(MovemasterPost, WrongInputIsSaid) { wrong_input(kPost, {}); }
+TEST(MovemasterPost, ThePageIsRight) { page_is_right(kMovemaster, "movemaster.md", {}); }
+TEST(MovemasterPost, EveryConstructIsTextOrAnErrorAtItsLine) {
+  every_construct(kMovemaster, {}, 15);
+}
+TEST(MovemasterPost, WrongInputIsSaid) { wrong_input(kMovemaster, {}); }
 
 }  // namespace
 }  // namespace robomosp::posts_test

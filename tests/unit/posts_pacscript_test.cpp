@@ -15,7 +15,7 @@ Station fast() {
   return s;
 }
 /// Reads a file again; speeds are shares of 1000 mm/s.
-std::vector<Read> read_again(const Output& o) {
+std::vector<Read> read_pacscript(const Output& o) {
   std::vector<Read> out;
   for (const std::string& l : lines(o.only())) {
     const std::size_t at = l.find("Move ");
@@ -76,7 +76,7 @@ End Sub
 TEST(PostPacScript, MotionsAreReadAgain) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     const Motions m = straight_program(200, seed, true, true);
-    expect_same(read_again(run(kPac, m.source, fast())), m.meant);
+    expect_same(read_pacscript(run(kPac, m.source, fast())), m.meant);
   }
 }
 TEST(PostPacScript, FiguresToolsWorksAndRoutines) {

@@ -9,7 +9,7 @@ namespace {
 
 const post::pdl2::Pdl2 kPdl2;
 
-std::vector<Read> read_again(const Output& o) {
+std::vector<Read> read_pdl2(const Output& o) {
   std::vector<Read> out;
   const auto pose = [](const std::string& l, std::size_t at) {
     const auto n = numbers(l.substr(at, l.find(')', at) - at));
@@ -87,7 +87,7 @@ END prog
 TEST(PostPdl2, MotionsAreReadAgain) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     const Motions m = straight_program(200, seed, true, true);
-    expect_same(read_again(run(kPdl2, m.source)), m.meant);
+    expect_same(read_pdl2(run(kPdl2, m.source)), m.meant);
   }
 }
 TEST(PostPdl2, RoutinesRecordsUntilAndAuxiliaryAxes) {

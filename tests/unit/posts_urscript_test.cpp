@@ -7,10 +7,10 @@
 namespace robomosp::posts_test {
 namespace {
 
-const post::UrScript kPost;
+const post::UrScript kUrScript;
 
 /// What a script does, line by line. It knows nothing of the post.
-std::vector<Seen> read(const std::string& script) {
+std::vector<Seen> read_urscript(const std::string& script) {
   std::vector<Seen> out;
   const auto pose = [](Seen& s, const Numbers& n, std::size_t at) {
     const double a =
@@ -61,16 +61,16 @@ TEST(UrScriptPost, WhatIsReadFromTheTextIsWhatTheProgramSays) {
     How how;
     how.robot = true;
     how.form = kPostFlat;
-    const Posted p = posted(kPost, s.irl, how);
+    const Posted p = posted(kUrScript, s.irl, how);
     ASSERT_EQ(p.errors, 0) << p.faults;
-    same(s.seen, read(p.text()));
+    same(s.seen, read_urscript(p.text()));
     // Lines lead back to the program.
     EXPECT_GE(p.lines.at("prog.script").size(), s.seen.size() - 20);
   }
 }
 
 TEST(UrScriptPost, AProgramWithStructureReadsAsItShould) {
-  const Posted p = posted(kPost, R"(PROGRAM pick;
+  const Posted p = posted(kUrScript, R"(PROGRAM pick;
 SIGNAL
   INPUT  BOOL: part_here AT 1;
   INPUT  BOOL: tray_ok   AT 2;
@@ -146,7 +146,7 @@ end
 }
 
 TEST(UrScriptPost, RecordsAndArraysBecomeListsOfTheirParts) {
-  const Posted p = posted(kPost, R"(PROGRAM t;
+  const Posted p = posted(kUrScript, R"(PROGRAM t;
 TYPE RECORD INT: height; POSITION: foot; ENDRECORD: PEG;
 VAR ARRAY [1..2] OF PEG: pegs := [PEG(3, POSITION(600.0, 0.0, 5.0)), PEG(0, POSITION(0.0, 1.0, 2.0))];
   INT: k;
@@ -187,7 +187,7 @@ end
 }
 
 TEST(UrScriptPost, BlendsAreAtMostHalfOfTheWay) {
-  const Posted p = posted(kPost, R"(PROGRAM t;
+  const Posted p = posted(kUrScript, R"(PROGRAM t;
 VAR ORIENTATION: d := ORIZYX(0.0, 180.0, 0.0);
 BEGIN
   MOVE LIN POSE(POSITION(400.0, 0.0, 300.0), d);
@@ -224,7 +224,7 @@ TEST(UrScriptPost, ToolsFramesSignalsAndStatus) {
   grip.inverted = true;
   const PostSignal signals[] = {lamp, grip};
   how.profile.signals = signals;
-  const Posted p = posted(kPost, R"(PROGRAM t;
+  const Posted p = posted(kUrScript, R"(PROGRAM t;
 SIGNAL OUTPUT BOOL: lamp AT 40; OUTPUT BOOL: grip AT 41;
 VAR POSE: f := POSE(POSITION(100.0, 0.0, 0.0), ORIZYX(90.0, 0.0, 0.0));
   POSE: torch := POSE(POSITION(0.0, 0.0, 200.0), ORIZYX(0.0, 0.0, 0.0));
@@ -255,20 +255,20 @@ end
 )");
 }
 
-TEST(UrScriptPost, ThePageIsRight) { page_is_right(kPost, "urscript.md", {}); }
+TEST(UrScriptPost, ThePageIsRight) { page_is_right(kUrScript, "urscript.md", {}); }
 
-TEST(UrScriptPost, EveryConstructIsTextOrAnErrorAtItsLine) { every_construct(kPost, {}, 90); }
+TEST(UrScriptPost, EveryConstructIsTextOrAnErrorAtItsLine) { every_construct(kUrScript, {}, 90); }
 
 TEST(UrScriptPost, WrongInputIsSaid) {
-  wrong_input(kPost, {});
+  wrong_input(kUrScript, {});
   const std::string letters(200, 'n');
   const Posted p =
-      posted(kPost, "PROGRAM prog;\nVAR INT: " + letters + ", " + letters + "a;\nBEGIN\n" +
-                        letters + " := 1; " + letters + "a := 2;\nENDPROGRAM;\n");
+      posted(kUrScript, "PROGRAM prog;\nVAR INT: " + letters + ", " + letters + "a;\nBEGIN\n" +
+                            letters + " := 1; " + letters + "a := 2;\nENDPROGRAM;\n");
   EXPECT_EQ(p.errors, 0) << p.faults;
   EXPECT_TRUE(has_text(p.text(), "  " + std::string(60, 'n') + " = 1\n"));
   EXPECT_TRUE(has_text(p.text(), "  " + std::string(59, 'n') + "2 = 2\n"));
-  const Posted far = posted(kPost,
+  const Posted far = posted(kUrScript,
                             "PROGRAM prog;\nSIGNAL OUTPUT BOOL: x AT 200;\nBEGIN\nx := TRUE;\n"
                             "ENDPROGRAM;\n");
   EXPECT_EQ(far.faults,
@@ -276,7 +276,7 @@ TEST(UrScriptPost, WrongInputIsSaid) {
             "in the profile: a number, and standard, configurable, tool or register as kind.\n");
 }
 
-TEST(UrScriptPost, TimeGrowsWithTheProgram) { is_linear(kPost, {}); }
+TEST(UrScriptPost, TimeGrowsWithTheProgram) { is_linear(kUrScript, {}); }
 
 }  // namespace
 }  // namespace robomosp::posts_test

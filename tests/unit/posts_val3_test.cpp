@@ -26,7 +26,7 @@ std::map<std::string, std::string> attributes(const std::string& line) {
   return out;
 }
 /// Reads an application again: data by name, then the motions of its program.
-std::vector<Read> read_again(const Output& o) {
+std::vector<Read> read_val3(const Output& o) {
   std::map<std::string, std::map<std::string, std::string>> data;
   std::string name;
   for (const std::string& l : lines(o.files.at("prog/prog.dtx"))) {
@@ -110,7 +110,7 @@ TEST(PostVal3, WritesAnApplication) {
 TEST(PostVal3, MotionsAreReadAgain) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     const Motions m = straight_program(200, seed, true, true);
-    expect_same(read_again(run(kVal3, m.source)), m.meant);
+    expect_same(read_val3(run(kVal3, m.source)), m.meant);
   }
 }
 TEST(PostVal3, ConfigurationsToolsAndFrames) {

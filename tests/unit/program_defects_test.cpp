@@ -24,7 +24,7 @@ using program::testing::TestWorld;
 
 const std::string kPose = "POSE: q := POSE(POSITION(300.0, 0.0, 200.0), ORIZYX(0.0, 180.0, 0.0));";
 
-std::string written(const std::string& text) {
+std::string written_text(const std::string& text) {
   program::Machine m = loaded(text);
   TestWorld w;
   EXPECT_EQ(fault_of(run_to_end(m, w)), "");
@@ -174,7 +174,7 @@ TEST(DefectsOf2006, OrimatGivesAllFourNumbersInEveryBranch) {
            << ");\n";
     text << "o := ORIMAT(v[1], v[2], v[3]);\n"
             "WRITE(o.Q1, ' ', o.Q2, ' ', o.Q3, ' ', o.Q4);\nENDPROGRAM;\n";
-    std::istringstream in(written(text.str()));
+    std::istringstream in(written_text(text.str()));
     posts_test::Q got{};
     for (double& x : got) in >> x;
     ASSERT_TRUE(in) << text.str();
@@ -204,7 +204,7 @@ TEST(DefectsOf2006, AnglesInDegreesAreThoseOfTheFunctions) {
     for (const bool runs : {true, false}) {
       const std::string text = std::string("PROGRAM p;\n") + (runs ? "VAR" : "CONST") +
                                " REAL: x := 0.0;\nBEGIN\nWRITE(" + function + ");\nENDPROGRAM;\n";
-      const double got = std::stod(written(text));
+      const double got = std::stod(written_text(text));
       EXPECT_NEAR(got, std::stod(value), 1e-12) << text;
       EXPECT_FALSE(std::signbit(got) && got == 0) << text;
     }

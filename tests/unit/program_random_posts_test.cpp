@@ -34,21 +34,22 @@ namespace fs = std::filesystem;
 using test::Event, test::RandomProgram, test::Signals;
 
 /// A language that is read, and where its signals have names.
-struct Read {
+struct RandomRead {
   const char* target;
   const char* reader;
   bool is_named, has_groups;
 };
-constexpr Read kRead[] = {{"krl", "krl", false, false},          {"rapid", "rapid", true, true},
-                          {"urscript", "urscript", true, false}, {"melfa5", "melfa", false, false},
-                          {"melfa4", "melfa", false, false},     {"fanuc_tp", "tp", false, false},
-                          {"val3", "val3", true, false},         {"gcode", "gcode", false, false}};
+constexpr RandomRead kRandomRead[] = {
+    {"krl", "krl", false, false},          {"rapid", "rapid", true, true},
+    {"urscript", "urscript", true, false}, {"melfa5", "melfa", false, false},
+    {"melfa4", "melfa", false, false},     {"fanuc_tp", "tp", false, false},
+    {"val3", "val3", true, false},         {"gcode", "gcode", false, false}};
 /// Profiles of targets that say little without.
-const std::map<std::string, std::string> kProfiles{{"gcode", "linuxcnc_abc"},
-                                                   {"inform", "yaskawa_dx200"},
-                                                   {"joint_trajectory", "ros2_trajectory"},
-                                                   {"movemaster", "mitsubishi_rv_m1"},
-                                                   {"pacscript", "denso_rc8"}};
+const std::map<std::string, std::string> kRandomProfiles{{"gcode", "linuxcnc_abc"},
+                                                         {"inform", "yaskawa_dx200"},
+                                                         {"joint_trajectory", "ros2_trajectory"},
+                                                         {"movemaster", "mitsubishi_rv_m1"},
+                                                         {"pacscript", "denso_rc8"}};
 
 class Silent final : public Progress {
  public:
@@ -141,7 +142,7 @@ class RandomPosts : public test::CommandTest {
     Outcome out;
     Map args{{"id", id}, {"target", target}, {"form", form}};
     if (has_robot) args.set("robot", "puma560");
-    if (const auto with = kProfiles.find(target); with != kProfiles.end())
+    if (const auto with = kRandomProfiles.find(target); with != kRandomProfiles.end())
       args.set("profile", call("controller.get", {{"name", with->second}}));
     if (form == "flat") args.set("inputs", flow);
     const auto r = app().dispatch(session_, "program.post", args);
@@ -176,7 +177,7 @@ class RandomPosts : public test::CommandTest {
     return out;
   }
   /// What the reader of a language makes of posted files, held against what the program does.
-  void read_back(const Read& language, const std::vector<Event>& wanted, Outcome& out) {
+  void read_back(const RandomRead& language, const std::vector<Event>& wanted, Outcome& out) {
     auto reader = app().registry.create<ProgramReader>(language.reader);
     ASSERT_TRUE(reader.ok());
     const auto info = app().registry.find(ProgramReader::kInterfaceId, language.reader);
@@ -209,7 +210,7 @@ class RandomPosts : public test::CommandTest {
       out.why = told;
     }
   }
-  void compare(const Read& language, const std::vector<Event>& wanted, Outcome& out) {
+  void compare(const RandomRead& language, const std::vector<Event>& wanted, Outcome& out) {
     out.why.clear();
     const auto p = compiled(out.read, out.why);
     if (!p) {
@@ -310,7 +311,7 @@ class RandomPosts : public test::CommandTest {
     Outcome out = post(id, target, form, has_robot, flow_of(text));
     call("document.undo");
     if (out.kind != Outcome::Kind::posted) return out;
-    for (const Read& language : kRead)
+    for (const RandomRead& language : kRandomRead)
       if (target == language.target) {
         const auto wanted = events_of(p, language.has_groups, false, why);
         if (!wanted) {
@@ -416,7 +417,7 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
     for (const std::string& target : targets_)
       for (const char* form : {"structured", "flat"}) {
         Outcome out = post(id, target, form, has_robot, flow_of(text));
-        for (const Read& language : kRead)
+        for (const RandomRead& language : kRandomRead)
           if (out.kind == Outcome::Kind::posted && target == language.target) {
             // Which of two processes is first is not a matter of the files.
             if (const auto& w = wanted[language.has_groups]; w && !is_parallel)
@@ -469,7 +470,7 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
   for (const auto& [what, n] : differences) ADD_FAILURE() << n << " different in " << what;
   if (single) return;
   // It looks at something.
-  for (const Read& language : kRead) {
+  for (const RandomRead& language : kRandomRead) {
     std::size_t equal = 0;
     for (const char* form : {" structured", " flat"})
       equal += tallies[language.target + std::string(form)].of[Outcome::Kind::equal];

@@ -20,7 +20,7 @@ namespace {
 
 using namespace testing;
 
-std::string written(std::shared_ptr<const CompiledProgram> p, const Limits& limits = {}) {
+std::string written_run(std::shared_ptr<const CompiledProgram> p, const Limits& limits = {}) {
   auto m = Machine::load(std::move(p), limits);
   if (!m.ok()) return m.error().sentence();
   TestWorld w;
@@ -93,7 +93,7 @@ TEST(ProgramExpressions, TableOfOperationsFoldedAndRun) {
         };
         const std::string text = "PROGRAM p; VAR " + declare(a, "x") + declare(b, "y") +
                                  "BEGIN WRITE(x " + op + " y); ENDPROGRAM;";
-        const std::string got = written(compiled(text));
+        const std::string got = written_run(compiled(text));
         if (want.empty()) {
           ++without;
           EXPECT_EQ(got.substr(0, 1), "!") << text << got;
@@ -111,7 +111,7 @@ TEST(ProgramExpressions, TableOfOperationsFoldedAndRun) {
         (*made)->seal();
         if ((*made)->code().has_errors) EXPECT_EQ(want, "") << folded;
         else
-          EXPECT_EQ(written(std::shared_ptr<const CompiledProgram>(std::move(*made))), want)
+          EXPECT_EQ(written_run(std::shared_ptr<const CompiledProgram>(std::move(*made))), want)
               << folded;
       }
   EXPECT_GT(checked, 2000u);
@@ -134,8 +134,9 @@ TEST(ProgramExpressions, FunctionsOfNumbersAreTheSameFoldedAndRun) {
       const std::string name(f.name);
       const std::string second =
           f.parameters.size() > 1 ? ", " + numbers[compared % numbers.size()] : "";
-      const std::string run = written(compiled("PROGRAM p; VAR REAL: x := " + x + "; BEGIN WRITE(" +
-                                               name + "(x" + second + ")); ENDPROGRAM;"));
+      const std::string run =
+          written_run(compiled("PROGRAM p; VAR REAL: x := " + x + "; BEGIN WRITE(" + name + "(x" +
+                               second + ")); ENDPROGRAM;"));
       const std::string text =
           "PROGRAM p; BEGIN WRITE(" + name + "(" + x + second + ")); ENDPROGRAM;";
       NoProgress progress;
@@ -145,7 +146,8 @@ TEST(ProgramExpressions, FunctionsOfNumbersAreTheSameFoldedAndRun) {
       if ((*made)->code().has_errors) {
         EXPECT_EQ(run.substr(0, 1), "!") << text << run;
       } else {
-        EXPECT_EQ(run, written(std::shared_ptr<const CompiledProgram>(std::move(*made)))) << text;
+        EXPECT_EQ(run, written_run(std::shared_ptr<const CompiledProgram>(std::move(*made))))
+            << text;
       }
       ++compared;
     }
@@ -154,7 +156,7 @@ TEST(ProgramExpressions, FunctionsOfNumbersAreTheSameFoldedAndRun) {
 }
 
 std::string value_of(const std::string& expression, const std::string& variables = "") {
-  return written(compiled(
+  return written_run(compiled(
       "PROGRAM p; VAR INT: zero; BOOL: yes := TRUE, no; REAL: r; ORIENTATION: o; POSE: q; " +
       variables + " BEGIN WRITE(" + expression + "); ENDPROGRAM;"));
 }
@@ -208,7 +210,7 @@ Matrix product(const Matrix& a, const Matrix& b) {
       for (std::size_t k = 0; k < 3; ++k) c[3 * i + j] += a[3 * i + k] * b[3 * k + j];
   return c;
 }
-Matrix about(int axis, double degrees) {
+Matrix turned_about(int axis, double degrees) {
   const double c = std::cos(degrees * std::acos(-1.0) / 180),
                s = std::sin(degrees * std::acos(-1.0) / 180);
   if (axis == 0) return {1, 0, 0, 0, c, -s, 0, s, c};
@@ -228,8 +230,8 @@ TEST(ProgramExpressions, OrientationsAreTheirMatricesAndBack) {
   for (const auto& [name, axes, is_reversed, mode] : kForms)
     for (const auto& a : kAngles) {
       const double one = is_reversed ? a[2] : a[0], three = is_reversed ? a[0] : a[2];
-      const Matrix m =
-          product(product(about(axes[0], one), about(axes[1], a[1])), about(axes[2], three));
+      const Matrix m = product(product(turned_about(axes[0], one), turned_about(axes[1], a[1])),
+                               turned_about(axes[2], three));
       std::ostringstream text;
       const bool is_zyz = std::string(mode) == "ZYZ2";
       const auto number = [](double v) { return code_text_detail::real_text(v); };
@@ -256,7 +258,7 @@ TEST(ProgramExpressions, OrientationsAreTheirMatricesAndBack) {
               "ENDIF;"
            << "WRITELN(ROTANGLE(ORIMULT(ORIQUAT(b.Q1, -b.Q2, -b.Q3, -b.Q4), o)));"
            << "ENDPROGRAM;";
-      std::istringstream out(written(compiled(text.str())));
+      std::istringstream out(written_run(compiled(text.str())));
       for (int twice = 0; twice < 2; ++twice)
         for (const double want : m) {
           double got = 99;
@@ -728,7 +730,7 @@ TEST(ProgramRandom, TheMachineDoesWhatTheStatementsSay) {
     ++compiling;
     const std::shared_ptr<const CompiledProgram> p(std::move(*made));
     const std::string want = Walker(p->code()).run();
-    std::string got = written(p);
+    std::string got = written_run(p);
     const std::size_t fault = got.find('!');
     if (fault != std::string::npos) {
       got.resize(fault + 1);
@@ -738,7 +740,7 @@ TEST(ProgramRandom, TheMachineDoesWhatTheStatementsSay) {
     if (k % 10 == 0) {
       auto back = read_code_text(code_text(p->code()));
       ASSERT_TRUE(back.ok()) << back.error().sentence();
-      std::string again = written(std::shared_ptr<const CompiledProgram>(std::move(*back)));
+      std::string again = written_run(std::shared_ptr<const CompiledProgram>(std::move(*back)));
       if (fault != std::string::npos) again.resize(std::min(again.size(), again.find('!') + 1));
       ASSERT_EQ(again, want) << text;
     }

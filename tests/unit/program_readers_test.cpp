@@ -24,14 +24,14 @@
 namespace robomosp::readers {
 namespace {
 
-struct File {
+struct RobotFile {
   std::string name, text;
 };
 using Read = Made (*)(const ProgramReaderTask&, const Params&, Progress&);
 
-std::unique_ptr<ReadProgram> read(Read reader, const std::vector<File>& files) {
+std::unique_ptr<ReadProgram> read_with(Read reader, const std::vector<RobotFile>& files) {
   std::vector<SourceFile> all;
-  for (const File& f : files) all.push_back({f.name, f.text, {}});
+  for (const RobotFile& f : files) all.push_back({f.name, f.text, {}});
   ProgramReaderTask task;
   task.files = all;
   NoProgress progress;
@@ -52,7 +52,7 @@ std::string errors_of_irl(const ReadProgram& p) {
   return out;
 }
 /// "3:7 error message." for each fault that is no note.
-std::string faults(const ReadProgram& p) {
+std::string read_faults(const ReadProgram& p) {
   std::string out;
   for (const rmp_code_fault& f : p.faults())
     if (f.severity != RMP_FAULT_NOTE)
@@ -80,7 +80,7 @@ void expect_lines(const ReadProgram& p, const std::string& expected) {
   EXPECT_EQ(errors_of_irl(p), "") << p.files()[0].text;
 }
 
-const std::vector<File> kKrl{{"weld.src", R"(&ACCESS RVP
+const std::vector<RobotFile> kKrl{{"weld.src", R"(&ACCESS RVP
 DEF weld( )
 ;FOLD INI;%{PE}
 DECL INT i
@@ -122,15 +122,15 @@ REAL x
 RETURN SQRT(x*x)
 ENDFCT
 )"},
-                             {"weld.dat", R"(DEFDAT weld PUBLIC
+                                  {"weld.dat", R"(DEFDAT weld PUBLIC
 DECL FRAME place={X 1.5,Y -2,Z 3,A 30,B 20,C 10}
 SIGNAL lamp $OUT[3]
 ENDDAT
 )"}};
 
 TEST(ProgramReaders, KrlBecomesIrl) {
-  const auto p = read(read_krl, kKrl);
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_krl, kKrl);
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 PROGRAM weld;
 SYSTEM_SPECIFICATION 'weld.ssi';
@@ -183,7 +183,7 @@ ENDPROGRAM;
 }
 
 TEST(ProgramReaders, KrlSaysWhatItDoesNotRead) {
-  const auto p = read(read_krl, {{"p.src", R"(DEF p()
+  const auto p = read_with(read_krl, {{"p.src", R"(DEF p()
 PTP XHOME
 LIN {Z 50}
 CIRC {X 1,Y 2,Z 3},{X 4,Y 5,Z 6}, CA 90
@@ -196,7 +196,7 @@ ENDLOOP
 LOOP
 END
 )"}});
-  EXPECT_EQ(faults(*p),
+  EXPECT_EQ(read_faults(*p),
             "2:5 error XHOME is declared nowhere; its values are zero here.\n"
             "3:5 error components without a value stay as they are, which IRL does not say.\n"
             "4:1 error IRL has no angle of an arc (CA).\n"
@@ -212,7 +212,7 @@ END
 }
 
 TEST(ProgramReaders, KrlInlineFormsBeginWithTheDeliveredHome) {
-  const auto p = read(read_krl, {{"cell.src", R"(DEF cell()
+  const auto p = read_with(read_krl, {{"cell.src", R"(DEF cell()
 PDAT_ACT=PDEFAULT
 FDAT_ACT=FHOME
 BAS (#FRAMES )
@@ -221,11 +221,11 @@ PTP XHOME
 PTP XHOME C_PTP
 END
 )"},
-                                 {"$config.dat", R"(DEFDAT $CONFIG PUBLIC
+                                      {"$config.dat", R"(DEFDAT $CONFIG PUBLIC
 DECL E6AXIS XHOME={A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}
 ENDDAT
 )"}});
-  EXPECT_EQ(faults(*p),
+  EXPECT_EQ(read_faults(*p),
             "2:10 warning PDEFAULT is in $config.dat, which is not among the files; APO_DIST 100 "
             "is taken.\n"
             "3:10 warning FHOME is in $config.dat, which is not among the files; tool 0 and base "
@@ -238,7 +238,7 @@ MOVE PTP XHOME C_PTP := 100.0 TOOL := present_tool;
 )");
 }
 
-const std::vector<File> kRapid{{"cell.mod", R"(%%%
+const std::vector<RobotFile> kRapid{{"cell.mod", R"(%%%
   VERSION:1
   LANGUAGE:ENGLISH
 %%%
@@ -285,8 +285,8 @@ ENDMODULE
 )"}};
 
 TEST(ProgramReaders, RapidBecomesIrl) {
-  const auto p = read(read_rapid, kRapid);
-  EXPECT_EQ(faults(*p),
+  const auto p = read_with(read_rapid, kRapid);
+  EXPECT_EQ(read_faults(*p),
             "34:5 warning after the time the controller raises an error; IRL goes on, and "
             "R_TIMEOUT is TRUE.\n");
   expect_lines(*p, R"(
@@ -327,23 +327,23 @@ k := Square(3.0);
 }
 
 TEST(ProgramReaders, RapidProgramIsWhatItsListOfModulesNames) {
-  const auto p = read(read_rapid, {{"cell.pgf", R"(<?xml version="1.0" encoding="ISO-8859-1" ?>
+  const auto p = read_with(read_rapid, {{"cell.pgf", R"(<?xml version="1.0" encoding="ISO-8859-1" ?>
 <Program>
   <Module>MainModule.mod</Module>
 </Program>
 )"},
-                                   {"MainModule.mod", R"(MODULE MainModule
+                                        {"MainModule.mod", R"(MODULE MainModule
   PROC main()
     MoveL p1,v100,fine,cup;
   ENDPROC
 ENDMODULE
 )"},
-                                   {"CalibData.mod", R"(MODULE CalibData
+                                        {"CalibData.mod", R"(MODULE CalibData
   PERS tooldata cup:=[TRUE,[[0,0,80],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]];
   CONST robtarget p1:=[[600,0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
 ENDMODULE
 )"}});
-  EXPECT_EQ(faults(*p), "");
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 PROGRAM cell;
 POSE: cup := POSE(POSITION(0.0, 0.0, 80.0), ORIQUAT(1.0, 0.0, 0.0, 0.0));
@@ -351,7 +351,7 @@ MOVE LIN p1 SPEED := 100.0 TOOL := cup;
 )");
 }
 
-const std::vector<File> kUrscript{{"prog.script", R"(def prog():
+const std::vector<RobotFile> kUrscript{{"prog.script", R"(def prog():
   n = 0
   home = [0, 1.5, 0, 0, 0, 0]
   def grip(on):
@@ -388,7 +388,7 @@ end
 )"}};
 
 TEST(ProgramReaders, UrscriptFromThePendantAndSignalsOfComputedNumbers) {
-  const auto p = read(read_urscript, {{"saved.script", R"(def saved():
+  const auto p = read_with(read_urscript, {{"saved.script", R"(def saved():
   def light(lamp):
     if get_standard_digital_in(lamp):
       set_tool_digital_out(lamp, True)
@@ -407,7 +407,7 @@ TEST(ProgramReaders, UrscriptFromThePendantAndSignalsOfComputedNumbers) {
   end
 end
 )"}});
-  EXPECT_EQ(faults(*p), "");
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 PROCEDURE light (IN INT: lamp);
 IF get_standard_digital_in(lamp) THEN
@@ -433,8 +433,8 @@ HALT;
 }
 
 TEST(ProgramReaders, UrscriptBecomesIrl) {
-  const auto p = read(read_urscript, kUrscript);
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_urscript, kUrscript);
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 REAL: n;
 MAIN_JOINT: home;
@@ -467,7 +467,7 @@ MOVE CIRCLE POSE(POSITION(100.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)), POSE(P
 )");
 }
 
-const std::vector<File> kTp{{"pick.ls", R"(/PROG  PICK
+const std::vector<RobotFile> kTp{{"pick.ls", R"(/PROG  PICK
 /ATTR
 OWNER = MNEDITOR;
 /MN
@@ -513,7 +513,7 @@ P[2:"above"]{
 };
 /END
 )"},
-                            {"grip.ls", R"(/PROG GRIP
+                                 {"grip.ls", R"(/PROG GRIP
 /MN
    1:  IF AR[1]=1,DO[2]=(ON) ;
    2:  R[5]=AR[2] ;
@@ -522,8 +522,8 @@ P[2:"above"]{
 )"}};
 
 TEST(ProgramReaders, TpBecomesIrl) {
-  const auto p = read(read_tp, kTp);
-  EXPECT_EQ(faults(*p), "6:18 error PR[2] is set on the controller; it is zero here.\n");
+  const auto p = read_with(read_tp, kTp);
+  EXPECT_EQ(read_faults(*p), "6:18 error PR[2] is set on the controller; it is zero here.\n");
   expect_lines(*p, R"(
 ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 400.0), ORIZYX(30.0, -10.0, 180.0)), 5, [0, 0, 0, 0, 0, -1], ADD_JOINT(0.0));
 MAIN_JOINT: P_2_above := MAIN_JOINT(0.0, 0.0, -20.0, 0.0, -70.0, 0.0);
@@ -595,18 +595,18 @@ P[2]{
 /END
 )";
   };
-  const auto p = read(read_tp, {{"gun.ls", listing("1,*,1,*,*")}});
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_tp, {{"gun.ls", listing("1,*,1,*,*")}});
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 JOINT: P_1 := JOINT(MAIN_JOINT(1.0, 2.0, 3.0, 4.0, 5.0, 6.0), ADD_JOINT(40.0));
 ROBTARGET: P_2 := ROBTARGET(POSE(POSITION(500.0, 10.0, 600.0), ORIZYX(90.0, 0.0, 0.0)), 4, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0));
 )");
   // The groups that the program does not move are not read.
-  const auto alone = read(read_tp, {{"gun.ls", listing("1,*,*,*,*")}});
-  EXPECT_EQ(faults(*alone), "");
+  const auto alone = read_with(read_tp, {{"gun.ls", listing("1,*,*,*,*")}});
+  EXPECT_EQ(read_faults(*alone), "");
   expect_lines(*alone, "MAIN_JOINT: P_1 := MAIN_JOINT(1.0, 2.0, 3.0, 4.0, 5.0, 6.0);");
   // A second robot's place, and what is of another group alone, is no axis.
-  const auto second = read(read_tp, {{"two.ls", R"(/PROG TWO
+  const auto second = read_with(read_tp, {{"two.ls", R"(/PROG TWO
 /ATTR
 DEFAULT_GROUP = 1,1,*,*,*;
 /MN
@@ -628,7 +628,7 @@ P[2]{
 };
 /END
 )"}});
-  EXPECT_EQ(faults(*second),
+  EXPECT_EQ(read_faults(*second),
             "6:6 error the joints of further groups in position registers are not read; they stay "
             "where they are.\n"
             "6:8 error PR[4] is set on the controller; it is zero here.\n"
@@ -642,7 +642,7 @@ P[2]{
 }
 
 TEST(ProgramReaders, TpJumpsTimersAlarmsAndWhatIsDoneAtAPoint) {
-  const auto p = read(read_tp, {{"spot.ls", R"(/PROG SPOT
+  const auto p = read_with(read_tp, {{"spot.ls", R"(/PROG SPOT
 /MN
    1:  TIMER[4]=RESET ;
    2:  !TIMER[4]=START in words ;
@@ -667,7 +667,7 @@ TEST(ProgramReaders, TpJumpsTimersAlarmsAndWhatIsDoneAtAPoint) {
 /END
 )"}});
   EXPECT_EQ(
-      faults(*p),
+      read_faults(*p),
       "3:8 warning IRL has no counterpart of TIMER.\n"
       "6:16 warning R[2] is set by no program here; it is zero.\n"
       "8:25 warning what is done a time before the point is done at the point.\n"
@@ -701,7 +701,7 @@ PAUSE;
 LABEL lbl_12:
 )");
   // Programs that are called as registers are, and are not.
-  const auto named = read(read_tp, {{"shift.ls", R"(/PROG SHIFT
+  const auto named = read_with(read_tp, {{"shift.ls", R"(/PROG SHIFT
 /MN
    1:  CALL PR(7,R[1]) ;
    2:  R[1]=5 ;
@@ -710,7 +710,7 @@ LABEL lbl_12:
 /POS
 /END
 )"},
-                                    {"pr.ls", R"(/PROG PR
+                                         {"pr.ls", R"(/PROG PR
 /MN
    1:  PR[7,1]=AR[2] ;
    2:  R[2]=AR[1] ;
@@ -725,7 +725,7 @@ PR(7.0, R_register_v[1]);
 MOVE LIN PR_register[7] SPEED := 100.0;
 )");
   // A timer that somebody looks at is missed.
-  const auto looked = read(read_tp, {{"cycle.ls", R"(/PROG CYCLE
+  const auto looked = read_with(read_tp, {{"cycle.ls", R"(/PROG CYCLE
 /MN
    1:  TIMER[1]=START ;
    2:  IF TIMER[1]>5,JMP LBL[1] ;
@@ -733,12 +733,12 @@ MOVE LIN PR_register[7] SPEED := 100.0;
 /POS
 /END
 )"}});
-  EXPECT_EQ(faults(*looked),
+  EXPECT_EQ(read_faults(*looked),
             "3:8 error IRL has no counterpart of TIMER.\n"
             "4:11 error IRL has no counterpart of TIMER.\n");
 }
 
-const std::vector<File> kMelfa{{"pal.prg", R"(1 Ovrd 50
+const std::vector<RobotFile> kMelfa{{"pal.prg", R"(1 Ovrd 50
 2 Spd 200
 3 Def Plt 1,P1,P2,P3, ,3,2,1
 4 M1=0
@@ -775,8 +775,8 @@ P20=(+0.00,+0.00,-50.00,+0.00,+0.00,+0.00)(0,0)
 )"}};
 
 TEST(ProgramReaders, MelfaBecomesIrl) {
-  const auto p = read(read_melfa, kMelfa);
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_melfa, kMelfa);
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 OUTPUT BOOL: hand_1 AT 900;
 ROBTARGET: P1 := ROBTARGET(POSE(POSITION(250.0, 20.0, 180.0), ORIZYX(90.0, 0.0, -180.0)), 0, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0));
@@ -813,7 +813,7 @@ RETURN;
 }
 
 TEST(ProgramReaders, TpTakesRegistersAndFramesOfABackup) {
-  const auto p = read(
+  const auto p = read_with(
       read_tp,
       {{"home.ls", R"(/PROG HOME
 /MN
@@ -851,7 +851,7 @@ TEST(ProgramReaders, TpTakesRegistersAndFramesOfABackup) {
 [*SYSTEM*]$MNUFRAMENUM  Storage: SHADOW  Access: RW  : ARRAY[2] OF BYTE
   [1] = 0
 )"}});
-  EXPECT_EQ(faults(*p),
+  EXPECT_EQ(read_faults(*p),
             "3:8 error UTOOL is set on the controller; its frames are zero here.\n"
             "6:8 error PR[1] is set on the controller; it is zero here.\n");
   expect_lines(*p, R"(
@@ -863,7 +863,7 @@ MOVE LIN PR[2] SPEED := R[3] TOOL := present_tool FRAME := present_frame;
 }
 
 TEST(ProgramReaders, WhatIsTaughtElsewhereIsZeroAndSaid) {
-  const auto melfa = read(read_melfa, {{"pick.mb5", R"(Mov P1
+  const auto melfa = read_with(read_melfa, {{"pick.mb5", R"(Mov P1
 P2=P1
 P2.Z=P2.Z+10
 Mvs P2
@@ -874,8 +874,8 @@ End
 P3=P2
 Return
 )"}});
-  EXPECT_EQ(faults(*melfa), "1:5 error P1 has no value in the program; it is zero here.\n");
-  const auto tp = read(read_tp, {{"pick.ls", R"(/PROG PICK
+  EXPECT_EQ(read_faults(*melfa), "1:5 error P1 has no value in the program; it is zero here.\n");
+  const auto tp = read_with(read_tp, {{"pick.ls", R"(/PROG PICK
 /MN
    1:J PR[4:home] 50% FINE ;
    2:L PR[4:home] 100mm/sec FINE ;
@@ -885,19 +885,19 @@ Return
 /POS
 /END
 )"},
-                                 {"setup.ls", R"(/PROG SETUP
+                                      {"setup.ls", R"(/PROG SETUP
 /MN
    1:  PR[6]=PR[5] ;
    2:  R[6]=200 ;
 /POS
 /END
 )"}});
-  EXPECT_EQ(faults(*tp),
+  EXPECT_EQ(read_faults(*tp),
             "3:8 error PR[4] is set on the controller; it is zero here.\n"
             "5:22 warning R[3] is set by no program here; it is zero.\n");
 }
 
-const std::vector<File> kGcode{{"part.ngc", R"(%
+const std::vector<RobotFile> kGcode{{"part.ngc", R"(%
 (part one)
 G21 G90 G17
 N10 G0 X0 Y0 Z5
@@ -914,8 +914,8 @@ M2
 )"}};
 
 TEST(ProgramReaders, GcodeBecomesIrl) {
-  const auto p = read(read_gcode, kGcode);
-  EXPECT_EQ(faults(*p), "13:1 error G81 is not read.\n");
+  const auto p = read_with(read_gcode, kGcode);
+  EXPECT_EQ(read_faults(*p), "13:1 error G81 is not read.\n");
   expect_lines(*p, R"(
 { part one }
 MOVE PTP POSITION(0.0, 0.0, 5.0);
@@ -933,7 +933,7 @@ RETURN;
 )");
 }
 
-const std::vector<File> kVal3{
+const std::vector<RobotFile> kVal3Files{
     {"app.pjx", R"(<?xml version="1.0" encoding="utf-8"?>
 <Project><Programs><Program file="start.pgx"/><Program file="grip.pgx"/></Programs>
 <Database><Data file="app.dtx"/></Database></Project>
@@ -978,10 +978,10 @@ end]]></Code></Program></Programs>
 )"}};
 
 TEST(ProgramReaders, Val3BecomesIrl) {
-  EXPECT_EQ(val3_needs({kVal3[0].name, kVal3[0].text, {}}),
+  EXPECT_EQ(val3_needs({kVal3Files[0].name, kVal3Files[0].text, {}}),
             (std::vector<std::string>{"start.pgx", "grip.pgx", "app.dtx"}));
-  const auto p = read(read_val3, kVal3);
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_val3, kVal3Files);
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 INPUT BOOL: bPart AT 1;
 OUTPUT BOOL: bGrip AT 2;
@@ -1012,7 +1012,7 @@ ENDIF;
 /// sel() of a number rounded up below zero and down from it on is TRUNC; another sel() is not, and
 /// roundUp() and roundDown() alone go to their own sides.
 TEST(ProgramReaders, Val3RoundsUpDownAndTowardsZero) {
-  std::vector<File> files = kVal3;
+  std::vector<RobotFile> files = kVal3Files;
   std::string text = files[2].text;
   const std::string head = "<![CDATA[begin\n";
   ASSERT_NE(text.find(head), std::string::npos);
@@ -1021,8 +1021,8 @@ TEST(ProgramReaders, Val3RoundsUpDownAndTowardsZero) {
               "roundDown(nCount / (2 + 1)))\n"
               "nCount = roundUp(nCount - 1)\nnCount = roundDown(nCount)\n");
   files[2].text = text;
-  const auto p = read(read_val3, files);
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_val3, files);
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 nCount := TRUNC(nCount / (2 + 1));
 nCount := -floor(-(nCount - 1));
@@ -1030,13 +1030,14 @@ nCount := floor(nCount);
 )");
   text.replace(text.find("roundUp(nCount / (2"), 19, "roundUp(nCount / (3");
   files[2].text = text;
-  EXPECT_NE(faults(*read(read_val3, files)).find("no counterpart of sel"), std::string::npos);
+  EXPECT_NE(read_faults(*read_with(read_val3, files)).find("no counterpart of sel"),
+            std::string::npos);
 }
 
 struct Language {
   const char* name;
   Read read;
-  const std::vector<File>* sample;
+  const std::vector<RobotFile>* sample;
 };
 const Language kLanguages[] = {{"krl", read_krl, &kKrl},
                                {"rapid", read_rapid, &kRapid},
@@ -1044,10 +1045,11 @@ const Language kLanguages[] = {{"krl", read_krl, &kKrl},
                                {"tp", read_tp, &kTp},
                                {"melfa", read_melfa, &kMelfa},
                                {"gcode", read_gcode, &kGcode},
-                               {"val3", read_val3, &kVal3}};
+                               {"val3", read_val3, &kVal3Files}};
 
 /// Everything that the host's guard asks of an answer.
-void expect_sound(const ReadProgram& p, const std::vector<File>& files, const std::string& what) {
+void expect_sound(const ReadProgram& p, const std::vector<RobotFile>& files,
+                  const std::string& what) {
   const auto lines = [](std::string_view s) {
     return static_cast<std::uint32_t>(std::count(s.begin(), s.end(), '\n')) + 1;
   };
@@ -1074,41 +1076,41 @@ TEST(ProgramReaders, WaitsThatAreLoopsBecomeWaitFor) {
       "def p():\n  t = 0.0\n  while not get_standard_digital_in(6):\n    if t >= 2.0:\n      "
       "break\n"
       "    end\n    sync()\n    t = t + get_steptime()\n  end\n";
-  const auto ur = read(read_urscript, {{"p.script", loop + "end\n"}});
+  const auto ur = read_with(read_urscript, {{"p.script", loop + "end\n"}});
   EXPECT_EQ(errors_of_irl(*ur), "");
   expect_lines(*ur, "WAIT FOR in_6 TIMEOUT 2.0;\n");
   // The time that it took is looked at: the loop stays.
-  const auto counted = read(read_urscript, {{"p.script", loop + "  textmsg(t)\nend\n"}});
+  const auto counted = read_with(read_urscript, {{"p.script", loop + "  textmsg(t)\nend\n"}});
   expect_lines(*counted, "EXIT;\n");
-  const auto krl = read(read_krl, {{"p.src",
-                                    "DEF p( )\n$TIMER[2]=-1500\n$TIMER_STOP[2]=FALSE\n"
-                                    "WAIT FOR $IN[1] OR $IN[2] OR $TIMER_FLAG[2]\n"
-                                    "$TIMER_STOP[2]=TRUE\nEND\n"}});
-  EXPECT_EQ(faults(*krl), "");
+  const auto krl = read_with(read_krl, {{"p.src",
+                                         "DEF p( )\n$TIMER[2]=-1500\n$TIMER_STOP[2]=FALSE\n"
+                                         "WAIT FOR $IN[1] OR $IN[2] OR $TIMER_FLAG[2]\n"
+                                         "$TIMER_STOP[2]=TRUE\nEND\n"}});
+  EXPECT_EQ(read_faults(*krl), "");
   EXPECT_EQ(errors_of_irl(*krl), "");
   expect_lines(*krl, "WAIT FOR in_1 OR in_2 TIMEOUT 1.5;\n");
   // Of another timer: none of it is a wait with a time.
-  const auto other = read(read_krl, {{"p.src",
-                                      "DEF p( )\n$TIMER[2]=-1500\n$TIMER_STOP[3]=FALSE\n"
-                                      "WAIT FOR $IN[1] OR $TIMER_FLAG[2]\n"
-                                      "$TIMER_STOP[2]=TRUE\nEND\n"}});
-  EXPECT_NE(faults(*other), "");
+  const auto other = read_with(read_krl, {{"p.src",
+                                           "DEF p( )\n$TIMER[2]=-1500\n$TIMER_STOP[3]=FALSE\n"
+                                           "WAIT FOR $IN[1] OR $TIMER_FLAG[2]\n"
+                                           "$TIMER_STOP[2]=TRUE\nEND\n"}});
+  EXPECT_NE(read_faults(*other), "");
 }
 
 TEST(ProgramReaders, KrlPlacesWithoutAnglesKeepTheOrientation) {
   // A FRAME that is declared with X, Y, Z only is a place, not one with zero angles.
-  const auto p = read(read_krl, {{"p.src", "DEF p( )\nLIN XP1\nEND\n"},
-                                 {"p.dat",
-                                  "DEFDAT p PUBLIC\nDECL FRAME XP1={X 1,Y 2,Z 3}\n"
-                                  "ENDDAT\n"}});
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_krl, {{"p.src", "DEF p( )\nLIN XP1\nEND\n"},
+                                      {"p.dat",
+                                       "DEFDAT p PUBLIC\nDECL FRAME XP1={X 1,Y 2,Z 3}\n"
+                                       "ENDDAT\n"}});
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, "MOVE LIN XP1.POS;\n");
   const auto written =
-      read(read_krl, {{"p.src", "DEF p( )\nLIN XP1\nXP1.Z=5\nEND\n"},
-                      {"p.dat", "DEFDAT p PUBLIC\nDECL FRAME XP1={X 1,Y 2,Z 3}\nENDDAT\n"}});
-  EXPECT_NE(faults(*written).find("XP1 has no A, B, C where it is declared, and is assigned"),
+      read_with(read_krl, {{"p.src", "DEF p( )\nLIN XP1\nXP1.Z=5\nEND\n"},
+                           {"p.dat", "DEFDAT p PUBLIC\nDECL FRAME XP1={X 1,Y 2,Z 3}\nENDDAT\n"}});
+  EXPECT_NE(read_faults(*written).find("XP1 has no A, B, C where it is declared, and is assigned"),
             std::string::npos)
-      << faults(*written);
+      << read_faults(*written);
 }
 /// The way in which a search stops: BRAKE and RESUME leave the routine that moves.
 TEST(ProgramReaders, KrlMotionsThatAnInterruptEndsAreUntil) {
@@ -1116,40 +1118,42 @@ TEST(ProgramReaders, KrlMotionsThatAnInterruptEndsAreUntil) {
   const std::string go =
       "DEF go( )\n INTERRUPT ON 5\n LIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\n WAIT SEC 0\n INTERRUPT OFF "
       "5\nEND\n";
-  const auto p = read(read_krl, {{"p.src",
-                                  "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\ngo( )\n"
-                                  "INTERRUPT OFF 5\nEND\n" +
-                                      go + stop}});
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_krl, {{"p.src",
+                                       "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\ngo( )\n"
+                                       "INTERRUPT OFF 5\nEND\n" +
+                                           go + stop}});
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, "MOVE LIN POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)) UNTIL in_3;\n");
   // One routine cannot be ended by two conditions, and what else it stops is not known.
-  const auto two = read(read_krl, {{"p.src",
-                                    "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\ngo( )\n"
-                                    "INTERRUPT DECL 5 WHEN $IN[4] DO stop( )\ngo( )\nEND\n" +
-                                        go + stop}});
-  EXPECT_NE(faults(*two).find("is ended by two conditions"), std::string::npos) << faults(*two);
-  const auto here = read(read_krl, {{"p.src",
-                                     "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\n"
-                                     "INTERRUPT ON 5\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\nEND\n" +
-                                         stop}});
-  EXPECT_NE(faults(*here).find("is not one motion in a routine of its own"), std::string::npos)
-      << faults(*here);
+  const auto two =
+      read_with(read_krl, {{"p.src",
+                            "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\ngo( )\n"
+                            "INTERRUPT DECL 5 WHEN $IN[4] DO stop( )\ngo( )\nEND\n" +
+                                go + stop}});
+  EXPECT_NE(read_faults(*two).find("is ended by two conditions"), std::string::npos)
+      << read_faults(*two);
+  const auto here = read_with(read_krl, {{"p.src",
+                                          "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\n"
+                                          "INTERRUPT ON 5\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\nEND\n" +
+                                              stop}});
+  EXPECT_NE(read_faults(*here).find("is not one motion in a routine of its own"), std::string::npos)
+      << read_faults(*here);
   // Without RESUME the motion goes on behind the routine.
   const auto held =
-      read(read_krl, {{"p.src", "DEF p( )\nhold( )\nEND\nDEF hold( )\nBRAKE\nEND\n"}});
-  EXPECT_EQ(faults(*held), "");
+      read_with(read_krl, {{"p.src", "DEF p( )\nhold( )\nEND\nDEF hold( )\nBRAKE\nEND\n"}});
+  EXPECT_EQ(read_faults(*held), "");
   expect_lines(*held, "BRAKE(1);\n");
 }
 TEST(ProgramReaders, MelfaTransitionsEndWithCnt0) {
-  const auto p = read(read_melfa, {{"p.prg",
-                                    "1 Cnt 1,25,25\n2 Mvs P1\n3 Cnt 0\n4 Mvs P2\n5 End\n"
-                                    "P1=(1,2,3,0,0,0)(7,0)\nP2=(4,5,6,0,0,0)(7,0)\n"}});
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_melfa, {{"p.prg",
+                                         "1 Cnt 1,25,25\n2 Mvs P1\n3 Cnt 0\n4 Mvs P2\n5 End\n"
+                                         "P1=(1,2,3,0,0,0)(7,0)\nP2=(4,5,6,0,0,0)(7,0)\n"}});
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, "present_continuous_distance := 25.0;\npresent_continuous_distance := 0.0;\n");
 }
 TEST(ProgramReaders, GcodeWaitsOfAMillionSecondsHaveNoEnd) {
-  const auto p = read(read_gcode, {{"p.ngc", "M66 P2 L3 Q1000000\nM66 P2 L4 Q999\nM2\n"}});
-  EXPECT_EQ(faults(*p), "");
+  const auto p = read_with(read_gcode, {{"p.ngc", "M66 P2 L3 Q1000000\nM66 P2 L4 Q999\nM2\n"}});
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, "WAIT FOR in_2 = TRUE;\nWAIT FOR in_2 = FALSE TIMEOUT 999.0;\n");
 }
 
@@ -1166,9 +1170,9 @@ TEST(ProgramReaders, TakeAnyTextWithoutACrash) {
           deep("\n1:", 3000), deep("-", 3000), deep("NOT ", 3000), deep("DEF a()\n", 500),
           deep("def a():\n", 500), deep("<", 50000), deep("1e308*", 3000),
           std::string(300000, 'a')}) {
-      const std::vector<File> files{{(*l.sample)[0].name, text}};
+      const std::vector<RobotFile> files{{(*l.sample)[0].name, text}};
       const auto begin = std::chrono::steady_clock::now();
-      const auto p = read(l.read, files);
+      const auto p = read_with(l.read, files);
       ASSERT_TRUE(p);
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
       EXPECT_LT(took.count(), 10.0) << l.name << ": " << text.substr(0, 80);
@@ -1195,9 +1199,9 @@ TEST(ProgramReaders, WrongInputIsAFaultWithALineAndAHint) {
         {"deep behind it", whole + deep}};
     for (const auto& [what, text] : kWrong) {
       SCOPED_TRACE(std::string(l.name) + ": " + what);
-      const std::vector<File> files{{(*l.sample)[0].name, text}};
+      const std::vector<RobotFile> files{{(*l.sample)[0].name, text}};
       const auto begin = std::chrono::steady_clock::now();
-      const auto p = read(l.read, files);
+      const auto p = read_with(l.read, files);
       ASSERT_TRUE(p);
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
       EXPECT_LT(took.count(), 10.0);
@@ -1233,16 +1237,16 @@ TEST(ProgramReaders, ChangedTextsAreReadOrRefusedAndTheIrlIsRight) {
   std::map<std::string, std::string> wrong;
   for (const Language& l : kLanguages) {
     std::vector<std::string> all;
-    for (const File& f : *l.sample) all.push_back(f.text);
+    for (const RobotFile& f : *l.sample) all.push_back(f.text);
     test::Mutator mutator(random, all, kTokens);
     const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(700);
     int rounds = 0, wrong_irl = 0, broken = 0;
     while (std::chrono::steady_clock::now() < until) {
-      std::vector<File> files = *l.sample;
-      File& f = files[std::uniform_int_distribution<std::size_t>(0, files.size() - 1)(random)];
+      std::vector<RobotFile> files = *l.sample;
+      RobotFile& f = files[std::uniform_int_distribution<std::size_t>(0, files.size() - 1)(random)];
       f.text = mutator.mutate(f.text);
       const auto begin = std::chrono::steady_clock::now();
-      const auto p = read(l.read, files);
+      const auto p = read_with(l.read, files);
       ASSERT_TRUE(p) << "seed " << seed;
       expect_sound(*p, files,
                    std::string(l.name) + " seed " + std::to_string(seed) + "\n" + f.text);
@@ -1298,9 +1302,9 @@ TEST(ProgramReaders, GrowthIsLinear) {
         for (int i = 0; i < n; ++i) s += "delay(1)\n";
         s += "end]]></Code></Program></Programs>";
       }
-      const std::vector<File> files{{name == "val3" ? "start.pgx" : (*l.sample)[0].name, s}};
+      const std::vector<RobotFile> files{{name == "val3" ? "start.pgx" : (*l.sample)[0].name, s}};
       const auto begin = std::chrono::steady_clock::now();
-      const auto p = read(l.read, files);
+      const auto p = read_with(l.read, files);
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
     time_of(100);

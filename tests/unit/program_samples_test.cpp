@@ -16,7 +16,7 @@ namespace {
 using namespace testing;
 namespace fs = std::filesystem;
 
-std::string read(const fs::path& p) {
+std::string sample_text(const fs::path& p) {
   std::ifstream in(p, std::ios::binary);
   std::ostringstream out;
   out << in.rdbuf();
@@ -25,7 +25,7 @@ std::string read(const fs::path& p) {
 std::shared_ptr<const CompiledProgram> sample(const std::string& name) {
   const fs::path at = fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/programs" / name;
   EXPECT_TRUE(fs::exists(at)) << at;
-  return compiled({{name, read(at)}});
+  return compiled({{name, sample_text(at)}});
 }
 Machine machine_of(const std::string& name) {
   auto m = Machine::load(sample(name));
@@ -398,8 +398,8 @@ TEST(ProgramTrace, WhatDependsOnAnInputIsAnErrorAtItsLine) {
 TEST(ProgramTrace, OldHanoiEndsWhereItShould) {
   const fs::path at = fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4/Saves/IRL";
   if (!fs::exists(at / "HanoiPA10.irl")) GTEST_SKIP() << "the old files are not here";
-  const auto p = compiled(
-      {{"HanoiPA10.irl", read(at / "HanoiPA10.irl")}, {"PA10.ssi", read(at / "PA10.ssi")}});
+  const auto p = compiled({{"HanoiPA10.irl", sample_text(at / "HanoiPA10.irl")},
+                           {"PA10.ssi", sample_text(at / "PA10.ssi")}});
   auto m = Machine::load(p);
   ASSERT_TRUE(m.ok()) << m.error().sentence();
   TestWorld w;

@@ -73,7 +73,7 @@ model::Robot pa10_nus() {
                 link(0, 0, 0, kRight), link(0, 0.5, 0, -kRight), link(0, 0, 0, kRight),
                 link(0, 0.08, 0, 0)});
 }
-model::Robot scara() {
+model::Robot scara_record() {
   model::Robot r = chain(Convention::dh, {link(0, 0.387, 0.325, 0), link(0, 0, 0.275, kPi),
                                           link(0, 0, 0, 0), link(0, 0, 0, 0)});
   r.links[2].joint = JointKind::prismatic;
@@ -345,7 +345,7 @@ void expect_sound(const LinkGeometry& skin, double reach) {
 
 TEST(LinkGeometry, EveryLinkOfKnownRobotsHasABody) {
   const std::pair<model::Robot, double> robots[] = {
-      {puma(), 1.0}, {pa10(), 1.4}, {pa10_nus(), 1.4}, {scara(), 1.2}};
+      {puma(), 1.0}, {pa10(), 1.4}, {pa10_nus(), 1.4}, {scara_record(), 1.2}};
   for (const auto& [robot, reach] : robots) {
     const LinkGeometry skin = make_link_geometry(robot);
     ASSERT_EQ(skin.links.size(), robot.links.size());

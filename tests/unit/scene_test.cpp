@@ -295,8 +295,8 @@ TEST_F(SceneTest, ATrajectoryOnItsOwnIsRefusedInASentence) {
 }
 
 /// A recording of one robot of a world, joint values row after row.
-recording::Recording joints(const std::string& robot, std::vector<double> times,
-                            const std::vector<std::vector<double>>& rows) {
+recording::Recording joint_recording(const std::string& robot, std::vector<double> times,
+                                     const std::vector<std::vector<double>>& rows) {
   recording::Recording r;
   r.robot = robot;
   r.dof = rows.front().size();
@@ -319,7 +319,7 @@ TEST(MovingEllipsoids, AreThoseOfTheRobotWhereItIsAtTheTime) {
   const model::PlacedRobot& placed = snapshot->get(WorldId{id.number})->robots.front();
   const std::vector<double> a{0.1, -0.8, 0.3, 0.2, 0.6, 0}, b{0.5, -0.4, 0.7, 0.2, 1, 0.4},
       middle{0.3, -0.6, 0.5, 0.2, 0.8, 0.2};
-  const auto recording = joints(placed.name, {0, 2}, {a, b});
+  const auto recording = joint_recording(placed.name, {0, 2}, {a, b});
   const auto moving = unwrap(MovingEllipsoids::build(source, id, &recording, progress));
   const ShownEllipsoids both{true, true};
   Extras extras;

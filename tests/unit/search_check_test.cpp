@@ -26,18 +26,18 @@ using collision::SearchCheck;
 using test::unwrap;
 using test::Workbench;
 
-struct Kind {
+struct SpheresOf {
   CsgKind kind;
   std::array<double, 6> sizes;  ///< about 0.2 m
 };
 /// The torus becomes triangles, cone, ellipsoid and wedge hulls or shapes of their own.
-const std::vector<Kind> kKinds{{CsgKind::box, {0.2, 0.12, 0.16}},
-                               {CsgKind::cylinder, {0.08, 0.2}},
-                               {CsgKind::sphere, {0.1}},
-                               {CsgKind::cone, {0.1, 0.03, 0.2}},
-                               {CsgKind::ellipsoid, {0.12, 0.08, 0.05}},
-                               {CsgKind::wedge, {0.2, 0.1, 0.15, 0.05}},
-                               {CsgKind::torus, {0.1, 0.03}}};
+const std::vector<SpheresOf> kKinds{{CsgKind::box, {0.2, 0.12, 0.16}},
+                                    {CsgKind::cylinder, {0.08, 0.2}},
+                                    {CsgKind::sphere, {0.1}},
+                                    {CsgKind::cone, {0.1, 0.03, 0.2}},
+                                    {CsgKind::ellipsoid, {0.12, 0.08, 0.05}},
+                                    {CsgKind::wedge, {0.2, 0.1, 0.15, 0.05}},
+                                    {CsgKind::torus, {0.1, 0.03}}};
 
 class SearchChecks : public testing::Test {
  protected:
@@ -45,7 +45,7 @@ class SearchChecks : public testing::Test {
   NoProgress none;
   collision::Random random{test::seed()};
 
-  SolidId solid(document::Transaction& t, const std::string& name, const Kind& kind) {
+  SolidId solid(document::Transaction& t, const std::string& name, const SpheresOf& kind) {
     model::Solid s;
     model::SolidNode n;
     n.kind = kind.kind;
@@ -56,7 +56,7 @@ class SearchChecks : public testing::Test {
   }
   /// An arm of four links, the third of which slides, each of another kind of shape, among objects
   /// of all kinds.
-  std::shared_ptr<const CollisionModel> world(const std::vector<Kind>& of_links) {
+  std::shared_ptr<const CollisionModel> world(const std::vector<SpheresOf>& of_links) {
     auto t = bench.document.begin("make");
     model::Robot r;
     for (int i = 0; i < 4; ++i) {
@@ -191,7 +191,7 @@ TEST_F(SearchChecks, ThinWallsBetweenSamplesAreNotPassed) {
 }
 
 TEST_F(SearchChecks, CoversHoldWhatTheyCover) {
-  for (const Kind& kind : kKinds) {
+  for (const SpheresOf& kind : kKinds) {
     auto t = bench.document.begin("make");
     const std::string name = "k" + std::to_string(static_cast<int>(kind.kind));
     const SolidId id = solid(*t, name, kind);

@@ -359,9 +359,9 @@ TEST_F(Threads, SolversOfScriptsAnswerJobsWhileTheirScriptWaitsAndWhenItEnds) {
 }
 
 /// The other end of a connection, read by a thread of its own.
-class Peer {
+class ThreadPeer {
  public:
-  explicit Peer(ioci::Application& app) {
+  explicit ThreadPeer(ioci::Application& app) {
     EXPECT_EQ(::pipe2(to_, O_CLOEXEC), 0);
     EXPECT_EQ(::pipe2(from_, O_CLOEXEC), 0);
     server_ = std::jthread([this, &app] {
@@ -411,7 +411,7 @@ TEST_F(Threads, AConnectionAnswersEachRequestOnceWhileJobsRunAreAwaitedAndCancel
   }();
   constexpr int kRequests = 150;
   std::mt19937 random(test::seed());
-  Peer peer(app());
+  ThreadPeer peer(app());
   int asked = 0;
   const auto ask = [&](const std::string& method, const std::string& params,
                        const std::string& more = {}) {

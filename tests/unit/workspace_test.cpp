@@ -24,7 +24,7 @@
 namespace robomosp {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 robotics::Workspace workspace_of(const RobotModel& m, const robotics::WorkspaceOptions& o) {
   NoProgress none;
@@ -36,14 +36,15 @@ robotics::Workspace workspace_of(const RobotModel& m, const robotics::WorkspaceO
 RobotModel gantry() {
   RobotModel m;
   m.name = "gantry";
-  const Pose x = conformance::turn_y(kPi / 2), z;
+  const Pose x = conformance::turn_y(kHalfTurn / 2), z;
   conformance::add_joint(m, "x", -1, JointType::prismatic, x, {}).upper = 0.8;
-  conformance::add_joint(
-      m, "y", 0, JointType::prismatic,
-      conformance::multiply(conformance::turn_y(-kPi / 2), conformance::turn_x(-kPi / 2)), {})
+  conformance::add_joint(m, "y", 0, JointType::prismatic,
+                         conformance::multiply(conformance::turn_y(-kHalfTurn / 2),
+                                               conformance::turn_x(-kHalfTurn / 2)),
+                         {})
       .upper = 0.5;
-  conformance::add_joint(m, "z", 1, JointType::prismatic, conformance::turn_x(kPi / 2), {}).upper =
-      0.3;
+  conformance::add_joint(m, "z", 1, JointType::prismatic, conformance::turn_x(kHalfTurn / 2), {})
+      .upper = 0.3;
   for (JointModel& j : m.joints) j.lower = 0;
   m.tips = {{"tool", 2, {}}};
   m.number_coordinates();
@@ -52,7 +53,7 @@ RobotModel gantry() {
 
 RobotModel turning_freely(RobotModel m) {
   for (JointModel& j : m.joints)
-    if (j.type == JointType::revolute) j.lower = -kPi, j.upper = kPi;
+    if (j.type == JointType::revolute) j.lower = -kHalfTurn, j.upper = kHalfTurn;
   return m;
 }
 
@@ -70,7 +71,7 @@ TEST(Workspace, OfAPlanarArmIsTheAreaOfItsAnnulus) {
   const auto w = workspace_of(m, o);
   EXPECT_EQ(w.dimension, 2);
   EXPECT_EQ(w.grid.count[2], 1U);
-  expect_size(w, kPi * (1.15 * 1.15 - 0.25 * 0.25), 0.01);
+  expect_size(w, kHalfTurn * (1.15 * 1.15 - 0.25 * 0.25), 0.01);
   EXPECT_NEAR(w.upper[0], 1.15, 1e-3);
   // Nothing is reached in the hole: a voxel's middle is nearer to it by half a diagonal at most.
   for (std::size_t v = 0; v < w.hits.size(); ++v)
@@ -98,7 +99,7 @@ TEST(Workspace, OfAScaraIsAShellOfACylinder) {
   o.voxel = 0.021;
   o.samples = 400000;
   const auto w = workspace_of(m, o);
-  expect_size(w, kPi * (0.6 * 0.6 - 0.05 * 0.05) * 0.21, 0.03);
+  expect_size(w, kHalfTurn * (0.6 * 0.6 - 0.05 * 0.05) * 0.21, 0.03);
   EXPECT_NEAR(w.upper[2] - w.lower[2], 0.21, 1e-12);
 }
 
@@ -108,18 +109,18 @@ RobotModel spherical_arm() {
   RobotModel m;
   m.name = "spherical arm";
   conformance::add_joint(m, "turn", -1, JointType::revolute, {}, {});
-  JointModel& lift =
-      conformance::add_joint(m, "lift", 0, JointType::revolute, conformance::turn_x(kPi / 2), {});
-  lift.lower = -kPi / 2, lift.upper = kPi / 2;
-  JointModel& slide =
-      conformance::add_joint(m, "slide", 1, JointType::prismatic, conformance::turn_y(kPi / 2), {});
+  JointModel& lift = conformance::add_joint(m, "lift", 0, JointType::revolute,
+                                            conformance::turn_x(kHalfTurn / 2), {});
+  lift.lower = -kHalfTurn / 2, lift.upper = kHalfTurn / 2;
+  JointModel& slide = conformance::add_joint(m, "slide", 1, JointType::prismatic,
+                                             conformance::turn_y(kHalfTurn / 2), {});
   slide.lower = 0.3, slide.upper = 0.6;
-  m.joints[0].lower = -kPi, m.joints[0].upper = kPi;
+  m.joints[0].lower = -kHalfTurn, m.joints[0].upper = kHalfTurn;
   m.tips = {{"tool", 2, {}}};
   m.number_coordinates();
   return m;
 }
-constexpr double kShell = 4.0 / 3 * kPi * (0.6 * 0.6 * 0.6 - 0.3 * 0.3 * 0.3);
+constexpr double kShell = 4.0 / 3 * kHalfTurn * (0.6 * 0.6 * 0.6 - 0.3 * 0.3 * 0.3);
 
 TEST(Workspace, OfASphericalArmIsAShellOfABallWithinItsErrorAtAnyVoxelSize) {
   std::map<double, double> error_of;
@@ -144,7 +145,7 @@ TEST(Workspace, OfASphericalArmIsAShellOfABallWithinItsErrorAtAnyVoxelSize) {
   double mean = 0;
   for (const Vec3& n : directions)
     mean += std::max({std::fabs(n[0]), std::fabs(n[1]), std::fabs(n[2])}) / 10000;
-  const double expected = 0.5 * 0.03 * mean * 4 * kPi * (0.6 * 0.6 + 0.3 * 0.3);
+  const double expected = 0.5 * 0.03 * mean * 4 * kHalfTurn * (0.6 * 0.6 + 0.3 * 0.3);
   EXPECT_NEAR(error_of[0.03], expected, 0.1 * expected);
 }
 
@@ -164,7 +165,7 @@ RobotModel one_turn(double lower, double upper, double lean) {
 TEST(Workspace, OfOneJointIsTheLengthOfItsCurve) {
   robotics::WorkspaceOptions o;
   o.samples = 20000;
-  for (const double lean : {0.0, 0.4, kPi / 2}) {
+  for (const double lean : {0.0, 0.4, kHalfTurn / 2}) {
     const auto arc = workspace_of(one_turn(-1, 0.5, lean), o);
     EXPECT_EQ(arc.dimension, 1) << lean;
     EXPECT_NEAR(arc.all.size, 0.5 * 1.5, arc.all.error) << lean;
@@ -173,7 +174,7 @@ TEST(Workspace, OfOneJointIsTheLengthOfItsCurve) {
     // Turned several times, it is one circle.
     const auto circle = workspace_of(one_turn(-20, 20, lean), o);
     EXPECT_EQ(circle.dimension, 1) << lean;
-    EXPECT_NEAR(circle.all.size, 2 * kPi * 0.5, circle.all.error) << lean;
+    EXPECT_NEAR(circle.all.size, 2 * kHalfTurn * 0.5, circle.all.error) << lean;
     EXPECT_LT(circle.all.error, 2e-3 * circle.all.size) << lean;
   }
 }
