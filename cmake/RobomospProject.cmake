@@ -293,7 +293,7 @@ endfunction()
 
 # robomosp_test(name SOURCES ... [LIBS libs] [LABELS labels] [INCLUDES folders]): one GoogleTest program,
 # one CTest entry. Those that compute much themselves match ROBOMOSP_COMPUTING_TESTS (tests/CMakeLists.txt),
-# the others are compiled for the compiler's sake. Tests that need files find them through the compile
+# the others are not optimised. Tests that need files find them through the compile
 # definitions ROBOMOSP_SOURCE_DIR, ROBOMOSP_BUILD_DIR (programs in bin/, plugins in ROBOMOSP_PLUGIN_DIR).
 # Where ROBOMOSP_TEST_ROOMS is set, tests that link alike share one program: `name` is then a link to it,
 # and runs the tests of its own sources (tests/support/room_main.h). Those that need definitions of their
@@ -385,6 +385,9 @@ function(robomosp_room out name libs)
   foreach(lib ${libs})
     if(lib MATCHES "^robomosp::(shell|remote|lua|ioci)$")
       set(room ${CMAKE_MATCH_1})
+      if(room STREQUAL "remote")  # what is above them links it, too
+        set(room shell)
+      endif()
       break()
     elseif(lib MATCHES "^(irl|post_.*|program_readers)_core$|^robomosp::program")
       set(room language)
