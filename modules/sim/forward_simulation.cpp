@@ -327,18 +327,43 @@ class Simulation {
     RMP_TRY_ASSIGN(load_, BoundTipLoad::create(run_.load, model()));
     if (load_->uses_path()) RMP_TRY(find_way());
     options.tip = load_->tip();
-    options.wrench = [this, frames = std::vector<Pose>(model().joints.size())](
-                         double t, std::span<const double> q) mutable -> Result<TipWrench> {
-      RMP_TRY_ASSIGN(const TipWrench given, load_->at(t, way_at(t)));
-      Pose base, tip;
-      if (load_->axes() == LoadAxes::world) {
-        RMP_TRY_ASSIGN(base, world_T_base(t));
-      } else if (load_->axes() == LoadAxes::tool) {
-        robotics::forward_kinematics(model(), q, frames);
-        tip = robotics::tip_pose(model(), static_cast<std::size_t>(load_->tip()), frames);
+    options.wrench = [this](double t, std::span<const double> q) { return wrench_at(t, q); };
+    return {};
+  }
+
+  /// What acts at the tip of the load, in the base's axes.
+  Result<TipWrench> wrench_at(double t, std::span<const double> q) {
+    RMP_TRY_ASSIGN(const TipWrench given, load_->at(t, way_at(t)));
+    Pose base, tip;
+    if (load_->axes() == LoadAxes::world) {
+      RMP_TRY_ASSIGN(base, world_T_base(t));
+    } else if (load_->axes() == LoadAxes::tool) {
+      frames_.resize(model().joints.size());
+      robotics::forward_kinematics(model(), q, frames_);
+      tip = robotics::tip_pose(model(), static_cast<std::size_t>(load_->tip()), frames_);
+    }
+    return load_->in_base(given, base, model().base, tip);
+  }
+
+  /// What acted at the tip in each row, in the world's axes.
+  Result<void> add_wrench_columns(Recording& out, const MotionTable& table) {
+    if (!load_) return {};
+    auto columns = wrench_columns(model().tips[static_cast<std::size_t>(load_->tip())].name);
+    recording::Column path{"path", "m", "way of the tip along the reference", {}};
+    for (std::size_t i = 0; i < table.times().size(); ++i) {
+      const double t = table.times()[i];
+      RMP_TRY_ASSIGN(const TipWrench now, wrench_at(t, table.q(i)));
+      RMP_TRY_ASSIGN(const Pose base, world_T_base(t));
+      const Vec3 force = spatial::rotate(base, now.force),
+                 moment = spatial::rotate(base, now.moment);
+      for (std::size_t k = 0; k < 3; ++k) {
+        columns[k].values.push_back(force[k]);
+        columns[3 + k].values.push_back(moment[k]);
       }
-      return load_->in_base(given, base, model().base, tip);
-    };
+      path.values.push_back(way_at(t));
+    }
+    for (recording::Column& c : columns) out.columns.push_back(std::move(c));
+    if (load_->uses_path()) out.columns.push_back(std::move(path));
     return {};
   }
 
@@ -632,6 +657,7 @@ class Simulation {
     table.add_joint_columns(out, all_stops);
     RMP_TRY(table.add_energy_columns(out, inverse_, progress));
     RMP_TRY(table.add_tip_columns(out, [this](double t) { return world_T_base(t); }));
+    RMP_TRY(add_wrench_columns(out, table));
     if (reference_) RMP_TRY(table.add_error_columns(out, *reference_));
     mark_limits(out, model());
     return {};
@@ -683,6 +709,7 @@ class Simulation {
   std::optional<MotionReference> reference_;
   TimedRows torques_;
   std::optional<BoundTipLoad> load_;
+  std::vector<Pose> frames_;      ///< scratch of wrench_at()
   TimedRows way_;                 ///< of the tip along the reference [m]; width 0 = nobody asks
   std::vector<double> approach_;  ///< 1 in rows of the reference that lead to the trajectory
   Bound<InverseDynamics> inverse_;

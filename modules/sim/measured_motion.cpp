@@ -70,7 +70,8 @@ Result<Fitted> fit_parabolas(const std::vector<double>& time, const std::vector<
 }
 
 Result<recording::RecordingPtr> torques_of_motion(const Simulator& sim, const Recording& measured,
-                                                  double window, Progress& progress) {
+                                                  double window, Progress& progress,
+                                                  const std::optional<TipLoad>& load) {
   const Column* const time = measured.find("time");
   if (!time)
     return error(ErrorCode::invalid_argument, "the recording has no time",
@@ -112,8 +113,13 @@ Result<recording::RecordingPtr> torques_of_motion(const Simulator& sim, const Re
     put("qdd" + n, q->unit + "/s^2", std::move(second));
     if (progress.cancelled()) return error(ErrorCode::cancelled, "the torques were not computed");
   }
+  for (std::size_t k = 1; k <= 6; ++k)
+    if (const Column* const c = measured.find("wrench" + std::to_string(k)))
+      motion.columns.push_back(*c);
+  if (const Column* const c = measured.find(recording::kApproachColumn))
+    motion.columns.push_back(*c);
   const std::string torque = "torque";
-  return with_quantities(sim, motion, std::span(&torque, 1), progress);
+  return with_quantities(sim, motion, std::span(&torque, 1), progress, load);
 }
 
 }  // namespace robomosp::sim

@@ -2,10 +2,12 @@
 // What the model says of a measured motion (layer: application, sim). [any thread]
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "recording/recording.h"
 #include "sim/simulate.h"
+#include "sim/tip_load.h"
 
 namespace robomosp::sim {
 
@@ -24,8 +26,10 @@ struct Fitted {
 
 /// A recording of the motor torques tau1.. that the inverse dynamics of the recording's robot gives
 /// for its joints q1.. as measured. Velocities are those measured, else derivatives, and so are
-/// accelerations: of fitted parabolas where `window` [s] > 0, else through five points.
+/// accelerations: of fitted parabolas where `window` [s] > 0, else through five points. The columns
+/// wrench1 to wrench6 or `load` count as in with_quantities().
 [[nodiscard]] Result<recording::RecordingPtr> torques_of_motion(
-    const Simulator&, const recording::Recording& measured, double window, Progress&);
+    const Simulator&, const recording::Recording& measured, double window, Progress&,
+    const std::optional<TipLoad>& load = std::nullopt);
 
 }  // namespace robomosp::sim

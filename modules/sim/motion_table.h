@@ -24,6 +24,10 @@ class MotionTable {
   /// Greatest torque of the motor of an entry of tau [N m or N].
   [[nodiscard]] double limit_of(std::size_t entry) const { return limits_[entry]; }
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
+  [[nodiscard]] std::span<const double> q(std::size_t sample) const {
+    const std::size_t width = q_.size() / times_.size();
+    return std::span(q_).subspan(sample * width, width);
+  }
   [[nodiscard]] double tau(std::size_t sample, std::size_t entry) const {
     return tau_[sample * limits_.size() + entry];
   }

@@ -40,7 +40,10 @@ using recording::RecordingPtr;
 constexpr double kSamePlace = 1e-6;
 
 constexpr std::array<RecordedQuantity, 11> kQuantities{
-    {{"torque", "tau1, ...", "of the motors, by inverse dynamics from q, qd and qdd"},
+    {{"torque", "tau1, ..., tau_external1, ...",
+      "of the motors, by inverse dynamics from q, qd and qdd, with the force and moment at a tip "
+      "of "
+      "wrench1 to wrench6 or of the arguments"},
      {"jerk", "qddd1, ...", "derivative of the accelerations"},
      {"power", "power1, ..., total_power", "of the motors: torque by velocity, and their sum"},
      {"work", "work", "of all motors since the first row: the integral of their power"},
@@ -237,7 +240,8 @@ Result<void> each_load(Recording& r, const Simulator& sim, const Actor& a, std::
 
 /// The rows' torques with what is carried, n a row.
 Result<std::vector<double>> motor_torques(Recording& r, const Simulator& sim, const Actor& a,
-                                          std::uint32_t terms, Progress& progress) {
+                                          std::uint32_t terms, Progress& progress,
+                                          const ActingLoad& acting = {}) {
   RMP_TRY_ASSIGN(const auto qdd, table(r, "qdd", a.model->dof()));
   std::vector<double> out;
   out.reserve(qdd.size());
@@ -245,6 +249,11 @@ Result<std::vector<double>> motor_torques(Recording& r, const Simulator& sim, co
       each_load(r, sim, a, qdd, progress,
                 [&](const Bound<InverseDynamics>& dynamics, DynamicsBatch batch) -> Result<void> {
                   batch.terms = terms;
+                  if (!acting.in_base.empty()) {
+                    const std::size_t first = out.size() / a.model->dof();
+                    batch.tip = std::span(acting.in_base).subspan(first, batch.count);
+                    batch.tip_index = acting.tip;
+                  }
                   RMP_TRY_ASSIGN(const auto part, torques(dynamics, batch, progress));
                   out.insert(out.end(), part.begin(), part.end());
                   return {};
@@ -252,21 +261,69 @@ Result<std::vector<double>> motor_torques(Recording& r, const Simulator& sim, co
   return out;
 }
 
-Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
+/// The force and moment in the rows' columns wrench1 to wrench6.
+Result<ActingLoad> recorded_wrench(const Recording& r, const Actor& a) {
+  const RobotModel& m = *a.model;
+  ActingLoad out;
+  if (!r.find("wrench1")) return out;
+  const auto tip = tip_of_wrench(r, m);
+  if (!tip && m.tips.size() > 1) {
+    std::vector<std::string> known;
+    for (const TipModel& t : m.tips) known.push_back(t.name);
+    return error(
+        ErrorCode::invalid_argument,
+        "the columns wrench1 to wrench6 do not tell at which tip they act",
+        "Give tip_wrench, the recording itself, and tip, one of " + text::enumerate(known) + ".",
+        "robot " + text::quote(m.name));
+  }
+  out.tip = tip.value_or(0);
+  std::array<std::vector<double>, 6> w;
+  for (std::size_t k = 0; k < 6; ++k) {
+    RMP_TRY_ASSIGN(w[k], load_column(r, "wrench" + std::to_string(k + 1), k < 3 ? "N" : "N m", ""));
+  }
+  for (std::size_t i = 0; i < r.rows(); ++i)
+    out.in_base.push_back({spatial::rotate_back(a.world_T_base, Vec3{w[0][i], w[1][i], w[2][i]}),
+                           spatial::rotate_back(a.world_T_base, Vec3{w[3][i], w[4][i], w[5][i]})});
+  return out;
+}
+
+/// The load of the rows: the one given, in place of the recorded one.
+Result<ActingLoad> load_of_rows(Recording& out, const Actor& a,
+                                const std::optional<TipLoad>& load) {
+  if (!load) return recorded_wrench(out, a);
+  RMP_TRY_ASSIGN(const Column* const time, time_of(out));
+  const std::vector<double> times = time->values;
+  RMP_TRY_ASSIGN(const auto q, table(out, "q", a.model->coordinate_count()));
+  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", a.model->dof()));
+  PathSample standing;
+  standing.pose = a.world_T_base;
+  const Column* const column = out.find(recording::kApproachColumn);
+  const std::vector<double> approach = column ? column->values : std::vector<double>{};
+  return add_load_columns(out, *load, *a.model, {times, q, qd, std::span(&standing, 1), approach});
+}
+
+Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a,
+                        const std::optional<TipLoad>& load, Progress& progress) {
   const std::size_t n = a.model->dof();
-  RMP_TRY_ASSIGN(const auto tau, motor_torques(out, sim, a, kAllTerms, progress));
+  RMP_TRY_ASSIGN(const ActingLoad acting, load_of_rows(out, a, load));
+  RMP_TRY_ASSIGN(const auto tau, motor_torques(out, sim, a, kAllTerms, progress, acting));
   if (const auto missing = missing_motor(*a.model, tau))
     out.notes.push_back("its motors cannot do all of this motion: tau" +
                         std::to_string(missing->entry + 1) +
                         ", of a joint without motor, is what they lack");
-  for (std::size_t k = 0; k < n; ++k) {
-    const Column* rate = out.find("qd" + std::to_string(k + 1));
-    Column c{"tau" + std::to_string(k + 1),
-             rate->unit.starts_with("rad") ? "N m" : "N",
-             "torque of the motor of joint " + std::to_string(k + 1),
-             {}};
-    for (std::size_t i = 0; i < out.rows(); ++i) c.values.push_back(tau[i * n + k]);
-    put(out, std::move(c));
+  const auto add = [&](const char* stem, const std::string& doc, const std::vector<double>& rows) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::string number = std::to_string(k + 1);
+      const Column* rate = out.find("qd" + number);
+      Column c{stem + number, rate->unit.starts_with("rad") ? "N m" : "N", doc + number, {}};
+      for (std::size_t i = 0; i < out.rows(); ++i) c.values.push_back(rows[i * n + k]);
+      put(out, std::move(c));
+    }
+  };
+  add("tau", "torque of the motor of joint ", tau);
+  if (!acting.in_base.empty()) {
+    RMP_TRY_ASSIGN(const auto part, motor_torques(out, sim, a, kExternalTerm, progress, acting));
+    add("tau_external", "part of the torque that the force at the tip takes, joint ", part);
   }
   mark_limits(out, *a.model);
   return {};
@@ -483,7 +540,12 @@ void mark_limits(Recording& recording, const RobotModel& model) {
 std::span<const RecordedQuantity> recorded_quantities() { return kQuantities; }
 
 Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& recording,
-                                     std::span<const std::string> quantities, Progress& progress) {
+                                     std::span<const std::string> quantities, Progress& progress,
+                                     const std::optional<TipLoad>& load) {
+  if (load && std::find(quantities.begin(), quantities.end(), "torque") == quantities.end())
+    return error(ErrorCode::invalid_argument,
+                 "a force at a tip is given, and no torques are to be computed that count it",
+                 "Ask for the quantity torque, or leave the force out.");
   Recording out = recording;
   std::optional<Actor> actor;
   std::optional<ToolTable> tool;
@@ -522,7 +584,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
     }
     if (needs_tool) RMP_TRY(check_place(out, *tool));
     if (what == "torque") {
-      RMP_TRY(add_torque(out, sim, *actor, progress));
+      RMP_TRY(add_torque(out, sim, *actor, load, progress));
     } else if (what == "jerk") {
       RMP_TRY(add_jerk(out, *actor->model));
     } else if (what == "power") {
@@ -548,10 +610,10 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
 
 Result<RecordingPtr> with_quantities_of(const Simulator& sim, const Recording& recording,
                                         const std::string& robot,
-                                        std::span<const std::string> quantities,
-                                        Progress& progress) {
+                                        std::span<const std::string> quantities, Progress& progress,
+                                        const std::optional<TipLoad>& load) {
   if (robot.empty() || robot == recording.robot)
-    return with_quantities(sim, recording, quantities, progress);
+    return with_quantities(sim, recording, quantities, progress, load);
   if (std::find(quantities.begin(), quantities.end(), "clearance") != quantities.end())
     return error(ErrorCode::invalid_argument, "the clearance is of all robots together",
                  "Ask for it without a robot.");
@@ -572,7 +634,7 @@ Result<RecordingPtr> with_quantities_of(const Simulator& sim, const Recording& r
     return error(ErrorCode::unknown_name,
                  "the recording has no joints of a robot " + text::quote(robot),
                  "recording.columns lists its columns.");
-  RMP_TRY_ASSIGN(const auto done, with_quantities(sim, own, quantities, progress));
+  RMP_TRY_ASSIGN(const auto done, with_quantities(sim, own, quantities, progress, load));
   Recording out = recording;
   for (Column c : done->columns) {
     if (c.name == "time") continue;

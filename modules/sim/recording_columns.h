@@ -3,6 +3,7 @@
 // and force, how much of the limits is used, expressions (layer: application, sim).
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 
 #include "recording/recording.h"
 #include "sim/simulate.h"
+#include "sim/tip_load.h"
 
 namespace robomosp::sim {
 
@@ -25,16 +27,19 @@ struct RecordedQuantity {
 /// The recording with the columns of the quantities named, which replace those of the same names.
 /// The robot and its place are those of now; where the tool of the recording was elsewhere it is an
 /// error. Velocities and accelerations that a recording of joints lacks are derivatives of what it
-/// has (five points); what needs torques says which column is missing.
+/// has (five points); what needs torques says which column is missing. Torques count the force and
+/// moment of the columns wrench1 to wrench6, where there are such, or those of `load`, which then
+/// takes the place of these columns (a zero load of nothing); tau_external is its part.
 [[nodiscard]] Result<recording::RecordingPtr> with_quantities(
     const Simulator&, const recording::Recording&, std::span<const std::string> quantities,
-    Progress&);
+    Progress&, const std::optional<TipLoad>& load = std::nullopt);
 
 /// The same of one robot of a recording of several, such as of tasks: its columns are named
 /// `<robot>.q1`, and so are the new ones.
 [[nodiscard]] Result<recording::RecordingPtr> with_quantities_of(
     const Simulator&, const recording::Recording&, const std::string& robot,
-    std::span<const std::string> quantities, Progress&);
+    std::span<const std::string> quantities, Progress&,
+    const std::optional<TipLoad>& load = std::nullopt);
 
 /// Derivative by time by five-point polynomials, and integral from the first row on by trapezoids
 /// corrected by the derivatives at their ends (exact for cubics).

@@ -325,12 +325,6 @@ Result<std::vector<double>> friction_of_starts(const RobotMotion& t, std::size_t
   return out;
 }
 
-/// What acts at a tip in each row.
-struct ActingLoad {
-  std::int32_t tip = 0;
-  std::vector<TipWrench> in_base;  ///< empty = nothing acts
-};
-
 /// How the base moves in the world in each row; one row for all if it stands.
 Result<std::vector<PathSample>> base_of_rows(const RunSetup& setup,
                                              const std::vector<double>& times) {
@@ -349,38 +343,9 @@ Result<std::vector<PathSample>> base_of_rows(const RunSetup& setup,
 /// The load of a run in each row, with its columns.
 Result<ActingLoad> add_load(Recording& recording, const TipLoad& given, const RunSetup& setup,
                             const RobotMotion& t) {
-  ActingLoad out;
-  if (!given.is_given()) return out;
-  RMP_TRY_ASSIGN(const BoundTipLoad load, BoundTipLoad::create(given, *setup.model));
-  out.tip = load.tip();
+  if (!given.is_given()) return ActingLoad{};
   RMP_TRY_ASSIGN(const auto base, base_of_rows(setup, t.times));
-  const TipWay way = tip_way(*setup.model, load.tip(), t.times, t.q, t.qd, base, t.approach);
-  const std::string tip = setup.model->tips[static_cast<std::size_t>(load.tip())].name;
-  std::array<Column, 6> columns;
-  for (std::size_t k = 0; k < 6; ++k)
-    columns[k] = {"wrench" + std::to_string(k + 1),
-                  k < 3 ? "N" : "N m",
-                  std::string(k < 3 ? "force" : "moment") + " on the robot at " + text::quote(tip) +
-                      ", world's axes",
-                  {}};
-  for (std::size_t i = 0; i < t.times.size(); ++i) {
-    RMP_TRY_ASSIGN(const TipWrench now, load.at(t.times[i], way.length[i]));
-    const Pose& world_T_base = base[base.size() == 1 ? 0 : i].pose;
-    out.in_base.push_back(load.in_base(now, world_T_base, setup.model->base, way.base_T_tip[i]));
-    const Vec3 force = spatial::rotate(world_T_base, out.in_base.back().force),
-               moment = spatial::rotate(world_T_base, out.in_base.back().moment);
-    for (std::size_t k = 0; k < 3; ++k) {
-      columns[k].values.push_back(force[k]);
-      columns[3 + k].values.push_back(moment[k]);
-    }
-  }
-  for (Column& c : columns) recording.columns.push_back(std::move(c));
-  const auto note = given.is_over_path ? load.note_on_cover(0, way.length.back())
-                                       : load.note_on_cover(t.times.front(), t.times.back());
-  if (note) recording.notes.push_back(*note);
-  recording.columns.push_back(
-      {"path", "m", "way of " + text::quote(tip) + " along the trajectory", way.length});
-  return out;
+  return add_load_columns(recording, given, *setup.model, {t.times, t.q, t.qd, base, t.approach});
 }
 
 /// tau of the motion in total and by its parts.

@@ -9,6 +9,10 @@
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
+
+using recording::Column;
+using recording::Recording;
+
 namespace {
 
 constexpr double kMostForce = 1e12;  ///< [N or N m]
@@ -20,38 +24,6 @@ Result<double> checked_force(double value, const std::string& where) {
   return error(ErrorCode::invalid_argument,
                text::print_rounded(value) + " is not a force or moment that can be computed with",
                "Give numbers from -1e12 to 1e12.", where);
-}
-
-/// A column in SI, which a unit of another quantity refuses.
-Result<std::vector<double>> column_of(const recording::Recording& r, const std::string& name,
-                                      const char* si_unit) {
-  const recording::Column* const c = r.find(name);
-  if (!c) {
-    std::vector<std::string> known;
-    for (const recording::Column& one : r.columns) known.push_back(one.name);
-    std::string hint = text::did_you_mean(name, known);
-    if (hint.empty()) hint = "recording.columns lists those it has.";
-    return error(ErrorCode::unknown_name, "the recording has no column " + text::quote(name), hint,
-                 "tip_wrench");
-  }
-  std::vector<double> out = c->values;
-  if (!c->unit.empty()) {
-    RMP_TRY_ASSIGN(const units::Unit unit, units::parse(c->unit));
-    RMP_TRY_ASSIGN(const units::Unit wanted, units::parse(si_unit));
-    if (!same_kind(unit.dimension, wanted.dimension))
-      return error(
-          ErrorCode::invalid_argument,
-          "column " + text::quote(name) + " is in " + c->unit + ", and " + si_unit + " is needed",
-          "Name another column: tip_columns.", "tip_wrench");
-    if (unit.factor != 1)
-      for (double& v : out) v = units::to_si(v, unit);
-  }
-  for (std::size_t i = 0; i < out.size(); ++i)
-    if (!std::isfinite(out[i]))
-      return error(ErrorCode::invalid_argument,
-                   "column " + text::quote(name) + " has no number in row " + std::to_string(i + 1),
-                   "recording.part leaves rows out.", "tip_wrench");
-  return out;
 }
 
 /// Nodes and weights of the Gauss-Legendre quadrature of five points on [0, 1] (Abramowitz and
@@ -78,7 +50,51 @@ double hermite_length(const Vec3& p0, const Vec3& v0, const Vec3& p1, const Vec3
   return sum;
 }
 
+std::string wrench_doc(std::size_t k, std::string_view tip) {
+  return std::string(k < 3 ? "force" : "moment") + " on the robot at " + text::quote(tip) +
+         ", world's axes";
+}
+
+/// A column in place of the one of its name.
+void put_column(Recording& r, Column c) {
+  const auto old = std::find_if(r.columns.begin(), r.columns.end(),
+                                [&](const Column& each) { return each.name == c.name; });
+  if (old == r.columns.end()) r.columns.push_back(std::move(c));
+  else *old = std::move(c);
+}
+
 }  // namespace
+
+Result<std::vector<double>> load_column(const Recording& r, const std::string& name,
+                                        const char* si_unit, const std::string& where) {
+  const Column* const c = r.find(name);
+  if (!c) {
+    std::vector<std::string> known;
+    for (const Column& one : r.columns) known.push_back(one.name);
+    std::string hint = text::did_you_mean(name, known);
+    if (hint.empty()) hint = "recording.columns lists those it has.";
+    return error(ErrorCode::unknown_name, "the recording has no column " + text::quote(name), hint,
+                 where);
+  }
+  std::vector<double> out = c->values;
+  if (!c->unit.empty()) {
+    RMP_TRY_ASSIGN(const units::Unit unit, units::parse(c->unit));
+    RMP_TRY_ASSIGN(const units::Unit wanted, units::parse(si_unit));
+    if (!same_kind(unit.dimension, wanted.dimension))
+      return error(
+          ErrorCode::invalid_argument,
+          "column " + text::quote(name) + " is in " + c->unit + ", and " + si_unit + " is needed",
+          "Name another column: tip_columns.", where);
+    if (unit.factor != 1)
+      for (double& v : out) v = units::to_si(v, unit);
+  }
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if (!std::isfinite(out[i]))
+      return error(ErrorCode::invalid_argument,
+                   "column " + text::quote(name) + " has no number in row " + std::to_string(i + 1),
+                   "recording.part leaves rows out.", where);
+  return out;
+}
 
 bool TipLoad::is_given() const {
   return recorded ||
@@ -102,6 +118,8 @@ Result<BoundTipLoad> BoundTipLoad::create(const TipLoad& load, const RobotModel&
                    hint, "tip");
     }
     out.tip_ = static_cast<std::int32_t>(it - known.begin());
+  } else if (load.recorded && load.columns.empty()) {
+    out.tip_ = tip_of_wrench(*load.recorded, model).value_or(0);
   }
   for (std::size_t k = 0; k < 6; ++k) {
     RMP_TRY(checked_force(load.constant[k], kLoadNumbers[k]));
@@ -137,7 +155,7 @@ Result<void> BoundTipLoad::read_columns() {
     return error(ErrorCode::invalid_argument, std::to_string(names.size()) + " columns are named",
                  "Name three of a force, or six of a force and a moment.", "tip_columns");
   const char* const key = load_.is_over_path ? "path" : "time";
-  RMP_TRY_ASSIGN(rows_.times, column_of(r, key, load_.is_over_path ? "m" : "s"));
+  RMP_TRY_ASSIGN(rows_.times, load_column(r, key, load_.is_over_path ? "m" : "s", "tip_wrench"));
   if (rows_.times.empty())
     return error(ErrorCode::invalid_argument, "the recording has no rows",
                  "Give another recording.", "tip_wrench");
@@ -148,7 +166,7 @@ Result<void> BoundTipLoad::read_columns() {
   rows_.width = 6;
   rows_.values.assign(6 * rows_.times.size(), 0.0);
   for (std::size_t k = 0; k < names.size(); ++k) {
-    RMP_TRY_ASSIGN(const auto values, column_of(r, names[k], load_unit(k)));
+    RMP_TRY_ASSIGN(const auto values, load_column(r, names[k], load_unit(k), "tip_wrench"));
     for (std::size_t i = 0; i < values.size(); ++i) {
       RMP_TRY_ASSIGN(rows_.values[6 * i + k], checked_force(values[i], "tip_wrench"));
     }
@@ -235,6 +253,50 @@ TipWay tip_way(const RobotModel& model, std::int32_t tip, std::span<const double
     p_before = p, v_before = v;
   }
   return out;
+}
+
+std::array<Column, 6> wrench_columns(std::string_view tip) {
+  std::array<Column, 6> out;
+  for (std::size_t k = 0; k < 6; ++k)
+    out[k] = {"wrench" + std::to_string(k + 1), load_unit(k), wrench_doc(k, tip), {}};
+  return out;
+}
+
+std::optional<std::int32_t> tip_of_wrench(const Recording& r, const RobotModel& model) {
+  const Column* const first = r.find("wrench1");
+  for (std::size_t t = 0; first && t < model.tips.size(); ++t)
+    if (first->doc == wrench_doc(0, model.tips[t].name)) return static_cast<std::int32_t>(t);
+  return std::nullopt;
+}
+
+Result<ActingLoad> add_load_columns(Recording& out, const TipLoad& given, const RobotModel& model,
+                                    const LoadedRows& rows) {
+  RMP_TRY_ASSIGN(const BoundTipLoad load, BoundTipLoad::create(given, model));
+  ActingLoad acting;
+  acting.tip = load.tip();
+  if (rows.times.empty()) return acting;
+  const TipWay way =
+      tip_way(model, load.tip(), rows.times, rows.q, rows.qd, rows.base, rows.approach);
+  const std::string& tip = model.tips[static_cast<std::size_t>(load.tip())].name;
+  std::array<Column, 6> columns = wrench_columns(tip);
+  for (std::size_t i = 0; i < rows.times.size(); ++i) {
+    RMP_TRY_ASSIGN(const TipWrench now, load.at(rows.times[i], way.length[i]));
+    const Pose& world_T_base = rows.base[rows.base.size() == 1 ? 0 : i].pose;
+    acting.in_base.push_back(load.in_base(now, world_T_base, model.base, way.base_T_tip[i]));
+    const Vec3 force = spatial::rotate(world_T_base, acting.in_base.back().force),
+               moment = spatial::rotate(world_T_base, acting.in_base.back().moment);
+    for (std::size_t k = 0; k < 3; ++k) {
+      columns[k].values.push_back(force[k]);
+      columns[3 + k].values.push_back(moment[k]);
+    }
+  }
+  for (Column& c : columns) put_column(out, std::move(c));
+  put_column(out,
+             {"path", "m", "way of " + text::quote(tip) + " along the trajectory", way.length});
+  const auto note = given.is_over_path ? load.note_on_cover(0, way.length.back())
+                                       : load.note_on_cover(rows.times.front(), rows.times.back());
+  if (note) out.notes.push_back(*note);
+  return acting;
 }
 
 }  // namespace robomosp::sim

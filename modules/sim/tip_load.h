@@ -37,7 +37,9 @@ inline constexpr std::array<const char*, 6> kLoadNumbers{"tip_force[1]",  "tip_f
 
 /// A force [N] and a moment [N m] about the tip's origin on a robot; the sum of what is given.
 struct TipLoad {
-  std::string tip;  ///< of the robot's model; "" = the first
+  /// Of the robot's model; "" = the one that the columns wrench1..6 of `recorded` name in their
+  /// doc, else the first.
+  std::string tip;
   LoadAxes axes = LoadAxes::world;
   std::array<double, 6> constant{};        ///< force, then moment
   std::array<std::string, 6> expressions;  ///< of `time` [s] and `path` [m]; "" = none
@@ -81,6 +83,37 @@ class BoundTipLoad {
   std::array<std::optional<Expression>, 6> expressions_;
   TimedRows rows_;  ///< `times` is the path where the load is over it
 };
+
+/// The six columns of a force and a moment at a tip in the world's axes, wrench1 to wrench6,
+/// without values.
+[[nodiscard]] std::array<recording::Column, 6> wrench_columns(std::string_view tip);
+/// The tip whose name the doc of a recording's column wrench1 has, as wrench_columns() writes it;
+/// nullopt where no tip of the model is named.
+[[nodiscard]] std::optional<std::int32_t> tip_of_wrench(const recording::Recording&,
+                                                        const RobotModel&);
+
+/// The values of a column in SI. Errors, in `where`: no such column, a unit of another quantity, a
+/// value that is not finite.
+[[nodiscard]] Result<std::vector<double>> load_column(const recording::Recording&,
+                                                      const std::string& name, const char* si_unit,
+                                                      const std::string& where);
+
+/// What acts at a tip in each row of a recording or run.
+struct ActingLoad {
+  std::int32_t tip = 0;            ///< into RobotModel::tips
+  std::vector<TipWrench> in_base;  ///< axes of the robot's base; empty = nothing acts
+};
+/// Rows of a motion: what a load over them depends on.
+struct LoadedRows {
+  std::span<const double> times, q, qd;  ///< [s]; rows of coordinates and rates
+  std::span<const PathSample> base;      ///< as of tip_way()
+  std::span<const double> approach;      ///< likewise
+};
+/// The load in each row. Adds the columns wrench1 to wrench6 and path, in place of those of these
+/// names, and a note where the load's own rows do not cover these. Errors: those of
+/// BoundTipLoad::create() and at().
+[[nodiscard]] Result<ActingLoad> add_load_columns(recording::Recording&, const TipLoad&,
+                                                  const RobotModel&, const LoadedRows&);
 
 /// Pose of a tip at each row, in the base's frame, and the length of its way in the world up to
 /// there [m]: cubic between rows by positions and velocities, counted outside approaches only.

@@ -8,8 +8,13 @@
 #include <gtest/gtest.h>
 
 #include "kernel/text.h"
+#include "robotics/closure.h"
+#include "robotics/kinematics.h"
 #include "sim/forward_simulation.h"
 #include "sim/loaded_runs.h"
+#include "sim/recording_columns.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
 #include "support/records.h"
 #include "support/workbench.h"
 
@@ -44,6 +49,12 @@ LoadMatrix load_irb140(const std::vector<double>& q) {
         t, {c, -s * ca, s * sa, a * c, s, c * ca, -c * sa, a * s, 0, sa, ca, d, 0, 0, 0, 1});
   }
   return t;
+}
+
+double at(const RecordingPtr& r, const std::string& column, std::size_t i) {
+  const recording::Column* c = r->find(column);
+  EXPECT_TRUE(c) << column;
+  return c ? c->values[i] : 0;
 }
 
 /// An IRB 140 that stands turned in its world, and a straight seam before it.
@@ -90,11 +101,6 @@ class TipLoads : public ::testing::Test {
     const auto r = run(load);
     EXPECT_FALSE(r.ok());
     return r.ok() ? "" : r.error().sentence();
-  }
-  static double at(const RecordingPtr& r, const std::string& column, std::size_t i) {
-    const recording::Column* c = r->find(column);
-    EXPECT_TRUE(c) << column;
-    return c ? c->values[i] : 0;
   }
   static std::vector<double> joints(const RecordingPtr& r, std::size_t i) {
     std::vector<double> q;
@@ -330,6 +336,209 @@ TEST_F(TipLoads, ForcesInTheToolsAxesTurnWithIt) {
   ASSERT_FALSE(none.ok());
   EXPECT_NE(none.error().sentence().find("follows no path"), std::string::npos)
       << none.error().sentence();
+}
+
+/// Serial arms, prismatic joints, trees with several tips, followers and a floating base.
+class LoadsOnMechanisms : public ::testing::TestWithParam<const char*> {
+ protected:
+  Workbench bench;
+  NoProgress progress;
+
+  /// -dW/dq of a force and a moment in the base's axes: what the motors have to give, by central
+  /// differences of order four of the tip's pose.
+  static std::vector<double> held(const RobotModel& m, std::span<const double> q, std::size_t tip,
+                                  const Vec3& force, const Vec3& moment) {
+    constexpr double h = 1e-3;
+    std::vector<Pose> frames(m.joints.size());
+    const auto pose = [&](std::span<const double> at) {
+      robotics::forward_kinematics(m, at, frames);
+      return robotics::tip_pose(m, tip, frames);
+    };
+    const Pose now = pose(q);
+    std::vector<double> out(m.dof());
+    for (std::size_t j = 0; j < m.dof(); ++j) {
+      Vec3 rate{}, turn{};
+      for (const auto& [step, weight] :
+           {std::pair{-2.0, 1.0}, {-1.0, -8.0}, {1.0, 8.0}, {2.0, -1.0}}) {
+        std::vector<double> moved(q.begin(), q.end()), by(m.dof());
+        by[j] = step * h;
+        robotics::move_configuration(m, by, moved);
+        const Pose t = pose(moved);
+        const Vec3 log = spatial::rotation_log(spatial::compose(t, spatial::inverse(now)).R);
+        for (std::size_t k = 0; k < 3; ++k) {
+          rate[k] += weight * t.p[k] / (12 * h);
+          turn[k] += weight * log[k] / (12 * h);
+        }
+      }
+      for (std::size_t k = 0; k < 3; ++k) out[j] -= force[k] * rate[k] + moment[k] * turn[k];
+    }
+    return out;
+  }
+};
+
+// Torques of a recorded motion count the force that the run recorded, at the tip at which it acted,
+// or the one that is given.
+TEST_P(LoadsOnMechanisms, TorquesOfARecordedMotionCountTheForceAtEachTip) {
+  const AnyId id = bench.load(std::string("robots/") + GetParam() + ".rbt");
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  const auto model =
+      unwrap(bench.derived.robot_model(*snapshot, RobotId{id.number}, Vec3{0, 0, -9.81}, progress));
+  ASSERT_TRUE(model);
+  double greatest = 0;
+  for (std::size_t tip = 0; tip < model->tips.size(); ++tip)
+    for (const LoadAxes axes : {LoadAxes::world, LoadAxes::base, LoadAxes::tool}) {
+      sim::ForwardRun r;
+      r.record = RobotId{id.number};
+      r.duration = 0.02, r.sample_time = 0.005;
+      r.at_limit = sim::AtLimit::ignore;
+      r.relative_tolerance = r.absolute_tolerance = 1e-8;
+      r.load.tip = model->tips[tip].name;
+      r.load.axes = axes;
+      r.load.constant = {3, -2, 4, 0.1, 0.3, -0.2};
+      r.load.expressions[0] = "100 N/s * time";
+      const RecordingPtr moved = unwrap(sim::forward_dynamics(simulator, r, progress));
+      ASSERT_TRUE(moved);
+      const std::string where = std::string(GetParam()) + ", tip " + r.load.tip;
+      const std::vector<std::string> torque{"torque"};
+      const TipLoad none;
+      const RecordingPtr with = unwrap(sim::with_quantities(simulator, *moved, torque, progress)),
+                         without = unwrap(
+                             sim::with_quantities(simulator, *moved, torque, progress, none)),
+                         again = unwrap(
+                             sim::with_quantities(simulator, *without, torque, progress, r.load));
+      ASSERT_TRUE(with && without && again) << where;
+      for (std::size_t i = 0; i < moved->rows(); ++i) {
+        std::vector<double> q;
+        for (std::size_t c = 1; c <= model->coordinate_count(); ++c)
+          q.push_back(moved->find("q" + std::to_string(c))->values[i]);
+        std::array<double, 6> w{};
+        for (std::size_t k = 0; k < 6; ++k)
+          w[k] = moved->find("wrench" + std::to_string(k + 1))->values[i];
+        // The mounting is the world: what it sees, the base sees turned.
+        const Vec3 force = spatial::rotate_back(model->base, Vec3{w[0], w[1], w[2]}),
+                   moment = spatial::rotate_back(model->base, Vec3{w[3], w[4], w[5]});
+        // In the axes it was given in it is what was given.
+        std::vector<Pose> frames(model->joints.size());
+        robotics::forward_kinematics(*model, q, frames);
+        Vec3 seen{w[0], w[1], w[2]};
+        if (axes == LoadAxes::tool)
+          seen = spatial::rotate_back(robotics::tip_pose(*model, tip, frames), force);
+        const Vec3 given{3 + 100 * moved->find("time")->values[i], -2, 4};
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(seen[k], given[k], 1e-9) << where;
+        const auto want = held(*model, q, tip, force, moment);
+        for (std::size_t j = 0; j < model->dof(); ++j) {
+          const std::string n = std::to_string(j + 1);
+          const double tolerance = 1e-7 * (1 + std::fabs(want[j]));
+          for (const RecordingPtr& loaded : {with, again}) {
+            EXPECT_NEAR(at(loaded, "tau_external" + n, i), want[j], tolerance) << where;
+            EXPECT_NEAR(at(loaded, "tau" + n, i) - at(without, "tau" + n, i), want[j], tolerance)
+                << where << " joint " << n;
+          }
+          greatest = std::max(greatest, std::fabs(want[j]));
+        }
+      }
+    }
+  EXPECT_GT(greatest, 0.005) << GetParam();
+}
+INSTANTIATE_TEST_SUITE_P(Library, LoadsOnMechanisms,
+                         ::testing::Values("twolink", "stanford", "irb140", "dual_arm", "gripper",
+                                           "satellite_arm"));
+
+// The motors' torques that moved it come out again: without the force they would be others.
+TEST_F(TipLoads, TorquesOfAPushedMotionAreThoseThatMovedIt) {
+  const RobotId rod = make(bench.document, "rod", TurningRod::record());
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  sim::ForwardRun r;
+  r.record = rod;
+  r.duration = 1;
+  r.tau = {0.3};
+  r.load.constant[1] = 0.8;
+  r.load.axes = LoadAxes::tool;
+  const RecordingPtr moved = unwrap(sim::forward_dynamics(simulator, r, progress));
+  ASSERT_TRUE(moved);
+  const std::vector<std::string> torque{"torque"};
+  const RecordingPtr with = unwrap(sim::with_quantities(simulator, *moved, torque, progress));
+  const RecordingPtr without =
+      unwrap(sim::with_quantities(simulator, *moved, torque, progress, TipLoad{}));
+  ASSERT_TRUE(with && without);
+  for (std::size_t i = 0; i < moved->rows(); ++i) {
+    EXPECT_NEAR(at(with, "tau1", i), 0.3, 1e-12);
+    EXPECT_NEAR(at(with, "tau_external1", i), -0.8 * 0.4, 1e-12);
+    EXPECT_NEAR(at(without, "tau1", i), 0.3 + 0.8 * 0.4, 1e-12);
+    EXPECT_EQ(at(without, "wrench2", i), 0);
+  }
+  // Over the path of the recording itself: half of a r t^2.
+  TipLoad along;
+  along.expressions[1] = "10 N/m * path";
+  along.axes = LoadAxes::tool;
+  const RecordingPtr path =
+      unwrap(sim::with_quantities(simulator, *moved, torque, progress, along));
+  ASSERT_TRUE(path);
+  const double speed_up = (0.3 + 0.8 * 0.4) / (2 * 0.16);
+  for (std::size_t i = 0; i < path->rows(); ++i) {
+    const double t = at(path, "time", i);
+    EXPECT_NEAR(at(path, "path", i), 0.4 * speed_up * t * t / 2, 1e-9);
+    EXPECT_NEAR(at(path, "tau_external1", i), -0.4 * 10 * 0.4 * speed_up * t * t / 2, 1e-8);
+  }
+  const std::vector<std::string> power{"power"};
+  const auto none = sim::with_quantities(simulator, *moved, power, progress, along);
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().sentence().find("Ask for the quantity torque"), std::string::npos)
+      << none.error().sentence();
+  recording::Recording bad = *moved;
+  for (recording::Column& c : bad.columns)
+    if (c.name == "wrench3") c.values[4] = std::nan("");
+  const auto hole = sim::with_quantities(simulator, bad, torque, progress);
+  ASSERT_FALSE(hole.ok());
+  EXPECT_NE(hole.error().sentence().find("\"wrench3\" has no number in row 5"), std::string::npos)
+      << hole.error().sentence();
+}
+
+// A force that was recorded at the second tip stays there, and where the columns do not tell the
+// tip of several, it is asked for.
+TEST_F(TipLoads, RecordedForcesStayAtTheirTip) {
+  const AnyId id = bench.load("robots/dual_arm.rbt");
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  const auto model =
+      unwrap(bench.derived.robot_model(*snapshot, RobotId{id.number}, Vec3{0, 0, -9.81}, progress));
+  ASSERT_TRUE(model);
+  ASSERT_GE(model->tips.size(), 2U);
+  sim::ForwardRun r;
+  r.record = RobotId{id.number};
+  r.duration = 0.05, r.sample_time = 0.01;
+  r.at_limit = sim::AtLimit::ignore;
+  r.load.constant = {20, 5, -30, 0, 0, 0};
+  r.load.tip = model->tips[1].name;
+  const RecordingPtr first = unwrap(sim::forward_dynamics(simulator, r, progress));
+  ASSERT_TRUE(first);
+  r.load = {};
+  r.load.recorded = first;
+  const RecordingPtr second = unwrap(sim::forward_dynamics(simulator, r, progress));
+  ASSERT_TRUE(second);
+  for (std::size_t j = 1; j <= model->dof(); ++j) {
+    const std::string n = "q" + std::to_string(j);
+    EXPECT_NEAR(first->find(n)->values.back(), second->find(n)->values.back(), 1e-12) << n;
+  }
+  recording::Recording bare = *first;
+  for (recording::Column& c : bare.columns) c.doc.clear();
+  const std::vector<std::string> torque{"torque"};
+  const auto unclear = sim::with_quantities(simulator, bare, torque, progress);
+  ASSERT_FALSE(unclear.ok());
+  EXPECT_NE(unclear.error().sentence().find("do not tell at which tip"), std::string::npos)
+      << unclear.error().sentence();
+  TipLoad named;
+  named.recorded = std::make_shared<const recording::Recording>(bare);
+  named.tip = model->tips[1].name;
+  const RecordingPtr told = unwrap(sim::with_quantities(simulator, bare, torque, progress, named)),
+                     own = unwrap(sim::with_quantities(simulator, *first, torque, progress));
+  ASSERT_TRUE(told && own);
+  for (std::size_t j = 1; j <= model->dof(); ++j) {
+    const std::string n = "tau" + std::to_string(j);
+    EXPECT_NEAR(at(told, n, 3), at(own, n, 3), 1e-12) << n;
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "ioci/recording/origins.h"
 #include "ioci/recording/recording_argument.h"
 #include "ioci/recording/watchers.h"
+#include "ioci/simulation/tip_load_arguments.h"
 #include "recording/compare.h"
 #include "recording/file.h"
 #include "sim/recording_columns.h"
@@ -112,8 +113,9 @@ Result<Value> compute(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto quantities, word_list(args, "quantities"));
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
+  RMP_TRY_ASSIGN(const auto load, read_optional_load(ctx, args));
   RMP_TRY_ASSIGN(auto more, sim::with_quantities_of(simulator, *r, text_of(args, "robot"),
-                                                    quantities, ctx.progress));
+                                                    quantities, ctx.progress, load));
   List names;
   for (const recording::Column& c : more->columns)
     if (!r->find(c.name)) names.emplace_back(c.name);
@@ -229,16 +231,28 @@ RMP_COMMANDS(recording_data_commands) {
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::files_read | Effect::simulates,
        .run = load});
+  Schema compute_params{self("recording"),
+                        needed("quantities", "any", "", "A name or a list of names."),
+                        optional("robot", "string", "",
+                                 "Of a recording of several, such as of tasks: whose columns.")};
+  for (ParamSpec& p : tip_load_fields("the way of the tip since the first row"))
+    compute_params.push_back(std::move(p));
   all.push_back(
       {.name = "recording.compute",
        .classic = "",
        .summary = "Adds columns that follow from the recorded ones and the robot.",
-       .details = quantities + ". The robot is that of now; one that was changed is reported.",
-       .example = with_recorded_data("run:compute{\"power\", \"velocity\", \"limits\"}\n"
-                                     "assert(run:values(\"speed\")[21] > 0)"),
-       .params = {self("recording"), needed("quantities", "any", "", "A name or a list of names."),
-                  optional("robot", "string", "",
-                           "Of a recording of several, such as of tasks: whose columns.")},
+       .details =
+           quantities +
+           ". The robot is that of now; one that was changed is reported. Torques count the force "
+           "that the columns wrench1 to wrench6 hold (world's axes). tip_force, tip_moment or "
+           "tip_wrench take the place of these columns; tip_force = {0, 0, 0} leaves the force "
+           "out.",
+       .example = with_recorded_data(
+           "run:compute{\"power\", \"velocity\", \"limits\"}\n"
+           "assert(run:values(\"speed\")[21] > 0)\n"
+           "run:compute{quantities = \"torque\", tip_force = {0, 0, \"-20 N - 5 N/m * path\"}}\n"
+           "assert(run:values(\"wrench3\")[1] == -20)"),
+       .params = compute_params,
        .returns = {"list", "", "Names of the columns that are new.", {}},
        .effect = Effect::simulates,
        .run = compute});

@@ -9,6 +9,7 @@
 #include "ioci/recording/given_columns.h"
 #include "ioci/recording/origins.h"
 #include "ioci/recording/recording_argument.h"
+#include "ioci/simulation/tip_load_arguments.h"
 #include "recording/residual.h"
 #include "sim/measured_motion.h"
 
@@ -144,13 +145,14 @@ Result<Value> torque_residual(CommandContext& ctx, const Map& args) {
   const auto measured = recording_of(ctx, args);
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
+  RMP_TRY_ASSIGN(const auto load, read_optional_load(ctx, args));
   RMP_TRY_ASSIGN(
       const auto model,
       sim::torques_of_motion(simulator, *measured, has(args, "window") ? real(args, "window") : 0,
-                             ctx.progress));
+                             ctx.progress, load));
   std::vector<std::string> torques;
-  for (const recording::Column& c : model->columns)
-    if (c.name.starts_with("tau")) torques.push_back(c.name);
+  for (std::size_t k = 1; model->find("tau" + std::to_string(k)); ++k)
+    torques.push_back("tau" + std::to_string(k));
   recording::Recording with_torques = *measured;
   if (const Value* given = args.find("torque_per_current"); given && !given->is_nil()) {
     const NumericArray& constants = *given->as_array();
@@ -282,6 +284,16 @@ RMP_COMMANDS(measured_recording_commands) {
        .returns = answer("The shift that was used."),
        .effect = Effect::simulates,
        .run = residual});
+  Schema residual_params{
+      self("recording"),
+      above_zero(optional("window", "real", "s",
+                          "Time of the samples about each that are fitted together; "
+                          "1000 of them at most.")),
+      optional("torque_per_current", "real[]", "",
+               "Of each joint, in N m/A (N/A where it slides): the torques are then "
+               "those of the columns current1, current2 and so on, in A.")};
+  for (ParamSpec& p : tip_load_fields("the way of the tip since the first row"))
+    residual_params.push_back(std::move(p));
   all.push_back(
       {.name = "recording.torque_residual",
        .classic = "",
@@ -290,7 +302,8 @@ RMP_COMMANDS(measured_recording_commands) {
        .details =
            "Inverse dynamics of the recording's robot at the measured q1, q2 and so on, with the "
            "velocities and accelerations that were measured, else their derivatives. Noise grows "
-           "with each derivative: window fits parabolas to what is within it. What remains is "
+           "with each derivative: window fits parabolas to what is within it. A force at a tip is "
+           "that of the columns wrench1 to wrench6 or of the arguments. What remains is "
            "friction, payload or inertia that the model does not know, or a touch.",
        .example = with_measured(
            "run:compute(\"torque\")\n"
@@ -302,13 +315,7 @@ RMP_COMMANDS(measured_recording_commands) {
            "  {name = \"tau\", unit = \"N m\", values = run:values(\"tau\")}}}\n"
            "local r = torques:torque_residual()\n"
            "assert(r.columns[1].name == \"tau_residual1\" and r.columns[1].max < 1e-9)"),
-       .params = {self("recording"),
-                  above_zero(optional("window", "real", "s",
-                                      "Time of the samples about each that are fitted together; "
-                                      "1000 of them at most.")),
-                  optional("torque_per_current", "real[]", "",
-                           "Of each joint, in N m/A (N/A where it slides): the torques are then "
-                           "those of the columns current1, current2 and so on, in A.")},
+       .params = residual_params,
        .returns = answer("0."),
        .effect = Effect::simulates,
        .run = torque_residual});

@@ -276,8 +276,10 @@ RMP_COMMANDS(simulation_commands) {
   std::vector<CommandSpec> all;
   const std::string details =
       "Columns: time, q, qd, qdd, tau, tau_friction and tau_stop of the joints, kinetic, potential "
-      "and their sum energy, x, y, z of the tool, and with a reference error of the joints and "
-      "tip_error. Coulomb friction holds a joint at rest up to its breakaway torque; torques are "
+      "and their sum energy, x, y, z of the tool, with a force at a tip wrench1 to wrench6 "
+      "(world's "
+      "axes), and with a reference error of the joints and tip_error. Coulomb friction holds a "
+      "joint at rest up to its breakaway torque; torques are "
       "cut at the joints' max_force. recording.notes tells limits met, where joints came to rest "
       "and went "
       "on, torques cut, what the integrator did, and the solver of a long chain that chose none.";

@@ -95,6 +95,10 @@ std::vector<ParamSpec> tip_load_fields(const std::string& path) {
       optional("tip", "string", "", "Name of the tip that they act at; the first when left out.")};
 }
 
+bool has_tip_load(const Map& args) {
+  return has(args, "tip_force") || has(args, "tip_moment") || has(args, "tip_wrench");
+}
+
 Result<sim::TipLoad> read_tip_load(const CommandContext& ctx, const Map& args) {
   sim::TipLoad load;
   RMP_TRY(read_load_numbers(args, "tip_force", "N", 0, load));
@@ -120,11 +124,17 @@ Result<sim::TipLoad> read_tip_load(const CommandContext& ctx, const Map& args) {
   load.axes = static_cast<sim::LoadAxes>(
       std::find(sim::kLoadAxes.begin(), sim::kLoadAxes.end(), axes) - sim::kLoadAxes.begin());
   load.tip = text_of(args, "tip");
-  const bool is_any = has(args, "tip_force") || has(args, "tip_moment") || load.recorded;
-  if (!load.tip.empty() && !is_any)
+  if (!load.tip.empty() && !has_tip_load(args))
     return error(ErrorCode::invalid_argument, "a tip is named, and no force acts at it",
                  "Give tip_force, tip_moment or tip_wrench, or leave the tip out.", "tip");
   return load;
+}
+
+Result<std::optional<sim::TipLoad>> read_optional_load(const CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(sim::TipLoad load, read_tip_load(ctx, args));
+  std::optional<sim::TipLoad> out;
+  if (has_tip_load(args)) out = std::move(load);
+  return out;
 }
 
 }  // namespace robomosp::ioci
