@@ -102,7 +102,7 @@ bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next
 
 /// Arguments `first`.. of a call: an optional handle or name for `id`, then either one table of
 /// names or values in the order of the schema.
-Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
+Result<Map> arguments(Impl& impl, lua_State* L, const ioci::CommandSpec& spec, int first) {
   std::optional<Value> id;
   std::size_t next = 0;
   int i = first;
@@ -114,6 +114,7 @@ Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
     ++i;
   }
   if (i == top && gives_names(L, i, spec.params, next)) {
+    RMP_TRY(impl.take_functions(L, spec, i));
     RMP_TRY_ASSIGN(Map named, to_map(L, i, 0, &spec.params));
     if (next == 0) return named;
     if (named.find("id"))
@@ -139,7 +140,7 @@ Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
 
 Result<int> run_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec, int first) {
   Result<Value> result = [&]() -> Result<Value> {
-    auto args = arguments(L, spec, first);
+    auto args = arguments(impl, L, spec, first);
     if (!args.ok()) return std::move(args).error().in(spec.name);
     return impl.host.dispatch(spec, *args);
   }();
@@ -245,7 +246,7 @@ Result<int> start(Impl& impl, lua_State* L) {
     spec = impl.host.find(name);
     if (!spec) return impl.host.unknown(name);
   }
-  auto args = arguments(L, *spec, 2);
+  auto args = arguments(impl, L, *spec, 2);
   if (!args.ok()) return std::move(args).error().in(spec->name);
   RMP_TRY_ASSIGN(const Handle job, impl.host.dispatch_async(*spec, std::move(*args)));
   push_handle(impl, L, job);

@@ -83,6 +83,11 @@ struct robomosp::lua::LuaState::Impl {
   Impl& operator=(const Impl&) = delete;
   /// Called before each run and after others were answered.
   virtual void catch_up() {}
+  /// Called with the table of a command's arguments: replaces it by one in which functions are
+  /// names of providers, where the command takes such.
+  virtual Result<void> take_functions(lua_State*, const ioci::CommandSpec&, int /*table*/) {
+    return {};
+  }
   /// Called before the state of Lua is closed.
   virtual void before_close() {}
 

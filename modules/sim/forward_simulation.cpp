@@ -325,7 +325,8 @@ class Simulation {
   Result<void> find_load(MotionOptions& options) {
     if (!run_.load.is_given()) return {};
     RMP_TRY_ASSIGN(load_, BoundTipLoad::create(run_.load, model()));
-    if (load_->uses_path()) RMP_TRY(find_way());
+    const bool has_path = reference_ && reference_->times().size() > 1;
+    if (load_->uses_path() || (load_->takes_path() && has_path)) RMP_TRY(find_way());
     options.tip = load_->tip();
     options.wrench = [this](double t, std::span<const double> q) { return wrench_at(t, q); };
     return {};
@@ -363,7 +364,7 @@ class Simulation {
       path.values.push_back(way_at(t));
     }
     for (recording::Column& c : columns) out.columns.push_back(std::move(c));
-    if (load_->uses_path()) out.columns.push_back(std::move(path));
+    if (way_.width == 1) out.columns.push_back(std::move(path));
     return {};
   }
 
@@ -393,8 +394,9 @@ class Simulation {
     way_.values = tip_way(model(), load_->tip(), times, q, qd, base, approach_).length;
     return {};
   }
+  /// NaN where nobody asked for it.
   [[nodiscard]] double way_at(double t) const {
-    double out = 0;
+    double out = std::nan("");
     if (way_.width == 1) way_.at(t, std::span(&out, 1));
     return out;
   }

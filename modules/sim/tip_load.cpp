@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernel/text.h"
+#include "motion/provider_params.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 
@@ -96,8 +97,18 @@ Result<std::vector<double>> load_column(const Recording& r, const std::string& n
   return out;
 }
 
+Result<std::shared_ptr<const TipForce>> bind_tip_force(const Registry& registry,
+                                                       const model::ProviderChoice& choice) {
+  RMP_TRY_ASSIGN(const ProviderInfo info, registry.find(TipForce::kInterfaceId, choice.name));
+  RMP_TRY_ASSIGN(const auto force, registry.create<TipForce>(info.name));
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_params(info, choice, "provider " + text::quote(info.name)));
+  RMP_TRY(guarded(info.name, [&] { return force->prepare(*params); }));
+  return std::shared_ptr<const TipForce>(force);
+}
+
 bool TipLoad::is_given() const {
-  return recorded ||
+  return recorded || force ||
          std::any_of(constant.begin(), constant.end(), [](double v) { return v != 0; }) ||
          std::any_of(expressions.begin(), expressions.end(),
                      [](const std::string& e) { return !e.empty(); });
@@ -138,6 +149,7 @@ Result<BoundTipLoad> BoundTipLoad::create(const TipLoad& load, const RobotModel&
     out.expressions_[k] = std::move(compiled).value();
   }
   if (load.recorded) RMP_TRY(out.read_columns());
+  if (load.force) out.uses_time_ = true;
   return out;
 }
 
@@ -192,6 +204,17 @@ Result<TipWrench> BoundTipLoad::at(double time, double path) const {
           .in("t = " + text::print_rounded(time) + " s");
     RMP_TRY_ASSIGN(const double fits, checked_force(*value, kLoadNumbers[k]));
     w[k] += fits;
+  }
+  if (load_.force) {
+    auto given = load_.force->at(time, path);
+    if (!given.ok())
+      return std::move(given).error().in("tip_force").in("t = " + text::print_rounded(time) + " s");
+    for (std::size_t k = 0; k < 6; ++k) {
+      RMP_TRY_ASSIGN(
+          const double fits,
+          checked_force(k < 3 ? given->force[k] : given->moment[k - 3], kLoadNumbers[k]));
+      w[k] += fits;
+    }
   }
   return TipWrench{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
 }

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,9 +15,12 @@
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/robot_model.h>
+#include <robomosp/sdk/tip_force.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/expression.h"
+#include "kernel/registry.h"
+#include "model/basics.h"
 #include "recording/recording.h"
 #include "sim/motion_reference.h"
 
@@ -35,6 +39,10 @@ inline constexpr std::array<const char*, 6> kLoadNumbers{"tip_force[1]",  "tip_f
                                                          "tip_force[3]",  "tip_moment[1]",
                                                          "tip_moment[2]", "tip_moment[3]"};
 
+/// A prepared TipForce. Errors: an unknown provider, parameters that it does not have.
+[[nodiscard]] Result<std::shared_ptr<const TipForce>> bind_tip_force(const Registry&,
+                                                                     const model::ProviderChoice&);
+
 /// A force [N] and a moment [N m] about the tip's origin on a robot; the sum of what is given.
 struct TipLoad {
   /// Of the robot's model; "" = the one that the columns wrench1..6 of `recorded` name in their
@@ -43,6 +51,7 @@ struct TipLoad {
   LoadAxes axes = LoadAxes::world;
   std::array<double, 6> constant{};        ///< force, then moment
   std::array<std::string, 6> expressions;  ///< of `time` [s] and `path` [m]; "" = none
+  std::shared_ptr<const TipForce> force;   ///< prepared; null = none
   recording::RecordingPtr recorded;        ///< linear between its rows, held before and after
   /// Of `recorded`: six names, or three of the force alone. Empty = wrench1..6, else fx, fy, fz,
   /// mx, my, mz.
@@ -62,9 +71,12 @@ class BoundTipLoad {
   [[nodiscard]] LoadAxes axes() const { return load_.axes; }
   [[nodiscard]] bool uses_time() const { return uses_time_; }
   [[nodiscard]] bool uses_path() const { return uses_path_; }
+  /// Whether its TipForce is to get a path where there is one.
+  [[nodiscard]] bool takes_path() const { return load_.force != nullptr; }
 
-  /// In the axes it is given in. `path`: way of the tip since the trajectory began [m]. Errors:
-  /// those of the expressions, and results that are not finite or beyond 1e12.
+  /// In the axes it is given in. `path`: way of the tip since the trajectory began [m], NaN where
+  /// there is none and uses_path() is false. Errors: those of the expressions and the TipForce, and
+  /// results that are not finite or beyond 1e12.
   [[nodiscard]] Result<TipWrench> at(double time, double path) const;
   /// The same in the base frame's axes, as solvers take it. `mounting_T_base`: RobotModel::base.
   [[nodiscard]] TipWrench in_base(const TipWrench& given, const Pose& world_T_base,

@@ -45,6 +45,7 @@
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/round_outside.h>
 #include <robomosp/sdk/threads.h>
+#include <robomosp/sdk/tip_force.h>
 #include <robomosp/sdk/trajectory.h>
 
 namespace robomosp {
@@ -536,6 +537,10 @@ void interfaces(std::ostream& out) {
   VIRTUAL(Integrator, extension);
   VIRTUAL(Integrator, prepare);
   VIRTUAL(Integrator, run);
+  TYPE(TipForce);
+  VIRTUAL(TipForce, extension);
+  VIRTUAL(TipForce, prepare);
+  VIRTUAL(TipForce, at);
   TYPE(Controller);
   VIRTUAL(Controller, extension);
   VIRTUAL(Controller, prepare);

@@ -49,6 +49,16 @@ Result<void> read_load_numbers(const Map& args, const char* name, const char* un
   return {};
 }
 
+/// Whether tip_force names a provider of forces, or is a table that does.
+bool names_force(const CommandContext& ctx, const Map& args) {
+  const Value* given = args.find("tip_force");
+  if (!given) return false;
+  if (given->as_map()) return true;
+  const std::string* name = given->as_string();
+  return name && (name->starts_with("function ") ||
+                  ctx.app.registry.find(TipForce::kInterfaceId, *name).ok());
+}
+
 }  // namespace
 
 std::optional<Handle> given_handle(const CommandContext& ctx, const Map& args,
@@ -76,7 +86,9 @@ std::vector<ParamSpec> tip_load_fields(const std::string& path) {
           "tip_force", "any", "N",
           "Force on the robot at its tip: x, y and z, each a number or an expression of `time` "
           "[s] and `path` [m], " +
-              path + "."),
+              path +
+              "; or the name of a provider of forces. In Lua also a function (time, path) that "
+              "returns three numbers, or six with the moment."),
       optional("tip_moment", "any", "N m", "Moment on the robot about its tip's origin, likewise."),
       optional(
           "tip_wrench", "any", "",
@@ -101,7 +113,14 @@ bool has_tip_load(const Map& args) {
 
 Result<sim::TipLoad> read_tip_load(const CommandContext& ctx, const Map& args) {
   sim::TipLoad load;
-  RMP_TRY(read_load_numbers(args, "tip_force", "N", 0, load));
+  if (names_force(ctx, args)) {
+    RMP_TRY_ASSIGN(const auto choice, read_provider(*args.find("tip_force"), "tip_force"));
+    auto force = sim::bind_tip_force(ctx.app.registry, choice);
+    if (!force.ok()) return std::move(force).error().in("tip_force");
+    load.force = std::move(*force);
+  } else {
+    RMP_TRY(read_load_numbers(args, "tip_force", "N", 0, load));
+  }
   RMP_TRY(read_load_numbers(args, "tip_moment", "N m", 3, load));
   if (has(args, "tip_wrench")) {
     RMP_TRY_ASSIGN(load.recorded, given_recording(ctx, args, "tip_wrench"));
