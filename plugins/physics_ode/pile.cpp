@@ -60,6 +60,37 @@ double dot(const double* a, const double* b, std::size_t n) {
   return (s0 + s1) + (s2 + s3);
 }
 
+/// Two numbers at any address of doubles.
+using Two [[gnu::vector_size(16), gnu::aligned(8), gnu::may_alias]] = double;
+
+/// Products of six rows with six, of `n` numbers each, an even count: out[6 l + k] = sum of left[k]
+/// from `left_at` on times right[l] from `right_at` on. Three rows at a time with three share their
+/// loads; the order of the sums is the same on every processor.
+void products(const std::array<double*, 6>& left, std::size_t left_at,
+              const std::array<const double*, 6>& right, std::size_t right_at, std::size_t n,
+              std::array<double, 36>& out) {
+  const auto two = [](const double* p) { return *reinterpret_cast<const Two*>(p); };
+  for (std::size_t k = 0; k < 6; k += 3)
+    for (std::size_t l = 0; l < 6; l += 3) {
+      const double *const a0 = left[k] + left_at, *const a1 = left[k + 1] + left_at,
+                          *const a2 = left[k + 2] + left_at;
+      const double *const b0 = right[l] + right_at, *const b1 = right[l + 1] + right_at,
+                          *const b2 = right[l + 2] + right_at;
+      Two s00{}, s01{}, s02{}, s10{}, s11{}, s12{}, s20{}, s21{}, s22{};
+      for (std::size_t i = 0; i < n; i += 2) {
+        const Two y0 = two(b0 + i), y1 = two(b1 + i), y2 = two(b2 + i);
+        const Two x0 = two(a0 + i), x1 = two(a1 + i), x2 = two(a2 + i);
+        s00 += x0 * y0, s01 += x0 * y1, s02 += x0 * y2;
+        s10 += x1 * y0, s11 += x1 * y1, s12 += x1 * y2;
+        s20 += x2 * y0, s21 += x2 * y1, s22 += x2 * y2;
+      }
+      double* const to = &out[6 * l + k];
+      to[0] = s00[0] + s00[1], to[6] = s01[0] + s01[1], to[12] = s02[0] + s02[1];
+      to[1] = s10[0] + s10[1], to[7] = s11[0] + s11[1], to[13] = s12[0] + s12[1];
+      to[2] = s20[0] + s20[1], to[8] = s21[0] + s21[1], to[14] = s22[0] + s22[1];
+    }
+}
+
 class Pile {
  public:
   Pile(std::vector<PileBody>& bodies, std::vector<PileContact>& contacts)
@@ -157,6 +188,7 @@ class Pile {
       first_[place_[i]] = least;
     }
     start_.resize(6 * bodies_.size());
+    inverse_.resize(6 * bodies_.size());
     std::size_t used = 0;
     for (std::size_t i = 0; i < first_.size(); ++i)
       for (std::size_t k = 0; k < 6; ++k) {
@@ -289,20 +321,48 @@ class Pile {
       if (has_b) add(b, b, bb);
       if (has_a && has_b) add(std::max(a, b), std::min(a, b), between);
     }
-    for (std::size_t i = 0; i < v_.size(); ++i) {
-      const std::size_t own = 6 * first_[i / 6];
-      double* const to = row(i);
-      for (std::size_t j = own; j <= i; ++j) {
-        const std::size_t other = 6 * first_[j / 6], from = std::max(own, other);
-        const double s = to[j - own] - dot(to + (from - own), row(j) + (from - other), j - from);
-        if (j < i) {
-          to[j - own] = s / row(j)[j - other];
-        } else {
-          if (!(s > 0) || !std::isfinite(s)) return false;
-          to[j - own] = std::sqrt(s);
-        }
+    for (std::size_t i = 0; i < first_.size(); ++i)
+      if (!factor_block_row(i)) return false;
+    return true;
+  }
+  /// Rows 6 i to 6 i + 5 of the factor, from the rows before.
+  bool factor_block_row(std::size_t i) {
+    const std::size_t own = 6 * first_[i];
+    std::array<double*, 6> to;
+    for (std::size_t k = 0; k < 6; ++k) to[k] = row(6 * i + k);
+    std::array<double, 36> s;
+    for (std::size_t j = first_[i]; j < i; ++j) {
+      const std::size_t other = 6 * first_[j], from = std::max(own, other), at = 6 * j - own;
+      std::array<const double*, 6> right;
+      for (std::size_t l = 0; l < 6; ++l) right[l] = row(6 * j + l);
+      products(to, from - own, right, from - other, 6 * j - from, s);
+      // The six rows at once: s holds them as columns.
+      for (std::size_t l = 0; l < 6; ++l) {
+        double* const x = &s[6 * l];
+        for (std::size_t k = 0; k < 6; ++k) x[k] = to[k][at + l] - x[k];
+        const double* const diagonal = right[l] + (6 * j - other);
+        for (std::size_t m = 0; m < l; ++m)
+          for (std::size_t k = 0; k < 6; ++k) x[k] -= s[6 * m + k] * diagonal[m];
+        for (std::size_t k = 0; k < 6; ++k) x[k] *= inverse_[6 * j + l];
+        for (std::size_t k = 0; k < 6; ++k) to[k][at + l] = x[k];
       }
     }
+    const std::size_t at = 6 * i - own;
+    std::array<const double*, 6> right;
+    std::copy(to.begin(), to.end(), right.begin());
+    products(to, 0, right, 0, at, s);
+    for (std::size_t k = 0; k < 6; ++k)
+      for (std::size_t l = 0; l <= k; ++l) {
+        double x = to[k][at + l] - s[6 * l + k];
+        for (std::size_t m = 0; m < l; ++m) x -= to[k][at + m] * to[l][at + m];
+        if (l < k) {
+          to[k][at + l] = x * inverse_[6 * i + l];
+          continue;
+        }
+        if (!(x > 0) || !std::isfinite(x)) return false;
+        to[k][at + k] = std::sqrt(x);
+        inverse_[6 * i + k] = 1 / to[k][at + k];
+      }
     return true;
   }
   void back_substitute(std::vector<double>& x) {
@@ -510,9 +570,8 @@ class Pile {
         for (Row& r : rows_[c]) r.rate = along(contacts_[c], r, step_);
       if (!std::isfinite(still) || !std::isfinite(by_share)) return false;
       double share = 1;
-      const double at_end = slope(1, still, by_share);
       const double at_start = slope(0, still, by_share);
-      if (!is_factored && at_end > 1e-9 * std::fabs(at_start)) {
+      if (!is_factored && slope(1, still, by_share) > 1e-9 * std::fabs(at_start)) {
         double low = 0, high = 1;
         for (int i = 0; i < kMostHalvings && high - low > 1e-14; ++i) {
           const double middle = 0.5 * (low + high);
@@ -543,6 +602,7 @@ class Pile {
   std::vector<std::size_t> place_, first_, start_;  ///< first_ of places, start_ of rows
   std::size_t matrix_size_ = 0;
   std::vector<double> v_, free_, mass_, matrix_, gradient_, step_;
+  std::vector<double> inverse_;  ///< of the factor's diagonal
 };
 
 }  // namespace

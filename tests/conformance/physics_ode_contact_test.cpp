@@ -338,6 +338,30 @@ TEST_F(OdeContact, AWallWhoseBricksTouchSidewaysStandsAndIsNotRefused) {
       EXPECT_NEAR(s.poses[b].p[k], bodies[b].pose.p[k], 2e-4) << "brick " << b;
 }
 
+// Columns (stack bond) and half a brick aside (running bond), without and with overlap sideways.
+TEST_F(OdeContact, WallsOfEachSizeStandInEitherBond) {
+  for (const auto& [wide, high, steps] :
+       {std::array{5, 5, 20}, std::array{10, 10, 2}, std::array{20, 10, 1}})
+    for (const double aside : {0.0, 0.1})
+      for (const double dent : {0.0, 1e-4}) {
+        std::vector<PhysicsBody> bodies{floor_body()};
+        for (int row = 0; row < high; ++row)
+          for (int i = 0; i < wide; ++i)
+            bodies.push_back(
+                box_body(2, {0.2, 0.1, 0.1},
+                         shift((0.2 - dent) * i + (row % 2 ? aside : 0), 0, 0.05 + 0.1 * row)));
+        make(bodies);
+        run(1e-3, steps);
+        double worst = 0;
+        for (std::size_t b = 1; b < bodies.size(); ++b)
+          for (std::size_t k = 0; k < 3; ++k)
+            worst = std::max(worst, std::fabs(s.poses[b].p[k] - bodies[b].pose.p[k]));
+        const std::string where = std::to_string(wide) + " x " + std::to_string(high) + ", " +
+                                  std::to_string(aside) + " aside, dent " + std::to_string(dent);
+        EXPECT_LT(worst, 2e-3) << where;
+      }
+}
+
 TEST_F(OdeContact, TooManyContactsOfJointedBodiesAreSolvedBySweepsAndSaid) {
   // One box is jointed to the next, so that the heap is the engine's whole.
   std::vector<PhysicsBody> bodies{floor_body()};
