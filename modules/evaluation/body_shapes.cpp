@@ -17,7 +17,7 @@ Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes_of(Solids& solids,
                                                                  const CsgTree& tree, double chord,
                                                                  Progress& progress) {
   RMP_TRY_ASSIGN(const SolidEngine e, solids.engine_for(tree));
-  Fingerprinter fp("shapes/3");
+  Fingerprinter fp("shapes/4");
   fp.add(Solids::keys_of(e, tree).value).add(chord);
   const Fingerprint key = fp.finish();
   return solids.kept<std::vector<ShapePiece>>(

@@ -291,6 +291,7 @@ std::string to_bytes(const std::vector<ShapePiece>& pieces) {
     w.numbers(number_of(p.mesh.get()), number_of(p.corners.get()));
     put(w, p.cone);
     put(w, p.ellipsoid);
+    w.number(std::uint64_t{p.sides});
     w.number(static_cast<std::uint8_t>(p.outside != nullptr));
     if (!p.outside) continue;
     put(w, p.outside->pose);
@@ -330,6 +331,9 @@ bool from_bytes(std::string_view bytes, std::vector<ShapePiece>& out) {
           corner > corners.size() || !get(r, p.cone) || !get(r, p.ellipsoid))
         return false;
       bool is_round = false;
+      std::uint64_t sides = 0;
+      if (!r.number(sides)) return false;
+      p.sides = static_cast<std::size_t>(sides);
       if (!r.flag(is_round)) return false;
       if (is_round) {
         RoundOutside o;

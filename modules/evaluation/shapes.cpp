@@ -12,6 +12,7 @@
 #include <robomosp/sdk/csg_scale.h>
 
 #include "evaluation/csg_tree.h"
+#include "evaluation/round_meshes.h"
 #include "geometry/mesh_mass.h"
 #include "spatial/convex_hull.h"
 #include "spatial/pose.h"
@@ -140,8 +141,6 @@ bool make_ellipsoid(ShapePiece& piece, const Vec3& half) {
 
 // ---- round outsides ----
 
-constexpr std::size_t kMostCircles = 24;
-
 /// A solid of revolution about its z axis.
 bool is_turned(const CsgNode& n) {
   switch (n.kind) {
@@ -170,51 +169,6 @@ bool is_all_turned(const CsgTree& tree, std::size_t top) {
   return true;
 }
 
-/// The circles of the hull of what turns about z of a frame: of the points' greatest radii.
-std::vector<std::array<double, 2>> turned_profile(const Mesh& mesh, const Pose& frame) {
-  std::vector<std::array<double, 2>> points;
-  const Pose back = spatial::inverse(frame);
-  for (const Vec3& v : spatial::vertices(mesh)) {
-    const Vec3 p = spatial::transform(back, v);
-    points.push_back({std::hypot(p[0], p[1]), p[2]});
-  }
-  if (points.empty()) return points;
-  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) {
-    return a[1] < b[1] || (a[1] == b[1] && a[0] > b[0]);
-  });
-  const double extent = std::max(points.back()[1] - points.front()[1],
-                                 2 * (*std::max_element(points.begin(), points.end()))[0]);
-  const double rounding = 1e-6 * extent;  // of single precision
-  std::vector<std::array<double, 2>> hull;
-  for (const auto& p : points) {
-    if (!hull.empty() && p[1] - hull.back()[1] <= rounding) {
-      hull.back()[0] = std::max(hull.back()[0], p[0]);
-      if (hull.size() < 2) continue;
-    } else {
-      hull.push_back(p);
-    }
-    // Keeps the chain convex, seen from the axis.
-    while (hull.size() >= 3) {
-      const auto &a = hull[hull.size() - 3], &b = hull[hull.size() - 2], &c = hull.back();
-      const double out = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-      if (out > rounding * extent) break;
-      hull.erase(hull.end() - 2);
-    }
-  }
-  std::erase_if(hull, [&](const auto& p) { return p[0] <= rounding; });
-  if (hull.size() <= kMostCircles) return hull;
-  // Fewer of a rounded outline, with its ends and its greatest radius.
-  const auto widest =
-      static_cast<std::size_t>(std::max_element(hull.begin(), hull.end()) - hull.begin());
-  std::vector<std::array<double, 2>> fewer;
-  for (std::size_t i = 0, next = 0; i < hull.size(); ++i) {
-    const std::size_t wanted = next * (hull.size() - 1) / (kMostCircles - 2);
-    if (i == wanted) ++next;
-    if (i == wanted || i == widest) fewer.push_back(hull[i]);
-  }
-  return fewer;
-}
-
 /// What a solid is from outside, in the frame of its root, where it comes from a solid of
 /// revolution from which tools are taken; nullptr elsewhere. `mesh` is of the whole.
 std::shared_ptr<const RoundOutside> round_outside(const CsgTree& tree, const Mesh& mesh) {
@@ -237,10 +191,21 @@ std::shared_ptr<const RoundOutside> round_outside(const CsgTree& tree, const Mes
     if (n.sizes[0] > 0) out.profile.push_back({n.sizes[0], 0});
     if (n.sizes[1] > 0) out.profile.push_back({n.sizes[1], n.sizes[2]});
   } else if (is_turned(n) || is_rounded) {
-    out.profile = turned_profile(mesh, out.pose);
+    out.profile = turned_profile(spatial::vertices(mesh), out.pose);
   }
   if (!(out.sphere > 0) && out.profile.empty()) return nullptr;
   return std::make_shared<const RoundOutside>(std::move(out));
+}
+
+/// Whether a solid is an imported one, of which tools may be taken and which may be scaled evenly.
+bool is_imported(const CsgTree& tree) {
+  std::size_t at = 0;
+  while (tree.nodes[at].kind == CsgKind::difference || tree.nodes[at].kind == CsgKind::scale) {
+    const auto children = children_of(tree, at);
+    if (children.empty()) return false;
+    at = children.front();
+  }
+  return tree.nodes[at].kind == CsgKind::imported;
 }
 
 class Factory {
@@ -403,6 +368,11 @@ class Factory {
     ShapePiece p;
     p.pose = at;
     p.outside = round_outside(tree, **mesh);
+    if (!p.outside && is_imported(tree)) {
+      MeshRoundness found = mesh_roundness(**mesh);
+      p.outside = std::move(found.outside);
+      p.sides = found.sides;
+    }
     if (auto convex = convex_form(**mesh)) {
       auto corners = corners_of_(tree);
       if (corners.ok()) make_exact(*convex, *corners);

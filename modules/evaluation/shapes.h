@@ -43,6 +43,8 @@ struct ShapePiece {
 
   /// Of mesh and convex: what it is from outside where that is round.
   std::shared_ptr<const RoundOutside> outside = nullptr;
+  /// Of an imported mesh: its corners about an axis, 0 = not round (MeshRoundness).
+  std::size_t sides = 0;
 
   /// As collision and physics engines take it; borrows mesh, corners and outside.
   [[nodiscard]] Shape shape(TakenShapes takes = {}) const {
@@ -68,7 +70,7 @@ using CornersOf = std::function<Result<std::vector<Vec3>>(const CsgTree&)>;
 /// also below a difference ((A + B) - C = (A - C) + (B - C)); what is left is convex where the hull
 /// of its mesh has about its volume and no triangle lies deeper below the hull than 5e-4 of the
 /// extent, else the mesh. Of solids of revolution with bores, slots and rounded rims the round
-/// outside is kept beside the triangles.
+/// outside is kept beside the triangles, and so it is of imported meshes whose corners lie on one.
 [[nodiscard]] Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree,
                                                            const MeshOf& mesh_of,
                                                            const CornersOf& corners_of);

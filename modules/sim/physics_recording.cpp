@@ -8,6 +8,8 @@
 
 #include <robomosp/sdk/physics_notes.h>
 
+#include "evaluation/round_meshes.h"
+#include "kernel/text.h"
 #include "sim/base_motion.h"
 #include "sim/physics_simulation.h"
 #include "spatial/pose.h"
@@ -52,6 +54,34 @@ void PhysicsSimulation::note_differences() {
         (ellipsoids == 1 ? "1 ellipsoid meets others as a polyhedron"
                          : std::to_string(ellipsoids) + " ellipsoids meet others as polyhedra") +
         std::string(" of 482 corners, within 0.5 % of its greatest half axis"));
+  note_meshes();
+}
+
+/// What imported meshes are taken for that look round.
+void PhysicsSimulation::note_meshes() {
+  std::vector<std::string> round, polygons;
+  std::size_t fewest = evaluation::kFewestRoundSides;
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    for (const ShapePiece& p : pieces_[i]) {
+      if (p.sides == 0) continue;
+      std::vector<std::string>& names = p.outside ? round : polygons;
+      if (!p.outside) fewest = std::min(fewest, p.sides);
+      if (names.empty() || names.back() != body_name(i)) names.push_back(body_name(i));
+    }
+  const auto named = [](std::vector<std::string> names) {
+    const std::size_t more = names.size() > kMostPairs ? names.size() - kMostPairs : 0;
+    names.resize(names.size() - more);
+    if (more > 0) names.push_back(std::to_string(more) + " more");
+    return text::enumerate(names);
+  };
+  if (!round.empty())
+    out_.notes.push_back("the imported mesh of " + named(round) +
+                         " touches others as the surface of revolution that its corners lie on");
+  if (!polygons.empty())
+    out_.notes.push_back("the imported mesh of " + named(polygons) +
+                         " rolls as the polygon that it is, of " + std::to_string(fewest) +
+                         " sides; with " + std::to_string(evaluation::kFewestRoundSides) +
+                         " or more, about evenly spaced, a mesh counts as round");
 }
 
 void PhysicsSimulation::note_overlaps() {

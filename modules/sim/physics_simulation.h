@@ -125,6 +125,7 @@ class PhysicsSimulation {
   /// What of the world is not as the engine has it.
   void note_differences();
   /// Of the first step: bodies that began within each other.
+  void note_meshes();
   void note_overlaps();
   /// What the engine has to say since the last call.
   Result<void> note_engine();
