@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forces at a tip along trajectories and in runs, against J^T F of a Jacobian by differences of
-// products of Denavit-Hartenberg matrices, and against motions in closed form.
+// Forces at a tip along trajectories, in runs and in torques of recorded motions, against J^T F of
+// a Jacobian by differences of products of Denavit-Hartenberg matrices, and against motions in
+// closed form.
 #include <array>
 #include <cmath>
 #include <functional>
@@ -495,6 +496,41 @@ TEST_F(TipLoads, TorquesOfAPushedMotionAreThoseThatMovedIt) {
   EXPECT_NE(hole.error().sentence().find("\"wrench3\" has no number in row 5"), std::string::npos)
       << hole.error().sentence();
 }
+
+/// Mechanisms with closed loops that move under a force at their tip, without torques of motors.
+class LoadsOnLoops : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(LoadsOnLoops, TorquesOfAPushedMotionAreThoseThatMovedIt) {
+  Workbench bench;
+  NoProgress progress;
+  const AnyId id = bench.load(std::string("robots/") + GetParam() + ".rbt");
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  sim::ForwardRun r;
+  r.record = RobotId{id.number};
+  r.duration = 0.02, r.sample_time = 0.005;
+  r.at_limit = sim::AtLimit::ignore;
+  r.relative_tolerance = 1e-9, r.absolute_tolerance = 1e-11;
+  r.load.constant = {3, 4, -5, 0, 0, 0};
+  r.load.axes = LoadAxes::base;
+  const RecordingPtr moved = unwrap(sim::forward_dynamics(simulator, r, progress));
+  ASSERT_TRUE(moved);
+  const std::vector<std::string> torque{"torque"};
+  const RecordingPtr with = unwrap(sim::with_quantities(simulator, *moved, torque, progress));
+  const RecordingPtr without =
+      unwrap(sim::with_quantities(simulator, *moved, torque, progress, TipLoad{}));
+  ASSERT_TRUE(with && without);
+  double most = 0;
+  for (std::size_t j = 1; moved->find("tau" + std::to_string(j)); ++j)
+    for (std::size_t i = 1; i < moved->rows(); ++i) {
+      EXPECT_NEAR(at(with, "tau" + std::to_string(j), i), 0, 1e-9) << "joint " << j;
+      most = std::max(most, std::fabs(at(without, "tau" + std::to_string(j), i)));
+    }
+  EXPECT_GT(most, 0.1) << "what the motors would have to give for the same motion without it";
+}
+INSTANTIATE_TEST_SUITE_P(Library, LoadsOnLoops,
+                         ::testing::Values("four_bar", "slider_crank", "five_bar", "delta",
+                                           "stewart"));
 
 // A force that was recorded at the second tip stays there, and where the columns do not tell the
 // tip of several, it is asked for.
