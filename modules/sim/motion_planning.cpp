@@ -52,6 +52,8 @@ constexpr int kMostRoundings = 12;
 /// The clearance that the curve of a corner keeps at least, as a share of what was asked for, where
 /// there is no more room; and what the sampled motion keeps.
 constexpr double kCornerClearance = 0.75, kSampledClearance = 0.5;
+/// Configurations of the rounded path are timed down to this distance, of the whole path.
+constexpr double kLeastRoundStep = 2e-5;
 /// Between samples of motions that a planner asks for no point moves farther than this [m]; it is
 /// halved each time that a way was not free between them.
 constexpr double kSearchStep = 0.02;
@@ -394,8 +396,10 @@ Result<void> run_along(const Registry& registry, const CollisionRobot& robot, co
     path.q = round.points;
     for (std::size_t k = 0; k < path.q.size() / p.dof; ++k)
       path.times.push_back(static_cast<double>(k));
+    RetimeOptions timing = task.timing;
+    timing.least_step = kLeastRoundStep;
     RMP_TRY_ASSIGN(out.motion, retime(registry, model, path, dynamics ? &*dynamics : nullptr,
-                                      task.timing, "", progress));
+                                      timing, "", progress));
     if (!space.is_free_along(out.motion.q, kSampledClearance)) {
       if (space.failure) return *space.failure;
       const auto contact = space.contact_along(out.motion.q, kSampledClearance * task.clearance);

@@ -17,10 +17,7 @@ namespace {
 
 /// Configurations closer than this are one [rad or m].
 constexpr double kSameRetimedPlace = 1e-9;
-/// Samples are left out where they are closer than this share of the whole way, as near a rest:
-/// what rounding is there would look like bends.
-constexpr double kLeastStep = 5e-4;
-constexpr double kShort = 8;  ///< of such steps
+constexpr double kShort = 8;  ///< of the least steps
 /// Grid points of a piece at least, and steps between two of its configurations, to begin with: a
 /// retimer keeps limits at the grid points only.
 constexpr std::size_t kLeastGrid = 400, kLeastParts = 3;
@@ -123,8 +120,8 @@ class JointPath {
 };
 
 /// The configurations of a motion in pieces without corners, each with two or more.
-/// `way_of_tip`: of the tip up to each row [m], or empty.
-std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof,
+/// `way_of_tip`: of the tip up to each row [m], or empty. `least_step`: RetimeOptions.
+std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof, double least_step,
                                  std::span<const double> way_of_tip) {
   double whole = 0;
   for (std::size_t i = 1; i < motion.times.size(); ++i) {
@@ -135,7 +132,7 @@ std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof,
     }
     whole += std::sqrt(square);
   }
-  const double least = std::max(kSameRetimedPlace, kLeastStep * whole);
+  const double least = std::max(kSameRetimedPlace, least_step * whole);
   std::vector<PathPiece> pieces(1);
   std::vector<double> before;  // direction of the last way
   double last_length = 0;
@@ -402,7 +399,7 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
                  registry.find(Retimer::kInterfaceId, options.retimer.name).in(where));
   RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, options.retimer, where));
   RMP_TRY_ASSIGN(const auto retimer, registry.create<Retimer>(info.name).in(where));
-  const auto pieces = pieces_of(motion, dof, options.load.path);
+  const auto pieces = pieces_of(motion, dof, options.least_step, options.load.path);
   if (pieces.empty()) return motion;  // nothing moves
   PieceRetimer run(*retimer, *params, model, dynamics, options);
   RobotMotion out;

@@ -30,6 +30,10 @@ struct RetimeOptions {
   bool has_torques = true;        ///< keep the torque limits too
   double step = 0.01;             ///< between samples of the result [s]
   RetimeLoad load{};              ///< takes its part of the torque limits
+  /// Configurations closer than this share of the whole path are left out: near a rest of the
+  /// motion their rounding would look like bends. Less for a path that does not rest, whose tight
+  /// curves are sampled closely.
+  double least_step = 5e-4;
 };
 
 /// The same path, from rest to rest, as fast as the joints' velocity, acceleration and torque

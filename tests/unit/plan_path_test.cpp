@@ -145,6 +145,26 @@ assert(not pcall(cell.plan_path, cell, {robot = "rods", to = "right", timed = fa
 )~");
 }
 
+// Curves that take up a short motion between two corners turn far within little of the way; in
+// these four ways the robot stopped at one.
+TEST_F(PlanPath, RoundedCornersAreRunWithoutAStop) {
+  run(R"~(
+arm = robot.load("robots/ur5.rbt")
+post = solid.create{name = "post", root = {kind = "box", x = 0.5, y = 0.06, z = 0.75}}
+shop = world.create{name = "shop"}
+shop:add_robot{robot = arm, name = "arm", q = {2.3, -1.2, 1.6, -1.9, -1.5, 0}}
+shop:add_object{what = post, position = {0.6, 0, 0}}
+for _, seed in ipairs{1, 5, 6, 9} do
+  local way = shop:plan_path{robot = "arm", to = {4, -1.2, 1.6, -1.9, -1.5, 0}, planner = "prm", seed = seed}
+  assert(#way.waypoints > 2)
+  for _, note in ipairs(recording.notes(way.recording)) do
+    assert(not note:find("It stops"), seed .. ": " .. note)
+  end
+  assert(shop:check_path{recording = way.recording}.is_free)
+end
+)~");
+}
+
 TEST_F(PlanPath, TheTimeGivenHoldsForShortcutsToo) {
   run(R"~(
 local way = cell:plan_path{robot = "rods", to = "right", shortcuts = 100000, seconds = 0.3, timed = false}
