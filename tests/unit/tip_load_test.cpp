@@ -267,6 +267,38 @@ TEST_F(TipLoads, BeyondTheRowsOfARecordingTheNearestActsAndANoteTells) {
   EXPECT_TRUE(std::any_of(r->notes.begin(), r->notes.end(), told));
 }
 
+// A mounting that moves and turns: what is constant in the world turns for the robot.
+TEST_F(TipLoads, ABaseThatMovesSeesTheForceOfTheWorldTurned) {
+  model::Trajectory ride;
+  ride.sample_time = 0.02;
+  model::TrajectorySegment s;
+  s.shape.name = "line";
+  s.shape.params["speed"] = 0.1;
+  s.law.name = "quintic";
+  constexpr double kEndTurn = 1.0;
+  s.points = {{kPlace, {0, 0, kTurn}},
+              {{kPlace[0] + 0.05, kPlace[1], kPlace[2]}, {0, 0, kEndTurn}}};
+  ride.segments = {s};
+  model::World w = *bench.document.now()->get(world);
+  w.trajectories.push_back({"ride", make(bench.document, "ride", ride), {}});
+  w.robots[0].base = model::BaseKind::free_flying;
+  w.robots[0].base_trajectory = "ride";
+  world = make(bench.document, "moving cell", w);
+  TipLoad load;
+  load.constant = {12, -7, 30, 0.6, 0.3, -0.9};
+  const RecordingPtr r = unwrap(run(load));
+  ASSERT_TRUE(r);
+  for (const auto& [row, turn] : {std::pair{std::size_t{0}, kTurn}, {r->rows() - 1, kEndTurn}}) {
+    const auto want =
+        held(joints(r, row), turned({12, -7, 30}, -turn), turned({0.6, 0.3, -0.9}, -turn));
+    for (std::size_t j = 0; j < 6; ++j) {
+      const std::string n = std::to_string(j + 1);
+      EXPECT_NEAR(at(r, "tau_external" + n, row), want[j], 1e-6) << row << " joint " << n;
+      EXPECT_NEAR(at(r, "wrench" + n, row), load.constant[j], 1e-9) << row;
+    }
+  }
+}
+
 // What inverse dynamics records makes forward dynamics go the same way.
 TEST_F(TipLoads, RecordedTorquesAndForcesGiveTheMotionAgain) {
   TipLoad load;
