@@ -141,7 +141,8 @@ Result<std::string> to_text(const Recording& r, std::string_view world, Progress
   std::string out(kHead);
   out += "\ntitle " + text::quote(r.title) + "\nworld " + text::quote(world) + "\nrobot " +
          text::quote(r.robot) + "\ntrajectory " + text::quote(r.trajectory) + "\ndof " +
-         std::to_string(r.dof) + "\nvoxel " + print_number(r.voxel) + '\n';
+         std::to_string(r.dof) + "\nvoxel " + print_number(r.voxel) + '\n' +
+         (r.base_moves ? "base moving\n" : "");
   for (const std::string& note : r.notes) out += "note " + text::quote(note) + '\n';
   for (const Column& c : r.columns)
     out += "column " + text::quote(c.name) + ' ' + text::quote(c.unit) + ' ' +
@@ -182,6 +183,7 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
     else if (what == "trajectory") r.trajectory = std::move(value);
     else if (what == "note") r.notes.push_back(std::move(value));
     else if (what == "voxel" && read_number(value)) r.voxel = *read_number(value);
+    else if (what == "base" && value == "moving") r.base_moves = true;
     else if (what == "dof" && count && *count >= 0) r.dof = static_cast<std::size_t>(*count);
     else if (what == "rows" && count && *count >= 0) rows = static_cast<std::size_t>(*count);
     else if (what == "column" && read_number(words[3]) && read_number(words[4])) {
@@ -192,7 +194,7 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
           {value, words[2], words[5], {}, *read_number(words[3]), *read_number(words[4])});
     } else {
       return lines.fault(text::quote(what) + " with " + text::quote(value) + " means nothing here",
-                         "A recording has title, world, robot, trajectory, dof, voxel, note, "
+                         "A recording has title, world, robot, trajectory, dof, voxel, base, note, "
                          "column and rows.");
     }
   }
@@ -211,8 +213,7 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
                          if (fields >= width) continue;
                          const auto v = read_number(field);
                          if (!v) {
-                           fault = error(ErrorCode::syntax,
-                                         text::quote(field) + " is not a number",
+                           fault = error(ErrorCode::syntax, text::quote(field) + " is not a number",
                                          "Write such as 0.5.");
                            return LineKind::fault;
                          }
@@ -300,8 +301,8 @@ Result<Recording> recording_from_csv(std::string_view text, Progress& progress) 
             return true;
           }
           fault = error(ErrorCode::syntax,
-                        text::quote(field) + " of column " +
-                            text::quote(r.columns[fields].name) + " is not a number",
+                        text::quote(field) + " of column " + text::quote(r.columns[fields].name) +
+                            " is not a number",
                         "Leave the field empty where there is no value.");
           return false;
         };

@@ -61,6 +61,7 @@ struct Recording {
   std::size_t dof = 0;
   double voxel =
       0;  ///< edge of the voxels that the rows are, with x, y, z first [m]; 0 = no voxels
+  bool base_moves = false;  ///< the robot's mounting moved during the run
   std::vector<Column> columns;
   /// What robots carried when; none = what the world's attachments say.
   std::optional<std::vector<Load>> loads;

@@ -651,6 +651,7 @@ class Simulation {
     out.robot = run_.world.number != 0 ? run_.robot : placed_.title;
     out.trajectory = run_.trajectory;
     out.dof = model().dof();
+    out.base_moves = base_.has_value();
     return out;
   }
 

@@ -35,7 +35,7 @@ std::string at_time(double t) { return "t = " + text::print_rounded(t) + " s"; }
 Recording without_rows(const Recording& r) {
   Recording out;
   out.title = r.title, out.world = r.world, out.robot = r.robot, out.trajectory = r.trajectory;
-  out.dof = r.dof, out.voxel = r.voxel;
+  out.dof = r.dof, out.voxel = r.voxel, out.base_moves = r.base_moves;
   for (const Column& c : r.columns)
     out.columns.push_back({c.name, c.unit, c.doc, {}, c.lower, c.upper});
   return out;

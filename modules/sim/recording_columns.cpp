@@ -103,11 +103,12 @@ Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progr
                      ? "the recording is not of a robot"
                      : "the recording's robot " + text::quote(r.robot) + " is no longer there",
                  "Quantities of a robot need it; recording.watch works on the columns alone.");
-  if (placed && !placed->base_trajectory.empty())
+  const bool follows = placed && !placed->base_trajectory.empty();
+  if (follows || r.base_moves)
     return error(ErrorCode::unsupported,
-                 "the base of robot " + text::quote(r.robot) + " moves along " +
-                     text::quote(placed->base_trajectory) +
-                     ", and quantities of recordings know bases that stand only",
+                 "the base of robot " + text::quote(r.robot) + " moves" +
+                     (follows ? " along " + text::quote(placed->base_trajectory) : std::string()) +
+                     ", and quantities of recordings are computed for fixed bases only",
                  "Its runs record x, y and z of the tool in the world, and torques.");
   Actor a;
   RMP_TRY_ASSIGN(a.model, sim.derived.robot_model(

@@ -8,7 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include "recording/file.h"
 #include "sim/forward_simulation.h"
+#include "sim/recording_columns.h"
 #include "support/records.h"
 #include "support/workbench.h"
 
@@ -120,6 +122,31 @@ TEST_F(Runs, OnAShakenRailAFreeBlockStaysInTheWorld) {
   const auto out = run(r);
   EXPECT_NEAR(end(out, "q1"), -0.05 * std::sin(9.0), 1e-8);
   for (const double x : out->find("x")->values) EXPECT_NEAR(x, 0, 1e-8);
+}
+
+// The recording does not say how its base moved, so torques computed from it would lack that.
+TEST_F(Runs, QuantitiesOfAMotionOnAMovingBaseAreRefusedAlsoAfterLoading) {
+  ForwardRun r;
+  r.record = sled();
+  r.duration = 0.1;
+  const auto fixed = run(r);
+  r.base_motion = sim::BaseExpressions{"0.05 m * sin(9 rad/s * time)", "", "", "", "", ""};
+  const auto shaken = run(r);
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  const std::vector<std::string> torque{"torque"};
+  const auto compute = [&](const Recording& of) {
+    return sim::with_quantities(simulator, of, torque, progress);
+  };
+  EXPECT_TRUE(compute(*fixed).ok());
+  const std::string text = unwrap(recording::to_text(*shaken, "", progress));
+  const Recording loaded = unwrap(recording::recording_from_text(text, progress)).recording;
+  for (const Recording* of : {shaken.get(), &loaded}) {
+    const auto refused = compute(*of);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().sentence().find("fixed bases only"), std::string::npos)
+        << refused.error().sentence();
+  }
 }
 
 // On a rail that turns with w about z, r'' = w^2 r: r = r0 cosh(w t).

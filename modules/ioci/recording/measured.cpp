@@ -91,6 +91,7 @@ Result<Value> part(CommandContext& ctx, const Map& args) {
   out.robot = r->robot;
   out.trajectory = r->trajectory;
   out.dof = r->dof;
+  out.base_moves = r->base_moves;
   out.loads = r->loads;
   out.notes = r->notes;
   for (const recording::Column& c : r->columns)
