@@ -155,7 +155,7 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "robomosp.orientation/2, robomosp.physics/1, robomosp.planner/1, "
           "robomosp.post/1, robomosp.primitive/1, robomosp.program_reader/1, "
           "robomosp.renderer/2, robomosp.retimer/1, "
-          "robomosp.robot_code/1 and robomosp.segment/2."}));
+          "robomosp.robot_code/1, robomosp.segment/2 and robomosp.tip_force/1."}));
 }
 
 TEST(PluginRefusal, ProvidersWithoutNameInterfaceOrCreateAreSkipped) {

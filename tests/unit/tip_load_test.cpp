@@ -52,7 +52,7 @@ LoadMatrix load_irb140(const std::vector<double>& q) {
   return t;
 }
 
-double at(const RecordingPtr& r, const std::string& column, std::size_t i) {
+double value_in_row(const RecordingPtr& r, const std::string& column, std::size_t i) {
   const recording::Column* c = r->find(column);
   EXPECT_TRUE(c) << column;
   return c ? c->values[i] : 0;
@@ -105,7 +105,7 @@ class TipLoads : public ::testing::Test {
   }
   static std::vector<double> joints(const RecordingPtr& r, std::size_t i) {
     std::vector<double> q;
-    for (int j = 1; j <= 6; ++j) q.push_back(at(r, "q" + std::to_string(j), i));
+    for (int j = 1; j <= 6; ++j) q.push_back(value_in_row(r, "q" + std::to_string(j), i));
     return q;
   }
   /// The torques that hold a force and a moment given in the base's axes, by virtual work: -F dp/dq
@@ -148,8 +148,8 @@ class TipLoads : public ::testing::Test {
       const LoadMatrix t = load_irb140(q);
       const Vec3 p = in_world({t[3], t[7], t[11]}), start = in_world(kFrom);
       const double path = std::hypot(p[0] - start[0], p[1] - start[1], p[2] - start[2]);
-      EXPECT_NEAR(at(r, "path", i), path, 2e-7) << i;
-      const auto w = given(at(r, "time", i), at(r, "path", i));
+      EXPECT_NEAR(value_in_row(r, "path", i), path, 2e-7) << i;
+      const auto w = given(value_in_row(r, "time", i), value_in_row(r, "path", i));
       Vec3 force{w[0], w[1], w[2]}, moment{w[3], w[4], w[5]};
       const auto by_tool = [&](const Vec3& v) {
         Vec3 out{};
@@ -164,9 +164,11 @@ class TipLoads : public ::testing::Test {
       const Vec3 f = turned(force), m = turned(moment);
       for (std::size_t j = 0; j < 6; ++j) {
         const std::string n = std::to_string(j + 1);
-        EXPECT_NEAR(at(r, "tau_external" + n, i), want[j], 1e-7) << i << " joint " << n;
-        EXPECT_NEAR(at(r, "tau" + n, i) - at(plain, "tau" + n, i), want[j], 1e-7) << i;
-        EXPECT_NEAR(at(r, "wrench" + n, i), j < 3 ? f[j] : m[j - 3], 1e-9) << i;
+        EXPECT_NEAR(value_in_row(r, "tau_external" + n, i), want[j], 1e-7) << i << " joint " << n;
+        EXPECT_NEAR(value_in_row(r, "tau" + n, i) - value_in_row(plain, "tau" + n, i), want[j],
+                    1e-7)
+            << i;
+        EXPECT_NEAR(value_in_row(r, "wrench" + n, i), j < 3 ? f[j] : m[j - 3], 1e-9) << i;
         greatest = std::max(greatest, std::fabs(want[j]));
       }
     }
@@ -260,7 +262,7 @@ TEST_F(TipLoads, BeyondTheRowsOfARecordingTheNearestActsAndANoteTells) {
                          {"z", "N", "", {0, 0}}});
   const RecordingPtr r = unwrap(run(load));
   ASSERT_TRUE(r);
-  EXPECT_EQ(at(r, "wrench1", r->rows() - 1), 8);
+  EXPECT_EQ(value_in_row(r, "wrench1", r->rows() - 1), 8);
   const auto told = [&](const std::string& note) {
     return note.find("beyond its rows the nearest one acts") != std::string::npos;
   };
@@ -293,8 +295,8 @@ TEST_F(TipLoads, ABaseThatMovesSeesTheForceOfTheWorldTurned) {
         held(joints(r, row), turned({12, -7, 30}, -turn), turned({0.6, 0.3, -0.9}, -turn));
     for (std::size_t j = 0; j < 6; ++j) {
       const std::string n = std::to_string(j + 1);
-      EXPECT_NEAR(at(r, "tau_external" + n, row), want[j], 1e-6) << row << " joint " << n;
-      EXPECT_NEAR(at(r, "wrench" + n, row), load.constant[j], 1e-9) << row;
+      EXPECT_NEAR(value_in_row(r, "tau_external" + n, row), want[j], 1e-6) << row << " joint " << n;
+      EXPECT_NEAR(value_in_row(r, "wrench" + n, row), load.constant[j], 1e-9) << row;
     }
   }
 }
@@ -315,7 +317,7 @@ TEST_F(TipLoads, RecordedTorquesAndForcesGiveTheMotionAgain) {
   forward.world = world, forward.robot = "arm";
   // Without a controller what is a little off grows: a part of the way is looked at.
   const std::size_t last = 100;
-  forward.duration = at(r, "time", last);
+  forward.duration = value_in_row(r, "time", last);
   forward.sample_time = 0.05;
   forward.q = joints(r, 0);
   forward.recorded_tau = r;
@@ -325,7 +327,7 @@ TEST_F(TipLoads, RecordedTorquesAndForcesGiveTheMotionAgain) {
   ASSERT_TRUE(again);
   for (int j = 1; j <= 6; ++j) {
     const std::string n = "q" + std::to_string(j);
-    EXPECT_NEAR(again->find(n)->values.back(), at(r, n, last), 2e-5) << n;
+    EXPECT_NEAR(again->find(n)->values.back(), value_in_row(r, n, last), 2e-5) << n;
   }
 }
 
@@ -464,8 +466,9 @@ TEST_P(LoadsOnMechanisms, TorquesOfARecordedMotionCountTheForceAtEachTip) {
           const std::string n = std::to_string(j + 1);
           const double tolerance = 1e-7 * (1 + std::fabs(want[j]));
           for (const RecordingPtr& loaded : {with, again}) {
-            EXPECT_NEAR(at(loaded, "tau_external" + n, i), want[j], tolerance) << where;
-            EXPECT_NEAR(at(loaded, "tau" + n, i) - at(without, "tau" + n, i), want[j], tolerance)
+            EXPECT_NEAR(value_in_row(loaded, "tau_external" + n, i), want[j], tolerance) << where;
+            EXPECT_NEAR(value_in_row(loaded, "tau" + n, i) - value_in_row(without, "tau" + n, i),
+                        want[j], tolerance)
                 << where << " joint " << n;
           }
           greatest = std::max(greatest, std::fabs(want[j]));
@@ -497,10 +500,10 @@ TEST_F(TipLoads, TorquesOfAPushedMotionAreThoseThatMovedIt) {
       unwrap(sim::with_quantities(simulator, *moved, torque, progress, TipLoad{}));
   ASSERT_TRUE(with && without);
   for (std::size_t i = 0; i < moved->rows(); ++i) {
-    EXPECT_NEAR(at(with, "tau1", i), 0.3, 1e-12);
-    EXPECT_NEAR(at(with, "tau_external1", i), -0.8 * 0.4, 1e-12);
-    EXPECT_NEAR(at(without, "tau1", i), 0.3 + 0.8 * 0.4, 1e-12);
-    EXPECT_EQ(at(without, "wrench2", i), 0);
+    EXPECT_NEAR(value_in_row(with, "tau1", i), 0.3, 1e-12);
+    EXPECT_NEAR(value_in_row(with, "tau_external1", i), -0.8 * 0.4, 1e-12);
+    EXPECT_NEAR(value_in_row(without, "tau1", i), 0.3 + 0.8 * 0.4, 1e-12);
+    EXPECT_EQ(value_in_row(without, "wrench2", i), 0);
   }
   // Over the path of the recording itself: half of a r t^2.
   TipLoad along;
@@ -511,9 +514,10 @@ TEST_F(TipLoads, TorquesOfAPushedMotionAreThoseThatMovedIt) {
   ASSERT_TRUE(path);
   const double speed_up = (0.3 + 0.8 * 0.4) / (2 * 0.16);
   for (std::size_t i = 0; i < path->rows(); ++i) {
-    const double t = at(path, "time", i);
-    EXPECT_NEAR(at(path, "path", i), 0.4 * speed_up * t * t / 2, 1e-9);
-    EXPECT_NEAR(at(path, "tau_external1", i), -0.4 * 10 * 0.4 * speed_up * t * t / 2, 1e-8);
+    const double t = value_in_row(path, "time", i);
+    EXPECT_NEAR(value_in_row(path, "path", i), 0.4 * speed_up * t * t / 2, 1e-9);
+    EXPECT_NEAR(value_in_row(path, "tau_external1", i), -0.4 * 10 * 0.4 * speed_up * t * t / 2,
+                1e-8);
   }
   const std::vector<std::string> power{"power"};
   const auto none = sim::with_quantities(simulator, *moved, power, progress, along);
@@ -555,8 +559,8 @@ TEST_P(LoadsOnLoops, TorquesOfAPushedMotionAreThoseThatMovedIt) {
   double most = 0;
   for (std::size_t j = 1; moved->find("tau" + std::to_string(j)); ++j)
     for (std::size_t i = 1; i < moved->rows(); ++i) {
-      EXPECT_NEAR(at(with, "tau" + std::to_string(j), i), 0, 1e-9) << "joint " << j;
-      most = std::max(most, std::fabs(at(without, "tau" + std::to_string(j), i)));
+      EXPECT_NEAR(value_in_row(with, "tau" + std::to_string(j), i), 0, 1e-9) << "joint " << j;
+      most = std::max(most, std::fabs(value_in_row(without, "tau" + std::to_string(j), i)));
     }
   EXPECT_GT(most, 0.1) << "what the motors would have to give for the same motion without it";
 }
@@ -605,7 +609,7 @@ TEST_F(TipLoads, RecordedForcesStayAtTheirTip) {
   ASSERT_TRUE(told && own);
   for (std::size_t j = 1; j <= model->dof(); ++j) {
     const std::string n = "tau" + std::to_string(j);
-    EXPECT_NEAR(at(told, n, 3), at(own, n, 3), 1e-12) << n;
+    EXPECT_NEAR(value_in_row(told, n, 3), value_in_row(own, n, 3), 1e-12) << n;
   }
 }
 
