@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mechanism.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -867,12 +868,16 @@ std::size_t operation_count(const Function& f) {
 }
 
 Result<void> check_size(const Function& f, const RobotModel& model) {
-  const char* hint = "Long chains are served by the providers newton_euler and articulated_body.";
-  if (f.ending != Ending::none && f.columns.rows() > kMostRows)
+  const char* hint =
+      is_closed(f.ending)
+          ? "robot.inverse_dynamics and the provider constrained serve such mechanisms."
+          : "Long chains are served by the providers newton_euler and articulated_body.";
+  const std::size_t most = is_closed(f.ending) ? kMostClosedRows : kMostRows,
+                    rows = std::max(f.columns.rows(), f.loops.rows);
+  if (f.ending != Ending::none && rows > most)
     return error(ErrorCode::unsupported,
-                 "its " + f.name + " has a matrix of " + std::to_string(f.columns.rows()) +
-                     " rows, more than the " + std::to_string(kMostRows) +
-                     " that are kept on the stack",
+                 "its " + f.name + " has a matrix of " + std::to_string(rows) +
+                     " rows, more than the " + std::to_string(most) + " that are kept on the stack",
                  hint, "robot \"" + model.name + "\"");
   const std::size_t count = operation_count(f);
   if (count <= kMostOperations) return {};

@@ -53,6 +53,9 @@ struct Function {
 
 /// Velocities up to which forward dynamics keep the inertia matrix on the stack (2 MB).
 inline constexpr std::size_t kMostRows = 500;
+/// The same with closed loops, whose functions keep a dozen matrices there (4 MB), of velocities or
+/// of the loops' rows.
+inline constexpr std::size_t kMostClosedRows = 200;
 
 /// Refuses functions of more than kMostOperations, and endings of more than kMostRows rows.
 [[nodiscard]] Result<void> check_size(const Function& f, const RobotModel& model);

@@ -293,6 +293,17 @@ TEST(RobotCode, PartsAreChosenAndFaultsAreSentences) {
   one_turn.loops[0].fixed = kLoopPoint | kLoopRotX;
   EXPECT_NE(refused(one_turn, "bars", kCodeAll).find("holds one turn alone"), std::string::npos);
   EXPECT_EQ(generated(one_turn, "bars", kCodeForwardKinematics | kCodeJacobian).size(), 2U);
+  RobotModel long_loop = long_chain(201);
+  LoopModel ends;
+  ends.name = "ends";
+  ends.joint_b = 200;
+  ends.fixed = kLoopPoint;
+  long_loop.loops.push_back(ends);
+  EXPECT_EQ(
+      refused(long_loop, "loop", kCodeInverseDynamics),
+      "robot \"chain of 201\": its inverse_dynamics has a matrix of 201 rows, more than the 200 "
+      "that are kept on the stack. robot.inverse_dynamics and the provider constrained serve "
+      "such mechanisms.");
   EXPECT_EQ(refused(scara(), "a", 0), "no part was chosen. Choose at least one.");
   EXPECT_NE(refused(long_chain(400), "long", kCodeForwardDynamics).find("operations written out"),
             std::string::npos);
