@@ -170,6 +170,9 @@ std::map<std::string, Attack> attacks(const Registry& r) {
        R"(arm:simulate{q = "ready", duration = 0.05, integrator = "liar"})",
        R"(arm:start_run("dynamics", {q = "ready", duration = 0.05}):finish())",
        "cell:simulate_dynamics{" + along + R"(, controller = "computed_torque", duration = 0.1})"});
+  LIAR(LyingTipForce, TipForce, "",
+       {R"(arm:simulate{q = "ready", duration = 0.05, tip_force = "liar"})",
+        "cell:inverse_dynamics{" + along + R"(, tip_force = "liar"})"});
   LIAR(LyingRetimer, Retimer, "reachability",
        {"cell:time_optimal{" + along + "}",
         R"(plane:plan_path{robot = "rods", to = "right", seconds = 1, shortcuts = 3})"});
@@ -365,9 +368,10 @@ TEST_F(LyingProviders, InAProcessOfTheirOwnAreNamedAndDoNoHarm) {
   const auto wire = process->describe();
   ASSERT_TRUE(wire.ok());
   auto all = attacks(app().registry);
-  // Neither has a form between processes.
+  // These have no form between processes.
   std::erase_if(all, [](const auto& a) {
-    return a.first == render::Renderer::kInterfaceId || a.first == Post::kInterfaceId;
+    return a.first == render::Renderer::kInterfaceId || a.first == Post::kInterfaceId ||
+           a.first == TipForce::kInterfaceId;
   });
   std::set<std::string> there;
   for (std::uint32_t i = 0; i < wire->providers.size(); ++i) {

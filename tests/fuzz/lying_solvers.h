@@ -15,6 +15,7 @@
 #include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
+#include <robomosp/sdk/tip_force.h>
 
 #include "support/liar.h"
 
@@ -256,6 +257,23 @@ class LyingCode final : public Lying<RobotCodeGenerator> {
 };
 
 /// Hands what the honest one finds on to the sink, wrongly.
+class LyingTipForce final : public TipForce {
+ public:
+  Result<void> prepare(const Params&) override {
+    return liar().fill("tip_force.prepare", nullptr, []() -> Result<void> { return {}; }, {});
+  }
+  Result<TipWrench> at(double time, double) const override {
+    return liar().answer<TipWrench>("tip_force.at", nullptr,
+                                    [time]() -> Result<TipWrench> {
+                                      return TipWrench{{1, 0, -2 * time}, {0, 0.1, 0}};
+                                    },
+                                    {{"a force that is no number", Seen::surely,
+                                      [](TipWrench& w) { w.force[1] = liar().no_number(); }},
+                                     {"a moment that is no number", Seen::surely,
+                                      [](TipWrench& w) { w.moment[2] = liar().no_number(); }}});
+  }
+};
+
 class LyingIntegrator final : public Lying<Integrator> {
  public:
   using Lying::Lying;

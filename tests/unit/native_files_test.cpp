@@ -411,7 +411,7 @@ TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {
             "s.csg:4:3: y of box \"b\" is 0 m; it must be greater than 0.");
   EXPECT_EQ(refusal(head + "box b { x 1  y 1  z 1  radius 2 }", "s.csg"),
             "s.csg:3:24: \"radius\" is not a field of a box. Fields are x, y, z, fillet, at, "
-            "cylindrical, spherical, rpy, xyz, zyz and frame.");
+            "cylindrical, spherical, rpy, xyz, zyz, frame and centred.");
   EXPECT_EQ(refusal(head + "box b { x 1 y 1 z 1 sphere s { radius 1 } }", "s.csg"),
             "s.csg:3:21: a box is a primitive and has no nodes inside. Put both inside a union, "
             "difference or intersection.");
