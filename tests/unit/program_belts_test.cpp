@@ -180,6 +180,15 @@ class Belts : public ProgramRun {
     }
     EXPECT_NEAR(column(r, "belt.q1").back(), 0.8, 1e-9);
   }
+  /// How many targets are solved at once depends on the steps, and the last digit on that where
+  /// lanes and single numbers are rounded differently (ROBOMOSP_SIMD=baseline).
+  static void expect_near(const recording::Column& c, const RecordingPtr& r) {
+    const auto other = column(r, c.name);
+    ASSERT_EQ(c.values.size(), other.size()) << c.name;
+    for (std::size_t i = 0; i < other.size(); ++i)
+      ASSERT_NEAR(c.values[i], other[i], 1e-11 * (1 + std::fabs(other[i])))
+          << c.name << ", row " << i;
+  }
   void expect_repeated(const RecordingPtr& r) {
     const Map with{{"sample_time", 0.005}};
     const RecordingPtr again = run(with);
@@ -191,7 +200,7 @@ class Belts : public ProgramRun {
     ASSERT_TRUE(again && stepped);
     for (const auto& c : r->columns) {
       EXPECT_EQ(c.values, column(again, c.name)) << c.name;
-      EXPECT_EQ(c.values, column(stepped, c.name)) << c.name;
+      expect_near(c, stepped);
     }
     EXPECT_EQ(r->notes, again->notes);
     EXPECT_EQ(r->notes, stepped->notes);
@@ -226,7 +235,7 @@ TEST_F(Belts, ALiveRunGoesOnWhileAPartIsHeldAndTheBeltRuns) {
   call("run.finish", {{"id", live}});
   const Value made = call("run.recording", {{"id", live}});
   const RecordingPtr gone_on = app().recordings.find(made.as_handle()->number);
-  for (const auto& c : whole->columns) EXPECT_EQ(c.values, column(gone_on, c.name)) << c.name;
+  for (const auto& c : whole->columns) expect_near(c, gone_on);
 }
 
 TEST_F(Belts, ContactPhysicsMovesEachRobotAlongItsColumnsOfTheRun) {
