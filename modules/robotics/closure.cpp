@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <random>
 
@@ -120,13 +119,9 @@ class Closer {
 
   /// Greatest element of the residual, of which loop.
   [[nodiscard]] std::size_t worst_loop() const {
-    Eigen::Index row = 0, worst = 0;
+    Eigen::Index worst = 0;
     if (residual_.size() > 0) residual_.cwiseAbs().maxCoeff(&worst);
-    for (std::size_t l = 0; l < model_.loops.size(); ++l) {
-      row += std::popcount(model_.loops[l].fixed & static_cast<std::uint32_t>(kLoopWeld));
-      if (worst < row) return l;
-    }
-    return 0;
+    return spatial::loop_of_row(model_.loops, at(worst));
   }
 
   double residual = 0;
@@ -257,13 +252,7 @@ void put_held(const RobotModel& model, std::span<const double> target,
 
 }  // namespace
 
-std::size_t loop_rows(const RobotModel& model) {
-  std::size_t rows = 0;
-  for (const LoopModel& loop : model.loops)
-    rows +=
-        static_cast<std::size_t>(std::popcount(loop.fixed & static_cast<std::uint32_t>(kLoopWeld)));
-  return rows;
-}
+std::size_t loop_rows(const RobotModel& model) { return spatial::loop_rows(model.loops); }
 
 void loop_residual(const RobotModel& model, std::span<const Pose> joint_frames,
                    std::span<double> residual) {

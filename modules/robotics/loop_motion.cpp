@@ -2,7 +2,6 @@
 #include "robotics/loop_motion.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -53,7 +52,7 @@ LoopMotion::LoopMotion(std::shared_ptr<const spatial::BodyTree> tree, std::vecto
       qd_(tree_->velocities) {
   for (std::size_t v = 0; v < has_motor_.size(); ++v)
     (has_motor_[v] ? motors_ : passive_).push_back(static_cast<Index>(v));
-  const auto rows = static_cast<Index>(spatial::loop_rows(*tree_));
+  const auto rows = static_cast<Index>(spatial::loop_rows(tree_->loops));
   jacobian_.setZero(rows, static_cast<Index>(tree_->velocities));
   bias_.setZero(rows), rate_.setZero(rows), gap_.setZero(rows);
 }
@@ -79,13 +78,9 @@ double LoopMotion::lost_part() const { return std::clamp(kOpenedBy * gap(), kLos
 
 std::size_t LoopMotion::worst_loop() const {
   if (gap_.size() == 0) return 0;
-  Index worst = 0, row = 0;
+  Index worst = 0;
   gap_.cwiseAbs().maxCoeff(&worst);
-  for (std::size_t l = 0; l < tree_->loops.size(); ++l) {
-    row += std::popcount(tree_->loops[l].fixed & static_cast<std::uint32_t>(kLoopWeld));
-    if (worst < row) return l;
-  }
-  return 0;
+  return spatial::loop_of_row(tree_->loops, loop_index(worst));
 }
 
 double LoopMotion::rate_error() const {

@@ -67,11 +67,18 @@ std::array<double, 6> LoopGap::rates(const Screw& motion, bool by_vector) const 
   return {moved[0], moved[1], moved[2], turned[0], turned[1], turned[2]};
 }
 
-std::size_t loop_rows(const BodyTree& tree) {
+std::size_t loop_rows(std::span<const LoopModel> loops) {
   std::size_t n = 0;
-  for (const LoopModel& l : tree.loops)
-    for (std::uint32_t d = 0; d < 6; ++d) n += (l.fixed >> d) & 1U;
+  for (const LoopModel& l : loops)
+    n += static_cast<std::size_t>(std::popcount(l.fixed & static_cast<std::uint32_t>(kLoopWeld)));
   return n;
+}
+
+std::size_t loop_of_row(std::span<const LoopModel> loops, std::size_t row) {
+  std::size_t end = 0;
+  for (std::size_t l = 0; l < loops.size(); ++l)
+    if (end += loop_rows(loops.subspan(l, 1)); row < end) return l;
+  return 0;
 }
 
 void loop_constraints(const BodyTree& tree, std::span<const MovingBody> bodies,

@@ -36,8 +36,10 @@ class LoopGap {
   double c_ = 0, slope_ = 0;  // inverse = 1 - [v]/2 + c [v]^2; slope = c'(t) / t, t = |v|
 };
 
-/// Fixed directions of all loops.
-[[nodiscard]] std::size_t loop_rows(const BodyTree& tree);
+/// Number of fixed directions of all loops.
+[[nodiscard]] std::size_t loop_rows(std::span<const LoopModel> loops);
+/// Index of the loop that a row belongs to, in the order of their fixed directions.
+[[nodiscard]] std::size_t loop_of_row(std::span<const LoopModel> loops, std::size_t row);
 
 /// Of a swept tree whose accelerations are those of the velocities alone (qdd = 0). Rows in order
 /// of LoopDirection, loop after loop, in the axes of frame a.

@@ -32,19 +32,10 @@ double factor(std::span<double> m, std::size_t n) {
   }
   return least;
 }
-void solve(std::span<const double> l, std::size_t n, double* x) {
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < i; ++k) x[i] -= l[i * n + k] * x[k];
-    x[i] /= l[i * n + i];
-  }
-  for (std::size_t i = n; i-- > 0;) {
-    for (std::size_t k = i + 1; k < n; ++k) x[i] -= l[k * n + i] * x[k];
-    x[i] /= l[i * n + i];
-  }
-}
 
 /// Directions of loops weaker than this part are implied by others. A tip with less than this part
-/// of the greatest mobility (of the tree, and of position or rotation alike) does not move that way.
+/// of the greatest mobility (of the tree, and of position or rotation alike) does not move that
+/// way.
 constexpr double kLostDirection = 1e-10;
 
 /// Doubles that the loops of a mechanism take, `rows` of the tip beside them.
@@ -67,7 +58,7 @@ Result<void> OperationalSpace::prepare(const RobotModel& model, const InverseDyn
   loop_rows_ = 0;
   if (!model.loops.empty()) {
     RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
-    loop_rows_ = spatial::loop_rows(tree_);
+    loop_rows_ = spatial::loop_rows(tree_.loops);
   }
   if (model.tips.empty() || model.tips.front().joint < 0)
     return error(ErrorCode::invalid_argument, "its first tip does not move",
@@ -110,7 +101,7 @@ void OperationalSpace::hold_loops(const ControlInput& in, std::span<const double
   spatial::sweep(tree_, state, s.bodies, s.columns);
   spatial::loop_constraints(tree_, s.bodies, s.columns, state, {jacobian, bias, rate, gap});
   std::copy(jacobian.begin(), jacobian.end(), response.begin());
-  for (std::size_t i = 0; i < c; ++i) solve(factored, n, &response[i * n]);
+  for (std::size_t i = 0; i < c; ++i) spatial::cholesky_solve(factored, n, &response[i * n]);
   for (std::size_t i = 0; i < c; ++i) {
     for (std::size_t k = 0; k <= i; ++k)
       a[i * c + k] = a[k * c + i] = dot(&jacobian[i * n], &response[k * n], n);
@@ -183,7 +174,7 @@ Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double>
   for (std::size_t k = 0; k < rows; ++k) {
     double* row = &mobility[k * n];
     for (std::size_t j = 0; j < n; ++j) row[j] = jacobian[6 * j + k];
-    solve(m, n, row);
+    spatial::cholesky_solve(m, n, row);
   }
   const auto along = [&](std::size_t r, const double* rates) {
     double sum = 0;
@@ -223,7 +214,7 @@ Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double>
   // Near a singular configuration the inertia is damped in the scaled directions.
   for (std::size_t k = 0; k < rows; ++k)
     force[k] = scale[k] * (force[k] - dot(&mobility[k * n], posture.data(), n));
-  solve(l, rows, force.data());
+  spatial::cholesky_solve(l, rows, force.data());
   for (std::size_t k = 0; k < rows; ++k) force[k] *= scale[k];
 
   batch.qd = in.qd;

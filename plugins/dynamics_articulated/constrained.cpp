@@ -20,7 +20,7 @@ constexpr double kRank = 1e-10;  // a loop's direction weaker than this is impli
 Result<void> Constrained::prepare(const RobotModel& model, const Params& params) {
   RMP_TRY_ASSIGN(tree_, make_body_tree(model));
   stabilization_ = params.real("stabilization");
-  rows_ = loop_rows(tree_);
+  rows_ = loop_rows(tree_.loops);
   // The loops hold nowhere at random places, but the inertia alone decides.
   std::vector<double> scratch(scratch_size());
   const std::size_t n = tree_.velocities;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "spatial/body_tree.h"
+#include "spatial/loops.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/rest.h"
@@ -594,8 +595,7 @@ Function forward_dynamics_written_out(const RobotModel& model) {
 
 ClosedLoops closed_loops(const RobotModel& m) {
   ClosedLoops out;
-  for (const LoopModel& l : m.loops)
-    out.rows += index(std::popcount(l.fixed & static_cast<std::uint32_t>(kLoopWeld)));
+  out.rows = spatial::loop_rows(m.loops);
   std::vector<bool> has_motor(m.dof(), true);
   for (const JointModel& j : m.joints)
     if (!j.is_coupled() && j.passive)
