@@ -20,6 +20,7 @@
 #include "sim/closed_dynamics.h"
 #include "sim/dynamics.h"
 #include "sim/joint_rates.h"
+#include "sim/put_column.h"
 #include "spatial/euler.h"
 #include "spatial/pose.h"
 
@@ -56,17 +57,6 @@ constexpr std::array<RecordedQuantity, 11> kQuantities{
      {"limits", "used_q1, ..., used_tau1, ..., limits_used",
       "shares of the limits, 1 = at one, and the greatest of all"},
      {"clearance", "clearance", "least distance of the robot's bodies to each other and to all"}}};
-
-Column* column(Recording& r, std::string_view name) {
-  const auto at = std::find_if(r.columns.begin(), r.columns.end(),
-                               [&](const Column& c) { return c.name == name; });
-  return at == r.columns.end() ? nullptr : &*at;
-}
-
-void put(Recording& r, Column c) {
-  if (Column* old = column(r, c.name)) *old = std::move(c);
-  else r.columns.push_back(std::move(c));
-}
 
 /// What a recording's numbers belong to.
 struct Actor {
@@ -160,7 +150,7 @@ void complete_rates(Recording& out, const RobotModel& model) {
     if (!c || out.find(to)) return;
     const std::string unit =
         from.starts_with("qd") ? c->unit + "^2" : c->unit + "/s";  // rad/s, then rad/s^2
-    put(out, {to, unit, what, rate_of(times, c->values)});
+    put_column(out, {to, unit, what, rate_of(times, c->values)});
   };
   for (std::size_t k = 1; k <= model.dof(); ++k) {
     const std::string n = std::to_string(k);
@@ -176,8 +166,9 @@ Result<void> add_jerk(Recording& out, const RobotModel& model) {
   for (std::size_t k = 0; k < model.dof(); ++k) {
     const Column* c = out.find("qdd" + std::to_string(k + 1));
     if (!c) return table(out, "qdd", model.dof()).error();
-    put(out, {"qddd" + std::to_string(k + 1), c->unit.starts_with("rad") ? "rad/s^3" : "m/s^3",
-              "jerk of joint " + std::to_string(k + 1), rate_of(times, c->values)});
+    put_column(out,
+               {"qddd" + std::to_string(k + 1), c->unit.starts_with("rad") ? "rad/s^3" : "m/s^3",
+                "jerk of joint " + std::to_string(k + 1), rate_of(times, c->values)});
   }
   mark_limits(out, model);
   return {};
@@ -196,9 +187,9 @@ Result<std::vector<double>> add_power(Recording& out, std::size_t dof) {
       c.values.push_back(tau[i * dof + k] * qd[i * dof + k]);
       total[i] += c.values.back();
     }
-    put(out, std::move(c));
+    put_column(out, std::move(c));
   }
-  put(out, {"total_power", "W", "power of all motors", total});
+  put_column(out, {"total_power", "W", "power of all motors", total});
   return total;
 }
 
@@ -318,7 +309,7 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a,
       const Column* rate = out.find("qd" + number);
       Column c{stem + number, rate->unit.starts_with("rad") ? "N m" : "N", doc + number, {}};
       for (std::size_t i = 0; i < out.rows(); ++i) c.values.push_back(rows[i * n + k]);
-      put(out, std::move(c));
+      put_column(out, std::move(c));
     }
   };
   add("tau", "torque of the motor of joint ", tau);
@@ -347,7 +338,7 @@ Result<void> add_energy(Recording& out, const Simulator& sim, const Actor& a, Pr
     potential.values.push_back(e.potential);
     energy.values.push_back(e.kinetic + e.potential);
   }
-  for (Column* c : {&kinetic, &potential, &energy}) put(out, std::move(*c));
+  for (Column* c : {&kinetic, &potential, &energy}) put_column(out, std::move(*c));
   return {};
 }
 
@@ -355,7 +346,6 @@ Result<void> add_energy(Recording& out, const Simulator& sim, const Actor& a, Pr
 struct ToolTable {
   std::vector<Pose> pose;        ///< in the world
   std::vector<double> jacobian;  ///< base axes, 6 * dof a row
-  std::vector<double> measure;   ///< of manipulability, with closed loops by the motors' rates
 };
 
 Result<ToolTable> tool_of(const Recording& r, const Actor& a) {
@@ -370,9 +360,6 @@ Result<ToolTable> tool_of(const Recording& r, const Actor& a) {
     out.pose.push_back(spatial::compose(a.world_T_base, robotics::tip_pose(m, 0, frames)));
     robotics::geometric_jacobian(m, 0, frames, robotics::JacobianFrame::base,
                                  std::span(out.jacobian).subspan(i * 6 * n, 6 * n));
-    out.measure.push_back(robotics::manipulability(
-        m.loops.empty() ? std::span<const double>(out.jacobian).subspan(i * 6 * n, 6 * n)
-                        : robotics::tip_motion(m, 0, frames).jacobian));
   }
   return out;
 }
@@ -399,7 +386,7 @@ void put_vectors(Recording& out, const std::array<const char*, 3>& names, const 
   for (std::size_t k = 0; k < 3; ++k) {
     Column c{names[k], unit, doc, {}};
     for (const Vec3& v : values) c.values.push_back(v[k]);
-    put(out, std::move(c));
+    put_column(out, std::move(c));
   }
 }
 
@@ -433,7 +420,7 @@ Result<void> add_velocity(Recording& out, const Actor& a, const ToolTable& tool)
     speed.values.push_back(std::hypot(twist[0], twist[1], twist[2]));
   }
   put_vectors(out, {"vx", "vy", "vz"}, "m/s", "tool velocity in the world", v);
-  put(out, std::move(speed));
+  put_column(out, std::move(speed));
   put_vectors(out, {"wx", "wy", "wz"}, "rad/s", "angular velocity of the tool in the world", w);
   return {};
 }
@@ -472,8 +459,27 @@ Result<void> add_force(Recording& out, const Simulator& sim, const Actor& a, con
   return {};
 }
 
-void add_manipulability(Recording& out, const ToolTable& tool) {
-  put(out, {"manipulability", "", "Yoshikawa's measure of the tool", tool.measure});
+/// With closed loops by the rates of the motors.
+Result<void> add_manipulability(Recording& out, const Actor& a, const ToolTable& tool) {
+  const RobotModel& m = *a.model;
+  const std::size_t n = m.dof(), c = m.coordinate_count();
+  Column measure{"manipulability", "", "Yoshikawa's measure of the tool", {}};
+  std::vector<double> q;
+  if (!m.loops.empty()) {
+    RMP_TRY_ASSIGN(q, table(out, "q", c));
+  }
+  std::vector<Pose> frames(m.joints.size());
+  for (std::size_t i = 0; i < out.rows(); ++i) {
+    if (m.loops.empty()) {
+      measure.values.push_back(
+          robotics::manipulability(std::span(tool.jacobian).subspan(i * 6 * n, 6 * n)));
+      continue;
+    }
+    robotics::forward_kinematics(m, std::span(q).subspan(i * c, c), frames);
+    measure.values.push_back(robotics::manipulability(robotics::tip_motion(m, 0, frames).jacobian));
+  }
+  put_column(out, std::move(measure));
+  return {};
 }
 
 /// 0 in the middle between two limits, 1 at either, more beyond.
@@ -494,8 +500,8 @@ Result<void> add_limit_columns(Recording& out) {
   if (shares.empty())
     return error(ErrorCode::invalid_argument, "no column of the recording has limits",
                  "Give the robot's joints limits and make the recording again.");
-  for (Column& c : shares) put(out, std::move(c));
-  put(out, std::move(all));
+  for (Column& c : shares) put_column(out, std::move(c));
+  put_column(out, std::move(all));
   return {};
 }
 
@@ -593,7 +599,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
     } else if (what == "work") {
       RMP_TRY_ASSIGN(const auto total, add_power(out, dof));
       RMP_TRY_ASSIGN(const Column* const time, time_of(out));
-      put(out, {"work", "J", "work of all motors", integral_of(time->values, total)});
+      put_column(out, {"work", "J", "work of all motors", integral_of(time->values, total)});
     } else if (what == "energy") {
       RMP_TRY(add_energy(out, sim, *actor, progress));
     } else if (what == "pose") {
@@ -603,7 +609,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
     } else if (what == "force") {
       RMP_TRY(add_force(out, sim, *actor, *tool, progress));
     } else {
-      add_manipulability(out, *tool);
+      RMP_TRY(add_manipulability(out, *actor, *tool));
     }
   }
   return std::make_shared<const Recording>(std::move(out));
@@ -640,7 +646,7 @@ Result<RecordingPtr> with_quantities_of(const Simulator& sim, const Recording& r
   for (Column c : done->columns) {
     if (c.name == "time") continue;
     c.name = prefix + c.name;
-    put(out, std::move(c));
+    put_column(out, std::move(c));
   }
   for (const std::string& note : done->notes) out.notes.push_back(robot + ": " + note);
   return std::make_shared<const Recording>(std::move(out));

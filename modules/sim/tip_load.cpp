@@ -7,6 +7,7 @@
 #include "kernel/text.h"
 #include "motion/provider_params.h"
 #include "robotics/kinematics.h"
+#include "sim/put_column.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
@@ -54,14 +55,6 @@ double hermite_length(const Vec3& p0, const Vec3& v0, const Vec3& p1, const Vec3
 std::string wrench_doc(std::size_t k, std::string_view tip) {
   return std::string(k < 3 ? "force" : "moment") + " on the robot at " + text::quote(tip) +
          ", world's axes";
-}
-
-/// A column in place of the one of its name.
-void put_column(Recording& r, Column c) {
-  const auto old = std::find_if(r.columns.begin(), r.columns.end(),
-                                [&](const Column& each) { return each.name == c.name; });
-  if (old == r.columns.end()) r.columns.push_back(std::move(c));
-  else *old = std::move(c);
 }
 
 }  // namespace
