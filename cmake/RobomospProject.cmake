@@ -33,6 +33,7 @@ case " $* " in
   exec "$@" ;;
 esac
 export CCACHE_BASEDIR="@PROJECT_SOURCE_DIR@" CCACHE_NOHASHDIR=1 CCACHE_PCH_EXTSUM=1
+export CCACHE_IGNOREOPTIONS='--param=ggc-*'  # changes no code
 export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
 exec "@ROBOMOSP_CCACHE@" "$@"
 ]=])
@@ -45,6 +46,17 @@ endif()
 find_program(ROBOMOSP_MOLD mold)
 if(ROBOMOSP_MOLD)
   add_link_options(-fuse-ld=mold)
+endif()
+
+# GCC begins to look for garbage at 128 MB, which costs it 7 to 15 % of the time of a unit. Where each
+# core has 3 GB, it may keep 800 MB first.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  cmake_host_system_information(RESULT megabytes QUERY TOTAL_PHYSICAL_MEMORY)
+  cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
+  math(EXPR needed "3000 * ${cores}")
+  if(NOT megabytes LESS needed)
+    add_compile_options($<$<COMPILE_LANGUAGE:CXX>:--param=ggc-min-heapsize=800000>)
+  endif()
 endif()
 
 # Release is -O2; what computes a sample (hot) is -O3, what runs once a command or a test that computes

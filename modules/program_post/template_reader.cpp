@@ -465,13 +465,13 @@ class Reader {
     } else if (key == "line_numbers") {
       has_line_numbers_ = true;
       const auto both = words(value);
-      const auto first = both.empty() ? std::nullopt : number<int>(both[0]);
-      const auto step = both.size() < 2 ? std::nullopt : number<int>(both[1]);
-      if (both.size() != 2 || !first || !step || *first < 0 || *step < 1 || *first > 1000000 ||
-          *step > 1000000)
+      const bool is_pair = both.size() == 2;
+      const int first = is_pair ? number<int>(both[0]).value_or(-1) : -1;
+      const int step = is_pair ? number<int>(both[1]).value_or(-1) : -1;
+      if (first < 0 || step < 1 || first > 1000000 || step > 1000000)
         return say(at, "\"line_numbers\" is the first number and the step, such as 10 10");
-      p.first_number = *first;
-      p.number_step = *step;
+      p.first_number = first;
+      p.number_step = step;
     } else if (key == "line_number") {
       // A name of the target would not stand in quotes; blanks at the end of a line would be lost.
       const bool is_quoted = value.size() >= 2 && value.front() == '"' && value.back() == '"';
