@@ -74,7 +74,11 @@ Result<fs::path> cache_folder() {
   return folder;
 }
 
-Result<std::string> find_compiler(const std::string& wanted) {
+/// The compiler is what the user's environment says, never what a file of a robot says: opening a
+/// stranger's robot must not choose a program to run.
+Result<std::string> find_compiler() {
+  const char* chosen = std::getenv("ROBOMOSP_CC");
+  const std::string wanted = chosen ? chosen : "";
   if (!wanted.empty() && wanted.front() == '/') return wanted;
   const char* path = std::getenv("PATH");
   const std::vector<std::string> names =
@@ -87,8 +91,9 @@ Result<std::string> find_compiler(const std::string& wanted) {
     }
   }
   return error(ErrorCode::not_found,
-               wanted.empty() ? "there is no C compiler (cc, gcc or clang) on the search path"
-                              : "the C compiler \"" + wanted + "\" is not on the search path",
+               wanted.empty()
+                   ? "there is no C compiler (cc, gcc or clang) on the search path"
+                   : "the C compiler \"" + wanted + "\" of ROBOMOSP_CC is not on the search path",
                "Install one (package gcc), or choose the provider newton_euler.");
 }
 
@@ -122,7 +127,8 @@ Result<void> run_compiler(const rmp_host* host, const std::string& program, cons
     return error(ErrorCode::plugin_failed,
                  "the compiler \"" + program +
                      "\" failed: " + (complaints.empty() ? std::string(fault) : complaints),
-                 "Check that it can compile C, or choose the provider newton_euler.");
+                 "Check that it can compile C, set ROBOMOSP_CC to another compiler, or choose the "
+                 "provider newton_euler.");
   return {};
 }
 
@@ -166,7 +172,7 @@ Result<void> check_against(const Compiled& c, const RobotModel& m,
       if (differs(got, expected))
         return error(ErrorCode::plugin_failed,
                      "the compiled " + f.name + " does not compute what was written",
-                     "Choose another compiler, or the provider newton_euler.");
+                     "Set ROBOMOSP_CC to another compiler, or choose the provider newton_euler.");
     }
   }
   return {};
@@ -192,9 +198,9 @@ Result<std::vector<Function>> all_functions(const RobotModel& model,
 }
 
 Result<Compiled> compile(const RobotModel& model, ForwardDynamicsPolicy forward,
-                         const rmp_host* host, const std::string& compiler) {
+                         const rmp_host* host) {
   RMP_TRY_ASSIGN(const auto functions, all_functions(model, forward));
-  RMP_TRY_ASSIGN(const std::string program, find_compiler(compiler));
+  RMP_TRY_ASSIGN(const std::string program, find_compiler());
   const auto files = write_files(model, kSymbol, functions);
   std::uint64_t key = hash_of(program + processor(), 0xcbf29ce484222325ULL);
   for (const std::string& f : compiler_flags()) key = hash_of(f, key);

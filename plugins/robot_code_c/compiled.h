@@ -34,9 +34,9 @@ enum class ForwardDynamicsPolicy { optional, needed };
 /// All functions of a model, as expressions; an error when they are too many operations.
 Result<std::vector<Function>> all_functions(const RobotModel& model, ForwardDynamicsPolicy forward);
 
-/// Compiles (or finds compiled) and checks some states against the expressions. `compiler` is a
-/// program, "" = cc from PATH.
+/// Compiles (or finds compiled) and checks some states against the expressions. The compiler is that of the
+/// environment variable ROBOMOSP_CC, a path or a name on PATH; otherwise cc, gcc or clang from PATH.
 Result<Compiled> compile(const RobotModel& model, ForwardDynamicsPolicy forward,
-                         const rmp_host* host, const std::string& compiler);
+                         const rmp_host* host);
 
 }  // namespace robomosp::robot_code

@@ -18,12 +18,6 @@
 namespace robomosp::robot_code {
 namespace {
 
-const rmp_param kCompilerParams[] = {
-    {"compiler", "string", "",
-     "The C compiler, a path or a name on the search path; empty = cc, gcc or clang.", "", nullptr,
-     1, 0},
-};
-
 const rmp_param kCodeParams[] = {
     {"stabilization", "real", "1/s",
      "Rate at which forward dynamics close gaps of closed loops, critically damped; 0 lets them "
@@ -94,9 +88,9 @@ Error cancelled() { return error(ErrorCode::cancelled, "the dynamics were stoppe
 class CompiledRobot {
  protected:
   explicit CompiledRobot(const rmp_host* host) : host_(host) {}
-  Result<void> bind(const RobotModel& model, ForwardDynamicsPolicy forward, const Params& params) {
+  Result<void> bind(const RobotModel& model, ForwardDynamicsPolicy forward) {
     RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
-    RMP_TRY_ASSIGN(code_, compile(model, forward, host_, std::string(params.text("compiler"))));
+    RMP_TRY_ASSIGN(code_, compile(model, forward, host_));
     return {};
   }
   [[nodiscard]] std::size_t n() const { return tree_.velocities; }
@@ -139,8 +133,8 @@ class CompiledRobot {
 class CompiledInverse final : public InverseDynamics, CompiledRobot {
  public:
   explicit CompiledInverse(const rmp_host* host) : CompiledRobot(host) {}
-  Result<void> prepare(const RobotModel& model, const Params& params) override {
-    return bind(model, ForwardDynamicsPolicy::optional, params);
+  Result<void> prepare(const RobotModel& model, const Params&) override {
+    return bind(model, ForwardDynamicsPolicy::optional);
   }
   std::size_t scratch_size() const override { return spatial::tree_scratch(tree_) + n(); }
   Result<void> torques(const DynamicsBatch& b, std::span<double> tau,
@@ -181,11 +175,11 @@ class CompiledInverse final : public InverseDynamics, CompiledRobot {
 class CompiledForward final : public ForwardDynamics, CompiledRobot {
  public:
   explicit CompiledForward(const rmp_host* host) : CompiledRobot(host) {}
-  Result<void> prepare(const RobotModel& model, const Params& params) override {
+  Result<void> prepare(const RobotModel& model, const Params&) override {
     if (!model.loops.empty())
       return error(ErrorCode::unsupported, "it has closed loops, which this provider does not meet",
                    "Choose the provider constrained.", "robot \"" + model.name + "\"");
-    return bind(model, ForwardDynamicsPolicy::needed, params);
+    return bind(model, ForwardDynamicsPolicy::needed);
   }
   std::size_t scratch_size() const override {
     return spatial::tree_scratch(tree_) + n() * n() + n();
@@ -238,7 +232,7 @@ void* make(const rmp_host* host, char* error, std::uint32_t error_size) {
 
 template <class T>
 constexpr rmp_provider compiled(const char* summary) {
-  return {T::Interface::kInterfaceId, "compiled", summary, "serial,tree,batch", kCompilerParams, 1,
+  return {T::Interface::kInterfaceId, "compiled", summary, "serial,tree,batch", nullptr, 0,
           sizeof(rmp_param),          &make<T>};
 }
 
