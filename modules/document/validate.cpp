@@ -11,6 +11,7 @@
 
 #include <robomosp/sdk/csg_check.h>
 #include <robomosp/sdk/csg_select.h>
+#include <robomosp/sdk/names.h>
 
 #include "document/ranges.h"
 #include "kernel/expression.h"
@@ -29,9 +30,6 @@ namespace {
 
 using namespace model;
 using text::quote;
-
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 Error fault(std::string message, std::string hint = {}) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
@@ -936,12 +934,7 @@ Result<void> check(const Task& t, Subject& subject, const Watch& watch) {
 
 }  // namespace
 
-bool is_name(std::string_view name) {
-  if (name.empty() || !is_letter(name.front()) || name.back() == ' ') return false;
-  return std::all_of(name.begin(), name.end(), [](char c) {
-    return is_letter(c) || is_digit(c) || c == '_' || c == '-' || c == '.' || c == ' ';
-  });
-}
+bool is_name(std::string_view name) { return robomosp::is_name(name); }
 
 std::string with_article(std::string_view noun) {
   const bool is_vowel =
@@ -951,7 +944,8 @@ std::string with_article(std::string_view noun) {
 
 Error bad_name(std::string_view name, std::string_view what) {
   const std::string hint =
-      "A name starts with a letter and has letters, digits, _ - . and spaces, none at the end.";
+      "A name starts with a letter of any script and has letters, digits, _ - . and spaces, none "
+      "at the end.";
   if (name.empty()) return fault("the name of " + with_article(what) + " is empty", hint);
   return fault(quote(name) + " cannot be the name of " + with_article(what), hint);
 }

@@ -12,7 +12,8 @@
 
 namespace robomosp::document {
 
-/// A name starts with a letter, has letters, digits, _ - . and spaces, and does not end in a space.
+/// A name starts with a letter of any script, has letters, digits, _ - . and spaces, and does not end
+/// in a space (robomosp/sdk/names.h).
 [[nodiscard]] bool is_name(std::string_view name);
 /// `a robot`, `an object`.
 [[nodiscard]] std::string with_article(std::string_view noun);

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include <robomosp/sdk/names.h>
 #include <robomosp/sdk/result.h>
 
 #include "document/document.h"
@@ -37,8 +38,7 @@ inline std::string legacy_stem(std::string path) {
 inline std::string plain_name(std::string wanted, std::string_view otherwise) {
   while (!wanted.empty() && wanted.back() == ' ') wanted.pop_back();
   wanted.erase(0, std::min(wanted.find_first_not_of(' '), wanted.size()));
-  for (char& c : wanted)
-    if (!document::is_name(std::string{'a', c, 'a'})) c = '_';
+  wanted = with_name_characters(wanted);
   if (!document::is_name(wanted)) wanted = std::string(otherwise) + "_" + wanted;
   return document::is_name(wanted) ? wanted : std::string(otherwise);
 }

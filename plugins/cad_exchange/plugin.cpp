@@ -9,10 +9,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include <robomosp/sdk/io.h>
+#include <robomosp/sdk/names.h>
 #include <robomosp/sdk/plugin.h>
 
 #include "records.h"
@@ -265,8 +267,9 @@ class CadExporter final : public Exporter {
   Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params& params,
                                           Progress& progress) const override {
     RMP_TRY(check_items(task.items));
-    RMP_TRY_ASSIGN(const Scene scene, scene_of(task.items));
+    RMP_TRY_ASSIGN(Scene scene, scene_of(task.items));
     const bool is_iges = task.extension.starts_with("ig");
+    if (is_iges) name_in_ascii(scene, task.report);
     const std::string input = encode(scene);
     Worker worker(host_, program_for(task.extension), progress);
     RMP_TRY_ASSIGN(Answer answer, worker.run({"write", is_iges ? "format=iges" : "format=step",
@@ -311,6 +314,28 @@ class CadExporter final : public Exporter {
       return error(ErrorCode::invalid_argument, "there is no solid to write",
                    "Export a solid or an object with parts.");
     return scene;
+  }
+  /// IGES names are ASCII (version 5.3, section 2.2.3): "_" stands for other letters, which is
+  /// told.
+  static void name_in_ascii(Scene& scene, ExportReport* report) {
+    std::set<std::string> changed;
+    const auto make_plain = [&](std::string& name) {
+      std::string plain;
+      for (std::size_t i = 0; i < name.size();) {
+        const std::size_t bytes = std::max<std::size_t>(name_rules::code_point(name, i).second, 1);
+        plain += static_cast<unsigned char>(name[i]) < 0x80 ? name[i] : '_';
+        i += bytes;
+      }
+      if (plain != name) changed.insert("\"" + name + "\"");
+      name = std::move(plain);
+    };
+    for (Node& n : scene.nodes) make_plain(n.name);
+    for (Shape& s : scene.shapes) make_plain(s.name);
+    if (changed.empty() || !report || report->struct_size < sizeof(ExportReport)) return;
+    const std::size_t others = changed.size() - 1;
+    report->notes.push_back("IGES holds names in ASCII only: in " + *changed.begin() +
+                            (others > 0 ? " and " + std::to_string(others) + " more" : "") +
+                            " other letters were written as \"_\". STEP keeps them.");
   }
   static bool same(const Colour& a, const Colour& b) {
     return a.r == b.r && a.g == b.g && a.b == b.b && a.a == b.a;

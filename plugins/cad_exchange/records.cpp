@@ -9,12 +9,13 @@
 #include <map>
 #include <set>
 
+#include <robomosp/sdk/names.h>
+
 #include "spatial/rotation.h"
 
 namespace robomosp::cad_exchange {
 namespace {
 
-constexpr std::size_t kLongestName = 80;
 /// Exact solids larger than this [m] get a chord for their size, not the 0.1 mm of others.
 constexpr double kLarge = 2, kChordOfSize = 5e-5;
 constexpr Colour kPlain{0.75F, 0.75F, 0.77F, 1.0F};  ///< where the file gives none
@@ -34,24 +35,6 @@ std::string quote(std::string_view s) {
   return out + '"';
 }
 
-/// A valid name near to what a file says: letters, digits, _ - . and spaces, a letter first.
-std::string valid_name(std::string_view wanted, std::string_view otherwise) {
-  std::string out;
-  for (const char c : wanted.substr(0, kLongestName)) {
-    const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-    const bool is_fine = is_letter || (c >= '0' && c <= '9') || c == '_' || c == '-';
-    if (out.empty() && !is_letter && (is_fine || c == ' ')) {
-      if (c == ' ' || c == '_' || c == '-') continue;
-      out = "n";
-    }
-    if (is_fine) out += c;
-    else if (!out.empty() && out.back() != '_') out += '_';
-  }
-  while (!out.empty() && out.back() == '_') out.pop_back();
-  if (!out.empty() || otherwise.empty()) return out.empty() ? "part" : out;
-  return valid_name(otherwise, "");
-}
-
 class Names {
  public:
   std::string take(std::string_view wanted, std::string_view otherwise) {
@@ -59,11 +42,25 @@ class Names {
     for (std::size_t& i = next_[base];;) {
       ++i;
       std::string name = i == 1 ? base : base + "_" + std::to_string(i);
-      if (taken_.insert(name).second) return name;
+      if (!taken_.insert(name).second) continue;
+      if (!wanted.empty() && base != wanted && ++changed_ <= kNamesTold)
+        told_ += (told_.empty() ? "\"" : ", \"") + std::string(wanted) + "\" is \"" + name + "\"";
+      return name;
     }
+  }
+  /// A sentence where names differ from those that were wanted, else "".
+  [[nodiscard]] std::string changes(const std::string& of_what) const {
+    if (changed_ == 0) return {};
+    return "Names of " + of_what + " that are no names here were changed: " + told_ +
+           (changed_ > kNamesTold ? " and " + std::to_string(changed_ - kNamesTold) + " more"
+                                  : "") +
+           ".";
   }
 
  private:
+  static constexpr std::size_t kNamesTold = 5;
+  std::size_t changed_ = 0;
+  std::string told_;
   std::set<std::string> taken_;
   std::map<std::string, std::size_t> next_;
 };
@@ -138,6 +135,8 @@ class Recorder {
       out_.notes.push_back("Of solids larger than 2 m the mesh is coarser, as chord says: " + all +
                            ".");
     }
+    for (std::string note : {solids_.changes("solids"), objects_.changes("objects")})
+      if (!note.empty()) out_.notes.push_back(std::move(note));
     return std::move(out_);
   }
 

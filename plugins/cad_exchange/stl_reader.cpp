@@ -7,10 +7,12 @@
 #include <cstring>
 #include <optional>
 
+#include "spatial/stl_form.h"
+
 namespace robomosp::cad_exchange {
 namespace {
 
-constexpr std::size_t kHeader = 84, kFacet = 50;
+using spatial::kStlHead, spatial::kStlTriangle;
 
 Error bad_stl(std::string message, std::string hint = "Check that the file is complete.") {
   return error(ErrorCode::syntax, std::move(message), std::move(hint));
@@ -37,7 +39,7 @@ Result<std::vector<Shape>> read_binary(std::string_view bytes, double unit) {
     for (std::size_t c = 0; c < 3; ++c) {
       std::array<double, 3> p{};
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t w = word(bytes, kHeader + kFacet * t + 12 + 12 * c + 4 * k);
+        const std::uint32_t w = word(bytes, kStlHead + kStlTriangle * t + 12 + 12 * c + 4 * k);
         float f = 0;
         std::memcpy(&f, &w, 4);
         if (!std::isfinite(f))
@@ -135,25 +137,20 @@ Result<std::vector<Shape>> read_text(std::string_view bytes, double unit) {
 
 }  // namespace
 
-Result<std::vector<Shape>> read_stl(std::string_view bytes, double unit) {
-  // Binary files may begin with "solid" too; their length says.
-  const bool is_binary = bytes.size() >= kHeader &&
-                         bytes.size() >= kHeader + kFacet * std::size_t{word(bytes, 80)} &&
-                         (bytes.size() == kHeader + kFacet * std::size_t{word(bytes, 80)} ||
-                          !bytes.starts_with("solid"));
-  if (!is_binary) {
-    std::string_view text = bytes;
-    while (!text.empty() &&
-           (text[0] == ' ' || text[0] == '\n' || text[0] == '\r' || text[0] == '\t'))
-      text.remove_prefix(1);
-    if (text.size() < 5 || !same(text.substr(0, 5), "solid")) {
-      if (bytes.size() >= kHeader)
-        return bad_stl("the file should hold " + std::to_string(word(bytes, 80)) +
-                       " triangles but is too short for them");
-      return bad_stl("the file is not STL");
-    }
+Result<std::vector<Shape>> read_stl(std::string_view bytes, double unit,
+                                    std::vector<std::string>& notes) {
+  const bool is_text = spatial::is_text_stl(bytes);
+  if (!is_text) {
+    if (bytes.size() < kStlHead) return bad_stl("the file is not STL");
+    const std::size_t needed = kStlHead + kStlTriangle * std::size_t{word(bytes, 80)};
+    if (bytes.size() < needed)
+      return bad_stl("the file should hold " + std::to_string(word(bytes, 80)) +
+                     " triangles but is too short for them");
+    if (bytes.size() > needed)
+      notes.push_back(std::to_string(bytes.size() - needed) +
+                      " bytes behind the last triangle were not read.");
   }
-  RMP_TRY_ASSIGN(auto all, is_binary ? read_binary(bytes, unit) : read_text(bytes, unit));
+  RMP_TRY_ASSIGN(auto all, is_text ? read_text(bytes, unit) : read_binary(bytes, unit));
   if (all.empty()) return bad_stl("the file holds no triangles", "There is nothing to import.");
   return all;
 }

@@ -2,6 +2,7 @@
 // STL in, binary and text (layer: plugin, std only).
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,6 +13,8 @@
 namespace robomosp::cad_exchange {
 
 /// One shape for each solid of a text file; a binary file is one. Coordinates are times `unit` [m].
-Result<std::vector<Shape>> read_stl(std::string_view bytes, double unit);
+/// Adds to `notes`, a sentence each, what was not read.
+Result<std::vector<Shape>> read_stl(std::string_view bytes, double unit,
+                                    std::vector<std::string>& notes);
 
 }  // namespace robomosp::cad_exchange

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <robomosp/sdk/utf8_text.h>
+
 #include "files.h"
 #include "reach.h"
 
@@ -87,7 +89,8 @@ Result<const Element*> Documents::parse(std::string_view text, const std::filesy
   return add(text, {"", path, nullptr});
 }
 
-Result<const Element*> Documents::add(std::string_view text, Source source) {
+Result<const Element*> Documents::add(std::string_view bytes, Source source) {
+  const std::string text = utf8_text(bytes).text;
   auto one = std::make_unique<One>();
   one->source = std::move(source);
   tinyxml2::XMLDocument& d = one->document;

@@ -10,6 +10,7 @@
 #include "files.h"
 #include "spatial/convex_hull.h"
 #include "spatial/mass.h"
+#include "spatial/stl_form.h"
 #include "spatial/surface_moments.h"
 #include "spatial/vec.h"
 
@@ -35,9 +36,12 @@ bool is_fine(float x) { return std::isfinite(x); }
 Result<MeshFile> parse_binary_stl(std::string_view bytes) {
   MeshFile m;
   const auto count = std::size_t{at<std::uint32_t>(bytes, 80)};
+  if ((bytes.size() - spatial::kStlHead) / spatial::kStlTriangle < count)
+    return broken("it should hold " + std::to_string(count) +
+                  " triangles and is too short for them");
   for (std::size_t t = 0; t < count; ++t)
     for (std::size_t k = 0; k < 9; ++k) {
-      const auto x = at<float>(bytes, 84 + 50 * t + 12 + 4 * k);
+      const auto x = at<float>(bytes, spatial::kStlHead + spatial::kStlTriangle * t + 12 + 4 * k);
       if (!is_fine(x)) return broken("a corner is not a finite number");
       m.points.push_back(static_cast<double>(x));
     }
@@ -198,9 +202,9 @@ MassProperties about(const Sum& s, const Vec3& point) {
 
 Result<MeshFile> parse_mesh(std::string_view bytes, std::string_view extension) {
   if (extension == "stl") {
-    const bool is_binary =
-        bytes.size() >= 84 && bytes.size() == 84 + 50 * std::size_t{at<std::uint32_t>(bytes, 80)};
-    return is_binary ? parse_binary_stl(bytes) : parse_text_stl(bytes);
+    if (spatial::is_text_stl(bytes)) return parse_text_stl(bytes);
+    if (bytes.size() < spatial::kStlHead) return broken("it is not STL");
+    return parse_binary_stl(bytes);
   }
   if (extension == "obj") return parse_obj(bytes);
   if (extension == "msh") return parse_msh(bytes);

@@ -7,14 +7,14 @@
 #include <map>
 #include <set>
 
+#include <robomosp/sdk/names.h>
+
 #include "mesh_file.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::robot_files {
 namespace {
-
-constexpr std::size_t kLongestName = 80;
 
 std::string print_value(double v) {
   char buffer[32];
@@ -29,7 +29,7 @@ std::string text(std::string_view s) {
   std::string out = "\"";
   for (const char c : s) {
     if (c == '"' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e ? ' ' : c;
+    out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
   }
   return out + '"';
 }
@@ -38,17 +38,6 @@ std::string placement(const Pose& t) {
   if (t.p != Vec3{}) out += " at " + tuple(t.p);
   if (t.R != Pose{}.R) out += " rpy " + tuple(spatial::to_rpy(t.R));
   return out;
-}
-
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-/// A valid name near to what the file says.
-std::string valid_name(std::string_view wanted, std::string_view otherwise) {
-  std::string out;
-  for (const char c : wanted.substr(0, kLongestName)) {
-    if (out.empty() && !is_letter(c)) out = "n";
-    out += is_letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-' ? c : '_';
-  }
-  return out.empty() ? std::string(otherwise) : out;
 }
 
 class Names {

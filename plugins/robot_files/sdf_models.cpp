@@ -121,24 +121,30 @@ Result<const Element*> SdfModels::included(const Element& include) {
   if (uri.empty())
     return fault(include, "it includes no <uri>", "Give the model's file or folder.");
   const fs::path folder = folder_of(include);
-  const auto scheme = uri.find("://");
-  fs::path found;
-  if (scheme == std::string::npos || uri.starts_with("file://")) {
-    found = folder / (scheme == std::string::npos ? uri : uri.substr(7));
-    if (scheme == std::string::npos && !files::exists(found)) {
-      found = found_above(uri, folder);
-      if (files::is_folder(found) && fs::path(uri).lexically_normal() == fs::path(uri) &&
-          uri.find("..") == std::string::npos)
-        documents_.reach().add(found);
+  const auto find = [&](const std::string& written) {
+    const auto scheme = written.find("://");
+    fs::path found;
+    if (scheme == std::string::npos || written.starts_with("file://")) {
+      found = folder / (scheme == std::string::npos ? written : written.substr(7));
+      if (scheme == std::string::npos && !files::exists(found)) {
+        found = found_above(written, folder);
+        if (files::is_folder(found) && fs::path(written).lexically_normal() == fs::path(written) &&
+            written.find("..") == std::string::npos)
+          documents_.reach().add(found);
+      }
+    } else if (written.starts_with("model://") || written.starts_with("package://")) {
+      const fs::path named = fs::path(written.substr(scheme + 3)).lexically_normal();
+      if (!named.empty() && *named.begin() != "..") {
+        found = found_above(named, folder);
+        if (!found.empty())
+          documents_.reach().add(files::is_folder(found) ? found : found.parent_path());
+      }
     }
-  } else if (uri.starts_with("model://") || uri.starts_with("package://")) {
-    const fs::path named = fs::path(uri.substr(scheme + 3)).lexically_normal();
-    if (!named.empty() && *named.begin() != "..") {
-      found = found_above(named, folder);
-      if (!found.empty())
-        documents_.reach().add(files::is_folder(found) ? found : found.parent_path());
-    }
-  }
+    return found;
+  };
+  fs::path found = find(uri);
+  if (const std::string plain = without_escapes(uri); !files::exists(found) && plain != uri)
+    found = find(plain);
   if (files::is_folder(found)) {
     fs::path file = found / "model.sdf";
     if (files::is_file(found / "model.config")) {

@@ -151,8 +151,11 @@ std::filesystem::path found_above(const std::filesystem::path& relative,
   return {};
 }
 
-std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::path& folder,
-                                Reach& reach) {
+namespace {
+
+/// As mesh_file, with the URI as it stands.
+std::filesystem::path file_as_written(std::string_view uri, const std::filesystem::path& folder,
+                                      Reach& reach) {
   namespace fs = std::filesystem;
   std::error_code failed;
   const auto exists = [&](const fs::path& p) { return files::is_file(p); };
@@ -194,6 +197,34 @@ std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::pat
     above = above.parent_path();
   }
   return {};
+}
+
+}  // namespace
+
+std::string without_escapes(std::string_view uri) {
+  const auto digit = [](char c) {
+    return c >= '0' && c <= '9'                     ? c - '0'
+           : (c | 0x20) >= 'a' && (c | 0x20) <= 'f' ? (c | 0x20) - 'a' + 10
+                                                    : -1;
+  };
+  std::string out;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    const int high = uri[i] == '%' && i + 2 < uri.size() ? digit(uri[i + 1]) : -1,
+              low = high < 0 ? -1 : digit(uri[i + 2]);
+    const bool is_byte = low >= 0 && high + low > 0;  // a path has no zero byte
+    out += !is_byte ? uri[i] : static_cast<char>(16 * high + low);
+    if (is_byte) i += 2;
+  }
+  return out;
+}
+
+std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::path& folder,
+                                Reach& reach) {
+  std::filesystem::path found = file_as_written(uri, folder, reach);
+  if (found.empty())
+    if (const std::string plain = without_escapes(uri); plain != uri)
+      found = file_as_written(plain, folder, reach);
+  return found;
 }
 
 void tell_missing(const std::set<std::string>& meshes, const Reach& reach,

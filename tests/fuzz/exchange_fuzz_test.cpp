@@ -91,7 +91,8 @@ void check_scene(Scene s) {
 bool run(std::size_t kind, const std::string& bytes) {
   const auto told = [](const Error& e) { EXPECT_FALSE(e.message.empty()); };
   if (kind <= 1) {
-    auto shapes = read_stl(bytes, 1e-3);
+    std::vector<std::string> notes;
+    auto shapes = read_stl(bytes, 1e-3, notes);
     if (!shapes.ok()) return told(shapes.error()), false;
     for (Shape& s : *shapes) check_mesh(s.points, s.triangles);
     return true;

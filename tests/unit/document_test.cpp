@@ -133,12 +133,21 @@ TEST(Document, NamesAreCheckedAndUniquePerKind) {
             "there is already a robot named \"pa10\". Choose another name.");
   EXPECT_TRUE(tx->add("pa10", model::World{}).ok());
   EXPECT_EQ(tx->add("1st", model::Robot{}).error().sentence(),
-            "\"1st\" cannot be the name of a robot. A name starts with a letter and has letters, "
+            "\"1st\" cannot be the name of a robot. A name starts with a letter of any script and "
+            "has letters, "
             "digits, _ - . and spaces, none "
             "at the end.");
-  for (const char* bad : {"", " a", "a ", "a/b", "a\n", "\xC3\xA9", "_a"})
+  for (const char* bad : {"", " a", "a ", "a/b", "a\n", "_a", "\xC3", "a\xC3\xA9\xE9",
+                          "\xCC\x81"
+                          "a",
+                          "a\xE2\x80\xAE"
+                          "b",
+                          "a\xE2\x80\x8B", "\xED\xA0\x80",
+                          "a\xC2\xA0"
+                          "b"})
     EXPECT_FALSE(tx->add(bad, model::Robot{}).ok()) << bad;
-  for (const char* good : {"a", "A b", "a-1.2_c"})
+  for (const char* good : {"a", "A b", "a-1.2_c", "\xC3\xA9", "Tr\xC3\xA4ger 2",
+                           "\xE9\x83\xA8\xE5\x93\x81", "\xD0\x9C\xD0\xB8\xD1\x80", "e\xCC\x81"})
     EXPECT_TRUE(tx->add(good, model::Robot{}).ok()) << good;
   EXPECT_EQ(tx->free_name(Kind::robot, "pa10"), "pa10_2");
   EXPECT_EQ(tx->free_name(Kind::robot, "new"), "new");

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 
+#include <robomosp/sdk/names.h>
 #include <robomosp/sdk/program_tables.h>
 
 #include "io/native.h"
@@ -169,14 +170,11 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
 }
 
 /// What a record may be named after a controller's file, which may begin with a digit and have
-/// any characters: others than letters, digits, _ - . and spaces are "_".
+/// any characters: those that stand in no name are "_".
 std::string record_name(std::string_view foreign) {
-  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-  std::string out;
-  for (const char c : foreign)
-    out += is_letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == ' ' ? c : '_';
+  std::string out = with_name_characters(foreign);
   while (!out.empty() && out.back() == ' ') out.pop_back();
-  return out.empty() || !is_letter(out.front()) ? "x" + out : out;
+  return is_name(out) ? out : "x" + out;
 }
 
 /// A controller's program: its IRL, and behind it the files that it was, so that nothing is lost.

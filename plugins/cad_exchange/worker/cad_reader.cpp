@@ -168,11 +168,13 @@ class CadReader {
 
   void note(std::string text) { scene_.notes.push_back(std::move(text)); }
 
-  /// Names that writers make up for a place in an assembly when there is none: `NAUO12`, `=>[0:1]`.
+  /// Names that stand for a place in an assembly when there is none: `NAUO12`, `=>[0:1]`, and the
+  /// place's number, which Open CASCADE also takes where no byte of the name is ASCII.
   static bool is_generated(const std::string& name) {
     if (name.starts_with("=>[")) return true;
-    return name.starts_with("NAUO") && name.size() > 4 &&
-           name.find_first_not_of("0123456789", 4) == std::string::npos;
+    const std::size_t digits = name.starts_with("NAUO") ? 4 : 0;
+    return name.size() > digits &&
+           name.find_first_not_of("0123456789", digits) == std::string::npos;
   }
 
   /// Of a node that is not in the scene yet [mm].

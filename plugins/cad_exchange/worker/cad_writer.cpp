@@ -7,6 +7,8 @@
 #include <fstream>
 #include <sstream>
 
+#include <robomosp/sdk/names.h>
+
 #include "cad_common.h"
 #include "worker.h"
 
@@ -39,6 +41,25 @@ gp_Trsf trsf_of(const Pose& t) {
 void set_name(const TDF_Label& label, const std::string& name) {
   if (!name.empty())
     TDataStd_Name::Set(label, TCollection_ExtendedString(name.c_str(), Standard_True));
+}
+
+/// STEP is ASCII: other letters are written as ISO 10303-21 (section 6.4.3) says, \X2\ and four
+/// digits each for the first plane of Unicode, \X4\ and eight for the others.
+std::string with_step_letters(std::string_view bytes) {
+  std::string out;
+  out.reserve(bytes.size());
+  for (std::size_t i = 0; i < bytes.size();) {
+    const auto [c, size] = name_rules::code_point(bytes, i);
+    if (c < 0x80 || size == 0) {
+      out += bytes[i++];
+      continue;
+    }
+    char text[24];
+    std::snprintf(text, sizeof text, c < 0x10000 ? "\\X2\\%04X\\X0\\" : "\\X4\\%08X\\X0\\", c);
+    out += text;
+    i += size;
+  }
+  return out;
 }
 
 class CadWriter {
@@ -185,6 +206,7 @@ Result<std::string> write_cad(const Scene& given, const WriteOptions& options, P
   if (!written || bytes.empty())
     return error(ErrorCode::plugin_failed, "Open CASCADE could not write the file",
                  "Check the disk space, or export to another format.");
+  if (options.format != "iges") return with_step_letters(bytes);
   return bytes;
 }
 

@@ -43,8 +43,11 @@ Result<Scene> read_format(const std::string& path, const ReadOptions& o, Progres
   RMP_TRY_ASSIGN(const std::string bytes, slurp(path));
   progress.report(0.3, "reading");
   if (o.format == "dxf") return read_dxf(bytes, o.unit);
-  RMP_TRY_ASSIGN(auto shapes, read_stl(bytes, with_unit(o).unit));
-  return scene_of(std::move(shapes));
+  std::vector<std::string> notes;
+  RMP_TRY_ASSIGN(auto shapes, read_stl(bytes, with_unit(o).unit, notes));
+  Scene scene = scene_of(std::move(shapes));
+  scene.notes = std::move(notes);
+  return scene;
 }
 
 Result<std::string> write_format(const Scene&, const WriteOptions& o, Progress&) {

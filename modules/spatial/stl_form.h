@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which of its two forms an STL file has, for all that read one (layer: mathematics, std only).
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <string_view>
+
+namespace robomosp::spatial {
+
+/// Bytes before the first triangle of a binary file: a text of 80, and the number of triangles.
+inline constexpr std::size_t kStlHead = 84;
+/// Bytes of a triangle of a binary file: normal, corners, and two of its own use.
+inline constexpr std::size_t kStlTriangle = 50;
+
+/// Whether STL is text: it begins with "solid", as headers of binary files may, too, and has no
+/// zero byte where those have one, as the last byte of the number of triangles is for up to 16
+/// million.
+[[nodiscard]] inline bool is_text_stl(std::string_view bytes) {
+  constexpr std::string_view kWord = "solid";
+  const auto start = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
+  const std::string_view word = bytes.substr(start, kWord.size());
+  return word.size() == kWord.size() &&
+         std::equal(word.begin(), word.end(), kWord.begin(),
+                    [](char a, char b) { return (a | 0x20) == b; }) &&
+         bytes.substr(0, kStlHead).find('\0') == std::string_view::npos;
+}
+
+}  // namespace robomosp::spatial
