@@ -183,6 +183,7 @@ class Evaluator {
 
   Result<Evaluated> run() {
     std::vector<std::optional<ExactSolid>> values(plan_.terms.size());
+    std::vector<bool> is_nothing(plan_.terms.size(), false);
     RMP_TRY(import_all(values));
     std::vector<std::size_t> uses(plan_.terms.size(), 0);
     for (const Term& t : plan_.terms)
@@ -199,22 +200,44 @@ class Evaluator {
         continue;
       }
       std::vector<ExactSolid> operands;
-      for (const Item& item : term.items)
-        operands.push_back(values[item.term]->moved(item.pose, item.instance));
-      RMP_TRY_ASSIGN(const BooleanOutcome made,
-                     operate(term, std::move(operands)).in(csg_node_text(node, term.node)));
-      if (!made.remedy.empty())
-        notes_.push_back(csg_node_text(node, term.node) + ": " + made.remedy + ".");
-      if (made.solid.empty() || !(made.solid.volume() > 0))
-        return error(ErrorCode::invalid_argument, "the result is empty",
-                     term.kind == CsgKind::difference
-                         ? "Nothing is left of the first solid; make the others smaller."
-                         : "The solids have no common volume; move them together.",
-                     csg_node_text(node, term.node));
-      values[t] = made.solid;
+      std::vector<std::size_t> nodes;
+      bool is_empty = false;  // an empty operand is nothing, as an empty set is
+      for (std::size_t k = 0; k < term.items.size() && !is_empty; ++k) {
+        const Item& item = term.items[k];
+        if (!is_nothing[item.term]) {
+          operands.push_back(values[item.term]->moved(item.pose, item.instance));
+          nodes.push_back(plan_.terms[item.term].node);
+        } else if (term.kind == CsgKind::intersection ||
+                   (term.kind == CsgKind::difference && k == 0)) {
+          is_empty = true;
+        }
+      }
+      if (is_empty || operands.empty()) {
+        is_nothing[t] = true;
+      } else {
+        RMP_TRY_ASSIGN(
+            const BooleanOutcome made,
+            operate(term, std::move(operands), nodes).in(csg_node_text(node, term.node)));
+        if (!made.remedy.empty())
+          notes_.push_back(csg_node_text(node, term.node) + ": " + made.remedy + ".");
+        values[t] = made.solid;
+        if (made.solid.empty() || !(made.solid.volume() > 0)) {
+          is_nothing[t] = true;
+          const bool is_difference = term.kind == CsgKind::difference;
+          nothing_left_ =
+              error(ErrorCode::invalid_argument, "the result is empty",
+                    is_difference ? "Nothing is left of the first solid; make the others smaller."
+                                  : "The solids have no common volume; move them together.",
+                    csg_node_text(node, term.node));
+          notes_.push_back(csg_node_text(node, term.node) +
+                           (is_difference ? " is empty: nothing is left of the first solid."
+                                          : " is empty: the solids have no common volume."));
+        }
+      }
       for (const Item& item : term.items)
         if (--uses[item.term] == 0) values[item.term].reset();
     }
+    if (is_nothing[plan_.root.term]) return *nothing_left_;
     ExactSolid solid = values[plan_.root.term]->moved(plan_.root.pose, plan_.root.instance);
     add_closing_notes(solid);
     return Evaluated{std::move(solid), std::move(notes_)};
@@ -252,7 +275,9 @@ class Evaluator {
     return {};
   }
 
-  Result<BooleanOutcome> operate(const Term& term, std::vector<ExactSolid> operands) {
+  /// `nodes` are those of the operands.
+  Result<BooleanOutcome> operate(const Term& term, std::vector<ExactSolid> operands,
+                                 const std::vector<std::size_t>& nodes) {
     switch (term.kind) {
       case CsgKind::difference: {
         const ExactSolid first = operands.front();
@@ -262,7 +287,7 @@ class Evaluator {
             tools.push_back(std::move(operands[k]));
             continue;
           }
-          const std::size_t n = plan_.terms[term.items[k].term].node;
+          const std::size_t n = nodes[k];
           notes_.push_back(csg_node_text(tree_.nodes[n], n) +
                            ": cuts nothing: it does not reach the solid.");
         }
@@ -300,6 +325,7 @@ class Evaluator {
   Imports& imports_;
   Progress& progress_;
   std::vector<std::string> notes_;
+  std::optional<Error> nothing_left_;  ///< of the last operation that was empty by itself
 };
 
 }  // namespace

@@ -119,10 +119,40 @@ class Evaluator {
       ++finished_;
       open.pop_back();
     }
-    return values_[plan_.root.term];
+    const ValuePtr& all = values_[plan_.root.term];
+    if (all->solids.empty()) return nothing_left();
+    return all;
   }
 
  private:
+  /// Why an operation may be empty. Within others it is nothing, as an empty set is; a solid is
+  /// not.
+  static const char* why_empty(CsgKind kind) {
+    return kind == CsgKind::difference
+               ? "Nothing is left of the first solid; make the others smaller."
+               : "The solids have no common volume; move them together.";
+  }
+  /// The error of a root that is empty, at the operation that made it so.
+  Error nothing_left() const {
+    std::size_t t = plan_.root.term;
+    for (bool goes_on = true; goes_on;) {
+      goes_on = false;
+      for (const Item& item : plan_.terms[t].items) {
+        const bool is_empty = values_[item.term] && values_[item.term]->solids.empty();
+        if (!is_empty) {
+          if (plan_.terms[t].kind == CsgKind::difference) break;  // only the first counts
+          continue;
+        }
+        t = item.term;
+        goes_on = true;
+        break;
+      }
+    }
+    const Term& term = plan_.terms[t];
+    return in_node(error(ErrorCode::invalid_argument, "the result is empty", why_empty(term.kind)),
+                   term);
+  }
+
   Error in_node(Error e, const Term& term) const {
     if (e.code == ErrorCode::cancelled || !e.where.empty()) return e;
     e.message = kind_text(tree_.nodes[term.node].kind) + ": " + e.message;
@@ -227,6 +257,10 @@ class Evaluator {
       auto value = std::make_shared<Value>();
       value->notes = child->notes;
       for (Note& note : value->notes) note.path.insert(note.path.begin(), 0);
+      if (child->solids.empty()) {
+        value->lineage = child->lineage;
+        return ValuePtr(value);
+      }
       const auto claim = gate_.claim(child->lineage, progress_);
       if (!claim) return cancelled_error();
       // A mirror image is a copy, as what is stretched; the others keep the faces they do not
@@ -283,13 +317,24 @@ class Evaluator {
       } else {
         RMP_TRY(combine_by_edit(term, operands, stock, *value));
       }
-      if (value->solids.empty())
-        return error(ErrorCode::invalid_argument, "the result is empty",
-                     term.kind == CsgKind::difference
-                         ? "Nothing is left of the first solid; make the others smaller."
-                         : "The solids have no common volume; move them together.");
+      if (value->solids.empty() && has_content_in(term) && value->notes.size() < kMostNotes)
+        value->notes.push_back({{},
+                                term.kind == CsgKind::difference
+                                    ? "is empty: nothing is left of the first solid"
+                                    : "is empty: the solids have no common volume"});
       return ValuePtr(value);
     });
+  }
+
+  /// Whether an operation had something to begin with, so that it is empty by itself.
+  bool has_content_in(const Term& term) const {
+    if (term.kind == CsgKind::union_) return false;
+    for (const Item& item : term.items) {
+      const bool is_empty = values_[item.term] && values_[item.term]->solids.empty();
+      if (term.kind == CsgKind::difference) return !is_empty;
+      if (is_empty) return false;
+    }
+    return true;
   }
 
   void append_operands(const Term& term, std::size_t i, std::vector<Operand>& operands) const {
@@ -444,6 +489,7 @@ class Evaluator {
     for (std::size_t k = 0; k < operands.size(); ++k) {
       const std::size_t item = operands[k].item;
       if (item == 0 || used[k] || item == last_told || value.notes.size() >= kMostNotes) continue;
+      if (operands.front().item != 0) continue;  // nothing to cut
       last_told = item;
       value.notes.push_back(
           {{static_cast<std::uint32_t>(item)}, "cuts nothing: it does not reach the solid"});

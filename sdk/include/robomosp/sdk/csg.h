@@ -350,7 +350,8 @@ class CsgEngine {
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
 
   /// Evaluates the tree to a verified solid. A size that is not positive (or, where the table
-  /// allows it, zero) and an empty result are errors that name the node. Never returns a solid
+  /// allows it, zero) and an empty result are errors that name the node. An operation within others
+  /// that is empty is nothing to them, as an empty set is, with a note at it. Never returns a solid
   /// that failed its check.
   virtual Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
                                                            Progress&) const = 0;

@@ -722,10 +722,27 @@ TEST_P(CsgConformance, EmptyResultsAreRefusedByNode) {
                {"\"nothing\"", "empty"});
   expect_error(intersect({sphere(0.1), sphere(0.1).at(1, 0, 0)}), {"node 0", "empty"});
   expect_error(intersect({sphere(0.1), sphere(0.1).at(0.15, 0.15, 0)}), {"node 0", "empty"});
-  expect_error(
-      unite({box(1, 1, 1),
-             intersect({box(0.1, 0.1, 0.1), box(0.1, 0.1, 0.1).at(1, 0, 0)}).named("inner")}),
-      {"\"inner\"", "empty"});
+  const Csg nothing =
+      intersect({box(0.1, 0.1, 0.1), box(0.1, 0.1, 0.1).at(1, 0, 0)}).named("inner");
+  expect_error(unite({nothing, nothing}), {"\"inner\"", "empty"});
+  expect_error(intersect({box(1, 1, 1), nothing}), {"empty"});
+  expect_error(subtract({nothing, box(1, 1, 1)}), {"\"inner\"", "empty"});
+}
+
+TEST_P(CsgConformance, EmptyOperandsAreNothing) {
+  const Csg a = box(0.1, 0.1, 0.1), b = cylinder(0.02, 0.3).at(0.01, 0, -0.1);
+  const Csg apart = intersect({sphere(0.1), sphere(0.1).at(1, 0, 0)}),
+            gone = subtract({box(0.1, 0.1, 0.1), sphere(1)});
+  const double tolerance = 10 * GetParam().boolean_accuracy;
+  for (const Csg& nothing : {apart, gone, unite({apart, gone}), subtract({gone, apart})}) {
+    expect_moments(moments(unite({a, nothing, b})), moments(unite({a, b})), tolerance, "sum");
+    expect_moments(moments(unite({nothing, a, b})), moments(unite({a, b})), tolerance,
+                   "sum that begins with nothing");
+    expect_moments(moments(subtract({a, nothing, b})), moments(subtract({a, b})), tolerance,
+                   "difference");
+    expect_moments(moments(unite({a, intersect({b, nothing})})), moments(a), tolerance,
+                   "intersection with nothing");
+  }
 }
 
 TEST_P(CsgConformance, CancelledWorkStops) {
