@@ -19,9 +19,11 @@
 #include <GCPnts_AbscissaPoint.hxx>
 #include <GeomAPI_ProjectPointOnCurve.hxx>
 #include <Geom_Curve.hxx>
+#include <ShapeUpgrade_UnifySameDomain.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
 #include <TopTools_ListOfShape.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
@@ -237,8 +239,37 @@ std::optional<Solid> worked(CsgKind kind, double size, const Solid& solid,
   }
 }
 
-Result<std::vector<Solid>> work_edges(const CsgNode& node, const std::vector<Solid>& solids,
+/// The solid with faces of one plane, cylinder or other surface that touch made one, and edges of
+/// one curve likewise: boxes that are flush have the edges of the prism they make. The solid itself
+/// where nothing is to be made one, or where what Open CASCADE makes of it is not sound.
+Solid as_one_body(const Solid& solid, FaceMemory& faces) {
+  try {
+    ShapeUpgrade_UnifySameDomain unify(solid.shape, true, true, false);
+    unify.Build();
+    const auto count = [](const TopoDS_Shape& shape) {
+      TopTools_IndexedMapOfShape edges;
+      TopExp::MapShapes(shape, TopAbs_EDGE, edges);
+      return edges.Extent();
+    };
+    TopExp_Explorer found(unify.Shape(), TopAbs_SOLID);
+    if (!found.More()) return solid;
+    const TopoDS_Shape shape = found.Current();
+    found.Next();
+    if (found.More() || count(shape) == count(solid.shape) || !is_sound(shape)) return solid;
+    Solid one = measured(shape, faces);
+    return std::abs(one.volume - solid.volume) <= 1e-9 * solid.volume ? one : solid;
+  } catch (const Standard_Failure&) {
+    return solid;
+  }
+}
+
+Result<std::vector<Solid>> work_edges(const CsgNode& node, const std::vector<Solid>& given,
                                       FaceMemory& faces, Progress& progress) {
+  std::vector<Solid> solids;
+  for (const Solid& solid : given) {
+    if (progress.cancelled()) return cancelled_error();
+    solids.push_back(as_one_body(solid, faces));
+  }
   const bool is_fillet = node.kind == CsgKind::fillet;
   RMP_TRY_ASSIGN(const std::vector<CsgEdgeTest> tests, parse_csg_select(node.select));
   const std::vector<Edge> chosen = Selector(solids, tests).run(progress);

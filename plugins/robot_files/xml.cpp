@@ -172,10 +172,15 @@ std::filesystem::path file_as_written(std::string_view uri, const std::filesyste
       reach.refuse(asked);
       return {};
     }
-    return exists(full) ? full : fs::path();
+    if (exists(full)) return full;
+    // A URI that begins with a folder's name is looked for as one of a package is.
+    if (scheme == std::string_view::npos || p.is_absolute()) return {};
+  } else if (kind == "package" || kind == "model") {
+    uri.remove_prefix(scheme + 3);
+  } else {
+    return {};
   }
-  if (kind != "package" && kind != "model") return {};
-  const fs::path in_package = fs::path(std::string(uri.substr(scheme + 3))).lexically_normal();
+  const fs::path in_package = fs::path(std::string(uri)).lexically_normal();
   if (in_package.empty() || in_package.is_absolute() || *in_package.begin() == "..") {
     reach.refuse(asked);
     return {};

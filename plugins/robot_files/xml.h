@@ -63,9 +63,9 @@ inline constexpr std::size_t kMostShapes = 100000;
 [[nodiscard]] std::string without_escapes(std::string_view uri);
 /// The file that a mesh's URI means: package://, model:// and file:// as well as paths relative to
 /// the folder of the robot's file. Packages are looked for as folders of that name beside the file
-/// and above it, then, within the package, the path alone. Where there is none, percent escapes
-/// are taken for what they mean. Empty when there is no such file, or
-/// when it is out of reach, which is noted there.
+/// and above it, then, within the package, the path alone; so are those of file:// that are not
+/// beside the file. Where there is none, percent escapes are taken for what they mean. Empty when
+/// there is no such file, or when it is out of reach, which is noted there.
 [[nodiscard]] std::filesystem::path mesh_file(std::string_view uri,
                                               const std::filesystem::path& folder, Reach& reach);
 /// Says of meshes that were not found, by what the file calls them, that they were left out; those

@@ -542,6 +542,38 @@ TEST_P(CsgConformance, SelectedEdgesAreRoundedAndBevelled) {
   EXPECT_NE(odd.error().sentence().find("\"blend\""), std::string::npos) << odd.error().sentence();
 }
 
+TEST_P(CsgConformance, FlushSolidsHaveTheEdgesOfOneBody) {
+  NoProgress progress;
+  if (!engine->evaluate(fillet(box(0.1, 0.1, 0.1), 0.01).tree(), progress))
+    GTEST_SKIP() << "the engine rounds no edges";
+  const double pi = detail::kPi, r = 0.005;
+  const auto alike = [&](const Csg& several, const Csg& one, const std::string& what) {
+    for (const char* edges : {"all", "parallel z", "top"})
+      for (const auto& work : {fillet, chamfer}) {
+        const Moments a = moments(work(several, r, edges)), b = moments(work(one, r, edges));
+        EXPECT_NEAR(a.volume, b.volume, volume_slack(b, 1e-9)) << what << ", " << edges;
+        EXPECT_NEAR(a.area, b.area, 1e-9 + 1e-9 * b.area) << what << ", " << edges;
+      }
+  };
+  alike(unite({box(0.06, 0.08, 0.05), box(0.04, 0.08, 0.05).at(0.05, 0, 0)}),
+        box(0.1, 0.08, 0.05).at(0.02, 0, 0), "two boxes side by side");
+  alike(unite({box(0.1, 0.08, 0.02), box(0.1, 0.08, 0.03).at(0, 0, 0.02)}), box(0.1, 0.08, 0.05),
+        "two boxes on each other");
+  alike(unite({box(0.07, 0.08, 0.05), box(0.07, 0.08, 0.05).at(0.03, 0, 0)}),
+        box(0.1, 0.08, 0.05).at(0.015, 0, 0), "two boxes that overlap");
+  // Of an angle of boxes, five edges along z are convex and one is concave.
+  const Csg angle = unite({box(0.2, 0.1, 0.05), box(0.1, 0.2, 0.05).at(0.05, 0.05, 0)});
+  const double V = 0.05 * (0.2 * 0.1 + 0.1 * 0.1), lost = (1 - pi / 4) * r * r, cut = r * r / 2;
+  const auto volume = [&](const Csg& c, double want) {
+    const Moments m = moments(c);
+    EXPECT_NEAR(m.volume, want, volume_slack(m, 1e-9));
+  };
+  volume(fillet(angle, r, "parallel z"), V - 4 * lost * 0.05);
+  volume(chamfer(angle, r, "parallel z"), V - 4 * cut * 0.05);
+  volume(fillet(unite({cylinder(0.05, 0.04), cylinder(0.05, 0.06).at(0, 0, 0.04)}), r),
+         moments(cylinder(0.05, 0.1, r)).volume);
+}
+
 TEST_P(CsgConformance, ContentBelongsToWhatIsRemembered) {
   // Nodes that differ in a drawing, a selection or a file only.
   const auto volume = [&](const Csg& c) { return moments(c).volume; };
