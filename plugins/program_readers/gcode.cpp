@@ -224,11 +224,18 @@ class GcodeReader final : public Reader {
       const Word* p = find_word(words, 'P');
       const Word* s = find_word(words, 'S');
       const double t = s ? s->value : p ? p->value * (is_printer_ ? 0.001 : 1) : -1;
+      if (!s && p && !is_printer_ && p->value >= 10 && !std::exchange(told_dwell_, true))
+        warn(p->at, "P of a dwell is taken as seconds, as LinuxCNC and Grbl do",
+             "Controls such as Fanuc's mean milliseconds; divide it by 1000 there.");
       if (t < 0) bad(at, "a dwell has its time");
       else emit("WAIT " + number_text(t) + " SEC;", at);
       return;
     }
-    if (moves) motion(to, is_given, words, at);
+    // An arc that says its centre and no end goes all the way round to where it began
+    // (RS274/NGC, 3.5.3).
+    const bool has_centre = find_word(words, 'I') || find_word(words, 'J') || find_word(words, 'K');
+    if (moves || (mode_ >= 2 && (has_centre || find_word(words, 'R'))))
+      motion(to, is_given, words, at);
     for (const Word& w : words) {
       if (w.letter != 'M') continue;
       const int m = static_cast<int>(w.value);
@@ -420,7 +427,8 @@ class GcodeReader final : public Reader {
   double unit_ = 1, feed_ = 0, blend_ = 0;
   bool is_absolute_ = true, is_arc_absolute_ = false, passes_ = false, is_over_ = false,
        is_printer_ = false;
-  bool told_extruder_ = false, told_spindle_ = false, told_feed_ = false, told_start_ = false;
+  bool told_extruder_ = false, told_spindle_ = false, told_feed_ = false, told_dwell_ = false,
+       told_start_ = false;
   std::array<double, 6> at_place_{};
   std::array<bool, 3> is_known_{};
 };

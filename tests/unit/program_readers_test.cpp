@@ -1151,6 +1151,25 @@ TEST(ProgramReaders, MelfaTransitionsEndWithCnt0) {
   EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, "present_continuous_distance := 25.0;\npresent_continuous_distance := 0.0;\n");
 }
+TEST(ProgramReaders, GcodeArcsWithoutAnEndGoAllTheWayRound) {
+  const auto p = read_with(
+      read_gcode, {{"p.ngc", "G21 G90 F600\nG0 X20 Y10 Z5\nG2 I-10 J0\nI0 J5\nG2 R4\nM2\n"}});
+  EXPECT_EQ(read_faults(*p), "5:1 error no arc of this radius goes there.\n");
+  expect_lines(*p, R"(
+MOVE PTP POSITION(20.0, 10.0, 5.0);
+MOVE CIRCLE POSITION(10.0, 0.0, 5.0), POSITION(0.0, 10.0, 5.0) SPEED := 10.0;
+MOVE CIRCLE POSITION(10.0, 20.0, 5.0), POSITION(20.0, 10.0, 5.0) SPEED := 10.0;
+MOVE CIRCLE POSITION(15.0, 15.0, 5.0), POSITION(20.0, 20.0, 5.0) SPEED := 10.0;
+MOVE CIRCLE POSITION(25.0, 15.0, 5.0), POSITION(20.0, 10.0, 5.0) SPEED := 10.0;
+)");
+}
+
+TEST(ProgramReaders, GcodeDwellsOfManySecondsAreTold) {
+  EXPECT_EQ(read_faults(*read_with(read_gcode, {{"p.ngc", "G4 P500\nG4 P9\nM2\n"}})),
+            "1:4 warning P of a dwell is taken as seconds, as LinuxCNC and Grbl do.\n");
+  EXPECT_EQ(read_faults(*read_with(read_gcode, {{"p.ngc", "G4 P0.5\nG4 S20\nM2\n"}})), "");
+}
+
 TEST(ProgramReaders, GcodeWaitsOfAMillionSecondsHaveNoEnd) {
   const auto p = read_with(read_gcode, {{"p.ngc", "M66 P2 L3 Q1000000\nM66 P2 L4 Q999\nM2\n"}});
   EXPECT_EQ(read_faults(*p), "");
