@@ -327,12 +327,14 @@ class ExpressionCompiler : ExpressionGrammar {
         at_ = p + 1;
         return {};
       }
-      if (p >= all().size() || !is_letter(all()[p])) return {};
-      std::size_t e = word_end(p);
+      constexpr std::string_view kDegreeSign = "\u00b0";
+      const bool is_sign = p < all().size() && all().substr(p).starts_with(kDegreeSign);
+      if (p >= all().size() || (!is_letter(all()[p]) && !is_sign)) return {};
+      std::size_t e = is_sign ? p + kDegreeSign.size() : word_end(p);
       const std::string_view word = all().substr(p, e - p);
       const std::size_t behind = skip(e);
       const bool is_call = behind < all().size() && (all()[behind] == '(' || all()[behind] == '.');
-      if (!units::is_unit(word) || is_call) {
+      if (!units::is_unit_behind_number(word) || is_call) {
         if (!is_first || is_keyword(word)) return {};
         if (!is_call && !is_number_word(word)) return not_a_unit(p, word);
         return fault(p, "an operator is missing before " + quote(word),

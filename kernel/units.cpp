@@ -60,6 +60,22 @@ constexpr Named kUnits[] = {
     {"1", 1, kNone},
 };
 
+/// Other spellings of these, as people write them.
+struct Spelling {
+  std::string_view written, name;
+};
+constexpr Spelling kSpellings[] = {
+    {"\u00b0", "deg"},     {"degree", "deg"},      {"degrees", "deg"},    {"radian", "rad"},
+    {"radians", "rad"},    {"inch", "in"},         {"inches", "in"},      {"foot", "ft"},
+    {"feet", "ft"},        {"metre", "m"},         {"metres", "m"},       {"meter", "m"},
+    {"meters", "m"},       {"millimetre", "mm"},   {"millimetres", "mm"}, {"millimeter", "mm"},
+    {"millimeters", "mm"}, {"centimetre", "cm"},   {"centimetres", "cm"}, {"centimeter", "cm"},
+    {"centimeters", "cm"}, {"\u00b5m", "um"},      {"\u03bcm", "um"},     {"second", "s"},
+    {"seconds", "s"},      {"sec", "s"},           {"minute", "min"},     {"minutes", "min"},
+    {"hour", "h"},         {"hours", "h"},         {"newton", "N"},       {"newtons", "N"},
+    {"gram", "g"},         {"grams", "g"},         {"kilogram", "kg"},    {"kilograms", "kg"},
+    {"revolution", "rev"}, {"revolutions", "rev"}, {"percent", "%"}};
+
 struct NamedDimension {
   Dimension dimension;
   std::string_view name;  // with its article
@@ -90,6 +106,12 @@ constexpr NamedDimension kDimensions[] = {
 const Named* find_unit(std::string_view name) {
   for (const Named& u : kUnits)
     if (u.name == name) return &u;
+  return nullptr;
+}
+
+const Named* find_spelling(std::string_view written) {
+  for (const Spelling& s : kSpellings)
+    if (s.written == written) return find_unit(s.name);
   return nullptr;
 }
 
@@ -125,6 +147,9 @@ constexpr Customary kCustomary[] = {
 }  // namespace
 
 bool is_unit(std::string_view word) { return find_unit(word) != nullptr; }
+bool is_unit_behind_number(std::string_view word) {
+  return find_unit(word) != nullptr || find_spelling(word) != nullptr;
+}
 
 std::string kind_of(const Dimension& dimension) {
   return kind_of(Unit{1, dimension}, si_name(dimension));
@@ -176,6 +201,7 @@ Result<Unit> parse(std::string_view name) {
     const std::string_view word = rest.substr(0, length);
     if (word.empty()) return malformed(name);
     const Named* named = find_unit(word);
+    if (!named) named = find_spelling(word);
     if (!named) return unknown_unit(word);
     rest.remove_prefix(length);
     int power = 1;

@@ -24,6 +24,9 @@ struct Unit {
 [[nodiscard]] Result<Unit> parse(std::string_view name);
 /// Whether `word` alone names a unit: "mm", "deg", "%".
 [[nodiscard]] bool is_unit(std::string_view word);
+/// The same, or a longer spelling such as "degrees", "inch" or the degree sign. These are units behind a
+/// number only, so that parameters may have such names.
+[[nodiscard]] bool is_unit_behind_number(std::string_view word);
 
 /// "a length", "an angle", "a number without a unit", or "a quantity in kg m^5".
 [[nodiscard]] std::string kind_of(const Dimension&);

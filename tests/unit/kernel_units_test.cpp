@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "kernel/text.h"
 
 namespace robomosp {
@@ -131,6 +133,32 @@ TEST(Units, TheShorterOfSiAndCustomaryUnitIsPrinted) {
   EXPECT_EQ(units::print_quantity(0.0015, "kg"), "0.0015");
   EXPECT_EQ(units::print_quantity(-0.0, "m"), "0");
   EXPECT_EQ(units::print_quantity(kHalfTurn, "rad/s"), "180 deg/s");
+}
+
+TEST(Units, SpellingsThatPeopleWriteAreUnitsBehindANumber) {
+  // 180 degrees are pi; an inch is 25.4 mm and a foot 0.3048 m by the agreement of 1959.
+  const std::tuple<const char*, const char*, double> all[] = {
+      {"90\u00b0", "rad", kHalfTurn / 2},
+      {"90 \u00b0", "rad", kHalfTurn / 2},
+      {"-45 degrees", "rad", -kHalfTurn / 4},
+      {"180 \u00b0/s", "rad/s", kHalfTurn},
+      {"2 inch", "m", 0.0508},
+      {"2 inches", "m", 0.0508},
+      {"10 feet", "m", 3.048},
+      {"20 millimetres", "m", 0.02},
+      {"1.5 meters", "m", 1.5},
+      {"3 seconds", "s", 3},
+      {"120 degrees/second", "rad/s", kHalfTurn * 2 / 3}};
+  for (const auto& [text, unit, si] : all) {
+    const auto read = units::read_quantity(text, unit);
+    ASSERT_TRUE(read.ok()) << text << ": " << read.error().sentence();
+    EXPECT_NEAR(*read, si, 1e-15) << text;
+  }
+  // They stay free as names of parameters.
+  EXPECT_FALSE(units::is_unit("inch"));
+  EXPECT_FALSE(units::is_unit("second"));
+  EXPECT_TRUE(units::is_unit_behind_number("inch"));
+  EXPECT_FALSE(units::read_quantity("3 furlongs", "m").ok());
 }
 
 TEST(Units, WithItsUnitAQuantityReadsBackWithoutKnowingIt) {
