@@ -160,7 +160,10 @@ Result<double> check_range(const ParamSpec& spec, double v, std::string_view pat
 
 /// Any number within the unit, not yet range-checked.
 Result<double> read_real(const ParamSpec& spec, const Value& v, std::string_view path) {
-  if (v.is_number()) return v.number();
+  if (v.is_number()) {
+    BareNumbers::number(path, v.number(), spec.unit);
+    return v.number();
+  }
   if (const std::string* s = v.as_string()) {
     Result<double> read =
         units::read_quantity(*s, spec.unit == "1" ? std::string_view() : spec.unit);
@@ -312,6 +315,12 @@ Result<Value> pose_from_matrix(const std::vector<double>& m, std::string_view pa
                      text::print_rounded(off, 2) + "; at most 1e-06 is accepted)",
                  "Give more digits, or angles: {position = {x, y, z}, rpy = {roll, pitch, yaw}}.");
   if (off > kAsGiven) r = orthonormal(r);
+  constexpr const char* kAxes[] = {".x", ".y", ".z"};
+  for (const std::size_t i : {0U, 1U, 2U}) {
+    // Whole numbers were typed, as in pose(400, 0, 300); others may have been computed.
+    const double x = m[4 * i + 3];
+    if (x == std::round(x)) BareNumbers::number(std::string(path) + kAxes[i], x, "m");
+  }
   return pose_value(Pose{r, {m[3], m[7], m[11]}});
 }
 

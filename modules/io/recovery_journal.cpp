@@ -259,7 +259,7 @@ class RecoveryJournal::File {
 RecoveryJournal::RecoveryJournal(const document::Document& document, JournalOptions options)
     : document_(document), options_(std::move(options)) {}
 
-RecoveryJournal::~RecoveryJournal() {
+void RecoveryJournal::end_thread() {
   std::thread thread;
   {
     const std::lock_guard lock(mutex_);
@@ -268,7 +268,19 @@ RecoveryJournal::~RecoveryJournal() {
   }
   wake_.notify_all();
   if (thread.joinable()) thread.join();
-  if (file_) file_->remove();
+}
+
+RecoveryJournal::~RecoveryJournal() {
+  end_thread();
+  if (file_ && !is_kept_) file_->remove();
+}
+
+Result<fs::path> RecoveryJournal::keep() {
+  end_thread();
+  const document::SnapshotPtr now = document_.now();
+  RMP_TRY(write(*now, false));
+  is_kept_ = true;
+  return file_->path();
 }
 
 void RecoveryJournal::changed() {
@@ -435,15 +447,20 @@ Result<std::size_t> ClaimedJournal::unsaved(const std::vector<fs::path>& library
   document::Document scratch;
   RMP_TRY_ASSIGN(auto tx, scratch.begin("read"));
   std::vector<std::string> notes;
-  RMP_TRY_ASSIGN(const auto loaded, restore(tx, library, notes));
-  std::size_t count = notes.size();  // what could not be read is not known to be saved
-  for (const AnyId id : loaded) {
-    const std::string& file = tx.now().find(id)->file;
+  RMP_TRY(restore(tx, library, notes));
+  // What could not be read is not known to be saved.
+  return notes.size() + unsaved_records(tx.now(), library).size();
+}
+
+std::vector<AnyId> unsaved_records(const Snapshot& now, const std::vector<fs::path>& library) {
+  std::vector<AnyId> out;
+  for (const AnyId id : now.list()) {
+    const std::string& file = now.find(id)->file;
     const auto text =
-        file.empty() ? Result<std::string>(std::string()) : print(tx.now(), id, file, library);
-    if (file.empty() || !text.ok() || !file_holds(file, *text)) ++count;
+        file.empty() ? Result<std::string>(std::string()) : print(now, id, file, library);
+    if (file.empty() || !text.ok() || !file_holds(file, *text)) out.push_back(id);
   }
-  return count;
+  return out;
 }
 
 Result<std::vector<AnyId>> ClaimedJournal::restore(document::Transaction& tx,

@@ -47,18 +47,23 @@ class RecoveryJournal {
   RecoveryJournal& operator=(const RecoveryJournal&) = delete;
   /// There is something new that was not saved. Does not wait. [any thread]
   void changed();
+  /// Writes the document as it is now and leaves the file for the next start of the program;
+  /// nothing is written from then on. Returns the file. [the thread that ends it]
+  Result<std::filesystem::path> keep();
   /// The file; empty before the first entry. [any thread]
   [[nodiscard]] std::filesystem::path file() const;
 
  private:
   class File;
   void run();
+  void end_thread();
   Result<void> write(const document::Snapshot& now, bool whole);
   const document::Document& document_;
   const JournalOptions options_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool is_changed_ = false, is_ending_ = false;  // guarded by mutex_
+  bool is_kept_ = false;                         ///< of the thread that ends it
   std::filesystem::path path_;                   // guarded by mutex_
   std::thread thread_;                           // guarded by mutex_
   // Of the thread:
@@ -67,6 +72,10 @@ class RecoveryJournal {
   std::unordered_set<std::string> geometries_;  ///< names written to this file
   std::uint64_t whole_bytes_ = 0;               ///< of the last entry that held everything
 };
+
+/// The records that differ from their files, or have none, in order of creation.
+[[nodiscard]] std::vector<AnyId> unsaved_records(const document::Snapshot&,
+                                                 const std::vector<std::filesystem::path>& library);
 
 /// A journal that no process keeps any more.
 struct FoundJournal {

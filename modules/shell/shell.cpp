@@ -16,8 +16,11 @@
 #include <fstream>
 #include <functional>
 #include <iostream>
+#include <set>
 #include <string>
 #include <string_view>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -33,6 +36,7 @@
 #include "ioci/core/lua_plugins.h"
 #include "ioci/program/packs.h"
 #include "ioci/recording/watchers.h"
+#include "kernel/letters.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
@@ -148,6 +152,9 @@ class Voice {
       std::fprintf(stderr, "%s\n", text::visible(text::shortened(std::string(trace))).c_str());
     return exit_code(e.code);
   }
+  void note(std::string_view text) const {
+    if (!settings_.quiet && !settings_.json) to_stderr("note", "\x1b[36m", text);
+  }
   void warn(std::string_view text) const {
     if (!settings_.quiet) to_stderr("warning", "\x1b[33m", text);
   }
@@ -182,6 +189,43 @@ class Voice {
   bool color_ = false, pages_ = false;
 };
 
+/// Notes of the commands that are typed here, such as that 90 was taken as radians: once each, and
+/// of many at once the first few.
+class Notes {
+ public:
+  /// Of what is posted by the thread that makes this.
+  void take(const Message& m) {
+    // What only tells what was done, or is of no concern to what was typed.
+    constexpr std::string_view kQuiet[] = {"audit",         "history_forgets", "ik_choice",
+                                           "kept_geometry", "plugin_hidden",   "recovery"};
+    if (m.severity != Severity::info || std::this_thread::get_id() != thread_ ||
+        std::find(std::begin(kQuiet), std::end(kQuiet), m.code) != std::end(kQuiet))
+      return;
+    add(m.text);
+  }
+  void add(const std::string& text) {
+    if (!told_.insert(text).second) return;
+    if (fresh_.size() < kMost) fresh_.push_back(text);
+    else ++more_;
+  }
+  /// Those since the last time.
+  [[nodiscard]] std::vector<std::string> fresh() {
+    if (more_ > 0)
+      fresh_.push_back(std::to_string(more_) + (more_ == 1 ? " more note" : " more notes") +
+                       ": message.list() lists all messages.");
+    more_ = 0;
+    return std::exchange(fresh_, {});
+  }
+
+ private:
+  static constexpr std::size_t kMost = 5;
+  const std::thread::id thread_ = std::this_thread::get_id();
+  // Of that thread:
+  std::set<std::string> told_;
+  std::vector<std::string> fresh_;
+  std::size_t more_ = 0;
+};
+
 /// The application with its session and Lua, as every subcommand but the light ones needs it.
 struct Program {
   std::unique_ptr<ioci::Application> app;
@@ -190,6 +234,7 @@ struct Program {
   RpcServer* rpc = nullptr;                       ///< takes what scripts print while it serves
   std::function<void(std::string_view)> printed;  ///< the same, where it is set
   std::uint64_t subscription = 0;
+  std::unique_ptr<Notes> notes;  ///< of a console
 
   [[nodiscard]] NameOf names() const {
     return [this](const Handle& h) { return app->name_of(h).value_or(""); };
@@ -217,6 +262,13 @@ std::function<void(double, std::string_view)> progress_bar() {
   };
 }
 
+/// What journals of consoles say that read their input from a file or a pipe.
+constexpr const char* kPiped = "robomosp, input from a file";
+
+bool is_interactive(const Settings& s) {
+  return ::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0 && !s.json;
+}
+
 Result<void> start(Program& p, const Settings& s, const Voice& voice, std::string session_name) {
   ioci::ApplicationOptions options;
   options.plugin_path.assign(s.plugin_path.begin(), s.plugin_path.end());
@@ -228,9 +280,11 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   if (session_name == "console" || session_name == "script" || session_name == "rpc" ||
       session_name == "serve")
     options.recovery = io::recovery_folder();
+  if (session_name == "console" && !is_interactive(s)) options.recovery_program = kPiped;
   RMP_TRY_ASSIGN(p.app, ioci::Application::create(std::move(options)));
-  const auto show = [&voice](const Message& m) {
+  const auto show = [&voice, &p](const Message& m) {
     if (m.severity >= Severity::warning) voice.warn(m.text);
+    else if (p.notes) p.notes->take(m);
   };
   for (const Message& m : p.app->messages.recent()) show(m);
   if (const std::string words = spatial::instruction_set_complaint(); !words.empty())
@@ -261,6 +315,8 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   if (!s.no_plugins)
     p.lua->load_plugins(
         ioci::lua_plugins(PluginLoader::search_path({s.plugin_path.begin(), s.plugin_path.end()})));
+  if (kind == ioci::SessionKind::console || p.session->name() == "eval")
+    p.notes = std::make_unique<Notes>();
   return {};
 }
 
@@ -365,8 +421,21 @@ int evaluate(lua::LuaState& lua, const NameOf& names, const Voice& voice,
   voice.result({}, *text);
   return 0;
 }
+constexpr const char* kLocalNote =
+    "A local variable ends with its line here. Leave out local to keep it.";
+
+/// `local x = 1`, which nothing behind it can use.
+bool is_lone_local(std::string_view input) {
+  input = text::trim(input);
+  return input.starts_with("local ") && input.find_first_of(";\n") == std::string_view::npos;
+}
+
 int evaluate(Program& p, const Voice& voice, const std::string& input) {
-  return evaluate(*p.lua, p.names(), voice, input);
+  const int code = evaluate(*p.lua, p.names(), voice, input);
+  if (p.notes && code == 0 && is_lone_local(input)) p.notes->add(kLocalNote);
+  if (p.notes)
+    for (const std::string& note : p.notes->fresh()) voice.note(note);
+  return code;
 }
 
 int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
@@ -823,17 +892,34 @@ int run_serve(const Settings& s, const Voice& voice, const ServeSettings& how) {
 }
 
 /// Statements from a pipe: stops at the first error.
+/// Words that leave a console as one would type them.
+bool is_leaving(std::string_view input) {
+  input = text::trim(input);
+  return input == "quit" || input == "exit" || input == "quit()" || input == "exit()";
+}
+
 int run_piped(Program& p, const Voice& voice) {
   std::string line, pending;
+  std::size_t number = 0, first = 1;
+  const auto failed = [&](int code) {
+    if (code != 0 && !p.lua->exit_requested())
+      voice.note("This was line " + std::to_string(first) +
+                 " of the input; what follows was not run.");
+    return code;
+  };
   while (std::getline(std::cin, line)) {
+    ++number;
+    if (number == 1 && line.starts_with("#!")) continue;
+    if (pending.empty()) first = number;
+    if (pending.empty() && is_leaving(line)) return 0;
     if (!pending.empty()) pending += '\n';
     pending += line;
     if (p.lua->is_incomplete(pending)) continue;
     const int code = evaluate(p, voice, std::exchange(pending, {}));
-    if (code != 0 || p.lua->exit_requested() || p.app->quit_requested) return code;
+    if (code != 0 || p.lua->exit_requested() || p.app->quit_requested) return failed(code);
     p.lua->serve();
   }
-  const int code = pending.empty() ? 0 : evaluate(p, voice, pending);
+  const int code = pending.empty() ? 0 : failed(evaluate(p, voice, pending));
   settle(p);
   return code;
 }
@@ -869,6 +955,66 @@ void ask_for_trust(Program& p, const Voice& voice, LineEditor& editor) {
   }
 }
 
+/// Journals of consoles without a terminal that stay at most.
+constexpr std::size_t kMostPiped = 10;
+
+/// `robot "arm", solid "plate" and 3 more`.
+std::string described(const Program& p, const std::vector<AnyId>& records) {
+  constexpr std::size_t kMostNamed = 4;
+  const document::SnapshotPtr now = p.app->document.now();
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < records.size() && i < kMostNamed; ++i)
+    names.push_back(now->describe(records[i]));
+  if (records.size() > kMostNamed)
+    names.push_back(std::to_string(records.size() - kMostNamed) + " more");
+  return text::enumerate(names);
+}
+
+/// What was not saved is kept for the next start, and a sentence says so.
+void keep_unsaved(Program& p, const Voice& voice, std::size_t most) {
+  const std::vector<AnyId> unsaved = p.app->unsaved();
+  if (unsaved.empty()) return;
+  if (const auto kept = p.app->keep_unsaved(most); !kept.ok()) {
+    voice.warn("Not saved: " + described(p, unsaved) + ". " + kept.error().sentence());
+    return;
+  }
+  voice.note("Not saved: " + described(p, unsaved) +
+             ". Kept for the next start: recovery.restore() loads it there, document.save() saves "
+             "everything.");
+}
+
+/// Asks what to do with unsaved work; false = the user stays.
+bool may_leave(Program& p, const Voice& voice, LineEditor& editor) {
+  using Outcome = LineEditor::Outcome;
+  for (;;) {
+    const std::vector<AnyId> unsaved = p.app->unsaved();
+    if (unsaved.empty()) return true;
+    voice.line("Not saved: " + described(p, unsaved) + ".");
+    const auto line =
+        editor.read("[s]ave, [k]eep for the next start, [d]rop, or [b]ack to the console? ", "");
+    if (line.outcome == Outcome::cancelled) return false;
+    if (line.outcome == Outcome::end) voice.line("");
+    const std::string answer = text::lower(text::trim(line.text));
+    if (line.outcome == Outcome::end || answer == "k" || answer == "keep") {
+      keep_unsaved(p, voice, 0);
+      return true;
+    }
+    if (answer == "d" || answer == "drop") return true;
+    if (answer == "b" || answer == "back") return false;
+    if (answer != "s" && answer != "save") continue;
+    const auto folder = editor.read("Folder for what was never saved [.]: ", "");
+    if (folder.outcome != Outcome::line) continue;
+    const std::string_view name = text::trim(folder.text);
+    const auto saved = p.app->dispatch(*p.session, "document.save",
+                                       Map{{"folder", std::string(name.empty() ? "." : name)}});
+    if (!saved.ok()) {
+      (void)voice.fail(saved.error());
+      continue;
+    }
+    for (const Value& file : *saved->as_list()) voice.line("Saved " + file.text());
+  }
+}
+
 int run_interactive(Program& p, Voice& voice) {
   std::error_code ec;
   for (const auto& file : {p.app->share / "startup.lua", user_startup()})
@@ -894,8 +1040,13 @@ int run_interactive(Program& p, Voice& voice) {
         return interrupted;
       },
       wake.fd());
+  if (p.notes) (void)p.notes->fresh();  // of the scripts of the start
   std::string pending;
-  while (!p.app->quit_requested && !p.lua->exit_requested()) {
+  while (!p.lua->exit_requested()) {
+    if (p.app->quit_requested) {
+      if (may_leave(p, voice, editor)) return 0;
+      p.app->quit_requested = false;
+    }
     const auto line = editor.read(pending.empty() ? "> " : ">> ", pending);
     if (line.outcome == LineEditor::Outcome::cancelled) {
       // What was dropped can be taken up again.
@@ -905,7 +1056,12 @@ int run_interactive(Program& p, Voice& voice) {
     }
     if (line.outcome == LineEditor::Outcome::end) {
       voice.line("");
-      break;
+      p.app->quit_requested = true;
+      continue;
+    }
+    if (pending.empty() && is_leaving(line.text)) {
+      p.app->quit_requested = true;
+      continue;
     }
     pending += line.text;
     if (p.lua->is_incomplete(pending)) {
@@ -916,6 +1072,7 @@ int run_interactive(Program& p, Voice& voice) {
     (void)evaluate(p, voice, std::exchange(pending, {}));
     ask_for_trust(p, voice, editor);
   }
+  keep_unsaved(p, voice, 0);  // os.exit() asks nothing
   return p.lua->exit_requested().value_or(0);
 }
 
@@ -925,9 +1082,10 @@ int run_console(const Settings& s, Voice& voice) {
     return voice.fail(started.error());
   for (const Message& m : p.app->messages.recent())
     if (m.code == "recovery" && m.severity == Severity::info) voice.warn(m.text);
-  if (::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0 && !s.json)
-    return run_interactive(p, voice);
-  return run_piped(p, voice);
+  if (is_interactive(s)) return run_interactive(p, voice);
+  const int code = run_piped(p, voice);
+  keep_unsaved(p, voice, kMostPiped);
+  return code;
 }
 
 /// What `connect` is told.
@@ -1030,10 +1188,6 @@ int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
     lua_options.width = [] { return terminal_size().columns; };
   lua::LuaState lua(std::move(*made), std::move(lua_options));
   const NameOf names = [&host](const Handle& h) { return host.name_of(h).value_or(""); };
-  const auto leaves = [](std::string_view input) {
-    input = text::trim(input);
-    return input == "quit" || input == "exit" || input == "quit()" || input == "exit()";
-  };
   std::string pending;
   const auto take = [&](const std::string& line) -> std::optional<int> {
     pending += (pending.empty() ? "" : "\n") + line;
@@ -1045,7 +1199,7 @@ int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
   if (::isatty(STDIN_FILENO) == 0 || ::isatty(STDOUT_FILENO) == 0 || s.json) {
     std::string line;
     while (std::getline(std::cin, line)) {
-      if (pending.empty() && leaves(line)) return 0;
+      if (pending.empty() && is_leaving(line)) return 0;
       if (const auto code = take(line); code && *code != 0) return *code;
     }
     return pending.empty() ? 0 : evaluate(lua, names, voice, pending);
@@ -1086,7 +1240,7 @@ int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
       voice.line("");
       return 0;
     }
-    if (pending.empty() && leaves(line.text)) return 0;
+    if (pending.empty() && is_leaving(line.text)) return 0;
     const std::string whole = pending.empty() ? line.text : pending + "\n" + line.text;
     user.clear_interrupt();
     if (take(line.text)) editor.remember(whole);
@@ -1366,9 +1520,8 @@ int shell_main(int argc, char** argv) {
   post->add_option("--plot", posted.plot,
                    "With --run-check: joints against their limits, .svg, .png or .pdf")
       ->needs(is_run);
-  post->add_option(
-      "--side-by-side", posted.side_by_side,
-      "Page with the code of several targets (--target krl,rapid): .html, .md or .txt")
+  post->add_option("--side-by-side", posted.side_by_side,
+                   "Page with the code of several targets (--target krl,rapid): .html, .md or .txt")
       ->excludes("--only-robot");
   post->add_flag("--overwrite", posted.overwrite, "Replace files that are there");
   post->footer(
@@ -1381,9 +1534,8 @@ int shell_main(int argc, char** argv) {
       "test",
       "What a target makes of the sample programs and of every construct; ends with 1 where "
       "something is wrong");
-  post_test
-      ->add_option("what", tested.what,
-                   "Target, plugin (.so), pack (.post), its folder, or a controller (.ctl)");
+  post_test->add_option("what", tested.what,
+                        "Target, plugin (.so), pack (.post), its folder, or a controller (.ctl)");
   post_test
       ->add_option("--robot", tested.robot, "Robot: a name of the library, a .rbt file, or none")
       ->capture_default_str();
@@ -1492,6 +1644,17 @@ int shell_main(int argc, char** argv) {
       break;
     }
   }
+
+  cli.footer(
+      "Examples:\n"
+      "  robomosp                                   the console; help() explains\n"
+      "  robomosp cell.lua                          run a script\n"
+      "  robomosp < lines.txt                       run lines as they are typed at the console\n"
+      "  robomosp eval 'robot(\"puma560\"):fk{q = {0, \"90 deg\", 0, 0, 0, 0}}.position'\n"
+      "  robomosp irl weld.irl --robot kr5 -o weld.csv\n"
+      "  robomosp post weld.irl --target krl --robot kr5 -o .\n"
+      "  robomosp serve cell.lua --browser          share a world with other programs\n"
+      "  robomosp help post                         options of a subcommand");
 
   // After parsing, CLI11 gives the help of the subcommand that was parsed.
   const std::string overview = cli.help();

@@ -844,6 +844,94 @@ TEST(Console, CtrlCStopsAnEndlessLoopEvenInsidePcallAndKeepsTheProgram) {
   EXPECT_TRUE(t.expect("\r\n23")) << t.seen;
 }
 
+TEST(Console, NotesOfWhatWasTypedAreShownOnceEach) {
+  const Folder home;
+  Terminal t(home.path);
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("puma = robot 'puma560'\n");
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("puma:fk{q={0,90,0,0,0,0}}.position\n");
+  ASSERT_TRUE(t.expect("note: robot \"puma560\", joint 2 (\"shoulder\"): 90 is taken as 90 rad"))
+      << t.seen;
+  ASSERT_TRUE(t.expect("\"90 deg\" for degrees.")) << t.seen;
+  t.type("robot.create{name='a', links={{a=300}}}:dof()\n");
+  ASSERT_TRUE(t.expect("note: robot.create: links[1].a = 300 is taken as 300 m.")) << t.seen;
+  t.type("run = 5\n");
+  ASSERT_TRUE(t.expect("hides the commands run.*")) << t.seen;
+  t.type("run = nil\n");
+  t.type("#run.list()\n");
+  ASSERT_TRUE(t.expect("\r\n0")) << t.seen;
+  t.type("local z = 3\n");
+  ASSERT_TRUE(t.expect("note: A local variable ends with its line")) << t.seen;
+  t.type("a:dof()\n");
+  ASSERT_TRUE(t.expect("a = robot \"a\" makes it a variable.")) << t.seen;
+  t.type("print('end')\n");
+  ASSERT_TRUE(t.expect("\r\nend")) << t.seen;
+}
+
+TEST(Console, LeavingAsksWhatToDoWithUnsavedWork) {
+  const Folder home;
+  const auto folder = [&] { return home.path / "out"; };
+  fs::create_directory(folder());
+  const std::string make = "material.create{name='brass', density=8500}\n";
+  {
+    Terminal t(home.path);
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
+    t.type(make);
+    ASSERT_TRUE(t.expect("material:brass")) << t.seen;
+    t.type("exit()\n");
+    ASSERT_TRUE(t.expect("Not saved: material \"brass\".")) << t.seen;
+    ASSERT_TRUE(t.expect("[b]ack to the console? ")) << t.seen;
+    t.type("b\n");
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
+    t.type("#material.list()\n");
+    ASSERT_TRUE(t.expect("\r\n1")) << t.seen;
+    t.type("quit\n");
+    ASSERT_TRUE(t.expect("[b]ack to the console? ")) << t.seen;
+    t.type("k\n");
+    ASSERT_TRUE(t.expect("Kept for the next start")) << t.seen;
+    EXPECT_EQ(t.wait_exit(), 0) << t.seen;
+  }
+  Terminal t(home.path);
+  ASSERT_TRUE(t.expect("Unsaved work of ")) << t.seen;
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("recovery.restore()[1].name\n");
+  ASSERT_TRUE(t.expect("\r\nbrass")) << t.seen;
+  t.type("\x04");
+  ASSERT_TRUE(t.expect("[b]ack to the console? ")) << t.seen;
+  t.type("s\n");
+  ASSERT_TRUE(t.expect("Folder for what was never saved")) << t.seen;
+  t.type(folder().string() + "\n");
+  ASSERT_TRUE(t.expect("Saved ")) << t.seen;
+  EXPECT_EQ(t.wait_exit(), 0) << t.seen;
+  EXPECT_TRUE(fs::exists(folder() / "brass.mtr"));
+  EXPECT_TRUE(fs::is_empty(home.path / ".local/state/robomosp/recovery"));
+}
+
+TEST(Console, InputFromAFileKeepsUnsavedWorkAndNamesTheLineOfAnError) {
+  const Folder home;
+  ::setenv("XDG_STATE_HOME", home.path.c_str(), 1);
+  const Outcome made = run({}, "m = material.create{name='brass', density=8500}\n");
+  const Outcome wrong = run({}, "print 'a'\n\nx = {\n1,\n2}\nnosuch()\nprint 'b'\n");
+  const Outcome there = run({}, "#recovery.list()\nrecovery.restore()[1].name\nexit\nprint 'no'\n");
+  const Outcome saved =
+      run({}, "x = recovery.restore()\n#document.save('" + home.path.string() + "')\n");
+  const Outcome none = run({}, "#recovery.list()\n");
+  const Outcome json = run({"--json"}, "robot.get('puma560'):fk{q={0,90,0,0,0,0}}.position\n");
+  ::unsetenv("XDG_STATE_HOME");
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.err.find("Not saved: material \"brass\". Kept for the next start"),
+            std::string::npos)
+      << made.err;
+  EXPECT_NE(wrong.code, 0);
+  EXPECT_EQ(wrong.out, "a\n");
+  EXPECT_NE(wrong.err.find("line 6 of the input"), std::string::npos) << wrong.err;
+  EXPECT_EQ(there.out, "1\nbrass\n") << there.err;
+  EXPECT_EQ(saved.out, "1\n") << saved.err;
+  EXPECT_EQ(none.out, "0\n") << none.err;
+  EXPECT_EQ(json.err, "") << "notes are for people";
+}
+
 TEST(Console, CtrlCAtThePromptDropsTheInput) {
   const Folder home;
   Terminal t(home.path);

@@ -142,6 +142,34 @@ TEST(Schema, ListsOfRealsTellTheWrongEntry) {
             "0, 0.2}.");
 }
 
+TEST(Schema, NumbersThatAreUnlikelyInTheirUnitAreCollected) {
+  const auto all = [](double) { return true; };
+  const BareNumbers bare;
+  (void)accepted(spec("alpha", "real", "rad"), 90);
+  (void)accepted(spec("theta", "real", "rad"), 12);   // not quite two turns
+  (void)accepted(spec("turns", "real", "rad"), 1e6);  // no angle in degrees either
+  (void)accepted(spec("deg", "real", "rad"), "90 deg");
+  (void)accepted(spec("x", "real", "m"), 431.8);
+  (void)accepted(spec("y", "real", "m"), 25);
+  (void)accepted(spec("f", "real", "N"), 300);
+  (void)accepted(spec("far", "real", "m"), std::numeric_limits<double>::max());
+  (void)accepted(spec("q", "real[]", "rad"), List{0.1, -170});
+  const auto said = bare.numbers(all);
+  ASSERT_EQ(said.size(), 3U);
+  EXPECT_EQ(said[0],  // 90 * 180 / pi = 5156.62
+            "alpha = 90 is taken as 90 rad, which is 5157 deg. Write \"90 deg\" for degrees.");
+  EXPECT_EQ(said[1], "x = 431.8 is taken as 431.8 m. Write \"431.8 mm\" for millimetres.");
+  EXPECT_TRUE(said[2].starts_with("q[2] = -170 is taken as -170 rad")) << said[2];
+  EXPECT_EQ(bare.numbers([](double x) { return x == 90; }).size(), 1U);
+  const BareNumbers many;
+  List hundred;
+  for (int i = 0; i < 100000; ++i) hundred.emplace_back(100.0 + i % 7);
+  (void)accepted(spec("q", "real[]", "rad"), std::move(hundred));
+  const auto few = many.numbers(all);
+  ASSERT_EQ(few.size(), 3U);
+  EXPECT_TRUE(few[2].ends_with("So are 97 further numbers of unlikely size.")) << few[2];
+}
+
 TEST(Schema, TextsWithoutAUnitAreToldToWhoeverAsks) {
   const auto all = [](std::string_view) { return true; };
   const BareNumbers outer;

@@ -171,6 +171,107 @@ TEST_F(RobotArguments, AnglesThatLookLikeDegreesAreNamed) {
   EXPECT_NE(said("degrees").find("joint 1"), std::string::npos) << said("degrees");
 }
 
+TEST_F(RobotArguments, NumbersOfUnlikelySizeAreNamed) {
+  const auto likely = [&] { return said("likely_unit"); };
+  run("robot.create{name = 'mm', links = {{alpha = '90 deg', a = 300}}}");
+  EXPECT_EQ(likely(),
+            "robot.create: links[1].a = 300 is taken as 300 m. Write \"300 mm\" for millimetres.");
+  run("robot.create{name = 'deg', links = {{alpha = 90, a = 0.3}}}");
+  EXPECT_EQ(likely(),  // 90 * 180 / pi = 5156.62
+            "robot.create: alpha = 90 is taken as 90 rad, which is 5157 deg. Write \"90 deg\" for "
+            "degrees.");
+  run("arm:set_link{link = 1, lower = -170}");
+  EXPECT_EQ(likely(),
+            "robot.set_link: lower = -170 is taken as -170 rad, which is -9740 deg. Write \"-170 "
+            "deg\" for degrees.");
+  run("arm:set_link{link = 1, lower = -3, max_velocity = 180}");
+  EXPECT_NE(likely().find("180 is taken as 180 rad/s, which is 10310 deg/s"), std::string::npos)
+      << likely();
+  run("solid.create{name = 'plate', root = {kind = 'box', name = 'box', x = 200, y = 1, z = 1}}");
+  EXPECT_NE(likely().find("x = 200 is taken as 200 m"), std::string::npos) << likely();
+  run("cell = world.create{name = 'cell'}\ncell:add_robot{robot = 'arm', q = {0, -90, 0, 0, 0, "
+      "0}}");
+  EXPECT_NE(said("degrees").find("-90 is taken as -90 rad"), std::string::npos) << said("degrees");
+  run("arm:set_pose{name = 'up', q = {0, 0, 120, 0, 0, 0}}");
+  EXPECT_NE(likely().find("robot.set_pose: q[3] = 120 is taken as 120 rad"), std::string::npos)
+      << likely();
+  run("rpy(0, 180, 0)");
+  EXPECT_NE(likely().find("180 is taken as 180 rad"), std::string::npos) << likely();
+  run("arm:solve_ik{target = pose(0, 0, 300), partial = true}");
+  EXPECT_NE(likely().find("target.z = 300 is taken as 300 m"), std::string::npos) << likely();
+  // Numbers that are right, computed, or given with their unit.
+  const std::string last = likely();
+  run("robot.create{name = 'crane', links = {{a = 9, alpha = 1.5708, lower = -10, upper = 10}}}\n"
+      "robot.create{name = 'whole', links = {{a = '300 mm', alpha = deg(90), lower = '-170 "
+      "deg'}}}\n"
+      "cell:set_robot_q{robot = 'arm', q = {0.1, 0, 0, 0, 0, 0}}");
+  EXPECT_EQ(likely(), last);
+  const auto count = [&] {
+    int n = 0;
+    for (const Message& m : app().messages.recent(1000)) n += m.code == "likely_unit";
+    return n;
+  };
+  const int before = count();
+  run("for i = 1, 50 do robot.create{name = 'r' .. i, links = {{alpha = 90 + i}}} end");
+  EXPECT_LE(count(), before + 3) << "a loop says it once in twenty messages";
+}
+
+TEST_F(RobotArguments, ATableOfRowsIsTypedAsOneAndReadFromAnother) {
+  run(R"~(
+refused("columns", robot.create, {name = "a", links = {{0, 90, 0.3, 0}}})
+refused("3 numbers", robot.create, {name = "a", links = {{0, 90, 0.3}}, columns = {"theta", "alpha deg", "a", "d"}})
+refused("no column \"angle\"", robot.create, {name = "a", links = {{0}}, columns = {"angle"}})
+refused("there twice", robot.create, {name = "a", links = {{0, 1}}, columns = {"a", "a"}})
+refused("not a unit", robot.create, {name = "a", links = {{0}}, columns = {"a furlongs"}})
+-- PUMA 560 (Corke and Armstrong-Helouvry 1994): theta, d, a, alpha.
+local puma = robot.create{name = "table", columns = {"theta", "d", "a [mm]", "alpha (deg)"}, links = {
+  {0, 0, 0, 90}, {0, 0, 431.8, 0}, {0, 0.15005, 20.3, -90}, {0, 0.4318, 0, 90}, {0, 0, 0, -90}, {0, 0, 0, 0}}}
+local shipped = robot.get("puma560")
+local q = {0.1, -0.8, 0.5, 0.2, 0.9, 0.3}
+assert((puma:fk{q = q}.pose - shipped:fk{q = q}.pose):norm() < 1e-12)
+for i, links in ipairs{shipped:dh_table().rows, shipped:dh_table()} do
+  local again = robot.create{name = "again" .. i, links = links}
+  assert((again:fk{q = q}.pose - puma:fk{q = q}.pose):norm() < 1e-12)
+  assert(again:links()[2].name == shipped:links()[2].name)
+end
+local t = shipped:dh_table()
+local matrix = robot.create{name = "matrix", links = t.matrix, columns = t.columns}
+assert((matrix:fk{q = q}.pose - puma:fk{q = q}.pose):norm() < 1e-12)
+-- Rows of the modified convention stay what they are, and so does a joint that slides.
+local craig = robot.create{name = "craig", convention = "mdh", links = {
+  {alpha = 0.3, a = 0.2, d = 0.1}, {joint = "prismatic", a = 0.4, alpha = -1}}}
+local copy = robot.create{name = "copy", links = craig:dh_table().rows}
+assert((copy:fk{q = {0.4, 0.2}}.pose - craig:fk{q = {0.4, 0.2}}.pose):norm() < 1e-15)
+refused("in degrees", robot.create, {name = "b", links = craig:dh_table{angles = "degrees"}}))~");
+}
+
+TEST_F(RobotArguments, NamesOfTheLibraryLoadWhereverARecordIsWanted) {
+  run(R"~(
+local cell = world.create{name = "cell"}
+assert(cell:add_robot{robot = "ur5"} == "ur5" and robot.get("ur5"))
+local pin = solid.create{name = "pin", material = "steel", root = {kind = "cylinder", name = "c", radius = 0.01, height = 0.05}}
+assert(pin:describe().material == "steel")
+local robots = #robot.list()
+document.undo()   -- the solid: the material stays, as of material.get
+assert(material.get("steel"))
+refused("there is no robot \"ur6\"", cell.add_robot, cell, {robot = "ur6"})
+refused("there is no robot \"kr5\"", robot.remove, "kr5")
+-- Where a command fails, nothing is loaded.
+refused("placement", cell.add_robot, cell, {robot = "kr5", placement = "nowhere"})
+for _, r in ipairs(robot.list()) do assert(r.name ~= "kr5") end)~");
+}
+
+TEST_F(RobotArguments, AWorldOfOneRobotDoesNotAskWhich) {
+  run(R"~(
+local cell = world.create{name = "cell"}
+refused("robot", cell.set_robot_q, cell, {q = q})
+cell:add_robot{robot = arm}
+cell:set_robot_q{q = q}
+assert(cell:describe().robots[1].q[2] == q[2])
+cell:add_robot{robot = arm, name = "second"}
+refused("robot", cell.set_robot_q, cell, {q = q}))~");
+}
+
 TEST_F(RobotArguments, ANumberIsAListOfOne) {
   run(R"~(
 local one = robot.create{name = "one", links = {{name = "turn", a = 0.5, mass = 1, com = {-0.25, 0, 0}}}}

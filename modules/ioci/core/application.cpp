@@ -179,6 +179,21 @@ bool holds(const Map& args, std::string_view text) {
                      [&](const auto& entry) { return holds(entry.second, text); });
 }
 
+/// Whether a number is among arguments, at any depth.
+// NOLINTBEGIN(misc-no-recursion): values are as deep as what made them
+bool holds(const Value& v, double number) {
+  if (v.is_number()) return v.number() == number;
+  if (const NumericArray* a = v.as_array())
+    return std::find(a->data().begin(), a->data().end(), number) != a->data().end();
+  if (const Map* map = v.as_map())
+    return std::any_of(map->begin(), map->end(),
+                       [&](const auto& entry) { return holds(entry.second, number); });
+  const List* list = v.as_list();
+  return list && std::any_of(list->begin(), list->end(),
+                             [&](const Value& item) { return holds(item, number); });
+}
+// NOLINTEND(misc-no-recursion)
+
 /// Prepares the context for expressions, and reads those among the arguments.
 Result<Map> read_expressions(CommandContext& ctx, const CommandSpec& spec, const Map& args) {
   RMP_TRY_ASSIGN(ctx.expressions, expressions_of(ctx, spec, args));
@@ -304,7 +319,8 @@ Result<void> Application::start() {
   RMP_TRY(add("recovery", application, {"document", "io"}, [this]() -> Result<void> {
     recovery_folder = options_.recovery;
     if (recovery_folder.empty()) return {};
-    for (const io::FoundJournal& found : io::found_journals(recovery_folder)) {
+    std::vector<io::FoundJournal> offered;
+    for (io::FoundJournal& found : io::found_journals(recovery_folder)) {
       // Where all is in its files, there is nothing to offer.
       if (found.bytes < kQuicklyRead)
         if (auto held = io::ClaimedJournal::claim(found.file); held.ok())
@@ -312,21 +328,34 @@ Result<void> Application::start() {
             held->discard();
             continue;
           }
-      messages.post(Severity::info, "recovery",
-                    "Unsaved work of " + found.time + " was found (" +
-                        std::to_string(found.records) +
-                        (found.records == 1 ? " record" : " records") +
-                        "): recovery.restore() loads it, recovery.discard() drops it.",
-                    "recovery");
+      offered.push_back(std::move(found));
     }
+    const auto of_when = [](const io::FoundJournal& found) {
+      return found.time + " was found (" + std::to_string(found.records) +
+             (found.records == 1 ? " record)" : " records)");
+    };
+    if (offered.size() == 1)
+      messages.post(Severity::info, "recovery",
+                    "Unsaved work of " + of_when(offered[0]) +
+                        ": recovery.restore() loads it, recovery.discard() drops it.",
+                    "recovery");
+    else if (!offered.empty())
+      messages.post(Severity::info, "recovery",
+                    "Unsaved work of " + std::to_string(offered.size()) +
+                        " runs was found; that of the last, of " + of_when(offered.back()) +
+                        ": recovery.restore() loads it, recovery.discard() drops it; "
+                        "recovery.list() lists all.",
+                    "recovery");
     journal = std::make_unique<io::RecoveryJournal>(
-        document, io::JournalOptions{recovery_folder, options_.recovery_interval, "robomosp",
-                                     [this](const std::string& what) {
+        document, io::JournalOptions{recovery_folder, options_.recovery_interval,
+                                     options_.recovery_program, [this](const std::string& what) {
                                        messages.post(Severity::warning, "recovery", what,
                                                      "recovery");
                                      }});
     document.on_commit([this](const document::Commit& commit) {
-      if (commit.kind != document::CommitKind::load) journal->changed();
+      if (commit.kind == document::CommitKind::load) return;
+      was_edited = true;
+      journal->changed();
     });
     return {};
   }));
@@ -392,6 +421,10 @@ class Application::Call {
   void tell(const BareNumbers& bare);
   /// In a confined session, paths stay what they were read as wherever they are used later.
   void keep_paths();
+  /// Opens the transaction of a command that edits. `series`: the word that joins steps, or "".
+  Result<void> begin_edit(const std::string& series);
+  /// Of a world with one robot that one need not be named.
+  void fill_lone_robot();
   /// Whether finish() refused, because others changed what it had looked at.
   [[nodiscard]] bool is_overtaken() const { return transaction_ && transaction_->is_overtaken(); }
   /// The command and what it works on: "world.plan_path cell".
@@ -431,7 +464,7 @@ class Application::Call {
   const Effects denied_;  ///< to the session, and to what runs here
   const Permit permit_;
   CommandContext ctx_;
-  Map without_gesture_, with_new_words_, with_paths_,
+  Map without_gesture_, with_new_words_, with_robot_, with_paths_,
       with_numbers_;  ///< the arguments without old words, and without expressions
   Map checked_;
   std::optional<GivenExpressions> expressions_;  ///< of commands that edit
@@ -451,6 +484,25 @@ void Application::Call::tell(const BareNumbers& bare) {
        bare.sentences([&](std::string_view text) { return holds(args_, text); }))
     app_.messages.post(Severity::info, "bare_number", spec_.name + ": " + std::move(said),
                        session_.name());
+  const auto is_given = [&](double number) {
+    return std::any_of(args_.begin(), args_.end(),
+                       [&](const auto& entry) { return holds(entry.second, number); });
+  };
+  const auto numbers = bare.numbers(is_given);
+  if (numbers.empty()) return;
+  // A loop over many such numbers says it once; so does what is read once more for a link's units.
+  const auto recent = app_.messages.recent(20);
+  for (const std::string& said : numbers) {
+    std::string sentence = spec_.name + ": " + said;
+    const std::string beginning = sentence.substr(0, sentence.find(" = ") + 3);
+    const std::string meaning = said.substr(said.find(" is taken as "));
+    if (std::none_of(recent.begin(), recent.end(), [&](const Message& m) {
+          return m.code == "likely_unit" &&
+                 (m.text.starts_with(beginning) ||
+                  (m.text.starts_with(spec_.name) && m.text.ends_with(meaning)));
+        }))
+      app_.messages.post(Severity::info, "likely_unit", sentence, session_.name());
+  }
 }
 
 void Application::Call::keep_paths() {
@@ -462,6 +514,56 @@ void Application::Call::keep_paths() {
     with_paths_.set(p.name, *read);
     ctx_.given_ = &with_paths_;
   }
+}
+
+Result<void> Application::Call::begin_edit(const std::string& series) {
+  // The target's name, or what was given for it where it is yet to be loaded.
+  std::string label = spec_.name;
+  if (const Value* id = ctx_.given_->find("id")) {
+    const Handle* handle = id->as_handle();
+    const std::string* word = id->as_string();
+    std::optional<Handle> from_text;
+    if (!handle && word && (from_text = handle_from_text(app_.handle_kinds, *word)))
+      handle = &*from_text;
+    if (handle) {
+      if (const auto target = app_.name_in(ctx_.snapshot(), *handle)) label += " " + *target;
+    } else if (word) {
+      label += " " + *word;
+    }
+  }
+  std::string shared;
+  if (!series.empty()) {
+    const Value* path = ctx_.given_->find("path");
+    shared = label + "|" + (path ? path->text() : std::string()) + "|" + series;
+  }
+  if (!app_.document.gestures().empty()) app_.end_orphaned_gestures();
+  const std::uint64_t gesture = is_own_thread_ ? session_.gesture_ : 0;
+  auto begun = gesture ? app_.document.begin_update(gesture)
+                       : app_.document.begin(label, app_.author(session_), std::move(shared));
+  if (!begun.ok()) return std::move(begun).error().in(spec_.name);
+  transaction_.emplace(std::move(*begun));
+  transaction_->base_on(ctx_.base_);  // what the arguments are read from
+  ctx_.transaction_ = &*transaction_;
+  return {};
+}
+
+void Application::Call::fill_lone_robot() {
+  const Schema& params = spec_.params;
+  if (params.empty() || params.front().name != "id" || params.front().type != "ref:world" ||
+      ctx_.given_->find("robot"))
+    return;
+  const auto robot = std::find_if(params.begin(), params.end(), [](const ParamSpec& p) {
+    return p.name == "robot" && p.required && !p.type.starts_with("ref:");
+  });
+  const Value* id = ctx_.given_->find("id");
+  if (robot == params.end() || !id) return;
+  const auto handle = app_.resolve(ctx_.snapshot(), "world", *id);
+  if (!handle.ok()) return;
+  const auto& placed = ctx_.snapshot().get(WorldId{handle->number})->robots;
+  if (placed.size() != 1) return;
+  with_robot_ = *ctx_.given_;
+  with_robot_.set("robot", placed.front().name);
+  ctx_.given_ = &with_robot_;
 }
 
 Result<void> Application::Call::start() {
@@ -502,43 +604,35 @@ Result<void> Application::Call::start() {
     with_new_words_ = std::move(renamed->args);
     ctx_.given_ = &with_new_words_;
   }
+  const bool may_edit = !spec_.own_transaction && has_edits;
+  const bool joins = ctx_.transaction_ != nullptr;
+  ctx_.may_edit_ = may_edit;
+  fill_lone_robot();
+  // Before the arguments are read, as these may name what is loaded from the library.
+  if (may_edit && !joins) RMP_TRY(begin_edit(series));
   if (spec_.takes_expressions) {
     auto read = read_expressions(ctx_, spec_, *ctx_.given_);
     if (!read.ok()) return std::move(read).error().in(spec_.name);
     with_numbers_ = std::move(*read);
     ctx_.given_ = &with_numbers_;
   }
-  const bool may_edit = !spec_.own_transaction && has_edits;
   if (may_edit) expressions_.emplace(ctx_, spec_, args_);
   if (!spec_.params.empty() || !ctx_.given_->empty()) {
     const BareNumbers bare;
     const NumberReader::Scope numbers(may_edit ? &*expressions_ : nullptr);
     auto result = check(spec_.params, *ctx_.given_, [&](std::string_view kinds, const Value& v) {
-      return app_.resolve(ctx_.snapshot(), kinds, v);
+      // What is not there need not be loaded to be removed.
+      return spec_.name.ends_with(".remove") ? app_.resolve(ctx_.snapshot(), kinds, v)
+                                             : ctx_.resolve(kinds, v);
     });
     if (!result.ok()) return std::move(result).error().in(spec_.name);
     checked_ = std::move(*result);
     tell(bare);
     keep_paths();
   }
-  if (spec_.own_transaction && has_edits && ctx_.transaction_)
+  if (spec_.own_transaction && has_edits && joins)
     return error(ErrorCode::conflict, spec_.name + " cannot run while a group of edits is open",
                  "Finish the group first.");
-  ctx_.may_edit_ = may_edit;
-  if (!ctx_.may_edit_ || ctx_.transaction_) return {};
-  const std::string label = this->label();
-  if (!series.empty()) {
-    const Value* path = checked_.find("path");
-    series = label + "|" + (path ? path->text() : std::string()) + "|" + series;
-  }
-  if (!app_.document.gestures().empty()) app_.end_orphaned_gestures();
-  const std::uint64_t gesture = is_own_thread_ ? session_.gesture_ : 0;
-  auto begun = gesture ? app_.document.begin_update(gesture)
-                       : app_.document.begin(label, app_.author(session_), std::move(series));
-  if (!begun.ok()) return std::move(begun).error().in(spec_.name);
-  transaction_.emplace(std::move(*begun));
-  transaction_->base_on(ctx_.base_);  // what the arguments were read from
-  ctx_.transaction_ = &*transaction_;
   return {};
 }
 
@@ -796,6 +890,24 @@ void Application::end_orphaned_subscriptions() {
   }
 }
 
+std::vector<AnyId> Application::unsaved() const {
+  return was_edited ? io::unsaved_records(*document.now(), library) : std::vector<AnyId>();
+}
+
+Result<void> Application::keep_unsaved(std::size_t most) {
+  if (!journal)
+    return error(ErrorCode::io, "there is no folder for unsaved work",
+                 "Set HOME or XDG_STATE_HOME.");
+  RMP_TRY(journal->keep());
+  if (most == 0) return {};
+  std::vector<std::filesystem::path> own;  // oldest first, without that of this process
+  for (const io::FoundJournal& found : io::found_journals(recovery_folder))
+    if (found.program == options_.recovery_program) own.push_back(found.file);
+  for (std::size_t i = 0; i + most <= own.size(); ++i)
+    if (auto old = io::ClaimedJournal::claim(own[i]); old.ok()) old->discard();
+  return {};
+}
+
 Result<FileRoot> Application::file_root(const std::filesystem::path& folder) const {
   std::vector<std::filesystem::path> readable = library;
   readable.push_back(share);
@@ -943,6 +1055,29 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
   return error(ErrorCode::unknown_name,
                "there is no " + kinds_text(kinds) + " " + text::quote(*name) + " in the document",
                hint);
+}
+
+Result<Handle> CommandContext::resolve(std::string_view kinds, const Value& value) const {
+  auto found = app.resolve(snapshot(), kinds, value);
+  const std::string* name = value.as_string();
+  if (found.ok() || !name || kinds == "any" || !may_edit_ || !transaction_ ||
+      found.error().code != ErrorCode::unknown_name)
+    return found;
+  if (!session.may(Effect::files_read) || denied_within().meets(Effect::files_read)) return found;
+  for (const Kind kind : all_kinds()) {
+    if (!kinds_include(kinds, to_string(kind))) continue;
+    const auto file = library_file(app, kind, *name);
+    if (!file) continue;
+    const OwnWorkScope own;
+    const bool before = transaction_->set_outside_history(true);
+    auto loaded = io::load(*transaction_, *file, app.library, kind);
+    transaction_->set_outside_history(before);
+    if (!loaded.ok()) return std::move(loaded).error().in(file->string());
+    for (const std::string& note : loaded->notes)
+      app.messages.post(Severity::info, "file_note", note, "io");
+    return Application::handle(loaded->id);
+  }
+  return found;
 }
 
 std::optional<std::string> Application::name_in(const document::Snapshot& snapshot,

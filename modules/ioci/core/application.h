@@ -12,8 +12,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <typeindex>
@@ -60,6 +60,7 @@ struct ApplicationOptions {
   /// Where unsaved work is written to, and looked for; empty = not at all.
   std::filesystem::path recovery{};
   std::chrono::milliseconds recovery_interval{1000};
+  std::string recovery_program = "robomosp";  ///< what the journal says that it is of
 };
 
 /// Its parts guard themselves; the document by the application lock. Each session dispatches on a
@@ -106,6 +107,12 @@ class Application {
   /// Those that have run a command, in the order of their numbers; of closed ones the last 1,000 at
   /// least.
   [[nodiscard]] std::vector<SessionInfo> sessions() const;
+  /// The records that leaving the program would lose: those that differ from their files, or have
+  /// none. Empty while nothing was edited. [the session's thread]
+  [[nodiscard]] std::vector<AnyId> unsaved() const;
+  /// Keeps the journal for the next start, which offers it. Of those of the same `recovery_program`
+  /// the newest `most` stay; 0 = all. [the session's thread, before this ends]
+  Result<void> keep_unsaved(std::size_t most);
   /// A folder for Session::confine(). What comes with the program may be read besides: the library,
   /// modules in Lua. ErrorCode::not_found, ErrorCode::io.
   [[nodiscard]] Result<FileRoot> file_root(const std::filesystem::path& folder) const;
@@ -163,6 +170,7 @@ class Application {
   std::filesystem::path recovery_folder;         ///< of journals; may be empty
   std::unique_ptr<io::RecoveryJournal> journal;  ///< of this process; null = none
   std::vector<io::ClaimedJournal> restored_journals;  ///< removed when the program ends
+  std::atomic<bool> was_edited{false};      ///< something else than loading from the library
   std::atomic<bool> quit_requested{false};  ///< set by the command `quit`; front ends end then
   std::function<void()> redraw;             ///< set by the viewer, if there is one, before all else
 
@@ -193,7 +201,7 @@ class Application {
   std::uint64_t next_session_ = 1;
   std::size_t most_sessions_ = 0;
   std::set<std::uint64_t> subscribed_;  ///< sessions with subscriptions
-  bool told_forgotten_ = false;  ///< that the history forgets steps
+  bool told_forgotten_ = false;         ///< that the history forgets steps
   ApplicationOptions options_;
   Components components_;
   std::shared_ptr<Jobs> shared_jobs_;  ///< `jobs`, for as long as this lives

@@ -110,7 +110,7 @@ std::string name_in(const CommandContext& ctx, AnyId id) { return ctx.snapshot()
 
 Result<AnyId> read_ref(const CommandContext& ctx, std::string_view kinds, const Value& value,
                        std::string_view path) {
-  auto handle = ctx.app.resolve(ctx.snapshot(), kinds, value);
+  auto handle = ctx.resolve(kinds, value);
   if (!handle.ok()) return std::move(handle).error().in(path);
   return Application::record_id(ctx.snapshot(), *handle);
 }
@@ -260,9 +260,8 @@ Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Valu
   if (!map)
     return error(ErrorCode::invalid_argument, value.text() + " is not a table of named values",
                  "Give named values such as {name = \"a\"}.", std::string(path));
-  auto checked = check(schema, *map, [&](std::string_view kinds, const Value& v) {
-    return ctx.app.resolve(ctx.snapshot(), kinds, v);
-  });
+  auto checked = check(
+      schema, *map, [&](std::string_view kinds, const Value& v) { return ctx.resolve(kinds, v); });
   if (!checked.ok()) return std::move(checked).error().in(path);
   return std::move(*checked);
 }

@@ -197,7 +197,13 @@ Error CommandTable::unknown(std::string_view name) const {
   std::vector<std::string> names;
   names.reserve(by_name_.size());
   for (const auto& [n, spec] : by_name_) names.push_back(n);
-  std::string hint = text::did_you_mean(name, names);
+  const auto dot = name.find('.');
+  const std::string_view verb = dot == std::string_view::npos ? name : name.substr(dot + 1);
+  std::vector<std::string> near =
+      meant(dot == std::string_view::npos ? std::string_view() : name.substr(0, dot), verb);
+  for (std::string& one : near) one = text::quote(one);
+  std::string hint = near.empty() ? text::did_you_mean(name, names)
+                                  : "Did you mean " + text::join(near, " or ") + "?";
   if (hint.empty()) {
     // The topic may be right and the verb wrong: then its commands are what helps.
     const std::string topic = topic_of(name);

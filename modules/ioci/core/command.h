@@ -132,6 +132,10 @@ class CommandContext {
   /// Runs another command as a part of this one: it joins the transaction and shows its progress
   /// here.
   [[nodiscard]] Result<Value> dispatch(std::string_view name, const Map& args);
+  /// Handle or name -> handle, as Application::resolve() on the records that this command sees. For
+  /// a command that edits, a name that only the library has is loaded from there, as
+  /// <kind>.get does: no step of the history.
+  [[nodiscard]] Result<Handle> resolve(std::string_view kinds, const Value&) const;
   /// A recording that an argument names; throws StaleHandle, which dispatch turns into its error,
   /// when somebody has removed it since the arguments were read.
   [[nodiscard]] recording::RecordingPtr recording(const Handle&) const;
@@ -215,6 +219,10 @@ class CommandTable {
   [[nodiscard]] Error unknown_classic(std::string_view noun, std::string_view option) const;
 
  private:
+  /// Commands of a topic ("" = of all) that a word which is no command stands for: by a word of
+  /// their names (`ik` is in solve_ik), else by what people call them (`fkine`). The best first; at
+  /// most three that are equally good. With mutex_ held.
+  [[nodiscard]] std::vector<std::string> meant(std::string_view topic, std::string_view verb) const;
   mutable std::shared_mutex mutex_;
   // Guarded by mutex_:
   std::vector<std::unique_ptr<CommandSpec>> specs_;

@@ -77,7 +77,7 @@ Result<Expressions> expressions_of(const CommandContext& ctx, const CommandSpec&
   const Value* id_given = args.find("id");
   if (id_given && !spec.params.empty() && spec.params.front().name == "id") {
     const auto handle =
-        ctx.app.resolve(now, std::string_view(spec.params.front().type).substr(4), *id_given);
+        ctx.resolve(std::string_view(spec.params.front().type).substr(4), *id_given);
     if (!handle.ok()) return Expressions();  // the schema's check says what is wrong
     const auto id = Application::record_id(now, *handle);
     if (!id.ok()) return Expressions();

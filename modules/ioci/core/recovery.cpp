@@ -95,12 +95,11 @@ RMP_COMMANDS(recovery_commands) {
   all.push_back(
       {.name = "recovery.list",
        .classic = "",
-       .summary = "Lists the unsaved work that was found of programs that did not end as they "
-                  "should.",
+       .summary = "Lists the unsaved work of earlier runs.",
        .details =
-           "Whatever is edited is written to a journal beside it, at most 5 s later, and the "
-           "journal is removed when the program ends. After a crash, a kill or a power cut "
-           "it is still there.",
+           "Whatever is edited is written to a journal beside it, at most 5 s later. It is still "
+           "there after a crash, a kill or a power cut, and where unsaved work was kept when a "
+           "console was left; otherwise the program removes it when it ends.",
        .example = "for _, j in ipairs(recovery.list()) do\n  assert(j.records > 0)\nend",
        .params = {},
        .returns = {"list",

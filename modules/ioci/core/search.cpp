@@ -14,14 +14,14 @@ namespace {
 
 /// Words that people use for one thing; several words are a phrase, all of which must be there.
 constexpr std::string_view kSynonyms[] = {
-    "ik, inverse kinematics",
-    "fk, forward kinematics, direct kinematics",
-    "torque, inverse dynamics, effort",
+    "ik, ikine, inverse kinematics",
+    "fk, fkine, forward kinematics, direct kinematics",
+    "torque, inverse dynamics, effort, rne",
     "draw, render, picture, image, screenshot, view",
     "film, video, movie, animation, animate, gif, mp4, replay",
     "plot, diagram, chart, graph, curve",
     "collision, collide, clearance, touch, intersect, interference",
-    "path, trajectory",
+    "path, trajectory, jtraj, ctraj",
     "mass, weight, weigh",
     "remove, delete, erase, forget",
     "load, open, read, import",
@@ -49,7 +49,7 @@ constexpr std::string_view kSynonyms[] = {
     "friction, coulomb, viscous",
     "provider, solver, plugin, engine",
     "payload, load carried",
-    "jacobian, differential kinematics",
+    "jacobian, jacob, differential kinematics",
     "identification, regressor",
     "loop, closed chain, parallel",
     "csv, table, data",
@@ -137,6 +137,37 @@ int best_fit(const Entry& e, const std::string& word, const std::vector<Phrase>&
 }
 
 }  // namespace
+
+std::vector<std::string> CommandTable::meant(std::string_view topic, std::string_view verb) const {
+  constexpr int kOfName = 1000, kOfMeaning = 100, kLeast = 40;
+  constexpr std::size_t kShortest = 2, kMost = 3;
+  const std::vector<std::string> wanted = words_of(verb);
+  if (verb.size() < kShortest || wanted.empty()) return {};
+  const std::vector<Phrase> same =
+      wanted.size() == 1 ? meanings(stem(wanted.front())) : std::vector<Phrase>();
+  std::vector<std::pair<int, std::string>> found;
+  for (const auto& [name, spec] : by_name_) {
+    const auto dot = name.find('.');
+    if (!topic.empty() && name.substr(0, dot) != topic) continue;
+    const Entry e{spec,
+                  words_of(dot == std::string::npos ? name : name.substr(dot + 1)),
+                  words_of(spec->summary),
+                  {}};
+    const bool is_of_name = std::all_of(wanted.begin(), wanted.end(), [&e](const std::string& w) {
+      return std::find(e.name.begin(), e.name.end(), w) != e.name.end();
+    });
+    int score = is_of_name ? kOfName : 0;
+    for (const Phrase& p : same)
+      if (const int one = fit(e, p); one >= kLeast) score = std::max(score, kOfMeaning + one);
+    if (score > 0) found.emplace_back(score - static_cast<int>(e.name.size()), name);
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> out;
+  for (const auto& [score, name] : found)
+    if (score == found.front().first && out.size() < kMost) out.push_back(name);
+  return out;
+}
 
 std::vector<const CommandSpec*> CommandTable::apropos(std::string_view words) const {
   const std::shared_lock lock(mutex_);

@@ -49,7 +49,8 @@ Result<Value> save_all(CommandContext& ctx, const Map& args) {
   const std::filesystem::path folder = text_of(args, "folder");
   if (file_kind(folder) != FileKind::folder)
     return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
-                 "Make it first.");
+                 "Make it first. One record is saved to a file by its own command, such as "
+                 "robot.save.");
   const auto library =
       flag(args, "library") ? std::vector<std::filesystem::path>{} : library_folders(ctx.app);
   std::vector<std::pair<AnyId, std::filesystem::path>> wanted;
@@ -131,10 +132,32 @@ RMP_COMMANDS(file_commands) {
        .returns = {"list", "", "Paths of the files written, its own last.", {}},
        .effect = Effect::files_write,
        .run = export_2006});
+  const auto saving = [](ParamSpec folder) {
+    return Schema{
+        std::move(folder),
+        defaulted("library", "bool", "", false, "Also write back what came from the library."),
+        overwrite_field()};
+  };
+  all.push_back(
+      {.name = "document.save",
+       .classic = "",
+       .summary = "Saves every record of the document.",
+       .details = "A record goes to the file it came from, one that was never saved into the "
+                  "folder, as its name with the extension of its kind. What came from the library "
+                  "is left alone unless asked for. Nothing is written when another program changed "
+                  "one of the files since it was read or saved here. world.pack writes a world "
+                  "with all that it needs as one file.",
+       .example =
+           "material.create{name = \"brass\", density = 8500}\nassert(#document.save() == 1)",
+       .params = saving(defaulted("folder", "path", "", ".",
+                                  "Folder for records that were never saved; it must be there.")),
+       .returns = {"list", "", "Paths of the files written.", {}},
+       .effect = Effect::files_write | Effect::edits,
+       .run = save_all});
   all.push_back(
       {.name = "file.save_all",
        .classic = "",
-       .summary = "Saves every record of the document.",
+       .summary = "Saves every record of the document, as document.save does into a given folder.",
        .details = "A record goes to the file it came from, else into the folder given. What came "
                   "from the library is left alone unless asked for. Nothing is written when "
                   "another program changed one of the files since it was read or saved here; a "
@@ -142,10 +165,7 @@ RMP_COMMANDS(file_commands) {
                   "message.",
        .example =
            "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\".\") == 1)",
-       .params = {needed("folder", "path", "", "Folder for records that were never saved."),
-                  defaulted("library", "bool", "", false,
-                            "Also write back what came from the library."),
-                  overwrite_field()},
+       .params = saving(needed("folder", "path", "", "Folder for records that were never saved.")),
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write | Effect::edits,
        .run = save_all});

@@ -148,6 +148,15 @@ Result<AnyId> add_program(CommandContext& ctx, const std::string& name, Program 
   return ctx.edit().add(std::move(r));
 }
 
+/// Reports (code "program_fault") the first error of a source that was given. It is kept: a program
+/// may be written piece by piece.
+void note_fault(CommandContext& ctx, AnyId id) {
+  const auto made = compile_whole(ctx, Map{{"id", Application::handle(id)}});
+  if (made.ok() || made.error().code != ErrorCode::syntax) return;
+  ctx.app.messages.post(Severity::info, "program_fault",
+                        "It does not run yet: " + made.error().sentence(), "program");
+}
+
 Result<Value> create(CommandContext& ctx, const Map& args) {
   Program p;
   p.description = text_of(args, "description");
@@ -166,6 +175,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::string source, told_source(ctx, file, text_of(args, "source")));
   p.files.push_back({file, lines_of(source)});
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
+  note_fault(ctx, id);
   return Value(Application::handle(id));
 }
 

@@ -8,6 +8,9 @@
 
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
+#include "kernel/bare_numbers.h"
+#include "kernel/text.h"
+#include "kernel/units.h"
 #include "model/words.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
@@ -211,6 +214,26 @@ void report_unused(CommandContext& ctx, const Map& args, const Link& l) {
                         "ioci");
 }
 
+/// Collects lengths and speeds that no link has in metres and radians, but may have in millimetres
+/// and degrees.
+void note_unlikely_sizes(const Map& args, const Link& l, const std::string& path) {
+  constexpr double kLong = 10, kFar = 50;           // [m]
+  constexpr double kFast = 60, kFastInMetres = 20;  // [rad/s], [m/s]
+  const bool slides = l.joint == JointKind::prismatic;
+  const auto note = [&](const char* name, const char* unit, double from) {
+    const Value* v = args.find(name);
+    if (v && v->is_number() && std::isfinite(v->number()) && std::fabs(v->number()) >= from)
+      BareNumbers::unlikely(path + "." + name, v->number(), unit);
+  };
+  note("a", "m", kLong);
+  note("d", "m", kLong);
+  if (slides) {
+    note("lower", "m", kFar);
+    note("upper", "m", kFar);
+  }
+  note("max_velocity", slides ? "m/s" : "rad/s", slides ? kFastInMetres : kFast);
+}
+
 /// Applies checked link fields; `index` is the link's own, `robot` holds those before it.
 Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot,
                         std::int32_t index, Link& l, const std::string& path) {
@@ -247,6 +270,7 @@ Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot
       {"coulomb_negative", &l.drive.coulomb_negative}};
   for (const auto& [name, target] : numbers)
     if (has(args, name)) *target = real(args, name);
+  note_unlikely_sizes(args, l, path);
   report_unused(ctx, args, l);
   if (l.lower > l.upper)
     return error(ErrorCode::invalid_argument,
@@ -266,7 +290,140 @@ JointKind kind_given(const Value* joint, JointKind otherwise) {
   return s ? model::joint_kind(*s).value_or(JointKind::revolute) : otherwise;
 }
 
+/// A row of robot.dh_table as the fields of a link: its link is the name, its type the joint.
+Value link_of_row(Value given) {
+  constexpr std::pair<const char*, const char*> kNames[] = {{"link", "name"}, {"type", "joint"}};
+  Map* row = given.as_map();
+  if (!row) return given;
+  for (const auto& [there, here] : kNames) {
+    const Value* v = row->find(there);
+    if (!v || row->find(here)) continue;
+    Value moved = *v;
+    row->erase(there);
+    row->set(here, std::move(moved));
+  }
+  return given;
+}
+
+/// A column of a table of rows: the field of a link, and the unit of its numbers if one is named.
+struct Column {
+  std::string field, unit;
+};
+
+/// "alpha", "alpha [deg]", "alpha (deg)" or "alpha deg".
+Result<Column> read_column(const Value& given, const std::string& where) {
+  std::string words = given.as_string() ? *given.as_string() : std::string();
+  for (char& c : words)
+    if (c == '[' || c == ']' || c == '(' || c == ')' || c == ',') c = ' ';
+  const std::string_view all = text::trim(words);
+  const auto blank = std::min(all.find(' '), all.size());
+  Column column{std::string(all.substr(0, blank)), std::string(text::trim(all.substr(blank)))};
+  if (column.field == "link") column.field = "name";
+  if (column.field == "type") column.field = "joint";
+  std::vector<std::string> known;
+  for (const ParamSpec& p : link_schema(JointKind::revolute, true)) {
+    known.push_back(p.name);
+    if (p.name != column.field) continue;
+    if (!column.unit.empty()) {
+      if (const auto unit = units::parse(column.unit); !unit.ok()) {
+        Error e = unit.error();
+        return std::move(e).in(where);
+      }
+    }
+    return column;
+  }
+  return unknown_name("column", column.field, known).in(where);
+}
+
+/// The entry of a row as the field's value. A number of `joint` is a type of robot.dh_table.
+Result<Value> entry_of(const Column& column, const Value& entry, const std::string& where) {
+  if (column.field == "joint" && entry.is_number()) {
+    const double type = entry.number();
+    for (std::size_t i = 0; i < model::kJointWords.size(); ++i)
+      if (type == static_cast<double>(i)) return Value(std::string(model::kJointWords[i]));
+    return error(ErrorCode::invalid_argument, entry.text() + " is not the type of a joint",
+                 "0 is revolute, 1 is prismatic; or give its word.", where);
+  }
+  if (column.unit.empty() || !entry.is_number()) return entry;
+  return Value(text::print(entry.number()) + " " + column.unit);
+}
+
+/// The numbers of a row, or none when it is a table of names.
+const List* numbers_of(const Value& row, List& made) {
+  if (const NumericArray* a = row.as_array()) {
+    made.assign(a->data().begin(), a->data().end());
+    return &made;
+  }
+  return row.as_list() && !row.as_list()->empty() ? row.as_list() : nullptr;
+}
+
+Error no_columns() {
+  return error(ErrorCode::invalid_argument, "a row of numbers needs the names of its columns",
+               "Books order them differently. Give such as columns = {\"theta deg\", \"d\", "
+               "\"a\", \"alpha deg\"}, or rows such as {d = 0.4, alpha = \"-90 deg\"}.");
+}
+
 }  // namespace
+
+Result<List> links_given(const Value& links, const Value* columns) {
+  const Value* rows = &links;
+  const Value* names = columns;
+  if (const Map* table = links.as_map()) {  // what robot.dh_table gives
+    const Value* found = table->find("rows");
+    if (found) rows = found;
+    else if (!table->empty())
+      return error(ErrorCode::invalid_argument, "links is a table of names, not a list",
+                   "Give a list of links such as {{a = 0.3}, {a = 0.2}}.", "links");
+    const Value* angles = table->find("angles");
+    if (angles && angles->as_string() && *angles->as_string() == "degrees")
+      return error(ErrorCode::invalid_argument, "the angles of this table are in degrees",
+                   "Give robot.dh_table without angles = \"degrees\".", "links");
+  }
+  List out;
+  if (const NumericArray* matrix = rows->as_array(); matrix && matrix->is_matrix()) {
+    for (std::size_t i = 0; i < matrix->rows(); ++i) {
+      List row;
+      for (std::size_t j = 0; j < matrix->cols(); ++j) row.emplace_back(matrix->at(i, j));
+      out.emplace_back(std::move(row));
+    }
+  } else if (rows->as_list()) {
+    out = *rows->as_list();
+  } else if (!rows->as_map()) {
+    return error(ErrorCode::invalid_argument, rows->text() + " is not a list",
+                 "Give a list of links such as {{a = 0.3}, {a = 0.2}}.", "links");
+  }
+  std::vector<Column> read;
+  const List* given_names = names ? names->as_list() : nullptr;
+  if (given_names)
+    for (std::size_t i = 0; i < given_names->size(); ++i) {
+      const std::string where = "columns[" + std::to_string(i + 1) + "]";
+      RMP_TRY_ASSIGN(Column column, read_column((*given_names)[i], where));
+      for (const Column& before : read)
+        if (before.field == column.field)
+          return error(ErrorCode::invalid_argument,
+                       "the column " + column.field + " is there twice", {}, where);
+      read.push_back(std::move(column));
+    }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    List made;
+    const List* numbers = numbers_of(out[i], made);
+    if (!numbers) continue;
+    const std::string where = "links[" + std::to_string(i + 1) + "]";
+    if (read.empty()) return no_columns().in(where);
+    if (numbers->size() != read.size())
+      return error(ErrorCode::invalid_argument,
+                   count_given(numbers->size(), "number") + "; there are " +
+                       std::to_string(read.size()) + " columns",
+                   "Give one number a column.", where);
+    Map link;
+    for (std::size_t j = 0; j < read.size(); ++j) {
+      RMP_TRY_ASSIGN(Value entry, entry_of(read[j], (*numbers)[j], where + "." + read[j].field));
+      link.set(read[j].field, std::move(entry));
+    }
+    out[i] = Value(std::move(link));
+  }
+  return out;
+}
 
 Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::string& path) {
   std::unordered_set<std::string> names;
@@ -276,6 +433,7 @@ Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::
 
 Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::string& path,
                          std::unordered_set<std::string>& names) {
+  given = link_of_row(std::move(given));
   const Map* raw = given.as_map();
   const JointKind kind = kind_given(raw ? raw->find("joint") : nullptr, JointKind::revolute);
   if (raw) {
@@ -417,12 +575,12 @@ Result<Value> dh_table(CommandContext& ctx, const Map& args) {
     const double type = type_number(l.joint);
     const double alpha = l.row.alpha / unit, theta = l.row.theta / unit;
     matrix.insert(matrix.end(), {alpha, l.row.a, theta, l.row.d, type});
-    rows.emplace_back(Map{{"link", l.name},
-                          {"alpha", alpha},
-                          {"a", l.row.a},
-                          {"theta", theta},
-                          {"d", l.row.d},
-                          {"type", model::joint_word(l.joint)}});
+    Map row{{"link", l.name}, {"alpha", alpha}, {"a", l.row.a},
+            {"theta", theta}, {"d", l.row.d},   {"type", model::joint_word(l.joint)}};
+    // A row read elsewhere means the same there.
+    const model::Convention own = l.convention.value_or(r.convention);
+    if (own != model::Convention::dh) row.set("convention", "mdh");
+    rows.emplace_back(std::move(row));
   }
   Map out{{"convention", r.convention == model::Convention::dh ? "dh" : "mdh"},
           {"columns", List{"alpha", "a", "theta", "d", "type"}},

@@ -85,7 +85,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "name");
   r.parametric = ctx.expressions.own();
   RMP_TRY(apply_fields(ctx, args, r));
-  const List& links = *args.find("links")->as_list();
+  RMP_TRY_ASSIGN(const List links, links_given(*args.find("links"), args.find("columns")));
   std::unordered_set<std::string> names;
   const auto go_on = [&]() -> Result<void> {
     if (!ctx.progress.cancelled()) return {};
@@ -263,7 +263,12 @@ RMP_COMMANDS(robot_commands) {
                "Joint values, one a joint, or the name of a pose; zeros when left out.");
   Schema create_params{
       needed("name", "string", "", "Name, unique among robots."),
-      needed("links", "list", "", "Links, parents before children; fields as in robot.add_link.")};
+      needed("links", "any", "",
+             "Links, parents before children; fields as in robot.add_link. Or rows of numbers with "
+             "columns, or what robot.dh_table gives."),
+      optional("columns", "list", "",
+               "What the numbers of a row are, with a unit if they are not in SI: {\"theta deg\", "
+               "\"d mm\", \"a mm\", \"alpha deg\"}. Any field of a link may be one.")};
   for (ParamSpec& p : robot_fields()) create_params.push_back(std::move(p));
   create_params.push_back(
       optional("poses", "map", "", "Named joint vectors, such as {home = {0, 0, 0}}."));
@@ -273,7 +278,10 @@ RMP_COMMANDS(robot_commands) {
        .classic = "",
        .summary = "Makes a robot from its links.",
        .details = "A link is a table of the fields that robot.add_link takes. Each stands on the "
-                  "one before it unless it names a parent, so that trees can be made as well.",
+                  "one before it unless it names a parent, so that trees can be made as well. A "
+                  "Denavit-Hartenberg table can be typed as one, its columns named, as books order "
+                  "them differently: links = {{0, 0.4, 0, -90}, {0, 0, 0.45, 0}}, columns = "
+                  "{\"theta\", \"d\", \"a\", \"alpha deg\"}.",
        .example =
            "local arm = robot.create{name = \"shoulder\", convention = \"dh\", links = {\n"
            "  {d = 0.4, alpha = \"-90 deg\", lower = \"-170 deg\", upper = \"170 deg\", mass = 5, "

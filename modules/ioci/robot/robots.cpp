@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "kernel/bare_numbers.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
@@ -111,10 +112,37 @@ Result<void> check_size(std::span<const double> values, std::string_view path) {
   return {};
 }
 
+namespace {
+
+/// Whether an angle that was given to a turning joint is rather one in degrees: more than a turn
+/// beyond its limits, or more than two turns where it has none, and, as degrees, within them or a
+/// whole number up to a turn.
+bool is_likely_degrees(const JointModel& j, double x) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  if (j.type != JointType::revolute || !(std::fabs(x) > kTurn)) return false;
+  const bool is_bounded = std::isfinite(j.lower) && std::isfinite(j.upper);
+  const bool is_far =
+      is_bounded ? x > j.upper + kTurn || x < j.lower - kTurn : std::fabs(x) > 2 * kTurn;
+  const double turned = x * kDegree;
+  // A whole number was typed, even where the joint cannot turn that far.
+  return is_far && std::fabs(turned) <= kTurn &&
+         (!is_bounded || x == std::round(x) || (turned >= j.lower && turned <= j.upper));
+}
+
+}  // namespace
+
 Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot,
                                    std::span<const JointModel> joints, std::string_view path) {
   std::vector<double> q;
-  if (read_plain_q(value, joints, q)) return q;
+  const auto note = [&] {  // of one value a joint
+    for (std::size_t i = 0; i < q.size(); ++i)
+      if (is_likely_degrees(joints[i], q[i]))
+        BareNumbers::unlikely(std::string(path) + "[" + std::to_string(i + 1) + "]", q[i], "rad");
+  };
+  if (read_plain_q(value, joints, q)) {
+    note();
+    return q;
+  }
   q.clear();
   const std::string where(path);
   const std::vector<std::string_view> units = robotics::coordinate_units(joints);
@@ -170,23 +198,17 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
         !(std::hypot(std::hypot(q[i], q[i + 1]), std::hypot(q[i + 2], q[i + 3])) > 1e-9))
       return error(ErrorCode::invalid_argument, "a quaternion is zero", "1 0 0 0 is no rotation.",
                    where + "[" + std::to_string(i + 1) + "]");
+  if (one_each && joints.size() == q.size()) note();
   return q;
 }
 
 void note_degrees(const CommandContext& ctx, const RobotModel& m, std::span<const double> q) {
-  constexpr double kTurn = 2 * std::numbers::pi;
   for (std::size_t i = 0; i < m.joints.size(); ++i) {
     const JointModel& j = m.joints[i];
-    if (j.type != JointType::revolute || j.is_coupled()) continue;
+    if (j.is_coupled()) continue;
     const double x = q[static_cast<std::size_t>(j.q_index)];
-    if (!(std::fabs(x) > kTurn)) continue;
-    const bool is_bounded = std::isfinite(j.lower) && std::isfinite(j.upper);
-    const bool is_far =
-        is_bounded ? x > j.upper + kTurn || x < j.lower - kTurn : std::fabs(x) > 2 * kTurn;
-    const double turned = x * kDegree;
-    if (!is_far || std::fabs(turned) > kTurn ||
-        (is_bounded && !(turned >= j.lower && turned <= j.upper)))
-      continue;
+    if (!is_likely_degrees(j, x)) continue;
+    BareNumbers::withdraw("rad");  // what follows names robot and joint
     const std::string given = text::print_rounded(x, 6);
     const std::string said = "robot " + text::quote(m.name) + ", joint " + std::to_string(i + 1) +
                              " (" + text::quote(j.name) + "): " + given + " is taken as " + given +

@@ -35,6 +35,9 @@ Result<void> append_link(CommandContext& ctx, model::Robot& r, Value given,
 /// The same for many links: `names` has those of all that it has, and gets the new one's.
 Result<void> append_link(CommandContext& ctx, model::Robot& r, Value given, const std::string& path,
                          std::unordered_set<std::string>& names);
+/// Links as robot.create takes them: a list of tables and of rows of numbers, a matrix, or what
+/// robot.dh_table gives. `columns` names those of rows of numbers. The result has tables only.
+[[nodiscard]] Result<List> links_given(const Value& links, const Value* columns);
 /// Designed bodies; `name` is what paths call the list: "parts" or "base_parts".
 [[nodiscard]] Result<std::vector<model::BodyPart>> read_bodies(CommandContext& ctx,
                                                                const Value& list,
@@ -58,9 +61,9 @@ Result<std::size_t> tip_index(const RobotModel& m, const Map& args);
 /// What belongs to an objective that is not asked for is refused.
 Result<void> check_objective_fields(const CommandContext& ctx, const Map& args);
 /// Tells (code "degrees") when a turning joint is given an angle that is beyond its limits by more
-/// than a turn, or is more than two turns where it has none, and would be at home within them in
-/// degrees: angles are radians. Once for a robot and joint, as long as it is among the last
-/// messages.
+/// than a turn, or is more than two turns where it has none, and in degrees would be within them or
+/// is a whole number up to a turn: angles are radians. Once for a robot and joint, as long as it is
+/// among the last messages.
 void note_degrees(const CommandContext& ctx, const RobotModel& m, std::span<const double> q);
 /// Whether a link that moves has mass or inertia.
 [[nodiscard]] bool has_mass(const RobotModel& m);

@@ -296,7 +296,9 @@ RMP_COMMANDS(simulation_commands) {
            "controller = \"computed_torque\", duration = 0.2}\n"
            "assert(run:values(\"tip_error\")[21] < 1e-3)"),
        .params = run_params(
-           {self("world"), needed("robot", "any", "", "Name of the member, or the robot.")},
+           {self("world"),
+            needed("robot", "any", "",
+                   "Name of the member, or the robot; may be left out where the world has one.")},
            {optional("trajectory", "any", "",
                      "What the controller follows with the tool: a trajectory of the world."),
             optional("base_trajectory", "any", "",

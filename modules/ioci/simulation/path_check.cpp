@@ -122,7 +122,8 @@ RMP_COMMANDS(path_check_commands) {
       "local c = cell:check{robot = \"arm\", trajectory = \"out\"}\n"
       "assert(not c.is_good and c.faults[1].kind == \"unreachable\")";
   c.params = {self("world"),
-              needed("robot", "any", "", "Name of the member, or the robot."),
+              needed("robot", "any", "",
+                     "Name of the member, or the robot; may be left out where the world has one."),
               needed("trajectory", "any", "", "Name of the member, or the trajectory."),
               above_zero(optional("sample_time", "real", "s",
                                   "Time between samples; the trajectory's own when left out.")),

@@ -155,7 +155,10 @@ RMP_COMMANDS(path_point_commands) {
            "local first = cell:show_at{robot = \"arm\", trajectory = \"stroke\", to = \"first\"}\n"
            "local second = cell:show_at{robot = \"arm\", trajectory = \"stroke\", to = \"next\"}\n"
            "assert(first.point == 1 and second.point == 2 and second.time > 0)"),
-       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."),
+       .params = {self("world"),
+                  needed(
+                      "robot", "any", "",
+                      "Name of the member, or the robot; may be left out where the world has one."),
                   needed("trajectory", "any", "", "Name of the member, or the trajectory."),
                   choice("to", {"first", "last", "next", "previous"}, "Which sample.", true),
                   angle_unit()},

@@ -171,7 +171,8 @@ RMP_COMMANDS(planning_commands) {
                   "assert(cell:check_path{recording = way.recording}.is_free)",
        .params =
            {self("world"),
-            needed("robot", "string", "", "Name of the robot in the world."),
+            needed("robot", "string", "",
+                   "Name of the robot in the world; may be left out where that has one."),
             optional("from", "any", "rad or m",
                      "Joint values or a named pose at the start; as the world shows it when left "
                      "out."),

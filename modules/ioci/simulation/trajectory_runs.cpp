@@ -187,7 +187,8 @@ RMP_COMMANDS(world_run_commands) {
   std::vector<CommandSpec> all;
   Schema run_params{
       self("world"),
-      needed("robot", "any", "", "Name of the member, or the robot."),
+      needed("robot", "any", "",
+             "Name of the member, or the robot; may be left out where the world has one."),
       needed("trajectory", "any", "", "Name of the member, or the trajectory."),
       above_zero(optional("sample_time", "real", "s",
                           "Time between samples; the trajectory's own when left out.")),
@@ -325,7 +326,10 @@ RMP_COMMANDS(world_run_commands) {
            "local there, here = trajectory.points(\"stroke\"), cell:trajectory_in_base{robot = "
            "\"arm\", trajectory = \"stroke\"}\n"
            "assert(math.abs(there[1][2] - here[1][2] - 1) < 1e-12)"),
-       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."),
+       .params = {self("world"),
+                  needed(
+                      "robot", "any", "",
+                      "Name of the member, or the robot; may be left out where the world has one."),
                   needed("trajectory", "any", "", "Name of the member, or the trajectory."),
                   above_zero(optional("step", "real", "s",
                                       "Time between samples; the trajectory's own when left "

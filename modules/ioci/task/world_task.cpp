@@ -257,7 +257,8 @@ RMP_COMMANDS(world_task_commands) {
       with_part("cell:attach{object = \"part\", robot = \"arm\", position = {0, 0, 0.02}}\n"
                 "assert(cell:attachments()[1].robot == \"arm\")"),
       placed({self("world"), needed("object", "string", "", "Name of the object in the world."),
-              needed("robot", "string", "", "Name of the robot in the world."),
+              needed("robot", "string", "",
+                     "Name of the robot in the world; may be left out where that has one."),
               optional("link", "string", "", "Link or tool; the robot's tool when left out.")}),
       {}, attach, false);
   add("world.detach", "Lets go of an object that a robot of a world holds.",

@@ -122,6 +122,7 @@ Result<Value> add_robot(CommandContext& ctx, const Map& args) {
                    return {};
                  }));
   static_cast<void>(none);
+  if (!q.empty()) note_shown_joints(ctx, id, q);
   return Value(made);
 }
 
@@ -516,7 +517,10 @@ RMP_COMMANDS(world_commands) {
        .details = "The teach pendant's jog.",
        .example = example_cell(
            "cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
-       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."),
+       .params = {self("world"),
+                  needed(
+                      "robot", "any", "",
+                      "Name of the member, or the robot; may be left out where the world has one."),
                   needed("q", "any", "rad or m", "Joint values, or the name of a pose.")},
        .returns = {},
        .effect = Effect::edits,
@@ -603,7 +607,10 @@ RMP_COMMANDS(world_commands) {
        .summary = "Gives the place of a robot in the list of a world.",
        .details = counts,
        .example = example_cell("assert(cell:robot_index(\"arm\") == 0)"),
-       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."),
+       .params = {self("world"),
+                  needed(
+                      "robot", "any", "",
+                      "Name of the member, or the robot; may be left out where the world has one."),
                   first_field()},
        .returns = {"int", "", "Its number.", {}},
        .effect = Effect::reads,
