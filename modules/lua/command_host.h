@@ -57,6 +57,8 @@ class CommandHost {
   /// Refuses what the session may not do; `what` is the function that would do it.
   [[nodiscard]] virtual Result<void> may(Effect, std::string_view what) const = 0;
   virtual void warn(std::string_view code, const std::string& sentence) = 0;
+  /// A remark for whoever typed; a host whose scripts are of strangers says nothing.
+  virtual void note(std::string_view /*code*/, const std::string& /*sentence*/) {}
   /// Refuses texts after too many of them.
   [[nodiscard]] virtual Result<void> may_print(std::size_t) { return {}; }
 };

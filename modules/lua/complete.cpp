@@ -202,6 +202,78 @@ void add_files(const Impl& impl, std::string_view partial, std::set<std::string>
   }
 }
 
+/// `target` of `pa10:fk`, as a handle; nullopt when it is none.
+std::optional<Handle> handle_before_colon(lua_State* L, std::string_view chain) {
+  const auto colon = chain.rfind(':');
+  if (colon == std::string_view::npos || !push_chain(L, chain.substr(0, colon)))
+    return std::nullopt;
+  const auto h = handle_at(L, -1);
+  lua_pop(L, 1);
+  return h;
+}
+
+/// Names of the poses of a robot, or of all robots there are.
+void add_poses(Impl& impl, const std::optional<Handle>& robot, std::set<std::string>& out) {
+  const auto add = [&](const Value& id) {
+    const ioci::CommandSpec* poses = impl.host.find("robot.poses");
+    const auto found = poses ? impl.host.dispatch(*poses, Map{{"id", id}}) : Result<Value>(Value());
+    if (!found.ok() || !found->as_map()) return;
+    for (const auto& [name, q] : *found->as_map()) out.insert(name);
+  };
+  if (robot && robot->kind == "robot") return add(Value(*robot));
+  const ioci::CommandSpec* list = impl.host.find("robot.list");
+  const auto robots = list ? impl.host.dispatch(*list, Map()) : Result<Value>(Value());
+  if (!robots.ok() || !robots->as_list()) return;
+  for (const Value& each : *robots->as_list()) add(each);
+}
+
+/// Names of the providers that a parameter of this name may choose; of all interfaces where the
+/// name does not say.
+void add_providers(Impl& impl, std::string_view key, std::string_view command,
+                   std::set<std::string>& out) {
+  const ioci::CommandSpec* list = impl.host.find("provider.list");
+  const auto all = list ? impl.host.dispatch(*list, Map()) : Result<Value>(Value());
+  if (!all.ok() || !all->as_list()) return;
+  std::string_view wanted = key == "provider" ? command : key;
+  if (wanted.find("ik") != std::string_view::npos) wanted = "ik";
+  for (const std::string_view each : {"inverse_dynamics", "forward_dynamics"})
+    if (wanted.find(each) != std::string_view::npos) wanted = each;
+  std::set<std::string> every, some;
+  for (const Value& one : *all->as_list()) {
+    const Map* m = one.as_map();
+    const Value* name = m ? m->find("name") : nullptr;
+    const Value* interface_id = m ? m->find("interface") : nullptr;
+    if (!name || !name->as_string()) continue;
+    every.insert(*name->as_string());
+    if (interface_id && interface_id->as_string() &&
+        interface_id->as_string()->find(wanted) != std::string::npos)
+      some.insert(*name->as_string());
+  }
+  out.merge(some.empty() ? every : some);
+}
+
+/// Choices of a parameter of this name, of any command of a topic: `kind` within root = {...} is
+/// among those of solid.set_kind and its like.
+void add_choices_of_topic(Impl& impl, std::string_view topic, std::string_view key,
+                          std::set<std::string>& out) {
+  for (const ioci::CommandSpec* spec : impl.host.list()) {
+    if (!spec->name.starts_with(std::string(topic) + ".")) continue;
+    for (const ParamSpec& p : spec->params)
+      if (p.name == key) out.insert(p.choices.begin(), p.choices.end());
+  }
+}
+
+/// The topic of the outermost call that is open: "solid" within solid.create{root = {kind = ".
+std::string topic_around(lua_State* L, std::string_view s, const std::vector<Open>& open) {
+  for (auto it = open.rbegin(); it != open.rend(); ++it) {
+    const std::string_view chain = chain_before(s, it->at);
+    if (chain.empty()) continue;
+    if (const auto h = handle_before_colon(L, chain)) return h->kind;
+    return std::string(chain.substr(0, chain.find_first_of(".:")));
+  }
+  return {};
+}
+
 /// Words for the text that begins at a quote.
 void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
                   std::set<std::string>& out) {
@@ -218,6 +290,25 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
   } else if (spec && key.empty()) {
     const std::size_t first = is_method ? 1 : 0;
     if (first < spec->params.size()) param = &spec->params[first];
+  }
+  constexpr std::string_view kProviders[] = {"provider",         "ik",         "inverse_dynamics",
+                                             "forward_dynamics", "controller", "planner"};
+  const bool is_provider =
+      std::find(std::begin(kProviders), std::end(kProviders), key) != std::end(kProviders);
+  if (key == "q" || key == "seed" || (param && (param->name == "q" || param->name == "seed"))) {
+    const std::string_view call =
+        !direct.empty() ? direct : chain_before(s, at.open.empty() ? 0 : at.open.back().at);
+    add_poses(impl, handle_before_colon(L, call), out);
+    return;
+  }
+  if (is_provider && (!param || param->type == "any" || param->type == "string")) {
+    add_providers(impl, key,
+                  at.open.empty() ? std::string_view() : chain_before(s, at.open.back().at), out);
+    return;
+  }
+  if ((!spec || !param) && !key.empty()) {
+    add_choices_of_topic(impl, topic_around(L, s, at.open), key, out);
+    if (!out.empty()) return;
   }
   if (!spec || !param) {
     add_records(impl, "any", out);

@@ -439,34 +439,13 @@ void push_error(lua_State* L, const Error& e, std::string_view at) {
 
 namespace {
 
-/// `Did you mean "robot"?` for Lua's complaint about a global that is nil: a near global, or the
-/// command whose last word it is. "" for any other message.
+/// What helps with Lua's complaint about a global that is nil; "" for any other message.
 std::string suggestion(lua_State* L, std::string_view message) {
   constexpr std::string_view kBefore = "a nil value (global '";
   auto at = message.find(kBefore);
   if (at == std::string_view::npos) return {};
   at += kBefore.size();
-  const std::string name(message.substr(at, message.find('\'', at) - at));
-  if (impl_of(L).is_untrusted)
-    if (std::string hint = untrusted_hint(name); !hint.empty()) return hint;
-  std::vector<std::string> commands, globals;
-  for (const ioci::CommandSpec* spec : impl_of(L).host.list())
-    if (spec->name.ends_with("." + name)) commands.push_back(spec->name);
-  if (commands.size() == 1) return "Did you mean " + text::quote(commands[0]) + "?";
-  lua_pushglobaltable(L);
-  lua_pushnil(L);
-  while (lua_next(L, -2) != 0) {
-    lua_pop(L, 1);
-    if (lua_type(L, -1) == LUA_TSTRING) globals.emplace_back(lua_tostring(L, -1));
-  }
-  lua_pop(L, 1);
-  std::sort(globals.begin(), globals.end());
-  std::string near = text::did_you_mean(name, globals);
-  if (near.empty() && !commands.empty()) {
-    if (commands.size() > 4) commands.resize(4);
-    near = "There is " + text::enumerate(commands) + ".";
-  }
-  return near;
+  return hint_for_name(impl_of(L), L, std::string(message.substr(at, message.find('\'', at) - at)));
 }
 
 }  // namespace

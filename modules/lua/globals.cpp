@@ -93,6 +93,19 @@ Result<int> convert(Impl& impl, lua_State* L, const char* from, const char* si) 
 Result<int> degrees(Impl& impl, lua_State* L) { return convert(impl, L, "deg", "rad"); }
 Result<int> millimetres(Impl& impl, lua_State* L) { return convert(impl, L, "mm", "m"); }
 
+/// Angles of rpy() that were rather meant in degrees: beyond two turns, and whole numbers of them.
+void note_degrees_of(Impl& impl, const Vec3& angles, const char* call) {
+  constexpr double kTwoTurns = 4 * std::numbers::pi, kMost = 1080;
+  for (const double x : angles)
+    if (std::fabs(x) > kTwoTurns && std::fabs(x) <= kMost && x == std::round(x)) {
+      const std::string given = text::print(x);
+      impl.host.note("likely_unit", std::string(call) + ": " + given + " is taken as " + given +
+                                        " rad. Write " + text::quote(given + " deg") +
+                                        " for degrees.");
+      return;
+    }
+}
+
 /// Three quantities of the SI unit `si` from a list or from arguments; `call` and `things` name
 /// them: "rpy(roll, pitch, yaw)" and "angle".
 Result<Vec3> three(lua_State* L, const char* call, const char* thing, const char* si) {
@@ -120,6 +133,7 @@ Result<Vec3> three(lua_State* L, const char* call, const char* thing, const char
 /// rpy(roll, pitch, yaw): 3x3 rotation, R = Rz(yaw) Ry(pitch) Rx(roll).
 Result<int> rpy(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const Vec3 angles, three(L, "rpy(roll, pitch, yaw)", "angle", "rad"));
+  note_degrees_of(impl, angles, "rpy(roll, pitch, yaw)");
   const spatial::Matrix3 r = spatial::from_rpy(angles);
   push_array(impl, L, NumericArray(std::vector<double>(r.begin(), r.end()), 3, 3));
   return 1;
@@ -135,6 +149,7 @@ Result<int> pose(Impl& impl, lua_State* L) {
     RMP_TRY_ASSIGN(const auto r,
                    quantities(L, rotation, "the rotation of pose(x, y, z, rotation)", "rad"));
     if (r.size() == 3) {
+      note_degrees_of(impl, {r[0], r[1], r[2]}, "pose(x, y, z, rotation)");
       t.R = spatial::from_rpy({r[0], r[1], r[2]});
     } else if (r.size() == 9) {
       std::copy(r.begin(), r.end(), t.R.begin());

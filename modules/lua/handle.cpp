@@ -43,8 +43,14 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
     lua_pushlstring(L, name->data(), name->size());
     return 1;
   }
-  std::vector<std::string> known = method_names(impl, h.kind);
-  std::string hint = text::did_you_mean(key, known);
+  std::string hint = impl.host.unknown(h.kind + "." + std::string(key)).hint;
+  // Of a method the topic is known.
+  for (std::size_t at = 0; (at = hint.find("\"" + h.kind + ".")) != std::string::npos;)
+    hint.erase(at + 1, h.kind.size() + 1);
+  if (!hint.starts_with("Did you mean")) {
+    const std::vector<std::string> known = method_names(impl, h.kind);
+    hint = text::did_you_mean(key, known);
+  }
   if (hint.empty()) hint = "help(x) lists the methods of x.";
   return error(ErrorCode::unknown_name, "a " + h.kind + " has no method " + text::quote(key),
                std::move(hint), impl.host.describe(h));

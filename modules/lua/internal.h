@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -88,6 +89,8 @@ struct robomosp::lua::LuaState::Impl {
   virtual Result<void> take_functions(lua_State*, const ioci::CommandSpec&, int /*table*/) {
     return {};
   }
+  /// How a record of this name, in the document or the library, becomes a variable; "" = none.
+  [[nodiscard]] virtual std::string record_hint(const std::string& /*name*/) { return {}; }
   /// Called before the state of Lua is closed.
   virtual void before_close() {}
 
@@ -112,8 +115,9 @@ struct robomosp::lua::LuaState::Impl {
   std::map<std::string, std::string, std::less<>> sources;
   /// What scripts write to standard output; goes where print() goes. Outlives their handles.
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> out{nullptr, std::fclose};
-  int digits = 6;              ///< significant ones that numbers are shown with
-  std::uint64_t commands = 0;  ///< revision of the table that the state shows
+  std::set<std::string, std::less<>> hidden;  ///< own globals that a console was told it replaced
+  int digits = 6;                             ///< significant ones that numbers are shown with
+  std::uint64_t commands = 0;                 ///< revision of the table that the state shows
 };
 
 namespace robomosp::lua {
@@ -255,6 +259,13 @@ void stop_script(Impl&, lua_State* L);
 /// Candidates at a cursor (complete.cpp).
 [[nodiscard]] Completion completion(Impl&, lua_State* L, std::string_view input,
                                     std::size_t cursor);
+/// Remembers the globals of a new state as its own (own_globals.cpp).
+void keep_own_globals(lua_State* L);
+/// Restores those of them that a console set to nil, and notes once which ones it replaced.
+void check_own_globals(Impl&, lua_State* L);
+/// What helps whoever wrote a name that is no global: a record of that name, one of the library, a
+/// near command. May be empty.
+[[nodiscard]] std::string hint_for_name(Impl&, lua_State* L, const std::string& name);
 /// Refuses what the session may not do; `what` is the function that would do it. (globals.cpp)
 [[nodiscard]] Result<void> script_may(const Impl&, Effect, std::string_view what);
 /// Files are those of the session's folder, if it has one, until the scope ends. (confined.cpp)

@@ -225,7 +225,19 @@ Result<void> run_input(Impl& impl, lua_State* L, std::string_view input) {
       const auto found = call(impl, L, 0, 1);
       if (!found.ok() && bare_method(about)) return found.error();
       if (found.ok()) {
-        topic = help_topic(impl, L, -1).value_or(topic);
+        const auto known = help_topic(impl, L, -1);
+        if (!known && !lua_isnil(L, -1)) {
+          // A value of which there is nothing to explain is shown with what it is.
+          const char* const type = array_at(L, -1) ? "array" : luaL_typename(L, -1);
+          const std::string shown =
+              topic + " is " +
+              (std::string_view("aeiou").find(type[0]) != std::string_view::npos ? "an " : "a ") +
+              type + ": " + result_text_of(impl, L, -1);
+          lua_pop(L, 1);
+          lua_pushlstring(L, shown.data(), shown.size());
+          return {};
+        }
+        topic = known.value_or(topic);
         lua_pop(L, 1);
       }
     }
@@ -388,6 +400,7 @@ Result<void> LuaState::run_string(std::string_view code, std::string_view chunk_
 
 Result<std::string> LuaState::eval(std::string_view input) {
   std::string out;
+  const std::string word(text::trim(input));
   const auto done = run_protected(*impl_, [&](lua_State* L) -> Result<void> {
     const int first = lua_gettop(L) + 1;
     RMP_TRY(run_input(*impl_, L, input));
@@ -395,10 +408,19 @@ Result<std::string> LuaState::eval(std::string_view input) {
     for (int i = first; i <= last; ++i)
       out += (i > first ? "\n" : "") + result_text_of(*impl_, L, i);
     remember(L, first, last);
+    if (first == last && lua_isnil(L, first) && word != "nil" && word != "_")
+      if (const std::string hint = hint_for_name(*impl_, L, word); !hint.empty())
+        impl_->host.note("undefined", word + " is not defined. " + hint);
+    check_own_globals(*impl_, L);
     return {};
   });
-  if (!done.ok()) return without_place(*impl_, input, done.error());
-  return out;
+  if (done.ok()) return out;
+  Error e = without_place(*impl_, input, done.error());
+  (void)run_protected(*impl_, [&](lua_State* L) -> Result<void> {
+    check_own_globals(*impl_, L);
+    return {};
+  });
+  return e;
 }
 
 Result<List> LuaState::eval_values(std::string_view input) {

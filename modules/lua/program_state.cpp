@@ -10,8 +10,10 @@
 #include <set>
 #include <utility>
 
+#include "document/validate.h"
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/classic.h"
+#include "ioci/core/commands.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
 #include "lua/kept_scripts.h"
@@ -74,6 +76,9 @@ class ProgramHost final : public CommandHost {
   void warn(std::string_view code, const std::string& sentence) override {
     app_.messages.post(Severity::warning, std::string(code), sentence, "lua");
   }
+  void note(std::string_view code, const std::string& sentence) override {
+    app_.messages.post(Severity::info, std::string(code), sentence, "lua");
+  }
 
  private:
   ioci::Application& app_;
@@ -102,6 +107,22 @@ void ProgramState::catch_up() {
   if (kept) kept->catch_up();
 }
 
+std::string ProgramState::record_hint(const std::string& name) {
+  // A script may meet such errors in a loop; the library is in files.
+  if (session.kind() != ioci::SessionKind::console && session.name() != "eval") return {};
+  const auto call = [&name](Kind kind) {
+    return name + " = " + std::string(to_string(kind)) + " " + text::quote(name);
+  };
+  const auto now = app.document.now();
+  for (const Kind kind : all_kinds())
+    if (now->find(kind, name))
+      return "The document has " + document::with_article(to_string(kind)) +
+             " of that name: " + call(kind) + " makes it a variable.";
+  for (const Kind kind : all_kinds())
+    if (ioci::library_file(app, kind, name)) return call(kind) + " loads it from the library.";
+  return {};
+}
+
 void ProgramState::before_close() {
   kept.reset();
   withdraw_all(*this);
@@ -117,6 +138,7 @@ LuaState::LuaState(ioci::Application& app, ioci::Session& session, LuaOptions op
     open_commands(*made, L);
     open_providers(*made, L);
     open_globals(*made, L);
+    keep_own_globals(L);
     return {};
   });
   made->kept = std::make_unique<KeptScripts>(*made);

@@ -20,6 +20,7 @@ struct ProgramState final : LuaState::Impl {
   ~ProgramState() override;
   void catch_up() override;
   void before_close() override;
+  [[nodiscard]] std::string record_hint(const std::string& name) override;
   Result<void> take_functions(lua_State*, const ioci::CommandSpec&, int table) override;
 
   ioci::Application& app;

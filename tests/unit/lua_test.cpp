@@ -238,6 +238,45 @@ TEST_F(Lua, IncompleteInputIsToldApartFromWrongInput) {
     EXPECT_FALSE(state_->is_incomplete(s)) << s;
 }
 
+TEST_F(Lua, NamesThatAreNotThereHelp) {
+  const auto fault = [&](const char* input) {
+    const auto r = state_->eval(input);
+    return r.ok() ? std::string() : r.error().hint;
+  };
+  ASSERT_TRUE(state_->run_string("r = robot.create{name = 'bow', links = {{a = 1}}}", "t").ok());
+  EXPECT_EQ(fault("r:ik{}"), "Did you mean \"solve_ik\"?");
+  EXPECT_EQ(fault("r:ikine{}"), "Did you mean \"solve_ik\"?");
+  EXPECT_EQ(fault("r:fkine{}"), "Did you mean \"fk\"?");
+  EXPECT_EQ(fault("robot.ik{}"), "Did you mean \"robot.solve_ik\"?");
+  EXPECT_EQ(fault("r:dhtable()"), "Did you mean \"dh_table\"?");
+  EXPECT_EQ(fault("fkin()"), "Did you mean \"robot.fk\"?");
+  EXPECT_EQ(fault("exit()"), "quit() ends the program.");
+  ASSERT_TRUE(state_->eval("five = 5").ok());
+  EXPECT_EQ(*state_->eval("five?"), "five is a number: 5");
+  EXPECT_EQ(*state_->eval("{}?"), "{} is a table: {}");
+}
+
+TEST_F(Lua, ANameOfTheProgramThatWasReplacedComesBackWithNil) {
+  const auto notes = [&] {
+    int n = 0;
+    for (const Message& m : app().messages.recent(1000)) n += m.code == "hidden_name";
+    return n;
+  };
+  ASSERT_TRUE(state_->eval("run = 5").ok());
+  ASSERT_TRUE(state_->eval("run = run + 1").ok());
+  EXPECT_EQ(notes(), 1);
+  EXPECT_EQ(*state_->eval("run"), "6");
+  ASSERT_TRUE(state_->eval("run = nil").ok());
+  EXPECT_EQ(*state_->eval("#run.list()"), "0");
+  ASSERT_TRUE(state_->eval("pi = 3").ok());
+  EXPECT_EQ(notes(), 2);
+  ASSERT_TRUE(state_->eval("pi = nil").ok());
+  EXPECT_EQ(*state_->eval("pi > 3"), "true");
+  // A script is left alone.
+  ASSERT_TRUE(state_->run_string("world = 7", "t").ok());
+  EXPECT_EQ(notes(), 2);
+}
+
 TEST_F(Lua, CompletionKnowsGlobalsCommandsParametersRecordsAndMethods) {
   const auto offers = [&](std::string_view text, std::string_view word) {
     const auto words = state_->complete(text, text.size()).words;
@@ -251,6 +290,20 @@ TEST_F(Lua, CompletionKnowsGlobalsCommandsParametersRecordsAndMethods) {
   EXPECT_TRUE(offers("material.create({ den", "density = "));
   EXPECT_TRUE(offers("material \"ti", "titanium"));
   EXPECT_TRUE(offers("m:des", "describe"));
+  // Values of arguments: poses, words of nested tables, providers of what is called.
+  ASSERT_TRUE(state_
+                  ->run_string("bow = robot.create{name = 'bow', links = {{a = 1}}, poses = {home "
+                               "= {0}, aside = {1}}}",
+                               "t")
+                  .ok());
+  EXPECT_TRUE(offers("bow:fk{ q = \"as", "aside"));
+  EXPECT_TRUE(offers("robot.fk{ id = \"bow\", q = \"ho", "home"));
+  EXPECT_TRUE(offers("solid.create{ name = \"s\", root = { kind = \"cyl", "cylinder"));
+  EXPECT_TRUE(offers("solid.create{ root = { children = { { kind = \"bo", "box"));
+  EXPECT_TRUE(offers("robot.create{ links = { { joint = \"pris", "prismatic"));
+  EXPECT_TRUE(offers("robot.get(\"bow\"):solve_ik{ provider = \"num", "numeric"));
+  EXPECT_FALSE(offers("robot.get(\"bow\"):solve_ik{ provider = \"", "newton_euler"));
+  EXPECT_TRUE(offers("robot.set{ id = \"bow\", inverse_dynamics = \"newton", "newton_euler"));
   EXPECT_FALSE(offers("-- mater", "material"));
   EXPECT_FALSE(offers("\"mater", "material"));
 }
