@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "ioci/records/solid_nodes.h"
 #include "kernel/text.h"
 #include "lua/program_state.h"
 
@@ -307,7 +308,10 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
     return;
   }
   if ((!spec || !param) && !key.empty()) {
-    add_choices_of_topic(impl, topic_around(L, s, at.open), key, out);
+    const std::string topic = topic_around(L, s, at.open);
+    if (topic == "solid" && key == "kind" && at.open.size() > 1)
+      for (std::string& word : ioci::kind_words()) out.insert(std::move(word));
+    else add_choices_of_topic(impl, topic, key, out);
     if (!out.empty()) return;
   }
   if (!spec || !param) {

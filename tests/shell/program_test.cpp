@@ -897,6 +897,7 @@ TEST(Console, LeavingAsksWhatToDoWithUnsavedWork) {
   ASSERT_TRUE(t.expect("> ")) << t.seen;
   t.type("recovery.restore()[1].name\n");
   ASSERT_TRUE(t.expect("\r\nbrass")) << t.seen;
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
   t.type("\x04");
   ASSERT_TRUE(t.expect("[b]ack to the console? ")) << t.seen;
   t.type("s\n");

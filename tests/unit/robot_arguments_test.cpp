@@ -189,7 +189,7 @@ TEST_F(RobotArguments, NumbersOfUnlikelySizeAreNamed) {
       << likely();
   run("solid.create{name = 'plate', root = {kind = 'box', name = 'box', x = 200, y = 1, z = 1}}");
   EXPECT_NE(likely().find("x = 200 is taken as 200 m"), std::string::npos) << likely();
-  run("cell = world.create{name = 'cell'}\ncell:add_robot{robot = 'arm', q = {0, -90, 0, 0, 0, "
+  run("cell = world.create{name = 'cell'}\ncell:add_robot{robot = 'puma560', q = {0, -90, 0, 0, 0, "
       "0}}");
   EXPECT_NE(said("degrees").find("-90 is taken as -90 rad"), std::string::npos) << said("degrees");
   run("arm:set_pose{name = 'up', q = {0, 0, 120, 0, 0, 0}}");
@@ -204,7 +204,7 @@ TEST_F(RobotArguments, NumbersOfUnlikelySizeAreNamed) {
   run("robot.create{name = 'crane', links = {{a = 9, alpha = 1.5708, lower = -10, upper = 10}}}\n"
       "robot.create{name = 'whole', links = {{a = '300 mm', alpha = deg(90), lower = '-170 "
       "deg'}}}\n"
-      "cell:set_robot_q{robot = 'arm', q = {0.1, 0, 0, 0, 0, 0}}");
+      "cell:set_robot_q{q = {0.1, 0, 0, 0, 0, 0}}");
   EXPECT_EQ(likely(), last);
   const auto count = [&] {
     int n = 0;

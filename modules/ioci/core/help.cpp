@@ -129,7 +129,11 @@ Result<Value> help(CommandContext& ctx, const Map& args) {
   if (found.size() == 1) return Value(help_text(*found.front()));
   if (!found.empty()) return Value(list_of(found));
   Error e = table.unknown(topic);
-  if (const auto near = table.apropos(topic); !near.empty() && e.hint.starts_with("apropos("))
+  std::vector<std::string> names;
+  for (const CommandSpec* spec : table.list()) names.push_back(spec->name);
+  const bool is_misspelt = !text::did_you_mean(topic, names).empty();
+  if (const auto near = table.apropos(topic);
+      !near.empty() && !is_misspelt && topic.find('.') == std::string::npos)
     e.hint = "apropos(" + text::quote(topic) + ") finds " + near.front()->name +
              (near.size() > 1 ? " and " + std::to_string(near.size() - 1) + " more." : ".");
   return e;

@@ -156,7 +156,8 @@ std::vector<std::string> CommandTable::meant(std::string_view topic, std::string
     const bool is_of_name = std::all_of(wanted.begin(), wanted.end(), [&e](const std::string& w) {
       return std::find(e.name.begin(), e.name.end(), w) != e.name.end();
     });
-    int score = is_of_name ? kOfName : 0;
+    // Without a topic one word of a name says too little.
+    int score = is_of_name && (!topic.empty() || e.name.size() == wanted.size()) ? kOfName : 0;
     for (const Phrase& p : same)
       if (const int one = fit(e, p); one >= kLeast) score = std::max(score, kOfMeaning + one);
     if (score > 0) found.emplace_back(score - static_cast<int>(e.name.size()), name);
