@@ -2,6 +2,9 @@
 // Arguments of robot commands that would count for nothing: refused, or named in a message where
 // they are kept for later.
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
 
 #include "support/lua_program.h"
 
@@ -259,6 +262,24 @@ refused("there is no robot \"kr5\"", robot.remove, "kr5")
 -- Where a command fails, nothing is loaded.
 refused("placement", cell.add_robot, cell, {robot = "kr5", placement = "nowhere"})
 for _, r in ipairs(robot.list()) do assert(r.name ~= "kr5") end)~");
+}
+
+TEST_F(RobotArguments, AFileThatIsReplacedIsNamed) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("robomosp-" + std::to_string(::getpid())))
+          .string() +
+      ".model";
+  const auto count = [&] {
+    int n = 0;
+    for (const Message& m : app().messages.recent(1000))
+      n += m.code == "file_replaced" && m.text.find(file) != std::string::npos;
+    return n;
+  };
+  run("arm:save_model{file = '" + file + "'}\narm:save_model{file = '" + file + "'}");
+  EXPECT_EQ(count(), 0) << "equal content is no loss";
+  run("robot.get('puma560'):save_model{file = '" + file + "'}");
+  EXPECT_EQ(count(), 1);
+  std::filesystem::remove(file);
 }
 
 TEST_F(RobotArguments, AWorldOfOneRobotDoesNotAskWhich) {

@@ -202,14 +202,17 @@ Error CommandTable::unknown(std::string_view name) const {
   std::vector<std::string> near =
       meant(dot == std::string_view::npos ? std::string_view() : name.substr(0, dot), verb);
   for (std::string& one : near) one = text::quote(one);
-  std::string hint = near.empty() ? text::did_you_mean(name, names)
-                                  : "Did you mean " + text::join(near, " or ") + "?";
+  // The topic may be right and the verb wrong: then its commands are what helps.
+  const std::string topic = topic_of(name);
+  std::vector<std::string> verbs;
+  for (const std::string& n : names)
+    if (topic_of(n) == topic && topic != "general") verbs.push_back(n.substr(topic.size() + 1));
+  std::string hint;
+  if (!near.empty()) hint = "Did you mean " + text::join(near, " or ") + "?";
+  else if (const auto one = text::nearest(verb, verbs))
+    hint = "Did you mean " + text::quote(topic + "." + *one) + "?";
+  else if (verbs.empty()) hint = text::did_you_mean(name, names);
   if (hint.empty()) {
-    // The topic may be right and the verb wrong: then its commands are what helps.
-    const std::string topic = topic_of(name);
-    std::vector<std::string> verbs;
-    for (const std::string& n : names)
-      if (topic_of(n) == topic && topic != "general") verbs.push_back(n.substr(topic.size() + 1));
     hint = verbs.empty() ? "apropos(\"words\") searches the commands."
                          : topic + " has " + text::enumerate(verbs) + ".";
   }

@@ -885,7 +885,13 @@ Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
                        [&] { return chosen.provider->write(task, *params, ctx.progress); });
   if (!files.ok()) return std::move(files).in(name_in(ctx, id)).error();
   if (!extras.may_replace) RMP_TRY(check_new(*files, done.file));
+  std::vector<std::filesystem::path> replaced;
+  for (const ExportedFile& f : *files)
+    if (f.name == own_name && file_kind(done.file) == FileKind::file &&
+        !io::file_holds(done.file, f.bytes))
+      replaced.emplace_back(done.file);
   RMP_TRY(write_exported(*files, done.file).in(name_in(ctx, id)));
+  report_replaced(ctx, Severity::info, replaced);
   const auto folder = std::filesystem::path(done.file).parent_path();
   for (const ExportedFile& f : *files)
     if (f.name != own_name) done.others.push_back((folder / f.name).string());

@@ -2,6 +2,9 @@
 #include "ioci/exchange/loaded.h"
 
 #include "io/legacy.h"
+#include "io/native.h"
+#include "ioci/recording/watchers.h"
+#include "kernel/file_root.h"
 
 namespace robomosp::ioci {
 
@@ -35,6 +38,15 @@ Result<io::Loaded> load_file(CommandContext& ctx, const std::filesystem::path& f
 
 io::SaveOptions save_options(const Map& args, std::vector<std::filesystem::path>& replaced) {
   return {flag(args, "overwrite"), &replaced};
+}
+
+Result<void> write_named_file(CommandContext& ctx, const std::filesystem::path& file,
+                              std::string_view bytes) {
+  const bool replaces = file_kind(file) == FileKind::file &&
+                        !ctx.app.watchers->draws(file.string()) && !io::file_holds(file, bytes);
+  RMP_TRY(io::write_file(file, bytes));
+  if (replaces) report_replaced(ctx, Severity::info, {file});
+  return {};
 }
 
 void report_replaced(CommandContext& ctx, Severity severity,

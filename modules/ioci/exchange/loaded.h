@@ -18,6 +18,10 @@ Result<io::Loaded> load_file(CommandContext&, const std::filesystem::path& file,
 /// What overwrite of the arguments says; `replaced` gets files as in io::SaveOptions.
 [[nodiscard]] io::SaveOptions save_options(const Map& args,
                                            std::vector<std::filesystem::path>& replaced);
+/// Writes the file that a user named. Where it held something else, a note says that this was
+/// replaced, unless the file follows edits (recording.watched).
+Result<void> write_named_file(CommandContext&, const std::filesystem::path& file,
+                              std::string_view bytes);
 /// Reports the files that held something of somebody else.
 void report_replaced(CommandContext&, Severity, const std::vector<std::filesystem::path>& replaced);
 

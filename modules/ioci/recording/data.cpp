@@ -7,6 +7,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/exchange/loaded.h"
 #include "ioci/recording/given_columns.h"
 #include "ioci/recording/origins.h"
 #include "ioci/recording/recording_argument.h"
@@ -39,7 +40,7 @@ Result<Value> save(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::invalid_argument, "a recording cannot be saved as " + text::quote(file),
                  "Give a file name that ends with .rec, .csv, .json or .npz.");
   }
-  RMP_TRY(io::write_file(file, bytes));
+  RMP_TRY(write_named_file(ctx, file, bytes));
   return Value(Map{{"file", file}, {"rows", r->rows()}, {"columns", r->columns.size()}});
 }
 

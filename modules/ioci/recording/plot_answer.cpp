@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/recording/plot_answer.h"
+#include "ioci/exchange/loaded.h"
 
 #include "io/native.h"
 #include "ioci/core/word_list.h"
@@ -44,7 +45,7 @@ Result<Value> plot_answer(CommandContext& ctx, recording::PlotRequest request, c
                  "Leave file or as out; a file's ending says what it is.", "as");
   const std::string file = text_of(args, "file");
   RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(drawn, file));
-  RMP_TRY(io::write_file(file, bytes));
+  RMP_TRY(write_named_file(ctx, file, bytes));
   return Value(file);
 }
 

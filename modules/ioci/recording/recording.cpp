@@ -5,6 +5,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/exchange/loaded.h"
 #include "ioci/recording/origins.h"
 #include "ioci/recording/plot_answer.h"
 #include "ioci/recording/recording_argument.h"
@@ -166,7 +167,7 @@ Result<Value> csv(CommandContext& ctx, const Map& args) {
   const std::string file = text_of(args, "file");
   const auto r = recording_of(ctx, args);
   RMP_TRY_ASSIGN(const std::string bytes, recording::to_csv(*r, ctx.progress));
-  RMP_TRY(io::write_file(file, bytes));
+  RMP_TRY(write_named_file(ctx, file, bytes));
   return Value(Map{{"file", file}, {"rows", r->rows()}, {"columns", r->columns.size()}});
 }
 
@@ -220,7 +221,7 @@ Result<Value> heat_map(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, recording::heat_map(*r, o));
   const std::string file = text_of(args, "file");
   RMP_TRY_ASSIGN(const std::string bytes, recording::heat_map_file(m, file));
-  RMP_TRY(io::write_file(file, bytes));
+  RMP_TRY(write_named_file(ctx, file, bytes));
   Map out{{"file", file}, {"cells", m.cells}, {"low", m.low}, {"high", m.high}};
   if (m.at) out.set("at", *m.at);
   return Value(std::move(out));

@@ -8,6 +8,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/loaded.h"
 #include "motion/provider_params.h"
 
 namespace robomosp::ioci {
@@ -89,7 +90,7 @@ Result<Value> generate_code(CommandContext& ctx, const Map& args) {
   List written;
   for (const CodeFile& f : *files) {
     const std::filesystem::path file = folder / f.name;
-    RMP_TRY(io::write_file(file, f.text));
+    RMP_TRY(write_named_file(ctx, file, f.text));
     written.emplace_back(file.string());
   }
   return Value(Map{{"files", std::move(written)}, {"name", name}, {"provider", info.name}});
@@ -98,7 +99,7 @@ Result<Value> generate_code(CommandContext& ctx, const Map& args) {
 Result<Value> save_model(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
   const std::filesystem::path file = text_of(args, "file");
-  RMP_TRY(io::write_file(file, model_text(*model)));
+  RMP_TRY(write_named_file(ctx, file, model_text(*model)));
   return Value(Map{{"file", file.string()}});
 }
 

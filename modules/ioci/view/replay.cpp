@@ -11,6 +11,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/exchange/loaded.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/picture.h"
@@ -105,7 +106,7 @@ Result<Value> replay(CommandContext& ctx, const Map& args) {
                  scene::replay_data(show.built.scene, show.playback, request, ctx.progress));
   const std::string page =
       scene::replay_page(data, request.title, ctx.app.watchers->draws(file) || flag(args, "watch"));
-  RMP_TRY(io::write_file(file, page));
+  RMP_TRY(write_named_file(ctx, file, page));
   RMP_TRY(watch_drawing(ctx, "recording.replay", args));
   return Value(Map{{"file", file},
                    {"bytes", page.size()},
@@ -280,11 +281,11 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
   if (has_frames) frames.remove_after(times.count);
   Map out;
   if (gif) {
-    RMP_TRY(io::write_file(file, gif->finish()));
+    RMP_TRY(write_named_file(ctx, file, gif->finish()));
     out.set("file", file);
   } else if (mp4) {
     RMP_TRY_ASSIGN(const std::string bytes, mp4->finish());
-    RMP_TRY(io::write_file(file, bytes));
+    RMP_TRY(write_named_file(ctx, file, bytes));
     out.set("file", file);
   }
   if (has_frames) out.set("folder", text_of(args, "frames"));

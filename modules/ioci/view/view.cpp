@@ -6,6 +6,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/loaded.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/map_view.h"
@@ -144,7 +145,7 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
   const std::string file = text_of(args, "file");
   RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
   RMP_TRY_ASSIGN(const Drawn drawn, draw_what(ctx, args));
-  RMP_TRY(io::write_file(file, drawn.png));
+  RMP_TRY(write_named_file(ctx, file, drawn.png));
   const bool is_named = has(args, "what");
   RMP_TRY(watch_drawing(
       ctx, (is_named ? "view" : std::string(to_string(ref(args, "id").kind))) + ".render", args));
