@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -137,6 +138,8 @@ TEST_P(Page, DoesWhatItShows) {
     else EXPECT_EQ(answer.find("error: "), std::string::npos) << where << "\n" << answer;
   }
   EXPECT_GT(ran, 0);
+  for (const Message& m : (*app)->messages.recent(1000))
+    EXPECT_NE(m.code, "hidden_name") << GetParam() << ": " << m.text;
   if (update) rewrite(fs::path(ROBOMOSP_SOURCE_DIR) / GetParam(), blocks);
   fs::current_path(fs::temp_directory_path());
   fs::remove_all(folder);
@@ -162,6 +165,67 @@ std::vector<std::string> pages_with_code() {
     }
   std::sort(out.begin() + 1, out.end());
   return out;
+}
+
+/// A sentence that says of something that it is not there yet.
+const std::regex kAbsent(
+    "Not yet|such \\w+ yet|cannot [^.]{0,40} yet|no command (for|that|to) |"
+    "(is|are) not (written|supported|possible|implemented|available|there|planned|made|read|served)"
+    "[^.]{0,40} yet");
+
+/// Claims of absence grow stale: each has, in its section, a block that is refused (and is run
+/// above), or a comment `<!-- absent: world.plan_paths, world.plan_path.keep_orientation -->` with
+/// the commands or arguments that would make it untrue.
+TEST(Pages, ClaimsOfAbsenceHoldInTheTableOfCommands) {
+  ioci::CommandTable table;
+  ioci::register_commands(table);
+  int claims = 0;
+  for (const char* folder : {"docs/user", "docs/plugin_author"})
+    for (const auto& entry :
+         fs::recursive_directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / folder)) {
+      if (entry.path().extension() != ".md") continue;
+      std::ifstream in(entry.path());
+      std::vector<std::string> open;  // of this section, "line: sentence"
+      bool inside = false, is_refused = false, is_checked = false;
+      int number = 0;
+      const auto end_section = [&] {
+        claims += static_cast<int>(open.size());
+        for (const std::string& claim : open)
+          EXPECT_TRUE(is_refused || is_checked)
+              << entry.path() << ":" << claim
+              << "\nshow it by a block with -- refused, or name the "
+              << "commands that would make it untrue: <!-- absent: NAME -->";
+        open.clear();
+        is_refused = is_checked = false;
+      };
+      for (std::string line; std::getline(in, line);) {
+        ++number;
+        if (line.starts_with("```")) inside = !inside;
+        else if (inside) is_refused = is_refused || line.find("-- refused") != std::string::npos;
+        if (inside || line.starts_with("```")) continue;
+        if (line.starts_with("#")) end_section();
+        if (std::regex_search(line, kAbsent)) open.push_back(std::to_string(number) + ": " + line);
+        constexpr std::string_view kMark = "<!-- absent: ";
+        if (!line.starts_with(kMark)) continue;
+        is_checked = true;
+        const std::string_view names =
+            std::string_view(line).substr(kMark.size(), line.find(" -->") - kMark.size());
+        for (const std::string_view each : text::split(names, ',')) {
+          const std::string name(text::trim(each));
+          const auto dot = name.rfind('.');
+          const ioci::CommandSpec* of = table.find(name.substr(0, dot));
+          const bool is_argument =
+              of && std::any_of(of->params.begin(), of->params.end(), [&](const ParamSpec& param) {
+                return param.name == name.substr(dot + 1);
+              });
+          EXPECT_FALSE(table.find(name) || is_argument)
+              << entry.path() << ":" << number << " says that there is no " << name
+              << ", and there is";
+        }
+      }
+      end_section();
+    }
+  EXPECT_GT(claims, 0) << "the words of claims are not found any more";
 }
 
 INSTANTIATE_TEST_SUITE_P(Documentation, Page, ::testing::ValuesIn(pages_with_code()),
