@@ -10,7 +10,6 @@
 #include <set>
 #include <utility>
 
-#include "document/validate.h"
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/classic.h"
 #include "ioci/core/commands.h"
@@ -116,8 +115,8 @@ std::string ProgramState::record_hint(const std::string& name) {
   const auto now = app.document.now();
   for (const Kind kind : all_kinds())
     if (now->find(kind, name))
-      return "The document has " + document::with_article(to_string(kind)) +
-             " of that name: " + call(kind) + " makes it a variable.";
+      return "The document has the " + std::string(to_string(kind)) + " " + text::quote(name) +
+             ": " + call(kind) + " makes it a variable.";
   for (const Kind kind : all_kinds())
     if (ioci::library_file(app, kind, name)) return call(kind) + " loads it from the library.";
   return {};
