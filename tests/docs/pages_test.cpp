@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -165,6 +166,24 @@ std::vector<std::string> pages_with_code() {
     }
   std::sort(out.begin() + 1, out.end());
   return out;
+}
+
+TEST(Pages, ThePageOfPluginsNamesEveryInterfaceOfTheSdkAndNoOther) {
+  const std::regex id("robomosp\\.[a-z_.]+/[0-9]+");
+  const auto ids_of = [&id](const fs::path& file) {
+    std::ifstream in(file);
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    return std::set<std::string>(std::sregex_token_iterator(text.begin(), text.end(), id),
+                                 std::sregex_token_iterator());
+  };
+  std::set<std::string> known;
+  for (const auto& entry :
+       fs::recursive_directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "sdk/include"))
+    if (entry.is_regular_file()) known.merge(ids_of(entry.path()));
+  EXPECT_GT(known.size(), 20U);
+  const auto named = ids_of(fs::path(ROBOMOSP_SOURCE_DIR) / "docs/plugin_author/README.md");
+  for (const std::string& one : known) EXPECT_TRUE(named.contains(one)) << one << " is missing";
+  for (const std::string& one : named) EXPECT_TRUE(known.contains(one)) << one << " is none";
 }
 
 /// A sentence that says of something that it is not there yet.
