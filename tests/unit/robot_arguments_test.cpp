@@ -264,6 +264,24 @@ refused("placement", cell.add_robot, cell, {robot = "kr5", placement = "nowhere"
 for _, r in ipairs(robot.list()) do assert(r.name ~= "kr5") end)~");
 }
 
+TEST_F(RobotArguments, SavingEverythingNamesWhatItLeavesToTheLibrary) {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("robomosp-save-" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  run("local puma = robot.get('puma560')\npuma:set_pose{name = 'mine', q = {0, 0, 0, 0, 0, 0}}\n"
+      "brass = material.create{name = 'brass', density = 8500}\n"
+      "document.save('" +
+      folder.string() + "')");
+  EXPECT_TRUE(std::filesystem::exists(folder / "brass.mtr"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "puma560.rbt"));
+  const std::string left = said("left_out");
+  EXPECT_NE(left.find("robot \"puma560\""), std::string::npos) << left;
+  EXPECT_NE(left.find("robot.save{id = \"puma560\", file = \"puma560.rbt\"} saves a copy."),
+            std::string::npos)
+      << left;
+  std::filesystem::remove_all(folder);
+}
+
 TEST_F(RobotArguments, AFileThatIsReplacedIsNamed) {
   const std::string file =
       (std::filesystem::temp_directory_path() / ("robomosp-" + std::to_string(::getpid())))

@@ -4,6 +4,7 @@
 
 #include "io/legacy.h"
 #include "io/native.h"
+#include "io/recovery_journal.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
 #include "kernel/file_root.h"
@@ -64,6 +65,23 @@ Result<Value> save_all(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto written,
                  io::save_all(ctx.edit(), wanted, ctx.app.library, save_options(args, replaced)));
   report_replaced(ctx, Severity::warning, replaced);
+  std::vector<std::string> left;
+  std::string copy;
+  for (const AnyId id : io::unsaved_records(ctx.snapshot(), ctx.app.library)) {
+    const model::Record& r = *ctx.snapshot().find(id);
+    if (!is_within(library, r.file)) continue;
+    const std::string kind(to_string(id.kind));
+    left.push_back(ctx.snapshot().describe(id));
+    copy = kind + ".save{id = " + text::quote(r.name) +
+           ", file = " + text::quote(r.name + std::string(io::extension(id.kind))) + "}";
+  }
+  if (!left.empty())
+    ctx.app.messages.post(Severity::warning, "left_out",
+                          text::enumerate_some(left, 4) + (left.size() == 1 ? " is" : " are") +
+                              " changed and not saved: the library, where " +
+                              (left.size() == 1 ? "it" : "they") +
+                              " came from, is shared by all documents. " + copy + " saves a copy.",
+                          "io");
   List out;
   for (const auto& path : written) out.emplace_back(path.string());
   return Value(std::move(out));
