@@ -255,6 +255,13 @@ Result<void> run_input(Impl& impl, lua_State* L, std::string_view input) {
   return call(impl, L, 0, LUA_MULTRET);
 }
 
+/// `local x = 1` and nothing behind it that could use it.
+bool is_lone_local(lua_State* L, const std::string& input) {
+  if (!input.starts_with("local ")) return false;
+  const auto equals = input.find('=');
+  return equals != std::string::npos && compiles(L, "return " + input.substr(equals + 1));
+}
+
 void remember(lua_State* L, int first, int last) {
   if (first > last) return;
   lua_pushvalue(L, first);
@@ -411,6 +418,9 @@ Result<std::string> LuaState::eval(std::string_view input) {
     if (first == last && lua_isnil(L, first) && word != "nil" && word != "_")
       if (const std::string hint = hint_for_name(*impl_, L, word); !hint.empty())
         impl_->host.note("undefined", word + " is not defined. " + hint);
+    if (is_lone_local(L, word))
+      impl_->host.note("lone_local",
+                       "A local variable ends with its line here. Leave out local to keep it.");
     check_own_globals(*impl_, L);
     return {};
   });

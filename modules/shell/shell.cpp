@@ -421,18 +421,8 @@ int evaluate(lua::LuaState& lua, const NameOf& names, const Voice& voice,
   voice.result({}, *text);
   return 0;
 }
-constexpr const char* kLocalNote =
-    "A local variable ends with its line here. Leave out local to keep it.";
-
-/// `local x = 1`, which nothing behind it can use.
-bool is_lone_local(std::string_view input) {
-  input = text::trim(input);
-  return input.starts_with("local ") && input.find_first_of(";\n") == std::string_view::npos;
-}
-
 int evaluate(Program& p, const Voice& voice, const std::string& input) {
   const int code = evaluate(*p.lua, p.names(), voice, input);
-  if (p.notes && code == 0 && is_lone_local(input)) p.notes->add(kLocalNote);
   if (p.notes)
     for (const std::string& note : p.notes->fresh()) voice.note(note);
   return code;

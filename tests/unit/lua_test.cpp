@@ -256,6 +256,21 @@ TEST_F(Lua, NamesThatAreNotThereHelp) {
   EXPECT_EQ(*state_->eval("{}?"), "{} is a table: {}");
 }
 
+TEST_F(Lua, ALocalVariableThatNothingCanUseIsNoted) {
+  const auto notes = [&] {
+    int n = 0;
+    for (const Message& m : app().messages.recent(1000)) n += m.code == "lone_local";
+    return n;
+  };
+  const int before = notes();
+  for (const char* input : {"local x = 3 print(x)", "local x = 3; return x",
+                            "local function f() end", "for i = 1, 2 do local y = i end", "x = 3"})
+    ASSERT_TRUE(state_->eval(input).ok()) << input;
+  EXPECT_EQ(notes(), before);
+  ASSERT_TRUE(state_->eval("local a, b = 3, {4}").ok());
+  EXPECT_EQ(notes(), before + 1);
+}
+
 TEST_F(Lua, ANameOfTheProgramThatWasReplacedComesBackWithNil) {
   const auto notes = [&] {
     int n = 0;
