@@ -384,7 +384,7 @@ class Arcs final : public Rewriter {
       const bool is_last = k + 1 == made->ends.size();
       Id target = t_.links[m.first_target + m.target_count - 1];
       if (!is_last || m.is_incremental)
-        target = pose(m.is_incremental ? made->ends[k] : post::product(into, made->ends[k]), span);
+        target = pose(post::product(into, made->ends[k]), span);
       rmp_code_motion part = m;
       part.interpolation = RMP_MOVE_LIN;
       part.is_incremental = 0;

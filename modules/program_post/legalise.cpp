@@ -28,25 +28,6 @@ void copy(std::vector<Row>& to, const rmp_table& from) {
   for (std::uint32_t i = 0; i < from.count; ++i) to.push_back(row<Row>(from, i));
 }
 
-std::unique_ptr<ProgramTables> copied(const rmp_code& code) {
-  auto to = std::make_unique<ProgramTables>();
-  copy(to->files, code.files);
-  copy(to->types, code.types);
-  copy(to->fields, code.fields);
-  copy(to->constants, code.constants);
-  copy(to->scopes, code.scopes);
-  copy(to->symbols, code.symbols);
-  copy(to->routines, code.routines);
-  copy(to->expressions, code.expressions);
-  copy(to->statements, code.statements);
-  copy(to->motions, code.motions);
-  copy(to->attributes, code.attributes);
-  copy(to->links, code.links);
-  for (rmp_code_routine& r : to->routines) r.first_instruction = r.instruction_count = 0;
-  to->set_name(code.name);
-  return to;
-}
-
 class Passes final : Rewriter {
  public:
   Passes(ProgramTables& t, const PostCapabilities& caps) : Rewriter(t), caps_(caps) {}
@@ -510,9 +491,28 @@ class Passes final : Rewriter {
 
 }  // namespace
 
+std::unique_ptr<ProgramTables> copied_tables(const rmp_code& code) {
+  auto to = std::make_unique<ProgramTables>();
+  copy(to->files, code.files);
+  copy(to->types, code.types);
+  copy(to->fields, code.fields);
+  copy(to->constants, code.constants);
+  copy(to->scopes, code.scopes);
+  copy(to->symbols, code.symbols);
+  copy(to->routines, code.routines);
+  copy(to->expressions, code.expressions);
+  copy(to->statements, code.statements);
+  copy(to->motions, code.motions);
+  copy(to->attributes, code.attributes);
+  copy(to->links, code.links);
+  for (rmp_code_routine& r : to->routines) r.first_instruction = r.instruction_count = 0;
+  to->set_name(code.name);
+  return to;
+}
+
 Legal legalise(const rmp_code& code, const PostCapabilities& capabilities,
                const LegaliseOptions& options) {
-  auto tables = copied(code);
+  auto tables = copied_tables(code);
   Legal out = Passes(*tables, capabilities).run(options);
   tables->seal();
   out.tables = std::move(tables);

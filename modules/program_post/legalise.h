@@ -31,6 +31,10 @@ struct LegaliseOptions {
   std::string_view name = "part";     ///< what their names begin with
 };
 
+/// A copy of the structured program's tables, without three-address code. Texts stay those of the
+/// program, which outlives it. Linear.
+[[nodiscard]] std::unique_ptr<ProgramTables> copied_tables(const rmp_code& code);
+
 /// A copy of the structured program, rewritten for a target where its capabilities lack something:
 /// - ACT_ROB to nothing, where all motions are of one robot (robots.h);
 /// - TEACH to assignments (taught.h);

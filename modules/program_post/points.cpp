@@ -399,8 +399,12 @@ std::optional<std::uint32_t> seen_status(const RobotModel& robot, std::span<cons
 class Finder {
  public:
   Finder(const rmp_code& code, const RobotModel* robot, const PostKinematics* kinematics,
-         std::span<const double> start)
-      : c_(code), robot_(robot), kinematics_(kinematics), values_(code) {
+         std::span<const double> start, const Pose& default_tool)
+      : c_(code),
+        robot_(robot),
+        kinematics_(kinematics),
+        values_(code),
+        default_tool_(default_tool) {
     turns_from_ = turns_from(code);
     for (std::uint32_t t = 0; t < code.types.count; ++t)
       if (row<rmp_code_type>(code.types, t).role == RMP_ROLE_MAIN_JOINT)
@@ -514,15 +518,14 @@ class Finder {
   }
   void motion(std::uint32_t number) {
     const auto& m = row<rmp_code_motion>(c_.motions, number);
-    bool has_tool = false;
-    std::optional<Pose> frame = Pose{};
+    std::optional<Pose> frame = Pose{}, tool = default_tool_;
     for (std::uint32_t k = 0; k < m.attribute_count; ++k) {
       const auto& a = row<rmp_code_attribute>(c_.attributes, m.first_attribute + k);
-      // One that is nothing but the flange is none.
-      if (a.attribute == RMP_ATTR_TOOL) has_tool = has_tool || !is_identity(a.value);
-      if (a.attribute != RMP_ATTR_FRAME) continue;
-      frame.reset();
-      if (number_[a.value] != RMP_NONE) frame = out_.points[number_[a.value]].pose;
+      if (a.attribute != RMP_ATTR_FRAME && a.attribute != RMP_ATTR_TOOL) continue;
+      std::optional<Pose>& place = a.attribute == RMP_ATTR_FRAME ? frame : tool;
+      place.reset();
+      if (number_[a.value] != RMP_NONE && out_.points[number_[a.value]].has_pose)
+        place = out_.points[number_[a.value]].pose;
     }
     for (std::uint32_t k = 0; k < m.target_count; ++k) {
       const std::uint32_t n = number_[row<std::uint32_t>(c_.links, m.first_target + k)];
@@ -530,7 +533,7 @@ class Finder {
       if (n == RMP_NONE) continue;
       PostPoint& p = out_.points[n];
       if (p.motion == RMP_NONE) p.motion = number;
-      if (!m.is_incremental) solve(p, has_tool, frame, m);
+      if (!m.is_incremental) solve(p, tool, frame, m);
     }
   }
   /// Into the turns that the program asks for; false = the joints do not go there.
@@ -547,14 +550,6 @@ class Finder {
     }
     return true;
   }
-  [[nodiscard]] bool is_identity(std::uint32_t expression) const {
-    if (number_[expression] == RMP_NONE) return false;
-    const Pose& p = out_.points[number_[expression]].pose;
-    double away = 0;
-    for (const double x : p.p) away += std::fabs(x);
-    for (std::size_t i = 0; i < 9; ++i) away += std::fabs(p.R[i] - (i % 4 == 0 ? 1.0 : 0.0));
-    return away < 1e-9;
-  }
   /// Once for each place of the program.
   void remark(const rmp_span& at, std::string message, std::string hint) {
     if (told_.emplace(at.file, at.line, at.column).second)
@@ -562,12 +557,13 @@ class Finder {
   }
   /// Joints on the way along a straight line from where the robot is, a step from the last one;
   /// nothing = the way leaves what it reaches. Of arcs and splines it is the chord.
-  std::optional<std::vector<double>> followed(const Pose& to) {
+  std::optional<std::vector<double>> followed(const Pose& to, const Pose& tool) {
     constexpr int kSteps = 32;
     constexpr double kJump = 1.2;  ///< [rad] of a joint in a step
-    const auto from = kinematics_->forward(last_);
-    if (!from.ok()) return std::nullopt;
-    const Quaternion a = post::quaternion(from->R);
+    const auto flange = kinematics_->forward(last_);
+    if (!flange.ok()) return std::nullopt;
+    const Pose from = post::product(*flange, tool), back = post::inverse(tool);
+    const Quaternion a = post::quaternion(from.R);
     Quaternion b = post::quaternion(to.R);
     double cosine_of = 0;
     for (std::size_t i = 0; i < 4; ++i) cosine_of += a[i] * b[i];
@@ -586,9 +582,9 @@ class Finder {
       Pose here = to;
       if (k < kSteps) {
         here.R = matrix(*turned_to);
-        for (std::size_t i = 0; i < 3; ++i) here.p[i] = from->p[i] + s * (to.p[i] - from->p[i]);
+        for (std::size_t i = 0; i < 3; ++i) here.p[i] = from.p[i] + s * (to.p[i] - from.p[i]);
       }
-      auto next = kinematics_->inverse(here, q, -1);
+      auto next = kinematics_->inverse(post::product(here, back), q, -1);
       if (!next.ok()) return std::nullopt;
       // Where its branch ends, the nearest solution is one of another.
       for (std::size_t i = 0; i < q.size(); ++i)
@@ -607,7 +603,7 @@ class Finder {
     p.status = status;
     p.status_known = known;
   }
-  void solve(PostPoint& p, bool has_tool, const std::optional<Pose>& frame,
+  void solve(PostPoint& p, const std::optional<Pose>& tool, const std::optional<Pose>& frame,
              const rmp_code_motion& m) {
     const bool is_joints = p.role == RMP_ROLE_JOINT || p.role == RMP_ROLE_MAIN_JOINT;
     const bool was_placed = std::exchange(is_placed_, false);
@@ -622,8 +618,8 @@ class Finder {
       is_placed_ = true;
       if (p.has_pose) return;
       if (auto found = kinematics_->forward(p.q); found.ok()) {
-        p.pose = *found;
-        p.has_pose = true;
+        if (tool) p.pose = post::product(*found, *tool);
+        p.has_pose = tool.has_value();
       }
       place(p);
       return;
@@ -637,12 +633,13 @@ class Finder {
       is_placed_ = true;
       return;
     }
-    if (has_tool || !frame) {
-      p.q_missing = has_tool ? "the joints of a target with a TOOL of its own are not known"
-                             : "the joints of this target are not known, since its FRAME is not";
+    if (!tool || !frame) {
+      p.q_missing = !tool ? "the joints of this target are not known, since its TOOL is not"
+                          : "the joints of this target are not known, since its FRAME is not";
       return;
     }
-    const Pose to = post::product(*frame, p.pose);
+    const Pose tip = post::product(*frame, p.pose);
+    const Pose to = post::product(tip, post::inverse(*tool));
     // Motions along a path keep the branch that they begin in, whatever STATUS says.
     const bool keeps = was_placed && m.interpolation != RMP_MOVE_PTP;
     const auto asked = p.has_status ? std::int64_t{p.status} : -1;
@@ -652,7 +649,7 @@ class Finder {
       const rmp_span& span = row<rmp_code_expression>(c_.expressions, p.expression).span;
       const std::uint32_t before = kinematics_->status(last_, before_known);
       if (((kinematics_->status(*found, known) ^ before) & known & before_known) != 0) {
-        if (auto way = followed(to)) found = std::move(*way);
+        if (auto way = followed(tip, *tool)) found = std::move(*way);
         else if (m.interpolation == RMP_MOVE_LIN)
           remark(span,
                  "on a straight line the robot does not come here in the branch it is in, and its "
@@ -685,6 +682,7 @@ class Finder {
   const RobotModel* robot_;
   const PostKinematics* kinematics_;
   Values values_;
+  Pose default_tool_;
   KnownPoints out_;
   std::vector<std::uint32_t> number_;
   std::vector<double> last_;
@@ -697,8 +695,9 @@ class Finder {
 }  // namespace
 
 KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
-                         const PostKinematics* kinematics, std::span<const double> start) {
-  return Finder(code, robot, kinematics, start).run();
+                         const PostKinematics* kinematics, std::span<const double> start,
+                         const Pose& default_tool) {
+  return Finder(code, robot, kinematics, start, default_tool).run();
 }
 
 }  // namespace robomosp::program_post

@@ -29,11 +29,14 @@ struct KnownPoints {
 /// `start` (may be empty = zeros); motions along a path keep the branch in which they begin, as in
 /// a run. PostStatus of an arm with a spherical wrist is what its joints are seen to be: the wrist
 /// before or behind axis 1, the elbow above or below; of others it is the solver's names. A
+/// TOOL and FRAME of a motion count: the kinematics are of the flange that TOOL is on, and
+/// `default_tool` is of motions without TOOL. A
 /// ROBTARGET has its STATUS (-1 = any) and its TURNS, which are those of the last joints, in turns
 /// that begin at R_TURNS_FROM of the cell. Joints: degrees and mm of the program become rad and m
 /// by the robot's types of joints (rad without a robot). Linear in the size of the tables.
 [[nodiscard]] KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
                                        const PostKinematics* kinematics,
-                                       std::span<const double> start = {});
+                                       std::span<const double> start = {},
+                                       const Pose& default_tool = {});
 
 }  // namespace robomosp::program_post

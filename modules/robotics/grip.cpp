@@ -25,6 +25,13 @@ std::optional<LinkFrame> find_grip(const model::Robot& robot, const RobotModel& 
   return {};
 }
 
+LinkFrame flange_frame(const model::Robot& robot) {
+  const Pose tool = model::pose(robot.tool);
+  if (robot.links.empty()) return {-1, tool};
+  const LinkFrame last = link_frames(robot).back();
+  return {last.joint, spatial::compose(last.joint_T_link, tool)};
+}
+
 Result<LinkFrame> grip_frame(const model::Robot& robot, const RobotModel& model,
                              const std::string& link_or_tool) {
   if (const auto found = find_grip(robot, model, link_or_tool)) return *found;

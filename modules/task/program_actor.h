@@ -40,6 +40,9 @@ struct ProgramInWorld {
   std::shared_ptr<const CompiledProgram> code;
   model::PlacedProgram placement;
   bool frees_unbound = false;  ///< signals that nothing is bound to are the program's own
+  /// Motions without TOOL are of the flange, as on a controller that knows of no tool, and not of
+  /// the robot's tool.
+  bool moves_flange = false;
   /// A run for a check: it goes on behind faults, and fills this. null = a plain run.
   std::shared_ptr<ProgramInspection> inspection = nullptr;
   std::vector<program::Preset> values = {};  ///< of variables, given before the first statement
@@ -47,12 +50,18 @@ struct ProgramInWorld {
   std::shared_ptr<const ProgramFolder> files = nullptr;  ///< null = it opens none
 };
 
+struct TargetPlaces;
+
 /// A value; copies go on by themselves. [one thread]
 class ProgramActor {
  public:
   /// Errors name what is bound to nothing, or wrongly.
   static Result<ProgramActor> create(const TaskExecutor&, ProgramInWorld,
                                      std::vector<std::string>& notes);
+
+  /// See task::target_places().
+  static Result<TargetPlaces> target_places(const TaskExecutor&, ProgramInWorld,
+                                            std::string_view symbol);
 
   /// While it computes it looks here whether it is to stop. Outlives this.
   void set_pause_wish(const std::atomic<bool>* wish) { pause_wish_ = wish; }
@@ -122,6 +131,7 @@ class ProgramActor {
   /// What the names mean. Does not change.
   struct Names {
     std::string name;
+    bool moves_flange = false;
     std::optional<RobotUse> own;
     std::map<std::uint32_t, RobotUse> robots;    ///< by symbol
     std::map<std::uint32_t, SignalUse> signals;  ///< by symbol

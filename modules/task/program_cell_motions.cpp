@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "robotics/grip.h"
 #include "robotics/single_joints.h"
 #include "task/program_cell.h"
 
@@ -127,11 +128,10 @@ Result<ProgramCell::Beginning> ProgramCell::beginning(const program::Motion& m) 
   for (const auto& [joint, other] : n_.joints)
     if (takes_along && !out.before && !other.is_grip && is_braked(other.at))
       out.start = std::max(out.start, TaskExecutor::moved_until(x_.actors_[other.at]));
-  if (at.tool) {
-    RMP_TRY_ASSIGN(out.tip,
-                   x_.grip(robot, robot.record->links.empty() ? std::string()
-                                                              : robot.record->links.back().name));
-    out.tip.joint_T_grip = spatial::compose(out.tip.joint_T_grip, to_pose(*at.tool));
+  if (at.tool || n_.moves_flange) {
+    const robotics::LinkFrame flange = robotics::flange_frame(*robot.record);
+    out.tip = {flange.joint, at.tool ? spatial::compose(flange.joint_T_link, to_pose(*at.tool))
+                                     : flange.joint_T_link};
   } else {
     RMP_TRY_ASSIGN(out.tip, x_.tip(who, out.use->tool));
   }

@@ -46,6 +46,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
   const std::string where = "program " + quote(placed.name);
   auto names = std::make_shared<Names>();
   names->name = placed.name;
+  names->moves_flange = wanted.moves_flange;
   const auto known_actor = [&](const std::string& name) -> Result<std::size_t> {
     RMP_TRY_ASSIGN(const std::size_t at, find_member(x.actor_of_, name, "robot"));
     return at;

@@ -408,6 +408,14 @@ Result<void> alone(CommandContext& ctx, const Map& args, AnyId id, CheckedProgra
   return {};
 }
 
+void put_in_place(const InItsPlace* instead, task::ProgramInWorld& one, const model::World& world) {
+  if (!instead) return;
+  one.code = instead->code;
+  one.frees_unbound = true;
+  one.moves_flange = true;
+  instead->bind(one.placement, world);
+}
+
 Result<Value> check(CommandContext& ctx, const Map& args) {
   const std::string file = has(args, "picture") ? text_of(args, "picture") : "";
   const std::string plot_name = has(args, "plot") ? text_of(args, "plot") : "";
@@ -599,7 +607,8 @@ Schema check_params() {
       above_zero(optional("duration", "real", "s", "Likewise, of programs without an end."))};
 }
 
-Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args) {
+Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
+                                     const InItsPlace* instead) {
   const AnyId id = ref(args, "id");
   const auto places = places_of(ctx.snapshot(), id);
   CheckedProgram out;
@@ -611,6 +620,7 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(one.code, compile_program(ctx, id));
     RMP_TRY(alone(ctx, args, id, out, one.placement.name));
     one.frees_unbound = frees;
+    put_in_place(instead, one, *out.snapshot->get(out.world));
     out.code = one.code, out.name = one.placement.name;
     run.programs.push_back(std::move(one));
   } else {
@@ -632,6 +642,7 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args) {
       RMP_TRY_ASSIGN(one.code, compile_program(ctx, other.placed->program, &other));
       one.placement = *other.placed;
       one.frees_unbound = frees;
+      if (is_own) put_in_place(instead, one, *ctx.snapshot().get(place.world));
       if (is_own) checked = run.programs.size(), out.code = one.code;
       run.programs.push_back(std::move(one));
     }

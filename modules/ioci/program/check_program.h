@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <set>
 #include <string>
@@ -11,6 +12,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/commands.h"
+#include "model/world.h"
 #include "program_check/check.h"
 
 namespace robomosp::ioci {
@@ -25,9 +27,17 @@ struct CheckedProgram {
   std::string name;  ///< of the program in its world
 };
 
+/// What runs in a program's place.
+struct InItsPlace {
+  std::shared_ptr<const CompiledProgram> code;
+  /// Makes the bindings of the place those of this program; its name stays.
+  std::function<void(model::PlacedProgram&, const model::World&)> bind;
+};
 /// Runs the program `id` of the arguments in its world, or alone with `robot`. The document stays
-/// as it is.
-Result<CheckedProgram> check_program(CommandContext&, const Map& args);
+/// as it is. `instead` runs in its place, with signals of its own where it binds none, and motions
+/// without TOOL are of the flange.
+Result<CheckedProgram> check_program(CommandContext&, const Map& args,
+                                     const InItsPlace* instead = nullptr);
 /// The arguments that check_program() reads besides `id`.
 [[nodiscard]] Schema check_params();
 /// A fault as program.check gives it.

@@ -13,18 +13,19 @@
 #include <variant>
 
 #include <robomosp/sdk/post_writer.h>
-#include <robomosp/sdk/program_reader.h>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/program/compiled.h"
+#include "ioci/program/post_cell.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
+#include "ioci/program/read_back.h"
 #include "ioci/program/rows.h"
 #include "ioci/program/source_text.h"
-#include "motion/provider_params.h"
 #include "program/state.h"
 #include "program/trace.h"
+#include "program_post/part_of_robot.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -67,11 +68,18 @@ struct Reached {
   bool has_until = false;
   std::array<double, 3> mm{};
   std::array<double, 4> turn{1, 0, 0, 0};
+  program::PlainPose tool;     ///< on the flange
   std::vector<double> joints;  ///< [degrees, mm]
   std::optional<std::int32_t> status;
   double speed = 0;  ///< of paths [mm/s], of PTP [%]
   double c_cp = 0, c_ptp = 0;
 };
+program::PlainPose plain_pose(const Pose& p) {
+  program::PlainPose out;
+  out.position = {p.p[0] * 1000, p.p[1] * 1000, p.p[2] * 1000};
+  out.quaternion = post::quaternion(p.R);
+  return out;
+}
 const char* compared_motion_word(std::uint32_t interpolation) {
   switch (interpolation) {
     case RMP_MOVE_LIN: return "LIN";
@@ -91,8 +99,11 @@ bool stops(const program::Trace& t, std::size_t i) {
   }
   return true;
 }
-std::vector<Reached> reached(const program::Trace& t) {
+/// `cell`: what a world says of targets and tool, which a controller's program says itself.
+std::vector<Reached> reached(const program::Trace& t, const program_post::CellPlaces& cell) {
   std::vector<Reached> out;
+  const program::PlainPose base_T_frame = plain_pose(cell.frame.value_or(Pose{}));
+  const program::PlainPose flange_T_tool = plain_pose(cell.tool.value_or(Pose{}));
   for (std::size_t i = 0; i < t.entries.size(); ++i) {
     const program::TraceEntry& e = t.entries[i];
     const auto* m = std::get_if<program::TracedMotion>(&e.what);
@@ -103,6 +114,7 @@ std::vector<Reached> reached(const program::Trace& t) {
       Reached one;
       one.line = e.span.line;
       one.interpolation = m->motion.interpolation;
+      one.tool = m->motion.attributes.tool.value_or(flange_T_tool);
       const auto& a = m->motion.attributes;
       const bool is_ptp = one.interpolation == RMP_MOVE_PTP;
       one.has_until = m->until.has_value();
@@ -119,10 +131,14 @@ std::vector<Reached> reached(const program::Trace& t) {
           f.position = {0, 0, 0};
           by = program::compose_poses(program::compose_poses(f, by), program::inverse_pose(f));
         }
+        program::PlainPose base = base_T_frame;
+        base.position = {0, 0, 0};
+        by = program::compose_poses(program::compose_poses(base, by), program::inverse_pose(base));
         one.is_step = true;
         one.mm = by.position, one.turn = by.quaternion;
       } else if (is_known || target.role == RMP_ROLE_POSITION) {
-        const program::PlainPose& p = is_known ? *m->absolute[k] : target.pose;
+        const program::PlainPose p =
+            program::compose_poses(base_T_frame, is_known ? *m->absolute[k] : target.pose);
         one.is_place = target.role == RMP_ROLE_POSITION;
         one.mm = p.position, one.turn = p.quaternion;
         if (target.role == RMP_ROLE_ROBTARGET && target.status >= 0) one.status = target.status;
@@ -238,27 +254,6 @@ struct Difference {
   std::string text;
 };
 
-Result<std::shared_ptr<const CompiledProgram>> compile_texts(
-    CommandContext& ctx, const std::vector<std::pair<std::string, std::string>>& texts) {
-  RMP_TRY_ASSIGN(const ProviderInfo info, ctx.app.registry.find(Language::kInterfaceId, "irl"));
-  RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
-  model::ProviderChoice choice;
-  choice.name = info.name;
-  RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, choice, "provider irl"));
-  std::vector<SourceFile> sources;
-  for (const auto& [name, text] : texts) sources.push_back({name, text, {}});
-  LanguageTask task;
-  task.files = sources;
-  RMP_TRY_ASSIGN(auto made, language->compile(task, *params, ctx.progress));
-  const rmp_code& c = made->code();
-  for (std::uint32_t i = 0; i < c.faults.count; ++i) {
-    const auto& f = row_of<rmp_code_fault>(c.faults, i);
-    if (f.severity == RMP_FAULT_ERROR)
-      return error(ErrorCode::invalid_argument, std::string(f.message), f.hint);
-  }
-  return std::shared_ptr<const CompiledProgram>(std::move(made));
-}
-
 const rmp_code_symbol* input_named(const rmp_code& code, std::string_view name) {
   const std::string wanted = post::upper(name);
   for (std::uint32_t i = 0; i < code.symbols.count; ++i)
@@ -290,76 +285,26 @@ program::TraceOptions inputs_of(const rmp_code& program, const program::TraceOpt
 /// Runs through what an independent reader makes of the files.
 Result<void> read_back(CommandContext& ctx, const rmp_code& program,
                        const program::TraceOptions& options, Side& side) {
-  const std::string& name = side.files.front().first;
-  const std::string& text = side.files.front().second;
-  const auto dot = name.rfind('.');
-  std::string extension = dot == std::string::npos ? "" : name.substr(dot + 1);
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  std::shared_ptr<ProgramReader> best;
-  std::int32_t most = -1;
-  ProviderInfo of;
-  for (const ProviderInfo& info : ctx.app.registry.list(ProgramReader::kInterfaceId)) {
-    if (!info.enabled) continue;
-    RMP_TRY_ASSIGN(auto reader, ctx.app.registry.create<ProgramReader>(info.name));
-    const auto formats = reader->formats();
-    if (std::none_of(formats.begin(), formats.end(),
-                     [&](const ReaderFormat& f) { return extension == f.extension; }))
-      continue;
-    const std::int32_t sure = reader->claims({name, text, {}});
-    if (sure <= most) continue;
-    most = sure, best = std::move(reader), of = info;
-  }
-  if (!best) {
-    side.not_read = "no reader takes ." + extension;
-    return {};
-  }
-  RMP_TRY_ASSIGN(const auto params,
-                 motion::checked_values(of, Map{}, "reader " + text::quote(of.name)));
-  // Readers know files by their names, without the folders that a controller has them in.
-  std::vector<std::string> names;
-  for (const auto& [file, bytes] : side.files) names.push_back(file.substr(file.rfind('/') + 1));
-  std::vector<SourceFile> sources;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    sources.push_back({names[i], side.files[i].second, {}});
-  ProgramReaderTask task;
-  task.files = sources;
-  auto read = best->read(task, *params, ctx.progress);
-  if (!read.ok()) {
-    if (read.error().code == ErrorCode::cancelled) return std::move(read).error();
-    side.not_read = read.error().sentence();
-    return {};
-  }
+  RMP_TRY_ASSIGN(const ReadBack read, read_posted(ctx, side.files));
+  side.not_read = read.not_read;
   // What it could not say is told; all the rest is compared.
-  for (const rmp_code_fault& f : (*read)->faults()) {
-    if (f.severity != RMP_FAULT_ERROR) continue;
-    SideFault told{"error", "", std::string(f.message), "", 0};
-    if (f.span.file < side.files.size())
-      if (const auto at = side.source_of.find({side.files[f.span.file].first, f.span.line});
-          at != side.source_of.end())
-        std::tie(told.file, told.line) = at->second;
+  for (const ReadBack::Unread& u : read.not_said) {
+    SideFault told{"error", "", u.message, "", 0};
+    if (const auto at = side.source_of.find({u.file, u.line}); at != side.source_of.end())
+      std::tie(told.file, told.line) = at->second;
     side.not_said.push_back(std::move(told));
   }
-  std::vector<std::pair<std::string, std::string>> texts;
-  for (const ReadFile& f : (*read)->files()) texts.emplace_back(f.name, f.text);
-  auto made = compile_texts(ctx, texts);
-  if (!made.ok()) {
-    if (made.error().code == ErrorCode::cancelled) return std::move(made).error();
-    side.not_read = "what reader " + of.name + " made of it: " +
-                    (side.not_said.empty() ? "" : side.not_said.front().message + "; ") +
-                    made.error().sentence();
-    return {};
-  }
-  auto traced = program::trace(*made, inputs_of(program, options, (*made)->code()), &ctx.progress);
+  if (!read.program) return {};
+  auto traced = program::trace(read.program, inputs_of(program, options, read.program->code()),
+                               &ctx.progress);
   if (!traced.ok()) {
     if (traced.error().code == ErrorCode::cancelled) return std::move(traced).error();
-    side.not_read =
-        "as reader " + of.name + " has it, it cannot be run through: " + traced.error().sentence();
+    side.not_read = "as reader " + read.reader +
+                    " has it, it cannot be run through: " + traced.error().sentence();
     return {};
   }
-  side.reader = of.name;
-  side.reached = reached(*traced);
+  side.reader = read.reader;
+  side.reached = reached(*traced, {});
   side.bits = deeds(*traced, false);
   side.whole = deeds(*traced, true);
   return {};
@@ -384,7 +329,7 @@ Result<Side> post_side(CommandContext& ctx, const Map& args, const std::string& 
   } else {
     post.set("target", Value(asked));
   }
-  for (const char* each : {"robot", "form", "inputs"})
+  for (const char* each : {"robot", "world", "name_there", "form", "inputs"})
     if (has(args, each)) post.set(each, *args.find(each));
   RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.post", post));
   const Map& map = *found.as_map();
@@ -514,6 +459,18 @@ void compare_motions(Comparison& c, const std::string& file, const Moves& left, 
            (a[k].status ? of_a : of_b) + " fixes the configuration (" +
                std::to_string(a[k].status ? *a[k].status : *b[k].status) + "), " +
                (a[k].status ? of_b : of_a) + " leaves it to the controller");
+    if (!a[k].is_joints && !b[k].is_joints) {
+      Reached one, other;
+      one.mm = a[k].tool.position, one.turn = a[k].tool.quaternion;
+      other.mm = b[k].tool.position, other.turn = b[k].tool.quaternion;
+      if (const Apart t = apart(one, other); t.mm > kSameMm || t.degrees > kSameDegrees) {
+        most_mm = std::max(most_mm, t.mm);
+        most_degrees = std::max(most_degrees, t.degrees);
+        tell("point", line,
+             "the tool in " + of_a + " is " + text::print_rounded(t.mm, 4) + " mm and " +
+                 text::print_rounded(t.degrees, 4) + " degrees from that in " + of_b);
+      }
+    }
     const bool is_ptp = a[k].interpolation == RMP_MOVE_PTP;
     if (a[k].speed >= 0 && b[k].speed >= 0) {
       if (is_ptp && !same_unit(left.units.speed_ptp, right.units.speed_ptp))
@@ -639,9 +596,12 @@ Result<Comparison> compared(CommandContext& ctx, const Map& args,
   if (const Value* given = args.find("inputs"); given && given->as_map()) {
     RMP_TRY_ASSIGN(options.inputs, input_values(made.code(), *given->as_map()));
   }
+  const auto moved = program_post::robots_that_move(made.code());
+  RMP_TRY_ASSIGN(const PostCell cell, post_cell(ctx, args, made.program,
+                                                moved.size() == 1 ? moved.front() : std::string()));
   auto traced = program::trace(made.program, options, &ctx.progress);
   if (traced.ok())
-    out.reached = reached(*traced), out.bits = deeds(*traced, false),
+    out.reached = reached(*traced, cell.places), out.bits = deeds(*traced, false),
     out.whole = deeds(*traced, true);
   else if (traced.error().code == ErrorCode::cancelled) return std::move(traced).error();
   else out.not_traced = traced.error().sentence();
@@ -1091,6 +1051,9 @@ RMP_COMMANDS(program_compare_commands) {
       self("program"),
       needed("targets", "list", "", "Two to six targets, or names of controllers."),
       optional("robot", "ref:robot", "", "The robot that moves."),
+      optional("world", "ref:world", "",
+               "Which of its worlds says where its targets are and which tool it moves."),
+      optional("name_there", "string", "", "Its name there, where it is in worlds several times."),
       choice("form", {"automatic", "structured", "flat"}, "As of program.post."),
       optional("inputs", "map", "", "Values of the program's inputs by name, of their types."),
       optional("file", "path", "", "A page with both codes side by side: *.html, *.md or *.txt."),

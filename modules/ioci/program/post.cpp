@@ -15,11 +15,13 @@
 #include "ioci/program/compiled.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/packs.h"
+#include "ioci/program/post_cell.h"
 #include "ioci/program/post_kinematics.h"
 #include "ioci/program/post_output.h"
 #include "ioci/program/post_profile.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
+#include "ioci/program/read_back.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/robot/robots.h"
 #include "kernel/file_root.h"
@@ -31,7 +33,6 @@
 #include "program_post/legalise.h"
 #include "program_post/part_of_robot.h"
 #include "program_post/points.h"
-#include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "sim/ik_choice.h"
 
@@ -47,10 +48,15 @@ struct Asked {
   std::shared_ptr<Post> post;
   std::unique_ptr<Params> params;
   std::unique_ptr<ControllerProfile> profile = std::make_unique<ControllerProfile>();
-  std::shared_ptr<const RobotModel> robot;
   std::unique_ptr<HostKinematics> kinematics;
-  std::vector<double> start;
+  PostCell cell;
   std::string name;
+  /// Of motions without TOOL.
+  [[nodiscard]] Pose default_tool() const {
+    if (cell.places.tool) return *cell.places.tool;
+    const PostProfile& p = profile->view;
+    return p.tool < 0 ? Pose{} : p.tools[static_cast<std::size_t>(p.tool)].pose;
+  }
 };
 
 /// A name that is an identifier.
@@ -93,16 +99,21 @@ struct Written {
   std::size_t parts = 0;
   double over = 0;  ///< the greatest share of a limit that it takes
 };
-Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rmp_code& code,
+Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rmp_code& as_written,
                                std::uint32_t form, std::size_t parts, Posted& out) {
   const PostCapabilities& caps = asked.post->capabilities();
   out.is_flat = form == kPostFlat;
-  out.has_robot = asked.robot != nullptr;
+  out.has_robot = asked.cell.robot != nullptr;
+  const auto known = [&](const rmp_code& of) {
+    return program_post::known_points(of, asked.cell.robot.get(), asked.kinematics.get(),
+                                      asked.cell.start, asked.default_tool());
+  };
+  const auto placed = program_post::in_cell(as_written, asked.cell.places);
+  const rmp_code& code = placed ? placed->code() : as_written;
   program_post::LegaliseOptions options;
   program_post::KnownPoints before;
   if (program_post::wants_points(code, caps)) {
-    before =
-        program_post::known_points(code, asked.robot.get(), asked.kinematics.get(), asked.start);
+    before = known(code);
     options.points = before.points;
     RMP_TRY_ASSIGN(options.chord_mm,
                    option_of(asked.profile->view, "chord_mm", options.chord_mm, 1e-4, 1e3,
@@ -118,15 +129,14 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   options.name = asked.name;
   program_post::Legal legal = program_post::legalise(code, caps, options);
   for (const auto& r : legal.remarks) out.fault(r.severity, r.span, r.message, r.hint);
-  const auto points = program_post::known_points(legal.tables->code(), asked.robot.get(),
-                                                 asked.kinematics.get(), asked.start);
+  const auto points = known(legal.tables->code());
   for (const auto& r : points.remarks) out.fault(r.severity, r.span, r.message, r.hint);
   PostTask task;
   task.code = &legal.tables->code();
   task.form = form;
   task.name = asked.name;
   task.points = points.points;
-  task.robot = asked.robot.get();
+  task.robot = asked.cell.robot.get();
   task.kinematics = asked.kinematics.get();
   task.profile = &asked.profile->view;
   RMP_TRY(asked.post->write(task, *asked.params, out, ctx.progress));
@@ -198,7 +208,30 @@ Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& 
   return {};
 }
 
-Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& code) {
+/// What of the profile a run in the world contradicts: the world counts.
+void settle_places(Asked& asked, const rmp_code& code) {
+  const PostProfile& p = asked.profile->view;
+  const auto settle = [&](std::optional<Pose>& place, std::int32_t number,
+                          std::span<const PostPlace> all, const char* what) {
+    if (number < 0) return;
+    const PostPlace& begins = all[static_cast<std::size_t>(number)];
+    if (!place) place = Pose{};
+    if (post::same_place(begins.pose, *place)) return;
+    asked.cell.remarks.push_back(
+        {RMP_FAULT_WARNING, row<rmp_code_routine>(code.routines, 0).span,
+         "the " + std::string(what) + " " + text::quote(begins.name) +
+             " that the profile begins with is not that of the run, which is written",
+         "Give the profile the " + std::string(what) +
+             " of the world, or the world that of the "
+             "controller."});
+  };
+  if (asked.cell.is_placed || asked.cell.places.tool)
+    settle(asked.cell.places.tool, p.tool, p.tools, "tool");
+  if (asked.cell.is_placed) settle(asked.cell.places.frame, p.frame, p.frames, "frame");
+}
+
+Result<Asked> read_asked(CommandContext& ctx, const Map& args, const Compiled& made) {
+  const rmp_code& code = made.code();
   Asked out;
   std::tie(out.profile->name, out.profile->record) = given_profile(ctx, args);
   std::string target = text_of(args, "target");
@@ -224,12 +257,15 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const rmp_code& c
   }
   RMP_TRY_ASSIGN(out.params,
                  motion::checked_params(out.info, choice, "target " + text::quote(out.info.name)));
-  if (has(args, "robot")) {
-    RMP_TRY_ASSIGN(out.robot, model_of(ctx, args, "robot"));
-    const auto& r = content<model::Robot>(ctx, args, "robot");
-    RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, out.robot, r.ik));
-    out.kinematics = std::make_unique<HostKinematics>(out.robot, std::move(bound), ctx.progress);
-    out.start = robotics::home_joint_values(r);
+  std::string symbol = text_of(args, "only_robot");
+  if (const auto moved = program_post::robots_that_move(code); symbol.empty() && moved.size() == 1)
+    symbol = moved.front();
+  RMP_TRY_ASSIGN(out.cell, post_cell(ctx, args, made.program, symbol));
+  settle_places(out, code);
+  if (out.cell.robot) {
+    RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, out.cell.robot, out.cell.ik));
+    out.kinematics =
+        std::make_unique<HostKinematics>(out.cell.robot, std::move(bound), ctx.progress);
   }
   out.name = text_of(args, "name");
   if (out.name.empty()) out.name = out.profile->record.program;
@@ -322,7 +358,7 @@ std::optional<rmp_span> place_in(const rmp_code& code, std::string_view where) {
 /// What program.check_run says of the program: in its world, or alone with the robot.
 Result<Map> run_of(CommandContext& ctx, const Map& args) {
   Map asked{{"id", *args.find("id")}};
-  for (const char* each : {"world", "profile", "picture", "plot"})
+  for (const char* each : {"world", "name_there", "profile", "picture", "plot"})
     if (has(args, each)) asked.set(each, *args.find(each));
   if (has(args, "robot") && places_of(ctx.snapshot(), ref(args, "id")).empty())
     asked.set("robot", *args.find("robot"));
@@ -333,7 +369,7 @@ Result<Map> run_of(CommandContext& ctx, const Map& args) {
 /// The program, or the part of a robot, as its form says. `shares`: parts share variables.
 Result<Posted> post_part(CommandContext& ctx, const Map& args, bool shares) {
   RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, args));
-  RMP_TRY_ASSIGN(Asked asked, read_asked(ctx, args, made.code()));
+  RMP_TRY_ASSIGN(Asked asked, read_asked(ctx, args, made));
   std::vector<PostedFault> of_part;
   std::vector<program_post::MadeFor> made_for;
   bool is_divided = true;
@@ -426,6 +462,7 @@ Result<Posted> post_part(CommandContext& ctx, const Map& args, bool shares) {
   for (PostedFault& f : out.faults) to_place(f.span);
   for (PostedLine& l : out.lines) to_place(l.span);
   out.faults.insert(out.faults.begin(), of_part.begin(), of_part.end());
+  out.faults.insert(out.faults.end(), asked.cell.remarks.begin(), asked.cell.remarks.end());
   return out;
 }
 
@@ -451,10 +488,46 @@ Result<Posted> post_several(CommandContext& ctx, const Map& args,
   return out;
 }
 
+Map beside_map(const RunBeside& b) {
+  return {{"compared", b.not_run.empty()},
+          {"reader", b.reader},
+          {"why_not", b.not_run},
+          {"motions", static_cast<std::int64_t>(b.motions)},
+          {"read_motions", static_cast<std::int64_t>(b.read_motions)},
+          {"ends", static_cast<std::int64_t>(b.compared)},
+          {"most_distance", b.most_mm / 1000},
+          {"most_angle", b.most_degrees / kDegreesPerRadian},
+          {"most_joint", b.most_joint},
+          {"time", b.seconds},
+          {"read_time", b.read_seconds},
+          {"changes", static_cast<std::int64_t>(b.changes)},
+          {"read_changes", static_cast<std::int64_t>(b.read_changes)},
+          {"not_said", static_cast<std::int64_t>(b.not_said)},
+          {"text", beside_sentence(b)}};
+}
+/// What the comparison with the run found, as faults. Speeds of joints and blends have other units
+/// at many controllers, so that other times are warnings; so is all where the reader left things
+/// out.
+void add_beside(const RunBeside& beside, const rmp_span& head, Posted& out) {
+  std::string all = beside_sentence(beside);
+  if (all.ends_with('.')) all.pop_back();
+  out.faults.push_back({RMP_FAULT_NOTE, head, std::move(all), {}});
+  for (const RunBeside::Difference& d : beside.differences) {
+    const bool is_error =
+        (d.kind == "point" || d.kind == "motion" || d.kind == "output") && beside.not_said == 0;
+    const rmp_span at = d.line > 0 ? rmp_span{d.file, d.line, 1, 0, 0} : head;
+    const auto severity = is_error ? RMP_FAULT_ERROR : RMP_FAULT_WARNING;
+    out.faults.push_back({static_cast<std::uint32_t>(severity),
+                          at,
+                          "the post read back is not what was run: " + d.text,
+                          {}});
+  }
+}
+
 Result<Value> post(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
   const rmp_code& code = made.code();
-  RMP_TRY_ASSIGN(const Asked asked, read_asked(ctx, args, code));
+  RMP_TRY_ASSIGN(const Asked asked, read_asked(ctx, args, made));
   const auto& tags = asked.info.tags;
   const auto robots = program_post::robots_that_move(code);
   const bool are_several = robots.size() > 1 && !has(args, "only_robot") &&
@@ -462,7 +535,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(Posted out,
                  are_several ? post_several(ctx, args, robots) : post_part(ctx, args, false));
   const std::string where = name_in(ctx, ref(args, "id"));
-  const std::size_t errors = out.errors();
+  std::size_t errors = out.errors();
   Map run;
   std::int64_t run_errors = 0;
   for (const char* drawn : {"picture", "plot"})
@@ -481,6 +554,12 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
               ", and nothing is written; the first: " + *first.find("text")->as_string(),
           "program.check_run lists them; without run_check the program is posted as it is.", where);
     }
+  }
+  std::optional<RunBeside> beside;
+  if (flag(args, "run_check") && errors == 0 && run_errors == 0) {
+    RMP_TRY_ASSIGN(beside, run_beside(ctx, args, out.files));
+    add_beside(*beside, row<rmp_code_routine>(code.routines, 0).span, out);
+    errors = out.errors();
   }
   if (errors > 0 && !flag(args, "check")) {
     const PostedFault& first =
@@ -549,6 +628,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
           {"faults", std::move(faults)},
           {"source_map", std::move(map)}};
   if (flag(args, "run_check")) all.set("run", Value(std::move(run)));
+  if (beside) all.set("read_back", Value(beside_map(*beside)));
   return Value(std::move(all));
 }
 
@@ -672,49 +752,56 @@ RMP_COMMANDS(post_commands) {
            "WHILE, REPEAT to jumps), and else an error at its line, with the way round: nothing is "
            "left out. With a robot, targets get joints, configuration and turns by its inverse "
            "kinematics, each beginning at the one before in the text.\n"
+           "In a world the program has the robot, frame and tool of its run: targets are written "
+           "in the frame that it is bound to and for the tool that the robot has there, by the "
+           "controller's own means; where those are missing the post is refused.\n"
            "A profile is a record of kind controller (record.create, or the library's): its axes, "
            "signals, tools, limits.",
        .example = with_moves("local out = lift:post{target = \"krl\"}\n"
                              "assert(out.files[1].text:find(\"LIN XPLACE\"))"),
-       .params = {self("program"),
-                  optional("target", "string", "",
-                           "Provider of robomosp.post/1, such as krl; the profile's when left "
-                           "out. program.targets lists them."),
-                  optional("profile", "ref:controller", "", "The controller."),
-                  optional("robot", "ref:robot", "", "The robot that moves."),
-                  optional("only_robot", "string", "",
-                           "A ROBOT of a program of several: the part for its controller is "
-                           "posted (program.part_of_robot)."),
-                  optional("folder", "path", "",
-                           "An existing folder for the files; their texts are returned when left "
-                           "out."),
-                  choice("form", {"automatic", "structured", "flat"},
-                         "The program as it was written, or what it does in a run without inputs; "
-                         "automatic takes the second where the first cannot be said."),
-                  optional("inputs", "map", "",
-                           "Values of inputs by name, of a program that is flattened: those that "
-                           "its flow depends on."),
-                  between(optional("most_steps", "int", "",
-                                   "Instructions after which flattening gives up; 2e9 when left "
-                                   "out."),
-                          1, 1e15),
-                  optional("name", "string", "",
-                           "Name of the program there; the profile's or its own when left out."),
-                  defaulted("check", "bool", "", false,
-                            "Only lists what is wrong; writes nothing."),
-                  defaulted("run_check", "bool", "", false,
-                            "Checks it by a run as well (program.check_run), in its world or alone "
-                            "with the robot, and refuses where that has errors."),
-                  optional("world", "ref:world", "", "Which of its worlds it runs in."),
-                  optional("picture", "path", "",
-                           "With run_check: a picture of the tool's way, *.png."),
-                  optional("plot", "path", "",
-                           "With run_check: a plot over time, *.svg, *.png or *.pdf."),
-                  defaulted("overwrite", "bool", "", false, "Whether files are replaced."),
-                  watch_file_field(),
-                  defaulted("source_map", "bool", "", false,
-                            "Whether the lines that lines come from are returned."),
-                  optional("params", "map", "", "Parameters of the target.")},
+       .params =
+           {self("program"),
+            optional("target", "string", "",
+                     "Provider of robomosp.post/1, such as krl; the profile's when left "
+                     "out. program.targets lists them."),
+            optional("profile", "ref:controller", "", "The controller."),
+            optional("robot", "ref:robot", "", "The robot that moves."),
+            optional("only_robot", "string", "",
+                     "A ROBOT of a program of several: the part for its controller is "
+                     "posted (program.part_of_robot)."),
+            optional("folder", "path", "",
+                     "An existing folder for the files; their texts are returned when left "
+                     "out."),
+            choice("form", {"automatic", "structured", "flat"},
+                   "The program as it was written, or what it does in a run without inputs; "
+                   "automatic takes the second where the first cannot be said."),
+            optional("inputs", "map", "",
+                     "Values of inputs by name, of a program that is flattened: those that "
+                     "its flow depends on."),
+            between(optional("most_steps", "int", "",
+                             "Instructions after which flattening gives up; 2e9 when left "
+                             "out."),
+                    1, 1e15),
+            optional("name", "string", "",
+                     "Name of the program there; the profile's or its own when left out."),
+            defaulted("check", "bool", "", false, "Only lists what is wrong; writes nothing."),
+            defaulted("run_check", "bool", "", false,
+                      "Checks it by a run as well (program.check_run), in its world or alone "
+                      "with the robot, and refuses where that has errors. Then the posted files "
+                      "are read back where a reader takes them, run in the same place, and "
+                      "compared: places of the tool in the world, joints, time, signals; other "
+                      "places or signals are errors."),
+            optional("world", "ref:world", "", "Which of its worlds it is posted and checked for."),
+            optional("name_there", "string", "",
+                     "Its name there, where it is in worlds several times."),
+            optional("picture", "path", "", "With run_check: a picture of the tool's way, *.png."),
+            optional("plot", "path", "",
+                     "With run_check: a plot over time, *.svg, *.png or *.pdf."),
+            defaulted("overwrite", "bool", "", false, "Whether files are replaced."),
+            watch_file_field(),
+            defaulted("source_map", "bool", "", false,
+                      "Whether the lines that lines come from are returned."),
+            optional("params", "map", "", "Parameters of the target.")},
        .returns = {"map",
                    "",
                    "",
@@ -726,6 +813,13 @@ RMP_COMMANDS(post_commands) {
                           "A table each: severity, file, line, column, message, hint; of "
                           "run_check also kind."),
                     field("run", "map", "", "With run_check: what program.check_run gives."),
+                    field("read_back", "map", "",
+                          "With run_check, where neither has errors: the posted files run beside "
+                          "the program. compared, or why_not; reader; motions and read_motions; "
+                          "ends that were compared; most_distance [m] and most_angle [rad] of the "
+                          "tool in the world, most_joint [degrees or mm]; time and read_time [s]; "
+                          "changes and read_changes of signals; not_said, what the reader left "
+                          "out; text."),
                     field("source_map", "list", "",
                           "A table a line: file, line, source, source_line.")}},
        .effect = Effect::reads,

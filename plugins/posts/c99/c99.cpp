@@ -90,6 +90,7 @@ class CWriter final : public post::Writer {
   // ---- program ----
   bool program_is_last() const override { return true; }
   void begin() override {
+    writes_additional_ = has_additional_joints();
     out_ = &body_;
     for (const std::uint32_t t : records_in_use()) {
       const auto& x = type(t);
@@ -179,7 +180,8 @@ class CWriter final : public post::Writer {
     all.give(output_, name + ".c", false);
     output_.file("rmp_motion.h", c_runtime::kHeader);
     output_.file("rmp_motion.c", c_runtime::kGeometry);
-    output_.file(runtime_name_, runtime_);
+    output_.file(runtime_name_, std::string(runtime_) +
+                                    (writes_additional_ ? c_runtime::additional(runtime_) : ""));
   }
 
   // ---- types and values ----
@@ -600,7 +602,8 @@ class CWriter final : public post::Writer {
     if (m[RMP_ATTR_ADAX_CONTROL].given && m[RMP_ATTR_ADAX_CONTROL].known != 0.0)
       cannot("control of additional axes");
     if (m[RMP_ATTR_TOOL].given)
-      cannot("tools of single motions", "Give the robot the tool before, or multiply by INV.");
+      cannot("tools of motions (TOOL, or the tool that the robot has in its world)",
+             "Multiply the targets by INV of the tool, or post for a controller with tools.");
     if ((caps_.features & kPostTime) == 0 && m[RMP_ATTR_TIME].given &&
         !(m[RMP_ATTR_TIME].known && *m[RMP_ATTR_TIME].known < 0))
       cannot("motions in a given time");
@@ -649,8 +652,26 @@ class CWriter final : public post::Writer {
   }
   std::string behind(const Motion& m) { return ", " + how(m) + ", " + until(m) + ");"; }
   void action(const Motion& m) {
+    additional(m.targets.back());
     if (m.action == RMP_NONE) return;
     line("if (" + text(m.until) + ") " + routine_name(m.action) + "();");
+  }
+  /// Additional joints have their values at the end of a motion.
+  void additional(const Target& t) {
+    if (!writes_additional_) return;
+    if (t.point) {
+      if (!t.point->external.empty())
+        line("rmp_additional(" + numbers(t.point->external, 1) + ");");
+      return;
+    }
+    if (t.role != RMP_ROLE_ROBTARGET && t.role != RMP_ROLE_JOINT && t.role != RMP_ROLE_ADD_JOINT)
+      return;
+    const std::uint32_t op = expression(t.expression).op;
+    if (op != RMP_EXPR_SYMBOL && op != RMP_EXPR_INDEX && op != RMP_EXPR_FIELD) {
+      cannot("additional joints of a target that is computed here", "Assign it to a variable.");
+      return;
+    }
+    line("rmp_additional(" + place(t.expression) + ".add, RMP_MOST_JOINTS);");
   }
   /// In the base, whatever frame it is given in.
   std::string pose(const Motion& m, const Target& t) {
@@ -686,7 +707,19 @@ class CWriter final : public post::Writer {
       cannot("increments of this kind", "Give a POSITION.");
       return;
     }
-    if (m[RMP_ATTR_FRAME].given) cannot("increments in a frame", "Give them in the base.");
+    if (m[RMP_ATTR_FRAME].given) {
+      // The frame turns the step.
+      const PostPoint* f = point(m[RMP_ATTR_FRAME].expression);
+      if (!f || !f->has_pose) {
+        cannot("increments in a frame that is computed", "Give them in the base.");
+        return;
+      }
+      Pose turn;
+      turn.R = f->pose.R;
+      if (t.point && t.point->has_pose) by = at(post::product(turn, t.point->pose));
+      else if (!post::same_place(turn, Pose{}))
+        by = "rmp_rotated(" + turned(turn) + ", " + by + ")";
+    }
     line(std::string(function) + "(" + by + behind(m));
   }
   /// The PA-10's library goes to poses on straight lines only.
@@ -701,8 +734,7 @@ class CWriter final : public post::Writer {
     const Target& t = m.targets[0];
     const bool is_joints = t.role == RMP_ROLE_JOINT || t.role == RMP_ROLE_MAIN_JOINT;
     const bool is_straight = (m.incremental || !is_joints) && moves_straight_to_poses();
-    const bool has_joints =
-        is_straight && !m.incremental && t.point && !t.point->q.empty() && !m[RMP_ATTR_FRAME].given;
+    const bool has_joints = is_straight && !m.incremental && t.point && !t.point->q.empty();
     if (is_straight && !has_joints) goes_straight();
     if (m.incremental) increment(m, "rmp_ptp_by");
     else if (is_joints) line("rmp_ptp_joints(" + text(t.expression) + behind(m));
@@ -729,6 +761,7 @@ class CWriter final : public post::Writer {
   post::File types_, globals_, heads_, conditions_, body_;
   std::vector<std::uint32_t> init_;
   std::vector<std::string> loops_;
+  bool writes_additional_ = false;  ///< some target has additional joints
   bool needs_math_ = false, needs_abs_ = false, told_speed_ = false;
 };
 

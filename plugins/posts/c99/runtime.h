@@ -75,6 +75,8 @@ void rmp_lin_by(rmp_position by, rmp_move how, rmp_condition until);
 void rmp_ptp_by(rmp_position by, rmp_move how, rmp_condition until);
 /* The pose of the tool with another place. */
 rmp_pose rmp_here(rmp_position at);
+/* Additional joints, of which those that change are set [degrees or mm]. */
+void rmp_additional(const double *values, int count);
 void rmp_output(int number, const char *name, double value);
 double rmp_state(int number);
 double rmp_input(int number, const char *name);
@@ -333,9 +335,14 @@ void rmp_open(int argc, char **argv) {
 }
 void rmp_close(void) { rmpc_free(client); }
 
-static void show(void) {
+static void show(double seconds) {
   check(rmpc_callf(client, "robot.set_joints", "{'id': %h, 'q': %v}", &robot, q, joints));
-  pass(CYCLE);
+  pass(seconds);
+}
+/* Steps of a motion, none of them longer than a cycle. */
+static int cycles(double seconds) {
+  const double n = ceil(seconds / CYCLE);
+  return n > 1 ? (n < 1e9 ? (int)n : 1000000000) : 1;
 }
 static rmp_pose present(void) {
   double p[3], o[4];
@@ -367,12 +374,11 @@ static void to_joints(const double *to, rmp_move how, rmp_condition until) {
   for (i = 0; i < joints; ++i)
     if (fabs(to[i] - from[i]) > most) most = fabs(to[i] - from[i]);
   seconds = how.time >= 0 ? how.time : most * DEGREE / (JOINT_SPEED * (how.speed_ptp > 0 ? how.speed_ptp : 100) / 100);
-  steps = (int)ceil(seconds / CYCLE);
-  if (steps < 1) steps = 1;
+  steps = cycles(seconds);
   for (k = 1; k <= steps; ++k) {
     if (ended(until)) return;
     for (i = 0; i < joints; ++i) q[i] = k == steps ? to[i] : from[i] + (to[i] - from[i]) * k / steps;
-    show();
+    show(seconds / steps);
   }
 }
 void rmp_ptp_joints(rmp_joint to, rmp_move how, rmp_condition until) {
@@ -391,39 +397,63 @@ void rmp_ptp_pose(rmp_pose to, rmp_move how, rmp_condition until) {
   solve(to, values);
   to_joints(values, how, until);
 }
-static int straight(rmp_pose from, rmp_pose to, rmp_move how, rmp_condition until) {
+static double path_seconds(rmp_pose from, rmp_pose to, rmp_move how) {
   const rmp_position way = rmp_sum(to.pos, from.pos, -1);
   rmp_orientation o;
   const double turn = rmp_slerp(from.ori, to.ori, 1, &o);
   double seconds = sqrt(rmp_dot(way, way)) / (how.speed > 0 ? how.speed : 250);
-  int steps, k;
   if (how.speed_ori > 0 && turn / how.speed_ori > seconds) seconds = turn / how.speed_ori;
-  if (how.time >= 0) seconds = how.time;
-  steps = (int)ceil(seconds / CYCLE);
-  if (steps < 1) steps = 1;
-  for (k = 1; k <= steps; ++k) {
-    rmp_pose at = to;
-    if (ended(until)) return 1;
-    if (k < steps) {
-      at.pos = rmp_at(from.pos.x + way.x * k / steps, from.pos.y + way.y * k / steps, from.pos.z + way.z * k / steps);
-      rmp_slerp(from.ori, to.ori, (double)k / steps, &at.ori);
-    }
-    solve(at, q);
-    show();
-  }
-  return 0;
+  return seconds;
 }
-void rmp_lin(rmp_pose to, rmp_move how, rmp_condition until) { straight(present(), to, how, until); }
+static rmp_pose between(rmp_pose from, rmp_pose to, double share) {
+  const rmp_position way = rmp_sum(to.pos, from.pos, -1);
+  rmp_pose at;
+  at.pos = rmp_sum(from.pos, way, share);
+  rmp_slerp(from.ori, to.ori, share, &at.ori);
+  return at;
+}
+void rmp_lin(rmp_pose to, rmp_move how, rmp_condition until) {
+  const rmp_pose from = present();
+  const double seconds = how.time >= 0 ? how.time : path_seconds(from, to, how);
+  const int steps = cycles(seconds);
+  int k;
+  for (k = 1; k <= steps; ++k) {
+    if (ended(until)) return;
+    solve(k < steps ? between(from, to, (double)k / steps) : to, q);
+    show(seconds / steps);
+  }
+}
+/* Its chords take their time one after the other, and cycles run on from chord to chord. */
 void rmp_circle(rmp_pose via, rmp_pose end, rmp_move how, rmp_condition until) {
   const rmp_pose begin = present();
-  rmp_pose from = begin, to;
   const int chords = rmp_arc(begin, via, end, 0, NULL);
-  int k;
-  if (how.time >= 0) how.time /= chords;
-  for (k = 1; k <= chords; ++k) {
-    rmp_arc(begin, via, end, k, &to);
-    if (straight(from, to, how, until)) return;
+  rmp_pose from = begin, to = begin;
+  double whole = 0, seconds, before = 0, own;
+  int chord, steps, k;
+  for (chord = 1; chord <= chords; ++chord) {
+    rmp_arc(begin, via, end, chord, &to);
+    whole += path_seconds(from, to, how);
     from = to;
+  }
+  seconds = how.time >= 0 ? how.time : whole;
+  steps = cycles(seconds);
+  chord = 1;
+  from = begin;
+  rmp_arc(begin, via, end, chord, &to);
+  own = path_seconds(from, to, how);
+  for (k = 1; k <= steps; ++k) {
+    const double t = whole * k / steps;
+    rmp_pose at = end;
+    if (ended(until)) return;
+    while (chord < chords && t > before + own) {
+      before += own;
+      from = to;
+      rmp_arc(begin, via, end, ++chord, &to);
+      own = path_seconds(from, to, how);
+    }
+    if (k < steps) at = between(from, to, own > 0 ? (t - before) / own : 1);
+    solve(at, q);
+    show(seconds / steps);
   }
 }
 static rmp_pose by(rmp_position way) {
@@ -624,5 +654,34 @@ void rmp_halt(void) {
   exit(2);
 }
 )";
+
+/// What is added where a program has additional joints.
+inline constexpr const char* kAdditionalRobomosp = R"(
+void rmp_additional(const double *values, int count) {
+  static double additional[RMP_MOST_JOINTS];
+  int i;
+  for (i = 0; i < count && i < RMP_MOST_JOINTS; ++i) {
+    if (values[i] == additional[i]) continue;
+    additional[i] = values[i];
+    printf("%.3f additional %d %g\n", now, i + 1, values[i]);
+  }
+}
+)";
+inline constexpr const char* kAdditionalPa10 = R"(
+/* Yours to write, as rmp_user_output(): additional joint `number` (1 is the first) goes to `value`. */
+extern void rmp_user_additional(int number, double value);
+void rmp_additional(const double *values, int count) {
+  static double additional[RMP_MOST_JOINTS];
+  int i;
+  for (i = 0; i < count && i < RMP_MOST_JOINTS; ++i) {
+    if (values[i] == additional[i]) continue;
+    additional[i] = values[i];
+    rmp_user_additional(i + 1, values[i]);
+  }
+}
+)";
+inline const char* additional(const char* runtime) {
+  return runtime == kPa10 ? kAdditionalPa10 : kAdditionalRobomosp;
+}
 
 }  // namespace robomosp::posts::c_runtime

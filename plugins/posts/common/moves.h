@@ -21,15 +21,6 @@ struct SignalTest {
   bool is_equal = true;
 };
 
-/// Whether two placements are one for a controller: 1 micrometre, 1e-5 degrees.
-[[nodiscard]] inline bool same_place(const Pose& a, const Pose& b) {
-  for (std::size_t i = 0; i < 3; ++i)
-    if (!(std::fabs(a.p[i] - b.p[i]) < 1e-6)) return false;
-  for (std::size_t i = 0; i < 9; ++i)
-    if (!(std::fabs(a.R[i] - b.R[i]) < 1e-7)) return false;
-  return true;
-}
-
 class MoveWriter : public Writer {
  public:
   using Writer::Writer;

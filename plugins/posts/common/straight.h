@@ -102,7 +102,8 @@ class StraightWriter : public MoveWriter {
   }
   bool no_tool(const Motion& m) {
     if (!m[RMP_ATTR_TOOL].given) return true;
-    cannot("choice of a tool (TOOL)", "Post a program for each tool.");
+    cannot("tools (TOOL, or the tool that the robot has in its world)",
+           "Give the targets for the flange, or post to a language that has tools.");
     return false;
   }
 };

@@ -891,10 +891,12 @@ class TpWriter final : public MoveWriter {
     if (m[RMP_ATTR_FRAME].given) {
       const auto p = pose_of(m, RMP_ATTR_FRAME, "FRAME");
       if (!p) return false;
-      const auto n = place_number(profile_.frames, *p, "frame");
-      if (!n) return false;
-      used_frame_ = *n;
-      used_frame_pose_ = *p;
+      // Poses are written in the frame in use: one that the controller has not is no matter.
+      for (const PostPlace& f : profile_.frames)
+        if (f.number >= 0 && same_place(f.pose, *p)) {
+          used_frame_ = f.number;
+          used_frame_pose_ = f.pose;
+        }
     }
     if (m[RMP_ATTR_TOOL].given) {
       const auto p = pose_of(m, RMP_ATTR_TOOL, "TOOL");

@@ -147,7 +147,8 @@ class InformWriter final : public StraightWriter {
       cannot("increments of joints", "Give joints, or an increment of the pose.");
       return {};
     }
-    const bool moved = m.incremental || m[RMP_ATTR_FRAME].given || t.role == RMP_ROLE_POSITION;
+    const bool moved = m.incremental || t.role == RMP_ROLE_POSITION ||
+                       (m[RMP_ATTR_FRAME].given && t.point && t.point->q.empty());
     if (pulses_ || is_joints(t.role)) {
       if (!t.point) {
         (void)certain_goal(m, t);
@@ -165,7 +166,7 @@ class InformWriter final : public StraightWriter {
           return {};
         }
         if (q_before_.empty()) q_before_.assign(task_.robot->coordinate_count(), 0.0);
-        auto found = task_.kinematics->inverse(*at, q_before_, -1);
+        auto found = task_.kinematics->inverse(product(*at, inverse(tool_pose_)), q_before_, -1);
         if (!found.ok()) {
           fail(found.error().message, found.error().hint);
           return {};
@@ -273,12 +274,15 @@ class InformWriter final : public StraightWriter {
     if (!plain(m)) return false;
     if (has_other_tool_) start_.clear();
     tool_now_ = tool_;
+    tool_pose_ = profile_.tool >= 0 ? profile_.tools[static_cast<std::size_t>(profile_.tool)].pose
+                                    : Pose{};
     if (m[RMP_ATTR_TOOL].given) {
       const auto p = pose_of(m, RMP_ATTR_TOOL, "TOOL");
       if (!p) return false;
       const auto n = place_number(profile_.tools, *p, "tool");
       if (!n) return false;
       tool_now_ = *n;
+      tool_pose_ = *p;
     }
     return true;
   }
@@ -399,6 +403,7 @@ class InformWriter final : public StraightWriter {
   std::string start_;
   bool pulses_ = false;
   int tool_ = 0, tool_now_ = 0;
+  Pose tool_pose_;  ///< of tool_now_ on the flange
   double pl_mm_ = 10;
 };
 

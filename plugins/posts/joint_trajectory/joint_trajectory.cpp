@@ -172,7 +172,8 @@ class TrajectoryWriter final : public StraightWriter {
   /// Joints of a target; nothing = said. Absolute ones come with the point.
   std::optional<std::vector<double>> joints(const Motion& m, const Target& t) {
     if (!task_.robot) return std::nullopt;
-    const bool moved = m.incremental || m[RMP_ATTR_FRAME].given || t.role == RMP_ROLE_POSITION;
+    const bool moved = m.incremental || t.role == RMP_ROLE_POSITION ||
+                       (m[RMP_ATTR_FRAME].given && t.point && t.point->q.empty());
     if (is_joints(t.role) && m.incremental) {
       cannot("increments of joints", "Give joints, or an increment of the pose.");
       return std::nullopt;
@@ -212,7 +213,7 @@ class TrajectoryWriter final : public StraightWriter {
     }
     std::vector<double> seed =
         here_.empty() ? std::vector<double>(task_.robot->coordinate_count(), 0.0) : here_;
-    auto found = task_.kinematics->inverse(at, seed, -1);
+    auto found = task_.kinematics->inverse(product(at, inverse(tool_)), seed, -1);
     if (!found.ok()) {
       fail("the robot does not reach a place of this motion: " + found.error().message,
            "Move the target, or choose another start.");
@@ -221,7 +222,15 @@ class TrajectoryWriter final : public StraightWriter {
     return *found;
   }
   bool prepare(const Motion& m, bool is_ptp) {
-    if (!plain(m) || !no_until(m) || !no_tool(m)) return false;
+    if (!plain(m) || !no_until(m)) return false;
+    // The tool is in the joints.
+    tool_ =
+        profile_.tool >= 0 ? profile_.tools[static_cast<std::size_t>(profile_.tool)].pose : Pose{};
+    if (m[RMP_ATTR_TOOL].given) {
+      const auto tool = pose_of(m, RMP_ATTR_TOOL, "TOOL");
+      if (!tool) return false;
+      tool_ = *tool;
+    }
     if (certain(m, is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP, "C_CP and C_PTP", 0) > 0 ||
         m[RMP_ATTR_C_PASS].known.value_or(0) != 0)
       note("the target is reached exactly: a trajectory passes all of its points");
@@ -259,7 +268,7 @@ class TrajectoryWriter final : public StraightWriter {
   void arrive(const Motion& m, const Target& t, const std::vector<double>& q) {
     auto at = goal(m, t);
     if (!at && task_.kinematics)
-      if (auto found = task_.kinematics->forward(q); found.ok()) at = *found;
+      if (auto found = task_.kinematics->forward(q); found.ok()) at = product(*found, tool_);
     arrived(at);
   }
   /// Poses along a path, from share 0 to 1.
@@ -471,6 +480,7 @@ class TrajectoryWriter final : public StraightWriter {
   };
   File nothing_{0};
   std::vector<Point> points_;  ///< of the present stretch
+  Pose tool_;                  ///< of the motion, on the flange
   std::vector<double> here_;   ///< where the last point of all is; empty = nobody knows
   std::vector<Step> steps_;
   std::size_t stretches_ = 0;
@@ -485,8 +495,8 @@ const PostCapabilities& JointTrajectory::capabilities() const {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.forms = kPostFlat;
-    c.features =
-        kPostTime | kPostFrames | kPostWaitFor | kPostWaitTimeout | kPostMessages | kPostPause;
+    c.features = kPostTime | kPostTools | kPostFrames | kPostWaitFor | kPostWaitTimeout |
+                 kPostMessages | kPostPause;
     c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle;
     c.circle = PostCircle::via;
     c.blending = PostBlending::none;

@@ -175,6 +175,8 @@ class KrlWriter final : public post::DeclaredWriter {
     structures();
     for (std::uint32_t s = 0; s < c_.symbols.count; ++s)
       if (is_used(s)) group_signal(s);
+    common_tool_ = common_place(RMP_ATTR_TOOL);
+    common_base_ = common_place(RMP_ATTR_FRAME);
     other_tool_ = is_anywhere(RMP_ATTR_TOOL);
     other_base_ = is_anywhere(RMP_ATTR_FRAME);
     changed_acc_ = is_anywhere(RMP_ATTR_ACC);
@@ -251,8 +253,10 @@ class KrlWriter final : public post::DeclaredWriter {
     line("BAS(#INITMOV,0)");
     line("$ADVANCE=" + std::to_string(static_cast<int>(number_option("advance", 3))));
     line("$ACC.CP=" + real_literal(number_option("acc_cp", 2.3)));
-    tool_base(profile_.tool, profile_.tools, "#TOOL", "$TOOL");
-    tool_base(profile_.frame, {}, "#BASE", "$BASE");
+    if (common_tool_) line(krl_place(*common_tool_, profile_.tools, "#TOOL", "$TOOL"));
+    else tool_base(profile_.tool, profile_.tools, "#TOOL", "$TOOL");
+    line(common_base_ ? krl_place(*common_base_, profile_.frames, "#BASE", "$BASE")
+                      : std::string("$BASE=$NULLFRAME"));
     if (!profile_.prologue.empty()) body_.add_lines(profile_.prologue);
     std::uint32_t number = 21;
     for (std::uint32_t r = 1; r < c_.routines.count; ++r) {
@@ -264,6 +268,14 @@ class KrlWriter final : public post::DeclaredWriter {
       line("GLOBAL INTERRUPT DECL " + std::to_string(number++) + " WHEN " +
            text(routine(r).condition) + " DO " + routine_name(r) + "( )");
     }
+  }
+  /// Sets a tool or base: by its number where the profile has it, else by its place.
+  std::string krl_place(const Pose& pose, std::span<const PostPlace> places, const char* word,
+                        const char* variable) {
+    for (const PostPlace& p : places)
+      if (p.number > 0 && post::same_place(p.pose, pose))
+        return std::string("BAS(") + word + "," + std::to_string(p.number) + ")";
+    return std::string(variable) + "=" + frame(pose);
   }
   void tool_base(std::int32_t i, std::span<const PostPlace> places, const char* word,
                  const char* variable) {
@@ -391,7 +403,8 @@ class KrlWriter final : public post::DeclaredWriter {
     }
     if (p.role == RMP_ROLE_ADD_JOINT) {
       const std::string s = externals(p);
-      if (s.empty()) fail("the profile has no external axes", "Give it axes with external = true.");
+      if (s.empty() && has_additional_joints())
+        fail("the profile has no external axes", "Give it axes with external = true.");
       return "{" + (s.empty() ? "E1 0.0" : s.substr(1)) + "}";
     }
     if (p.role == RMP_ROLE_POSITION && p.motion != RMP_NONE)
@@ -757,6 +770,7 @@ class KrlWriter final : public post::DeclaredWriter {
   void place_attribute(const post::Attribute& a, post::Modal<std::string>& modal,
                        const char* word) {
     const bool is_tool = word[1] == 'T';
+    if (is_tool ? common_tool_ : common_base_) return;
     if (!a.given) {
       if (!(is_tool ? other_tool_ : other_base_)) return;  // never another one than at the start
       const std::int32_t i = is_tool ? profile_.tool : -1;
@@ -992,6 +1006,7 @@ class KrlWriter final : public post::DeclaredWriter {
   std::map<std::uint32_t, std::uint32_t> interrupts_;
   post::Modal<std::string> speed_, speed_ori_, acc_, cdis_, speed_ptp_, acc_ptp_, cptp_, tool_,
       base_;
+  std::optional<Pose> common_tool_, common_base_;  ///< of all motions, set at the start
   bool changed_acc_ = false, other_tool_ = false, other_base_ = false;
 };
 

@@ -20,8 +20,12 @@ class MovemasterWriter final : public StraightWriter {
     roll_ = number_option("roll", 0);
     if (speed_ <= 0 || step_mm_ <= 0)
       fail("the profile's options speed and step_mm are above 0", "Give other values.");
-    if (profile_.tool >= 0 && static_cast<std::size_t>(profile_.tool) < profile_.tools.size()) {
-      const Pose& t = profile_.tools[static_cast<std::size_t>(profile_.tool)].pose;
+    const auto common = common_place(RMP_ATTR_TOOL);
+    is_tool_common_ = common.has_value();
+    if (common ||
+        (profile_.tool >= 0 && static_cast<std::size_t>(profile_.tool) < profile_.tools.size())) {
+      const Pose& t =
+          common ? *common : profile_.tools[static_cast<std::size_t>(profile_.tool)].pose;
       const double z = t.p[2] * 1000;
       Pose along;
       along.p[2] = t.p[2];
@@ -29,6 +33,9 @@ class MovemasterWriter final : public StraightWriter {
         fail("the tool at the start is not one of the Movemaster",
              "A tool there is a length along the hand, 0 to 300 mm (TL).");
       else put("TL " + fixed(z, 0));
+      if (std::fabs(z - std::round(z)) > 1e-6)
+        warn("the tool's length of " + trimmed(z, 3) + " mm is written as " + fixed(z, 0) + " mm",
+             "The Movemaster takes whole millimetres (TL).");
     }
     if (profile_.frame >= 0)
       note("positions are written in the robot's base: the Movemaster has no other frames");
@@ -107,7 +114,7 @@ class MovemasterWriter final : public StraightWriter {
     if (sp_.changes(level)) put("SP " + std::to_string(level));
   }
   bool prepare(const Motion& m) {
-    if (!plain(m) || !no_until(m) || !no_tool(m)) return false;
+    if (!plain(m) || !no_until(m) || !(is_tool_common_ || no_tool(m))) return false;
     if (has_time(m)) {
       cannot("TIME of motions", "Give SPEED or SPEED_PTP.");
       return false;
@@ -208,7 +215,7 @@ class MovemasterWriter final : public StraightWriter {
   Points points_;
   Modal<int> sp_;
   double speed_ = 1000, step_mm_ = 10, roll_ = 0;
-  bool told_joints_ = false;
+  bool told_joints_ = false, is_tool_common_ = false;
 };
 
 }  // namespace

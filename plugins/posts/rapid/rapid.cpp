@@ -131,6 +131,8 @@ class RapidWriter final : public post::DeclaredWriter {
     out_ = &body_;
     for (auto* f : {&data_, &body_}) f->in();
     structures();
+    common_tool_ = common_place(RMP_ATTR_TOOL);
+    common_frame_ = common_place(RMP_ATTR_FRAME);
     tool_and_frame();
     other_tool_ = is_anywhere(RMP_ATTR_TOOL);
     other_frame_ = is_anywhere(RMP_ATTR_FRAME);
@@ -156,7 +158,14 @@ class RapidWriter final : public post::DeclaredWriter {
     const PostPlace* tool = nullptr;
     if (profile_.tool >= 0 && static_cast<std::size_t>(profile_.tool) < profile_.tools.size())
       tool = &profile_.tools[static_cast<std::size_t>(profile_.tool)];
-    tool_text_ = tool ? pose(tool->pose) : std::string("[[0,0,0],[1,0,0,0]]");
+    if (common_tool_) {
+      tool = nullptr;
+      for (const PostPlace& p : profile_.tools)
+        if (post::same_place(p.pose, *common_tool_)) tool = &p;
+    }
+    tool_text_ = common_tool_ ? pose(*common_tool_)
+                 : tool       ? pose(tool->pose)
+                              : std::string(kNowhere);
     const double mass = tool && tool->mass > 0 ? tool->mass : number_option("tool_mass", 1.0);
     tail_ = ",[" + plain(mass, 3) + ",[0,0,1],[1,0,0,0],0,0,0]]";
     // Tasks that share variables have tools and frames of their own.
@@ -164,8 +173,9 @@ class RapidWriter final : public post::DeclaredWriter {
     for (const PostSignal& s : profile_.signals)
       if (s.kind == "shared") own = "TASK ";
     data_.add(own + "PERS tooldata RmpTool:=[TRUE," + tool_text_ + tail_ + ";");
-    data_.add(own +
-              "PERS wobjdata RmpFrame:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];");
+    data_.add(own + "PERS wobjdata RmpFrame:=[FALSE,TRUE,\"\"," +
+              (common_frame_ ? pose(*common_frame_) : std::string(kNowhere)) + "," + kNowhere +
+              "];");
   }
   void routine_begin(std::uint32_t r) override {
     const auto& x = routine(r);
@@ -207,11 +217,22 @@ class RapidWriter final : public post::DeclaredWriter {
   }
   void routine_code(std::uint32_t r) override {
     if (r == 0) {
-      line("ConfJ\\" + std::string(option("conf_j", "On")) + ";");
+      line("ConfJ\\" + std::string(option("conf_j", knows_configurations() ? "On" : "Off")) + ";");
       line("ConfL\\" + std::string(option("conf_l", "Off")) + ";");
       if (!profile_.prologue.empty()) body_.add_lines(profile_.prologue);
     }
     set_initial(r);
+  }
+  /// Whether the joints of all PTP targets are known: a configuration that is only guessed must not
+  /// be kept to.
+  [[nodiscard]] bool knows_configurations() const {
+    for (std::uint32_t i = 0; i < c_.motions.count; ++i) {
+      const auto& m = row<rmp_code_motion>(c_.motions, i);
+      if (m.interpolation != RMP_MOVE_PTP || m.is_incremental || goes_to_joints(m)) continue;
+      for (const std::uint32_t t : links(m.first_target, m.target_count))
+        if (const PostPoint* p = point(t); !p || p->q.empty()) return false;
+    }
+    return true;
   }
   void routine_end(std::uint32_t r) override {
     if (r == 0 && !profile_.epilogue.empty()) body_.add_lines(profile_.epilogue);
@@ -329,7 +350,8 @@ class RapidWriter final : public post::DeclaredWriter {
     if (p.q.empty()) {
       const std::string out = "[0,0,0," + std::to_string(cfx) + "]";
       warn(std::string(*p.q_missing ? p.q_missing : "the joints of this target are not known") +
-               ": its configuration is written as " + out,
+               ": its configuration is written as " + out +
+               ", and ConfJ\\Off lets the controller take the nearest one",
            "Name the robot (program.post{robot = ...}), or check the target.");
       return out;
     }
@@ -691,9 +713,10 @@ class RapidWriter final : public post::DeclaredWriter {
     at_frame_.forget();
   }
   void places(const Motion& m) {
-    place_attribute(m[RMP_ATTR_TOOL], at_tool_, "RmpTool.tframe", tool_text_, other_tool_);
-    place_attribute(m[RMP_ATTR_FRAME], at_frame_, "RmpFrame.uframe", "[[0,0,0],[1,0,0,0]]",
-                    other_frame_);
+    if (!common_tool_)
+      place_attribute(m[RMP_ATTR_TOOL], at_tool_, "RmpTool.tframe", tool_text_, other_tool_);
+    if (!common_frame_)
+      place_attribute(m[RMP_ATTR_FRAME], at_frame_, "RmpFrame.uframe", kNowhere, other_frame_);
   }
   void place_attribute(const post::Attribute& a, post::Modal<std::string>& modal, const char* word,
                        const std::string& standard, bool& other) {
@@ -876,6 +899,8 @@ class RapidWriter final : public post::DeclaredWriter {
     line("MoveC " + via + "," + target(m.targets[1]) + behind(m));
   }
 
+  static constexpr const char* kNowhere = "[[0,0,0],[1,0,0,0]]";
+  std::optional<Pose> common_tool_, common_frame_;  ///< of all motions, in the declarations
   post::File body_, data_, points_;
   post::Points table_;
   std::vector<std::string> point_names_;

@@ -79,7 +79,13 @@ class UrWriter final : public MoveWriter {
   }
   void start() {
     if (!profile_.prologue.empty()) out_->add_lines(profile_.prologue);
-    if (profile_.tool >= 0 && static_cast<std::size_t>(profile_.tool) < profile_.tools.size()) {
+    if (const auto common = common_place(RMP_ATTR_TOOL)) {
+      line("set_tcp(" + pose_text(*common) + ")");
+      for (const PostPlace& t : profile_.tools)
+        if (same_place(t.pose, *common)) payload(t);
+      common_tool_ = true;
+    } else if (profile_.tool >= 0 &&
+               static_cast<std::size_t>(profile_.tool) < profile_.tools.size()) {
       const PostPlace& t = profile_.tools[static_cast<std::size_t>(profile_.tool)];
       line("set_tcp(" + pose_text(t.pose) + ")");
       payload(t);
@@ -1091,6 +1097,7 @@ class UrWriter final : public MoveWriter {
     return {"r", r};
   }
   void tool(const Motion& m) {
+    if (common_tool_) return;
     std::string wanted;
     if (m[RMP_ATTR_TOOL].given) {
       wanted = text(m[RMP_ATTR_TOOL].expression);
@@ -1327,7 +1334,7 @@ class UrWriter final : public MoveWriter {
   std::vector<std::pair<std::string, bool>> cases_;
   std::vector<Radius> radii_;
   Modal<std::string> tool_;
-  bool had_tool_ = false;
+  bool had_tool_ = false, common_tool_ = false;
 };
 
 }  // namespace

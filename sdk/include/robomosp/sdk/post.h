@@ -165,7 +165,7 @@ class PostKinematics {
  public:
   virtual ~PostKinematics() = default;
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
-  /// base_T_tip of a configuration.
+  /// base_T_tip of a configuration; the tip is the flange that TOOL of a motion is on.
   [[nodiscard]] virtual Result<Pose> forward(std::span<const double> q) const = 0;
   /// The configuration nearest the seed that puts the tip there, of those with this PostStatus (-1
   /// = any); ErrorCode::unreachable = there is none.

@@ -248,6 +248,15 @@ struct Placed {
   return out;
 }
 
+/// Whether two placements are one for a controller: 1 micrometre, 1e-5 degrees.
+[[nodiscard]] inline bool same_place(const Pose& a, const Pose& b) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!(std::fabs(a.p[i] - b.p[i]) < 1e-6)) return false;
+  for (std::size_t i = 0; i < 9; ++i)
+    if (!(std::fabs(a.R[i] - b.R[i]) < 1e-7)) return false;
+  return true;
+}
+
 /// Whether the wrist is behind the lower arm, as axis 3 counts it (KUKA, ABB, Staubli): PostStatus
 /// says whether the elbow is up, and with the shoulder behind the other sign of axis 3 puts it up.
 [[nodiscard]] constexpr bool wrist_behind_lower_arm(std::uint32_t status) {
@@ -744,7 +753,28 @@ class Writer {
   }
 
   // ---- names ----
-  std::string name(std::uint32_t s) { return names_.of(s, symbol(s).name); }
+  std::string name(std::uint32_t s) {
+    const std::string& there = names_.of(s, symbol(s).name);
+    if (named_.insert(s).second) tell_renamed(s, there);
+    return there;
+  }
+  /// A note where the name of a routine, or of a variable or signal of the whole program, is another
+  /// one there, but for its case.
+  void tell_renamed(std::uint32_t s, const std::string& there) {
+    const auto& x = symbol(s);
+    const std::string_view own = x.name;
+    if (x.kind != RMP_SYMBOL_ROUTINE && x.routine != RMP_NONE && x.routine != 0) return;
+    // What passes have added has the place of a statement.
+    if (upper(own) == upper(there) || is_system(s) || x.span.end - x.span.begin != own.size())
+      return;
+    const rmp_span before = std::exchange(at_, x.span);
+    note(std::string(own) + " is called " + there + " there: the name is " +
+             (own.size() > static_cast<std::size_t>(std::max(caps_.max_name, 4))
+                  ? std::string("too long")
+                  : std::string("taken, or has letters that no name has")),
+         "Give it another name where operators look for it.");
+    at_ = before;
+  }
   std::string routine_name(std::uint32_t r) {
     if (r == 0) return names_.of(kProgram, task_.name);
     return name(routine(r).symbol);
@@ -894,9 +924,46 @@ class Writer {
         return;
       }
   }
-  /// The same of the additional joints; those of the profile only.
+  /// Whether any target has an additional joint that is not 0, or the program computes one.
+  [[nodiscard]] bool has_additional_joints() {
+    if (!has_additional_) has_additional_ = uses_additional_joints();
+    return *has_additional_;
+  }
+  [[nodiscard]] bool uses_additional_joints() const {
+    for (const PostPoint& p : task_.points)
+      for (const double x : p.external)
+        if (x != 0) return true;
+    for (std::uint32_t e = 0; e < c_.expressions.count; ++e) {
+      const auto& x = expression(e);
+      if (x.op == RMP_EXPR_FIELD && x.count > 0 &&
+          role(expression(links(x.first, x.count)[0]).type) == RMP_ROLE_ADD_JOINT)
+        return true;
+    }
+    return false;
+  }
+  /// The same of the additional joints: those of the profile, or, where it names none and the
+  /// program uses them, all as they are, which is noted.
   std::vector<double> external_axes(const PostPoint& p) {
     std::vector<double> out;
+    const bool has_external = std::any_of(profile_.axes.begin(), profile_.axes.end(),
+                                          [](const PostAxis& a) { return a.external; });
+    if (!has_external) {
+      if (p.external.empty() || !has_additional_joints()) return out;
+      if (!std::exchange(told_plain_external_, true))
+        note(
+            "additional joints are written as the external axes of the same numbers, in degrees or "
+            "mm as the program has them, since the profile names none",
+            "Give the profile its external axes (external = true).");
+      return {p.external.begin(), p.external.end()};
+    }
+    for (std::size_t i = 0; i < p.external.size(); ++i)
+      if (p.external[i] != 0 &&
+          std::none_of(profile_.axes.begin(), profile_.axes.end(), [&](const PostAxis& a) {
+            return a.external && a.joint == static_cast<std::int32_t>(i);
+          }))
+        fail("additional joint " + std::to_string(i + 1) + " of this target is at " +
+                 trimmed(p.external[i], 4) + ", and the profile has no external axis for it",
+             "Give the profile an axis with external = true and this joint.");
     for (const PostAxis& a : profile_.axes) {
       if (!a.external) continue;
       const auto i = static_cast<std::size_t>(a.joint);
@@ -968,6 +1035,45 @@ class Writer {
     }
     return out;
   }
+  /// The pose of TOOL or FRAME that all motions have in common, to be set once at the start; empty
+  /// = there are several, some motions have none, or it is known only when the program runs. PTP
+  /// motions to joints need no FRAME.
+  [[nodiscard]] std::optional<Pose> common_place(std::uint32_t attribute) const {
+    std::optional<Pose> out;
+    for (std::uint32_t i = 0; i < c_.motions.count; ++i) {
+      const auto& m = row<rmp_code_motion>(c_.motions, i);
+      const PostPoint* place = nullptr;
+      bool is_given = false;
+      for (std::uint32_t k = 0; k < m.attribute_count; ++k) {
+        const auto& a = row<rmp_code_attribute>(c_.attributes, m.first_attribute + k);
+        if (a.attribute != attribute) continue;
+        is_given = true;
+        place = point(a.value);
+      }
+      if (!is_given && attribute == RMP_ATTR_FRAME && m.interpolation == RMP_MOVE_PTP &&
+          goes_to_joints(m))
+        continue;
+      if (!place || !place->has_pose) return std::nullopt;
+      if (!out) {
+        out = place->pose;
+        continue;
+      }
+      constexpr double kSame = 1e-9;  // [m], of a direction
+      for (std::size_t k = 0; k < 3; ++k)
+        if (!(std::fabs(out->p[k] - place->pose.p[k]) < kSame)) return std::nullopt;
+      for (std::size_t k = 0; k < 9; ++k)
+        if (!(std::fabs(out->R[k] - place->pose.R[k]) < kSame)) return std::nullopt;
+    }
+    return out;
+  }
+  [[nodiscard]] bool goes_to_joints(const rmp_code_motion& m) const {
+    for (const std::uint32_t t : links(m.first_target, m.target_count)) {
+      const std::uint32_t role = type(expression(t).type).role;
+      if (role != RMP_ROLE_JOINT && role != RMP_ROLE_MAIN_JOINT && role != RMP_ROLE_ADD_JOINT)
+        return false;
+    }
+    return true;
+  }
   [[nodiscard]] bool is_assigned(std::uint32_t s) const { return assigned_[s]; }
   [[nodiscard]] bool is_reached(std::uint32_t r) const { return reached_[r]; }
   /// A symbol by its name among those of the language itself, such as R_SPEED; RMP_NONE = none.
@@ -993,6 +1099,9 @@ class Writer {
   std::uint32_t errors_ = 0;
 
  private:
+  std::set<std::uint32_t> named_;  ///< symbols whose names have been asked for
+  bool told_plain_external_ = false;
+  std::optional<bool> has_additional_;
   static constexpr int kDeepest = 1200;
   static constexpr std::uint64_t kProgram = 1ULL << 40U;
   struct Depth {

@@ -9,7 +9,7 @@ MODULE towers
   VAR num transfers;
 
   PROC main()
-    ConfJ\On;
+    ConfJ\Off;
     ConfL\Off;
     pegs{1}.height:=0;
     pegs{1}.foot:=[600,-250,0];

@@ -8,7 +8,7 @@ MODULE pallet
   VAR num count;
 
   PROC main()
-    ConfJ\On;
+    ConfJ\Off;
     ConfL\Off;
     cell:=[[0,0,0],[1,0,0,0]];
     r:=0;

@@ -8,7 +8,7 @@ MODULE pickplace
   CONST robtarget p_place:=[[550,300,80],[0,-0.707106781,0.707106781,0],[0,0,0,2],[9E9,9E9,9E9,9E9,9E9,9E9]];
 
   PROC main()
-    ConfJ\On;
+    ConfJ\Off;
     ConfL\Off;
     good:=0;
     MoveAbsJ p_home,[5000,500,5000,1000],fine,RmpTool\WObj:=RmpFrame;

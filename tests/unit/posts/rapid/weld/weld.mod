@@ -5,7 +5,7 @@ MODULE weld
   VAR bool RmpTimeout2;
 
   PROC main()
-    ConfJ\On;
+    ConfJ\Off;
     ConfL\Off;
     mid:=[0,0,0];
     mid:=[680,-90,100];

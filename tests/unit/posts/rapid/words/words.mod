@@ -19,7 +19,7 @@ MODULE words
   VAR pose p;
 
   PROC main()
-    ConfJ\On;
+    ConfJ\Off;
     ConfL\Off;
     R_SPEED:=250;
     R_TIMEOUT:=FALSE;

@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/program/read_back.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include <robomosp/sdk/post_writer.h>
+#include <robomosp/sdk/program_reader.h>
+
+#include "ioci/core/commands.h"
+#include "ioci/program/check_program.h"
+#include "ioci/program/in_world.h"
+#include "ioci/program/program_files.h"
+#include "ioci/program/rows.h"
+#include "model/controller.h"
+#include "motion/provider_params.h"
+#include "robotics/kinematics.h"
+#include "spatial/pose.h"
+
+namespace robomosp::ioci {
+namespace {
+
+Result<std::shared_ptr<const CompiledProgram>> compile_texts(
+    CommandContext& ctx, const std::vector<std::pair<std::string, std::string>>& texts) {
+  RMP_TRY_ASSIGN(const ProviderInfo info, ctx.app.registry.find(Language::kInterfaceId, "irl"));
+  RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
+  model::ProviderChoice choice;
+  choice.name = info.name;
+  RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, choice, "provider irl"));
+  std::vector<SourceFile> sources;
+  for (const auto& [name, text] : texts) sources.push_back({name, text, {}});
+  LanguageTask task;
+  task.files = sources;
+  RMP_TRY_ASSIGN(auto made, language->compile(task, *params, ctx.progress));
+  const rmp_code& c = made->code();
+  for (std::uint32_t i = 0; i < c.faults.count; ++i) {
+    const auto& f = row_of<rmp_code_fault>(c.faults, i);
+    if (f.severity == RMP_FAULT_ERROR)
+      return error(ErrorCode::invalid_argument, std::string(f.message), f.hint);
+  }
+  return std::shared_ptr<const CompiledProgram>(std::move(made));
+}
+
+/// How a signal is called: its name, and the number and name that the controller's profile gives.
+struct Called {
+  std::string name, target;
+  std::int32_t number = 0;
+  std::uint32_t kind = 0, type = 0;
+  std::int32_t width = 1;
+};
+std::vector<Called> signals_of(const rmp_code& code, const model::Controller* profile) {
+  std::vector<Called> out;
+  for (std::uint32_t i = 0; i < code.symbols.count; ++i) {
+    const auto& s = row_of<rmp_code_symbol>(code.symbols, i);
+    if (s.kind != RMP_SYMBOL_INPUT && s.kind != RMP_SYMBOL_OUTPUT) continue;
+    Called c{s.name, {}, s.address, s.kind, s.type, s.width};
+    for (std::size_t k = 0; profile && k < profile->signals.size(); ++k) {
+      const auto& p = profile->signals[k];
+      if (post::upper(p.name) != post::upper(s.name)) continue;
+      c.target = p.target;
+      if (p.number >= 0) c.number = p.number;
+    }
+    out.push_back(std::move(c));
+  }
+  return out;
+}
+bool same_word(std::string_view a, std::string_view b) { return post::upper(a) == post::upper(b); }
+
+/// The number that a name ends with, such as 3 of do3; nothing = with none.
+std::optional<std::int32_t> number_in(std::string_view name) {
+  const std::size_t last = name.find_last_not_of("0123456789");
+  if (last == std::string_view::npos || last + 1 == name.size() || name.size() - last > 9)
+    return std::nullopt;
+  return static_cast<std::int32_t>(*text::read_int(name.substr(last + 1)));
+}
+/// Whether `read` is what the post makes of `own`: by its name, else by its number.
+bool is_called(const Called& own, const Called& read) {
+  if (own.kind != read.kind || own.type != read.type || own.width != read.width) return false;
+  if (same_word(own.name, read.name)) return true;
+  if (!own.target.empty()) return same_word(own.target, read.name);
+  return own.number == number_in(read.name).value_or(read.number);
+}
+
+/// Bindings of a program that was read back, by those of the program itself.
+void rebind(model::PlacedProgram& placed, const model::World& world, const std::vector<Called>& own,
+            const std::vector<Called>& read) {
+  std::vector<model::ProgramBinding> out;
+  for (const model::ProgramBinding& b : placed.bindings) {
+    if (b.kind == model::BindingKind::robot && b.name.empty()) {
+      model::ProgramBinding robot = b;
+      robot.frame.clear(), robot.tool.clear();
+      if (robot.to.empty()) robot.to = placed.robot;
+      out.push_back(std::move(robot));
+    }
+    // Additional joints go by their numbers.
+    const bool is_number =
+        !b.name.empty() && b.name.find_first_not_of("0123456789") == std::string::npos;
+    if (is_number && b.kind != model::BindingKind::robot) out.push_back(b);
+  }
+  for (const Called& r : read) {
+    const auto same =
+        std::find_if(own.begin(), own.end(), [&](const Called& o) { return is_called(o, r); });
+    if (same == own.end()) continue;
+    const auto bound = std::find_if(
+        placed.bindings.begin(), placed.bindings.end(), [&](const model::ProgramBinding& b) {
+          return b.kind != model::BindingKind::robot && same_word(b.name, same->name);
+        });
+    model::ProgramBinding b;
+    if (bound != placed.bindings.end()) {
+      b = *bound;
+    } else if (const auto wire = std::find_if(
+                   world.signals.begin(), world.signals.end(),
+                   [&](const model::Signal& s) { return same_word(s.name, same->name); });
+               wire != world.signals.end()) {
+      b.kind = model::BindingKind::signal;
+      b.to = wire->name;
+    } else if (same_word(same->name, "gripper") && same->kind == RMP_SYMBOL_OUTPUT) {
+      b.kind = model::BindingKind::grip;
+    } else {
+      continue;
+    }
+    b.name = r.name;
+    out.push_back(std::move(b));
+  }
+  placed.bindings = std::move(out);
+}
+
+/// The tool in the world at the end of a motion, as planned: that of `tool`, whatever the motion
+/// itself moves, so that what hangs on the robot is looked at and not what a program says of it.
+std::optional<Pose> world_T_end(const program_check::Check& c, const task::InspectedMotion& m,
+                                const task::InspectedMotion& tool) {
+  if (m.robot >= c.inspection->robots.size() || m.q_target.empty()) return std::nullopt;
+  const task::InspectedRobot& robot = c.inspection->robots[m.robot];
+  if (m.q_target.size() != robot.model->coordinate_count()) return std::nullopt;
+  Pose base_T_joint;
+  if (tool.tip_joint >= 0) {
+    std::vector<Pose> frames(robot.model->joints.size());
+    robotics::forward_kinematics(*robot.model, m.q_target, frames);
+    base_T_joint = frames[static_cast<std::size_t>(tool.tip_joint)];
+  }
+  return spatial::compose(robot.world_T_base, spatial::compose(base_T_joint, tool.joint_T_tip));
+}
+double angle_between(const Pose& a, const Pose& b) {
+  const auto p = post::quaternion(a.R), q = post::quaternion(b.R);
+  double dot = 0;
+  for (std::size_t i = 0; i < 4; ++i) dot += p[i] * q[i];
+  return 2 * std::acos(std::min(1.0, std::fabs(dot))) * post::kDegree;
+}
+double millimetres_between(const Pose& a, const Pose& b) {
+  return 1000 * std::hypot(a.p[0] - b.p[0], a.p[1] - b.p[1], a.p[2] - b.p[2]);
+}
+
+/// A change of a signal of the world.
+struct Change {
+  std::string signal;
+  double time = 0, value = 0;
+};
+std::vector<Change> changes_of(const recording::Recording& r) {
+  std::vector<Change> out;
+  for (const recording::Column& c : r.columns) {
+    if (!c.name.starts_with("signal.")) continue;
+    for (std::size_t i = 1; i < c.values.size(); ++i)
+      if (c.values[i] != c.values[i - 1])
+        out.push_back({c.name.substr(7), r.columns.front().values[i], c.values[i]});
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Change& a, const Change& b) { return a.time < b.time; });
+  return out;
+}
+
+constexpr double kSameMm = 0.1, kSameDegrees = 0.05, kSameJoint = 0.5;
+constexpr double kSameShare = 0.02, kSameSeconds = 0.1;  ///< of the time of a whole run
+
+class Beside {
+ public:
+  Beside(const program_check::Check& own, const program_check::Check& read, RunBeside& out)
+      : own_(own), read_(read), out_(out) {}
+  void run() {
+    motions();
+    times();
+    signals();
+  }
+
+ private:
+  void tell(const char* kind, const rmp_span& at, std::string text) {
+    if (told_.emplace(kind, at.line).second)
+      out_.differences.push_back({kind, at.file, at.line, std::move(text)});
+  }
+  /// Ends one after the other: what was read back may have more motions, such as pieces of an arc.
+  void motions() {
+    const auto& a = own_.motions;
+    const auto& b = read_.motions;
+    out_.motions = a.size(), out_.read_motions = b.size();
+    std::size_t next = 0;
+    for (const program_check::MotionReport& m : a) {
+      const auto here = world_T_end(own_, m.motion, m.motion);
+      if (!here || !m.motion.is_carried_out) continue;
+      const rmp_span& at = m.motion.place.span;
+      if (next >= b.size()) {
+        tell("motion", at, "what was read back ends before this motion");
+        return;
+      }
+      std::size_t match = b.size(), nearest = next;
+      double least = 0;
+      for (std::size_t k = next; k < b.size() && k < next + 2000; ++k) {
+        const auto there = world_T_end(read_, b[k].motion, m.motion);
+        if (!there) continue;
+        const double mm = millimetres_between(*here, *there),
+                     degrees = angle_between(*here, *there);
+        if (k == next || mm < least) nearest = k, least = mm;
+        if (mm <= kSameMm && degrees <= kSameDegrees) {
+          match = k;
+          break;
+        }
+        // Only pieces of one motion are passed over.
+        if (a.size() == b.size()) break;
+      }
+      const std::size_t k = match < b.size() ? match : nearest;
+      const auto there = world_T_end(read_, b[k].motion, m.motion);
+      next = k + 1;
+      if (!there) {
+        tell("point", at, "what was read back does not come to an end of this motion");
+        continue;
+      }
+      ++out_.compared;
+      const double mm = millimetres_between(*here, *there), degrees = angle_between(*here, *there);
+      out_.most_mm = std::max(out_.most_mm, mm);
+      out_.most_degrees = std::max(out_.most_degrees, degrees);
+      if (match == b.size()) {
+        tell("point", at,
+             "the tool ends " + text::print_rounded(mm, 4) + " mm and " +
+                 text::print_rounded(degrees, 4) +
+                 " degrees in the world from where the run has it");
+        continue;
+      }
+      joints(m.motion, b[k].motion);
+    }
+  }
+  void joints(const task::InspectedMotion& a, const task::InspectedMotion& b) {
+    if (a.q_target.size() != b.q_target.size()) return;
+    double most = 0;
+    std::size_t which = 0;
+    const auto& joints = own_.inspection->robots[a.robot].model->joints;
+    for (std::size_t i = 0; i < a.q_target.size(); ++i) {
+      const bool is_linear = i < joints.size() && joints[i].type == JointType::prismatic;
+      const double d =
+          std::fabs(a.q_target[i] - b.q_target[i]) * (is_linear ? 1000 : post::kDegree);
+      if (d > most) most = d, which = i;
+    }
+    out_.most_joint = std::max(out_.most_joint, most);
+    if (most > kSameJoint)
+      tell("configuration", a.place.span,
+           "joint " + std::to_string(which + 1) + " ends " + text::print_rounded(most, 4) +
+               " degrees or mm from where the run has it");
+  }
+  void times() {
+    out_.seconds = own_.duration, out_.read_seconds = read_.duration;
+    const double by = std::fabs(out_.seconds - out_.read_seconds);
+    if (by > kSameSeconds && by > kSameShare * out_.seconds)
+      tell("time", {},
+           "the run takes " + text::print_rounded(out_.seconds, 5) + " s, what was read back " +
+               text::print_rounded(out_.read_seconds, 5) + " s");
+  }
+  void signals() {
+    const auto a = changes_of(*own_.recording), b = changes_of(*read_.recording);
+    out_.changes = a.size(), out_.read_changes = b.size();
+    for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+      if (a[i].signal == b[i].signal && a[i].value == b[i].value) continue;
+      tell("output", {},
+           "at t = " + text::print_rounded(a[i].time, 5) + " s signal " + text::quote(a[i].signal) +
+               " becomes " + text::print_rounded(a[i].value, 5) + ", and as it was read back " +
+               text::quote(b[i].signal) + " becomes " + text::print_rounded(b[i].value, 5));
+      return;
+    }
+    if (a.size() != b.size())
+      tell("output", {},
+           "signals of the world change " + std::to_string(a.size()) +
+               " times in the run, and as it was read back " + std::to_string(b.size()));
+  }
+
+  const program_check::Check& own_;
+  const program_check::Check& read_;
+  RunBeside& out_;
+  std::set<std::pair<std::string, std::uint32_t>> told_;
+};
+
+}  // namespace
+
+Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files) {
+  ReadBack out;
+  if (files.empty()) {
+    out.not_read = "nothing was posted";
+    return out;
+  }
+  const auto& [name, text] = files.front();
+  const auto dot = name.rfind('.');
+  const std::string extension = dot == std::string::npos ? "" : post::lower(name.substr(dot + 1));
+  std::shared_ptr<ProgramReader> best;
+  std::int32_t most = -1;
+  ProviderInfo of;
+  for (const ProviderInfo& info : ctx.app.registry.list(ProgramReader::kInterfaceId)) {
+    if (!info.enabled) continue;
+    RMP_TRY_ASSIGN(auto reader, ctx.app.registry.create<ProgramReader>(info.name));
+    const auto formats = reader->formats();
+    if (std::none_of(formats.begin(), formats.end(),
+                     [&](const ReaderFormat& f) { return extension == f.extension; }))
+      continue;
+    const std::int32_t sure = reader->claims({name, text, {}});
+    if (sure <= most) continue;
+    most = sure, best = std::move(reader), of = info;
+  }
+  if (!best) {
+    out.not_read = "no reader takes ." + extension;
+    return out;
+  }
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_values(of, Map{}, "reader " + text::quote(of.name)));
+  // Readers know files by their names, without the folders that a controller has them in.
+  std::vector<std::string> names;
+  for (const auto& [file, bytes] : files) names.push_back(file.substr(file.rfind('/') + 1));
+  std::vector<SourceFile> sources;
+  for (std::size_t i = 0; i < names.size(); ++i) sources.push_back({names[i], files[i].second, {}});
+  ProgramReaderTask task;
+  task.files = sources;
+  auto read = best->read(task, *params, ctx.progress);
+  if (!read.ok()) {
+    if (read.error().code == ErrorCode::cancelled) return std::move(read).error();
+    out.not_read = read.error().sentence();
+    return out;
+  }
+  for (const rmp_code_fault& f : (*read)->faults())
+    if (f.severity == RMP_FAULT_ERROR)
+      out.not_said.push_back({f.span.file < files.size() ? files[f.span.file].first : "",
+                              f.span.line, std::string(f.message)});
+  std::vector<std::pair<std::string, std::string>> texts;
+  for (const ReadFile& f : (*read)->files()) texts.emplace_back(f.name, f.text);
+  auto made = compile_texts(ctx, texts);
+  if (!made.ok()) {
+    if (made.error().code == ErrorCode::cancelled) return std::move(made).error();
+    out.not_read = "what reader " + of.name + " made of it: " +
+                   (out.not_said.empty() ? "" : out.not_said.front().message + "; ") +
+                   made.error().sentence();
+    return out;
+  }
+  out.reader = of.name;
+  out.program = std::move(*made);
+  return out;
+}
+
+Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedFiles& files) {
+  RunBeside out;
+  RMP_TRY_ASSIGN(const ReadBack read, read_posted(ctx, files));
+  out.reader = read.reader;
+  out.not_said = read.not_said.size();
+  if (!read.program) {
+    out.not_run = read.not_read;
+    return out;
+  }
+  const AnyId id = ref(args, "id");
+  Map asked{{"id", *args.find("id")}, {"alone", false},      {"contacts", false},
+            {"torques", false},       {"clearance", 0.0},    {"condition", 1e12},
+            {"sample_time", 0.02},    {"most_time", 3600.0}, {"unbound", std::string("free")}};
+  for (const char* each : {"world", "name_there"})
+    if (has(args, each)) asked.set(each, *args.find(each));
+  if (has(args, "robot") && places_of(ctx.snapshot(), id).empty())
+    asked.set("robot", *args.find("robot"));
+  const model::Controller* profile = nullptr;
+  if (has(args, "profile"))
+    profile = &std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
+                   .as<model::Controller>();
+  RMP_TRY_ASSIGN(const CheckedProgram own, check_program(ctx, asked));
+  InItsPlace instead;
+  instead.code = read.program;
+  const auto own_signals = signals_of(own.code->code(), profile),
+             read_signals = signals_of(read.program->code(), nullptr);
+  instead.bind = [&](model::PlacedProgram& placed, const model::World& world) {
+    rebind(placed, world, own_signals, read_signals);
+  };
+  auto again = check_program(ctx, asked, &instead);
+  if (!again.ok()) {
+    if (again.error().code == ErrorCode::cancelled) return std::move(again).error();
+    out.not_run =
+        "as reader " + read.reader + " has it, it does not run: " + again.error().sentence();
+    return out;
+  }
+  Beside(own.check, again->check, out).run();
+  return out;
+}
+
+std::string beside_sentence(const RunBeside& b) {
+  if (!b.not_run.empty())
+    return "The post was not compared with the run: " + b.not_run +
+           (b.not_run.ends_with('.') ? "" : ".");
+  std::string out =
+      "Read back by " + b.reader + " and run in the same world: " + std::to_string(b.compared) +
+      " of " + std::to_string(b.motions) + " ends of motions, at most " +
+      text::print_rounded(b.most_mm, 3) + " mm, " + text::print_rounded(b.most_degrees, 3) +
+      " degrees and, of a joint, " + text::print_rounded(b.most_joint, 3) +
+      " degrees or mm apart; " + text::print_rounded(b.read_seconds, 5) + " s for " +
+      text::print_rounded(b.seconds, 5) + " s; " + std::to_string(b.read_changes) +
+      " changes of signals for " + std::to_string(b.changes) + ".";
+  if (b.not_said > 0)
+    out += " The reader left " + std::to_string(b.not_said) +
+           (b.not_said == 1 ? " thing out." : " things out.");
+  return out;
+}
+
+}  // namespace robomosp::ioci
