@@ -571,6 +571,78 @@ TEST(Krl, AxesOfTheProfileGiveTheControllersAngles) {
             "choose another configuration.\n");
 }
 
+// Additional joints were dropped without a word where the profile names no external axis.
+TEST(Posts, AdditionalJointsAreWrittenWhereTheTargetHasThem) {
+  const std::string source =
+      "PROGRAM p;\nBEGIN\nMOVE PTP JOINT(MAIN_JOINT(10.0, 20.0, 30.0, 40.0, 50.0, 60.0), "
+      "ADD_JOINT(12.5));\nMOVE LIN ROBTARGET(POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 180.0, "
+      "0.0)), 0, [0, 0], ADD_JOINT(0.5));\nENDPROGRAM;\n";
+  const auto krl = post_source(posts::Krl(), source);
+  EXPECT_NE(krl.files.at("P.dat").find("A6 60.0000,E1 12.500}"), std::string::npos)
+      << krl.files.at("P.dat");
+  EXPECT_NE(krl.files.at("P.dat").find(",E1 0.500}"), std::string::npos) << krl.files.at("P.dat");
+  EXPECT_NE(krl.faults.find("note 3: additional joints are written as the external axes"),
+            std::string::npos)
+      << krl.faults;
+  const auto rapid = post_source(posts::Rapid(), source);
+  const std::string& module = rapid.files.at("p.mod");
+  EXPECT_NE(module.find("[12.5,9E9,9E9,9E9,9E9,9E9]]"), std::string::npos) << module;
+  EXPECT_NE(module.find("[0.5,9E9,9E9,9E9,9E9,9E9]]"), std::string::npos) << module;
+  // A profile that has other external axes does not lose it either.
+  const PostAxis axes[] = {{"E1", 1, true, true, 1, 0, 0, 0, 0, {}}};
+  test::PostWith with;
+  with.profile.axes = axes;
+  EXPECT_NE(
+      post_source(posts::Krl(), source, with)
+          .faults.find("error 3: additional joint 1 of this target is at 12.5, and the profile "
+                       "has no external axis for it"),
+      std::string::npos);
+  // Joints that are 0 everywhere are no axes.
+  const auto none = post_source(posts::Krl(),
+                                "PROGRAM p;\nBEGIN\nMOVE LIN ROBTARGET(POSE(POSITION(500.0, 0.0, "
+                                "300.0), ORIZYX(0.0, 180.0, 0.0)), 0, [0, 0], ADD_JOINT(0.0));\n"
+                                "ENDPROGRAM;\n");
+  EXPECT_EQ(none.files.at("P.dat").find("E1"), std::string::npos);
+}
+
+TEST(Posts, ConfigurationsThatAreGuessedAreNotHeldTo) {
+  const std::string head = "PROGRAM p;\nBEGIN\nMOVE PTP ", tail = ";\nENDPROGRAM;\n";
+  const auto module = [&](const std::string& target) {
+    return post_source(posts::Rapid(), head + target + tail).files.at("p.mod");
+  };
+  EXPECT_NE(
+      module("POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0))").find("ConfJ\\Off;"),
+      std::string::npos);
+  EXPECT_NE(module("MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)").find("ConfJ\\On;"),
+            std::string::npos);
+}
+
+TEST(Posts, NamesThatChangeAreNoted) {
+  const std::string source =
+      "PROGRAM p;\nVAR\n  REAL: load, weight;\nBEGIN\nload := 1.0;\nweight := load;\nload := "
+      "weight;\nENDPROGRAM;\n";
+  const auto rapid = post_source(posts::Rapid(), source);
+  EXPECT_EQ(rapid.faults.find("weight"), std::string::npos) << rapid.faults;
+  const std::size_t at = rapid.faults.find("note 3: load is called load2 there");
+  const bool is_word = rapid.files.at("p.mod").find("VAR num load2;") != std::string::npos;
+  EXPECT_EQ(at != std::string::npos, is_word) << rapid.faults << rapid.files.at("p.mod");
+  // A word of the language that a variable is called by.
+  const auto krl = post_source(posts::Krl(),
+                               "PROGRAM p;\nVAR\n  REAL: frame;\nBEGIN\nframe := 1.0;\nframe := "
+                               "frame + 1.0;\nENDPROGRAM;\n");
+  EXPECT_NE(krl.faults.find("note 3: frame is called FRAME2 there"), std::string::npos)
+      << krl.faults << krl.files.at("P.src");
+}
+
+TEST(Posts, NumbersArePrintedToTheirMeaning) {
+  const std::string source =
+      "PROGRAM p;\nBEGIN\nMOVE LIN POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0)) "
+      "SPEED "
+      ":= 123.4;\nENDPROGRAM;\n";
+  EXPECT_NE(post_source(posts::Krl(), source).files.at("P.src").find("$VEL.CP=0.1234\n"),
+            std::string::npos);
+}
+
 TEST(Posts, WhatTheyCannotSayIsAnErrorAtItsLine) {
   const std::string source =
       "PROGRAM p;\nVAR STRING: s;\nLIST OF INT: l;\nPOSE: a;\nBEGIN\ns := 'a';\nLIST_ADD(l, 1);\n"

@@ -84,9 +84,27 @@ bool is_called(const Called& own, const Called& read) {
   return own.number == number_in(read.name).value_or(read.number);
 }
 
-/// Bindings of a program that was read back, by those of the program itself.
-void rebind(model::PlacedProgram& placed, const model::World& world, const std::vector<Called>& own,
-            const std::vector<Called>& read) {
+/// The signal of the world that a name of the program means; empty = none.
+std::string wire_of(const model::PlacedProgram& placed, const model::World& world,
+                    const std::string& name) {
+  for (const model::ProgramBinding& b : placed.bindings)
+    if (b.kind != model::BindingKind::robot && same_word(b.name, name))
+      return b.kind == model::BindingKind::signal ? b.to : std::string();
+  for (const model::Signal& s : world.signals)
+    if (same_word(s.name, name)) return s.name;
+  return {};
+}
+
+/// Bindings of a program that was read back, by those of the program itself; gives the outputs of
+/// the world that no name of it is found for.
+std::set<std::string> rebind(model::PlacedProgram& placed, const model::World& world,
+                             const std::vector<Called>& own, const std::vector<Called>& read) {
+  std::set<std::string> missed;
+  for (const Called& o : own)
+    if (o.kind == RMP_SYMBOL_OUTPUT &&
+        std::none_of(read.begin(), read.end(), [&](const Called& r) { return is_called(o, r); }))
+      if (const std::string wire = wire_of(placed, world, o.name); !wire.empty())
+        missed.insert(wire);
   std::vector<model::ProgramBinding> out;
   for (const model::ProgramBinding& b : placed.bindings) {
     if (b.kind == model::BindingKind::robot && b.name.empty()) {
@@ -126,6 +144,7 @@ void rebind(model::PlacedProgram& placed, const model::World& world, const std::
     out.push_back(std::move(b));
   }
   placed.bindings = std::move(out);
+  return missed;
 }
 
 /// The tool in the world at the end of a motion, as planned: that of `tool`, whatever the motion
@@ -158,10 +177,10 @@ struct Change {
   std::string signal;
   double time = 0, value = 0;
 };
-std::vector<Change> changes_of(const recording::Recording& r) {
+std::vector<Change> changes_of(const recording::Recording& r, const std::set<std::string>& but) {
   std::vector<Change> out;
   for (const recording::Column& c : r.columns) {
-    if (!c.name.starts_with("signal.")) continue;
+    if (!c.name.starts_with("signal.") || but.contains(c.name.substr(7))) continue;
     for (std::size_t i = 1; i < c.values.size(); ++i)
       if (c.values[i] != c.values[i - 1])
         out.push_back({c.name.substr(7), r.columns.front().values[i], c.values[i]});
@@ -176,8 +195,9 @@ constexpr double kSameShare = 0.02, kSameSeconds = 0.1;  ///< of the time of a w
 
 class Beside {
  public:
-  Beside(const program_check::Check& own, const program_check::Check& read, RunBeside& out)
-      : own_(own), read_(read), out_(out) {}
+  Beside(const program_check::Check& own, const program_check::Check& read,
+         const std::set<std::string>& missed, RunBeside& out)
+      : own_(own), read_(read), missed_(missed), out_(out) {}
   void run() {
     motions();
     times();
@@ -230,7 +250,7 @@ class Beside {
       out_.most_mm = std::max(out_.most_mm, mm);
       out_.most_degrees = std::max(out_.most_degrees, degrees);
       if (match == b.size()) {
-        tell("point", at,
+        tell(mm > kSameMm ? "point" : "orientation", at,
              "the tool ends " + text::print_rounded(mm, 4) + " mm and " +
                  text::print_rounded(degrees, 4) +
                  " degrees in the world from where the run has it");
@@ -265,7 +285,11 @@ class Beside {
                text::print_rounded(out_.read_seconds, 5) + " s");
   }
   void signals() {
-    const auto a = changes_of(*own_.recording), b = changes_of(*read_.recording);
+    for (const std::string& each : missed_)
+      tell("signal", {},
+           "signal " + text::quote(each) +
+               " is not compared, since the reader has no output of its number and kind");
+    const auto a = changes_of(*own_.recording, missed_), b = changes_of(*read_.recording, missed_);
     out_.changes = a.size(), out_.read_changes = b.size();
     for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
       if (a[i].signal == b[i].signal && a[i].value == b[i].value) continue;
@@ -283,6 +307,7 @@ class Beside {
 
   const program_check::Check& own_;
   const program_check::Check& read_;
+  const std::set<std::string>& missed_;  ///< signals of the world
   RunBeside& out_;
   std::set<std::pair<std::string, std::uint32_t>> told_;
 };
@@ -373,11 +398,12 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
                    .as<model::Controller>();
   RMP_TRY_ASSIGN(const CheckedProgram own, check_program(ctx, asked));
   InItsPlace instead;
+  std::set<std::string> missed;
   instead.code = read.program;
   const auto own_signals = signals_of(own.code->code(), profile),
              read_signals = signals_of(read.program->code(), nullptr);
   instead.bind = [&](model::PlacedProgram& placed, const model::World& world) {
-    rebind(placed, world, own_signals, read_signals);
+    missed = rebind(placed, world, own_signals, read_signals);
   };
   auto again = check_program(ctx, asked, &instead);
   if (!again.ok()) {
@@ -386,7 +412,7 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
         "as reader " + read.reader + " has it, it does not run: " + again.error().sentence();
     return out;
   }
-  Beside(own.check, again->check, out).run();
+  Beside(own.check, again->check, missed, out).run();
   return out;
 }
 

@@ -47,7 +47,7 @@ struct RunBeside {
   std::size_t not_said = 0;                   ///< things that the reader left out
   std::string reader;
   struct Difference {
-    std::string kind;                  ///< point, configuration, motion, output, time, unread
+    std::string kind;  ///< point, orientation, configuration, motion, output, signal, time
     std::uint32_t file = 0, line = 0;  ///< of the program
     std::string text;                  ///< a sentence without its end
   };
