@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Programs in IRL that were posted to C: compiled without a warning, they drive a robot of a server that runs; and with
 a recording library in place of the PA-10's they call what the program says."""
+import math
 import os
 import shutil
 import subprocess
@@ -46,6 +47,17 @@ BEGIN
   lower(2);
   gripper := TRUE;
   IF i <> 2 THEN HALT; ENDIF;
+ENDPROGRAM;
+"""
+ARC = """PROGRAM arc;
+SIGNAL
+  OUTPUT BOOL: mark AT 3;
+BEGIN
+  MOVE PTP JOINT(MAIN_JOINT(11.459156, -30.0, -170.0, 5.729578, -40.0, 11.459156), ADD_JOINT(0.0));
+  mark := TRUE;
+  MOVE CIRCLE %s, %s SPEED := 100.0;
+  mark := FALSE;
+  MOVE PTP JOINT(MAIN_JOINT(11.459156, -30.0, -170.0, 5.729578, -40.0, 11.459156), ADD_JOINT(0.5));
 ENDPROGRAM;
 """
 PA_HEADER = """#ifndef PA_H
@@ -142,6 +154,32 @@ class PostedC(unittest.TestCase):
                 done = run(os.path.join(folder, "stack"), server.address, "puma560")
                 self.assertEqual((done.returncode, done.stderr),
                                  (1, "input 1 (ready) has no value: start with --input 1=VALUE\n"))
+
+    def test_an_arc_takes_its_length_over_its_speed(self):
+        # Half a circle of 60 mm at 100 mm/s: pi * 0.6 s. Its chords were rounded up to cycles, one by one.
+        with short_folder() as folder:
+            scene = os.path.join(folder, "scene.lua")
+            with open(scene, "w", encoding="utf-8") as file:
+                file.write(SCENE)
+            with Serving("--listen", "127.0.0.1:0", scene) as server, robomosp.connect(server.address) as r:
+                arm = r.robot.get("puma560")
+                start = arm.fk(q=[0.2, -0.5235987756, -2.967059728, 0.1, -0.6981317008, 0.2])
+                x, y, z = (1000 * float(v) for v in start.position)
+                turned = ", ".join(f"{float(v):.9f}" for v in start.quaternion)
+                # Begins where the robot is said to be, so that nothing but the arc takes time.
+                source = ARC % tuple(f"POSE(POSITION({a:.6f}, {b:.6f}, {c:.6f}), ORIQUAT({turned}))"
+                                     for a, b, c in ((x - 60, y - 60, z), (x, y - 120, z)))
+                program = r.program.create(name="arc", source=source)
+                self.write(folder, r.program.post(id=program, target="c"))
+                self.compile(folder, os.path.join(folder, "arc"), os.path.join(folder, "arc.c"),
+                             os.path.join(folder, "rmp_motion.c"), os.path.join(folder, "rmp_robomosp.c"),
+                             os.path.join(CLIENTS, "c", "robomosp_client.c"))
+                done = run(os.path.join(folder, "arc"), server.address, "puma560")
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                times = [float(line.split()[0]) for line in done.stdout.splitlines() if " output 3 " in line]
+                self.assertAlmostEqual(times[1] - times[0], math.pi * 0.6, delta=0.002)
+                # The additional joint of the last target, where the program gives it.
+                self.assertIn(" additional 1 0.5", done.stdout)
 
     def test_calls_the_library_of_the_pa10_as_the_program_says(self):
         with short_folder() as folder, robomosp.start(os.environ["ROBOMOSP_PROGRAM"]) as r:

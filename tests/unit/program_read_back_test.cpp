@@ -178,6 +178,73 @@ TEST_F(ProgramReadBack, AToolThatIsLostOnTheWayIsFoundInTheWorld) {
   EXPECT_FALSE(*at(other_base, "correct").as_bool());
 }
 
+// A tool that the binding names: an object that the robot holds at the start.
+TEST_F(ProgramReadBack, AToolOfTheBindingAndAToolOfTheProgramAreOnTheFlange) {
+  put_cell("ur5", 0, List{0.3, 0.25, 0.22}, 0);
+  const Value pen = call("object.create", {{"name", std::string("pen")}});
+  call("object.add_tcp",
+       {{"id", pen}, {"name", std::string("point")}, {"position", List{0.01, 0.0, 0.08}}});
+  call("world.add_object", {{"id", cell_}, {"what", pen}, {"name", std::string("pen")}});
+  call("world.attach",
+       {{"id", cell_}, {"object", std::string("pen")}, {"robot", std::string("arm")}});
+  call("world.add_signal", {{"id", cell_}, {"name", std::string("vac")}});
+  const Value p = put_program("pick", kPick);
+  call("program.bind", {{"id", p},
+                        {"kind", std::string("robot")},
+                        {"to", std::string("arm")},
+                        {"frame", std::string("table")},
+                        {"tool", std::string("pen.point")}});
+  const Value posted = post(p, "krl", {{"run_check", true}});
+  EXPECT_NE(text(posted).find("$TOOL={X 10.000,Y 0.000,Z 80.000,"), std::string::npos)
+      << text(posted);
+  EXPECT_TRUE(*at(posted, "correct").as_bool()) << all_faults(posted);
+  EXPECT_LT(*at(at(posted, "read_back"), "most_distance").as_real(), 1e-6);
+  // A TOOL and a FRAME of the program's own: within the frame of the world, on the same flange.
+  // kr5's flange is 115 mm in front of its last axes.
+  app().document.clear();
+  put_cell("kr5", 0.06, List{0.3, -0.2, 0.2}, 0);
+  const Value q = put_program("own", R"(PROGRAM own;
+VAR
+  POSE: place := POSE(POSITION(500.0, 100.0, 150.0), ORIZYX(0.0, 180.0, 0.0));
+BEGIN
+  MOVE PTP place;
+  MOVE LIN place TOOL := POSE(POSITION(0.0, 0.0, 90.0), ORIZYX(0.0, 0.0, 0.0)),
+    FRAME := POSE(POSITION(0.0, 20.0, 0.0), ORIZYX(10.0, 0.0, 0.0)) SPEED := 100.0;
+ENDPROGRAM;
+)");
+  const Value own = post(q, "krl");
+  for (const char* each :
+       {"$TOOL={X 0.000,Y 0.000,Z 60.000,A 0.0000", "$BASE={X 0.000,Y 0.000,Z 100.000,A 0.0000",
+        "$TOOL={X 0.000,Y 0.000,Z 90.000,A 0.0000", "$BASE={X 0.000,Y 20.000,Z 100.000,A 10.0000"})
+    EXPECT_NE(text(own).find(each), std::string::npos) << each << "\n" << text(own);
+}
+
+// A program that a trajectory makes says itself which tool it moves, in the world and without.
+TEST_F(ProgramReadBack, AProgramOfATrajectoryMovesTheSameTool) {
+  put_cell("ur5", 0.06, List{0.3, 0.25, 0.22}, 0);
+  const double down = 3.141592653589793;
+  call("trajectory.create",
+       {{"name", std::string("seam")},
+        {"sample_time", 0.05},
+        {"segments", List{Map{{"shape", std::string("line")},
+                              {"points", List{List{0.3, 0.25, 0.3, 0.0, down, 0.0},
+                                              List{0.4, 0.25, 0.3, 0.0, down, 0.0}}}}}}});
+  call("world.add_trajectory", {{"id", cell_}, {"trajectory", std::string("seam")}});
+  const Value p =
+      call("program.from_trajectory",
+           {{"world", cell_}, {"robot", std::string("arm")}, {"trajectory", std::string("seam")}});
+  const Value alone =
+      call("program.post",
+           {{"id", p}, {"target", std::string("rapid")}, {"robot", arm_}, {"check", true}});
+  EXPECT_NE(text(alone).find("RmpTool:=[TRUE,[[0,0,60],"), std::string::npos) << text(alone);
+  call("world.add_program", {{"id", cell_}, {"program", p}, {"robot", std::string("arm")}});
+  const Value placed = post(p, "rapid", {{"run_check", true}});
+  EXPECT_TRUE(*at(placed, "correct").as_bool()) << all_faults(placed);
+  const Value& beside = at(placed, "read_back");
+  EXPECT_EQ(*at(beside, "ends").as_int(), *at(beside, "motions").as_int());
+  EXPECT_LT(*at(beside, "most_distance").as_real(), 1e-6);
+}
+
 TEST_F(ProgramReadBack, TargetsAreComparedInTheWorld) {
   put_cell("ur5", 0.06, List{0.3, 0.25, 0.22}, 0);
   call("world.add_signal", {{"id", cell_}, {"name", std::string("vac")}});

@@ -15,6 +15,8 @@
 #include "kernel/expression.h"
 #include "model/program.h"
 #include "motion/segment.h"
+#include "program_post/cell.h"
+#include "robotics/grip.h"
 #include "robotics/single_joints.h"
 #include "spatial/passing.h"
 #include "spatial/pose.h"
@@ -89,6 +91,36 @@ class Source {
   const Arm& arm_;
 };
 
+/// TOOL of motions to places, where the robot has another tool than its flange: the program then
+/// says what it moves wherever it is posted. Empty = none.
+std::string tool_words(const Arm& arm) {
+  const robotics::LinkFrame flange = robotics::flange_frame(*arm.record);
+  const TipModel& tip = arm.model->tips.front();
+  if (tip.joint != flange.joint) return {};
+  const auto tool = program_post::unless_identity(
+      spatial::compose(spatial::inverse(flange.joint_T_link), tip.tool));
+  return tool ? " TOOL := " + irl_pose(*tool) : std::string();
+}
+/// Statements of motions to places, with `words` behind their attributes.
+std::string with_tool(const std::string& text, const std::string& words) {
+  if (words.empty()) return text;
+  std::string out;
+  bool is_motion = false;
+  for (const std::string_view line : text::split(text, '\n')) {
+    const std::size_t first = line.find_first_not_of(' ');
+    if (first != std::string_view::npos && line.substr(first).starts_with("MOVE "))
+      is_motion = line.find("JOINT(") == std::string_view::npos;
+    std::string own(line);
+    if (const std::size_t end = own.find(';'); is_motion && end != std::string::npos) {
+      own.insert(end, words);
+      is_motion = false;
+    }
+    out += own + "\n";
+  }
+  out.pop_back();
+  return out;
+}
+
 /// The record, of a program whose declarations are `head`.
 Result<Value> finish(CommandContext& ctx, const Map& args, const Source& source,
                      const std::string& stem, const std::string& from, const std::string& head,
@@ -100,7 +132,9 @@ Result<Value> finish(CommandContext& ctx, const Map& args, const Source& source,
   std::string text = "PROGRAM " + id + ";\n" + irl_comment(from) + "\n";
   for (const std::string& n : source.notes) text += irl_comment(n) + "\n";
   if (!cell.empty()) text += "SYSTEM_SPECIFICATION '" + id + ".ssi';\n";
-  text += head + routines + "BEGIN\n" + source.body.text() + "ENDPROGRAM;\n";
+  const std::string tool = tool_words(source.arm());
+  text += head + with_tool(routines, tool) + "BEGIN\n" + with_tool(source.body.text(), tool) +
+          "ENDPROGRAM;\n";
   model::Program p;
   p.description = from;
   const auto add = [&](const std::string& file, const std::string& all) {
