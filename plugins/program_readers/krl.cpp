@@ -32,6 +32,8 @@ class KrlReader final : public Reader {
  public:
   using Reader::Reader;
 
+  [[nodiscard]] MakerLanguage language() const override { return MakerLanguage::krl; }
+
   void run() override {
     name_ = std::string(stem(files_[0].name));
     // Data first, so that the program finds them declared.

@@ -35,6 +35,8 @@ class RapidReader final : public Reader {
  public:
   using Reader::Reader;
 
+  [[nodiscard]] MakerLanguage language() const override { return MakerLanguage::rapid; }
+
   void run() override {
     name_ = std::string(stem(files_[0].name));
     for (is_announcing_ = true;; is_announcing_ = false) {

@@ -1133,6 +1133,16 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
     bad(at, std::string(foreign) + " is no routine");
     return {};
   }
+  if (const auto word = maker_word(language(), low); word && !s) {
+    const std::string name(foreign);
+    if (*word == MakerWord::moves || result)
+      bad(at, name + " is the controller's own, and is not read",
+          "Write in IRL what it does, or take it out.");
+    else
+      left_out(RMP_FAULT_WARNING, at,
+               name + " is the controller's own and moves nothing; it was left out");
+    return {};
+  }
   // It is not among the files: an empty one stands for it.
   auto [it, is_new] = learned_.stubs.try_emplace(low);
   std::vector<Type>& types = it->second;

@@ -20,6 +20,8 @@
 
 #include <robomosp/sdk/program_reader.h>
 
+#include "maker_words.h"
+
 namespace robomosp::readers {
 
 inline constexpr double kDegree = 57.29577951308232;  ///< degrees in a radian
@@ -214,6 +216,8 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
 
   virtual void run() = 0;
+  /// Whose words are no routines of users.
+  [[nodiscard]] virtual MakerLanguage language() const { return MakerLanguage::none; }
   /// The program as files; called once, behind run().
   [[nodiscard]] std::unique_ptr<ReadProgram> finish();
   [[nodiscard]] bool is_cancelled() const { return is_cancelled_; }

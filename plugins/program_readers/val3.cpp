@@ -130,6 +130,8 @@ class Val3Reader final : public Reader {
  public:
   using Reader::Reader;
 
+  [[nodiscard]] MakerLanguage language() const override { return MakerLanguage::val3; }
+
   void run() override {
     name_ = std::string(stem(files_[0].name));
     comment_file_ = static_cast<std::uint32_t>(-1);

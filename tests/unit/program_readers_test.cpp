@@ -1151,6 +1151,30 @@ TEST(ProgramReaders, MelfaTransitionsEndWithCnt0) {
   EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, "present_continuous_distance := 25.0;\npresent_continuous_distance := 0.0;\n");
 }
+// What the controller has by itself is read or refused, never taken for a user's empty routine.
+TEST(ProgramReaders, WordsOfTheMakerAreNoRoutinesOfUsers) {
+  struct Case {
+    Read read;
+    RobotFile file;
+    const char* faults;
+  };
+  const Case cases[] = {
+      {read_rapid,
+       {"p.mod",
+        "MODULE p\nPROC main()\nPDispOff;\nInvertDO do1;\nWrite "
+        "\"on\";\nmine;\nENDPROC\nENDMODULE\n"},
+       "3:1 error PDispOff is the controller's own, and is not read.\n"
+       "4:1 error InvertDO is the controller's own, and is not read.\n"
+       "5:1 warning Write is the controller's own and moves nothing; it was left out.\n"
+       "6:1 warning mine is not among the files; an empty routine stands for it.\n"},
+      {read_krl,
+       {"p.src", "DEF p()\nSYNCMD(1)\nmine()\nEND\n"},
+       "2:1 error SYNCMD is the controller's own, and is not read.\n"
+       "3:1 warning mine is not among the files; an empty routine stands for it.\n"}};
+  for (const Case& c : cases)
+    EXPECT_EQ(read_faults(*read_with(c.read, {c.file})), c.faults) << c.file.text;
+}
+
 TEST(ProgramReaders, GcodeArcsWithoutAnEndGoAllTheWayRound) {
   const auto p = read_with(
       read_gcode, {{"p.ngc", "G21 G90 F600\nG0 X20 Y10 Z5\nG2 I-10 J0\nI0 J5\nG2 R4\nM2\n"}});
