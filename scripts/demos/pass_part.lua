@@ -35,7 +35,7 @@ robot.create{ name = "belt", links = {
    max_acceleration = 0.5, max_jerk = 5, parts = {{what = "carriage", position = {0, 0, -0.10}}}}} }
 
 local cell = world.create{ name = "pass_part" }
-local function elbow_up(turn) return {turn, -1.5, -3.0, 0, 1.4, 0} end
+local function elbow_up(turn) return {turn, -1.5, 2 * math.pi - 3.0, 0, 1.4, 0} end
 cell:add_robot{ robot = "irb140", name = "left", q = elbow_up(0.8) }
 cell:add_robot{ robot = "irb140", name = "right", q = elbow_up(-0.8),
   placement = {1.5, 0, 0, 0, 0, "180 deg"} }

@@ -19,8 +19,8 @@ solid.create{ name = "hand", material = "dark", root = {kind = "union", children
   {kind = "box", x = 0.012, y = 0.03, z = 0.08, position = {-0.0265, 0, 0.06}}}} }
 
 local cell = world.create{ name = "cell" }
-cell:add_robot{ robot = "irb140", name = "left", q = {0.8, -1.5, -3.0, 0, 1.4, 0} }
-cell:add_robot{ robot = "irb140", name = "right", q = {-0.8, -1.5, -3.0, 0, 1.4, 0},
+cell:add_robot{ robot = "irb140", name = "left", q = {0.8, -1.5, 2 * math.pi - 3.0, 0, 1.4, 0} }
+cell:add_robot{ robot = "irb140", name = "right", q = {-0.8, -1.5, 2 * math.pi - 3.0, 0, 1.4, 0},
   placement = {1.5, 0, 0, 0, 0, "180 deg"} }
 for _, name in ipairs{"left", "right"} do
   cell:add_object{ what = "hand", name = name .. "_hand" }
