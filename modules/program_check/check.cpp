@@ -573,8 +573,9 @@ class Checker {
     }
     for (const Touch& t : found->touches) {
       const std::size_t row = std::min(first_row(t.at - kSame), is_jump_.size() - 1);
-      // What a jump passes through says nothing; what it ends in does.
-      if (is_jump_[row] && t.to < time()[row] + kSame) continue;
+      // What a jump passes through says nothing; what it begins or ends in does.
+      const bool is_start = t.is_touch && t.from <= time().front() + kSame;
+      if (is_jump_[row] && !is_start && t.to < time()[row] + kSame) continue;
       std::size_t i = motion_near(t.at);
       // Of several robots, the one that is of the pair.
       for (std::size_t r = 0; r < motion_at_.size(); ++r) {
@@ -597,14 +598,15 @@ class Checker {
       f.has_position = true, f.position = t.position;
       const double depth = -t.distance * 1000;
       f.message =
-          t.a + " and " + t.b +
+          (is_start ? "the run starts in contact: " : "") + t.a + " and " + t.b +
           (!t.is_touch ? " come within " + print_rounded(-depth, 3) + " mm, less than the " +
                              print_rounded(options_.clearance * 1000, 3) + " mm wanted"
            : depth > 0.05 ? " touch, " + print_rounded(depth, 3) + " mm deep"
                           : " touch") +
           ", from t = " + print_rounded(t.from, 5) + " s to " + print_rounded(t.to, 5) + " s";
-      f.hint = t.is_touch ? "Go around by a point between, or move one of the two."
-                          : "Move the target away, or give a smaller clearance.";
+      f.hint = !t.is_touch ? "Move the target away, or give a smaller clearance."
+               : is_start  ? "Start from joint values where nothing touches."
+                           : "Go around by a point between, or move one of the two.";
       add(std::move(f));
     }
     return keep_clearance(std::move(found->clearance));

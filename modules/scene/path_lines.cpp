@@ -161,6 +161,7 @@ void mark_path(render::Scene& scene, const sim::PathCheck& check) {
   const double r = 0.5 * mark_size(size_of(check.poses));
   for (std::size_t k = 0; k < check.faults.size(); ++k) {
     const sim::PathFault& f = check.faults[k];
+    if (f.is_start) continue;  // it is not on the way
     const Pose& at = check.poses[f.worst];
     scene.items.push_back(ellipsoid_item(item_id(member, kLineBody + 6, k), member, at, {r, r, r},
                                          mark_of(f.kind).colour));

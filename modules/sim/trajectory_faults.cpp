@@ -136,6 +136,40 @@ Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Record
   return {};
 }
 
+/// Bodies that touch where the robot stands before it begins, as one fault in front of all others.
+Result<void> add_start_contacts(PathCheck& check, const Simulator& sim, const Run& run,
+                                const RunSetup& setup, Progress& progress) {
+  constexpr double kTouching = 1e-4;  // [m]
+  const std::size_t dof = setup.model->dof();
+  RobotMotion still;
+  still.times = {0};
+  still.q = check.start;
+  still.qd.resize(dof), still.qdd.resize(dof);
+  still.position_error = {0}, still.rotation_error = {0};
+  RMP_TRY_ASSIGN(const Recording recording, kinematic_recording(run, setup, still));
+  RMP_TRY_ASSIGN(const auto model, collision_model(sim, AnyId(recording.world), progress));
+  RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
+  RMP_TRY_ASSIGN(const std::vector<Contact> touching, model->near(q, kTouching, progress));
+  if (touching.empty()) return {};
+  const auto worst = std::min_element(
+      touching.begin(), touching.end(),
+      [](const Contact& a, const Contact& b) { return a.at.distance < b.at.distance; });
+  const double depth = std::max(0.0, -worst->at.distance);
+  PathFault f;
+  f.kind = PathState::collision;
+  f.is_start = true;
+  f.why = model->describe(worst->pair) + " touch" +
+          (depth > 0 ? ", " + print_rounded(depth, 3) + " m deep" : "");
+  if (touching.size() > 1)
+    f.why += ", and " + std::to_string(touching.size() - 1) +
+             (touching.size() > 2 ? " other pairs touch" : " other pair touches");
+  f.excess = depth, f.unit = "m";
+  f.a = model->bodies()[static_cast<std::size_t>(worst->pair.a)].name;
+  f.b = model->bodies()[static_cast<std::size_t>(worst->pair.b)].name;
+  check.faults.insert(check.faults.begin(), std::move(f));
+  return {};
+}
+
 /// Limits and contact of samples in a row that are all reached; `from` is the first of them.
 Result<void> check_motion(PathCheck& out, const Simulator& sim, const RunSetup& setup,
                           RecordingPtr recording, bool collisions, std::size_t from,
@@ -305,6 +339,17 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
   out.dof = setup.model->dof();
   std::stable_sort(out.faults.begin(), out.faults.end(),
                    [](const PathFault& a, const PathFault& b) { return a.first < b.first; });
+  // A motion that begins where the robot stands has been checked there.
+  out.start = setup.task.start;
+  const bool begins_there = out.q.size() >= out.dof && out.start.size() == out.dof &&
+                            std::equal(out.start.begin(), out.start.end(), out.q.begin(),
+                                       [](double a, double b) { return std::fabs(a - b) < 1e-9; });
+  if (collisions && !run.begins_on_path && !begins_there && out.start.size() == out.dof) {
+    auto done = add_start_contacts(out, sim, run, setup, progress);
+    if (!done.ok() && done.error().code == ErrorCode::cancelled) return std::move(done).error();
+    if (!done.ok())
+      add_note(out, "Contact at the start is not checked: " + done.error().sentence());
+  }
   return out;
 }
 

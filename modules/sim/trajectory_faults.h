@@ -32,6 +32,8 @@ struct PathFault {
   double excess = 0;  ///< beyond the limit, out of reach by, or how deep [unit]; 0 = not known
   std::string unit;
   std::string a, b;  ///< bodies that touch
+  /// Where the robot stands before the trajectory; the samples are 0, and `states` do not count it.
+  bool is_start = false;
 };
 
 /// A trajectory sampled at `times`.
@@ -42,6 +44,7 @@ struct PathCheck {
   std::size_t dof = 0;
   std::vector<double> q;  ///< times.size() * dof; where unreachable the closest that was found
   std::vector<PathState> states;
+  std::vector<double> start;       ///< dof; where the robot stands before it
   std::vector<PathFault> faults;   ///< by their first sample
   std::vector<std::string> notes;  ///< what was not checked, a sentence each
   /// The last good sample before the first fault; 0 where there is none.

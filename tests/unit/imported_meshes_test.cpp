@@ -395,6 +395,43 @@ TEST_F(ImportedMeshes, ARobotWithoutMassesIsAWarning) {
       << told();
 }
 
+// Principal moments 1, 1 and 3: no body has them, as 3 > 1 + 1. The joint's limits are those of
+// joint_a4 in kuka_kr5_support, where the sign of the lower one is missing.
+TEST_F(ImportedMeshes, ImpossibleInertiasAndJointsThatCannotMoveAreWarnings) {
+  const auto arm = [](const char* base, const char* izz, const char* lower) {
+    return std::string(
+               "<robot name=\"doubt\"><link name=\"foot\"><inertial><mass value=\"1\"/>"
+               "<inertia ixx=\"1\" iyy=\"1\" izz=\"") +
+           base +
+           "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><link name=\"hand\"><inertial>"
+           "<mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"" +
+           izz +
+           "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><joint name=\"turn\" "
+           "type=\"revolute\"><parent link=\"foot\"/><child link=\"hand\"/><axis xyz=\"0 0 1\"/>"
+           "<limit effort=\"0\" lower=\"" +
+           lower + "\" upper=\"6.1086523819801535\" velocity=\"1\"/></joint></robot>";
+  };
+  const auto write = [&](const std::string& text) {
+    std::ofstream(folder_ / "doubt.urdf", std::ios::binary) << text;
+    return (folder_ / "doubt.urdf").string();
+  };
+  call("import", {{"file", write(arm("3", "1", "6.1086523819801535"))}});
+  const std::string base = told(Severity::warning);
+  EXPECT_NE(base.find("no body can have"), std::string::npos) << base;
+  EXPECT_NE(base.find("the base (1, 1 and 3)"), std::string::npos) << base;
+  EXPECT_NE(base.find("joints that cannot move"), std::string::npos) << base;
+  EXPECT_NE(base.find("\"hand\" (350 deg)"), std::string::npos) << base;
+  app().document.clear();
+  messages_.clear();
+  call("import", {{"file", write(arm("1", "3", "-1"))}});
+  EXPECT_NE(told(Severity::warning).find("\"hand\" (1, 1 and 3)"), std::string::npos) << told();
+  app().document.clear();
+  messages_.clear();
+  // The bound itself is a flat plate's.
+  call("import", {{"file", write(arm("2", "2", "-1"))}});
+  EXPECT_EQ(told(Severity::warning), "") << told();
+}
+
 TEST_F(ImportedMeshes, FilesOutsideThePackageAreNotOpenedUnasked) {
   std::ofstream(top_ / "pack" / "beside.stl", std::ios::binary) << stl({{kLow, kHigh}});
   std::ofstream(top_ / "other.xml") << "<mujoco/>";

@@ -67,6 +67,28 @@ TEST_F(PathCheck, LimitsAreToldWhereTheyBreakAndByHowMuch) {
       "c = check() assert(c.is_good and #c.faults == 0)");
 }
 
+// The carriage, a cube of 0.1 m, stands at 0.8 m, where a beam from 0.85 m on goes 50 mm into it;
+// the way from 0 to 0.5 m is free.
+TEST_F(PathCheck, AStartInContactIsAFaultBeforeTheWay) {
+  run("solid.create{name = 'cube', root = {kind = 'box', x = 0.1, y = 0.1, z = 0.1}}\n"
+      "solid.create{name = 'beam', root = {kind = 'box', x = 1, y = 1, z = 0.1}}\n"
+      "lift:set_link{link = 'rail', parts = {{what = 'cube'}}}\n"
+      "cell:add_object{what = 'beam', name = 'beam', position = {0, 0, 0.85}}\n"
+      "trajectory.create{name = 'low', sample_time = 0.1, segments = {{shape = 'line', points = "
+      "{{0, 0, 0, 0, 0, 0}, {0, 0, 0.5, 0, 0, 0}}, speed = 0.5}}}\n"
+      "cell:add_trajectory{trajectory = 'low'}\n"
+      "cell:set_robot_q{robot = 'lift', q = {0.8}}\n"
+      "c = check{trajectory = 'low'} f = c.faults[1]\n"
+      "assert(not c.is_good and #c.faults == 1 and f.kind == 'start', c.faults)\n"
+      "assert(math.abs(f.excess - 0.05) < 1e-6 and f.unit == 'm' and f.q[1] == 0.8)\n"
+      "assert(f.a == 'beam' and f.b == 'lift.rail' or f.b == 'beam' and f.a == 'lift.rail')");
+  EXPECT_NE(eval("f.text").find("where the robot stands before it begins: "), std::string::npos)
+      << eval("f.text");
+  run("assert(check{trajectory = 'low', collisions = false}.is_good)\n"
+      "cell:set_robot_q{robot = 'lift', q = {0.7}}\n"
+      "assert(check{trajectory = 'low'}.is_good)");
+}
+
 TEST_F(PathCheck, TheUnknownIsRefusedByName) {
   EXPECT_NE(eval("check{robot = 'lfit'}").find("robot \"lfit\""), std::string::npos);
   EXPECT_NE(eval("check{file = 'a.gif'}").find(".png"), std::string::npos);

@@ -303,6 +303,29 @@ TEST_F(ProgramCheck, ClearanceAndDepthAreTheDistanceOfTheWalls) {
   expect_none(away, "clearance");
 }
 
+// At joints 2 and 3 of 170 and -100 degrees the elbow of kr5 is within its waist. The first motion
+// leaves from there; or it cannot be carried out, and the robot is put to the end of the second.
+TEST_F(ProgramCheck, ARunThatStartsInContactIsAFaultWhateverItsFirstMotionDoes) {
+  const Value arm = call("robot.get", {{"name", std::string("kr5")}});
+  const double degree = std::numbers::pi / 180;
+  const std::string away = "  MOVE PTP MAIN_JOINT(0.0, 60.0, 30.0, 0.0, 30.0, 0.0);\n";
+  for (const std::string& body : {away, "  MOVE LIN " + place(5000, 0, 100) + ";\n" + away}) {
+    cell_ = call("world.create", {{"name", "start" + std::to_string(++made_)}});
+    call("world.add_robot", {{"id", cell_},
+                             {"robot", arm},
+                             {"name", std::string("arm")},
+                             {"q", List{0.0, 170 * degree, -100 * degree, 0.0, 0.0, 0.0}}});
+    const Value c = check(put(body));
+    EXPECT_EQ(lines(c, "contact"), "3 ") << report(c);
+    const Value f = only(c, "contact");
+    EXPECT_EQ(number(f, "from"), 0);
+    EXPECT_NE(
+        at(f, "message").as_string()->find("the run starts in contact: arm.elbow and arm.waist"),
+        std::string::npos)
+        << report(c);
+  }
+}
+
 TEST_F(ProgramCheck, AThinWallBetweenTwoRowsIsNotPassed) {
   // At 1 m/s rows half a second apart are 0.5 m from each other, and so from the wall between.
   const Value wall =

@@ -12,14 +12,16 @@ namespace {
 
 /// "sample 37 of 400 (t = 0.36 s): it is out of reach"
 std::string sentence_of(const sim::PathCheck& c, const sim::PathFault& f) {
+  if (f.is_start) return "where the robot stands before it begins: " + f.why;
   return "sample " + std::to_string(f.worst + 1) + " of " + std::to_string(c.times.size()) +
          " (t = " + text::print_rounded(c.times[f.worst]) + " s): " + f.why;
 }
 
 Value row_of(const sim::PathCheck& c, const sim::PathFault& f) {
-  const auto q = c.q.begin() + static_cast<std::ptrdiff_t>(f.worst * c.dof);
+  const auto q =
+      f.is_start ? c.start.begin() : c.q.begin() + static_cast<std::ptrdiff_t>(f.worst * c.dof);
   const double end = c.times.back();
-  Map row{{"kind", std::string(sim::to_string(f.kind))},
+  Map row{{"kind", f.is_start ? std::string("start") : std::string(sim::to_string(f.kind))},
           {"sample", f.worst + 1},
           {"first", f.first + 1},
           {"last", f.last + 1},
@@ -27,10 +29,10 @@ Value row_of(const sim::PathCheck& c, const sim::PathFault& f) {
           {"from", c.times[f.first]},
           {"to", c.times[f.last]},
           {"share", end > 0 ? c.times[f.worst] / end : 0.0},
-          {"position", vec_value(c.poses[f.worst].p, "m")},
           {"q", NumericArray(std::vector<double>(q, q + static_cast<std::ptrdiff_t>(c.dof)))},
           {"why", f.why},
           {"text", sentence_of(c, f)}};
+  if (!f.is_start) row.set("position", vec_value(c.poses[f.worst].p, "m"));
   if (f.joint >= 0) row.set("joint", Value(f.joint + 1));
   if (f.excess > 0) {
     row.set("excess", Value(f.excess));
@@ -106,7 +108,8 @@ RMP_COMMANDS(path_check_commands) {
   c.details =
       "The robot follows by inverse kinematics and goes on where it fails. Where it is "
       "reached, velocities, accelerations, jerks and torques are compared with the limits of the "
-      "joints, and the motion is checked for contact. A fault is a row of samples, told by "
+      "joints, and the motion is checked for contact, as is the place where the robot stands "
+      "before it begins (kind start). A fault is a row of samples, told by "
       "the worst of them. The picture shows the way in green where it is good, in orange beyond a "
       "limit, in violet where bodies touch and in red out of reach; the robot stands at the last "
       "good sample before the first fault.";
@@ -140,12 +143,13 @@ RMP_COMMANDS(path_check_commands) {
       "",
       {field("is_good", "bool", "", "True where the robot follows all of it."),
        field("samples", "int", "", "How many."), field("duration", "real", "s", "Of the motion."),
-       field(
-           "faults", "list", "",
-           "Tables, in order of time: kind (unreachable, limit, collision); the worst sample, the "
-           "first and the last, from 1; time, from and to [s]; share of the motion; position "
-           "[m]; q; joint, excess and its unit, where known; bodies a and b of a contact; why; "
-           "text, a sentence."),
+       field("faults", "list", "",
+             "Tables, in order of time: kind (start, unreachable, limit, collision); the worst "
+             "sample, the "
+             "first and the last, from 1; time, from and to [s]; share of the motion; position "
+             "[m], where it is on the way; q; joint, excess and its unit, where known; bodies a "
+             "and b of a contact; why; "
+             "text, a sentence."),
        field("notes", "list", "", "What was not checked."),
        field("file", "string", "", "The picture.")}};
   c.effect = Effect::reads;
