@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <unordered_set>
@@ -19,6 +20,7 @@
 #include "ioci/exchange/export_pairs.h"
 #include "ioci/exchange/exported.h"
 #include "ioci/records/solid_nodes.h"
+#include "ioci/robot/inertia.h"
 #include "kernel/executor.h"
 #include "kernel/file_root.h"
 #include "kernel/fingerprint.h"
@@ -376,6 +378,44 @@ bool carries_mass(const model::Robot& robot, std::size_t link) {
   return false;
 }
 
+/// Inertias that no body has, and joints that cannot move because both limits are one: kept as the
+/// file has them, and reported, a sentence of each kind for a robot.
+void report_doubts(CommandContext& ctx, const std::vector<AnyId>& made) {
+  constexpr std::size_t kMostNamed = 6;
+  for (const AnyId id : made) {
+    const auto* robot = id.kind == Kind::robot ? ctx.snapshot().get(RobotId{id.number}) : nullptr;
+    if (!robot) continue;
+    std::vector<std::string> impossible, still;
+    for (const model::Link& l : robot->links) {
+      if (l.given && is_impossible(l.given->inertia))
+        impossible.push_back(text::quote(l.name) + " (" + moments_text(l.given->inertia) + ")");
+      if (l.joint != model::JointKind::fixed && !l.mimic && l.lower == l.upper)
+        still.push_back(text::quote(l.name) + " (" +
+                        (l.joint == model::JointKind::prismatic
+                             ? text::print_rounded(l.lower, 6) + " m"
+                             : text::print_rounded(l.lower * 180 / std::numbers::pi, 6) + " deg") +
+                        ")");
+    }
+    if (!impossible.empty())
+      ctx.app.messages.post(Severity::warning, "inertia",
+                            "The " + name_in(ctx, id) +
+                                " has inertias that no body can have, with the principal moments "
+                                "in kg m^2: " +
+                                text::enumerate_some(impossible, kMostNamed) +
+                                ". No moment can be negative or exceed the sum of the two others. "
+                                "They were kept; correct them before you trust its torques.",
+                            "import");
+    if (!still.empty())
+      ctx.app.messages.post(Severity::warning, "joint_limits",
+                            "The " + name_in(ctx, id) +
+                                " has joints that cannot move, as their lower and upper limits "
+                                "are the same: " +
+                                text::enumerate_some(still, kMostNamed) +
+                                ". Set lower and upper of these links, or make the joints fixed.",
+                            "import");
+  }
+}
+
 /// A robot whose moving links have no mass moves, but has no dynamics.
 void tell_masses(CommandContext& ctx, const std::vector<AnyId>& made) {
   for (const AnyId id : made) {
@@ -457,6 +497,7 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
   report_notes(ctx, imported);
   tell_files(ctx, file, imported, unread);
   RMP_TRY(tell_meshes(ctx, loaded.all));
+  report_doubts(ctx, loaded.all);
   tell_masses(ctx, loaded.all);
   for (const std::string& note : loaded.notes)
     ctx.app.messages.post(Severity::info, "file_note", note, "io");

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "ioci/robot/inertia.h"
 #include "kernel/bare_numbers.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
@@ -339,16 +340,24 @@ Result<void> check_robot(const std::string& name, const model::Robot& r) {
   return {};
 }
 
-void report_inertia(CommandContext& ctx, const std::string& name, const model::Link& l) {
-  if (!l.given) return;
-  const Vec3 m = spatial::principal(l.given->inertia).moments;  // ascending
+bool is_impossible(const Sym3& inertia) {
+  const Vec3 m = spatial::principal(inertia).moments;  // ascending
   const double slack = 1e-6 * std::max(std::fabs(m[0]), std::fabs(m[2]));
-  if (m[0] >= -slack && m[2] <= m[0] + m[1] + slack) return;
+  return m[0] < -slack || m[2] > m[0] + m[1] + slack;
+}
+
+std::string moments_text(const Sym3& inertia) {
+  const Vec3 m = spatial::principal(inertia).moments;
   const auto shown = [](double x) { return text::print_rounded(x, 4); };
+  return shown(m[0]) + ", " + shown(m[1]) + " and " + shown(m[2]);
+}
+
+void report_inertia(CommandContext& ctx, const std::string& name, const model::Link& l) {
+  if (!l.given || !is_impossible(l.given->inertia)) return;
   ctx.app.messages.post(Severity::warning, "inertia",
                         "robot " + text::quote(name) + ", link " + text::quote(l.name) +
                             ": no body has the given inertia, with the principal moments " +
-                            shown(m[0]) + ", " + shown(m[1]) + " and " + shown(m[2]) +
+                            moments_text(l.given->inertia) +
                             " kg m^2. None can be negative or exceed the sum of the others.",
                         "ioci");
 }
