@@ -98,7 +98,7 @@ class BeltMoves : public ::testing::Test {
 
   void SetUp() override {
     world.robots.push_back(
-        {"arm", RobotId{bench.load("robots/irb140.rbt").number}, {}, {0, 0, 0, 0, M_PI / 2, 0}});
+        {"arm", RobotId{bench.load("robots/irb140.rbt").number}, {}, {0, -M_PI / 2, M_PI, 0, M_PI / 2, 0}});
     model::Robot belt;
     model::Link cloth;
     cloth.name = "cloth";
