@@ -97,8 +97,10 @@ class BeltMoves : public ::testing::Test {
   }
 
   void SetUp() override {
-    world.robots.push_back(
-        {"arm", RobotId{bench.load("robots/irb140.rbt").number}, {}, {0, -M_PI / 2, M_PI, 0, M_PI / 2, 0}});
+    world.robots.push_back({"arm",
+                            RobotId{bench.load("robots/irb140.rbt").number},
+                            {},
+                            {0, -M_PI / 2, M_PI, 0, M_PI / 2, 0}});
     model::Robot belt;
     model::Link cloth;
     cloth.name = "cloth";
@@ -247,7 +249,7 @@ TEST_F(BeltMoves, JointMovesMeetAndLeaveABeltWithinTheirLimits) {
   add_task("feed", "belt", {joints({0.55})});
   add_task("pick", "arm",
            {target({0.45, -0.1, 0.4}), until("belt.q1 >= 0.1 m"), target({0, 0, 0.05}, "part"),
-            attach("part"), joints({0.2, 0.1, 0.1, 0, 0.5, 0})});
+            attach("part"), joints({0.2, 0.1 - M_PI / 2, 0.1 + M_PI, 0, 0.5, 0})});
   const RecordingPtr r = unwrap(run(0.01));
   ASSERT_TRUE(r);
   const double taken = time_of(r, "arm takes part");
