@@ -546,6 +546,62 @@ Result<void> check_attached(const Robot& r, Subject& subject) {
   return {};
 }
 
+/// Axes as the maker counts them: each of a joint of one coordinate, no two of one joint.
+Result<void> check_maker_axes(const Robot& r, Subject& subject) {
+  Names names("axis");
+  const auto joint_of = [&](std::int32_t link, const std::string& what) -> Result<void> {
+    if (link < 0 || link >= static_cast<std::int32_t>(r.links.size()))
+      return fault(what + " is of no link of the robot", "Name the link that its joint moves.");
+    const Link& l = r.links[static_cast<std::size_t>(link)];
+    if (!robotics::has_one_coordinate(l.joint) || l.mimic)
+      return fault(what + " is of link " + quote(l.name) + ", whose joint has no value of its own",
+                   "Name a link with a revolute or prismatic joint that follows no other.");
+    return {};
+  };
+  std::vector<bool> taken(r.links.size(), false);
+  for (std::size_t i = 0; i < r.axes.size(); ++i) {
+    const MakerAxis& a = r.axes[i];
+    subject = {"axis", i};
+    const std::string what = "axis " + quote(a.name);
+    RMP_TRY(names.add(a.name));
+    RMP_TRY(joint_of(a.link, what));
+    const auto link = static_cast<std::size_t>(a.link);
+    if (taken[link])
+      return fault(
+          what + " is of link " + quote(r.links[link].name) + ", as another axis is already",
+          "Give each joint one axis; further joints that it counts are its coupled ones.");
+    taken[link] = true;
+    if (a.sign != 1 && a.sign != -1)
+      return fault("the sign of " + what + " is " + std::to_string(a.sign), "It is 1 or -1.");
+    if (a.unit > AxisUnit::mm) return fault("the unit of " + what + " is unknown");
+    const auto slides = [&](std::int32_t of) {
+      return r.links[static_cast<std::size_t>(of)].joint == JointKind::prismatic;
+    };
+    if (slides(a.link) != (a.unit == AxisUnit::mm))
+      return fault(what + " counts in " + (a.unit == AxisUnit::mm ? "mm" : "deg") + ", and joint " +
+                       quote(r.links[link].name) + (slides(a.link) ? " slides" : " turns"),
+                   slides(a.link) ? "Give it the unit mm." : "Give it the unit deg.");
+    RMP_TRY(finite(a.offset, {"the offset of ", what}));
+    RMP_TRY(at_most(a.offset, kLongest, {"the offset of ", what}, ""));
+    std::set<std::int32_t> coupled{a.link};
+    for (const AxisCoupling& c : a.coupled) {
+      RMP_TRY(joint_of(c.link, "a coupled joint of " + what));
+      RMP_TRY(at_most(c.ratio, kLongest, {"a ratio of ", what}, ""));
+      if (!coupled.insert(c.link).second)
+        return fault(what + " counts joint " +
+                     quote(r.links[static_cast<std::size_t>(c.link)].name) + " twice");
+      if (slides(c.link) != slides(a.link))
+        return fault(what + " counts a joint that turns and one that slides",
+                     "Coupled joints have the unit of the axis.");
+    }
+    if (std::isnan(a.lower) || std::isnan(a.upper) || a.lower > a.upper)
+      return fault("the limits of " + what + " are " + shown(a.lower) + " to " + shown(a.upper),
+                   "The lower one comes first.");
+  }
+  subject = {};
+  return {};
+}
+
 Result<void> check(const Robot& r, Subject& subject, const Watch& watch) {
   if (r.convention > Convention::mdh) return fault("the convention is unknown");
   if (r.mass_source > MassSource::designed) return fault("the source of masses is unknown");
@@ -593,6 +649,7 @@ Result<void> check(const Robot& r, Subject& subject, const Watch& watch) {
     RMP_TRY(near(l.in_a, "a frame of loop " + quote(l.name)));
     RMP_TRY(near(l.in_b, "a frame of loop " + quote(l.name)));
   }
+  RMP_TRY(check_maker_axes(r, subject));
   const std::vector<std::string_view> units = robotics::coordinate_units(r);
   Names poses("pose");
   for (std::size_t i = 0; i < r.poses.size(); ++i) {

@@ -241,9 +241,9 @@ class Binder : public DeclaredReader {
 
   Result<void> robot() {
     Robot r;
-    std::unordered_map<std::string, Index> links, poses, tools, mounted, loops;
+    std::unordered_map<std::string, Index> links, poses, tools, mounted, loops, axes;
     std::optional<Index> main_tool;
-    std::vector<Index> pose_fields, loop_fields;
+    std::vector<Index> pose_fields, loop_fields, axis_fields;
     Result<void> fields_read = block(
         kFile, "a robot",
         {name_rule(),
@@ -277,6 +277,11 @@ class Binder : public DeclaredReader {
                     pose_fields.push_back(i);
                     return {};
                   }),
+         repeated("axis",
+                  [&](Index i) -> Result<void> {
+                    axis_fields.push_back(i);
+                    return {};
+                  }),
          pair_rule("allowed_pair", true, r.pair_rules),
          pair_rule("checked_pair", false, r.pair_rules),
          provider("ik", r.ik),
@@ -296,7 +301,48 @@ class Binder : public DeclaredReader {
       RMP_TRY(find_tool_link(attached_fields_[k], r, r.attached[k].link));
     const std::vector<std::string_view> units = robotics::coordinate_units(r);
     for (const Index i : pose_fields) RMP_TRY(pose(i, r, units, poses));
+    for (const Index i : axis_fields) RMP_TRY(maker_axis(i, r, axes));
     out_.record.body = std::move(r);
+    return {};
+  }
+
+  /// `axis J3 { link forearm  sign -1  offset 90 deg  coupled { link upper_arm  ratio -1 } }`
+  Result<void> maker_axis(Index i, Robot& r, std::unordered_map<std::string, Index>& named) {
+    MakerAxis a;
+    RMP_TRY(element(i, "axis", r.axes.size(), a.name, named));
+    // The unit of its numbers may stand after them.
+    for (Index k = i + 1; k < at(i).end; k = at(k).end)
+      if (at(k).name == "unit" && at(k).text == "mm") a.unit = AxisUnit::mm;
+    const char* const unit = a.unit == AxisUnit::mm ? "m" : "rad";
+    double sign = 1;
+    Rule of{"link", [&](Index k) { return any_link(k, r, a.link); }};
+    of.is_required = true;
+    Result<void> fields_read = block(
+        i, "an axis",
+        {std::move(of), number("sign", "", sign), number("offset", unit, a.offset),
+         repeated("coupled",
+                  [&](Index k) -> Result<void> {
+                    RMP_TRY(need_block(k, true));
+                    AxisCoupling& c = a.coupled.emplace_back();
+                    Rule link_rule{"link", [&](Index n) { return any_link(n, r, c.link); }};
+                    link_rule.is_required = true;
+                    return block(k, "a coupled joint",
+                                 {std::move(link_rule), number("ratio", "", c.ratio)});
+                  }),
+         words("unit", {"deg", "mm"}, [&](std::size_t k) { a.unit = static_cast<AxisUnit>(k); }),
+         words("external", {"false", "true"}, [&](std::size_t k) { a.external = k == 1; }),
+         Rule{"limits", [&](Index k) -> Result<void> {
+                std::array<double, 2> v{};
+                RMP_TRY(read_tuple(k, unit, v));
+                a.lower = v[0];
+                a.upper = v[1];
+                return {};
+              }}});
+    RMP_TRY(std::move(fields_read));
+    if (sign != 1 && sign != -1)
+      return fail(i, "the sign of axis " + quote(a.name) + " is neither 1 nor -1");
+    a.sign = sign < 0 ? -1 : 1;
+    r.axes.push_back(std::move(a));
     return {};
   }
 

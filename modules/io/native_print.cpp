@@ -425,6 +425,7 @@ class Printer {
     words("tcp", r.tcp);
     for (const auto& l : r.loops) loop(r, l);
     for (const auto& p : r.poses) line("pose " + name(p.name) + " " + joint_values(r, p.q));
+    for (const auto& a : r.axes) maker_axis(r, a);
     pair_rules(r.pair_rules);
     provider("ik", r.ik);
     provider("inverse_dynamics", r.inverse_dynamics);
@@ -437,6 +438,21 @@ class Printer {
     if (!skin.empty()) block("skin", skin);
   }
 
+  void maker_axis(const Robot& r, const MakerAxis& a) {
+    const MakerAxis d;
+    const char* const unit = a.unit == AxisUnit::mm ? "m" : "rad";
+    std::vector<std::string> fields{"link " + link_name(r, a.link)};
+    if (a.sign != d.sign) fields.push_back("sign " + std::to_string(a.sign));
+    if (differs(a.offset, d.offset)) fields.push_back("offset " + quantity(a.offset, unit));
+    for (const AxisCoupling& c : a.coupled)
+      fields.push_back("coupled { link " + link_name(r, c.link) +
+                       (differs(c.ratio, 1) ? "  ratio " + quantity(c.ratio, "") : "") + " }");
+    if (a.unit != d.unit) fields.emplace_back("unit mm");
+    if (a.external) fields.emplace_back("external true");
+    if (differs(a.lower, d.lower) || differs(a.upper, d.upper))
+      fields.push_back("limits " + pair(a.lower, a.upper, unit));
+    block("axis " + name(a.name), fields);
+  }
   void link(const Robot& r, std::size_t i) {
     const Link& l = r.links[i];
     const Link d;

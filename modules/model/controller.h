@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,15 +13,16 @@
 
 namespace robomosp::model {
 
-/// An axis of the controller: value = sign * joint + offset.
+/// An axis of the controller: value = sign * joint + offset. Robots have axes of their own, which
+/// count where a robot is named.
 struct ControllerAxis {
   std::string name;
   std::int32_t joint = 1;  ///< of the robot, 1 is the first; of the additional joints if external
   bool is_external = false;
-  bool is_linear = false;  ///< in mm, else degrees
-  std::int32_t sign = 1;
-  double offset = 0;  ///< [degrees or mm]
-  double pulses = 0;  ///< per degree or mm; 0 = not known
+  bool is_linear = false;            ///< in mm, else degrees
+  std::optional<std::int32_t> sign;  ///< none = the robot's, 1 where that is not known
+  std::optional<double> offset;      ///< [degrees or mm]; none = the robot's, 0 if not known
+  double pulses = 0;                 ///< per degree or mm; 0 = not known
   double lower = 0, upper = 0;
 };
 template <class V>

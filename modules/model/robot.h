@@ -296,6 +296,58 @@ constexpr void fields(V& v, Of<AttachedTool>) {
   v("placement", &AttachedTool::placement).flat().doc("The frame of the object in the link's.");
 }
 
+/// What an axis of the maker counts in.
+enum class AxisUnit : std::uint8_t { deg, mm };
+inline constexpr std::array<std::string_view, 2> kAxisUnitWords{"deg", "mm"};
+constexpr std::span<const std::string_view> words(Of<AxisUnit>) { return kAxisUnitWords; }
+
+/// A further joint that an axis of the maker counts.
+struct AxisCoupling {
+  std::int32_t link = -1;  ///< the link whose joint it is
+  double ratio = 1;        ///< [1]
+  bool operator==(const AxisCoupling&) const = default;
+};
+template <class V>
+constexpr void fields(V& v, Of<AxisCoupling>) {
+  v("link", &AxisCoupling::link).index_of("links").needed().doc("The link whose joint is added.");
+  v("ratio", &AxisCoupling::ratio).doc("Factor of that joint's value.");
+}
+
+/// An axis as the robot's maker names, counts and limits it, which is how controllers show it:
+/// value = sign * joint + the coupled joints times their ratios + offset.
+struct MakerAxis {
+  std::string name;                   ///< such as "A1"
+  std::int32_t link = -1;             ///< index of the link whose joint it is
+  std::int32_t sign = 1;              ///< 1 or -1
+  double offset = 0;                  ///< [rad or m]
+  std::vector<AxisCoupling> coupled;  ///< such as joint 2 in FANUC's J3
+  AxisUnit unit = AxisUnit::deg;
+  bool external = false;  ///< the controller keeps it as an external axis
+  double lower = -std::numeric_limits<double>::infinity();  ///< of its value [rad or m]
+  double upper = std::numeric_limits<double>::infinity();
+};
+template <class V>
+constexpr void fields(V& v, Of<MakerAxis>) {
+  v.alternative([](const void* a) -> std::size_t {
+    return static_cast<const MakerAxis*>(a)->unit == AxisUnit::mm ? 1 : 0;
+  });
+  v("name", &MakerAxis::name).needed().doc("The maker's name, such as A1.");
+  v("link", &MakerAxis::link)
+      .index_of("links")
+      .needed()
+      .doc("The link whose joint the axis moves.");
+  v("sign", &MakerAxis::sign).range(-1, 1).doc("1, or -1 if the axis counts the other way.");
+  v("offset", &MakerAxis::offset).unit("rad|m").doc("Value of the axis at joint value 0.");
+  v("coupled", &MakerAxis::coupled).doc("Further joints that the axis counts.");
+  v("unit", &MakerAxis::unit).doc("deg, or mm for a joint that slides.");
+  v("external", &MakerAxis::external).doc("Whether the controller keeps it as an external axis.");
+  v("lower", &MakerAxis::lower)
+      .unit("rad|m")
+      .infinite()
+      .doc("Least value of the axis, where the joint's own limits do not say it.");
+  v("upper", &MakerAxis::upper).unit("rad|m").infinite().doc("Greatest value of the axis.");
+}
+
 struct Robot {
   std::string description;
   std::string source;  ///< where the parameters come from
@@ -313,6 +365,7 @@ struct Robot {
   std::string tcp;
   std::vector<LoopClosure> loops;
   std::vector<NamedPose> poses;
+  std::vector<MakerAxis> axes;                ///< in the controller's order; empty = not known
   std::vector<CollisionPairRule> pair_rules;  ///< of its own bodies
   ProviderChoice ik, inverse_dynamics, forward_dynamics, controller;
   Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};  ///< generated bodies: tubes
@@ -338,6 +391,8 @@ constexpr void fields(V& v, Of<Robot>) {
       .doc("Centre point of an attached tool that is the robot's tool, such as torch.tip.");
   v("loops", &Robot::loops).doc("Joints that close kinematic loops.");
   v("poses", &Robot::poses).doc("Named joint vectors.");
+  v("axes", &Robot::axes)
+      .doc("The axes as the maker counts them, in the controller's order; none if not known.");
   v("pair_rules", &Robot::pair_rules)
       .doc("Pairs of its own bodies that may touch, or that are always checked.");
   v("ik", &Robot::ik).label("inverse kinematics").doc("Solver of the inverse kinematics.");

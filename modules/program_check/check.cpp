@@ -364,18 +364,30 @@ class Checker {
   void controller_limits(std::size_t r) {
     const std::string& name = robot(r).name;
     for (const AxisLimit& axis : options_.axes) {
-      const Column* c = out_.recording->find(name + ".q" + std::to_string(axis.joint + 1));
-      if (!c)
-        out_.not_checked.push_back(
-            "Axis " + axis.name + " of controller " + quote(options_.controller) + " is of joint " +
-            std::to_string(axis.joint + 1) + ", which " + name + " does not have.");
-      if (!c || !(axis.lower < axis.upper)) continue;
+      if (axis.robot != name) continue;
+      const Column* c = nullptr;
+      std::vector<std::pair<const Column*, double>> terms;
+      for (const auto& [joint, factor] : axis.factors) {
+        const Column* each = out_.recording->find(name + ".q" + std::to_string(joint + 1));
+        if (joint == axis.joint) c = each;
+        if (each) terms.emplace_back(each, factor);
+        else
+          out_.not_checked.push_back(
+              "Axis " + axis.name + " of controller " + quote(options_.controller) +
+              " is of joint " + std::to_string(joint + 1) + ", which " + name + " does not have.");
+      }
+      if (!c || terms.size() < axis.factors.size() || !(axis.lower < axis.upper)) continue;
       const double unit = c->unit == "rad" ? kDegree : 1e3;
+      const auto value_at = [&](std::size_t row) {
+        double sum = 0;
+        for (const auto& [each, factor] : terms) sum += factor * each->values[row];
+        return sum * unit + axis.offset;
+      };
       std::map<std::size_t, std::pair<std::size_t, double>> worst;
       for (std::size_t row = 0; row < c->values.size(); ++row) {
         const std::size_t i = motion_at_[r][row];
         if (i == kNone || is_jump_[row]) continue;
-        const double value = axis.sign * c->values[row] * unit + axis.offset;
+        const double value = value_at(row);
         const double excess = std::max(value - axis.upper, axis.lower - value);
         if (!(excess > 1e-6)) continue;
         auto& w = worst[i];
@@ -386,7 +398,7 @@ class Checker {
         f.at = time()[w.first];
         f.joint = static_cast<std::int32_t>(axis.joint);
         f.has_values = true;
-        f.value = axis.sign * c->values[w.first] * unit + axis.offset;
+        f.value = value_at(w.first);
         f.limit = f.value > axis.upper ? axis.upper : axis.lower;
         f.excess = w.second;
         f.unit = c->unit == "rad" ? "deg" : "mm";
@@ -497,20 +509,19 @@ class Checker {
         add(std::move(f));
       }
       if (m.asked_status >= 0 && !m.is_cut) {
-        const auto measures =
-            names.measure(std::span<const double>(path).subspan((rows.size() - 1) * n, n));
-        std::int32_t is = 0;
-        for (std::size_t k = 0; k < measures.size() && k < 30; ++k)
-          if (measures[k] < 0) is |= 1 << k;
-        const std::int32_t mask = (1 << std::min<std::size_t>(measures.size(), 30)) - 1;
-        const std::int32_t asked = static_cast<std::int32_t>(m.asked_status) & mask;
+        std::uint32_t known = 0;
+        const auto is = static_cast<std::int32_t>(
+            names.status(std::span<const double>(path).subspan((rows.size() - 1) * n, n), known));
+        const std::int32_t asked =
+            static_cast<std::int32_t>(m.asked_status) & static_cast<std::int32_t>(known);
         if (is != asked) {
           Fault f = fault_of(i, FaultKind::configuration, Severity::warning);
           f.at = m.end;
           f.has_values = true;
           f.value = is, f.limit = asked;
           f.message = "the straight motion ends with STATUS " + std::to_string(is) +
-                      ", and its target says " + std::to_string(asked) + " (" + names.words() + ")";
+                      ", and its target says " + std::to_string(asked) + " (" +
+                      names.status_words() + ")";
           f.hint = "A straight motion keeps its branch: give the target the STATUS " +
                    std::to_string(is) + " or -1, or go to its start in the other one.";
           add(std::move(f));

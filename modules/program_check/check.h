@@ -87,11 +87,14 @@ struct UnrunLines {
   bool is_whole_routine = false;  ///< it was never called
 };
 
-/// Of the controller, as the program's joints are: degrees or mm.
+/// Of an axis of the controller [degrees or mm]: its value is the sum of factor * joint, and the
+/// offset.
 struct AxisLimit {
+  std::string robot;  ///< as the world calls it
   std::string name;
-  std::size_t joint = 0;
-  double sign = 1, offset = 0, lower = 0, upper = 0;
+  std::size_t joint = 0;                                ///< its own; entry of q
+  std::vector<std::pair<std::size_t, double>> factors;  ///< of entries of q in degrees or mm
+  double offset = 0, lower = 0, upper = 0;
 };
 
 struct Options {

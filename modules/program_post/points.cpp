@@ -10,6 +10,7 @@
 #include <string>
 #include <tuple>
 
+#include <robomosp/sdk/post_axes.h>
 #include <robomosp/sdk/post_writer.h>
 
 #include "program_post/vectors.h"
@@ -333,79 +334,17 @@ class Values {
   std::vector<Numbers> values_;
 };
 
-/// A point and a direction.
-struct Axis {
-  std::array<double, 3> at{}, along{};
-};
-std::array<double, 3> less(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-std::array<double, 3> along(const Axis& a, double by) {
-  return {a.at[0] + by * a.along[0], a.at[1] + by * a.along[1], a.at[2] + by * a.along[2]};
-}
-
-/// Of an arm of six turning joints, axes 2 and 3 parallel and across axis 1, the last three through
-/// one point: whether that point is behind axis 1 and the elbow below, as it stands, whatever the
-/// axes count from. In front is where axis 2 stands beside axis 1, else where the base's x axis
-/// points at joint 1 = 0. Nothing = it is another kind of arm.
-std::optional<std::uint32_t> seen_status(const RobotModel& robot, std::span<const double> q) {
-  constexpr double kSame = 1e-5;
-  if (!robot.is_simple() || robot.joints.size() != 6 || q.size() != 6) return std::nullopt;
-  std::array<Axis, 6> axes;
-  Pose frame;
-  for (std::size_t i = 0; i < 6; ++i) {
-    const JointModel& j = robot.joints[i];
-    if (j.type != JointType::revolute || j.parent != static_cast<std::int32_t>(i) - 1 ||
-        j.is_coupled())
-      return std::nullopt;
-    frame = post::product(frame, j.placement);
-    axes[i].at = {frame.p[0], frame.p[1], frame.p[2]};
-    axes[i].along = {frame.R[2], frame.R[5], frame.R[8]};
-    // All turns with joint 1, so that it is looked at where that is 0.
-    Pose turn;
-    turn.R = matrix(about(2, i == 0 ? 0.0 : q[i] * post::kDegree));
-    frame = post::product(frame, turn);
-  }
-  // The wrist point: of axis 5 the one nearest to axis 4.
-  const std::array<double, 3> n = cross(axes[3].along, axes[4].along);
-  const double nn = dot(n, n);
-  if (nn < kSame) return std::nullopt;
-  const std::array<double, 3> d = less(axes[3].at, axes[4].at);
-  const std::array<double, 3> wrist = along(axes[4], dot(cross(d, axes[3].along), n) / nn);
-  double length = 0;
-  for (std::size_t i = 1; i < 6; ++i)
-    length += std::sqrt(dot(less(axes[i].at, axes[i - 1].at), less(axes[i].at, axes[i - 1].at)));
-  for (const std::size_t i : {3U, 5U}) {
-    const auto off = cross(less(wrist, axes[i].at), axes[i].along);
-    if (dot(off, off) > kSame * kSame * length * length) return std::nullopt;
-  }
-  const auto across = cross(axes[1].along, axes[2].along);
-  if (dot(across, across) > kSame || std::fabs(dot(axes[0].along, axes[1].along)) > kSame)
-    return std::nullopt;
-  std::array<double, 3> up = axes[0].along;
-  if (up[2] < 0) up = {-up[0], -up[1], -up[2]};
-  std::array<double, 3> front = cross(axes[1].along, up);
-  const double beside = dot(front, less(axes[1].at, axes[0].at));
-  const double sign = std::fabs(beside) > kSame * length ? beside : front[0];
-  if (sign < 0) front = {-front[0], -front[1], -front[2]};
-  const bool is_behind = dot(front, less(wrist, axes[0].at)) < 0;
-  const auto to_wrist = less(wrist, axes[1].at), to_elbow = less(axes[2].at, axes[1].at);
-  const double above =
-      dot(front, to_wrist) * dot(up, to_elbow) - dot(up, to_wrist) * dot(front, to_elbow);
-  const bool is_below = (is_behind ? -above : above) < 0;
-  return (is_behind ? kPostShoulderBehind : 0U) | (is_below ? kPostElbowOther : 0U);
-}
-
 class Finder {
  public:
   Finder(const rmp_code& code, const RobotModel* robot, const PostKinematics* kinematics,
-         std::span<const double> start, const Pose& default_tool)
+         std::span<const double> start, const Pose& default_tool, std::span<const PostAxis> axes)
       : c_(code),
         robot_(robot),
         kinematics_(kinematics),
         values_(code),
         default_tool_(default_tool) {
     turns_from_ = turns_from(code);
+    if (counts_maker_axes(code)) axes_ = axes;
     for (std::uint32_t t = 0; t < code.types.count; ++t)
       if (row<rmp_code_type>(code.types, t).role == RMP_ROLE_MAIN_JOINT)
         joints_ = values_.slots_of(t);
@@ -463,6 +402,11 @@ class Finder {
     return 0;
   }
   std::vector<double> joints(const double* v, std::size_t n) const {
+    if (!axes_.empty()) {
+      const std::size_t coordinates = robot_ ? robot_->coordinate_count() : n;
+      if (auto q = joints_from_axes(axes_, {v, n}, std::vector<double>(coordinates, 0.0), robot_))
+        return std::move(*q);
+    }
     std::vector<double> q(v, v + n);
     for (std::size_t i = 0; i < n; ++i) {
       const bool is_linear = robot_ && robot_->is_simple() && i < robot_->joints.size() &&
@@ -545,7 +489,14 @@ class Finder {
       const JointModel& joint = robot_->joints[j];
       if (joint.type == JointType::prismatic) continue;
       const double seed = j < last_.size() ? last_[j] * post::kDegree : 0;
-      q[j] = in_turn(q[j] * post::kDegree, p.turns[k], p.turns_from, seed) / post::kDegree;
+      double sign = 1, offset = 0;
+      for (const PostAxis& a : axes_)
+        if (!a.external && a.joint == static_cast<std::int32_t>(j) && a.coupled.empty())
+          sign = a.sign, offset = a.offset;
+      q[j] = (in_turn(sign * q[j] * post::kDegree + offset, p.turns[k], p.turns_from,
+                      sign * seed + offset) -
+              offset) /
+             sign / post::kDegree;
       if (q[j] < joint.lower - 1e-6 || q[j] > joint.upper + 1e-6) return false;
     }
     return true;
@@ -595,9 +546,7 @@ class Finder {
   }
   void place(PostPoint& p) {
     std::uint32_t known = 0;
-    std::uint32_t status = kinematics_->status(p.q, known);
-    if (const auto seen = known == 7 ? seen_status(*robot_, p.q) : std::nullopt)
-      status = (status & kPostWristFlipped) | *seen;
+    const std::uint32_t status = kinematics_->status(p.q, known);
     // Without names the program's own STATUS is all that is known.
     if (p.has_status && known != 7) return;
     p.status = status;
@@ -664,12 +613,20 @@ class Finder {
                    std::to_string(has) + " here",
                "Move there by PTP, or give the target the STATUS of the motion before.");
     }
+    // All targets tell of it, also those whose languages have no joints.
+    const auto told = [&](const char* why, std::string hint) {
+      p.q_missing = why;
+      remark(row<rmp_code_expression>(c_.expressions, p.expression).span, why, std::move(hint));
+    };
     if (!found.ok()) {
-      p.q_missing = word(found.error().message);
+      told(word(found.error().message),
+           found.error().hint.empty()
+               ? "Move the target or the robot, or choose another configuration (STATUS)."
+               : found.error().hint);
       return;
     }
     if (!keeps && !turn(p, *found)) {
-      p.q_missing = "the robot does not reach this target with its TURNS";
+      told("the robot does not reach this target with its TURNS", "Give other TURNS, or none.");
       return;
     }
     last_ = *found;
@@ -689,15 +646,16 @@ class Finder {
   std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> told_;
   bool is_placed_ = false;  ///< last_ is where the motion before leads
   double turns_from_ = kTurnsFrom;
-  std::size_t joints_ = 0;  ///< of MAIN_JOINT
+  std::span<const PostAxis> axes_;  ///< that joints and turns of the program count
+  std::size_t joints_ = 0;          ///< of MAIN_JOINT
 };
 
 }  // namespace
 
 KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
                          const PostKinematics* kinematics, std::span<const double> start,
-                         const Pose& default_tool) {
-  return Finder(code, robot, kinematics, start, default_tool).run();
+                         const Pose& default_tool, std::span<const PostAxis> axes) {
+  return Finder(code, robot, kinematics, start, default_tool, axes).run();
 }
 
 }  // namespace robomosp::program_post

@@ -32,11 +32,13 @@ struct KnownPoints {
 /// TOOL and FRAME of a motion count: the kinematics are of the flange that TOOL is on, and
 /// `default_tool` is of motions without TOOL. A
 /// ROBTARGET has its STATUS (-1 = any) and its TURNS, which are those of the last joints, in turns
-/// that begin at R_TURNS_FROM of the cell. Joints: degrees and mm of the program become rad and m
+/// that begin at R_TURNS_FROM of the cell. Where the cell says R_MAKER_AXES, joints and turns are
+/// those of `axes`. Joints: degrees and mm of the program become rad and m
 /// by the robot's types of joints (rad without a robot). Linear in the size of the tables.
 [[nodiscard]] KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
                                        const PostKinematics* kinematics,
                                        std::span<const double> start = {},
-                                       const Pose& default_tool = {});
+                                       const Pose& default_tool = {},
+                                       std::span<const PostAxis> axes = {});
 
 }  // namespace robomosp::program_post

@@ -7,6 +7,7 @@
 
 #include "kernel/text.h"
 #include "motion/provider_params.h"
+#include "robotics/arm_status.h"
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
 
@@ -99,6 +100,63 @@ std::vector<double> BranchNames::measure(std::span<const double> q) const {
   });
   for (double& x : out)
     if (!done.ok() || !std::isfinite(x)) x = 0;
+  return out;
+}
+
+namespace {
+/// Bits of STATUS by the names of choices: shoulder, elbow, wrist; others take the next free bits.
+std::vector<std::uint32_t> status_bits(std::span<const IkBranchChoice> choices) {
+  static constexpr std::string_view kNames[] = {"shoulder", "elbow", "wrist"};
+  std::vector<std::uint32_t> out(choices.size(), 0);
+  std::uint32_t taken = 0;
+  for (std::size_t i = 0; i < choices.size(); ++i)
+    for (std::uint32_t bit = 0; bit < 3; ++bit)
+      if (choices[i].name == kNames[bit] && (taken & (1U << bit)) == 0) {
+        out[i] = 1U << bit;
+        taken |= out[i];
+      }
+  for (std::uint32_t& x : out)
+    for (std::uint32_t bit = 0; bit < 30 && x == 0; ++bit)
+      if ((taken & (1U << bit)) == 0) {
+        x = 1U << bit;
+        taken |= x;
+      }
+  return out;
+}
+constexpr std::uint32_t kSeen = robotics::kShoulderBehind | robotics::kElbowBelow;
+}  // namespace
+
+std::uint32_t BranchNames::status(std::span<const double> q, std::uint32_t& known) const {
+  known = 0;
+  if (choices_.empty() || !ik_.model || q.size() != ik_.model->coordinate_count()) return 0;
+  const std::vector<double> measures = measure(q);
+  const std::vector<std::uint32_t> bits = status_bits(choices_);
+  std::uint32_t out = 0;
+  for (std::size_t i = 0; i < measures.size(); ++i) {
+    known |= bits[i];
+    if (measures[i] < 0) out |= bits[i];
+  }
+  if ((known & kSeen) == kSeen)
+    if (const auto seen = robotics::arm_status(*ik_.model, q)) out = (out & ~kSeen) | *seen;
+  return out;
+}
+
+std::string BranchNames::status_words() const {
+  const std::vector<std::uint32_t> bits = status_bits(choices_);
+  std::uint32_t known = 0;
+  for (const std::uint32_t b : bits) known |= b;
+  const bool is_seen =
+      (known & kSeen) == kSeen && ik_.model &&
+      robotics::arm_status(*ik_.model, std::vector<double>(ik_.model->coordinate_count(), 0.0));
+  std::string out;
+  for (std::size_t i = 0; i < choices_.size(); ++i) {
+    const std::string words =
+        is_seen && bits[i] == robotics::kShoulderBehind ? "in front or behind"
+        : is_seen && bits[i] == robotics::kElbowBelow
+            ? "elbow up or down"
+            : std::string(choices_[i].positive) + " or " + choices_[i].negative;
+    out += (out.empty() ? "" : ", ") + std::to_string(bits[i]) + ": " + words;
+  }
   return out;
 }
 

@@ -19,6 +19,7 @@
 #include "model/world.h"
 #include "program/machine.h"
 #include "program/presets.h"
+#include "robotics/maker_axes.h"
 #include "sim/ik_choice.h"
 #include "task/program_inspection.h"
 #include "task/task_executor.h"
@@ -182,6 +183,12 @@ class ProgramActor {
     sim::BranchNames branches;
   };
 
+  /// How joints and turns of the program count those of a robot.
+  struct CountedAxes {
+    std::shared_ptr<const robotics::MakerAxes> maker;  ///< null = they are the robot's joints
+    std::vector<PostAxis> arm;                         ///< of `maker`: those behind a rail
+  };
+
   ProgramActor(std::shared_ptr<const Names> names, program::Machine machine)
       : names_(std::move(names)), machine_(std::move(machine)) {}
   void note_line(double t);
@@ -205,7 +212,8 @@ class ProgramActor {
   std::string text_;
   std::vector<std::pair<double, std::uint32_t>> lines_;
   std::vector<std::shared_ptr<const Solver>> solvers_;
-  ErrorCode code_ = ErrorCode::conflict;  ///< of the last error of its cell
+  std::map<std::size_t, CountedAxes> axes_;  ///< by actor, once they were asked for
+  ErrorCode code_ = ErrorCode::conflict;     ///< of the last error of its cell
   std::shared_ptr<ProgramInspection> inspection_;
   program::Presets presets_;
   bool has_told_halt_ = false;

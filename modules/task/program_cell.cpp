@@ -381,7 +381,7 @@ Result<Pose> ProgramCell::base_T_frame(const ProgramActor::RobotUse& use,
 }
 
 Result<std::vector<double>> ProgramCell::joints_of(std::size_t who,
-                                                   const std::vector<double>& given) const {
+                                                   const std::vector<double>& given, bool is_step) {
   const TaskExecutor::Actor& robot = x_.actors_[who];
   const std::size_t rail = rail_of(who);
   if (given.size() + rail != robot.start.size())
@@ -392,9 +392,50 @@ Result<std::vector<double>> ProgramCell::joints_of(std::size_t who,
             (rail == 0 ? std::string() : ", of which " + std::to_string(rail) + " are additional"),
         "Give the program the cell of this robot (SYSTEM_SPECIFICATION).");
   std::vector<double> q;
+  const ProgramActor::CountedAxes& axes = axes_of(who);
+  if (axes.maker && axes.arm.size() == given.size()) {
+    const std::vector<double> zeros(robot.start.size(), 0.0);
+    auto found = joints_from_axes(axes.arm, given, zeros, nullptr);
+    const auto none =
+        joints_from_axes(axes.arm, std::vector<double>(given.size(), 0.0), zeros, nullptr);
+    if (found && none) {
+      if (is_step)
+        for (std::size_t j = 0; j < found->size(); ++j) (*found)[j] -= (*none)[j];
+      q.assign(found->begin() + static_cast<std::ptrdiff_t>(rail), found->end());
+      return q;
+    }
+  }
   for (std::size_t j = 0; j < given.size(); ++j)
     q.push_back(given[j] * (TaskExecutor::is_rotary(robot, rail + j) ? kDegree : kMillimetre));
   return q;
+}
+
+const ProgramActor::CountedAxes& ProgramCell::axes_of(std::size_t who) {
+  const auto known = a_.axes_.find(who);
+  if (known != a_.axes_.end()) return known->second;
+  ProgramActor::CountedAxes& out = a_.axes_[who];
+  if (!counts_maker_axes(a_.machine_.code())) return out;
+  const TaskExecutor::Actor& robot = x_.actors_[who];
+  auto made = robotics::MakerAxes::of(*robot.record);
+  if (!made.ok() || !made->known()) {
+    note_once("joints and turns of the program are the maker's axes, which robot " +
+              robot.placed->name + " does not have: they are taken as its joints");
+    return out;
+  }
+  const auto rail = static_cast<std::int32_t>(rail_of(who));
+  for (const PostAxis& a : made->axes()) {
+    if (a.joint < rail) continue;
+    out.arm.push_back(a);
+    out.arm.back().external = false;
+  }
+  out.maker = std::make_shared<const robotics::MakerAxes>(std::move(*made));
+  return out;
+}
+
+std::pair<double, double> ProgramCell::turned_by(std::size_t who, std::size_t joint) {
+  for (const PostAxis& a : axes_of(who).arm)
+    if (a.joint == static_cast<std::int32_t>(joint) && a.coupled.empty()) return {a.sign, a.offset};
+  return {1, 0};
 }
 
 std::size_t ProgramCell::rail_of(std::size_t who) const {
@@ -461,19 +502,20 @@ std::shared_ptr<const ProgramActor::Solver> ProgramCell::solver(std::size_t who,
 }
 
 std::int32_t ProgramCell::status_of(const sim::BranchNames& names, std::span<const double> q) {
-  std::int32_t out = 0;
-  const std::vector<double> m = names.measure(q);
-  for (std::size_t k = 0; k < m.size(); ++k)
-    if (m[k] < 0) out |= 1 << k;
-  return out;
+  std::uint32_t known = 0;
+  return static_cast<std::int32_t>(names.status(q, known));
 }
 
-std::vector<std::int32_t> ProgramCell::turns_of(const TaskExecutor::Actor& robot,
-                                                std::span<const double> q, std::size_t rail) const {
+std::vector<std::int32_t> ProgramCell::turns_of(std::size_t who, std::span<const double> q,
+                                                std::size_t rail) {
+  const TaskExecutor::Actor& robot = x_.actors_[who];
   const double from = turns_from(a_.machine_.code());
   std::vector<std::int32_t> out;
-  for (std::size_t j = rail; j < q.size(); ++j)
-    out.push_back(TaskExecutor::is_rotary(robot, j) ? turn_of(q[j] / kDegree, from) : 0);
+  for (std::size_t j = rail; j < q.size(); ++j) {
+    const auto [sign, offset] = turned_by(who, j);
+    out.push_back(TaskExecutor::is_rotary(robot, j) ? turn_of(sign * q[j] / kDegree + offset, from)
+                                                    : 0);
+  }
   return out;
 }
 
@@ -485,13 +527,15 @@ Result<Target> ProgramCell::state_at(const ProgramActor::RobotUse& use,
   Target out;
   out.pose = to_plain(spatial::compose(spatial::inverse(frame), base_T_tip(use.actor, tip, q)));
   const std::size_t rail = rail_of(use.actor);
-  for (std::size_t j = rail; j < q.size(); ++j)
+  const auto& arm = axes_of(use.actor).arm;
+  for (const PostAxis& a : arm) out.joints.push_back(axis_value(a, q, nullptr).value_or(0));
+  for (std::size_t j = rail; arm.empty() && j < q.size(); ++j)
     out.joints.push_back(q[j] / (TaskExecutor::is_rotary(robot, j) ? kDegree : kMillimetre));
   out.additional = additional_now();
   Result<void> failed;
   if (const auto s = solver(use.actor, tip, failed))
     if (!s->branches.empty()) out.status = status_of(s->branches, std::span(q).subspan(rail));
-  out.turns = turns_of(robot, q, rail);
+  out.turns = turns_of(use.actor, q, rail);
   return out;
 }
 
@@ -552,12 +596,14 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
   if (has_status && s->branches.empty())
     note_once("STATUS is not heeded: the inverse kinematics of " + robot.placed->name +
               " names no branches");
-  const std::int32_t mask = (1 << std::min<std::size_t>(s->branches.choices().size(), 30)) - 1;
+  std::uint32_t known = 0;
+  (void)s->branches.status(seed, known);
+  const auto mask = static_cast<std::int32_t>(known);
   if (has_status && !s->branches.empty() && (target->status & ~mask) != 0)
     return error(ErrorCode::invalid_argument,
                  "a target has STATUS " + std::to_string(target->status) + ", and robot " +
-                     quote(robot.placed->name) + " has no such branch (" + s->branches.words() +
-                     ")",
+                     quote(robot.placed->name) + " has no such branch (" +
+                     s->branches.status_words() + ")",
                  "It is 0 to " + std::to_string(mask) + ", or -1 for any.");
   std::vector<double> best;
   double least = 0;
@@ -584,8 +630,11 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
         q[j] = turned(joint, q[j], seed[j]);
         continue;
       }
-      q[j] =
-          in_turn(q[j] / kDegree, target->turns[j + turns - n], from, seed[j] / kDegree) * kDegree;
+      const auto [sign, offset] = turned_by(who, rail + j);
+      q[j] = (in_turn(sign * q[j] / kDegree + offset, target->turns[j + turns - n], from,
+                      sign * seed[j] / kDegree + offset) -
+              offset) /
+             sign * kDegree;
       fits = fits && q[j] >= joint.lower - kSame && q[j] <= joint.upper + kSame;
     }
     if (!fits) {
@@ -611,8 +660,8 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
   for (const std::int32_t o : others) reach.push_back(std::to_string(o));
   return error(ErrorCode::unreachable,
                "robot " + quote(robot.placed->name) + " does not reach " + place(base_T_target.p) +
-                   " with STATUS " + std::to_string(target->status) + " (" + s->branches.words() +
-                   ")",
+                   " with STATUS " + std::to_string(target->status) + " (" +
+                   s->branches.status_words() + ")",
                "It does with STATUS " + text::enumerate(reach) + ", or with a POSE, or with -1.");
 }
 

@@ -134,7 +134,14 @@ class ProgramCell final : public program::World {
   Pose base_T_tip(std::size_t who, const TaskExecutor::Grip& tip, std::span<const double> q) const;
   /// Of what targets are in.
   Result<Pose> base_T_frame(const ProgramActor::RobotUse& use, const PlainPose* given) const;
-  Result<std::vector<double>> joints_of(std::size_t who, const std::vector<double>& given) const;
+  /// Joint values [rad or m] behind the rail, of a target's [degrees or mm]: by the maker's axes
+  /// where the program counts them. Steps have no offset.
+  Result<std::vector<double>> joints_of(std::size_t who, const std::vector<double>& given,
+                                        bool is_step = false);
+  /// The maker's axes of a robot where the program counts them (R_MAKER_AXES of its cell).
+  const ProgramActor::CountedAxes& axes_of(std::size_t who);
+  /// Value of an axis [degrees or mm] = first * joint + second, of a joint that turns.
+  [[nodiscard]] std::pair<double, double> turned_by(std::size_t who, std::size_t joint);
   /// How many of a robot's first joints are additional axes of the program: a rail.
   [[nodiscard]] std::size_t rail_of(std::size_t who) const;
   /// base_T_carriage: what the arm stands on, with the first joint values of `q`.
@@ -149,9 +156,8 @@ class ProgramCell final : public program::World {
                                                      Result<void>& failed);
   /// Bit k is set where the arm is on the second way of choice k.
   static std::int32_t status_of(const sim::BranchNames& names, std::span<const double> q);
-  [[nodiscard]] std::vector<std::int32_t> turns_of(const TaskExecutor::Actor& robot,
-                                                   std::span<const double> q,
-                                                   std::size_t rail) const;
+  [[nodiscard]] std::vector<std::int32_t> turns_of(std::size_t who, std::span<const double> q,
+                                                   std::size_t rail);
   Result<Target> state_at(const ProgramActor::RobotUse& use, const std::vector<double>& q);
   [[nodiscard]] std::vector<double> additional_now() const;
 

@@ -19,7 +19,7 @@ Result<ProgramCell::Goal> ProgramCell::goal(const program::Motion& m, const Targ
   out.target = t.role == RMP_ROLE_ROBTARGET ? &t : nullptr;
   if (t.role == RMP_ROLE_MAIN_JOINT || t.role == RMP_ROLE_JOINT) {
     out.is_joints = true;
-    RMP_TRY_ASSIGN(out.q, joints_of(who, t.joints));
+    RMP_TRY_ASSIGN(out.q, joints_of(who, t.joints, m.is_incremental));
     if (m.is_incremental)
       for (std::size_t j = 0; j < out.q.size(); ++j) out.q[j] += before.q[rail + j];
     out.q.insert(out.q.begin(), b.rail_to.begin(), b.rail_to.end());

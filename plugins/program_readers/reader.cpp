@@ -1435,6 +1435,7 @@ std::unique_ptr<ReadProgram> Reader::finish() {
         "CONST\n"
         "  INT: R_NTURNS := 6, R_NADDJ := " +
         std::to_string(n) + ", R_NJ := " + std::to_string(6 + n) + ", R_DEVICE_NUMBER := 1;\n" +
+        "  INT: R_MAKER_AXES := 1;\n" +
         (turns_from() == -180 ? ""
                               : "  INT: R_TURNS_FROM := " + std::to_string(turns_from()) + ";\n") +
         "  STRING: RS := 'RS', XYZ := 'XYZ', YXZ := 'YXZ', ZYX := 'ZYX', ZYZ2 := 'ZYZ2';\n"

@@ -1142,6 +1142,7 @@ void post_types(std::ostringstream& out) {
   TYPE(PostCharset);
   TYPE(PostForm);
   TYPE(PostStatus);
+  TYPE(PostAxisOrigin);
   VALUE(PostCircle::none);
   VALUE(PostCircle::via);
   VALUE(PostCircle::centre);
@@ -1220,6 +1221,9 @@ void post_types(std::ostringstream& out) {
   VALUE(kPostShoulderBehind);
   VALUE(kPostElbowOther);
   VALUE(kPostWristFlipped);
+  VALUE(PostAxisOrigin::not_known);
+  VALUE(PostAxisOrigin::profile);
+  VALUE(PostAxisOrigin::robot);
   TYPE(PostCapabilities);
   FIELD(PostCapabilities, struct_size);
   FIELD(PostCapabilities, forms);
@@ -1266,6 +1270,9 @@ void post_types(std::ostringstream& out) {
   FIELD(PostAxis, pulses);
   FIELD(PostAxis, lower);
   FIELD(PostAxis, upper);
+  FIELD(PostAxis, coupled);
+  FIELD(PostAxis, origin);
+  FIELD(PostAxis, of_robot);
   FIELD(PostAxis, room);
   TYPE(PostSignal);
   FIELD(PostSignal, name);
@@ -1314,6 +1321,7 @@ void post_types(std::ostringstream& out) {
   FIELD(PostTask, robot);
   FIELD(PostTask, kinematics);
   FIELD(PostTask, profile);
+  FIELD(PostTask, axes_are_unknown);
   TYPE(PostKinematics);
   VIRTUAL(PostKinematics, extension);
   VIRTUAL(PostKinematics, forward);

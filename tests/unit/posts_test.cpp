@@ -555,9 +555,9 @@ TEST(Krl, ComputedSpeedsAreSetAgain) {
 }
 
 TEST(Krl, AxesOfTheProfileGiveTheControllersAngles) {
-  const PostAxis axes[] = {{"A1", 0, false, false, -1, 10, 0, 0, 0, {}},
-                           {"A2", 1, false, false, 1, 0, 0, -20, 20, {}},
-                           {"E1", 0, true, true, 2, 1, 0, 0, 0, {}}};
+  const PostAxis axes[] = {{"A1", 0, false, false, -1, 10, 0, 0, 0, {}, {}, 0, {}},
+                           {"A2", 1, false, false, 1, 0, 0, -20, 20, {}, {}, 0, {}},
+                           {"E1", 0, true, true, 2, 1, 0, 0, 0, {}, {}, 0, {}}};
   test::PostWith with;
   with.profile.axes = axes;
   const std::string head = "PROGRAM p;\nBEGIN\nMOVE PTP JOINT(MAIN_JOINT(30.0, ";

@@ -12,6 +12,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/program/check_program.h"
 #include "ioci/program/in_world.h"
+#include "ioci/program/post_profile.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/program/rows.h"
 #include "ioci/program/source_text.h"
@@ -663,10 +664,32 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
     options.controller = r->name;
     options.most_speed = c.max_speed * 1000;
     options.most_speed_orientation = c.max_speed_ori * kDegreesPerRadian;
-    for (const auto& a : c.axes)
-      if (!a.is_external && a.lower < a.upper && a.joint >= 1)
-        options.axes.push_back({a.name, static_cast<std::size_t>(a.joint - 1),
-                                static_cast<double>(a.sign), a.offset, a.lower, a.upper});
+    for (const model::PlacedRobot& placed : out.snapshot->get(out.world)->robots) {
+      ControllerProfile profile;
+      profile.name = r->name;
+      profile.record = c;
+      RMP_TRY(profile.fill());
+      auto maker = robotics::MakerAxes::of(*out.snapshot->get(placed.robot));
+      if (!maker.ok()) return std::move(maker).error().in("robot " + text::quote(placed.name));
+      (void)profile.use(std::move(*maker), placed.name);  // program.post tells contradictions
+      for (const PostAxis& a : profile.axes) {
+        const bool has_limits = std::any_of(c.axes.begin(), c.axes.end(), [&](const auto& own) {
+          return own.name == a.name && own.lower < own.upper;
+        });
+        if (!has_limits || !is_of_robot(a) || a.joint < 0) continue;
+        program_check::AxisLimit limit{placed.name,
+                                       std::string(a.name),
+                                       static_cast<std::size_t>(a.joint),
+                                       {},
+                                       a.offset,
+                                       a.lower,
+                                       a.upper};
+        limit.factors.emplace_back(limit.joint, a.sign);
+        for (std::size_t k = 0; k < a.coupled.size(); ++k)
+          if (a.coupled[k] != 0) limit.factors.emplace_back(k, a.coupled[k]);
+        options.axes.push_back(std::move(limit));
+      }
+    }
   }
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, *out.snapshot,
                                  &ctx.app.collision_models};

@@ -12,12 +12,14 @@
 #include <set>
 #include <variant>
 
+#include <robomosp/sdk/post_axes.h>
 #include <robomosp/sdk/post_writer.h>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/program/compiled.h"
 #include "ioci/program/post_cell.h"
+#include "ioci/program/post_profile.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/program/read_back.h"
@@ -238,6 +240,7 @@ struct Side {
   std::string reader, not_read;     ///< which reads it back, or why none did
   std::vector<SideFault> not_said;  ///< what the reader could not say: at lines of the source
   std::vector<Reached> reached;
+  std::shared_ptr<ControllerProfile> axes;  ///< how the controller counts the robot's
   std::vector<Deed> bits, whole;
   Units units{};
   std::size_t compared = 0;  ///< with the program
@@ -305,6 +308,22 @@ Result<void> read_back(CommandContext& ctx, const rmp_code& program,
   }
   side.reader = read.reader;
   side.reached = reached(*traced, {});
+  if (counts_maker_axes(read.program->code()) && side.axes)
+    for (Reached& r : side.reached) {
+      if (!r.is_joints || r.joints.empty()) continue;
+      const auto& axes = side.axes->view.axes;
+      std::size_t count = r.joints.size();
+      for (const PostAxis& a : axes)
+        if (is_of_robot(a) && a.joint >= 0)
+          count = std::max(count, static_cast<std::size_t>(a.joint) + 1);
+      const auto q = joints_from_axes(axes, r.joints, std::vector<double>(count, 0.0), nullptr);
+      if (!q) continue;
+      r.joints = *q;
+      for (std::size_t j = 0; j < q->size(); ++j)
+        for (const PostAxis& a : axes)
+          if (a.joint == static_cast<std::int32_t>(j))
+            r.joints[j] = (*q)[j] * axis_scale(a, nullptr);
+    }
   side.bits = deeds(*traced, false);
   side.whole = deeds(*traced, true);
   return {};
@@ -331,6 +350,17 @@ Result<Side> post_side(CommandContext& ctx, const Map& args, const std::string& 
   }
   for (const char* each : {"robot", "world", "name_there", "form", "inputs"})
     if (has(args, each)) post.set(each, *args.find(each));
+  out.axes = std::make_shared<ControllerProfile>();
+  if (const auto profile = ctx.snapshot().find(controller_kind(), asked)) {
+    const model::Record* r = ctx.snapshot().find(*profile);
+    out.axes->name = r->name;
+    out.axes->record = std::get<model::OtherContent>(r->body).as<model::Controller>();
+  }
+  RMP_TRY(out.axes->fill());
+  if (has(args, "robot")) {
+    RMP_TRY_ASSIGN(auto maker, robotics::MakerAxes::of(content<model::Robot>(ctx, args, "robot")));
+    (void)out.axes->use(std::move(maker), name_in(ctx, ref(args, "robot")));  // the post tells
+  }
   RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.post", post));
   const Map& map = *found.as_map();
   out.target = *map.find("target")->as_string();

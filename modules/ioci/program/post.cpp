@@ -57,6 +57,7 @@ struct Asked {
     const PostProfile& p = profile->view;
     return p.tool < 0 ? Pose{} : p.tools[static_cast<std::size_t>(p.tool)].pose;
   }
+  std::vector<std::string> contradictions;  ///< of the profile to the robot
 };
 
 /// A name that is an identifier.
@@ -106,7 +107,8 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   out.has_robot = asked.cell.robot != nullptr;
   const auto known = [&](const rmp_code& of) {
     return program_post::known_points(of, asked.cell.robot.get(), asked.kinematics.get(),
-                                      asked.cell.start, asked.default_tool());
+                                      asked.cell.start, asked.default_tool(),
+                                      asked.profile->view.axes);
   };
   const auto placed = program_post::in_cell(as_written, asked.cell.places);
   const rmp_code& code = placed ? placed->code() : as_written;
@@ -131,6 +133,10 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   for (const auto& r : legal.remarks) out.fault(r.severity, r.span, r.message, r.hint);
   const auto points = known(legal.tables->code());
   for (const auto& r : points.remarks) out.fault(r.severity, r.span, r.message, r.hint);
+  for (const std::string& message : asked.contradictions)
+    out.fault(RMP_FAULT_WARNING, row<rmp_code_routine>(code.routines, 0).span, message,
+              "Take sign, offset and joint out of the profile's axis, or correct the robot's axes "
+              "(robot.set_axes).");
   PostTask task;
   task.code = &legal.tables->code();
   task.form = form;
@@ -139,6 +145,13 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   task.robot = asked.cell.robot.get();
   task.kinematics = asked.kinematics.get();
   task.profile = &asked.profile->view;
+  const auto axes = task.profile->axes;
+  // Without a robot the joints of a controller's program stay what they are.
+  const bool are_makers = counts_maker_axes(code) && !asked.cell.robot;
+  task.axes_are_unknown =
+      !are_makers && std::none_of(axes.begin(), axes.end(), [](const PostAxis& a) {
+        return is_of_robot(a) && a.origin != PostAxisOrigin::not_known;
+      });
   RMP_TRY(asked.post->write(task, *asked.params, out, ctx.progress));
   Written written;
   written.parts = legal.parts;
@@ -266,6 +279,7 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const Compiled& m
     RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, out.cell.robot, out.cell.ik));
     out.kinematics =
         std::make_unique<HostKinematics>(out.cell.robot, std::move(bound), ctx.progress);
+    out.contradictions = out.profile->use(std::move(out.cell.maker), out.cell.robot_name);
   }
   out.name = text_of(args, "name");
   if (out.name.empty()) out.name = out.profile->record.program;

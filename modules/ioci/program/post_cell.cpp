@@ -145,6 +145,10 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
   }
   out.robot = of_flange(model, flange);
   out.ik = robot.ik;
+  out.robot_name = now.find(record)->name;
+  auto maker = robotics::MakerAxes::of(robot);
+  if (!maker.ok()) return std::move(maker).error().in("robot " + text::quote(out.robot_name));
+  out.maker = std::move(*maker);
   out.start = lead ? lead->start : robotics::home_joint_values(robot);
   return out;
 }

@@ -15,11 +15,14 @@
 #include "ioci/program/post_output.h"
 #include "model/robot.h"
 #include "program_post/cell.h"
+#include "robotics/maker_axes.h"
 
 namespace robomosp::ioci {
 
 struct PostCell {
   std::shared_ptr<const RobotModel> robot;  ///< its tip is the flange; null = none is known
+  std::string robot_name;                   ///< of its record
+  robotics::MakerAxes maker;                ///< its axes; none where they are not known
   model::ProviderChoice ik;
   std::vector<double> start;  ///< joint values at the start [rad or m]
   /// As the run has them; empty = the base, the flange.

@@ -7,7 +7,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -64,18 +63,7 @@ class HostKinematics final : public PostKinematics {
   }
   [[nodiscard]] std::uint32_t status(std::span<const double> q,
                                      std::uint32_t& known) const override {
-    known = 0;
-    std::uint32_t out = 0;
-    if (names_.empty() || q.size() != model_->coordinate_count()) return 0;
-    const auto measures = names_.measure(q);
-    static constexpr std::string_view kBits[] = {"shoulder", "elbow", "wrist"};
-    for (std::size_t i = 0; i < measures.size(); ++i)
-      for (std::uint32_t bit = 0; bit < 3; ++bit) {
-        if (names_.choices()[i].name != kBits[bit]) continue;
-        known |= 1U << bit;
-        if (measures[i] < 0) out |= 1U << bit;
-      }
-    return out;
+    return names_.status(q, known);
   }
 
  private:

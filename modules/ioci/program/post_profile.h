@@ -2,6 +2,9 @@
 // Records of controllers as posts see them (layer: application, ioci only).
 #pragma once
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <numbers>
 #include <string>
@@ -14,6 +17,7 @@
 #include "kernel/text.h"
 #include "model/controller.h"
 #include "model/placement.h"
+#include "robotics/maker_axes.h"
 
 namespace robomosp::ioci {
 
@@ -35,10 +39,15 @@ struct ControllerProfile {
   std::string number, partner;      ///< values of options
   std::vector<PostPlace> tools, frames;
   std::vector<PostOption> options;
+  robotics::MakerAxes maker;  ///< of the robot, where one is named
   PostProfile view;
 
   Result<void> fill() {
     const std::string where = "controller " + text::quote(name);
+    // Where one axis has a sign or an offset, those of the others are 1 and 0.
+    const bool is_given = std::any_of(
+        record.axes.begin(), record.axes.end(),
+        [](const model::ControllerAxis& a) { return !a.is_external && (a.sign || a.offset); });
     for (const auto& a : record.axes) {
       if (a.sign == 0)
         return error(ErrorCode::invalid_argument,
@@ -47,11 +56,14 @@ struct ControllerProfile {
                       a.joint - 1,
                       a.is_external,
                       a.is_linear,
-                      double(a.sign),
-                      a.offset,
+                      double(a.sign.value_or(1)),
+                      a.offset.value_or(0),
                       a.pulses,
                       a.lower,
                       a.upper,
+                      {},
+                      is_given ? PostAxisOrigin::profile : PostAxisOrigin::not_known,
+                      0,
                       {}});
     }
     for (const auto& s : record.signals)
@@ -82,6 +94,73 @@ struct ControllerProfile {
     view.max_speed_ori = record.max_speed_ori * 180 / std::numbers::pi;
     view.options = options;
     return {};
+  }
+
+  /// Takes the maker's axes of the robot, which count instead of signs and offsets of the record;
+  /// its names, pulses and limits stay. Returns a sentence for each contradiction.
+  std::vector<std::string> use(robotics::MakerAxes&& of_robot, const std::string& robot) {
+    std::vector<std::string> told;
+    maker = std::move(of_robot);
+    if (!maker.known()) return told;
+    std::vector<PostAxis> all(maker.axes().begin(), maker.axes().end());
+    std::vector<bool> is_used(axes.size(), false);
+    const auto same_name = [](std::string_view a, std::string_view b) {
+      return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
+        return std::tolower(static_cast<unsigned char>(x)) ==
+               std::tolower(static_cast<unsigned char>(y));
+      });
+    };
+    const auto is_named = [&](const PostAxis& own) {
+      return std::any_of(maker.axes().begin(), maker.axes().end(),
+                         [&](const PostAxis& a) { return same_name(a.name, own.name); });
+    };
+    const auto match = [&](const PostAxis& a) {
+      for (std::size_t i = 0; i < axes.size(); ++i)
+        if (!is_used[i] && same_name(axes[i].name, a.name)) return i;
+      for (std::size_t i = 0; i < axes.size(); ++i)
+        if (!is_used[i] && !axes[i].external && !a.external && axes[i].joint == a.joint &&
+            !is_named(axes[i]))
+          return i;
+      return axes.size();
+    };
+    const auto shown = [](double v) { return text::print_rounded(v, 9); };
+    const std::string of = " of controller " + text::quote(name);
+    for (PostAxis& a : all) {
+      const std::size_t i = match(a);
+      if (i == axes.size()) continue;
+      is_used[i] = true;
+      const PostAxis& own = axes[i];
+      const model::ControllerAxis& given = record.axes[i];
+      std::string differs;
+      const auto add = [&](const std::string& what) {
+        differs += (differs.empty() ? "" : ", ") + what;
+      };
+      if (own.external != a.external) add(own.external ? "an external axis" : "no external axis");
+      else if (own.external || own.joint != a.joint)
+        add((own.external ? "additional joint " : "joint ") + std::to_string(own.joint + 1) +
+            " instead of joint " + std::to_string(a.joint + 1));
+      if (given.sign && own.sign != a.sign)
+        add("sign " + shown(own.sign) + " instead of " + shown(a.sign));
+      if (given.offset && !(std::fabs(own.offset - a.offset) < 1e-9))
+        add("offset " + shown(own.offset) + " instead of " + shown(a.offset));
+      if (!differs.empty())
+        told.push_back("axis " + text::quote(own.name) + of + " has " + differs + " of robot " +
+                       text::quote(robot) + ": the robot's counts");
+      if (own.external == a.external) a.name = own.name, a.of_robot += 2;
+      a.pulses = own.pulses;
+      if (own.lower < own.upper) a.lower = own.lower, a.upper = own.upper;
+    }
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      if (is_used[i]) continue;
+      if (axes[i].external) all.push_back(axes[i]);
+      else
+        told.push_back("axis " + text::quote(axes[i].name) + of + " is none of robot " +
+                       text::quote(robot) + " and is not written");
+    }
+    std::stable_partition(all.begin(), all.end(), [](const PostAxis& a) { return !a.external; });
+    axes = std::move(all);
+    view.axes = axes;
+    return told;
   }
 
   /// Signals that are variables which programs share: with the one of that name. This is the

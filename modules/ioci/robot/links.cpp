@@ -523,6 +523,9 @@ Result<void> nothing_holds(const Robot& r, std::int32_t index) {
     if (t.link == index) return held("the attached tool " + text::quote(t.name));
   for (const auto& l : r.loops)
     if (l.link_a == index || l.link_b == index) return held("loop " + text::quote(l.name));
+  for (const model::MakerAxis& a : r.axes)
+    for (const model::AxisCoupling& c : a.coupled)
+      if (a.link != index && c.link == index) return held("axis " + text::quote(a.name));
   return {};
 }
 
@@ -543,6 +546,7 @@ Result<Value> remove_link(CommandContext& ctx, const Map& args) {
     const auto lower = [index](std::int32_t& link) {
       if (link > index) --link;
     };
+    std::erase_if(r.axes, [index](const model::MakerAxis& a) { return a.link == index; });
     r.links.erase(r.links.begin() + index);
     for (Link& l : r.links) lower(l.parent);
     for (Link& l : r.links)
@@ -552,6 +556,10 @@ Result<Value> remove_link(CommandContext& ctx, const Map& args) {
     for (model::LoopClosure& l : r.loops) {
       lower(l.link_a);
       lower(l.link_b);
+    }
+    for (model::MakerAxis& a : r.axes) {
+      lower(a.link);
+      for (model::AxisCoupling& c : a.coupled) lower(c.link);
     }
     return {};
   });
@@ -723,7 +731,7 @@ RMP_COMMANDS(robot_link_commands) {
   all.push_back({.name = "robot.remove_link",
                  .classic = "",
                  .summary = "Removes a link on which nothing stands or hangs.",
-                 .details = "Named poses lose the value of its joint.",
+                 .details = "Named poses lose the value of its joint, and the maker's axes its axis.",
                  .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"),
                  .params = {self("robot"), link},
                  .returns = {},

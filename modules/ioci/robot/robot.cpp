@@ -97,6 +97,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   }
   RMP_TRY_ASSIGN(const RobotModel built,
                  robotics::build_robot_model(name, r, {}, {0, 0, -9.81}, &ctx.progress));
+  if (has(args, "axes")) RMP_TRY(give_axes(ctx, r, *args.find("axes")));
   if (const Value* poses = args.find("poses"); poses && poses->as_map())
     for (const auto& [pose, q] : *poses->as_map()) {
       RMP_TRY_ASSIGN(auto values, read_q(q, r, built.joints, "poses." + pose));
@@ -272,6 +273,8 @@ RMP_COMMANDS(robot_commands) {
   for (ParamSpec& p : robot_fields()) create_params.push_back(std::move(p));
   create_params.push_back(
       optional("poses", "map", "", "Named joint vectors, such as {home = {0, 0, 0}}."));
+  create_params.push_back(optional(
+      "axes", "list", "", "The axes as the maker counts them; fields as in robot.set_axes."));
   create_params.push_back(parameters_field());
   all.push_back(
       {.name = "robot.create",

@@ -38,6 +38,8 @@ Result<void> append_link(CommandContext& ctx, model::Robot& r, Value given, cons
 /// Links as robot.create takes them: a list of tables and of rows of numbers, a matrix, or what
 /// robot.dh_table gives. `columns` names those of rows of numbers. The result has tables only.
 [[nodiscard]] Result<List> links_given(const Value& links, const Value* columns);
+/// The maker's axes of a robot that has its links, from a list of the fields of robot.set_axes.
+Result<void> give_axes(const CommandContext& ctx, model::Robot& r, const Value& list);
 /// Designed bodies; `name` is what paths call the list: "parts" or "base_parts".
 [[nodiscard]] Result<std::vector<model::BodyPart>> read_bodies(CommandContext& ctx,
                                                                const Value& list,

@@ -362,6 +362,7 @@ class AsWriter final : public brand::BrandWriter {
     } kBits[] = {{kPostShoulderBehind, "shoulder", "RIGHTY", "LEFTY"},
                  {kPostElbowOther, "elbow", "ABOVE", "BELOW"},
                  {kPostWristFlipped, "wrist", "UWRIST", "DWRIST"}};
+    if (g.point && g.point->status_known != 0 && !g.point->q.empty()) axes_are_needed();
     for (const auto& b : kBits) {
       if (!g.point || !(g.point->status_known & b.bit)) continue;
       const std::string_view usual = option(b.name, b.usual);

@@ -34,6 +34,10 @@ class TrajectoryWriter final : public StraightWriter {
       fail("joints are written, and no robot is named",
            "Name the robot: program.post{robot = ...}.");
     }
+    if (std::any_of(profile_.axes.begin(), profile_.axes.end(), [](const PostAxis& a) {
+          return is_of_robot(a) && (a.sign != 1 || a.offset != 0 || !a.coupled.empty());
+        }))
+      note("positions are those of the robot's joints, as in its URDF, not of its maker's axes");
     if (!profile_.prologue.empty() || !profile_.epilogue.empty())
       warn("prologue and epilogue are not written: a message has no lines of a language",
            "Take them out of the profile.");
@@ -44,8 +48,10 @@ class TrajectoryWriter final : public StraightWriter {
   }
   std::vector<std::string> joint_names() const {
     std::vector<std::string> out;
+    // The maker's names of a robot are not those of its joints.
     for (const PostAxis& a : profile_.axes)
-      if (!a.external) out.emplace_back(a.name);
+      if (!a.external && (a.origin != PostAxisOrigin::robot || (a.of_robot & 2) != 0))
+        out.emplace_back(a.name);
     if (out.empty() && task_.robot)
       for (const JointModel& j : task_.robot->joints)
         if (!j.is_coupled() && coordinate_count(j.type) == 1) out.push_back(j.name);

@@ -373,19 +373,17 @@ class KrlWriter final : public post::DeclaredWriter {
     if (e.size() > 6) fail("KUKA KRL has six external axes, and the profile has more");
     return s;
   }
-  /// S: bit 0 the wrist is behind axis 1, bit 1 A3 is at or above its limit (the elbow is up), bit
-  /// 2 A5 is negative. With the controller's axes they are looked at, else it is PostStatus.
+  /// S: bit 0 the wrist is behind axis 1, bit 1 A3 is at or above the angle at which the arm is
+  /// stretched (0 only where axes 3 and 4 meet), bit 2 A5 is negative. The first two are geometry,
+  /// so that they need no axes; the option a3_limit gives the angle otherwise.
   std::uint32_t status_bits(const PostPoint& p) {
     std::uint32_t s = p.status & kPostShoulderBehind;
-    const bool has_axes = std::any_of(profile_.axes.begin(), profile_.axes.end(),
-                                      [](const PostAxis& a) { return !a.external; });
-    if (has_axes && p.q.size() >= 6) {
-      const auto a = axes(p);
-      if (a.size() >= 6)
-        return s | (a[2] >= number_option("a3_limit", 0) ? 2U : 0U) | (a[4] < 0 ? 4U : 0U);
-    }
-    if (!post::wrist_behind_lower_arm(p.status)) s |= 2U;
-    return s | (p.status & kPostWristFlipped);
+    if (!p.q.empty()) axes_are_needed();
+    const auto a = has_axes() && p.q.size() >= 6 ? axes(p) : std::vector<double>{};
+    if (a.size() >= 6 && !option("a3_limit").empty())
+      s |= a[2] >= number_option("a3_limit", 0) ? 2U : 0U;
+    else if (!post::wrist_behind_lower_arm(p.status)) s |= 2U;
+    return s | (a.size() >= 6 ? (a[4] < 0 ? 4U : 0U) : p.status & kPostWristFlipped);
   }
   /// A point with all that is known of it.
   std::string aggregate(const PostPoint& p) {
@@ -976,10 +974,17 @@ class KrlWriter final : public post::DeclaredWriter {
       return "{X 0.0}";
     }
     if (p->role == RMP_ROLE_JOINT || p->role == RMP_ROLE_MAIN_JOINT) {
+      axes_are_needed();
       std::string s = "{";
-      for (std::size_t i = 0; i < p->q.size(); ++i)
-        s += (i ? ",A" : "A") + std::to_string(i + 1) + " " +
-             angle(p->q[i] * post::kDegree * sign_of(i));
+      std::size_t i = 0;
+      const auto add = [&](double degrees) {
+        s += (i ? ",A" : "A") + std::to_string(i + 1) + " " + angle(degrees);
+        ++i;
+      };
+      for (const PostAxis& a : profile_.axes)
+        if (!a.external) add(axis_value(a, p->q, task_.robot).value_or(0) - a.offset);
+      if (i == 0)
+        for (const double q : p->q) add(q * post::kDegree);
       return s + "}";
     }
     if (!p->has_pose || p->role == RMP_ROLE_ADD_JOINT) {
@@ -992,12 +997,6 @@ class KrlWriter final : public post::DeclaredWriter {
     return "{X " + length(p->pose.p[0] * 1000) + ",Y " + length(p->pose.p[1] * 1000) + ",Z " +
            length(p->pose.p[2] * 1000) + "}";
   }
-  double sign_of(std::size_t joint) const {
-    for (const PostAxis& a : profile_.axes)
-      if (!a.external && a.joint == static_cast<std::int32_t>(joint)) return a.sign;
-    return 1;
-  }
-
   post::File body_, dat_, points_;
   std::vector<post::File> extra_;
   post::Points table_;

@@ -363,6 +363,7 @@ class PacWriter final : public brand::BrandWriter {
   bool has_external() const override { return true; }
   int figure(const brand::Goal& g) {
     if (!g.point || (g.point->status_known & 7U) != 7U) return -1;
+    if (!g.point->q.empty()) axes_are_needed();
     // Bit 2 of the controller's figure is "not flipped".
     return static_cast<int>((g.point->status & 7U) ^
                             (static_cast<unsigned>(number_option("fig_xor", 4)) & 7U));

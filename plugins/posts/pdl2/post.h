@@ -379,6 +379,7 @@ class Pdl2Writer final : public brand::BrandWriter {
   bool has_speed_ori() const override { return true; }
   std::string configuration(const brand::Goal& g) {
     if (!g.point || g.point->status_known == 0) return "";
+    if (!g.point->q.empty()) axes_are_needed();
     std::string out;
     static constexpr struct {
       std::uint32_t bit;

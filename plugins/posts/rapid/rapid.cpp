@@ -356,10 +356,8 @@ class RapidWriter final : public post::DeclaredWriter {
       return out;
     }
     const auto a = axes(p);
-    // The controller's own axis 5 counts, which a profile may turn round.
-    const bool has_axes = std::any_of(profile_.axes.begin(), profile_.axes.end(),
-                                      [](const PostAxis& x) { return !x.external; });
-    if (has_axes && a.size() >= 6) cfx = (cfx & 6U) | (a[4] < 0 ? 1U : 0U);
+    // The controller's own axis 5 counts.
+    if (has_axes() && a.size() >= 6) cfx = (cfx & 6U) | (a[4] < 0 ? 1U : 0U);
     const auto quarter = [&](std::size_t i) {
       return i < a.size() ? post::fixed(std::floor(a[i] / 90.0 + 1e-7), 0) : std::string("0");
     };

@@ -517,6 +517,7 @@ class Val3Writer final : public brand::BrandWriter {
                  {kPostElbowOther, "elbow", "esame", "epositive", "enegative"},
                  {kPostWristFlipped, "wrist", "wsame", "wpositive", "wnegative"}};
     std::string out;
+    if (g.point && g.point->status_known != 0 && !g.point->q.empty()) axes_are_needed();
     std::uint32_t status = g.point ? g.point->status : 0;
     // "enegative" is the sign of joint 3, which a shoulder behind turns round.
     status = (status & ~std::uint32_t{kPostElbowOther}) |

@@ -177,7 +177,14 @@ class PostKinematics {
                                              std::uint32_t& known) const = 0;
 };
 
-/// How an axis of the controller is made of a joint: value = sign * joint + offset.
+/// Where the sense and the zero of an axis are from.
+enum class PostAxisOrigin : std::int32_t {
+  not_known = 0,  ///< nobody gives them: the joint counts as it is
+  profile = 1,    ///< the controller's profile gives a sign or an offset
+  robot = 2,      ///< the maker's axes of the robot
+};
+/// How an axis of the controller is made of joints: value = sign * joint + offset, and the coupled
+/// joints times their factors. post_axes.h computes it, both ways.
 struct PostAxis {
   std::string_view name;    ///< such as "A1"
   std::int32_t joint = -1;  ///< entry of q; of the additional joints where `external`
@@ -187,7 +194,13 @@ struct PostAxis {
   double offset = 0;            ///< [degrees or mm]
   double pulses = 0;            ///< per degree or mm; 0 = not given
   double lower = 0, upper = 0;  ///< [degrees or mm], where lower < upper
-  Room room{};
+  /// Factors of further joints, by entry of q; empty = none.
+  std::span<const double> coupled{};
+  PostAxisOrigin origin = PostAxisOrigin::not_known;
+  /// 1: an external axis of the controller is a joint of the robot, and `joint` an entry of q; 2 is
+  /// added where the name of an axis of the robot is from the profile.
+  std::int32_t of_robot = 0;
+  std::array<std::uint64_t, 5> room{};
 };
 /// How a signal of the program is called there.
 struct PostSignal {
@@ -239,6 +252,9 @@ struct PostTask {
   const RobotModel* robot = nullptr;  ///< nullptr = no robot was named
   const PostKinematics* kinematics = nullptr;
   const PostProfile* profile = nullptr;  ///< never nullptr
+  /// 1 = neither robot nor profile say how the controller counts its axes: whoever writes joint
+  /// values, turns or a configuration warns. Check struct_size first.
+  std::uint32_t axes_are_unknown = 0;
 };
 
 /// Where a post writes to. Implemented by the host; its calls are made from one thread.

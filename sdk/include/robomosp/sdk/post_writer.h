@@ -22,6 +22,7 @@
 #include <vector>
 
 #include <robomosp/sdk/post.h>
+#include <robomosp/sdk/post_axes.h>
 #include <robomosp/sdk/program_tables.h>
 #include <robomosp/sdk/program_turns.h>
 
@@ -758,8 +759,8 @@ class Writer {
     if (named_.insert(s).second) tell_renamed(s, there);
     return there;
   }
-  /// A note where the name of a routine, or of a variable or signal of the whole program, is another
-  /// one there, but for its case.
+  /// A note where the name of a routine, or of a variable or signal of the whole program, is
+  /// another one there, but for its case.
   void tell_renamed(std::uint32_t s, const std::string& there) {
     const auto& x = symbol(s);
     const std::string_view own = x.name;
@@ -849,6 +850,22 @@ class Writer {
     if (!std::isfinite(v)) fail("a number here is not finite", "Check what it is computed from.");
     return fixed(v, digits);
   }
+  /// Whether there are axes of the robot that the controller does not keep as external ones.
+  [[nodiscard]] bool has_axes() const {
+    return std::any_of(profile_.axes.begin(), profile_.axes.end(),
+                       [](const PostAxis& a) { return !a.external; });
+  }
+  /// A warning, once a program, where joint values, turns or a configuration are written and nobody
+  /// says how the controller counts its axes.
+  void axes_are_needed() {
+    if (!RMP_HAS(&task_, axes_are_unknown) || task_.axes_are_unknown == 0 ||
+        std::exchange(told_axes_, true))
+      return;
+    warn(
+        "how the controller counts its axes is not known: joint values, turns and configurations "
+        "are written as the robot's joints count",
+        "Give the robot its maker's axes (robot.set_axes), or the profile's axes sign and offset.");
+  }
   /// Values of the controller's axes for the robot's joints at a point, external ones not counted
   /// [degrees or mm]. Where they are not known it is said, and they are empty.
   std::vector<double> axes(const PostPoint& p) {
@@ -858,56 +875,57 @@ class Writer {
            "Name the robot: program.post{robot = ...}.");
       return out;
     }
-    const auto is_linear = [&](std::size_t i) {
-      return task_.robot && i < task_.robot->joints.size() &&
-             task_.robot->joints[i].type == JointType::prismatic;
-    };
-    if (std::none_of(profile_.axes.begin(), profile_.axes.end(),
-                     [](const PostAxis& a) { return !a.external; })) {
+    axes_are_needed();
+    if (!has_axes()) {
       for (std::size_t i = 0; i < p.q.size(); ++i)
-        out.push_back(p.q[i] * (is_linear(i) ? 1000.0 : kDegree));
+        out.push_back(p.q[i] * (joint_slides(task_.robot, i) ? 1000.0 : kDegree));
       return out;
     }
     for (const PostAxis& a : profile_.axes) {
       if (a.external) continue;
-      const auto i = static_cast<std::size_t>(a.joint);
-      if (a.joint < 0 || i >= p.q.size()) {
+      const auto v = axis_value(a, p.q, task_.robot);
+      if (!v) {
         fail("axis " + std::string(a.name) + " of the profile is joint " +
                  std::to_string(a.joint + 1) + ", which the target does not have",
              "Give the profile's axes the joints of this robot.");
         return {};
       }
-      out.push_back(a.sign * p.q[i] * (a.linear || is_linear(i) ? 1000.0 : kDegree) + a.offset);
-      if (a.lower < a.upper && (out.back() < a.lower - 1e-6 || out.back() > a.upper + 1e-6))
-        fail("axis " + std::string(a.name) + " would be at " + trimmed(out.back(), 3) +
-                 ", outside its limits of " + trimmed(a.lower, 3) + " to " + trimmed(a.upper, 3),
-             "Move the target, or choose another configuration.");
+      out.push_back(*v);
+      within_limits(a, *v);
     }
     return out;
+  }
+  void within_limits(const PostAxis& a, double v) {
+    if (!(a.lower < a.upper) || (v >= a.lower - 1e-6 && v <= a.upper + 1e-6)) return;
+    const auto limit = [](double x) {
+      return std::isfinite(x) ? trimmed(x, 3) : std::string("no limit");
+    };
+    fail("axis " + std::string(a.name) + " would be at " + trimmed(v, 3) +
+             ", outside its limits of " + limit(a.lower) + " to " + limit(a.upper),
+         "Move the target, or choose another configuration.");
   }
   /// The turn of axis `axis` of the controller (0 = its first) where turn 0 begins at `from`
   /// degrees; nothing = it is not known.
   [[nodiscard]] std::optional<std::int32_t> axis_turn(const PostPoint& p, std::size_t axis,
                                                       double from = kTurnsFrom) const {
-    std::size_t joint = axis, at = 0;
-    double sign = 1, offset = 0;
-    bool is_named = false;
+    std::size_t at = 0;
+    const PostAxis* named = nullptr;
     for (const PostAxis& a : profile_.axes) {
       if (a.external || at++ != axis) continue;
       if (a.joint < 0 || a.linear) return std::nullopt;
-      is_named = true;
-      joint = static_cast<std::size_t>(a.joint);
-      sign = a.sign;
-      offset = a.offset;
+      named = &a;
     }
-    if (at > 0 && !is_named) return std::nullopt;
+    if (at > 0 && !named) return std::nullopt;
+    const std::size_t joint = named ? static_cast<std::size_t>(named->joint) : axis;
     if (!p.q.empty()) {
-      if (joint >= p.q.size() || (task_.robot && joint < task_.robot->joints.size() &&
-                                  task_.robot->joints[joint].type == JointType::prismatic))
-        return std::nullopt;
-      return turn_of(sign * p.q[joint] * kDegree + offset, from);
+      if (joint >= p.q.size() || joint_slides(task_.robot, joint)) return std::nullopt;
+      if (!named) return turn_of(p.q[joint] * kDegree, from);
+      const auto v = axis_value(*named, p.q, task_.robot);
+      return v ? std::optional<std::int32_t>(turn_of(*v, from)) : std::nullopt;
     }
-    if (sign != 1 || offset != 0 || p.turns_from != from || joint < p.turns_first ||
+    const bool is_as_it_is =
+        !named || (named->sign == 1 && named->offset == 0 && named->coupled.empty());
+    if (!is_as_it_is || p.turns_from != from || joint < p.turns_first ||
         joint - p.turns_first >= p.turns.size())
       return std::nullopt;
     const std::int32_t t = p.turns[joint - p.turns_first];
@@ -941,8 +959,9 @@ class Writer {
     }
     return false;
   }
-  /// The same of the additional joints: those of the profile, or, where it names none and the
-  /// program uses them, all as they are, which is noted.
+  /// The same of the external axes: joints of the robot that its controller keeps as such, and the
+  /// additional joints: those of the profile, or, where it names none and the program uses them,
+  /// all as they are, which is noted.
   std::vector<double> external_axes(const PostPoint& p) {
     std::vector<double> out;
     const bool has_external = std::any_of(profile_.axes.begin(), profile_.axes.end(),
@@ -966,6 +985,16 @@ class Writer {
              "Give the profile an axis with external = true and this joint.");
     for (const PostAxis& a : profile_.axes) {
       if (!a.external) continue;
+      if (a.of_robot != 0) {
+        const auto v = axis_value(a, p.q, task_.robot);
+        if (!v)
+          fail("external axis " + std::string(a.name) +
+                   " is a joint of the robot, and the joints of this target are not known",
+               *p.q_missing ? std::string(p.q_missing) + "." : "Name the robot.");
+        else within_limits(a, *v);
+        out.push_back(v.value_or(0));
+        continue;
+      }
       const auto i = static_cast<std::size_t>(a.joint);
       const double v = a.joint >= 0 && i < p.external.size() ? p.external[i] : 0.0;
       out.push_back(a.sign * v + a.offset);
@@ -1501,6 +1530,7 @@ class Writer {
   std::map<std::uint32_t, Names> field_names_;
   std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::string>> told_;
   int depth_ = 0;
+  bool told_axes_ = false;
 };
 
 /// Points of a program by their name: equal ones have one name.

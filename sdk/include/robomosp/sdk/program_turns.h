@@ -39,22 +39,32 @@ inline constexpr double kTurnSlack = 0.05;
   if (other > begin + 360 + kTurnSlack) return base;
   return std::fabs(other - seed) < std::fabs(base - seed) ? other : base;
 }
-/// R_TURNS_FROM of the program's cell; nothing there = kTurnsFrom.
-[[nodiscard]] inline double turns_from(const rmp_code& code) {
-  static constexpr std::string_view kName = "R_TURNS_FROM";
+/// The value of a constant number of the program's cell, `otherwise` where it has none within
+/// -360 to 360. `name` is upper-case.
+[[nodiscard]] inline double cell_number(const rmp_code& code, std::string_view name_of,
+                                        double otherwise) {
   for (std::uint32_t i = 0; i < code.symbols.count; ++i) {
     const auto& s = row<rmp_code_symbol>(code.symbols, i);
     if (s.kind != RMP_SYMBOL_CONSTANT || s.constant == RMP_NONE) continue;
     const std::string_view name = s.name;
-    bool is_it = name.size() == kName.size();
+    bool is_it = name.size() == name_of.size();
     for (std::size_t k = 0; is_it && k < name.size(); ++k)
-      is_it = (name[k] >= 'a' && name[k] <= 'z' ? name[k] - 32 : name[k]) == kName[k];
+      is_it = (name[k] >= 'a' && name[k] <= 'z' ? name[k] - 32 : name[k]) == name_of[k];
     if (!is_it) continue;
     const auto& c = row<rmp_code_constant>(code.constants, s.constant);
     const double v = c.kind == RMP_CONSTANT_INT ? static_cast<double>(c.integer) : c.real;
     if (c.kind != RMP_CONSTANT_TEXT && v >= -360 && v <= 360) return v;
   }
-  return kTurnsFrom;
+  return otherwise;
+}
+/// R_TURNS_FROM of the program's cell; nothing there = kTurnsFrom.
+[[nodiscard]] inline double turns_from(const rmp_code& code) {
+  return cell_number(code, "R_TURNS_FROM", kTurnsFrom);
+}
+/// Whether MAIN_JOINT and TURNS of the program are those of the maker's axes, as in programs of
+/// controllers (R_MAKER_AXES := 1 in its cell), instead of the robot's joints.
+[[nodiscard]] inline bool counts_maker_axes(const rmp_code& code) {
+  return cell_number(code, "R_MAKER_AXES", 0) != 0;
 }
 
 }  // namespace robomosp
