@@ -125,9 +125,12 @@ class Names {
   Result<void> add(const std::string& name) {
     if (!is_name(name)) return bad_name(name, what_);
     if (!seen_.insert(name).second)
-      return error(ErrorCode::conflict,
-                   "there are two " + std::string(what_) + "s named " + quote(name),
-                   "Give each its own name.");
+      return error(
+          ErrorCode::conflict,
+          "there are two " +
+              (std::string_view(what_) == "axis" ? std::string("axes") : std::string(what_) + "s") +
+              " named " + quote(name),
+          "Give each its own name.");
     return {};
   }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/flatten.h"
 
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <robomosp/sdk/program_turns.h>
 
 #include "program/state.h"
 
@@ -12,6 +15,7 @@ namespace robomosp::program {
 namespace {
 
 using Operand = rmp_code_operand;
+constexpr double kNotSaid = 1000;  ///< beyond what cell_number() gives
 
 class Flattening {
  public:
@@ -89,6 +93,18 @@ class Flattening {
       x.scope = 1;
       x.routine = x.value = x.constant = kNone;
       symbols_.emplace(i, static_cast<std::uint32_t>(p_.symbols.size()));
+      p_.symbols.push_back(x);
+    }
+    // What the cell says of how joints and turns count.
+    for (const char* name : {"R_TURNS_FROM", "R_MAKER_AXES"}) {
+      const double v = cell_number(from_, name, kNotSaid);
+      if (v == kNotSaid || v != std::floor(v)) continue;
+      rmp_code_symbol x{};
+      x.kind = RMP_SYMBOL_CONSTANT;
+      x.type = RMP_TYPE_INT;
+      x.name = p_.keep(name);
+      x.routine = x.value = kNone;
+      x.constant = p_.integer(static_cast<std::int64_t>(v), RMP_TYPE_INT);
       p_.symbols.push_back(x);
     }
     for (const char* name : {"WRITE", "WRITELN"}) {

@@ -789,6 +789,7 @@ Ex Reader::joints(const std::vector<Ex>& a, const std::vector<Ex>& external) {
     is_constant = is_constant && x.is_constant;
     to += (to.empty() ? "" : ", ") + converted(x, real(0).type, here()).s;
   };
+  learned_.turns = 6;  // the cell says whose the joints are
   for (std::size_t i = 0; i < 6; ++i) add(i < a.size() ? a[i] : real(0), list);
   learned_.external_axes = std::max(learned_.external_axes, static_cast<int>(external.size()));
   std::string text = "MAIN_JOINT(" + list + ")";
