@@ -46,6 +46,9 @@ Result<MakerAxis> read_maker_axis(const CommandContext& ctx, const Robot& r, con
   a.name = text_of(checked, "name");
   RMP_TRY_ASSIGN(a.link, read_link(r, *checked.find("link"), false, path + ".link"));
   a.sign = static_cast<std::int32_t>(integer(checked, "sign"));
+  if (a.sign == 0)
+    return error(ErrorCode::invalid_argument, "the sign of axis " + text::quote(a.name) + " is 0",
+                 "It is 1 or -1.", path + ".sign");
   a.offset = real(checked, "offset");
   a.external = flag(checked, "external");
   if (has(checked, "lower")) a.lower = real(checked, "lower");
