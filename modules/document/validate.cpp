@@ -614,6 +614,7 @@ Result<void> check(const Robot& r, Subject& subject, const Watch& watch) {
     RMP_TRY(solid_or_object(p.what, "a part of the base"));
     RMP_TRY(placement(p.placement, "a part of the base"));
   }
+  if (r.base_mass) RMP_TRY(check_mass(*r.base_mass, "", " of the base"));
   Names names("link");
   for (std::size_t i = 0; i < r.links.size(); ++i) {
     RMP_TRY(watch.at(i));

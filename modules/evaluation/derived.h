@@ -162,8 +162,8 @@ class Derived {
   /// the mounting frame.
   Result<std::shared_ptr<const RobotModel>> robot_model(const document::Snapshot&, RobotId,
                                                         Vec3 gravity, Progress&);
-  /// What of a robot does not move, as one body in the mounting frame: its base where the designed
-  /// parts count (a base has no published mass), links fixed to it and payloads there; none =
+  /// What of a robot does not move, as one body in the mounting frame: its base (the designed parts
+  /// where these count, else the published mass), links fixed to it and payloads there; none =
   /// nothing of it has a known mass.
   Result<std::optional<MassProperties>> standing_mass(const document::Snapshot&, RobotId,
                                                       Progress&);

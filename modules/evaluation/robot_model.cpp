@@ -80,6 +80,7 @@ Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const S
   kinematic.description.clear();
   kinematic.source.clear();
   kinematic.base_parts.clear();
+  kinematic.base_mass.reset();
   kinematic.poses.clear();
   kinematic.pair_rules.clear();
   kinematic.ik = kinematic.inverse_dynamics = kinematic.forward_dynamics =
@@ -123,7 +124,8 @@ Result<std::optional<MassProperties>> standing_mass_of(Solids& solids, const Sna
     if (m) bodies.push_back(spatial::in_frame(*m, base_T_link));
     return m.has_value();
   };
-  RMP_TRY(add_parts(robot->base_parts, {}));
+  RMP_TRY_ASSIGN(const bool base_weighs, add_parts(robot->base_parts, {}));
+  if (!base_weighs && robot->base_mass) bodies.push_back(*robot->base_mass);
   const std::vector<robotics::LinkFrame> frames = robotics::link_frames(*robot);
   const auto pose_on = [&](std::int32_t link) -> std::optional<Pose> {
     if (link < 0) return Pose{};

@@ -262,6 +262,7 @@ class Binder : public DeclaredReader {
                       std::get<Robot>(b).base_parts[k].what = id;
                     });
                   }),
+         mass_block("base_mass", "the base's mass properties", r.base_mass),
          repeated("link", [&](Index i) { return link(i, r, links); }),
          repeated("tool", [&](Index i) { return tool(i, r, main_tool, tools); }),
          repeated("attached", [&](Index i) { return attached(i, r, mounted); }),

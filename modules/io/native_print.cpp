@@ -413,6 +413,7 @@ class Printer {
     if (r.mass_source != MassSource::given) line("masses designed");
     if (differs(r.base)) block("base", placement(r.base));
     for (const auto& p : r.base_parts) block("base_part", body(p.what, p.placement));
+    if (r.base_mass) block("base_mass", mass(*r.base_mass));
     for (std::size_t i = 0; i < r.links.size(); ++i) link(r, i);
     if (differs(r.tool)) block("tool", placement(r.tool));
     if (r.payload) block("payload", mass(*r.payload));

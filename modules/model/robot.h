@@ -355,11 +355,12 @@ struct Robot {
   MassSource mass_source = MassSource::given;
   Placement base;  ///< mounting_T_base (a world adds its own placement before it)
   std::vector<BodyPart> base_parts;
-  std::vector<Link> links;                ///< parents before children
-  Placement tool;                         ///< last link_T_tool
-  std::optional<MassProperties> payload;  ///< carried at `tool`, in the tool's frame
-  std::vector<RobotTool> tools;           ///< further tools
-  std::vector<AttachedTool> attached;     ///< objects mounted as tools
+  std::optional<MassProperties> base_mass;  ///< published values, in the frame of the base
+  std::vector<Link> links;                  ///< parents before children
+  Placement tool;                           ///< last link_T_tool
+  std::optional<MassProperties> payload;    ///< carried at `tool`, in the tool's frame
+  std::vector<RobotTool> tools;             ///< further tools
+  std::vector<AttachedTool> attached;       ///< objects mounted as tools
   /// Centre point of an attached tool that is the robot's tool instead of `tool`, "torch.tip", or
   /// "torch" for the object's own frame; it is on the last link. "" = `tool` counts.
   std::string tcp;
@@ -382,6 +383,8 @@ constexpr void fields(V& v, Of<Robot>) {
       .doc("Whether the links' masses are the given ones or those of the designed parts.");
   v("base", &Robot::base).doc("Frame of the base in that of the mounting.");
   v("base_parts", &Robot::base_parts).doc("Bodies that the base is designed of.");
+  v("base_mass", &Robot::base_mass)
+      .doc("Published mass, centre of mass and inertia of the base in its frame.");
   v("links", &Robot::links).by_names().doc("Links with the joint before each, parents first.");
   v("tool", &Robot::tool).doc("Frame of the tool in that of the last link.");
   v("payload", &Robot::payload).doc("Mass carried at the tool, in its frame.");

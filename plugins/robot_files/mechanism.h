@@ -83,6 +83,7 @@ struct NamedPose {
 struct Mechanism {
   std::string name;
   std::vector<Shape> ground;
+  std::optional<MassProperties> ground_mass;  ///< of the base, in its frame
   std::vector<Body> bodies;
   std::vector<Loop> loops;
   std::vector<NamedPose> poses;

@@ -98,6 +98,7 @@ class Recorder {
     for (const Shape& s : m_.ground)
       if (const std::string part = this->part(s, name + "_base"); !part.empty())
         robot += "base_part {" + part + " }\n";
+    if (m_.ground_mass) robot += given("base_mass", *m_.ground_mass, "the base");
     name_links();
     has_shapes_ =
         !m_.ground.empty() || std::any_of(m_.bodies.begin(), m_.bodies.end(),
@@ -321,23 +322,27 @@ class Recorder {
     return 0;
   }
 
+  /// A block with mass, centre and inertia; "" for a negative mass, which a note reports.
+  std::string given(const char* word, const MassProperties& m, const std::string& of) {
+    if (m.mass < 0) {
+      note("The mass of " + of + " is negative and was left out.");
+      return {};
+    }
+    Sym3 i = m.inertia;
+    // Exporters round what is zero to either side.
+    const double rounding =
+        1e-12 * std::max({1.0, std::fabs(i.xx), std::fabs(i.yy), std::fabs(i.zz)});
+    for (double* x : {&i.xx, &i.yy, &i.zz})
+      if (*x < 0 && *x > -rounding) *x = 0;
+    return std::string(word) + " { mass " + print_value(m.mass) + "  com " + tuple(m.com) +
+           "  inertia (" + print_value(i.xx) + ", " + print_value(i.yy) + ", " + print_value(i.zz) +
+           ", " + print_value(i.xy) + ", " + print_value(i.yz) + ", " + print_value(i.xz) + ") }\n";
+  }
+
   std::string content(std::size_t b) {
     const Body& body = m_.bodies[b];
     std::string out;
-    if (body.mass && body.mass->mass < 0) {
-      note("The mass of " + in_quotes(body.name) + " is negative and was left out.");
-    } else if (body.mass) {
-      Sym3 i = body.mass->inertia;
-      // Exporters round what is zero to either side.
-      const double rounding =
-          1e-12 * std::max({1.0, std::fabs(i.xx), std::fabs(i.yy), std::fabs(i.zz)});
-      for (double* x : {&i.xx, &i.yy, &i.zz})
-        if (*x < 0 && *x > -rounding) *x = 0;
-      out += "  given { mass " + print_value(body.mass->mass) + "  com " + tuple(body.mass->com) +
-             "  inertia (" + print_value(i.xx) + ", " + print_value(i.yy) + ", " +
-             print_value(i.zz) + ", " + print_value(i.xy) + ", " + print_value(i.yz) + ", " +
-             print_value(i.xz) + ") }\n";
-    }
+    if (body.mass) out += given("  given", *body.mass, in_quotes(body.name));
     for (const Shape& s : body.shapes)
       if (const std::string p = part(s, body_names_[b]); !p.empty()) out += "  part {" + p + " }\n";
     return out;

@@ -308,9 +308,7 @@ class UrdfReader {
     m_.ground = root.shapes;
     if (root.name != "base")
       m_.notes.push_back("Link " + in_quotes(root.name) + ", the root, is the robot's base.");
-    if (root.mass && root.mass->mass > 0)
-      m_.notes.push_back("The mass of the root " + in_quotes(root.name) +
-                         " was left out: the base does not move.");
+    m_.ground_mass = root.mass;
     std::vector<std::int32_t> at(links_.size(), -1);
     for (std::size_t k = 0; k < order_.size(); ++k) at[order_[k]] = static_cast<std::int32_t>(k);
     for (const std::size_t i : order_) {

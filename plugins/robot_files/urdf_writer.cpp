@@ -92,7 +92,8 @@ class UrdfWriter {
       report_.notes.push_back("The base stands on a link " + in_quotes(mounting) +
                               " of its own, the root.");
     }
-    link(base_, {}, bodies_[0]);
+    const MassProperties* const standing = standing_mass(robot_);
+    link(base_, standing ? *standing : MassProperties{}, bodies_[0]);
     for (std::size_t i = 0; i < links_.size(); ++i) add_link(i);
     for (const ExportFrame& f : m.frames) {
       const std::string name = free_name(f.name, links_taken_);
@@ -170,7 +171,7 @@ class UrdfWriter {
     if (l.joint_count == 0) {
       link(l.name, {}, bodies_[i + 1]);
       fixed(parent, l.name, spatial::compose(parent_T_joint, l.joint_T_link));
-      if (l.has_mass) ++merged_;
+      if (l.has_mass) ++(l.joint < 0 ? merged_in_base_ : merged_);
       return;
     }
     std::string below = parent;
@@ -423,6 +424,9 @@ class UrdfWriter {
     if (merged_ > 0)
       report_.notes.push_back("The masses of " + counted(merged_, "fixed link", "fixed links") +
                               " were added to the moving links that carry them.");
+    if (merged_in_base_ > 0)
+      report_.notes.push_back("The masses of " + counted(merged_in_base_, "link", "links") +
+                              " fixed to the base were added to the base.");
     note(balls_,
          "URDF has no ball joint: three continuous joints about z, y and x without bodies "
          "between stand for it, with other coordinates");
@@ -458,7 +462,7 @@ class UrdfWriter {
   std::map<std::size_t, std::string> joint_names_;
   std::vector<std::string> balls_, sequences_, motors_, springs_, uneven_, passive_, jerks_;
   std::int64_t link_count_ = 0, joint_count_ = 0;
-  std::size_t split_ = 0, merged_ = 0, rows_ = 0, unlimited_ = 0;
+  std::size_t split_ = 0, merged_ = 0, merged_in_base_ = 0, rows_ = 0, unlimited_ = 0;
 };
 
 }  // namespace

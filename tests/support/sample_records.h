@@ -168,6 +168,7 @@ struct SampleRecords {
     r.parametric = parameters("upper.a");
     r.base = turned();
     r.base_parts = {{ball, turned()}};
+    r.base_mass = a_mass();
     Link lower;
     lower.name = "lower";
     lower.row = {0.1, 0.2, 0.3, 0.4};

@@ -104,6 +104,70 @@ TEST_F(RobotFiles, AUrdfHasItsPosesMassesAndLimits) {
   EXPECT_EQ(r.links[0].parts.size(), 1U);
 }
 
+// The base of the Panda in franka_description: 0.629769 kg. A frame turned by 90 degrees about x
+// has y' = z and z' = -y, so Iyy' = Izz, Izz' = Iyy, Iyz' = -Iyz, Ixy' = -Ixz and Ixz' = Ixy.
+TEST_F(RobotFiles, TheRootOfAUrdfKeepsItsMassWithAndWithoutBodies) {
+  const char* const kInertial =
+      "<inertial><origin xyz=\"-0.041018 -0.00014 0.049974\" rpy=\"1.5707963267948966 0 0\"/>"
+      "<mass value=\"0.629769\"/><inertia ixx=\"0.00315\" iyy=\"0.00388\" izz=\"0.004285\" "
+      "ixy=\"8.2904e-07\" ixz=\"0.00015\" iyz=\"8.2299e-06\"/></inertial>";
+  for (const bool has_bodies : {true, false}) {
+    std::string text = kArm;
+    const std::string ground = "<link name=\"ground\">";
+    text.insert(text.find(ground) + ground.size(), kInertial);
+    for (std::size_t at; !has_bodies && (at = text.find("<visual>")) != std::string::npos;)
+      text.erase(at, text.find("</visual>") + 9 - at);
+    const AnyId id = load(text);
+    const model::Robot& r = robot(id);
+    ASSERT_TRUE(r.base_mass) << has_bodies;
+    EXPECT_EQ(notes.find("mass of the root"), std::string::npos) << notes;
+    EXPECT_EQ(r.base_mass->mass, 0.629769);
+    EXPECT_EQ(r.base_mass->com[0], -0.041018);
+    EXPECT_NEAR(r.base_mass->inertia.xx, 0.00315, 1e-16);
+    EXPECT_NEAR(r.base_mass->inertia.yy, 0.004285, 1e-16);
+    EXPECT_NEAR(r.base_mass->inertia.zz, 0.00388, 1e-16);
+    EXPECT_NEAR(r.base_mass->inertia.xy, -0.00015, 1e-16);
+    EXPECT_NEAR(r.base_mass->inertia.xz, 8.2904e-07, 1e-16);
+    EXPECT_NEAR(r.base_mass->inertia.yz, -8.2299e-06, 1e-16);
+    NoProgress progress;
+    const auto standing =
+        unwrap(bench.derived.standing_mass(*bench.document.now(), RobotId{id.number}, progress));
+    ASSERT_TRUE(standing);
+    EXPECT_EQ(standing->mass, 0.629769);
+    EXPECT_EQ(standing->com[2], 0.049974);
+  }
+}
+
+// In the two other formats what stands is a body of its own, with the same mass.
+TEST_F(RobotFiles, WhatStandsHasItsMassInEveryFormat) {
+  const char* const kMjcf =
+      "<mujoco><worldbody><body name=\"foot\"><inertial pos=\"0 0 0.1\" mass=\"0.63\" "
+      "diaginertia=\"0.003 0.004 0.005\"/><geom type=\"box\" size=\"0.1 0.1 0.1\"/>"
+      "<body name=\"arm\"><joint name=\"turn\"/><inertial pos=\"0 0 0\" mass=\"2\" "
+      "diaginertia=\"1 1 1\"/></body></body></worldbody></mujoco>";
+  const char* const kSdf =
+      "<sdf version=\"1.7\"><model name=\"m\"><link name=\"foot\"><inertial><pose>0 0 0.1 0 0 "
+      "0</pose>"
+      "<mass>0.63</mass><inertia><ixx>0.003</ixx><iyy>0.004</iyy><izz>0.005</izz></inertia></"
+      "inertial>"
+      "<visual name=\"v\"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></visual></link>"
+      "<link name=\"arm\"><inertial><mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz>"
+      "</inertia></inertial></link>"
+      "<joint name=\"hold\" type=\"fixed\"><parent>world</parent><child>foot</child></joint>"
+      "<joint name=\"turn\" type=\"revolute\"><parent>foot</parent><child>arm</child>"
+      "<axis><xyz>0 0 1</xyz></axis></joint></model></sdf>";
+  for (const char* text : {kMjcf, kSdf}) {
+    const AnyId id = load(text);
+    NoProgress progress;
+    const auto standing =
+        unwrap(bench.derived.standing_mass(*bench.document.now(), RobotId{id.number}, progress));
+    ASSERT_TRUE(standing) << text;
+    EXPECT_NEAR(standing->mass, 0.63, 1e-15) << text;
+    EXPECT_NEAR(standing->com[2], 0.1, 1e-15) << text;
+    EXPECT_NEAR(standing->inertia.zz, 0.005, 1e-15) << text;
+  }
+}
+
 TEST_F(RobotFiles, WhatIsNoRobotIsRefusedWithASentence) {
   EXPECT_NE(fault("<robot xmlns:xacro=\"x\"><xacro:macro name=\"a\"/></robot>").find("xacro"),
             std::string::npos);

@@ -309,6 +309,17 @@ TEST_F(RobotRoundTrip, EveryShippedRobotComesBackAsItWent) {
     const Side a = side(name), b = side("back");
     ASSERT_TRUE(a.robot && b.robot);
     compare(a, b, 7);
+    // The whole robot as it stands, with its base and what is fixed to that.
+    const Value here = call("robot.mass", {{"id", name}});
+    const Value back = call("robot.mass", {{"id", std::string("back")}});
+    for (const char* what : {"mass", "standing"})
+      expect_close(at(here, what).number(), at(back, what).number(), kDynamics, what);
+    for (const char* what : {"com", "inertia"}) {
+      const auto& x = at(here, what).as_array()->data();
+      const auto& y = at(back, what).as_array()->data();
+      ASSERT_EQ(x.size(), y.size()) << what;
+      for (std::size_t i = 0; i < x.size(); ++i) expect_close(x[i], y[i], kDynamics, what);
+    }
     // What URDF cannot say is said.
     const auto told = [&](const char* what) {
       EXPECT_NE(notes.find(what), std::string::npos) << what << " in\n" << notes;

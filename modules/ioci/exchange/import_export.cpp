@@ -30,6 +30,7 @@
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "spatial/mass.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ioci {
@@ -386,6 +387,8 @@ void report_doubts(CommandContext& ctx, const std::vector<AnyId>& made) {
     const auto* robot = id.kind == Kind::robot ? ctx.snapshot().get(RobotId{id.number}) : nullptr;
     if (!robot) continue;
     std::vector<std::string> impossible, still;
+    if (robot->base_mass && is_impossible(robot->base_mass->inertia))
+      impossible.push_back("the base (" + moments_text(robot->base_mass->inertia) + ")");
     for (const model::Link& l : robot->links) {
       if (l.given && is_impossible(l.given->inertia))
         impossible.push_back(text::quote(l.name) + " (" + moments_text(l.given->inertia) + ")");
@@ -584,6 +587,12 @@ class Items {
                    evaluation::with_tool_frames(ctx_.snapshot(), name, robot));
     mechanisms_.push_back(mechanism_of(equipped, robot));
     set_mechanism(one, &mechanisms_.back());
+    RMP_TRY_ASSIGN(const auto standing,
+                   ctx_.app.derived.standing_mass(ctx_.snapshot(), id, ctx_.progress));
+    if (standing) {
+      masses_.push_back(spatial::in_frame(*standing, spatial::inverse(model->base)));
+      set_standing_mass(one, &masses_.back());
+    }
     robots.push_back(std::move(one));
     models_.push_back(model);
     if (!wants_bodies) return {};
@@ -831,6 +840,7 @@ class Items {
   std::deque<std::shared_ptr<const Mesh>> meshes_;
   std::deque<std::shared_ptr<const RobotModel>> models_;
   std::deque<ExportMechanism> mechanisms_;
+  std::deque<MassProperties> masses_;
   std::deque<ExportPrimitive> primitives_;
   std::deque<std::shared_ptr<const CsgGeometry>> geometries_;
   std::deque<std::shared_ptr<const CsgProfile>> profiles_;

@@ -29,6 +29,9 @@ Schema robot_fields() {
       optional("base_parts", "list", "",
                "Designed bodies of the base: {what = solid or object, placement or position with "
                "angles}."),
+      optional("base_mass", "map", "",
+               "Published mass of the base: mass, com and inertia about it in the base's frame, as "
+               "of a link. A mass of 0 removes it."),
       optional("tool", "pose", "", "The tool in the frame of the last link."),
       optional("ik", "any", "",
                "Inverse kinematics provider: name, or {name = ..., params = {...}}."),
@@ -58,6 +61,13 @@ Result<void> apply_fields(CommandContext& ctx, const Map& args, Robot& r) {
   if (has(args, "base_parts")) {
     RMP_TRY_ASSIGN(r.base_parts,
                    read_bodies(ctx, *args.find("base_parts"), "base_parts", "base_parts"));
+  }
+  if (has(args, "base_mass")) {
+    static const Schema fields = mass_fields("Mass of the base.", "the frame of the base");
+    RMP_TRY_ASSIGN(const Map given, read_map(ctx, fields, *args.find("base_mass"), "base_mass"));
+    r.base_mass.reset();
+    RMP_TRY(read_mass(given, r.base_mass, "base_mass."));
+    if (r.base_mass && r.base_mass->mass == 0) r.base_mass.reset();
   }
   const std::pair<const char*, model::ProviderChoice*> providers[] = {
       {"ik", &r.ik},
@@ -393,8 +403,8 @@ RMP_COMMANDS(robot_commands) {
        .classic = "",
        .summary = "Gives mass, centre of mass and inertia of the robot as it stands.",
        .details = "In the frame the robot is mounted in: links with payloads, what is fixed to the "
-                  "base, and the base itself where the designed parts count (mass_source), as a "
-                  "base has no published mass.",
+                  "base, and the base itself: its designed parts where these count "
+                  "(mass_source), else its base_mass.",
        .example = with_arm("assert(math.abs(arm:mass().mass - 13.7) < 1e-12)"),
        .params = {self("robot"), q},
        .returns = {"map",

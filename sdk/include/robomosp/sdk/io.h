@@ -179,6 +179,15 @@ struct ExportRobot {
 inline void set_mechanism(ExportRobot& robot, const ExportMechanism* m) {
   robot.room.words[0] = reinterpret_cast<std::uintptr_t>(m);
 }
+/// What of an exported robot does not move, in the frame of its base: the base, links fixed to it
+/// and what these carry. nullptr = no mass of it is known, or the program does not hand it out.
+[[nodiscard]] inline const MassProperties* standing_mass(const ExportRobot& robot) {
+  return reinterpret_cast<const MassProperties*>(static_cast<std::uintptr_t>(robot.room.words[1]));
+}
+/// For the host. The mass stays where it is while the exporter runs.
+inline void set_standing_mass(ExportRobot& robot, const MassProperties* m) {
+  robot.room.words[1] = reinterpret_cast<std::uintptr_t>(m);
+}
 
 /// What an exporter reports of what it wrote. Made by the host; may gain fields at the end.
 struct ExportReport {
