@@ -44,7 +44,9 @@ class Names {
  public:
   explicit Names(std::initializer_list<std::string> taken = {}) : taken_(taken) {}
   std::string take(std::string_view wanted, std::string_view otherwise) {
-    const std::string base = valid_name(wanted, otherwise);
+    std::string apart(wanted);  // "arm::rod" and "arm:rod" stay two names
+    std::replace(apart.begin(), apart.end(), ':', '_');
+    const std::string base = valid_name(apart, otherwise);
     std::string name = base;
     for (std::size_t& i = next_[base]; !taken_.insert(name).second;)
       name = base + "_" + std::to_string(++i + 1);
