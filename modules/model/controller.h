@@ -21,7 +21,7 @@ struct ControllerAxis {
   bool is_external = false;
   bool is_linear = false;            ///< in mm, else degrees
   std::optional<std::int32_t> sign;  ///< none = the robot's, 1 where that is not known
-  std::optional<double> offset;      ///< [degrees or mm]; none = the robot's, 0 if not known
+  double offset = 0;                 ///< [degrees or mm]; 0 without a sign = the robot's
   double pulses = 0;                 ///< per degree or mm; 0 = not known
   double lower = 0, upper = 0;
 };

@@ -32,7 +32,7 @@ Result<TargetPlaces> ProgramActor::target_places(const TaskExecutor& x, ProgramI
         static_cast<const rmp_code_symbol*>(rmp_row(&c.symbols, at))->name == symbol)
       use = &of;
   if (!use)
-    return error(ErrorCode::invalid_argument,
+    return error(ErrorCode::not_found,
                  "it is not known which robot of the world the program moves",
                  "program.bind{kind = \"robot\", to = ...} names it.", where);
   const TaskExecutor::Actor& robot = x.actors_[use->actor];

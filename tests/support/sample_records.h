@@ -23,7 +23,7 @@ struct SampleRecords {
   MaterialId steel, brass;
   SolidId ball, block;
   ObjectId pair, inner;
-  RobotId arm, closed;
+  RobotId arm, closed, counted;
   TrajectoryId stroke, other_stroke, third_stroke;
   TaskId job, other_job, third_job;
   WorldId cell;
@@ -52,6 +52,7 @@ struct SampleRecords {
     pair = add(*tx, "pair", an_object());
     arm = add(*tx, "arm", a_robot());
     closed = add(*tx, "closed", a_closed_robot());
+    counted = add(*tx, "counted", a_counted_robot());
     Trajectory line;
     line.segments.push_back(a_line());
     other_stroke = add(*tx, "other_stroke", line);
@@ -220,6 +221,19 @@ struct SampleRecords {
     rocker.visible = false;
     r.links = {crank, rocker};
     r.loops = {{"pin", LoopKind::planar, 0, 1, turned(), turned()}};
+    return r;
+  }
+  /// With axes of its maker.
+  [[nodiscard]] static model::Robot a_counted_robot() {
+    using namespace model;
+    Robot r;
+    for (const char* name : {"waist", "shoulder", "elbow", "wrist"}) {
+      Link l;
+      l.name = name;
+      l.parent = static_cast<std::int32_t>(r.links.size()) - 1;
+      r.links.push_back(l);
+    }
+    r.axes = {{"A1", 0, -1, 0.5, {{1, 0.75}}, AxisUnit::deg, true, -2.5, 2.5}};
     return r;
   }
   static model::TrajectorySegment a_line() {

@@ -48,7 +48,7 @@ TEST_P(ClearanceBound, IsNeverAboveTheLeastDistanceAndBelowByNoMoreThanAllowed) 
   const evaluation::Sources source{bench.registry, bench.derived, *bench.document.now()};
   const auto model = test::unwrap(CollisionModel::of_robot(source, robot, progress));
   ASSERT_TRUE(model);
-  constexpr std::size_t kSamples = 24;
+  constexpr std::size_t kSamples = 48;
   const auto q = random_configurations(*model, kSamples);
   const auto exact = test::unwrap(model->clearance(q, progress));
   // Every pair by itself, without any bound before.

@@ -387,6 +387,8 @@ TEST_F(ProgramCheck, AxesOfTheControllerCount) {
   call(
       "world.set_robot_q",
       {{"id", cell_}, {"robot", std::string("ur5")}, {"q", List{0.0, -1.0, 1.0, -1.5, -1.5, 0.0}}});
+  call("robot.set_axes",
+       {{"id", call("robot.get", {{"name", std::string("ur5")}})}, {"axes", List{}}});
   const Value p = put("  MOVE PTP MAIN_JOINT(30.0, -60.0, 60.0, -90.0, -90.0, 0.0);\n");
   // -1 * 30 + 10 is -20 degrees.
   const Value f = only(check(p, {{"profile", profile("narrow", -12, 1)}}), "controller");
@@ -709,11 +711,12 @@ TEST_F(ProgramCheck, ConfigurationsThatArePostedAreThoseOfTheJoints) {
   struct Arm {
     const char* name;
     double lower[6], upper[6];  ///< [degrees]
+    double sign, offset;        ///< of the maker's axes 1, 4 and 6; offset of axis 6 [degrees]
   };
   const Arm arms[] = {
-      {"irb140", {-170, -175, -45, -170, -110, -170}, {170, 15, 225, 170, 110, 170}},
-      {"kr5", {-150, -60, -100, -170, -110, -170}, {150, 175, 65, 170, 110, 170}},
-      {"puma560", {-150, -40, -220, -100, -95, -170}, {150, 220, 40, 160, 95, 170}}};
+      {"irb140", {-170, -175, -45, -170, -110, -170}, {170, 15, 225, 170, 110, 170}, 1, 90},
+      {"kr5", {-150, -60, -100, -170, -110, -170}, {150, 175, 65, 170, 110, 170}, -1, 0},
+      {"puma560", {-150, -40, -220, -100, -95, -170}, {150, 220, 40, 160, 95, 170}, 1, 0}};
   std::mt19937 random(20261128);
   std::set<std::string> seen;
   std::size_t compared = 0;
@@ -773,7 +776,8 @@ TEST_F(ProgramCheck, ConfigurationsThatArePostedAreThoseOfTheJoints) {
       const auto bit = [](bool is_on, int value) { return is_on ? value : 0; };
       const std::string rapid = post("rapid");
       const auto quarter = [&](std::size_t i) {
-        return std::to_string(static_cast<int>(std::floor(degrees[i] / 90)));
+        const double of_maker = arm.sign * degrees[i] + (i == 5 ? arm.offset : 0);
+        return std::to_string(static_cast<int>(std::floor(of_maker / 90)));
       };
       EXPECT_NE(
           rapid.find("[" + quarter(0) + "," + quarter(3) + "," + quarter(5) + "," +

@@ -85,7 +85,9 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
     const std::string there = describe(now, place);
     auto found = task::target_places(simulator, place.world, wanted, symbol, ctx.progress);
     if (!found.ok()) {
-      if (is_asked || found.error().code == ErrorCode::cancelled)
+      // Of several robots a post says itself which it takes.
+      const bool is_of_several = found.error().code == ErrorCode::not_found;
+      if ((is_asked && !is_of_several) || found.error().code == ErrorCode::cancelled)
         return std::move(found).error().in(now.describe(AnyId(place.world)));
       out.remarks.push_back(
           {RMP_FAULT_WARNING, head(code),

@@ -47,7 +47,7 @@ struct ControllerProfile {
     // Where one axis has a sign or an offset, those of the others are 1 and 0.
     const bool is_given = std::any_of(
         record.axes.begin(), record.axes.end(),
-        [](const model::ControllerAxis& a) { return !a.is_external && (a.sign || a.offset); });
+        [](const model::ControllerAxis& a) { return !a.is_external && (a.sign || a.offset != 0); });
     for (const auto& a : record.axes) {
       if (a.sign == 0)
         return error(ErrorCode::invalid_argument,
@@ -57,7 +57,7 @@ struct ControllerProfile {
                       a.is_external,
                       a.is_linear,
                       double(a.sign.value_or(1)),
-                      a.offset.value_or(0),
+                      a.offset,
                       a.pulses,
                       a.lower,
                       a.upper,
@@ -141,7 +141,7 @@ struct ControllerProfile {
             " instead of joint " + std::to_string(a.joint + 1));
       if (given.sign && own.sign != a.sign)
         add("sign " + shown(own.sign) + " instead of " + shown(a.sign));
-      if (given.offset && !(std::fabs(own.offset - a.offset) < 1e-9))
+      if ((given.sign || given.offset != 0) && !(std::fabs(own.offset - a.offset) < 1e-9))
         add("offset " + shown(own.offset) + " instead of " + shown(a.offset));
       if (!differs.empty())
         told.push_back("axis " + text::quote(own.name) + of + " has " + differs + " of robot " +

@@ -190,7 +190,7 @@ std::vector<Change> changes_of(const recording::Recording& r, const std::set<std
   return out;
 }
 
-constexpr double kSameMm = 0.1, kSameDegrees = 0.05, kSameJoint = 0.5;
+constexpr double kReadBackMm = 0.1, kReadBackDegrees = 0.05, kSameJoint = 0.5;
 constexpr double kSameShare = 0.02, kSameSeconds = 0.1;  ///< of the time of a whole run
 
 class Beside {
@@ -231,7 +231,7 @@ class Beside {
         const double mm = millimetres_between(*here, *there),
                      degrees = angle_between(*here, *there);
         if (k == next || mm < least) nearest = k, least = mm;
-        if (mm <= kSameMm && degrees <= kSameDegrees) {
+        if (mm <= kReadBackMm && degrees <= kReadBackDegrees) {
           match = k;
           break;
         }
@@ -250,7 +250,7 @@ class Beside {
       out_.most_mm = std::max(out_.most_mm, mm);
       out_.most_degrees = std::max(out_.most_degrees, degrees);
       if (match == b.size()) {
-        tell(mm > kSameMm ? "point" : "orientation", at,
+        tell(mm > kReadBackMm ? "point" : "orientation", at,
              "the tool ends " + text::print_rounded(mm, 4) + " mm and " +
                  text::print_rounded(degrees, 4) +
                  " degrees in the world from where the run has it");
