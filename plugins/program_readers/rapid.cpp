@@ -53,7 +53,9 @@ class RapidReader final : public Reader {
   std::span<const Binary> binaries() const override { return kRapidBinaries; }
   int turns_from() const override { return 0; }
   std::string_view not_word() const override { return "not"; }
-  int not_precedence() const override { return 13; }
+  /// NOT stands before a logical term, which may have AND in it: NOT a AND b is NOT (a AND b)
+  /// (RAPID kernel, expressions).
+  int not_precedence() const override { return 11; }
   void skip_rest() override {
     while (!at_end() && !is(";")) next();
   }
@@ -1140,9 +1142,13 @@ class RapidReader final : public Reader {
         return joints(numbers(a.items[0], 6), external(a.items[1]));
       }
       case K::real: {
-        if (name == "speeddata" || want_ == "speeddata")
-          return as_real(a.items.empty() ? failed() : a.items[0].e, a.at);
-        if (name == "zonedata" || want_ == "zonedata") {
+        // Of an assignment the number of parts tells which it is.
+        const auto is_of = [&](const char* type, std::size_t parts) {
+          return name == type || want_ == type ||
+                 (name.empty() && want_.empty() && a.items.size() == parts);
+        };
+        if (is_of("speeddata", 4)) return as_real(a.items.empty() ? failed() : a.items[0].e, a.at);
+        if (is_of("zonedata", 7)) {
           if (a.items.size() < 2) return bad(a.at, "a zone has seven parts");
           return a.items[0].e.s == "TRUE" ? real(0) : as_real(a.items[1].e, a.at);
         }

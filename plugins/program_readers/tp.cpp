@@ -1038,9 +1038,35 @@ class TpReader final : public Reader {
     const std::size_t k = peek(2).low.starts_with("gp") && is(":", 3) ? 4 : 2;
     const Token& n = peek(k);
     const bool is_known = n.is_integer && (is("]", k + 1) || is(",", k + 1) || is(":", k + 1));
-    learned_.flags.insert(
-        "set " + peek().low + " " +
-        (is_known ? std::to_string(static_cast<std::int64_t>(n.value)) : std::string("*")));
+    const auto number = [](const Token& t) {
+      return std::to_string(static_cast<std::int64_t>(t.value));
+    };
+    const std::string what = peek().low + " " + (is_known ? number(n) : std::string("*"));
+    if (!is_known) {
+      learned_.flags.insert("set " + what);
+    } else if (is("pr") && is(",", k + 1)) {  // an element; the others keep what the controller has
+      if (peek(k + 2).is_integer) learned_.flags.insert("part " + what + " " + number(peek(k + 2)));
+    } else if (!reads_itself(n)) {
+      learned_.flags.insert("set " + what);
+    }
+  }
+  /// Whether what is assigned to the register that stands here has the register in it, so that it
+  /// goes on from the controller's value.
+  [[nodiscard]] bool reads_itself(const Token& n) const {
+    const std::string word = peek().low;
+    for (std::size_t k = 3; peek(k).kind != Tk::line && peek(k).kind != Tk::end; ++k)
+      if (peek(k).low == word && is("[", k + 1) && peek(k + 2).is_integer &&
+          peek(k + 2).value == n.value)
+        return true;
+    return false;
+  }
+  /// Whether a program sets the register, or each element of it.
+  [[nodiscard]] bool is_set_here(const std::string& word, const std::string& key) const {
+    if (learned_.flags.contains("set " + key)) return true;
+    if (word != "pr") return false;
+    for (const char* element : {"1", "2", "3", "4", "5", "6"})
+      if (!learned_.flags.contains("part " + key + " " + element)) return false;
+    return true;
   }
   /// Registers keep their values on the controller; what no program here sets is zero.
   void will_read(const std::string& word, const Ex& i, const At& at) {
@@ -1051,7 +1077,7 @@ class TpReader final : public Reader {
     }
     if (!i.is_literal || learned_.flags.contains("set " + word + " *")) return;
     const std::string key = word + " " + std::to_string(static_cast<std::int64_t>(i.v));
-    if (learned_.flags.contains("set " + key) || !told_.insert("unset " + key).second) return;
+    if (is_set_here(word, key) || !told_.insert("unset " + key).second) return;
     const std::string name = (word == "r" ? "R[" : "PR[") + i.s + "]";
     if (word == "pr")
       fail(at, name + " is set on the controller; it is zero here",

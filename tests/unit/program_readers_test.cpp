@@ -523,7 +523,11 @@ P[2:"above"]{
 
 TEST(ProgramReaders, TpBecomesIrl) {
   const auto p = read_with(read_tp, kTp);
-  EXPECT_EQ(read_faults(*p), "6:18 error PR[2] is set on the controller; it is zero here.\n");
+  // One element of PR[1] is set, and R[1] goes on from what the controller has.
+  EXPECT_EQ(read_faults(*p),
+            "6:18 error PR[2] is set on the controller; it is zero here.\n"
+            "10:42 error PR[1] is set on the controller; it is zero here.\n"
+            "16:8 warning R[1] is set by no program here; it is zero.\n");
   expect_lines(*p, R"(
 ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 400.0), ORIZYX(30.0, -10.0, 180.0)), 5, [0, 0, 0, 0, 0, -1], ADD_JOINT(0.0));
 MAIN_JOINT: P_2_above := MAIN_JOINT(0.0, 0.0, -20.0, 0.0, -70.0, 0.0);
@@ -669,6 +673,7 @@ TEST(ProgramReaders, TpJumpsTimersAlarmsAndWhatIsDoneAtAPoint) {
   EXPECT_EQ(
       read_faults(*p),
       "3:8 warning IRL has no counterpart of TIMER.\n"
+      "5:8 error PR[5] is set on the controller; it is zero here.\n"
       "6:16 warning R[2] is set by no program here; it is zero.\n"
       "8:25 warning what is done a time before the point is done at the point.\n"
       "12:55 error PR[6] is set on the controller; it is zero here.\n"
@@ -894,6 +899,7 @@ Return
 )"}});
   EXPECT_EQ(read_faults(*tp),
             "3:8 error PR[4] is set on the controller; it is zero here.\n"
+            "5:8 error PR[5] is set on the controller; it is zero here.\n"
             "5:22 warning R[3] is set by no program here; it is zero.\n");
 }
 
@@ -1173,6 +1179,66 @@ TEST(ProgramReaders, WordsOfTheMakerAreNoRoutinesOfUsers) {
        "3:1 warning mine is not among the files; an empty routine stands for it.\n"}};
   for (const Case& c : cases)
     EXPECT_EQ(read_faults(*read_with(c.read, {c.file})), c.faults) << c.file.text;
+}
+
+TEST(ProgramReaders, TpRegistersThatAreSetInPartOrFromThemselvesAreUnknown) {
+  const auto faults = [](const std::string& lines) {
+    return read_faults(*read_with(
+        read_tp,
+        {{"q.ls", "/PROG Q\n/ATTR\nDEFAULT_GROUP = 1,*,*,*,*;\n/MN\n" + lines + "/POS\n/END\n"}}));
+  };
+  const std::string move = "7:L PR[3] 100mm/sec FINE ;\n";
+  EXPECT_NE(faults("1: PR[3,3]=PR[3,3]+10 ;\n" + move).find("error PR[3] is set on the controller"),
+            std::string::npos);
+  EXPECT_NE(faults("1: PR[3,1]=500 ;\n" + move).find("error PR[3] is set on the controller"),
+            std::string::npos);
+  EXPECT_EQ(
+      faults("1: PR[3,1]=500 ;\n2: PR[3,2]=0 ;\n3: PR[3,3]=300 ;\n4: PR[3,4]=180 ;\n5: PR[3,5]=0 "
+             ";\n6: PR[3,6]=0 ;\n" +
+             move),
+      "");
+  EXPECT_NE(faults("1: R[7]=R[7]+1 ;\n").find("warning R[7] is set by no program here"),
+            std::string::npos);
+  EXPECT_EQ(faults("1: R[7]=0 ;\n2: R[7]=R[7]+1 ;\n"), "");
+}
+
+TEST(ProgramReaders, RapidSpeedsAndZonesAreAssignedAsLists) {
+  const auto p = read_with(read_rapid, {{"s.mod", R"(MODULE M
+  VAR speeddata s;
+  VAR zonedata z;
+  PROC main()
+    s := [400, 500, 400, 400];
+    z := [FALSE,10,15,15,1.5,15,1.5];
+    MoveL [[500,0,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]], s, z, tool0;
+    z := [TRUE,10,15,15,1.5,15,1.5];
+  ENDPROC
+ENDMODULE
+)"}});
+  EXPECT_EQ(read_faults(*p).find("error"), std::string::npos) << read_faults(*p);
+  expect_lines(*p, "s := 400.0;\nz := 10.0;\n");
+  expect_lines(*p, "z := 0.0;\n");
+}
+
+TEST(ProgramReaders, NotOfRapidStandsBeforeALogicalTerm) {
+  const auto p = read_with(read_rapid, {{"n.mod", R"(MODULE M
+  VAR bool b;
+  VAR bool c;
+  VAR num n;
+  PROC main()
+    c := NOT b AND n > 3;
+    c := NOT b OR n > 3;
+    c := n > 3 AND NOT b;
+    c := NOT n > 3;
+  ENDPROC
+ENDMODULE
+)"}});
+  EXPECT_EQ(read_faults(*p).find("error"), std::string::npos) << read_faults(*p);
+  expect_lines(*p, R"(
+c := NOT (b AND n > 3);
+c := NOT b OR n > 3;
+c := n > 3 AND NOT b;
+c := NOT n > 3;
+)");
 }
 
 TEST(ProgramReaders, GcodeArcsWithoutAnEndGoAllTheWayRound) {
