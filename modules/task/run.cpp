@@ -645,6 +645,7 @@ Result<std::optional<recording::RecordingPtr>> run_once(const sim::Simulator& si
       p.finish(runner.now());
     }
     if (!ended.ok()) {
+      if (wanted.until_fault) *wanted.until_fault = executor.notes();
       if (!told || ended.error().code == ErrorCode::cancelled) return ended.error();
       told->run_error = ended.error().sentence();
     }

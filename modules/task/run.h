@@ -48,6 +48,8 @@ struct TaskRun {
   std::optional<sim::PhysicsRun> physics;  ///< contact physics on the same clock; none = things
                                            ///< stay where they are put
   Outside* outside = nullptr;  ///< of runs without a sink; waits for signals have no end then
+  /// Gets the notes of a run without a sink that ends in a fault, and so gives no recording.
+  std::vector<std::string>* until_fault = nullptr;
 };
 
 /// What a debugger and the run that it looks at share: the machines as they are now, and as they

@@ -247,6 +247,20 @@ TEST(CommandLine, StatementsFromAPipeMayTakeSeveralLines) {
   EXPECT_EQ(run({"-q"}, "error('a')\nprint('not reached')\n").out, "");
 }
 
+TEST(CommandLine, WhatAProgramWroteBeforeItsFaultIsShownWithAndWithoutARobot) {
+  const Folder folder;
+  const std::string file = (folder.path / "p.irl").string();
+  std::ofstream(file) << "PROGRAM p;\nVAR INT: n := 0;\nBEGIN\n  WRITELN('before');\n  "
+                         "WRITELN(10 DIV n);\nENDPROGRAM;\n";
+  for (const auto& args : {std::vector<std::string>{"irl", file},
+                           std::vector<std::string>{"irl", "--robot", "ur5", file}}) {
+    const Outcome o = run(args);
+    EXPECT_NE(o.code, 0);
+    EXPECT_NE(o.out.find("before\n"), std::string::npos) << o.out << o.err;
+    EXPECT_NE(o.err.find("divides by zero"), std::string::npos) << o.err;
+  }
+}
+
 TEST(CommandLine, AFileThatIsNoPluginIsRefusedByTheCheck) {
   const auto r = run({"plugin", "check", "/etc/passwd"});
   EXPECT_EQ(r.code, 3);

@@ -144,11 +144,18 @@ Result<Value> detach(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> run_task(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const task::TaskRun run, task_run(ctx, args));
+  RMP_TRY_ASSIGN(task::TaskRun run, task_run(ctx, args));
+  std::vector<std::string> until_fault;
+  run.until_fault = &until_fault;
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
   auto recording = task::run(simulator, run, ctx.progress);
-  if (!recording.ok()) return std::move(recording).error().in(name_in(ctx, ref(args, "id")));
+  if (!recording.ok()) {
+    // There is no recording that would have them.
+    for (const std::string& note : until_fault)
+      ctx.app.messages.post(Severity::info, "program_note", note, "world.run_task");
+    return std::move(recording).error().in(name_in(ctx, ref(args, "id")));
+  }
   return Value(Handle{"recording", ctx.app.recordings.add(*recording)});
 }
 
