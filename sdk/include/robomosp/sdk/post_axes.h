@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The axes of a controller from the joints of a robot, and the joints from the axes. The only place
-// that computes either (layer: contract helper,
-// inline only, not part of the ABI). Axes are in degrees and mm, joints in rad and m.
-// [any thread]
+// The axes of a controller from the joints of a robot, and the joints from the axes: the only place
+// that computes either (layer: contract helper, inline only, not part of the ABI). Axes are in
+// degrees and mm, joints in rad and m. [any thread]
 #pragma once
 
 #include <algorithm>
@@ -58,40 +57,66 @@ namespace robomosp {
   const std::size_t n = own.size();
   if (values.size() != n) return std::nullopt;
   std::vector<double> q(rest.begin(), rest.end());
-  std::vector<std::size_t> entry;
+  std::vector<std::size_t> entry, open;       // of each axis; axes without their joint yet
+  std::vector<std::size_t> row(q.size(), n);  // the axis of an entry; n = none
+  std::vector<char> is_known(q.size(), 1);
   for (const PostAxis* a : own) {
     if (a->joint < 0 || std::size_t(a->joint) >= q.size() || a->coupled.size() > q.size() ||
-        std::find(entry.begin(), entry.end(), std::size_t(a->joint)) != entry.end())
+        row[std::size_t(a->joint)] != n)
       return std::nullopt;
+    open.push_back(entry.size());
+    row[std::size_t(a->joint)] = entry.size();
+    is_known[std::size_t(a->joint)] = 0;
     entry.push_back(std::size_t(a->joint));
   }
-  // Gauss with the greatest pivot: rows are axes, columns the entries that they are of.
-  const std::size_t w = n + 1;
-  std::vector<double> m(n * w, 0.0);
-  for (std::size_t i = 0; i < n; ++i) {
+  constexpr double kLeast = 1e-9;
+  const auto right_of = [&](std::size_t i) {
     double right = (values[i] - own[i]->offset) / axis_scale(*own[i], robot);
-    for (std::size_t k = 0; k < own[i]->coupled.size(); ++k) {
-      const auto at = std::find(entry.begin(), entry.end(), k);
-      if (at == entry.end()) right -= own[i]->coupled[k] * q[k];
-      else m[i * w + std::size_t(at - entry.begin())] += own[i]->coupled[k];
-    }
-    m[i * w + i] += own[i]->sign;
-    m[i * w + n] = right;
+    for (std::size_t k = 0; k < own[i]->coupled.size(); ++k)
+      if (is_known[k]) right -= own[i]->coupled[k] * q[k];
+    return right;
+  };
+  const auto own_factor = [&](std::size_t i) {
+    return own[i]->sign + (entry[i] < own[i]->coupled.size() ? own[i]->coupled[entry[i]] : 0.0);
+  };
+  // An axis whose other joints are known gives its own.
+  for (std::size_t before = n + 1; open.size() < before;) {
+    before = open.size();
+    std::erase_if(open, [&](std::size_t i) {
+      for (std::size_t k = 0; k < own[i]->coupled.size(); ++k)
+        if (own[i]->coupled[k] != 0 && !is_known[k] && k != entry[i]) return false;
+      if (!(std::fabs(own_factor(i)) > kLeast)) return false;
+      q[entry[i]] = right_of(i) / own_factor(i);
+      is_known[entry[i]] = 1;
+      return true;
+    });
   }
-  for (std::size_t c = 0; c < n; ++c) {
+  // Those that are left depend on each other. Gauss with the greatest pivot.
+  const std::size_t m = open.size(), w = m + 1;
+  std::vector<std::size_t> column(n, m);
+  for (std::size_t c = 0; c < m; ++c) column[open[c]] = c;
+  std::vector<double> t(m * w, 0.0);
+  for (std::size_t r = 0; r < m; ++r) {
+    const PostAxis& a = *own[open[r]];
+    for (std::size_t k = 0; k < a.coupled.size(); ++k)
+      if (!is_known[k]) t[r * w + column[row[k]]] += a.coupled[k];
+    t[r * w + r] += a.sign;
+    t[r * w + m] = right_of(open[r]);
+  }
+  for (std::size_t c = 0; c < m; ++c) {
     std::size_t best = c;
-    for (std::size_t r = c + 1; r < n; ++r)
-      if (std::fabs(m[r * w + c]) > std::fabs(m[best * w + c])) best = r;
-    if (!(std::fabs(m[best * w + c]) > 1e-9)) return std::nullopt;
+    for (std::size_t r = c + 1; r < m; ++r)
+      if (std::fabs(t[r * w + c]) > std::fabs(t[best * w + c])) best = r;
+    if (!(std::fabs(t[best * w + c]) > kLeast)) return std::nullopt;
     if (best != c)
-      for (std::size_t k = 0; k < w; ++k) std::swap(m[c * w + k], m[best * w + k]);
-    for (std::size_t r = 0; r < n; ++r) {
-      const double f = r == c ? 0.0 : m[r * w + c] / m[c * w + c];
+      for (std::size_t k = 0; k < w; ++k) std::swap(t[c * w + k], t[best * w + k]);
+    for (std::size_t r = 0; r < m; ++r) {
+      const double f = r == c ? 0.0 : t[r * w + c] / t[c * w + c];
       if (f != 0)
-        for (std::size_t k = c; k < w; ++k) m[r * w + k] -= f * m[c * w + k];
+        for (std::size_t k = c; k < w; ++k) t[r * w + k] -= f * t[c * w + k];
     }
   }
-  for (std::size_t i = 0; i < n; ++i) q[entry[i]] = m[i * w + n] / m[i * w + i];
+  for (std::size_t r = 0; r < m; ++r) q[entry[open[r]]] = t[r * w + m] / t[r * w + r];
   return q;
 }
 
