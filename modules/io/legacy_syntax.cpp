@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <robomosp/sdk/utf8_text.h>
+
 #include "kernel/text.h"
 
 namespace robomosp::io {
@@ -29,18 +31,6 @@ std::size_t skip(std::string_view text, std::size_t at) {
   return at;
 }
 
-bool is_utf8(std::string_view s) {
-  for (std::size_t i = 0; i < s.size();) {
-    const auto c = static_cast<unsigned char>(s[i]);
-    const std::size_t length = c < 0x80 ? 1U : c >= 0xF0 ? 4U : c >= 0xE0 ? 3U : 2U;
-    if ((c >= 0x80 && c < 0xC2) || c > 0xF4 || i + length > s.size()) return false;
-    for (std::size_t k = 1; k < length; ++k)
-      if ((static_cast<unsigned char>(s[i + k]) & 0xC0) != 0x80) return false;
-    i += length;
-  }
-  return true;
-}
-
 }  // namespace
 
 bool is_legacy(std::string_view text) {
@@ -56,19 +46,7 @@ bool is_legacy(std::string_view text) {
 
 std::string to_utf8(std::string_view bytes) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
-  if (is_utf8(bytes)) return std::string(bytes);
-  std::string out;
-  out.reserve(bytes.size());
-  for (const char byte : bytes) {
-    const auto c = static_cast<unsigned char>(byte);
-    if (c < 0x80) {
-      out += byte;
-    } else {
-      out += static_cast<char>(0xC0U | (c >> 6));
-      out += static_cast<char>(0x80U | (c & 0x3FU));
-    }
-  }
-  return out;
+  return is_utf8(bytes) ? std::string(bytes) : utf8_from_latin1(bytes);
 }
 
 char LegacyReader::next() {

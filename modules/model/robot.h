@@ -395,6 +395,7 @@ constexpr void fields(V& v, Of<Robot>) {
   v("loops", &Robot::loops).doc("Joints that close kinematic loops.");
   v("poses", &Robot::poses).doc("Named joint vectors.");
   v("axes", &Robot::axes)
+      .file("axis")
       .doc("The axes as the maker counts them, in the controller's order; none if not known.");
   v("pair_rules", &Robot::pair_rules)
       .doc("Pairs of its own bodies that may touch, or that are always checked.");
