@@ -236,6 +236,43 @@ TEST_F(OcctCsg, ARoundedCylinderHasTheVolumeOfPappus) {
   }
 }
 
+TEST_F(OcctCsg, EdgesWorkedAsWideAsTheirFaceLoseTheirPrisms) {
+  const double a = 0.01;
+  // Each bevel takes a prism over a right triangle.
+  const auto left = [&](double size, int bevels) {
+    return a * a * a - bevels * a * size * size / 2;
+  };
+  const char* top = "parallel x and top";
+  expect_solid(chamfer(box(a, a, a), a / 2, top), left(a / 2, 2), kExact, "two that meet");
+  expect_solid(chamfer(box(a, a, a), 0.499 * a, top), left(0.499 * a, 2), kExact, "nearly");
+  expect_solid(chamfer(box(a, a, a), a, "parallel x and top and back"), left(a, 1), kExact,
+               "as wide as the face");
+  expect_solid(chamfer(box(a, a, a), a / 2, "parallel x"), left(a / 2, 4), kExact, "a diamond");
+  const auto rounded = [&](double r, int fillets) {
+    return a * a * a - fillets * a * r * r * (1 - kPi / 4);
+  };
+  expect_solid(fillet(box(a, a, a), a / 2, top), rounded(a / 2, 2), kExact, "half a cylinder");
+  expect_solid(fillet(box(a, a, a), 0.499 * a, top), rounded(0.499 * a, 2), kExact, "nearly");
+  expect_solid(fillet(box(a, a, a), a, "parallel x and top and back"), rounded(a, 1), kExact,
+               "a quarter of a cylinder");
+  expect_solid(fillet(box(a, a, a), a / 2, "parallel x"), rounded(a / 2, 4), kExact, "a cylinder");
+  // Beyond the line they would overlap: no bevel of this size.
+  NoProgress progress;
+  const auto beyond = engine_->evaluate(chamfer(box(a, a, a), 0.6 * a, top).tree(), progress);
+  ASSERT_FALSE(beyond.ok());
+  EXPECT_NE(beyond.error().sentence().find("too large"), std::string::npos);
+}
+
+TEST_F(OcctCsg, ACylinderOfFourQuartersTakesAFillet) {
+  const double r = 0.005, h = 0.01, f = 0.001;
+  const Csg quarters = fillet(box(2 * r, 2 * r, h), r, "parallel z");
+  // Pappus: a square less a quarter of a disc, at the rim.
+  const double area = f * f * (1 - kPi / 4);
+  const double from_rim = (f * f * f / 2 - kPi * f * f / 4 * (f - 4 * f / (3 * kPi))) / area;
+  expect_solid(fillet(quarters, f, "round and top"),
+               kPi * r * r * h - 2 * kPi * (r - from_rim) * area, 1e-9, "quarters");
+}
+
 TEST_F(OcctCsg, CrossingEqualCylindersShareSteinmetzVolume) {
   const double r = 0.03;
   const Csg a = cylinder(r, 0.2).at(0, 0, -0.1);
