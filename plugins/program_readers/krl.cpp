@@ -56,14 +56,30 @@ class KrlReader final : public Reader {
 
   std::span<const Binary> binaries() const override { return kKrlBinaries; }
   int turns_from() const override { return 0; }
+  std::string setting_name(const std::string& key) const override {
+    if (key == "frame") return "$BASE";
+    if (key == "tool") return "$TOOL";
+    std::string s = "$APO." + key.substr(4);
+    for (char& c : s)
+      if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+    return s;
+  }
   std::string_view not_word() const override { return "not"; }
   int not_precedence() const override { return 60; }
   bool divides_whole() const override { return true; }
 
+  void skip_condition() override {
+    while (!at_line_end() && !is("then")) next();
+  }
   std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At& at) override {
     const bool joins = op == Op::and_ || op == Op::or_ || op == Op::exor;
-    if (joins && ((a.prec == kRel && !a.is_grouped) || (b.prec == kRel && !b.is_grouped)))
-      mixed_ = at;
+    for (const Ex* e : {&a, &b})
+      if (joins && e->prec == kRel && !e->is_grouped) {
+        // Both readings are possible where truth values are compared.
+        if (e->of_truths)
+          return bad(at, "a comparison of truth values beside AND or OR has no parentheses",
+                     "The controller joins AND and OR first, and then compares. Add parentheses.");
+      }
     return std::nullopt;
   }
 
@@ -273,22 +289,102 @@ class KrlReader final : public Reader {
   }
   void line(const std::function<void()>& read) {
     const At from = here();
-    mixed_.reset();
     statement(from, [&] {
       read();
       end_line();
     });
-    if (mixed_)
-      warn(*mixed_, "a comparison stands beside AND or OR without parentheses",
-           "It is read as the tighter one; the controller's manual joins AND first. Add "
-           "parentheses.");
     skip_line();
   }
+  /// Names that a line of data declares or gives a value.
+  std::vector<std::string> declared_here() const {
+    std::vector<std::string> out;
+    std::size_t i = 0;
+    const auto low = [&](std::size_t k) { return peek(k).kind == Tk::name ? peek(k).low : ""; };
+    while (is("decl", i) || is("global", i) || is("const", i) || is("public", i)) ++i;
+    const bool is_enum = is("enum", i);
+    if (is("signal", i) || is("struc", i) || is_enum) {
+      ++i;
+      while (is("global", i) || is("decl", i)) ++i;
+      out.push_back(low(i));
+      for (++i; is_enum && peek(i).kind != Tk::line && peek(i).kind != Tk::end; ++i)
+        out.push_back(low(i));
+      return out;
+    }
+    if (peek(i).kind == Tk::name && peek(i + 1).kind == Tk::name) ++i;  // behind the type
+    int depth = 0;
+    for (bool is_first = true; peek(i).kind != Tk::line && peek(i).kind != Tk::end; ++i) {
+      if (is("[", i) || is("{", i) || is("(", i)) ++depth;
+      else if (is("]", i) || is("}", i) || is(")", i)) --depth;
+      else if (depth == 0 && is(",", i)) is_first = true;
+      else if (depth == 0 && is_first && peek(i).kind == Tk::name) {
+        out.push_back(peek(i).low);
+        is_first = false;
+      }
+    }
+    return out;
+  }
+  /// Lines of $config.dat that the program uses, by their first bytes: what it names, and what
+  /// these lines name in turn.
+  std::set<std::uint32_t> used_lines(std::size_t f) {
+    const std::size_t kept = fault_count();
+    std::set<std::string> used;
+    for (std::size_t k = 0; k < files_.size(); ++k) {
+      if (k == f || lower(files_[k].name) == "$config.dat") continue;
+      scan(k, kKrlStyle);
+      for (const Token& t : tokens_)
+        if (t.kind == Tk::name) used.insert(t.low);
+    }
+    // Inline forms name tools and bases by their number.
+    if (used.contains("bas") || used.contains("fdat_act") || used.contains("stool2") ||
+        used.contains("sbase"))
+      used.insert({"tool_data", "base_data"});
+    struct DataLine {
+      std::uint32_t begin;
+      std::vector<std::string> declared, named;
+      bool is_used = false;
+    };
+    std::vector<DataLine> lines;
+    scan(f, kKrlStyle);
+    while (!at_end()) {
+      DataLine l{here().begin, declared_here(), {}, false};
+      while (!at_line_end()) {
+        if (peek().kind == Tk::name) l.named.push_back(peek().low);
+        next();
+      }
+      skip_line();
+      lines.push_back(std::move(l));
+    }
+    std::set<std::uint32_t> out;
+    for (bool again = true; again;) {
+      again = false;
+      for (DataLine& l : lines) {
+        if (l.is_used || std::none_of(l.declared.begin(), l.declared.end(),
+                                      [&](const std::string& n) { return used.contains(n); }))
+          continue;
+        l.is_used = again = true;
+        out.insert(l.begin);
+        used.insert(l.named.begin(), l.named.end());
+      }
+    }
+    // What is wrong with the text of other lines is said by nobody.
+    drop_faults(kept, [](const At&) { return true; });
+    return out;
+  }
   void data_file(std::size_t f) {
+    const bool is_config = lower(files_[f].name) == "$config.dat" && files_.size() > 1 && f > 0;
+    const std::set<std::uint32_t> used = is_config ? used_lines(f) : std::set<std::uint32_t>{};
+    const std::size_t kept = fault_count();
     scan(f, kKrlStyle);
     next_comment_ = comments_.size();
+    if (is_config) {
+      std::set<std::uint32_t> lines;
+      for (const Token& t : tokens_)
+        if (used.contains(t.at.begin)) lines.insert(t.at.line);
+      drop_faults(kept, [&](const At& at) { return at.file == f && !lines.contains(at.line); });
+    }
     while (!at_end()) {
-      if (peek().kind == Tk::line || is("&") || is("defdat") || is("enddat")) {
+      if (peek().kind == Tk::line || is("&") || is("defdat") || is("enddat") ||
+          (is_config && !used.contains(here().begin))) {
         skip_line();
         continue;
       }
@@ -495,7 +591,7 @@ class KrlReader final : public Reader {
     if (is(":", 1) && t.low.front() != '$') {
       next();
       next();
-      emit("LABEL " + label(t.raw) + ":", at);
+      place_label(t.raw, at);
       return;
     }
     static const std::map<std::string, void (KrlReader::*)(const At&), std::less<>> kWords{
@@ -631,6 +727,10 @@ class KrlReader final : public Reader {
         return;
       }
       const auto& fields = globals_.at(*fdat_).fields;
+      if (const auto it = fields.find("ipo_frame"); it != fields.end() && it->second.s != "#base") {
+        bad(at, "IRL has no tools that stand still (IPO_FRAME)");
+        return;
+      }
       for (const auto& [key, is_tool] : {std::pair{"tool_no", true}, std::pair{"base_no", false}})
         if (const auto it = fields.find(key); it != fields.end())
           numbered_frame(is_tool, it->second, at);
@@ -666,8 +766,9 @@ class KrlReader final : public Reader {
   Ex numbered(const std::string& array, const Ex& index, const At& at) {
     if (index.is_literal && (index.v < 1 || index.v > 64))
       return bad(at, array + " has no number " + index.s);
-    learn(array,
-          array_of(kPose, {{1, index.is_literal ? static_cast<std::int64_t>(index.v) : 32}}));
+    if (!globals_.contains(array) || learned_.types.contains(array))
+      learn(array,
+            array_of(kPose, {{1, index.is_literal ? static_cast<std::int64_t>(index.v) : 32}}));
     if (!globals_.contains(array)) {
       Symbol& s = declare(array, learned_.types[array]);
       declare_variable(s, {}, at);
@@ -675,6 +776,11 @@ class KrlReader final : public Reader {
            "Give them their values at the declaration of " + s.irl + ".");
     }
     const Ex i = as_integer(index, at);
+    if (const Type& t = globals_.at(array).type;
+        t.k != K::array || t.bounds.size() != 1 || *t.element != kPose)
+      return bad(at, array + " is no list of frames");
+    else if (i.is_literal && i.v > static_cast<double>(t.bounds[0].second))
+      return bad(at, array + " has no number " + i.s);
     return place(globals_.at(array).irl + "[" + i.s + "]", kPose);
   }
   void set_variable(const char* name, const Ex& e, const At& at) {
@@ -710,22 +816,20 @@ class KrlReader final : public Reader {
         return;
       }
     }
+    with_apo_.reset();
+    is_with_reported_ = false;
+    std::string near;
     while (!at_line_end()) {
       const Token t = next();
-      if (t.low == "c_ptp" || t.low == "c_spl") {
-        if (word == "ptp") m.attributes.emplace_back("C_PTP", get("apo_cptp", kReal, at));
-        else m.attributes.emplace_back("C_CP", get("apo_cdis", kReal, at));
-      } else if (t.low == "c_dis") {
-        if (word == "ptp") {
-          // Of PTP into LIN: C_PTP has said how near.
-          if (m.attributes.empty()) m.attributes.emplace_back("C_PTP", get("apo_cptp", kReal, at));
-        } else {
-          m.attributes.emplace_back("C_CP", get("apo_cdis", kReal, at));
-        }
+      // Of PTP into LIN the second word is of the path that follows: C_PTP C_DIS.
+      if (t.low == "c_ptp" || t.low == "c_spl" || t.low == "c_dis") {
+        near = word == "ptp" ? "C_PTP" : "C_CP";
       } else if (t.low == "c_vel" && word != "ptp") {
         m.attributes.emplace_back("C_SPEED", get("apo_cvel", kReal, at));
       } else if (t.low == "c_ori" || (t.low == "c_vel" && word == "ptp")) {
-        warn(t.at, std::string(t.raw) + " is not said in IRL; the motion stops at its target");
+        bad(t.at, "IRL has no counterpart of " + std::string(t.raw) + " at this motion",
+            "Approximate by distance: C_DIS, or C_PTP of PTP.");
+        return;
       } else if (t.low == "#" && is("base")) {
         next();
       } else if (t.low == "#" && is("tool")) {
@@ -733,18 +837,134 @@ class KrlReader final : public Reader {
         bad(t.at, "IRL has no motions relative to the tool");
         return;
       } else if (t.low == "with") {
-        warn(t.at, "WITH is not read; the settings before it count");
-        skip_rest();
+        if (!with(m, word == "ptp", at)) return;
       } else {
         bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" is no word of a motion");
         return;
       }
     }
+    if (!near.empty())
+      m.attributes.emplace_back(near, with_apo_         ? *with_apo_
+                                      : near == "C_PTP" ? get("apo_cptp", kReal, at)
+                                                        : get("apo_cdis", kReal, at));
     m.until = stopped_by();
-    if (m.targets[0].type.k == K::joint) m.has_frames = false;
+    if (m.targets[0].type.k == K::joint) {
+      m.has_frames = false;
+      if (word == "ptp") m.frame.reset();
+    }
     if (word != "ptp")
       for (Ex& e : m.targets) e = as_place(e);
     move(std::move(m), at);
+  }
+  /// What follows the name of a function of WITH: values, names of data and their components.
+  struct WithArgument {
+    std::optional<Ex> e;
+    std::string data, component;
+  };
+  /// WITH $VEL=SVEL_CP(0.2), $TOOL=..., of this motion only. False = it was reported.
+  bool with(Motion& m, bool is_ptp, const At& at) {
+    do {
+      const Token what = next();
+      std::string key = what.low;
+      Ex index = integer(1);
+      if (accept("[")) {
+        index = expression();
+        expect("]");
+      }
+      while (accept(".")) key += "." + next().low;
+      if (!expect("=")) return false;
+      std::string function;
+      std::vector<WithArgument> a;
+      std::optional<Ex> plain;
+      if (peek().kind == Tk::name && is("(", 1) && peek().low.starts_with("s") &&
+          !find(peek().low)) {
+        function = next().low;
+        next();
+        while (!at_line_end() && !is(")")) {
+          WithArgument one;
+          if (peek().kind == Tk::name && globals_.contains(peek().low) &&
+              globals_.at(peek().low).kind == Symbol::data) {
+            one.data = next().low;
+            if (accept(".")) one.component = next().low;
+          } else if (!is(",")) {
+            one.e = expression();
+            if (!one.e->ok) return false;
+          }
+          a.push_back(std::move(one));
+          if (!accept(",")) break;
+        }
+        if (!expect(")")) return false;
+      } else if (key == "$tool" || key == "$base") {
+        want_ = kPose;
+        plain = as_pose(expression(), at);
+        want_.reset();
+        if (!plain->ok) return false;
+      } else if (accept("#")) {
+        function = "#" + next().low;
+      } else {
+        plain = expression();
+        if (!plain->ok) return false;
+      }
+      /// A component of data, or the first value.
+      const auto part = [&](std::initializer_list<const char*> names) -> std::optional<Ex> {
+        for (const WithArgument& x : a) {
+          if (x.e) return x.e;
+          if (x.data.empty()) continue;
+          const auto& fields = globals_.at(x.data).fields;
+          if (!x.component.empty()) {
+            const auto it = fields.find(x.component);
+            return it == fields.end() ? std::nullopt : std::optional(it->second);
+          }
+          for (const char* n : names)
+            if (const auto it = fields.find(n); it != fields.end()) return it->second;
+        }
+        return plain;
+      };
+      const auto unknown = [&] {
+        bad(what.at, "WITH " + std::string(what.raw.substr(0, 40)) + " is not read here",
+            "Set it before the motion.");
+        return false;
+      };
+      if (key == "$tool" || key == "$base") {
+        const bool is_tool = key[1] == 't';
+        Ex frame = plain ? *plain : failed();
+        if (!plain) {
+          const auto n = part({is_tool ? "tool_no" : "base_no"});
+          if (!n || !n->ok || !is_number(n->type)) return unknown();
+          frame = n->is_literal && n->v == 0
+                      ? identity()
+                      : numbered(is_tool ? "tool_data" : "base_data", *n, at);
+        }
+        if (!frame.ok) return false;
+        (is_tool ? m.tool : m.frame) = frame;
+      } else if ((key == "$vel" || key == "$vel.cp") && !is_ptp) {
+        const auto v = part({"vel"});
+        if (!v || !v->ok || !is_number(v->type)) return unknown();
+        m.attributes.emplace_back("SPEED", scaled(as_real(*v, at), 1000));
+      } else if ((key == "$vel_axis" || key == "$acc_axis") && is_ptp) {
+        const auto v = part({key[1] == 'v' ? "vel" : "acc"});
+        if (!v || !v->ok || !is_number(v->type) || !index.is_literal) return unknown();
+        m.attributes.emplace_back(key[1] == 'v' ? "SPEED_PTP" : "ACC_PTP", as_real(*v, at));
+      } else if (key == "$apo" || key == "$apo.cdis" || key == "$apo.cptp") {
+        const auto v = part({"apo_dist"});
+        if (!v || !v->ok || !is_number(v->type)) return unknown();
+        with_apo_ = as_real(*v, at);
+      } else if (key == "$ori_type" || key == "$ipo_mode" || key == "$circ_type") {
+        const auto v = function.starts_with("#")
+                           ? std::nullopt
+                           : part({key == "$ori_type" ? "ori_typ" : "ipo_frame"});
+        const std::string mode = v ? lower(v->s) : function;
+        if (mode != "#var" && mode != "#base") return unknown();
+      } else if (key == "$load" || key.starts_with("$acc") || key == "$jerk" ||
+                 key == "$gear_jerk" || key.starts_with("$collmon")) {
+        if (!std::exchange(is_with_reported_, true))
+          warn(what.at, "IRL has no loads, jerks and accelerations in m/s^2; WITH " +
+                            std::string(what.raw) + " is left out");
+      } else {
+        return unknown();
+      }
+    } while (accept(","));
+    return true;
   }
   Ex target_of(bool is_relative, const At& at) {
     is_relative_ = is_relative;
@@ -814,9 +1034,8 @@ class KrlReader final : public Reader {
     if (!from.ok || !to.ok || !step.is_literal || step.v == 0 || !s || s->type.k != K::integer) {
       bad(at,
           !s ? "the loop's variable is declared nowhere" : "this loop has no steps that are known");
-      // The body is read all the same.
-      open_block("endfor", "{ end of the loop }");
-      return;
+      skip_rest();
+      return open_unread_loop("endfor", at);
     }
     head = "FOR " + s->irl + " := " + from.s + (step.v < 0 ? " DOWNTO " : " TO ") + to.s;
     if (std::fabs(step.v) != 1)
@@ -851,17 +1070,14 @@ class KrlReader final : public Reader {
   }
   void case_(const At& at) {
     if (!in_switch(at)) return;
-    std::string list;
+    std::vector<ArmValue> values;
     do {
-      const Ex e = expression();
-      if (e.ok && !e.is_constant) bad(at, "a value of CASE is known before the program runs");
-      if (!e.ok || !e.is_constant) return skip_rest();
-      list += (list.empty() ? "" : ", ") + e.s;
+      values.push_back({expression()});
     } while (accept(","));
-    open_arm("WHEN " + list + ":", at);
+    open_arm(values, at);
   }
   void default_(const At& at) {
-    if (in_switch(at)) open_arm("DEFAULT:", at);
+    if (in_switch(at)) open_default(at);
   }
   void exit(const At& at) {
     const bool is_in_loop = std::any_of(blocks_.begin(), blocks_.end(), [](const Block& b) {
@@ -977,10 +1193,7 @@ class KrlReader final : public Reader {
       bad(at, "a pulse is of an output, TRUE or FALSE");
       return;
     }
-    emit(out.s + " := " + level.s + ";", at);
-    emit("WAIT " + within(time, kSum) + " SEC;", at);
-    emit(out.s + " := " + (level.s == "TRUE" ? "FALSE" : "TRUE") + ";", at);
-    warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+    pulse_of(out, level.s, level.s == "TRUE" ? "FALSE" : "TRUE", time, at);
   }
   void interrupt(const At& at) {
     if (word_ == "global") expect("interrupt");
@@ -1096,6 +1309,23 @@ class KrlReader final : public Reader {
     if (!expect("=")) return;
     want_ = to.type;
     if (bare_.contains(t.low)) learned_.flags.insert("written " + t.low);
+    if (is("{") && (to.type.k == K::pose || to.type.k == K::target || to.type.k == K::joint ||
+                    to.type.k == K::record)) {
+      const std::size_t back = at_;
+      const auto f = aggregate();
+      if (is_partial(f, to.type)) {
+        // The components without a value keep theirs.
+        want_.reset();
+        for (const auto& [name, e] : f) {
+          Token component = t;
+          component.low = component.raw = name;
+          assign(this->component(to, component), e, at);
+        }
+        return;
+      }
+      at_ = back;
+      want_ = to.type;
+    }
     const Ex e = expression();
     want_.reset();
     if (to.type.k == K::target && e.ok && e.type.k == K::pose) {
@@ -1126,20 +1356,69 @@ class KrlReader final : public Reader {
     while (accept(".")) what += "." + next().low;
     if (!expect("=")) return true;
     if (what == "$ori_type" || what == "$circ_type" || what == "$ipo_mode" ||
-        what.starts_with("$load") || what.starts_with("$jerk") || what.starts_with("$timer") ||
-        what == "$red_vel" || what.starts_with("$gear") || what.ends_with("_extax") ||
-        what.starts_with("$circ_mode") || what.starts_with("$tech") || what.starts_with("$sen")) {
+        what.starts_with("$circ_mode")) {
+      // The values of the delivery are how IRL moves.
+      const std::string mode = is("#") ? peek(1).low : peek().low;
+      const bool is_usual =
+          mode == (what == "$ori_type" ? "var" : "base") && !what.starts_with("$circ_mode");
       skip_rest();
-      const bool is_meant = what == "$ipo_mode" || what.starts_with("$timer");
-      left_out(is_meant ? RMP_FAULT_ERROR : RMP_FAULT_WARNING, at,
-               "IRL has no counterpart of " + std::string(t.raw));
+      if (is_usual) note_line(at, std::string(t.raw) + " is so in IRL");
+      else left_out(RMP_FAULT_ERROR, at, "IRL has no counterpart of this " + std::string(t.raw));
+      return true;
+    }
+    if (what.starts_with("$load") || what.starts_with("$jerk") || what.starts_with("$gear") ||
+        what.starts_with("$acc_extax")) {
+      skip_rest();
+      left_out(RMP_FAULT_WARNING, at, "IRL has no counterpart of " + std::string(t.raw));
+      return true;
+    }
+    if (what.starts_with("$timer") || what == "$red_vel" || what.starts_with("$tech") ||
+        what.starts_with("$sen")) {
+      skip_rest();
+      left_out(RMP_FAULT_ERROR, at, "IRL has no counterpart of " + std::string(t.raw));
+      return true;
+    }
+    if (what == "$ov_pro" || what == "$vel_extax") {
+      const Ex e = as_real(expression(), at);
+      if (!e.ok) return true;
+      if (what == "$vel_extax" && learned_.external_axes == 0)
+        note_line(at, "the program moves no additional axes");
+      else if (e.is_literal && e.v == 100) note_line(at, "100 % is so in IRL");
+      else
+        left_out(RMP_FAULT_ERROR, at, "IRL has no " + std::string(t.raw) + " of a program",
+                 "Multiply the speeds by it.");
       return true;
     }
     if (what == "$advance" || what == "$act_tool" || what == "$act_base" || what == "$bwdstart" ||
-        what == "$loop_msg" || what == "$ov_pro") {
+        what == "$loop_msg") {
       skip_rest();
       note_line(at, std::string(t.raw) + " has no effect in IRL");
       return true;
+    }
+    if ((what.starts_with("$tool.") || what.starts_with("$base.")) && !what.ends_with(".s") &&
+        !what.ends_with(".t")) {
+      const char* key = what[1] == 't' ? "tool" : "frame";
+      Token component = t;
+      component.low = what.substr(6);
+      const Ex to = this->component(get(key, kPose, at), component);
+      set_part(key, to, expression(), at);
+      return true;
+    }
+    if ((what == "$tool" || what == "$base") && is("{")) {
+      const char* key = what[1] == 't' ? "tool" : "frame";
+      const std::size_t back = at_;
+      const auto f = aggregate();
+      if (is_partial(f, kPose)) {
+        for (const auto& [name, e] : f) {
+          Token component = t;
+          component.low = name;
+          const Ex to = this->component(get(key, kPose, at), component);
+          if (!to.ok || !e.ok) return true;
+          set_part(key, to, e, at);
+        }
+        return true;
+      }
+      at_ = back;
     }
     if (what == "$tool" || what == "$base") {
       want_ = kPose;
@@ -1150,30 +1429,52 @@ class KrlReader final : public Reader {
     }
     if (what == "$h_pos") {
       skip_rest();
-      left_out(RMP_FAULT_WARNING, at, "IRL has no home position of the controller");
+      left_out(RMP_FAULT_ERROR, at, "IRL has no home position of the controller");
+      return true;
+    }
+    if (what == "$apo" || what == "$vel" || what == "$acc") {
+      bad(at, "the components of " + std::string(t.raw) + " are set one by one here",
+          "Such as $VEL.CP=0.2.");
+      skip_rest();
       return true;
     }
     const Ex e = as_real(expression(), at);
     if (!e.ok) return true;
     if (what == "$vel.cp") set_variable("R_SPEED", scaled(e, 1000), at);
     else if (what == "$vel.ori1" || what == "$vel.ori2") {
-      if (what == "$vel.ori1") set_variable("R_SPEED_ORI", e, at);
-      else note_line(at, "IRL has one speed of orientations; that of ORI1 is taken");
+      // One speed of orientations: both get the same as a rule.
+      one_of_many(what == "$vel.ori1", "R_SPEED_ORI", "$VEL.ORI1 and $VEL.ORI2", e, at);
     } else if (what == "$vel_axis" || what == "$acc_axis") {
-      // All axes get one value as a rule; the first says it.
-      if (!index.is_literal || index.v == 1)
-        set_variable(what[1] == 'v' ? "R_SPEED_PTP" : "R_ACC_PTP", e, at);
-      else note_line(at, "IRL has one percentage for all axes; that of A1 is taken");
+      const bool is_speed = what[1] == 'v';
+      one_of_many(!index.is_literal || index.v == 1, is_speed ? "R_SPEED_PTP" : "R_ACC_PTP",
+                  is_speed ? "$VEL_AXIS of all axes" : "$ACC_AXIS of all axes", e, at);
     } else if (what == "$apo.cdis") set("apo_cdis", e, at);
     else if (what == "$apo.cptp") set("apo_cptp", e, at);
     else if (what == "$apo.cvel") set("apo_cvel", e, at);
+    else if (what == "$apo.cori")
+      note_line(at, "no motion here is approximated by its orientation");
     else if (what.starts_with("$acc.")) {
       left_out(RMP_FAULT_WARNING, at,
                "IRL has accelerations in % of the greatest, and not in m/s^2");
     } else {
-      left_out(RMP_FAULT_WARNING, at, "IRL has no counterpart of " + what);
+      left_out(RMP_FAULT_ERROR, at, "IRL has no counterpart of " + what);
     }
     return true;
+  }
+  /// One variable of IRL for several of the controller: the first sets it, and the others repeat
+  /// it.
+  void one_of_many(bool is_first, const char* name, const char* them, const Ex& e, const At& at) {
+    std::string& last = last_of_many_[name];
+    if (is_first) {
+      last = e.s;
+      set_variable(name, e, at);
+    } else if (last == e.s) {
+      note_line(at, std::string("IRL has one value for ") + them);
+    } else {
+      left_out(RMP_FAULT_ERROR, at,
+               std::string("IRL has one value for ") + them + ", and these differ",
+               "Give all of them the same value, the first one first.");
+    }
   }
 
   // ---- expressions ----
@@ -1193,6 +1494,9 @@ class KrlReader final : public Reader {
       }
       if (accept("[")) accept("]");
       const auto before = std::exchange(want_, std::nullopt);
+      if (before && before->k == K::record)
+        for (const auto& [field, type] : records_[before->record])
+          if (field == name.low) want_ = type;
       if (peek().low == "#" || peek().low[0] == '#') {
         // An enumerator that the reader may not know.
         const auto e = enumerator();
@@ -1206,6 +1510,18 @@ class KrlReader final : public Reader {
     expect("}");
     return out;
   }
+  /// Whether an aggregate leaves components of a value out that keep theirs then.
+  bool is_partial(const std::map<std::string, Ex>& f, const Type& of) {
+    const auto lacks = [&](std::initializer_list<const char*> names) {
+      return std::any_of(names.begin(), names.end(), [&](const char* n) { return !f.contains(n); });
+    };
+    if (f.empty()) return false;
+    if (of.k == K::record)
+      return std::any_of(records_[of.record].begin(), records_[of.record].end(),
+                         [&](const auto& x) { return !f.contains(x.first); });
+    if (of.k == K::joint) return lacks({"a1", "a2", "a3", "a4", "a5", "a6"});
+    return lacks({"x", "y", "z", "a", "b", "c"});
+  }
   Ex enumerator() {
     const Token hash = next();
     const Token name = hash.low == "#" ? next() : hash;
@@ -1218,6 +1534,7 @@ class KrlReader final : public Reader {
     Ex e = integer(0);
     e.is_literal = false;
     e.ok = false;
+    e.s = "#" + name.low;
     return e;
   }
   Ex from_aggregate(const At& at) {
@@ -1367,7 +1684,8 @@ class KrlReader final : public Reader {
     if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
     if (t.low[0] == '$') return system_value(t);
     if (is("(")) return function(t);
-    if ((t.low == "tool_data" || t.low == "base_data") && is("[") && !find(t.low)) {
+    if ((t.low == "tool_data" || t.low == "base_data") && is("[") &&
+        (!find(t.low) || learned_.types.contains(t.low))) {
       next();
       const Ex i = expression();
       expect("]");
@@ -1390,10 +1708,12 @@ class KrlReader final : public Reader {
         if (accept("]")) continue;  // the whole of an array
         std::string list;
         std::size_t n = 0;
+        std::vector<Ex> known;
         do {
           if (is("]")) break;
           const Ex i = as_integer(expression(), at);
           if (!i.ok) return failed();
+          known.push_back(i);
           list += (n++ ? ", " : "") + i.s;
         } while (accept(","));
         expect("]");
@@ -1405,6 +1725,10 @@ class KrlReader final : public Reader {
         }
         if (e.type.k != K::array || e.type.bounds.size() != n)
           return bad(at, "this is no array of " + std::to_string(n) + " indices");
+        for (std::size_t k = 0; k < n; ++k)
+          if (known[k].is_literal && (known[k].v < static_cast<double>(e.type.bounds[k].first) ||
+                                      known[k].v > static_cast<double>(e.type.bounds[k].second)))
+            return bad(at, "the index " + known[k].s + " is outside of the array");
         const Type element = *e.type.element;
         e = place(e.s + "[" + list + "]", element);
         continue;
@@ -1542,9 +1866,11 @@ class KrlReader final : public Reader {
   std::string routine_name_;
   bool is_stop_if_ = false;
   std::string word_;
+  std::map<std::string, std::string> last_of_many_;
+  std::optional<Ex> with_apo_;
+  bool is_with_reported_ = false;
   std::optional<Type> want_;
   Type field_type_;
-  std::optional<At> mixed_;
   std::optional<std::string> pdat_, ldat_, fdat_;
   bool is_target_ = false, is_relative_ = false;
   bool is_bare_ = false;                     ///< the last aggregate has X, Y, Z and no A, B, C

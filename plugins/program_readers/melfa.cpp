@@ -30,6 +30,9 @@ class MelfaReader final : public Reader {
 
   void run() override {
     name_ = std::string(stem(files_[0].name));
+    for (const char* percent : {"override", "joint_override"}) starts_with(percent, real(100));
+    starts_with("continuous", boolean(false));
+    starts_with("continuous_distance", real(0));
     // Programs that are called come first: what they have is theirs, and nothing else is there yet.
     for (std::size_t f = 1; f < files_.size(); ++f) announce(called_name(f), {}, kNone);
     for (std::size_t f = 1; f < files_.size(); ++f) called_program(f);
@@ -483,7 +486,7 @@ class MelfaReader final : public Reader {
         else e = scaled(e, 0.01);
         m.attributes.emplace_back("SPEED_PTP", e);
       }
-    } else if (is_set("speed")) {
+    } else if (is_set_before("speed", at)) {
       const Ex v = get("speed", kReal, at);
       Ex e = v;
       if (is_set("override")) {
@@ -496,7 +499,7 @@ class MelfaReader final : public Reader {
     }
     if (is_set("continuous")) {
       m.attributes.emplace_back("C_PASS", get("continuous", kBool, at));
-      if (!is_joint && is_set("continuous_distance"))
+      if (!is_joint && is_set_before("continuous_distance", at))
         m.attributes.emplace_back("C_CP", get("continuous_distance", kReal, at));
     }
   }
@@ -618,18 +621,17 @@ class MelfaReader final : public Reader {
       --nested_;
       return;
     }
-    indented(1);
+    open_block("one line", "ENDIF");
     simple(at);
     while (accept(":")) simple(at);
     if (accept("else")) {
-      between("ELSE", at);
+      if (is_in("one line")) between("ELSE", at);
       if (!at_line_end()) simple(at);
       while (accept(":")) simple(at);
     }
     accept("endif");
     --nested_;
-    indented(-1);
-    emit("ENDIF;", at);
+    close_block("one line", at);
   }
   void else_(const At& at) {
     if (!is_in("endif")) {
@@ -698,30 +700,21 @@ class MelfaReader final : public Reader {
       skip_rest();
       return;
     }
-    const Ex a = as_integer(expression(25), at);
-    std::string list = a.s;
-    bool ok = a.ok && a.is_constant && !is("is");
-    if (accept("to")) {
-      const Ex b = as_integer(expression(25), at);
-      ok = ok && b.is_literal && a.is_literal && b.v >= a.v && b.v - a.v < 100;
-      for (std::int64_t i = static_cast<std::int64_t>(a.v) + 1;
-           ok && i <= static_cast<std::int64_t>(b.v); ++i)
-        list += ", " + std::to_string(i);
-    }
-    while (ok && accept(",")) {
-      const Ex b = as_integer(expression(25), at);
-      ok = b.ok && b.is_constant;
-      list += ", " + b.s;
-    }
-    if (!ok) {
-      bad(at, "the values of this Case are not known");
+    if (is("is")) {
+      bad(at, "Case Is is not read", "Give the values of this Case.");
       skip_rest();
-      return;
+      return open_arm({}, at);
     }
-    open_arm("WHEN " + list + ":", at);
+    std::vector<ArmValue> values;
+    do {
+      ArmValue v{expression(25)};
+      if (accept("to")) v.to = expression(25);
+      values.push_back(std::move(v));
+    } while (accept(","));
+    open_arm(values, at);
   }
   void default_(const At& at) {
-    if (is_in("select")) open_arm("DEFAULT:", at);
+    if (is_in("select")) open_default(at);
     else bad(at, "Default stands outside of Select");
   }
   void break_(const At& at) {

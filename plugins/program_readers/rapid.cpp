@@ -39,6 +39,7 @@ class RapidReader final : public Reader {
 
   void run() override {
     name_ = std::string(stem(files_[0].name));
+    starts_with("displacement", identity());
     for (is_announcing_ = true;; is_announcing_ = false) {
       for (std::size_t f = 0; f < files_.size(); ++f)
         if (extension(files_[f].name) != "pgf") file(f);
@@ -58,6 +59,11 @@ class RapidReader final : public Reader {
   int not_precedence() const override { return 11; }
   void skip_rest() override {
     while (!at_end() && !is(";")) next();
+  }
+  void skip_condition() override {
+    while (!at_end() && !is("then") && !is("do") && !is(";") && !is("endif") && !is("endwhile") &&
+           !is("endproc") && !is("endfunc") && !is("endtrap"))
+      next();
   }
   std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At&) override {
     if (a.type.k == K::position && b.type.k == K::position && (op == Op::add || op == Op::sub) &&
@@ -213,10 +219,13 @@ class RapidReader final : public Reader {
     }
     std::string text;
     bool is_constant = how == "const";
+    int frames = 0;
     if (accept(":=")) {
       want_ = of.low;
       const Aggregate a = aggregate();
+      both_frames_ = 0;
       const Ex e = built(a, of.low, t);
+      frames = std::exchange(both_frames_, 0);
       want_.clear();
       if (!e.ok) {
         skip_rest();
@@ -244,7 +253,12 @@ class RapidReader final : public Reader {
                 is_constant && !(is_local && !is_in_main()) ? Symbol::constant : Symbol::variable,
                 is_local);
     if (is_constant) sizes_["round(" + lower(s.irl) + ")"] = sizes_[name.low];
+    keep_frames(s.irl, frames);
     declare_variable(s, text, from, is_local);
+  }
+  void keep_frames(const std::string& irl, int which) {
+    if (which & 1) learned_.flags.insert("uframe " + irl);
+    if (which & 2) learned_.flags.insert("oframe " + irl);
   }
   std::vector<Parameter> parameters() {
     std::vector<Parameter> out;
@@ -371,7 +385,7 @@ class RapidReader final : public Reader {
     if (is(":", 1) && t.low != "default") {
       next();
       next();
-      emit("LABEL " + label(t.raw) + ":", at);
+      place_label(t.raw, at);
       return;
     }
     word_ = t.low;
@@ -426,7 +440,14 @@ class RapidReader final : public Reader {
         {"searchl", &RapidReader::motion},
         {"searchc", &RapidReader::no_counterpart},
         {"raise", &RapidReader::no_counterpart},
-        {"velset", &RapidReader::no_counterpart},
+        {"velset", &RapidReader::velset},
+        {"confj", &RapidReader::conf},
+        {"confl", &RapidReader::conf},
+        {"singarea", &RapidReader::singarea},
+        {"pdispset", &RapidReader::pdisp},
+        {"pdispoff", &RapidReader::pdisp},
+        {"invertdo", &RapidReader::invert},
+        {"waitrob", &RapidReader::waitrob},
         {"movejsync", &RapidReader::no_counterpart},
         {"movelsync", &RapidReader::no_counterpart}};
     if (const auto it = kWords.find(t.low); it != kWords.end() && !is_assigned && !find(t.low)) {
@@ -436,14 +457,15 @@ class RapidReader final : public Reader {
       return;
     }
     static const std::set<std::string, std::less<>> kNoEffect{
-        "tperase",   "clkreset", "clkstart",     "clkstop", "confj",   "confl",     "singarea",
-        "waitrob",   "gripload", "mechunitload", "tpshow",  "softact", "softdeact", "actunit",
-        "deactunit", "isleep",   "iwatch",       "idelete", "pathaccs"};
+        "tperase", "clkreset",  "clkstart", "clkstop",   "gripload", "mechunitload", "tpshow",
+        "softact", "softdeact", "actunit",  "deactunit", "isleep",   "iwatch",       "idelete"};
+    static const std::set<std::string, std::less<>> kQuiet{"tperase", "gripload", "mechunitload",
+                                                           "tpshow",  "actunit",  "softdeact"};
     if (kNoEffect.contains(t.low) && !is_assigned && !find(t.low)) {
       skip_rest();
       accept(";");
-      left_out(t.low.starts_with("clk") || t.low[0] == 'i' ? RMP_FAULT_ERROR : RMP_FAULT_WARNING,
-               at, "IRL has no counterpart of " + std::string(t.raw));
+      left_out(kQuiet.contains(t.low) ? RMP_FAULT_WARNING : RMP_FAULT_ERROR, at,
+               "IRL has no counterpart of " + std::string(t.raw));
       return;
     }
     if (is_assigned) {
@@ -456,7 +478,10 @@ class RapidReader final : public Reader {
         return;
       }
       const Aggregate a = aggregate();
-      assign(to, built(a, {}, to.type), at);
+      both_frames_ = 0;
+      const Ex from = built(a, {}, to.type);
+      keep_frames(to.s.substr(0, to.s.find_first_of(".[")), std::exchange(both_frames_, 0));
+      assign(to, from, at);
       semicolon();
       return;
     }
@@ -472,7 +497,7 @@ class RapidReader final : public Reader {
         skip_rest();
         break;
       }
-      args.push_back(expression());
+      args.push_back(argument(t.low, args.size()));
       if (!accept(",") && !is("\\")) break;
     }
     bool is_ok = true;
@@ -486,6 +511,14 @@ class RapidReader final : public Reader {
       }
     }
     semicolon();
+  }
+  /// A value of a call: one in brackets is of the type that the routine has there.
+  Ex argument(const std::string& routine, std::size_t n) {
+    const Symbol* s = find(routine);
+    if (!is("[") || !s || s->kind != Symbol::routine || n >= s->parameters.size())
+      return expression();
+    const Type t = s->parameters[n].type;
+    return built(aggregate(), {}, t);
   }
   void no_counterpart(const At& at) {
     skip_rest();
@@ -541,8 +574,12 @@ class RapidReader final : public Reader {
     expect("to");
     const Ex to = as_integer(expression(), at);
     Ex step = integer(1);
-    if (accept("step")) step = as_integer(expression(), at);
-    expect("do");
+    const bool has_step = accept("step");
+    if (has_step) step = as_integer(expression(), at);
+    if (!expect("do")) {
+      while (!at_end() && !is("do") && !is(";")) next();
+      accept("do");
+    }
     // A variable of the loop's own.
     Symbol s;
     s.type = kInt;
@@ -561,11 +598,13 @@ class RapidReader final : public Reader {
       bad(at, "the step of this loop is not known");
     }
     // RAPID counts down by itself where the end is below.
-    if (from.is_literal && to.is_literal && from.v > to.v && step.v == 1) is_down = true;
+    if (!has_step && from.is_literal && to.is_literal) is_down = from.v > to.v;
+    else if (!has_step && from.ok && to.ok)
+      by = " STEP " + helper("counting") + "(" + from.s + ", " + to.s + ")";
     if (from.ok && to.ok)
       emit("FOR " + irl + " := " + from.s + (is_down ? " DOWNTO " : " TO ") + to.s + by + " DO",
            at);
-    else emit("FOR " + irl + " := 1 TO 0 DO", at);
+    if (!from.ok || !to.ok) return open_unread_loop("endfor", at);
     open_block("endfor", "ENDFOR");
   }
   void while_(const At& at) {
@@ -575,44 +614,52 @@ class RapidReader final : public Reader {
     open_block("endwhile", "ENDWHILE");
   }
   void test(const At& at) { open_case("endtest", at); }
-  void arm(const std::string& head, const At& at) {
-    if (!is_in("endtest")) {
-      bad(at, "this stands outside of TEST");
-      skip_rest();
-      return;
-    }
-    open_arm(head, at);
+  bool is_in_test(const At& at) {
+    if (is_in("endtest")) return true;
+    bad(at, "this stands outside of TEST");
+    while (!at_end() && !is(":") && !is(";")) next();
+    accept(":");
+    return false;
   }
   void case_(const At& at) {
-    std::string list;
+    if (!is_in_test(at)) return;
+    std::vector<ArmValue> values;
     do {
-      Ex e = expression();
-      if (e.type.k == K::real) e = as_integer(e, at);
-      if (e.ok && !e.is_constant) e = bad(at, "a value of CASE is known before the program runs");
-      if (!e.ok) break;
-      list += (list.empty() ? "" : ", ") + e.s;
+      values.push_back({expression()});
     } while (accept(","));
-    expect(":");
-    arm("WHEN " + (list.empty() ? "0" : list) + ":", at);
+    if (!expect(":")) {
+      while (!at_end() && !is(":") && !is(";")) next();
+      accept(":");
+    }
+    open_arm(values, at);
   }
   void default_(const At& at) {
+    if (!is_in_test(at)) return;
     expect(":");
-    arm("DEFAULT:", at);
+    open_default(at);
   }
 
-  Ex frame_named(const Token& t) {
-    if (t.low == "tool0" || t.low == "wobj0") return identity();
-    if (t.kind != Tk::name) return bad(t.at, "the name of a tool or work object belongs here");
-    const Symbol* s = find(t.low);
-    if (!s) {
-      s = &declare(t.raw, kPose);
-      declare_variable(*s, {}, t.at);
+  /// The tool or work object that stands here: a name, an element of an array, a component.
+  Ex frame_here() {
+    const Token t = peek();
+    if ((t.low == "tool0" || t.low == "wobj0") && !find(t.low)) {
+      next();
+      return identity();
+    }
+    if (is("[")) return built(aggregate(), {}, kPose);
+    if (t.kind != Tk::name) {
+      if (!at_end() && !is(";")) next();
+      return bad(t.at, "the name of a tool or work object belongs here");
+    }
+    if (!find(t.low)) {
+      declare_variable(declare(t.raw, kPose), {}, t.at);
       fail(t.at, std::string(t.raw) + " is declared nowhere; it is zero here",
            "Read its module together with this one, or give its value.");
     }
-    if (s->type.k != K::pose)
+    const Ex e = primary();
+    if (e.ok && e.type.k != K::pose)
       return bad(t.at, std::string(t.raw) + " is no tool and no work object");
-    return place(s->irl, kPose);
+    return e;
   }
   void motion(const At& at) {
     const std::string word = word_;
@@ -624,16 +671,26 @@ class RapidReader final : public Reader {
         const Token name = next();
         if (!accept(":=")) {
           to[name.low] = boolean(true);
-        } else if (name.low == "wobj" || name.low == "tool" || name.low == "tload") {
-          const Token f = next();
-          if (name.low != "tload") to[name.low] = frame_named(f);
+        } else if (name.low == "wobj" || name.low == "tool") {
+          to[name.low] = frame_here();
+        } else if (name.low == "tload" || name.low == "id") {
+          next();  // loads and the numbers of motions of several robots
+        } else if (name.low == "inpos") {
+          next();
+          to[name.low] = boolean(true);
         } else {
           to[name.low] = expression();
         }
+        static const std::set<std::string, std::less<>> kKnown{
+            "wobj", "tool", "tload",   "id",   "inpos", "conc",  "v",
+            "t",    "z",    "noeoffs", "stop", "pstop", "sstop", "sup"};
+        if (!kKnown.contains(name.low))
+          bad(name.at, "\\" + std::string(name.raw.substr(0, 40)) + " of a motion is not read");
       }
     };
     std::map<std::string, Ex> given, here;
     options(given);  // \Conc
+    if (given.contains("conc")) accept(",");
     if (word == "searchl" && !search(given, m, at)) return;
     const auto read_target = [&] {
       if (m.word != "CIRCLE" && is("offs") && is("(", 1) && is("crobt", 2)) {
@@ -681,8 +738,7 @@ class RapidReader final : public Reader {
       options(given);
       expect(",");
     }
-    const Token tool = next();
-    const Ex t = frame_named(tool);
+    const Ex t = frame_here();
     options(given);
     Ex output = failed(), level = failed();
     if (word.ends_with("do")) {
@@ -709,6 +765,8 @@ class RapidReader final : public Reader {
     }
     Ex z = zone;
     if (const auto it = given.find("z"); it != given.end()) z = as_real(it->second, at);
+    if (given.contains("inpos")) z = real(0);  // data of a stop point
+    is_stopped_ = z.is_literal && z.v == 0;
     if (!(z.is_literal && z.v == 0)) {
       if (is_joint) {
         if (!std::exchange(told_zone_, true))
@@ -729,14 +787,88 @@ class RapidReader final : public Reader {
         return;
       }
     }
-    if (t.s != id.s) m.attributes.emplace_back("TOOL", t);
-    if (const auto it = given.find("wobj");
-        it != given.end() && it->second.s != id.s && word != "moveabsj")
-      m.attributes.emplace_back("FRAME", it->second);
+    if (t.s != id.s) m.tool = t;
+    if (const auto it = given.find("wobj"); it != given.end() && word != "moveabsj") {
+      if (!it->second.ok) return;
+      if (it->second.s != id.s) m.frame = it->second;
+    }
+    if (is_set("displacement") && word != "moveabsj" && !m.is_incremental) {
+      // PDispSet moves places within their work object.
+      const Ex by = get("displacement", kPose, at);
+      m.frame = m.frame ? binary(Op::compose, *m.frame, by, at) : by;
+    }
     if (given.contains("conc"))
-      warn(at, "\\Conc is not said in IRL: the next statement waits for the motion");
+      bad(at, "\\Conc is not said in IRL: the next statement waits for the motion",
+          "Take \\Conc out.");
+    if (is_joint && word != "moveabsj" && !free_configuration(m, at)) return;
     move(std::move(m), at);
     if (output.ok && level.ok) emit(output.s + " := " + level.s + ";", at);
+  }
+  /// Behind ConfJ\Off a joint motion takes the nearest configuration. False = it was reported.
+  bool free_configuration(Motion& m, const At& at) {
+    const std::string how = mode("conf_j", "on", at);
+    if (how == "on") return true;
+    if (how.empty() || learned_.external_axes > 0) {
+      bad(at, how.empty() ? "ConfJ is On on one path to this motion and Off on another"
+                          : "IRL has no places without a configuration that move additional axes");
+      return false;
+    }
+    for (Ex& e : m.targets)
+      if (e.type.k == K::target) e = as_pose(e, at);
+    return true;
+  }
+  void conf(const At& at) {
+    std::string how = "on";
+    while (accept("\\")) how = next().low;
+    // A motion along a path keeps the configuration that it comes with anyway.
+    if (word_ == "confl") return note_line(at, "IRL keeps the configuration along a path");
+    learned_.modal["conf_j"];
+    set_mode("conf_j", how, at);
+    emit("{ " + source_line(at) + " }", at);
+  }
+  void singarea(const At& at) {
+    std::string how;
+    while (accept("\\")) how = next().low;
+    if (how == "off") return note_line(at, "it is so in IRL");
+    skip_rest();
+    left_out(RMP_FAULT_ERROR, at, "IRL keeps the orientation near a singular place",
+             "SingArea\\Off is how IRL moves.");
+  }
+  void velset(const At& at) {
+    const Ex percent = as_real(expression(), at);
+    expect(",");
+    const Ex most = as_real(expression(), at);
+    if (!percent.ok || !most.ok) return;
+    if (percent.is_literal && percent.v == 100 && most.is_literal && most.v >= 5000)
+      return note_line(at, "it is so in IRL");
+    left_out(RMP_FAULT_ERROR, at, "IRL has no override of all later speeds",
+             "Multiply the speeds of the motions by it.");
+  }
+  void pdisp(const At& at) {
+    if (word_ == "pdispoff") {
+      if (is_set("displacement")) set("displacement", identity(), at);
+      else note_line(at, "no displacement is set");
+      return;
+    }
+    const Aggregate a = aggregate();
+    const Ex e = built(a, "pose", kPose);
+    if (e.ok) set("displacement", e, at);
+  }
+  void invert(const At& at) {
+    const Ex s = signal_of(next(), true, kBool);
+    if (s.ok) emit(s.s + " := NOT " + s.s + ";", at);
+  }
+  void waitrob(const At& at) {
+    skip_rest();
+    if (is_stopped_) return note_line(at, "the motion before has stopped");
+    left_out(RMP_FAULT_ERROR, at, "IRL has no wait for the end of a motion that is passed",
+             "Give the motion before it fine.");
+  }
+  /// \InPos of a wait: nothing behind a motion that stops.
+  void in_position(const At& at) {
+    if (!is_stopped_)
+      bad(at, "IRL has no wait for the end of a motion that is passed",
+          "Give the motion before it fine.");
   }
   /// SearchL\SStop, signal, place, ...: a straight motion that a signal ends.
   bool search(const std::map<std::string, Ex>& given, Motion& m, const At& at) {
@@ -766,9 +898,23 @@ class RapidReader final : public Reader {
     expect(",");
     if (!s.ok || found.kind != Tk::name) return false;
     m.until = is_low ? "NOT " + s.s : s.s;
-    note(at, "where the signal came is not kept in " + std::string(found.raw.substr(0, 40)) +
-                 ", and that it did not come is no error in IRL");
+    if (is_looked_at(found.low))
+      bad(at, "where the signal came is not kept in " + std::string(found.raw.substr(0, 40)),
+          "IRL has no place of the robot at run time.");
+    else warn(at, "that the signal did not come is no error in IRL; the motion goes to its target");
     return true;
+  }
+  /// Whether a name of this text is more than declared and given to searches.
+  bool is_looked_at(const std::string& low) const {
+    for (std::size_t i = 0; i < tokens_.size(); ++i) {
+      if (tokens_[i].kind != Tk::name || tokens_[i].low != low) continue;
+      bool is_known = false;
+      for (std::size_t k = i; k > 0 && !is_known && tokens_[k - 1].low != ";"; --k)
+        is_known = tokens_[k - 1].low == "searchl" || tokens_[k - 1].low == "var" ||
+                   tokens_[k - 1].low == "pers";
+      if (!is_known) return true;
+    }
+    return false;
   }
   Ex signal_of(const Token& t, bool is_output, const Type& type) {
     if (t.kind != Tk::name) return bad(t.at, "the name of a signal belongs here");
@@ -812,24 +958,22 @@ class RapidReader final : public Reader {
   }
   void pulse(const At& at) {
     Ex time = real(0.2);
-    bool on = true;
+    bool is_high = false;
     while (accept("\\")) {
       const Token option = next();
       if (accept(":=")) {
         const Ex e = as_real(expression(), at);
         if (option.low == "plength") time = e;
       } else if (option.low == "high") {
-        on = true;
+        is_high = true;
+      } else {
+        bad(option.at, "this option is not known");
       }
       accept(",");
     }
     const Ex s = signal_of(next(), true, kBool);
     if (!s.ok || !time.ok) return;
-    emit(s.s + " := TRUE;", at);
-    emit("WAIT " + within(time, kSum) + " SEC;", at);
-    emit(s.s + " := FALSE;", at);
-    (void)on;
-    warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+    pulse_of(s, is_high ? "TRUE" : "NOT " + s.s, is_high ? "FALSE" : "NOT " + s.s, time, at);
   }
   void wait_for(const Ex& c, const At& at) {
     std::string timeout;
@@ -849,12 +993,17 @@ class RapidReader final : public Reader {
     }
     if (!c.ok) return;
     emit("WAIT FOR " + c.s + timeout + ";", at);
+    // Without a flag the controller raises an error.
+    if (!timeout.empty() && after_.empty()) {
+      if (uses("error") > 0)
+        bad(at, "the error that is raised after the time, and its handler, are not in IRL",
+            "Give \\TimeFlag, and look at it.");
+      else emit("IF R_TIMEOUT THEN HALT; ENDIF;", at);
+    }
     // A flag that is declared and set only tells nobody anything.
     for (const Token& flag : after_)
       if (const Symbol* s = find(flag.low); s && uses(flag.low) > 2)
         emit(s->irl + " := R_TIMEOUT;", at);
-    if (!timeout.empty() && after_.empty())
-      warn(at, "after the time the controller raises an error; IRL goes on, and R_TIMEOUT is TRUE");
     after_.clear();
   }
   void wait_signal(const At& at) {
@@ -868,7 +1017,7 @@ class RapidReader final : public Reader {
   }
   void wait_until(const At& at) {
     while (accept("\\")) {
-      next();
+      if (next().low == "inpos") in_position(at);
       accept(",");
     }
     const Ex c = converted(expression(), kBool, at);
@@ -876,7 +1025,7 @@ class RapidReader final : public Reader {
   }
   void wait_time(const At& at) {
     if (accept("\\")) {
-      next();
+      if (next().low == "inpos") in_position(at);
       accept(",");
     }
     const Ex t = as_real(expression(), at);
@@ -941,7 +1090,11 @@ class RapidReader final : public Reader {
   }
   void accset(const At& at) {
     const Ex a = as_real(expression(), at);
-    while (accept(",")) (void)expression();
+    bool has_ramp = false;
+    while (accept(",")) {
+      const Ex ramp = expression();
+      has_ramp = has_ramp || !ramp.is_literal || ramp.v != 100;
+    }
     while (accept("\\")) {
       next();
       if (accept(":=")) (void)expression();
@@ -953,7 +1106,7 @@ class RapidReader final : public Reader {
     }
     emit("R_ACC := " + a.s + ";", at);
     emit("R_ACC_PTP := " + a.s + ";", at);
-    warn(at, "the ramp of AccSet is not said in IRL");
+    if (has_ramp) warn(at, "IRL has no ramp of accelerations");
   }
   void connect(const At& at) {
     const Token i = next();
@@ -970,8 +1123,12 @@ class RapidReader final : public Reader {
   void isignal(const At& at) {
     const bool is_out = word_ == "isignaldo";
     while (accept("\\")) {
-      next();
-      accept(",");
+      const Token option = next();
+      if (option.low != "singlesafe" && option.low != "single") accept(",");
+      else {
+        bad(option.at, "IRL has no interrupts that come once", "Switch it off in its trap.");
+        accept(",");
+      }
     }
     const Ex s = signal_of(next(), is_out, kBool);
     expect(",");
@@ -1068,12 +1225,11 @@ class RapidReader final : public Reader {
     if (t.k == K::array) {
       std::string list;
       bool ok = true, is_constant = true;
-      if (t.bounds.size() > 1) {
-        bad(a.at, "values of arrays of several dimensions are not read", "Assign them one by one.");
-        return failed();
-      }
+      Type inner = *t.element;
+      if (t.bounds.size() > 1) inner = array_of(*t.element, {t.bounds.begin() + 1, t.bounds.end()});
       for (const Aggregate& i : a.items) {
-        const Ex e = built(i, name, *t.element);
+        if (t.bounds.size() > 1 && !i.is_list) return bad(i.at, "a list belongs here");
+        const Ex e = built(i, name, inner);
         ok = ok && e.ok;
         is_constant = is_constant && e.is_constant;
         list += (list.empty() ? "" : ", ") + e.s;
@@ -1097,11 +1253,15 @@ class RapidReader final : public Reader {
         if (name == "wobjdata" || (name.empty() && shape(a).size() == 5)) {
           if (a.items.size() != 5) return bad(a.at, "a work object has five parts");
           if (a.items[0].e.s == "TRUE") bad(a.at, "IRL has no work objects that the robot holds");
+          if (a.items[1].e.s == "FALSE")
+            bad(a.at, "IRL has no work objects that another mechanical unit moves");
           const Ex u = frame(a.items[3]), o = frame(a.items[4]);
           if (!u.ok || !o.ok) return failed();
           const auto is_zero = [](const Ex& e) {
             return e.s == "POSE(POSITION(0.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0))";
           };
+          // Which of both an assignment to uframe or oframe may change alone.
+          both_frames_ = (is_zero(u) ? 0 : 1) | (is_zero(o) ? 0 : 2);
           if (is_zero(o)) return u;
           if (is_zero(u)) return o;
           return binary(Op::compose, u, o, a.at);
@@ -1241,14 +1401,20 @@ class RapidReader final : public Reader {
         const At at = next().at;
         std::string list;
         std::size_t n = 0;
+        std::vector<Ex> known;
         do {
           const Ex i = as_integer(expression(), at);
           if (!i.ok) return failed();
+          known.push_back(i);
           list += (n++ ? ", " : "") + i.s;
         } while (accept(","));
         expect("}");
         if (e.type.k != K::array || e.type.bounds.size() != n)
           return bad(at, "this is no array of " + std::to_string(n) + " indices");
+        for (std::size_t k = 0; k < n; ++k)
+          if (known[k].is_literal && (known[k].v < static_cast<double>(e.type.bounds[k].first) ||
+                                      known[k].v > static_cast<double>(e.type.bounds[k].second)))
+            return bad(at, "the index " + known[k].s + " is outside of the array");
         const Type element = *e.type.element;
         const bool is_place = e.is_place;
         e = place(e.s + "[" + list + "]", element);
@@ -1307,7 +1473,11 @@ class RapidReader final : public Reader {
         if (n == "rot") return place(e.s + ".ORI", kOrientation);
         if (n == "tframe") return e;
         if (n == "uframe" || n == "oframe") {
-          if (n == "oframe") return bad(f.at, "user and object frame are one in IRL");
+          const std::string name = e.s.substr(0, e.s.find_first_of(".["));
+          const bool is_user = n == "uframe";
+          learned_.flags.insert((is_user ? "uframe " : "oframe ") + name);
+          if (learned_.flags.contains((is_user ? "oframe " : "uframe ") + name))
+            return bad(f.at, "user and object frame are one in IRL, and this work object has both");
           return e;
         }
         break;
@@ -1350,7 +1520,7 @@ class RapidReader final : public Reader {
         accept(",");
         continue;
       }
-      a.push_back(expression());
+      a.push_back(argument(t.low, a.size()));
       if (!accept(",") && !is("\\")) break;
     }
     expect(")");
@@ -1433,6 +1603,8 @@ class RapidReader final : public Reader {
   std::vector<Token> after_;
   std::string word_, want_, result_name_;
   bool is_announcing_ = true, has_main_ = false, told_zone_ = false;
+  bool is_stopped_ = false;  ///< the last motion that was read stops at its target
+  int both_frames_ = 0;      ///< of the last work object: 1 user frame, 2 object frame
   int nested_ = 0;
 };
 

@@ -394,6 +394,12 @@ void Reader::fault(std::uint32_t severity, const At& at, std::string message, st
     hint = "Change it in this file and read it again, or write in the IRL what it means.";
   faults_.push_back({severity, at, std::move(message), std::move(hint)});
 }
+void Reader::drop_faults(std::size_t kept, const std::function<bool(const At&)>& is_dropped) {
+  const auto from = faults_.begin() + static_cast<std::ptrdiff_t>(std::min(kept, faults_.size()));
+  faults_.erase(
+      std::remove_if(from, faults_.end(), [&](const Fault& f) { return is_dropped(f.at); }),
+      faults_.end());
+}
 Ex Reader::bad(const At& at, std::string message, std::string hint) {
   // The first is what is wrong; what follows from it says nothing.
   if (pending_.empty())
@@ -468,7 +474,23 @@ void Reader::statement(const At& from, const std::function<void()>& read) {
   pending_.clear();
   Routine& in = *current_;
   const std::size_t before = in.body.size();
+  const auto armless = [&] {
+    for (std::size_t i = 0; i < blocks_.size(); ++i)
+      if (blocks_[i].tested && !blocks_[i].has_arm && !blocks_[i].is_reported) return i;
+    return blocks_.size();
+  };
+  const std::size_t case_before = armless();
   read();
+  if (case_before < blocks_.size() && case_before == armless() && &in == current_ &&
+      std::any_of(in.body.begin() + static_cast<std::ptrdiff_t>(std::min(before, in.body.size())),
+                  in.body.end(), [](const Line& l) {
+                    const std::size_t b = l.s.find_first_not_of(' ');
+                    return b != std::string::npos && l.s[b] != '{' && l.s[b] != kChangeMark;
+                  })) {
+    blocks_[case_before].is_reported = true;
+    fail(from,
+         "this comes before the first arm of its block and belongs to none; it is always done");
+  }
   if (!pending_.empty()) {
     // Lines that open and close blocks stay: what follows relies on them.
     const auto is_of_a_block = [](const Line& l) {
@@ -498,6 +520,7 @@ Ex Reader::condition(const At& from, const std::function<Ex()>& read) {
     emit("{ not read: " + source_line(from) + " }", from);
     for (Fault& f : pending_) fault(f.severity, f.at, std::move(f.message), std::move(f.hint));
     e = boolean(false);
+    skip_condition();
   }
   pending_ = outer;
   return e;
@@ -606,8 +629,11 @@ Ex Reader::binary(Op op, const Ex& a, const Ex& b, const At& at) {
           (a.type.k == K::character && b.type.k == K::string)) {
         if (a.type.k == K::string)
           return value("COMPARE(" + a.s + ", " + b.s + ") " + sign + " 0", kBool, kRel);
-        if (are_numbers || a.type.k == K::boolean || a.type.k == K::character)
-          return value(within(a, kSum) + " " + sign + " " + within(b, kSum), kBool, kRel);
+        if (are_numbers || a.type.k == K::boolean || a.type.k == K::character) {
+          Ex e = value(within(a, kSum) + " " + sign + " " + within(b, kSum), kBool, kRel);
+          e.of_truths = a.type.k == K::boolean;
+          return e;
+        }
       }
       return wrong();
     }
@@ -697,7 +723,10 @@ Ex Reader::converted(const Ex& a, const Type& to, const At& at) {
   }
   if (f == K::array && t == K::array && a.type.element && to.element &&
       a.type.bounds.size() == to.bounds.size() &&
-      (*a.type.element == *to.element || a.is_constant)) {
+      (*a.type.element == *to.element || a.is_constant) &&
+      std::equal(
+          a.type.bounds.begin(), a.type.bounds.end(), to.bounds.begin(),
+          [](const auto& x, const auto& y) { return x.second - x.first == y.second - y.first; })) {
     Ex e = a;
     e.type = to;
     return e;
@@ -1015,7 +1044,7 @@ Routine& Reader::open(std::string_view head, std::string_view end, const At& at)
 void Reader::close() { current_ = &main_; }
 void Reader::emit(std::string s, const At& at) {
   const auto by = static_cast<std::size_t>(std::clamp(current_->indent, 1, 40)) * 2;
-  current_->body.push_back({std::string(by, ' ') + std::move(s), at, true});
+  current_->body.push_back({std::string(by, ' ') + std::move(s) + take_marks(), at, true});
 }
 void Reader::indented(int by) { current_->indent += by; }
 void Reader::comments_until(const At& at) {
@@ -1039,14 +1068,27 @@ void Reader::open_block(std::string_view word, std::string irl) {
 bool Reader::is_in(std::string_view word) const {
   return !blocks_.empty() && blocks_.back().word == word;
 }
+void Reader::open_dead(const At& at) {
+  emit("IF FALSE THEN", at);
+  indented(1);
+  blocks_.back().is_dead = true;
+}
+void Reader::close_dead(const At& at) {
+  if (!std::exchange(blocks_.back().is_dead, false)) return;
+  indented(-1);
+  emit("ENDIF;", at);
+}
 bool Reader::close_block(std::string_view word, const At& at, std::string otherwise) {
   if (!is_in(word)) {
     bad(at, std::move(otherwise));
     return false;
   }
-  indented(blocks_.back().has_arm ? -2 : -1);
-  emit(blocks_.back().irl + ";", at);
+  close_dead(at);
+  const Block b = std::move(blocks_.back());
   blocks_.pop_back();
+  indented(b.has_arm && !b.is_chain ? -2 : -1);
+  // A CASE without an arm is nothing.
+  if (!b.tested || b.has_arm) emit(b.irl + ";", at);
   return true;
 }
 void Reader::close_blocks(const At& at) {
@@ -1058,22 +1100,127 @@ void Reader::close_blocks(const At& at) {
   current().indent = 1;
 }
 void Reader::between(const std::string& head, const At& at) {
+  if (blocks_.empty()) {
+    bad(at, "this is outside of a block");
+    return;
+  }
+  close_dead(at);
+  const bool is_else = !head.starts_with("ELSIF");
+  if (blocks_.back().has_else) {
+    bad(at, is_else ? "this IF has an ELSE already" : "this comes behind the ELSE of its IF");
+    open_dead(at);
+    return;
+  }
+  blocks_.back().has_else = is_else;
   indented(-1);
   emit(head, at);
   indented(1);
 }
+void Reader::open_unread_loop(std::string_view word, const At& at) {
+  emit("WHILE FALSE DO", at);
+  open_block(word, "ENDWHILE");
+}
 void Reader::open_case(std::string_view word, const At& at) {
   Ex e = expression();
-  if (e.ok && e.type.k == K::real) e = as_integer(e, at);
-  if (!e.ok) e = integer(0);
-  emit("CASE " + e.s + " OF", at);
-  open_block(word, "ENDCASE");
+  const bool is_chain = !e.ok || e.type.k != K::integer;
+  if (e.ok && is_chain && !e.is_place && !e.is_constant && e.type.k != K::array) {
+    // It is computed once.
+    Symbol s;
+    s.type = e.type;
+    s.irl = irl_name("tested");
+    declare_variable(s, {}, at, true);
+    emit(s.irl + " := " + e.s + ";", at);
+    e = place(s.irl, s.type);
+  }
+  open_block(word, is_chain ? "ENDIF" : "ENDCASE");
+  blocks_.back().tested = std::move(e);
+  blocks_.back().is_chain = is_chain;
 }
-void Reader::open_arm(const std::string& head, const At& at) {
-  if (blocks_.back().has_arm) indented(-1);
-  emit(head, at);
-  blocks_.back().has_arm = true;
+void Reader::open_arm(const std::vector<ArmValue>& values, const At& at) {
+  Block& b = blocks_.back();
+  close_dead(at);
+  if (b.has_else) {
+    bad(at, "this arm comes behind the one of all other values");
+    return open_dead(at);
+  }
+  std::string list;
+  bool ok = !values.empty() && b.tested->ok;
+  const auto add = [&](const std::string& s, const char* between) {
+    list += (list.empty() ? "" : between) + s;
+  };
+  // Values that are computed are compared, too.
+  if (ok && !b.has_arm && !b.is_chain)
+    for (const ArmValue& v : values)
+      if (v.from.ok && (!v.from.is_constant || v.from.type.k != K::integer)) {
+        b.is_chain = true;
+        b.irl = "ENDIF";
+      }
+  for (const ArmValue& v : values) {
+    if (!ok) break;
+    if (b.is_chain && v.to) {
+      const Ex low = binary(Op::ge, *b.tested, v.from, at),
+               high = binary(Op::le, *b.tested, *v.to, at);
+      ok = low.ok && high.ok;
+      add(within(low, kRel) + " AND " + within(high, kRel), " OR ");
+    } else if (b.is_chain) {
+      const Ex e = binary(Op::eq, *b.tested, v.from, at);
+      ok = e.ok;
+      add(within(e, kRel), " OR ");
+    } else if (!v.from.ok || !v.from.is_constant || v.from.type.k != K::integer ||
+               (v.to && (!v.from.is_literal || !v.to->is_literal || v.to->v - v.from.v > 1000))) {
+      if (v.from.ok) bad(at, "the values of this arm are not known before the program runs");
+      ok = false;
+    } else {
+      std::vector<std::string> each{v.from.s};
+      if (v.to) {
+        each.clear();
+        for (double x = v.from.v; x <= v.to->v; ++x)
+          each.push_back(integer(static_cast<std::int64_t>(x)).s);
+      }
+      // The first arm with a value is taken.
+      for (const std::string& s : each)
+        if (b.values.insert(s).second) add(s, ", ");
+    }
+  }
+  if (!ok || list.empty()) {
+    if (ok && !b.is_chain)
+      warn(at, "an arm above has each value of this one, which is never taken");
+    if (!b.has_arm) {
+      b.is_chain = true;
+      b.irl = "ENDIF";
+    } else if (!b.is_chain) {
+      return open_dead(at);
+    }
+    list = "FALSE";
+  }
+  if (b.is_chain) {
+    indented(-1);
+    emit((b.has_arm ? "ELSIF " : "IF ") + list + " THEN", at);
+    indented(1);
+  } else {
+    indented(-1);
+    if (!b.has_arm) emit("CASE " + b.tested->s + " OF", at);
+    indented(b.has_arm ? 0 : 1);
+    emit("WHEN " + list + ":", at);
+    indented(1);
+  }
+  b.has_arm = true;
+}
+void Reader::open_default(const At& at) {
+  Block& b = blocks_.back();
+  close_dead(at);
+  if (b.has_else) {
+    bad(at, "all other values have an arm already");
+    return open_dead(at);
+  }
+  if (!b.has_arm) {
+    b.is_chain = true;
+    b.irl = "ENDIF";
+  }
+  indented(-1);
+  emit(!b.is_chain ? "DEFAULT:" : b.has_arm ? "ELSE" : "IF TRUE THEN", at);
   indented(1);
+  b.has_arm = b.has_else = true;
 }
 void Reader::assign(const Ex& to, const Ex& from, const At& at) {
   if (!to.ok || !from.ok) return;
@@ -1128,7 +1275,7 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
       }
       list += (list.empty() ? "" : ", ") + x.s;
     }
-    return s->irl + "(" + list + ")";
+    return unused(s->irl + "(" + list + ")", result ? kNone : s->type, at);
   }
   if (s && s->kind != Symbol::routine) {
     bad(at, std::string(foreign) + " is no routine");
@@ -1176,9 +1323,8 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
     if (is_function) r.body.push_back({"  RETURN nothing;", at, false});
     r.at = at;
     routines_.push_back(std::move(r));
-    fault(is_function ? RMP_FAULT_ERROR : RMP_FAULT_WARNING, at,
-          std::string(foreign) + " is not among the files; an empty routine stands for it",
-          "Write what it does, or read the program together with its file.");
+    fail(at, std::string(foreign) + " is not among the files; an empty routine stands for it",
+         "Write what it does, or read the program together with its file.");
     s = find(low);
   }
   for (std::size_t i = 0; i < types.size(); ++i) {
@@ -1190,7 +1336,23 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
     const Ex x = converted(args[i], types[i], at);
     list += (i ? ", " : "") + x.s;
   }
-  return s->irl + "(" + list + ")";
+  const auto given = learned_.stub_results.find(low);
+  return unused(s->irl + "(" + list + ")",
+                result || given == learned_.stub_results.end() ? kNone : given->second, at);
+}
+std::string Reader::unused(const std::string& call, const Type& t, const At& at) {
+  if (t.k == K::none) return call;
+  const std::string key = "%unused " + type_text(t);
+  if (!globals_.contains(key)) {
+    Symbol s;
+    s.type = t;
+    s.irl = irl_name("unused");
+    variables_.push_back(
+        {type_text(t) + ": " + s.irl + (initial(t).empty() ? "" : " := " + initial(t)) + ";", at,
+         false});
+    globals_.emplace(key, std::move(s));
+  }
+  return globals_[key].irl + " := " + call;
 }
 std::string Reader::helper(std::string_view name) {
   const std::string n(name);
@@ -1212,6 +1374,10 @@ std::string Reader::helper(std::string_view name) {
     line("  angle := SQRT(x * x + y * y + z * z);");
     line("  IF angle = 0.0 THEN RETURN ORIQUAT(1.0, 0.0, 0.0, 0.0); ENDIF;");
     line("  RETURN ORIVANG(POSITION(x / angle, y / angle, z / angle), angle * 57.29577951308232);");
+  } else if (n == "counting") {
+    r.head = "FUNCTION " + s.irl + " (IN INT: first, last): INT";
+    line("  IF first > last THEN RETURN -1; ENDIF;");
+    line("  RETURN 1;");
   } else if (n == "floor") {
     r.head = "FUNCTION " + s.irl + " (IN REAL: x): INT";
     line("  IF x < TRUNC(x) THEN RETURN TRUNC(x) - 1; ENDIF;");
@@ -1241,12 +1407,46 @@ std::string Reader::helper(std::string_view name) {
   routines_.push_front(std::move(r));
   return globals_.emplace(key, std::move(s)).first->second.irl;
 }
+void Reader::pulse_of(const Ex& output, const std::string& first, const std::string& then,
+                      const Ex& seconds, const At& at) {
+  // One process an output: a new pulse takes the place of the one before.
+  const std::string key = "%pulse " + output.s + " " + then;
+  if (!globals_.contains(key)) {
+    Symbol s;
+    s.kind = Symbol::data;
+    s.irl = irl_name("pulse_" + output.s);
+    Symbol length;
+    length.type = kReal;
+    length.irl = irl_name("length_" + output.s);
+    variables_.push_back({"REAL: " + length.irl + ";", at, false});
+    Routine r;
+    r.head = "PROCESS " + s.irl;
+    r.end = "ENDPROCESS";
+    r.body.push_back({"  WAIT " + length.irl + " SEC;", at, false});
+    r.body.push_back({"  " + output.s + " := " + then + ";", at, false});
+    r.at = at;
+    routines_.push_back(std::move(r));
+    globals_.emplace(key + "/length", std::move(length));
+    globals_.emplace(key, std::move(s));
+  }
+  const std::string name = globals_[key].irl;
+  emit("CANCEL " + name + ";", at);
+  emit(output.s + " := " + first + ";", at);
+  emit(globals_[key + "/length"].irl + " := " + as_real(seconds, at).s + ";", at);
+  emit("START " + name + ";", at);
+}
 std::string Reader::label(std::string_view foreign) {
   const std::string key =
       std::to_string(reinterpret_cast<std::uintptr_t>(current_)) + "." + lower(foreign);
   auto [it, is_new] = labels_.try_emplace(key);
   if (is_new) it->second = irl_name(foreign);
   return it->second;
+}
+
+void Reader::place_label(std::string_view foreign, const At& at) {
+  const std::string name = label(foreign);
+  if (placed_labels_.emplace(current_, name).second) emit("LABEL " + name + ":", at);
+  else bad(at, "this routine has the label " + std::string(foreign) + " already");
 }
 
 bool Reader::has_label(const std::string& low, bool begins_line) {
@@ -1262,51 +1462,91 @@ bool Reader::has_label(const std::string& low, bool begins_line) {
 
 // ---- motions and settings ----
 
-void Reader::declare_modal(const std::string& key, const Type& t, std::string text, const At& at) {
+void Reader::declare_modal(const std::string& key, const Type& t, const At& at) {
   if (globals_.contains("%" + key)) return;
   Symbol s;
   s.type = t;
   s.irl = irl_name("present_" + key);
-  declare_variable(s, std::move(text), at);
+  const auto one = learned_.constant_settings.find(key);
+  const auto start = at_start_.find(key);
+  declare_variable(s,
+                   one != learned_.constant_settings.end() ? one->second
+                   : start != at_start_.end()              ? start->second
+                                                           : std::string(),
+                   at);
   globals_.emplace("%" + key, std::move(s));
+}
+void Reader::use_setting(const std::string& key, const At& at, bool is_relevant, bool is_left_out) {
+  pending_uses_.push_back(uses_of_settings_.size());
+  uses_of_settings_.push_back({key, at, is_relevant, is_left_out});
+}
+std::string Reader::take_marks() {
+  std::string marks;
+  for (const std::size_t n : pending_uses_) marks += kUseMark + std::to_string(n) + kMarkEnd;
+  pending_uses_.clear();
+  return marks;
+}
+void Reader::starts_with(std::string_view modal, const Ex& e) {
+  at_start_.insert_or_assign(std::string(modal), e.s);
 }
 void Reader::set(std::string_view modal, const Ex& to, const At& at) {
   if (!to.ok) return;
   const std::string key(modal);
-  auto& values = learned_.modal[key];
-  if (!to.is_constant) learned_.modal_varies.insert(key);
-  else if (values.size() < 2) values.insert(to.s);
-  if (values.size() + learned_.modal_varies.count(key) < 2 && to.is_constant) {
-    if (to.type.k == K::pose) {
-      // One value for all of the program: a variable that keeps it.
-      declare_modal(key, to.type, to.s, at);
-    }
+  learned_.modal[key];
+  const std::string mark = kChangeMark + std::to_string(changes_.size()) + kMarkEnd;
+  changes_.push_back({key, to.s, to.is_constant, false});
+  if (to.is_constant && learned_.constant_settings.contains(key)) {
+    if (to.type.k == K::pose) declare_modal(key, to.type, at);
+    current_->body.push_back({mark, at, false});
     return;
   }
-  const Ex v = get(modal, to.type, at);
-  emit(v.s + " := " + converted(to, v.type, at).s + ";", at);
+  declare_modal(key, to.type, at);
+  const Symbol* s = find("%" + key);
+  const Ex x = converted(to, s->type, at);
+  if (x.ok) emit(s->irl + " := " + x.s + ";" + mark, at);
+}
+void Reader::set_part(std::string_view modal, const Ex& to, const Ex& from, const At& at) {
+  if (!to.ok || !from.ok) return;
+  const std::string key(modal);
+  learned_.modal[key];
+  assign(to, from, at);
+  current_->body.push_back({kChangeMark + std::to_string(changes_.size()) + kMarkEnd, at, false});
+  changes_.push_back({key, {}, false, true});
 }
 bool Reader::is_set(std::string_view modal) const {
+  return learned_.modal.contains(std::string(modal));
+}
+bool Reader::is_set_before(std::string_view modal, const At& at) {
   const std::string key(modal);
-  return learned_.modal.contains(key) || learned_.modal_varies.contains(key);
+  use_setting(key, at, true, true);
+  return learned_.modal.contains(key) && !learned_.unset_uses.contains({key, at.file, at.begin});
 }
 Ex Reader::get(std::string_view modal, const Type& t, const At& at) {
   const std::string key(modal);
-  const auto it = learned_.modal.find(key);
-  if (t.k != K::pose && it != learned_.modal.end() && it->second.size() == 1 &&
-      !learned_.modal_varies.contains(key)) {
-    Ex e = value(*it->second.begin(), t);
+  use_setting(key, at, true, false);
+  const auto one = learned_.constant_settings.find(key);
+  if (t.k != K::pose && one != learned_.constant_settings.end()) {
+    Ex e = value(one->second, t);
     e.is_constant = true;
     return e;
   }
-  declare_modal(
-      key, t,
-      it != learned_.modal.end() && it->second.size() == 1 && !learned_.modal_varies.contains(key)
-          ? *it->second.begin()
-          : std::string(),
-      at);
+  declare_modal(key, t, at);
   const Symbol* s = find("%" + key);
   return place(s->irl, s->type);
+}
+void Reader::set_mode(std::string_view modal, const std::string& word, const At& at) {
+  const std::string key(modal);
+  current_->body.push_back({kChangeMark + std::to_string(changes_.size()) + kMarkEnd, at, false});
+  changes_.push_back({key, word, true, false});
+}
+std::string Reader::mode(std::string_view modal, const std::string& at_start, const At& at) {
+  const std::string key(modal);
+  at_start_.try_emplace(key, at_start);
+  use_setting(key, at, false, true);
+  const auto it = learned_.known_uses.find({key, at.file, at.begin});
+  return it != learned_.known_uses.end() ? it->second
+         : learned_.modal.contains(key)  ? ""
+                                         : at_start;
 }
 void Reader::move(Motion m, const At& at) {
   std::string list;
@@ -1316,12 +1556,26 @@ void Reader::move(Motion m, const At& at) {
   }
   std::string text =
       std::string(m.is_incremental ? "MOVE_INC " : "MOVE ") + std::string(m.word) + " " + list;
-  const Type pose_type{.k = K::pose, .record = {}, .bounds = {}, .element = {}};
-  if (is_set("tool")) m.attributes.emplace_back("TOOL", get("tool", pose_type, at));
-  if (m.has_frames && is_set("frame"))
-    m.attributes.emplace_back("FRAME", get("frame", pose_type, at));
+  // A motion of joints to joints is the same with any tool.
+  const bool has_place =
+      m.word != "PTP" || std::any_of(m.targets.begin(), m.targets.end(),
+                                     [](const Ex& t) { return t.type.k != K::joint; });
+  const auto set_here = [&](const char* key) -> std::optional<Ex> {
+    use_setting(key, at, has_place, true);
+    if (!is_set(key) || learned_.unset_uses.contains({key, at.file, at.begin})) return std::nullopt;
+    declare_modal(key, kPose, at);
+    return place(find("%" + std::string(key))->irl, kPose);
+  };
+  if (!m.tool) m.tool = set_here("tool");
+  if (!m.frame && m.has_frames) m.frame = set_here("frame");
+  if (m.tool) m.attributes.emplace_back("TOOL", *m.tool);
+  if (m.frame) m.attributes.emplace_back("FRAME", *m.frame);
+  std::map<std::string, std::string> given;
   for (const auto& [name, e] : m.attributes) {
     if (!e.ok) return;
+    const auto [it, is_new] = given.try_emplace(name, e.s);
+    if (!is_new && it->second != e.s) bad(at, name + " of this motion has two values");
+    if (!is_new) continue;
     text += " " + name + " := " + within(e, kSum);
   }
   if (!m.until.empty()) text += " UNTIL " + m.until;
@@ -1379,7 +1633,16 @@ std::unique_ptr<ReadProgram> Reader::finish() {
     ++line;
   };
   const auto put_all = [&](const std::vector<Line>& all, std::string_view before = {}) {
-    for (const Line& l : all) put(std::string(before) + l.s, l.is_mapped ? &l.at : nullptr);
+    for (const Line& l : all) {
+      // Without the marks of settings; a line of marks only is none.
+      std::string kept;
+      for (std::size_t i = 0; i < l.s.size(); ++i)
+        if (l.s[i] == kUseMark || l.s[i] == kChangeMark)
+          while (i < l.s.size() && l.s[i] != kMarkEnd) ++i;
+        else kept += l.s[i];
+      if (!kept.empty() || l.s.empty())
+        put(std::string(before) + kept, l.is_mapped ? &l.at : nullptr);
+    }
   };
   const auto section = [&](const char* word, const std::vector<Line>& all) {
     if (all.empty()) return;

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -109,6 +110,7 @@ struct Ex {
   bool is_place = false;     ///< may be assigned
   bool is_constant = false;  ///< made of numbers only
   bool is_grouped = false;   ///< stood in parentheses
+  bool of_truths = false;    ///< compares truth values
   std::string setter;        ///< the statement that gives it a value, with "%" for that
 };
 [[nodiscard]] std::string within(const Ex&, int prec);  ///< in parentheses where needed
@@ -191,14 +193,23 @@ struct Routine {
   std::map<std::string, Symbol> symbols;
 };
 
+/// Marks within lines of the IRL while it is read: a number between them is a use or a change of a
+/// setting.
+inline constexpr char kUseMark = '\x01', kChangeMark = '\x03', kMarkEnd = '\x02';
+
 /// What one pass over the source learns for the next one.
 struct Learned {
   std::map<std::string, Type> types;               ///< of names that are never declared
   std::map<std::string, std::vector<Type>> stubs;  ///< routines that are not there
   std::map<std::string, Type> stub_results;
-  std::map<std::string, std::set<std::string>> modal;  ///< values that a setting gets
+  std::map<std::string, std::set<std::string>>
+      modal;  ///< settings that are set, and values of names
   std::set<std::string> modal_varies;
-  std::set<std::string> flags;  ///< whatever a reader wants to know
+  std::set<std::string> flags;                           ///< whatever a reader wants to know
+  std::map<std::string, std::string> constant_settings;  ///< settings with one value wherever used
+  /// Uses of a setting that nothing sets before: its key, file and offset.
+  std::set<std::tuple<std::string, std::uint32_t, std::uint32_t>> unset_uses;
+  std::map<std::tuple<std::string, std::uint32_t, std::uint32_t>, std::string> known_uses;
   int external_axes = 0;
   int turns = 0;
   bool operator==(const Learned&) const = default;
@@ -218,7 +229,9 @@ class Reader {
   virtual void run() = 0;
   /// Whose words are no routines of users.
   [[nodiscard]] virtual MakerLanguage language() const { return MakerLanguage::none; }
-  /// The program as files; called once, behind run().
+  /// Finds out which value of each setting every motion sees; called behind run().
+  void settle();
+  /// The program as files; called once, behind settle().
   [[nodiscard]] std::unique_ptr<ReadProgram> finish();
   [[nodiscard]] bool is_cancelled() const { return is_cancelled_; }
 
@@ -234,6 +247,9 @@ class Reader {
   void note(const At& at, std::string message, std::string hint = {}) {
     fault(RMP_FAULT_NOTE, at, std::move(message), std::move(hint));
   }
+  /// Takes back faults at places that do not count, of those behind the first `kept`.
+  void drop_faults(std::size_t kept, const std::function<bool(const At&)>& is_dropped);
+  [[nodiscard]] std::size_t fault_count() const { return faults_.size(); }
   /// What keeps the present statement from being read: it becomes a comment with this fault.
   Ex bad(const At&, std::string message, std::string hint = {});
   /// Reads a statement; what was wrong in it is reported and leaves a comment.
@@ -266,6 +282,8 @@ class Reader {
   void skip_line();
   /// Passes what is left of a broken statement.
   virtual void skip_rest();
+  /// Passes what is left of a broken condition, so that what it governs is read.
+  virtual void skip_condition() {}
   void note_line(const At&, std::string what);  ///< a comment and a note
   /// In a motion without tool or frame: identity.
   static Ex identity();
@@ -345,7 +363,13 @@ class Reader {
   std::string call(std::string_view foreign, const std::vector<Ex>& args, const At&,
                    std::optional<Type> result = std::nullopt);
   std::string helper(std::string_view name);
+  /// A pulse that ends by itself: the output gets `first` now and `then` after a time, while the
+  /// program goes on.
+  void pulse_of(const Ex& output, const std::string& first, const std::string& then,
+                const Ex& seconds, const At&);
   std::string label(std::string_view foreign);
+  /// LABEL of this name; a second one of the routine is a fault.
+  void place_label(std::string_view foreign, const At&);
   /// Whether a name of the text that was scanned stands before a colon, or does so where a line
   /// begins.
   [[nodiscard]] bool has_label(const std::string& low, bool begins_line);
@@ -356,6 +380,17 @@ class Reader {
     std::string word;      ///< that ends it in the source
     std::string irl;       ///< its end in IRL, without ";"
     bool has_arm = false;  ///< of a CASE: one of its arms is open
+    bool has_else = false;
+    bool is_dead = false;  ///< what follows an arm that was not read is within IF FALSE
+    std::optional<Ex> tested = std::nullopt;  ///< of a CASE
+    bool is_chain = false;                    ///< a CASE that is written as IF and ELSIF
+    std::set<std::string> values = {};
+    bool is_reported = false;  ///< that statements stand before its first arm
+  };
+  /// A value of an arm of CASE, or a range.
+  struct ArmValue {
+    Ex from;
+    std::optional<Ex> to = std::nullopt;
   };
   void open_block(std::string_view word, std::string irl);
   /// The innermost block ends with this word.
@@ -367,9 +402,13 @@ class Reader {
   void close_blocks(const At&);
   /// ELSE and ELSIF of the innermost block.
   void between(const std::string& head, const At&);
-  /// CASE of the value that stands here, and its arms; the innermost block is that CASE.
-  void open_case(std::string_view word, const At&);
-  void open_arm(const std::string& head, const At&);
+  /// CASE of the value that stands here; what is no whole number is compared by IF and ELSIF.
+  void open_case(std::string_view word, const At& at);
+  /// An arm of the innermost block, which is a CASE. Without values it is one that was not read.
+  void open_arm(const std::vector<ArmValue>& values, const At& at);
+  void open_default(const At& at);
+  /// A loop whose head was not read: its body is kept and never runs.
+  void open_unread_loop(std::string_view word, const At& at);
   /// A condition as text.
   std::string truth(const At& at) {
     return condition(at, [&] { return expression(); }).s;
@@ -382,12 +421,28 @@ class Reader {
     std::vector<Ex> targets;
     std::vector<std::pair<std::string, Ex>> attributes;
     std::string until;
-    bool has_frames = true;  ///< goes to places in the frame that is set
+    bool has_frames = true;         ///< goes to places in the frame that is set
+    std::optional<Ex> tool, frame;  ///< of this motion only, whatever is set
   };
   void move(Motion, const At&);
+  // Settings, such as "tool" and "frame", hold from where they are set on. A use of one that
+  // nothing sets before is an error, since the controller's own value is unknown.
+  /// The value of a setting when a program starts, where the language says it.
+  void starts_with(std::string_view modal, const Ex&);
   void set(std::string_view modal, const Ex&, const At&);
+  /// A part of a setting gets a value: `to` is a component of get().
+  void set_part(std::string_view modal, const Ex& to, const Ex& from, const At&);
+  /// Whether the program sets it anywhere.
   [[nodiscard]] bool is_set(std::string_view modal) const;
+  /// Whether the program sets it before this place, on some path at least; it counts as a use.
+  [[nodiscard]] bool is_set_before(std::string_view modal, const At&);
   Ex get(std::string_view modal, const Type&, const At&);
+  /// A setting that the reader itself looks at, as a word: from here on it has this value.
+  void set_mode(std::string_view modal, const std::string& word, const At&);
+  /// The word here; "" where paths with several words meet.
+  std::string mode(std::string_view modal, const std::string& at_start, const At&);
+  /// The name of a setting in messages.
+  [[nodiscard]] virtual std::string setting_name(const std::string& key) const;
 
   std::span<const SourceFile> files_;
   Learned& learned_;
@@ -412,7 +467,30 @@ class Reader {
     At at;
     std::string message, hint;
   };
-  void declare_modal(const std::string& key, const Type&, std::string text, const At&);
+  struct SettingUse {
+    std::string key;
+    At at;
+    bool is_relevant = true;   ///< the motion depends on it
+    bool is_left_out = false;  ///< nothing is written where it is not set
+  };
+  struct SettingChange {
+    std::string key, text;
+    bool is_constant = false, is_part = false;
+  };
+  /// The call of a function as a statement: a variable takes its value.
+  std::string unused(const std::string& call, const Type&, const At&);
+  /// Jumps that IRL refuses become faults.
+  void check_jumps();
+  void open_dead(const At&);
+  void close_dead(const At&);
+  void declare_modal(const std::string& key, const Type&, const At&);
+  void use_setting(const std::string& key, const At&, bool is_relevant, bool is_left_out);
+  /// Marks of the uses since the last line that was written.
+  std::string take_marks();
+  std::vector<SettingUse> uses_of_settings_;
+  std::vector<SettingChange> changes_;
+  std::vector<std::size_t> pending_uses_;
+  std::map<std::string, std::string> at_start_;
   Ex unary(int least);
   std::vector<Fault> faults_, pending_;
   std::size_t dropped_faults_ = 0;
@@ -421,6 +499,7 @@ class Reader {
   std::set<std::string> used_names_;
   std::map<std::string, int> name_counts_;
   std::map<std::string, std::string> labels_;
+  std::set<std::pair<const Routine*, std::string>> placed_labels_;
   std::unordered_map<std::string, bool> colons_;  ///< names before colons; one begins a line
   bool has_colons_ = false;
   std::set<std::string> helpers_;
@@ -447,7 +526,8 @@ Result<std::unique_ptr<ReadProgram>> passes(const ProgramReaderTask& task, const
     R reader(task.files, learned, params, progress);
     reader.run();
     if (reader.is_cancelled()) return cancelled();
-    if (pass > 0 && (learned == before || pass == 5)) return reader.finish();
+    reader.settle();
+    if (pass > 0 && (learned == before || pass == 7)) return reader.finish();
   }
 }
 

@@ -30,6 +30,7 @@ class TpReader final : public Reader {
   using Reader::Reader;
 
   void run() override {
+    starts_with("wait_timeout", real(30));
     for (std::size_t f = 0; f < files_.size(); ++f) {
       if (extension(files_[f].name) == "va") values(f);
       else split(f);

@@ -486,20 +486,15 @@ class Val3Reader final : public Reader {
     }
     if ((w == "case" || w == "default") && is_in("endswitch")) {
       next();
-      std::string head = "DEFAULT:";
-      if (w == "case") {
-        std::string list;
-        do {
-          Ex e = expression();
-          if (e.type.k == K::real) e = as_integer(e, at);
-          if (e.ok && !e.is_constant)
-            e = bad(at, "a value of case is known before the program runs");
-          if (!e.ok) return skip_rest();
-          list += (list.empty() ? "" : ", ") + e.s;
-        } while (accept(","));
-        head = "WHEN " + list + ":";
+      if (w == "default") {
+        open_default(at);
+        return;
       }
-      open_arm(head, at);
+      std::vector<ArmValue> values;
+      do {
+        values.push_back({expression()});
+      } while (accept(","));
+      open_arm(values, at);
       return;
     }
     if (w == "break") {

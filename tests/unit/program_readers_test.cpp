@@ -201,8 +201,8 @@ END
             "3:5 error components without a value stay as they are, which IRL does not say.\n"
             "4:1 error IRL has no angle of an arc (CA).\n"
             "5:6 error n is declared nowhere.\n"
-            "6:17 warning a comparison stands beside AND or OR without parentheses.\n"
-            "8:1 warning other is not among the files; an empty routine stands for it.\n"
+            "6:17 error a comparison of truth values beside AND or OR has no parentheses.\n"
+            "8:1 error other is not among the files; an empty routine stands for it.\n"
             "9:1 error IRL has no counterpart of this statement.\n"
             "10:1 error this ends nothing that is open.\n"
             "12:1 error a block has no endloop above.\n");
@@ -286,9 +286,7 @@ ENDMODULE
 
 TEST(ProgramReaders, RapidBecomesIrl) {
   const auto p = read_with(read_rapid, kRapid);
-  EXPECT_EQ(read_faults(*p),
-            "34:5 warning after the time the controller raises an error; IRL goes on, and "
-            "R_TIMEOUT is TRUE.\n");
+  EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 ROBTARGET: p1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 500.0), ORIQUAT(0.0, 0.0, 1.0, 0.0)), 3, [0, -128, -128, -1, -128, 0], ADD_JOINT(0.0));
 MAIN_JOINT: home := MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 30.0, 0.0);
@@ -316,12 +314,12 @@ do1 := FALSE;
 LABEL again:
 MOVE CIRCLE p1, p1 SPEED := slow C_CP := 1.0 TOOL := grip;
 Place(3.0);
-CASE ROUND(n) OF
-WHEN 1, 2:
+IF n = 1 OR n = 2 THEN
 PAUSE;
-DEFAULT:
+ELSE
 WAIT 0.5 SEC;
 WAIT FOR di2 = TRUE TIMEOUT 2.0;
+IF R_TIMEOUT THEN HALT; ENDIF;
 k := Square(3.0);
 )");
 }
@@ -805,12 +803,11 @@ release_v();
 M1 := M1 + 1;
 IF M1 < 6 THEN
 GOTO next;
-CASE ROUND(M1) OF
-WHEN 6:
+IF M1 = 6 THEN
 WAIT FOR in_3 = TRUE;
-DEFAULT:
+ELSE
 PAUSE;
-ENDCASE;
+ENDIF;
 MOVE LIN P1 SPEED := 100.0;
 MOVE CIRCLE P2, P3 SPEED := 100.0;
 RETURN;
@@ -1167,16 +1164,16 @@ TEST(ProgramReaders, WordsOfTheMakerAreNoRoutinesOfUsers) {
   const Case cases[] = {
       {read_rapid,
        {"p.mod",
-        "MODULE p\nPROC main()\nPDispOff;\nInvertDO do1;\nWrite "
+        "MODULE p\nPROC main()\nIOEnable;\nEOffsOff;\nWrite "
         "\"on\";\nmine;\nENDPROC\nENDMODULE\n"},
-       "3:1 error PDispOff is the controller's own, and is not read.\n"
-       "4:1 error InvertDO is the controller's own, and is not read.\n"
+       "3:1 error IOEnable is the controller's own, and is not read.\n"
+       "4:1 error EOffsOff is the controller's own, and is not read.\n"
        "5:1 warning Write is the controller's own and moves nothing; it was left out.\n"
-       "6:1 warning mine is not among the files; an empty routine stands for it.\n"},
+       "6:1 error mine is not among the files; an empty routine stands for it.\n"},
       {read_krl,
        {"p.src", "DEF p()\nSYNCMD(1)\nmine()\nEND\n"},
        "2:1 error SYNCMD is the controller's own, and is not read.\n"
-       "3:1 warning mine is not among the files; an empty routine stands for it.\n"}};
+       "3:1 error mine is not among the files; an empty routine stands for it.\n"}};
   for (const Case& c : cases)
     EXPECT_EQ(read_faults(*read_with(c.read, {c.file})), c.faults) << c.file.text;
 }

@@ -410,8 +410,6 @@ const std::map<std::string, std::string> kHeld{
 
 /// Round trips that are not equal, and why not.
 const std::map<std::string, std::string> kExceptions{
-    {"rapid arc_weld structured",
-     "a computed place takes its configuration from CRobT, which IRL does not have"},
     {"urscript pick_and_place flat",
      "UNTIL is said by a thread that ends the motion, which is not read as UNTIL"},
     {"urscript pick_and_place structured",
