@@ -354,6 +354,102 @@ constexpr auto kVal3Tells = std::to_array<std::string_view>(
     {"cls", "gotoxy", "logmsg", "put", "putln", "title", "userpage", "clearlog", "setlanguage",
      "setprofile", "libsave", "libdelete", "keypressed"});
 
+// Comau, PDL2 Programming Language Manual, Built-in Routines List.
+constexpr auto kPdl2Moves = std::to_array<std::string_view>(
+    {"act_post",        "arm_coll_thrs",   "arm_coop",        "arm_get_node",
+     "arm_jntp",        "arm_palletizer",  "arm_pos",         "arm_set_node",
+     "arm_soft",        "arm_sync",        "aux_coop",        "aux_drives",
+     "aux_set",         "bit_assign",      "bit_clear",       "bit_flip",
+     "bit_set",         "clock",           "cond_enbl_all",   "cond_enabled",
+     "conv_base",       "conv_init_off",   "conv_set_ofst",   "conv_track",
+     "dv_cntrl",        "dv4_cntrl",       "dv_state",        "eof",
+     "err_trap",        "err_trap_off",    "err_trap_on",     "fl_get_pos",
+     "fl_set_pos",      "fl_state",        "flow_mod_off",    "flow_mod_on",
+     "hdin_read",       "hdin_set",        "ir_create",       "ir_create_enbl",
+     "ir_delete",       "ir_swap",         "ir_set",          "is_fly",
+     "jnt_set_tar",     "jntp_to_pos",     "kl_call",         "mod_flag",
+     "node_app",        "node_del",        "node_get_name",   "node_ins",
+     "node_set_name",   "on_jnt_set",      "on_jnt_set_dig",  "on_pos",
+     "on_pos_jnt",      "on_pos_set",      "on_pos_set_dig",  "on_traj_set",
+     "on_traj_set_dig", "path_get_node",   "path_len",        "pos_comp_idl",
+     "pos_correction",  "pos_frame",       "pos_get_appr",    "pos_get_cnfg",
+     "pos_get_loc",     "pos_get_norm",    "pos_get_ornt",    "pos_get_rpy",
+     "pos_in_range",    "pos_mir",         "pos_set_appr",    "pos_set_cnfg",
+     "pos_set_loc",     "pos_set_norm",    "pos_set_ornt",    "pos_set_rpy",
+     "pos_shift",       "pos_to_jntp",     "pos_xtrt",        "prog_state",
+     "random",          "sensor_get_data", "sensor_get_ofst", "sensor_set_data",
+     "sensor_set_ofst", "sensor_trk",      "standby",         "str_cat",
+     "str_cod",         "str_conv",        "str_get_int",     "str_get_real",
+     "str_ins",         "str_loc",         "str_ovr",         "str_set_int",
+     "str_set_real",    "str_to_int",      "str_xtrt",        "sys_adjust",
+     "sys_call",        "sys_settings",    "var_clone",       "var_create",
+     "var_info",        "var_link",        "var_unlink"});
+constexpr auto kPdl2Tells = std::to_array<std::string_view>(
+    {"dir_get",      "dir_set",      "err_post",    "err_str",    "fl_bytes_left", "fl_num_chars",
+     "key_lock",     "memory_space", "scrn_add",    "scrn_clear", "scrn_create",   "scrn_del",
+     "scrn_get",     "scrn_remove",  "scrn_set",    "table_add",  "table_create",  "table_del",
+     "table_remove", "tree_add",     "tree_create", "tree_del",   "tree_remove",   "win_attr",
+     "win_clear",    "win_color",    "win_create",  "win_del",    "win_display",   "win_input",
+     "win_line",     "win_load",     "win_popup",   "win_print",  "win_remove",    "win_save",
+     "win_sel",      "win_size",     "win_state"});
+
+// Denso, RC8 Programmer's Manual, PacScript.
+constexpr auto kPacMoves = std::to_array<std::string_view>({"archmove",
+                                                            "buzzer",
+                                                            "calcbacktracelog",
+                                                            "clearlog",
+                                                            "clrerr",
+                                                            "cpmode",
+                                                            "createsem",
+                                                            "defaulttool",
+                                                            "draw",
+                                                            "drive",
+                                                            "erlvl",
+                                                            "excesssuspend",
+                                                            "flush",
+                                                            "forcectrl",
+                                                            "forceparam",
+                                                            "gohome",
+                                                            "grvctrl",
+                                                            "grvoffset",
+                                                            "hand",
+                                                            "kill",
+                                                            "killall",
+                                                            "lock",
+                                                            "motion",
+                                                            "motionskip",
+                                                            "movebacktracelog",
+                                                            "onlinehold",
+                                                            "payload",
+                                                            "posclr",
+                                                            "resetarea",
+                                                            "resetcollisionjnt",
+                                                            "rotate",
+                                                            "rotateh",
+                                                            "run",
+                                                            "runtask",
+                                                            "searchend",
+                                                            "setarea",
+                                                            "setcollisionjnt",
+                                                            "setcompcontrol",
+                                                            "sethoming",
+                                                            "singularavoid",
+                                                            "speedmode",
+                                                            "st_aspchange",
+                                                            "stopend",
+                                                            "suspend",
+                                                            "suspendall",
+                                                            "syncmove",
+                                                            "taketaskarm",
+                                                            "torque",
+                                                            "trackmode",
+                                                            "unlock",
+                                                            "usb",
+                                                            "waitmotion"});
+constexpr auto kPacTells = std::to_array<std::string_view>(
+    {"beep", "cls", "comopen", "comclose", "errmsg", "msgbox", "printlcd", "printmsg", "printctrl",
+     "setmonitor", "takevis", "givevis", "traceclear", "tracestart", "tracestop", "writevar"});
+
 bool has(Words words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -370,6 +466,8 @@ std::optional<MakerWord> maker_word(MakerLanguage language, std::string_view wor
     case MakerLanguage::krl: return look(kKrlMoves, kKrlTells);
     case MakerLanguage::rapid: return look(kRapidMoves, kRapidTells);
     case MakerLanguage::val3: return look(kVal3Moves, kVal3Tells);
+    case MakerLanguage::pdl2: return look(kPdl2Moves, kPdl2Tells);
+    case MakerLanguage::pacscript: return look(kPacMoves, kPacTells);
     case MakerLanguage::none: break;
   }
   return std::nullopt;

@@ -9,7 +9,7 @@
 namespace robomosp::readers {
 
 /// Languages whose readers have no list of their own.
-enum class MakerLanguage { none, krl, rapid, val3 };
+enum class MakerLanguage { none, krl, rapid, val3, pdl2, pacscript };
 /// What a controller's own word does to motions and signals.
 enum class MakerWord {
   moves,  ///< it moves, switches, waits or changes what later motions do

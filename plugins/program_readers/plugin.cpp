@@ -150,6 +150,32 @@ struct Gcode : Alone {
   }
 };
 
+struct As : Alone {
+  static constexpr ReaderFormat kFormats[] = {{"as", "Kawasaki AS"}, {"pg", "Kawasaki AS"}};
+  static std::int32_t claims(const SourceFile& f) {
+    return claim(f, {".program", ".trans", ".joints"});
+  }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_as(t, p, g);
+  }
+};
+struct Pdl2 : Alone {
+  static constexpr ReaderFormat kFormats[] = {{"pdl", "Comau PDL2"}};
+  static std::int32_t claims(const SourceFile& f) { return claim(f, {"program", "routine"}); }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_pdl2(t, p, g);
+  }
+};
+struct PacScript : Alone {
+  static constexpr ReaderFormat kFormats[] = {{"pcs", "Denso PacScript"}};
+  static std::int32_t claims(const SourceFile& f) {
+    return claim(f, {"sub", "function", "takearm"});
+  }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_pacscript(t, p, g);
+  }
+};
+
 #define RMP_TCP_SPEED                                                                         \
   {                                                                                           \
     "tcp_speed", "real", "m/s",                                                               \
@@ -160,6 +186,12 @@ struct Gcode : Alone {
   }
 const rmp_param kRapidParams[] = {RMP_TCP_SPEED};
 const rmp_param kTpParams[] = {RMP_TCP_SPEED};
+const rmp_param kAsParams[] = {RMP_TCP_SPEED};
+const rmp_param kPacParams[] = {
+    RMP_TCP_SPEED,
+    {"fig_xor", "int", "",
+     "Figure of the arm that reaches forward with its elbow up and its wrist not flipped.", "5",
+     nullptr, 0, 7}};
 const rmp_param kUrscriptParams[] = {{"joint_speed", "real", "rad/s",
                                       "Speed of the joints that 100 % stand for.", "180 deg/s",
                                       nullptr, 0.001, 100}};
@@ -171,7 +203,8 @@ using namespace robomosp::readers;
 
 RMP_PLUGIN(
     "org.robomosp.program_readers", "1.0.0", "Apache-2.0",
-    "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi and Staubli, and G-code, to IRL.",
+    "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi, Staubli, Kawasaki, Comau and "
+    "Denso, and G-code, to IRL.",
     RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
     RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys; .pgf.", "",
                  kRapidParams),
@@ -181,4 +214,7 @@ RMP_PLUGIN(
     RMP_PROVIDER_NO_PARAMS(Of<Melfa>, "melfa", "Mitsubishi MELFA-BASIC IV and V: .prg.", ""),
     RMP_PROVIDER_NO_PARAMS(Of<Val3>, "val3", "Staubli VAL3: an application's .pjx, .dtx, .pgx.",
                            ""),
+    RMP_PROVIDER(Of<As>, "as", "Kawasaki AS: .as, .pg.", "", kAsParams),
+    RMP_PROVIDER_NO_PARAMS(Of<Pdl2>, "pdl2", "Comau PDL2: .pdl.", ""),
+    RMP_PROVIDER(Of<PacScript>, "pacscript", "Denso PacScript: .pcs.", "", kPacParams),
     RMP_PROVIDER_NO_PARAMS(Of<Gcode>, "gcode", "G-code (RS274): .ngc, .nc, .gcode.", ""))

@@ -14,6 +14,9 @@ using Made = Result<std::unique_ptr<ReadProgram>>;
 [[nodiscard]] Made read_tp(const ProgramReaderTask&, const Params&, Progress&);
 [[nodiscard]] Made read_val3(const ProgramReaderTask&, const Params&, Progress&);
 [[nodiscard]] Made read_gcode(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_as(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_pdl2(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_pacscript(const ProgramReaderTask&, const Params&, Progress&);
 /// Whether a .prg is one of MELFA-BASIC, by its first lines.
 [[nodiscard]] bool looks_like_melfa(std::string_view text);
 /// Files that the project of a VAL3 application names.

@@ -1037,6 +1037,432 @@ nCount := floor(nCount);
             std::string::npos);
 }
 
+const std::vector<RobotFile> kAs{{"cell.as", R"(.AUXDATA
+N_OX33 "grip.open"
+.END
+.PROGRAM cell()@25/11/13 12:08 #4; palletising
+  ; switches of the controller
+  CP ON
+  PREFETCH.SIGINS OFF
+  grip = 33
+  part.in[2] = 1034
+  CALL set.tool(1)
+  SPEED 60 ALWAYS
+  ACCURACY 10 ALWAYS
+  JMOVE #safe
+  FOR .i = 1 TO 2
+    POINT .at = pallet[.i, 1] + TRANS(0, 0, -50)
+    LMOVE .at
+    SPEED 50 MM/S
+    LMOVE pallet[.i, 1]
+    BREAK
+    SIGNAL grip, -34
+    TWAIT(0.5)
+    LDEPART 80
+  END
+10 LAPPRO drop, 30
+  SPEED 200 MM/S, 90 DEG/S
+  ACCEL 50
+  DECEL 50
+  C1MOVE drop
+  C2MOVE drop + TRANS(10)
+  SWAIT part.in[2], -1005
+  IF SIG(1002) AND NOT SIG(-1003) GOTO 10
+  LMOVE SHIFT(HERE BY 0, 0, 60)
+  XMOVE/LVL drop TILL -1002
+  TIMER 2 = 0
+  WAIT SIG(1004) OR TIMER(2) >= 2.5
+  late = TIMER(2) >= 2.5
+  CASE INT(count) OF
+  VALUE 1, 2:
+    BITS 10, 4 = count
+  ANY :
+    PRINT "none: ", count
+  END
+  DO
+    count = count + 1
+  UNTIL count > 3
+  HOME
+  WEIGHT 20, 0, 0, 100
+  RETURN
+.END
+.PROGRAM set.tool(.n)
+  TOOL grippers[.n]
+.END
+.PROGRAM idle.pc()
+  MC ZPOWER ON
+.END
+.TRANS
+pallet[1,1] 500.5, -20 , 100 0 180 0
+pallet[2,1] 600 -20 100 10 170 20
+drop 0 600 50 0 180 0
+grippers[1] 0 0 120 0 0 0
+not.used 1 2 3 4 5 6
+.END
+.JOINTS
+#safe 0 0 -90 0 -90 0
+.END
+.REALS
+count = 0
+.END
+)"}};
+
+TEST(ProgramReaders, AsBecomesIrl) {
+  const auto p = read_with(read_as, kAs);
+  EXPECT_EQ(read_faults(*p),
+            "46:3 error HOME is the controller's own, and is not read.\n"
+            "47:3 warning WEIGHT neither moves nor switches; it was left out.\n");
+  expect_lines(*p, R"(
+PROGRAM cell;
+MAIN_JOINT: safe := MAIN_JOINT(0.0, 0.0, -90.0, 0.0, -90.0, 0.0);
+PROCEDURE set_tool (IN REAL: n);
+present_tool := grippers[ROUND(n)];
+pallet[1, 1] := POSE(POSITION(500.5, -20.0, 100.0), ORIZYZ2(0.0, 180.0, 0.0));
+{ switches of the controller }
+grip := 33.0;
+set_tool(1.0);
+MOVE PTP safe SPEED_PTP := 60.0 C_PTP := 10.0 TOOL := present_tool;
+i := 1.0;
+WHILE i <= 2 DO
+at_v := pallet[ROUND(i), 1] @ POSE(POSITION(0.0, 0.0, -50.0), ORIZYZ2(0.0, 0.0, 0.0));
+MOVE LIN at_v SPEED := 600.0 C_CP := 10.0 TOOL := present_tool;
+MOVE LIN pallet[ROUND(i), 1] SPEED := 50.0 TOOL := present_tool;
+out_33 := TRUE;
+out_34 := FALSE;
+WAIT 0.5 SEC;
+MOVE LIN pallet[ROUND(i), 1] @ POSE(POSITION(0.0, 0.0, -80.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED := 600.0 C_CP := 10.0 TOOL := present_tool;
+i := i + 1;
+ENDWHILE;
+LABEL line_10:
+MOVE LIN drop @ POSE(POSITION(0.0, 0.0, -30.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED := 600.0 C_CP := 10.0 TOOL := present_tool;
+MOVE CIRCLE drop, drop @ POSE(POSITION(10.0, 0.0, 0.0), ORIZYZ2(0.0, 0.0, 0.0)) SPEED := 200.0 SPEED_ORI := 90.0 ACC := 50.0 C_CP := 10.0 TOOL := present_tool;
+WAIT FOR in_34 AND NOT in_5;
+IF in_2 AND NOT (NOT in_3) THEN GOTO line_10; ENDIF;
+MOVE_INC LIN POSITION(0.0, 0.0, 60.0) SPEED := 600.0 C_CP := 10.0 TOOL := present_tool;
+MOVE LIN drop SPEED := 600.0 TOOL := present_tool UNTIL NOT in_2;
+WAIT FOR in_4 TIMEOUT 2.5;
+late := R_TIMEOUT;
+CASE TRUNC(count) OF
+WHEN 1, 2:
+out_10_4 := ROUND(count);
+DEFAULT:
+WRITELN('none: ', count);
+ENDCASE;
+REPEAT
+count := count + 1;
+UNTIL count > 3;
+{ not read: HOME }
+RETURN;
+)");
+  EXPECT_EQ(p->files()[0].text.find("not_used"), std::string_view::npos);
+  EXPECT_EQ(p->files()[0].text.find("idle"), std::string_view::npos);
+}
+
+TEST(ProgramReaders, AsSettingsOfTheNextMotionStayWithIt) {
+  const auto faults_of = [](const std::string& body) {
+    return read_faults(*read_with(
+        read_as, {{"p.as", ".PROGRAM p()\n" + body + ".END\n.PROGRAM q()\nLMOVE a\n.END\n" +
+                               ".TRANS\na 1 2 3 0 0 0\n.END\n"}}));
+  };
+  // The motion behind is another one where the condition holds.
+  EXPECT_EQ(faults_of("SPEED 50\nIF SIG(1001) THEN\nLMOVE a\nEND\nLMOVE a\n"),
+            "5:1 error whether the next motion is within the block or behind it is not known.\n");
+  EXPECT_EQ(faults_of("SPEED 50\nIF SIG(1001) THEN\nLMOVE a\nELSE\nJMOVE a\nEND\n"), "");
+  EXPECT_EQ(
+      faults_of("SPEED 50\nCALL q\nLMOVE a\n"),
+      "3:1 error what is said of the next motion is said before a jump, a label or a call.\n");
+  EXPECT_EQ(faults_of("IF SIG(1001) THEN\nSPEED 50\nEND\nLMOVE a\n"),
+            "4:1 error what is said of the next motion is said within a block, and the motion is "
+            "behind it.\n");
+  EXPECT_EQ(
+      faults_of("XMOVE a TILL 1001\n"),
+      "2:1 error XMOVE without /LVL waits for a change of the signal; UNTIL of IRL looks at its "
+      "value.\n");
+  EXPECT_EQ(
+      faults_of("RIGHTY\nJMOVE a\n"),
+      "3:1 error the configuration is set in part: RIGHTY or LEFTY, ABOVE or BELOW, and UWRIST "
+      "or DWRIST belong together.\n");
+  EXPECT_EQ(faults_of("LMOVE b\n"), "2:7 error b has no value in this file; it is zero here.\n");
+  EXPECT_EQ(faults_of("SIGNAL n + 1\nn = 4\n"),
+            "2:1 error IRL has no signals whose number is computed.\n");
+}
+
+const std::vector<RobotFile> kPdl2{{"weld.pdl", R"(PROGRAM weld PROG_ARM = 1, EZ
+-- a seam
+CONST
+  rounds = 3
+TYPE
+  crate = RECORD
+    count : INTEGER
+    full : BOOLEAN
+  ENDRECORD
+VAR
+  i, n : INTEGER (2) NOSAVE
+  home : JOINTPOS FOR ARM[1]
+  p, q : POSITION
+  places : ARRAY[2] OF POSITION
+  box : crate
+  late : BOOLEAN
+  taught : POSITION
+ROUTINE grip(on_off : BOOLEAN; VAR_n : INTEGER) EXPORTED FROM tools GLOBAL
+ROUTINE twice(x : INTEGER) : INTEGER
+BEGIN
+  RETURN(x * 2)
+END twice
+ROUTINE count_up(x : INTEGER)
+VAR
+  y : INTEGER
+BEGIN
+  y := 1
+  x := x + y
+END count_up
+BEGIN
+  $SPD_OPT := SPD_LIN
+  $CNFG_CARE := FALSE
+  $TOOL := POS(0, 0, 120, 0, 0, 0, '')
+  $UFRAME := POS(500, 0, 0, 90, 0, 0, '')
+  $GEN_OVR := 50
+  $LIN_SPD := 0.25
+  $FLY_TYPE := FLY_CART
+  home := {0, 0, -90, 0, 90, 0}
+  MOVE JOINT TO home WITH $PROG_SPD_OVR = 50
+  p := POS(10, 20, 30, 0, 180, 0, 'S W')
+  FOR i := 1 TO rounds DO
+    places[1] := p : POS(0, 0, -50)
+    places[1].X := places[1].X + i
+    MOVEFLY LINEAR TO places[1] ADVANCE WITH $FLY_DIST = 5
+    MOVE LINEAR TO p,
+      WITH $LIN_SPD = 0.05,
+    ENDMOVE
+    $DOUT[3] := ON
+    DELAY 250
+    MOVE AWAY 80
+    count_up(n)
+    count_up((n))
+    n := twice(n) + ROUND(SIN(30.0))
+  ENDFOR
+  MOVE CIRCULAR TO POS(20, 0, 30, 0, 180, 0, '') VIA POS(10, 10, 30, 0, 180, 0, '')
+  MOVE NEAR p BY 40
+  $CNFG_CARE := TRUE
+  MOVE TO p
+  MOVE LINEAR RELATIVE VEC(0, 0, 10) IN BASE
+  MOVE LINEAR TO q TIL NOT $DIN[2]
+  WAIT FOR $DIN[1] AND ((n > 2) OR $DOUT[3])
+  $TIMER[1] := 0
+  REPEAT
+    DELAY 1
+  UNTIL ($DIN[4]) OR ($TIMER[1] >= 2000)
+  late := $TIMER[1] >= 2000
+  SELECT n OF
+    CASE (1, 2):
+      box.count := n
+    DEFAULT:
+      WRITE LUN_CRT ('n = ', n, NL)
+  ENDSELECT
+  IF late THEN
+    GOTO out
+  ELSIF n DIV 2 = 1 THEN
+    PAUSE
+  ENDIF
+  CONDITION[1] :
+    WHEN $DIN[5] DO
+      HOLD
+  ENDCONDITION
+  q := taught
+out::
+  grip(TRUE, 1)
+  POS_SHIFT(p, VEC(1, 2, 3))
+END weld
+)"}};
+
+TEST(ProgramReaders, Pdl2BecomesIrl) {
+  const auto p = read_with(read_pdl2, kPdl2);
+  EXPECT_EQ(read_faults(*p),
+            "78:3 error handlers of conditions are not read.\n"
+            "82:8 error taught has no value in this program; it is zero here.\n"
+            "84:3 warning grip is not among the files; an empty routine stands for it.\n"
+            "85:3 error POS_SHIFT is the controller's own, and is not read.\n");
+  expect_lines(*p, R"(
+PROGRAM weld;
+INT: rounds := 3;
+RECORD INT: f_count; BOOL: f_full; ENDRECORD: crate;
+INT: n := 2;
+FUNCTION twice (IN INT: x): INT;
+RETURN x * 2;
+PROCEDURE count_up (INOUT INT: x_2);
+x_2 := x_2 + y;
+home := MAIN_JOINT(0.0, 0.0, -90.0, 0.0, 90.0, 0.0);
+MOVE PTP home SPEED_PTP := 25.0 TOOL := present_tool;
+p := ROBTARGET(POSE(POSITION(10.0, 20.0, 30.0), ORIZYZ2(0.0, 180.0, 0.0)), 5, [-128, -128, -128, -128, -128, -128], ADD_JOINT(0.0));
+FOR i := 1 TO rounds
+places[1].PSE := p.PSE @ POSE(POSITION(0.0, 0.0, -50.0), ORIZYZ2(0.0, 0.0, 0.0));
+places[1].PSE.POS.X := places[1].PSE.POS.X + i;
+MOVE LIN places[1].PSE SPEED := 125.0 C_CP := 5.0 FRAME := present_uframe TOOL := present_tool;
+MOVE LIN p.PSE SPEED := 25.0 FRAME := present_uframe TOOL := present_tool;
+out_3 := TRUE;
+WAIT 0.25 SEC;
+MOVE PTP p.PSE @ POSE(POSITION(0.0, 0.0, -80.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED_PTP := 50.0 FRAME := present_uframe TOOL := present_tool;
+count_up(n);
+given := n;
+count_up(given);
+n := twice(n) + ROUND(SIN(30.0));
+ENDFOR;
+MOVE CIRCLE POSE(POSITION(10.0, 10.0, 30.0), ORIZYZ2(0.0, 180.0, 0.0)), POSE(POSITION(20.0, 0.0, 30.0), ORIZYZ2(0.0, 180.0, 0.0)) SPEED := 125.0 FRAME := present_uframe TOOL := present_tool;
+MOVE PTP p.PSE @ POSE(POSITION(0.0, 0.0, -40.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED_PTP := 50.0 FRAME := present_uframe TOOL := present_tool;
+MOVE PTP p SPEED_PTP := 50.0 FRAME := present_uframe TOOL := present_tool;
+MOVE_INC LIN POSITION(0.0, 0.0, 10.0) SPEED := 125.0 TOOL := present_tool;
+MOVE LIN q.PSE SPEED := 125.0 FRAME := present_uframe TOOL := present_tool UNTIL NOT in_2;
+WAIT FOR in_1 AND (n > 2 OR out_3);
+WAIT FOR in_4 TIMEOUT 2.0;
+late := R_TIMEOUT;
+CASE n OF
+WHEN 1, 2:
+box.f_count := n;
+DEFAULT:
+WRITELN('n = ', n);
+ENDCASE;
+IF late THEN
+GOTO out_v;
+ELSIF n DIV 2 = 1 THEN
+PAUSE;
+ENDIF;
+{ not read: CONDITION[1] : }
+q := taught;
+LABEL out_v:
+)");
+}
+
+const std::vector<RobotFile> kPac{{"pick.pcs", R"('!TITLE "pick"
+#define GRIP IO[128]
+#define HEIGHT 80.5
+Dim count As Long
+Dim places(2) As Position
+
+Sub Main
+  Dim home As Joint
+  TakeArm Keep = 0
+  Tool 1, P(0, 0, 120, 0, 0, 0)
+  ChangeTool 1
+  Speed 50
+  Accel 100, 100
+  home = J(0, -30, 120, 0, 90, 0)
+  DriveA @0 home
+  places(0) = P(425, 0, 325, 180, 0, 0, 5)
+  P10 = P(400, -100, 200, 180, 0, 90, -1)
+  For count = 1 To 2
+    Approach P, places(0), @P HEIGHT
+    Move L, @0 places(0), S = 10
+    Set GRIP
+    Delay 250
+    Depart L, @20 HEIGHT
+    Move P, @5 P10, @0 P(1, 2, 3), Speed = 20, Next
+  Next
+  Move C, P(450, 0, 200, 180, 0, 0), @P P(425, 50, 200, 180, 0, 0)
+  Draw L, V(0, 0, 30)
+  Move L, @0 Dev(CurPos, P(0, 10, 0, 0, 0, 0)), Speed = 5
+  Wait IO[1] = On And Not(IO[2] = Off), 2000, seen
+  Select Case count
+  Case 1, 3 To 4
+    LetX places(0) = PosX(places(0)) + 10
+  Case Else
+    Reset IO[129], 100
+  End Select
+  Do While count < 5
+    count = twice(count)
+    Call lift(count)
+    If count = 4 Then Exit Do Else count = 4
+  Loop
+  Out IO[136 To 139] = 5
+  In count = IO[8 To 11]
+  If IO[1] Then
+    GoTo *ready
+  ElseIf count = 2 Then
+    PrintDbg "two"; count
+  End If
+  ArchMove P10, 20
+*ready:
+  Move P, @0 P11
+  GiveArm
+End Sub
+
+Function twice(ByVal n As Long) As Long
+  If n > 3 Then Exit Function
+  twice = n * 2
+End Function
+
+Sub lift(n As Long)
+  n = n + 1
+End Sub
+)"}};
+
+TEST(ProgramReaders, PacScriptBecomesIrl) {
+  std::vector<RobotFile> files = kPac;
+  files[0].text.insert(files[0].text.find("Dim places"), "Dim seen As Boolean\n");
+  const auto p = read_with(read_pacscript, files);
+  EXPECT_EQ(
+      read_faults(*p),
+      "25:5 warning with Next the controller goes on while the robot moves; here the motion ends "
+      "first.\n"
+      "35:5 warning a pulse is waited for here; the controller goes on meanwhile.\n"
+      "49:3 error ArchMove is the controller's own, and is not read.\n"
+      "51:14 error P11 has no value in this program; it is zero here.\n");
+  expect_lines(*p, R"(
+PROGRAM pick;
+FUNCTION twice (IN INT: n): INT;
+IF n > 3 THEN
+RETURN twice_2;
+ENDIF;
+twice_2 := n * 2;
+RETURN twice_2;
+PROCEDURE lift (INOUT INT: n_2);
+n_2 := n_2 + 1;
+home := MAIN_JOINT(0.0, -30.0, 120.0, 0.0, 90.0, 0.0);
+MOVE PTP home SPEED_PTP := present_speed ACC_PTP := 100.0 TOOL := present_tool;
+places[0] := ROBTARGET(POSE(POSITION(425.0, 0.0, 325.0), ORIZYX(0.0, 0.0, 180.0)), 5, [-128, -128, -128, 0, -128, 0], ADD_JOINT(0.0));
+P10 := POSE(POSITION(400.0, -100.0, 200.0), ORIZYX(90.0, 0.0, 180.0));
+WHILE count <= 2 DO
+MOVE LIN places[0].PSE SPEED := 100.0 ACC := 100.0 TOOL := present_tool;
+out_128 := TRUE;
+WAIT 0.25 SEC;
+MOVE LIN places[0].PSE @ POSE(POSITION(0.0, 0.0, -80.5), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED := present_speed * 10.0 ACC := 100.0 C_CP := 20.0 TOOL := present_tool;
+MOVE PTP P10 SPEED_PTP := 20.0 ACC_PTP := 100.0 C_PTP := 5.0 TOOL := present_tool;
+MOVE PTP POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)) SPEED_PTP := 20.0 ACC_PTP := 100.0 TOOL := present_tool;
+count := count + 1;
+ENDWHILE;
+MOVE CIRCLE POSE(POSITION(450.0, 0.0, 200.0), ORIZYX(0.0, 0.0, 180.0)), POSE(POSITION(425.0, 50.0, 200.0), ORIZYX(0.0, 0.0, 180.0)) SPEED := present_speed * 10.0 ACC := 100.0 C_PASS := TRUE TOOL := present_tool;
+MOVE_INC LIN POSITION(0.0, 0.0, 30.0) SPEED := present_speed * 10.0 ACC := 100.0 TOOL := present_tool;
+MOVE_INC LIN POSITION(0.0, 10.0, 0.0) SPEED := 50.0 ACC := 100.0 TOOL := present_tool;
+WAIT FOR in_1 = TRUE AND NOT in_2 = FALSE TIMEOUT 2.0;
+seen := NOT R_TIMEOUT;
+CASE count OF
+WHEN 1, 3, 4:
+places[0].PSE.POS.X := places[0].PSE.POS.X + 10;
+DEFAULT:
+out_129 := FALSE;
+WAIT 0.1 SEC;
+out_129 := TRUE;
+ENDCASE;
+WHILE count < 5 DO
+count := twice(count);
+lift(count);
+IF count = 4 THEN
+EXIT;
+ELSE
+count := 4;
+ENDIF;
+ENDWHILE;
+out_136_4 := 5;
+count := in_8_4;
+IF in_1 THEN
+GOTO ready;
+ELSIF count = 2 THEN
+WRITELN('two', count);
+ENDIF;
+LABEL ready:
+MOVE PTP P11 SPEED_PTP := present_speed ACC_PTP := 100.0 TOOL := present_tool;
+)");
+}
+
 struct Language {
   const char* name;
   Read read;
@@ -1048,7 +1474,10 @@ const Language kLanguages[] = {{"krl", read_krl, &kKrl},
                                {"tp", read_tp, &kTp},
                                {"melfa", read_melfa, &kMelfa},
                                {"gcode", read_gcode, &kGcode},
-                               {"val3", read_val3, &kVal3Files}};
+                               {"val3", read_val3, &kVal3Files},
+                               {"as", read_as, &kAs},
+                               {"pdl2", read_pdl2, &kPdl2},
+                               {"pacscript", read_pacscript, &kPac}};
 
 /// Everything that the host's guard asks of an answer.
 void expect_sound(const ReadProgram& p, const std::vector<RobotFile>& files,
@@ -1403,6 +1832,20 @@ TEST(ProgramReaders, GrowthIsLinear) {
         s += "P1=(1,2,3,0,0,0)(7,0)\n";
       } else if (name == "gcode") {
         for (int i = 0; i < n; ++i) s += "G1 X" + std::to_string(i) + " Y0 Z0 F100\n";
+      } else if (name == "as") {
+        s = ".PROGRAM p()\n";
+        for (int i = 0; i < n; ++i)
+          s += "SPEED 10\nLMOVE TRANS(" + std::to_string(i) + ",0,0,0,0,0)\nx = x + 1\n";
+        s += ".END\n";
+      } else if (name == "pdl2") {
+        s = "PROGRAM p\nBEGIN\n";
+        for (int i = 0; i < n; ++i)
+          s += "MOVE LINEAR TO POS(" + std::to_string(i) + ",0,0,0,0,0,'S')\n";
+        s += "END p\n";
+      } else if (name == "pacscript") {
+        s = "Sub Main\n";
+        for (int i = 0; i < n; ++i) s += "Move L, P(" + std::to_string(i) + ",0,0,0,0,0,5)\n";
+        s += "End Sub\n";
       } else {
         s = "<Programs><Program name=\"start\"><Code><![CDATA[begin\n";
         for (int i = 0; i < n; ++i) s += "delay(1)\n";

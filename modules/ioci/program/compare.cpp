@@ -288,7 +288,8 @@ program::TraceOptions inputs_of(const rmp_code& program, const program::TraceOpt
 /// Runs through what an independent reader makes of the files.
 Result<void> read_back(CommandContext& ctx, const rmp_code& program,
                        const program::TraceOptions& options, Side& side) {
-  RMP_TRY_ASSIGN(const ReadBack read, read_posted(ctx, side.files));
+  RMP_TRY_ASSIGN(const ReadBack read,
+                 read_posted(ctx, side.files, side.axes ? &side.axes->record : nullptr));
   side.not_read = read.not_read;
   // What it could not say is told; all the rest is compared.
   for (const ReadBack::Unread& u : read.not_said) {

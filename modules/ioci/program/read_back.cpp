@@ -312,9 +312,25 @@ class Beside {
   std::set<std::pair<std::string, std::uint32_t>> told_;
 };
 
+/// What the profile says of the controller, as settings of the reader that asks for them.
+Map settings_for(const ProviderInfo& reader, const model::Controller* profile) {
+  Map out;
+  const auto asks = [&](std::string_view name) {
+    return std::any_of(reader.schema.begin(), reader.schema.end(),
+                       [&](const auto& f) { return f.name == name; });
+  };
+  if (!profile) return out;
+  if (profile->max_speed > 0 && asks("tcp_speed")) out.set("tcp_speed", Value(profile->max_speed));
+  for (const auto& o : profile->options)
+    if (o.name == "fig_xor" && asks("fig_xor"))
+      if (const auto n = text::read_int(o.value)) out.set("fig_xor", Value(*n));
+  return out;
+}
+
 }  // namespace
 
-Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files) {
+Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
+                             const model::Controller* profile) {
   ReadBack out;
   if (files.empty()) {
     out.not_read = "nothing was posted";
@@ -341,8 +357,8 @@ Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files) {
     out.not_read = "no reader takes ." + extension;
     return out;
   }
-  RMP_TRY_ASSIGN(const auto params,
-                 motion::checked_values(of, Map{}, "reader " + text::quote(of.name)));
+  RMP_TRY_ASSIGN(const auto params, motion::checked_values(of, settings_for(of, profile),
+                                                           "reader " + text::quote(of.name)));
   // Readers know files by their names, without the folders that a controller has them in.
   std::vector<std::string> names;
   for (const auto& [file, bytes] : files) names.push_back(file.substr(file.rfind('/') + 1));
@@ -377,7 +393,11 @@ Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files) {
 
 Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedFiles& files) {
   RunBeside out;
-  RMP_TRY_ASSIGN(const ReadBack read, read_posted(ctx, files));
+  const model::Controller* profile = nullptr;
+  if (has(args, "profile"))
+    profile = &std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
+                   .as<model::Controller>();
+  RMP_TRY_ASSIGN(const ReadBack read, read_posted(ctx, files, profile));
   out.reader = read.reader;
   out.not_said = read.not_said.size();
   if (!read.program) {
@@ -392,10 +412,6 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
     if (has(args, each)) asked.set(each, *args.find(each));
   if (has(args, "robot") && places_of(ctx.snapshot(), id).empty())
     asked.set("robot", *args.find("robot"));
-  const model::Controller* profile = nullptr;
-  if (has(args, "profile"))
-    profile = &std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
-                   .as<model::Controller>();
   RMP_TRY_ASSIGN(const CheckedProgram own, check_program(ctx, asked));
   InItsPlace instead;
   std::set<std::string> missed;

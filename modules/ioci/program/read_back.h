@@ -13,6 +13,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/command.h"
+#include "model/controller.h"
 
 namespace robomosp::ioci {
 
@@ -31,9 +32,12 @@ struct ReadBack {
   std::shared_ptr<const CompiledProgram> program;
 };
 
-/// Reads them by the reader that takes the extension of the first file and knows its text best. An
-/// error is a reader that cannot be made, or being cancelled; all else is told by `not_read`.
-Result<ReadBack> read_posted(CommandContext&, const PostedFiles&);
+/// Reads them by the reader that takes the extension of the first file and knows its text best,
+/// with what the profile says of the controller: 100 % of a speed (max_speed) and the usual figure
+/// (fig_xor). An error is a reader that cannot be made, or being cancelled; `not_read` has all
+/// else.
+Result<ReadBack> read_posted(CommandContext&, const PostedFiles&,
+                             const model::Controller* profile = nullptr);
 
 /// A posted program in the world beside the program itself. Angles in degrees, lengths in mm.
 struct RunBeside {

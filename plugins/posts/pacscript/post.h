@@ -364,9 +364,19 @@ class PacWriter final : public brand::BrandWriter {
   int figure(const brand::Goal& g) {
     if (!g.point || (g.point->status_known & 7U) != 7U) return -1;
     if (!g.point->q.empty()) axes_are_needed();
-    // Bit 2 of the controller's figure is "not flipped".
-    return static_cast<int>((g.point->status & 7U) ^
-                            (static_cast<unsigned>(number_option("fig_xor", 4)) & 7U));
+    // An arm in front of its first axis with the elbow up and the wrist not flipped has 5.
+    auto out = static_cast<int>((g.point->status & 7U) ^
+                                (static_cast<unsigned>(number_option("fig_xor", 5)) & 7U));
+    // Joints 4 and 6 more than half a turn away (DOUBLE).
+    for (const std::size_t i : {std::size_t{3}, std::size_t{5}}) {
+      const std::int32_t turn = axis_turn(*g.point, i).value_or(0);
+      if (turn < -1 || turn > 1)
+        warn("axis " + std::to_string(i + 1) +
+                 " would be more than one and a half turns away, and a figure counts one",
+             "Move to joints (MAIN_JOINT) where the turn matters.");
+      if (turn != 0) out |= i == 3 ? 8 : 16;
+    }
+    return out;
   }
   void place(const char* set, const char* change, const brand::Placing& x,
              Modal<std::string>& modal, std::int32_t profile_number,

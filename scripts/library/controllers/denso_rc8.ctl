@@ -10,4 +10,4 @@ axis J5 { joint 5 }
 axis J6 { joint 6 }
 max_speed 8
 option orientation { value "fixed_xyz" }
-option fig_xor { value "4" }
+option fig_xor { value "5" }
