@@ -40,8 +40,9 @@ std::vector<SheetAxis> sheet_turns(std::vector<double> ranges, std::vector<doubl
 
 std::vector<SheetRobot> sheets() {
   return {
-      // KUKA KR 5 arc, data sheet: axis data, reach 1412 mm to the intersection of axes 4 and 5.
-      // Positive A1, A4 and A6 turn against ours (kuka_kr5_support of ros-industrial).
+      // KUKA KR 5 arc: ranges and speeds of kuka_kr5_support of ros-industrial, after KUKA's
+      // specification; reach 1412 mm to the intersection of axes 4 and 5. Positive A1, A4 and A6
+      // turn against ours.
       {"kr5",
        {{-155, 155, 154, -1},
         {-180, 65, 154, -1},
@@ -54,7 +55,8 @@ std::vector<SheetRobot> sheets() {
        "axis 1",
        1412,
        1},
-      // ABB IRB 140, data sheet: working range, velocity at three phases, reach 810 mm to axis 5.
+      // ABB IRB 140: working range of abb_irb140_support of ros-industrial, after 3HAC041346-001
+      // Rev Q; velocities of ARTE's IRB140; reach 810 mm to axis 5.
       {"irb140",
        {{-180, 180, 200},
         {-90, 110, 200, 1, 90},
@@ -68,10 +70,16 @@ std::vector<SheetRobot> sheets() {
        810,
        0.01},
       // Unimation PUMA 560: Fu, Gonzalez, Lee, Robotics, 1987; reach of the wrist's middle 0.878 m
-      // from the shoulder's (864 mm in the plane of the arm).
+      // from the shoulder's (864 mm in the plane of the arm). Its zero in the rows of puma560:
+      // PumasAreOneRobot below.
       {"puma560",
-       {{-160, 160}, {-225, 45, 0, -1}, {-45, 225, 0, -1}, {-110, 170}, {-100, 100}, {-266, 266}},
-       "{0, 0, 90 - math.deg(math.atan(0.0203, 0.4318)), 0, 0, 0}",
+       {{-160, 160},
+        {-225, 45, 0, 1, -180},
+        {-45, 225, 0, 1, 180},
+        {-110, 170},
+        {-100, 100},
+        {-266, 266}},
+       "{0, -180, 90 + math.deg(math.atan(0.0203, 0.4318)), 0, 0, 0}",
        4,
        "{0, 0, 0}",
        878,
@@ -266,20 +274,89 @@ SheetMatrix sheet_chain(const std::vector<SheetMatrix>& all) {
   return t;
 }
 
-// The chains are those of kuka_kr5_support and abb_irb140_support of ros-industrial, which turn by
-// the makers' axes: signs and zeros of the table against another description of the same arms. Of
-// the wrist's middle and the flange's face the places are compared: what a flange calls x is free.
+// The axes in the library's records are those of the table, which was written apart from them.
+TEST_F(LibrarySheets, AxesOfTheRecordsAreTheMakers) {
+  for (const SheetRobot& sheet : sheets()) {
+    use(sheet);
+    if (sheet.name == std::string("stanford")) {  // a laboratory's arm
+      EXPECT_EQ(eval("#arm:axes()"), "0");
+      continue;
+    }
+    EXPECT_EQ(eval(R"(
+problems = ""
+local shown = arm:axes{q = named(arm, "home")}
+for i, a in ipairs(axes) do
+  local x = shown[i]
+  if x.link ~= links[i].name or x.sign ~= a.sign or math.abs(x.offset - a.zero) > 1e-9
+      or math.abs(x.lower - a.lower) > 1e-2 or math.abs(x.upper - a.upper) > 1e-2 then
+    problems = problems .. string.format(" %s: %d q + %.3f, %.3f to %.3f;", x.name, x.sign, x.offset,
+      x.lower, x.upper)
+  end
+end
+return #shown == #axes and problems or "other axes")"),
+              "")
+        << sheet.name;
+  }
+}
+
+// Two models of one robot by other authors, puma560 after Paul and puma560_mdh after Armstrong,
+// Khatib and Burdick, whose joints are Unimation's: at the same axes the flange is at the same
+// place and looks the same way, the bases turned by half a turn and lengths different by 1.4 mm.
+TEST_F(LibrarySheets, PumasAreOneRobot) {
+  EXPECT_EQ(eval(R"(
+local a, b = robot.get("puma560"), robot.get("puma560_mdh")
+math.randomseed(3)
+local most, turned = 0, 0
+for _ = 1, 50 do
+  local v = {}
+  for i, x in ipairs(a:axes()) do v[i] = x.lower + (x.upper - x.lower) * math.random() end
+  local p, s = a:fk{q = a:joints_from_axes{values = v}}.pose, b:fk{q = b:joints_from_axes{values = v}}.pose
+  for i = 1, 3 do
+    local sign = i < 3 and -1 or 1
+    most = math.max(most, math.abs(sign * p[i][4] - s[i][4]))
+    turned = math.max(turned, math.abs(sign * p[i][3] - s[i][3]))
+    -- x of the tool frames are opposite, too
+    turned = math.max(turned, math.abs(sign * p[i][1] + s[i][1]))
+  end
+end
+return most < 2e-3 and turned < 1e-9 and "one" or most .. " " .. turned)"),
+            "one");
+}
+
+// The chains are those of kuka_kr5_support, abb_irb140_support and kuka_lbr_iiwa_support of
+// ros-industrial, of adept_cobra_s600_support with the signs of its bridge on the controller, and
+// of the PA-10 of OpenHRP and Choreonoid turned by a quarter, which turn by the makers' axes: signs
+// and zeros of the table against another description of the same arms. Of the flange's face the
+// places are compared: what a flange calls x is free.
 TEST_F(LibrarySheets, SignsAndZerosAgreeWithTheMakersChains) {
   const std::vector<std::vector<double>> tries{
       {0, 0, 0, 0, 0, 0},         {155, 65, 158, 90, 100, 30}, {-155, -90, 90, -75, -130, 200},
       {20, -40, 30, 50, 60, -70}, {-90, -89, 50, 100, 40, 10}, {100, 60, -14, -200, -60, 0}};
   for (const SheetRobot& sheet : sheets()) {
     const std::string name = sheet.name;
-    if (name != "kr5" && name != "irb140") continue;
+    const bool is_iiwa = name == "iiwa14", is_pa10 = name == "pa10" || name == "pa10_nus";
+    const bool is_cobra = name == "cobra600";
+    if (name != "kr5" && name != "irb140" && !is_iiwa && !is_pa10 && !is_cobra) continue;
     use(sheet);
-    for (const auto& a : tries) {
+    for (std::vector<double> a : tries) {
+      if (is_iiwa || is_pa10) a.push_back(25);
+      if (is_cobra) a = {a[0], a[1], std::fabs(a[2]), a[3]};
+      const double fore = name == "pa10" ? 0.48 : 0.5, flange = name == "pa10" ? 0.07 : 0.08;
       const SheetMatrix t =
-          name == "kr5"
+          is_iiwa
+              ? sheet_chain({sheet_turn('z', a[0]), sheet_shift(0, 0, 0.36), sheet_turn('y', a[1]),
+                             sheet_turn('z', a[2]), sheet_shift(0, 0, 0.42), sheet_turn('y', -a[3]),
+                             sheet_turn('z', a[4]), sheet_shift(0, 0, 0.4), sheet_turn('y', a[5]),
+                             sheet_turn('z', a[6]), sheet_shift(0, 0, 0.126)})
+          : is_pa10 ? sheet_chain(
+                          {sheet_turn('z', a[0]), sheet_shift(0, 0, name == "pa10" ? 0.317 : 0.315),
+                           sheet_turn('y', a[1]), sheet_turn('z', a[2]), sheet_shift(0, 0, 0.45),
+                           sheet_turn('y', a[3]), sheet_turn('z', a[4]), sheet_shift(0, 0, fore),
+                           sheet_turn('y', a[5]), sheet_turn('z', a[6]), sheet_shift(0, 0, flange)})
+          : is_cobra ? sheet_chain({sheet_shift(0, 0, 0.387), sheet_turn('z', a[0]),
+                                    sheet_shift(0.325, 0, 0), sheet_turn('z', a[1]),
+                                    sheet_shift(0.275, 0, -a[2] / 1000)})
+          : name == "kr5"
               ? sheet_chain({sheet_shift(0, 0, 0.4), sheet_turn('z', -a[0]),
                              sheet_shift(0.18, 0, 0), sheet_turn('y', a[1]), sheet_shift(0.6, 0, 0),
                              sheet_turn('y', a[2]), sheet_shift(0.62, 0, 0.12),

@@ -37,7 +37,8 @@ LoadMatrix load_product(const LoadMatrix& a, const LoadMatrix& b) {
       for (std::size_t k = 0; k < 4; ++k) c[4 * i + j] += a[4 * i + k] * b[4 * k + j];
   return c;
 }
-/// Flange of the IRB 140 in its base by the rows of its file.
+/// ABB's tool0 of the IRB 140 in its base: the rows of its file, and z of the tool along y of the
+/// last.
 LoadMatrix load_irb140(const std::vector<double>& q) {
   const double h = M_PI / 2;
   const double rows[6][3] = {{0.07, -h, 0.352}, {0.36, 0, 0}, {0, h, 0},
@@ -49,7 +50,7 @@ LoadMatrix load_irb140(const std::vector<double>& q) {
     t = load_product(
         t, {c, -s * ca, s * sa, a * c, s, c * ca, -c * sa, a * s, 0, sa, ca, d, 0, 0, 0, 1});
   }
-  return t;
+  return load_product(t, {0, -1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0, 0, 1});
 }
 
 double value_in_row(const RecordingPtr& r, const std::string& column, std::size_t i) {

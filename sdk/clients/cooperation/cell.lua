@@ -5,7 +5,7 @@ local arm = robot.get("irb140")
 for _, link in ipairs(arm:describe().links) do
   arm:set_link{ link = link.name, max_acceleration = "600 deg/s^2", max_jerk = "6000 deg/s^3" }
 end
-arm:set_tool{ position = {0, 0, "120 mm"} }
+arm:set_tool{ position = {0, "120 mm", 0}, rpy = {"-90 deg", "90 deg", 0} }  -- out of the flange
 
 material.create{ name = "bar_red", density = 1200, colour = "#c8402c" }
 material.create{ name = "stand_grey", density = 2700, colour = "#b9bfc6" }
@@ -24,7 +24,7 @@ cell:add_robot{ robot = "irb140", name = "right", q = {-0.8, -1.5, 2 * math.pi -
   placement = {1.5, 0, 0, 0, 0, "180 deg"} }
 for _, name in ipairs{"left", "right"} do
   cell:add_object{ what = "hand", name = name .. "_hand" }
-  cell:attach{ object = name .. "_hand", robot = name, link = "flange" }
+  cell:attach{ object = name .. "_hand", robot = name, link = "flange", rpy = {"-90 deg", "90 deg", 0} }
 end
 cell:add_object{ what = "stand", name = "here", position = {0.40, 0.30, 0} }
 cell:add_object{ what = "stand", name = "there", position = {1.10, 0.30, 0} }
