@@ -28,6 +28,7 @@ std::optional<std::uint32_t> arm_status(const RobotModel& robot, std::span<const
   constexpr double kSameLine = 1e-5;
   if (!robot.is_simple() || robot.joints.size() != 6 || q.size() != 6) return std::nullopt;
   std::array<StatusAxis, 6> axes;
+  Vec3 bend{};  // axis 5 where joint 4 is 0
   Pose frame;
   for (std::size_t i = 0; i < 6; ++i) {
     const JointModel& j = robot.joints[i];
@@ -36,6 +37,7 @@ std::optional<std::uint32_t> arm_status(const RobotModel& robot, std::span<const
       return std::nullopt;
     frame = spatial::compose(frame, j.placement);
     axes[i] = {frame.p, spatial::axis(frame, 2)};
+    if (i == 3) bend = spatial::axis(spatial::compose(frame, robot.joints[4].placement), 2);
     // All turns with joint 1, so that it is looked at where that is 0.
     frame = spatial::compose(frame, spatial::rotation_z(i == 0 ? 0.0 : q[i]));
   }
@@ -63,7 +65,13 @@ std::optional<std::uint32_t> arm_status(const RobotModel& robot, std::span<const
   const double above =
       dot(front, to_wrist) * dot(up, to_elbow) - dot(up, to_wrist) * dot(front, to_elbow);
   const bool is_below = (is_behind ? -above : above) < 0;
-  return (is_behind ? kShoulderBehind : 0U) | (is_below ? kElbowBelow : 0U);
+  // Axis 5 in the sense in which axis 2 lowers the arm in front.
+  const double lowers = dot(bend, cross(up, front));
+  if (std::fabs(lowers) < 0.5) return std::nullopt;
+  const double sine = dot(cross(axes[3].along, axes[5].along), axes[4].along);
+  const bool is_flipped = (lowers < 0 ? -sine : sine) < 0;
+  return (is_behind ? kShoulderBehind : 0U) | (is_below ? kElbowBelow : 0U) |
+         (is_flipped ? kWristFlipped : 0U);
 }
 
 }  // namespace robomosp::robotics

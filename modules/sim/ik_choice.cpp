@@ -123,7 +123,8 @@ std::vector<std::uint32_t> status_bits(std::span<const IkBranchChoice> choices) 
       }
   return out;
 }
-constexpr std::uint32_t kSeen = robotics::kShoulderBehind | robotics::kElbowBelow;
+constexpr std::uint32_t kSeen =
+    robotics::kShoulderBehind | robotics::kElbowBelow | robotics::kWristFlipped;
 }  // namespace
 
 std::uint32_t BranchNames::status(std::span<const double> q, std::uint32_t& known) const {
@@ -152,8 +153,9 @@ std::string BranchNames::status_words() const {
   for (std::size_t i = 0; i < choices_.size(); ++i) {
     const std::string words =
         is_seen && bits[i] == robotics::kShoulderBehind ? "in front or behind"
-        : is_seen && bits[i] == robotics::kElbowBelow
-            ? "elbow up or down"
+        : is_seen && bits[i] == robotics::kElbowBelow   ? "elbow up or down"
+        : is_seen && bits[i] == robotics::kWristFlipped
+            ? "hand down or up"
             : std::string(choices_[i].positive) + " or " + choices_[i].negative;
     out += (out.empty() ? "" : ", ") + std::to_string(bits[i]) + ": " + words;
   }

@@ -42,9 +42,9 @@ class BranchNames {
   /// One number a choice and configuration, from -1 to 1; a plugin's NaN is 0.
   [[nodiscard]] std::vector<double> measure(std::span<const double> q) const;
   /// STATUS of programs of one configuration: 1 the shoulder, 2 the elbow, 4 the wrist, set where
-  /// it is the second way; choices of other names follow. Of an arm with a spherical wrist shoulder
-  /// and elbow are geometry (robotics::arm_status: behind, below), not the solver's names, which
-  /// depend on the sense of its axes. `known`: the bits that the robot has.
+  /// it is the second way; choices of other names follow. Of an arm with a spherical wrist all
+  /// three are geometry (robotics::arm_status: behind, below, flipped), not the solver's names,
+  /// which depend on the sense of its axes. `known`: the bits that the robot has.
   [[nodiscard]] std::uint32_t status(std::span<const double> q, std::uint32_t& known) const;
   /// Words for the bits of status(): "front or behind, elbow up or down, no flip or flip".
   [[nodiscard]] std::string status_words() const;
