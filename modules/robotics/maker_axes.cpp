@@ -2,6 +2,8 @@
 #include "robotics/maker_axes.h"
 
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "kernel/text.h"
@@ -63,6 +65,30 @@ Result<MakerAxes> MakerAxes::of(const model::Robot& robot) {
                  "the maker's axes depend on each other: joints cannot be computed from them",
                  "Check the ratios of the coupled joints.");
   return out;
+}
+
+const PostAxis* MakerAxes::of_entry(std::size_t entry) const {
+  for (const PostAxis& a : axes_)
+    if (a.joint == static_cast<std::int32_t>(entry)) return &a;
+  return nullptr;
+}
+
+std::string MakerAxes::before_joint(std::size_t entry) const {
+  const PostAxis* a = of_entry(entry);
+  return a ? "axis " + std::string(a->name) + ", " : std::string();
+}
+
+std::string MakerAxes::before_place(std::size_t entry, std::span<const double> q) const {
+  const PostAxis* a = of_entry(entry);
+  const auto value = a ? axis_value(*a, q, nullptr) : std::nullopt;
+  if (!value) return {};
+  const std::string unit = a->linear ? " mm" : " deg";
+  std::string out = "axis " + std::string(a->name) + " at " + text::print_rounded(*value, 6) + unit;
+  if (a->coupled.empty() && std::isfinite(a->lower) && std::isfinite(a->upper) &&
+      a->lower < a->upper)
+    out += " (" + text::print_rounded(a->lower, 6) + " to " + text::print_rounded(a->upper, 6) +
+           unit + ")";
+  return out + ", ";
 }
 
 std::vector<double> MakerAxes::values(std::span<const double> q) const {

@@ -31,6 +31,14 @@ class MakerAxes {
   [[nodiscard]] bool known() const { return !axes_.empty(); }
   /// In the controller's order, with their limits: those of the record, else those of the joint.
   [[nodiscard]] std::span<const PostAxis> axes() const { return axes_; }
+  /// The axis of which entry `entry` of q is the joint; null = none, or the axes are not known.
+  [[nodiscard]] const PostAxis* of_entry(std::size_t entry) const;
+  /// "axis A2, " where entry `entry` of q has an axis, else nothing: what messages put before their
+  /// words for a joint.
+  [[nodiscard]] std::string before_joint(std::size_t entry) const;
+  /// "axis A2 at -45 deg, " at q, or nothing. A joint's limit is told where the axis counts it
+  /// alone: "axis A2 at 70 deg (-180 to 65 deg), ".
+  [[nodiscard]] std::string before_place(std::size_t entry, std::span<const double> q) const;
   /// One value an axis [degrees or mm] at q: coordinate_count() numbers.
   [[nodiscard]] std::vector<double> values(std::span<const double> q) const;
   /// q at one value an axis [degrees or mm].

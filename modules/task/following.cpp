@@ -9,6 +9,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/cartesian_path.h"
+#include "robotics/maker_axes.h"
 #include "robotics/single_joints.h"
 #include "sim/joint_rates.h"
 #include "spatial/passing.h"
@@ -49,6 +50,49 @@ std::vector<double> parts_of(double from, double to) {
   constexpr int kParts = 40;
   std::vector<double> out;
   for (int i = 0; i <= kParts; ++i) out.push_back(from + (to - from) * i / kParts);
+  return out;
+}
+/// The joint that jumps from sample i - 1 to sample i: it goes far, and much farther than its rates
+/// at both ends account for; n = none does.
+std::size_t jumping_joint(const sim::RobotMotion& m, std::size_t n, std::size_t i) {
+  constexpr double kFar = 0.3, kFarther = 3;  // [rad or m], times the way at the greater rate
+  const double time = m.times[i] - m.times[i - 1];
+  for (std::size_t j = 0; j < n; ++j) {
+    const std::size_t now = i * n + j, before = now - n;
+    const double by = std::fabs(m.q[now] - m.q[before]);
+    const double rate = std::max(std::fabs(m.qd[now]), std::fabs(m.qd[before]));
+    if (by > kFar && by > kFarther * rate * time) return j;
+  }
+  return n;
+}
+/// Shares of the way at which the rate or the acceleration of a joint is greatest or least.
+std::vector<double> extremes_of(const spatial::Quintic& joint) {
+  const auto& c = joint.coefficients();
+  std::vector<double> bends;  // where the jerk 6 c3 + 24 c4 x + 60 c5 x^2 is 0
+  const double a = 60 * c[5], b = 24 * c[4], d = 6 * c[3], root = b * b - 4 * a * d;
+  if (std::fabs(a) < 1e-12 * std::fabs(b)) {
+    bends.push_back(-d / b);
+  } else if (root >= 0 && a != 0) {
+    const double far = -0.5 * (b + std::copysign(std::sqrt(root), b));
+    bends.push_back(far / a);
+    if (far != 0) bends.push_back(d / far);
+  }
+  std::erase_if(bends, [](double x) { return !(x > 0 && x < 1); });
+  std::sort(bends.begin(), bends.end());
+  // Between those the acceleration rises or falls, so that it is 0 once at most.
+  std::vector<double> out = bends, ends{0.0};
+  ends.insert(ends.end(), bends.begin(), bends.end());
+  ends.push_back(1);
+  for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
+    double low = ends[i], high = ends[i + 1];
+    const bool is_rising = joint.at(low).dd < 0;
+    if ((joint.at(high).dd < 0) == is_rising) continue;
+    for (int k = 0; k < 60; ++k) {
+      const double middle = 0.5 * (low + high);
+      ((joint.at(middle).dd < 0) == is_rising ? low : high) = middle;
+    }
+    out.push_back(low);
+  }
   return out;
 }
 double turn_between(const Pose& a, const Pose& b) {
@@ -167,6 +211,27 @@ Result<void> TaskExecutor::solve(const Following& f, const Actor& a, std::span<c
   out.qd.resize(out.q.size()), out.qdd.resize(out.q.size());
   sim::joint_rates(*f.ik.model, out.times, out.q, std::span(samples).first(out.times.size()),
                    out.qd, out.qdd);
+  // At the end of a joint's range the solver goes on in another configuration.
+  const std::size_t n = a.start.size();
+  for (std::size_t i = 1; i < out.times.size(); ++i) {
+    const std::size_t j = jumping_joint(out, n, i);
+    if (j == n) continue;
+    const std::string why =
+        "joint " + quote(a.model->joints[j].name) + " would jump by " +
+        text::print_rounded(std::fabs(out.q[i * n + j] - out.q[(i - 1) * n + j]), 3) +
+        (TaskExecutor::is_rotary(a, j) ? " rad" : " m") + " into another configuration";
+    if (out.times[i] > f.end + kSameTime) {
+      out.times.resize(i);
+      for (auto* table : {&out.q, &out.qd, &out.qdd}) table->resize(i * n);
+      out.notes = {why};
+      break;
+    }
+    return error(ErrorCode::unreachable,
+                 "robot " + quote(a.placed->name) + " cannot follow " + f.name +
+                     " at t = " + text::print_rounded(out.times[i]) + " s: " + why,
+                 "Begin the move from another configuration, or move the frame into the middle of "
+                 "the joints' ranges.");
+  }
   return {};
 }
 
@@ -248,7 +313,12 @@ Result<sim::RobotMotion> TaskExecutor::followed(const Following& f, std::size_t 
     for (std::size_t j = 0; j < n; ++j)
       joints.emplace_back(spatial::Jet{now.q[j], now.qd[j], now.qdd[j]},
                           spatial::Jet{tail.q[j], tail.qd[j], tail.qdd[j]}, way);
-    for (const double at : is_search ? parts_of(t, meets) : row_times(f, t, meets)) {
+    std::vector<double> times = is_search ? parts_of(t, meets) : row_times(f, t, meets);
+    if (is_search)
+      for (const spatial::Quintic& joint : joints)
+        for (const double share : extremes_of(joint)) times.push_back(t + share * way);
+    std::sort(times.begin(), times.end());
+    for (const double at : times) {
       if (at >= meets - kSameTime) break;
       out.times.push_back(at);
       for (std::size_t j = 0; j < n; ++j) {
@@ -267,8 +337,11 @@ Result<sim::RobotMotion> TaskExecutor::followed(const Following& f, std::size_t 
   for (std::size_t k = 0; k < out.q.size(); ++k) {
     const JointModel& joint = a.model->joints[k % n];
     if (out.q[k] >= joint.lower - kSamePlace && out.q[k] <= joint.upper + kSamePlace) continue;
+    const auto axes = robotics::MakerAxes::of(*a.record);
     return error(ErrorCode::unreachable,
-                 "joint " + quote(joint.name) + " of robot " + quote(a.placed->name) +
+                 (axes.ok() ? axes->before_place(k % n, std::span(out.q).subspan(k - k % n, n))
+                            : std::string()) +
+                     "joint " + quote(joint.name) + " of robot " + quote(a.placed->name) +
                      " would come to " + text::print_rounded(out.q[k]) +
                      ", beyond its limits, on the way to " + f.name,
                  "Give a longer duration, or begin from elsewhere.");
