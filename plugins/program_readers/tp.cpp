@@ -379,6 +379,10 @@ class TpReader final : public Reader {
     if (has_own) learned_.flags.insert("own axes");
     Ex e;
     if (is_joint) {
+      if (!std::exchange(told_j3_, true))
+        note(at, "J3 counts from the horizontal, not from the upper arm",
+             "A run turns it into the robot's joint where the robot has its maker's axes "
+             "(robot.set_axes).");
       e = joints({part("j1"), part("j2"), part("j3"), part("j4"), part("j5"), part("j6")},
                  external);
     } else {
@@ -1260,7 +1264,7 @@ class TpReader final : public Reader {
   std::string next_label_;
   std::string scope_;     ///< of the labels: of which point's logic they are
   std::set<int> groups_;  ///< that the program moves, besides the first
-  bool are_timers_read_ = false, told_groups_ = false;
+  bool are_timers_read_ = false, told_groups_ = false, told_j3_ = false;
   std::vector<std::string> ends_, steps_;
   std::string name_of_, skip_condition_;
   Ex selected_, offset_, tool_offset_;

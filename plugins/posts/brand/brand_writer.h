@@ -556,7 +556,7 @@ class BrandWriter : public Writer {
                  ? "the profile names no external axes for the additional joints of this target"
                  : std::string(caps_.title) + " has no external axes in targets",
              has_external()
-                 ? "Add axes with external = true to the profile."
+                 ? "Add axes with is_external = true to the profile."
                  : "Move them by signals, or take them out of the profile and the target.");
       return {};
     }

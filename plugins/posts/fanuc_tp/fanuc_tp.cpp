@@ -4,6 +4,7 @@
 // Conditions and sums stand in parentheses (mixed logic, R-30iA and later).
 #include "fanuc_tp.h"
 
+#include <robomosp/sdk/post_axes.h>
 #include <robomosp/sdk/post_passing.h>
 
 #include "../common/moves.h"
@@ -778,10 +779,21 @@ class TpWriter final : public MoveWriter {
   }
   std::string joint_position(const PostPoint& p) {
     const auto q = checked_axes(p);
+    if (RMP_HAS(&task_, axes_are_unknown) && task_.axes_are_unknown != 0 &&
+        !std::exchange(told_j3_, true))
+      note(
+          "J3 is written as the robot's third joint counts, and this controller counts it from the "
+          "horizontal",
+          "Give the robot its maker's axes (robot.set_axes).");
+    std::vector<bool> slides;
+    for (const PostAxis& a : profile_.axes)
+      if (!a.external) slides.push_back(axis_scale(a, task_.robot) == 1000.0);
     std::string out = frame_text() + "\t";
-    for (std::size_t i = 0; i < q.size(); ++i)
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const bool is_mm = slides.empty() ? joint_slides(task_.robot, i) : slides[i];
       out += (i % 3 == 0 ? "\n\tJ" : "\tJ") + std::to_string(i + 1) + "=" + padded(q[i], 3) +
-             " deg" + (i + 1 < q.size() ? "," : "");
+             (is_mm ? "  mm" : " deg") + (i + 1 < q.size() ? "," : "");
+    }
     return position(out + externals(&p));
   }
   /// P[..] or PR[..] of a target; empty = said.
@@ -974,6 +986,7 @@ class TpWriter final : public MoveWriter {
   bool is_asked_again_ = false;  ///< a condition that is looked at until it is true
   double cnt_mm_ = 100;
   int externals_ = 0;
+  bool told_j3_ = false;
 };
 
 }  // namespace

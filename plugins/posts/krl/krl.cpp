@@ -402,7 +402,7 @@ class KrlWriter final : public post::DeclaredWriter {
     if (p.role == RMP_ROLE_ADD_JOINT) {
       const std::string s = externals(p);
       if (s.empty() && has_additional_joints())
-        fail("the profile has no external axes", "Give it axes with external = true.");
+        fail("the profile has no external axes", "Give it axes with is_external = true.");
       return "{" + (s.empty() ? "E1 0.0" : s.substr(1)) + "}";
     }
     if (p.role == RMP_ROLE_POSITION && p.motion != RMP_NONE)

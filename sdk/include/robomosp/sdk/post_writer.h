@@ -972,7 +972,7 @@ class Writer {
         note(
             "additional joints are written as the external axes of the same numbers, in degrees or "
             "mm as the program has them, since the profile names none",
-            "Give the profile its external axes (external = true).");
+            "Give the profile its external axes (is_external = true).");
       return {p.external.begin(), p.external.end()};
     }
     for (std::size_t i = 0; i < p.external.size(); ++i)
@@ -982,7 +982,7 @@ class Writer {
           }))
         fail("additional joint " + std::to_string(i + 1) + " of this target is at " +
                  trimmed(p.external[i], 4) + ", and the profile has no external axis for it",
-             "Give the profile an axis with external = true and this joint.");
+             "Give the profile an axis with is_external = true and this joint.");
     for (const PostAxis& a : profile_.axes) {
       if (!a.external) continue;
       if (a.of_robot != 0) {
