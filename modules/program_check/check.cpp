@@ -15,6 +15,7 @@
 #include "robotics/singularity.h"
 #include "robotics/tip_motion.h"
 #include "sim/ik_choice.h"
+#include "sim/member_axes.h"
 #include "sim/recording_columns.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
@@ -109,6 +110,8 @@ class Checker {
 
   void index() {
     motions_of_.resize(told_.robots.size());
+    for (const task::InspectedRobot& each : told_.robots)
+      axes_.push_back(sim::member_axes(sim_.snapshot, out_.recording->world, each.name));
     const std::size_t rows = out_.recording->rows();
     is_jump_.assign(rows, false);
     for (std::size_t i = 0; i < out_.motions.size(); ++i) {
@@ -344,13 +347,15 @@ class Checker {
           f.unit = c->unit;
           const Shown unit = shown(c->unit);
           const bool is_of_place = q.kind == FaultKind::joint_limit;
-          f.message = joint_name(r, j) + " of " + name + " has " +
-                      (is_of_place                         ? "a "
-                       : q.kind == FaultKind::acceleration ? "an "
-                                                           : "a ") +
-                      q.what + " of " + unit.text(is_of_place ? f.value : std::fabs(f.value)) +
-                      ", " + unit.text(f.excess) + " beyond its limit of " +
-                      unit.text(is_of_place ? f.limit : std::fabs(f.limit));
+          f.message =
+              (is_of_place ? axes_[r].before_place(j, q_at(r, row)) : axes_[r].before_joint(j)) +
+              joint_name(r, j) + " of " + name + " has " +
+              (is_of_place                         ? "a "
+               : q.kind == FaultKind::acceleration ? "an "
+                                                   : "a ") +
+              q.what + " of " + unit.text(is_of_place ? f.value : std::fabs(f.value)) + ", " +
+              unit.text(f.excess) + " beyond its limit of " +
+              unit.text(is_of_place ? f.limit : std::fabs(f.limit));
           f.hint = q.hint;
           f.robot = name;
           place_of_tip(out_.motions[i].motion.robot, row, f);
@@ -743,6 +748,7 @@ class Checker {
   ProgramInspection& told_;
   Progress& progress_;
   std::vector<std::vector<std::size_t>> motions_of_, motion_at_;
+  std::vector<robotics::MakerAxes> axes_;  ///< of the robots
   std::vector<bool> is_jump_;
   std::set<std::size_t> jumped_;
   std::set<std::string> is_told_;

@@ -16,6 +16,7 @@
 #include "model/placement.h"
 #include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
+#include "robotics/maker_axes.h"
 #include "robotics/tip_motion.h"
 #include "sim/closed_dynamics.h"
 #include "sim/dynamics.h"
@@ -40,7 +41,7 @@ using recording::RecordingPtr;
 /// How far the recorded tool may be from where the joints put it [m].
 constexpr double kSamePlace = 1e-6;
 
-constexpr std::array<RecordedQuantity, 11> kQuantities{
+constexpr std::array<RecordedQuantity, 12> kQuantities{
     {{"torque", "tau1, ..., tau_external1, ...",
       "of the motors, by inverse dynamics from q, qd and qdd, with the force and moment at a tip "
       "of "
@@ -49,6 +50,9 @@ constexpr std::array<RecordedQuantity, 11> kQuantities{
      {"power", "power1, ..., total_power", "of the motors: torque by velocity, and their sum"},
      {"work", "work", "of all motors since the first row: the integral of their power"},
      {"energy", "kinetic, potential, energy", "of bodies, motors and springs"},
+     {"axes", "axis_<name>, ...",
+      "joints as the robot's maker counts them, in rad and m: sense, zero and coupling of its "
+      "axes"},
      {"pose", "x, y, z, roll, pitch, yaw", "of the tool in the world, angles without jumps"},
      {"velocity", "vx, vy, vz, speed, wx, wy, wz", "of the tool in the world's axes"},
      {"force", "fx, fy, fz, mx, my, mz",
@@ -63,7 +67,8 @@ struct Actor {
   std::shared_ptr<const RobotModel> model;
   model::ProviderChoice inverse_dynamics;
   Pose world_T_base;
-  std::vector<Load> loads;  ///< what it carries when
+  std::vector<Load> loads;     ///< what it carries when
+  robotics::MakerAxes axes{};  ///< none where they are not known
 };
 
 Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progress) {
@@ -104,6 +109,7 @@ Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progr
   RMP_TRY_ASSIGN(a.model, sim.derived.robot_model(
                               sim.snapshot, id, spatial::rotate_back(mounting, gravity), progress));
   a.inverse_dynamics = record->inverse_dynamics;
+  RMP_TRY_ASSIGN(a.axes, robotics::MakerAxes::of(*record));
   a.world_T_base = spatial::compose(mounting, a.model->base);
   if (r.loads) {
     for (const Load& load : *r.loads)
@@ -318,6 +324,39 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a,
     add("tau_external", "part of the torque that the force at the tip takes, joint ", part);
   }
   mark_limits(out, *a.model);
+  return {};
+}
+
+/// Columns axis_<name> of the maker's axes.
+Result<void> add_axes(Recording& out, const Actor& a) {
+  if (!a.axes.known())
+    return error(ErrorCode::unsupported, "the maker's axes of the robot are not known",
+                 "robot.set_axes gives it names, signs and offsets of its axes.");
+  std::vector<const Column*> joints;
+  for (std::size_t k = 0; k < a.model->coordinate_count(); ++k) {
+    joints.push_back(out.find("q" + std::to_string(k + 1)));
+    if (!joints.back())
+      return error(ErrorCode::invalid_argument,
+                   "the recording has no column q" + std::to_string(k + 1),
+                   "Its robot has been changed since; make it again.");
+  }
+  std::vector<Column> made;
+  for (const PostAxis& axis : a.axes.axes()) {
+    std::string name = "axis_" + std::string(axis.name);
+    for (char& c : name)
+      if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+    Column c{
+        name, axis.linear ? "m" : "rad", "axis " + std::string(axis.name) + " of the maker", {}};
+    const double scale = axis_scale(axis, nullptr);
+    if (axis.lower < axis.upper) c.lower = axis.lower / scale, c.upper = axis.upper / scale;
+    std::vector<double> q(joints.size());
+    for (std::size_t i = 0; i < out.rows(); ++i) {
+      for (std::size_t k = 0; k < q.size(); ++k) q[k] = joints[k]->values[i];
+      c.values.push_back(axis_value(axis, q, nullptr).value_or(0) / scale);
+    }
+    made.push_back(std::move(c));
+  }
+  for (Column& c : made) put_column(out, std::move(c));
   return {};
 }
 
@@ -584,6 +623,10 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
       RMP_TRY_ASSIGN(actor, actor_of(sim, out, progress));
     }
     const std::size_t dof = actor->model->dof();
+    if (what == "axes") {
+      RMP_TRY(add_axes(out, *actor));
+      continue;
+    }
     if (what != "pose" && what != "manipulability") complete_rates(out, *actor->model);
     const bool needs_tool = what == "pose" || what == "velocity" || what == "force";
     if (!tool && (needs_tool || what == "manipulability")) {

@@ -18,6 +18,7 @@
 #include "robotics/home.h"
 #include "robotics/single_joints.h"
 #include "sim/loaded_runs.h"
+#include "sim/member_axes.h"
 #include "sim/recording_columns.h"
 #include "sim/retime.h"
 #include "sim/robot_motion.h"
@@ -232,10 +233,11 @@ Result<Recording> kinematic_recording(const Run& run, const RunSetup& setup, con
 namespace {
 
 /// Where a joint exceeds a limit, and by how much at most: a sentence each.
-void note_limits(Recording& recording, const RobotModel& model, const std::string& stem,
-                 const std::string& what, double JointModel::*limit) {
+void note_limits(const Simulator& sim, Recording& recording, const RobotModel& model,
+                 const std::string& stem, const std::string& what, double JointModel::*limit) {
   const std::vector<double>& times = recording.columns.front().values;
   const Column* approach = recording.find(recording::kApproachColumn);
+  const robotics::MakerAxes axes = member_axes(sim.snapshot, recording.world, recording.robot);
   for (std::size_t j = 0; j < model.dof(); ++j) {
     const Column* column = recording.find(stem + std::to_string(j + 1));
     const double most = model.joints[j].*limit;
@@ -248,9 +250,9 @@ void note_limits(Recording& recording, const RobotModel& model, const std::strin
     }
     if (!first) continue;
     recording.notes.push_back(
-        "Joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ") exceeds its " + what +
-        " limit of " + text::print_rounded(most) + " " + column->unit +
-        " from t = " + text::print_rounded(times[*first]) +
+        axes.before_joint(j) + (axes.known() ? "joint " : "Joint ") + std::to_string(j + 1) + " (" +
+        model.joints[j].name + ") exceeds its " + what + " limit of " + text::print_rounded(most) +
+        " " + column->unit + " from t = " + text::print_rounded(times[*first]) +
         " s; most at t = " + text::print_rounded(times[worst]) + " s, by " +
         text::print_rounded(std::fabs(column->values[worst]) - most) + " " + column->unit +
         (approach && approach->values[worst] != 0 ? ", in an approach." : "."));
@@ -271,9 +273,9 @@ Result<RobotMotion> kinematics(const Simulator& sim, const Run& run, const RunSe
   return motion;
 }
 
-void note_kinematic_limits(Recording& recording, const RobotModel& model) {
-  note_limits(recording, model, "qd", "velocity", &JointModel::max_velocity);
-  note_limits(recording, model, "qdd", "acceleration", &JointModel::max_acceleration);
+void note_kinematic_limits(const Simulator& sim, Recording& recording, const RobotModel& model) {
+  note_limits(sim, recording, model, "qd", "velocity", &JointModel::max_velocity);
+  note_limits(sim, recording, model, "qdd", "acceleration", &JointModel::max_acceleration);
 }
 
 }  // namespace
@@ -283,7 +285,7 @@ Result<RecordingPtr> Simulator::inverse_kinematics(const Run& run, Progress& pro
   RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
   RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": inverse kinematics";
-  note_kinematic_limits(recording, *setup.model);
+  note_kinematic_limits(*this, recording, *setup.model);
   return std::make_shared<const Recording>(std::move(recording));
 }
 
@@ -349,9 +351,9 @@ Result<ActingLoad> add_load(Recording& recording, const TipLoad& given, const Ru
 }
 
 /// tau of the motion in total and by its parts.
-Result<void> add_torques(Recording& recording, const TipLoad& given, const RunSetup& setup,
-                         const RobotMotion& t, const Bound<InverseDynamics>& dynamics,
-                         Progress& progress) {
+Result<void> add_torques(const Simulator& sim, Recording& recording, const TipLoad& given,
+                         const RunSetup& setup, const RobotMotion& t,
+                         const Bound<InverseDynamics>& dynamics, Progress& progress) {
   struct Part {
     const char* stem;
     const char* what;
@@ -391,7 +393,7 @@ Result<void> add_torques(Recording& recording, const TipLoad& given, const RunSe
     add_joint_columns(recording, *setup.model, part.stem, part.what, "N m", "N", tau);
   }
   mark_limits(recording, *setup.model);
-  note_limits(recording, *setup.model, "tau", "torque", &JointModel::max_force);
+  note_limits(sim, recording, *setup.model, "tau", "torque", &JointModel::max_force);
   return {};
 }
 
@@ -405,8 +407,8 @@ Result<RecordingPtr> inverse_dynamics(const Simulator& sim, const Run& run, cons
                  bind_inverse_dynamics(sim.registry, setup.model, setup.inverse_dynamics));
   RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": inverse dynamics";
-  note_kinematic_limits(recording, *setup.model);
-  RMP_TRY(add_torques(recording, load, setup, t, dynamics, progress));
+  note_kinematic_limits(sim, recording, *setup.model);
+  RMP_TRY(add_torques(sim, recording, load, setup, t, dynamics, progress));
   return std::make_shared<const Recording>(std::move(recording));
 }
 
@@ -438,7 +440,7 @@ Result<RecordingPtr> time_optimal(const Simulator& sim, const Run& run, const Re
                                              setup.task.where, progress));
   RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": time-optimal";
-  RMP_TRY(add_torques(recording, load, setup, t, dynamics, progress));
+  RMP_TRY(add_torques(sim, recording, load, setup, t, dynamics, progress));
   return std::make_shared<const Recording>(std::move(recording));
 }
 

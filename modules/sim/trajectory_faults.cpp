@@ -10,6 +10,7 @@
 #include "motion/cartesian_path.h"
 #include "robotics/kinematics.h"
 #include "sim/joint_rates.h"
+#include "sim/member_axes.h"
 #include "sim/recording_columns.h"
 #include "sim/run_setup.h"
 #include "spatial/pose.h"
@@ -26,8 +27,9 @@ using recording::RecordingPtr;
 
 using text::print_rounded;
 
-std::string joint_name(const RobotModel& model, std::size_t j) {
-  return "joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ")";
+std::string joint_name(const RobotModel& model, const robotics::MakerAxes& axes, std::size_t j) {
+  return axes.before_joint(j) + "joint " + std::to_string(j + 1) + " (" + model.joints[j].name +
+         ")";
 }
 
 /// Calls `found(first, last, worst)` for each run of samples whose `excess` is above 0; `worst` has
@@ -50,14 +52,14 @@ void add(PathCheck& check, PathFault fault) {
   check.faults.push_back(std::move(fault));
 }
 
-std::string reason_of(const IkResult& r, const RobotModel& model) {
+std::string reason_of(const IkResult& r, const RobotModel& model, const robotics::MakerAxes& axes) {
   std::string why = r.detail;
   if (why.empty() && r.status == IkStatus::out_of_reach) why = "it is out of reach";
   if (why.empty()) why = "the solver found no solution";
   // The solver may have told the joint already.
   if (const auto j = static_cast<std::size_t>(r.limiting_joint);
       r.limiting_joint >= 0 && why.find(model.joints[j].name) == std::string::npos)
-    why += "; a limit of " + joint_name(model, j) + " is in the way";
+    why += "; a limit of " + joint_name(model, axes, j) + " is in the way";
   return why;
 }
 
@@ -75,7 +77,7 @@ constexpr Rate kRates[] = {
 
 /// `from`: the sample that is the recording's first row.
 void add_limits(PathCheck& check, const Recording& recording, const RobotModel& model,
-                std::size_t from) {
+                const robotics::MakerAxes& axes, std::size_t from) {
   for (const Rate& rate : kRates)
     for (std::size_t j = 0; j < model.dof(); ++j) {
       const Column* c = recording.find(rate.stem + std::to_string(j + 1));
@@ -92,9 +94,9 @@ void add_limits(PathCheck& check, const Recording& recording, const RobotModel& 
                                  from + first,
                                  from + last,
                                  from + at,
-                                 joint_name(model, j) + " exceeds its " + rate.what + " limit of " +
-                                     print_rounded(std::fabs(limit)) + " " + c->unit + " by " +
-                                     print_rounded(excess) + " " + c->unit,
+                                 joint_name(model, axes, j) + " exceeds its " + rate.what +
+                                     " limit of " + print_rounded(std::fabs(limit)) + " " +
+                                     c->unit + " by " + print_rounded(excess) + " " + c->unit,
                                  static_cast<std::int32_t>(j),
                                  excess,
                                  c->unit,
@@ -196,7 +198,8 @@ Result<void> check_motion(PathCheck& out, const Simulator& sim, const RunSetup& 
   if (!unlimited.empty())
     add_note(out, "No joint of the robot has a limit of its " + text::enumerate(unlimited) +
                       ", so there was nothing to compare with.");
-  add_limits(out, *recording, *setup.model, from);
+  add_limits(out, *recording, *setup.model,
+             member_axes(sim.snapshot, recording->world, recording->robot), from);
   if (!collisions) return {};
   auto done = add_collisions(out, sim, *recording, from, progress);
   if (done.ok()) return {};
@@ -231,6 +234,7 @@ Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& s
   batch.seeds = task.start;
   batch.continuous = true;
   RMP_TRY_ASSIGN(const auto results, solve_ik(ik, batch, progress));
+  const robotics::MakerAxes axes = member_axes(sim.snapshot, run.world, run.robot);
   const std::size_t dof = setup.model->dof();
   std::vector<double> before = task.start;  // where a solver gives no configuration, the last stays
   before.resize(dof, 0.0);
@@ -251,7 +255,7 @@ Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& s
               first,
               last,
               at,
-              reason_of(r, *setup.model),
+              reason_of(r, *setup.model, axes),
               r.limiting_joint,
               std::max(r.shortfall, r.position_error),
               "m",

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "robotics/grip.h"
+#include "robotics/maker_axes.h"
 #include "robotics/single_joints.h"
 #include "task/program_cell.h"
 
@@ -31,10 +32,11 @@ Result<ProgramCell::Goal> ProgramCell::goal(const program::Motion& m, const Targ
       trouble_.joint = static_cast<std::int32_t>(j);
       trouble_.value = out.q[j];
       trouble_.excess = std::max(out.q[j] - joint.upper, joint.lower - out.q[j]);
+      const auto axes = robotics::MakerAxes::of(*x_.actors_[who].record);
       return error(ErrorCode::unreachable,
-                   "joint " + std::to_string(j - rail + 1) + " of " +
-                       quote(x_.actors_[who].placed->name) + " cannot go to " +
-                       text::print_rounded(out.q[j] / unit),
+                   (axes.ok() ? axes->before_place(j, out.q) : std::string()) + "joint " +
+                       std::to_string(j - rail + 1) + " of " + quote(x_.actors_[who].placed->name) +
+                       " cannot go to " + text::print_rounded(out.q[j] / unit),
                    "It goes from " + text::print_rounded(joint.lower / unit) + " to " +
                        text::print_rounded(joint.upper / unit) + ".");
     }

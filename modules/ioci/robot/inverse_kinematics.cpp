@@ -11,6 +11,7 @@
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
 #include "robotics/joint_limits.h"
+#include "robotics/maker_axes.h"
 #include "sim/ik_choice.h"
 #include "spatial/pose.h"
 #include "spatial/print.h"
@@ -73,6 +74,7 @@ class Question {
                    ctx.app.registry.find(IkSolver::kInterfaceId, out.bound.provider));
     out.tags = info.tags;
     out.where = "robot " + text::quote(out.model->name);
+    if (auto axes = robotics::MakerAxes::of(r); axes.ok()) out.axes = std::move(*axes);
     out.names = sim::BranchNames(out.bound, static_cast<std::int32_t>(out.tip));
     out.is_ignoring = text_of(args, "limits") == "ignore";
     RMP_TRY(out.refuse_unused(ctx, args));
@@ -80,6 +82,15 @@ class Question {
       RMP_TRY_ASSIGN(out.wish, BranchWish::read(out.names, *args.find("branch"), "branch"));
     }
     return out;
+  }
+
+  /// A joint beyond its limit at q, and the maker's axis where that is known.
+  [[nodiscard]] std::string excess_words(const robotics::LimitExcess& excess,
+                                         std::span<const double> q) const {
+    if (excess.joint < 0) return {};
+    const auto entry = model->joints[static_cast<std::size_t>(excess.joint)].q_index;
+    return axes.before_place(static_cast<std::size_t>(entry), q) +
+           robotics::excess_words(*model, excess);
   }
 
   [[nodiscard]] bool has_tag(std::string_view tag) const {
@@ -109,6 +120,7 @@ class Question {
   sim::BranchNames names;
   std::optional<BranchWish> wish;
   bool is_ignoring = false;
+  robotics::MakerAxes axes;
   std::string where;
 
  private:
@@ -243,7 +255,7 @@ List beyond_list(const Question& asked, std::span<const Solution> beyond) {
             {"by", s.excess.by},
             {"value", s.excess.value},
             {"limit", s.excess.limit},
-            {"detail", robotics::excess_words(*asked.model, s.excess)}};
+            {"detail", asked.excess_words(s.excess, s.q)}};
     if (!asked.names.empty()) row.set("branch", asked.names.name(s.measures));
     out.emplace_back(std::move(row));
   }
@@ -265,8 +277,7 @@ Error no_such_branch(const Question& asked, std::span<const Solution> within,
   std::string message = "no solution is on the branch " + text::quote(asked.wish->words());
   for (const Solution& s : beyond)
     if (asked.wish->is_met(s.measures)) {
-      message += " within the joint limits: it would need " +
-                 robotics::excess_words(*asked.model, s.excess);
+      message += " within the joint limits: it would need " + asked.excess_words(s.excess, s.q);
       break;
     }
   return error(ErrorCode::unreachable, std::move(message),
@@ -482,7 +493,7 @@ Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
       const auto excess = robotics::limit_excess(m, own);
       within.emplace_back(excess.joint < 0);
       if (excess.joint >= 0 && result.detail.empty())
-        result.detail = robotics::excess_words(m, excess);
+        result.detail = asked.excess_words(excess, own);
     }
     status.emplace_back(std::string(is_other ? "other_branch" : status_word(result.status)));
     detail.emplace_back(result.detail);

@@ -14,6 +14,7 @@
 #include "model/words.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
+#include "robotics/maker_axes.h"
 
 namespace robomosp::ioci {
 
@@ -633,6 +634,7 @@ std::string_view type_word(JointType type) {
 
 Result<Value> joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  const auto axes = robotics::MakerAxes::of(content<Robot>(ctx, args));
   List out;
   for (const JointModel& j : m->joints) {
     Map row{{"name", j.name},
@@ -640,6 +642,9 @@ Result<Value> joints(CommandContext& ctx, const Map& args) {
             {"unit", j.type == JointType::revolute    ? "rad"
                      : j.type == JointType::prismatic ? "m"
                                                       : ""}};
+    if (!j.is_coupled() && axes.ok())
+      if (const PostAxis* axis = axes->of_entry(static_cast<std::size_t>(j.q_index)))
+        row.set("axis", std::string(axis->name));
     if (j.is_coupled()) {
       row.set("follows", m->joints[static_cast<std::size_t>(j.coupling.of)].name);
       row.set("ratio", j.coupling.ratio);
@@ -728,15 +733,16 @@ RMP_COMMANDS(robot_link_commands) {
                  .effect = Effect::edits,
                  .run = set_link,
                  .takes_expressions = true});
-  all.push_back({.name = "robot.remove_link",
-                 .classic = "",
-                 .summary = "Removes a link on which nothing stands or hangs.",
-                 .details = "Named poses lose the value of its joint, and the maker's axes its axis.",
-                 .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"),
-                 .params = {self("robot"), link},
-                 .returns = {},
-                 .effect = Effect::edits,
-                 .run = remove_link});
+  all.push_back(
+      {.name = "robot.remove_link",
+       .classic = "",
+       .summary = "Removes a link on which nothing stands or hangs.",
+       .details = "Named poses lose the value of its joint, and the maker's axes its axis.",
+       .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"),
+       .params = {self("robot"), link},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove_link});
   all.push_back(
       {.name = "robot.dh_table",
        .classic = "PRobot mGetDHP(angles=degrees)|PRobot LLRL mGetDHP",
@@ -800,6 +806,7 @@ RMP_COMMANDS(robot_link_commands) {
                    {field("name", "string", "", "Name of its link."),
                     field("type", "string", "", "revolute, prismatic, spherical or free."),
                     field("unit", "string", "", "rad or m."),
+                    field("axis", "string", "", "The maker's axis, where it is known."),
                     field("lower", "real", "rad or m", "Least value."),
                     field("upper", "real", "rad or m", "Greatest value."),
                     field("max_velocity", "real", "rad/s or m/s", "Greatest speed."),

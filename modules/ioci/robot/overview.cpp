@@ -12,6 +12,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "model/words.h"
+#include "robotics/maker_axes.h"
 #include "sim/ik_choice.h"
 
 namespace robomosp::ioci {
@@ -146,6 +147,30 @@ std::string link_table(CommandContext& ctx, const Robot& r, double& total, std::
   return table.text();
 }
 
+/// "A1 = -q1 (-155 to 155 deg), A3 = q3 + 90 deg (-15 to 158 deg)": how the maker counts; nothing
+/// where it is not known.
+std::string axes_text(const Robot& r) {
+  const auto axes = robotics::MakerAxes::of(r);
+  if (!axes.ok()) return {};
+  const auto term = [](double factor, std::size_t entry, bool is_first) {
+    const double size = std::fabs(factor);
+    return std::string(factor < 0 ? (is_first ? "-" : " - ") : (is_first ? "" : " + ")) +
+           (size == 1 ? "" : number(size) + " ") + "q" + std::to_string(entry + 1);
+  };
+  std::string out;
+  for (const PostAxis& a : axes->axes()) {
+    const std::string unit = a.linear ? " mm" : " deg";
+    out += (out.empty() ? "" : ", ") + std::string(a.name) + " = " +
+           term(a.sign, static_cast<std::size_t>(a.joint), true);
+    for (std::size_t k = 0; k < a.coupled.size(); ++k)
+      if (a.coupled[k] != 0) out += term(a.coupled[k], k, false);
+    if (a.offset != 0) out += (a.offset < 0 ? " - " : " + ") + number(std::fabs(a.offset)) + unit;
+    if (std::isfinite(a.lower) && std::isfinite(a.upper) && a.lower < a.upper)
+      out += " (" + number(a.lower) + " to " + number(a.upper) + unit + ")";
+  }
+  return out;
+}
+
 std::string tool_text(const Robot& r, std::int32_t link, const std::string& name,
                       const model::Placement& at, const std::optional<MassProperties>& payload) {
   std::string out = name;
@@ -210,6 +235,7 @@ Result<Value> overview(CommandContext& ctx, const Map& args) {
   if (model::position(r.base) != Vec3{} || rpy_of(r.base) != Vec3{})
     note("base", "at {" + triple(model::position(r.base)) + "} m, turned by {" +
                      triple(rpy_of(r.base), kDegree) + "} deg in its mounting");
+  note("axes", axes_text(r));
   std::vector<std::string> tools;
   if (!r.links.empty())
     tools.push_back(

@@ -12,6 +12,7 @@
 #include "robotics/home.h"
 #include "robotics/joint_limits.h"
 #include "robotics/kinematics.h"
+#include "robotics/maker_axes.h"
 #include "robotics/tip_motion.h"
 
 namespace robomosp::ioci {
@@ -55,10 +56,16 @@ void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const doubl
   note_degrees(ctx, **m, q);
   const std::string who = "robot " + text::quote((*m)->name);
   const auto excess = robotics::limit_excess(**m, q);
-  if (excess.joint >= 0)
-    ctx.app.messages.post(Severity::warning, "joint_limits",
-                          who + " is shown with " + robotics::excess_words(**m, excess) + ".",
-                          "ioci");
+  if (excess.joint >= 0) {
+    const auto axes = robotics::MakerAxes::of(*ctx.snapshot().get(robot));
+    const auto entry = (*m)->joints[static_cast<std::size_t>(excess.joint)].q_index;
+    ctx.app.messages.post(
+        Severity::warning, "joint_limits",
+        who + " is shown with " +
+            (axes.ok() ? axes->before_place(static_cast<std::size_t>(entry), q) : std::string()) +
+            robotics::excess_words(**m, excess) + ".",
+        "ioci");
+  }
   if ((*m)->loops.empty()) return;
   std::vector<Pose> frames((*m)->joints.size());
   robotics::forward_kinematics(**m, q, frames);
