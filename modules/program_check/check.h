@@ -13,6 +13,7 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
+#include "collision/collision.h"
 #include "recording/recording.h"
 #include "sim/simulate.h"
 #include "task/program_inspection.h"
@@ -157,5 +158,10 @@ struct Contacts {
 [[nodiscard]] Result<Contacts> contacts(const sim::Simulator&, const recording::Recording&,
                                         const Options&, const std::vector<bool>& is_jump,
                                         Progress&);
+
+/// What robots hold in a row of a recording, and where the world's objects are.
+[[nodiscard]] Result<collision::ObjectPlaces> places_at(const model::World&,
+                                                        const recording::Recording&,
+                                                        std::size_t row);
 
 }  // namespace robomosp::program_check

@@ -27,25 +27,6 @@ constexpr double kSupport = 1e-3;      ///< a part may be put so deep into what 
 constexpr double kTolerance = 2e-4;    ///< of clearances [m]
 constexpr double kSameContact = 1e-6;  ///< times [s]
 
-Result<collision::ObjectPlaces> places_at(const model::World& world, const Recording& r,
-                                          std::size_t row) {
-  collision::ObjectPlaces out;
-  if (r.loads) out.held = evaluation::loads_at(*r.loads, r.columns.front().values[row]);
-  for (const model::PlacedObject& object : world.objects) {
-    if (!r.find(object.name + ".x")) continue;
-    std::array<double, 7> v{};
-    for (std::size_t k = 0; k < v.size(); ++k) {
-      const Column* c = r.find(object.name + recording::kPlaceColumns[k]);
-      if (!c)
-        return error(ErrorCode::internal,
-                     "the place of " + text::quote(object.name) + " is not whole in the recording");
-      v[k] = c->values[row];
-    }
-    out.moved.emplace(object.name, recording::pose_of_place(v));
-  }
-  return out;
-}
-
 /// Rows in a row in which a pair is near.
 struct Stretch {
   std::size_t first = 0, last = 0, worst = 0;
@@ -83,6 +64,25 @@ std::string object_of(const collision::CollisionBody& b) {
 }
 
 }  // namespace
+
+Result<collision::ObjectPlaces> places_at(const model::World& world, const Recording& r,
+                                          std::size_t row) {
+  collision::ObjectPlaces out;
+  if (r.loads) out.held = evaluation::loads_at(*r.loads, r.columns.front().values[row]);
+  for (const model::PlacedObject& object : world.objects) {
+    if (!r.find(object.name + ".x")) continue;
+    std::array<double, 7> v{};
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const Column* c = r.find(object.name + recording::kPlaceColumns[k]);
+      if (!c)
+        return error(ErrorCode::internal,
+                     "the place of " + text::quote(object.name) + " is not whole in the recording");
+      v[k] = c->values[row];
+    }
+    out.moved.emplace(object.name, recording::pose_of_place(v));
+  }
+  return out;
+}
 
 Result<Contacts> contacts(const sim::Simulator& sim, const Recording& r, const Options& options,
                           const std::vector<bool>& is_jump, Progress& progress) {

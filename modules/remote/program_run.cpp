@@ -12,6 +12,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
+#include "ioci/simulation/run_start.h"
 #include "kernel/text.h"
 #include "remote/connections.h"
 #include "spatial/rotation.h"
@@ -279,7 +280,8 @@ Result<Value> run_remote(CommandContext& ctx, const Map& args) {
   auto recording = task::run(simulator, run, ctx.progress);
   mirror.unsubscribe();
   if (!recording.ok()) return of_server(std::move(recording).error(), client);
-  return Value(Handle{"recording", ctx.app.recordings.add(*recording)});
+  RMP_TRY_ASSIGN(auto noted, with_start_notes(ctx, *recording));
+  return Value(Handle{"recording", ctx.app.recordings.add(std::move(noted))});
 }
 
 }  // namespace

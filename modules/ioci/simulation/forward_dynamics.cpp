@@ -6,6 +6,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/simulation/live_runs.h"
+#include "ioci/simulation/run_start.h"
 #include "ioci/simulation/tip_load_arguments.h"
 #include "sim/forward_simulation.h"
 
@@ -126,6 +127,7 @@ Result<sim::ForwardRun> read_forward_run(CommandContext& ctx, const Map& args, c
 Result<Value> simulated(CommandContext& ctx, const sim::ForwardRun& run) {
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
   RMP_TRY_ASSIGN(auto recording, sim::forward_dynamics(simulator, run, ctx.progress));
+  RMP_TRY_ASSIGN(recording, with_start_notes(ctx, std::move(recording)));
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 

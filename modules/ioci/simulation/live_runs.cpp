@@ -11,6 +11,7 @@
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/program_debugging.h"
 #include "ioci/simulation/run_pulse.h"
+#include "ioci/simulation/run_start.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -286,6 +287,10 @@ Result<Value> start(CommandContext& ctx, const Map& args) {
   entry.set_watch(std::move(simulation.watch));
   entry.run = std::make_unique<sim::LiveRun>();
   RMP_TRY(entry.run->start(std::move(simulation.source), ctx.progress));
+  if (entry.of != kReplay) {
+    auto noted = with_start_notes(ctx, entry.run->recording());
+    if (!noted.ok()) return std::move(noted).error();
+  }
   return Value(Handle{"run", ctx.app.runs->add(made)});
 }
 
@@ -377,7 +382,9 @@ Result<Value> state(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> recording(CommandContext& ctx, const Map& args) {
-  const std::uint64_t number = ctx.app.recordings.add(entry_of(ctx, args)->run->recording());
+  RMP_TRY_ASSIGN(auto recording,
+                 with_start_notes(ctx, entry_of(ctx, args)->run->recording(), false));
+  const std::uint64_t number = ctx.app.recordings.add(std::move(recording));
   ctx.app.origins->note_fixed(
       number,
       "it is of a live run, which goes on with run:refresh() or begins again with "

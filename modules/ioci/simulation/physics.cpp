@@ -5,6 +5,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/simulation/live_runs.h"
+#include "ioci/simulation/run_start.h"
 #include "ioci/simulation/task_physics.h"
 #include "sim/physics.h"
 
@@ -237,6 +238,7 @@ Result<Value> simulate_physics(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(auto recording, sim::simulate_physics(simulator, run, ctx.progress));
   for (const std::string& note : recording->notes)
     ctx.app.messages.post(Severity::info, "physics", note, name_in(ctx, ref(args, "id")));
+  RMP_TRY_ASSIGN(recording, with_start_notes(ctx, std::move(recording)));
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 

@@ -6,6 +6,7 @@
 #include "collision/collision.h"
 #include "ioci/recording/watchers.h"
 #include "ioci/robot/robots.h"
+#include "ioci/simulation/run_start.h"
 #include "ioci/simulation/tip_load_arguments.h"
 #include "ioci/world/members.h"
 #include "model/placement.h"
@@ -50,6 +51,7 @@ Result<Value> simulate_trajectory(CommandContext& ctx, const Map& args, What&& w
   if (flag(args, "clearance")) {
     RMP_TRY_ASSIGN(recording, collision::with_clearance(simulator, *recording, ctx.progress));
   }
+  RMP_TRY_ASSIGN(recording, with_start_notes(ctx, std::move(recording)));
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 

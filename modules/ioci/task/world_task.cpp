@@ -7,6 +7,7 @@
 #include "ioci/program/in_world.h"
 #include "ioci/program/run_files.h"
 #include "ioci/recording/watchers.h"
+#include "ioci/simulation/run_start.h"
 #include "ioci/simulation/task_physics.h"
 #include "ioci/task/steps.h"
 #include "ioci/world/members.h"
@@ -156,7 +157,8 @@ Result<Value> run_task(CommandContext& ctx, const Map& args) {
       ctx.app.messages.post(Severity::info, "program_note", note, "world.run_task");
     return std::move(recording).error().in(name_in(ctx, ref(args, "id")));
   }
-  return Value(Handle{"recording", ctx.app.recordings.add(*recording)});
+  RMP_TRY_ASSIGN(auto noted, with_start_notes(ctx, *recording));
+  return Value(Handle{"recording", ctx.app.recordings.add(std::move(noted))});
 }
 
 template <const char* (*field)()>

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/simulation/run_start.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "collision/cache.h"
+#include "collision/collision.h"
+#include "ioci/core/commands.h"
+#include "program_check/check.h"
+#include "robotics/joint_limits.h"
+#include "sim/member_axes.h"
+
+namespace robomosp::ioci {
+namespace {
+
+/// Notes of robots whose first row is outside their limits. Robots that stand still are shown where
+/// the world has them, which says so itself.
+std::vector<std::string> limits_at_start(CommandContext& ctx, const recording::Recording& r) {
+  std::vector<std::string> out;
+  const model::World* const world = ctx.snapshot().get(r.world);
+  for (const model::PlacedRobot& placed : world->robots) {
+    const std::string stem = placed.name == r.robot ? "q" : placed.name + ".q";
+    if (!r.find(stem + "1")) continue;
+    const auto m =
+        ctx.app.derived.robot_model(ctx.snapshot(), placed.robot, world->gravity, ctx.progress);
+    if (!m.ok()) continue;
+    std::vector<double> q;
+    for (std::size_t k = 0; k < (*m)->coordinate_count(); ++k)
+      if (const recording::Column* c = r.find(stem + std::to_string(k + 1)))
+        q.push_back(c->values.front());
+    if (q.size() != (*m)->coordinate_count()) continue;
+    constexpr double kSlack = 1e-6;  // [rad or m]
+    const auto excess = robotics::limit_excess(**m, q, kSlack);
+    if (excess.joint < 0) continue;
+    const auto entry = (*m)->joints[static_cast<std::size_t>(excess.joint)].q_index;
+    out.push_back("The run starts outside limits: robot " + text::quote(placed.name) + " has " +
+                  sim::member_axes(ctx.snapshot(), r.world, placed.name)
+                      .before_place(static_cast<std::size_t>(entry), q) +
+                  robotics::excess_words(**m, excess) + ".");
+  }
+  return out;
+}
+
+/// Bodies that touch in the first row.
+Result<std::vector<collision::Contact>> touching_at_start(
+    CommandContext& ctx, const recording::Recording& first,
+    std::shared_ptr<const collision::CollisionModel>& model) {
+  const sim::Simulator sources{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
+                               &ctx.app.collision_models};
+  const model::World& world = *ctx.snapshot().get(first.world);
+  const bool is_as_shown = (!first.loads || first.loads->empty()) &&
+                           std::none_of(world.objects.begin(), world.objects.end(),
+                                        [&](const auto& o) { return first.find(o.name + ".x"); });
+  if (is_as_shown) {
+    RMP_TRY_ASSIGN(model, collision::collision_model(sources, AnyId(first.world), ctx.progress));
+  } else {
+    RMP_TRY_ASSIGN(const auto places, program_check::places_at(world, first, 0));
+    RMP_TRY_ASSIGN(
+        model, collision::CollisionModel::of_world(sources, first.world, ctx.progress, &places));
+  }
+  if (model->pairs().empty()) return std::vector<collision::Contact>();
+  RMP_TRY_ASSIGN(const auto q, collision::configurations(*model, first));
+  constexpr double kTouching = 1e-4;  // [m]
+  return model->near(q, kTouching, ctx.progress);
+}
+
+}  // namespace
+
+Result<recording::RecordingPtr> with_start_notes(CommandContext& ctx,
+                                                 recording::RecordingPtr recording, bool posts) {
+  if (!ctx.snapshot().get(recording->world) || recording->rows() == 0) return recording;
+  std::vector<std::string> notes = limits_at_start(ctx, *recording);
+  recording::Recording first;
+  first.world = recording->world, first.robot = recording->robot, first.dof = recording->dof;
+  first.loads = recording->loads;
+  for (const recording::Column& c : recording->columns) {
+    first.columns.push_back({c.name, c.unit, {}, {c.values.front()}});
+  }
+  std::shared_ptr<const collision::CollisionModel> model;
+  auto touching = touching_at_start(ctx, first, model);
+  if (!touching.ok() && touching.error().code == ErrorCode::cancelled)
+    return std::move(touching).error();
+  if (touching.ok()) {
+    const double start = first.columns.front().values.front();
+    const auto is_meant = [&](const collision::Contact& c) {
+      constexpr double kSame = 1e-6;  // [s]
+      for (const std::int32_t body : {c.pair.a, c.pair.b})
+        if (first.loads)
+          for (const recording::Load& load : *first.loads)
+            if (model->bodies()[static_cast<std::size_t>(body)].name == load.object &&
+                load.from <= start + kSame)
+              return true;
+      return false;
+    };
+    std::erase_if(*touching, is_meant);
+    if (!touching->empty()) {
+      const auto worst = std::min_element(
+          touching->begin(), touching->end(),
+          [](const auto& a, const auto& b) { return a.at.distance < b.at.distance; });
+      const double depth = -worst->at.distance * 1000;
+      const std::size_t others = touching->size() - 1;
+      notes.push_back(
+          "The run starts in contact: " + model->describe(worst->pair) + " touch" +
+          (depth > 0.05 ? ", " + text::print_rounded(depth, 3) + " mm deep" : std::string()) +
+          (others == 0   ? std::string()
+           : others == 1 ? std::string(", and 1 other pair touches")
+                         : ", and " + std::to_string(others) + " other pairs touch") +
+          ".");
+    }
+  }
+  std::erase_if(notes, [&](const std::string& note) {
+    return std::find(recording->notes.begin(), recording->notes.end(), note) !=
+           recording->notes.end();
+  });
+  if (notes.empty()) return recording;
+  for (const std::string& note : notes)
+    if (posts) ctx.app.messages.post(Severity::warning, "run_start", note, "run");
+  recording::Recording out = *recording;
+  out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
+  return std::make_shared<const recording::Recording>(std::move(out));
+}
+
+}  // namespace robomosp::ioci
