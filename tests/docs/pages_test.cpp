@@ -153,8 +153,8 @@ const std::set<std::string> kOfClients{"docs/user/remote/student.md"};
 std::vector<std::string> pages_with_code() {
   const fs::path root(ROBOMOSP_SOURCE_DIR);
   std::vector<std::string> out{"README.md"};
-  for (const char* folder : {"docs/user", "docs/user/irl", "docs/user/remote", "docs/user/stories",
-                             "docs/plugin_author"})
+  for (const char* folder : {"docs/user", "docs/user/irl", "docs/user/irl/targets",
+                             "docs/user/remote", "docs/user/stories", "docs/plugin_author"})
     for (const auto& entry : fs::directory_iterator(root / folder)) {
       if (entry.path().extension() != ".md" ||
           kOfClients.contains(fs::relative(entry.path(), root).generic_string()))
@@ -246,6 +246,134 @@ TEST(Pages, ClaimsOfAbsenceHoldInTheTableOfCommands) {
       end_section();
     }
   EXPECT_GT(claims, 0) << "the words of claims are not found any more";
+}
+
+/// A construct, by the names that pages give it, and a program that has it.
+struct Construct {
+  std::vector<std::string> names;
+  const char* variables;
+  const char* statements;
+  const char* routines = "";
+};
+
+const std::vector<Construct>& constructs() {
+  static const std::vector<Construct> kAll{
+      {{"lists"}, "LIST OF INT: l;", "LIST_ADD(l, 1); IF SIZEOF(l) > 1 THEN r := 1.0; ENDIF;"},
+      {{"files"}, "FILE: f;", "OPEN(f, 'a.txt', 'W'); WRITELN(f, 1); CLOSE(f);"},
+      {{"functions of strings", "strings"},
+       "STRING: s := 'a';",
+       "IF go THEN s := CONCAT(s, 'b'); ENDIF; IF s = 'ab' THEN r := 1.0; ENDIF;"},
+      {{"parallel processes"},
+       "",
+       "START other; WAIT 1.0 SEC;",
+       "PROCESS other; BEGIN done := TRUE; ENDPROCESS;"},
+      {{"interrupts"},
+       "",
+       "ENABLE stopper; MOVE LIN p2;",
+       "INTERRUPT stopper WHEN go; BEGIN done := TRUE; ENDINTERRUPT;"},
+      {{"semaphores"}, "SEMAPHORE: s := 1;", "ACQUIRE(s); RELEASE(s);"},
+      {{"weaving"}, "", "MOVE LIN p2 WOBBLE := TRUE;"},
+      {{"TIME"}, "", "MOVE LIN p2 TIME := 2.0;"},
+      {{"UNTIL"}, "", "MOVE LIN p2 UNTIL go;"},
+      {{"circles"}, "", "MOVE CIRCLE p2, p3;"},
+      {{"analogue signals"}, "", "level := 0.5;"},
+      {{"GOTO"}, "INT: k;", "IF go THEN GOTO last; ENDIF; MOVE PTP p2; LABEL last: k := 1;"},
+      {{"EXIT"}, "", "LOOP MOVE PTP p2; IF NOT go THEN EXIT; ENDIF; ENDLOOP;"},
+      {{"CASE"}, "INT: k;", "IF go THEN k := 1; ENDIF; CASE k OF WHEN 1: MOVE PTP p2; ENDCASE;"},
+      {{"PAUSE"}, "", "PAUSE;"},
+      {{"ROUND"},
+       "INT: k;",
+       "IF go THEN r := 3.0; ENDIF; k := ROUND(r); IF k > 1 THEN r := 1.0; ENDIF;"},
+      {{"TRUNC"},
+       "INT: k;",
+       "IF go THEN r := 3.0; ENDIF; k := TRUNC(r); IF k > 1 THEN r := 1.0; ENDIF;"},
+  };
+  return kAll;
+}
+
+/// The items of the lists that begin with `Not supported: ` or `Errors: `, up to the sentence's
+/// end.
+std::set<std::string> not_supported(const fs::path& page) {
+  std::ifstream in(page);
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  for (char& c : text)
+    if (c == '\n') c = ' ';
+  const std::regex claim("(Not supported|Errors at their line|Errors): ([^.]*)[.]");
+  std::set<std::string> items;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), claim);
+       it != std::sregex_iterator(); ++it) {
+    const std::string list =
+        std::regex_replace((*it)[2].str(), std::regex(" \\([^)]*\\)|,? and (?=[^,;]*$)"), ",");
+    static const std::regex kBetween("\\s*[,;]\\s*");
+    for (auto item = std::sregex_token_iterator(list.begin(), list.end(), kBetween, -1);
+         item != std::sregex_token_iterator(); ++item)
+      items.insert(std::regex_replace(item->str(), std::regex("\\s+"), " "));
+  }
+  return items;
+}
+
+/// What pages of targets call unsupported is refused, and what is refused they call so.
+TEST(Pages, ThePagesOfTargetsClaimAsUnsupportedWhatTheirPostsRefuse) {
+  auto app =
+      ioci::Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
+                                 .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
+  ASSERT_TRUE(app.ok()) << app.error().sentence();
+  ioci::Session session("docs");
+  lua::LuaState lua(**app, session, {.print = [](std::string_view) {}, .module_path = {}});
+  // The target of a page, its profile in the library, and whether programs have to be flattened.
+  struct Target {
+    const char *page, *name, *profile;
+    bool is_flat;
+  };
+  std::size_t refused = 0;
+  for (const Target& t : {Target{"as", "as", "kawasaki_e", false},
+                          {"c", "c", "robomosp_c", false},
+                          {"crcl", "crcl", "nist_crcl", true},
+                          {"fanuc_tp", "fanuc_tp", "fanuc_r30ib", false},
+                          {"gcode", "gcode", "linuxcnc_abc", true},
+                          {"inform", "inform", "yaskawa_dx200", true},
+                          {"joint_trajectory", "joint_trajectory", "ros2_trajectory", true},
+                          {"krl", "krl", "kuka_krc", false},
+                          {"melfa", "melfa5", "melfa_cr800", false},
+                          {"movemaster", "movemaster", "mitsubishi_rv_m1", true},
+                          {"pacscript", "pacscript", "denso_rc8", false},
+                          {"pdl2", "pdl2", "comau_c5g", false},
+                          {"rapid", "rapid", "abb_irc5", false},
+                          {"urscript", "urscript", "universal_robots", false},
+                          {"val3", "val3", "staubli_cs8", false}}) {
+    const fs::path page = fs::path(ROBOMOSP_SOURCE_DIR) / "docs/user/irl/targets" / t.page;
+    const std::set<std::string> claims = not_supported(page.string() + ".md");
+    for (const Construct& c : constructs()) {
+      // Without its condition a motion of a flattened program has no UNTIL.
+      if (t.is_flat && c.names[0] == "UNTIL") continue;
+      const std::string source =
+          "PROGRAM probe; SIGNAL INPUT BOOL: go AT 1; OUTPUT BOOL: done AT 2; OUTPUT REAL: level "
+          "AT 1; VAR POSE: p1 := POSE(POSITION(400.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0)); "
+          "POSE: p2 := POSE(POSITION(450.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0)); "
+          "POSE: p3 := POSE(POSITION(400.0, 0.0, 250.0), ORIZYX(0.0, 180.0, 0.0)); REAL: r; " +
+          std::string(c.variables) + c.routines + " BEGIN r := 2.5; MOVE PTP p1; " + c.statements +
+          " MOVE LIN p1; ENDPROGRAM;";
+      const auto asked = lua.eval(
+          "probe = program.create{ name = 'probe', source = [[" + source + "]] }\n" +
+          "assert(probe:check().correct)\n_, outcome = pcall(probe.post, probe, { target = '" +
+          t.name + "', check = true, form = '" + (t.is_flat ? "flat" : "structured") +
+          "', robot = 'ur5', profile = controller.get('" + t.profile +
+          "'), inputs = {go = false} })\nfault = type(outcome) ~= 'table' and tostring(outcome) or "
+          "''\n"
+          "if fault == '' then for _, f in ipairs(outcome.faults or {}) do\n"
+          "  if f.severity == 'error' then fault = f.message end end end\nprobe:remove()\nreturn "
+          "fault");
+      ASSERT_TRUE(asked.ok()) << t.name << " " << c.names[0] << ": " << asked.error().sentence();
+      const bool is_refused = text::trim(*asked) != "";
+      const bool is_claimed = std::any_of(c.names.begin(), c.names.end(),
+                                          [&](const std::string& n) { return claims.contains(n); });
+      EXPECT_EQ(is_refused, is_claimed)
+          << t.page << ".md: " << c.names[0] << (is_claimed ? " is supported" : " is refused: ")
+          << *asked;
+      refused += is_refused ? 1 : 0;
+    }
+  }
+  EXPECT_GT(refused, 50U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Documentation, Page, ::testing::ValuesIn(pages_with_code()),
