@@ -100,10 +100,18 @@ float lamp_visibility(vec3 p, vec3 n, vec3 l, float lift) {
 #endif
 }
 #ifdef SKY
+// Each direction of the sky would cast a shadow with a hard edge, and those of the few directions of
+// a picture would show as patches. Four lookups around the place, in the plane of the surface, which
+// therefore does not shade itself, soften them; every direction turns the four by its own angle.
 float sky_seen(sampler2DShadow map, mat4 map_T_world, vec3 towards, float texel, vec3 p, vec3 n,
                float lift) {
   float up = max(dot(n, towards), 0.0);
-  return up * lit(map, (map_T_world * vec4(p + n * texel * lift * (4.0 - 2.8 * up), 1.0)).xyz);
+  vec3 c = (map_T_world * vec4(p + n * texel * lift * (4.0 - 2.8 * up), 1.0)).xyz;
+  vec3 t = normalize(abs(n.z) < 0.7 ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y));
+  float angle = 40.0 * (towards.x + 2.0 * towards.y);
+  vec3 along = (cos(angle) * t + sin(angle) * cross(n, t)) * (texel * 6.0);
+  vec3 a = mat3(map_T_world) * along, b = mat3(map_T_world) * cross(n, along);
+  return 0.25 * up * (lit(map, c + a) + lit(map, c + 0.7 * b) + lit(map, c - 0.85 * a) + lit(map, c - 0.5 * b));
 }
 // Light from the sky on a place, 1 = from half the sphere evenly onto a free one.
 float sky_light(vec3 p, vec3 n, float lift) {
