@@ -10,21 +10,27 @@ local function draw(what, options)
   return drawn
 end
 
--- Robots from behind to the front, each row from the left: a name, where it is and how high it stands, and how far it is turned.
+-- Robots from behind to the front, each row from the left: a name, the width of its cell [m], its height over the floor [m], and its
+-- rotation about z [deg]. The cells of a row are side by side, about y = 0.
 local rows = {
-  {x = -3.3, {"twolink", 2.6, 1.07, 60}, {"planar2rods", 4.3, 1.055, 60}},
-  {x = -2.5, {"satellite_arm", -3.75, 0.75, 35}, {"dual_arm", -1.75, 0, 30}, {"kr5", -0.55, 0, -35}, {"puma560", 0.65, 0.672, 20},
-   {"puma560_mdh", 1.75, 0.672, 20}, {"pa10", 2.8, 0, -40}, {"pa10_nus", 3.7, 0, -40}},
-  {x = -1.0, {"stewart", -2.75, 0, 0}, {"ur10e", -1.4, 0, -35}, {"stanford", -0.35, 0.13, -40}, {"iiwa14", 0.5, 0, -40},
-   {"panda", 1.3, 0, -40}, {"irb140", 2.15, 0, -40}, {"ur5", 3.0, 0, -40}},
-  {x = 0.25, {"delta", -1.6, 0.75, 20}, {"four_bar", -0.95, 0.212, 60}, {"slider_crank", -0.25, 0.122, 60}, {"arm", 0.62, 0.14, -40}, {"cobra600", 1.25, 0, -40},
-   {"five_bar", 1.85, 0.1, 0}, {"gripper", 2.3, 0, 60}},
+  {x = -3.0, {"satellite_arm", 2.1, 0.75, 35}, {"dual_arm", 1.3, 0, 30}, {"kr5", 1.2, 0, -35}, {"planar2rods", 0.7, 1.055, 60},
+   {"twolink", 1.25, 1.07, 60}, {"puma560", 0.95, 0.672, 20}, {"puma560_mdh", 0.9, 0.672, 20}},
+  {x = -1.6, {"stewart", 1.45, 0, 0}, {"ur10e", 1.1, 0, -35}, {"pa10", 0.95, 0, -40}, {"pa10_nus", 0.95, 0, -40}, {"iiwa14", 0.85, 0, -40},
+   {"panda", 0.85, 0, -40}, {"irb140", 0.9, 0, -40}},
+  {x = -0.45, {"ur5", 1.0, 0, -40}, {"delta", 1.1, 0.75, 20}, {"stanford", 1.2, 0.13, -60}, {"cobra600", 0.9, 0, -40}, {"arm", 0.75, 0.14, -40},
+   {"gripper", 0.4, 0, 60}},
+  {x = 0.4, {"four_bar", 0.9, 0.212, 60}, {"slider_crank", 1.0, 0.122, 60}, {"five_bar", 0.7, 0.1, 0}},
 }
 local hall = world.create{name = "hall"}
 local count = 0
 for _, row in ipairs(rows) do
+  local width = 0
+  for _, entry in ipairs(row) do width = width + entry[2] end
+  local left = -width / 2
   for _, entry in ipairs(row) do
-    local name, y, z, yaw = table.unpack(entry)
+    local name, wide, z, yaw = table.unpack(entry)
+    local y = left + wide / 2
+    left = left + wide
     count = count + 1
     if z > 1 then  -- two that hang on posts
       hall:add_object{what = solid "post_column", name = "post of " .. name, position = {row.x - 0.08, y + 0.045, 0}}
@@ -33,8 +39,8 @@ for _, row in ipairs(rows) do
   end
 end
 print(count .. " robots")
-draw(hall, {file = folder .. "/library_robots.png", size = {1120, 560}, quality = quality, axes = false, grid = false,
-            eye = {7.4, -0.2, 3.3}, target = {-1.2, -0.25, 0.46}})
+draw(hall, {file = folder .. "/library_robots.png", size = {1400, 760}, quality = quality, axes = false, grid = false,
+            eye = {6.6, 0.02, 3.95}, target = {-1.5, 0.02, 0.38}})
 
 -- Parts, some in several sizes: the same solid with other parameters.
 local shelf, parts = world.create{name = "shelf"}, 0

@@ -99,7 +99,7 @@ class PageTest(unittest.TestCase):
         cls.folder = tempfile.mkdtemp(prefix="robomosp-page-")
         cls.server = Server(cls.folder)
         # Small, as the processor draws it.
-        cls.browser = Browser((1100, 800) if os.environ.get("ROBOMOSP_PICTURES") else (720, 560))
+        cls.browser = Browser((1100, 1000) if os.environ.get("ROBOMOSP_PICTURES") else (720, 560))
 
     @classmethod
     def tearDownClass(cls):
@@ -171,6 +171,11 @@ class PageTest(unittest.TestCase):
         page.run("(() => { const t = document.getElementById('time'); t.value = t.max / 3;"
                  "t.dispatchEvent(new Event('input')); })()")
         page.wait("/^20.9/.test(document.getElementById('now').textContent)")
+        # Both plots are seen whole on a screen of 1080 lines.
+        page.ask("Emulation.setDeviceMetricsOverride", width=1100, height=1000, deviceScaleFactor=1, mobile=False)
+        page.wait("(() => { const p = document.getElementById('plots');"
+                  " return p.scrollHeight <= p.clientHeight + 1; })()")
+        page.ask("Emulation.clearDeviceMetricsOverride")
         keep(page, "browser_recording")
         page.run("(() => { const s = document.getElementById('shown'); s.value = '';"
                  "s.dispatchEvent(new Event('change')); })()")
