@@ -78,7 +78,8 @@ struct Rapid {
   }
 };
 struct Urscript : Alone {
-  static constexpr ReaderFormat kFormats[] = {{"script", "Universal Robots URScript"}};
+  static constexpr ReaderFormat kFormats[] = {{"script", "Universal Robots URScript"},
+                                              {"urscript", "Universal Robots URScript"}};
   static std::int32_t claims(const SourceFile& f) { return claim(f, {"def", "movej", "movel"}); }
   static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
     return read_urscript(t, p, g);
@@ -185,13 +186,17 @@ struct PacScript : Alone {
         "1", nullptr, 0.001, 100                                                              \
   }
 const rmp_param kRapidParams[] = {RMP_TCP_SPEED};
-const rmp_param kTpParams[] = {RMP_TCP_SPEED};
 const rmp_param kAsParams[] = {RMP_TCP_SPEED};
 const rmp_param kPacParams[] = {
     RMP_TCP_SPEED,
     {"fig_xor", "int", "",
      "Figure of the arm that reaches forward with its elbow up and its wrist not flipped.", "5",
      nullptr, 0, 7}};
+const rmp_param kTpParams[] = {
+    RMP_TCP_SPEED,
+    {"max_speed", "real", "m/s",
+     "Speed that max_speed stands for on paths: the limit of the controller.", "2", nullptr, 0.001,
+     100}};
 const rmp_param kUrscriptParams[] = {{"joint_speed", "real", "rad/s",
                                       "Speed of the joints that 100 % stand for.", "180 deg/s",
                                       nullptr, 0.001, 100}};
@@ -208,7 +213,7 @@ RMP_PLUGIN(
     RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
     RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys; .pgf.", "",
                  kRapidParams),
-    RMP_PROVIDER(Of<Urscript>, "urscript", "Universal Robots URScript: .script.", "",
+    RMP_PROVIDER(Of<Urscript>, "urscript", "Universal Robots URScript: .script, .urscript.", "",
                  kUrscriptParams),
     RMP_PROVIDER(Of<Tp>, "tp", "FANUC TP: .ls.", "", kTpParams),
     RMP_PROVIDER_NO_PARAMS(Of<Melfa>, "melfa", "Mitsubishi MELFA-BASIC IV and V: .prg.", ""),

@@ -499,6 +499,8 @@ void Reader::statement(const At& from, const std::function<void()>& read) {
           "UNTIL", "LOOP",  "ENDLOOP", "CASE",  "WHEN",  "DEFAULT",  "ENDCASE", "LABEL"};
       const std::size_t b = l.s.find_first_not_of(' ');
       if (b == std::string::npos) return false;
+      const std::size_t end = l.s.find("ENDIF;");
+      if (end != std::string::npos && end > b) return false;  // a whole IF in one line opens none
       return kWords.contains(l.s.substr(b, l.s.find_first_of(" ;:", b) - b));
     };
     if (&in == current_ && in.body.size() > before)
@@ -657,12 +659,14 @@ Ex Reader::binary(Op op, const Ex& a, const Ex& b, const At& at) {
     case Op::mul: return are_numbers ? made("*", kTerm, number) : wrong();
     case Op::div:
       if (!are_numbers) return wrong();
+      if (b.is_literal && b.v == 0) return bad(at, "this divides by zero");
       if (number.k == K::integer && divides_whole()) return made("DIV", kTerm, kInt);
       return made("/", kTerm, kReal);
     case Op::idiv:
     case Op::mod: {
       if (!are_numbers) return wrong();
       const Ex x = as_integer(a, at), y = as_integer(b, at);
+      if (y.is_literal && y.v == 0) return bad(at, "this divides by zero");
       return value(within(x, kTerm) + (op == Op::idiv ? " DIV " : " MOD ") + within(y, kSign), kInt,
                    kTerm);
     }
@@ -723,7 +727,8 @@ Ex Reader::converted(const Ex& a, const Type& to, const At& at) {
   }
   if (f == K::array && t == K::array && a.type.element && to.element &&
       a.type.bounds.size() == to.bounds.size() &&
-      (*a.type.element == *to.element || a.is_constant) &&
+      (*a.type.element == *to.element ||
+       (a.is_constant && is_number(*a.type.element) && is_number(*to.element))) &&
       std::equal(
           a.type.bounds.begin(), a.type.bounds.end(), to.bounds.begin(),
           [](const auto& x, const auto& y) { return x.second - x.first == y.second - y.first; })) {
@@ -1566,7 +1571,7 @@ void Reader::move(Motion m, const At& at) {
     declare_modal(key, kPose, at);
     return place(find("%" + std::string(key))->irl, kPose);
   };
-  if (!m.tool) m.tool = set_here("tool");
+  if (!m.tool && m.has_tool) m.tool = set_here("tool");
   if (!m.frame && m.has_frames) m.frame = set_here("frame");
   if (m.tool) m.attributes.emplace_back("TOOL", *m.tool);
   if (m.frame) m.attributes.emplace_back("FRAME", *m.frame);

@@ -422,6 +422,7 @@ class Reader {
     std::vector<std::pair<std::string, Ex>> attributes;
     std::string until;
     bool has_frames = true;         ///< goes to places in the frame that is set
+    bool has_tool = true;           ///< false = with the robot's own, whatever is set
     std::optional<Ex> tool, frame;  ///< of this motion only, whatever is set
   };
   void move(Motion, const At&);

@@ -7,6 +7,7 @@
 
 #include "reader.h"
 #include "readers.h"
+#include "tp_flow.h"
 
 namespace robomosp::readers {
 namespace {
@@ -31,6 +32,7 @@ class TpReader final : public Reader {
 
   void run() override {
     starts_with("wait_timeout", real(30));
+    starts_with("override", real(100));
     for (std::size_t f = 0; f < files_.size(); ++f) {
       if (extension(files_[f].name) == "va") values(f);
       else split(f);
@@ -38,6 +40,12 @@ class TpReader final : public Reader {
     for (const SourceFile& file : files_) are_timers_read_ = are_timers_read_ || reads_timer(file);
     for (std::size_t f = 1; f < programs_.size(); ++f)
       if (!programs_[f].is_values) announce(programs_[f].name, parameters(programs_[f]), kNone);
+    std::set<std::string> names;
+    for (std::size_t f = 0; f < programs_.size(); ++f) find_scopes(f);
+    for (std::size_t f = 0; f < programs_.size(); ++f)
+      if (!programs_[f].is_values && names.insert(lower(programs_[f].name)).second)
+        flow_.add(lower(programs_[f].name), steps(f));
+    flow_.solve();
     for (std::size_t f = 0; f < programs_.size(); ++f)
       if (!programs_[f].is_values) program(f);
   }
@@ -51,8 +59,9 @@ class TpReader final : public Reader {
     std::string name;
     std::vector<Statement> statements, points;
     At at;
-    std::set<int> groups;    ///< that it moves besides the first, of DEFAULT_GROUP
-    bool is_values = false;  ///< no program but variables of the controller, .va
+    std::vector<std::string> scopes;  ///< of the statements: whose labels theirs are
+    std::set<int> groups;             ///< that it moves besides the first, of DEFAULT_GROUP
+    bool is_values = false;           ///< no program but variables of the controller, .va
   };
 
   std::span<const Binary> binaries() const override { return kTpBinaries; }
@@ -60,6 +69,21 @@ class TpReader final : public Reader {
   int not_precedence() const override { return 60; }
   void skip_rest() override {
     while (!at_end()) next();
+  }
+  /// Up to THEN, or to the comma before the action.
+  void skip_condition() override {
+    std::size_t last = 0;
+    int depth = 0;
+    for (std::size_t k = 0; peek(k).kind != Tk::end; ++k) {
+      if (is("then", k)) {
+        last = k;
+        break;
+      }
+      if (is("(", k) || is("[", k)) ++depth;
+      if (is(")", k) || is("]", k)) --depth;
+      if (is(",", k) && depth <= 0 && last == 0) last = k;
+    }
+    for (; last > 0; --last) next();
   }
 
   /// TIMER[n] stands somewhere else than at the beginning of a statement, before "=".
@@ -223,13 +247,185 @@ class TpReader final : public Reader {
     return out;
   }
 
+  // ---- what is active where ----
+
+  /// A statement in lower case, without its number and blanks, and without comments in brackets.
+  [[nodiscard]] std::string packed(std::size_t f, const Statement& s) const {
+    const std::string low = lower(files_[f].text.substr(s.begin, s.end - s.begin));
+    std::string out;
+    std::size_t i = low.find_first_not_of(" \t");
+    while (i < low.size() && low[i] >= '0' && low[i] <= '9') ++i;
+    while (i < low.size() && (low[i] == ':' || low[i] == ' ' || low[i] == '\t')) ++i;
+    int depth = 0;
+    bool is_comment = false;
+    for (; i < low.size(); ++i) {
+      const char c = low[i];
+      if (c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ';') continue;
+      if (c == '[') ++depth;
+      if (c == ']' && depth > 0 && --depth == 0) is_comment = false;
+      // R[1:count], but PR[GP1:1]
+      if (c == ':' && depth > 0 && !out.ends_with("gp1")) is_comment = true;
+      if (c == ':' && depth == 0) continue;  // a further line of the statement
+      if (!is_comment) out += c;
+    }
+    return out;
+  }
+  static std::int64_t number_at(const std::string& s, std::size_t at) {
+    if (at >= s.size() || s[at] < '0' || s[at] > '9') return -1;
+    return std::strtoll(s.substr(at, 9).c_str(), nullptr, 10);
+  }
+  /// The label that a statement is, with whose labels it belongs to; "" = it is none.
+  [[nodiscard]] std::string label_of(std::size_t f, std::size_t k) const {
+    const std::string s = packed(f, programs_[f].statements[k]);
+    if (!s.starts_with("lbl[")) return {};
+    return programs_[f].scopes[k] + s.substr(4, s.find(']') - 4);
+  }
+  /// Labels of what is done at a point (P-SPS) are its own, up to the line of dashes.
+  void find_scopes(std::size_t f) {
+    Program& p = programs_[f];
+    std::size_t logics = 0;
+    bool is_logic = false;
+    for (const Statement& s : p.statements) {
+      const std::string low = lower(files_[f].text.substr(s.begin, s.end - s.begin));
+      const std::size_t text = low.find_first_not_of("0123456789: \t");
+      if (text != std::string::npos && low.compare(text, 2, "--") == 0) is_logic = false;
+      p.scopes.push_back(is_logic ? "p" + std::to_string(logics) + "_" : "");
+      if (text != std::string::npos && low[text] != '!' && low.find("p-sps") != low.npos) {
+        is_logic = true;
+        ++logics;
+      }
+    }
+  }
+  /// In which user frame and tool a place was taught; -1 = in what is active where it is used.
+  struct Taught {
+    std::int64_t frame = -1, tool = -1;
+    bool is_joint = false;
+  };
+  /// P[n] of a section /POS.
+  [[nodiscard]] std::pair<std::int64_t, Taught> taught_of(std::size_t f, const Statement& s) const {
+    const std::string low = lower(files_[f].text.substr(s.begin, s.end - s.begin));
+    std::string all;
+    for (const char c : low)
+      if (c != ' ' && c != '\t' && c != '\r' && c != '\n') all += c;
+    Taught t;
+    const std::size_t first = all.find('{'), second = all.find("gp2:");
+    const std::string group = first == std::string::npos
+                                  ? ""
+                                  : all.substr(first, second == all.npos ? second : second - first);
+    const auto number = [&](const char* key) {
+      const std::size_t at = group.find(key);
+      return at == std::string::npos ? -1 : number_at(group, at + 3);
+    };
+    t.frame = number("uf:");
+    t.tool = number("ut:");
+    t.is_joint = group.find("j1=") != std::string::npos;
+    const std::size_t open = all.find("p[");
+    return {open == std::string::npos ? -1 : number_at(all, open + 2), t};
+  }
+  /// What the statements of a program set and where they go, for the analysis of what is active.
+  std::vector<TpStep> steps(std::size_t f) {
+    const Program& p = programs_[f];
+    std::map<std::int64_t, Taught> taught;
+    for (const Statement& s : p.points) taught.insert(taught_of(f, s));
+    std::map<std::string, std::size_t> labels;
+    for (std::size_t k = 0; k < p.statements.size(); ++k)
+      if (const std::string l = label_of(f, k); !l.empty()) labels.emplace(l, k);
+    std::vector<TpStep> out(p.statements.size());
+    std::int64_t skips = 0, offsets = 0, tool_offsets = 0;
+    struct Open {
+      std::size_t from;
+      bool is_loop;
+    };
+    std::vector<Open> open;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      TpStep& step = out[k];
+      const std::string s = packed(f, p.statements[k]);
+      if (s.empty() || s[0] == '!' || s.starts_with("//") || s.starts_with("--") ||
+          s.starts_with("message["))
+        continue;
+      step.is_label = s.starts_with("lbl[");
+      const auto given = [&](std::string_view word) -> std::optional<std::uint64_t> {
+        if (!s.starts_with(word)) return std::nullopt;
+        const std::int64_t n = number_at(s, word.size());
+        const bool is_plain = s.find_first_not_of("0123456789", word.size()) == std::string::npos;
+        return n >= 0 && is_plain ? tp_bit(n) : kTpComputed;
+      };
+      step.frame = given("uframe_num=");
+      step.tool = given("utool_num=");
+      // The conditions are known by the statements that set them.
+      if (s.starts_with("skipcondition")) step.skip = tp_bit(skips++);
+      if (s.starts_with("offsetcondition")) step.offset = tp_bit(offsets++);
+      if (s.starts_with("tool_offsetcondition")) step.tool_offset = tp_bit(tool_offsets++);
+      for (const std::string_view word : {"jmplbl[", "skip,lbl[", "timeout,lbl["})
+        for (std::size_t at = s.find(word); at != std::string::npos; at = s.find(word, at + 1)) {
+          const std::int64_t n = number_at(s, at + word.size());
+          if (n < 0) step.jumps_anywhere = true;
+          else if (const auto l = labels.find(p.scopes[k] + std::to_string(n)); l != labels.end())
+            step.to.push_back(l->second);
+        }
+      const bool is_conditional =
+          s.starts_with("if") || s.starts_with("select") || s[0] == '=' || s.starts_with("else,");
+      step.is_conditional = is_conditional;
+      for (std::size_t at = s.find("call"); at != std::string::npos; at = s.find("call", at + 4)) {
+        if (at > 0 && s[at - 1] != ',') continue;
+        step.calls.push_back(s.substr(at + 4, s.find_first_of("(,", at + 4) - at - 4));
+      }
+      if (s.starts_with("jmplbl[")) step.goes_on = false;
+      if (s == "end" || s == "abort") {
+        step.goes_on = false;
+        step.returns = s == "end";
+      }
+      if (is_conditional && (s.ends_with(",end") || s.find(",end,") != std::string::npos))
+        step.returns = true;
+      if (s.size() > 2 && std::string_view("jlc").find(s[0]) != std::string_view::npos &&
+          s.compare(1, 2, "p[") == 0) {
+        const auto it = taught.find(number_at(s, 3));
+        if (it != taught.end() && !it->second.is_joint) {
+          if (it->second.frame >= 0) step.taught_frame = tp_bit(it->second.frame);
+          if (it->second.tool >= 0) step.taught_tool = tp_bit(it->second.tool);
+        }
+      }
+      if (s.starts_with("if") && s.ends_with("then")) {
+        open.push_back({k, false});
+      } else if (s.starts_with("for") && s.find('=') != std::string::npos) {
+        open.push_back({k, true});
+      } else if (s == "else" && !open.empty() && !open.back().is_loop) {
+        out[open.back().from].to.push_back(k + 1);
+        open.back().from = k;
+        step.goes_on = false;  // the arm above ends here
+      } else if ((s == "endif" || s == "endfor") && !open.empty() &&
+                 open.back().is_loop == (s == "endfor")) {
+        out[open.back().from].to.push_back(k + (s == "endfor" ? 1 : 0));
+        if (s == "endfor") step.to.push_back(open.back().from);
+        open.pop_back();
+      }
+    }
+    return out;
+  }
+  /// The condition, of those that the program sets, that counts for the statement that is read.
+  template <class Condition>
+  const Condition* condition_in_force(const std::vector<Condition>& all, std::uint64_t possible,
+                                      const char* word, const At& at) {
+    if (possible == 0) possible = kTpBefore;  // nothing leads here
+    if (const auto n = tp_only(possible); n && *n < static_cast<std::int64_t>(all.size()))
+      return &all[static_cast<std::size_t>(*n)];
+    bad(at,
+        possible == kTpBefore ? std::string("no ") + word + " CONDITION comes before this"
+                              : std::string("which ") + word +
+                                    " CONDITION counts here depends on how the program came here",
+        possible == kTpBefore ? "" : "Set it before each motion that has it.");
+    return nullptr;
+  }
+
   void program(std::size_t f) {
     const Program& p = programs_[f];
     name_of_ = lower(p.name);
     groups_ = p.groups;
-    skip_condition_.clear();
-    offset_ = tool_offset_ = failed();
+    skip_conditions_.clear();
+    offsets_.clear();
+    tool_offsets_.clear();
     points_.clear();
+    taught_.clear();
     ends_.clear();
     if (f == 0) {
       name_ = p.name;
@@ -240,29 +436,11 @@ class TpReader final : public Reader {
     labels_.clear();
     placed_.clear();
     std::map<std::size_t, std::string> begins_with;  // of statements, the label
-    // What is done at a point (P-SPS) has labels of its own, up to the line of dashes.
-    std::vector<std::string> scopes;
-    std::size_t logics = 0;
-    bool is_logic = false;
-    for (const Statement& s : p.statements) {
-      const std::string low = lower(files_[f].text.substr(s.begin, s.end - s.begin));
-      const std::size_t text = low.find_first_not_of("0123456789: \t");
-      if (text != std::string::npos && low.compare(text, 2, "--") == 0) is_logic = false;
-      const std::string scope = is_logic ? "p" + std::to_string(logics) + "_" : "";
-      scopes.push_back(scope);
-      if (text != std::string::npos && low[text] != '!' && low.find("p-sps") != low.npos) {
-        is_logic = true;
-        ++logics;
-      }
-      for (std::size_t at = low.find("lbl["); at != std::string::npos;
-           at = low.find("lbl[", at + 1)) {
-        const std::size_t b = low.find_first_not_of("0123456789: \t");
-        if (b != at) continue;
-        const std::string name = scope + low.substr(at + 4, low.find_first_of("]:", at) - at - 4);
+    for (std::size_t k = 0; k < p.statements.size(); ++k)
+      if (std::string name = label_of(f, k); !name.empty()) {
         labels_.insert(name);
-        begins_with[static_cast<std::size_t>(&s - p.statements.data())] = name;
+        begins_with[k] = std::move(name);
       }
-    }
     for (const Statement& s : p.points) {
       scan(f, kTpStyle, {s.begin, s.end, s.line});
       pending_point();
@@ -272,9 +450,11 @@ class TpReader final : public Reader {
         statement(here(), [] {});
         break;
       }
-      const auto label = begins_with.find(static_cast<std::size_t>(&s - p.statements.data()) + 1);
+      const auto k = static_cast<std::size_t>(&s - p.statements.data());
+      const auto label = begins_with.find(k + 1);
       next_label_ = label == begins_with.end() ? std::string() : label->second;
-      scope_ = scopes[static_cast<std::size_t>(&s - p.statements.data())];
+      scope_ = p.scopes[k];
+      state_ = flow_.before(name_of_, k);
       one(f, s);
     }
     end_select(p.at);
@@ -282,6 +462,12 @@ class TpReader final : public Reader {
       fail(p.at, "a block has no " + ends_.back() + " above");
       block_end(ends_.back(), p.at);
     }
+    for (const std::string& name : labels_)
+      if (!placed_.contains(name)) {
+        fail(p.at,
+             "the statement of the label " + name + " was not read; it stands at the end here");
+        emit("LABEL " + label("lbl_" + name) + ":", p.at);
+      }
     close();
   }
 
@@ -417,6 +603,10 @@ class TpReader final : public Reader {
     s.type = e.type;
     declare_variable(s, e.s, at, !is_in_main());
     points_[static_cast<std::int64_t>(n.value)] = std::move(s);
+    const auto uf = parts.find("uf"), ut = parts.find("ut");
+    taught_[static_cast<std::int64_t>(n.value)] = {
+        uf == parts.end() ? -1 : static_cast<std::int64_t>(uf->second.v),
+        ut == parts.end() ? -1 : static_cast<std::int64_t>(ut->second.v), is_joint};
   }
 
   // ---- statements ----
@@ -425,10 +615,17 @@ class TpReader final : public Reader {
     const std::string_view text = files_[f].text.substr(s.begin, s.end - s.begin);
     std::size_t i = text.find_first_not_of(" \t");
     while (i < text.size() && text[i] >= '0' && text[i] <= '9') ++i;
-    while (i < text.size() && (text[i] == ':' || text[i] == ' ' || text[i] == '\t')) ++i;
+    // Lines of nothing but ":" come before it.
+    std::uint32_t line = s.line;
+    std::size_t line_begin = 0;
+    while (i < text.size() && std::string_view(": \t\r\n").find(text[i]) != std::string_view::npos)
+      if (text[i++] == '\n') {
+        ++line;
+        line_begin = i;
+      }
     if (i == std::string_view::npos || i >= text.size()) return;
     const std::string_view body = text.substr(i);
-    At at{static_cast<std::uint32_t>(f), s.line, static_cast<std::uint32_t>(i + 1),
+    At at{static_cast<std::uint32_t>(f), line, static_cast<std::uint32_t>(i - line_begin + 1),
           static_cast<std::uint32_t>(s.begin + i), static_cast<std::uint32_t>(s.end)};
     if (body[0] == '!' || body.starts_with("//") || body.starts_with("--")) {
       const std::string words(body.substr(body[0] == '!' ? 1 : 2));
@@ -464,7 +661,7 @@ class TpReader final : public Reader {
       return;
     }
     // Further lines begin with ":".
-    scan(f, kTpStyle, {s.begin + i, s.end, s.line});
+    scan(f, kTpStyle, {s.begin + i, s.end, line});
     std::vector<Token> kept;
     for (const Token& t : tokens_) {
       if (t.low == ":" && t.kind == Tk::sign && !kept.empty() && t.at.line != kept.back().at.line)
@@ -508,6 +705,11 @@ class TpReader final : public Reader {
         bad(at, "ELSE stands outside of IF");
         return;
       }
+      if (elses_.contains(ends_.size())) {
+        bad(at, "this IF has an ELSE already");
+        return;
+      }
+      elses_.insert(ends_.size());
       indented(-1);
       emit("ELSE", at);
       indented(1);
@@ -519,12 +721,10 @@ class TpReader final : public Reader {
       block_end(w, at);
     } else if (w == "select") {
       const Ex e = expression(25);
-      if (!e.ok) {
-        skip_rest();
-        return;
-      }
+      // Arms of what is not read stay, and are never gone into.
       selected_ = e;
       in_select_ = true;
+      while (!e.ok && !at_end() && !is("=")) next();
       is_first_arm_ = true;
       select_arm(at);
     } else if (w == "for") {
@@ -542,20 +742,42 @@ class TpReader final : public Reader {
       const bool is_tool = w == "utool_num";
       const Ex n = as_integer(expression(), at);
       if (!n.ok) return;
-      if (n.is_literal && n.v == 0) set(is_tool ? "tool" : "frame", identity(), at);
-      else set(is_tool ? "tool" : "frame", numbered(is_tool ? "UTOOL" : "UFRAME", n, at), at);
+      if (n.is_literal && (n.v < 0 || n.v > 61)) {
+        bad(at, "there is no number " + n.s);
+        return;
+      }
+      select(is_tool, n, at);
     } else if (w == "uframe" || w == "utool") {
-      Ex to = bracketed_frame(w == "utool" ? "UTOOL" : "UFRAME", at, true);
+      const bool is_tool = w == "utool";
+      const Ex i = index(at);
+      expect("]");
       if (!expect("=")) return;
-      assign(to, as_pose(expression(), at), at);
+      const Ex to = frame_element(is_tool, i, at, true);
+      const Ex p = as_pose(expression(), at);
+      if (!to.ok || !p.ok) return;
+      assign(to, p, at);
+      // It is a new one for the motions behind it, where it is the active one.
+      if (is_varied(is_tool)) {
+        const Symbol& n = active_number(is_tool, at);
+        emit("IF " + n.irl + " = " + within(i, kSum) + " THEN " + active_pose(is_tool, at).irl +
+                 " := " + to.s + "; ENDIF;",
+             at);
+      }
     } else if (w == "skip" || w == "offset" || w == "tool_offset") {
       if (!expect("condition")) return;
       if (w == "skip") {
+        skip_conditions_.emplace_back();
         const Ex c = converted(expression(), kBool, at);
-        if (c.ok) skip_condition_ = c.s;
+        if (c.ok) skip_conditions_.back() = c.s;
       } else {
-        const Ex p = as_pose(expression(), at);
-        (w == "offset" ? offset_ : tool_offset_) = p;
+        auto& conditions = w == "offset" ? offsets_ : tool_offsets_;
+        conditions.push_back(failed());
+        conditions.back() = as_pose(expression(), at);
+        if (accept(",")) {
+          // OFFSET CONDITION PR[1],UFRAME[2]
+          skip_rest();
+          conditions.back() = bad(at, "an offset that is seen from another user frame is not read");
+        }
       }
       emit("{ " + source_line(at) + " }", at);
     } else if (w == "ualm") {
@@ -566,14 +788,22 @@ class TpReader final : public Reader {
       warn(at,
            "an alarm of the user is a line of text and PAUSE; its text and what it does else "
            "are set on the controller");
-    } else if (w == "override" || w == "payload" || w == "lock" || w == "unlock" || w == "col" ||
-               w == "timer" || w == "joint_max_speed" || w == "linear_max_speed" || w == "weave" ||
-               w == "arc" || w == "track" || w == "mnt" || w == "rsr" || w == "tc_online" ||
-               w == "monitor" || w == "coord" || w == "touch" || w == "search" || w == "vision") {
+    } else if (w == "override") {
+      if (!expect("=")) return;
+      const Ex e = as_real(expression(), at);
+      accept("%");
+      if (e.is_literal && (e.v <= 0 || e.v > 100))
+        bad(at, "an override is above 0 and at most 100 %");
+      else set("override", e, at);
+    } else if (w == "payload" || w == "lock" || w == "unlock" || w == "col" || w == "timer" ||
+               w == "joint_max_speed" || w == "linear_max_speed" || w == "weave" || w == "arc" ||
+               w == "track" || w == "mnt" || w == "rsr" || w == "tc_online" || w == "monitor" ||
+               w == "coord" || w == "touch" || w == "search" || w == "vision") {
       skip_rest();
-      const bool is_meant = (w == "timer" && are_timers_read_) || w == "arc" || w == "weave" ||
-                            w == "track" || w == "monitor" || w == "touch" || w == "search" ||
-                            w == "vision";
+      // What weighs, looks for collisions or starts programs from outside moves nothing itself.
+      const bool is_meant =
+          w == "timer" ? are_timers_read_
+                       : w != "payload" && w != "lock" && w != "unlock" && w != "col" && w != "rsr";
       left_out(is_meant ? RMP_FAULT_ERROR : RMP_FAULT_WARNING, at,
                "IRL has no counterpart of " + std::string(t.raw));
     } else {
@@ -588,6 +818,7 @@ class TpReader final : public Reader {
     }
     indented(-1);
     emit(word == "endif" ? "ENDIF;" : "ENDWHILE;", at);
+    elses_.erase(ends_.size());
     ends_.pop_back();
   }
   /// The key of a label: its number, and of which point's logic it is.
@@ -698,7 +929,7 @@ class TpReader final : public Reader {
       if (!expect("=")) return;
       const Ex v = expression(25);
       accept(",");
-      const Ex c = v.ok ? binary(Op::eq, selected_, v, at) : boolean(false);
+      const Ex c = v.ok && selected_.ok ? binary(Op::eq, selected_, v, at) : boolean(false);
       emit((is_first_arm_ ? "IF " : "ELSIF ") + c.s + " THEN", at);
     }
     is_first_arm_ = false;
@@ -719,7 +950,13 @@ class TpReader final : public Reader {
     const bool is_down = is("downto");
     if (!accept("downto") && !expect("to")) return;
     const Ex to = expression();
-    if (!v.ok || !from.ok || !to.ok || !is_number(v.type)) return;
+    if (!v.ok || !from.ok || !to.ok || !is_number(v.type)) {
+      emit("WHILE FALSE DO", at);
+      indented(1);
+      steps_.emplace_back("{ no step }");
+      ends_.push_back("endfor");
+      return;
+    }
     // The counter is a register, which keeps its value behind the loop.
     assign(v, from, at);
     emit("WHILE " + v.s + (is_down ? " >= " : " <= ") + within(to, kSum) + " DO", at);
@@ -760,6 +997,222 @@ class TpReader final : public Reader {
     }
     emit("WAIT FOR " + c.s + ";", at);
   }
+  // ---- frames, tools and speeds of motions ----
+
+  /// Where a place that stands here was taught; registers hold no frame and no tool.
+  [[nodiscard]] Taught next_place() const {
+    if (!is("p") || !is("[", 1) || !peek(2).is_integer) return {};
+    const auto it = taught_.find(static_cast<std::int64_t>(peek(2).value));
+    return it == taught_.end() ? Taught{} : it->second;
+  }
+  /// Whether some motion needs to know at run time which one is active.
+  [[nodiscard]] bool is_varied(bool is_tool) const {
+    return learned_.flags.contains(is_tool ? "tools vary" : "frames vary");
+  }
+  const Symbol& active_number(bool is_tool, const At& at) {
+    const std::string key = is_tool ? "%number of tool" : "%number of frame";
+    if (const auto it = globals_.find(key); it != globals_.end()) return it->second;
+    Symbol s;
+    s.type = kInt;
+    s.irl = irl_name(is_tool ? "present_utool" : "present_uframe");
+    declare_variable(s, "-1", at);
+    return globals_.emplace(key, std::move(s)).first->second;
+  }
+  const Symbol& active_pose(bool is_tool, const At& at) {
+    const std::string key = is_tool ? "%active tool" : "%active frame";
+    if (const auto it = globals_.find(key); it != globals_.end()) return it->second;
+    Symbol s;
+    s.type = kPose;
+    s.irl = irl_name(is_tool ? "present_tool" : "present_frame");
+    declare_variable(s, {}, at);
+    return globals_.emplace(key, std::move(s)).first->second;
+  }
+  /// UFRAME_NUM and UTOOL_NUM. What they choose stands in the motions; it is kept in variables only
+  /// where a motion is reached with several.
+  void select(bool is_tool, const Ex& n, const At& at) {
+    if (!is_varied(is_tool)) {
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    emit(active_number(is_tool, at).irl + " := " + n.s + ";", at);
+    const std::string pose = active_pose(is_tool, at).irl;
+    if (n.is_literal) {
+      emit(pose + " := " + numbered_pose(is_tool, static_cast<std::int64_t>(n.v), at).s + ";", at);
+      return;
+    }
+    const Ex e = numbered(is_tool ? "UTOOL" : "UFRAME", n, at);
+    if (!e.ok) return;
+    emit("IF " + within(n, kSum) + " = 0 THEN " + pose + " := " + identity().s + "; ELSE " + pose +
+             " := " + e.s + "; ENDIF;",
+         at);
+  }
+  /// The frame or tool of a number; 0 is the robot's base, or its flange.
+  Ex numbered_pose(bool is_tool, std::int64_t n, const At& at) {
+    return n == 0 ? identity() : numbered(is_tool ? "UTOOL" : "UFRAME", integer(n), at);
+  }
+  /// Gives a motion the tool and the frame that its places mean. False = the controller refuses it.
+  bool in_frames(Motion& m, const std::vector<Taught>& places, const At& at) {
+    const bool has_joints = std::any_of(m.targets.begin(), m.targets.end(),
+                                        [](const Ex& e) { return e.type.k == K::joint; });
+    if (has_joints) {
+      m.has_frames = false;
+      // Joints are the same in every frame and with every tool; on a path there a tool is meant.
+      if (m.word == "PTP") {
+        m.has_tool = false;
+        const auto only = tp_only(state_.tool);
+        if (only && is_said("UTOOL", integer(*only))) m.tool = numbered_pose(true, *only, at);
+        return true;
+      }
+    }
+    for (const bool is_tool : {false, true}) {
+      if (has_joints && !is_tool) continue;
+      const std::uint64_t active = is_tool ? state_.tool : state_.frame;
+      std::int64_t taught = -1;
+      for (const Taught& p : places) {
+        const std::int64_t n = is_tool ? p.tool : p.frame;
+        if (n < 0) continue;
+        if (taught >= 0 && n != taught) {
+          bad(at, std::string("the places of this arc were taught ") +
+                      (is_tool ? "with different tools" : "in different user frames"));
+          return false;
+        }
+        taught = n;
+      }
+      std::optional<Ex>& goes = is_tool ? m.tool : m.frame;
+      if (has_joints) {
+        const auto only = tp_only(active);
+        m.has_tool = false;
+        if (only == 0 || (active != 0 && (active & ~kTpBefore) == 0)) continue;
+        fail(at, "this straight motion to joints is that of the robot's present tool, not of UTOOL",
+             "Teach the position in Cartesian coordinates.");
+        continue;
+      }
+      if (taught >= 0) {
+        const std::uint64_t bit = tp_bit(taught);
+        const std::uint64_t others = active & ~bit & ~kTpBefore;
+        if (active != 0 && (active & (bit | kTpBefore | kTpComputed)) == 0) {
+          const auto only = tp_only(active);
+          bad(at,
+              std::string("this position was taught ") + (is_tool ? "with UTOOL " : "in UFRAME ") +
+                  std::to_string(taught) + ", and " +
+                  (only ? (is_tool ? "UTOOL " : "UFRAME ") + std::to_string(*only) + " is active"
+                        : "others are active") +
+                  "; the controller stops here (" + (is_tool ? "INTP-253" : "INTP-252") + ")",
+              "Select what it was taught in before this motion, or teach it again.");
+          return false;
+        }
+        if (others != 0) {
+          learned_.flags.insert(is_tool ? "tools vary" : "frames vary");
+          if (is_varied(is_tool)) {
+            const std::string number = active_number(is_tool, at).irl;
+            if ((active & kTpBefore) != 0)
+              emit("IF " + number + " = -1 THEN " + number + " := " + std::to_string(taught) +
+                       "; " + active_pose(is_tool, at).irl +
+                       " := " + numbered_pose(is_tool, taught, at).s + "; ENDIF;",
+                   at);
+            emit("IF " + number + " <> " + std::to_string(taught) + " THEN HALT; ENDIF;", at);
+          }
+        }
+        goes = numbered_pose(is_tool, taught, at);
+      } else if (const auto only = tp_only(active)) {
+        goes = numbered_pose(is_tool, *only, at);
+      } else {
+        const char* const word = is_tool ? "UTOOL" : "UFRAME";
+        if ((active & kTpBefore) != 0 && told_.insert(std::string("own ") + word).second)
+          fault(is_tool && active == kTpBefore ? RMP_FAULT_NOTE : RMP_FAULT_ERROR, at,
+                std::string("which ") + word + " is active here is set on the controller; " +
+                    (is_tool ? "the robot's present tool" : "none") + " is taken",
+                std::string("Set ") + word + "_NUM before this motion.");
+        if ((active & ~kTpBefore) != 0) {
+          learned_.flags.insert(is_tool ? "tools vary" : "frames vary");
+          if (is_varied(is_tool)) goes = place(active_pose(is_tool, at).irl, kPose);
+        }
+      }
+      // Nothing is said of the base itself.
+      if (!is_tool && goes && goes->s == identity().s) goes.reset();
+      if (is_tool && !goes) m.has_tool = false;
+      if (!is_tool && !goes) m.has_frames = false;
+    }
+    return true;
+  }
+  /// What OVERRIDE leaves of a speed.
+  Ex overridden(const Ex& v, bool is_time, const At& at) {
+    if (!is_set("override")) return v;
+    const Ex share = get("override", kReal, at);
+    if (!v.ok || !share.ok) return v;
+    if (share.is_constant && !share.is_place && v.is_literal) {
+      const double s = std::strtod(share.s.c_str(), nullptr) / 100;
+      return measure(is_time ? v.v / s : v.v * s);
+    }
+    if (is_time) return binary(Op::div, scaled(v, 100), share, at);
+    return scaled(binary(Op::mul, v, share, at), 0.01);
+  }
+  /// The speed of a motion: 50%, 100mm/sec, 2.5sec, 45deg/sec, max_speed, R[1]...
+  bool speed(Motion& m, bool is_joint, const At& at) {
+    if (accept("max_speed")) {
+      // The limit of the controller ($PARAM_GROUP.$SPEEDLIM), or of the joints.
+      if (is_joint) {
+        m.attributes.emplace_back("SPEED_PTP", overridden(real(100), false, at));
+        return true;
+      }
+      const double most = params_.real("max_speed") * 1000;
+      if (!std::exchange(told_max_, true))
+        warn(at,
+             "max_speed is a limit of the controller; " + number_text(most) +
+                 " mm/s are taken for it",
+             "Give the setting max_speed the limit of this one.");
+      m.attributes.emplace_back("SPEED", overridden(measure(most), false, at));
+      return true;
+    }
+    const Ex v = primary();
+    if (!v.ok) return false;
+    if (!is_number(v.type)) {
+      bad(at, "the speed of the motion belongs here");
+      return false;
+    }
+    if (v.is_literal && v.v <= 0) {
+      bad(at, "this is no speed");
+      return false;
+    }
+    if (accept("%")) {
+      if (!is_joint) {
+        bad(at, "a path has a speed in mm/sec");
+        return false;
+      }
+      m.attributes.emplace_back("SPEED_PTP", overridden(as_real(v, at), false, at));
+      return true;
+    }
+    if (is("sec") || is("msec")) {
+      const double unit = next().low == "msec" ? 0.001 : 1;
+      m.attributes.emplace_back("TIME", overridden(scaled(as_real(v, at), unit), true, at));
+      return true;
+    }
+    static const std::map<std::string, double, std::less<>> kUnits{
+        {"mm", 1}, {"cm", 10}, {"inch", 25.4}, {"deg", 1}};
+    const auto unit = kUnits.find(peek().low);
+    const bool is_minute = is("min", 2);
+    if (unit == kUnits.end() || !is("/", 1) || (!is("sec", 2) && !is_minute)) {
+      bad(here(),
+          "the unit of a speed belongs here: %, sec, msec, mm/sec, cm/min, inch/min, deg/sec");
+      return false;
+    }
+    for (int k = 0; k < 3; ++k) next();
+    const Ex e = scaled(as_real(v, at), unit->second / (is_minute ? 60 : 1));
+    if (unit->first == "deg") {
+      if (is_joint) {
+        bad(at, "a joint motion has no speed in deg/sec");
+        return false;
+      }
+      m.attributes.emplace_back("SPEED_ORI", overridden(e, false, at));
+    } else if (is_joint) {
+      Ex share = scaled(e, 100 / (params_.real("tcp_speed") * 1000));
+      if (share.is_literal && share.v > 100) share = real(100);
+      m.attributes.emplace_back("SPEED_PTP", overridden(share, false, at));
+    } else {
+      m.attributes.emplace_back("SPEED", overridden(e, false, at));
+    }
+    return true;
+  }
   void motion(const At& at) {
     const std::string kind = next().low;
     Motion m;
@@ -770,46 +1223,21 @@ class TpReader final : public Reader {
       return;
     }
     const bool is_register = is("pr");
+    std::vector<Taught> places{next_place()};
     m.targets.push_back(primary());
-    if (kind == "c") m.targets.push_back(primary());
+    if (kind == "c") {
+      places.push_back(next_place());
+      m.targets.push_back(primary());
+    }
     if (is_register && !groups_.empty() && told_.insert("groups of " + name_of_).second)
       fail(at,
            "the joints of further groups in position registers are not read; they stay where "
            "they are");
     const bool is_joint = kind == "j";
-    // The speed.
-    Ex v = peek().low == "max_speed" ? (next(), real(2000)) : primary();
-    if (!v.ok) return;
-    if (!is_number(v.type)) {
-      bad(at, "the speed of the motion belongs here");
-      return;
-    }
-    if (accept("%")) {
-      if (is_joint) m.attributes.emplace_back("SPEED_PTP", as_real(v, at));
-      else bad(at, "a path has a speed in mm/sec");
-    } else if (accept("sec") || accept("msec")) {
-      m.attributes.emplace_back("TIME",
-                                scaled(as_real(v, at), tokens_[at_ - 1].low == "msec" ? 0.001 : 1));
-    } else if (is("deg") || is("mm") || is("cm") || is("inch")) {
-      const std::string unit = next().low;
-      expect("/");
-      const std::string per = next().low;
-      if (unit == "deg") {
-        m.attributes.emplace_back("SPEED_ORI", as_real(v, at));
-      } else {
-        const double k = (unit == "cm" ? 10 : unit == "inch" ? 25.4 : 1) / (per == "min" ? 60 : 1);
-        m.attributes.emplace_back("SPEED", scaled(as_real(v, at), k));
-      }
-      if (is_joint) {
-        const double full = params_.real("tcp_speed") * 1000;
-        Ex share = scaled(m.attributes.back().second, 100 / full);
-        if (share.is_literal && share.v > 100) share = real(100);
-        if (unit != "deg") m.attributes.back() = {"SPEED_PTP", share};
-      }
-    }
+    if (!speed(m, is_joint, at)) return;
     for (const auto& [name, e] : m.attributes)
       if (e.is_literal && e.v <= 0) bad(at, "this is no speed");
-    std::string skip;
+    std::string skip, until;
     std::size_t at_point = 0, behind_point = 0;  ///< where what is done at the point stands
     Ex by = failed(), tool_by = failed();
     while (!at_end()) {
@@ -847,17 +1275,32 @@ class TpReader final : public Reader {
                  !is_joint) {
         m.attributes.emplace_back("C_CP", real(digits(2)));
       } else if (t.low == "offset" || t.low == "tool_offset") {
-        Ex p = t.low == "offset" ? offset_ : tool_offset_;
-        if (accept(",")) p = as_pose(primary(), at);
-        else if (!p.ok) bad(t.at, "no condition before this says by how much");
-        (t.low == "offset" ? by : tool_by) = p;
+        const bool is_offset = t.low == "offset";
+        Ex p = failed();
+        if (accept(",")) {
+          p = as_pose(primary(), at);
+          if (is(",") && (is("uframe", 1) || is("utool", 1))) {
+            bad(here(), "an offset that is seen from another frame is not read");
+            skip_rest();
+            return;
+          }
+        } else if (const Ex* found =
+                       condition_in_force(is_offset ? offsets_ : tool_offsets_,
+                                          is_offset ? state_.offset : state_.tool_offset,
+                                          is_offset ? "OFFSET" : "TOOL_OFFSET", t.at)) {
+          p = *found;
+          if (!p.ok) bad(t.at, "the condition that counts here was not read");
+        }
+        (is_offset ? by : tool_by) = p;
       } else if (t.low == "inc") {
         m.is_incremental = true;
       } else if (t.low == "skip") {
         expect(",");
         expect("lbl");
         skip = label_in_brackets();
-        if (skip_condition_.empty()) bad(t.at, "no SKIP CONDITION is before this");
+        const std::string* found = condition_in_force(skip_conditions_, state_.skip, "SKIP", t.at);
+        if (found) until = *found;
+        if (found && until.empty()) bad(t.at, "the condition that counts here was not read");
         else if (!labels_.contains(skip)) bad(t.at, "the label " + skip + " is nowhere");
       } else if (t.low == "tb" || t.low == "ta" || t.low == "db") {
         // The time or the way before the point, and what is done there.
@@ -880,11 +1323,8 @@ class TpReader final : public Reader {
           at_point = from;
           behind_point = at_;
         }
-      } else if (t.low == "wjnt" || t.low == "pth" || t.low == "rtcp" || t.low == "break" ||
-                 t.low == "minrot" || t.low == "mrot") {
-        warn(t.at, std::string(t.raw) + " is not said in IRL");
-      } else if (t.low == "ev" || t.low == "ind") {
-        while (!at_end() && !accept("%")) next();
+      } else if (t.low == "pth" || t.low == "break") {
+        // How far the controller looks ahead.
         warn(t.at, std::string(t.raw) + " is not said in IRL");
       } else {
         bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" of a motion is not said in IRL",
@@ -893,16 +1333,16 @@ class TpReader final : public Reader {
         return;
       }
     }
+    if (!in_frames(m, places, at)) return;
     for (Ex& e : m.targets) {
       if (!e.ok) return;
       if (e.type.k == K::joint) {
-        m.has_frames = false;
         if (!is_joint || by.ok || tool_by.ok) e = as_place(e);
       }
       if (by.ok) e = with_pose(e, binary(Op::compose, by, as_pose(e, at), at));
       if (tool_by.ok) e = with_pose(e, binary(Op::compose, as_pose(e, at), tool_by, at));
     }
-    if (!skip.empty()) m.until = skip_condition_;
+    m.until = until;
     move(std::move(m), at);
     if (at_point != 0) {
       const std::size_t behind = at_;
@@ -912,8 +1352,8 @@ class TpReader final : public Reader {
         bad(here(), "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected here");
       at_ = behind;
     }
-    if (!skip.empty() && labels_.contains(skip))
-      emit("IF NOT (" + skip_condition_ + ") THEN GOTO " + label("lbl_" + skip) + "; ENDIF;", at);
+    if (!skip.empty() && !until.empty() && labels_.contains(skip))
+      emit("IF NOT (" + until + ") THEN GOTO " + label("lbl_" + skip) + "; ENDIF;", at);
   }
   void assignment(const At& at) {
     const Token t = peek();
@@ -1039,7 +1479,7 @@ class TpReader final : public Reader {
   }
   /// R[n] or PR[n] stands here and gets a value.
   void will_set() {
-    if (!is("r") && !is("pr")) return;
+    if (!is("r") && !is("pr") && !is("f") && !is("m") && !is("sr")) return;
     const std::size_t k = peek(2).low.starts_with("gp") && is(":", 3) ? 4 : 2;
     const Token& n = peek(k);
     const bool is_known = n.is_integer && (is("]", k + 1) || is(",", k + 1) || is(":", k + 1));
@@ -1075,7 +1515,8 @@ class TpReader final : public Reader {
   }
   /// Registers keep their values on the controller; what no program here sets is zero.
   void will_read(const std::string& word, const Ex& i, const At& at) {
-    if (is_known(word == "r" ? "R" : "PR", i)) {
+    if (!i.ok) return;
+    if ((word == "r" || word == "pr") && is_known(word == "r" ? "R" : "PR", i)) {
       if (word == "pr" && told_.insert("kept pr").second)
         note(at, "position registers are read without their configuration");
       return;
@@ -1083,8 +1524,12 @@ class TpReader final : public Reader {
     if (!i.is_literal || learned_.flags.contains("set " + word + " *")) return;
     const std::string key = word + " " + std::to_string(static_cast<std::int64_t>(i.v));
     if (is_set_here(word, key) || !told_.insert("unset " + key).second) return;
-    const std::string name = (word == "r" ? "R[" : "PR[") + i.s + "]";
-    if (word == "pr")
+    std::string name = word + "[" + i.s + "]";
+    for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c;
+    if (word != "r" && word != "pr")
+      warn(at, name + " is set by no program here; it is " + (word == "sr" ? "empty" : "FALSE"),
+           "Give it its value at its declaration.");
+    else if (word == "pr")
       fail(at, name + " is set on the controller; it is zero here",
            "Give it its value at the declaration of PR, or POSREG.VA beside the listing.");
     else
@@ -1104,22 +1549,36 @@ class TpReader final : public Reader {
     Symbol& s = registers(array, is_program ? array + "_register" : array, of, n, at);
     return place(s.irl + "[" + i.s + "]", of);
   }
+  /// Whether the programs or a backup say what UFRAME[i] or UTOOL[i] is.
+  [[nodiscard]] bool is_said(const std::string& array, const Ex& i) const {
+    const std::string set = "set " + array + " ";
+    if (learned_.flags.contains(set + "*")) return true;
+    if (!i.is_literal)
+      return known_.contains(array) || (learned_.flags.lower_bound(set) != learned_.flags.end() &&
+                                        learned_.flags.lower_bound(set)->starts_with(set));
+    return i.v == 0 || is_known(array, i) || learned_.flags.contains(set + i.s);
+  }
+  /// An element of UFRAME or UTOOL that is read: what the controller has, unless the programs or a
+  /// backup say it.
   Ex numbered(const std::string& array, const Ex& i, const At& at) {
-    const bool is_new = !globals_.contains(lower(array));
     const Ex e = element(array, kPose, i, at);
-    const bool is_missed = known_.contains(array) ? i.is_literal && !is_known(array, i) &&
-                                                        told_.insert("unset " + array + i.s).second
-                                                  : is_new;
-    if (is_missed && e.ok && !learned_.flags.contains("set " + array))
-      fail(at, array + " is set on the controller; its frames are zero here",
-           "Give them their values at the declaration, or SYSFRAME.VA beside the listing.");
+    if (e.ok && !is_said(array, i) &&
+        told_.insert("unset " + array + (i.is_literal ? i.s : "")).second)
+      fail(at,
+           (i.is_literal ? array + "[" + i.s + "]" : array) +
+               " is set on the controller; it is zero here",
+           "Give it its value at the declaration of " + array +
+               ", or SYSFRAME.VA beside the listing.");
     return e;
   }
-  Ex bracketed_frame(const std::string& array, const At& at, bool is_written) {
-    const Ex i = index(at);
-    expect("]");
-    if (is_written) learned_.flags.insert("set " + array);
-    return i.ok ? element(array, kPose, i, at) : failed();
+  Ex frame_element(bool is_tool, const Ex& i, const At& at, bool is_written) {
+    const std::string array = is_tool ? "UTOOL" : "UFRAME";
+    if (!i.ok) return failed();
+    if (is_written) {
+      learned_.flags.insert("set " + array + (i.is_literal ? " " + i.s : " *"));
+      return element(array, kPose, i, at);
+    }
+    return numbered(array, i, at);
   }
   Ex primary() override {
     const Token t = peek();
@@ -1146,11 +1605,13 @@ class TpReader final : public Reader {
     if (t.low == "f" || t.low == "m") {
       const Ex i = index(at);
       expect("]");
+      will_read(t.low, i, at);
       return element(t.low == "f" ? "FLAG" : "MARKER", kBool, i, at);
     }
     if (t.low == "sr") {
       const Ex i = index(at);
       expect("]");
+      will_read("sr", i, at);
       return element("SR", kString, i, at);
     }
     if (t.low == "ar") {
@@ -1189,8 +1650,11 @@ class TpReader final : public Reader {
       expect("]");
       return element("PR", kPose, i, at);
     }
-    if (t.low == "uframe" || t.low == "utool")
-      return bracketed_frame(t.low == "utool" ? "UTOOL" : "UFRAME", at, false);
+    if (t.low == "uframe" || t.low == "utool") {
+      const Ex i = index(at);
+      expect("]");
+      return frame_element(t.low == "utool", i, at, false);
+    }
     if (t.low == "lpos" || t.low == "jpos")
       return bad(at, "IRL has no place where the robot is", "Keep the place in a variable.");
     static const std::map<std::string, std::pair<bool, int>, std::less<>> kSignals{
@@ -1266,9 +1730,16 @@ class TpReader final : public Reader {
   std::set<int> groups_;  ///< that the program moves, besides the first
   bool are_timers_read_ = false, told_groups_ = false, told_j3_ = false;
   std::vector<std::string> ends_, steps_;
-  std::string name_of_, skip_condition_;
-  Ex selected_, offset_, tool_offset_;
-  bool in_select_ = false, is_first_arm_ = true, has_arms_ = false, told_cnt_ = false;
+  std::set<std::size_t> elses_;  ///< of the open blocks, how deep those are that have an ELSE
+  std::string name_of_;
+  Ex selected_;
+  TpFlow flow_;
+  TpState state_;                             ///< where the statement begins that is read
+  std::vector<std::string> skip_conditions_;  ///< in IRL, as the program sets them
+  std::vector<Ex> offsets_, tool_offsets_;    ///< the same of OFFSET and TOOL_OFFSET CONDITION
+  std::map<std::int64_t, Taught> taught_;     ///< of the program's positions
+  bool in_select_ = false, is_first_arm_ = true, has_arms_ = false, told_cnt_ = false,
+       told_max_ = false;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ class ReaderSettings final : public Params {
  public:
   [[nodiscard]] bool has(std::string_view) const override { return true; }
   [[nodiscard]] double real(std::string_view name) const override {
-    return name == "tcp_speed" ? 1.0 : 3.141592653589793;
+    return name == "tcp_speed" ? 1.0 : name == "max_speed" ? 2.0 : 3.141592653589793;
   }
   [[nodiscard]] long long integer(std::string_view) const override { return 0; }
   [[nodiscard]] bool boolean(std::string_view) const override { return false; }

@@ -524,8 +524,15 @@ TEST(ProgramReaders, TpBecomesIrl) {
   // One element of PR[1] is set, and R[1] goes on from what the controller has.
   EXPECT_EQ(read_faults(*p),
             "6:18 error PR[2] is set on the controller; it is zero here.\n"
+            "8:6 error UTOOL[2] is set on the controller; it is zero here.\n"
+            "10:6 error this straight motion to joints is that of the robot's present tool, not of "
+            "UTOOL.\n"
             "10:42 error PR[1] is set on the controller; it is zero here.\n"
-            "16:8 warning R[1] is set by no program here; it is zero.\n");
+            "11:6 error this straight motion to joints is that of the robot's present tool, not of "
+            "UTOOL.\n"
+            "16:8 warning R[1] is set by no program here; it is zero.\n"
+            "30:6 error this straight motion to joints is that of the robot's present tool, not of "
+            "UTOOL.\n");
   expect_lines(*p, R"(
 ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 400.0), ORIZYX(30.0, -10.0, 180.0)), 5, [0, 0, 0, 0, 0, -1], ADD_JOINT(0.0));
 MAIN_JOINT: P_2_above := MAIN_JOINT(0.0, 0.0, -20.0, 0.0, -70.0, 0.0);
@@ -535,8 +542,7 @@ out_2 := TRUE;
 R[5] := AR_2;
 { pick a part  }
 UFRAME[1] := PR[2];
-present_frame := UFRAME[1];
-MOVE PTP P_1 SPEED_PTP := 50.0 FRAME := present_frame;
+MOVE PTP P_1 SPEED_PTP := 50.0 TOOL := UTOOL[2] FRAME := UFRAME[1];
 LABEL lbl_1:
 MOVE LIN with_pose(TRAFO(JOINT(P_2_above, ADD_JOINT(0.0))), PR[1] @ TRAFO(JOINT(P_2_above, ADD_JOINT(0.0))).PSE) SPEED := 250.0 C_SPEED := 50.0;
 out_1 := TRUE;
@@ -598,14 +604,15 @@ P[2]{
 )";
   };
   const auto p = read_with(read_tp, {{"gun.ls", listing("1,*,1,*,*")}});
-  EXPECT_EQ(read_faults(*p), "");
+  const std::string unknown = "6:6 error UTOOL[1] is set on the controller; it is zero here.\n";
+  EXPECT_EQ(read_faults(*p), unknown);
   expect_lines(*p, R"(
 JOINT: P_1 := JOINT(MAIN_JOINT(1.0, 2.0, 3.0, 4.0, 5.0, 6.0), ADD_JOINT(40.0));
 ROBTARGET: P_2 := ROBTARGET(POSE(POSITION(500.0, 10.0, 600.0), ORIZYX(90.0, 0.0, 0.0)), 4, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0));
 )");
   // The groups that the program does not move are not read.
   const auto alone = read_with(read_tp, {{"gun.ls", listing("1,*,*,*,*")}});
-  EXPECT_EQ(read_faults(*alone), "");
+  EXPECT_EQ(read_faults(*alone), unknown);
   expect_lines(*alone, "MAIN_JOINT: P_1 := MAIN_JOINT(1.0, 2.0, 3.0, 4.0, 5.0, 6.0);");
   // A second robot's place, and what is of another group alone, is no axis.
   const auto second = read_with(read_tp, {{"two.ls", R"(/PROG TWO
@@ -631,6 +638,7 @@ P[2]{
 /END
 )"}});
   EXPECT_EQ(read_faults(*second),
+            "5:6 error UTOOL[1] is set on the controller; it is zero here.\n"
             "6:6 error the joints of further groups in position registers are not read; they stay "
             "where they are.\n"
             "6:8 error PR[4] is set on the controller; it is zero here.\n"
@@ -673,6 +681,7 @@ TEST(ProgramReaders, TpJumpsTimersAlarmsAndWhatIsDoneAtAPoint) {
       "3:8 warning IRL has no counterpart of TIMER.\n"
       "5:8 error PR[5] is set on the controller; it is zero here.\n"
       "6:16 warning R[2] is set by no program here; it is zero.\n"
+      "8:6 error which UFRAME is active here is set on the controller; none is taken.\n"
       "8:25 warning what is done a time before the point is done at the point.\n"
       "12:55 error PR[6] is set on the controller; it is zero here.\n"
       "16:29 warning what is done a way before the point is done at the point.\n"
@@ -854,13 +863,13 @@ TEST(ProgramReaders, TpTakesRegistersAndFramesOfABackup) {
   [1] = 0
 )"}});
   EXPECT_EQ(read_faults(*p),
-            "3:8 error UTOOL is set on the controller; its frames are zero here.\n"
+            "5:6 error UTOOL[2] is set on the controller; it is zero here.\n"
             "6:8 error PR[1] is set on the controller; it is zero here.\n");
   expect_lines(*p, R"(
-ARRAY [1..1] OF POSE: UFRAME := [POSE(POSITION(884.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0))];
 ARRAY [1..2] OF POSE: PR := [POSE(POSITION(0.0, 0.0, 0.0), ORIQUAT(1.0, 0.0, 0.0, 0.0)), POSE(POSITION(500.5, -20.0, 0.25), ORIZYX(90.0, 0.0, 180.0))];
 ARRAY [1..3] OF REAL: R := [7.0, -1.5, 250.0];
-MOVE LIN PR[2] SPEED := R[3] TOOL := present_tool FRAME := present_frame;
+ARRAY [1..1] OF POSE: UFRAME := [POSE(POSITION(884.0, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0))];
+MOVE LIN PR[2] SPEED := R[3] TOOL := UTOOL[2] FRAME := UFRAME[1];
 )");
 }
 
@@ -895,6 +904,7 @@ Return
 /END
 )"}});
   EXPECT_EQ(read_faults(*tp),
+            "3:6 error which UFRAME is active here is set on the controller; none is taken.\n"
             "3:8 error PR[4] is set on the controller; it is zero here.\n"
             "5:8 error PR[5] is set on the controller; it is zero here.\n"
             "5:22 warning R[3] is set by no program here; it is zero.\n");
@@ -1613,7 +1623,7 @@ TEST(ProgramReaders, TpRegistersThatAreSetInPartOrFromThemselvesAreUnknown) {
         read_tp,
         {{"q.ls", "/PROG Q\n/ATTR\nDEFAULT_GROUP = 1,*,*,*,*;\n/MN\n" + lines + "/POS\n/END\n"}}));
   };
-  const std::string move = "7:L PR[3] 100mm/sec FINE ;\n";
+  const std::string move = "7:UFRAME_NUM=0 ;\n8:L PR[3] 100mm/sec FINE ;\n";
   EXPECT_NE(faults("1: PR[3,3]=PR[3,3]+10 ;\n" + move).find("error PR[3] is set on the controller"),
             std::string::npos);
   EXPECT_NE(faults("1: PR[3,1]=500 ;\n" + move).find("error PR[3] is set on the controller"),
