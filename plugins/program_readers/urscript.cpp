@@ -35,8 +35,18 @@ class UrscriptReader final : public Reader {
   void run() override {
     name_ = std::string(stem(files_[0].name));
     scan(0, kUrscriptStyle);
+    rename_routines();
     find_routines();
     block(0);
+    // What is called, and was not found as a statement.
+    for (; next_def_ < defs_.size(); ++next_def_) {
+      const Def& d = defs_[next_def_];
+      if (d.is_main) continue;
+      fail(here(), "the function or thread " + d.name + " is not read");
+      if (d.is_thread) open("PROCESS " + globals_[lower(d.name)].irl, "ENDPROCESS", here());
+      else begin(d.name, parameters(d), kNone, here());
+      close();
+    }
   }
 
  private:
@@ -50,10 +60,83 @@ class UrscriptReader final : public Reader {
   std::span<const Binary> binaries() const override { return kUrscriptBinaries; }
   std::string_view not_word() const override { return "not"; }
   int not_precedence() const override { return 15; }
+  void skip_condition() override {
+    while (!at_line_end() && !is(":")) next();
+  }
   bool divides_whole() const override { return false; }
 
   // ---- structure ----
 
+  /// Functions of one name, each within another one, get names that differ: the text sees the one
+  /// of the innermost.
+  void rename_routines() {
+    struct Found {
+      std::string low;
+      std::size_t name, begin, end;  ///< tokens: its name; where it is known
+    };
+    struct Open {
+      bool is_routine;
+      std::size_t begin;  ///< token behind the head
+      std::vector<std::size_t> defs;
+    };
+    std::vector<Found> found;
+    std::vector<Open> open{{true, 0, {}}};
+    bool begins = true;
+    const auto close = [&](std::size_t end) {
+      for (const std::size_t d : open.back().defs) found[d].end = end;
+      open.pop_back();
+    };
+    for (std::size_t i = 0; i + 1 < tokens_.size(); ++i) {
+      const Token& t = tokens_[i];
+      const bool is_first =
+          std::exchange(begins, t.kind == Tk::line || (t.low == ":" && t.kind == Tk::sign));
+      if (t.kind != Tk::name || !is_first) continue;
+      if (t.low == "def" || t.low == "thread" || t.low == "sec") {
+        std::size_t in = open.size() - 1;
+        while (!open[in].is_routine) --in;
+        open[in].defs.push_back(found.size());
+        found.push_back({tokens_[i + 1].low, i + 1, open[in].begin, tokens_.size()});
+        open.push_back({true, i + 2, {}});
+      } else if (t.low == "if" || t.low == "while") {
+        open.push_back({false, i, {}});
+      } else if (t.low == "end" && open.size() > 1) {
+        close(i);
+      }
+    }
+    while (!open.empty()) close(tokens_.size());
+    std::map<std::string, std::vector<std::size_t>> by_name;
+    for (std::size_t d = 0; d < found.size(); ++d) by_name[found[d].low].push_back(d);
+    for (auto& [low, all] : by_name) {
+      if (all.size() < 2) continue;
+      // The innermost first: what is left of a name is that of the function around it.
+      std::stable_sort(all.begin(), all.end(), [&](std::size_t a, std::size_t b) {
+        return found[a].end - found[a].begin < found[b].end - found[b].begin;
+      });
+      for (std::size_t k = 0; k + 1 < all.size(); ++k) {
+        const Found& d = found[all[k]];
+        const std::string& name =
+            own_names_.emplace_back(std::string(tokens_[d.name].raw) + "_" + std::to_string(k + 2));
+        const bool is_twice = std::any_of(all.begin(), all.end(), [&](std::size_t other) {
+          return found[other].begin == d.begin && found[other].name > d.name;
+        });
+        // A second one beside it replaces it from there on.
+        std::size_t end = d.end;
+        for (const std::size_t other : all)
+          if (found[other].begin == d.begin && found[other].name > d.name)
+            end = std::min(end, found[other].name);
+        if (is_twice)
+          fail(tokens_[d.name].at,
+               std::string(tokens_[d.name].raw.substr(0, 60)) +
+                   " is defined twice; the first is that of the calls before the "
+                   "second");
+        for (std::size_t i = d.begin; i < end; ++i)
+          if (tokens_[i].kind == Tk::name && tokens_[i].low == low) {
+            tokens_[i].raw = name;
+            tokens_[i].low = lower(name);
+          }
+      }
+    }
+  }
   void find_routines() {
     int depth = 0;
     bool has_statements = false;
@@ -161,7 +244,7 @@ class UrscriptReader final : public Reader {
     std::string again;  ///< label of "continue"; "" = not used
     Routine* before = nullptr;
     std::string routine;
-    bool is_loop = false, is_main = false;
+    bool is_loop = false, is_main = false, has_else = false;
   };
   void definition(const At& at) {
     next();
@@ -280,8 +363,11 @@ class UrscriptReader final : public Reader {
     return true;
   }
   Ex truth(const At& at) {
-    const Ex c = condition(at, [&] { return expression(); });
-    if (!accept(":")) bad(here(), "\":\" belongs here");
+    const Ex c = condition(at, [&] {
+      const Ex e = expression();
+      return is(":") ? e : bad(here(), "\":\" belongs here");
+    });
+    accept(":");
     return c;
   }
   void one() {
@@ -306,7 +392,7 @@ class UrscriptReader final : public Reader {
       next();
       const Ex c = truth(at);
       emit("IF " + c.s + " THEN", at);
-      blocks_.push_back({"ENDIF", {}, nullptr, {}, false, false});
+      blocks_.push_back({"ENDIF", {}, nullptr, {}, false, false, false});
       indented(1);
       rest_of_line(at);
       return;
@@ -318,6 +404,12 @@ class UrscriptReader final : public Reader {
         return;
       }
       next();
+      if (blocks_.back().has_else) {
+        bad(at, "this stands behind the \"else\" of its \"if\"");
+        skip_rest();
+        return;
+      }
+      blocks_.back().has_else = t.low == "else";
       indented(-1);
       if (t.low == "else") {
         accept(":");
@@ -335,7 +427,7 @@ class UrscriptReader final : public Reader {
       next();
       const Ex c = truth(at);
       emit("WHILE " + c.s + " DO", at);
-      blocks_.push_back({"ENDWHILE", {}, nullptr, {}, true, false});
+      blocks_.push_back({"ENDWHILE", {}, nullptr, {}, true, false, false});
       indented(1);
       rest_of_line(at);
       return;
@@ -454,11 +546,22 @@ class UrscriptReader final : public Reader {
       thread(run, at);
       return;
     }
-    const Ex e = expression();
+    Ex e = expression();
     if (!e.ok) return;
     if (e.type.k == K::none) {
       bad(at, "this gives no value");
       return;
+    }
+    if (e.s == "[]") {
+      const auto known = learned_.types.find(routine_.empty() || learned_.types.contains(name.low)
+                                                 ? name.low
+                                                 : routine_ + "." + name.low);
+      if (known == learned_.types.end() || known->second.k != K::array || !known->second.element) {
+        if (!learned_.flags.insert("empty " + name.low).second)
+          bad(at, "of what this empty list is, no other statement says");
+        return;
+      }
+      e.type = array_of(*known->second.element, {{0, -1}});
     }
     will_write(name.low);
     const bool is_inside = !routine_.empty();
@@ -476,7 +579,7 @@ class UrscriptReader final : public Reader {
       const std::string key = routine_ + "." + name.low;
       if (learned_.types.contains(key)) learn(key, e.type);
       const Symbol& s = current().symbols[name.low];
-      assign(place(s.irl, s.type), e, at);
+      give(place(s.irl, s.type), key, e, at);
       return;
     }
     if (!is_inside) learned_.flags.insert("global " + name.low);
@@ -485,7 +588,60 @@ class UrscriptReader final : public Reader {
       bad(at, std::string(name.raw) + " is no variable");
       return;
     }
-    assign(place(s.irl, s.type), e, at);
+    give(place(s.irl, s.type), name.low, e, at);
+  }
+  /// Gives a variable its value; of lists, which may have another length each time, their elements.
+  void give(const Ex& to, const std::string& key, const Ex& e, const At& at) {
+    if (to.type.k != K::array || e.type.k != K::array || !e.ok) {
+      assign(to, e, at);
+      return;
+    }
+    if (e.type.bounds != to.type.bounds) learned_.flags.insert("length of " + key);
+    if (!learned_.flags.contains("length of " + key)) {
+      assign(to, e, at);
+      return;
+    }
+    const std::string& length = length_of(to.s, key, at);
+    if (e.type.bounds.size() != 1 || to.type.bounds.size() != 1 ||
+        e.type.bounds[0].second > to.type.bounds[0].second) {
+      bad(at, "this list is longer than the variable");
+      return;
+    }
+    if (e.is_place) {
+      const auto from = lengths_.find(e.s);
+      for (std::int64_t i = 0; i <= e.type.bounds[0].second; ++i) {
+        const std::string n = "[" + std::to_string(i) + "]";
+        assign(place(to.s + n, *to.type.element), place(e.s + n, *e.type.element), at);
+      }
+      emit(length + " := " +
+               (from == lengths_.end() ? std::to_string(e.type.bounds[0].second + 1)
+                                       : from->second) +
+               ";",
+           at);
+      return;
+    }
+    if (e.type.bounds[0].second >= 0 && (e.s.front() != '[' || e.s.size() < 3)) {
+      bad(at, "a list whose length changes gets lists that stand here, or other variables");
+      return;
+    }
+    if (e.type.bounds[0].second >= 0 &&
+        list_.size() != static_cast<std::size_t>(e.type.bounds[0].second) + 1) {
+      bad(at, "a list whose length changes gets its elements one by one");
+      return;
+    }
+    for (std::size_t i = 0; i < list_.size() && e.type.bounds[0].second >= 0; ++i)
+      assign(place(to.s + "[" + std::to_string(i) + "]", *to.type.element), list_[i], at);
+    emit(length + " := " + std::to_string(e.type.bounds[0].second + 1) + ";", at);
+  }
+  /// The variable with the number of elements of a list that gets several lengths.
+  const std::string& length_of(const std::string& variable, const std::string& key, const At& at) {
+    const auto [it, is_new] = lengths_.try_emplace(variable);
+    if (is_new) {
+      it->second = irl_name(variable + "_length");
+      (is_in_main() || globals_.contains(key) ? variables_ : current().locals)
+          .push_back({"INT: " + it->second + ";", at, false});
+    }
+    return it->second;
   }
   std::vector<Argument> named_arguments() {
     std::vector<Argument> out;
@@ -519,7 +675,7 @@ class UrscriptReader final : public Reader {
       const auto args = named_arguments();
       const std::string text = call_of(t, args, at);
       if (text.empty()) return;
-      if (find(w)->type.k != K::none && !learned_.stubs.contains(w)) {
+      if (find(w)->type.k != K::none) {
         // Its result is not used.
         const std::string v = irl_name("unused");
         (is_in_main() ? variables_ : current().locals)
@@ -534,7 +690,7 @@ class UrscriptReader final : public Reader {
     for (const Argument& x : a)
       if (!x.e.ok) return;
     if (w == "movej" || w == "movel" || w == "movep" || w == "movec") return motion(w, a, at);
-    if (w == "set_tcp" && !a.empty()) {
+    if (w == "set_tcp" && !a.empty() && (a[0].name.empty() || a[0].name == "pose")) {
       set("tool", as_pose(a[0].e, at), at);
       return;
     }
@@ -595,9 +751,13 @@ class UrscriptReader final : public Reader {
         "set_payload_cog",
         "set_gravity",
         "set_target_payload",
-        "set_tool_voltage",
         "set_standard_analog_input_domain",
         "set_tool_communication",
+        "set_tool_voltage",
+        "set_tool_output_mode",
+        "set_tool_digital_output_mode",
+        "set_tool_analog_input_domain",
+        "set_dual_output_pin_mode",
         "set_analog_outputdomain",
         "set_analog_inputrange",
         "set_runstate_outputs",
@@ -659,8 +819,201 @@ class UrscriptReader final : public Reader {
                "IRL has no counterpart of " + std::string(t.raw));
       return;
     }
+    if (is_own_word(w)) {
+      bad(at, std::string(t.raw) + " is not read as it stands here");
+      return;
+    }
     const std::string text = call_of(t, a, at);
     if (!text.empty()) emit(text + ";", at);
+  }
+  /// Functions of URScript, by its manual (5.11 and SW 10): no routine of a user.
+  static bool is_own_word(std::string_view low) {
+    static const std::set<std::string, std::less<>> kWords{
+        "acos",
+        "asin",
+        "atan",
+        "atan2",
+        "binary_list_to_integer",
+        "ceil",
+        "cos",
+        "d2r",
+        "floor",
+        "get_list_length",
+        "integer_to_binary_list",
+        "interpolate_pose",
+        "inv",
+        "length",
+        "log",
+        "norm",
+        "normalize",
+        "point_dist",
+        "pose_add",
+        "pose_dist",
+        "pose_inv",
+        "pose_sub",
+        "pose_trans",
+        "pow",
+        "r2d",
+        "random",
+        "rotvec2rpy",
+        "rpy2rotvec",
+        "sin",
+        "size",
+        "sqrt",
+        "tan",
+        "wrench_trans",
+        "movec",
+        "movej",
+        "movel",
+        "movep",
+        "optimovej",
+        "optimovel",
+        "servoc",
+        "servoj",
+        "speedj",
+        "speedl",
+        "stopj",
+        "stopl",
+        "set_conveyor_tick_count",
+        "set_pos",
+        "conveyor_pulse_decode",
+        "encoder_enable_pulse_decode",
+        "encoder_enable_set_tick_count",
+        "encoder_get_tick_count",
+        "encoder_set_tick_count",
+        "encoder_unwind_delta_tick_count",
+        "end_force_mode",
+        "end_freedrive_mode",
+        "end_screw_driving",
+        "end_teach_mode",
+        "force_mode",
+        "force_mode_set_damping",
+        "force_mode_set_gain_scaling",
+        "freedrive_mode",
+        "freedrive_mode_no_incorrect_payload_check",
+        "get_conveyor_tick_count",
+        "get_freedrive_status",
+        "get_target_tcp_pose_along_path",
+        "get_target_tcp_speed_along_path",
+        "path_offset_disable",
+        "path_offset_enable",
+        "path_offset_get",
+        "path_offset_set",
+        "path_offset_set_alpha_filter",
+        "path_offset_set_max_offset",
+        "pause_on_error_code",
+        "position_deviation_warning",
+        "reset_revolution_counter",
+        "screw_driving",
+        "select_payload",
+        "set_external_ft_sensor",
+        "ft_rtde_input_enable",
+        "stop_conveyor_tracking",
+        "teach_mode",
+        "track_conveyor_circular",
+        "track_conveyor_linear",
+        "get_joint_torques",
+        "get_inverse_kin",
+        "get_forward_kin",
+        "get_inverse_kin_has_solution",
+        "is_steady",
+        "is_within_safety_limits",
+        "popup",
+        "powerdown",
+        "set_gravity",
+        "set_payload",
+        "set_payload_cog",
+        "set_payload_mass",
+        "set_target_payload",
+        "set_tcp",
+        "sleep",
+        "str_at",
+        "str_cat",
+        "str_empty",
+        "str_find",
+        "str_len",
+        "str_sub",
+        "sync",
+        "textmsg",
+        "time",
+        "to_num",
+        "to_str",
+        "tool_contact",
+        "zero_ftsensor",
+        "set_baselight_iec",
+        "set_baselight_off",
+        "set_baselight_solid",
+        "direct_torque",
+        "set_safety_mode_transition_hardness",
+        "enable_external_ft_sensor",
+        "get_target_payload",
+        "get_tcp_force",
+        "get_tool_current",
+        "high_holding_torque_disable",
+        "high_holding_torque_enable",
+        "read_flag",
+        "read_input_boolean_register",
+        "read_input_float_register",
+        "read_input_integer_register",
+        "read_output_boolean_register",
+        "read_output_float_register",
+        "read_output_integer_register",
+        "read_port_bit",
+        "read_port_register",
+        "rpc_factory",
+        "rtde_set_watchdog",
+        "set_analog_inputrange",
+        "set_analog_out",
+        "set_analog_outputdomain",
+        "set_configurable_digital_out",
+        "set_digital_out",
+        "set_flag",
+        "set_runstate_configurable_digital_output_to_value",
+        "set_runstate_gp_boolean_output_to_value",
+        "set_runstate_standard_analog_output_to_value",
+        "set_runstate_tool_digital_output_to_value",
+        "set_standard_analog_input_domain",
+        "set_standard_analog_out",
+        "set_standard_digital_out",
+        "set_tool_digital_out",
+        "set_tool_communication",
+        "socket_close",
+        "socket_get_var",
+        "socket_open",
+        "socket_read_ascii_float",
+        "socket_read_binary_integer",
+        "socket_read_byte_list",
+        "socket_read_line",
+        "socket_read_string",
+        "socket_send_byte",
+        "socket_send_int",
+        "socket_send_line",
+        "socket_send_string",
+        "socket_set_var",
+        "write_output_boolean_register",
+        "write_output_float_register",
+        "write_output_integer_register",
+        "write_port_bit",
+        "write_port_register",
+        "set_configurable_digital_input_action",
+        "set_gp_boolean_input_action",
+        "modbus_add_rw_signal",
+        "modbus_get_error",
+        "modbus_get_signal_status",
+        "modbus_get_time_since_signal_invalid",
+        "modbus_send_custom_command",
+        "modbus_set_digital_input_action",
+        "mc_add_linear",
+        "mc_add_circular",
+        "mc_add_path",
+        "mc_get_target_rtcp_speed",
+        "mc_initialize",
+        "mc_load_path",
+        "mc_run_motion",
+        "mc_set_pcs",
+        "mc_set_speed_factor",
+        "set_hw_io_configuration"};
+    return kWords.contains(low);
   }
   std::string call_of(const Token& t, const std::vector<Argument>& args, const At& at,
                       std::optional<Type> result = std::nullopt) {
@@ -728,12 +1081,38 @@ class UrscriptReader final : public Reader {
         bad(at, "this is no place and no joint position");
         return;
       }
+      if (e.type.k == K::joint) {
+        // IRL's TRAFO is of the robot's own tool; in joints every tool comes to the same.
+        if (!is_joint && is_set_before("tool", at))
+          fail(at, "a path to joints is that of the robot's present tool here, not of set_tcp",
+               "Give a pose.");
+        m.has_tool = is_joint;
+      }
       m.targets.push_back(is_joint ? e : as_place(e));
     }
     const Ex* acc = argument(a, "a", first);
     const Ex* v = argument(a, "v", first + 1);
     const Ex* time = is_arc || w == "movep" ? nullptr : argument(a, "t", first + 2);
     const Ex* r = argument(a, "r", is_arc || w == "movep" ? first + 2 : first + 3);
+    std::set<std::string, std::less<>> known{"a", "v", "r"};
+    if (is_arc) known.insert({"pose_via", "pose_to", "mode"});
+    else known.insert("pose");
+    if (is_joint) known.insert("q");
+    if (!is_arc && w != "movep") known.insert("t");
+    for (const Argument& x : a)
+      if (!x.name.empty() && !known.contains(x.name)) {
+        bad(at, w + " has no argument " + x.name + " that is read");
+        return;
+      }
+    if (a.size() > first + (is_arc || w == "movep" ? 3U : 4U) + (is_arc ? 1U : 0U)) {
+      bad(at, w + " has more arguments than are read");
+      return;
+    }
+    if (const Ex* mode = is_arc ? argument(a, "mode", 5) : nullptr;
+        mode && !(mode->is_literal && mode->v == 0)) {
+      bad(at, "an arc that keeps its orientation to the path (mode = 1) is not read");
+      return;
+    }
     if (time && !(time->is_literal && time->v == 0)) {
       m.attributes.emplace_back("TIME", as_real(*time, at));
     } else if (v) {
@@ -829,11 +1208,16 @@ class UrscriptReader final : public Reader {
         for (const Ex& e : x) degrees.push_back(scaled(as_real(e, at), kDegree));
         return suffixes(joints(degrees, {}));
       }
-      if (x.empty()) return bad(at, "an empty list is not read");
-      Type of = x[0].type;
+      if (x.empty()) {
+        // Of what, its variable says, which gets others elsewhere.
+        Ex none = value("[]", array_of(kNone, {{0, -1}}));
+        if (at_line_end()) return none;
+        return bad(at, "an empty list is not read here");
+      }
+      // Numbers of a list may be any, whatever it has at first.
+      const Type of = is_number(x[0].type) ? kReal : x[0].type;
       bool is_constant = true;
       for (const Ex& e : x) {
-        if (is_number(of) && e.type.k == K::real) of = kReal;
         is_constant = is_constant && e.is_constant;
       }
       std::string list;
@@ -844,6 +1228,7 @@ class UrscriptReader final : public Reader {
       }
       Ex e = value("[" + list + "]", array_of(of, {{0, static_cast<std::int64_t>(x.size()) - 1}}));
       e.is_constant = is_constant;
+      list_ = x;
       return suffixes(e);
     }
     if (t.kind != Tk::name) {
@@ -882,6 +1267,8 @@ class UrscriptReader final : public Reader {
       expect("]");
       if (!i.ok) return failed();
       if (e.type.k == K::array) {
+        if (i.is_literal && (i.v < 0 || i.v > static_cast<double>(e.type.bounds[0].second)))
+          return bad(at, "the list has no element " + i.s);
         const Type of = *e.type.element;
         const bool is_place = e.is_place;
         e = place(e.s + "[" + i.s + "]", of);
@@ -950,7 +1337,8 @@ class UrscriptReader final : public Reader {
         return value("-" + helper("floor") + "(-(" + as_real(a[0], at).s + "))", kInt, kSign);
       if (w == "pow" && a.size() == 2) return binary(Op::power, a[0], a[1], at);
       if (w == "length" && a.size() == 1 && (a[0].type.k == K::array || a[0].type.k == K::string))
-        return value("SIZEOF(" + a[0].s + ")", kInt);
+        return lengths_.contains(a[0].s) ? value(lengths_[a[0].s], kInt)
+                                         : value("SIZEOF(" + a[0].s + ")", kInt);
       if (w == "pose_trans" && a.size() == 2) return binary(Op::compose, a[0], a[1], at);
       if (w == "pose_inv" && a.size() == 1) {
         const Ex p = as_pose(a[0], at);
@@ -1012,6 +1400,8 @@ class UrscriptReader final : public Reader {
           w == "struct" || w == "make_list" || w == "pose_dist")
         return bad(at, "IRL has no counterpart of " + std::string(t.raw));
     }
+    if (!s && is_own_word(w))
+      return bad(at, std::string(t.raw) + " gives no value that is read here");
     Type result = kReal;
     if (s && s->kind == Symbol::routine && !learned_.stubs.contains(w)) {
       result = s->type;
@@ -1040,6 +1430,9 @@ class UrscriptReader final : public Reader {
   bool is_guessed_ =
       false;  ///< a value of the present statement is of a type that is not known yet
   int nested_ = 0;
+  std::deque<std::string> own_names_;           ///< of functions that were renamed
+  std::map<std::string, std::string> lengths_;  ///< of lists, the variables with their lengths
+  std::vector<Ex> list_;                        ///< the elements of the list that was read last
 };
 
 }  // namespace
