@@ -37,6 +37,7 @@ class MelfaReader final : public Reader {
     for (std::size_t f = 1; f < files_.size(); ++f) announce(called_name(f), {}, kNone);
     for (std::size_t f = 1; f < files_.size(); ++f) called_program(f);
     scan(0, kMelfaStyle);
+    whole_.clear();
     split();
     declare_positions();
     find_subroutines();
@@ -70,6 +71,7 @@ class MelfaReader final : public Reader {
   /// A program that another one calls by CallP: a procedure with variables of its own.
   void called_program(std::size_t file) {
     scan(file, kMelfaStyle);
+    whole_.clear();
     lines_.clear();
     split();
     begin(called_name(file), {}, kNone, At{static_cast<std::uint32_t>(file), 1, 1, 0, 0});
@@ -104,6 +106,9 @@ class MelfaReader final : public Reader {
 
   std::span<const Binary> binaries() const override { return kMelfaBinaries; }
   std::string_view not_word() const override { return "not"; }
+  void skip_condition() override {
+    while (!at_line_end() && !is("then")) next();
+  }
   int not_precedence() const override { return 15; }
 
   // ---- lines ----
@@ -160,6 +165,10 @@ class MelfaReader final : public Reader {
         next();
         const Ex e = literal(name, at);
         if (!e.ok) return;
+        if (!e.is_constant) {
+          bad(at, "the values of a position behind the program are numbers");
+          return;
+        }
         learn(name.low, e.type);
         const Type t = learned_.types[name.low];
         if (is_called_ ? current().symbols.contains(name.low) : globals_.contains(name.low)) {
@@ -183,6 +192,12 @@ class MelfaReader final : public Reader {
       if (lines_[n].label.empty()) continue;
       all_labels_.insert(lines_[n].label);
       if (!wanted.contains(lines_[n].label)) continue;
+      if (std::any_of(subroutines_.begin(), subroutines_.end(),
+                      [&](const Subroutine& s) { return s.label == lines_[n].label; })) {
+        fail(tokens_[std::min(lines_[n].first, tokens_.size() - 1)].at,
+             "the label " + lines_[n].label + " is there already");
+        continue;
+      }
       int depth = 0;
       std::size_t end = lines_.size();
       bool has_return = false;
@@ -239,6 +254,7 @@ class MelfaReader final : public Reader {
 
   void emit_lines(std::size_t from, std::size_t to, const std::string& of) {
     labels_here_.clear();
+    std::set<std::string> placed;
     for (std::size_t n = from; n < to; ++n)
       if (of.empty() ? !is_outside_[n] : true) {
         if (!lines_[n].label.empty()) labels_here_.insert(lines_[n].label);
@@ -256,9 +272,15 @@ class MelfaReader final : public Reader {
         return;
       }
       const At at = tokens_[std::min(l.first, l.end)].at;
-      if (!l.label.empty()) emit("LABEL " + label(l.label) + ":", at);
-      if (used_lines_.contains(l.number))
-        emit("LABEL " + label("line_" + std::to_string(l.number)) + ":", at);
+      if (!l.label.empty()) {
+        if (placed.insert(l.label).second) emit("LABEL " + label(l.label) + ":", at);
+        else fail(at, "the label " + l.label + " is there already");
+      }
+      if (used_lines_.contains(l.number)) {
+        const std::string line = "line_" + std::to_string(l.number);
+        if (placed.insert(line).second) emit("LABEL " + label(line) + ":", at);
+        else fail(at, "the line " + std::to_string(l.number) + " is there already");
+      }
       // Whether the arm is still where the motion above has brought it.
       static const std::set<std::string, std::less<>> kStays{
           "mov", "mvs", "mvr", "cnt", "spd", "jovrd", "ovrd", "accel", "dly", "m_out"};
@@ -505,9 +527,10 @@ class MelfaReader final : public Reader {
   }
   /// Wth M_Out(1)=1, WthIf M_In(1)=1,Skip
   void tail(Motion m, const At& at) {
-    if (accept("type")) {
-      skip_to_with();
-      warn(at, "Type of a motion is not said in IRL");
+    if (is("type")) {
+      skip_rest();
+      bad(at, "how the tool turns on a motion (Type) is not said in IRL", "Take Type out.");
+      return;
     }
     if (accept("wthif")) {
       const Ex c = converted(expression(), kBool, at);
@@ -528,9 +551,6 @@ class MelfaReader final : public Reader {
         warn(at, "what is behind Wth happens before the motion begins");
     }
     move(std::move(m), at);
-  }
-  void skip_to_with() {
-    while (!at_line_end() && !is("wth") && !is("wthif")) next();
   }
   void motion(const At& at) {
     const bool is_joint = word_ == "mov";
@@ -554,8 +574,16 @@ class MelfaReader final : public Reader {
       return;
     }
     e = with_offset(e, at);
+    if (e.type.k == K::joint) {
+      m.has_frames = false;
+      m.has_tool = is_joint;
+      // IRL's TRAFO is of the robot's own tool.
+      if (!is_joint && is_set_before("tool", at))
+        fail(at,
+             "a straight motion to joints is that of the robot's present tool here, not of Tool",
+             "Give a position.");
+    }
     m.targets.push_back(is_joint ? e : as_place(e));
-    if (e.type.k == K::joint) m.has_frames = false;
     attributes(m, is_joint, at);
     goal_ = !is("wthif") ? e.s : "";
     tail(std::move(m), at);
@@ -622,12 +650,21 @@ class MelfaReader final : public Reader {
       return;
     }
     open_block("one line", "ENDIF");
+    const std::size_t depth = blocks_.size();
+    const auto close_inner = [&] {
+      for (; blocks_.size() > depth; close_block(std::string(blocks_.back().word), at)) {
+        bad(at, "a block is opened within an If of one line");
+        if (is_in("next") && !steps_.empty()) steps_.pop_back();
+      }
+    };
     simple(at);
     while (accept(":")) simple(at);
+    close_inner();
     if (accept("else")) {
-      if (is_in("one line")) between("ELSE", at);
+      between("ELSE", at);
       if (!at_line_end()) simple(at);
       while (accept(":")) simple(at);
+      close_inner();
     }
     accept("endif");
     --nested_;
@@ -656,8 +693,10 @@ class MelfaReader final : public Reader {
   void for_(const At& at) {
     const Token name = peek();
     will_write(name.low);
-    learn(lower(name.raw), kReal);
-    if (!find(name.low)) own(name.raw, kReal, at);
+    if (name.kind == Tk::name && !is_array_here()) {
+      if (!is_whole(name)) learn(lower(name.raw), kReal);
+      if (!find(name.low)) own(name.raw, number_type(name), at);
+    }
     const Ex v = primary();
     expect("=");
     const Ex from = expression(25);
@@ -665,9 +704,12 @@ class MelfaReader final : public Reader {
     const Ex to = expression(25);
     Ex step = integer(1);
     if (accept("step")) step = expression(25);
-    if (!v.ok || !from.ok || !to.ok || !v.is_place || !step.is_literal || step.v == 0) {
-      if (step.ok && v.ok && from.ok && to.ok) bad(at, "the step of this loop is not known");
-      open_block("next", "{ end of the loop }");
+    const bool are_numbers = is_number(v.type) && is_number(from.type) && is_number(to.type);
+    if (!v.ok || !from.ok || !to.ok || !v.is_place || !are_numbers || !step.is_literal ||
+        step.v == 0) {
+      if (step.ok && v.ok && from.ok && to.ok)
+        bad(at, are_numbers ? "the step of this loop is not known" : "a loop counts numbers");
+      open_unread_loop("next", at);
       steps_.push_back({});
       return;
     }
@@ -680,7 +722,10 @@ class MelfaReader final : public Reader {
                      (step.v < 0 ? negative(step) : step).s + ";");
   }
   void next_(const At& at) {
-    if (peek().kind == Tk::name) next();
+    if (peek().kind == Tk::name) {
+      next();
+      suffix();
+    }
     if (!is_in("next") || steps_.empty()) {
       bad(at, "Next ends no loop");
       return;
@@ -764,7 +809,13 @@ class MelfaReader final : public Reader {
     emit(s->irl + "();", at);
   }
   void return_(const At& at) {
-    if (!at_line_end() && !is("else") && !is(":") && !is("endif")) (void)expression();
+    if (!at_line_end() && !is("else") && !is(":") && !is("endif")) {
+      const Ex where = expression();
+      if (!where.is_literal || where.v != 0) {
+        bad(at, "where an interrupt goes back to is not said in IRL, except Return 0");
+        return;
+      }
+    }
     if (routine_.empty()) warn(at, "Return stands outside of a subroutine; it ends the program");
     emit("RETURN;", at);
   }
@@ -817,7 +868,10 @@ class MelfaReader final : public Reader {
   void hand(const At& at) {
     const bool is_open = word_ == "hopen";
     const Ex n = as_integer(expression(25), at);
-    while (accept(",")) (void)expression();
+    if (is(",")) {
+      while (accept(",")) (void)expression();
+      warn(at, "the forces of a hand with a motor are not said in IRL; it opens and closes");
+    }
     if (!n.is_literal || n.v < 1 || n.v > 8) {
       if (n.ok) bad(at, "the number of the hand is 1 to 8");
       return;
@@ -835,13 +889,21 @@ class MelfaReader final : public Reader {
   }
   void speed(const At& at) {
     const char* key = word_ == "ovrd" ? "override" : word_ == "spd" ? "speed" : "joint_override";
-    if (peek().low == "m_nspd" || peek().low == "m_novrd" || peek().low == "m_njovrd") {
+    if (accept("m_novrd") || accept("m_njovrd")) {
+      set(key, real(100), at);  // what the controller starts with
+      return;
+    }
+    if (peek().low == "m_nspd") {
       skip_rest();
-      left_out(RMP_FAULT_WARNING, at, "the initial value of this speed is the controller's");
+      bad(at, "the greatest speed of the controller (M_NSpd) is not known", "Give a number.");
       return;
     }
     const Ex e = as_real(expression(), at);
-    while (accept(",")) (void)expression();
+    if (is(",")) {
+      skip_rest();
+      bad(at, "overrides of upward and downward motions are not read");
+      return;
+    }
     if (e.is_literal && e.v <= 0) {
       bad(at, "this is no speed");
       return;
@@ -851,10 +913,20 @@ class MelfaReader final : public Reader {
   void accel(const At& at) {
     if (at_line_end()) {
       emit("R_ACC := 100.0;", at);
+      emit("R_ACC_PTP := 100.0;", at);
       return;
     }
     const Ex a = as_real(expression(), at);
-    while (accept(",")) (void)expression();
+    if (accept(",")) {
+      const Ex down = as_real(expression(), at);
+      if (a.ok && down.ok && a.s != down.s)
+        warn(at, "IRL brakes as it accelerates; the deceleration is not said");
+    }
+    if (is(",")) {
+      skip_rest();
+      bad(at, "accelerations of upward and downward motions are not read");
+      return;
+    }
     if (!a.ok) return;
     if (a.is_literal && (a.v <= 0 || a.v > 100)) {
       bad(at, "an acceleration is above 0 and at most 100 % in IRL");
@@ -867,7 +939,15 @@ class MelfaReader final : public Reader {
     const Ex on = as_integer(expression(), at);
     Ex r = failed();
     if (accept(",")) r = as_real(expression(), at);
-    while (accept(",")) (void)expression();
+    if (accept(",")) {
+      const Ex next_one = as_real(expression(), at);
+      if (next_one.ok && r.ok && next_one.s != r.s) {
+        bad(at,
+            "IRL has one distance for the end of a motion and the beginning of the next, and "
+            "these differ");
+        return;
+      }
+    }
     if (!on.is_literal) {
       if (on.ok) bad(at, "Cnt is 0 or 1");
       return;
@@ -918,7 +998,11 @@ class MelfaReader final : public Reader {
       const Token kind = next();
       expect(",");
       const Ex n = expression();
-      while (accept(",")) (void)expression();
+      if (is(",")) {
+        skip_rest();
+        bad(at, "the mask of Def IO is not read");
+        return;
+      }
       const std::int64_t width = kind.low == "bit"    ? 1
                                  : kind.low == "byte" ? 8
                                  : kind.low == "word" ? 16
@@ -943,7 +1027,12 @@ class MelfaReader final : public Reader {
       }
       accept("*");
       const Token l = next();
-      if (accept(",")) skip_rest();
+      if (is(",")) {
+        skip_rest();
+        bad(at, "how an interrupt stops the motion (S, F, L) is not said in IRL",
+            "Leave it out, and it comes at once.");
+        return;
+      }
       const Symbol* s = find(l.low);
       if (!c.ok) return;
       if (!s || s->kind != Symbol::routine || number.kind != Tk::number) {
@@ -1126,6 +1215,7 @@ class MelfaReader final : public Reader {
       }
       Type t = e.type;
       if (t.k == K::integer || t.k == K::boolean) t = kReal;
+      if (t.k == K::real) t = number_type(name);
       if (t.k == K::pose && type_of(name).k == K::target && learned_.types.contains(name.low))
         t = learned_.types[name.low];
       const Symbol& s = own(name.raw, t, at);
@@ -1146,6 +1236,18 @@ class MelfaReader final : public Reader {
     keep_number(to.s, e);
     learned_.flags.insert("assigned " + to.s.substr(0, to.s.find('.')));
     assign(to, e, at);
+    // M_Out(1)=1 Dly 0.5 goes back after that time.
+    if (is("dly") && name.low.starts_with("m_out")) {
+      next();
+      const Ex time = as_real(expression(), at);
+      if (!time.ok || !e.ok || !e.is_literal || to.type.k != K::boolean) {
+        bad(at, "a pulse is of one output, 1 or 0");
+        return;
+      }
+      emit("WAIT " + within(time, kSum) + " SEC;", at);
+      emit(to.s + (e.v != 0 ? " := FALSE;" : " := TRUE;"), at);
+      warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+    }
   }
   /// What numbers a variable gets in all of the program: signals may be named by it.
   void keep_number(const std::string& variable, const Ex& e) {
@@ -1218,11 +1320,11 @@ class MelfaReader final : public Reader {
     }
     return target(p, integer(status), turns, external);
   }
-  Type type_of(const Token& n) const {
+  Type type_of(const Token& n) {
     if (n.low.ends_with("$") || n.low[0] == 'c') return kString;
     if (n.low[0] == 'p') return kTarget;
     if (n.low[0] == 'j') return kJoint;
-    return kReal;
+    return number_type(n);
   }
   void suffix() {
     // M1%, M1!, M1# and M1&: kinds of numbers.
@@ -1230,6 +1332,21 @@ class MelfaReader final : public Reader {
         tokens_[at_ - 1].at.end == peek().at.begin)
       ++at_;
   }
+  /// M1% and M1& are whole, wherever they stand with that sign; what they get is rounded.
+  [[nodiscard]] bool is_whole(const Token& n) {
+    if (whole_.empty()) {
+      whole_.insert("");
+      for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
+        if (tokens_[i].kind == Tk::name && tokens_[i + 1].kind == Tk::sign &&
+            (tokens_[i + 1].low == "%" || tokens_[i + 1].low == "&") &&
+            tokens_[i].at.end == tokens_[i + 1].at.begin)
+          whole_.insert(tokens_[i].low);
+    }
+    return whole_.contains(n.low);
+  }
+  [[nodiscard]] Type number_type(const Token& n) { return is_whole(n) ? kInt : kReal; }
+  /// The name that stands here has an index.
+  [[nodiscard]] bool is_array_here() const { return is("(", 1) || is("(", 2); }
 
   // ---- values ----
 
@@ -1342,14 +1459,19 @@ class MelfaReader final : public Reader {
         const At at = next().at;
         std::string list;
         std::size_t n = 0;
+        bool in_bounds = true;
         do {
           const Ex i = as_integer(expression(), at);
           if (!i.ok) return failed();
+          if (n < e.type.bounds.size() && i.is_literal)
+            in_bounds = in_bounds && i.v >= static_cast<double>(e.type.bounds[n].first) &&
+                        i.v <= static_cast<double>(e.type.bounds[n].second);
           list += (n++ ? ", " : "") + i.s;
         } while (accept(","));
         expect(")");
         if (n != e.type.bounds.size())
           return bad(at, "the array has " + std::to_string(e.type.bounds.size()) + " indices");
+        if (!in_bounds) return bad(at, "the array has no element " + list);
         const Type of = *e.type.element;
         e = place(e.s + "[" + list + "]", of);
         continue;
@@ -1466,6 +1588,7 @@ class MelfaReader final : public Reader {
   std::vector<std::string> steps_;
   std::set<std::string> straight_;     ///< positions that are given with angles of zero
   bool is_straight_ = false;           ///< the position that was read last
+  std::set<std::string> whole_;        ///< variables that a sign makes whole, and ""
   bool is_called_ = false;             ///< the program that is read is one that another calls
   std::string word_, routine_, goal_;  // goal_: where the motion above has ended
   int nested_ = 0;
