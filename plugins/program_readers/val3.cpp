@@ -171,9 +171,19 @@ class Val3Reader final : public Reader {
     std::size_t file = 0;
     At at;
   };
+  /// A motion descriptor. What the programs change of it is in variables.
   struct Motions {
-    double velocity = 100, acceleration = 100, limit = 99999, leave = 0;
+    std::string name;
+    std::map<std::string, double> values{
+        {"vel", 100}, {"accel", 100}, {"tvel", 99999}, {"leave", 0}};
     std::string blend = "off";
+    At at;
+  };
+  /// In which frame, or on which tool, a value stands: its name and index; "" = world or flange.
+  struct Father {
+    std::string name;
+    std::int64_t index = 0;
+    bool operator==(const Father&) const = default;
   };
 
   std::span<const Binary> binaries() const override { return kVal3Binaries; }
@@ -274,14 +284,25 @@ class Val3Reader final : public Reader {
     const double size = std::max(1.0, number(head, "size"));
     if (low == "mdesc") {
       Motions m;
+      m.name = name;
+      m.at = at;
       for (const Tag& v : values) {
         if (text(v, "key") != "0" && values.size() > 1) continue;
-        m.velocity = number(v, "vel");
-        m.acceleration = number(v, "accel");
-        if (v.attributes.contains("tmax")) m.limit = number(v, "tmax");
+        m.values["vel"] = number(v, "vel");
+        m.values["accel"] = number(v, "accel");
+        if (v.attributes.contains("tmax")) m.values["tvel"] = number(v, "tmax");
         m.blend = lower(text(v, "blend"));
-        m.leave = number(v, "leave");
+        m.values["leave"] = number(v, "leave");
+        const bool blends = m.blend != "off" && !m.blend.empty();
+        if ((v.attributes.contains("decel") && number(v, "decel") != number(v, "accel")) ||
+            (blends && v.attributes.contains("reach") && number(v, "reach") != number(v, "leave")))
+          warn(at_tag(f, v),
+               "IRL brakes as it accelerates, and leaves a path as far from the point as "
+               "it comes back to it; decel and reach of " +
+                   name + " are not said");
       }
+      if (size > 1)
+        fail(at, name + " is an array of motion descriptors, of which the first is read");
       motions_[lower(name)] = m;
       return;
     }
@@ -315,20 +336,28 @@ class Val3Reader final : public Reader {
       has_configuration = has_configuration || (is_point && v.attributes.contains("shoulder"));
     if (has_configuration || (is_point && learned_.flags.contains("target " + lower(name))))
       type = kTarget;
-    std::string father;
+    std::vector<Father> fathers(n);
+    bool has_father = false;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const auto k = static_cast<std::size_t>(std::clamp(number(values[i], "key"), 0.0, 9999.0));
       Ex e = value_of(low, values[i]);
       if (type.k == K::target) e = point_value(values[i], e);
       if (k < n) list[k] = e;
-      const std::string of = text(values[i], "fatherid");
-      if (!of.empty() && father.empty()) father = of.substr(0, of.find('['));
-      else if (!of.empty() && father != of.substr(0, of.find('[')))
-        warn(at_tag(f, values[i]),
-             "the elements of " + name + " are of several frames; that of the first is taken");
+      const std::string of = lower(text(values[i], "fatherid"));
+      const std::string name_of = of.substr(0, of.find('['));
+      Father father;
+      if (name_of != "world" && name_of != "flange") {
+        father.name = name_of;
+        if (const std::size_t open = of.find('['); open != std::string::npos)
+          father.index = std::strtoll(of.c_str() + open + 1, nullptr, 10);
+      }
+      // Elements without a value are where the first is.
+      if (!std::exchange(has_father, true)) std::fill(fathers.begin(), fathers.end(), father);
+      if (k < n) fathers[k] = father;
     }
-    if (!father.empty() && lower(father) != "world" && lower(father) != "flange")
-      fathers_[lower(name)] = lower(father);
+    if (std::any_of(fathers.begin(), fathers.end(),
+                    [](const Father& x) { return !x.name.empty(); }))
+      fathers_[lower(name)] = std::move(fathers);
     const Ex empty = type.k == K::target    ? target(identity(), integer(2), {}, {})
                      : type.k == K::pose    ? identity()
                      : type.k == K::joint   ? joints({}, {})
@@ -512,7 +541,19 @@ class Val3Reader final : public Reader {
       next();
       const Token name = next();
       std::vector<Ex> args;
-      if (accept("(")) args = arguments();
+      if (accept("(") && !accept(")")) {
+        do {
+          father_ = {};
+          args.push_back(expression());
+          Ex& a = args.back();
+          const bool is_place = a.type.k == K::pose || a.type.k == K::target;
+          if (a.ok && is_place && !father_.name.empty())
+            a = bad(at,
+                    "a point that stands in a frame is not passed to a program, which would lose "
+                    "the frame");
+        } while (accept(",") && args.size() < 100);
+        expect(")");
+      }
       for (Ex& a : args)
         if (a.type.k == K::integer) a = as_real(a, at);
       if (lower(name.raw) == "start" && find("start") == nullptr &&
@@ -564,9 +605,10 @@ class Val3Reader final : public Reader {
       emit((w == "put" ? "WRITE(" : "WRITELN(") + a[0].s + ");", at);
     } else {
       static const std::set<std::string, std::less<>> kHarmless{
-          "resetmotion", "autoconnectmove", "enablepower", "disablepower", "setmonitorspeed",
-          "cls",         "gotoxy",          "userpage",    "setmutex",     "restartmove"};
-      left_out(kHarmless.contains(w) ? RMP_FAULT_WARNING : RMP_FAULT_ERROR, at,
+          "resetmotion", "enablepower", "disablepower", "cls", "gotoxy", "userpage", "restartmove"};
+      const bool is_harmless =
+          kHarmless.contains(w) || maker_word(language(), w) == MakerWord::tells;
+      left_out(is_harmless ? RMP_FAULT_WARNING : RMP_FAULT_ERROR, at,
                "IRL has no counterpart of " + std::string(t.raw));
     }
   }
@@ -582,9 +624,11 @@ class Val3Reader final : public Reader {
     Ex step = integer(1);
     if (accept("step")) step = expression();
     accept("do");
-    if (!v.ok || !from.ok || !to.ok || !step.is_literal || step.v == 0) {
-      if (step.ok && v.ok && from.ok && to.ok) bad(at, "the step of this loop is not known");
-      open_block("endfor", "{ end of the loop }");
+    const bool are_numbers = is_number(v.type) && is_number(from.type) && is_number(to.type);
+    if (!v.ok || !from.ok || !to.ok || !are_numbers || !step.is_literal || step.v == 0) {
+      if (step.ok && v.ok && from.ok && to.ok)
+        bad(at, are_numbers ? "the step of this loop is not known" : "a loop counts numbers");
+      open_unread_loop("endfor", at);
       steps_.push_back("{ no step }");
       return;
     }
@@ -599,10 +643,11 @@ class Val3Reader final : public Reader {
     const bool is_joint = w == "movej";
     Motion m;
     m.word = is_joint ? "PTP" : w == "movel" ? "LIN" : "CIRCLE";
+    bool has_joints = false;
     if (!expect("(")) return;
-    std::string father;
+    std::vector<Father> fathers;
     for (int i = 0; i < (w == "movec" ? 2 : 1); ++i) {
-      father_.clear();
+      father_ = {};
       const Ex e = expression();
       expect(",");
       if (!e.ok) {
@@ -614,17 +659,26 @@ class Val3Reader final : public Reader {
         skip_rest();
         return;
       }
-      father = father_;
-      if (e.type.k == K::joint) m.has_frames = false;
+      if (e.type.k == K::joint) {
+        m.has_frames = false;
+        has_joints = true;
+      } else {
+        fathers.push_back(father_);
+      }
       m.targets.push_back(is_joint ? e : as_place(e));
     }
-    const Token tool_token = peek();
-    const Ex tool = tool_token.low == "flange" ? (next(), identity()) : expression();
+    father_ = {};
+    Ex tool = peek().low == "flange" ? (next(), identity()) : expression();
+    if (tool.ok && !father_.name.empty()) tool = seen_from(father_, tool, at);
     expect(",");
     const Token how = next();
     if (accept("[")) {
-      (void)expression();
+      const Ex i = expression();
       expect("]");
+      if (i.ok && !(i.is_literal && i.v == 0)) {
+        bad(how.at, "of an array of motion descriptors the first alone is read");
+        return;
+      }
     }
     expect(")");
     const auto it = motions_.find(how.low);
@@ -634,31 +688,84 @@ class Val3Reader final : public Reader {
       return;
     }
     const Motions& d = it->second;
+    const auto percent = [&](const char* field) {
+      const Ex e = descriptor(d, field);
+      if (!e.is_literal || e.v <= 100) return e;
+      if (told_.insert(how.low + " " + field).second)
+        warn(how.at, std::string(field) + " of " + std::string(how.raw) +
+                         " is above 100 %, and taken as 100 %");
+      return real(100);
+    };
+    const Ex velocity = percent("vel"), acceleration = percent("accel");
     if (is_joint) {
-      if (d.velocity > 0) m.attributes.emplace_back("SPEED_PTP", real(std::min(100.0, d.velocity)));
-      if (d.velocity > 100 && told_.insert(how.low + " v").second)
-        warn(how.at, "a speed above 100 % is taken as 100 %");
-      if (d.acceleration > 0 && d.acceleration != 100)
-        m.attributes.emplace_back("ACC_PTP", real(std::min(100.0, d.acceleration)));
+      if (!velocity.is_literal || velocity.v > 0) m.attributes.emplace_back("SPEED_PTP", velocity);
+      if (!acceleration.is_literal || (acceleration.v > 0 && acceleration.v != 100))
+        m.attributes.emplace_back("ACC_PTP", acceleration);
     } else {
-      if (d.limit > 0 && d.limit < 90000) m.attributes.emplace_back("SPEED", real(d.limit));
+      const Ex limit = descriptor(d, "tvel");
+      if (!limit.is_literal || (limit.v > 0 && limit.v < 90000))
+        m.attributes.emplace_back("SPEED", limit);
       else if (told_.insert(how.low + " t").second)
         warn(how.at, std::string(how.raw) + " has no speed in mm/s (tmax); R_SPEED counts");
-      if (d.acceleration > 0 && d.acceleration != 100)
-        m.attributes.emplace_back("ACC", real(std::min(100.0, d.acceleration)));
+      if (!acceleration.is_literal || (acceleration.v > 0 && acceleration.v != 100))
+        m.attributes.emplace_back("ACC", acceleration);
     }
-    if (d.blend != "off" && !d.blend.empty() && d.leave > 0)
-      m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP",
-                                real(is_joint ? std::min(100.0, d.leave) : d.leave));
-    if (tool.ok && tool.s != identity().s) m.attributes.emplace_back("TOOL", as_pose(tool, at));
-    if (!father.empty() && m.has_frames) {
-      const Symbol* f = find(father);
-      if (f && (f->type.k == K::pose || f->type.k == K::array))
-        m.attributes.emplace_back("FRAME",
-                                  place(f->irl + (f->type.k == K::array ? "[0]" : ""), kPose));
+    if (d.blend != "off" && !d.blend.empty()) {
+      Ex leave = descriptor(d, "leave");
+      if (is_joint && leave.is_literal && leave.v > 100) leave = real(100);
+      if (!leave.is_literal || leave.v > 0)
+        m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", leave);
     }
+    if (has_joints && !is_joint) {
+      // IRL's TRAFO is of the robot's own tool; in joints every tool comes to the same.
+      m.has_tool = false;
+      if (tool.ok && tool.s != identity().s)
+        fail(at, "a path to joints is that of the robot's present tool here, not of this one",
+             "Give a point.");
+    } else if (tool.ok && tool.s != identity().s) {
+      m.tool = as_pose(tool, at);
+    }
+    if (!fathers.empty() && std::any_of(fathers.begin(), fathers.end(),
+                                        [&](const Father& x) { return !(x == fathers[0]); })) {
+      bad(at, "the points of this arc are in different frames");
+      return;
+    }
+    if (!fathers.empty() && !fathers[0].name.empty() && m.has_frames)
+      m.frame = seen_from(fathers[0], std::nullopt, at);
     if (!tool.ok) return;
     move(std::move(m), at);
+  }
+  /// What a motion descriptor says: a number, or a variable where the programs change it.
+  Ex descriptor(const Motions& d, const std::string& field) {
+    const double v = d.values.at(field);
+    const std::string key = lower(d.name) + "." + field;
+    if (!learned_.flags.contains("changed " + key)) return real(v);
+    if (const auto it = globals_.find("%" + key); it != globals_.end())
+      return place(it->second.irl, kReal);
+    Symbol s;
+    s.type = kReal;
+    s.irl = irl_name(d.name + "_" + field);
+    declare_variable(s, real(v).s, d.at);
+    return place(globals_.emplace("%" + key, std::move(s)).first->second.irl, kReal);
+  }
+  /// A frame or tool, and what it stands in, up to the world or the flange; `inner` is seen from
+  /// it.
+  Ex seen_from(Father father, std::optional<Ex> inner, const At& at) {
+    for (int depth = 0; !father.name.empty(); ++depth) {
+      const Symbol* s = find(father.name);
+      if (depth > 20 || !s || (s->type.k != K::pose && s->type.k != K::array) ||
+          (s->type.k == K::array && (s->type.element->k != K::pose || father.index < 0 ||
+                                     father.index > s->type.bounds[0].second)))
+        return bad(at, "the frame or tool " + father.name + " is not among the data");
+      const Ex outer = place(
+          s->irl + (s->type.k == K::array ? "[" + std::to_string(father.index) + "]" : ""), kPose);
+      inner = inner ? binary(Op::compose, outer, as_pose(*inner, at), at) : outer;
+      const auto it = fathers_.find(father.name);
+      if (it == fathers_.end() || father.index >= static_cast<std::int64_t>(it->second.size()))
+        break;
+      father = it->second[static_cast<std::size_t>(father.index)];
+    }
+    return inner ? *inner : identity();
   }
   /// Whether a variable is declared, and set by watch(), and nothing else: nobody looks at it.
   [[nodiscard]] bool is_only_watched(const std::string& low) {
@@ -700,36 +807,38 @@ class Val3Reader final : public Reader {
       expect(".");
       const Token field = next();
       expect("=");
-      const Ex e = expression();
+      const Ex e = as_real(expression(), at);
       if (!e.ok) return;
-      if (!e.is_literal) {
-        bad(at, "a value of a motion descriptor is known", "IRL keeps it with the motions.");
+      if (field.low == "reach" || field.low == "decel" || field.low == "rvel") {
+        left_out(RMP_FAULT_WARNING, at,
+                 std::string(field.raw) + " of a motion descriptor is not said in IRL");
         return;
       }
-      // What the next motions of the text get.
-      Motions& m = it->second;
-      if (field.low == "vel") m.velocity = e.v;
-      else if (field.low == "accel") m.acceleration = e.v;
-      else if (field.low == "tvel") m.limit = e.v;
-      else if (field.low == "leave") m.leave = e.v;
-      else if (field.low != "reach" && field.low != "decel" && field.low != "rvel") {
-        bad(at, "this field is not read");
+      if (!it->second.values.contains(field.low)) {
+        bad(at, std::string(field.raw.substr(0, 40)) + " of a motion descriptor is not read");
         return;
       }
-      if (!blocks_.empty())
-        warn(at, "motion descriptors are read from top to bottom, and this is in a block");
-      emit("{ " + source_line(at) + " }", at);
+      learned_.flags.insert("changed " + name.low + "." + field.low);
+      const Ex to = descriptor(it->second, field.low);
+      if (to.is_place) assign(to, e, at);
       return;
     }
     if (signals_of_.contains(name.low)) learned_.flags.insert("output " + name.low);
     will_write(name.low);
+    father_ = {};
     const Ex to = primary();
     if (!to.ok) {
       skip_rest();
       return;
     }
     if (!expect("=")) return;
+    const Father own = std::exchange(father_, Father{});
     const Ex e = expression();
+    if (e.ok && (!father_.name.empty() || e.type.k == K::target) && !(own == father_)) {
+      bad(at, "this point would move to another frame, which is not read",
+          "Give both points the same frame.");
+      return;
+    }
     assign(to, e, at);
   }
 
@@ -785,7 +894,23 @@ class Val3Reader final : public Reader {
     if (!s || s->kind == Symbol::routine || s->kind == Symbol::data)
       return bad(at, std::string(t.raw.substr(0, 60)) + " is declared nowhere",
                  "Read the project (.pjx) with its data.");
-    if (const auto f = fathers_.find(t.low); f != fathers_.end()) father_ = f->second;
+    if (const auto f = fathers_.find(t.low); f != fathers_.end()) {
+      // Elements of an array may stand in frames that differ.
+      const auto n = !is("[")                           ? std::int64_t{0}
+                     : peek(1).is_integer && is("]", 2) ? std::int64_t(peek(1).value)
+                                                        : std::int64_t{-1};
+      const auto& all = f->second;
+      if (n >= 0 && n < static_cast<std::int64_t>(all.size())) {
+        father_ = all[static_cast<std::size_t>(n)];
+      } else if (std::all_of(all.begin(), all.end(),
+                             [&](const Father& x) { return x == all[0]; })) {
+        father_ = all[0];
+      } else {
+        skip_rest();
+        return bad(at, "the elements of " + std::string(t.raw) +
+                           " stand in different frames, and which one is meant is computed");
+      }
+    }
     if (s->type.k == K::array && !is("[")) {
       // The first element.
       return suffixes(place(s->irl + "[0]", *s->type.element));
@@ -800,6 +925,8 @@ class Val3Reader final : public Reader {
         expect("]");
         if (!i.ok) return failed();
         if (e.type.k == K::array) {
+          if (i.is_literal && (i.v < 0 || i.v > static_cast<double>(e.type.bounds[0].second)))
+            return bad(at, "the array has no element " + i.s);
           const Type of = *e.type.element;
           e = place(e.s + "[" + i.s + "]", of);
         } else if (!(i.is_literal && i.v == 0)) {
@@ -815,6 +942,7 @@ class Val3Reader final : public Reader {
           e = place(e.s + (learned_.external_axes > 0 ? ".M_JOINT.A" : ".A") + n.substr(1), kReal);
           continue;
         }
+        if (n == "trsf") father_ = {};
         if (e.type.k == K::target && n == "trsf") {
           e = place(e.s + ".PSE", kPose);
           continue;
@@ -879,7 +1007,7 @@ class Val3Reader final : public Reader {
       return x.ok ? math("TRUNC", {x}, at) : failed();
     }
     next();
-    std::string kept = father_;
+    Father kept = father_;
     std::vector<Ex> a;
     if (!accept(")")) {
       do {
@@ -930,10 +1058,10 @@ class Val3Reader final : public Reader {
   std::vector<Program> programs_;
   std::map<std::string, Motions> motions_;
   std::map<std::string, std::pair<std::vector<std::string>, bool>> signals_of_;
-  std::map<std::string, std::string> fathers_;
+  std::map<std::string, std::vector<Father>> fathers_;  ///< of the elements of a variable
   std::vector<std::string> steps_;
   std::set<std::string> told_;
-  std::string father_;
+  Father father_;  ///< of the place that was read last
 };
 
 }  // namespace
