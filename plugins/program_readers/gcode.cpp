@@ -83,7 +83,8 @@ class GcodeReader final : public Reader {
         continue;
       }
       if (c == '%' || (c == '/' && words.empty())) {
-        if (c == '/') note(place_of(i), "a line that may be skipped is always run in IRL");
+        if (c == '/')
+          warn(place_of(i), "a line that a switch of the machine skips is always run in IRL");
         ++i;
         continue;
       }
@@ -123,6 +124,41 @@ class GcodeReader final : public Reader {
       if (w.letter == letter) return &w;
     return nullptr;
   }
+  /// What no code of the line asks for does something else on the machine, or nothing.
+  bool is_asked_for(const std::vector<Word>& words) {
+    const auto has_g = [&](std::initializer_list<double> codes) {
+      return std::any_of(words.begin(), words.end(), [&](const Word& w) {
+        return w.letter == 'G' && std::find(codes.begin(), codes.end(), w.value) != codes.end();
+      });
+    };
+    int mode = mode_;
+    for (const Word& w : words)
+      if (w.letter == 'G' && (w.value == 0 || w.value == 1 || w.value == 2 || w.value == 3))
+        mode = static_cast<int>(w.value);
+    const bool is_arc = mode >= 2, is_dwell = has_g({4});
+    const bool is_input = find_m(words, 66);
+    const bool is_output =
+        find_m(words, 62) || find_m(words, 63) || find_m(words, 64) || find_m(words, 65);
+    for (const Word& w : words) {
+      bool is_used = true;
+      switch (w.letter) {
+        case 'I':
+        case 'J':
+        case 'K':
+        case 'R': is_used = is_arc; break;
+        case 'P': is_used = is_dwell || is_input || is_output || has_g({64}) || is_arc; break;
+        case 'Q': is_used = is_input || has_g({64}); break;
+        case 'L': is_used = is_input; break;
+        case 'D':
+        case 'H': is_used = false; break;
+        default: break;
+      }
+      if (is_used) continue;
+      bad(w.at, std::string(1, w.letter) + number(w.value) + " is not read as it stands here");
+      return false;
+    }
+    return true;
+  }
   void act(const std::vector<Word>& words, const At& at) {
     bool has_dwell = false;
     for (const Word& w : words) {
@@ -143,10 +179,12 @@ class GcodeReader final : public Reader {
         case 910: is_absolute_ = false; break;
         case 901: is_arc_absolute_ = true; break;
         case 911: is_arc_absolute_ = false; break;
-        case 940:
+        case 800:  // ends a cycle, and whatever moves
+          mode_ = -1;
+          break;
+        case 940:  // feed a minute
         case 400:
         case 490:
-        case 800:
         case 540:
         case 970:
         case 980:
@@ -185,9 +223,21 @@ class GcodeReader final : public Reader {
           bad(w.at, "the work coordinates G" + number(w.value) + " are set on the machine",
               "Write the program in those of G54.");
           return;
-        default: bad(w.at, "G" + number(w.value) + " is not read"); return;
+        default:
+          // What moves until another code does, as cycles do, is no G0 to G3.
+          if (g == 331 || g == 330 || (g >= 380 && g < 390) || (g >= 50 && g < 60) || g == 730 ||
+              g == 760 || (g > 800 && g < 900))
+            mode_ = -1;
+          bad(w.at, "G" + number(w.value) + " is not read");
+          return;
       }
     }
+    for (const Word& w : words)
+      if (w.letter == 'M' && !is_read_m(static_cast<int>(std::lround(w.value)))) {
+        bad(w.at, "M" + number(w.value) + " is not read");
+        return;
+      }
+    if (!is_asked_for(words)) return;
     std::array<double, 6> to = at_place_;
     std::array<bool, 6> is_given{};
     static constexpr char kAxes[] = {'X', 'Y', 'Z', 'A', 'B', 'C'};
@@ -210,7 +260,8 @@ class GcodeReader final : public Reader {
         return;
       }
       if (w.letter == 'E' && !std::exchange(told_extruder_, true))
-        warn(w.at, "the extruder (E) is not said in IRL");
+        fail(w.at,
+             "the extruder (E) is not said in IRL; it stands still here and in all lines behind");
       if (w.letter == 'T' && !find_m(words, 6)) note(w.at, "the tool is not changed without M6");
     }
     if (find_word(words, 'F') && feed_ <= 0) {
@@ -218,6 +269,7 @@ class GcodeReader final : public Reader {
       return;
     }
     // In the order of RS274: switches, dwell, motion, stop.
+    if (const Word* s = has_dwell ? nullptr : find_word(words, 'S')) spindle_speed(*s);
     for (const Word& w : words)
       if (w.letter == 'M' && !switches(w, words)) return;
     if (has_dwell) {
@@ -246,6 +298,10 @@ class GcodeReader final : public Reader {
       }
     }
   }
+  static bool is_read_m(int m) {
+    static const std::set<int> kRead{0, 1, 2, 30, 60, 48, 49, 3, 4, 5, 7, 8, 9, 62, 63, 64, 65, 66};
+    return kRead.contains(m);
+  }
   static bool find_m(const std::vector<Word>& words, double m) {
     for (const Word& w : words)
       if (w.letter == 'M' && w.value == m) return true;
@@ -255,6 +311,17 @@ class GcodeReader final : public Reader {
     std::string s = number_text(v);
     if (s.ends_with(".0")) s.resize(s.size() - 2);
     return s;
+  }
+  /// S: revolutions a minute.
+  void spindle_speed(const Word& s) {
+    if (s.value < 0) {
+      bad(s.at, "a speed of the spindle is not negative");
+      return;
+    }
+    const Symbol& out = named_signal("spindle_speed", true, kReal, s.at, 1005);
+    if (!std::exchange(told_spindle_, true))
+      note(s.at, "spindle_speed is taken as output 1005, in 1/min");
+    emit(out.irl + " := " + real(s.value).s + ";", s.at);
   }
   void switch_output(const char* name, int n, bool on, const At& at) {
     Symbol* s = find(name);
@@ -279,10 +346,10 @@ class GcodeReader final : public Reader {
       case 3:
       case 4:
       case 5:
+        if (m == 4) learned_.flags.insert("spindle turns back");
+        if (learned_.flags.contains("spindle turns back"))
+          switch_output("spindle_back", 1004, m == 4, w.at);
         switch_output("spindle", 1001, m != 5, w.at);
-        if (m == 4) warn(w.at, "that the spindle turns the other way round is not said in IRL");
-        if (find_word(words, 'S') && !std::exchange(told_spindle_, true))
-          warn(w.at, "the speed of the spindle is not said in IRL");
         return true;
       case 7:
       case 8:
@@ -319,7 +386,7 @@ class GcodeReader final : public Reader {
       }
       default: break;
     }
-    bad(w.at, "M" + number(w.value) + " is not read as it stands here");
+    bad(w.at, "M" + number(w.value) + " is not read without its P, L and Q");
     return false;
   }
   Ex target_at(const std::array<double, 6>& p) {
@@ -345,17 +412,22 @@ class GcodeReader final : public Reader {
     }
     for (std::size_t a = 0; a < 3; ++a) {
       if ((!is_given[a] || !is_absolute_) && !is_known_[a] && !std::exchange(told_start_, true))
-        warn(at, "where the machine is before this is not known; X0 Y0 Z0 is taken");
+        fail(at, "where the machine is before this is not known; X0 Y0 Z0 is taken",
+             "Give X, Y and Z in the first motion, by G90.");
       is_known_[a] = true;
     }
-    Motion m;
     if (mode_ < 2) {
+      Motion m;
       m.word = mode_ == 0 ? "PTP" : "LIN";
       m.targets.push_back(target_at(to));
       finish_motion(std::move(m), at);
-      at_place_ = to;
-      return;
+    } else {
+      arc(to, words, at);
     }
+    at_place_ = to;  // also where the line was not read
+  }
+  void arc(const std::array<double, 6>& to, const std::vector<Word>& words, const At& at) {
+    Motion m;
     // The axes of the plane, and the one across.
     static constexpr std::size_t kPlanes[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
     static constexpr char kCentre[] = {'I', 'J', 'K'};
@@ -420,7 +492,6 @@ class GcodeReader final : public Reader {
     m.word = "CIRCLE";
     m.targets = {target_at(on_arc(is_whole ? 0.75 : 0.5)), target_at(to)};
     finish_motion(std::move(m), at);
-    at_place_ = to;
   }
 
   int mode_ = -1, plane_ = 0;
