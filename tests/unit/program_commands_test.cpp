@@ -257,6 +257,38 @@ TEST_F(ProgramCommands, SourceInOtherEncodingsIsReadAndSaid) {
   EXPECT_EQ(call("program.source", {{"id", half}}).text(), "{\xef\xbf\xbd}\xef\xbf\xbd");
 }
 
+TEST_F(ProgramCommands, MakersFilesWithoutAProgramsTextAreNamed) {
+  // PolyScope's packed program; the rest is told by its extension, too.
+  const std::string packed("\x1f\x8b\x08\0\0", 5);
+  for (const char* name : {"weld.urp", "weld.tp", "POSREG.VA", "options.kop", "cell.rspag",
+                           "weld.jbi", "cell.as", "weld.pcs", "backup.zip", "SYSVARS.SV"})
+    write(name, packed);
+  const auto said = [&](const std::string& command, const std::string& name) {
+    return fails(command, {{"file", (folder_ / name).string()}}).sentence();
+  };
+  for (const char* command : {"program.import", "program.read_foreign"}) {
+    EXPECT_EQ(
+        said(command, "weld.urp"),
+        "weld.urp: it is a program of PolyScope (Universal Robots), packed XML of its tree. Give "
+        "the .script of the same name, which PolyScope saves beside it: it is what runs.");
+    EXPECT_EQ(
+        said(command, "weld.tp"),
+        "weld.tp: it is a TP program of FANUC in the controller's binary form. Give its listing "
+        ".ls: save the programs as ASCII on the pendant, or print them by PRINTTP or ROBOGUIDE.");
+    EXPECT_EQ(
+        said(command, "POSREG.VA"),
+        "POSREG.VA: it is the variables of a FANUC backup, and no program. Leave it beside the "
+        "listing .ls, and give that: POSREG.VA, NUMREG.VA and SYSFRAME.VA are read with it.");
+    EXPECT_EQ(said(command, "backup.zip"),
+              "backup.zip: it is an archive. Unpack it, and give the program's own file, with what "
+              "belongs to it beside it.");
+    for (const char* name :
+         {"options.kop", "cell.rspag", "weld.jbi", "cell.as", "weld.pcs", "SYSVARS.SV"})
+      EXPECT_EQ(said(command, name).find(std::string(name) + ": it is "), 0U)
+          << said(command, name);
+  }
+}
+
 TEST_F(ProgramCommands, AnExtensionOfSeveralReadersSaysWhichTookIt) {
   const auto told = [&] {
     std::string all;

@@ -22,6 +22,72 @@ std::string extension_of(const std::filesystem::path& path) {
   return e.empty() ? e : e.substr(1);
 }
 
+/// Files of controllers that hold no text of a program, or one of a language without a reader.
+struct OtherFile {
+  std::string_view extension, is, hint;
+};
+constexpr std::string_view kUnpack =
+    "Unpack it, and give the program's own file, with what belongs to it beside it.";
+constexpr std::string_view kProjectHint = "Export the program from it as text, and give that file.";
+constexpr std::string_view kNoReader =
+    "No reader takes that language; program.targets lists those that programs can be written in.";
+constexpr OtherFile kOtherFiles[] = {
+    {"urp", "a program of PolyScope (Universal Robots), packed XML of its tree",
+     "Give the .script of the same name, which PolyScope saves beside it: it is what runs."},
+    {"urpx", "a program of PolyScope X (Universal Robots), which keeps the tree and no script",
+     "Export the program as .script, and give that."},
+    {"installation", "an installation of PolyScope (Universal Robots), and no program",
+     "Give the .script of the program."},
+    {"variables", "a file of PolyScope's variables (Universal Robots), and no program",
+     "Give the .script of the program."},
+    {"tp", "a TP program of FANUC in the controller's binary form",
+     "Give its listing .ls: save the programs as ASCII on the pendant, or print them by PRINTTP or "
+     "ROBOGUIDE."},
+    {"mr", "a mirrored TP program of FANUC in the controller's binary form",
+     "Give its listing .ls."},
+    {"pc", "a compiled KAREL program of FANUC", kNoReader},
+    {"kl", "a KAREL program of FANUC", kNoReader},
+    {"va", "the variables of a FANUC backup, and no program",
+     "Leave it beside the listing .ls, and give that: POSREG.VA, NUMREG.VA and SYSFRAME.VA are "
+     "read "
+     "with it."},
+    {"vr", "variables of FANUC in the controller's binary form",
+     "Save them as ASCII (.va) beside the listing .ls, and give that."},
+    {"sv", "system variables of FANUC in the controller's binary form",
+     "Save them as ASCII (.va) beside the listing .ls, and give that."},
+    {"sysvars", "system variables of a controller, and no program",
+     "Save them as ASCII (.va) beside the listing .ls, and give that."},
+    {"rgx", "a packed cell of ROBOGUIDE (FANUC)",
+     "Open it there, save the programs as ASCII, and give the listing .ls."},
+    {"frw", "a cell of ROBOGUIDE (FANUC)",
+     "Open it there, save the programs as ASCII, and give the listing .ls."},
+    {"kop", "a package of options for KUKA controllers", kUnpack},
+    {"wvs", "a project of WorkVisual (KUKA)",
+     "Export the programs, and give the .src with its .dat beside it."},
+    {"rspag", "a station of RobotStudio (ABB), packed",
+     "Unpack it in RobotStudio, save the modules of the task, and give the .mod or .pgf."},
+    {"rsstn", "a station of RobotStudio (ABB)",
+     "Save the modules of its task, and give the .mod or .pgf."},
+    {"rslib", "a library of RobotStudio (ABB), and no program",
+     "Save the modules of the task, and give the .mod or .pgf."},
+    {"dtx", "the data of a VAL 3 application (Staubli), and no program",
+     "Leave it beside its project .pjx, and give that."},
+    {"pdl", "a PDL2 program of Comau", kNoReader},
+    {"cod", "a compiled PDL2 program of Comau", kNoReader},
+    {"jbi", "an INFORM job of Yaskawa", kNoReader},
+    {"as", "an AS program of Kawasaki", kNoReader},
+    {"pg", "an AS program of Kawasaki", kNoReader},
+    {"pcs", "a PacScript program of Denso", kNoReader},
+    {"pac", "a PAC program of Denso", kNoReader},
+    {"wpj", "a project of WINCAPS (Denso)", kProjectHint},
+    {"drl", "a DRL program of Doosan", kNoReader},
+    {"zip", "an archive", kUnpack},
+    {"7z", "an archive", kUnpack},
+    {"rar", "an archive", kUnpack},
+    {"tar", "an archive", kUnpack},
+    {"tgz", "an archive", kUnpack},
+    {"gz", "a packed file", kUnpack}};
+
 }  // namespace
 
 Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& path,
@@ -51,7 +117,13 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
                     [&](const ReaderFormat& f) { return extension == f.extension; }))
       candidates.push_back({info.name, std::move(reader)});
   }
-  if (candidates.empty()) return std::string();
+  if (candidates.empty()) {
+    for (const OtherFile& other : kOtherFiles)
+      if (other.extension == extension)
+        return error(ErrorCode::unsupported, "it is " + std::string(other.is),
+                     std::string(other.hint), path.filename().string());
+    return std::string();
+  }
   if (candidates.size() == 1) return candidates[0].name;
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
   const std::string source = as_utf8(bytes);  // read_foreign tells what it was in
