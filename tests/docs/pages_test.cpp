@@ -153,15 +153,13 @@ const std::set<std::string> kOfClients{"docs/user/remote/student.md"};
 std::vector<std::string> pages_with_code() {
   const fs::path root(ROBOMOSP_SOURCE_DIR);
   std::vector<std::string> out{"README.md"};
-  for (const char* folder : {"docs/user", "docs/user/irl", "docs/user/irl/targets",
-                             "docs/user/remote", "docs/user/stories", "docs/plugin_author"})
-    for (const auto& entry : fs::directory_iterator(root / folder)) {
-      if (entry.path().extension() != ".md" ||
-          kOfClients.contains(fs::relative(entry.path(), root).generic_string()))
-        continue;
+  for (const char* folder : {"docs/user", "docs/plugin_author"})
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+      const std::string page = fs::relative(entry.path(), root).generic_string();
+      if (entry.path().extension() != ".md" || kOfClients.contains(page)) continue;
       for (const Block& b : blocks_of(entry.path()))
         if (b.language == "lua" && !b.body.starts_with("-- not run")) {
-          out.push_back(fs::relative(entry.path(), root).generic_string());
+          out.push_back(page);
           break;
         }
     }
