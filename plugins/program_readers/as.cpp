@@ -1494,20 +1494,13 @@ class AsReader final : public Reader {
       skip_rest();
       return;
     }
-    std::string list;
-    bool ok = true;
+    std::vector<ArmValue> values;
     do {
-      const Ex n = as_integer(expression(25), at);
-      ok = ok && n.ok && n.is_constant;
-      list += (list.empty() ? "" : ", ") + n.s;
+      values.push_back({expression(25)});
     } while (accept(","));
     accept(":");
-    if (!ok) {
-      bad(at, "the values of this VALUE are not known");
-      list = "-2147483647";
-    }
     if (blocks_.back().has_arm) arm_ends(at);
-    open_arm("WHEN " + list + ":", at);
+    open_arm(values, at);
   }
   void any(const At& at) {
     accept(":");
@@ -1523,7 +1516,7 @@ class AsReader final : public Reader {
     }
     if (blocks_.back().has_arm) arm_ends(at);
     open_.back().has_else = true;
-    open_arm("DEFAULT:", at);
+    open_default(at);
   }
   void scase(const At& at) {
     const Ex e = expression();

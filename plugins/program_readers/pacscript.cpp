@@ -1207,30 +1207,21 @@ class PacReader final : public Reader {
       return skip_rest();
     }
     if (accept("else")) {
-      open_arm("DEFAULT:", at);
+      open_default(at);
       return;
     }
-    std::string list;
-    bool ok = !is("is");
-    do {
-      if (!ok) break;
-      const Ex a = as_integer(expression(25), at);
-      ok = a.ok && a.is_constant;
-      list += (list.empty() ? "" : ", ") + a.s;
-      if (ok && accept("to")) {
-        const Ex b = as_integer(expression(25), at);
-        ok = b.is_literal && a.is_literal && b.v >= a.v && b.v - a.v < 200;
-        for (std::int64_t i = static_cast<std::int64_t>(a.v) + 1;
-             ok && i <= static_cast<std::int64_t>(b.v); ++i)
-          list += ", " + std::to_string(i);
-      }
-    } while (ok && accept(","));
-    if (!ok) {
-      bad(at, "the values of this Case are not known");
+    std::vector<ArmValue> values;
+    if (is("is")) {
+      bad(at, "Case Is is not read");
       skip_rest();
-      list = "-2147483647";
+    } else {
+      do {
+        ArmValue v{expression(25)};
+        if (accept("to")) v.to = expression(25);
+        values.push_back(std::move(v));
+      } while (accept(","));
     }
-    open_arm("WHEN " + list + ":", at);
+    open_arm(values, at);
   }
   void for_(const At& at) {
     const Ex v = place_here(true);

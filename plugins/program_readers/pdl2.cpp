@@ -1234,27 +1234,20 @@ class Pdl2Reader final : public Reader {
       bad(at, "CASE stands outside of SELECT");
       return skip_rest();
     }
-    std::string list;
-    bool ok = expect("(");
-    if (ok) {
+    std::vector<ArmValue> values;
+    if (expect("(")) {
       do {
-        const Ex e = as_integer(expression(), at);
-        ok = ok && e.ok && e.is_constant;
-        list += (list.empty() ? "" : ", ") + e.s;
+        values.push_back({expression()});
       } while (accept(","));
       expect(")");
     }
     accept(":");
-    if (!ok) {
-      bad(at, "the values of this CASE are not known");
-      list = "-2147483647";
-    }
-    open_arm("WHEN " + list + ":", at);
+    open_arm(values, at);
   }
   void default_(const At& at) {
     forget();
     accept(":");
-    if (is_in("endselect")) open_arm("DEFAULT:", at);
+    if (is_in("endselect")) open_default(at);
     else bad(at, "DEFAULT stands outside of SELECT");
   }
   void jump(const At& at) {
