@@ -178,6 +178,11 @@ class KrlReader final : public Reader {
         const Ex e = converted(expression(), t, name.at);
         want_.reset();
         if (!e.ok) return;
+        if (!is_local && calls_routine(e.s)) {
+          bad(name.at, "a value that a function computes is not read in a declaration",
+              "Assign it at the start of the program.");
+          return;
+        }
         text = e.s;
         if (is_bare_ && !is_local && (t.k == K::pose || t.k == K::target)) bare_.insert(name.low);
         if (is_constant && t.k == K::integer) known_[name.low] = e.v;
@@ -337,7 +342,8 @@ class KrlReader final : public Reader {
     // Inline forms name tools and bases by their number.
     if (used.contains("bas") || used.contains("fdat_act") || used.contains("stool2") ||
         used.contains("sbase"))
-      used.insert({"tool_data", "base_data"});
+      used.insert({"tool_data", "base_data", "def_vel_ptp", "def_vel_cp", "def_vel_ori1",
+                   "def_apo_cptp", "def_apo_cdis", "def_apo_cvel"});
     struct DataLine {
       std::uint32_t begin;
       std::vector<std::string> declared, named;
@@ -407,7 +413,14 @@ class KrlReader final : public Reader {
     if (is_function) {
       const Token t = next();
       h.result = type_named(t.low).value_or(kReal);
-      if (!type_named(t.low)) note(t.at, "the type " + std::string(t.raw) + " is taken as REAL");
+      if (accept("[")) {  // a text of so many characters
+        while (!at_line_end() && !accept("]")) next();
+        if (h.result.k == K::character) h.result = kString;
+        else fail(t.at, "IRL has no functions that give arrays");
+      }
+      if (!type_named(t.low))
+        fail(t.at,
+             "IRL has no type " + std::string(t.raw.substr(0, 40)) + "; REAL is taken for it");
     }
     h.name = std::string(next().raw);
     if (accept("(")) {
@@ -708,17 +721,44 @@ class KrlReader final : public Reader {
     expect(")");
     if (!v.ok) return;
     if (what.low == "#initmov" || what.low == "initmov") {
-      note_line(at, "initialises the motions; IRL has its defaults");
-    } else if (what.low == "vel_ptp" || what.low == "ptp_params" || what.low == "ptp_dat") {
-      if (what.low != "ptp_dat") set_variable("R_SPEED_PTP", v, at);
-      if (what.low == "ptp_params" && pdat_) take_data(*pdat_, "ptp", at);
+      if (globals_.contains("tool_data") && !learned_.types.contains("tool_data")) {
+        // With the values that $config.dat has.
+        const auto known = [&](const char* name) -> std::optional<Ex> {
+          const auto it = globals_.find(name);
+          if (it == globals_.end() || !is_number(it->second.type)) return std::nullopt;
+          return place(it->second.irl, it->second.type);
+        };
+        if (const auto e = known("def_vel_ptp")) set_variable("R_SPEED_PTP", *e, at);
+        if (const auto e = known("def_vel_cp")) set_variable("R_SPEED", scaled(*e, 1000), at);
+        if (const auto e = known("def_vel_ori1")) set_variable("R_SPEED_ORI", *e, at);
+        for (const auto& [name, key] :
+             {std::pair{"def_apo_cptp", "apo_cptp"}, std::pair{"def_apo_cdis", "apo_cdis"},
+              std::pair{"def_apo_cvel", "apo_cvel"}})
+          if (const auto e = known(name)) set(key, as_real(*e, at), at);
+        set("tool", numbered("tool_data", integer(1), at), at);
+        set("frame", identity(), at);
+      }
+      note_line(at, "initialises the motions; what $config.dat does not say stays as IRL has it");
+    } else if (what.low == "vel_ptp") {
+      set_variable("R_SPEED_PTP", v, at);
+    } else if (what.low == "vel_cp") {
+      set_variable("R_SPEED", scaled(v, 1000), at);
+    } else if (what.low == "ptp_params" || what.low == "ptp_dat") {
+      if (pdat_) take_data(*pdat_, true, what.low == "ptp_dat", at);
+      if (what.low == "ptp_params") {
+        set_variable("R_SPEED_PTP", v, at);
+        if (fdat_) frames(at);
+      }
+    } else if (what.low == "cp_params" || what.low == "cp_dat") {
+      if (ldat_) take_data(*ldat_, false, what.low == "cp_dat", at);
+      if (what.low == "cp_params") {
+        set_variable("R_SPEED", scaled(v, 1000), at);
+        if (fdat_) frames(at);
+      }
     } else if (what.low == "acc_ptp") {
       set_variable("R_ACC_PTP", v, at);
-    } else if (what.low == "vel_cp" || what.low == "cp_params" || what.low == "cp_dat") {
-      if (what.low != "cp_dat") set_variable("R_SPEED", scaled(v, 1000), at);
-      if (what.low == "cp_params" && ldat_) take_data(*ldat_, "cp", at);
     } else if (what.low == "acc_cp") {
-      bad(at, "IRL has accelerations in % of the greatest, and not in m/s^2");
+      set_variable("R_ACC", v, at);  // in % of DEF_ACC_CP
     } else if (what.low == "tool" || what.low == "base") {
       numbered_frame(what.low == "tool", v, at);
     } else if (what.low == "frames") {
@@ -726,35 +766,70 @@ class KrlReader final : public Reader {
         bad(at, "no FDAT_ACT is set before this");
         return;
       }
-      const auto& fields = globals_.at(*fdat_).fields;
-      if (const auto it = fields.find("ipo_frame"); it != fields.end() && it->second.s != "#base") {
-        bad(at, "IRL has no tools that stand still (IPO_FRAME)");
-        return;
-      }
-      for (const auto& [key, is_tool] : {std::pair{"tool_no", true}, std::pair{"base_no", false}})
-        if (const auto it = fields.find(key); it != fields.end())
-          numbered_frame(is_tool, it->second, at);
+      frames(at);
     } else {
       bad(at, "BAS(#" + std::string(what.raw) + ") is not known");
     }
   }
-  /// FHOME and PDEFAULT as the controller comes with them in $config.dat, which every program of
-  /// inline forms begins with; nothing of other names.
+  /// FHOME and PDEFAULT of $config.dat, which every program of inline forms begins with: where that
+  /// file is missing, what they set is unknown.
   std::map<std::string, Symbol>::iterator delivered_data(const Token& name) {
     Symbol s;
     s.kind = Symbol::data;
-    if (name.low == "fhome") s.fields = {{"tool_no", integer(0)}, {"base_no", integer(0)}};
-    else if (name.low == "pdefault") s.fields = {{"apo_dist", integer(100)}};
-    else return globals_.end();
-    warn(name.at,
-         std::string(name.raw) + " is in $config.dat, which is not among the files; " +
-             (name.low == "fhome" ? "tool 0 and base 0 are taken" : "APO_DIST 100 is taken"));
+    if (name.low != "fhome" && name.low != "pdefault" && name.low != "ldefault")
+      return globals_.end();
+    s.fields = {{"!unknown", integer(0)}};
+    note(name.at, std::string(name.raw) +
+                      " is in $config.dat, which is not among the files; what it sets is "
+                      "unknown from here on");
     return globals_.emplace(name.low, std::move(s)).first;
   }
-  void take_data(const std::string& name, std::string_view kind, const At& at) {
-    const auto& fields = globals_.at(name).fields;
-    if (const auto it = fields.find("apo_dist"); it != fields.end())
-      set(kind == "ptp" ? "apo_cptp" : "apo_cdis", as_real(it->second, at), at);
+  /// Speed, acceleration and approximation of PDAT_ACT or LDAT_ACT.
+  void take_data(const std::string& name, bool is_ptp, bool with_speed, const At& at) {
+    const auto fields = globals_.at(name).fields;
+    const auto has = [&](const char* key) -> const Ex* {
+      const auto it = fields.find(key);
+      return it == fields.end() ? nullptr : &it->second;
+    };
+    if (const Ex* e = has("ori_typ"); e && !is_ptp && e->s != "#var") {
+      bad(at, "IRL turns the tool evenly along a path (ORI_TYP #VAR)");
+      return;
+    }
+    if (has("!unknown")) {
+      forget(is_ptp ? "apo_cptp" : "apo_cdis", at);
+      return;
+    }
+    const Ex* mode = has("apo_mode");
+    const bool is_distance = !is_ptp || (mode && mode->s == "#cdis");
+    if (const Ex* e = has("apo_dist")) {
+      Ex x = as_real(*e, at);
+      if (!is_distance && x.is_literal && x.v > 100) x = real(100);
+      set(is_distance ? "apo_cdis" : "apo_cptp", x, at);
+    }
+    if (const Ex* e = has("vel"); e && with_speed)
+      set_variable(is_ptp ? "R_SPEED_PTP" : "R_SPEED", is_ptp ? *e : scaled(*e, 1000), at);
+    const char* acc = is_ptp ? "R_ACC_PTP" : "R_ACC";
+    if (const Ex* e = has("acc"); e && e->ok && is_number(e->type)) {
+      // 100 % is so in IRL, where nothing else was set.
+      if (!e->is_literal || e->v != 100) learned_.flags.insert(acc);
+      if (learned_.flags.contains(acc)) set_variable(acc, *e, at);
+    }
+  }
+  void frames(const At& at) {
+    const auto fields = globals_.at(*fdat_).fields;
+    if (const auto it = fields.find("ipo_frame"); it != fields.end() && it->second.s != "#base") {
+      bad(at, "IRL has no tools that stand still (IPO_FRAME)");
+      return;
+    }
+    if (fields.contains("!unknown")) {
+      forget("tool", at);
+      forget("frame", at);
+      emit("{ " + source_line(at) + " }", at);
+      return;
+    }
+    for (const auto& [key, is_tool] : {std::pair{"tool_no", true}, std::pair{"base_no", false}})
+      if (const auto it = fields.find(key); it != fields.end())
+        numbered_frame(is_tool, it->second, at);
   }
   void numbered_frame(bool is_tool, const Ex& n, const At& at) {
     if (n.is_literal && n.v == 0) {
@@ -843,6 +918,7 @@ class KrlReader final : public Reader {
         return;
       }
     }
+    is_approximated_ = !near.empty();
     if (!near.empty())
       m.attributes.emplace_back(near, with_apo_         ? *with_apo_
                                       : near == "C_PTP" ? get("apo_cptp", kReal, at)
@@ -1094,18 +1170,22 @@ class KrlReader final : public Reader {
     }
     emit("GOTO " + label(t.raw) + ";", at);
   }
+  /// A wait for nothing: the motion before it goes all the way to its target.
+  void stop_advance(const At& at) {
+    if (is_approximated_) emit("WAIT 0.0 SEC;", at);
+    else note_line(at, "it waits for nothing; it only stops the advance run");
+  }
   void wait(const At& at) {
     if (accept("sec")) {
       const Ex e = as_real(expression(), at);
-      if (e.is_literal && e.v <= 0)
-        return note_line(at, "it waits for no time; it only stops the advance run");
+      if (e.is_literal && e.v <= 0) return stop_advance(at);
       if (e.ok) emit("WAIT " + within(e, kSum) + " SEC;", at);
       return;
     }
     if (!expect("for")) return;
     const Ex e = converted(expression(), kBool, at);
     if (!e.ok) return;
-    if (e.s == "TRUE") return note_line(at, "it waits for nothing; it only stops the advance run");
+    if (e.s == "TRUE") return stop_advance(at);
     emit("WAIT FOR " + e.s + ";", at);
   }
   /// A timer that runs from -t while its flag is waited for, too: WAIT FOR with TIMEOUT.
@@ -1170,7 +1250,21 @@ class KrlReader final : public Reader {
     if (e.ok) emit("RETURN " + e.s + ";", at);
   }
   void continue_(const At& at) {
-    note_line(at, "CONTINUE is of the advance run, which IRL does not have");
+    // The statement behind it runs before the motion ends.
+    std::size_t i = 0;
+    while (peek(i).kind == Tk::line) ++i;
+    bool has_signals = false;
+    for (; peek(i).kind != Tk::line && peek(i).kind != Tk::end; ++i) {
+      const Symbol* s = peek(i).kind == Tk::name ? find(peek(i).low) : nullptr;
+      has_signals = has_signals || peek(i).low == "$out" || peek(i).low == "$in" ||
+                    peek(i).low == "pulse" || peek(i).low == "wait" ||
+                    (s && (s->kind == Symbol::input || s->kind == Symbol::output));
+    }
+    if (!has_signals)
+      return note_line(at, "CONTINUE is of the advance run, which IRL does not have");
+    left_out(RMP_FAULT_ERROR, at,
+             "the statement behind CONTINUE runs before the motion ends, and in IRL behind it",
+             "Take CONTINUE out.");
   }
   void brake(const At& at) {
     if (stops_.contains(routine_name_)) {
@@ -1288,6 +1382,16 @@ class KrlReader final : public Reader {
     if ((t.low == "pdat_act" || t.low == "ldat_act" || t.low == "fdat_act") && is("=", 1)) {
       next();
       next();
+      if (is("{")) {
+        Symbol s;
+        s.kind = Symbol::data;
+        s.fields = aggregate();
+        const std::string name = "!" + t.low + std::to_string(at.begin);
+        globals_.insert_or_assign(name, std::move(s));
+        (t.low[0] == 'p' ? pdat_ : t.low[0] == 'l' ? ldat_ : fdat_) = name;
+        emit("{ " + source_line(at) + " }", at);
+        return;
+      }
       const Token from = next();
       auto it = globals_.find(from.low);
       if (it == globals_.end()) it = delivered_data(from);
@@ -1869,6 +1973,7 @@ class KrlReader final : public Reader {
   std::map<std::string, std::string> last_of_many_;
   std::optional<Ex> with_apo_;
   bool is_with_reported_ = false;
+  bool is_approximated_ = false;  ///< the last motion that was read
   std::optional<Type> want_;
   Type field_type_;
   std::optional<std::string> pdat_, ldat_, fdat_;

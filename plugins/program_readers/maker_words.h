@@ -12,7 +12,7 @@ namespace robomosp::readers {
 enum class MakerLanguage { none, krl, rapid, val3, pdl2, pacscript };
 /// What a controller's own word does to motions and signals.
 enum class MakerWord {
-  moves,  ///< it moves, switches, waits or changes what later motions do
+  moves,  ///< it moves, switches, waits, gives variables a value or changes what later motions do
   tells,  ///< it shows, writes or measures time, and motions go on as without it
 };
 /// Of a word in lower case; nothing where the controller has no such word. Words that a reader

@@ -44,7 +44,7 @@ struct Krl {
   }
   static std::vector<std::string> needs(const SourceFile& f) {
     const std::string name(stem(f.name));
-    if (extension(f.name) == "src") return {name + ".dat", "$config.dat"};
+    if (extension(f.name) == "src") return {name + ".dat", "System/$config.dat"};
     return {};
   }
   static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {

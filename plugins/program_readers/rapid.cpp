@@ -42,7 +42,7 @@ class RapidReader final : public Reader {
     starts_with("displacement", identity());
     for (is_announcing_ = true;; is_announcing_ = false) {
       for (std::size_t f = 0; f < files_.size(); ++f)
-        if (extension(files_[f].name) != "pgf") file(f);
+        if (!is_list_of_modules(f)) file(f);
       if (!is_announcing_) break;
     }
     if (!has_main_)
@@ -58,7 +58,9 @@ class RapidReader final : public Reader {
   /// (RAPID kernel, expressions).
   int not_precedence() const override { return 11; }
   void skip_rest() override {
-    while (!at_end() && !is(";")) next();
+    while (!at_end() && !is(";") && !is("endproc") && !is("endfunc") && !is("endtrap") &&
+           !is("endmodule"))
+      next();
   }
   void skip_condition() override {
     while (!at_end() && !is("then") && !is("do") && !is(";") && !is("endif") && !is("endwhile") &&
@@ -81,6 +83,11 @@ class RapidReader final : public Reader {
 
   // ---- types ----
 
+  /// A .pgf names modules in XML; some hold a module themselves.
+  bool is_list_of_modules(std::size_t f) const {
+    return extension(files_[f].name) == "pgf" &&
+           lower(files_[f].text.substr(0, 4000)).find("<program") != std::string::npos;
+  }
   /// Of what is declared with a type of RAPID; nothing where IRL has none.
   std::optional<Type> type_named(const std::string& low) const {
     static const std::map<std::string, Type, std::less<>> kTypes{
@@ -227,7 +234,10 @@ class RapidReader final : public Reader {
       const Ex e = built(a, of.low, t);
       frames = std::exchange(both_frames_, 0);
       want_.clear();
-      if (!e.ok) {
+      if (e.ok && !is_local && calls_routine(e.s))
+        bad(from, "a value that a function computes is not read in a declaration",
+            "Assign it at the start of the program.");
+      if (!e.ok || (!is_local && calls_routine(e.s))) {
         skip_rest();
         accept(";");
         // Declared all the same, so that what uses it is read.
@@ -667,7 +677,9 @@ class RapidReader final : public Reader {
     Motion m;
     m.word = is_joint ? "PTP" : word.starts_with("movel") ? "LIN" : "CIRCLE";
     const auto options = [&](std::map<std::string, Ex>& to) {
-      while (accept("\\")) {
+      while (is("\\") || (is(",") && is("\\", 1))) {
+        accept(",");
+        accept("\\");
         const Token name = next();
         if (!accept(":=")) {
           to[name.low] = boolean(true);
@@ -689,6 +701,8 @@ class RapidReader final : public Reader {
       }
     };
     std::map<std::string, Ex> given, here;
+    bool is_free = false;
+    if (is_joint && word != "moveabsj" && !has_free_configuration(is_free, at)) return skip_rest();
     options(given);  // \Conc
     if (given.contains("conc")) accept(",");
     if (word == "searchl" && !search(given, m, at)) return;
@@ -712,8 +726,10 @@ class RapidReader final : public Reader {
         return position(by);
       }
       const Aggregate a = aggregate();
+      is_any_configuration_ = is_free;
       const Ex e = built(a, word == "moveabsj" ? "jointtarget" : "robtarget",
                          word == "moveabsj" ? kJoint : kTarget);
+      is_any_configuration_ = false;
       options(given);
       return e;
     };
@@ -800,22 +816,24 @@ class RapidReader final : public Reader {
     if (given.contains("conc"))
       bad(at, "\\Conc is not said in IRL: the next statement waits for the motion",
           "Take \\Conc out.");
-    if (is_joint && word != "moveabsj" && !free_configuration(m, at)) return;
+    if (is_free)
+      for (Ex& e : m.targets) e = without_configuration(e);
     move(std::move(m), at);
     if (output.ok && level.ok) emit(output.s + " := " + level.s + ";", at);
   }
   /// Behind ConfJ\Off a joint motion takes the nearest configuration. False = it was reported.
-  bool free_configuration(Motion& m, const At& at) {
+  bool has_free_configuration(bool& is_free, const At& at) {
     const std::string how = mode("conf_j", "on", at);
-    if (how == "on") return true;
-    if (how.empty() || learned_.external_axes > 0) {
-      bad(at, how.empty() ? "ConfJ is On on one path to this motion and Off on another"
-                          : "IRL has no places without a configuration that move additional axes");
-      return false;
-    }
-    for (Ex& e : m.targets)
-      if (e.type.k == K::target) e = as_pose(e, at);
-    return true;
+    is_free = how == "off";
+    if (!how.empty()) return true;
+    bad(at, "ConfJ is On on one path to this motion and Off on another");
+    return false;
+  }
+  Ex without_configuration(const Ex& e) {
+    if (!e.ok || e.type.k != K::target) return e;
+    if (e.s.starts_with("ROBTARGET(") && e.s.find("), -1, [-128") != std::string::npos) return e;
+    if (learned_.external_axes == 0) return value(within(e, kPrimary) + ".PSE", kPose);
+    return value(helper("any_configuration_target") + "(" + e.s + ")", kTarget);
   }
   void conf(const At& at) {
     std::string how = "on";
@@ -1274,6 +1292,11 @@ class RapidReader final : public Reader {
         Ex f = value("POSE(" + p.s + ", " + o.s + ")", kPose);
         f.ok = p.ok && o.ok;
         f.is_constant = p.is_constant && o.is_constant;
+        if (is_any_configuration_ && a.is_list) {
+          const std::vector<Ex> more = external(a.items[3]);
+          if (more.empty() && learned_.external_axes == 0) return f;
+          return target(f, integer(-1), std::vector<Ex>(6, integer(-128)), more);
+        }
         const std::vector<Ex> cf = numbers(a.items[2], 4);
         // Axes 2, 3 and 5 are not told: whichever turn is nearest.
         std::vector<Ex> turns(6, integer(-128));
@@ -1603,6 +1626,7 @@ class RapidReader final : public Reader {
   std::vector<Token> after_;
   std::string word_, want_, result_name_;
   bool is_announcing_ = true, has_main_ = false, told_zone_ = false;
+  bool is_any_configuration_ = false;
   bool is_stopped_ = false;  ///< the last motion that was read stops at its target
   int both_frames_ = 0;      ///< of the last work object: 1 user frame, 2 object frame
   int nested_ = 0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -1009,6 +1010,12 @@ void Reader::begin(std::string_view foreign, const std::vector<Parameter>& param
                    const Type& result, const At& at) {
   const std::string key = lower(foreign);
   const Symbol* s = &globals_[key];
+  Symbol second;
+  if (!begun_.insert(key).second) {
+    fail(at, std::string(foreign.substr(0, 60)) + " is declared twice; the first one is called");
+    second.irl = irl_name(foreign);
+    s = &second;
+  }
   const bool is_function = result.k != K::none;
   Routine& r = open({}, is_function ? "ENDFCT" : "ENDPROC", at);
   r.key = key;
@@ -1032,6 +1039,24 @@ void Reader::begin(std::string_view foreign, const std::vector<Parameter>& param
   }
   r.head = (is_function ? "FUNCTION " : "PROCEDURE ") + s->irl + " (" + list + ")" +
            (is_function ? ": " + type_text(result) : "");
+}
+bool Reader::calls_routine(const std::string& text) const {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < text.size();) {
+    if (std::isalpha(static_cast<unsigned char>(text[i])) == 0) {
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < text.size() &&
+           (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_'))
+      ++end;
+    names.insert(text.substr(i, end - i));
+    i = end;
+  }
+  return std::any_of(globals_.begin(), globals_.end(), [&](const auto& g) {
+    return g.second.kind == Symbol::routine && names.contains(g.second.irl);
+  });
 }
 void Reader::will_write(std::string_view low) {
   const auto it = current_->symbols.find(std::string(low));
@@ -1266,6 +1291,13 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
         return {};
       }
       Ex x = converted(args[i], t, at);
+      if (s->parameters[i].is_out && args[i].is_place) {
+        // A parameter of ours that it changes.
+        const std::string root = args[i].s.substr(0, args[i].s.find_first_of(".["));
+        for (const auto& [name, symbol] : current_->symbols)
+          if (symbol.irl == root && symbol.is_in_parameter)
+            learned_.flags.insert("written " + current_->key + "." + name);
+      }
       if (s->parameters[i].is_out && (!x.is_place || x.s != args[i].s)) {
         // A value is given where a place may be changed: a variable of ours takes it.
         if (args[i].is_place) {
@@ -1401,6 +1433,14 @@ std::string Reader::helper(std::string_view name) {
     line("  t := p;");
     line("  t.PSE.POS := POSITION(p.PSE.POS.X + x, p.PSE.POS.Y + y, p.PSE.POS.Z + z);");
     line("  RETURN t;");
+  } else if (n == "any_configuration_target") {
+    r.head = "FUNCTION " + s.irl + " (IN ROBTARGET: p): ROBTARGET";
+    r.locals.push_back({"ROBTARGET: t;", {}, false});
+    line("  t := p;");
+    line("  t.STATUS := -1;");
+    for (char k = '1'; k <= '6'; ++k)
+      r.body.push_back({"  t.TURNS[" + std::string(1, k) + "] := -128;", {}, false});
+    line("  RETURN t;");
   } else if (n == "with_pose") {
     r.head = "FUNCTION " + s.irl + " (IN ROBTARGET: p; IN POSE: q): ROBTARGET";
     r.locals.push_back({"ROBTARGET: t;", {}, false});
@@ -1499,7 +1539,7 @@ void Reader::set(std::string_view modal, const Ex& to, const At& at) {
   const std::string key(modal);
   learned_.modal[key];
   const std::string mark = kChangeMark + std::to_string(changes_.size()) + kMarkEnd;
-  changes_.push_back({key, to.s, to.is_constant, false});
+  changes_.push_back({key, to.s, to.is_constant, false, false});
   if (to.is_constant && learned_.constant_settings.contains(key)) {
     if (to.type.k == K::pose) declare_modal(key, to.type, at);
     current_->body.push_back({mark, at, false});
@@ -1510,13 +1550,17 @@ void Reader::set(std::string_view modal, const Ex& to, const At& at) {
   const Ex x = converted(to, s->type, at);
   if (x.ok) emit(s->irl + " := " + x.s + ";" + mark, at);
 }
+void Reader::forget(std::string_view modal, const At& at) {
+  current_->body.push_back({kChangeMark + std::to_string(changes_.size()) + kMarkEnd, at, false});
+  changes_.push_back({std::string(modal), {}, false, false, true});
+}
 void Reader::set_part(std::string_view modal, const Ex& to, const Ex& from, const At& at) {
   if (!to.ok || !from.ok) return;
   const std::string key(modal);
   learned_.modal[key];
   assign(to, from, at);
   current_->body.push_back({kChangeMark + std::to_string(changes_.size()) + kMarkEnd, at, false});
-  changes_.push_back({key, {}, false, true});
+  changes_.push_back({key, {}, false, true, false});
 }
 bool Reader::is_set(std::string_view modal) const {
   return learned_.modal.contains(std::string(modal));
@@ -1542,7 +1586,7 @@ Ex Reader::get(std::string_view modal, const Type& t, const At& at) {
 void Reader::set_mode(std::string_view modal, const std::string& word, const At& at) {
   const std::string key(modal);
   current_->body.push_back({kChangeMark + std::to_string(changes_.size()) + kMarkEnd, at, false});
-  changes_.push_back({key, word, true, false});
+  changes_.push_back({key, word, true, false, false});
 }
 std::string Reader::mode(std::string_view modal, const std::string& at_start, const At& at) {
   const std::string key(modal);
@@ -1661,7 +1705,8 @@ std::unique_ptr<ReadProgram> Reader::finish() {
   for (Routine& r : routines_) {
     if (r.end != "ENDFCT") continue;
     const auto returns = [](const Line& l) {
-      return l.s.find("RETURN ") != std::string::npos && l.s.find("{ not") == std::string::npos;
+      const std::size_t b = l.s.find_first_not_of(' ');
+      return b != std::string::npos && l.s[b] != '{' && l.s.find("RETURN ") != std::string::npos;
     };
     if (std::any_of(r.body.begin(), r.body.end(), returns)) continue;
     fail(r.at, "this function gives no value that was read; it gives a zero here");

@@ -348,6 +348,8 @@ class Reader {
   /// Begins an announced routine. A parameter that is changed and no OUT gets a variable.
   void begin(std::string_view foreign, const std::vector<Parameter>&, const Type& result,
              const At&);
+  /// Whether an expression calls a routine, so that no declaration may have it.
+  [[nodiscard]] bool calls_routine(const std::string& text) const;
   /// A variable is about to be changed.
   void will_write(std::string_view low);
   Routine& open(std::string_view head, std::string_view end, const At&);
@@ -431,6 +433,8 @@ class Reader {
   /// The value of a setting when a program starts, where the language says it.
   void starts_with(std::string_view modal, const Ex&);
   void set(std::string_view modal, const Ex&, const At&);
+  /// From here on it is what the controller has, which nobody knows.
+  void forget(std::string_view modal, const At&);
   /// A part of a setting gets a value: `to` is a component of get().
   void set_part(std::string_view modal, const Ex& to, const Ex& from, const At&);
   /// Whether the program sets it anywhere.
@@ -476,7 +480,7 @@ class Reader {
   };
   struct SettingChange {
     std::string key, text;
-    bool is_constant = false, is_part = false;
+    bool is_constant = false, is_part = false, is_unset = false;
   };
   /// The call of a function as a statement: a variable takes its value.
   std::string unused(const std::string& call, const Type&, const At&);
@@ -497,7 +501,7 @@ class Reader {
   std::size_t dropped_faults_ = 0;
   Routine* current_ = &main_;
   std::deque<Routine> routines_;
-  std::set<std::string> used_names_;
+  std::set<std::string> used_names_, begun_;
   std::map<std::string, int> name_counts_;
   std::map<std::string, std::string> labels_;
   std::set<std::pair<const Routine*, std::string>> placed_labels_;

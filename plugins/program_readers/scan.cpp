@@ -106,7 +106,7 @@ void Reader::scan(std::size_t file, const Style& style, const Part& part) {
       const bool is_closed = end < text.size() && text[end] == c;
       tokens_.push_back({Tk::text, text.substr(i + 1, end - i - 1), std::string(1, c), 0, false,
                          at(i, std::min(end + 1, text.size()))});
-      if (!is_closed) warn(at(i, end), "this text does not end in its line");
+      if (!is_closed) fail(at(i, end), "this text does not end in its line");
       i = is_closed ? end + 1 : end;
       continue;
     }

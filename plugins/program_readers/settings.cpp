@@ -101,7 +101,7 @@ class SettingFlow {
   struct Change {
     std::size_t setting = 0;
     int value = kManyValues;
-    bool is_part = false;
+    bool is_part = false, is_unset = false;
   };
   std::vector<Change> changes;
   std::vector<std::size_t> setting_of_use;
@@ -135,7 +135,7 @@ class SettingFlow {
     for (std::size_t i = 0; i < routines.size(); ++i)
       if (routines[i].is_apart) collect(i, beside);
     std::vector<Held> all(settings_);
-    for (const Change& c : changes) all[c.setting].join({false, false, c.value});
+    for (const Change& c : changes) all[c.setting].join(what(c));
     routines[0].entry = at_start;
     for (std::size_t i = 1; i < routines.size(); ++i) {
       if (!routines[i].is_called) routines[i].entry = at_start;  // somebody else calls it
@@ -165,6 +165,9 @@ class SettingFlow {
   }
 
  private:
+  static Held what(const Change& c) {
+    return c.is_unset ? Held{true, false, kNoValue} : Held{false, false, c.value};
+  }
   static Held resolved(const FlowRoutine& r, Held h, std::size_t setting) {
     if (h.is_callers) {
       h.is_callers = false;
@@ -182,8 +185,7 @@ class SettingFlow {
       done[i] = true;
       for (const FlowStep& s : routines[i].steps) {
         if (s.word == FlowWord::call) open.push_back(s.what);
-        if (s.word == FlowWord::change)
-          into[changes[s.what].setting].join({false, false, changes[s.what].value});
+        if (s.word == FlowWord::change) into[changes[s.what].setting].join(what(changes[s.what]));
       }
     }
   }
@@ -210,7 +212,8 @@ class SettingFlow {
         case FlowWord::change: {
           if (!now.is_reached) break;
           Held& h = now.held[changes[s.what].setting];
-          if (changes[s.what].is_part) h.join({false, false, kManyValues});
+          if (changes[s.what].is_unset) h = {true, false, kNoValue};
+          else if (changes[s.what].is_part) h.join({false, false, kManyValues});
           else h = {false, false, changes[s.what].value};
           break;
         }
@@ -480,7 +483,8 @@ void Reader::settle() {
   SettingFlow flow(keys.size(), uses_of_settings_.size());
   for (const SettingChange& c : changes_) {
     const std::size_t k = numbers[c.key];
-    flow.changes.push_back({k, c.is_constant ? number_of(k, c.text) : kManyValues, c.is_part});
+    flow.changes.push_back(
+        {k, c.is_constant ? number_of(k, c.text) : kManyValues, c.is_part, c.is_unset});
   }
   for (const SettingUse& u : uses_of_settings_) {
     const auto it = numbers.find(u.key);
@@ -521,7 +525,7 @@ void Reader::settle() {
   std::vector<int> value(keys.size(), kNoValue);
   std::vector<bool> is_one(keys.size(), true);
   for (const SettingFlow::Change& c : flow.changes)
-    if (c.is_part || c.value < 0) is_one[c.setting] = false;
+    if (!c.is_unset && (c.is_part || c.value < 0)) is_one[c.setting] = false;
   std::set<std::pair<std::size_t, std::uint32_t>> reported;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const SettingUse& u = uses_of_settings_[i];
@@ -534,12 +538,10 @@ void Reader::settle() {
       if (!is_never || !u.is_left_out) is_one[k] = false;
       if (reported.emplace(k, is_never).second)
         fail(u.at,
-             is_never ? setting_name(u.key) +
-                            " is set behind this place only: here it is what the "
-                            "controller had before"
-                      : setting_name(u.key) +
-                            " is not set on every path to this place; where it is "
-                            "not, zero is taken",
+             setting_name(u.key) +
+                 (is_never ? " is not set before this place: here it is what the controller has"
+                           : " is not set on every path to this place; where it is not, zero is "
+                             "taken"),
              "Set it before, at the start of the program.");
     }
     if (h.value >= 0 && !h.is_unset)

@@ -258,7 +258,6 @@ TEST_F(ProgramCommands, SourceInOtherEncodingsIsReadAndSaid) {
 }
 
 TEST_F(ProgramCommands, MakersFilesWithoutAProgramsTextAreNamed) {
-  // PolyScope's packed program; the rest is told by its extension, too.
   const std::string packed("\x1f\x8b\x08\0\0", 5);
   for (const char* name : {"weld.urp", "weld.tp", "POSREG.VA", "options.kop", "cell.rspag",
                            "weld.jbi", "cell.as", "weld.pcs", "backup.zip", "SYSVARS.SV"})
@@ -287,6 +286,32 @@ TEST_F(ProgramCommands, MakersFilesWithoutAProgramsTextAreNamed) {
       EXPECT_EQ(said(command, name).find(std::string(name) + ": it is "), 0U)
           << said(command, name);
   }
+}
+
+// A backup of a KUKA controller: KRC/R1/Program/... and KRC/R1/System/$config.dat, in any letters.
+TEST_F(ProgramCommands, ABackupOfKukaGivesItsConfiguration) {
+  const std::filesystem::path cell = folder_ / "KRC" / "R1" / "PROGRAM" / "Cell";
+  std::filesystem::create_directories(cell);
+  std::filesystem::create_directories(folder_ / "KRC" / "R1" / "SYSTEM");
+  const std::string r1 = "KRC/R1/";
+  write(r1 + "PROGRAM/Cell/pick.src",
+        "DEF pick( )\nFDAT_ACT={TOOL_NO 2,BASE_NO 0,IPO_FRAME #BASE}\nBAS(#FRAMES)\nLIN {X 1,Y "
+        "2,Z 3,A 0,B 0,C 0}\nEND\n");
+  write(r1 + "SYSTEM/$Config.dat",
+        "DEFDAT $CONFIG\nDECL STRANGE_T nothing={A 1}\nDECL FRAME TOOL_DATA[16]\nTOOL_DATA[2]={X "
+        "0,Y 0,Z 70,A 0,B 0,C 0}\nENDDAT\n");
+  const Value read = call("program.read_foreign", {{"file", (cell / "pick.src").string()}});
+  EXPECT_EQ(at(read, "read").text(), R"({"pick.src", "$Config.dat"})") << read.text();
+  EXPECT_EQ(*at(read, "errors").as_int(), 0) << at(read, "faults").text();
+  const std::string irl = *at(at(read, "files").as_list()->at(0), "text").as_string();
+  EXPECT_NE(irl.find("TOOL_DATA[2] := POSE(POSITION(0.0, 0.0, 70.0)"), std::string::npos) << irl;
+  // Beside the program it comes first.
+  write(r1 + "PROGRAM/Cell/$config.dat",
+        "DEFDAT $CONFIG\nDECL FRAME TOOL_DATA[16]\nTOOL_DATA[2]={X 0,Y 0,Z 71,A 0,B 0,C "
+        "0}\nENDDAT\n");
+  const Value near = call("program.read_foreign", {{"file", (cell / "pick.src").string()}});
+  EXPECT_NE(at(at(near, "files").as_list()->at(0), "text").as_string()->find("0.0, 71.0)"),
+            std::string::npos);
 }
 
 TEST_F(ProgramCommands, AnExtensionOfSeveralReadersSaysWhichTookIt) {

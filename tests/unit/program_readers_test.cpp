@@ -225,16 +225,15 @@ END
 DECL E6AXIS XHOME={A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}
 ENDDAT
 )"}});
+  // PDEFAULT and FHOME are in no file, and the approximation of PDEFAULT is used.
   EXPECT_EQ(read_faults(*p),
-            "2:10 warning PDEFAULT is in $config.dat, which is not among the files; APO_DIST 100 "
-            "is taken.\n"
-            "3:10 warning FHOME is in $config.dat, which is not among the files; tool 0 and base "
-            "0 are taken.\n");
+            "7:1 error $APO.CPTP is not set before this place: here it is what the controller "
+            "has.\n");
   expect_lines(*p, R"(
 MAIN_JOINT: XHOME := MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 0.0, 0.0);
 R_SPEED_PTP := 100.0;
-MOVE PTP XHOME TOOL := present_tool;
-MOVE PTP XHOME C_PTP := 100.0 TOOL := present_tool;
+MOVE PTP XHOME;
+MOVE PTP XHOME C_PTP := present_apo_cptp;
 )");
 }
 

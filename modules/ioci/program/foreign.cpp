@@ -16,6 +16,8 @@ namespace {
 
 constexpr std::size_t kMostFiles = 200;
 constexpr std::size_t kMostForeignNames = 100'000;
+/// How many folders above the program's a folder such as System is looked for in.
+constexpr int kMostFoldersAbove = 4;
 
 std::string extension_of(const std::filesystem::path& path) {
   const std::string e = text::lower(path.extension().string());
@@ -87,6 +89,38 @@ constexpr OtherFile kOtherFiles[] = {
     {"tar", "an archive", kUnpack},
     {"tgz", "an archive", kUnpack},
     {"gz", "a packed file", kUnpack}};
+
+/// The entry of a folder with this name, letter case apart; empty where there is none, or where the
+/// folder may not be read.
+std::filesystem::path entry_named(const std::filesystem::path& folder, const std::string& low,
+                                  FileKind kind) {
+  const auto listed = list_folder(folder, kMostForeignNames);
+  if (!listed.ok()) return {};
+  for (const FolderEntry& e : listed.value())
+    if (e.kind == kind && text::lower(e.name) == low) return folder / e.name;
+  return {};
+}
+
+/// "System/$config.dat": the file of a folder of this name beside the program, or beside a folder
+/// above it, the nearest one.
+std::filesystem::path found_above(const std::filesystem::path& program, const std::string& wanted) {
+  const std::filesystem::path name(wanted);
+  if (!name.has_parent_path() || name.is_absolute()) return {};
+  const std::string folder = text::lower(name.parent_path().filename().string());
+  if (folder.empty() || folder == "." || folder == "..") return {};
+  std::error_code failed;
+  std::filesystem::path at = std::filesystem::absolute(program, failed).parent_path();
+  for (int i = 0; !failed && i <= kMostFoldersAbove && !at.empty(); ++i) {
+    const auto inside = entry_named(at, folder, FileKind::folder);
+    if (!inside.empty()) {
+      const auto found = entry_named(inside, text::lower(name.filename().string()), FileKind::file);
+      if (!found.empty()) return found;
+    }
+    if (at == at.parent_path()) break;
+    at = at.parent_path();
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -189,15 +223,17 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
       const auto found = std::find_if(beside.begin(), beside.end(), [&](const FolderEntry& e) {
         return e.kind == FileKind::file && text::lower(e.name) == base;
       });
-      if (found == beside.end()) continue;  // the reader says what it misses
+      std::filesystem::path file =
+          found == beside.end() ? found_above(path, each) : path.parent_path() / found->name;
+      if (file.empty()) continue;  // the reader says what it misses
       if (out.files.size() >= kMostFiles)
         return error(ErrorCode::unsupported,
                      "it names more than " + std::to_string(kMostFiles) + " files", {},
                      path.filename().string());
-      RMP_TRY_ASSIGN(const std::string more,
-                     io::read_file(path.parent_path() / found->name, kMostSource));
-      RMP_TRY_ASSIGN(std::string beside_it, told_source(ctx, found->name, more));
-      out.files.push_back({found->name, std::move(beside_it)});
+      RMP_TRY_ASSIGN(const std::string more, io::read_file(file, kMostSource));
+      const std::string file_name = file.filename().string();
+      RMP_TRY_ASSIGN(std::string beside_it, told_source(ctx, file_name, more));
+      out.files.push_back({file_name, std::move(beside_it)});
     }
   }
   std::vector<SourceFile> sources;

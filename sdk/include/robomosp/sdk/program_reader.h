@@ -75,7 +75,8 @@ class ProgramReader {
   /// is not, 1 by its name only, 2 words of the language are there.
   [[nodiscard]] virtual std::int32_t claims(const SourceFile&) const = 0;
   /// Names of the files that belong to a source and may be beside it. Letter case does not count:
-  /// controllers do not tell it.
+  /// controllers ignore it. "System/$config.dat" is also looked for in a folder of this name beside
+  /// the source and beside the folders above it, the nearest first.
   virtual Result<std::vector<std::string>> needs(const SourceFile&) const = 0;
   /// A program, whatever is wrong with it. Nothing is dropped without a fault at its place. An
   /// error is what keeps the reader itself from its work, such as being cancelled.
