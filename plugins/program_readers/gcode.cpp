@@ -124,8 +124,8 @@ class GcodeReader final : public Reader {
       if (w.letter == letter) return &w;
     return nullptr;
   }
-  /// What no code of the line asks for does something else on the machine, or nothing.
-  bool is_asked_for(const std::vector<Word>& words) {
+  /// False, with a fault, if the line has a word that none of its codes uses.
+  bool uses_all_words(const std::vector<Word>& words) {
     const auto has_g = [&](std::initializer_list<double> codes) {
       return std::any_of(words.begin(), words.end(), [&](const Word& w) {
         return w.letter == 'G' && std::find(codes.begin(), codes.end(), w.value) != codes.end();
@@ -154,7 +154,7 @@ class GcodeReader final : public Reader {
         default: break;
       }
       if (is_used) continue;
-      bad(w.at, std::string(1, w.letter) + number(w.value) + " is not read as it stands here");
+      bad(w.at, std::string(1, w.letter) + number(w.value) + " belongs to no code of this line");
       return false;
     }
     return true;
@@ -237,7 +237,7 @@ class GcodeReader final : public Reader {
         bad(w.at, "M" + number(w.value) + " is not read");
         return;
       }
-    if (!is_asked_for(words)) return;
+    if (!uses_all_words(words)) return;
     std::array<double, 6> to = at_place_;
     std::array<bool, 6> is_given{};
     static constexpr char kAxes[] = {'X', 'Y', 'Z', 'A', 'B', 'C'};
@@ -260,8 +260,7 @@ class GcodeReader final : public Reader {
         return;
       }
       if (w.letter == 'E' && !std::exchange(told_extruder_, true))
-        fail(w.at,
-             "the extruder (E) is not said in IRL; it stands still here and in all lines behind");
+        fail(w.at, "IRL has no extruder (E); it is left out here and in all lines behind");
       if (w.letter == 'T' && !find_m(words, 6)) note(w.at, "the tool is not changed without M6");
     }
     if (find_word(words, 'F') && feed_ <= 0) {
@@ -390,7 +389,20 @@ class GcodeReader final : public Reader {
     return false;
   }
   Ex target_at(const std::array<double, 6>& p) {
-    const std::vector<Ex> xyz{measure(p[0]), measure(p[1]), measure(p[2])};
+    std::vector<Ex> xyz;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (is_known_[a]) {
+        xyz.push_back(measure(p[a]));
+        continue;
+      }
+      // From where the robot is, by the step of this line.
+      const std::string now =
+          std::string("R_ROBTARGET_ACT.PSE.POS.") + static_cast<char>('X' + static_cast<char>(a));
+      const double by = p[a] - at_place_[a];
+      xyz.push_back(
+          by == 0 ? value(now, kReal)
+                  : value(now + (by < 0 ? " - " : " + ") + measure(std::fabs(by)).s, kReal, kSum));
+    }
     if (!learned_.flags.contains("turns")) return position(xyz);
     return pose(xyz, orientation("ORIZYX", {measure(p[5]), measure(p[4]), measure(p[3])}));
   }
@@ -410,11 +422,11 @@ class GcodeReader final : public Reader {
       bad(at, "no G0, G1, G2 or G3 says how this goes");
       return;
     }
+    const bool is_start_known = is_known_[0] && is_known_[1] && is_known_[2];
     for (std::size_t a = 0; a < 3; ++a) {
-      if ((!is_given[a] || !is_absolute_) && !is_known_[a] && !std::exchange(told_start_, true))
-        fail(at, "where the machine is before this is not known; X0 Y0 Z0 is taken",
-             "Give X, Y and Z in the first motion, by G90.");
-      is_known_[a] = true;
+      if (is_given[a] && is_absolute_) is_known_[a] = true;
+      if (!is_known_[a] && !std::exchange(told_start_, true))
+        note(at, "before this the program does not give X, Y and Z: the robot's own place counts");
     }
     if (mode_ < 2) {
       Motion m;
@@ -422,7 +434,10 @@ class GcodeReader final : public Reader {
       m.targets.push_back(target_at(to));
       finish_motion(std::move(m), at);
     } else {
-      arc(to, words, at);
+      if (is_start_known) arc(to, words, at);
+      else
+        bad(at, "where the machine is before this arc is not known",
+            "Give X, Y and Z by G90 before the first arc.");
     }
     at_place_ = to;  // also where the line was not read
   }

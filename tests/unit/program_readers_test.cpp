@@ -1676,6 +1676,19 @@ c := NOT n > 3;
 )");
 }
 
+TEST(ProgramReaders, GcodeBeginsWhereTheRobotIs) {
+  const auto p = read_with(
+      read_gcode,
+      {{"p.ngc", "G21 G90 F600\nG0 Z50\nG91 G1 X-5\nG90 G2 X10 Y10 R20\nG0 X1 Y2\nG1 Z5\nM2\n"}});
+  EXPECT_EQ(read_faults(*p), "4:1 error where the machine is before this arc is not known.\n");
+  expect_lines(*p, R"(
+MOVE PTP POSITION(R_ROBTARGET_ACT.PSE.POS.X, R_ROBTARGET_ACT.PSE.POS.Y, 50.0);
+MOVE LIN POSITION(R_ROBTARGET_ACT.PSE.POS.X - 5.0, R_ROBTARGET_ACT.PSE.POS.Y, 50.0) SPEED := 10.0;
+MOVE PTP POSITION(1.0, 2.0, 50.0);
+MOVE LIN POSITION(1.0, 2.0, 5.0) SPEED := 10.0;
+)");
+}
+
 TEST(ProgramReaders, GcodeArcsWithoutAnEndGoAllTheWayRound) {
   const auto p = read_with(
       read_gcode, {{"p.ngc", "G21 G90 F600\nG0 X20 Y10 Z5\nG2 I-10 J0\nI0 J5\nG2 R4\nM2\n"}});
