@@ -529,7 +529,7 @@ class MelfaReader final : public Reader {
   void tail(Motion m, const At& at) {
     if (is("type")) {
       skip_rest();
-      bad(at, "how the tool turns on a motion (Type) is not said in IRL", "Take Type out.");
+      bad(at, "IRL does not choose how the tool turns on a motion (Type)", "Take Type out.");
       return;
     }
     if (accept("wthif")) {
@@ -812,7 +812,7 @@ class MelfaReader final : public Reader {
     if (!at_line_end() && !is("else") && !is(":") && !is("endif")) {
       const Ex where = expression();
       if (!where.is_literal || where.v != 0) {
-        bad(at, "where an interrupt goes back to is not said in IRL, except Return 0");
+        bad(at, "an interrupt of IRL returns to where it came in (Return 0), and nowhere else");
         return;
       }
     }
@@ -870,7 +870,7 @@ class MelfaReader final : public Reader {
     const Ex n = as_integer(expression(25), at);
     if (is(",")) {
       while (accept(",")) (void)expression();
-      warn(at, "the forces of a hand with a motor are not said in IRL; it opens and closes");
+      warn(at, "the forces of a hand with a motor are left out; it opens and closes");
     }
     if (!n.is_literal || n.v < 1 || n.v > 8) {
       if (n.ok) bad(at, "the number of the hand is 1 to 8");
@@ -920,7 +920,7 @@ class MelfaReader final : public Reader {
     if (accept(",")) {
       const Ex down = as_real(expression(), at);
       if (a.ok && down.ok && a.s != down.s)
-        warn(at, "IRL brakes as it accelerates; the deceleration is not said");
+        warn(at, "IRL brakes as it accelerates; the deceleration is left out");
     }
     if (is(",")) {
       skip_rest();
@@ -1029,7 +1029,7 @@ class MelfaReader final : public Reader {
       const Token l = next();
       if (is(",")) {
         skip_rest();
-        bad(at, "how an interrupt stops the motion (S, F, L) is not said in IRL",
+        bad(at, "IRL does not choose how an interrupt stops the motion (S, F, L)",
             "Leave it out, and it comes at once.");
         return;
       }
@@ -1246,7 +1246,7 @@ class MelfaReader final : public Reader {
       }
       emit("WAIT " + within(time, kSum) + " SEC;", at);
       emit(to.s + (e.v != 0 ? " := FALSE;" : " := TRUE;"), at);
-      warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+      warn(at, "the program waits for the end of this pulse; the controller does not");
     }
   }
   /// What numbers a variable gets in all of the program: signals may be named by it.
@@ -1332,7 +1332,8 @@ class MelfaReader final : public Reader {
         tokens_[at_ - 1].at.end == peek().at.begin)
       ++at_;
   }
-  /// M1% and M1& are whole, wherever they stand with that sign; what they get is rounded.
+  /// True if the program has the name with the sign % or & anywhere: an integer variable, which
+  /// rounds the values it gets.
   [[nodiscard]] bool is_whole(const Token& n) {
     if (whole_.empty()) {
       whole_.insert("");
@@ -1345,7 +1346,7 @@ class MelfaReader final : public Reader {
     return whole_.contains(n.low);
   }
   [[nodiscard]] Type number_type(const Token& n) { return is_whole(n) ? kInt : kReal; }
-  /// The name that stands here has an index.
+  /// True if the next token is a name with an index.
   [[nodiscard]] bool is_array_here() const { return is("(", 1) || is("(", 2); }
 
   // ---- values ----

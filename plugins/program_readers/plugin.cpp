@@ -194,9 +194,8 @@ const rmp_param kPacParams[] = {
      nullptr, 0, 7}};
 const rmp_param kTpParams[] = {
     RMP_TCP_SPEED,
-    {"max_speed", "real", "m/s",
-     "Speed that max_speed stands for on paths: the limit of the controller.", "2", nullptr, 0.001,
-     100}};
+    {"max_speed", "real", "m/s", "Speed of paths with max_speed: the limit of the controller.", "2",
+     nullptr, 0.001, 100}};
 const rmp_param kUrscriptParams[] = {{"joint_speed", "real", "rad/s",
                                       "Speed of the joints that 100 % stand for.", "180 deg/s",
                                       nullptr, 0.001, 100}};

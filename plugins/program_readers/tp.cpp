@@ -59,7 +59,7 @@ class TpReader final : public Reader {
     std::string name;
     std::vector<Statement> statements, points;
     At at;
-    std::vector<std::string> scopes;  ///< of the statements: whose labels theirs are
+    std::vector<std::string> scopes;  ///< of each statement: the prefix of its labels
     std::set<int> groups;             ///< that it moves besides the first, of DEFAULT_GROUP
     bool is_values = false;           ///< no program but variables of the controller, .va
   };
@@ -274,7 +274,7 @@ class TpReader final : public Reader {
     if (at >= s.size() || s[at] < '0' || s[at] > '9') return -1;
     return std::strtoll(s.substr(at, 9).c_str(), nullptr, 10);
   }
-  /// The label that a statement is, with whose labels it belongs to; "" = it is none.
+  /// The label that a statement defines, with its prefix; "" = none.
   [[nodiscard]] std::string label_of(std::size_t f, std::size_t k) const {
     const std::string s = packed(f, programs_[f].statements[k]);
     if (!s.starts_with("lbl[")) return {};
@@ -464,8 +464,7 @@ class TpReader final : public Reader {
     }
     for (const std::string& name : labels_)
       if (!placed_.contains(name)) {
-        fail(p.at,
-             "the statement of the label " + name + " was not read; it stands at the end here");
+        fail(p.at, "the statement of the label " + name + " was not read; it is at the end here");
         emit("LABEL " + label("lbl_" + name) + ":", p.at);
       }
     close();
@@ -863,6 +862,10 @@ class TpReader final : public Reader {
       if (accept("(")) args = arguments();
       for (Ex& a : args)
         if (a.type.k == K::integer) a = as_real(a, at);
+      // What a program does not read of its arguments changes nothing.
+      for (const Program& p : programs_)
+        if (!p.is_values && lower(p.name) == name.low && args.size() > parameters(p).size())
+          args.resize(parameters(p).size());
       if (lower(name.raw) == lower(programs_[0].name)) {
         bad(at, "the program calls itself");
         return;
@@ -999,7 +1002,7 @@ class TpReader final : public Reader {
   }
   // ---- frames, tools and speeds of motions ----
 
-  /// Where a place that stands here was taught; registers hold no frame and no tool.
+  /// UF and UT of the position that comes next; registers have none.
   [[nodiscard]] Taught next_place() const {
     if (!is("p") || !is("[", 1) || !peek(2).is_integer) return {};
     const auto it = taught_.find(static_cast<std::int64_t>(peek(2).value));
@@ -1027,7 +1030,7 @@ class TpReader final : public Reader {
     declare_variable(s, {}, at);
     return globals_.emplace(key, std::move(s)).first->second;
   }
-  /// UFRAME_NUM and UTOOL_NUM. What they choose stands in the motions; it is kept in variables only
+  /// UFRAME_NUM and UTOOL_NUM. The motions name the frame and tool; variables keep them only
   /// where a motion is reached with several.
   void select(bool is_tool, const Ex& n, const At& at) {
     if (!is_varied(is_tool)) {
@@ -1060,7 +1063,7 @@ class TpReader final : public Reader {
       if (m.word == "PTP") {
         m.has_tool = false;
         const auto only = tp_only(state_.tool);
-        if (only && is_said("UTOOL", integer(*only))) m.tool = numbered_pose(true, *only, at);
+        if (only && has_value("UTOOL", integer(*only))) m.tool = numbered_pose(true, *only, at);
         return true;
       }
     }
@@ -1128,7 +1131,7 @@ class TpReader final : public Reader {
           if (is_varied(is_tool)) goes = place(active_pose(is_tool, at).irl, kPose);
         }
       }
-      // Nothing is said of the base itself.
+      // The robot's base needs no FRAME.
       if (!is_tool && goes && goes->s == identity().s) goes.reset();
       if (is_tool && !goes) m.has_tool = false;
       if (!is_tool && !goes) m.has_frames = false;
@@ -1396,7 +1399,7 @@ class TpReader final : public Reader {
       emit(to.s + " := TRUE;", at);
       emit("WAIT " + within(as_real(time, at), kSum) + " SEC;", at);
       emit(to.s + " := FALSE;", at);
-      warn(at, "the program waits for the end of this pulse; on the controller it goes on at once");
+      warn(at, "the program waits for the end of this pulse; the controller does not");
       return;
     }
     const Ex e = expression();
@@ -1549,8 +1552,8 @@ class TpReader final : public Reader {
     Symbol& s = registers(array, is_program ? array + "_register" : array, of, n, at);
     return place(s.irl + "[" + i.s + "]", of);
   }
-  /// Whether the programs or a backup say what UFRAME[i] or UTOOL[i] is.
-  [[nodiscard]] bool is_said(const std::string& array, const Ex& i) const {
+  /// True if the programs or a backup give UFRAME[i] or UTOOL[i] a value.
+  [[nodiscard]] bool has_value(const std::string& array, const Ex& i) const {
     const std::string set = "set " + array + " ";
     if (learned_.flags.contains(set + "*")) return true;
     if (!i.is_literal)
@@ -1562,7 +1565,7 @@ class TpReader final : public Reader {
   /// backup say it.
   Ex numbered(const std::string& array, const Ex& i, const At& at) {
     const Ex e = element(array, kPose, i, at);
-    if (e.ok && !is_said(array, i) &&
+    if (e.ok && !has_value(array, i) &&
         told_.insert("unset " + array + (i.is_literal ? i.s : "")).second)
       fail(at,
            (i.is_literal ? array + "[" + i.s + "]" : array) +

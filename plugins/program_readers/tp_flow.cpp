@@ -44,7 +44,7 @@ void TpFlow::add(std::string name, std::vector<TpStep> steps) {
 TpState TpFlow::behind_calls(const TpStep& step, TpState state) const {
   for (const std::string& name : step.calls) {
     const auto it = listings_.find(name);
-    if (it == listings_.end()) continue;  // whatever it does, its reader says that it is missing
+    if (it == listings_.end()) continue;  // not among the files, which is a fault already
     const TpState& exit = it->second.exit;
     TpState after = state;
     for (const auto setting : {&TpState::frame, &TpState::tool}) {

@@ -405,7 +405,7 @@ class UrscriptReader final : public Reader {
       }
       next();
       if (blocks_.back().has_else) {
-        bad(at, "this stands behind the \"else\" of its \"if\"");
+        bad(at, "this \"if\" has an \"else\" already");
         skip_rest();
         return;
       }
@@ -558,7 +558,7 @@ class UrscriptReader final : public Reader {
                                                  : routine_ + "." + name.low);
       if (known == learned_.types.end() || known->second.k != K::array || !known->second.element) {
         if (!learned_.flags.insert("empty " + name.low).second)
-          bad(at, "of what this empty list is, no other statement says");
+          bad(at, "no other statement shows what this empty list holds");
         return;
       }
       e.type = array_of(*known->second.element, {{0, -1}});
@@ -621,12 +621,12 @@ class UrscriptReader final : public Reader {
       return;
     }
     if (e.type.bounds[0].second >= 0 && (e.s.front() != '[' || e.s.size() < 3)) {
-      bad(at, "a list whose length changes gets lists that stand here, or other variables");
+      bad(at, "a list of changing length is assigned lists of elements or other variables");
       return;
     }
     if (e.type.bounds[0].second >= 0 &&
         list_.size() != static_cast<std::size_t>(e.type.bounds[0].second) + 1) {
-      bad(at, "a list whose length changes gets its elements one by one");
+      bad(at, "a list of changing length is assigned its elements");
       return;
     }
     for (std::size_t i = 0; i < list_.size() && e.type.bounds[0].second >= 0; ++i)
@@ -674,16 +674,7 @@ class UrscriptReader final : public Reader {
     if (find(w) && find(w)->kind == Symbol::routine) {
       const auto args = named_arguments();
       const std::string text = call_of(t, args, at);
-      if (text.empty()) return;
-      if (find(w)->type.k != K::none) {
-        // Its result is not used.
-        const std::string v = irl_name("unused");
-        (is_in_main() ? variables_ : current().locals)
-            .push_back({type_text(find(w)->type) + ": " + v + ";", at, false});
-        emit(v + " := " + text + ";", at);
-      } else {
-        emit(text + ";", at);
-      }
+      if (!text.empty()) emit(text + ";", at);
       return;
     }
     const auto a = named_arguments();
@@ -820,7 +811,7 @@ class UrscriptReader final : public Reader {
       return;
     }
     if (is_own_word(w)) {
-      bad(at, std::string(t.raw) + " is not read as it stands here");
+      bad(at, std::string(t.raw) + " is not read with these arguments");
       return;
     }
     const std::string text = call_of(t, a, at);
@@ -1209,7 +1200,7 @@ class UrscriptReader final : public Reader {
         return suffixes(joints(degrees, {}));
       }
       if (x.empty()) {
-        // Of what, its variable says, which gets others elsewhere.
+        // Its variable has the type of its elements, from other assignments.
         Ex none = value("[]", array_of(kNone, {{0, -1}}));
         if (at_line_end()) return none;
         return bad(at, "an empty list is not read here");

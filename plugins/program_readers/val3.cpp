@@ -179,7 +179,7 @@ class Val3Reader final : public Reader {
     std::string blend = "off";
     At at;
   };
-  /// In which frame, or on which tool, a value stands: its name and index; "" = world or flange.
+  /// The frame or tool that a value is relative to: its name and index; "" = world or flange.
   struct Father {
     std::string name;
     std::int64_t index = 0;
@@ -299,7 +299,7 @@ class Val3Reader final : public Reader {
           warn(at_tag(f, v),
                "IRL brakes as it accelerates, and leaves a path as far from the point as "
                "it comes back to it; decel and reach of " +
-                   name + " are not said");
+                   name + " are left out");
       }
       if (size > 1)
         fail(at, name + " is an array of motion descriptors, of which the first is read");
@@ -549,7 +549,7 @@ class Val3Reader final : public Reader {
           const bool is_place = a.type.k == K::pose || a.type.k == K::target;
           if (a.ok && is_place && !father_.name.empty())
             a = bad(at,
-                    "a point that stands in a frame is not passed to a program, which would lose "
+                    "a point within a frame is not passed to a program, which would lose "
                     "the frame");
         } while (accept(",") && args.size() < 100);
         expect(")");
@@ -735,7 +735,7 @@ class Val3Reader final : public Reader {
     if (!tool.ok) return;
     move(std::move(m), at);
   }
-  /// What a motion descriptor says: a number, or a variable where the programs change it.
+  /// A field of a motion descriptor: a number, or a variable if the programs change it.
   Ex descriptor(const Motions& d, const std::string& field) {
     const double v = d.values.at(field);
     const std::string key = lower(d.name) + "." + field;
@@ -748,7 +748,7 @@ class Val3Reader final : public Reader {
     declare_variable(s, real(v).s, d.at);
     return place(globals_.emplace("%" + key, std::move(s)).first->second.irl, kReal);
   }
-  /// A frame or tool, and what it stands in, up to the world or the flange; `inner` is seen from
+  /// The pose of a frame or tool relative to the world or the flange; `inner` is relative to
   /// it.
   Ex seen_from(Father father, std::optional<Ex> inner, const At& at) {
     for (int depth = 0; !father.name.empty(); ++depth) {
@@ -895,7 +895,7 @@ class Val3Reader final : public Reader {
       return bad(at, std::string(t.raw.substr(0, 60)) + " is declared nowhere",
                  "Read the project (.pjx) with its data.");
     if (const auto f = fathers_.find(t.low); f != fathers_.end()) {
-      // Elements of an array may stand in frames that differ.
+      // Elements of an array may be relative to different frames.
       const auto n = !is("[")                           ? std::int64_t{0}
                      : peek(1).is_integer && is("]", 2) ? std::int64_t(peek(1).value)
                                                         : std::int64_t{-1};
@@ -908,7 +908,7 @@ class Val3Reader final : public Reader {
       } else {
         skip_rest();
         return bad(at, "the elements of " + std::string(t.raw) +
-                           " stand in different frames, and which one is meant is computed");
+                           " are in different frames, and which one is meant is computed");
       }
     }
     if (s->type.k == K::array && !is("[")) {

@@ -288,7 +288,10 @@ TEST(ReaderRule, TpPlacesAreInTheFrameAndToolTheyWereTaughtIn) {
         R"(error 4: which UFRAME is active here is set on the controller; none is taken
            lin (400,0,300) speed 100
            lin (400,0,300) speed 100 tool (0,0,20) frame (2000,0,0))"},
-       {"frames that nothing says are an error where they are used",
+       {"arguments that a program does not read",
+        tp_with("CALL TWO(3,4,5) ;\n", {{"two.ls", "/PROG TWO\n/MN\nWAIT AR[2] ;\n/POS\n/END\n"}}),
+        "wait 4"},
+       {"frames without a value are an error where they are used",
         {{"main.ls", listing("L P[1] 100mm/sec FINE ;\n")}},
         R"(error 3: UFRAME[1] is set on the controller; it is zero here
            error 3: UTOOL[1] is set on the controller; it is zero here
@@ -464,7 +467,7 @@ end
         R"(error 2: an arc that keeps its orientation to the path (mode = 1) is not read
            error 3: movej has no argument speed that is read
            error 4: movel has more arguments than are read
-           error 5: set_digital_out is not read as it stands here
+           error 5: set_digital_out is not read with these arguments
            error 6: IRL has no counterpart of set_flag
            error 7: mine is not among the files; an empty routine stands for it
            text mine is not among the files
@@ -517,15 +520,15 @@ TEST(ReaderRule, MelfaSettingsHoldFromWhereTheyAreMade) {
             "P1\n"),
         R"(error 1: the greatest speed of the controller (M_NSpd) is not known
            error 2: IRL has one distance for the end of a motion and the beginning of the next, and these differ
-           error 3: how the tool turns on a motion (Type) is not said in IRL
+           error 3: IRL does not choose how the tool turns on a motion (Type)
            error 4: overrides of upward and downward motions are not read
-           warning 5: IRL brakes as it accelerates; the deceleration is not said
+           warning 5: IRL brakes as it accelerates; the deceleration is left out
            lin (500,0,300))"},
        {"a pulse, and arms of Select that are not read",
         program(
             "1 M_Out(3)=1 Dly 0.5\n2 M1=7\n3 Select M1\n4 Case Is > 3\n5 M_Out(1)=1\n6 Break\n7 "
             "Default\n8 M_Out(2)=1\n9 End Select\n"),
-        R"(warning 1: the program waits for the end of this pulse; on the controller it goes on at once
+        R"(warning 1: the program waits for the end of this pulse; the controller does not
            error 4: Case Is is not read
            out_3 = 1
            wait 0.5
@@ -586,7 +589,7 @@ std::vector<RuleFile> val3_with(const std::string& code, const std::string& data
 TEST(ReaderRule, Val3ToolsFramesAndDescriptorsAsTheyAreThen) {
   expect_rule(
       read_val3,
-      {{"frames and tools stand in one another, each element in its own",
+      {{"frames and tools are relative to others, each element to its own",
         val3_with("movel(pA[0],tG,mS)\nmovel(pA[1],tIn,mS)\n", ""),
         R"(lin (1,0,0) speed 250 tool (0,0,120) frame (100,0,0)
            lin (2,0,0) speed 250 tool (0,0,125) frame (300,0,0))"},
@@ -606,7 +609,7 @@ TEST(ReaderRule, Val3ToolsFramesAndDescriptorsAsTheyAreThen) {
         {{"di", 0}}},
        {"an element that is computed, of frames that differ",
         val3_with("movel(pA[n],tG,mS)\nsetMonitorSpeed(50)\n", ""),
-        R"(error 2: the elements of pA stand in different frames, and which one is meant is computed
+        R"(error 2: the elements of pA are in different frames, and which one is meant is computed
            error 3: IRL has no counterpart of setMonitorSpeed)"},
        {"a point that would lose its frame", val3_with("pB=pA[0]\n", ""),
         "error 2: this point would move to another frame, which is not read"},
@@ -629,7 +632,7 @@ TEST(ReaderRule, GcodeModesAndWords) {
   const auto program = [](const std::string& lines) {
     return std::vector<RuleFile>{{"g.ngc", lines + "M2\n"}};
   };
-  expect_rule(read_gcode, {{"units, increments and feeds hold from where they stand",
+  expect_rule(read_gcode, {{"units, increments and feeds hold from where they are set",
                             program("G21 G90\nG1 X10 Y0 Z0 F600\nG91 X5\nG20 X1 F60\nG90 G21 X0\n"),
                             R"(lin (10,0,0) speed 10
            lin (15,0,0) speed 10
@@ -651,13 +654,13 @@ TEST(ReaderRule, GcodeModesAndWords) {
            error 12: parameters, expressions and subroutines of G-code are not read
            error 13: parameters, expressions and subroutines of G-code are not read
            ptp (0,0,0))"},
-                           {"words that nothing asks for",
+                           {"words that no code uses",
                             program("G0 X0 Y0 Z0\nG1 X1 R5 F60\nG1 X1 I2\nX3 P2\nH2\nG0 X4 E1\n"),
-                            R"(error 2: R5 is not read as it stands here
-           error 3: I2 is not read as it stands here
-           error 4: P2 is not read as it stands here
-           error 5: H2 is not read as it stands here
-           error 6: the extruder (E) is not said in IRL; it stands still here and in all lines behind
+                            R"(error 2: R5 belongs to no code of this line
+           error 3: I2 belongs to no code of this line
+           error 4: P2 belongs to no code of this line
+           error 5: H2 belongs to no code of this line
+           error 6: IRL has no extruder (E); it is left out here and in all lines behind
            ptp (0,0,0)
            ptp (4,0,0))"},
                            {"the spindle", program("M3 S1000\nS500\nM4\nM5\n"),
