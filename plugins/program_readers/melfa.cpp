@@ -521,16 +521,29 @@ class MelfaReader final : public Reader {
     }
     if (is_set("continuous")) {
       m.attributes.emplace_back("C_PASS", get("continuous", kBool, at));
-      if (!is_joint && is_set_before("continuous_distance", at))
-        m.attributes.emplace_back("C_CP", get("continuous_distance", kReal, at));
+      if (is_set_before("continuous_distance", at)) {
+        if (is_joint && !std::exchange(told_zone_, true))
+          note(at, "a distance in mm of a motion of joints becomes C_PTP in %");
+        m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP",
+                                  get("continuous_distance", kReal, at));
+      }
     }
+  }
+  void skip_to_with() {
+    while (!at_line_end() && !is("wth") && !is("wthif")) next();
   }
   /// Wth M_Out(1)=1, WthIf M_In(1)=1,Skip
   void tail(Motion m, const At& at) {
-    if (is("type")) {
-      skip_rest();
-      bad(at, "IRL does not choose how the tool turns on a motion (Type)", "Take Type out.");
-      return;
+    if (accept("type")) {
+      // The short way is that of turns that are not given.
+      const bool is_short = peek().raw == "0" && is(",", 1) && peek(2).raw == "0" &&
+                            m.targets.size() == 1 && any_turns_.contains(m.targets[0].s);
+      if (!is_short) {
+        skip_rest();
+        bad(at, "IRL does not choose how the tool turns on a motion (Type)", "Take Type out.");
+        return;
+      }
+      skip_to_with();
     }
     if (accept("wthif")) {
       const Ex c = converted(expression(), kBool, at);
@@ -1193,8 +1206,28 @@ class MelfaReader final : public Reader {
     globals_.emplace(key, std::move(s));
   }
 
-  void assignment(const At& at) {
+  /// P1.FL1=P_Curr.FL1: the configuration and the turns in which the robot is.
+  bool flags_of_here(const At& at) {
+    const std::string f = peek(2).low;
+    if (!is(".", 1) || (f != "fl1" && f != "fl2") || !is("=", 3) || !is("p_curr", 4) ||
+        !is(".", 5) || !is(f, 6))
+      return false;
     const Token name = peek();
+    const Symbol* s = find(name.low);
+    for (int k = 0; k < 7; ++k) next();
+    if (!s || s->type.k != K::target) return true;  // it has no flags
+    if (f == "fl1") {
+      emit(s->irl + ".STATUS := -1;", at);
+    } else {
+      emit(s->irl + ".TURNS := [-128, -128, -128, -128, -128, -128];", at);
+      any_turns_.insert(s->irl);
+    }
+    return true;
+  }
+  void assignment(const At& at) {
+    if (peek().kind == Tk::name && flags_of_here(at)) return;
+    const Token name = peek();
+    if (const Symbol* s = find(name.low)) any_turns_.erase(s->irl);
     will_write(name.low);
     learned_.flags.insert("valued " + name.low);
     next();
@@ -1592,6 +1625,8 @@ class MelfaReader final : public Reader {
   std::set<std::string> whole_;        ///< variables that a sign makes whole, and ""
   bool is_called_ = false;             ///< the program that is read is one that another calls
   std::string word_, routine_, goal_;  // goal_: where the motion above has ended
+  std::set<std::string> any_turns_;    ///< positions with the turns of where the robot is
+  bool told_zone_ = false;
   int nested_ = 0;
 };
 

@@ -487,6 +487,15 @@ class RapidReader final : public Reader {
         accept(";");
         return;
       }
+      if (to.type.k == K::target && is("crobt") && is_placed_anew(t.low)) {
+        // Of where the robot is now only the configuration stays: the nearest one.
+        skip_rest();
+        emit(to.s + ".STATUS := -1;", at);
+        emit(to.s + ".TURNS := [-128, -128, -128, -128, -128, -128];", at);
+        learned_.turns = 6;
+        semicolon();
+        return;
+      }
       const Aggregate a = aggregate();
       both_frames_ = 0;
       const Ex from = built(a, {}, to.type);
@@ -529,6 +538,36 @@ class RapidReader final : public Reader {
       return expression();
     const Type t = s->parameters[n].type;
     return built(aggregate(), {}, t);
+  }
+  /// Behind t := CRobT(...): t.trans and t.rot get values in the next two statements.
+  [[nodiscard]] bool is_placed_anew(const std::string& low) const {
+    std::size_t k = 0;
+    std::string parts;
+    for (int n = 0; n < 3; ++n) {
+      while (peek(k).kind != Tk::end && !is(";", k)) ++k;
+      ++k;
+      if (n < 2 && is(low, k) && is(".", k + 1) && is(":=", k + 3)) parts += peek(k + 2).low + " ";
+    }
+    return parts == "trans rot " || parts == "rot trans ";
+  }
+  /// A text of several parts; numbers that are made texts stay numbers, which WRITELN shows.
+  std::string text_parts() {
+    std::string list;
+    do {
+      Ex e;
+      if ((is("valtostr") || is("numtostr")) && is("(", 1) && !find(peek().low)) {
+        next();
+        next();
+        e = expression();
+        while (!at_end() && !is(")") && !is(";")) next();  // digits behind the point
+        expect(")");
+      } else {
+        e = expression(31);
+      }
+      if (!e.ok) return {};
+      list += (list.empty() ? "" : ", ") + e.s;
+    } while (accept("+"));
+    return list;
   }
   void no_counterpart(const At& at) {
     skip_rest();
@@ -1061,9 +1100,9 @@ class RapidReader final : public Reader {
         next();
         if (!accept(":=")) continue;
       }
-      const Ex e = expression();
-      ok = ok && e.ok;
-      list += (list.empty() ? "" : ", ") + e.s;
+      const std::string part = text_parts();
+      ok = ok && !part.empty();
+      list += (list.empty() ? "" : ", ") + part;
       if (!accept(",") && !is("\\")) break;
     }
     if (ok) emit("WRITELN(" + list + ");", at);

@@ -723,8 +723,8 @@ Ex Reader::converted(const Ex& a, const Type& to, const At& at) {
     return e;
   }
   if (f == K::pose && t == K::target) {
-    std::vector<Ex> turns, external;
-    return target(a, integer(0), turns, external);
+    // A pose has no configuration: the nearest one.
+    return target(a, integer(-1), std::vector<Ex>(6, integer(-128)), {});
   }
   if (f == K::array && t == K::array && a.type.element && to.element &&
       a.type.bounds.size() == to.bounds.size() &&

@@ -668,6 +668,30 @@ class UrscriptReader final : public Reader {
     }
     return nullptr;
   }
+  /// str_cat(text, to_str(number)): the parts of a text, as WRITELN shows them.
+  std::string text_parts(int depth) {
+    if (depth > 50) {
+      bad(here(), "this text is nested too deeply");
+      return {};
+    }
+    if (is("str_cat") && is("(", 1)) {
+      next();
+      next();
+      const std::string a = text_parts(depth + 1);
+      expect(",");
+      const std::string b = text_parts(depth + 1);
+      expect(")");
+      return a.empty() || b.empty() ? std::string() : a + ", " + b;
+    }
+    const bool is_number_text = is("to_str") && is("(", 1);
+    if (is_number_text) {
+      next();
+      next();
+    }
+    const Ex e = expression();
+    if (is_number_text) expect(")");
+    return e.ok ? e.s : std::string();
+  }
   void command(const At& at) {
     const Token t = next();
     const std::string& w = t.low;
@@ -675,6 +699,13 @@ class UrscriptReader final : public Reader {
       const auto args = named_arguments();
       const std::string text = call_of(t, args, at);
       if (!text.empty()) emit(text + ";", at);
+      return;
+    }
+    if (w == "textmsg" && is("(") && (is("str_cat", 1) || is("to_str", 1))) {
+      next();
+      const std::string list = text_parts(0);
+      expect(")");
+      if (!list.empty()) emit("WRITELN(" + list + ");", at);
       return;
     }
     const auto a = named_arguments();

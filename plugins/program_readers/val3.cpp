@@ -241,13 +241,14 @@ class Val3Reader final : public Reader {
   Ex point_value(const Tag& v, const Ex& p) {
     const std::string shoulder = lower(text(v, "shoulder")), elbow = lower(text(v, "elbow")),
                       wrist = lower(text(v, "wrist"));
+    const std::vector<Ex> any(6, integer(-128));  // VAL3 says no turns
     if (shoulder.empty() || shoulder == "ssame" || shoulder == "sfree")
-      return target(p, integer(0), {}, {});
+      return target(p, integer(-1), any, {});
     // Lefty is in front; enegative is the sign of joint 3, which a shoulder behind turns round.
     const bool behind = shoulder == "righty";
     const int status = (behind ? 1 : 0) | ((elbow == "enegative") != behind ? 2 : 0) |
                        (wrist == "wnegative" ? 4 : 0);
-    return target(p, integer(status), {}, {});
+    return target(p, integer(status), any, {});
   }
   void data(std::size_t f) {
     std::string name, low;
@@ -358,7 +359,8 @@ class Val3Reader final : public Reader {
     if (std::any_of(fathers.begin(), fathers.end(),
                     [](const Father& x) { return !x.name.empty(); }))
       fathers_[lower(name)] = std::move(fathers);
-    const Ex empty = type.k == K::target    ? target(identity(), integer(2), {}, {})
+    const Ex empty = type.k == K::target
+                         ? target(identity(), integer(-1), std::vector<Ex>(6, integer(-128)), {})
                      : type.k == K::pose    ? identity()
                      : type.k == K::joint   ? joints({}, {})
                      : type.k == K::boolean ? boolean(false)
@@ -452,6 +454,10 @@ class Val3Reader final : public Reader {
     }
     const std::string& w = t.low;
     if (is("=", 1) || is("[", 1) || is(".", 1)) return assignment(at);
+    static const std::set<std::string, std::less<>> kFlow{
+        "if",     "else", "elseif", "while", "do",        "until",   "endif", "endwhile",
+        "endfor", "for",  "switch", "case",  "endswitch", "default", "call",  "begin"};
+    if (kFlow.contains(w)) linked_.clear();
     if (w == "begin" || w == "end") {
       next();
       return;
@@ -567,6 +573,24 @@ class Val3Reader final : public Reader {
       return;
     }
     if (w == "movej" || w == "movel" || w == "movec") return motion(at);
+    if (w == "link" && is("(", 1)) return link(at);
+    if (w == "dioset" && is("(", 1) && signals_of_.contains(peek(2).low) && is(",", 3))
+      return set_bits(at);
+    if (w == "taskkill" && is("(", 1) && peek(2).kind == Tk::text &&
+        lower(peek(2).raw) == lower(std::string(stem(files_[0].name))) + "~" && is(")", 3)) {
+      // The application's own task.
+      for (int k = 0; k < 4; ++k) next();
+      emit("HALT;", at);
+      return;
+    }
+    if (is("(", 1) && (w == "logmsg" || w == "putln" || w == "put" || w == "popupmsg")) {
+      next();
+      next();
+      const std::string list = text_parts();
+      expect(")");
+      if (!list.empty()) emit((w == "put" ? "WRITE(" : "WRITELN(") + list + ");", at);
+      return;
+    }
     if (!is("(", 1)) {
       next();
       bad(at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
@@ -638,6 +662,88 @@ class Val3Reader final : public Reader {
     steps_.push_back(v.s + " := " + v.s + (step.v < 0 ? " - " : " + ") +
                      (step.v < 0 ? negative(step) : step).s + ";");
   }
+  /// A text of several parts; numbers that become texts stay numbers, which WRITELN shows.
+  std::string text_parts() {
+    std::string list;
+    do {
+      Ex e;
+      if (is("tostring") && is("(", 1)) {
+        next();
+        next();
+        while (!at_line_end() && !accept(",")) next();  // how it is written
+        e = expression();
+        expect(")");
+      } else {
+        e = expression(31);
+      }
+      if (!e.ok) return {};
+      list += (list.empty() ? "" : ", ") + e.s;
+    } while (accept("+") || accept("&"));
+    return list;
+  }
+  /// link(point, frame): the frame that the point is in from now on.
+  void link(const At& at) {
+    next();
+    next();
+    const Token point = next();
+    expect(",");
+    const Token frame = next();
+    expect(")");
+    const Symbol* p = find(point.low);
+    const Symbol* f = find(frame.low);
+    if (!p || (p->type.k != K::target && p->type.k != K::pose)) {
+      bad(at, "link() of " + std::string(point.raw.substr(0, 40)) +
+                  " is not read: it is no single point that is declared");
+      return;
+    }
+    if (frame.low != "world" && (!f || f->type.k != K::pose)) {
+      bad(at, "the frame " + std::string(frame.raw.substr(0, 40)) + " is declared nowhere");
+      return;
+    }
+    learned_.modal["link " + point.low].insert(frame.low);
+    if (frame.low == "world") fathers_.erase(point.low);
+    else fathers_[point.low] = {Father{.name = frame.low}};
+    linked_.insert(point.low);
+    emit("{ " + source_line(at) + " }", at);
+  }
+  /// point = here(tool, frame), then parts of it by so much, then a motion there: MOVE_INC.
+  bool step(const At& at) {
+    const std::string point = peek().low;
+    std::size_t k = 3;
+    if (!is("(", k)) return false;
+    const std::string tool = peek(k + 1).low, frame = peek(k + 3).low;
+    if (!is(",", k + 2) || !is(")", k + 4)) return false;
+    k += 5;
+    std::vector<Ex> by(3, real(0));
+    const std::size_t begin = at_;
+    at_ += k;
+    for (;;) {
+      if (peek().kind != Tk::line) break;
+      while (peek().kind == Tk::line) ++at_;
+      if ((is("movej") || is("movel")) && is("(", 1) && is(point, 2) && is(",", 3) && is(tool, 4)) {
+        step_ = by;
+        step_frame_ = frame == "world" ? Father{} : Father{.name = frame};
+        motion(at);
+        step_.reset();
+        return true;
+      }
+      // point.trsf.x = point.trsf.x + d
+      const bool is_part = is(point) && is(".", 1) && is("trsf", 2) && is(".", 3) &&
+                           peek(4).low.size() == 1 && peek(4).low[0] >= 'x' &&
+                           peek(4).low[0] <= 'z' && is("=", 5) && is(point, 6) && is(".", 7) &&
+                           is("trsf", 8) && is(".", 9) && is(peek(4).low, 10) &&
+                           (is("+", 11) || is("-", 11));
+      if (!is_part) break;
+      const auto axis = static_cast<std::size_t>(peek(4).low[0] - 'x');
+      const bool is_less = is("-", 11);
+      at_ += 12;
+      const Ex d = as_real(expression(31), at);
+      if (!d.ok) break;
+      by[axis] = is_less ? negative(d) : d;
+    }
+    at_ = begin;
+    return false;
+  }
   void motion(const At& at) {
     const std::string w = next().low;
     const bool is_joint = w == "movej";
@@ -648,11 +754,29 @@ class Val3Reader final : public Reader {
     std::vector<Father> fathers;
     for (int i = 0; i < (w == "movec" ? 2 : 1); ++i) {
       father_ = {};
-      const Ex e = expression();
+      const Token point = peek();
+      Ex e = failed();
+      if (step_) {
+        next();
+        e = position(*step_);
+        m.is_incremental = true;
+        father_ = step_frame_;
+      } else {
+        e = expression();
+        if (const auto it = learned_.modal.find("link " + point.low);
+            it != learned_.modal.end() && it->second.size() > 1 && !linked_.contains(point.low))
+          e = bad(at, "which frame " + std::string(point.raw) + " is in is not known here",
+                  "Write link() before the motion.");
+      }
       expect(",");
       if (!e.ok) {
         skip_rest();
         return;
+      }
+      if (step_) {
+        fathers.push_back(father_);
+        m.targets.push_back(e);
+        continue;
       }
       if (e.type.k != K::pose && e.type.k != K::target && e.type.k != K::joint) {
         bad(at, "this is no place and no joint position");
@@ -733,6 +857,9 @@ class Val3Reader final : public Reader {
     if (!fathers.empty() && !fathers[0].name.empty() && m.has_frames)
       m.frame = seen_from(fathers[0], std::nullopt, at);
     if (!tool.ok) return;
+    if (at_line_end()) m.until = ended_by();
+    if (!m.until.empty())
+      std::erase_if(m.attributes, [](const auto& a) { return a.first.starts_with("C_"); });
     move(std::move(m), at);
   }
   /// A field of a motion descriptor: a number, or a variable if the programs change it.
@@ -766,6 +893,79 @@ class Val3Reader final : public Reader {
       father = it->second[static_cast<std::size_t>(father.index)];
     }
     return inner ? *inner : identity();
+  }
+  /// Behind a motion: wait(c or isEmpty()), then resetMotion() is UNTIL c. Empty = it is not so.
+  std::string ended_by() {
+    const std::size_t begin = at_;
+    std::size_t k = at_;
+    const auto is_there = [&](std::initializer_list<std::string_view> words) {
+      std::size_t i = k;
+      for (const std::string_view w : words) {
+        if (i >= tokens_.size() || tokens_[i].low != w) return false;
+        ++i;
+      }
+      return true;
+    };
+    const auto pass_lines = [&] {
+      while (k < tokens_.size() && tokens_[k].kind == Tk::line) ++k;
+    };
+    pass_lines();
+    if (!is_there({"wait", "("})) return {};
+    const std::size_t from = k + 2;
+    std::size_t or_ = 0;
+    for (; k < tokens_.size() && tokens_[k].kind != Tk::line; ++k)
+      if (is_there({"or", "isempty", "(", ")", ")"})) or_ = k;
+    if (or_ == 0 || tokens_[or_ + 5].kind != Tk::line) return {};
+    pass_lines();
+    if (!is_there({"resetmotion", "(", ")"})) return {};
+    at_ = from;
+    const Token kept = tokens_[or_];
+    tokens_[or_].kind = Tk::line;
+    const Ex c = converted(expression(), kBool, here());
+    const bool is_whole = at_ == or_;
+    tokens_[or_] = kept;
+    at_ = c.ok && is_whole ? k + 3 : begin;
+    return c.ok && is_whole ? c.s : std::string();
+  }
+  /// The outputs of an array, which are the bits of a number.
+  void set_bits(const At& at) {
+    next();
+    next();
+    const Token name = next();
+    expect(",");
+    const Ex n = as_integer(expression(), at);
+    expect(")");
+    learned_.flags.insert("output " + name.low);
+    const auto& [names, is_analogue] = signals_of_[name.low];
+    if (!n.ok) return;
+    if (is_analogue || names.size() > 31) {
+      bad(at, "dioSet() is of 31 digital outputs at most");
+      return;
+    }
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const Symbol& s = named_signal(names[k], true, kBool, at);
+      const std::int64_t bit = std::int64_t{1} << k;
+      std::string to;
+      if (n.is_literal) to = (static_cast<std::int64_t>(n.v) & bit) != 0 ? "TRUE" : "FALSE";
+      else to = within(n, kTerm) + " DIV " + std::to_string(bit) + " MOD 2 = 1";
+      emit(s.irl + " := " + to + ";", at);
+    }
+  }
+  Ex bits_value(const At& at) {
+    const Token name = next();
+    expect(")");
+    const auto& [names, is_analogue] = signals_of_[name.low];
+    if (is_analogue || names.size() > 31)
+      return bad(at, "dioGet() is of 31 digital signals at most");
+    const bool is_out = learned_.flags.contains("output " + name.low);
+    Ex all = failed();
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const Symbol& s = named_signal(names[k], is_out, kBool, at);
+      Ex bit = converted(place(s.irl, s.type), kInt, at);
+      if (k > 0) bit = binary(Op::mul, integer(std::int64_t{1} << k), bit, at);
+      all = k == 0 ? bit : binary(Op::add, all, bit, at);
+    }
+    return all;
   }
   /// Whether a variable is declared, and set by watch(), and nothing else: nobody looks at it.
   [[nodiscard]] bool is_only_watched(const std::string& low) {
@@ -823,6 +1023,7 @@ class Val3Reader final : public Reader {
       if (to.is_place) assign(to, e, at);
       return;
     }
+    if (is("=", 1) && is("here", 2) && step(at)) return;
     if (signals_of_.contains(name.low)) learned_.flags.insert("output " + name.low);
     will_write(name.low);
     father_ = {};
@@ -1007,6 +1208,7 @@ class Val3Reader final : public Reader {
       return x.ok ? math("TRUNC", {x}, at) : failed();
     }
     next();
+    if (t.low == "dioget" && signals_of_.contains(peek().low) && is(")", 1)) return bits_value(at);
     Father kept = father_;
     std::vector<Ex> a;
     if (!accept(")")) {
@@ -1061,7 +1263,10 @@ class Val3Reader final : public Reader {
   std::map<std::string, std::vector<Father>> fathers_;  ///< of the elements of a variable
   std::vector<std::string> steps_;
   std::set<std::string> told_;
-  Father father_;  ///< of the place that was read last
+  Father father_;                        ///< of the place that was read last
+  std::set<std::string> linked_;         ///< points that a link() above says the frame of
+  std::optional<std::vector<Ex>> step_;  ///< of the motion that is read: by so much
+  Father step_frame_;
 };
 
 }  // namespace

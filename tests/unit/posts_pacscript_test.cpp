@@ -121,7 +121,7 @@ Sub Main
   Tool 1, P(0.000, 0.000, 100.000, 0.0000, 0.0000, 0.0000)
   ChangeTool 1
   ChangeWork 0
-  Move P, @20 P(100.000, 0.000, 50.000, 0.0000, 0.0000, 0.0000, 1) EXA((7, 250.0000)), Speed = 50.000
+  Move P, @20 P(100.000, 0.000, 50.000, 0.0000, 0.0000, 0.0000, 0) EXA((7, 250.0000)), Speed = 50.000
   ChangeTool 0
   Work 1, T2P(TInv(P2T(cell)))
   ChangeWork 1

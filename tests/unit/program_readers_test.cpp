@@ -1046,7 +1046,7 @@ nCount := floor(nCount);
             std::string::npos);
 }
 
-const std::vector<RobotFile> kAs{{"cell.as", R"(.AUXDATA
+const std::vector<RobotFile> kAsCell{{"cell.as", R"(.AUXDATA
 N_OX33 "grip.open"
 .END
 .PROGRAM cell()@25/11/13 12:08 #4; palletising
@@ -1117,7 +1117,7 @@ count = 0
 )"}};
 
 TEST(ProgramReaders, AsBecomesIrl) {
-  const auto p = read_with(read_as, kAs);
+  const auto p = read_with(read_as, kAsCell);
   EXPECT_EQ(read_faults(*p),
             "46:3 error HOME is the controller's own, and is not read.\n"
             "47:3 warning WEIGHT neither moves nor switches; it was left out.\n");
@@ -1196,7 +1196,7 @@ TEST(ProgramReaders, AsSettingsOfTheNextMotionStayWithIt) {
             "2:1 error IRL has no signals whose number is computed.\n");
 }
 
-const std::vector<RobotFile> kPdl2{{"weld.pdl", R"(PROGRAM weld PROG_ARM = 1, EZ
+const std::vector<RobotFile> kPdl2Weld{{"weld.pdl", R"(PROGRAM weld PROG_ARM = 1, EZ
 -- a seam
 CONST
   rounds = 3
@@ -1285,7 +1285,7 @@ END weld
 )"}};
 
 TEST(ProgramReaders, Pdl2BecomesIrl) {
-  const auto p = read_with(read_pdl2, kPdl2);
+  const auto p = read_with(read_pdl2, kPdl2Weld);
   EXPECT_EQ(read_faults(*p),
             "78:3 error handlers of conditions are not read.\n"
             "82:8 error taught has no value in this program; it is zero here.\n"
@@ -1341,7 +1341,7 @@ LABEL out_v:
 )");
 }
 
-const std::vector<RobotFile> kPac{{"pick.pcs", R"('!TITLE "pick"
+const std::vector<RobotFile> kPacPick{{"pick.pcs", R"('!TITLE "pick"
 #define GRIP IO[128]
 #define HEIGHT 80.5
 Dim count As Long
@@ -1405,7 +1405,7 @@ End Sub
 )"}};
 
 TEST(ProgramReaders, PacScriptBecomesIrl) {
-  std::vector<RobotFile> files = kPac;
+  std::vector<RobotFile> files = kPacPick;
   files[0].text.insert(files[0].text.find("Dim places"), "Dim seen As Boolean\n");
   const auto p = read_with(read_pacscript, files);
   EXPECT_EQ(
@@ -1472,6 +1472,128 @@ MOVE PTP P11 SPEED_PTP := present_speed ACC_PTP := 100.0 TOOL := present_tool;
 )");
 }
 
+TEST(ProgramReaders, RapidComputedPlacesKeepTheNearestConfiguration) {
+  const auto p = read_with(read_rapid, {{"c.mod", R"(MODULE M
+  VAR pos middle;
+  VAR num n;
+  VAR robtarget kept;
+  PROC main()
+    MoveC there([middle,[1,0,0,0]]), there([[1,2,3],[1,0,0,0]]), v100, fine, tool0;
+    TPWrite "n is " + ValToStr(n) + "; " + NumToStr(n, 2);
+    kept := CRobT();
+  ENDPROC
+  FUNC robtarget there(pose p)
+    VAR robtarget t;
+    t := CRobT(\Tool:=tool0);
+    t.trans := p.trans;
+    t.rot := p.rot;
+    RETURN t;
+  ENDFUNC
+ENDMODULE
+)"}});
+  // Where the robot is stays unknown where its place counts.
+  EXPECT_EQ(read_faults(*p), "8:13 error IRL has no counterpart of CRobT.\n");
+  expect_lines(*p, R"(
+t.STATUS := -1;
+t.TURNS := [-128, -128, -128, -128, -128, -128];
+t.PSE.POS := p.POS;
+t.PSE.ORI := p.ORI;
+MOVE CIRCLE there(POSE(middle, ORIQUAT(1.0, 0.0, 0.0, 0.0))), there(POSE(POSITION(1.0, 2.0, 3.0), ORIQUAT(1.0, 0.0, 0.0, 0.0))) SPEED := 100.0;
+WRITELN('n is ', n, '; ', n);
+)");
+}
+
+TEST(ProgramReaders, MelfaFlagsOfWhereTheRobotIsAreAnyConfiguration) {
+  const auto p = read_with(read_melfa, {{"f.mb5", R"(PT=P1*P2
+PT.FL1=P_Curr.FL1
+PT.FL2=P_Curr.FL2
+Cnt 1,25,25
+Mov PT Type 0,0
+Mov P1 Type 0,0
+Mvs PT
+End
+P1=(1,2,3,0,0,0)(7,0)
+P2=(0,0,10,0,0,0)(7,0)
+)"}});
+  EXPECT_EQ(read_faults(*p), "6:1 warning Type of a motion is not said in IRL.\n");
+  expect_lines(*p, R"(
+PT.STATUS := -1;
+PT.TURNS := [-128, -128, -128, -128, -128, -128];
+MOVE PTP PT C_PASS := TRUE C_PTP := 25.0;
+MOVE PTP P1 C_PASS := TRUE C_PTP := 25.0;
+MOVE LIN PT C_PASS := TRUE C_CP := 25.0;
+)");
+}
+
+TEST(ProgramReaders, UrscriptTextsOfNumbersAreWritten) {
+  const auto p = read_with(
+      read_urscript,
+      {{"t.script", "n = 3\ntextmsg(str_cat(str_cat(\"after \", to_str(n)), \" discs\"))\n"}});
+  EXPECT_EQ(read_faults(*p), "");
+  expect_lines(*p, "WRITELN('after ', n, ' discs');\n");
+}
+
+TEST(ProgramReaders, Val3PointsAreLinkedAndMotionsEndEarly) {
+  const auto code = [](const std::string& lines) {
+    return std::vector<RobotFile>{
+        {"app.pjx",
+         "<Project><Programs><Program file=\"start.pgx\"/></Programs><Database><Data "
+         "file=\"app.dtx\"/></Database></Project>"},
+        {"app.dtx",
+         R"(<Database><Datas>
+<Data name="lamp" type="dio" size="3"><Value key="0" link="sysIO\out3"/></Data>
+<Data name="seen" type="dio" size="1"><Value key="0" link="sysIO\in3"/></Data>
+<Data name="fTable" type="frame" size="1"><Value key="0" x="500" fatherId="world[0]"/></Data>
+<Data name="fOther" type="frame" size="1"><Value key="0" y="500" fatherId="world[0]"/></Data>
+<Data name="tGrip" type="tool" size="1"><Value key="0" z="120" fatherId="flange[0]"/></Data>
+<Data name="mSlow" type="mdesc"><Value key="0" accel="100" vel="100" tmax="80" blend="off"/></Data>
+<Data name="pTo" type="pointRx" size="1"><Value key="0" x="1" shoulder="lefty" elbow="epositive" wrist="wpositive" fatherId="fTable[0]"/></Data>
+<Data name="n" type="num" size="1"/>
+</Datas></Database>
+)"},
+        {"start.pgx", "<Programs><Program name=\"start\"><Code><![CDATA[begin\n" + lines +
+                          "end]]></Code></Program></Programs>"}};
+  };
+  const auto p = read_with(read_val3, code(R"(link(pTo, fOther)
+pTo.trsf = {1, 2, 3, 0, 0, 0}
+movej(pTo, tGrip, mSlow)
+pTo = here(tGrip, fTable)
+pTo.trsf.z = pTo.trsf.z + 80
+movel(pTo, tGrip, mSlow)
+movel(pTo, tGrip, mSlow)
+wait(seen or isEmpty())
+resetMotion()
+dioSet(lamp, 5)
+n = dioGet(lamp)
+logMsg("n = " + toString("", n))
+taskKill("app~")
+taskKill("other")
+)"));
+  EXPECT_EQ(read_faults(*p), "15:1 error IRL has no counterpart of taskKill.\n");
+  expect_lines(*p, R"(
+ROBTARGET: pTo := ROBTARGET(POSE(POSITION(1.0, 0.0, 0.0), ORIXYZ(0.0, 0.0, 0.0)), 0, [-128, -128, -128, -128, -128, -128], ADD_JOINT(0.0));
+pTo.PSE := POSE(POSITION(1.0, 2.0, 3.0), ORIXYZ(0.0, 0.0, 0.0));
+MOVE PTP pTo SPEED_PTP := 100.0 TOOL := tGrip FRAME := fOther;
+MOVE_INC LIN POSITION(0.0, 0.0, 80.0) SPEED := 80.0 TOOL := tGrip FRAME := fTable;
+MOVE LIN pTo SPEED := 80.0 TOOL := tGrip FRAME := fOther UNTIL seen;
+lamp_0 := TRUE;
+lamp_1 := FALSE;
+lamp_2 := TRUE;
+n := bool_number(lamp_0) + 2 * bool_number(lamp_1) + 4 * bool_number(lamp_2);
+WRITELN('n = ', n);
+HALT;
+)");
+  // Of several frames the one that counts is not known behind a condition.
+  EXPECT_EQ(read_faults(*read_with(read_val3, code(R"(if n > 1
+link(pTo, fOther)
+else
+link(pTo, fTable)
+endIf
+movel(pTo, tGrip, mSlow)
+)"))),
+            "7:1 error which frame pTo is in is not known here.\n");
+}
+
 struct Language {
   const char* name;
   Read read;
@@ -1484,9 +1606,9 @@ const Language kLanguages[] = {{"krl", read_krl, &kKrl},
                                {"melfa", read_melfa, &kMelfa},
                                {"gcode", read_gcode, &kGcode},
                                {"val3", read_val3, &kVal3Files},
-                               {"as", read_as, &kAs},
-                               {"pdl2", read_pdl2, &kPdl2},
-                               {"pacscript", read_pacscript, &kPac}};
+                               {"as", read_as, &kAsCell},
+                               {"pdl2", read_pdl2, &kPdl2Weld},
+                               {"pacscript", read_pacscript, &kPacPick}};
 
 /// Everything that the host's guard asks of an answer.
 void expect_sound(const ReadProgram& p, const std::vector<RobotFile>& files,

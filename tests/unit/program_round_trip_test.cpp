@@ -426,8 +426,6 @@ const std::map<std::string, std::string> kExceptions{
      "UNTIL is said by a thread that ends the motion, which is not read as UNTIL"},
     {"urscript pick_and_place structured",
      "UNTIL is said by a thread that ends the motion, which is not read as UNTIL"},
-    {"val3 pick_and_place flat", "MOVE_INC is from here(), which IRL does not have"},
-    {"val3 pick_and_place structured", "MOVE_INC is from here(), which IRL does not have"},
 };
 
 const fs::path kPrograms = fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/programs";

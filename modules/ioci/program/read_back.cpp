@@ -190,6 +190,16 @@ std::vector<Change> changes_of(const recording::Recording& r, const std::set<std
   return out;
 }
 
+/// Of the joints of the robot that moves first, in rad/s; 0 = none has a limit.
+double slowest_joint(const program_check::Check& c) {
+  double least = 0;
+  if (c.motions.empty() || c.motions[0].motion.robot >= c.inspection->robots.size()) return least;
+  for (const JointModel& j : c.inspection->robots[c.motions[0].motion.robot].model->joints)
+    if (j.type == JointType::revolute && j.max_velocity > 0 && std::isfinite(j.max_velocity))
+      least = least == 0 ? j.max_velocity : std::min(least, j.max_velocity);
+  return least;
+}
+
 constexpr double kReadBackMm = 0.1, kReadBackDegrees = 0.05, kSameJoint = 0.5;
 constexpr double kSameShare = 0.02, kSameSeconds = 0.1;  ///< of the time of a whole run
 
@@ -313,24 +323,31 @@ class Beside {
 };
 
 /// What the profile says of the controller, as settings of the reader that asks for them.
-Map settings_for(const ProviderInfo& reader, const model::Controller* profile) {
+Map settings_for(const ProviderInfo& reader, const model::Controller* profile, double joint_speed) {
   Map out;
   const auto asks = [&](std::string_view name) {
     return std::any_of(reader.schema.begin(), reader.schema.end(),
                        [&](const auto& f) { return f.name == name; });
   };
+  if (asks("joint_speed") && joint_speed > 0) out.set("joint_speed", Value(joint_speed));
+  // Of RAPID the speed that 100 % become where the profile has none.
+  if (reader.name == "rapid") out.set("tcp_speed", Value(5.0));
   if (!profile) return out;
   if (profile->max_speed > 0 && asks("tcp_speed")) out.set("tcp_speed", Value(profile->max_speed));
-  for (const auto& o : profile->options)
+  for (const auto& o : profile->options) {
     if (o.name == "fig_xor" && asks("fig_xor"))
       if (const auto n = text::read_int(o.value)) out.set("fig_xor", Value(*n));
+    if (o.name == "joint_speed" && asks("joint_speed"))
+      if (const auto v = text::read_real(o.value); v && *v > 0)
+        out.set("joint_speed", Value(*v / post::kDegree));
+  }
   return out;
 }
 
 }  // namespace
 
 Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
-                             const model::Controller* profile) {
+                             const model::Controller* profile, double joint_speed) {
   ReadBack out;
   if (files.empty()) {
     out.not_read = "nothing was posted";
@@ -357,8 +374,9 @@ Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
     out.not_read = "no reader takes ." + extension;
     return out;
   }
-  RMP_TRY_ASSIGN(const auto params, motion::checked_values(of, settings_for(of, profile),
-                                                           "reader " + text::quote(of.name)));
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_values(of, settings_for(of, profile, joint_speed),
+                                        "reader " + text::quote(of.name)));
   // Readers know files by their names, without the folders that a controller has them in.
   std::vector<std::string> names;
   for (const auto& [file, bytes] : files) names.push_back(file.substr(file.rfind('/') + 1));
@@ -397,7 +415,7 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
   if (has(args, "profile"))
     profile = &std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
                    .as<model::Controller>();
-  RMP_TRY_ASSIGN(const ReadBack read, read_posted(ctx, files, profile));
+  RMP_TRY_ASSIGN(ReadBack read, read_posted(ctx, files, profile));
   out.reader = read.reader;
   out.not_said = read.not_said.size();
   if (!read.program) {
@@ -413,6 +431,14 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
   if (has(args, "robot") && places_of(ctx.snapshot(), id).empty())
     asked.set("robot", *args.find("robot"));
   RMP_TRY_ASSIGN(const CheckedProgram own, check_program(ctx, asked));
+  // What 100 % of a joint's speed are is the robot's: that of its slowest one.
+  if (const double slowest = slowest_joint(own.check); slowest > 0) {
+    RMP_TRY_ASSIGN(read, read_posted(ctx, files, profile, slowest));
+    if (!read.program) {
+      out.not_run = read.not_read;
+      return out;
+    }
+  }
   InItsPlace instead;
   std::set<std::string> missed;
   instead.code = read.program;

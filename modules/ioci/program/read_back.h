@@ -34,10 +34,10 @@ struct ReadBack {
 
 /// Reads them by the reader that takes the extension of the first file and knows its text best,
 /// with what the profile says of the controller: 100 % of a speed (max_speed) and the usual figure
-/// (fig_xor). An error is a reader that cannot be made, or being cancelled; `not_read` has all
-/// else.
+/// (fig_xor), and with the joint speed that 100 % are [rad/s] (0 = the reader's own). An error is a
+/// reader that cannot be made, or being cancelled; `not_read` has all else.
 Result<ReadBack> read_posted(CommandContext&, const PostedFiles&,
-                             const model::Controller* profile = nullptr);
+                             const model::Controller* profile = nullptr, double joint_speed = 0);
 
 /// A posted program in the world beside the program itself. Angles in degrees, lengths in mm.
 struct RunBeside {

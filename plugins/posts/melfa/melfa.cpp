@@ -951,9 +951,19 @@ class MelfaWriter final : public MoveWriter {
     if (!prepare(m, is_ptp)) return;
     const Target& t = m.targets[0];
     const auto at = goal(m, t);
-    const std::string to = target(m, t);
+    std::string to = target(m, t);
     if (to.empty()) return;
-    line((is_ptp ? "Mov " : "Mvs ") + to + skip(m));
+    // A pose that is computed has the flags of the position on its left: it gets those of where the
+    // robot is, and goes there the short way.
+    std::string type;
+    if (!at && !m.incremental && t.role == RMP_ROLE_POSE) {
+      const std::string p = names_.unique("PT");
+      line(p + "=" + to);
+      for (const char* flags : {".FL1", ".FL2"}) line(p + flags + "=P_Curr" + flags);
+      to = p;
+      if (is_ptp) type = " Type 0,0";
+    }
+    line((is_ptp ? "Mov " : "Mvs ") + to + type + skip(m));
     skipped(m);
     arrived(m.until == RMP_NONE ? at : std::nullopt);
     last_name_ = m.until == RMP_NONE && to.starts_with('P') && !to.starts_with("P_") &&
