@@ -389,7 +389,7 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
   std::map<std::string, Tally> tallies;
   std::map<std::string, std::size_t> differences;
   std::size_t runs = 0, run_faults = 0;
-  call("robot.get", {{"name", "puma560"}});
+  call("robot.set_axes", {{"id", call("robot.get", {{"name", "puma560"}})}, {"axes", List{}}});
   for (std::size_t k = 0; k < (single ? 1 : count); ++k) {
     const std::uint32_t own = single ? static_cast<std::uint32_t>(std::strtoul(single, nullptr, 10))
                                      : seed * 1'000'003U + static_cast<std::uint32_t>(k);
@@ -446,7 +446,7 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
     }
     if (k % 100 == 99) {
       app().document.clear();
-      call("robot.get", {{"name", "puma560"}});
+      call("robot.set_axes", {{"id", call("robot.get", {{"name", "puma560"}})}, {"axes", List{}}});
     }
   }
   std::cout << runs << " programs run without a world, " << run_faults << " need one\n";
@@ -480,7 +480,7 @@ TEST_F(RandomPosts, WhatIsReadBackDoesTheSameOrAFaultSaysWhyNot) {
 
 /// What the random programs have found, in short.
 TEST_F(RandomPosts, WhatWasReadBackAsSomethingElseOnce) {
-  call("robot.get", {{"name", "puma560"}});
+  call("robot.set_axes", {{"id", call("robot.get", {{"name", "puma560"}})}, {"axes", List{}}});
   struct Once {
     const char *target, *form, *text;
   };

@@ -71,7 +71,8 @@ class RoundTrip : public test::CommandTest {
   void SetUp() override {
     CommandTest::SetUp();
     fs::create_directories(folder_);
-    call("robot.get", {{"name", "puma560"}});
+    // Its programs have joints as the rows count them, at places beyond Unimation's ranges.
+    call("robot.set_axes", {{"id", call("robot.get", {{"name", "puma560"}})}, {"axes", List{}}});
   }
   void TearDown() override { fs::remove_all(folder_); }
 
