@@ -58,13 +58,20 @@ std::string print(double v) {
 std::string print_rounded(double v, int digits) {
   if (v == 0) return "0";
   if (!std::isfinite(v)) return print(v);
+  // Where exponents begin: people read 100000 and 0.0001 more easily than 1e+05 and 1e-04.
+  constexpr double kLargest = 1e15, kSmallest = 1e-5;
   std::array<char, 64> buffer;
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v,
                                  std::chars_format::scientific, std::clamp(digits, 1, 17) - 1);
   // Through the rounded value, so that the text is also the shortest one of that value.
   double rounded = v;
   std::from_chars(buffer.data(), end.ptr, rounded);
-  return print(rounded);
+  const double size = std::fabs(rounded);
+  const bool has_exponent = size < kSmallest || size >= kLargest;
+  const auto shown =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), rounded,
+                    has_exponent ? std::chars_format::scientific : std::chars_format::fixed);
+  return {buffer.data(), shown.ptr};
 }
 
 std::string print_fixed(double v, int decimals) {

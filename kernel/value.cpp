@@ -18,13 +18,16 @@ bool is_word(std::string_view s) {
                      [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
 }
 
+/// A number that reads back to the same one, as people write it: 100000, not 1e+05.
+std::string plain_number(double v) { return text::print_rounded(v, 17); }
+
 // Each of these may end once it has more than `most` bytes.
 
 std::string numbers(const double* v, std::size_t count, std::size_t most) {
   std::string out = "{";
   for (std::size_t i = 0; i < count && out.size() <= most; ++i) {
     if (i) out += ", ";
-    out += text::print(v[i]);
+    out += plain_number(v[i]);
   }
   return out + "}";
 }
@@ -50,7 +53,7 @@ std::string leaf_text(const Value& v, bool inside, std::size_t most) {
   switch (v.type()) {
     case Value::Type::boolean: return *v.as_bool() ? "true" : "false";
     case Value::Type::integer: return std::to_string(*v.as_int());
-    case Value::Type::real: return text::print(*v.as_real());
+    case Value::Type::real: return plain_number(*v.as_real());
     case Value::Type::string: {
       const std::string_view all = *v.as_string();
       const std::string_view shown = all.substr(0, most < all.size() ? most + 1 : all.size());

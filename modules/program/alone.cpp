@@ -37,7 +37,7 @@ class AloneWorld final : public World {
     }
     if (const auto at = inputs_.find(text::upper(s.name)); at != inputs_.end())
       return std::optional(at->second);
-    return error(ErrorCode::not_found, "nobody gives the input " + std::string(s.name) + " a value",
+    return error(ErrorCode::not_found, "the input " + std::string(s.name) + " has no value",
                  "Give one (--set " + std::string(s.name) +
                      "=VALUE), or run the program in a world, whose signals others set.");
   }
@@ -174,8 +174,9 @@ Error waits_for_ever(const Machine& machine, const Wait& w) {
     return error(ErrorCode::script_failed, "the semaphore is never released",
                  "Let another process RELEASE it.", where);
   if (w.kind == WaitKind::stopped)
-    return error(ErrorCode::script_failed, "the process is stopped, and nobody lets it go on",
-                 "CONTINUE it.", where);
+    return error(ErrorCode::script_failed,
+                 "the process is stopped, and no other process can continue it", "CONTINUE it.",
+                 where);
   return error(ErrorCode::script_failed,
                "the condition never comes true" +
                    (signals.empty() ? std::string() : ", for nothing changes " + signals),

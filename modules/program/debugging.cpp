@@ -47,7 +47,7 @@ class Debugger {
     if (text.size() > 10'000) return wrong("the expression has more than 10000 characters");
     next();
     RMP_TRY_ASSIGN(Value v, either(0));
-    if (kind_ != 'e') return wrong("\"" + word_ + "\" stands where the expression ends");
+    if (kind_ != 'e') return wrong("\"" + word_ + "\" is left over behind the expression");
     return v;
   }
   /// Whether it is a condition that may have a value in a routine: what it names is there, and its
@@ -72,7 +72,7 @@ class Debugger {
     if (text.size() > 10'000) return wrong("the expression has more than 10000 characters");
     next();
     RMP_TRY_ASSIGN(Value v, either(0));
-    if (kind_ != 'e') return wrong("\"" + word_ + "\" stands where the expression ends");
+    if (kind_ != 'e') return wrong("\"" + word_ + "\" is left over behind the expression");
     return v;
   }
 
@@ -326,7 +326,7 @@ class Debugger {
   Result<Value> inverted(int depth) {
     if (!take("NOT")) return compared(depth);
     RMP_TRY_ASSIGN(Value a, compared(depth));
-    if (a.type != RMP_TYPE_BOOL) return none("NOT stands before a condition");
+    if (a.type != RMP_TYPE_BOOL) return none("NOT needs a condition behind it");
     if (has_no_values()) return typed(RMP_TYPE_BOOL);
     return truth(!a.slots()->integer());
   }
@@ -451,7 +451,7 @@ class Debugger {
       return v;
     }
     if (kind_ != 'n')
-      return wrong("\"" + word_ + "\" stands where a value belongs",
+      return wrong("\"" + word_ + "\" is not a value",
                    "Values are names, fields, elements, numbers, strings, TRUE and FALSE.");
     return name(depth);
   }
@@ -461,7 +461,7 @@ class Debugger {
     Value v;
     if (kind_ == 'o' && word_ == "(")
       return wrong(wanted + " is called, and a debugger calls nothing",
-                   "Names, fields, elements and operators may stand here.");
+                   "Use names, fields, elements and operators.");
     if (wanted == "TRUE" || wanted == "FALSE") return known(truth(wanted == "TRUE"));
     RMP_TRY_ASSIGN(v, variable(wanted));
     for (;;) {

@@ -411,7 +411,7 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
     const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(std::fabs(n - 1) < 1e-3))
       return fail(std::string("the orientation of ") + what +
-                      " is no unit quaternion: its length is " + code_text_detail::real_text(n),
+                      " is no unit quaternion: its length is " + real_literal(n),
                   n == 0 ? "It has no value yet: give it one, such as ORIZYX(0.0, 180.0, 0.0)."
                          : "Make it by a function such as ORIQUAT or ORIZYX.");
     // What is one but for rounding stays as it is, so that to say it again changes nothing.
@@ -456,7 +456,7 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
     a.robot = c_.symbol(p.robot).name;
     a.robot_symbol = p.robot;
   }
-  const auto shown = [](double v) { return code_text_detail::real_text(v); };
+  const auto shown = [](double v) { return real_literal(v); };
   const auto above = [&](const char* name, double v) {
     return v > 0 ||
            fail(std::string(name) + " is " + shown(v) + ", and a motion needs one above zero");
@@ -486,7 +486,7 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
     if (!(a.wobble_length > 0))
       return fail(
           "R_WOBBLE_LENGTH is " + shown(a.wobble_length) + ", and WOBBLE needs one above zero",
-          "It is the way for one swing to both sides and back, in mm.");
+          "It is the distance of one swing to both sides and back, in mm.");
   }
   if (!share("ACC", a.acceleration)) return false;
   if (a.time <= 0 && a.time != -1)
@@ -1126,9 +1126,8 @@ Run::Next Run::loop(Process& p) {
           const auto y = number_value(i.number, std::span(x, i.arguments.size()));
           if (!y) {
             at_ = pc;
-            fail(std::string(c_.symbol(i.symbol).name) + " has no value at " +
-                 code_text_detail::real_text(x[0]) +
-                 (i.arguments.size() > 1 ? ", " + code_text_detail::real_text(x[1]) : ""));
+            fail(std::string(c_.symbol(i.symbol).name) + " has no value at " + real_literal(x[0]) +
+                 (i.arguments.size() > 1 ? ", " + real_literal(x[1]) : ""));
             goto failed;
           }
           R = Slot::of_real(*y);
@@ -1163,15 +1162,14 @@ Run::Next Run::loop(Process& p) {
           at_ = pc;
           fail("the function " + c_.routine_name(p.frames.back().routine) +
                    " has reached its end without a RETURN",
-               "Every way through a function ends with RETURN value;");
+               "End every path through a function with RETURN value;");
           goto failed;
         case Do::wait_time: {
           RMP_SYNC
           RMP_NO_CONDITION("waits")
           const double seconds = A.real();
           if (seconds < 0) {
-            fail("WAIT is of " + code_text_detail::real_text(seconds) +
-                 " s, and a time is not negative");
+            fail("WAIT is of " + real_literal(seconds) + " s, and a time is not negative");
             goto failed;
           }
           if (observer_) {
@@ -1199,8 +1197,7 @@ Run::Next Run::loop(Process& p) {
           if (f.has_deadline) {
             const double seconds = A.real();
             if (seconds < 0) {
-              fail("TIMEOUT is " + code_text_detail::real_text(seconds) +
-                   " s, and a time is not negative");
+              fail("TIMEOUT is " + real_literal(seconds) + " s, and a time is not negative");
               goto failed;
             }
             f.deadline = s_.now + seconds;

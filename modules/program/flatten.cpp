@@ -312,8 +312,8 @@ class Flattening {
     if (a.weaves && (a.wobble_amplitude != standard.wobble_amplitude ||
                      a.wobble_length != standard.wobble_length))
       return error(ErrorCode::unsupported,
-                   "the swings of WOBBLE are not those that R_WOBBLE_AMPLITUDE and R_WOBBLE_LENGTH "
-                   "begin with, which a program of motions alone cannot say",
+                   "WOBBLE uses other values of R_WOBBLE_AMPLITUDE and R_WOBBLE_LENGTH than the "
+                   "initial ones, and a flattened program cannot set them",
                    "Leave these variables as they are, or WOBBLE out.");
     attribute(RMP_ATTR_WOBBLE, a.weaves, [&] { return whole(a.weaves, RMP_TYPE_BOOL); });
     if (a.robot_symbol != kNone)

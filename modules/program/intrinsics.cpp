@@ -244,7 +244,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
     const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(std::fabs(n - 1) < 1e-3)) {
       fail("the orientation that " + name() + " gets is no unit quaternion: its length is " +
-               code_text_detail::real_text(n),
+               real_literal(n),
            "Make it by a function such as ORIQUAT or ORIZYX.");
       return false;
     }
@@ -263,7 +263,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       const double x[2] = {number(0), c.arguments.size() > 1 ? number(1) : 0.0};
       const auto y = number_value(c.number, std::span(x, c.arguments.size()));
       if (!y || std::fabs(*y) > 4e9) {
-        if (!y) return failed(name() + " has no value at " + code_text_detail::real_text(x[0]));
+        if (!y) return failed(name() + " has no value at " + real_literal(x[0]));
         return whole(std::numeric_limits<std::int64_t>::max());
       }
       return whole(static_cast<std::int64_t>(*y));

@@ -430,13 +430,13 @@ void Run::run(double now) {
   if (!std::isfinite(now) || now < s_.now) {
     // Time that stands still is allowed; time that falls would let waits end twice.
     if (!std::isfinite(now) || s_.has_begun) {
-      s_.status.fault = Fault{"the time of a run is " + code_text_detail::real_text(now) +
-                                  " s, behind " + code_text_detail::real_text(s_.now) + " s",
-                              "Time goes on from run to run.",
-                              0,
-                              {},
-                              "",
-                              {}};
+      s_.status.fault = Fault{
+          "the time of a run is " + real_literal(now) + " s, behind " + real_literal(s_.now) + " s",
+          "Give a time that is not before the last one.",
+          0,
+          {},
+          "",
+          {}};
       s_.status.state = RunState::fault;
       return;
     }

@@ -21,6 +21,7 @@
 #include <robomosp/sdk/program_tables.h>
 
 #include "program/machine.h"
+#include "program/real_literal.h"
 
 namespace robomosp::program {
 

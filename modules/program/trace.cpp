@@ -251,8 +251,8 @@ class Tracer final : public World, public Observer {
     if (out_.entries.size() >= options_.most_entries)
       return error(ErrorCode::unsupported,
                    "the program does more than " + std::to_string(options_.most_entries) +
-                       " things one after the other",
-                   "A program that goes on without an end is run in a world.");
+                       " actions in a row",
+                   "Run a program without an end in a world.");
     out_.entries.push_back({process, span, std::move(what)});
     return {};
   }
@@ -593,7 +593,7 @@ std::string Condition::text(const rmp_code& code) const {
     };
     if (n.op == RMP_EXPR_LITERAL) {
       std::string s;
-      if (n.type == RMP_TYPE_REAL) s = code_text_detail::real_text(n.real);
+      if (n.type == RMP_TYPE_REAL) s = real_literal(n.real);
       else if (n.type == RMP_TYPE_BOOL) s = n.integer ? "TRUE" : "FALSE";
       else s = std::to_string(n.integer);
       made.emplace_back(s, s[0] == '-' ? 7 : 9);

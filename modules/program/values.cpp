@@ -172,7 +172,7 @@ void Run::append_text(std::uint32_t type, const Slot* slots, std::string& out,
     out += close;
   };
   switch (t.kind) {
-    case RMP_TYPE_REAL: out += code_text_detail::real_text(slots->real()); return;
+    case RMP_TYPE_REAL: out += real_literal(slots->real()); return;
     case RMP_TYPE_BOOL: out += slots->integer() ? "TRUE" : "FALSE"; return;
     case RMP_TYPE_CHAR: out += static_cast<char>(slots->integer()); return;
     case RMP_TYPE_STRING: out += text_of(*slots); return;

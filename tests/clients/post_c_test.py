@@ -204,6 +204,29 @@ class PostedC(unittest.TestCase):
             self.assertEqual(moves[1][5:7], ["-250.000000", "75.000000"][:2])
             self.assertEqual(sorted({m[6] for m in moves}), ["15.000000", "260.000000", "45.000000", "75.000000"])
 
+    def test_numbers_in_messages_are_those_of_a_run(self):
+        numbers = ["100000.0 * one", "0.0 * (-one)", "one / 3.0", "-2.5 * one", "1.0e15 * one", "1.25e20 * one", "0.00001 * one",
+                   "0.000009 * one", "0.1 * one + 0.2 * one", "999999999999999.0", "1.0e300 * one", "one * 2.0 / 3.0e-20"]
+        source = ("PROGRAM numbers;\nVAR\n  REAL: x, one := 1.0;\n  INT: i := 7;\nBEGIN\n" +
+                  "".join(f"  x := {n};\n  WRITELN('x = ', x, ', ', i, ' ', x > 0.0);\n" for n in numbers) +
+                  "ENDPROGRAM;\n")
+        with short_folder() as folder, robomosp.start(os.environ["ROBOMOSP_PROGRAM"]) as r:
+            for name, text in (("pa.h", PA_HEADER), ("recorder.c", PA_RECORDER), ("numbers.irl", source)):
+                with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                    file.write(text)
+            program = r.program.create(name="numbers", source=source)
+            self.write(folder, r.program.post(id=program, target="pa10", form="structured"))
+            self.compile(folder, os.path.join(folder, "numbers"), os.path.join(folder, "numbers.c"),
+                         os.path.join(folder, "rmp_motion.c"), os.path.join(folder, "rmp_pa10.c"),
+                         os.path.join(folder, "recorder.c"))
+            done = run(os.path.join(folder, "numbers"))
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            written = [line for line in done.stdout.splitlines() if line.startswith("x = ")]
+            interpreted = run(os.environ["ROBOMOSP_PROGRAM"], "irl", os.path.join(folder, "numbers.irl"))
+            self.assertEqual(written, interpreted.stdout.splitlines())
+            self.assertEqual(len(written), len(numbers))
+            self.assertEqual(written[0], "x = 100000.0, 7 TRUE")
+
 
 if __name__ == "__main__":
     unittest.main()

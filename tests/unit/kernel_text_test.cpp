@@ -61,7 +61,15 @@ TEST(Text, RoundedNumbersDropTrailingZeros) {
   EXPECT_EQ(text::print_rounded(1.0 / 3), "0.333333");
   EXPECT_EQ(text::print_rounded(2.0), "2");
   EXPECT_EQ(text::print_rounded(0.1 + 0.2, 12), "0.3");
-  EXPECT_EQ(text::print_rounded(999999.5), "1e+06");
+  EXPECT_EQ(text::print_rounded(999999.5), "1000000");
+  // Exponents from 1e15 on and below 1e-5 only.
+  EXPECT_EQ(text::print_rounded(1e5), "100000");
+  EXPECT_EQ(text::print_rounded(-1e-5), "-0.00001");
+  EXPECT_EQ(text::print_rounded(9.9e-6), "9.9e-06");
+  EXPECT_EQ(text::print_rounded(999999999999999.0, 17), "999999999999999");
+  EXPECT_EQ(text::print_rounded(1e15), "1e+15");
+  EXPECT_EQ(text::print_rounded(7121731995309737.0, 17), "7.121731995309737e+15");
+  EXPECT_EQ(text::print_rounded(0.1, 17), "0.1");
 }
 
 TEST(Text, QuotingEscapesWhatWouldEndTheText) {

@@ -348,6 +348,7 @@ TEST(IrlText, NumbersAreReadAsWhatTheyWere) {
   EXPECT_EQ(irl_real(-1e-12), "0.0");
   EXPECT_EQ(irl_real(0.1 * 3 * 1000), "300.0");
   EXPECT_EQ(irl_real(1e300), "1.0e+300");
+  EXPECT_EQ(irl_real(100000), "100000.0");
   EXPECT_EQ(irl_real(123456.789), "123456.789");
 }
 

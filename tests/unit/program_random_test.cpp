@@ -2,6 +2,7 @@
 // Random programs: the machine against a second evaluator, which walks the structured statements;
 // the expression table; constants that are folded against the same that are computed; damaged code.
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -28,6 +29,56 @@ std::string written_run(std::shared_ptr<const CompiledProgram> p, const Limits& 
   return w.text + (s.fault ? "!" + s.fault->message : "");
 }
 
+/// How WRITE shows a REAL, by the language's page: the shortest digits that read back to it, a
+/// point always, an exponent where the decimal one is at least 15 or below -5. Written with
+/// std::to_chars alone, so that it is independent of what the machine prints with.
+std::string shown_real(double v) {
+  if (v == 0) return "0.0";
+  std::array<char, 64> digits{};
+  const auto end =
+      std::to_chars(digits.data(), digits.data() + digits.size(), v, std::chars_format::scientific);
+  std::string s(digits.data(), end.ptr);
+  const std::size_t e = s.find('e');
+  const int exponent = std::stoi(s.substr(e + 1));
+  if (exponent >= 15 || exponent < -5)
+    return s.find('.') == std::string::npos ? s.insert(e, ".0") : s;
+  const auto plain =
+      std::to_chars(digits.data(), digits.data() + digits.size(), v, std::chars_format::fixed);
+  s.assign(digits.data(), plain.ptr);
+  return s.find('.') == std::string::npos ? s + ".0" : s;
+}
+
+TEST(ProgramNumbers, RealsAreWrittenAsLiteralsThatPeopleExpect) {
+  // By hand: what a reader of a log expects.
+  for (const auto& [literal, want] : {std::pair("100000.0", "100000.0"),
+                                      {"0.0 * (-1.0)", "0.0"},
+                                      {"-2.5", "-2.5"},
+                                      {"1.0 / 3.0", "0.3333333333333333"},
+                                      {"123456789.0 * 1000.0", "123456789000.0"},
+                                      {"999999999999999.0", "999999999999999.0"},
+                                      {"1.0e15", "1.0e+15"},
+                                      {"1.25e20", "1.25e+20"},
+                                      {"0.00001", "0.00001"},
+                                      {"0.000009", "9.0e-06"},
+                                      {"0.1 + 0.2", "0.30000000000000004"}})
+    EXPECT_EQ(written_run(compiled(std::string("PROGRAM p; VAR REAL: x; BEGIN x := ") + literal +
+                                   "; WRITE(x); ENDPROGRAM;")),
+              want)
+        << literal;
+  // Of any size: as the second definition says, and the text is a literal of the same number.
+  std::mt19937_64 random(test::seed());
+  std::uniform_real_distribution<> mantissa(-10, 10);
+  std::uniform_int_distribution<> exponent(-20, 20);
+  for (int k = 0; k < 300; ++k) {
+    const double v = mantissa(random) * std::pow(10.0, exponent(random));
+    const std::string text = shown_real(v);
+    EXPECT_EQ(std::stod(text), v) << text;
+    EXPECT_EQ(written_run(
+                  compiled("PROGRAM p; VAR REAL: x := " + text + "; BEGIN WRITE(x); ENDPROGRAM;")),
+              text);
+  }
+}
+
 // ---- expression table ----
 
 /// A number of the table, in both types.
@@ -49,7 +100,7 @@ std::string expected(const Number& a, const std::string& op, const Number& b) {
   };
   const auto real = [](long double v) -> std::string {
     const double d = static_cast<double>(v);
-    return std::isfinite(d) ? code_text_detail::real_text(d) : "";
+    return std::isfinite(d) ? shown_real(d) : "";
   };
   const auto truth = [](bool v) { return std::string(v ? "TRUE" : "FALSE"); };
   if (op == "=") return truth(a.value() == b.value());
@@ -608,7 +659,7 @@ class Walker {
   std::string shown(const Value& v, std::uint32_t t) const {
     const auto& x = type(t);
     if (x.kind == RMP_TYPE_INT) return std::to_string(v.i);
-    if (x.kind == RMP_TYPE_REAL) return code_text_detail::real_text(v.r);
+    if (x.kind == RMP_TYPE_REAL) return shown_real(v.r);
     if (x.kind == RMP_TYPE_BOOL) return v.i ? "TRUE" : "FALSE";
     if (x.kind == RMP_TYPE_STRING) return v.s;
     std::string out = x.kind == RMP_TYPE_ARRAY ? "[" : "(";

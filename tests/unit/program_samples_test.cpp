@@ -382,7 +382,7 @@ TEST(ProgramTrace, WhatDependsOnAnInputIsAnErrorAtItsLine) {
   TraceOptions few;
   few.most_entries = 10;
   EXPECT_NE(failed_trace(head + "LOOP MOVE LIN q; ENDLOOP;" + tail, few)
-                .find("p.irl:12:6: the program does more than 10 things"),
+                .find("p.irl:12:6: the program does more than 10 actions"),
             std::string::npos);
   few.most_instructions = 100'000;
   EXPECT_NE(failed_trace(head + "LOOP i := 1; ENDLOOP;" + tail, few).find("more than 100000 instr"),

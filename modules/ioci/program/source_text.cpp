@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "kernel/letters.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "program/real_literal.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::ioci {
@@ -46,14 +46,7 @@ constexpr std::string_view kReserved[] = {
 std::string irl_real(double value) {
   constexpr double kGrid = 1e9, kMost = 1e6;
   if (std::fabs(value) < kMost) value = std::round(value * kGrid) / kGrid;
-  if (value == 0) value = 0;  // no -0
-  std::array<char, 40> buffer{};
-  std::string s(buffer.data(),
-                std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
-  const std::size_t e = s.find('e');
-  if (s.substr(0, e).find('.') == std::string::npos)
-    s.insert(e == std::string::npos ? s.size() : e, ".0");
-  return s;
+  return program::real_literal(value);
 }
 
 std::string irl_position(const Vec3& p) {

@@ -167,21 +167,38 @@ class CWriter final : public post::Writer {
             ". */");
     if (needs_math_) all.add("#include <math.h>");
     all.add("#include <stdio.h>");
-    if (needs_abs_) all.add("#include <stdlib.h>");
+    if (needs_abs_ || !write_real_.empty()) all.add("#include <stdlib.h>");
     all.add("#include <string.h>");
     all.add("");
     all.add("#include \"rmp_motion.h\"");
     all.add("");
-    for (const auto* f : {&types_, &globals_, &heads_, &conditions_}) {
+    for (const auto* f : {&types_, &globals_, &heads_}) {
       all.append(*f);
       if (!f->empty()) all.add("");
     }
+    if (!write_real_.empty()) write_real(all);
+    all.append(conditions_);
+    if (!conditions_.empty()) all.add("");
     all.append(body_);
     all.give(output_, name + ".c", false);
     output_.file("rmp_motion.h", c_runtime::kHeader);
     output_.file("rmp_motion.c", c_runtime::kGeometry);
     output_.file(runtime_name_, std::string(runtime_) +
                                     (writes_additional_ ? c_runtime::additional(runtime_) : ""));
+  }
+
+  /// A function that prints a number as a run of the IRL does: the fewest digits that read back to
+  /// it, an exponent from 1e15 on and below 1e-5 only.
+  void write_real(post::File& to) const {
+    for (const char* l :
+         {") {", "  char digits[40], *e;", "  int p, exponent;",
+          "  if (v == 0) v = 0;  /* not -0 */", "  for (p = 0; p < 17; ++p) {",
+          "    sprintf(digits, \"%.*e\", p, v);", "    if (strtod(digits, NULL) == v) break;",
+          "  }", "  e = strchr(digits, 'e');", "  exponent = e ? atoi(e + 1) : 0;",
+          "  if (e && (exponent < -5 || exponent >= 15))",
+          "    printf(\"%.*s%s%s\", (int)(e - digits), digits, p ? \"\" : \".0\", e);", "  else",
+          "    printf(\"%.*f\", p - exponent > 1 ? p - exponent : 1, v);", "}", ""})
+      to.add(*l == ')' ? "static void " + write_real_ + "(double v" + l : std::string(l));
   }
 
   // ---- types and values ----
@@ -510,6 +527,11 @@ class CWriter final : public post::Writer {
   }
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
     std::string format, rest;
+    const auto print = [&] {
+      if (!format.empty()) line("printf(\"" + format + "\"" + rest + ");");
+      format.clear();
+      rest.clear();
+    };
     for (const std::uint32_t v : values) {
       const auto& x = expression(v);
       if (x.constant != RMP_NONE && constant(x.constant).kind == RMP_CONSTANT_TEXT) {
@@ -521,7 +543,11 @@ class CWriter final : public post::Writer {
       switch (type(x.type).kind) {
         case RMP_TYPE_INT: format += "%d"; break;
         case RMP_TYPE_BOOL: format += "%s"; break;
-        case RMP_TYPE_REAL: format += "%g"; break;
+        case RMP_TYPE_REAL:
+          print();
+          if (write_real_.empty()) write_real_ = names_.unique("write_real");
+          line(write_real_ + "(" + text(v) + ");");
+          continue;
         case RMP_TYPE_CHAR: format += "%c"; break;
         default:
           cannot("messages with " + type_name(x.type), "Write its parts one by one.");
@@ -531,7 +557,8 @@ class CWriter final : public post::Writer {
                           ? within(expr(v), 9) + " ? \"TRUE\" : \"FALSE\""
                           : text(v));
     }
-    line("printf(\"" + format + (ends_line ? "\\n" : "") + "\"" + rest + ");");
+    if (ends_line) format += "\\n";
+    print();
   }
   void if_begin(std::uint32_t c) override { open("if (" + text(c) + ") {"); }
   void else_if(std::uint32_t c) override { middle("} else if (" + text(c) + ") {"); }
@@ -763,6 +790,7 @@ class CWriter final : public post::Writer {
   std::vector<std::string> loops_;
   bool writes_additional_ = false;  ///< some target has additional joints
   bool needs_math_ = false, needs_abs_ = false, told_speed_ = false;
+  std::string write_real_;  ///< name of the function that prints a REAL; "" = no message has one
 };
 
 }  // namespace

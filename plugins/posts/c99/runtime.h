@@ -470,7 +470,7 @@ rmp_pose rmp_here(rmp_position at) {
 }
 void rmp_output(int number, const char *name, double value) {
   if (number >= 0 && number < MOST_SIGNALS) outputs[number] = value;
-  printf("%.3f output %d %s %g\n", now, number, name, value);
+  printf("%.3f output %d %s %.15g\n", now, number, name, value);
 }
 double rmp_state(int number) { return number >= 0 && number < MOST_SIGNALS ? outputs[number] : 0; }
 double rmp_input(int number, const char *name) {
@@ -663,7 +663,7 @@ void rmp_additional(const double *values, int count) {
   for (i = 0; i < count && i < RMP_MOST_JOINTS; ++i) {
     if (values[i] == additional[i]) continue;
     additional[i] = values[i];
-    printf("%.3f additional %d %g\n", now, i + 1, values[i]);
+    printf("%.3f additional %d %.15g\n", now, i + 1, values[i]);
   }
 }
 )";
