@@ -328,7 +328,33 @@ void Checker::data_list(std::string_view name, const Node* where) {
          "Add the file to the program: program.set_file.");
     return;
   }
+  // A list that the program does not name may be of other programs in its folder: it counts for the
+  // variables that this program teaches, and must not keep it from running.
+  const bool is_of_folder = where == nullptr;
+  const std::size_t faults_before = faults_.all.size();
+  const std::uint32_t errors_before = faults_.errors();
   Source& s = load(files_[f].name, files_[f].text, Unit::data_list);
+  if (is_of_folder && faults_.errors() > errors_before) {
+    std::string why;
+    Token at_fault;
+    for (std::size_t i = faults_.all.size(); i-- > faults_before;)
+      if (faults_.all[i].severity == RMP_FAULT_ERROR) {
+        why = faults_.all[i].message;
+        at_fault = faults_.all[i].at;
+      }
+    faults_.drop_after(faults_before, errors_before);
+    const std::string what =
+        "the list of data '" + std::string(base_name(s.name)) + "' cannot be read: " + why;
+    if (teaches_.empty())
+      faults_.warning(s.file, at_fault, what, "No TEACH of this program needs it.");
+    else
+      faults_.error(s.file, at_fault, what,
+                    "Mend it, or name the program's own list: DATALIST 'name.dls';");
+    return;
+  }
+  std::set<Id> needed;
+  for (const auto& [symbol, at_teach] : teaches_) needed.insert(symbol);
+  std::vector<std::string> unknown;
   Source* const before = s_;
   s_ = &s;
   if (!s.nodes.empty() && s.nodes[0].first != kNone) {
@@ -355,6 +381,10 @@ void Checker::data_list(std::string_view name, const Node* where) {
       }
       const Id named = lookup(at(a.first).name);
       use(at(a.first), named);
+      if (is_of_folder && !needed.contains(named)) {
+        if (named == kNone) unknown.emplace_back(written(at(a.first)));
+        continue;
+      }
       const bool is_new = named == kNone || taught_.insert(named).second;
       const Id statement_id = statement(a);
       if (statement_id == kNone) continue;
@@ -370,6 +400,18 @@ void Checker::data_list(std::string_view name, const Node* where) {
       last = statement_id;
     }
     out_.routines[routine].body = first;
+  }
+  if (!unknown.empty()) {
+    constexpr std::size_t kMostNamed = 5;
+    std::string names;
+    for (std::size_t i = 0; i < unknown.size() && i < kMostNamed; ++i)
+      names += (i ? ", " : "") + unknown[i];
+    if (unknown.size() > kMostNamed)
+      names += " and " + std::to_string(unknown.size() - kMostNamed) + " more";
+    faults_.note(s.file, s.tokens[0],
+                 "values of " + names + " are ignored: the program declares no such " +
+                     (unknown.size() == 1 ? "variable" : "variables"),
+                 "They may be of another program in the folder.");
   }
   s_ = before;
 }
@@ -501,8 +543,8 @@ void Checker::sections(Id first) {
       case N::process:
       case N::interrupt: {
         if (routine_ != kNone) {
-          fail(n, "a routine stands in another one",
-               "Routines stand in the program or in a module.");
+          fail(n, "a routine is declared within another one",
+               "Declare routines in the program or in a module.");
           break;
         }
         const std::size_t before = out_.routines.size();
@@ -930,7 +972,8 @@ Id Checker::record(const Node& n) {
       fail(at(d), "a " + shown(t) + " is not copied, and no field of a record");
     for (Id v = at(at(d).first).next; v != kNone; v = at(v).next) {
       if (at(v).first != kNone)
-        fail(at(v), "a field has no value of its own", "Give values to variables of the type.");
+        fail(at(v), "a field cannot have an initial value",
+             "Give values to variables of the type.");
       if (!seen.insert(at(v).name).second)
         fail_name(at(v), "the record has a field " + written(at(v)) + " already");
       fields.push_back({out_.keep(written(at(v))), t, name_span(at(v))});

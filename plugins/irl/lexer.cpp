@@ -187,9 +187,9 @@ class Scanner {
       ++at_;
     const bool is_text = static_cast<unsigned char>(c) >= 128;
     std::string hint;
-    if (c == '"') hint = "Strings stand in single quotes: 'text'.";
+    if (c == '"') hint = "Write strings in single quotes: 'text'.";
     else if (c == '}') hint = "A comment begins with \"{\"; comments do not hold others.";
-    else if (is_text) hint = "Letters of other alphabets may stand in comments and strings only.";
+    else if (is_text) hint = "Letters of other alphabets are allowed in comments and strings only.";
     else if (c == '_') hint = "Names begin with a letter.";
     faults_.error(s_.file, here(begin_, at_),
                   is_text ? "a character that is none of the language"
@@ -309,6 +309,14 @@ void Faults::error(std::uint32_t file, const Token& at, std::string message, std
 void Faults::warning(std::uint32_t file, const Token& at, std::string message, std::string hint) {
   if (all.size() < std::size_t{2} * most_)
     all.push_back({1, file, at, std::move(message), std::move(hint)});
+}
+void Faults::note(std::uint32_t file, const Token& at, std::string message, std::string hint) {
+  if (all.size() < std::size_t{2} * most_)
+    all.push_back({2, file, at, std::move(message), std::move(hint)});
+}
+void Faults::drop_after(std::size_t count, std::uint32_t errors) {
+  if (count < all.size()) all.resize(count);
+  errors_ = errors;
 }
 
 std::string string_value(std::string_view quoted) {

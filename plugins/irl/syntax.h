@@ -146,6 +146,9 @@ class Faults {
   explicit Faults(std::uint32_t most = kMost) : most_(most) {}
   void error(std::uint32_t file, const Token& at, std::string message, std::string hint = {});
   void warning(std::uint32_t file, const Token& at, std::string message, std::string hint = {});
+  void note(std::uint32_t file, const Token& at, std::string message, std::string hint = {});
+  /// Drops the faults that came after the first `count`, `errors` of which are errors.
+  void drop_after(std::size_t count, std::uint32_t errors);
   [[nodiscard]] bool is_full() const { return errors_ >= most_; }
   [[nodiscard]] std::uint32_t errors() const { return errors_; }
   std::vector<Fault> all;

@@ -98,6 +98,70 @@ TEST_F(ProgramCommands, TheListOfDataBesideAProgramThatNamesNoneIsTaken) {
   EXPECT_NE(fails("program.source", {{"id", own}, {"name", "datalist.dls"}}).message, "");
 }
 
+TEST_F(ProgramCommands, AListOfAnotherProgramInTheFolderBreaksNoProgram) {
+  // Two programs share a folder, and datalist.dls is of the first.
+  write("p.irl", "PROGRAM p;\nVAR INT: n;\nBEGIN\nTEACH n;\nENDPROGRAM;\n");
+  write("q.irl", "PROGRAM q;\nVAR REAL: k; STRING: n;\nBEGIN\nk := 2.0;\nENDPROGRAM;\n");
+  write("datalist.dls", "n := 7;\nplace := 3;\n");
+  const auto checked = [&](const char* file) {
+    const Value id = call("program.import", {{"file", (folder_ / file).string()}});
+    return call("program.check", {{"id", id}});
+  };
+  const auto faults = [](const Value& check) {
+    std::string all;
+    for (const Value& f : *at(check, "faults").as_list())
+      all += *at(f, "severity").as_string() + " " + *at(f, "file").as_string() + ":" +
+             at(f, "line").text() + " " + *at(f, "message").as_string() + "\n";
+    return all;
+  };
+  const std::string ignored =
+      "note datalist.dls:1 values of place are ignored: the program declares no such variable.\n";
+  EXPECT_EQ(faults(checked("p.irl")), ignored);
+  EXPECT_EQ(faults(checked("q.irl")), ignored) << "n of q is another one, and is not taught";
+
+  // A list that is none: one fault, an error only for the program that needs it.
+  write("datalist.dls", "n := 7;\n%% not a list\n)(\nPROGRAM\n");
+  const Value needs_it = checked("p.irl"), does_not = checked("q.irl");
+  EXPECT_EQ(at(needs_it, "errors").text(), "1") << faults(needs_it);
+  EXPECT_NE(faults(needs_it).find("error datalist.dls:2 the list of data 'datalist.dls' cannot be "
+                                  "read: "),
+            std::string::npos)
+      << faults(needs_it);
+  EXPECT_EQ(at(does_not, "errors").text(), "0") << faults(does_not);
+  EXPECT_EQ(at(does_not, "faults").as_list()->size(), 1U) << faults(does_not);
+  EXPECT_EQ(at(does_not, "warnings").text(), "1") << faults(does_not);
+}
+
+TEST_F(ProgramCommands, AnUnreadableFileBesideAProgramIsAWarningAndTheOthersAreRead) {
+  write("q.irl", "PROGRAM q;\nIMPORT k FROM tools;\nVAR INT: i;\nBEGIN\ni := k;\nENDPROGRAM;\n");
+  write("tools.irl", "MODULE tools;\nEXPORT k;\nCONST INT: k := 2;\nENDMODULE;\n");
+  write("datalist.dls", std::string("n := 7;\n\0\0\x01", 11));
+  const Value id = call("program.import", {{"file", (folder_ / "q.irl").string()}});
+  EXPECT_EQ(call("program.files", {{"id", id}}).as_list()->size(), 2U);
+  EXPECT_EQ(at(call("program.check", {{"id", id}}), "errors").text(), "0");
+  const auto warnings = [&] {
+    std::string all;
+    for (const Message& m : app().messages.recent())
+      if (m.code == "unreadable_file") all += m.text + "\n";
+    return all;
+  };
+  EXPECT_NE(warnings().find("The program is taken without \"datalist.dls\", which cannot be read"),
+            std::string::npos)
+      << warnings();
+  // Of a named file the program then says that it is missing, and only that.
+  write("tools.irl", std::string("MODULE\0", 7));
+  const Value without =
+      call("program.import", {{"file", (folder_ / "q.irl").string()}, {"name", "without"}});
+  EXPECT_NE(warnings().find("without \"tools.irl\""), std::string::npos) << warnings();
+  EXPECT_NE(at(call("program.check", {{"id", without}}), "errors").text(), "0");
+  // A controller's program, too.
+  write("weld.src", "DEF weld()\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nEND\n");
+  write("weld.dat", std::string("DEFDAT\0weld", 11));
+  const Value read = call("program.read_foreign", {{"file", (folder_ / "weld.src").string()}});
+  EXPECT_EQ(at(read, "read").as_list()->size(), 1U);
+  EXPECT_NE(warnings().find("without \"weld.dat\""), std::string::npos) << warnings();
+}
+
 TEST_F(ProgramCommands, AFileThatIsMissingIsReportedAndThenAFault) {
   write("p.irl", "PROGRAM p;\nDATALIST 'values.dls';\nBEGIN\nENDPROGRAM;\n");
   const Value id = call("program.import", {{"file", (folder_ / "p.irl").string()}});
@@ -337,8 +401,8 @@ TEST_F(ProgramCommands, AnExtensionOfSeveralReadersSaysWhichTookIt) {
   EXPECT_EQ(told().substr(0, 5), "b.prg");
   write("c.prg", "what is this\n");
   EXPECT_EQ(fails("program.import", {{"file", (folder_ / "c.prg").string()}}).sentence(),
-            "c.prg: its extension is of several controllers, and the text does not say which. Give "
-            "language = rapid or melfa.");
+            "c.prg: its extension is of several controllers, and the text does not show which. "
+            "Give language = rapid or melfa.");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "ioci/program/foreign.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <robomosp/sdk/language.h>
 
@@ -183,8 +184,26 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
   std::string list;
   for (const std::string& b : best) list += (list.empty() ? "" : " or ") + b;
   return error(ErrorCode::invalid_argument,
-               "its extension is of several controllers, and the text does not say which",
+               "its extension is of several controllers, and the text does not show which",
                "Give language = " + list + ".", file);
+}
+
+Result<std::optional<std::string>> source_beside(CommandContext& ctx,
+                                                 const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  const auto bytes = io::read_file(path, kMostSource);
+  Result<std::string> text = bytes.ok() ? told_source(ctx, name, *bytes) : bytes.error();
+  if (text.ok()) return std::optional(std::move(*text));
+  if (text.error().code == ErrorCode::cancelled) return std::move(text).error();
+  Error why = std::move(text).error();
+  const std::string hint = std::exchange(why.hint, {});
+  if (why.where == name) why.where.clear();
+  ctx.app.messages.post(Severity::warning, "unreadable_file",
+                        "The program is taken without " + text::quote(name) +
+                            ", which cannot be read: " + why.message + "." +
+                            (hint.empty() ? "" : " " + hint),
+                        "program");
+  return std::optional<std::string>();
 }
 
 Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& path,
@@ -218,17 +237,15 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
       const auto found = std::find_if(beside.begin(), beside.end(), [&](const FolderEntry& e) {
         return e.kind == FileKind::file && text::lower(e.name) == base;
       });
-      std::filesystem::path file =
+      const std::filesystem::path file =
           found == beside.end() ? found_above(path, each) : path.parent_path() / found->name;
       if (file.empty()) continue;  // the reader says what it misses
       if (out.files.size() >= kMostFiles)
         return error(ErrorCode::unsupported,
                      "it names more than " + std::to_string(kMostFiles) + " files", {},
                      path.filename().string());
-      RMP_TRY_ASSIGN(const std::string more, io::read_file(file, kMostSource));
-      const std::string file_name = file.filename().string();
-      RMP_TRY_ASSIGN(std::string beside_it, told_source(ctx, file_name, more));
-      out.files.push_back({file_name, std::move(beside_it)});
+      RMP_TRY_ASSIGN(auto more, source_beside(ctx, file));
+      if (more) out.files.push_back({file.filename().string(), std::move(*more)});
     }
   }
   std::vector<SourceFile> sources;
@@ -291,7 +308,7 @@ RMP_COMMANDS(foreign_program_commands) {
   all.push_back(
       {.name = "program.read_foreign",
        .classic = "",
-       .summary = "Reads a controller's program to IRL and tells what IRL does not say of it.",
+       .summary = "Reads a controller's program to IRL and lists what IRL cannot express.",
        .details =
            "Nothing is changed; program.import makes a program of the same. Files that belong "
            "to it are taken from its folder. The faults are at places of the files that were "
@@ -313,8 +330,7 @@ RMP_COMMANDS(foreign_program_commands) {
                     field("read", "list", "", "Names of the files read."),
                     field("errors", "int", "", "Places where the IRL means something else."),
                     field("warnings", "int", "",
-                          "Places that IRL does not say, with no effect on "
-                          "where it goes and what it switches."),
+                          "Places that IRL cannot express, with no effect on motions and outputs."),
                     field("files", "list", "", "The IRL: name, text of each file."),
                     field("faults", "list", "",
                           "A table each: severity, file, line, column, message, hint."),

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,10 @@ constexpr std::uint64_t kMostSource = std::uint64_t{64} << 20;
 /// several take it, by the text. Empty = none does, and IRL it is. Errors say what to name.
 Result<std::string> reader_of(CommandContext&, const std::filesystem::path&,
                               const std::string& name);
+
+/// Text of a file that lies beside a program. Nothing, and a warning, if it cannot be read: the
+/// program is taken without it. Errors: cancelled.
+Result<std::optional<std::string>> source_beside(CommandContext&, const std::filesystem::path&);
 
 struct ForeignFile {
   std::string name, text;

@@ -100,10 +100,10 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlac
   }
   if (found->empty()) return out;
   if (!language->extension(kGivenValues))
-    return error(
-        ErrorCode::unsupported,
-        "the language " + text::quote(info.name) + " lets nobody give a variable its value",
-        "Take the bindings of points and values away: program.unbind.", where);
+    return error(ErrorCode::unsupported,
+                 "the language " + text::quote(info.name) +
+                     " does not support values from outside the program",
+                 "Take the bindings of points and values away: program.unbind.", where);
   std::vector<GivenValue> values;
   for (const BoundValue& v : *found) values.push_back({v.name, v.field, v.text, {}});
   task.values = values;
@@ -272,9 +272,8 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
         return error(ErrorCode::unsupported,
                      "it names more than " + std::to_string(kMostFiles) + " files", {},
                      path.filename().string());
-      RMP_TRY_ASSIGN(const std::string more, io::read_file(beside, kMostSource));
-      RMP_TRY_ASSIGN(const std::string found, told_source(ctx, base, more));
-      p.files.push_back({base, lines_of(found)});
+      RMP_TRY_ASSIGN(const auto more, source_beside(ctx, beside));
+      if (more) p.files.push_back({base, lines_of(*more)});
     }
   }
   // Who names no list of data has that of this name, where there is one.
@@ -284,13 +283,14 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
   });
   if (const auto beside = path.parent_path() / list;
       !has_list && file_kind(beside) == FileKind::file) {
-    RMP_TRY_ASSIGN(const std::string more, io::read_file(beside, kMostSource));
-    RMP_TRY_ASSIGN(const std::string found, told_source(ctx, list, more));
-    p.files.push_back({list, lines_of(found)});
-    ctx.app.messages.post(
-        Severity::info, "file_note",
-        p.files[0].name + " names no list of data: " + list + " beside it is taken along.",
-        "program");
+    RMP_TRY_ASSIGN(const auto more, source_beside(ctx, beside));
+    if (more) {
+      p.files.push_back({list, lines_of(*more)});
+      ctx.app.messages.post(Severity::info, "file_note",
+                            p.files[0].name + " names no list of data: " + list +
+                                " of its folder is added to the program.",
+                            "program");
+    }
   }
   const std::string name = has(args, "name") ? text_of(args, "name") : path.stem().string();
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
@@ -598,7 +598,7 @@ RMP_COMMANDS(program_commands) {
        .params = {needed("name", "string", "", "Name, unique among programs."),
                   needed("source", "string", "", "The text of the program."),
                   optional("file_name", "string", "",
-                           "Name of its file, which faults tell; made of the name when left out."),
+                           "Name of its file, which faults name; made of the name when left out."),
                   language, optional("description", "string", "", "What it is for.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
@@ -606,7 +606,7 @@ RMP_COMMANDS(program_commands) {
   all.push_back(
       {.name = "program.import",
        .classic = "",
-       .summary = "Makes a program from a file of source, such as .irl, or of a controller.",
+       .summary = "Makes a program from a file of IRL or of a controller's language.",
        .details =
            "The files that it names (system specification .ssi, lists of data .dls, modules) "
            "are taken from the same folder; one that is not there is reported. Where it names no "
@@ -643,7 +643,7 @@ RMP_COMMANDS(program_commands) {
   all.push_back(
       {.name = "program.set_file",
        .classic = "",
-       .summary = "Gives a file of a program its text; one that is not there is added.",
+       .summary = "Sets the text of a file of a program; a missing file is added.",
        .details = "The first file is the program; the others are what it may name: system "
                   "specifications (.ssi), modules (.irl), lists of data (.dls).",
        .example = with_program("lift:set_file{name = \"datalist.dls\", text = \"rounds := 5;\"}\n"
@@ -656,7 +656,7 @@ RMP_COMMANDS(program_commands) {
        .run = set_file});
   all.push_back({.name = "program.remove_file",
                  .classic = "",
-                 .summary = "Takes a file out of a program.",
+                 .summary = "Removes a file from a program.",
                  .details = "The first one is the program and stays.",
                  .example = with_program("lift:set_file{name = \"spare.irl\", text = \"\"}\n"
                                          "lift:remove_file(\"spare.irl\")\n"
@@ -677,7 +677,7 @@ RMP_COMMANDS(program_commands) {
   all.push_back(
       {.name = "program.source",
        .classic = "",
-       .summary = "Gives the text of a program, or of another of its files.",
+       .summary = "Returns the text of a program, or of another of its files.",
        .details = "",
        .example = with_program("assert(lift:source():find(\"PROGRAM lift\"))"),
        .params = {self("program"), optional("name", "string", "",
@@ -688,7 +688,7 @@ RMP_COMMANDS(program_commands) {
   all.push_back(
       {.name = "program.check",
        .classic = "",
-       .summary = "Checks a program: every fault with its place and what to do.",
+       .summary = "Checks a program and lists every fault with its place and a hint.",
        .details = "Names, types, places that may be written to, values that are known before it "
                   "runs, targets and attributes of motions. Up to 100 errors are reported.",
        .example =
@@ -735,8 +735,8 @@ RMP_COMMANDS(program_commands) {
   all.push_back({.name = "program.code",
                  .classic = "",
                  .summary = "Gives a program as three-address code, or writes it to a file.",
-                 .details = "Four fields a line; docs/plugin_author/language.md tells the form. "
-                            "program.read_code reads such a file.",
+                 .details = "Four fields a line; docs/plugin_author/language.md describes the "
+                            "form. program.read_code reads such a file.",
                  .example = with_program("assert(lift:code():find(\"MOVE LIN\"))"),
                  .params = {self("program"), optional("file", "path", "", "The file to write.")},
                  .returns = {"string", "", "The code, or the file written.", {}},
@@ -746,7 +746,7 @@ RMP_COMMANDS(program_commands) {
   all.push_back(
       {.name = "program.read_code",
        .classic = "",
-       .summary = "Reads a file of three-address code and tells what it holds.",
+       .summary = "Reads a file of three-address code and lists its contents.",
        .details =
            "Every number in it leads to something that is there: variables, types, labels and "
            "routines. Faults name the line.",
