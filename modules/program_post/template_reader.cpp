@@ -192,7 +192,7 @@ class Reader {
     return error(ErrorCode::syntax, all,
                  faults_.size() == 1 && !faults_.front().hint.empty()
                      ? faults_.front().hint
-                     : "docs/plugin_author/post_templates.md tells the form.");
+                     : "docs/plugin_author/post_templates.md describes the form.");
   }
 
  private:
@@ -379,6 +379,7 @@ class Reader {
     const auto [owner, is_new] = key_depths_.try_emplace(std::string(key), depth_);
     if (!adds_up && !is_new && owner->second < depth_) return;
     owner->second = std::min(owner->second, depth_);
+    keys_at_[std::string(key)] = place_of(at);
     const auto yes_or_no = [&](bool& to) {
       if (value != "yes" && value != "no")
         return say(at, "\"" + std::string(key) + "\" is yes or no");
@@ -616,8 +617,7 @@ class Reader {
     o.binding = *binding;
     if (behind.size() > 1 && behind[1] == "prefix") o.form = post::Operator::prefix_group;
     else if (behind.size() > 1 && behind[1] == "call") o.form = post::Operator::call;
-    else if (behind.size() > 1)
-      return say(behind[1], "behind the binding stands prefix, call or nothing");
+    else if (behind.size() > 1) return say(behind[1], "only prefix or call may follow the binding");
     TemplateLine pattern;
     if (is_pattern) {
       pattern = parse(own, "a b", "operators");
@@ -629,7 +629,7 @@ class Reader {
                        (is_one ? " has one operand: {{a}}" : " has two operands: {{a}} and {{b}}"),
                    is_one ? "Such as \"(not {{a}})\"." : "Such as \"(+ {{a}} {{b}})\".");
       if (behind.size() > 1)
-        return say(behind[1], "behind an operator with {{a}} stands at most how strongly it binds");
+        return say(behind[1], "only the binding may follow an operator with {{a}}");
     }
     // Words between names and numbers stand by themselves.
     const auto is_letter = [](char c) {
@@ -714,7 +714,9 @@ class Reader {
     if (end == std::string_view::npos && is_known)
       say(line, "[ is not closed by ]", "Write [" + std::string(inner) + "] before the text.");
     else if (is_not || near || is_about(inner, all))
-      say(name, "\"" + std::string(name) + "\" is no variable to be asked for here",
+      say(name,
+          "\"" + std::string(name) +
+              "\" is not a variable of this construct, so it cannot be a condition",
           (near ? "Did you mean [" + *near + "]? " : std::string()) +
               "Begin the line with \\ where the controller's own line begins with [.");
   }
@@ -860,7 +862,7 @@ class Reader {
                               p.text == "via_number" || p.text == "end"))
           return say(at,
                      "the template \"" + std::string(c.name) + "\" writes {{" + p.text +
-                         "}}, and there is no template \"" + of + "\" that tells where it is",
+                         "}}, and there is no template \"" + of + "\" that writes its place",
                      std::string("Write the section == ") + of + ", or the numbers themselves.");
   }
   /// Says what a template does not write of its construct.
@@ -899,6 +901,214 @@ class Reader {
               ", which would be lost",
           "Write it where the controller's line has it.");
     }
+  }
+  // ---- what could be read in two senses ----
+  /// Place of a key of the head; of the head itself where the pack leaves it out.
+  [[nodiscard]] Place place_of_key(const std::string& key, const Place& head) const {
+    const auto it = keys_at_.find(key);
+    return it == keys_at_.end() ? head : it->second;
+  }
+  static bool is_digit_sign(char c) { return c >= '0' && c <= '9'; }
+  static bool is_letter_sign(char c) { return (c | 32) >= 'a' && (c | 32) <= 'z'; }
+  /// Whether a character may be the first or last one of a number.
+  [[nodiscard]] bool is_of_number(char c) const {
+    return is_digit_sign(c) || c == '+' || c == '-' || c == pack_->decimal_sign;
+  }
+  [[nodiscard]] bool is_of_name(char c) const {
+    return is_letter_sign(c) || is_digit_sign(c) || pack_->name_signs.find(c) != std::string::npos;
+  }
+  /// Variables that are always numbers.
+  static bool is_number(std::string_view variable) {
+    constexpr std::string_view kNumbers[] = {
+        "speed",        "speed_m", "speed_ori",    "speed_ptp", "speed_percent",
+        "acc",          "blend",   "blend_ptp",    "time",      "seconds",
+        "milliseconds", "number",  "point_number", "line"};
+    if (joint_number(variable, 'q') > 0 || joint_number(variable, 'e') > 0) return true;
+    if (variable.starts_with("via_")) variable.remove_prefix(4);
+    return (variable.size() == 1 && std::string_view("xyzabcd").find(variable) != variable.npos) ||
+           std::find(std::begin(kNumbers), std::end(kNumbers), variable) != std::end(kNumbers);
+  }
+  static bool has_filter(const Piece& p, std::initializer_list<std::string_view> names) {
+    return std::any_of(p.filters.begin(), p.filters.end(), [&](const Filter& f) {
+      return std::find(names.begin(), names.end(), f.name) != names.end();
+    });
+  }
+  [[nodiscard]] bool some_writes(std::string_view variable) const {
+    return std::any_of(pack_->templates.begin(), pack_->templates.end(),
+                       [&](const auto& t) { return uses(&t.second, {variable}); });
+  }
+  /// Why numbers with `between` between them cannot be told apart; "" = they can.
+  [[nodiscard]] std::string joins_numbers(std::string_view between) const {
+    if (between.empty()) return "nothing is between two numbers";
+    const std::string_view core = trim(between);
+    if (core.empty()) return {};
+    for (const char c : {core.front(), core.back()})
+      if (is_of_number(c)) {
+        const std::string sign = text::quote(std::string(1, c));
+        return c == pack_->decimal_sign ? sign + " is the decimal sign, too"
+                                        : sign + " may be part of a number";
+      }
+    return {};
+  }
+  void ambiguous_separators(const Place& head) {
+    const TemplatePack& p = *pack_;
+    if (some_writes("joints"))
+      if (const std::string why = joins_numbers(p.separator); !why.empty())
+        say(place_of_key("between_joints", head),
+            "\"between_joints\" is " + text::quote(p.separator) + ", and " + why,
+            "Such as between_joints: \"; \".");
+    if (some_writes("values")) {
+      std::string why = joins_numbers(p.between_values);
+      const std::string_view core = trim(p.between_values);
+      if (why.empty() && !core.empty() && (is_of_name(core.front()) || is_of_name(core.back())))
+        why = "names have such signs, too";
+      if (why.empty() && !p.text_sign.empty() &&
+          p.between_values.find(p.text_sign) != std::string::npos)
+        why = "text_sign " + text::quote(p.text_sign) + " is in it";
+      if (!why.empty())
+        say(place_of_key("between_values", head),
+            "\"between_values\" is " + text::quote(p.between_values) + ", and " + why,
+            "Such as between_values: \"; \".");
+    }
+    if (std::any_of(p.text_sign.begin(), p.text_sign.end(),
+                    [&](char c) { return is_of_name(c) || c == ' ' || is_of_number(c); }))
+      say(place_of_key("text_sign", head),
+          "\"text_sign\" is " + text::quote(p.text_sign) +
+              ", which numbers or names may have as well",
+          "Such as text_sign: '.");
+    const auto folded = [&](const std::string& s) {
+      return p.caps.case_matters ? s : post::upper(s);
+    };
+    if (folded(p.true_word) == folded(p.false_word))
+      say(place_of_key("true", place_of_key("false", head)),
+          "\"true\" and \"false\" are both " + text::quote(p.true_word), "Give two words.");
+  }
+  void ambiguous_line_numbers(const Place& head) {
+    if (!has_line_numbers_) return;
+    const TemplatePack& p = *pack_;
+    const Place at = place_of_key("line_number", head);
+    const std::vector<Piece>& pieces = p.line_number.pieces;
+    const auto number = std::find_if(pieces.begin(), pieces.end(),
+                                     [](const Piece& piece) { return piece.is_variable; });
+    if (number == pieces.end())
+      return say(at, "\"line_number\" does not write {{line}}",
+                 "Such as line_number: \"N{{line}} \".");
+    if (number != pieces.begin() && is_of_number(std::prev(number)->text.back()))
+      return say(at,
+                 "\"line_number\" has " + text::quote(std::prev(number)->text) +
+                     " before {{line}}, which would be part of the number",
+                 "Such as line_number: \"N{{line}} \".");
+    if (const auto behind = std::next(number); behind != pieces.end()) {
+      if (behind->is_variable || is_of_number(behind->text.front()))
+        say(at,
+            "\"line_number\" has " + text::quote(behind->text) +
+                " behind {{line}}, which would be part of the number",
+            "Such as line_number: \"N{{line}} \".");
+      return;
+    }
+    for (const auto& [name, lines] : p.templates)
+      for (const TemplateLine& l : lines)
+        if (!l.pieces.empty() &&
+            (l.pieces.front().is_variable || is_of_number(l.pieces.front().text.front())))
+          return say(at,
+                     "\"line_number\" has nothing behind {{line}}, and a line of the template \"" +
+                         name + "\" may begin with a digit",
+                     "Write a blank behind it: line_number: \"{{line}} \".");
+  }
+  void ambiguous_operators(const Place& head) {
+    const TemplatePack& p = *pack_;
+    const auto word_of = [](std::uint32_t op) {
+      for (const auto& [word, o] : kOperators)
+        if (o == op) return std::string(word);
+      return std::string("?");
+    };
+    const auto may_share = [](std::uint32_t a, std::uint32_t b) {
+      const auto is_pair = [&](std::uint32_t x, std::uint32_t y) {
+        return (a == x && b == y) || (a == y && b == x);
+      };
+      // Their operands tell them apart: INT or REAL; numbers or BOOL.
+      return is_pair(RMP_EXPR_DIVIDE, RMP_EXPR_DIV) || is_pair(RMP_EXPR_NOT_EQUAL, RMP_EXPR_EXOR);
+    };
+    for (auto a = p.operators.begin(); a != p.operators.end(); ++a) {
+      if (p.patterns.contains(a->op)) continue;
+      const std::string_view spelling = a->spelling;
+      if (a->form == post::Operator::call && p.decimal_sign == ',')
+        say(head,
+            "the operator \"" + word_of(a->op) +
+                "\" is a call, whose operands have a comma between them, and the decimal sign is a "
+                "comma, too",
+            "Write it with {{a}} and {{b}}: \"" + std::string(trim(spelling)) +
+                "({{a}}; {{b}})\".");
+      if (a->form != post::Operator::infix || spelling.empty()) continue;
+      for (const char c : {spelling.front(), spelling.back()})
+        if (p.name_signs.find(c) != std::string::npos) {
+          say(head,
+              "the operator \"" + word_of(a->op) + "\" is written " +
+                  text::quote(std::string(spelling)) + ", and names may have " +
+                  text::quote(std::string(1, c)) + " as well",
+              "Write blanks around it: \" " + std::string(trim(spelling)) + " \".");
+          break;
+        }
+      for (auto b = std::next(a); b != p.operators.end(); ++b)
+        if (b->form == a->form && !p.patterns.contains(b->op) && !may_share(a->op, b->op) &&
+            trim(b->spelling) == trim(spelling))
+          say(head,
+              "the operators \"" + word_of(a->op) + "\" and \"" + word_of(b->op) +
+                  "\" are both written " + text::quote(std::string(trim(spelling))),
+              "Give each another spelling.");
+    }
+  }
+  void ambiguous_templates() {
+    const TemplatePack& p = *pack_;
+    for (const auto& [name, lines] : p.templates) {
+      const Place& at = owners_[name].at;
+      const auto no = [&](const std::string& what, std::string hint) {
+        say(at, "the template \"" + name + "\" " + what, std::move(hint));
+      };
+      for (const TemplateLine& l : lines)
+        for (std::size_t i = 0; i < l.pieces.size(); ++i) {
+          const Piece& a = l.pieces[i];
+          if (!a.is_variable || !is_number(a.text)) continue;
+          const bool is_next = i + 1 < l.pieces.size() && l.pieces[i + 1].is_variable;
+          const std::size_t second = i + (is_next ? 1 : 2);
+          if (second >= l.pieces.size() || !l.pieces[second].is_variable ||
+              !is_number(l.pieces[second].text))
+            continue;
+          const Piece& b = l.pieces[second];
+          const std::string both = "{{" + a.text + "}} and {{" + b.text + "}}";
+          if (is_next && !has_filter(b, {"pad", "zeros", "sign"}) && !has_filter(a, {"left"})) {
+            no("writes " + both + " with nothing between them",
+               "Write a separator, or give them a width (pad:8).");
+            return;
+          }
+          if (is_next) continue;
+          const std::string_view core = trim(l.pieces[i + 1].text);
+          if (!core.empty() && core.size() == 1 && core.front() == p.decimal_sign) {
+            no("writes " + text::quote(std::string(core)) + " between " + both +
+                   ", which is the decimal sign",
+               "Write another separator, such as a semicolon, or decimal_sign: .");
+            return;
+          }
+        }
+      if (name != "comment") continue;
+      for (const TemplateLine& l : lines) {
+        if (l.pieces.empty()) continue;
+        const Piece& first = l.pieces.front();
+        if (first.is_variable && first.text == "text")
+          no("begins with its text, which would be read as a statement",
+             "Write the controller's sign of a comment before it.");
+        else if (!p.text_sign.empty() && trim(first.text) == p.text_sign)
+          no("begins with " + text::quote(p.text_sign) + ", which is text_sign",
+             "Give the sign of comments and that of texts as the controller has them.");
+      }
+    }
+  }
+  /// Refuses packs whose text a controller, or a person, could read in two senses.
+  void ambiguous(const Place& head) {
+    ambiguous_separators(head);
+    ambiguous_line_numbers(head);
+    ambiguous_operators(head);
+    ambiguous_templates();
   }
   void finish(const std::string& where) {
     TemplatePack& p = *pack_;
@@ -947,18 +1157,18 @@ class Reader {
           "Write features: goto jumps.");
     if (const auto f = features_.find("inputs"); f != features_.end())
       if (const Template* input = p.find("input"); input && input->size() != 1)
-        say(owners_["input"].at, "the template \"input\" is one line, as it stands in expressions");
+        say(owners_["input"].at, "the template \"input\" is one line, as expressions contain it");
     if (p.find("point") && (p.caps.motions & kPostPtpJoints) && !p.find("point_joints"))
       say(owners_["point"].at,
-          "there is no template \"point_joints\", which stands beside \"point\"");
+          "there is no template \"point_joints\", which \"point\" needs beside it");
     if (p.points == TemplatePack::Points::file && !p.find("point"))
-      say(head, "points have a file of their own, and there is no template \"point\"",
+      say(head, "points are in a separate file, and there is no template \"point\"",
           "Write the section == point, or take points: file out.");
     if ((p.points == TemplatePack::Points::file) != !p.points_file.pieces.empty())
       say(head, "\"points: file\" and \"points_file\" belong together",
           "Such as points: file and points_file: {{name}}.pts.");
     if (p.quotes != TemplatePack::Quotes::refused && p.text_sign.empty())
-      say(quotes_at_, "\"quotes\" tells how text_sign is written in a text, and there is none",
+      say(quotes_at_, "\"quotes\" sets how text_sign is written in a text, and text_sign is empty",
           "Give text_sign, or take quotes out.");
     if (has_line_number_ && !has_line_numbers_)
       say(head, "\"line_number\" needs \"line_numbers\": line_numbers: 10 10");
@@ -969,6 +1179,7 @@ class Reader {
       file_text_ = "{{name}}.txt";
       p.file_name = parse(file_text_, "name", "file");
     }
+    ambiguous(head);
     const std::size_t dot = file_text_.rfind('.');
     p.extensions = dot == std::string::npos ? "" : file_text_.substr(dot + 1);
     if (p.extensions.find_first_of("{}|") != std::string::npos) p.extensions.clear();
@@ -996,6 +1207,7 @@ class Reader {
   Place name_at_, quotes_at_;
   std::set<std::pair<std::string, std::string>> keys_;  ///< file, key
   std::map<std::string, int> key_depths_;               ///< of the file that a key holds of
+  std::map<std::string, Place> keys_at_;                ///< values of the head's keys
   std::map<std::string, Place> features_;               ///< and motions
   std::map<std::string, Owner> owners_;                 ///< of the templates
   std::map<std::uint32_t, Owner> operator_owners_;

@@ -886,8 +886,7 @@ sub GRIP
   rest 250
 endsub
 )");
-  EXPECT_EQ(got.faults,
-            "warning 25: Acme ACL writes no texts; this one stands there as a comment.\n");
+  EXPECT_EQ(got.faults, "warning 25: Acme ACL writes no texts; this one becomes a comment.\n");
 }
 
 TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
@@ -927,8 +926,8 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
       {head + body + "== output_value\n{{value|fixed:99}}\n", "takes a whole number from 0 to 12"},
       {head + body + "== comment\n{{text|upper:2}}\n", "the filter upper takes no number"},
       {head + body + "== comment\n# {{text}}\n", "a line that begins with # is a comment"},
-      {head + body + "== comment\n[texd] {{text}}\n", "15:2: \"texd\" is no variable"},
-      {head + body + "== comment\n[not there] {{text}}\n", "\"there\" is no variable"},
+      {head + body + "== comment\n[texd] {{text}}\n", "15:2: \"texd\" is not a variable"},
+      {head + body + "== comment\n[not there] {{text}}\n", "\"there\" is not a variable"},
       {head + body + "== comment\n[text {{text}}\n", "[ is not closed by ]"},
       {head + body + "== if_begin\nif\n",
        "14:4: the template \"if_begin\" is of the feature if, which the head does not name"},
@@ -1018,7 +1017,7 @@ TEST(Templates, LinesAreNumberedAndJumpsKnowTheirNumbers) {
         "5\nline_number: \"{{line|zeros:4}} \"\nindent: 0\nfeatures: goto procedures\nmotions: "
         "lin\npoints: file\npoints_file: {{name|upper}}.PTS\nangles: none\n== "
         "point\n{{number|pad:3}} "
-        "{{x|fixed:1|sign|left:8}}{{y}}{{z}};\n== program_begin\nREM {{name}}\n== "
+        "{{x|fixed:1|sign|left:8}}{{y}} {{z}};\n== program_begin\nREM {{name}}\n== "
         "program_end\nEND\n== "
         "lin\nMOVE P{{point_number}}\n== output_on\nON\n== output_off\nOFF\n== wait_time\nREST "
         "{{seconds}}\n== "
@@ -1031,7 +1030,7 @@ TEST(Templates, LinesAreNumberedAndJumpsKnowTheirNumbers) {
   EXPECT_EQ(got.files.at("P.BAS"),
             "0010 REM p\n0015 GOTO 25\n0020 GOSUB 40\n0025 MOVE P1\n0030 GOSUB 40\n0035 END\n"
             "0040 MOVE P1\n0045 RETURN\n");
-  EXPECT_EQ(got.files.at("P.PTS"), "  1 +12.5   00;\n");
+  EXPECT_EQ(got.files.at("P.PTS"), "  1 +12.5   0 0;\n");
 }
 
 TEST(Templates, NothingIsSpoiltByTextsNumbersAndLengths) {
@@ -1191,7 +1190,7 @@ TEST(Templates, NothingOfAPlaceIsLost) {
       said_of(point("angles: d\n", "{{name}} {{x}} {{y}} {{z}}")).find("a.post:4:9: d is the"), 0U);
   EXPECT_EQ(said_of(small_pack("", "", "GO {{point_number}}")),
             "a.post:14:4: the template \"lin\" writes {{point_number}}, and there is no template "
-            "\"point\" that tells where it is");
+            "\"point\" that writes its place");
   // A controller that turns about no axis takes poses that are all turned alike.
   const std::string flat = point("angles: none\n", "{{name}}={{x}} {{y}} {{z}}");
   const std::string declared =
@@ -1231,7 +1230,9 @@ TEST(Templates, LinesThatLookLikeSectionsOrConditionsAreNoText) {
   const auto lin = [&](const std::string& begin) {
     return said_of(small_pack("", "", begin + " GO" + coord));
   };
-  EXPECT_EQ(lin("[no passes]"), "a.post:15:2: \"no passes\" is no variable to be asked for here");
+  EXPECT_EQ(lin("[no passes]"),
+            "a.post:15:2: \"no passes\" is not a variable of this construct, so it cannot be a "
+            "condition");
   EXPECT_EQ(lin("[passes] [acc]"), "a.post:15:10: a line has one condition");
   EXPECT_EQ(lin("[not passes]"), "fine");
   EXPECT_EQ(lin("\\[no passes]"), "fine");
@@ -1384,8 +1385,93 @@ TEST(Templates, SignsWithinTextsAreWrittenAsThePackSays) {
             std::string::npos);
   EXPECT_EQ(said_of(small_pack("quotes: twice\n", "")),
             "a.post:4:9: \"quotes\" is doubled, backslash or refused");
-  EXPECT_EQ(said_of(small_pack("quotes: doubled\ntext_sign:\n", "")),
-            "a.post:4:9: \"quotes\" tells how text_sign is written in a text, and there is none");
+  EXPECT_EQ(
+      said_of(small_pack("quotes: doubled\ntext_sign:\n", "")),
+      "a.post:4:9: \"quotes\" sets how text_sign is written in a text, and text_sign is empty");
+}
+
+TEST(Templates, APackWhoseTextCouldBeReadInTwoSensesIsRefused) {
+  const std::string joints = "== ptp_joints\nAT {{joints}}\n",
+                    values = "== message\nSAY {{values}}\n";
+  const std::string ptp = "motions: ptp_joints\n", says = "features: messages\n";
+  const auto operators = [](const std::string& rows) {
+    return std::string(
+               "== declare_int\nINT {{name}}={{value}}\n== declare_real\nREAL "
+               "{{name}}={{value}}\n== declare_bool\nBOOL {{name}}={{value}}\n== "
+               "assign\n{{name}}={{value}}\n== operators\n") +
+           rows;
+  };
+  const std::string variables = "features: variables\n";
+  struct Case {
+    std::string head, sections, said;  ///< a part of what is said; "" = nothing
+    std::string lin = "GO {{x}} {{y}} {{z}} {{a}} {{b}} {{c}} {{speed}}";
+  };
+  const Case kCases[] = {
+      // Numbers in a row: joints and values.
+      {ptp + "decimal_sign: ,\n", joints,
+       "\"between_joints\" is \", \", and \",\" is the decimal sign, too"},
+      {ptp + "decimal_sign: ,\nbetween_joints: \"; \"\n", joints, ""},
+      {ptp + "between_joints: \"\"\n", joints, "nothing is between two numbers"},
+      {ptp + "between_joints: \" \"\n", joints, ""},
+      {ptp + "between_joints: .\n", joints, "\".\" is the decimal sign, too"},
+      {ptp + "between_joints: -\n", joints, "\"-\" may be part of a number"},
+      {ptp + "between_joints: \" 0 \"\n", joints, "\"0\" may be part of a number"},
+      {"between_joints: -\n", "", ""},  // nothing writes joints
+      {says + "decimal_sign: ,\n", values,
+       "\"between_values\" is \", \", and \",\" is the decimal sign, too"},
+      {says + "between_values: \"_\"\n", values, "names have such signs, too"},
+      {says + "between_values: \"\"\n", values, "nothing is between two numbers"},
+      {says + "between_values: ' '\ntext_sign: '\n", values, "text_sign \"'\" is in it"},
+      {says + "between_values: \";\"\n", values, ""},
+      // Signs of texts, and the words of BOOL.
+      {says + "text_sign: x\n", values, "\"text_sign\" is \"x\""},
+      {says + "text_sign: 1\n", values, "which numbers or names may have as well"},
+      {"true: on\nfalse: ON\n", "", "\"true\" and \"false\" are both \"on\""},
+      {"true: on\nfalse: ON\ncase_matters: yes\n", "", ""},
+      {"true: 1\nfalse: 0\n", "", ""},
+      // Numbers of lines.
+      {"line_numbers: 10 10\nline_number: \"{{line}}0\"\n", "",
+       "\"line_number\" has \"0\" behind {{line}}, which would be part of the number"},
+      {"line_numbers: 10 10\nline_number: \"{{line}}. \"\n", "", "behind {{line}}"},
+      {"line_numbers: 10 10\nline_number: \"1{{line}} \"\n", "", "before {{line}}"},
+      {"line_numbers: 10 10\nline_number: \"N \"\n", "", "does not write {{line}}"},
+      {"line_numbers: 10 10\nline_number: \"N{{line}}\"\n", "", ""},
+      {"line_numbers: 10 10\nline_number: \"N{{line}}\"\n", "== comment\n2: {{text}}\n",
+       "a line of the template \"comment\" may begin with a digit"},
+      {"line_numbers: 10 10\nline_number: \"N{{line}} \"\n", "== comment\n2: {{text}}\n", ""},
+      // Comments.
+      {"", "== comment\n{{text}}\n", "begins with its text"},
+      {"text_sign: '\n", "== comment\n' {{text}}\n", "begins with \"'\", which is text_sign"},
+      {"", "== comment\n' {{text}}\n", ""},
+      // Operators.
+      {variables + "name_signs: letters digits -\n", operators("- \"-\" 50\n"),
+       "the operator \"-\" is written \"-\", and names may have \"-\" as well"},
+      {variables + "name_signs: letters digits -\n", operators("- \" - \" 50\n"), ""},
+      {variables, operators("< \"<\" 30\n<= \"<\" 30\n"),
+       "the operators \"<\" and \"<=\" are both written \"<\""},
+      {variables, operators("/ \"/\" 60\nDIV \"/\" 60\n"), ""},
+      {variables + "decimal_sign: ,\n", operators("MOD \"MOD\" 99 call\n"),
+       "the operator \"MOD\" is a call, whose operands have a comma"},
+      {variables, operators("MOD \"MOD\" 99 call\n"), ""},
+      // Numbers of a template.
+      {"", "", "the template \"lin\" writes {{x}} and {{y}} with nothing between them",
+       "GO {{x}}{{y}} {{z}} {{a}} {{b}} {{c}}"},
+      {"", "", "", "GO {{x|pad:9}}{{y|pad:9}} {{z}} {{a}} {{b}} {{c}}"},
+      {"", "", "", "GO X{{x|sign}}{{y|sign}} {{z}} {{a}} {{b}} {{c}}"},
+      {"decimal_sign: ,\n", "", "writes \",\" between {{x}} and {{y}}, which is the decimal sign",
+       "GO {{x}}, {{y}}, {{z}}, {{a}}, {{b}}, {{c}}"},
+      {"", "", "", "GO {{x}},{{y}},{{z}},{{a}},{{b}},{{c}}"}};
+  for (const Case& c : kCases) {
+    const std::string got = said_of(small_pack(c.head, c.sections, c.lin));
+    if (c.said.empty()) EXPECT_EQ(got, "fine") << c.head << c.sections << c.lin;
+    else EXPECT_NE(got.find(c.said), std::string::npos) << c.said << "\n" << got;
+    // One fault each, at a place, with what to do.
+    std::vector<program_post::PackFault> faults;
+    (void)program_post::read_templates(small_pack(c.head, c.sections, c.lin), "a.post", {},
+                                       &faults);
+    EXPECT_EQ(faults.size(), c.said.empty() ? 0U : 1U) << got;
+    for (const auto& f : faults) EXPECT_FALSE(f.hint.empty()) << f.message;
+  }
 }
 
 TEST(Templates, BlocksAreMadeOfJumpsWhereThereIsNothingElse) {
@@ -1470,7 +1556,7 @@ TEST(Templates, OperatorsMayStandBeforeOrBehindTheirOperands) {
             "a.post:30:15: \"operators\" has no variable \"c\"; a.post:30:4: - has two operands: "
             "{{a}} and {{b}}");
   EXPECT_EQ(said("- \"(- {{a}} {{b}})\" 50 prefix\n"),
-            "a.post:30:24: behind an operator with {{a}} stands at most how strongly it binds");
+            "a.post:30:24: only the binding may follow an operator with {{a}}");
 }
 
 TEST(Templates, ProceduresHaveNumbers) {
