@@ -3,9 +3,22 @@
 
 #include <algorithm>
 
+#include "kernel/message_collector.h"
 #include "kernel/text.h"
 
 namespace robomosp {
+namespace {
+
+thread_local MessageCollector* t_collector = nullptr;
+
+}  // namespace
+
+MessageCollector::MessageCollector() : outer_(t_collector) { t_collector = this; }
+MessageCollector::~MessageCollector() { t_collector = outer_; }
+void MessageCollector::collect(const Message& message) {
+  if (t_collector && t_collector->messages_.size() < kMost)
+    t_collector->messages_.push_back(message);
+}
 
 std::string_view to_string(Severity s) {
   switch (s) {
@@ -41,6 +54,7 @@ void Messages::post(Severity severity, std::string_view code, std::string_view t
     if (is_new && seen_.size() >= 4 * room) seen_.clear();
     else if (is_new && seen_.size() % room == 0)
       std::erase_if(seen_, [&](const auto& old) { return now - old.second.since >= kWindow; });
+    MessageCollector::collect(message);
     ring_.push_back(message);
     while (ring_.size() > capacity_) ring_.pop_front();
     for (const auto& [id, subscriber] : subscribers_) receivers.push_back(subscriber);

@@ -360,6 +360,10 @@ bool Client::line(std::string_view text) {
       ((id && id->as_int() && *id->as_int() == static_cast<std::int64_t>(awaited_)) ||
        ((!id || id->is_nil()) && fault));
   if (!is_ours) return true;  // nobody waits for it any more
+  if (const Value* notes = m->find("notes"); notes && notes->as_list())
+    for (const Value& note : *notes->as_list())
+      if (const Map* n = note.as_map(); n && notes_.size() < kMostEvents)
+        notes_.push_back({text_under(*n, "code"), text_under(*n, "text")});
   if (fault) told_ = error_of(*fault->as_map());
   else told_ = std::move(*result);
   awaited_ = 0;
@@ -496,6 +500,7 @@ Result<Value> Client::call(const std::string& method, Value params, bool as_job,
   request.append("params", std::move(params));
   request.append("arrays", "base64");
   if (as_job) request.append("job", true);
+  if (options_.wants_notes) request.append("notes", true);
   const std::string text = to_json(std::move(request), {}, Arrays::base64);
   if (text.size() > longest_request_)
     return error(ErrorCode::invalid_argument,

@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <asio/generic/stream_protocol.hpp>
 #include <asio/io_context.hpp>
@@ -33,6 +35,7 @@ struct ClientOptions {
   std::optional<bool> tls{};
   std::filesystem::path certificate;  ///< whom to trust; empty = the authorities of the system
   double seconds = 10;                ///< what connecting may take
+  bool wants_notes = false;           ///< asks for the notes of each command; see take_notes()
   std::size_t longest_answer = std::size_t{256} << 20;  ///< [bytes]
 };
 
@@ -58,6 +61,12 @@ class Client {
                      Progress& progress);
   /// What came for subscriptions, oldest first; waits up to so many seconds for the first.
   Result<List> events(double seconds, Progress& progress);
+  /// A note that a command of this connection posted over there.
+  struct Note {
+    std::string code, text;
+  };
+  /// Notes of the calls since the last time, oldest first; none unless the options ask for them.
+  [[nodiscard]] std::vector<Note> take_notes() { return std::exchange(notes_, {}); }
   /// Connects again, trying for so many seconds while nobody answers. Handles hold on where the
   /// other program is still the same. Subscriptions are gone.
   Result<void> reconnect(double seconds, Progress& progress);
@@ -110,6 +119,7 @@ class Client {
   std::uint64_t awaited_ = 0;          ///< id; 0 = none
   std::optional<Result<Value>> told_;  ///< the answer to it
   std::deque<Value> events_;
+  std::vector<Note> notes_;
   std::size_t left_out_ = 0;
   std::string goodbye_;  ///< why the server ends the connection, as it said
   std::optional<Error> lost_;

@@ -42,6 +42,8 @@ class ClientHost final : public lua::ListedCommands {
   [[nodiscard]] Result<void> may(Effect, std::string_view what) const override;
   void warn(std::string_view code, const std::string& sentence) override;
 
+  /// Notes that the commands of this console caused since the last time.
+  [[nodiscard]] std::vector<Client::Note> take_notes() { return client_->take_notes(); }
   /// Says the warnings that came since.
   void tell_warnings();
   [[nodiscard]] const Client& client() const { return *client_; }

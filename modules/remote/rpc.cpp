@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "kernel/message_collector.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
 #include "remote/json.h"
@@ -90,6 +91,7 @@ struct RpcServer::Request {
   bool wants_answer = false;
   bool as_job = false;
   bool wants_progress = false;
+  bool wants_notes = false;
   Arrays arrays = Arrays::numbers;
   std::string method;
   const ioci::CommandSpec* spec = nullptr;  ///< null for lua.eval, ioci.classic and `own`
@@ -104,7 +106,7 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
   const auto field = [m](const char* name) { return m ? m->find(name) : nullptr; };
   const Value *version = field("jsonrpc"), *method = field("method"), *id = field("id"),
               *params = field("params"), *job = field("job"), *progress = field("progress"),
-              *arrays = field("arrays");
+              *arrays = field("arrays"), *notes = field("notes");
   const Error none = error(ErrorCode::usage, "no request");
   Request r;
   r.id = id && is_id(*id) ? *id : Value();
@@ -118,9 +120,9 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
     return refuse(
         failure(r.id, kInvalidRequest,
                 R"(A request is {"jsonrpc": "2.0", "id": 1, "method": "...", "params": {...}}.)"));
-  for (const Value* flag : {job, progress})
+  for (const Value* flag : {job, progress, notes})
     if (flag && !flag->as_bool())
-      return refuse(failure(r.id, kInvalidRequest, "job and progress are true or false."));
+      return refuse(failure(r.id, kInvalidRequest, "job, progress and notes are true or false."));
   if (arrays) {
     const std::string word = arrays->as_string() ? *arrays->as_string() : std::string();
     if (word != "numbers" && word != "base64")
@@ -129,6 +131,7 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
   }
   r.as_job = job && *job->as_bool();
   r.wants_progress = progress && *progress->as_bool();
+  r.wants_notes = notes && *notes->as_bool();
   r.method = *method->as_string();
   r.spec = app_.commands.find(r.method);
   if (params && !params->as_map() && !params->as_list()) {
@@ -247,11 +250,36 @@ Result<Value> RpcServer::run(const Request& r) {
   return app_.dispatch(session_, *r.spec, r.named ? *r.named : kNothing);
 }
 
+namespace {
+
+/// An answer with the notes that its command posted.
+std::string with_notes(std::string answer, const std::vector<Message>& messages) {
+  List notes;
+  for (const Message& m : messages)
+    if (m.severity == Severity::info) notes.emplace_back(Map{{"code", m.code}, {"text", m.text}});
+  if (notes.empty() || !answer.ends_with('}')) return answer;
+  answer.pop_back();
+  answer += R"(,"notes":)" + to_json(std::move(notes)) + '}';
+  return answer;
+}
+/// What `answer` returns, with the notes that it posts on this thread where they are wanted.
+template <class Answer>
+std::optional<std::string> answer_with_notes(bool wants_notes, const Answer& answer) {
+  if (!wants_notes) return answer();
+  const MessageCollector collector;
+  std::optional<std::string> text = answer();
+  if (text) text = with_notes(std::move(*text), collector.messages());
+  return text;
+}
+
+}  // namespace
+
 std::optional<std::string> RpcServer::answer_one(const Value& message) {
   std::optional<std::string> refusal;
   const auto request = read(message, refusal);
   if (!request.ok()) return refusal;
-  return told(*request, run_admitted(*request));
+  return answer_with_notes(request->wants_notes,
+                           [&] { return told(*request, run_admitted(*request)); });
 }
 
 std::optional<std::string> RpcServer::answer_beside(const Value& message,
@@ -275,10 +303,13 @@ std::optional<std::string> RpcServer::answer_admitted(const Value& message,
   std::optional<std::string> refusal;
   const auto request = read(message, refusal);
   if (!request.ok()) return refusal;
-  if (request->positional)
-    return told(*request, app_.dispatch_positional(session, request->method, *request->positional));
-  return told(*request,
-              app_.dispatch(session, request->method, request->named ? *request->named : Map{}));
+  return answer_with_notes(request->wants_notes, [&] {
+    return told(
+        *request,
+        request->positional
+            ? app_.dispatch_positional(session, request->method, *request->positional)
+            : app_.dispatch(session, request->method, request->named ? *request->named : Map{}));
+  });
 }
 
 std::optional<std::string> RpcServer::answer(const Value& message) {

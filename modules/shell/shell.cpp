@@ -195,13 +195,13 @@ class Notes {
  public:
   /// Of what is posted by the thread that makes this.
   void take(const Message& m) {
-    // What only tells what was done, or is of no concern to what was typed.
+    if (m.severity == Severity::info && std::this_thread::get_id() == thread_) add(m.code, m.text);
+  }
+  void add(std::string_view code, const std::string& text) {
+    // Not shown: messages that only report what a command did, or that no command caused.
     constexpr std::string_view kQuiet[] = {"audit",         "history_forgets", "ik_choice",
                                            "kept_geometry", "plugin_hidden",   "recovery"};
-    if (m.severity != Severity::info || std::this_thread::get_id() != thread_ ||
-        std::find(std::begin(kQuiet), std::end(kQuiet), m.code) != std::end(kQuiet))
-      return;
-    add(m.text);
+    if (std::find(std::begin(kQuiet), std::end(kQuiet), code) == std::end(kQuiet)) add(text);
   }
   void add(const std::string& text) {
     if (!told_.insert(text).second) return;
@@ -583,7 +583,7 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
     if (!how.target.empty() && how.target != *added->as_string())
       return fail_post(
           voice, error(ErrorCode::invalid_argument,
-                       "the target " + text::quote(how.target) + " is asked for, and the pack is " +
+                       "the target " + text::quote(how.target) + " is requested, and the pack is " +
                            text::quote(*added->as_string()),
                        "Give --target or --templates.", "--target"));
     args.set("target", *added);
@@ -1146,6 +1146,7 @@ int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
   options.name = "console";
   options.certificate = how.certificate;
   options.seconds = how.seconds;
+  options.wants_notes = !s.quiet && !s.json;
   if (how.tls || !how.certificate.empty()) options.tls = true;
   if (how.no_tls) options.tls = false;
   if (!how.token_file.empty()) {
@@ -1160,7 +1161,7 @@ int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
   if (!client.ok()) {
     Error e = client.error();
     if (e.code == ErrorCode::permission && how.token_file.empty())
-      e.hint = "Ask whoever runs the server for a token, and give its file with --token-file.";
+      e.hint = "Get a token from the server's administrator, and give its file with --token-file.";
     return voice.fail(e);
   }
   auto made = remote::ClientHost::make(std::move(*client), user,
@@ -1179,11 +1180,14 @@ int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
   lua::LuaState lua(std::move(*made), std::move(lua_options));
   const NameOf names = [&host](const Handle& h) { return host.name_of(h).value_or(""); };
   std::string pending;
+  Notes notes;
   const auto take = [&](const std::string& line) -> std::optional<int> {
     pending += (pending.empty() ? "" : "\n") + line;
     if (lua.is_incomplete(pending)) return std::nullopt;
     const int code = evaluate(lua, names, voice, std::exchange(pending, {}));
     host.tell_warnings();
+    for (const auto& [word, text] : host.take_notes()) notes.add(word, text);
+    for (const std::string& note : notes.fresh()) voice.note(note);
     return code;
   };
   if (::isatty(STDIN_FILENO) == 0 || ::isatty(STDOUT_FILENO) == 0 || s.json) {
@@ -1208,8 +1212,8 @@ int run_connect(const Settings& s, Voice& voice, const ConnectSettings& how) {
                std::to_string(host.list().size()) + " commands" +
                (word("token").empty() ? "" : ", token " + word("token")) + " (" + effects + ").");
     voice.line(
-        "help() explains, TAB completes, Ctrl-C stops a command, Ctrl-D leaves; the server "
-        "goes on.");
+        "help() explains, TAB completes, Ctrl-C stops a command, Ctrl-D leaves; the server keeps "
+        "running.");
   }
   voice.page_results();
   LineEditor editor(lua, [&user] {
@@ -1431,8 +1435,10 @@ int shell_main(int argc, char** argv) {
   CLI::App* debug_adapter = cli.add_subcommand(
       "debug-adapter", "Debug programs of robots in editors: DAP on standard input and output");
   bool is_stdio = true;
-  language_server->add_flag("--stdio", is_stdio, "What it does anyway; some editors say so");
-  debug_adapter->add_flag("--stdio", is_stdio, "What it does anyway; some editors say so");
+  language_server->add_flag("--stdio", is_stdio,
+                            "Accepted and without an effect: some editors pass it");
+  debug_adapter->add_flag("--stdio", is_stdio,
+                          "Accepted and without an effect: some editors pass it");
   ServeSettings how;
   CLI::App* serve = cli.add_subcommand(
       "serve", "Let other programs work on one world: JSON-RPC and classic lines over sockets");
@@ -1449,12 +1455,15 @@ int shell_main(int argc, char** argv) {
   serve->add_flag("--needs-token", how.needs_token, "Clients of this machine need a token, too");
   serve
       ->add_option("--allow", how.allow,
-                   "What who has no token may do: reads,edits,simulates when left out")
+                   "Rights of clients without a token: reads,edits,simulates when left out")
       ->delimiter(',')
       ->allow_extra_args(false);
-  serve->add_option("--grant", how.grant, "A command that who has no token may run (repeatable)")
+  serve
+      ->add_option("--grant", how.grant,
+                   "A command that clients without a token may run (repeatable)")
       ->allow_extra_args(false);
-  serve->add_option("--folder", how.folder, "Where who has no token reads and writes files");
+  serve->add_option("--folder", how.folder,
+                    "Folder of the files that clients without a token read and write");
   serve->add_option("--limit", how.limits, "A limit, such as seconds=60 (may be repeated)")
       ->allow_extra_args(false);
   serve->add_flag("--browser", how.browser,
@@ -1473,7 +1482,7 @@ int shell_main(int argc, char** argv) {
   connect->add_option("--certificate", there.certificate,
                       "TLS: PEM file of the certificate to trust; left out: those of the system");
   connect->add_flag("--tls", there.tls, "TLS also with this machine; elsewhere it is on by itself");
-  connect->add_flag("--no-tls", there.no_tls, "No TLS, so that all is readable on the way")
+  connect->add_flag("--no-tls", there.no_tls, "No TLS: the connection can be read by others")
       ->excludes("--tls")
       ->excludes("--certificate");
   connect->add_option("--timeout", there.seconds, "How long connecting may take [s]")
@@ -1482,8 +1491,8 @@ int shell_main(int argc, char** argv) {
   PostSettings posted;
   CLI::App* post =
       cli.add_subcommand("post",
-                         "Write a program in a controller's language: post PROGRAM.irl "
-                         "--target krl -o FOLDER; ends with 1 where it cannot be said");
+                         "Write a program in a controller's language: post PROGRAM.irl --target "
+                         "krl -o FOLDER; exit code 1 if it cannot be translated");
   post->add_option("file", posted.file, "Program");
   post->add_option("--target", posted.target, "Language, such as krl, rapid or c");
   post->add_option("--profile", posted.profile,
@@ -1498,14 +1507,15 @@ int shell_main(int argc, char** argv) {
   post->add_option("--only-robot", posted.only_robot,
                    "Of a program of several robots the part for this one's controller");
   post->add_option("--templates", posted.templates, "Target made of templates: its file");
-  post->add_flag("--check", posted.check, "Only tell what is wrong");
+  post->add_flag("--check", posted.check, "List the faults and write nothing");
   post->add_flag(
       "--run-check", posted.run_check,
       "Check it by a run, in the world or alone with the robot; post nothing with errors");
   post->add_option("--world", posted.world,
                    "World that it runs in: a .wld file, or a .lua script that makes it");
   CLI::Option* const is_run = post->get_option("--run-check");
-  post->add_option("--picture", posted.picture, "With --run-check: the tool's way, a .png file")
+  post->add_option("--picture", posted.picture,
+                   "With --run-check: the path of the tool, a .png file")
       ->needs(is_run);
   post->add_option("--plot", posted.plot,
                    "With --run-check: joints against their limits, .svg, .png or .pdf")
@@ -1515,9 +1525,9 @@ int shell_main(int argc, char** argv) {
       ->excludes("--only-robot");
   post->add_flag("--overwrite", posted.overwrite, "Replace files that are there");
   post->footer(
-      "Exit codes: 0 posted; 1 the program has errors, or the target cannot say it: nothing is "
+      "Exit codes: 0 posted; 1 the program has errors, or the target cannot express it: nothing is "
       "written; 2 wrong usage; 3 wrong input: a file, folder, pack, target, robot or controller "
-      "that is not there or cannot be used; 130 interrupted.");
+      "that is missing or cannot be used; 130 interrupted.");
   post->require_subcommand(0, 1);
   PostTest tested;
   CLI::App* post_test = post->add_subcommand(
@@ -1548,14 +1558,13 @@ int shell_main(int argc, char** argv) {
       "HOST:PORT in a world that is served; ends with 1 where it has a fault, with 5 at HALT");
   irl->add_option("file", irl_how.file, "Program, also one of a controller (program.import)")
       ->required();
-  irl->add_flag("--check", irl_how.check, "Only tell what is wrong with it");
+  irl->add_flag("--check", irl_how.check, "List the faults and do not run it");
   irl->add_flag("--code", irl_how.code, "Only print its three-address code");
   irl->add_option("--set", irl_how.set,
                   "NAME=VALUE of a variable behind its declaration, or of an input (repeatable)")
       ->allow_extra_args(false);
   irl->add_option("--language", irl_how.language,
-                  "Language or reader where the file's text does "
-                  "not say it");
+                  "Language or reader, if the file's text does not show it");
   irl->add_option("--robot", irl_how.robot,
                   "Robot that it moves: a name of the library or a .rbt file; with --connect its "
                   "name in the world");
@@ -1586,7 +1595,7 @@ int shell_main(int argc, char** argv) {
   irl->add_option("--certificate", irl_how.certificate,
                   "TLS: PEM file of the certificate to trust; left out: those of the system");
   irl->add_flag("--tls", irl_how.tls, "TLS also with this machine; elsewhere it is on by itself");
-  irl->add_flag("--no-tls", irl_how.no_tls, "No TLS, so that all is readable on the way")
+  irl->add_flag("--no-tls", irl_how.no_tls, "No TLS: the connection can be read by others")
       ->excludes("--tls")
       ->excludes("--certificate");
   irl->add_option("--timeout", irl_how.seconds, "How long connecting may take [s]")
@@ -1601,7 +1610,7 @@ int shell_main(int argc, char** argv) {
   plugin->require_subcommand(1);
   CLI::App* plugin_list = plugin->add_subcommand("list", "List what was found and loaded");
   CLI::App* plugin_check = plugin->add_subcommand(
-      "check", "Load a file in a child process and tell whether it would be accepted");
+      "check", "Load a file in a child process and report whether it would be accepted");
   plugin_check->add_option("file", file, "Plugin file")->required();
   CLI::App* plugin_test = plugin->add_subcommand(
       "test", "Run the suites of the SDK on all that a file offers: test FILE [GTEST OPTIONS...]");
@@ -1611,7 +1620,7 @@ int shell_main(int argc, char** argv) {
   plugin_test->prefix_command();
   CLI::App* commands = cli.add_subcommand("commands", "List the commands");
   commands->add_option("--markdown", folder, "Write the reference pages to this folder");
-  CLI::App* doctor = cli.add_subcommand("doctor", "Tell versions, folders, and what is missing");
+  CLI::App* doctor = cli.add_subcommand("doctor", "Show versions, folders, and what is missing");
   std::string about;
   CLI::App* help = cli.add_subcommand("help", "Show this text, or that of a subcommand");
   help->add_option("subcommand", about, "Subcommand");

@@ -105,6 +105,29 @@ class Console(unittest.TestCase):
         _, err = connect(self.server.address, "plugin.list()\nplugin.load('x')\n", code=None)
         self.assertIn("may not", err)
 
+    def test_notes_of_its_own_commands_are_shown_as_at_the_programs_own_console(self):
+        lines = """
+            puma = robot.get("puma560")
+            #puma:fk{q={0,90,0,0,0,0}}.position
+            #puma:fk{q={0,90,0,0,0,0}}.position
+            #puma:fk{q={0,0,200,0,0,0}}.position
+            """
+
+        def notes(err):
+            return [line for line in err.splitlines() if line.startswith("note: ") and "Not saved" not in line]
+
+        local = subprocess.run([PROGRAM], input=lines, capture_output=True, text=True, timeout=60)
+        _, err = connect(self.server.address, lines)
+        self.assertEqual(notes(err), notes(local.stderr))
+        self.assertEqual(len(notes(err)), 2, err)  # once each
+        self.assertIn("90 is taken as 90 rad", err)
+        # Of others' commands, with --quiet and for programs there are none.
+        _, err = connect(self.server.address, "1\n")
+        self.assertEqual(err, "")
+        for option in ("-q", "--json"):
+            _, err = connect(self.server.address, lines, first=[option])
+            self.assertEqual(notes(err), [], option)
+
     def test_json_for_programs(self):
         out, _ = connect(self.server.address, "1 + 1\nrobot.get('pa10')\nprint('x')\n", first=["--json"])
         first, second, third = map(json.loads, out.splitlines())
@@ -170,7 +193,7 @@ class Console(unittest.TestCase):
         server = Serving("--listen", "unix:" + socket)
         t = Terminal("connect", server.address)
         try:
-            t.until("the server goes on.")
+            t.until("the server keeps running.")
             t.until("> ")
             t.type("x = 41\r")
             t.until("> ")
