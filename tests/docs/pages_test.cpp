@@ -421,8 +421,8 @@ std::vector<std::string> code_words_of(const fs::path& page) {
 TEST(Documentation, ScriptsAndExamplesThatPagesNameAreThere) {
   const fs::path root(ROBOMOSP_SOURCE_DIR);
   std::size_t count = 0;
-  for (const char* folder : {"docs/user", "docs/user/irl", "docs/user/remote", "docs/user/stories",
-                             "docs/plugin_author"})
+  for (const char* folder : {"docs/user", "docs/user/irl", "docs/user/irl/brands",
+                             "docs/user/remote", "docs/user/stories", "docs/plugin_author"})
     for (const auto& entry : fs::directory_iterator(root / folder)) {
       if (entry.path().extension() != ".md") continue;
       for (std::string word : code_words_of(entry.path())) {
