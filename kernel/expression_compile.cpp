@@ -68,14 +68,14 @@ class ExpressionCompiler : ExpressionGrammar {
     return fault(at,
                  "the expression is nested more than " + std::to_string(Expression::kDeepest) +
                      " levels deep",
-                 "Give a part of it a name of its own.");
+                 "Split it: give a part of it a name (a parameter).");
   }
 
   /// Operators of `level` and above. Recursion is bounded by deeper().
   Result<void> expression(int level) {
     const std::size_t begin = token_.begin;
     if (token_.kind == Kind::word && token_.text == "not") {
-      if (level > kNot) return fault(begin, "\"not\" stands in front of a condition");
+      if (level > kNot) return fault(begin, "\"not\" needs a condition behind it");
       RMP_TRY(deeper(begin));
       RMP_TRY(advance());
       RMP_TRY(expression(kNot));
@@ -291,12 +291,14 @@ class ExpressionCompiler : ExpressionGrammar {
   }
   [[nodiscard]] Error strange(std::size_t p) const {
     const char c = all()[p];
-    if (c == '=') return fault(p, "\"=\" cannot stand here", "Equality is written ==.");
+    if (c == '=') return fault(p, "\"=\" is not an operator", "Equality is written ==.");
     const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7F) return fault(p, "a control character cannot stand here");
+    if (byte < 0x20 || byte == 0x7F)
+      return fault(p, "a control character is not allowed in an expression");
     std::size_t e = p + 1;
     while (e < all().size() && (static_cast<unsigned char>(all()[e]) & 0xC0) == 0x80) ++e;
-    return fault(p, "the character " + quote(all().substr(p, e - p)) + " cannot stand here");
+    return fault(
+        p, "the character " + quote(all().substr(p, e - p)) + " is not allowed in an expression");
   }
 
   Result<void> lex_number(std::size_t p) {
@@ -364,7 +366,7 @@ class ExpressionCompiler : ExpressionGrammar {
     const Error e = units::parse(word).error();
     std::string hint = e.hint;
     if (!hint.starts_with("Did you mean"))
-      hint = "Behind a number stands its unit; a product is written " +
+      hint = "A name right behind a number is its unit; write a product as " +
              std::string(token_.text.empty() ? "2" : token_.text) + " * " + shown(word) + ".";
     return fault(p, e.message, std::move(hint));
   }
@@ -380,7 +382,7 @@ Result<Expression> Expression::compile(std::string_view text) {
   if (text.size() > kLongest)
     return error(ErrorCode::syntax,
                  "the expression has more than " + std::to_string(kLongest) + " characters",
-                 "Give a part of it a name of its own.");
+                 "Split it: give a part of it a name (a parameter).");
   e.text_ = std::string(text);
   RMP_TRY(ExpressionCompiler(e).run());
   return e;

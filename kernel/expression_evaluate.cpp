@@ -34,7 +34,7 @@ class ExpressionMachine : ExpressionGrammar {
     const Cell& top = stack_.back();
     if (top.is_condition)
       return e_.fault(0, ErrorCode::invalid_argument, "this is a condition, not a quantity",
-                      "Conditions stand in if: if(a > b, a, b).");
+                      "Use a condition within if: if(a > b, a, b).");
     if (top.fault) return faults_[*top.fault];
     return Quantity{top.value, top.dimension, top.fits_any};
   }
@@ -113,10 +113,10 @@ class ExpressionMachine : ExpressionGrammar {
                          (s.op == Op::if_ && i == 0);
       if (wants == a[i].is_condition) continue;
       if (wants)
-        return wrong(s, kind(a[i]) + " stands where a condition is expected",
+        return wrong(s, kind(a[i]) + " is not a condition",
                      "Compare it: " + source(a[i]) + " > 0.");
-      return wrong(s, "the condition " + source(a[i]) + " stands where a quantity is expected",
-                   "Conditions stand in if: if(a > b, a, b).");
+      return wrong(s, "the condition " + source(a[i]) + " is not a quantity",
+                   "Use a condition within if: if(a > b, a, b).");
     }
     return {};
   }

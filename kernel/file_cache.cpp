@@ -147,7 +147,7 @@ void FileCache::drop(const fs::path& file, const std::string& why) {
   ++refused_;
   ::unlink(file.c_str());
   tell("The kept file " + file.string() + " " + why +
-       "; it was removed, and what it stood for is computed anew.");
+       "; the file was removed, and its geometry is computed again.");
 }
 
 void FileCache::refuse(std::string_view kind, const Fingerprint& key) {

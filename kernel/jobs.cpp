@@ -172,7 +172,7 @@ void Jobs::cancel_all() {
 
 Error Jobs::unknown(std::uint64_t id) const {
   return error(ErrorCode::unknown_name, "there is no job " + std::to_string(id),
-               "job.list tells those known.");
+               "job.list lists the known jobs.");
 }
 
 Result<JobStatus> Jobs::status(std::uint64_t id) const {
@@ -261,7 +261,7 @@ Result<Value> Jobs::wait(std::uint64_t id, const std::function<bool()>& gives_up
     if (gives_up())
       return error(ErrorCode::cancelled,
                    "the wait for the job " + text::quote(job->status.label) + " was given up",
-                   "It goes on; job.cancel ends it.");
+                   "The job continues; job.cancel ends it.");
     lock.lock();
   }
   return *job->result;

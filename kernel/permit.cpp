@@ -39,7 +39,7 @@ std::string_view phrase(Effect e) {
     case Effect::providers: return "changes which providers there are";
     case Effect::loads_code: return "loads code";
     case Effect::stops: return "stops the program";
-    case Effect::administers: return "says who may connect and what they may do";
+    case Effect::administers: return "administers connections and their rights";
   }
   return "reads the document";
 }
@@ -109,7 +109,7 @@ Result<void> require(Effect effect) {
   if (!current->declared.has(effect))
     return error(ErrorCode::internal,
                  std::string(current->work) + " " + std::string(phrase(effect)) +
-                     ", which the table of commands does not say of it",
+                     ", which the command table does not declare",
                  "Nothing was done. Please report this.");
   return {};
 }

@@ -537,7 +537,7 @@ Result<std::map<std::uint32_t, std::string>> chosen_rows(const rmp_plugin& plugi
     if (is_asked)
       return error(ErrorCode::unknown_name, what, "It has " + text::enumerate(known) + ".",
                    "providers");
-    report.remarks.push_back(what + ", which was to run in a process of its own.");
+    report.remarks.push_back(what + ", which should run in a separate process.");
   }
   return out;
 }

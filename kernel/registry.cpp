@@ -108,8 +108,8 @@ Error Registry::absent(std::string_view interface_id, std::string_view name) con
                  "there is no provider of " + what +
                      (name.empty() ? "" : ", so none named " + text::quote(name)),
                  "Load a plugin that offers " + text::quote(interface_id) +
-                     "; plugin.list tells which were found. In the source tree ./bootstrap build "
-                     "makes all that are shipped.");
+                     "; plugin.list lists those found. In the source tree ./bootstrap build makes "
+                     "all shipped plugins.");
   if (name.empty() && kept != document_.end())
     return error(
         ErrorCode::unknown_name,

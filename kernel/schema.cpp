@@ -727,7 +727,7 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
     spec.doc = row.doc ? row.doc : "";
     if (std::any_of(schema.begin(), schema.end(),
                     [&](const ParamSpec& s) { return s.name == spec.name; }))
-      return malformed("stands in the table twice");
+      return malformed("is in the table twice");
     if (auto unit = units::parse(spec.unit); !unit.ok())
       return malformed("has a bad unit: " + unit.error().message);
     if (std::isnan(row.min) || std::isnan(row.max))

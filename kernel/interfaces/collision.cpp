@@ -154,7 +154,7 @@ class GuardedWorld final : public PhysicsWorld {
     };
     for (const PhysicsContact& c : contacts_) {
       if (!is_there(c.a) || !is_there(c.b))
-        return broken_answer(name_, "told of a contact of a body that there is not");
+        return broken_answer(name_, "reported a contact of a body that does not exist");
       if (!all_finite(c.point) || !all_finite(c.normal) || !all_finite(c.force) ||
           !std::isfinite(c.depth))
         return no_number();
@@ -202,8 +202,7 @@ class GuardedPlanner final : public Planner {
     std::optional<Error> fault;
     const auto is_one = [&](std::span<const double> q) {
       if (q.size() == problem.dof && all_finite(q)) return true;
-      if (!fault)
-        fault = broken_answer(name_, "asked whether something is free that is no configuration");
+      if (!fault) fault = broken_answer(name_, "checked joint values that are not a configuration");
       return false;
     };
     PlanProblem checked = problem;

@@ -133,7 +133,7 @@ class GuardedLaw final : public MotionLaw, private Made {
       return broken("made a law that runs from a share of " + text::print_rounded(s[0].share) +
                     " to " + text::print_rounded(last.share) + " of its path, not from 0 to 1");
     if (std::fabs(beyond.share - 1) > kShareSlack || beyond.rate != 0)
-      return broken("made a law that goes on past its end");
+      return broken("made a law that moves past its end");
     const bool rates = agree(
         kProbes, rounding(1, h),
         [&](std::size_t i) {
@@ -222,7 +222,8 @@ class GuardedCurve final : public Curve, private Made {
         least = std::min(least, norm(c.d1));
         most = std::max(most, norm(c.d1));
       }
-      if (most - least > 1e-6 * most) return broken("made a curve that says it is even and is not");
+      if (most - least > 1e-6 * most)
+        return broken("made a curve that claims even speed and does not have it");
     }
     return {};
   }
@@ -246,9 +247,9 @@ class GuardedOrientation final : public Orientation, private Made {
     RMP_TRY(call([&] { return inner_->evaluate(w, along, out); }));
     for (std::size_t i = 0; i < w.size(); ++i) {
       if (!is_rotation_matrix(out[i].R))
-        return at("returned an orientation that is no rotation", w[i], " of the way");
+        return at("returned an orientation that is no rotation", w[i], " of the path");
       if (!finite(out[i].turn) || !finite(out[i].bend))
-        return at("returned rates of an orientation that are not numbers", w[i], " of the way");
+        return at("returned rates of an orientation that are not numbers", w[i], " of the path");
     }
     return {};
   }
@@ -294,7 +295,7 @@ class GuardedSegment final : public Segment, private Made {
     std::vector<PathSample> s(times.size());
     RMP_TRY(sample(times, s));
     if (distance(s.back().pose.p, s[s.size() - 2].pose.p) > 1e-9 || norm(s.back().velocity) > 0)
-      return broken("made a segment that goes on past its end");
+      return broken("made a segment that moves past its end");
     if (!agree(
             kProbes, rounding(norm(s[0].pose.p), h),
             [&](std::size_t i) {

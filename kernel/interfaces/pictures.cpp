@@ -32,7 +32,7 @@ class GuardedRenderer final : public Renderer {
         made.rgba.size() != 4 * pixels)
       return broken_answer(name_, "made a picture of another size");
     if (!all_finite(made.clip_T_world))
-      return broken_answer(name_, "told a projection that is not of numbers");
+      return broken_answer(name_, "returned a projection that is not of numbers");
     return made;
   }
   Result<std::string> png(const Image& image) const override {

@@ -72,14 +72,14 @@ class HeardOutput final : public PostOutput {
     const auto it = is_text(file, kMostBytes) ? lines_.find(file) : lines_.end();
     if (it == lines_.end() || line == 0 || line > it->second || !is_of_program(span) ||
         ++told_ > bytes_ + lines_.size())
-      return blame("told where a line comes from that is not there");
+      return blame("mapped a line that it has not written");
     to_.from(file, line, span);
   }
   void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
              std::string_view hint) override {
     if (severity > RMP_FAULT_NOTE || !is_of_program(span) || message.empty() ||
         !is_text(message, kMostBytes) || !is_text(hint, kMostBytes))
-      return blame("said something that is no fault of the program");
+      return blame("reported a fault at no place of the program");
     has_error_ = has_error_ || severity == RMP_FAULT_ERROR;
     if (++faults_ > kMostFaults) return;
     to_.fault(severity, span, heard(message), hint.empty() ? std::string() : heard(hint));
@@ -143,7 +143,7 @@ class GuardedPost final : public Post {
            {c.external_axes, c.max_name, c.max_points, c.max_lines, c.max_nesting})
         within(n, kMostCount);
     } catch (...) {
-      wrong_ = "could not say what it is capable of";
+      wrong_ = "failed to return its capabilities";
     }
     if (!wrong_.empty()) caps_ = {};
     caps_.struct_size = sizeof(PostCapabilities);

@@ -79,7 +79,7 @@ class CheckedSystem final : public OdeSystem {
   bool at_event(double t, std::size_t index, std::span<double> x) override {
     if (!fits(x.size(), size_, size_)) return false;
     if (index < events_) return to_.at_event(t, index, x);
-    if (!fault) fault = broken_answer(provider_, "told of an event that there is not");
+    if (!fault) fault = broken_answer(provider_, "reported an event that does not exist");
     return false;
   }
   std::optional<Error> fault;
@@ -88,7 +88,7 @@ class CheckedSystem final : public OdeSystem {
   bool fits(std::size_t a, std::size_t b, std::size_t wanted) {
     if (a == wanted && b == wanted) return true;
     if (!fault)
-      fault = broken_answer(provider_, "asked with " + std::to_string(a == wanted ? b : a) +
+      fault = broken_answer(provider_, "called back with " + std::to_string(a == wanted ? b : a) +
                                            " numbers where there are " + std::to_string(wanted));
     return false;
   }

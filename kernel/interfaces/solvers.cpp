@@ -129,7 +129,7 @@ class GuardedIk final : public IkSolver, private Named {
     if (!asked || has_tag(tag)) return {};
     return error(
         ErrorCode::unsupported,
-        "provider " + text::quote(name_) + " does not say that it serves " + what,
+        "provider " + text::quote(name_) + " does not declare support for " + what,
         std::string("If it does, write tags = {\"") + tag + "\"}; else choose another provider.");
   }
   std::unique_ptr<IkSolver> inner_;
@@ -194,7 +194,7 @@ class GuardedForward final : public ForwardDynamics, private Named {
     if (!model.loops.empty() && !has_tag("loops"))
       return error(ErrorCode::unsupported,
                    "provider " + text::quote(name_) +
-                       " does not say that its accelerations keep loops closed",
+                       " does not declare that its accelerations keep loops closed",
                    "If they do, write tags = {\"loops\"}; else choose another provider, such as "
                    "constrained.",
                    "robot " + text::quote(model.name));

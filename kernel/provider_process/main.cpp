@@ -93,7 +93,7 @@ class Process final : public Peer, private PluginDoor {
       Answering out(*this, table_, channel, message.object,
                     "the answer is longer than the memory there is");
       if (!entry.object) {
-        Fault gone(Outcome::threw, "what it asked for is not there any more");
+        Fault gone(Outcome::threw, "the object of the call no longer exists");
         out.send(gone);
       } else {
         Reader reader(*this, message.bytes, message.size, false);
@@ -112,8 +112,8 @@ class Process final : public Peer, private PluginDoor {
     Conversation* c = t_conversation;
     if (!c)
       return error(ErrorCode::plugin_failed,
-                   "the program is asked from a thread that works for no call",
-                   "Ask it within a call, or on threads of Host::spread().");
+                   "the plugin calls the program from a thread that serves no call",
+                   "Call it within a call, or on threads of Host::spread().");
     std::vector<std::uint64_t> gone;
     {
       const std::lock_guard lock(mutex_);
@@ -127,7 +127,8 @@ class Process final : public Peer, private PluginDoor {
     e.measure(sizer);
     char* place = channel.place(sizer.size());
     if (!place)
-      return error(ErrorCode::unsupported, "a question is longer than the memory there is");
+      return error(ErrorCode::unsupported,
+                   "a call to the program is longer than the shared memory");
     Writer writer(*this, place, sizer.size());
     writer.is_lasting = e.is_lasting;
     writer.is_in_out = e.is_in_out;
@@ -326,7 +327,7 @@ std::int32_t file_read(const char* path, std::uint64_t most, void* context,
           take(context, bytes->data(), bytes->size());
           return 0;
         }
-        say(error_text, error_size, bytes.ok() ? "nobody takes it" : bytes.error().message);
+        say(error_text, error_size, bytes.ok() ? "no receiver was given" : bytes.error().message);
         return 2;
       },
       2);

@@ -403,7 +403,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
              " s, and its process was ended";
     } else if (why == Why::cancelled) {
       code = ErrorCode::cancelled;
-      what = "did not stop when it was told to, and its process was ended";
+      what = "did not stop when it was cancelled, and its process was ended";
     } else if (why == Why::lied) {
       what = "answered in a form that is none, and its process was ended";
     } else if (signal == SIGKILL) {
@@ -431,9 +431,10 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
     const std::lock_guard lock(r.mutex);
     if (r.generation == kAnyGeneration || (r.id && r.generation == running.generation)) return {};
     if (!r.lost.empty())
-      return error(ErrorCode::plugin_failed,
-                   "provider " + text::quote(r.name) + " cannot go on in a new process: " + r.lost,
-                   "Run what made it again.");
+      return error(
+          ErrorCode::plugin_failed,
+          "provider " + text::quote(r.name) + " cannot continue in a new process: " + r.lost,
+          "Run what made it again.");
     std::uint64_t id = 0;
     if (r.maker) {
       RMP_TRY(ensure(running, *r.maker));
@@ -584,7 +585,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
                   "the answer is more than the process may have");
     const Table::Entry entry = table_.find(message.object);
     if (!entry.object || (entry.scope && !Conversing::is_within(entry.scope))) {
-      Fault gone(Outcome::threw, "what it asked for is not there any more");
+      Fault gone(Outcome::threw, "the object of the call no longer exists");
       return out.send(gone);
     }
     std::unique_lock<std::recursive_mutex> turn;
@@ -651,7 +652,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
   }
   Result<ProgramDone> run(const ProgramWire& asked) override {
     if (limits_.confined || !host_->run)
-      return error(ErrorCode::permission, "a plugin in a process of its own starts no programs",
+      return error(ErrorCode::permission, "a plugin in a separate process may not start programs",
                    "Allow it with confined = false where the plugin is loaded.");
     struct Heard {
       ProgramDone done;

@@ -572,7 +572,7 @@ Result<ModuleWire> module_table(const Module& module) {
   ModuleWire out;
   if (t.command_count > kMostCommands || (t.command_count && !t.commands))
     return error(ErrorCode::unsupported,
-                 "a module in a process of its own may have " + std::to_string(kMostCommands) +
+                 "a module in a separate process may have " + std::to_string(kMostCommands) +
                      " commands, and this one has " + std::to_string(t.command_count));
   for (std::size_t i = 0; i < t.command_count; ++i) {
     const ModuleCommand c = command_at(t, i);
@@ -1586,8 +1586,8 @@ const InterfaceWire* interface_wire(std::string_view interface_id) {
 
 std::string not_apart(std::string_view interface_id) {
   if (interface_id == render::Renderer::kInterfaceId)
-    return "a renderer draws with the display and the graphics card, which a process of its own "
-           "is not given";
+    return "a renderer draws with the display and the graphics card, which a separate process has "
+           "no access to";
   return "the interface " + std::string(interface_id) + " has no form between processes";
 }
 

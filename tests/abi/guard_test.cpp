@@ -87,7 +87,7 @@ TEST(Guard, GoalsObjectivesAndArmAnglesGoToThoseThatSayTheyServeThem) {
   batch.targets = targets;
   batch.goals = two;
   EXPECT_EQ(ik->solve(batch, one, none).error().message,
-            "provider \"mine\" does not say that it serves several goals or parts of a pose");
+            "provider \"mine\" does not declare support for several goals or parts of a pose");
   batch.targets = {targets, 1};
   batch.goals = part;
   EXPECT_EQ(ik->solve(batch, one, none).error().code, ErrorCode::unsupported);
@@ -97,12 +97,12 @@ TEST(Guard, GoalsObjectivesAndArmAnglesGoToThoseThatSayTheyServeThem) {
   batch.goals = {};
   batch.objective = IkObjective::limits;
   EXPECT_EQ(ik->solve(batch, one, none).error().message,
-            "provider \"mine\" does not say that it serves objectives");
+            "provider \"mine\" does not declare support for objectives");
   batch.objective = IkObjective::none;
   const double angle[] = {0.0};
   batch.arm_angles = angle;
   EXPECT_EQ(ik->solve(batch, one, none).error().message,
-            "provider \"mine\" does not say that it serves arm angles");
+            "provider \"mine\" does not declare support for arm angles");
   const auto says = guarded_provider<IkSolver>([] { return new AnyIk; }, {"goals"});
   batch.arm_angles = {};
   batch.goals = whole;
@@ -125,7 +125,7 @@ TEST(Guard, ForwardDynamicsWithoutTheTagLoopsSeesNone) {
                 ->prepare(four_bar, *params)
                 .error()
                 .message,
-            "provider \"mine\" does not say that its accelerations keep loops closed");
+            "provider \"mine\" does not declare that its accelerations keep loops closed");
   EXPECT_TRUE(guarded_provider<ForwardDynamics>([] { return new AnyForward; }, {"loops"})
                   ->prepare(four_bar, *params)
                   .ok());
@@ -206,7 +206,7 @@ TEST(Guard, LawsAreLookedAtWhenTheyAreMade) {
               if (t > 2) s.rate = 0.1;
               return s;
             }),
-            "made a law that goes on past its end");
+            "made a law that moves past its end");
   EXPECT_EQ(law_fault([](double t) {
               LawSample s = right(t);
               s.rate *= 2;  // by the share of the duration, not by time
@@ -329,7 +329,7 @@ TEST(Guard, CurvesAreLookedAtWhenTheyAreMade) {
                   return CurveSample{{u * u, 0, 0}, {2 * u, 0, 0}, {2, 0, 0}, {}};
                 },
                 {0, 1}, true),
-            "provider \"mine\" made a curve that says it is even and is not");
+            "provider \"mine\" made a curve that claims even speed and does not have it");
   const auto nothing = guarded_provider<CurveFactory>([] {
     auto* one = new AnyCurveFactory;
     one->made = [] { return std::unique_ptr<Curve>(); };
@@ -376,7 +376,7 @@ TEST(Guard, OrientationsAreRotations) {
     EXPECT_EQ(said.ok(), is_right);
     if (!is_right) {
       EXPECT_EQ(said.error().message,
-                "provider \"mine\" returned an orientation that is no rotation at 0.25 of the way");
+                "provider \"mine\" returned an orientation that is no rotation at 0.25 of the path");
     }
   }
 }
@@ -842,8 +842,7 @@ TEST(Guard, PlannersAskForWholeConfigurations) {
   };
   EXPECT_EQ(said({0, 0}), "");
   for (const auto& bad : std::vector<std::vector<double>>{{}, {0}, {0, 0, 0}, {kNan, 0}})
-    EXPECT_EQ(said(bad),
-              "provider \"mine\" asked whether something is free that is no configuration");
+    EXPECT_EQ(said(bad), "provider \"mine\" checked joint values that are not a configuration");
 }
 
 // --- posts ---------------------------------------------------------------------------------------
@@ -909,11 +908,11 @@ TEST(Guard, PostsWriteFilesOfTheirFolderAndSaySomethingOfTheProgram) {
               o.file("a", "");
               o.from("b", 1, here);
             }),
-            wrong("told where a line comes from that is not there"));
+            wrong("mapped a line that it has not written"));
   EXPECT_EQ(written([&](PostOutput& o) { o.fault(RMP_FAULT_ERROR, nowhere, "no", ""); }),
-            wrong("said something that is no fault of the program"));
+            wrong("reported a fault at no place of the program"));
   EXPECT_EQ(written([&](PostOutput& o) { o.fault(9, here, "no", ""); }),
-            wrong("said something that is no fault of the program"));
+            wrong("reported a fault at no place of the program"));
   const auto file = [](PostOutput& o) { o.file("a", ""); };
   EXPECT_EQ(written(file, [](PostCapabilities& c) { c.forms = 0; }),
             wrong("takes no form of a program"));

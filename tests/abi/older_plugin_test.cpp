@@ -83,8 +83,8 @@ TEST_F(OlderPlugin, ItsSolverSolvesBatchesThatHaveGrownSince) {
   }
   batch.objective = IkObjective::centre;  // which it has never heard of
   EXPECT_EQ(ik->solve(batch, results, none_).error().sentence(),
-            "provider \"one_joint\" does not say that it serves objectives. If it does, write tags "
-            "= {\"objectives\"}; else choose another provider.");
+            "provider \"one_joint\" does not declare support for objectives. If it does, write "
+            "tags = {\"objectives\"}; else choose another provider.");
 }
 
 TEST_F(OlderPlugin, ItsCurveLawAndOrientationAreSampled) {

@@ -100,7 +100,7 @@ TEST_F(FileCacheTest, EveryByteCounts) {
       notes_.clear();
       EXPECT_EQ(cache.read("mesh", key(1)), std::nullopt) << "byte " << i;
       ASSERT_EQ(notes_.size(), 1U) << "byte " << i;
-      EXPECT_NE(notes_[0].find("computed anew"), std::string::npos);
+      EXPECT_NE(notes_[0].find("computed again"), std::string::npos);
       EXPECT_FALSE(fs::exists(file)) << "byte " << i;
     }
   for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -188,8 +188,8 @@ TEST(Expression, AFaultIsOneSentenceWithItsPlace) {
        "missing."},
       {"bore)", "at character 5 of \"bore)\": \")\" is not expected here."},
       {"2 bore",
-       "at character 3 of \"2 bore\": \"bore\" is not a unit. Behind a number stands its "
-       "unit; a product is written 2 * bore."},
+       "at character 3 of \"2 bore\": \"bore\" is not a unit. A name right behind a number is its "
+       "unit; write a product as 2 * bore."},
       {"3 degg", "at character 3 of \"3 degg\": \"degg\" is not a unit. Did you mean \"deg\"?"},
       {"bore mm",
        "at character 6 of \"bore mm\": an operator is missing before \"mm\". Products are "
@@ -201,17 +201,16 @@ TEST(Expression, AFaultIsOneSentenceWithItsPlace) {
       {"atan2(bore)",
        "at character 1 of \"atan2(bore)\": \"atan2\" is given 1 argument. Write atan2(y, x)."},
       {"bore = 3",
-       "at character 6 of \"bore = 3\": \"=\" cannot stand here. Equality is written "
-       "==."},
+       "at character 6 of \"bore = 3\": \"=\" is not an operator. Equality is written ==."},
       {"1 < 2 < 3",
        "at character 7 of \"1 < 2 < 3\": comparisons cannot follow each other. Write a < b and b < "
        "c."},
       {"bore > 1 mm",
-       "at character 1 of \"bore > 1 mm\": this is a condition, not a quantity. "
-       "Conditions stand in if: if(a > b, a, b)."},
+       "at character 1 of \"bore > 1 mm\": this is a condition, not a quantity. Use a condition "
+       "within if: if(a > b, a, b)."},
       {"if(bore, 1, 2)",
-       "at character 1 of \"if(bore, 1, 2)\": a length (bore) stands where a "
-       "condition is expected. Compare it: bore > 0."},
+       "at character 1 of \"if(bore, 1, 2)\": a length (bore) is not a condition. Compare it: bore "
+       "> 0."},
       {"if(n > 1, bore, tilt)",
        "at character 1 of \"if(n > 1, bore, tilt)\": a length (bore) and an angle (tilt) cannot be "
        "alternatives of one if."},

@@ -86,7 +86,7 @@ TEST(Jobs, AWaitCanBeGivenUpWithoutTheJob) {
   });
   const auto given_up = jobs.wait(id, [] { return true; });
   EXPECT_EQ(given_up.error().sentence(),
-            "the wait for the job \"slow\" was given up. It goes on; job.cancel ends it.");
+            "the wait for the job \"slow\" was given up. The job continues; job.cancel ends it.");
   go_on.count_down();
   EXPECT_EQ(*jobs.wait(id), Value(7));
 }
@@ -186,7 +186,7 @@ TEST(Jobs, OldJobsAreForgottenAndSaidToBeUnknown) {
     last = jobs.submit("n", [i](Progress&) -> Result<Value> { return Value(i); });
   EXPECT_EQ(*jobs.wait(last), Value(399));
   EXPECT_LE(jobs.list().size(), 257U);
-  EXPECT_EQ(jobs.wait(1).error().sentence(), "there is no job 1. job.list tells those known.");
+  EXPECT_EQ(jobs.wait(1).error().sentence(), "there is no job 1. job.list lists the known jobs.");
   EXPECT_FALSE(jobs.status(1).ok());
 }
 

@@ -46,11 +46,10 @@ TEST(Registry, CreatesWhatWasRegisteredAndDeletesIt) {
 
 TEST(Registry, AbsenceNamesThoseAvailable) {
   Registry registry;
-  EXPECT_EQ(
-      registry.create<Greeter>("").error().sentence(),
-      "there is no provider of greeter. Load a plugin that offers \"robomosp.greeter/1\"; "
-      "plugin.list tells which were found. In the source tree ./bootstrap build makes all that "
-      "are shipped.");
+  EXPECT_EQ(registry.create<Greeter>("").error().sentence(),
+            "there is no provider of greeter. Load a plugin that offers \"robomosp.greeter/1\"; "
+            "plugin.list lists those found. In the source tree ./bootstrap build makes all shipped "
+            "plugins.");
   ASSERT_TRUE(registry.add(named("polite"), factory()).ok());
   ASSERT_TRUE(registry.add(named("rude"), factory()).ok());
   EXPECT_EQ(registry.create<Greeter>("polit").error().sentence(),
