@@ -387,7 +387,7 @@ Id Checker::expression(Id id, Id expected) {
       const Id t = type_of(e);
       if (t == kBad) return e;
       if (!is_number(t)) {
-        fail(n, "a sign stands before a number, and this is " + shown(t));
+        fail(n, "a sign needs a number behind it, and this is " + shown(t));
         return bad(n);
       }
       if (n.kind == N::plus) return e;
@@ -441,7 +441,7 @@ Id Checker::expression_of_name(const Node& n) {
   }
   if (n.kind == N::call) {
     fail_name(n, written(n) + " is no function",
-              "Elements stand in brackets: " + written(n) + "[1]");
+              "Write elements in square brackets: " + written(n) + "[1]");
     for (Id a = n.first; a != kNone; a = at(a).next) expression(a);
     return bad(n);
   }
@@ -595,7 +595,7 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
       if (kind != RMP_TYPE_PROCESS)
         return failed(nodes[k], what + " needs a process, and this is " + shown(t));
     } else if (p == 'w' || p == 'm') {
-      if (is_file && k > 0) return failed(nodes[k], "a file stands first in " + name);
+      if (is_file && k > 0) return failed(nodes[k], "the file is the first argument of " + name);
       if (kind == RMP_TYPE_SEMAPHORE || kind == RMP_TYPE_PROCESS || t == RMP_TYPE_VOID)
         return failed(nodes[k], shown(t) + " is no value that " + name + " knows");
       if ((p == 'm' || is_file) && !check_place(e, a, what)) return bad(n);

@@ -359,7 +359,7 @@ Result<std::string> lay_out(std::string_view name, std::string_view text,
   if (!is_same)
     return error(ErrorCode::internal,
                  "the layout would change more than blanks, so that the text stays as it is",
-                 "Correct what program.check says of it first.", std::string(name));
+                 "Correct the faults that program.check reports first.", std::string(name));
   return out;
 }
 

@@ -61,8 +61,7 @@ class Parser {
             std::string("Write ") + word + "; at the end.");
     } else if (expect(end, word, "at the end")) {
       expect(Tok::semicolon, "\";\"", std::string("behind ") + word);
-      if (!is(Tok::end))
-        fault(shown() + " stands behind the end", "A file holds one program or module.");
+      if (!is(Tok::end)) fault(shown() + " follows the end", "A file holds one program or module.");
     }
     finish(n);
   }
@@ -237,7 +236,7 @@ class Parser {
     [[nodiscard]] bool is_deep() const {
       if (p_.depth_ <= kMostDepth) return false;
       p_.fault("the source is nested more than " + std::to_string(kMostDepth) + " levels deep",
-               "Put the inner part into a procedure or a variable of its own.");
+               "Put the inner part into a procedure or a variable.");
       p_.at_ = p_.s_.tokens.size() - 1;  // what follows would be faults of this one
       p_.last_fault_ = p_.at_;
       return true;
@@ -266,7 +265,7 @@ class Parser {
         case Tok::k_system_specification:
         case Tok::k_datalist: {
           if (!is_outer) {
-            fault(shown() + " stands behind the head of the program only");
+            fault(shown() + " is allowed in the head of the program only");
             recover();
             next_if_stuck();
             break;
@@ -321,9 +320,9 @@ class Parser {
             return;
           if (!is_outer && ends_block(tok().kind)) return;
           const std::size_t before = at_;
-          fault(shown() + " stands where a declaration belongs",
+          fault(shown() + " is not a declaration",
                 "Declarations begin with CONST, TYPE, VAR, SIGNAL, PROCEDURE, FUNCTION, PROCESS or "
-                "INTERRUPT; statements stand behind BEGIN.");
+                "INTERRUPT; write statements behind BEGIN.");
           // Statements without their BEGIN are one fault, and not one each.
           is_lost_ = false;
           while (!is(Tok::end) && !is_section() && !is(Tok::k_begin) && !is(Tok::k_endprogram) &&
@@ -414,7 +413,7 @@ class Parser {
   Id signal() {
     const Id n = make(N::signal_decl);
     if (!is_word(input_) && !is_word(output_)) {
-      fault(shown() + " stands where INPUT or OUTPUT belongs", "Such as: INPUT BOOL: ready AT 1;");
+      fault(shown() + " is neither INPUT nor OUTPUT", "Such as: INPUT BOOL: ready AT 1;");
       return n;
     }
     node(n).flag = is_word(output_) ? 1 : 0;
@@ -491,7 +490,7 @@ class Parser {
       node(n).name_token = static_cast<std::uint32_t>(at_);
       next();
     } else {
-      fault(shown() + " stands where a type belongs",
+      fault(shown() + " is not a type",
             "Types are INT, REAL, BOOL, CHAR, STRING, "
             "ARRAY, RECORD, LIST, and names of types.");
     }
@@ -532,7 +531,7 @@ class Parser {
     if (is_lost_) recover();
     declarations(tail, false);
     if (expect(Tok::k_begin, "BEGIN", "in " + what,
-               "The statements of " + what + " stand between BEGIN and " + end_word + ".")) {
+               "The statements of " + what + " are written between BEGIN and " + end_word + ".")) {
       tail.add(body());
       if (is(end)) {
         next();
@@ -654,7 +653,7 @@ class Parser {
           tail.add(finish(arm));
         } while (is(Tok::k_elsif) ? !is_else : is(Tok::k_else) && !is_else);
         if (is(Tok::k_else) || is(Tok::k_elsif)) {
-          fault(shown() + " stands behind the ELSE of its IF", "ELSE comes last, and once.");
+          fault(shown() + " follows the ELSE of its IF", "ELSE comes last, and once.");
           is_lost_ = false;
           while (is(Tok::k_else) || is(Tok::k_elsif)) {
             next();
@@ -782,7 +781,7 @@ class Parser {
         std::string hint;
         if (tok().kind == Tok::k_do || tok().kind == Tok::k_then || tok().kind == Tok::k_to)
           hint = "It belongs behind the head of a statement that begins above.";
-        fault(shown() + " stands where a statement belongs", hint);
+        fault(shown() + " is not a statement", hint);
         return n;
       }
     }
@@ -858,7 +857,7 @@ class Parser {
       const Id arm = make(N::arm);
       Tail inner(*this, arm);
       if (has_default) {
-        fault("an arm stands behind DEFAULT", "DEFAULT comes last, and once.");
+        fault("an arm follows DEFAULT", "DEFAULT comes last, and once.");
         is_lost_ = false;
       }
       if (accept(Tok::k_default)) {
@@ -888,7 +887,7 @@ class Parser {
     std::uint32_t kind = 0;
     while (kind < 4 && !is_word(kinds[kind])) ++kind;
     if (kind == 4) {
-      fault(shown() + " stands where PTP, LIN, CIRCLE or PATH belongs", "Such as: MOVE LIN place;");
+      fault(shown() + " is none of PTP, LIN, CIRCLE and PATH", "Such as: MOVE LIN place;");
       return n;
     }
     node(n).flag = static_cast<std::uint8_t>(node(n).flag | (kind << 1U));
@@ -965,7 +964,7 @@ class Parser {
       // NOT is looser than what compares: NOT a = b is NOT (a = b).
       left = make(N::not_);
       if (least > 3) {
-        fault("NOT stands behind an operator that binds tighter", "Put it in parentheses: (NOT a)");
+        fault("NOT follows an operator that binds tighter", "Put it in parentheses: (NOT a)");
         return left;
       }
       next();
@@ -1062,9 +1061,9 @@ class Parser {
       case Tok::name: break;
       default:
         n = make(N::bad);
-        fault(shown() + " stands where a value belongs",
-              tok().kind >= Tok::k_program ? shown() + " is a word of the language and no name."
-                                           : "");
+        fault(shown() + " is not a value", tok().kind >= Tok::k_program
+                                               ? shown() + " is a word of the language and no name."
+                                               : "");
         return n;
     }
     n = make(N::name);

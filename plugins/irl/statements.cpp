@@ -357,7 +357,7 @@ Id Checker::statement(const Node& n) {
       return s;
     }
     case N::exit_:
-      if (loops_ == 0) fail(n, "EXIT stands outside of a loop", "RETURN leaves a routine.");
+      if (loops_ == 0) fail(n, "EXIT is outside of a loop", "RETURN leaves a routine.");
       return add_statement(RMP_STMT_EXIT, n);
     case N::goto_: {
       const Id s = add_statement(RMP_STMT_GOTO, n);
@@ -511,7 +511,7 @@ Id Checker::motion(const Node& n) {
                   : "Targets are ROBTARGET, POSE and POSITION.");
   }
   if (m.interpolation == RMP_MOVE_CIRCLE && targets.size() != 2)
-    fail(list, "CIRCLE needs two targets, a place on the way and the end",
+    fail(list, "CIRCLE needs two targets, a place on the arc and the end",
          "Such as: MOVE CIRCLE via, end;");
   m.first_target = static_cast<Id>(out_.links.size());
   m.target_count = static_cast<Id>(targets.size());

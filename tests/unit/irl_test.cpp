@@ -172,7 +172,7 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
        "8:10 MOVE LIN goes along a path to a place, and this is JOINT. Use MOVE PTP, or "
        "TRAFO(...) for the place that the joints reach.\n"},
       {"MOVE CIRCLE pose;",
-       "8:13 CIRCLE needs two targets, a place on the way and the end. Such as: MOVE CIRCLE via, "
+       "8:13 CIRCLE needs two targets, a place on the arc and the end. Such as: MOVE CIRCLE via, "
        "end;\n"},
       {"MOVE LIN pose SPEED := -1.0;", "8:24 SPEED is above zero.\n"},
       {"MOVE LIN pose SPED := 1.0;",
@@ -183,11 +183,11 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
        "warning 8:15 SPEED has no effect on MOVE PTP. Motions of the joints have SPEED_PTP, "
        "ACC_PTP and C_PTP.\n"},
       {"MOVE pose;",
-       "8:6 \"pose\" stands where PTP, LIN, CIRCLE or PATH belongs. Such as: MOVE LIN place;\n"},
+       "8:6 \"pose\" is none of PTP, LIN, CIRCLE and PATH. Such as: MOVE LIN place;\n"},
       {"WAIT 1.0;",
        "8:9 SEC is missing behind the time, before \";\". Write WAIT 0.5 SEC; or WAIT FOR "
        "condition;\n"},
-      {"EXIT;", "8:1 EXIT stands outside of a loop. RETURN leaves a routine.\n"},
+      {"EXIT;", "8:1 EXIT is outside of a loop. RETURN leaves a routine.\n"},
       {"GOTO nowhere;", "8:6 there is no label nowhere in this routine.\n"},
       {"GOTO in; WHILE b LABEL in: ENDWHILE;",
        "8:6 the name of the label is missing, before \"in\". \"in\" is a word of the language and "
@@ -214,9 +214,9 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
        "8:6 this string has no end. Close it with a single quote in its line; a quote within is "
        "doubled.\n8:12 \";\" is missing behind the value, before \"ENDPROGRAM\".\n"},
       {"s := \"x\";",
-       "8:6 \"\"\" is no sign of the language. Strings stand in single quotes: 'text'.\n8:8 "
-       "\"\"\" is no sign of the language. Strings stand in single quotes: 'text'.\n8:7 nothing is "
-       "named x.\n"},
+       "8:6 \"\"\" is no sign of the language. Write strings in single quotes: 'text'.\n8:8 \"\"\" "
+       "is no sign of the language. Write strings in single quotes: 'text'.\n8:7 nothing is named "
+       "x.\n"},
       {"f := f;", "8:1 a FILE is not assigned.\n"},
       {"START done;", "8:7 done is no process.\n"},
       {"r := SIN(1, 2);",
@@ -236,8 +236,8 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
        "arm); where the cell has ROBOT arm := ...;\n"},
       {"BRAKE(0, i, i);",
        "8:13 BRAKE takes a mode and a robot, and no more. Brakes the motion that an interrupt came "
-       "into, or that of a robot: BRAKE(mode, robot). 0 ends it, 1 holds it until the interrupt's "
-       "routine has ended.\n"},
+       "into, or that of a robot: BRAKE(mode, robot). Mode 0 ends the motion; 1 holds it until the "
+       "interrupt's routine has ended.\n"},
       {"R_JOINT_ACT := TRAFOINV(target);",
        "8:1 an assignment needs a variable, and this is a value.\n"},
       {"R_ACT_ROB := i;",
@@ -344,12 +344,10 @@ TEST(Irl, DeclarationsAreChecked) {
 TEST(Irl, SeveralFaultsAreFoundInOneRun) {
   EXPECT_EQ(faults("PROGRAM p;\nVAR INT: i\nREAL: r;\nBEGIN\ni := ;\nr := 1;\nIF i = THEN r := 2; "
                    "ENDIF;\nMOVE i;\nr := 'x';\nENDPROGRAM;\n"),
-            "2:11 \";\" is missing behind the declaration, before \"REAL\".\n"
-            "5:6 \";\" stands where a value belongs.\n"
-            "7:8 \"THEN\" stands where a value belongs. \"THEN\" is a word of the language and no "
-            "name.\n"
-            "8:6 \"i\" stands where PTP, LIN, CIRCLE or PATH belongs. Such as: MOVE LIN place;\n"
-            "9:6 this variable needs REAL, and this is STRING.\n");
+            "2:11 \";\" is missing behind the declaration, before \"REAL\".\n5:6 \";\" is not a "
+            "value.\n7:8 \"THEN\" is not a value. \"THEN\" is a word of the language and no "
+            "name.\n8:6 \"i\" is none of PTP, LIN, CIRCLE and PATH. Such as: MOVE LIN place;\n9:6 "
+            "this variable needs REAL, and this is STRING.\n");
 }
 
 TEST(Irl, CellsModulesAndListsOfDataAreFilesOfTheProgram) {
