@@ -619,7 +619,7 @@ class Joiner {
                       text::print_rounded(j.choice.left[0]) +
                       " m between t = " + text::print_rounded(t) + " s and " +
                       text::print_rounded(t + made.duration()) +
-                      " s: the tool arrives or goes on at speed across the gap. Let the segments "
+                      " s: the tool arrives or leaves at speed across the gap. Let the segments "
                       "end and start at rest there, or add a segment between.");
     else if (!j.choice.is_within && j.choice.left[1] > kToldTurn)
       notes.push_back(

@@ -368,7 +368,7 @@ class Arcs final : public Rewriter {
                         what + " is written as " + std::to_string(made->ends.size()) +
                             " straight pieces, at most " +
                             post::trimmed(made->deviation * 1000, 4, 1) + " mm away from it",
-                        "The profile's option chord_mm says how far they may be."});
+                        "The profile's option chord_mm sets the largest distance."});
     const Pose into = post::inverse(*frame);
     double whole = 0;
     std::vector<double> ways;
@@ -383,8 +383,7 @@ class Arcs final : public Rewriter {
     for (std::size_t k = 0; k < made->ends.size(); ++k) {
       const bool is_last = k + 1 == made->ends.size();
       Id target = t_.links[m.first_target + m.target_count - 1];
-      if (!is_last || m.is_incremental)
-        target = pose(post::product(into, made->ends[k]), span);
+      if (!is_last || m.is_incremental) target = pose(post::product(into, made->ends[k]), span);
       rmp_code_motion part = m;
       part.interpolation = RMP_MOVE_LIN;
       part.is_incremental = 0;

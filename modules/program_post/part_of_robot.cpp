@@ -387,7 +387,7 @@ class Splitter {
       for (const auto& [named, span] : t.facts.motions) {
         const Id who = named == RMP_NONE ? only : named;
         if (who == RMP_NONE || symbol(who).kind != RMP_SYMBOL_ROBOT) {
-          fail(span, "which of the robots this motion is of is not said",
+          fail(span, "this motion names no robot, and the program has several",
                "Give it ACT_ROB, by the name of a ROBOT.");
           return;
         }
@@ -395,7 +395,7 @@ class Splitter {
           fail(span,
                called(t) + " moves " + name(t.robot) + " and, here, " + name(who) +
                    ", which have a controller each",
-               "Let each robot be moved by a process of its own.");
+               "Move each robot by another process.");
           return;
         }
         t.moves = true;
@@ -446,12 +446,12 @@ class Splitter {
           fail(span,
                called(*other) + " is of " + name(other->robot) +
                    ", and another controller does not know what it does",
-               "Let it say so by a variable that nothing else gives values.");
+               "Let it set a variable that nothing else assigns.");
       for (const auto& [statement, p] : t.facts.controls)
         if (const Thread* other = thread(p); other && other->robot != t.robot)
           fail(st(statement).span,
                called(*other) + " is of " + name(other->robot) +
-                   ", and a controller does not stop or go on with what another one does",
+                   ", and a controller cannot stop or continue what another one runs",
                "Let it wait for a semaphore, or for a variable that only " + called(t) +
                    " gives values.");
     }
@@ -774,7 +774,7 @@ class Splitter {
     if (!part_.shared.empty())
       tell(RMP_FAULT_NOTE, routine(0).span,
            "the program of " + name(robot_) + " shares variables with that of " + name(partner_) +
-               ": each robot has a program of its own",
+               ": each robot has another program",
            "Load each into the task of its robot; they begin together.");
     if (part_.out.size() + part_.in.size() > part_.shared.size()) {
       const auto list = [](const std::vector<std::string>& v) {

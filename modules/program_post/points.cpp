@@ -603,12 +603,12 @@ class Finder {
           remark(span,
                  "on a straight line the robot does not come here in the branch it is in, and its "
                  "nearest configuration is taken",
-                 "program.check_run says where the way ends; go there by PTP.");
+                 "program.check_run shows where the path ends; move there by PTP.");
       }
       const std::uint32_t has = kinematics_->status(*found, known);
       if (asked >= 0 && ((has ^ static_cast<std::uint32_t>(asked)) & known) != 0)
         remark(span,
-               "the target says STATUS " + std::to_string(asked) +
+               "the target has STATUS " + std::to_string(asked) +
                    ", and a motion along a path keeps the branch it comes in, which is STATUS " +
                    std::to_string(has) + " here",
                "Move there by PTP, or give the target the STATUS of the motion before.");

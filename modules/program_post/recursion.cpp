@@ -343,7 +343,7 @@ class Loops final : public Rewriter {
       fault(t_.routines[group[0]].span,
             begins + ", and " + name_of(group[0]) +
                 ", which does, is called by several processes or interrupts",
-            "Give each of them a routine of its own, or write it with a loop.");
+            "Write another routine for each of them, or use a loop.");
     for (const Id c : calls.in_conditions())
       if (inner_.group[c] == id || calls.reached_from(c)[group[0]])
         fault(t_.routines[group[0]].span,
@@ -465,13 +465,12 @@ class Loops final : public Rewriter {
     write(group, begins);
     for (const Id r : group) {
       t_.routines[r].is_recursive = 0;
-      remarks_.push_back(
-          {RMP_FAULT_NOTE, t_.routines[r].span,
-           title_ + " has no routines that call themselves, as " + name_of(r) +
-               " does: it is a loop with a stack there, for at most " + std::to_string(most_) +
-               " calls within each other",
-           "The option recursion_depth of the controller's record says how many; one more ends the "
-           "program."});
+      remarks_.push_back({RMP_FAULT_NOTE, t_.routines[r].span,
+                          title_ + " has no routines that call themselves, as " + name_of(r) +
+                              " does: it is a loop with a stack there, for at most " +
+                              std::to_string(most_) + " calls within each other",
+                          "The option recursion_depth of the controller's record sets the number; "
+                          "one more call ends the program."});
     }
   }
   Id new_routine(const std::string& name, const rmp_code_routine& like) {

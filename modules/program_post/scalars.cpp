@@ -968,7 +968,7 @@ class Scalars final : public Rewriter {
       case RMP_STMT_TEACH:
         if (parts_.contains(s.symbol))
           fault(s.span, title_ + " has no records, and this one is taught as a whole",
-                "Teach its parts as variables of their own.");
+                "Teach its parts as separate variables.");
         emit(i);
         return;
       default: emit(i); return;

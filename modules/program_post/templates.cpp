@@ -360,7 +360,7 @@ class TemplateWriter final : public post::Writer {
       cannot(s.type == RMP_TYPE_BOOL ? "inputs" : "inputs of several bits",
              s.type == RMP_TYPE_BOOL
                  ? "Add the feature inputs and the template == input to the pack."
-                 : "Ask for each bit as an input of its own.");
+                 : "Read each bit as a separate input.");
       return {};
     }
     Text out{filled(t->front(), signal_variables(s))};
@@ -485,7 +485,7 @@ class TemplateWriter final : public post::Writer {
     const char* construct = is_message ? "message" : "comment";
     Variables v;
     if (!say_values(v, construct, values)) return;
-    if (!is_message) warn(pack_.title + " writes no texts; this one stands there as a comment");
+    if (!is_message) warn(pack_.title + " writes no texts; this one becomes a comment");
     emit(construct, v);
   }
   // Where there are only jumps, blocks are made of them: each has a label for where it goes on, and

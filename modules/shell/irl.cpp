@@ -81,17 +81,17 @@ class Terminal final : public program::Operator {
       return line;
     }
     if (user_.interrupted()) return error(ErrorCode::cancelled, "the program was interrupted");
-    return error(ErrorCode::not_found, "READ asks for a line, and standard input has ended",
+    return error(ErrorCode::not_found, "READ waits for a line, and standard input has ended",
                  "Type it, or give a file with more lines.");
   }
   Result<void> pause(std::string_view message) override {
     std::string said = "PAUSE" + (message.empty() ? std::string() : ": " + std::string(message));
     if (::isatty(STDIN_FILENO) == 0) {
       if (!voice_.is_quiet)
-        voice_.tell(said + ". Nobody is at the terminal, and the program goes on.");
+        voice_.tell(said + ". Standard input is not a terminal, and the program continues.");
       return {};
     }
-    voice_.tell(said + ". Press Enter to go on.");
+    voice_.tell(said + ". Press Enter to continue.");
     std::string line;
     std::getline(std::cin, line);
     if (user_.interrupted()) return error(ErrorCode::cancelled, "the program was interrupted");
@@ -134,9 +134,10 @@ class Terminal final : public program::Operator {
     if (!name.empty() && name != "." && name != ".." &&
         name.find_first_of(std::string_view("/\\\0", 3)) == std::string_view::npos)
       return folder_ / name;
-    return error(ErrorCode::permission,
-                 text::quote(std::string(name)) + " is no name of a file beside the program",
-                 "A program opens files of its own folder only, by names without folders.");
+    return error(
+        ErrorCode::permission,
+        text::quote(std::string(name)) + " is no name of a file beside the program",
+        "A program opens files of the folder it lies in only: give a name without folders.");
   }
   const IrlVoice& voice_;
   const ioci::Session& user_;
@@ -393,7 +394,8 @@ class Run {
     if (!opened.ok()) {
       Error e = std::move(opened).error();
       if (e.code == ErrorCode::permission && how_.token.empty())
-        e.hint = "Ask whoever runs the server for a token, and give its file with --token-file.";
+        e.hint =
+            "Get a token from the server's administrator, and give its file with --token-file.";
       return e;
     }
     RMP_TRY_ASSIGN(const Value about, ask("program.describe", Map{{"id", program_}}));

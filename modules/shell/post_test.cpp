@@ -139,7 +139,7 @@ class Tester {
       if (out.empty())
         return error(ErrorCode::invalid_argument,
                      "the plugin " + text::quote(file.string()) + " has no post",
-                     "robomosp plugin check tells what it offers.");
+                     "robomosp plugin check lists what it offers.");
       return out;
     }
     if (file.extension() == ".ctl") {
@@ -162,7 +162,7 @@ class Tester {
       if (packs.empty())
         return error(ErrorCode::not_found,
                      "the folder " + text::quote(file.string()) + " has no pack of templates",
-                     "A pack is a file that ends with .post; in a folder of its own pack.post.");
+                     "A pack is a file that ends with .post, or a folder with a file pack.post.");
       std::vector<std::string> out;
       for (const fs::path& pack : packs) {
         RMP_TRY_ASSIGN(const Value name, ask_("program.add_target", Map{{"file", pack.string()}}));
@@ -350,14 +350,15 @@ class Tester {
           if (bare.ok() && bare->is_correct && whole(*bare) == whole(p)) {
             outcome = "LOST";
             blame("attributes of \"" + c.text +
-                  "\" are lost: the files are as without them, and nothing is said.");
+                  "\" are lost: the files are the same without them, and no fault is reported.");
           }
         }
         // What a flattened program computes is done before it is posted.
         if (leaves_nothing && p.form == "flat") outcome = "computed";
         if (leaves_nothing && p.form != "flat" && p.all.empty()) {
           outcome = "LOST";
-          blame("\"" + c.text + "\" is lost: the files are as without it, and nothing is said.");
+          blame("\"" + c.text +
+                "\" is lost: the files are the same without it, and no fault is reported.");
         }
       }
       if (p.has_error_without_place) blame("an error at \"" + c.text + "\" has no line: " + p.said);

@@ -95,7 +95,7 @@ class Alone(Folder):
 
     def test_inputs_and_trace(self):
         path = self.write("waits.irl", WAITS)
-        self.fails(irl(path), 1, "waits.irl:7:", "nobody gives the input free a value", "--set free=VALUE")
+        self.fails(irl(path), 1, "waits.irl:7:", "the input free has no value", "--set free=VALUE")
         self.fails(irl(path, "--set", "free=FALSE"), 1, "waits.irl:7:", "never comes true")
         done = irl(path, "--set", "free=TRUE", "--trace")
         self.assertEqual((done.returncode, done.stdout), (0, "ready\n"))

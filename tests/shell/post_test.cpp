@@ -199,7 +199,7 @@ TEST_F(PostCommand, ACircleIsWrittenByThePacksTemplate) {
 
 TEST_F(PostCommand, APackAndAnotherTargetAreNotTakenAtOnce) {
   write(at("good.post"), pack("acme"));
-  expect(3, "the target \"krl\" is asked for, and the pack is \"acme\"",
+  expect(3, "the target \"krl\" is requested, and the pack is \"acme\"",
          {at("lift.irl"), "--target", "krl", "--templates", at("good.post")});
   expect(0, "", {at("lift.irl"), "--target", "acme", "--templates", at("good.post")});
 }

@@ -712,7 +712,7 @@ TEST_F(Parts, WhatLinesCannotSayIsAnErrorAtItsLine) {
       {program("", go + come, come), "left",
        "the process make moves left and, here, right, which have a controller each", all},
       {program("", go + "  STOP use;\n", come), "left",
-       "the process use is of right, and a controller does not stop", all},
+       "the process use is of right, and a controller cannot stop", all},
       {program("", go + "  IF GETSTATUS(use) = R_PROCESS_READY THEN HALT; ENDIF;\n", come), "left",
        "the process use is of right, and another controller does not know what it does", all},
       {program("VAR SEMAPHORE: s;\n", go + "  RELEASE(s);\n", come + "  ACQUIRE(s);\n",
@@ -723,7 +723,7 @@ TEST_F(Parts, WhatLinesCannotSayIsAnErrorAtItsLine) {
                come + "  ACQUIRE(s);\n"),
        "left", "the line s_released has the name of something else in the program", all},
       {program("", go, come, "  MOVE PTP MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);\n"), "left",
-       "which of the robots this motion is of is not said", all},
+       "this motion names no robot, and the program has several", all},
   };
   for (const auto& c : cases) {
     const std::string found = refused(c.source, c.robot, c.lines);

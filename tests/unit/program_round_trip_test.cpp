@@ -517,7 +517,7 @@ TEST_F(Losses, MotionsOfTwoRobotsAreAnErrorInEveryTargetAndThoseOfOneAreNone) {
     const std::string two = said(of_robots(left, right), to);
     if (to == "rapid" || to == "pdl2") {  // a task for each robot, but no task moves two
       EXPECT_NE(two.find("error 7: the program itself moves left and, here, right, which have a "
-                         "controller each. Let each robot be moved by a process of its own."),
+                         "controller each. Move each robot by another process."),
                 std::string::npos)
           << two;
       continue;
