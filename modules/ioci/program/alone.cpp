@@ -20,7 +20,7 @@ Result<std::map<std::string, program::SignalValue>> read_inputs(const Value* giv
   if (!given || given->is_nil()) return out;
   const Map* map = given->as_map();
   if (!map)
-    return error(ErrorCode::invalid_argument, "values stand in a table by the names of inputs",
+    return error(ErrorCode::invalid_argument, "values is a table with the names of inputs as keys",
                  "Give inputs = {part_here = true}.", std::string(path));
   for (const auto& [name, value] : *map) {
     program::SignalValue v;
@@ -56,7 +56,7 @@ Result<std::vector<std::vector<std::string>>> read_lines(const Value* given,
       if (all.back().find('\n') != std::string::npos)
         return error(ErrorCode::invalid_argument,
                      "line " + std::to_string(all.size()) + " has an end of line in it",
-                     "Give each line as a text of its own.", std::string(path));
+                     "Give each line as a separate text.", std::string(path));
     }
     return all;
   };
@@ -137,7 +137,7 @@ class Collector final : public program::Operator {
     constexpr std::size_t kMost = 100'000;
     if (trace.size() >= kMost)
       return error(ErrorCode::unsupported,
-                   "the program has done more than " + std::to_string(kMost) + " things",
+                   "the program has done more than " + std::to_string(kMost) + " actions",
                    "Run it without trace, or with `robomosp irl --trace`.");
     trace.emplace_back(Map{
         {"time", now}, {"file", file}, {"line", static_cast<std::int64_t>(line)}, {"what", what}});
@@ -197,11 +197,9 @@ RMP_COMMANDS(program_alone_commands) {
       {.name = "program.run_alone",
        .classic = "",
        .summary = "Runs a program without a world, and gives what it wrote and switched.",
-       .details =
-           "Motions take no time and reach their targets, waits end at once, PAUSE goes on. Inputs "
-           "have the values that are given; one without is an error where it is asked for, and so "
-           "is "
-           "what needs a robot. program.run runs it with one.",
+       .details = "Motions take no time and reach their targets, waits end at once, PAUSE "
+                  "continues. Inputs have the given values; reading one without a value is an "
+                  "error, and so is what needs a robot. program.run runs it with one.",
        .example = "local twice = program.create{name = \"twice\", source = [[\n"
                   "PROGRAM twice;\n"
                   "VAR\n"

@@ -585,7 +585,8 @@ Schema check_params() {
   return {
       optional("world", "ref:world", "", "Which of its worlds is meant."),
       optional("name_there", "string", "", "Its name there, where it is in worlds several times."),
-      optional("robot", "ref:robot", "", "For a program that no world has: it stands alone."),
+      optional("robot", "ref:robot", "",
+               "For a program that no world has: this robot runs it alone."),
       optional("profile", "ref:controller", "",
                "A controller: its axes' limits count, and its greatest speeds bound the cycle "
                "time."),
@@ -604,7 +605,7 @@ Schema check_params() {
       defaulted("torques", "bool", "", true, "Compares torques with their limits."),
       above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
       above_zero(
-          defaulted("most_time", "real", "s", 3600.0, "The run is ended then, and says so.")),
+          defaulted("most_time", "real", "s", 3600.0, "The run is ended then, with a message.")),
       above_zero(optional("duration", "real", "s", "Likewise, of programs without an end."))};
 }
 
@@ -735,7 +736,7 @@ RMP_COMMANDS(program_check_commands) {
       defaulted("most", "int", "", std::int64_t{200},
                 "Faults, motions, targets and lines that are listed; left_out counts the others."),
       1, 100000));
-  c.params.push_back(optional("picture", "path", "", "A picture of the tool's way, *.png."));
+  c.params.push_back(optional("picture", "path", "", "A picture of the tool's path, *.png."));
   c.params.push_back(optional("plot", "path", "", "A plot over time: *.svg, *.png or *.pdf."));
   c.params.push_back(defaulted("record", "bool", "", false, "Keeps the run as a recording."));
   for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))

@@ -820,7 +820,7 @@ class TaskWriter {
     for (const model::PlacedObject& o : world_.objects)
       if (o.name == name) {
         source_.note("Targets in the frame of " + quote(name) +
-                     " are those of where it stands at the start.");
+                     " are those of its pose at the start.");
         return model::pose(o.placement);
       }
     return error(ErrorCode::unknown_name, "the world has no frame or object " + quote(name),
@@ -933,7 +933,7 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
   if (name.empty() && w->robots.size() == 1) name = w->robots[0].name;
   if (name.empty())
     return error(ErrorCode::invalid_argument, "the recording is of several robots",
-                 "Say which: robot = ...", "robot");
+                 "Name it: robot = ...", "robot");
   RMP_TRY_ASSIGN(const std::size_t arm_at, find_robot(ctx, r->world, Value(name), where));
   RMP_TRY_ASSIGN(const Arm arm, arm_of(ctx, *w, arm_at));
   const recording::Column* time = r->find("time");

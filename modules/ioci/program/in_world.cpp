@@ -241,10 +241,10 @@ Result<Value> run_program(CommandContext& ctx, const Map& args) {
     RMP_TRY(ctx.dispatch("world.add_program",
                          Map{{"id", world}, {"program", Application::handle(id)}}));
   } else if (!is_placed) {
-    return error(ErrorCode::invalid_argument, "no world has this program",
-                 "Give robot = one that it runs on, alone in a world of its own; or place it with "
-                 "world.add_program.",
-                 name_in(ctx, id));
+    return error(
+        ErrorCode::invalid_argument, "no world has this program",
+        "Give robot = ... to run it alone in a new world, or place it with world.add_program.",
+        name_in(ctx, id));
   } else if (has(args, "robot")) {
     return error(ErrorCode::invalid_argument, "the program has a world already",
                  "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
@@ -356,8 +356,9 @@ Result<std::vector<program::Preset>> read_presets(const Value* given, std::strin
   if (!given || given->is_nil()) return out;
   const Map* map = given->as_map();
   if (!map)
-    return error(ErrorCode::invalid_argument, "values stand in a table by the names of variables",
-                 "Give values = {n = 3}.", std::string(path));
+    return error(ErrorCode::invalid_argument,
+                 "values is a table with the names of variables as keys", "Give values = {n = 3}.",
+                 std::string(path));
   for (const auto& [name, value] : *map) {
     std::string text;
     if (const bool* b = value.as_bool()) text = *b ? "TRUE" : "FALSE";
@@ -450,7 +451,8 @@ RMP_COMMANDS(program_in_world_commands) {
       "worlds, and several times in one.",
       with_cell("assert(cell:programs()[1].name == \"there\")"),
       {self("world"), needed("program", "ref:program", "", "The program."),
-       optional("name", "string", "", "Its name in the world; made of its own when left out."),
+       optional("name", "string", "",
+                "Its name in the world; the name of the program when left out."),
        optional("robot", "string", "",
                 "The robot of the world that its motions mean which name none; the only one when "
                 "left out.")},
@@ -469,7 +471,8 @@ RMP_COMMANDS(program_in_world_commands) {
         field("robot", "string", "", "Whom its motions mean which name none."),
         field("bindings", "int", "", "How many it has there.")}},
       Effect::reads, list_programs);
-  add("program.bind", "Says what a name of a program means in its world.",
+  add("program.bind",
+      "Binds a name of a program to a robot, signal, task, place or value of its world.",
       "Without a binding names mean what has the same name in the world, in any letter case; an "
       "output BOOL gripper that the world has no signal for grips, and so does the first "
       "additional joint (0 is open, 1 is shut). A name has one binding; the new one takes its "
@@ -490,7 +493,7 @@ RMP_COMMANDS(program_in_world_commands) {
       "run, checked or posted, and follows every change.",
       with_cell("assert(there:bindings()[1].to == \"ready\")"),
       {self("program"), world, there,
-       choice("kind", binding_words(), "What the name stands for.", true),
+       choice("kind", binding_words(), "What the name is bound to.", true),
        optional("name", "string", "", "In the program; left out, its own robot."),
        optional(
            "to", "string", "",
@@ -525,7 +528,7 @@ RMP_COMMANDS(program_in_world_commands) {
        "A table each.",
        {field("name_there", "string", "", "The program's name in the world."),
         field("world", "handle", "", "The world."),
-        field("kind", "string", "", "What the name stands for."),
+        field("kind", "string", "", "What the name is bound to."),
         field("name", "string", "", "In the program."), field("to", "string", "", "In the world."),
         field("frame", "string", "", "What targets are in."),
         field("tool", "string", "", "What targets are for, or what takes."),

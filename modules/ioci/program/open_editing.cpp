@@ -273,8 +273,7 @@ class ByTables final : public EditedProgram {
     if (t->program->code().has_errors)
       return error(ErrorCode::unsupported,
                    "the language " + text::quote(name_) +
-                       " tells editors nothing of programs "
-                       "that have errors",
+                       " gives editors no information about programs with errors",
                    "Correct them first: program.check.", names_[file]);
     return t;
   }

@@ -137,7 +137,7 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
                (faults[i].hint.empty() ? "" : " " + faults[i].hint));
         if (faults.size() > kMostSaid)
           warn(std::to_string(faults.size() - kMostSaid) +
-               " more; program.add_target tells all of them.");
+               " more; program.add_target lists all of them.");
         continue;
       }
       if (const auto added = add_pack(registry, file, *pack, false); !added.ok())

@@ -95,10 +95,10 @@ class Binder {
       if (o.name != name) continue;
       for (const model::Attachment& held : world_.attachments)
         if (held.object == name)
-          return error(ErrorCode::unsupported,
-                       quote(name) + " is held by robot " + quote(held.robot) +
-                           ", and has no place of its own",
-                       "Bind the point to an object or frame that stands still.");
+          return error(
+              ErrorCode::unsupported,
+              quote(name) + " is held by robot " + quote(held.robot) + ", and has no fixed place",
+              "Bind the point to an object or frame at rest.");
       return Place{model::pose(o.placement), &ctx_.snapshot().find(o.what)->body, {}, o.what};
     }
     for (const model::PlacedFrame& f : world_.frames)

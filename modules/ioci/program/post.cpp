@@ -205,12 +205,11 @@ Result<void> write_one(CommandContext& ctx, const Asked& asked, const rmp_code& 
     RMP_TRY_ASSIGN(const Written w, write_in_parts(ctx, asked, code, form, count, divided));
     if (w.parts < 2) return {};
     if (divided.errors() == 0) {
-      divided.faults.push_back({RMP_FAULT_NOTE, row<rmp_code_routine>(code.routines, 0).span,
-                                "the program is too long for one file there, and is posted as " +
-                                    std::to_string(w.parts) + " programs that " + asked.name +
-                                    " calls",
-                                "The controller's record says what it takes (max_lines, "
-                                "max_points, max_bytes)."});
+      divided.faults.push_back(
+          {RMP_FAULT_NOTE, row<rmp_code_routine>(code.routines, 0).span,
+           "the program is too long for one file there, and is posted as " +
+               std::to_string(w.parts) + " programs that " + asked.name + " calls",
+           "The limits are in the controller's record (max_lines, max_points, max_bytes)."});
       out = std::move(divided);
       return {};
     }
@@ -560,7 +559,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   for (const char* drawn : {"picture", "plot"})
     if (has(args, drawn) && !flag(args, "run_check"))
       return error(ErrorCode::invalid_argument,
-                   std::string("a ") + drawn + " is of the check by a run, which is not asked for",
+                   std::string("a ") + drawn + " needs run_check = true",
                    "Give run_check = true, or leave it out.", drawn);
   if (flag(args, "run_check") && (errors == 0 || flag(args, "check"))) {
     RMP_TRY_ASSIGN(run, run_of(ctx, args));
@@ -793,7 +792,7 @@ RMP_COMMANDS(post_commands) {
                      "out."),
             choice("form", {"automatic", "structured", "flat"},
                    "The program as it was written, or what it does in a run without inputs; "
-                   "automatic takes the second where the first cannot be said."),
+                   "automatic takes the second if the target cannot express the first."),
             optional("inputs", "map", "",
                      "Values of inputs by name, of a program that is flattened: those that "
                      "its flow depends on."),
@@ -816,7 +815,7 @@ RMP_COMMANDS(post_commands) {
             optional("contacts", "bool", "",
                      "With run_check: false does not look for contacts, which takes most of its "
                      "time."),
-            optional("picture", "path", "", "With run_check: a picture of the tool's way, *.png."),
+            optional("picture", "path", "", "With run_check: a picture of the tool's path, *.png."),
             optional("plot", "path", "",
                      "With run_check: a plot over time, *.svg, *.png or *.pdf."),
             defaulted("overwrite", "bool", "", false, "Whether files are replaced."),

@@ -134,8 +134,8 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
     if (lead->rail > 0) {
       out.remarks.push_back({RMP_FAULT_WARNING, head(code),
                              "robot " + text::quote(lead->robot) +
-                                 " stands on a rail of the program: joints and configurations of "
-                                 "its targets are not computed",
+                                 " is mounted on a rail of the program: joints and configurations "
+                                 "of its targets are not computed",
                              "Give targets as joints where the configuration matters."});
       return out;
     }

@@ -47,7 +47,7 @@ std::string without_robot(std::string_view message, std::string hint) {
     if (has("FRAME")) return "Make FRAME of constants.";
     if (has("keeps an orientation")) return "Give a POSE, which has one.";
     if (has("reach") || has("limit"))
-      return "program.check_run says at this line how far it is, and which STATUS would do.";
+      return "program.check_run shows the distance and a STATUS in reach at this line.";
     return "Make the target of constants, or give joints (MAIN_JOINT).";
   }
   return hint;

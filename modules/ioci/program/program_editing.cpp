@@ -311,7 +311,7 @@ RMP_COMMANDS(program_editing_commands) {
   all.push_back(
       {.name = "program.complete",
        .classic = "",
-       .summary = "Lists what may stand at a place of a program.",
+       .summary = "Lists the completions at a place of a program.",
        .details = "The best first. A word that has been begun is completed: the bytes that "
                   "`insert` replaces are those at `line`, `column`. The line itself need not be "
                   "whole.",
@@ -329,7 +329,7 @@ RMP_COMMANDS(program_editing_commands) {
   all.push_back(
       {.name = "program.hover",
        .classic = "",
-       .summary = "Tells what the name or word at a place of a program is.",
+       .summary = "Describes the name or word at a place of a program.",
        .details = "Nothing where no word is.",
        .example = with_edited_program("assert(lift:hover{line = 4, column = 18}.detail == "
                                       "\"VAR INT: rounds := 3\")"),
@@ -343,7 +343,7 @@ RMP_COMMANDS(program_editing_commands) {
   all.push_back(
       {.name = "program.definition",
        .classic = "",
-       .summary = "Tells where the name at a place of a program is declared.",
+       .summary = "Returns the place where the name at a place of a program is declared.",
        .details = "Nothing for names of the language. The name of a file leads to it.",
        .example = with_edited_program("assert(lift:definition{line = 4, column = 18}[1].line "
                                       "== 2)"),
@@ -393,7 +393,7 @@ RMP_COMMANDS(program_editing_commands) {
                   between(defaulted("indent", "int", "", 2, "Blanks a level."), 0, 16),
                   choice("keywords", {"keep", "upper", "lower"}, "Case of reserved words."),
                   defaulted("check", "bool", "", false,
-                            "Only tells whether the layout is another one.")},
+                            "Only reports whether the layout would change.")},
        .returns = {"map",
                    "",
                    "",

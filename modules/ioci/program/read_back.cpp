@@ -472,7 +472,7 @@ std::string beside_sentence(const RunBeside& b) {
       " changes of signals for " + std::to_string(b.changes) + ".";
   if (b.not_said > 0)
     out += " The reader left " + std::to_string(b.not_said) +
-           (b.not_said == 1 ? " thing out." : " things out.");
+           (b.not_said == 1 ? " statement out." : " statements out.");
   return out;
 }
 
