@@ -194,8 +194,11 @@ Result<std::string> run_process(const ProcessSpec& spec, Progress& progress) {
                                       std::chrono::duration<double>(std::min(spec.seconds, 1e8)));
   std::string output;
   std::string_view input = spec.input;
-  Lines lines(spec.line);
-  if (input.empty()) in.first.close();
+  std::string answers;  // that are not sent yet
+  std::function<void(std::string_view)> hear = spec.line;
+  if (spec.answer) hear = [&](std::string_view line) { answers += spec.answer(line); };
+  Lines lines(hear);
+  if (input.empty() && !spec.answer) in.first.close();
   while (out.first.is_open() || err.first.is_open()) {
     if (progress.cancelled()) {
       child.kill();
@@ -207,7 +210,8 @@ Result<std::string> run_process(const ProcessSpec& spec, Progress& progress) {
     }
     pollfd wait[3] = {{out.first.get(), POLLIN, 0},
                       {err.first.get(), POLLIN, 0},
-                      {in.first.get(), POLLOUT, 0}};  // poll() skips those that are closed (-1)
+                      // poll() skips those that are closed (-1)
+                      {input.empty() && answers.empty() ? -1 : in.first.get(), POLLOUT, 0}};
     if (::poll(wait, 3, kTick) < 0 && errno != EINTR) return system_error("waiting failed");
     if (wait[0].revents != 0 &&
         !read_some(out.first, [&](std::string_view bytes) { output += bytes; }))
@@ -223,11 +227,16 @@ Result<std::string> run_process(const ProcessSpec& spec, Progress& progress) {
         !read_some(err.first, [&](std::string_view bytes) { lines.add(bytes); }))
       err.first.close();
     if (wait[2].revents != 0) {
+      const std::string_view next = input.empty() ? std::string_view(answers) : input;
       const ssize_t n =
-          ::send(in.first.get(), input.data(), input.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (n > 0) input.remove_prefix(static_cast<std::size_t>(n));
+          ::send(in.first.get(), next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       const bool broken = n < 0 && errno != EAGAIN && errno != EINTR;
-      if (broken || input.empty()) in.first.close();
+      if (n > 0) {
+        if (input.empty()) answers.erase(0, static_cast<std::size_t>(n));
+        else input.remove_prefix(static_cast<std::size_t>(n));
+      }
+      if (broken) answers.clear(), input = {};
+      if (broken || (input.empty() && !spec.answer)) in.first.close();
     }
   }
   lines.flush();

@@ -26,6 +26,8 @@ struct ProcessSpec {
   std::uint64_t most_output = std::uint64_t{1} << 30;  ///< of standard output [bytes]
   /// Hears every line of standard error (cut at 4096 bytes); may be empty.
   std::function<void(std::string_view)> line;
+  /// In place of `line`: what it returns goes to standard input, which stays open. It may be empty.
+  std::function<std::string(std::string_view)> answer;
 };
 
 /// Runs the program to its end and returns its standard output. Cancelling, the time limit and too

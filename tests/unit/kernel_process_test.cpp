@@ -37,6 +37,25 @@ TEST(Process, InputGoesThroughAndLinesOfStandardErrorAreHeard) {
   EXPECT_EQ(lines, (std::vector<std::string>{"one", "two"}));
 }
 
+TEST(Process, LinesAreAnsweredAndAProgramThatWaitsForAnAnswerIsStopped) {
+  ProcessSpec spec = shell(
+      "i=0; while [ $i -lt 2000 ]; do echo $i >&2; read x || exit 4; echo $x; i=$((i+1)); done");
+  spec.answer = [](std::string_view l) { return "got " + std::string(l) + "\n"; };
+  NoProgress progress;
+  const auto r = run_process(spec, progress);
+  ASSERT_TRUE(r.ok()) << r.error().sentence();
+  EXPECT_TRUE(r->starts_with("got 0\ngot 1\n"));
+  EXPECT_TRUE(r->ends_with("got 1999\n"));
+  ProcessSpec waits = shell("echo a >&2; read x; read y");
+  waits.answer = [](std::string_view) { return std::string("one\n"); };
+  waits.seconds = 0.3;
+  EXPECT_NE(process_fault(waits).find("longer than 0.3 s"), std::string::npos);
+  // One that ends before it reads what it is answered.
+  ProcessSpec leaves = shell("echo a >&2; exit 0");
+  leaves.answer = [](std::string_view) { return std::string(3'000'000, 'x'); };
+  EXPECT_EQ(process_fault(leaves), "it went well");
+}
+
 TEST(Process, AProgramThatReadsNothingDoesNotBreakUs) {
   ProcessSpec spec = shell("exit 0");
   const std::string big(3'000'000, 'x');
