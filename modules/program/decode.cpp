@@ -202,7 +202,10 @@ class Decoder {
         return t.field_count == 2 && field(0).role == RMP_ROLE_POSITION &&
                field(1).role == RMP_ROLE_ORIENTATION;
       case RMP_ROLE_MAIN_JOINT:
-      case RMP_ROLE_ADD_JOINT: return reals(0);
+      case RMP_ROLE_ADD_JOINT:
+        for (std::uint32_t k = 0; k < t.field_count; ++k)
+          if (field(k).kind != RMP_TYPE_REAL && field(k).kind != RMP_TYPE_INT) return false;
+        return true;
       case RMP_ROLE_JOINT:
         return t.field_count == 2 && field(0).role == RMP_ROLE_MAIN_JOINT &&
                field(1).role == RMP_ROLE_ADD_JOINT;

@@ -298,12 +298,19 @@ PlainPose Run::pose_of(const Slot* s) const {
   return p;
 }
 
+/// Whether field `k` of a record of joints is an INT.
+bool Run::is_whole_joint(std::uint32_t type, std::uint32_t k) const {
+  const rmp_code_type& x = c_.type(type);
+  return k < x.field_count && c_.type(c_.field(x.first_field + k).type).kind == RMP_TYPE_INT;
+}
+
 Target Run::target_of(std::uint32_t type, const Slot* s) const {
   Target t;
   const rmp_code_type& x = c_.type(type);
   t.role = x.role;
   const auto reals = [&](std::uint32_t of, const Slot* from, std::vector<double>& to) {
-    for (std::uint32_t k = 0; k < c_.types[of].slots; ++k) to.push_back(from[k].real());
+    for (std::uint32_t k = 0; k < c_.types[of].slots; ++k)
+      to.push_back(is_whole_joint(of, k) ? double(from[k].integer()) : from[k].real());
   };
   const auto field = [&](std::uint32_t k) { return c_.field(x.first_field + k).type; };
   switch (x.role) {
@@ -342,8 +349,10 @@ bool Run::put_target(std::uint32_t type, const Target& t, Slot* s) {
                   "Give the program the cell of its robot: SYSTEM_SPECIFICATION '...';");
     for (std::uint32_t k = 0; k < c_.types[of].slots; ++k) {
       const double v = k < from.size() ? from[k] : 0;
-      if (!std::isfinite(v)) return fail("the state of the robot is no finite number");
-      to[k] = Slot::of_real(v);
+      if (!std::isfinite(v) || std::fabs(v) > 2e9)
+        return fail("the state of the robot is no finite number");
+      to[k] = is_whole_joint(of, k) ? Slot::of(static_cast<std::int32_t>(std::lround(v)))
+                                    : Slot::of_real(v);
     }
     return true;
   };

@@ -613,6 +613,7 @@ class Run {
   bool must_wait(Process&);
   bool begin_motion(Process&, std::uint32_t move);
   [[nodiscard]] Target target_of(std::uint32_t type, const Slot*) const;
+  [[nodiscard]] bool is_whole_joint(std::uint32_t type, std::uint32_t k) const;
   [[nodiscard]] PlainPose pose_of(const Slot*) const;
   [[nodiscard]] Slot* slots(Process&, const Place&);
   [[nodiscard]] std::uint64_t address_of(const Process&, const Place&) const;

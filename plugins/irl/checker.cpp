@@ -710,9 +710,12 @@ void Checker::give_role(Id t, std::uint32_t name, const Node& where) {
     const Id f = out_.fields[x.first_field + k].type;
     return f == kBad ? 0U : out_.types[f].role;
   };
-  const auto all_real = [&] {
+  // Joints that are whole numbers, such as those of grippers, are INT in cells of 2006.
+  const auto all_numbers = [&] {
     for (Id k = 0; k < x.field_count; ++k)
-      if (out_.fields[x.first_field + k].type != RMP_TYPE_REAL) return false;
+      if (const Id of = out_.fields[x.first_field + k].type;
+          of != RMP_TYPE_REAL && of != RMP_TYPE_INT)
+        return false;
     return true;
   };
   std::uint32_t role = RMP_ROLE_NONE;
@@ -724,8 +727,8 @@ void Checker::give_role(Id t, std::uint32_t name, const Node& where) {
     if (n == "POSE") role = RMP_ROLE_POSE;
   } else if (n == "MAIN_JOINT" || n == "ADD_JOINT") {
     role = n == "MAIN_JOINT" ? RMP_ROLE_MAIN_JOINT : RMP_ROLE_ADD_JOINT;
-    fits = all_real();
-    needed = "REAL fields only";
+    fits = all_numbers();
+    needed = "REAL or INT fields only";
   } else if (n == "JOINT") {
     role = RMP_ROLE_JOINT;
     fits = x.field_count == 2 && field_role(0) == RMP_ROLE_MAIN_JOINT &&
@@ -744,9 +747,15 @@ void Checker::give_role(Id t, std::uint32_t name, const Node& where) {
     role = RMP_ROLE_ROBOT;
   }
   if (!fits) {
-    fail_name(where, n + " means something to motions and holds " + needed,
-              "Give it another name, or these fields.");
+    // What is made of a record that is an error already says nothing new.
+    bool is_said = false;
+    for (Id k = 0; k < x.field_count; ++k)
+      is_said = is_said || misfits_.contains(out_.fields[x.first_field + k].type);
+    if (!is_said)
+      fail_name(where, n + " means something to motions and holds " + needed,
+                "Give it another name, or these fields.");
     role = RMP_ROLE_NONE;
+    misfits_.insert(t);
   }
   out_.types[t].role = role;
 }

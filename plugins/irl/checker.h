@@ -177,6 +177,7 @@ class Checker {
   std::vector<std::set<std::uint32_t>> exports_;  ///< by scope; only of modules
   std::unordered_map<Id, std::pair<Source*, Id>> bodies_;
   std::set<Id> taught_;
+  std::set<Id> misfits_;  ///< records of a name with a meaning, with other fields
   std::vector<std::pair<Id, Node>> teaches_;
   std::vector<std::set<Id>> calls_;  ///< by routine
   int loops_ = 0;

@@ -115,7 +115,12 @@ Id Checker::convert(Id e, Id to, const Node& where, const std::string& what) {
       hint = "Use ROUND or TRUNC to make it a whole number.";
     else if (to == RMP_TYPE_BOOL && is_number(from)) hint = "Compare it: value <> 0";
     else if (from == RMP_TYPE_BOOL && is_number(to)) hint = "TRUE and FALSE are no numbers.";
-    fail(where, what + " needs " + shown(to) + ", and this is " + shown(from), hint);
+    // A program may declare a record of the same name.
+    fail(where,
+         what + " needs " + shown(to) + ", and this is " +
+             (shown(from) == shown(to) ? "a record of that name of another declaration"
+                                       : shown(from)),
+         hint);
     return bad(where);
   }
   if (c && to == RMP_TYPE_REAL) return literal(out_.real(static_cast<double>(c->integer)), at_span);

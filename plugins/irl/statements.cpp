@@ -479,6 +479,19 @@ Id Checker::statement(const Node& n) {
   }
 }
 
+namespace {
+
+/// Whether motions have a meaning for records of this name.
+bool is_target_name(std::string name) {
+  for (char& c : name)
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 32);
+  static constexpr std::string_view kNames[] = {"ROBTARGET", "POSE",       "POSITION",
+                                                "JOINT",     "MAIN_JOINT", "ADD_JOINT"};
+  return std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
+}
+
+}  // namespace
+
 Id Checker::motion(const Node& n) {
   static constexpr const char* kWords[] = {"PTP", "LIN", "CIRCLE", "PATH"};
   rmp_code_motion m{};
@@ -505,6 +518,12 @@ Id Checker::motion(const Node& n) {
     if (is_joint)
       fail(at(t), word + " goes along a path to a place, and this is " + shown(type),
            "Use MOVE PTP, or TRAFO(...) for the place that the joints reach.");
+    else if (misfits_.contains(type)) continue;  // its declaration is an error already
+    else if (const std::string name = out_.types[type].name ? out_.types[type].name : "";
+             is_target_name(name))
+      fail(
+          at(t), "this " + name + " is a record of the program's own, which motions do not know",
+          "Give the record another name, and the motion the " + name + " of the language or cell.");
     else
       fail(at(t), shown(type) + " is no target of " + word,
            is_ptp ? "Targets are ROBTARGET, POSE, POSITION, JOINT, MAIN_JOINT and ADD_JOINT."

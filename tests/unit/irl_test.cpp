@@ -302,6 +302,30 @@ TEST(Irl, FieldsOfRobotsThatNothingLooksAtAreSaid) {
       "...; R_ACT_ROB counts by itself.\n");
 }
 
+// A cell of 2006 has INT joints. Where a record of a known name does not fit, its declaration is
+// the error, and what is made of it says nothing more.
+TEST(Irl, JointsOfCellsMayBeWholeNumbersAndMisfitsAreSaidOnce) {
+  const auto cell = [](const std::string& number, const std::string& statements) {
+    return "PROGRAM p; TYPE\nRECORD " + number +
+           ": A1, A2; ENDRECORD: MAIN_JOINT;\nRECORD INT: AA1; ENDRECORD: ADD_JOINT;\n"
+           "RECORD MAIN_JOINT: M_JOINT; ADD_JOINT: A_JOINT; ENDRECORD: JOINT;\n"
+           "RECORD POSE: PSE; INT: STATUS; ARRAY [1..2] OF INT: TURNS; ADD_JOINT: A_JOINT; "
+           "ENDRECORD: ROBTARGET;\nVAR ROBTARGET: dest; JOINT: home; INT: n;\nBEGIN\n" +
+           statements + "ENDPROGRAM;";
+  };
+  const std::string moves =
+      "dest.A_JOINT.AA1 := 1;\nn := dest.A_JOINT.AA1;\nMOVE LIN dest;\nMOVE PTP home;\n";
+  EXPECT_EQ(faults(cell("INT", moves)), "");
+  EXPECT_EQ(faults(cell("REAL", moves)), "");
+  EXPECT_EQ(faults(cell("STRING", moves)),
+            "2:35 MAIN_JOINT means something to motions and holds REAL or INT fields only. Give "
+            "it another name, or these fields.\n");
+  EXPECT_EQ(faults("PROGRAM p; TYPE\nRECORD REAL: X; ENDRECORD: POSE;\nVAR POSE: a;\nBEGIN\n"
+                   "MOVE LIN a;\nENDPROGRAM;"),
+            "5:10 this POSE is a record of the program's own, which motions do not know. Give the "
+            "record another name, and the motion the POSE of the language or cell.\n");
+}
+
 TEST(Irl, DeclarationsAreChecked) {
   EXPECT_EQ(faults("PROGRAM p; CONST INT: n := 3; VAR ARRAY [1..n, 0..n-1] OF REAL: m; "
                    "BEGIN m[1, 2] := 1; m[1][0] := 2; ENDPROGRAM;"),
