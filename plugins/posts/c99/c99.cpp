@@ -525,6 +525,61 @@ class CWriter final : public post::Writer {
   void call(std::uint32_t r, std::span<const std::uint32_t> of) override {
     line(routine_name(r) + "(" + arguments(r, of) + ");");
   }
+  /// Values of several parts as a run writes them: records in ( ), arrays in [ ].
+  bool whole(const std::string& from, std::uint32_t t, std::string& format, std::string& rest) {
+    const auto& x = type(t);
+    const auto number = [&](const char* how, const std::string& what) {
+      format += how;
+      rest += ", " + what;
+      return true;
+    };
+    switch (x.kind) {
+      case RMP_TYPE_INT: return number("%d", from);
+      case RMP_TYPE_REAL: return number("%g", from);
+      case RMP_TYPE_CHAR: return number("%c", from);
+      case RMP_TYPE_BOOL: return number("%s", from + " ? \"TRUE\" : \"FALSE\"");
+      default: break;
+    }
+    std::vector<std::pair<std::string, std::uint32_t>> parts;
+    const bool is_array = x.kind == RMP_TYPE_ARRAY;
+    if (is_array) {
+      const std::int64_t count = std::int64_t{x.upper} - x.lower + 1;
+      for (std::int64_t k = 0; k < count && k <= 100; ++k)
+        parts.emplace_back(from + "[" + std::to_string(k) + "]", x.element);
+    } else if (x.kind == RMP_TYPE_RECORD) {
+      static constexpr const char* kXyz[] = {"x", "y", "z"};
+      static constexpr const char* kQ[] = {"w", "x", "y", "z"};
+      for (std::uint32_t k = 0; k < x.field_count; ++k) {
+        std::string part;
+        switch (x.role) {
+          case RMP_ROLE_POSITION: part = from + "." + kXyz[k % 3]; break;
+          case RMP_ROLE_ORIENTATION: part = from + "." + kQ[k % 4]; break;
+          case RMP_ROLE_POSE: part = from + (k == 0 ? ".pos" : ".ori"); break;
+          case RMP_ROLE_JOINT: part = from; break;
+          case RMP_ROLE_MAIN_JOINT: part = from + ".main[" + std::to_string(k) + "]"; break;
+          case RMP_ROLE_ADD_JOINT: part = from + ".add[" + std::to_string(k) + "]"; break;
+          case RMP_ROLE_NONE: part = from + "." + field_name(t, k); break;
+          default: break;
+        }
+        if (!part.empty()) parts.emplace_back(std::move(part), field_row(x.first_field + k).type);
+      }
+    }
+    if (parts.empty() || parts.size() > 100 || rest.size() > 4000) {
+      cannot("messages with " + type_name(t), "Write its parts one by one.");
+      return false;
+    }
+    format += is_array ? "[" : "(";
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      if (k) format += ", ";
+      // Joints are doubles in C, whatever the cell says.
+      const bool is_joint = x.role == RMP_ROLE_MAIN_JOINT || x.role == RMP_ROLE_ADD_JOINT;
+      if (!(is_joint ? number("%g", parts[k].first)
+                     : whole(parts[k].first, parts[k].second, format, rest)))
+        return false;
+    }
+    format += is_array ? "]" : ")";
+    return true;
+  }
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
     std::string format, rest;
     const auto print = [&] {
@@ -550,8 +605,13 @@ class CWriter final : public post::Writer {
           continue;
         case RMP_TYPE_CHAR: format += "%c"; break;
         default:
-          cannot("messages with " + type_name(x.type), "Write its parts one by one.");
-          return;
+          if (x.op != RMP_EXPR_SYMBOL && x.op != RMP_EXPR_INDEX && x.op != RMP_EXPR_FIELD) {
+            cannot("messages with " + type_name(x.type) + " that is computed there",
+                   "Assign it to a variable.");
+            return;
+          }
+          if (!whole(place(v), x.type, format, rest)) return;
+          continue;
       }
       rest += ", " + (type(x.type).kind == RMP_TYPE_BOOL
                           ? within(expr(v), 9) + " ? \"TRUE\" : \"FALSE\""
