@@ -176,6 +176,43 @@ struct PacScript : Alone {
     return read_pacscript(t, p, g);
   }
 };
+struct Inform {
+  static constexpr ReaderFormat kFormats[] = {{"jbi", "Yaskawa INFORM"}};
+  static std::int32_t claims(const SourceFile& f) { return claim(f, {"/job"}); }
+  static std::vector<std::string> needs(const SourceFile& f) { return inform_needs(f); }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_inform(t, p, g);
+  }
+};
+struct Movemaster : Alone {
+  static constexpr ReaderFormat kFormats[] = {{"rm1", "Mitsubishi Movemaster RV-M1"}};
+  static std::int32_t claims(const SourceFile&) { return 1; }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_movemaster(t, p, g);
+  }
+};
+struct Crcl : Alone {
+  static constexpr ReaderFormat kFormats[] = {{"xml", "NIST CRCL"}};
+  static std::int32_t claims(const SourceFile& f) {
+    return f.text.find("CRCLProgram") != std::string_view::npos ||
+                   f.text.find("CRCLCommandInstance") != std::string_view::npos
+               ? 2
+               : 0;
+  }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_crcl(t, p, g);
+  }
+};
+struct JointTrajectory {
+  static constexpr ReaderFormat kFormats[] = {{"yaml", "ROS JointTrajectory"},
+                                              {"yml", "ROS JointTrajectory"},
+                                              {"json", "ROS JointTrajectory"}};
+  static std::int32_t claims(const SourceFile& f) { return looks_like_trajectory(f.text) ? 2 : 0; }
+  static std::vector<std::string> needs(const SourceFile& f) { return trajectory_needs(f); }
+  static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
+    return read_joint_trajectory(t, p, g);
+  }
+};
 
 #define RMP_TCP_SPEED                                                                         \
   {                                                                                           \
@@ -196,29 +233,58 @@ const rmp_param kTpParams[] = {
     RMP_TCP_SPEED,
     {"max_speed", "real", "m/s", "Speed of paths with max_speed: the limit of the controller.", "2",
      nullptr, 0.001, 100}};
-const rmp_param kUrscriptParams[] = {{"joint_speed", "real", "rad/s",
-                                      "Speed of the joints that 100 % stand for.", "180 deg/s",
-                                      nullptr, 0.001, 100}};
+#define RMP_JOINT_SPEED                                                                       \
+  {                                                                                           \
+    "joint_speed", "real", "rad/s", "Speed of the joints that 100 % stand for.", "180 deg/s", \
+        nullptr, 0.001, 100                                                                   \
+  }
+const rmp_param kUrscriptParams[] = {RMP_JOINT_SPEED};
+const rmp_param kInformParams[] = {
+    {"pulses", "real[]", "",
+     "Pulses per degree (or mm) of each axis, then of additional ones; those of the controller's "
+     "record where one is given.",
+     nullptr, nullptr, 1, 0, RMP_OPTIONAL},
+    {"pl_mm", "real", "m", "Distance of a level PL of a path.", "10 mm", nullptr, 0, 1}};
+const rmp_param kMovemasterParams[] = {
+    {"speed", "real", "m/s", "Speed of the hand on straight motions that SP 9 stands for.", "1 m/s",
+     nullptr, 0.001, 10},
+    {"roll", "real", "rad", "Roll that the drive unit shows where the tool's y axis is level.",
+     "0 deg", nullptr, -7, 7}};
+const rmp_param kCrclParams[] = {RMP_TCP_SPEED, RMP_JOINT_SPEED};
+const rmp_param kJointTrajectoryParams[] = {
+    {"joints", "string", "",
+     "Names of the joints in the order of the robot, with commas; empty is the order of "
+     "joint_names.",
+     "", nullptr, 1, 0},
+    {"linear", "string", "", "Names of the joints that are in m, with commas.", "", nullptr, 1, 0}};
 
 }  // namespace
 }  // namespace robomosp::readers
 
 using namespace robomosp::readers;
 
-RMP_PLUGIN(
-    "org.robomosp.program_readers", "1.0.0", "Apache-2.0",
-    "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi, Staubli, Kawasaki, Comau and "
-    "Denso, and G-code, to IRL.",
-    RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
-    RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys; .pgf.", "",
-                 kRapidParams),
-    RMP_PROVIDER(Of<Urscript>, "urscript", "Universal Robots URScript: .script, .urscript.", "",
-                 kUrscriptParams),
-    RMP_PROVIDER(Of<Tp>, "tp", "FANUC TP: .ls.", "", kTpParams),
-    RMP_PROVIDER_NO_PARAMS(Of<Melfa>, "melfa", "Mitsubishi MELFA-BASIC IV and V: .prg.", ""),
-    RMP_PROVIDER_NO_PARAMS(Of<Val3>, "val3", "Staubli VAL3: an application's .pjx, .dtx, .pgx.",
-                           ""),
-    RMP_PROVIDER(Of<As>, "as", "Kawasaki AS: .as, .pg.", "", kAsParams),
-    RMP_PROVIDER_NO_PARAMS(Of<Pdl2>, "pdl2", "Comau PDL2: .pdl.", ""),
-    RMP_PROVIDER(Of<PacScript>, "pacscript", "Denso PacScript: .pcs.", "", kPacParams),
-    RMP_PROVIDER_NO_PARAMS(Of<Gcode>, "gcode", "G-code (RS274): .ngc, .nc, .gcode.", ""))
+RMP_PLUGIN("org.robomosp.program_readers", "1.0.0", "Apache-2.0",
+           "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi, Staubli, Kawasaki, Comau, "
+           "Denso and "
+           "Yaskawa, G-code, CRCL and ROS, to IRL.",
+           RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
+           RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys; .pgf.", "",
+                        kRapidParams),
+           RMP_PROVIDER(Of<Urscript>, "urscript", "Universal Robots URScript: .script, .urscript.",
+                        "", kUrscriptParams),
+           RMP_PROVIDER(Of<Tp>, "tp", "FANUC TP: .ls.", "", kTpParams),
+           RMP_PROVIDER_NO_PARAMS(Of<Melfa>, "melfa", "Mitsubishi MELFA-BASIC IV and V: .prg.", ""),
+           RMP_PROVIDER_NO_PARAMS(Of<Val3>, "val3",
+                                  "Staubli VAL3: an application's .pjx, .dtx, .pgx.", ""),
+           RMP_PROVIDER(Of<As>, "as", "Kawasaki AS: .as, .pg.", "", kAsParams),
+           RMP_PROVIDER_NO_PARAMS(Of<Pdl2>, "pdl2", "Comau PDL2: .pdl.", ""),
+           RMP_PROVIDER(Of<PacScript>, "pacscript", "Denso PacScript: .pcs.", "", kPacParams),
+           RMP_PROVIDER_NO_PARAMS(Of<Gcode>, "gcode", "G-code (RS274): .ngc, .nc, .gcode.", ""),
+           RMP_PROVIDER(Of<Inform>, "inform",
+                        "Yaskawa INFORM: jobs .jbi with TOOL.CND, UFRAME.CND.", "", kInformParams),
+           RMP_PROVIDER(Of<Movemaster>, "movemaster", "Mitsubishi Movemaster RV-M1: .rm1.", "",
+                        kMovemasterParams),
+           RMP_PROVIDER(Of<Crcl>, "crcl", "NIST CRCL: a CRCLProgram in .xml.", "", kCrclParams),
+           RMP_PROVIDER(Of<JointTrajectory>, "joint_trajectory",
+                        "ROS trajectory_msgs/JointTrajectory: .yaml, .json, and sequences of them.",
+                        "", kJointTrajectoryParams))

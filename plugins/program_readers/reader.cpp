@@ -825,7 +825,8 @@ Ex Reader::joints(const std::vector<Ex>& a, const std::vector<Ex>& external) {
     to += (to.empty() ? "" : ", ") + converted(x, real(0).type, here()).s;
   };
   learned_.turns = 6;  // the cell says whose the joints are
-  for (std::size_t i = 0; i < 6; ++i) add(i < a.size() ? a[i] : real(0), list);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(learned_.axes); ++i)
+    add(i < a.size() ? a[i] : real(0), list);
   learned_.external_axes = std::max(learned_.external_axes, static_cast<int>(external.size()));
   std::string text = "MAIN_JOINT(" + list + ")";
   if (learned_.external_axes > 0) {
@@ -1742,20 +1743,24 @@ std::unique_ptr<ReadProgram> Reader::finish() {
   made->made.push_back({made->texts[1], made->texts[0], {}});
   if (has_cell) {
     const int n = learned_.external_axes;
-    std::string axes;
+    std::string axes, main_axes;
     for (int i = 0; i < std::max(1, n); ++i) axes += (i ? ", AA" : "AA") + std::to_string(i + 1);
+    for (int i = 0; i < learned_.axes; ++i) main_axes += (i ? ", A" : "A") + std::to_string(i + 1);
     made->texts.push_back(
         "PROGRAM cell;\n"
         "CONST\n"
         "  INT: R_NTURNS := 6, R_NADDJ := " +
-        std::to_string(n) + ", R_NJ := " + std::to_string(6 + n) + ", R_DEVICE_NUMBER := 1;\n" +
-        "  INT: R_MAKER_AXES := 1;\n" +
+        std::to_string(n) + ", R_NJ := " + std::to_string(learned_.axes + n) +
+        ", R_DEVICE_NUMBER := 1;\n" +
+        (learned_.has_robot_joints ? "" : "  INT: R_MAKER_AXES := 1;\n") +
         (turns_from() == -180 ? ""
                               : "  INT: R_TURNS_FROM := " + std::to_string(turns_from()) + ";\n") +
         "  STRING: RS := 'RS', XYZ := 'XYZ', YXZ := 'YXZ', ZYX := 'ZYX', ZYZ2 := 'ZYZ2';\n"
         "  STRING: R_DEF_ORI := ZYX;\n"
         "TYPE\n"
-        "  RECORD REAL: A1, A2, A3, A4, A5, A6; ENDRECORD: MAIN_JOINT;\n"
+        "  RECORD REAL: " +
+        main_axes +
+        "; ENDRECORD: MAIN_JOINT;\n"
         "  RECORD REAL: " +
         axes +
         "; ENDRECORD: ADD_JOINT;\n"

@@ -212,6 +212,8 @@ struct Learned {
   std::map<std::tuple<std::string, std::uint32_t, std::uint32_t>, std::string> known_uses;
   int external_axes = 0;
   int turns = 0;
+  int axes = 6;                   ///< of MAIN_JOINT
+  bool has_robot_joints = false;  ///< MAIN_JOINT is of the model's joints, not the maker's axes
   bool operator==(const Learned&) const = default;
 };
 

@@ -17,9 +17,19 @@ using Made = Result<std::unique_ptr<ReadProgram>>;
 [[nodiscard]] Made read_as(const ProgramReaderTask&, const Params&, Progress&);
 [[nodiscard]] Made read_pdl2(const ProgramReaderTask&, const Params&, Progress&);
 [[nodiscard]] Made read_pacscript(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_movemaster(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_crcl(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_inform(const ProgramReaderTask&, const Params&, Progress&);
+[[nodiscard]] Made read_joint_trajectory(const ProgramReaderTask&, const Params&, Progress&);
 /// Whether a .prg is one of MELFA-BASIC, by its first lines.
 [[nodiscard]] bool looks_like_melfa(std::string_view text);
 /// Files that the project of a VAL3 application names.
 [[nodiscard]] std::vector<std::string> val3_needs(const SourceFile&);
+/// Jobs that a job of INFORM calls, and conditions of its controller.
+[[nodiscard]] std::vector<std::string> inform_needs(const SourceFile&);
+/// Trajectories that a sequence names.
+[[nodiscard]] std::vector<std::string> trajectory_needs(const SourceFile&);
+/// Whether a text has the keys of a JointTrajectory or of a sequence of them.
+[[nodiscard]] bool looks_like_trajectory(std::string_view text);
 
 }  // namespace robomosp::readers

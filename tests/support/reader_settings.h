@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Settings of readers of controllers' programs as they are when nobody gives any.
+// Settings of readers of controllers' programs as they are when nobody gives any, and pulses of an
+// arm.
 #pragma once
 
 #include <span>
@@ -13,12 +14,19 @@ class ReaderSettings final : public Params {
  public:
   [[nodiscard]] bool has(std::string_view) const override { return true; }
   [[nodiscard]] double real(std::string_view name) const override {
-    return name == "tcp_speed" ? 1.0 : name == "max_speed" ? 2.0 : 3.141592653589793;
+    if (name == "tcp_speed" || name == "speed") return 1.0;
+    if (name == "roll") return 0;
+    if (name == "max_speed") return 2.0;
+    return name == "pl_mm" ? 0.01 : 3.141592653589793;
   }
   [[nodiscard]] long long integer(std::string_view) const override { return 0; }
   [[nodiscard]] bool boolean(std::string_view) const override { return false; }
   [[nodiscard]] std::string_view text(std::string_view) const override { return {}; }
-  [[nodiscard]] std::span<const double> reals(std::string_view) const override { return {}; }
+  /// Of INFORM: pulses per degree of six axes and one more.
+  [[nodiscard]] std::span<const double> reals(std::string_view) const override {
+    static constexpr double kPulses[] = {1000, 1000, 1000, 800, 800, 500, 100};
+    return kPulses;
+  }
   [[nodiscard]] Pose pose(std::string_view) const override { return {}; }
 };
 

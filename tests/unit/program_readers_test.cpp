@@ -1594,6 +1594,346 @@ movel(pTo, tGrip, mSlow)
             "7:1 error which frame pTo is in is not known here.\n");
 }
 
+// ---- Yaskawa, Movemaster, CRCL, JointTrajectory ----
+
+const std::vector<RobotFile> kInform{{"PICK.JBI", R"(/JOB
+//NAME PICK
+//POS
+///NPOS 4,1,0,0,0,0
+///TOOL 1
+///POSTYPE PULSE
+///PULSE
+C00000=1000,-2000,3000,800,-1600,500
+///POSTYPE BASE
+///RECTAN
+///RCONF 0,1,0,0,0,0,0,0
+C00001=500.000,-100.000,300.000,180.0000,10.0000,-20.0000
+///USER 2
+///POSTYPE USER
+///RCONF 1,0,1,0,0,0,0,0
+C00002=10.000,20.000,30.000,0.0000,0.0000,90.0000
+C00003=10.000,40.000,30.000,0.0000,0.0000,90.0000
+C00004=30.000,40.000,30.000,0.0000,0.0000,90.0000
+///POSTYPE PULSE
+///PULSE
+BC00000=25000
+//INST
+///DATE 2020/01/01 12:00
+///ATTR SC,RW
+///GROUP1 RB1,BS1
+NOP
+'begins
+MOVJ C00000 BC00000 VJ=50.00 PL=0
+SET I001 0
+*LOOP
+MOVL C00001 V=123.4 PL=2 UNTIL IN#(3)=ON ACC=50 DEC=50
+DOUT OT#(10) ON
+TIMER T=0.25
+WAIT IN#(4)=OFF T=2.00
+IFTHENEXP (I001<3) AND (IN#(5)=ON)
+  INC I001
+  CALL JOB:DROP-1 IF IN#(6)=ON
+ELSE
+  DOUT OG#(2) 5
+ENDIF
+JUMP *LOOP IF I001<>3
+MOVC C00002 V=50.0 PL=0
+MOVC C00003 V=50.0
+MOVC C00004 V=60.0 PL=0
+SET R000 EXPRESS (2 + 3) * 1.5
+MSG "done"
+END
+)"},
+                                     {"DROP-1.JBI", R"(/JOB
+//NAME DROP-1
+//POS
+///NPOS 0,0,0,0,0,0
+//INST
+///DATE 2020/01/01 12:00
+///ATTR SC,RW
+///GROUP1 RB1
+NOP
+FOR LI000=1 TO 3
+  PULSE OT#(11) T=0.50
+NEXT LI000
+SWITCH LI000 CASE 1
+  TIMER T=1.00
+CASE 2
+  TIMER T=2.00
+DEFAULT
+  TIMER T=I000
+ENDSWITCH
+RET
+END
+)"},
+                                     {"TOOL.CND", R"(//TOOL 0
+///NAME
+0.000,0.000,0.000,0.0000,0.0000,0.0000
+0.000,0.000,0.000
+//TOOL 1
+///NAME TORCH
+1.000,2.000,150.000,0.0000,30.0000,0.0000
+)"},
+                                     {"UFRAME.CND", R"(//UFRAME 2
+///NAME TABLE
+////BUSER 400.000,0.000,100.000,0.0000,0.0000,90.0000
+)"}};
+
+// Pulses are those of the test's settings: 1000, 1000, 1000, 800, 800, 500 a degree, 100 a mm.
+TEST(ProgramReaders, InformBecomesIrl) {
+  const auto p = read_with(read_inform, kInform);
+  EXPECT_EQ(read_faults(*p),
+            "29:5 warning variables begin with 0: what they hold is on the controller.\n"
+            "11:3 warning the program waits for the end of the pulse, which the controller does "
+            "not.\n");
+  expect_lines(*p, R"(
+OUTPUT INT: out_9_8 AT 9, 8;
+PROCEDURE job_DROP_1 ();
+FOR LI000_DROP_1 := 1 TO 3 DO
+out_11 := TRUE;
+WAIT 0.5 SEC;
+out_11 := FALSE;
+ENDFOR;
+CASE LI000_DROP_1 OF
+WHEN 1:
+DEFAULT:
+WAIT I000 / 100.0 SEC;
+{ begins }
+MOVE PTP JOINT(MAIN_JOINT(1.0, -2.0, 3.0, 1.0, -2.0, 1.0), ADD_JOINT(250.0)) SPEED_PTP := 50.0;
+LABEL label_LOOP:
+MOVE LIN ROBTARGET(POSE(POSITION(500.0, -100.0, 300.0), ORIZYX(-20.0, 10.0, 180.0)), 6, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0)) SPEED := 123.4 C_CP := 20.0 ACC := 50.0 TOOL := POSE(POSITION(1.0, 2.0, 150.0), ORIZYX(0.0, 30.0, 0.0)) UNTIL in_3 = TRUE;
+WAIT FOR in_4 = FALSE TIMEOUT 2.0;
+IF (I001 < 3) AND (in_5 = TRUE) THEN
+I001 := I001 + 1;
+IF in_6 = TRUE THEN job_DROP_1(); ENDIF;
+ELSE
+out_9_8 := 5;
+ENDIF;
+IF I001 <> 3 THEN GOTO label_LOOP; ENDIF;
+MOVE LIN ROBTARGET(POSE(POSITION(10.0, 20.0, 30.0), ORIZYX(90.0, 0.0, 0.0)), 1, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0)) SPEED := 50.0 TOOL := POSE(POSITION(1.0, 2.0, 150.0), ORIZYX(0.0, 30.0, 0.0)) FRAME := POSE(POSITION(400.0, 0.0, 100.0), ORIZYX(90.0, 0.0, 0.0));
+MOVE CIRCLE ROBTARGET(POSE(POSITION(10.0, 40.0, 30.0), ORIZYX(90.0, 0.0, 0.0)), 1, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0)), ROBTARGET(POSE(POSITION(30.0, 40.0, 30.0), ORIZYX(90.0, 0.0, 0.0)), 1, [0, 0, 0, 0, 0, 0], ADD_JOINT(0.0)) SPEED := 60.0 TOOL := POSE(POSITION(1.0, 2.0, 150.0), ORIZYX(0.0, 30.0, 0.0)) FRAME := POSE(POSITION(400.0, 0.0, 100.0), ORIZYX(90.0, 0.0, 0.0));
+R000 := (2 + 3) * 1.5;
+WRITELN('done');
+)");
+}
+TEST(ProgramReaders, InformSaysWhatItDoesNotRead) {
+  const auto job = [](const std::string& positions, const std::string& lines) {
+    return std::vector<RobotFile>{
+        {"J.JBI", "/JOB\n//NAME J\n//POS\n" + positions + "//INST\nNOP\n" + lines + "END\n"}};
+  };
+  const std::string pose =
+      "///TOOL 3\n///POSTYPE USER\n///USER 2\n///RCONF 1,0,0,1,0,0,0,0\n"
+      "C00000=1,2,3,4,5,6\n";
+  EXPECT_EQ(read_faults(*read_with(read_inform, job(pose, "MOVL C00000 V=10.0 PL=0\n"))),
+            "8:1 error an axis of this position is beyond 180 degrees, and RCONF does not say "
+            "which side; turn 0 is taken.\n"
+            "11:1 error where tool 3 is, only the controller knows; zero is taken.\n"
+            "11:1 error where user frame 2 is, only the controller knows; zero is taken.\n");
+  EXPECT_EQ(
+      read_faults(*read_with(
+          read_inform, job("",
+                           "ARCON ASF#(1)\nMOVL P001 V=1.0\nMOVJ C00009 VJ=1.00\nCALL JOB:OTHER\n"
+                           "JUMP *NONE\nDOUT OT#(*) ON\nTIMER T=1.00 NWAIT\nMOVC C00000 V=1.0\n"))),
+      "6:1 error ARCON is not read: IRL has no counterpart of it.\n"
+      "7:6 error what position variable P1 holds is on the controller.\n"
+      "8:6 error the job has no position C9.\n"
+      "9:1 error job OTHER is not among the files.\n"
+      "10:1 error the label *NONE is not in this job.\n"
+      "11:10 error signals whose number is computed are not read.\n"
+      "12:14 error \"NWAIT\" of this instruction is not read.\n"
+      "13:6 error the job has no position C0.\n");
+}
+
+const std::vector<RobotFile> kMovemaster{{"stack.rm1", R"(PD 1,300.0,0.0,200.0,-90.0,0.0
+PD 2,0.0,250.0,150.0,-45.0,30.0
+10 SP 5
+20 TL 120
+30 SC 1,3
+40 MO 1,O
+50 MS 2,10
+60 GC
+70 TI 5
+80 OB +3
+90 ID
+100 TB -2,90
+110 GS 300
+120 DC 1
+130 CP 1
+140 NE 0,40
+150 RC 2
+160 MO 1
+170 NX
+180 HLT
+190 ED
+300 MO 2
+310 OB -3
+320 RT
+)"}};
+
+// A hand at a pitch of -90 degrees points down; at a waist of 90 degrees it lies in the plane of y.
+TEST(ProgramReaders, MovemasterBecomesIrl) {
+  const auto p = read_with(read_movemaster, kMovemaster);
+  EXPECT_EQ(read_faults(*p), "");
+  expect_lines(*p, R"(
+OUTPUT BOOL: hand AT 1;
+OUTPUT BOOL: out_3 AT 3;
+POSE: position_1 := POSE(POSITION(300.0, 0.0, 200.0), ORIMAT(POSITION(-1.0, 0.0, 0.0), POSITION(0.0, 1.0, 0.0), POSITION(0.0, 0.0, -1.0)));
+POSE: position_2 := POSE(POSITION(0.0, 250.0, 150.0), ORIMAT(POSITION(-0.5, -0.612372435696, -0.612372435696), POSITION(-0.866025403784, 0.353553390593, 0.353553390593), POSITION(0.0, 0.707106781187, -0.707106781187)));
+POSE: present_tool := POSE(POSITION(0.0, 0.0, 120.0), ORIQUAT(1.0, 0.0, 0.0, 0.0));
+PROCEDURE subroutine_300 ();
+out_3 := FALSE;
+counter_1 := 3;
+LABEL line_40:
+hand := FALSE;
+MOVE PTP position_1 SPEED_PTP := 55.5555555556 TOOL := present_tool;
+MOVE LIN position_2 SPEED := 555.555555556 TOOL := present_tool;
+hand := TRUE;
+WAIT 0.5 SEC;
+out_3 := TRUE;
+WAIT FOR in_2 = TRUE;
+subroutine_300();
+counter_1 := counter_1 - 1;
+register := counter_1;
+IF register <> 0 THEN GOTO line_40; ENDIF;
+FOR repeat_1 := 1 TO 2 DO
+ENDFOR;
+PAUSE;
+RETURN;
+)");
+  EXPECT_EQ(
+      read_faults(*read_with(read_movemaster, {{"p.rm1",
+                                                "10 MO 7\n20 DW 1,2,3\n30 GT 99\n40 XX\n50 OB 3\n"
+                                                "60 NX\n70 RT\n80 ED\n"}})),
+      "1:7 error position 7 is not defined in this file (PD).\n"
+      "2:1 error DW is not read.\n"
+      "3:7 error line 99 is not in this program.\n"
+      "4:1 error \"XX\" is no command of the Movemaster RV-M1.\n"
+      "5:7 error OB takes + to switch a bit on or - to switch it off.\n"
+      "6:1 error NX ends no loop (RC).\n"
+      "7:1 error RT is met outside of a subroutine (GS).\n");
+}
+
+const std::vector<RobotFile> kCrcl{{"lift.xml", R"(<?xml version="1.0" encoding="UTF-8"?>
+<CRCLProgram xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
+  <Name>lift</Name>
+  <InitCanon><CommandID>1</CommandID></InitCanon>
+  <!-- millimetres -->
+  <MiddleCommand xsi:type="SetLengthUnitsType"><CommandID>2</CommandID><UnitName>millimeter</UnitName></MiddleCommand>
+  <MiddleCommand xsi:type="SetAngleUnitsType"><CommandID>3</CommandID><UnitName>degree</UnitName></MiddleCommand>
+  <MiddleCommand xsi:type="SetTransSpeedType"><CommandID>4</CommandID><TransSpeed xsi:type="TransSpeedAbsoluteType"><Setting>120</Setting></TransSpeed></MiddleCommand>
+  <MiddleCommand xsi:type="MoveToType"><CommandID>5</CommandID><MoveStraight>true</MoveStraight><EndPosition><Point><X>400</X><Y>0</Y><Z>300</Z></Point><XAxis><I>1</I><J>0</J><K>0</K></XAxis><ZAxis><I>0</I><J>0</J><K>-1</K></ZAxis></EndPosition></MiddleCommand>
+  <MiddleCommand xsi:type="SetEndEffectorType"><CommandID>6</CommandID><Setting>1.0</Setting></MiddleCommand>
+  <MiddleCommand xsi:type="DwellType"><CommandID>7</CommandID><DwellTime>0.5</DwellTime></MiddleCommand>
+  <MiddleCommand xsi:type="SetRobotParametersType"><CommandID>8</CommandID><ParameterSetting><ParameterName>output 3</ParameterName><ParameterValue>true</ParameterValue></ParameterSetting></MiddleCommand>
+  <MiddleCommand xsi:type="MessageType"><CommandID>9</CommandID><Message>up &amp; away</Message></MiddleCommand>
+  <MiddleCommand xsi:type="ActuateJointsType"><CommandID>10</CommandID><ActuateJoint><JointNumber>1</JointNumber><JointPosition>10</JointPosition></ActuateJoint><ActuateJoint><JointNumber>2</JointNumber><JointPosition>20</JointPosition></ActuateJoint><ActuateJoint><JointNumber>3</JointNumber><JointPosition>30</JointPosition></ActuateJoint><ActuateJoint><JointNumber>4</JointNumber><JointPosition>40</JointPosition></ActuateJoint><ActuateJoint><JointNumber>5</JointNumber><JointPosition>50</JointPosition></ActuateJoint><ActuateJoint><JointNumber>6</JointNumber><JointPosition>60</JointPosition></ActuateJoint></MiddleCommand>
+  <EndCanon><CommandID>12</CommandID></EndCanon>
+</CRCLProgram>
+)"}};
+
+TEST(ProgramReaders, CrclBecomesIrl) {
+  const auto p = read_with(read_crcl, kCrcl);
+  EXPECT_EQ(read_faults(*p), "");
+  expect_lines(*p, R"(
+OUTPUT BOOL: gripper AT 1;
+OUTPUT BOOL: output_3 AT 3;
+MOVE LIN POSE(POSITION(400.0, 0.0, 300.0), ORIMAT(POSITION(1.0, 0.0, 0.0), POSITION(0.0, -1.0, 0.0), POSITION(0.0, 0.0, -1.0))) SPEED := 120.0;
+gripper := TRUE;
+WAIT 0.5 SEC;
+output_3 := TRUE;
+WRITELN('up & away');
+MOVE PTP MAIN_JOINT(10.0, 20.0, 30.0, 40.0, 50.0, 60.0);
+)");
+  const auto program = [](const std::string& commands) {
+    return std::vector<RobotFile>{{"p.xml", "<CRCLProgram>\n" + commands + "</CRCLProgram>\n"}};
+  };
+  const auto command = [](const std::string& type, const std::string& inner) {
+    return "<MiddleCommand type=\"" + type + "\">" + inner + "</MiddleCommand>\n";
+  };
+  // Without units lengths are metres and angles radians.
+  const std::string place =
+      "<EndPosition><Point><X>0.4</X><Y>0</Y><Z>0.3</Z></Point><XAxis><I>1</I><J>0</J><K>0</K>"
+      "</XAxis><ZAxis><I>0</I><J>0</J><K>1</K></ZAxis></EndPosition>";
+  const auto metres = read_with(
+      read_crcl, program(command("MoveToType", "<MoveStraight>false</MoveStraight>" + place)));
+  EXPECT_NE(metres->files()[0].text.find("MOVE PTP POSE(POSITION(400.0, 0.0, 300.0)"),
+            std::string::npos);
+  EXPECT_EQ(read_faults(*read_with(
+                read_crcl, program(command("OpenToolChangerType", "") +
+                                   command("MoveToType", "<MoveStraight>true</MoveStraight>") +
+                                   command("DwellType", "<DwellTime>soon</DwellTime>") +
+                                   command("MessageType", "<Message>a</Message><Colour/>")))),
+            "2:1 error OpenToolChangerType is not read: IRL has no counterpart of it.\n"
+            "3:1 error MoveToType has no element EndPosition.\n"
+            "4:33 error DwellTime is a number, and not \"soon\".\n"
+            "5:55 error the element Colour of MessageType is not read.\n");
+  EXPECT_EQ(read_faults(*read_with(read_crcl, {{"p.xml", "<a><b></a>"}})),
+            "1:1 error there is nothing of a program in this file.\n"
+            "1:10 error this is no XML that can be read: the element b is not ended here.\n");
+}
+
+const std::vector<RobotFile> kTrajectory{{"go.yaml", R"(# as ros2 topic echo shows it
+header:
+  stamp: {sec: 0, nanosec: 0}
+  frame_id: ''
+joint_names:
+- shoulder
+- elbow
+- "wrist 1"
+points:
+- positions: [0.0, 0.5, -1.0]
+  velocities: []
+  time_from_start:
+    sec: 1
+    nanosec: 500000000
+- positions:
+  - 0.1
+  - 0.6
+  - -1.1
+  velocities: [0.1, 0.0, 0.0]
+  accelerations: []
+  effort: []
+  time_from_start: {sec: 2, nanosec: 0}
+---
+)"}};
+
+TEST(ProgramReaders, JointTrajectoryBecomesIrl) {
+  const auto p = read_with(read_joint_trajectory, kTrajectory);
+  EXPECT_EQ(read_faults(*p),
+            "19:15 warning velocities are not written: a run goes through the points at their "
+            "times by cubics of its own.\n");
+  // Radians are degrees, and times those between points.
+  expect_lines(*p, R"(
+MOVE PTP MAIN_JOINT(0.0, 28.6478897565, -57.2957795131) TIME := 1.5 C_PASS := TRUE;
+MOVE PTP MAIN_JOINT(5.72957795131, 34.3774677078, -63.0253574644) TIME := 0.5;
+)");
+  ASSERT_EQ(p->files().size(), 2U);
+  // Joints of the model, and no axes of its maker.
+  EXPECT_EQ(p->files()[1].text.find("R_MAKER_AXES"), std::string::npos);
+  EXPECT_NE(p->files()[1].text.find("RECORD REAL: A1, A2, A3; ENDRECORD: MAIN_JOINT"),
+            std::string::npos);
+  const auto json = read_with(read_joint_trajectory,
+                              {{"a.json",
+                                "{\"joint_names\": [\"a\"], \"points\": [{\"positions\": [1], "
+                                "\"time_from_start\": {\"secs\": 2, \"nsecs\": 0}}]}"}});
+  EXPECT_EQ(read_faults(*json), "");
+  expect_lines(*json, "MOVE PTP MAIN_JOINT(57.2957795131) TIME := 2.0;\n");
+  EXPECT_EQ(read_faults(*read_with(read_joint_trajectory,
+                                   {{"a.yaml",
+                                     "joint_names: [a, b]\npoints:\n"
+                                     "- {positions: [1], time_from_start: 1}\n"
+                                     "- {positions: [1, 2], time_from_start: 2, "
+                                     "effort: [3, 4]}\n"
+                                     "- {positions: [1, x], time_from_start: 3}\n"}})),
+            "3:15 error this point has 1 positions, and joint_names 2.\n"
+            "4:51 error efforts are not in IRL.\n"
+            "5:19 error a number belongs here, and not \"x\".\n");
+  EXPECT_NE(read_faults(*read_with(read_joint_trajectory, {{"a.yaml", "a: &b 1\n"}}))
+                .find("1:4 error this is no YAML or JSON that can be read: the sign & of YAML is "
+                      "not read in messages.\n"),
+            std::string::npos);
+}
+
 struct Language {
   const char* name;
   Read read;
@@ -1608,7 +1948,11 @@ const Language kLanguages[] = {{"krl", read_krl, &kKrl},
                                {"val3", read_val3, &kVal3Files},
                                {"as", read_as, &kAsCell},
                                {"pdl2", read_pdl2, &kPdl2Weld},
-                               {"pacscript", read_pacscript, &kPacPick}};
+                               {"pacscript", read_pacscript, &kPacPick},
+                               {"inform", read_inform, &kInform},
+                               {"movemaster", read_movemaster, &kMovemaster},
+                               {"crcl", read_crcl, &kCrcl},
+                               {"joint_trajectory", read_joint_trajectory, &kTrajectory}};
 
 /// Everything that the host's guard asks of an answer.
 void expect_sound(const ReadProgram& p, const std::vector<RobotFile>& files,
@@ -1990,6 +2334,22 @@ TEST(ProgramReaders, GrowthIsLinear) {
         s = "Sub Main\n";
         for (int i = 0; i < n; ++i) s += "Move L, P(" + std::to_string(i) + ",0,0,0,0,0,5)\n";
         s += "End Sub\n";
+      } else if (name == "inform") {
+        s = "/JOB\n//NAME P\n//POS\n///POSTYPE BASE\nC00000=1,2,3,4,5,6\n//INST\nNOP\n";
+        for (int i = 0; i < n; ++i) s += "MOVL C00000 V=10.0 PL=0\n";
+        s += "END\n";
+      } else if (name == "movemaster") {
+        s = "PD 1,300,0,200,-90,0\n";
+        for (int i = 0; i < std::min(n, 9000); ++i) s += std::to_string(i + 1) + " MO 1\n";
+      } else if (name == "crcl") {
+        s = "<CRCLProgram>\n";
+        for (int i = 0; i < n; ++i)
+          s += "<MiddleCommand type=\"DwellType\"><DwellTime>1</DwellTime></MiddleCommand>\n";
+        s += "</CRCLProgram>\n";
+      } else if (name == "joint_trajectory") {
+        s = "joint_names: [a]\npoints:\n";
+        for (int i = 0; i < n; ++i)
+          s += "- {positions: [1], time_from_start: " + std::to_string(i + 1) + "}\n";
       } else {
         s = "<Programs><Program name=\"start\"><Code><![CDATA[begin\n";
         for (int i = 0; i < n; ++i) s += "delay(1)\n";

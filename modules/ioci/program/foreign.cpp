@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <robomosp/sdk/language.h>
+#include <robomosp/sdk/post_writer.h>
 
 #include "io/native.h"
 #include "ioci/program/program_files.h"
@@ -169,6 +170,18 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
     most = std::max(most, sure);
     if (sure == most) best.push_back(c.name);
   }
+  if (most == 0) {
+    std::string makers;
+    for (const Candidate& c : candidates)
+      for (const ReaderFormat& f : c.reader->formats())
+        if (extension == f.extension)
+          makers += (makers.empty() ? "" : ", ") + std::string(f.controller);
+    return error(
+        ErrorCode::unsupported,
+        "a file ." + extension + " is read as a program of " + makers + ", and this one is none",
+        "language = ... names a reader that is to take it all the same.", file);
+  }
+  if (candidates.size() == 1) return candidates[0].name;
   if (best.size() == 1) {
     std::string others;
     for (const Candidate& c : candidates)
@@ -206,9 +219,48 @@ Result<std::optional<std::string>> source_beside(CommandContext& ctx,
   return std::optional<std::string>();
 }
 
+Map reader_settings(const ProviderInfo& reader, const model::Controller& c) {
+  Map out;
+  for (const ParamSpec& p : reader.schema) {
+    if (p.name == "pulses") {
+      List all;
+      for (const bool is_external : {false, true})
+        for (const model::ControllerAxis& a : c.axes)
+          if (a.is_external == is_external) all.emplace_back(a.pulses);
+      if (!all.empty()) out.set(p.name, Value(std::move(all)));
+    }
+    for (const model::ControllerOption& o : c.options) {
+      if (o.name != p.name) continue;
+      // Options are in mm, mm/s and degrees.
+      const char* unit = p.unit == "m" ? " mm" : p.unit == "m/s" ? " mm/s" : " deg";
+      out.set(p.name, p.unit.empty() ? o.value : o.value + unit);
+    }
+  }
+  return out;
+}
+std::string tools_file(const model::Controller& c) {
+  std::string out;
+  for (const model::ControllerPlace& t : c.tools) {
+    if (t.number < 0) continue;
+    const post::Placed at = post::placed(model::pose(t.placement), post::Orientation::fixed_xyz);
+    out += "//TOOL " + std::to_string(t.number) + "\n///NAME " + t.name + "\n";
+    for (std::size_t i = 0; i < 6; ++i)
+      out += (i ? "," : "") + post::trimmed(i < 3 ? at.mm[i] : at.ori[i - 3], 9);
+    out += "\n";
+  }
+  return out;
+}
+
 Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& path,
-                             const std::string& name, const Map& settings) {
+                             const std::string& name, const Map& args) {
+  Map settings;
   RMP_TRY_ASSIGN(const ProviderInfo info, ctx.app.registry.find(ProgramReader::kInterfaceId, name));
+  if (has(args, "profile"))
+    settings = reader_settings(
+        info, std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
+                  .as<model::Controller>());
+  if (const Value* given = args.find("settings"); given && given->as_map())
+    for (const auto& [key, value] : *given->as_map()) settings.set(key, value);
   RMP_TRY_ASSIGN(const auto reader, ctx.app.registry.create<ProgramReader>(name));
   RMP_TRY_ASSIGN(const auto params,
                  motion::checked_values(info, settings, "reader " + text::quote(name)));
@@ -268,10 +320,7 @@ Result<Value> read(CommandContext& ctx, const Map& args) {
                  "Files of IRL are taken by program.import; provider.list{interface = "
                  "\"robomosp.program_reader/1\"} lists the readers.",
                  "file");
-  const Value* given = args.find("settings");
-  RMP_TRY_ASSIGN(
-      const Foreign made,
-      read_foreign(ctx, path, reader, given && given->as_map() ? *given->as_map() : Map{}));
+  RMP_TRY_ASSIGN(const Foreign made, read_foreign(ctx, path, reader, args));
   static constexpr const char* kWords[] = {"error", "warning", "note"};
   List files, faults, lines, read_files;
   for (const ReadFile& f : made.program->files())
@@ -318,11 +367,13 @@ RMP_COMMANDS(foreign_program_commands) {
                   "F600\\nM2\\n\"}:export{folder = \".\", overwrite = true}\n"
                   "local read = program.read_foreign{file = \"move.ngc\"}\n"
                   "assert(read.errors == 0 and read.language == \"gcode\")",
-       .params = {needed("file", "path", "", "The file, such as .src, .mod, .script, .ls."),
+       .params = {needed("file", "path", "", "The file, such as .src, .mod, .script, .ls, .jbi."),
                   optional("language", "string", "",
                            "Its reader (robomosp.program_reader/1), where the extension is of "
                            "several controllers."),
-                  optional("settings", "map", "", "Values of the reader's parameters.")},
+                  optional("settings", "map", "", "Values of the reader's parameters."),
+                  optional("profile", "ref:controller", "",
+                           "The controller, whose pulses and options are the reader's.")},
        .returns = {"map",
                    "",
                    "",

@@ -11,6 +11,8 @@
 #include <robomosp/sdk/program_reader.h>
 
 #include "ioci/core/commands.h"
+#include "kernel/registry.h"
+#include "model/controller.h"
 
 namespace robomosp::ioci {
 
@@ -24,6 +26,11 @@ Result<std::string> reader_of(CommandContext&, const std::filesystem::path&,
 /// Text of a file that lies beside a program. Nothing, and a warning, if it cannot be read: the
 /// program is taken without it. Errors: cancelled.
 Result<std::optional<std::string>> source_beside(CommandContext&, const std::filesystem::path&);
+/// What a controller's record says of a reader's parameters: pulses of its axes, and options of
+/// the same name.
+[[nodiscard]] Map reader_settings(const ProviderInfo& reader, const model::Controller&);
+/// Tools of a controller by their numbers, as a Yaskawa's TOOL.CND has them; empty = none.
+[[nodiscard]] std::string tools_file(const model::Controller&);
 
 struct ForeignFile {
   std::string name, text;
@@ -33,8 +40,9 @@ struct Foreign {
   std::vector<ForeignFile> files;  ///< as they were read
   std::unique_ptr<ReadProgram> program;
 };
-/// Reads a file and what belongs to it; `settings` are the reader's parameters.
+/// Reads a file and what belongs to it, with `settings` and `profile` of the arguments: values of
+/// the reader's parameters, and the controller's record that has them.
 Result<Foreign> read_foreign(CommandContext&, const std::filesystem::path&,
-                             const std::string& reader, const Map& settings);
+                             const std::string& reader, const Map& args);
 
 }  // namespace robomosp::ioci

@@ -190,10 +190,7 @@ std::string record_name(std::string_view foreign) {
 /// A controller's program: its IRL, and behind it the files that it was, so that nothing is lost.
 Result<Value> import_foreign(CommandContext& ctx, const Map& args,
                              const std::filesystem::path& path, const std::string& reader) {
-  const Value* given = args.find("settings");
-  RMP_TRY_ASSIGN(
-      const Foreign made,
-      read_foreign(ctx, path, reader, given && given->as_map() ? *given->as_map() : Map{}));
+  RMP_TRY_ASSIGN(const Foreign made, read_foreign(ctx, path, reader, args));
   Program p;
   for (const ReadFile& f : made.program->files()) {
     std::string name(f.name);
@@ -240,9 +237,12 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
   const std::filesystem::path path = text_of(args, "file");
   RMP_TRY_ASSIGN(const std::string reader, reader_of(ctx, path, text_of(args, "language")));
   if (!reader.empty()) return import_foreign(ctx, args, path, reader);
-  if (has(args, "settings"))
-    return error(ErrorCode::invalid_argument, "a file of IRL is read without settings", {},
-                 "settings");
+  for (const char* each : {"settings", "profile"})
+    if (has(args, each))
+      return error(ErrorCode::invalid_argument,
+                   "a file of IRL is read without " +
+                       std::string(each[0] == 's' ? "settings" : "a controller"),
+                   {}, each);
   Program p;
   RMP_TRY_ASSIGN(const ProviderInfo info,
                  ctx.app.registry.find(Language::kInterfaceId, text_of(args, "language")));
@@ -612,7 +612,9 @@ RMP_COMMANDS(program_commands) {
            "are taken from the same folder; one that is not there is reported. Where it names no "
            "list of "
            "data, datalist.dls of that folder is taken. Text that is "
-           "no UTF-8 is read as ISO 8859-1. A controller's program (.src, .mod, .script, .ls, ...) "
+           "no UTF-8 is read as ISO 8859-1. A controller's program (.src, .mod, .script, .ls, "
+           ".jbi, "
+           "..., or .xml of CRCL and .yaml of ROS) "
            "becomes IRL, with its own files behind it; what IRL does not say of it is reported, "
            "and program.read_foreign gives the same as a table.",
        .example =
@@ -624,7 +626,9 @@ RMP_COMMANDS(program_commands) {
                   optional("language", "string", "",
                            "Provider of the language (robomosp.language/1), or of a controller's "
                            "reader (robomosp.program_reader/1); by the extension when left out."),
-                  optional("settings", "map", "", "Values of the reader's parameters.")},
+                  optional("settings", "map", "", "Values of the reader's parameters."),
+                  optional("profile", "ref:controller", "",
+                           "The controller, whose pulses and options are the reader's.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits | Effect::files_read,
        .run = import});
