@@ -215,7 +215,7 @@ Result<Target> ProgramCell::robot_state(std::uint32_t robot, std::uint32_t) {
 
 Result<double> ProgramCell::robot_speed(std::uint32_t robot, std::uint32_t) {
   RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(robot));
-  RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use->actor, use->tool));
+  RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, own_tip(*use));
   constexpr double h = 1e-4;  // [s]
   const auto& robot_now = x_.actors_[use->actor];
   const auto at = [&](double t) {
@@ -242,7 +242,7 @@ Result<Target> ProgramCell::forward(const Target& given, std::uint32_t) {
 Result<Target> ProgramCell::inverse(const Target& given, std::uint32_t) {
   auto made = [&]() -> Result<Target> {
     RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(RMP_NONE));
-    RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use->actor, use->tool));
+    RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, own_tip(*use));
     RMP_TRY_ASSIGN(const Pose frame, base_T_frame(*use, nullptr));
     const auto seed = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
     RMP_TRY_ASSIGN(const auto q,
@@ -519,10 +519,16 @@ std::vector<std::int32_t> ProgramCell::turns_of(std::size_t who, std::span<const
   return out;
 }
 
+Result<TaskExecutor::Grip> ProgramCell::own_tip(const ProgramActor::RobotUse& use) const {
+  if (!n_.moves_flange) return x_.tip(use.actor, use.tool);
+  const robotics::LinkFrame flange = robotics::flange_frame(*x_.actors_[use.actor].record);
+  return TaskExecutor::Grip{flange.joint, flange.joint_T_link};
+}
+
 Result<Target> ProgramCell::state_at(const ProgramActor::RobotUse& use,
                                      const std::vector<double>& q) {
   const TaskExecutor::Actor& robot = x_.actors_[use.actor];
-  RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, x_.tip(use.actor, use.tool));
+  RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, own_tip(use));
   RMP_TRY_ASSIGN(const Pose frame, base_T_frame(use, nullptr));
   Target out;
   out.pose = to_plain(spatial::compose(spatial::inverse(frame), base_T_tip(use.actor, tip, q)));

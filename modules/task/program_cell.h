@@ -158,6 +158,8 @@ class ProgramCell final : public program::World {
   static std::int32_t status_of(const sim::BranchNames& names, std::span<const double> q);
   [[nodiscard]] std::vector<std::int32_t> turns_of(std::size_t who, std::span<const double> q,
                                                    std::size_t rail);
+  /// What motions without TOOL move.
+  [[nodiscard]] Result<TaskExecutor::Grip> own_tip(const ProgramActor::RobotUse&) const;
   Result<Target> state_at(const ProgramActor::RobotUse& use, const std::vector<double>& q);
   [[nodiscard]] std::vector<double> additional_now() const;
 

@@ -31,6 +31,7 @@ Result<void> ProgramCell::inspect(const program::Motion& asked) {
   }
   if (!m.targets.empty() && m.targets.back().role == RMP_ROLE_ROBTARGET)
     out.asked_status = m.targets.back().status;
+  if (!m.targets.empty()) out.additional = m.targets.back().additional;
   trouble_ = {};
   auto b = beginning(m);
   if (!b.ok()) {

@@ -57,6 +57,7 @@ struct InspectedMotion {
   std::optional<Pose> base_T_frame;   ///< of its targets
   std::optional<Pose> base_T_target;  ///< its last target, where it is one in space
   std::vector<double> q_target;       ///< joints at its end, as planned [rad or m]
+  std::vector<double> additional;     ///< additional joints of its last target [degrees or mm]
   std::string error, hint;            ///< where it is not carried out
   bool is_unreachable = false;        ///< error: no joint values, else it is not possible at all
   MotionTrouble trouble;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is posted is what was run: frame and tool of the world in every target, and the posted files
 // read back and run beside the program.
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -261,6 +264,303 @@ TEST_F(ProgramReadBack, TargetsAreComparedInTheWorld) {
   EXPECT_LT(*at(c, "most_distance").as_real(), 1e-5);
 }
 
+// ---- C, compiled and run ----
+
+/// A value of the environment as long as it lives.
+class Environment {
+ public:
+  Environment(const char* name, const std::string& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    ::setenv(name, value.c_str(), 1);
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+  ~Environment() {
+    if (before_) ::setenv(name_, before_->c_str(), 1);
+    else ::unsetenv(name_);
+  }
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+/// An executable script in a folder of its own, and a file that it may make beside it.
+class Script {
+ public:
+  explicit Script(const std::string& lines) {
+    fs::create_directories(folder_);
+    std::ofstream(path()) << "#!/bin/sh\n" << lines;
+    fs::permissions(path(), fs::perms::owner_all);
+  }
+  Script(const Script&) = delete;
+  Script& operator=(const Script&) = delete;
+  ~Script() { fs::remove_all(folder_); }
+  [[nodiscard]] std::string path() const { return (folder_ / "compiler").string(); }
+  [[nodiscard]] std::string mark() const { return (folder_ / "mark").string(); }
+
+ private:
+  fs::path folder_ = fs::temp_directory_path() / ("read-back-" + std::to_string(::getpid()));
+};
+
+class ProgramReadBackC : public ProgramReadBack {
+ protected:
+  void SetUp() override {
+    ProgramReadBack::SetUp();
+    put_cell("ur5", 0, List{0.3, 0.25, 0.22}, 0);
+    call("world.add_signal", {{"id", cell_}, {"name", std::string("vac")}});
+    program_ = put_program("pick", kPick);
+  }
+  Value posted(const char* target, Map more = {}) {
+    more.set("run_check", true);
+    return post(program_, target, more);
+  }
+  Value program_;
+};
+
+TEST_F(ProgramReadBackC, CommandsOfTheCompiledProgramAreThoseOfTheRun) {
+  for (const char* target : {"c", "pa10"}) {
+    SCOPED_TRACE(target);
+    const Value done = posted(target);
+    const Value& beside = at(done, "read_back");
+    ASSERT_TRUE(*at(beside, "compared").as_bool()) << *at(beside, "why_not").as_string();
+    EXPECT_TRUE(*at(done, "correct").as_bool()) << all_faults(done);
+    EXPECT_EQ(*at(beside, "ends").as_int(), 3);
+    EXPECT_EQ(*at(beside, "motions").as_int(), 3);
+    EXPECT_LT(*at(beside, "most_distance").as_real(), 1e-6);
+    EXPECT_LT(*at(beside, "most_joint").as_real(), 0.01);
+    EXPECT_EQ(*at(beside, "read_changes").as_int(), 1);
+    if (target == std::string("c")) EXPECT_GT(*at(beside, "read_time").as_real(), 0.5);
+    else EXPECT_NE(all_faults(done).find("no times"), std::string::npos) << all_faults(done);
+  }
+}
+
+TEST_F(ProgramReadBackC, AnotherNumberAndAMissingOutputInTheCodeAreFound) {
+  const auto with = [&](const std::string& edit) {
+    // A compiler that changes what it is given.
+    const Script script("for a; do case $a in *seen_program.c) sed -i '" + edit +
+                        "' \"$(dirname \"$a\")/pick.c\";; esac; done\nexec cc \"$@\"\n");
+    const Environment chosen("ROBOMOSP_CC", script.path());
+    return posted("c");
+  };
+  const Value moved = with("s/rmp_lin(rmp_composed(rmp_placed(rmp_at(/&10 + /");
+  EXPECT_FALSE(*at(moved, "correct").as_bool());
+  EXPECT_NEAR(*at(at(moved, "read_back"), "most_distance").as_real(), 0.01, 1e-6);
+  const Value silent = with("s/^ *rmp_output.*//");
+  EXPECT_FALSE(*at(silent, "correct").as_bool());
+  EXPECT_NE(all_faults(silent).find("signals of the world change 1 times in the run, and as it was "
+                                    "read back 0"),
+            std::string::npos)
+      << all_faults(silent);
+  const Value slow = with("s/123.4/12.34/");
+  EXPECT_NE(all_faults(slow).find("the run takes"), std::string::npos) << all_faults(slow);
+}
+
+TEST_F(ProgramReadBackC, WithoutACompilerASentenceSaysSo) {
+  const Environment chosen("ROBOMOSP_CC", "no-such-compiler");
+  const Value done = posted("c");
+  EXPECT_FALSE(*at(at(done, "read_back"), "compared").as_bool());
+  EXPECT_EQ(*at(at(done, "read_back"), "why_not").as_string(),
+            "the C compiler \"no-such-compiler\" of ROBOMOSP_CC is not on the search path");
+  EXPECT_TRUE(*at(done, "correct").as_bool()) << all_faults(done);
+}
+
+TEST_F(ProgramReadBackC, SessionsThatStartNoProgramsCompileNothing) {
+  const Script script("touch \"$(dirname \"$0\")/mark\"\nexec cc \"$@\"\n");
+  const Environment chosen("ROBOMOSP_CC", script.path());
+  session_.deny(Effect::processes);
+  const Value done = posted("c");
+  EXPECT_FALSE(fs::exists(script.mark()));
+  EXPECT_FALSE(*at(at(done, "read_back"), "compared").as_bool());
+  EXPECT_NE(at(at(done, "read_back"), "why_not")
+                .as_string()
+                ->find("only for sessions that may start programs"),
+            std::string::npos)
+      << at(done, "read_back").text();
+}
+
+// What a record says is neither the compiler nor code that runs.
+TEST_F(ProgramReadBackC, LinesOfARecordAreNotRun) {
+  const Script script("touch \"$(dirname \"$0\")/mark\"\nexec cc \"$@\"\n");
+  const Environment chosen("ROBOMOSP_CC", script.path());
+  const Value profile = call(
+      "record.create",
+      {{"kind", std::string("controller")},
+       {"name", std::string("own")},
+       {"fields", Map{{"target", std::string("c")},
+                      {"prologue", List{Value("system(\"touch " + script.mark() + ".2\");")}}}}});
+  const Value done = posted("c", {{"profile", profile}});
+  EXPECT_FALSE(fs::exists(script.mark()));
+  EXPECT_FALSE(fs::exists(script.mark() + ".2"));
+  EXPECT_NE(at(at(done, "read_back"), "why_not").as_string()->find("prologue"), std::string::npos);
+}
+
+constexpr const char* kWaits = R"(PROGRAM waiting;
+SIGNAL
+  INPUT BOOL: ready AT 4;
+  OUTPUT BOOL: vac AT 3;
+BEGIN
+  WAIT FOR ready TIMEOUT 5.0;
+  MOVE PTP POSE(POSITION(0.0, 100.0, 50.0), ORIZYX(0.0, 180.0, 0.0));
+  vac := TRUE;
+ENDPROGRAM;
+)";
+
+TEST_F(ProgramReadBack, CProgramsHaveTheInputsOfTheRunAndThoseThatChangeAreSaid) {
+  for (const bool changes : {false, true}) {
+    app().document.clear();
+    put_cell("ur5", 0, List{0.3, 0.25, 0.22}, 0);
+    call("world.add_signal", {{"id", cell_}, {"name", std::string("vac")}});
+    call("world.add_signal",
+         {{"id", cell_}, {"name", std::string("ready")}, {"initial", changes ? 0.0 : 1.0}});
+    const Value p = put_program("waiting", kWaits);
+    if (changes) {
+      const Value other =
+          call("program.create",
+               {{"name", std::string("other")},
+                {"source", std::string("PROGRAM other;\nSIGNAL\n  OUTPUT BOOL: ready AT 1;\nBEGIN\n"
+                                       "  WAIT 1.0 SEC;\n  ready := TRUE;\nENDPROGRAM;\n")}});
+      call("world.add_program", {{"id", cell_}, {"program", other}, {"robot", std::string("arm")}});
+    }
+    const Value done = post(p, "c", {{"run_check", true}});
+    ASSERT_TRUE(done.as_map()->find("read_back")) << all_faults(done);
+    const Value& beside = at(done, "read_back");
+    EXPECT_TRUE(*at(done, "correct").as_bool()) << all_faults(done);
+    EXPECT_EQ(*at(beside, "compared").as_bool(), !changes) << beside.text();
+    if (changes) {
+      EXPECT_EQ(*at(beside, "why_not").as_string(),
+                "input \"ready\" changes in the run, and a program in C is run with inputs that "
+                "stay");
+      continue;
+    }
+    EXPECT_EQ(*at(beside, "ends").as_int(), 1);
+    EXPECT_LT(*at(beside, "read_time").as_real(), 4.0);
+  }
+}
+
+// ---- additional joints ----
+
+/// Opens and shuts its gripper by the first additional joint, as the Hanoi of 2006 does.
+constexpr const char* kGrips = R"(PROGRAM grips;
+SYSTEM_SPECIFICATION 'grips.ssi';
+VAR
+  ROBTARGET: dest;
+BEGIN
+  dest.PSE := POSE(POSITION(0.0, 100.0, 150.0), ORIZYX(0.0, 180.0, 0.0));
+  dest.STATUS := -1;
+  dest.A_JOINT.AA1 := 0;
+  MOVE PTP dest;
+  dest.PSE.POS := POSITION(0.0, 100.0, 50.0);
+  MOVE LIN dest;
+  dest.A_JOINT.AA1 := 1;
+  WRITELN('shut ', dest.PSE.POS);
+  dest.PSE.POS := POSITION(0.0, 100.0, 150.0);
+  MOVE LIN dest;
+  dest.A_JOINT.AA1 := 0;
+  MOVE LIN dest;
+ENDPROGRAM;
+)";
+/// A cell whose additional joint is an INT, as in the cells of 2006.
+constexpr const char* kGripsCell = R"(PROGRAM cell;
+CONST
+  INT: R_NTURNS := 2, R_NADDJ := 1, R_NJ := 7, R_DEVICE_NUMBER := 1;
+  STRING: RS := 'RS', XYZ := 'XYZ', YXZ := 'YXZ', ZYX := 'ZYX', ZYZ2 := 'ZYZ2';
+  STRING: R_DEF_ORI := ZYX;
+TYPE
+  RECORD INT: A1, A2, A3, A4, A5, A6; ENDRECORD: MAIN_JOINT;
+  RECORD INT: AA1; ENDRECORD: ADD_JOINT;
+  RECORD MAIN_JOINT: M_JOINT; ADD_JOINT: A_JOINT; ENDRECORD: JOINT;
+  RECORD POSE: PSE; INT: STATUS; ARRAY [1..R_NTURNS] OF INT: TURNS; ADD_JOINT: A_JOINT; ENDRECORD: ROBTARGET;
+ENDPROGRAM;
+)";
+
+TEST_F(ProgramReadBack, AGripperOnAnAdditionalJointOpensAndShutsInThePostAsInTheRun) {
+  put_cell("ur5", 0, List{0.3, 0.25, 0.22}, 0);
+  const Value p =
+      call("program.create", {{"name", std::string("grips")}, {"source", std::string(kGrips)}});
+  call("program.set_file",
+       {{"id", p}, {"name", std::string("grips.ssi")}, {"text", std::string(kGripsCell)}});
+  const Value checked = call("program.check", {{"id", p}});
+  EXPECT_TRUE(*at(checked, "correct").as_bool()) << checked.text();
+  call("world.add_program", {{"id", cell_}, {"program", p}, {"robot", std::string("arm")}});
+  call("program.bind", {{"id", p},
+                        {"kind", std::string("robot")},
+                        {"to", std::string("arm")},
+                        {"frame", std::string("table")}});
+  for (const char* target : {"pa10", "c", "krl", "rapid"}) {
+    SCOPED_TRACE(target);
+    const Value done = post(p, target, {{"run_check", true}});
+    ASSERT_TRUE(done.as_map()->find("read_back")) << all_faults(done);
+    const Value& beside = at(done, "read_back");
+    ASSERT_TRUE(*at(beside, "compared").as_bool()) << beside.text();
+    EXPECT_TRUE(*at(done, "correct").as_bool()) << all_faults(done);
+    EXPECT_EQ(*at(beside, "ends").as_int(), 4);
+  }
+  // A gripper that never shuts is found.
+  const Script script(
+      "for a; do case $a in *seen_program.c) sed -i 's/rmp_additional(.*/;/' "
+      "\"$(dirname \"$a\")/grips.c\";; esac; done\nexec cc \"$@\"\n");
+  const Environment chosen("ROBOMOSP_CC", script.path());
+  const Value open = post(p, "pa10", {{"run_check", true}});
+  EXPECT_NE(all_faults(open).find("additional joint 1 ends at 0, and in the run at 1"),
+            std::string::npos)
+      << all_faults(open);
+  EXPECT_FALSE(*at(open, "correct").as_bool());
+}
+
+// The Hanoi of the paper of 2006, from its own files, in its own cell.
+TEST_F(ProgramReadBack, HanoiOf2006GripsInThePostOfThePa10) {
+  const fs::path old = fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4/Saves/IRL";
+  if (!fs::exists(old / "HanoiPA10.irl")) GTEST_SKIP() << "the old files are not here";
+  const Value p = call("program.import", {{"file", (old / "HanoiPA10.irl").string()}});
+  const Value robot = call("robot.get", {{"name", std::string("pa10")}});
+  for (const char* form : {"structured", "automatic", "flat"}) {
+    SCOPED_TRACE(form);
+    const Value posted = call("program.post", {{"id", p},
+                                               {"target", std::string("pa10")},
+                                               {"form", std::string(form)},
+                                               {"robot", robot},
+                                               {"check", true}});
+    EXPECT_TRUE(*at(posted, "correct").as_bool()) << all_faults(posted);
+    EXPECT_EQ(*at(posted, "form").as_string(), form == std::string("flat") ? "flat" : "structured");
+  }
+}
+
+// ---- tasks, trajectories, rails ----
+
+TEST_F(ProgramReadBack, AProgramOfATaskMovesTheToolThatTheTaskMoves) {
+  put_cell("ur5", 0.06, List{0.3, 0.25, 0.22}, 0);
+  call("world.add_signal", {{"id", cell_}, {"name", std::string("vac")}});
+  const double down = 3.141592653589793;
+  const auto move = [&](double z, const char* path) {
+    return Map{{"step", std::string("move")},
+               {"target", List{0.3, 0.25, z, 0.0, down, 0.0}},
+               {"path", std::string(path)}};
+  };
+  call("task.create",
+       {{"name", std::string("fetch")},
+        {"steps",
+         List{move(0.35, "joint"), move(0.25, "straight"),
+              Map{{"step", std::string("set")}, {"signal", std::string("vac")}, {"value", 1.0}},
+              move(0.35, "straight")}}});
+  call("world.add_task",
+       {{"id", cell_}, {"task", std::string("fetch")}, {"robot", std::string("arm")}});
+  const Value p = call("program.from_task", {{"world", cell_}, {"task", std::string("fetch")}});
+  call("world.remove_member", {{"id", cell_}, {"member", std::string("fetch")}});
+  call("world.add_program", {{"id", cell_}, {"program", p}, {"robot", std::string("arm")}});
+  for (const char* target : {"rapid", "urscript", "joint_trajectory"}) {
+    SCOPED_TRACE(target);
+    const Value done = post(p, target, {{"run_check", true}});
+    ASSERT_TRUE(done.as_map()->find("read_back")) << all_faults(done);
+    const Value& beside = at(done, "read_back");
+    EXPECT_TRUE(*at(done, "correct").as_bool()) << all_faults(done);
+    EXPECT_EQ(*at(beside, "ends").as_int(), 3) << beside.text();
+    EXPECT_LT(*at(beside, "most_distance").as_real(), 1e-5);
+  }
+  // Its cup is 60 mm long, and where the task goes the tip is.
+  const Value written = post(p, "rapid");
+  EXPECT_NE(text(written).find("RmpTool:=[TRUE,[[0,0,60],"), std::string::npos) << text(written);
+}
+
 /// Rounded up to a power of ten, from 0.001 on.
 std::string at_most(double v, const char* unit) {
   for (const char* each : {"0.001", "0.01", "0.1", "1", "10", "100"})
@@ -268,7 +568,27 @@ std::string at_most(double v, const char* unit) {
   return "1000" + std::string(unit);
 }
 
-TEST_F(ProgramReadBack, ThePagesTableIsWhatRunsGive) {
+class ReadBackTable : public ProgramReadBack {
+ protected:
+  /// A Yaskawa with pulses for each axis, and the tool of the cells in its list.
+  Value pulses() {
+    List axes;
+    for (int i = 1; i <= 6; ++i)
+      axes.emplace_back(Map{{"name", "A" + std::to_string(i)}, {"joint", i}, {"pulses", 1341.4}});
+    return call(
+        "record.create",
+        {{"kind", "controller"},
+         {"name", "pulses"},
+         {"fields",
+          Map{{"target", "inform"},
+              {"axes", axes},
+              {"tools", List{Map{{"name", "cup"},
+                                 {"number", 1},
+                                 {"placement", Map{{"position", List{0.0, 0.0, 0.05}}}}}}}}}});
+  }
+};
+
+TEST_F(ReadBackTable, ThePagesTableIsWhatRunsGive) {
   const std::vector<std::string> shipped{"hanoi", "pick_and_place", "palletising", "arc_weld"};
   std::vector<std::string> targets;
   const Value all = call("program.targets");
@@ -283,13 +603,14 @@ TEST_F(ProgramReadBack, ThePagesTableIsWhatRunsGive) {
     // With a tool that stands on what the frame lies lower; and without, for targets without tools.
     const Value p = put_shipped("ur10e", 0.05, "cell", program, source), with_tool = cell_;
     const Value bare = put_shipped("ur10e", 0, "bare", program + "_bare", source);
-    const Value without_tool = cell_;
+    const Value without_tool = cell_, yaskawa = pulses();
     for (const std::string& target : targets) {
       Value used = p;
       cell_ = with_tool;
       Map more;
       if (target == "pacscript")  // speeds are shares of the greatest
         more.set("profile", call("controller.get", {{"name", std::string("denso_rc8")}}));
+      if (target == "inform") more.set("profile", yaskawa);
       Value posted = post(used, target, more);
       std::string cell;
       if (first_error(posted).find("tool") != std::string::npos) {
@@ -323,7 +644,9 @@ TEST_F(ProgramReadBack, ThePagesTableIsWhatRunsGive) {
                 std::to_string(*at(*read, "motions").as_int()) + ", " +
                 at_most(*at(*read, "most_distance").as_real() * 1000, " mm") + ", " +
                 at_most(*at(*read, "most_joint").as_real(), "°") + ", " +
-                std::to_string(std::lround(100 * (other / time - 1))) + " %, " +
+                (*at(*read, "has_times").as_bool()
+                     ? std::to_string(std::lround(100 * (other / time - 1))) + " %, "
+                     : std::string("no times, ")) +
                 std::to_string(*at(*read, "read_changes").as_int()) + " of " +
                 std::to_string(*at(*read, "changes").as_int());
         if (const auto n = *at(*read, "not_said").as_int(); n > 0)

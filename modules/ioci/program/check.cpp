@@ -413,7 +413,7 @@ void put_in_place(const InItsPlace* instead, task::ProgramInWorld& one, const mo
   if (!instead) return;
   one.code = instead->code;
   one.frees_unbound = true;
-  one.moves_flange = true;
+  one.moves_flange = instead->moves_flange;
   instead->bind(one.placement, world);
 }
 

@@ -32,10 +32,10 @@ struct InItsPlace {
   std::shared_ptr<const CompiledProgram> code;
   /// Makes the bindings of the place those of this program; its name stays.
   std::function<void(model::PlacedProgram&, const model::World&)> bind;
+  bool moves_flange = true;  ///< motions without TOOL, else the tool that the robot has
 };
 /// Runs the program `id` of the arguments in its world, or alone with `robot`. The document stays
-/// as it is. `instead` runs in its place, with signals of its own where it binds none, and motions
-/// without TOOL are of the flange.
+/// as it is. `instead` runs in its place, with signals of its own where it binds none.
 Result<CheckedProgram> check_program(CommandContext&, const Map& args,
                                      const InItsPlace* instead = nullptr);
 /// The arguments that check_program() reads besides `id`.

@@ -231,8 +231,11 @@ Map reader_settings(const ProviderInfo& reader, const model::Controller& c) {
     }
     for (const model::ControllerOption& o : c.options) {
       if (o.name != p.name) continue;
-      // Options are in mm, mm/s and degrees.
-      const char* unit = p.unit == "m" ? " mm" : p.unit == "m/s" ? " mm/s" : " deg";
+      // Options are in mm, mm/s, degrees and degrees/s.
+      const char* unit = p.unit == "m"       ? " mm"
+                         : p.unit == "m/s"   ? " mm/s"
+                         : p.unit == "rad/s" ? " deg/s"
+                                             : " deg";
       out.set(p.name, p.unit.empty() ? o.value : o.value + unit);
     }
   }

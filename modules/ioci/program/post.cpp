@@ -512,6 +512,7 @@ Map beside_map(const RunBeside& b) {
           {"most_angle", b.most_degrees / kDegreesPerRadian},
           {"most_joint", b.most_joint},
           {"time", b.seconds},
+          {"has_times", b.has_times},
           {"read_time", b.read_seconds},
           {"changes", static_cast<std::int64_t>(b.changes)},
           {"read_changes", static_cast<std::int64_t>(b.read_changes)},
@@ -531,8 +532,8 @@ void add_beside(const RunBeside& beside, const rmp_span& head, Posted& out) {
   out.faults.push_back({RMP_FAULT_NOTE, head, std::move(all), {}});
   for (const RunBeside::Difference& d : beside.differences) {
     if (d.kind == "orientation" && !says_orientation) continue;
-    const bool is_error =
-        beside.not_said == 0 && d.kind != "configuration" && d.kind != "time" && d.kind != "signal";
+    const bool is_error = beside.not_said == 0 && d.kind != "configuration" && d.kind != "time" &&
+                          d.kind != "signal" && d.kind != "until";
     const rmp_span at = d.line > 0 ? rmp_span{d.file, d.line, 1, 0, 0} : head;
     const auto severity = is_error ? RMP_FAULT_ERROR : RMP_FAULT_WARNING;
     out.faults.push_back({static_cast<std::uint32_t>(severity),
@@ -575,7 +576,7 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   }
   std::optional<RunBeside> beside;
   if (flag(args, "run_check") && errors == 0 && run_errors == 0) {
-    RMP_TRY_ASSIGN(beside, run_beside(ctx, args, out.files));
+    RMP_TRY_ASSIGN(beside, run_beside(ctx, args, out.files, asked.info));
     add_beside(*beside, row<rmp_code_routine>(code.routines, 0).span, out);
     errors = out.errors();
   }
@@ -808,7 +809,8 @@ RMP_COMMANDS(post_commands) {
                       "with the robot, and refuses where that has errors. Then the posted files "
                       "are read back where a reader takes them, run in the same place, and "
                       "compared: places of the tool in the world, joints, time, signals; other "
-                      "places or signals are errors."),
+                      "places or signals are errors. Those in C are compiled by the user's "
+                      "compiler (ROBOMOSP_CC, else cc) and run in a process of their own."),
             optional("world", "ref:world", "", "Which of its worlds it is posted and checked for."),
             optional("name_there", "string", "",
                      "Its name there, where it is in worlds several times."),
@@ -838,7 +840,8 @@ RMP_COMMANDS(post_commands) {
                           "With run_check, where neither has errors: the posted files run beside "
                           "the program. compared, or why_not; reader; motions and read_motions; "
                           "ends that were compared; most_distance [m] and most_angle [rad] of the "
-                          "tool in the world, most_joint [degrees or mm]; time and read_time [s]; "
+                          "tool in the world, most_joint [degrees or mm]; time and read_time [s], "
+                          "where the target has_times; "
                           "changes and read_changes of signals; not_said, what the reader left "
                           "out; text."),
                     field("source_map", "list", "",

@@ -12,9 +12,13 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/program/check_program.h"
+#include "ioci/program/foreign.h"
 #include "ioci/program/in_world.h"
+#include "ioci/program/post_cell.h"
+#include "ioci/program/post_kinematics.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/rows.h"
+#include "ioci/program/run_c.h"
 #include "model/controller.h"
 #include "motion/provider_params.h"
 #include "robotics/kinematics.h"
@@ -50,17 +54,19 @@ struct Called {
   std::int32_t number = 0;
   std::uint32_t kind = 0, type = 0;
   std::int32_t width = 1;
+  bool is_inverted = false;  ///< at the controller
 };
 std::vector<Called> signals_of(const rmp_code& code, const model::Controller* profile) {
   std::vector<Called> out;
   for (std::uint32_t i = 0; i < code.symbols.count; ++i) {
     const auto& s = row_of<rmp_code_symbol>(code.symbols, i);
     if (s.kind != RMP_SYMBOL_INPUT && s.kind != RMP_SYMBOL_OUTPUT) continue;
-    Called c{s.name, {}, s.address, s.kind, s.type, s.width};
+    Called c{s.name, {}, s.address, s.kind, s.type, s.width, false};
     for (std::size_t k = 0; profile && k < profile->signals.size(); ++k) {
       const auto& p = profile->signals[k];
       if (post::upper(p.name) != post::upper(s.name)) continue;
       c.target = p.target;
+      c.is_inverted = p.is_inverted && c.type == RMP_TYPE_BOOL;
       if (p.number >= 0) c.number = p.number;
     }
     out.push_back(std::move(c));
@@ -98,7 +104,8 @@ std::string wire_of(const model::PlacedProgram& placed, const model::World& worl
 /// Bindings of a program that was read back, by those of the program itself; gives the outputs of
 /// the world that no name of it is found for.
 std::set<std::string> rebind(model::PlacedProgram& placed, const model::World& world,
-                             const std::vector<Called>& own, const std::vector<Called>& read) {
+                             const std::vector<Called>& own, const std::vector<Called>& read,
+                             bool keeps_tool) {
   std::set<std::string> missed;
   for (const Called& o : own)
     if (o.kind == RMP_SYMBOL_OUTPUT &&
@@ -109,7 +116,8 @@ std::set<std::string> rebind(model::PlacedProgram& placed, const model::World& w
   for (const model::ProgramBinding& b : placed.bindings) {
     if (b.kind == model::BindingKind::robot && b.name.empty()) {
       model::ProgramBinding robot = b;
-      robot.frame.clear(), robot.tool.clear();
+      robot.frame.clear();
+      if (!keeps_tool) robot.tool.clear();
       if (robot.to.empty()) robot.to = placed.robot;
       out.push_back(std::move(robot));
     }
@@ -203,11 +211,27 @@ double slowest_joint(const program_check::Check& c) {
 constexpr double kReadBackMm = 0.1, kReadBackDegrees = 0.05, kSameJoint = 0.5;
 constexpr double kSameShare = 0.02, kSameSeconds = 0.1;  ///< of the time of a whole run
 
+/// What runs beside the program.
+struct Reading {
+  const std::vector<program_check::MotionReport>& motions;
+  const program_check::Check& robots;  ///< of its motions
+  std::vector<Change> changes;
+  std::optional<double> seconds;  ///< nothing = its language has no times
+  bool is_commanded = false;      ///< ends are where it went, not where motions were to go
+};
+
 class Beside {
  public:
-  Beside(const program_check::Check& own, const program_check::Check& read,
-         const std::set<std::string>& missed, RunBeside& out)
-      : own_(own), read_(read), missed_(missed), out_(out) {}
+  /// `own_changes`: of signals that both switch. `missed`: signals of the world that `read` has
+  /// not.
+  Beside(const program_check::Check& own, std::vector<Change> own_changes, const Reading& read,
+         const std::set<std::string>& missed, const model::Controller* profile, RunBeside& out)
+      : own_(own),
+        own_changes_(std::move(own_changes)),
+        read_(read),
+        missed_(missed),
+        profile_(profile),
+        out_(out) {}
   void run() {
     motions();
     times();
@@ -226,8 +250,11 @@ class Beside {
     out_.motions = a.size(), out_.read_motions = b.size();
     std::size_t next = 0;
     for (const program_check::MotionReport& m : a) {
-      const auto here = world_T_end(own_, m.motion, m.motion);
+      const bool is_cut = read_.is_commanded && m.motion.is_cut;
+      const auto here = is_cut ? recorded_end(m.motion) : world_T_end(own_, m.motion, m.motion);
       if (!here || !m.motion.is_carried_out) continue;
+      // How far a robot goes on behind UNTIL is its own, and increments begin there.
+      is_behind_cut_ = is_cut || (is_behind_cut_ && m.motion.is_incremental);
       const rmp_span& at = m.motion.place.span;
       if (next >= b.size()) {
         tell("motion", at, "what was read back ends before this motion");
@@ -236,7 +263,7 @@ class Beside {
       std::size_t match = b.size(), nearest = next;
       double least = 0;
       for (std::size_t k = next; k < b.size() && k < next + 2000; ++k) {
-        const auto there = world_T_end(read_, b[k].motion, m.motion);
+        const auto there = world_T_end(read_.robots, b[k].motion, m.motion);
         if (!there) continue;
         const double mm = millimetres_between(*here, *there),
                      degrees = angle_between(*here, *there);
@@ -249,7 +276,8 @@ class Beside {
         if (a.size() == b.size()) break;
       }
       const std::size_t k = match < b.size() ? match : nearest;
-      const auto there = world_T_end(read_, b[k].motion, m.motion);
+      const auto there = world_T_end(read_.robots, b[k].motion, m.motion);
+      additional(m.motion, next, k);
       next = k + 1;
       if (!there) {
         tell("point", at, "what was read back does not come to an end of this motion");
@@ -257,6 +285,13 @@ class Beside {
       }
       ++out_.compared;
       const double mm = millimetres_between(*here, *there), degrees = angle_between(*here, *there);
+      if (is_behind_cut_) {
+        if (match == b.size())
+          tell("until", at,
+               "behind UNTIL the tool is " + text::print_rounded(mm, 4) +
+                   " mm in the world from where the run stops");
+        continue;
+      }
       out_.most_mm = std::max(out_.most_mm, mm);
       out_.most_degrees = std::max(out_.most_degrees, degrees);
       if (match == b.size()) {
@@ -267,6 +302,46 @@ class Beside {
         continue;
       }
       joints(m.motion, b[k].motion);
+    }
+  }
+  /// Where the run is at the end of a motion that was cut.
+  std::optional<Pose> recorded_end(task::InspectedMotion m) const {
+    const recording::Recording& r = *own_.recording;
+    const std::string name = own_.inspection->robots[m.robot].name;
+    const auto& times = r.columns.front().values;
+    const auto row = static_cast<std::size_t>(
+        std::lower_bound(times.begin(), times.end(), m.end - 1e-9) - times.begin());
+    for (std::size_t i = 0; i < m.q_target.size(); ++i)
+      for (const recording::Column& c : r.columns)
+        if (c.name == name + ".q" + std::to_string(i + 1) && !c.values.empty())
+          m.q_target[i] = c.values[std::min(row, c.values.size() - 1)];
+    return world_T_end(own_, m, m);
+  }
+  /// Additional joints at the end of a motion, as far as the program gives them; those that the
+  /// reader leaves out are where they were.
+  void additional(const task::InspectedMotion& a, std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k <= to && k < read_.motions.size(); ++k) {
+      const auto& given = read_.motions[k].motion.additional;
+      if (given.size() > additional_.size()) additional_.resize(given.size(), 0.0);
+      std::copy(given.begin(), given.end(), additional_.begin());
+    }
+    std::vector<double> wanted = a.additional;
+    if (profile_) {
+      // As the controller counts its external axes.
+      std::vector<double> there;
+      for (const model::ControllerAxis& e : profile_->axes)
+        if (e.is_external && static_cast<std::size_t>(e.joint) <= wanted.size())
+          there.push_back(e.sign.value_or(1) * wanted[static_cast<std::size_t>(e.joint) - 1] +
+                          e.offset);
+      if (!there.empty()) wanted = std::move(there);
+    }
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      const double got = i < additional_.size() ? additional_[i] : 0;
+      if (std::fabs(got - wanted[i]) <= kSameJoint) continue;
+      tell("additional", a.place.span,
+           "additional joint " + std::to_string(i + 1) + " ends at " + text::print_rounded(got, 4) +
+               ", and in the run at " + text::print_rounded(wanted[i], 4));
+      return;
     }
   }
   void joints(const task::InspectedMotion& a, const task::InspectedMotion& b) {
@@ -287,7 +362,9 @@ class Beside {
                " degrees or mm from where the run has it");
   }
   void times() {
-    out_.seconds = own_.duration, out_.read_seconds = read_.duration;
+    out_.seconds = own_.duration, out_.read_seconds = read_.seconds.value_or(0);
+    out_.has_times = read_.seconds.has_value();
+    if (!read_.seconds) return;
     const double by = std::fabs(out_.seconds - out_.read_seconds);
     if (by > kSameSeconds && by > kSameShare * out_.seconds)
       tell("time", {},
@@ -299,7 +376,8 @@ class Beside {
       tell("signal", {},
            "signal " + text::quote(each) +
                " is not compared, since the reader has no output of its number and kind");
-    const auto a = changes_of(*own_.recording, missed_), b = changes_of(*read_.recording, missed_);
+    const auto& a = own_changes_;
+    const auto& b = read_.changes;
     out_.changes = a.size(), out_.read_changes = b.size();
     for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
       if (a[i].signal == b[i].signal && a[i].value == b[i].value) continue;
@@ -316,20 +394,25 @@ class Beside {
   }
 
   const program_check::Check& own_;
-  const program_check::Check& read_;
+  std::vector<Change> own_changes_;
+  const Reading& read_;
   const std::set<std::string>& missed_;  ///< signals of the world
+  const model::Controller* profile_;
   RunBeside& out_;
+  std::vector<double> additional_;  ///< as they were read
+  bool is_behind_cut_ = false;
   std::set<std::pair<std::string, std::uint32_t>> told_;
 };
 
 /// What the profile says of the controller, as settings of the reader that asks for them.
 Map settings_for(const ProviderInfo& reader, const model::Controller* profile, double joint_speed) {
-  Map out;
+  Map out = profile ? reader_settings(reader, *profile) : Map{};
   const auto asks = [&](std::string_view name) {
     return std::any_of(reader.schema.begin(), reader.schema.end(),
                        [&](const auto& f) { return f.name == name; });
   };
-  if (asks("joint_speed") && joint_speed > 0) out.set("joint_speed", Value(joint_speed));
+  if (asks("joint_speed") && joint_speed > 0 && !out.find("joint_speed"))
+    out.set("joint_speed", Value(joint_speed));
   // Of RAPID the speed that 100 % become where the profile has none.
   if (reader.name == "rapid") out.set("tcp_speed", Value(5.0));
   if (!profile) return out;
@@ -337,11 +420,113 @@ Map settings_for(const ProviderInfo& reader, const model::Controller* profile, d
   for (const auto& o : profile->options) {
     if (o.name == "fig_xor" && asks("fig_xor"))
       if (const auto n = text::read_int(o.value)) out.set("fig_xor", Value(*n));
-    if (o.name == "joint_speed" && asks("joint_speed"))
-      if (const auto v = text::read_real(o.value); v && *v > 0)
-        out.set("joint_speed", Value(*v / post::kDegree));
   }
   return out;
+}
+
+/// The place of a checked program in its world; an empty one where it runs alone.
+model::PlacedProgram placed_of(const CheckedProgram& c) {
+  for (const model::PlacedProgram& p : c.snapshot->get(c.world)->programs)
+    if (p.name == c.name) return p;
+  return {};
+}
+const recording::Column* signal_column(const recording::Recording& r, const std::string& signal) {
+  for (const recording::Column& c : r.columns)
+    if (c.name == "signal." + signal) return &c;
+  return nullptr;
+}
+
+/// A program in C: compiled and run beside the run of the program.
+Result<void> run_c_beside(CommandContext& ctx, const Map& args, const PostedFiles& files,
+                          bool is_pa10, const model::Controller* profile, const CheckedProgram& own,
+                          RunBeside& out) {
+  out.reader = is_pa10 ? "the C compiler and a recorder of the PA-10's library"
+                       : "the C compiler and a recorder of ROBOMOSP's client";
+  if (profile && !(profile->prologue.empty() && profile->epilogue.empty())) {
+    out.not_run =
+        "the profile has lines of C (prologue, epilogue), and what a record says is not run here";
+    return {};
+  }
+  const model::World& world = *own.snapshot->get(own.world);
+  const model::PlacedProgram placed = placed_of(own);
+  RMP_TRY_ASSIGN(const PostCell cell, post_cell(ctx, args, own.code, ""));
+  CInputs with;
+  with.is_pa10 = is_pa10;
+  std::unique_ptr<HostKinematics> kinematics;
+  if (cell.robot) {
+    RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, cell.robot, cell.ik));
+    kinematics = std::make_unique<HostKinematics>(cell.robot, std::move(bound), ctx.progress);
+    with.start = cell.start;
+    with.start.resize(cell.robot->coordinate_count(), 0.0);
+  }
+  with.kinematics = kinematics.get();
+  const auto called = signals_of(own.code->code(), profile);
+  std::map<int, std::pair<std::string, bool>> wires;  // outputs by number
+  for (const Called& c : called) {
+    const std::string wire = wire_of(placed, world, c.name);
+    const recording::Column* column =
+        wire.empty() ? nullptr : signal_column(*own.check.recording, wire);
+    if (c.kind == RMP_SYMBOL_OUTPUT) {
+      if (column) wires[c.number] = {wire, c.is_inverted};
+      continue;
+    }
+    double value = column && !column->values.empty() ? column->values.front() : 0;
+    for (std::size_t i = 1; column && i < column->values.size(); ++i)
+      if (column->values[i] != value) {
+        out.not_run = "input " + text::quote(c.name) +
+                      " changes in the run, and a program in C is run with inputs that stay";
+        return {};
+      }
+    if (c.is_inverted) value = value == 0;
+    with.inputs[c.number] = value;
+  }
+  RMP_TRY_ASSIGN(const CCommands c, run_c(ctx, files, with));
+  if (!c.not_run.empty()) {
+    out.not_run = c.not_run;
+    return {};
+  }
+  std::vector<program_check::MotionReport> motions;
+  const std::size_t robot = own.check.motions.empty() ? 0 : own.check.motions.front().motion.robot;
+  for (const CCommands::End& e : c.ends) {
+    program_check::MotionReport m;
+    m.motion.robot = robot;
+    m.motion.q_target = e.q;
+    m.motion.additional = e.additional;
+    m.motion.is_carried_out = true;
+    motions.push_back(std::move(m));
+  }
+  // Signals as they change: what an output is switched to again is no change.
+  std::set<std::string> others;
+  std::map<std::string, double> now;
+  for (const recording::Column& column : own.check.recording->columns)
+    if (column.name.starts_with("signal.")) others.insert(column.name.substr(7));
+  for (const auto& [number, wire] : wires) {
+    others.erase(wire.first);
+    now[wire.first] = signal_column(*own.check.recording, wire.first)->values.front();
+  }
+  Reading read{motions, own.check, {}, {}, true};
+  if (c.has_times) read.seconds = c.seconds;
+  for (const CCommands::Output& o : c.outputs) {
+    const auto it = wires.find(o.number);
+    if (it == wires.end()) continue;
+    const double value = it->second.second ? double(o.value == 0) : o.value;
+    if (std::exchange(now[it->second.first], value) != value)
+      read.changes.push_back({it->second.first, o.time, value});
+  }
+  const std::set<std::string> none;
+  Beside(own.check, changes_of(*own.check.recording, others), read, none, profile, out).run();
+  if (!c.rates.empty() && cell.robot)
+    for (std::size_t i = 0; i < c.rates.size() && i < cell.robot->joints.size(); ++i) {
+      const double most = cell.robot->joints[i].max_velocity;
+      if (!std::isfinite(most) || !(most > 0) || c.rates[i] <= most * 1.01) continue;
+      out.differences.push_back({"time", 0, 0,
+                                 "joint " + std::to_string(i + 1) + " goes from one of its " +
+                                     std::to_string(c.cycles) + " cycles to the next with " +
+                                     text::print_rounded(100 * c.rates[i] / most, 4) +
+                                     " % of its greatest speed, which the run keeps to"});
+      break;
+    }
+  return {};
 }
 
 }  // namespace
@@ -382,6 +567,9 @@ Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
   for (const auto& [file, bytes] : files) names.push_back(file.substr(file.rfind('/') + 1));
   std::vector<SourceFile> sources;
   for (std::size_t i = 0; i < names.size(); ++i) sources.push_back({names[i], files[i].second, {}});
+  // What the controller keeps of its tools, as its backup has it.
+  const std::string tools = profile ? tools_file(*profile) : std::string();
+  if (of.name == "inform" && !tools.empty()) sources.push_back({"TOOL.CND", tools, {}});
   ProgramReaderTask task;
   task.files = sources;
   auto read = best->read(task, *params, ctx.progress);
@@ -409,16 +597,22 @@ Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
   return out;
 }
 
-Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedFiles& files) {
+Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedFiles& files,
+                             const ProviderInfo& target) {
   RunBeside out;
   const model::Controller* profile = nullptr;
   if (has(args, "profile"))
     profile = &std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
                    .as<model::Controller>();
-  RMP_TRY_ASSIGN(ReadBack read, read_posted(ctx, files, profile));
+  // Only what our own posts write is compiled and run.
+  const bool is_c = target.shipped && (target.name == "c" || target.name == "pa10");
+  ReadBack read;
+  if (!is_c) {
+    RMP_TRY_ASSIGN(read, read_posted(ctx, files, profile));
+  }
   out.reader = read.reader;
   out.not_said = read.not_said.size();
-  if (!read.program) {
+  if (!is_c && !read.program) {
     out.not_run = read.not_read;
     return out;
   }
@@ -431,6 +625,10 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
   if (has(args, "robot") && places_of(ctx.snapshot(), id).empty())
     asked.set("robot", *args.find("robot"));
   RMP_TRY_ASSIGN(const CheckedProgram own, check_program(ctx, asked));
+  if (is_c) {
+    RMP_TRY(run_c_beside(ctx, args, files, target.name == "pa10", profile, own, out));
+    return out;
+  }
   // What 100 % of a joint's speed are is the robot's: that of its slowest one.
   if (const double slowest = slowest_joint(own.check); slowest > 0) {
     RMP_TRY_ASSIGN(read, read_posted(ctx, files, profile, slowest));
@@ -442,10 +640,12 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
   InItsPlace instead;
   std::set<std::string> missed;
   instead.code = read.program;
+  // CRCL leaves the tool to the robot, whose controlled point it is.
+  instead.moves_flange = target.name != "crcl";
   const auto own_signals = signals_of(own.code->code(), profile),
              read_signals = signals_of(read.program->code(), nullptr);
   instead.bind = [&](model::PlacedProgram& placed, const model::World& world) {
-    missed = rebind(placed, world, own_signals, read_signals);
+    missed = rebind(placed, world, own_signals, read_signals, !instead.moves_flange);
   };
   auto again = check_program(ctx, asked, &instead);
   if (!again.ok()) {
@@ -454,7 +654,9 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
         "as reader " + read.reader + " has it, it does not run: " + again.error().sentence();
     return out;
   }
-  Beside(own.check, again->check, missed, out).run();
+  const Reading beside{again->check.motions, again->check,
+                       changes_of(*again->check.recording, missed), again->check.duration, false};
+  Beside(own.check, changes_of(*own.check.recording, missed), beside, missed, profile, out).run();
   return out;
 }
 
@@ -467,9 +669,11 @@ std::string beside_sentence(const RunBeside& b) {
       " of " + std::to_string(b.motions) + " ends of motions, at most " +
       text::print_rounded(b.most_mm, 3) + " mm, " + text::print_rounded(b.most_degrees, 3) +
       " degrees and, of a joint, " + text::print_rounded(b.most_joint, 3) +
-      " degrees or mm apart; " + text::print_rounded(b.read_seconds, 5) + " s for " +
-      text::print_rounded(b.seconds, 5) + " s; " + std::to_string(b.read_changes) +
-      " changes of signals for " + std::to_string(b.changes) + ".";
+      " degrees or mm apart; " +
+      (b.has_times ? text::print_rounded(b.read_seconds, 5) + " s for " +
+                         text::print_rounded(b.seconds, 5) + " s; "
+                   : std::string("no times, which its library has none of; ")) +
+      std::to_string(b.read_changes) + " changes of signals for " + std::to_string(b.changes) + ".";
   if (b.not_said > 0)
     out += " The reader left " + std::to_string(b.not_said) +
            (b.not_said == 1 ? " statement out." : " statements out.");

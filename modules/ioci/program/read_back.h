@@ -13,6 +13,7 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/command.h"
+#include "kernel/registry.h"
 #include "model/controller.h"
 
 namespace robomosp::ioci {
@@ -33,9 +34,9 @@ struct ReadBack {
 };
 
 /// Reads them by the reader that takes the extension of the first file and knows its text best,
-/// with what the profile says of the controller: 100 % of a speed (max_speed) and the usual figure
-/// (fig_xor), and with the joint speed that 100 % are [rad/s] (0 = the reader's own). An error is a
-/// reader that cannot be made, or being cancelled; `not_read` has all else.
+/// with the profile's pulses, speeds, tools and figure (nullptr = no profile), and with the joint
+/// speed that 100 % are [rad/s] (0 = the reader's own). An error is a reader that cannot be made,
+/// or being cancelled; `not_read` has all else.
 Result<ReadBack> read_posted(CommandContext&, const PostedFiles&,
                              const model::Controller* profile = nullptr, double joint_speed = 0);
 
@@ -48,10 +49,12 @@ struct RunBeside {
   double most_joint = 0;                      ///< between joints there [degrees or mm]
   double seconds = 0, read_seconds = 0;       ///< of both runs
   std::size_t changes = 0, read_changes = 0;  ///< of signals of the world
+  bool has_times = true;                      ///< the target says how long motions take
   std::size_t not_said = 0;                   ///< things that the reader left out
   std::string reader;
   struct Difference {
-    std::string kind;  ///< point, orientation, configuration, motion, output, signal, time
+    /// point, orientation, configuration, motion, until, additional, output, signal, time
+    std::string kind;
     std::uint32_t file = 0, line = 0;  ///< of the program
     std::string text;                  ///< a sentence without its end
   };
@@ -61,8 +64,10 @@ struct RunBeside {
 /// Runs both in copies of the world that `args` (id, world, name_there, robot) mean, without
 /// contacts and torques, and compares the tool's place in the world and the joints at the ends of
 /// motions, the time, and the signals. Names of signals are matched by what the profile of `args`
-/// calls them.
-Result<RunBeside> run_beside(CommandContext&, const Map& args, const PostedFiles&);
+/// calls them. `target` is the post that wrote the files: those in C are compiled and run
+/// (run_c.h).
+Result<RunBeside> run_beside(CommandContext&, const Map& args, const PostedFiles&,
+                             const ProviderInfo& target);
 /// What was compared, in a sentence.
 [[nodiscard]] std::string beside_sentence(const RunBeside&);
 
