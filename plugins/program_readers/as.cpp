@@ -112,6 +112,8 @@ class AsReader final : public Reader {
       if (first == behind) continue;
       const Token& t = tokens_[first];
       if (t.low == ".end" && behind == first + 1) continue;
+      if (t.low == "." && tokens_[first + 1].low == "*")
+        continue;  // .* is a comment of a saved file
       std::size_t end = behind;
       if (t.low.starts_with(".") && t.low.size() > 1 && t.low != ".end") {
         // To the line .END, or to what begins the next section.
@@ -173,6 +175,12 @@ class AsReader final : public Reader {
     std::set<std::string> called;
     for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
       if (tokens_[i].low == "call") called.insert(tokens_[i + 1].low);
+    const std::string asked = lower(params_.text("program"));
+    for (std::size_t i = 0; i < programs_.size() && !asked.empty(); ++i)
+      if (programs_[i].low == asked) return i;
+    if (!asked.empty())
+      fail({0, 1, 1, 0, 0}, "no program of this file is named " + asked.substr(0, 60),
+           "The setting program is the name behind .PROGRAM.");
     const std::string file = lower(stem(files_[0].name));
     std::size_t first = programs_.size();
     int free = 0;
@@ -189,7 +197,7 @@ class AsReader final : public Reader {
       note(programs_[first].at,
            "several programs of this file are called by no other; " + programs_[first].name +
                ", the first, is read with what it calls",
-           "Give the file the name of the program that is meant.");
+           "Name another one by settings = {program = ...}.");
     return first;
   }
   /// The programs that the main one calls, and those that they call.

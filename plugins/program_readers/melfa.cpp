@@ -524,10 +524,19 @@ class MelfaReader final : public Reader {
       if (is_set_before("continuous_distance", at)) {
         if (is_joint && !std::exchange(told_zone_, true))
           note(at, "a distance in mm of a motion of joints becomes C_PTP in %");
-        m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP",
-                                  get("continuous_distance", kReal, at));
+        Ex d = get("continuous_distance", kReal, at);
+        if (is_joint) d = share_of_zone(d);
+        m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", d);
       }
     }
+  }
+  /// A distance [mm] of a motion of joints as C_PTP [%].
+  Ex share_of_zone(const Ex& mm) const {
+    const double full = params_.real("c_ptp_mm") * 1000;
+    char* end = nullptr;
+    const double v = std::strtod(mm.s.c_str(), &end);
+    if (mm.is_place || *end != '\0') return scaled(mm, 100 / full);
+    return measure(std::min(100.0, v * 100 / full));
   }
   void skip_to_with() {
     while (!at_line_end() && !is("wth") && !is("wthif")) next();

@@ -644,7 +644,15 @@ class PacReader final : public Reader {
     const bool is_variable =
         is_global_here() || (s && s->kind != Symbol::routine) || (t.low == function_ && is("=", 1));
     if (is_variable || is("=", 1)) return assignment(at);
-    // A procedure, with or without brackets.
+    // A procedure, with or without brackets; one of another file is called by Call.
+    if (!s && !maker_word(language(), t.low)) {
+      skip_rest();
+      bad(at,
+          std::string(t.raw.substr(0, 40)) +
+              " is neither a statement that is read nor a procedure here",
+          "Write in IRL what it does, or take it out.");
+      return;
+    }
     next();
     call_of(t, at);
   }

@@ -362,6 +362,7 @@ class Pdl2Reader final : public Reader {
     }
     if (accept("exported")) {
       // Of another program: a call of it is one of a routine that is not there.
+      exported_.insert(name.low);
       skip_rest();
       return;
     }
@@ -486,10 +487,10 @@ class Pdl2Reader final : public Reader {
         {"detach", &Pdl2Reader::harmless},
         {"jnt", &Pdl2Reader::jnt}};
     static const std::set<std::string, std::less<>> kOthers{
-        "activate", "cancel", "close",  "connect", "disable", "disconnect", "enable",
-        "exit",     "hold",   "lock",   "open",    "purge",   "read",       "relax",
-        "resume",   "signal", "unlock", "unpause", "decode",  "encode",     "resynch",
-        "release",  "bypass", "begin",  "program"};
+        "activate", "cancel",  "close",  "connect", "disable", "disconnect",   "enable", "exit",
+        "hold",     "lock",    "open",   "purge",   "read",    "relax",        "resume", "signal",
+        "unlock",   "unpause", "with",   "endmove", "endopen", "endcondition", "when",   "endtry",
+        "try",      "decode",  "encode", "resynch", "release", "bypass",       "begin",  "program"};
     if (!is(":=", 1) && !is("[", 1) && !is(".", 1)) {
       if (const auto it = kWords.find(t.low); it != kWords.end()) {
         next();
@@ -505,7 +506,7 @@ class Pdl2Reader final : public Reader {
       return;
     }
     if (kOthers.contains(t.low) && !is(":=", 1)) {
-      skip_rest();
+      skip_motion();
       bad(at, "IRL has no counterpart of " + std::string(t.raw), "Write in IRL what it does.");
       return;
     }
@@ -513,6 +514,14 @@ class Pdl2Reader final : public Reader {
     const Symbol* s = find(t.low);
     if (is(":=", 1) || is("[", 1) || is(".", 1) || (s && s->kind != Symbol::routine && !is("(", 1)))
       return assignment(at);
+    if (!s && !exported_.contains(t.low) && !maker_word(language(), t.low)) {
+      skip_rest();
+      bad(at,
+          std::string(t.raw.substr(0, 40)) +
+              " is neither a statement nor a routine of this program",
+          "ROUTINE declares it, also where it is EXPORTED FROM another program.");
+      return;
+    }
     next();
     std::vector<Ex> args;
     if (accept("(")) args = call_arguments(t.low);
@@ -839,6 +848,11 @@ class Pdl2Reader final : public Reader {
     return std::nullopt;
   }
   void motion(const At& at) {
+    is_read_ = false;
+    motion_read(at);
+    if (!is_read_) skip_motion();
+  }
+  void motion_read(const At& at) {
     const bool flies = word_ == "movefly";
     if (accept("arm") && accept("[")) {
       const Token n = next();
@@ -893,6 +907,7 @@ class Pdl2Reader final : public Reader {
     }
     With with;
     is_good = withs(with, at) && is_good;
+    is_read_ = is_good && (!to || to->ok) && (!via || via->ok);
     if (!is_good || (to && !to->ok) || (via && !via->ok)) return;
     if (type.empty() && with.move_type) type = *with.move_type;
     if (type.empty() && move_type_) type = *move_type_;
@@ -1010,6 +1025,9 @@ class Pdl2Reader final : public Reader {
       if (accept("endmove")) return ok;
       if (!accept("with")) {
         at_ = before;
+        std::size_t k = at_;
+        while (k < tokens_.size() && tokens_[k].kind == Tk::line) ++k;
+        if (k < tokens_.size() && tokens_[k].low == "endmove") at_ = k + 1;
         return ok;
       }
       do {
@@ -1037,14 +1055,17 @@ class Pdl2Reader final : public Reader {
       }());
     }
   }
+  /// The rest of a statement that goes on to ENDMOVE or ENDOPEN.
   void skip_motion() {
-    // To ENDMOVE where the lines end with commas.
     for (;;) {
       skip_rest();
-      if (at_ == 0 || tokens_[at_ - 1].low != ",") return;
-      while (peek().kind == Tk::line) ++at_;
-      if (at_end()) return;
-      if (accept("endmove")) return;
+      std::size_t k = at_;
+      while (k < tokens_.size() && tokens_[k].kind == Tk::line) ++k;
+      const std::string& w = k < tokens_.size() ? tokens_[k].low : word_;
+      const bool is_end = w == "endmove" || w == "endopen";
+      if (k >= tokens_.size() || (w != "with" && !is_end)) return;
+      at_ = k + 1;
+      if (is_end) return;
     }
   }
 
@@ -1066,6 +1087,7 @@ class Pdl2Reader final : public Reader {
   }
   void else_(const At& at) {
     forget();
+    if (is_in("endselect")) return default_(at);
     if (is_in("endif")) between("ELSE", at);
     else bad(at, "ELSE stands outside of IF");
   }
@@ -1623,7 +1645,7 @@ class Pdl2Reader final : public Reader {
 
   std::map<std::string, Type> types_named_;
   std::map<std::string, double> numbers_;  ///< constants, by their names in IRL
-  std::set<std::string> extended_, unvalued_, parameters_;
+  std::set<std::string> extended_, unvalued_, parameters_, exported_;
   std::map<std::string, std::string> poses_;  ///< of targets that are written out
   std::string arm_ = "1", word_, goal_, part_, last_pose_;
   Type result_;
@@ -1631,7 +1653,7 @@ class Pdl2Reader final : public Reader {
   std::optional<std::string> move_type_;  ///< $MOVE_TYPE, where it is known
   std::optional<int> last_status_;
   bool is_announcing_ = false, has_body_ = false, is_extended_ = false, last_has_letters_ = false;
-  bool said_groups_ = false, said_dec_ = false, said_zone_ = false;
+  bool is_read_ = false, said_groups_ = false, said_dec_ = false, said_zone_ = false;
 };
 
 }  // namespace

@@ -223,7 +223,12 @@ struct JointTrajectory {
         "1", nullptr, 0.001, 100                                                              \
   }
 const rmp_param kRapidParams[] = {RMP_TCP_SPEED};
-const rmp_param kAsParams[] = {RMP_TCP_SPEED};
+const rmp_param kAsParams[] = {
+    RMP_TCP_SPEED,
+    {"program", "string", "",
+     "Program of the file that is read, with those that it calls; empty = that of the file's name, "
+     "else main, else the first that nothing calls.",
+     "", nullptr, 1, 0}};
 const rmp_param kPacParams[] = {
     RMP_TCP_SPEED,
     {"fig_xor", "int", "",
@@ -238,7 +243,15 @@ const rmp_param kTpParams[] = {
     "joint_speed", "real", "rad/s", "Speed of the joints that 100 % stand for.", "180 deg/s", \
         nullptr, 0.001, 100                                                                   \
   }
-const rmp_param kUrscriptParams[] = {RMP_JOINT_SPEED};
+#define RMP_C_PTP_MM                                                                    \
+  {                                                                                     \
+    "c_ptp_mm", "real", "m",                                                            \
+        "Distance from the target that 100 % of C_PTP are, where a controller gives a " \
+        "distance for a joint motion.",                                                 \
+        "100 mm", nullptr, 0.001, 10                                                    \
+  }
+const rmp_param kMelfaParams[] = {RMP_C_PTP_MM};
+const rmp_param kUrscriptParams[] = {RMP_JOINT_SPEED, RMP_C_PTP_MM};
 const rmp_param kInformParams[] = {
     {"pulses", "real[]", "",
      "Pulses per degree (or mm) of each axis, then of additional ones; those of the controller's "
@@ -265,15 +278,15 @@ using namespace robomosp::readers;
 
 RMP_PLUGIN("org.robomosp.program_readers", "1.0.0", "Apache-2.0",
            "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi, Staubli, Kawasaki, Comau, "
-           "Denso and "
-           "Yaskawa, G-code, CRCL and ROS, to IRL.",
+           "Denso and Yaskawa, G-code, CRCL and ROS, to IRL.",
            RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
            RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys; .pgf.", "",
                         kRapidParams),
            RMP_PROVIDER(Of<Urscript>, "urscript", "Universal Robots URScript: .script, .urscript.",
                         "", kUrscriptParams),
            RMP_PROVIDER(Of<Tp>, "tp", "FANUC TP: .ls.", "", kTpParams),
-           RMP_PROVIDER_NO_PARAMS(Of<Melfa>, "melfa", "Mitsubishi MELFA-BASIC IV and V: .prg.", ""),
+           RMP_PROVIDER(Of<Melfa>, "melfa", "Mitsubishi MELFA-BASIC IV and V: .prg.", "",
+                        kMelfaParams),
            RMP_PROVIDER_NO_PARAMS(Of<Val3>, "val3",
                                   "Staubli VAL3: an application's .pjx, .dtx, .pgx.", ""),
            RMP_PROVIDER(Of<As>, "as", "Kawasaki AS: .as, .pg.", "", kAsParams),

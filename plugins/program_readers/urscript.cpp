@@ -1155,7 +1155,8 @@ class UrscriptReader final : public Reader {
       Ex blend = scaled(as_real(*r, at), 1000);
       if (is_joint) {
         if (!std::exchange(told_blend_, true))
-          note(at, "blend radii of movej are taken as C_PTP in %, as many as they have mm");
+          note(at, "blend radii of movej become C_PTP in % of c_ptp_mm");
+        blend = scaled(blend, 0.1 / params_.real("c_ptp_mm"));
         if (blend.is_literal && blend.v > 100) blend = real(100);
       }
       m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", blend);

@@ -17,6 +17,7 @@ class ReaderSettings final : public Params {
     if (name == "tcp_speed" || name == "speed") return 1.0;
     if (name == "roll") return 0;
     if (name == "max_speed") return 2.0;
+    if (name == "c_ptp_mm") return 0.1;
     return name == "pl_mm" ? 0.01 : 3.141592653589793;
   }
   [[nodiscard]] long long integer(std::string_view) const override { return 0; }

@@ -182,7 +182,7 @@ BEGIN
   SELECT $GIN[20] OF
   CASE (1, 2):
     s := 'low'
-  DEFAULT:
+  ELSE:
     WRITE ('what', NL)
     PAUSE
   ENDSELECT

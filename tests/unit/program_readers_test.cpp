@@ -1265,7 +1265,7 @@ BEGIN
   SELECT n OF
     CASE (1, 2):
       box.count := n
-    DEFAULT:
+    ELSE:
       WRITE LUN_CRT ('n = ', n, NL)
   ENDSELECT
   IF late THEN
@@ -1932,6 +1932,45 @@ MOVE PTP MAIN_JOINT(5.72957795131, 34.3774677078, -63.0253574644) TIME := 0.5;
                 .find("1:4 error this is no YAML or JSON that can be read: the sign & of YAML is "
                       "not read in messages.\n"),
             std::string::npos);
+}
+
+TEST(ProgramReaders, WordsThatAreNotReadAreNoRoutines) {
+  EXPECT_EQ(read_faults(*read_with(read_pdl2, {{"p.pdl", R"(PROGRAM p
+VAR
+  n, lun : INTEGER
+  q : POSITION
+BEGIN
+  OPEN FILE lun ('NETT:', 'rw'),
+    WITH $FL_BINARY = TRUE,
+  ENDOPEN
+  FROBNICATE(1)
+  MOVEFLY LINEAR TO nowhere ADVANCE,
+    WITH $FLY_TYPE = FLY_CART, $SPD_OPT = SPD_LIN,
+    WITH $LIN_SPD = 0.5, $TERM_TYPE = FINE
+  ENDMOVE
+  n := 1
+END p
+)"}})),
+            "6:3 error IRL has no counterpart of OPEN.\n"
+            "9:3 error FROBNICATE is neither a statement nor a routine of this program.\n"
+            "10:21 error the name nowhere is declared nowhere here.\n");
+  EXPECT_EQ(read_faults(*read_with(read_pacscript, {{"p.pcs", R"(Sub Main
+  Frobnicate 1, 2
+  Frobnicate(1)
+  Call other(1)
+End Sub
+)"}})),
+            "2:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
+            "3:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
+            "4:3 warning other is not among the files; an empty routine stands for it.\n");
+  EXPECT_EQ(read_faults(*read_with(read_as, {{"p.as", R"(.*=== AS GROUP ===
+.*USER IF AS
+.NETCONF     0.0.0.0,""
+.PROGRAM p()
+  FROBNICATE 1
+.END
+)"}})),
+            "5:3 error FROBNICATE is the controller's own, and is not read.\n");
 }
 
 struct Language {

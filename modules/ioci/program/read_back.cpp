@@ -415,11 +415,16 @@ Map settings_for(const ProviderInfo& reader, const model::Controller* profile, d
     out.set("joint_speed", Value(joint_speed));
   // Of RAPID the speed that 100 % become where the profile has none.
   if (reader.name == "rapid") out.set("tcp_speed", Value(5.0));
+  if (asks("c_ptp_mm") && !out.find("c_ptp_mm"))
+    out.set("c_ptp_mm", Value(0.05));  // as the posts have it without an option
   if (!profile) return out;
   if (profile->max_speed > 0 && asks("tcp_speed")) out.set("tcp_speed", Value(profile->max_speed));
   for (const auto& o : profile->options) {
     if (o.name == "fig_xor" && asks("fig_xor"))
       if (const auto n = text::read_int(o.value)) out.set("fig_xor", Value(*n));
+    if (o.name == "ptp_radius" && asks("c_ptp_mm"))
+      if (const auto v = text::read_real(o.value); v && *v > 0)
+        out.set("c_ptp_mm", Value(*v / 1000));
   }
   return out;
 }

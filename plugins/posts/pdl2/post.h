@@ -277,7 +277,7 @@ class Pdl2Writer final : public brand::BrandWriter {
   void case_when(std::span<const std::uint32_t> labels) override {
     middle("CASE (" + list(labels) + "):");
   }
-  void case_default() override { middle("DEFAULT:"); }
+  void case_default() override { middle("ELSE:"); }
   void case_end() override { close("ENDSELECT"); }
   void go_to(std::uint32_t s) override { line("GOTO " + name(s)); }
   void label(std::uint32_t s) override { line(name(s) + "::"); }
