@@ -2,11 +2,13 @@
 #include "ioci/simulation/run_start.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "collision/cache.h"
 #include "collision/collision.h"
+#include "evaluation/payload.h"
 #include "ioci/core/commands.h"
 #include "program_check/check.h"
 #include "robotics/joint_limits.h"
@@ -39,6 +41,23 @@ std::vector<std::string> limits_at_start(CommandContext& ctx, const recording::R
                   sim::member_axes(ctx.snapshot(), r.world, placed.name)
                       .before_place(static_cast<std::size_t>(entry), q) +
                   robotics::excess_words(**m, excess) + ".");
+  }
+  return out;
+}
+
+/// What robots hold by the world's attachments: what a live run of tasks, whose rows have places of
+/// objects and no word on who holds them, starts with.
+std::vector<recording::Load> attached_at_start(CommandContext& ctx, const recording::Recording& r) {
+  const evaluation::Sources sources{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
+                                    &ctx.app.collision_models};
+  std::vector<recording::Load> out;
+  const model::World* const world = ctx.snapshot().get(r.world);
+  for (const model::PlacedRobot& placed : world->robots) {
+    const auto m =
+        ctx.app.derived.robot_model(ctx.snapshot(), placed.robot, world->gravity, ctx.progress);
+    if (!m.ok()) continue;
+    auto own = evaluation::attached_loads(sources, r.world, placed, **m);
+    if (own.ok()) std::move(own->begin(), own->end(), std::back_inserter(out));
   }
   return out;
 }
@@ -78,6 +97,10 @@ Result<recording::RecordingPtr> with_start_notes(CommandContext& ctx,
   for (const recording::Column& c : recording->columns) {
     first.columns.push_back({c.name, c.unit, {}, {c.values.front()}});
   }
+  const auto& objects = ctx.snapshot().get(first.world)->objects;
+  if (!first.loads && std::any_of(objects.begin(), objects.end(),
+                                  [&](const auto& o) { return first.find(o.name + ".x"); }))
+    first.loads = attached_at_start(ctx, first);
   std::shared_ptr<const collision::CollisionModel> model;
   auto touching = touching_at_start(ctx, first, model);
   if (!touching.ok() && touching.error().code == ErrorCode::cancelled)
