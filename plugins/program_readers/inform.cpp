@@ -623,7 +623,7 @@ class InformReader final : public Reader {
       return case_arm(at);
     }
     if (w == "default") {
-      if (is_in("endswitch")) open_arm("DEFAULT:", at);
+      if (is_in("endswitch")) open_default(at);
       else bad(at, "no SWITCH is open here");
       return;
     }
@@ -637,11 +637,7 @@ class InformReader final : public Reader {
       bad(at, "no SWITCH is open here");
       return;
     }
-    if (v.ok && !v.is_constant) {
-      bad(at, "a CASE has a number");
-      return;
-    }
-    open_arm("WHEN " + (v.ok ? v.s : std::string("0")) + ":", at);
+    open_arm({{v}}, at);
   }
   void for_loop(const At& at) {
     const Ex v = primary();
