@@ -26,7 +26,7 @@ constexpr Binary kInformBinaries[] = {
     {"<", 20, Op::lt},   {">", 20, Op::gt},     {"<=", 20, Op::le}, {">=", 20, Op::ge},
     {"+", 30, Op::add},  {"-", 30, Op::sub},    {"*", 40, Op::mul}, {"/", 40, Op::div}};
 
-/// Numbers between commas; nothing where something else stands there.
+/// Numbers between commas; nothing where there is something else.
 std::optional<std::vector<double>> numbers_of_line(std::string_view s) {
   std::vector<double> out;
   std::size_t i = 0;
@@ -262,7 +262,7 @@ class InformReader final : public Reader {
     int tool = 0, user = 0;
     std::vector<double> numbers;  ///< to see whether two are one
   };
-  /// The position that stands here, with additional axes behind it.
+  /// The position at this place, with additional axes behind it.
   std::optional<Place> place_here() {
     const At at = here();
     const std::string key = peek().kind == Tk::name ? position_key(peek().raw) : std::string();
@@ -805,7 +805,7 @@ class InformReader final : public Reader {
     if (!any) bad(at, "SPEED takes VJ=, V= or VR=");
   }
   [[nodiscard]] double level_mm() const { return params_.real("pl_mm") * 1000; }
-  /// What stands behind the position: speed, level, acceleration, UNTIL.
+  /// Tags behind the position: speed, level, acceleration, UNTIL.
   struct Tags {
     std::optional<Ex> speed, turn;
     double level = -1, acc = 100, dec = 100;

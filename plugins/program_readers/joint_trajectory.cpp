@@ -106,7 +106,7 @@ class YamlText {
     while (now() == ' ' || now() == '\t' || now() == '\r') ++at_;
     if (now() == '#') skip_rest_of_line();
   }
-  /// Anything that stands to the right of column `outer`.
+  /// A value to the right of column `outer`.
   bool node(YamlNode& out, int outer, int depth) {
     skip_lines();
     out.at = place();
@@ -459,8 +459,8 @@ class TrajectoryReader final : public Reader {
       if (!is_zero && !std::exchange(told_rates_, true))
         warn(p.items[i].at,
              k.substr(0, 40) +
-                 " are not written: a run goes through the points at their times by cubics of "
-                 "its own");
+                 " are not written: a run goes through the points at their times by its own "
+                 "cubics");
       if (k == "velocities" && is_zero && !is_last) stands_.insert(p.at.begin);
     }
     const YamlNode* positions = p.find("positions");

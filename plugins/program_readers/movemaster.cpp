@@ -205,7 +205,7 @@ class MovemasterReader final : public Reader {
     bool is_over = false;
     for (std::size_t i = from; i < to; ++i) {
       const MovemasterLine& l = lines_[i];
-      // Subroutines stand behind the end, unless the program runs into them.
+      // Subroutines are behind the end, unless the program runs into them.
       if (!is_routine && is_over && is_in_subroutine(i) && !entered_.contains(l.number)) continue;
       if (targets_.contains(l.number)) {
         emit("LABEL " + line_label(l.number) + ":", l.at);

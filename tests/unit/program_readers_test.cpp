@@ -1596,7 +1596,7 @@ movel(pTo, tGrip, mSlow)
 
 // ---- Yaskawa, Movemaster, CRCL, JointTrajectory ----
 
-const std::vector<RobotFile> kInform{{"PICK.JBI", R"(/JOB
+const std::vector<RobotFile> kInformJobs{{"PICK.JBI", R"(/JOB
 //NAME PICK
 //POS
 ///NPOS 4,1,0,0,0,0
@@ -1644,7 +1644,7 @@ SET R000 EXPRESS (2 + 3) * 1.5
 MSG "done"
 END
 )"},
-                                     {"DROP-1.JBI", R"(/JOB
+                                         {"DROP-1.JBI", R"(/JOB
 //NAME DROP-1
 //POS
 ///NPOS 0,0,0,0,0,0
@@ -1666,7 +1666,7 @@ ENDSWITCH
 RET
 END
 )"},
-                                     {"TOOL.CND", R"(//TOOL 0
+                                         {"TOOL.CND", R"(//TOOL 0
 ///NAME
 0.000,0.000,0.000,0.0000,0.0000,0.0000
 0.000,0.000,0.000
@@ -1674,14 +1674,14 @@ END
 ///NAME TORCH
 1.000,2.000,150.000,0.0000,30.0000,0.0000
 )"},
-                                     {"UFRAME.CND", R"(//UFRAME 2
+                                         {"UFRAME.CND", R"(//UFRAME 2
 ///NAME TABLE
 ////BUSER 400.000,0.000,100.000,0.0000,0.0000,90.0000
 )"}};
 
 // Pulses are those of the test's settings: 1000, 1000, 1000, 800, 800, 500 a degree, 100 a mm.
 TEST(ProgramReaders, InformBecomesIrl) {
-  const auto p = read_with(read_inform, kInform);
+  const auto p = read_with(read_inform, kInformJobs);
   EXPECT_EQ(read_faults(*p),
             "29:5 warning variables begin with 0: what they hold is on the controller.\n"
             "11:3 warning the program waits for the end of the pulse, which the controller does "
@@ -1744,7 +1744,7 @@ TEST(ProgramReaders, InformSaysWhatItDoesNotRead) {
       "13:6 error the job has no position C0.\n");
 }
 
-const std::vector<RobotFile> kMovemaster{{"stack.rm1", R"(PD 1,300.0,0.0,200.0,-90.0,0.0
+const std::vector<RobotFile> kMovemasterLines{{"stack.rm1", R"(PD 1,300.0,0.0,200.0,-90.0,0.0
 PD 2,0.0,250.0,150.0,-45.0,30.0
 10 SP 5
 20 TL 120
@@ -1772,7 +1772,7 @@ PD 2,0.0,250.0,150.0,-45.0,30.0
 
 // A hand at a pitch of -90 degrees points down; at a waist of 90 degrees it lies in the plane of y.
 TEST(ProgramReaders, MovemasterBecomesIrl) {
-  const auto p = read_with(read_movemaster, kMovemaster);
+  const auto p = read_with(read_movemaster, kMovemasterLines);
   EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 OUTPUT BOOL: hand AT 1;
@@ -1813,7 +1813,7 @@ RETURN;
       "7:1 error RT is met outside of a subroutine (GS).\n");
 }
 
-const std::vector<RobotFile> kCrcl{{"lift.xml", R"(<?xml version="1.0" encoding="UTF-8"?>
+const std::vector<RobotFile> kCrclProgram{{"lift.xml", R"(<?xml version="1.0" encoding="UTF-8"?>
 <CRCLProgram xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
   <Name>lift</Name>
   <InitCanon><CommandID>1</CommandID></InitCanon>
@@ -1832,7 +1832,7 @@ const std::vector<RobotFile> kCrcl{{"lift.xml", R"(<?xml version="1.0" encoding=
 )"}};
 
 TEST(ProgramReaders, CrclBecomesIrl) {
-  const auto p = read_with(read_crcl, kCrcl);
+  const auto p = read_with(read_crcl, kCrclProgram);
   EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, R"(
 OUTPUT BOOL: gripper AT 1;
@@ -1872,7 +1872,7 @@ MOVE PTP MAIN_JOINT(10.0, 20.0, 30.0, 40.0, 50.0, 60.0);
             "1:10 error this is no XML that can be read: the element b is not ended here.\n");
 }
 
-const std::vector<RobotFile> kTrajectory{{"go.yaml", R"(# as ros2 topic echo shows it
+const std::vector<RobotFile> kTrajectoryMessage{{"go.yaml", R"(# as ros2 topic echo shows it
 header:
   stamp: {sec: 0, nanosec: 0}
   frame_id: ''
@@ -1898,10 +1898,10 @@ points:
 )"}};
 
 TEST(ProgramReaders, JointTrajectoryBecomesIrl) {
-  const auto p = read_with(read_joint_trajectory, kTrajectory);
+  const auto p = read_with(read_joint_trajectory, kTrajectoryMessage);
   EXPECT_EQ(read_faults(*p),
             "19:15 warning velocities are not written: a run goes through the points at their "
-            "times by cubics of its own.\n");
+            "times by its own cubics.\n");
   // Radians are degrees, and times those between points.
   expect_lines(*p, R"(
 MOVE PTP MAIN_JOINT(0.0, 28.6478897565, -57.2957795131) TIME := 1.5 C_PASS := TRUE;
@@ -1988,10 +1988,10 @@ const Language kLanguages[] = {{"krl", read_krl, &kKrl},
                                {"as", read_as, &kAsCell},
                                {"pdl2", read_pdl2, &kPdl2Weld},
                                {"pacscript", read_pacscript, &kPacPick},
-                               {"inform", read_inform, &kInform},
-                               {"movemaster", read_movemaster, &kMovemaster},
-                               {"crcl", read_crcl, &kCrcl},
-                               {"joint_trajectory", read_joint_trajectory, &kTrajectory}};
+                               {"inform", read_inform, &kInformJobs},
+                               {"movemaster", read_movemaster, &kMovemasterLines},
+                               {"crcl", read_crcl, &kCrclProgram},
+                               {"joint_trajectory", read_joint_trajectory, &kTrajectoryMessage}};
 
 /// Everything that the host's guard asks of an answer.
 void expect_sound(const ReadProgram& p, const std::vector<RobotFile>& files,

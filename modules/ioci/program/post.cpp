@@ -810,7 +810,7 @@ RMP_COMMANDS(post_commands) {
                       "are read back where a reader takes them, run in the same place, and "
                       "compared: places of the tool in the world, joints, time, signals; other "
                       "places or signals are errors. Those in C are compiled by the user's "
-                      "compiler (ROBOMOSP_CC, else cc) and run in a process of their own."),
+                      "compiler (ROBOMOSP_CC, else cc) and run in a separate process."),
             optional("world", "ref:world", "", "Which of its worlds it is posted and checked for."),
             optional("name_there", "string", "",
                      "Its name there, where it is in worlds several times."),

@@ -146,7 +146,7 @@ class Listener {
       if (!found.ok()) return refusal(found.error().message);
       return reply(*found);
     }
-    return refusal("this question is not known");
+    return refusal("this request is not known");
   }
   void record(const std::string& what, const std::vector<double>& v) {
     if (v.empty()) return;

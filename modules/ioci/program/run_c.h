@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Posted programs in C, compiled by the user's compiler and run in a process of their own that
+// Posted programs in C, compiled by the user's compiler and run in a separate process that
 // writes down what they command (layer: application, ioci only).
 #pragma once
 
@@ -46,7 +46,7 @@ struct CCommands {
 
 /// Compiles and runs them. The compiler is that of the environment variable ROBOMOSP_CC, else cc,
 /// gcc or clang on PATH, and never what a record says. Needs the permit of Effect::processes. All
-/// that keeps it from running is told by `not_run`; an error is being cancelled.
+/// that keeps it from running is reported by `not_run`; an error is being cancelled.
 [[nodiscard]] Result<CCommands> run_c(CommandContext&, const PostedFiles&, const CInputs&);
 
 }  // namespace robomosp::ioci

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files in C that are compiled beside a posted program to write down what it commands: they stand
-// in place of ROBOMOSP's client and of the PA-10's library (layer: application, ioci only).
+// Files in C that are compiled beside a posted program to write down what it commands, in place
+// of ROBOMOSP's client and of the PA-10's library (layer: application, ioci only).
 #pragma once
 
 namespace robomosp::ioci::run_c_files {
+
+// Their own includes are split, since they are none of this program.
 
 /// Renames the calls of the program, so that each of them is written down.
 inline constexpr const char* kSeen = R"(/* Calls of the program, each followed by a record. */
@@ -22,7 +24,7 @@ inline constexpr const char* kSeen = R"(/* Calls of the program, each followed b
 )";
 
 /// What both controllers have in common. Records are lines of standard error that begin with
-/// "RMP!", questions begin with "RMP?" and are answered on standard input.
+/// "RMP!", requests begin with "RMP?" and are answered on standard input.
 inline constexpr const char* kRecords = R"(
 static void seen_numbers(const double *x, size_t n) {
   size_t i;
@@ -67,7 +69,9 @@ void rmp_seen_additional(const double *values, int count) {
 /// ROBOMOSP's client, as far as programs call it.
 inline constexpr const char* kClientHeader = R"(#ifndef ROBOMOSP_CLIENT_H
 #define ROBOMOSP_CLIENT_H
-#include <stddef.h>
+)"
+                                             "#"
+                                             R"(include <stddef.h>
 typedef struct rmpc_client rmpc_client;
 typedef enum rmpc_status { RMPC_OK = 0, RMPC_REFUSED } rmpc_status;
 typedef struct rmpc_handle { int number; } rmpc_handle;
@@ -81,9 +85,15 @@ const char *rmpc_message(const rmpc_client *c);
 #endif
 )";
 
-inline constexpr const char* kRobomosp = R"(#include "rmp_robomosp.c"
-#include "rmp_motion.c"
-#include <stdarg.h>
+inline constexpr const char* kRobomosp =
+    "#"
+    R"(include "rmp_robomosp.c"
+)"
+    "#"
+    R"(include "rmp_motion.c"
+)"
+    "#"
+    R"(include <stdarg.h>
 
 struct rmpc_client { int nothing; };
 static struct rmpc_client the_client;
@@ -204,8 +214,12 @@ int pa_stp_arm(int arm);
 #endif
 )";
 
-inline constexpr const char* kPa10 = R"(#include "rmp_pa10.c"
-#include "rmp_motion.c"
+inline constexpr const char* kPa10 =
+    "#"
+    R"(include "rmp_pa10.c"
+)"
+    "#"
+    R"(include "rmp_motion.c"
 
 static double seen_now;
 static double seen_inputs[4096];
