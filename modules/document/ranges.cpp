@@ -73,7 +73,7 @@ class Checker {
       }
       case Shape::word:
         if (!t.word_of(p).empty()) return {};
-        return range_fault("the " + f.shown_name() + of + " is none of those that there are");
+        return range_fault("the " + f.shown_name() + of + " is not one of the known values");
       case Shape::colour:
         for (std::size_t i = 0; i < 4; ++i) {
           const auto v = static_cast<double>(static_cast<const float*>(p)[i]);

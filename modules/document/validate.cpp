@@ -168,15 +168,15 @@ Result<void> check_curve(const CsgCurve& c, const Point& start, const std::strin
         return fault(what + " ends where it begins", "Remove it.");
       return {};
     case CsgCurve::Kind::arc: {
-      if (points != 2) return fault(what + " must have two points, one on its way and its end");
+      if (points != 2) return fault(what + " must have two points, one on the arc and its end");
       const Point &by = c.points[0], &end = c.points[1];
       const double cross =
           (by[0] - start[0]) * (end[1] - start[1]) - (by[1] - start[1]) * (end[0] - start[0]);
       const double longest =
           std::max({distance(start, by), distance(by, end), distance(start, end)});
       if (std::fabs(cross) < kShortest * longest)
-        return fault("the three points of " + what + " stand in a line or meet",
-                     "Use a line, or a circle in a loop of its own.");
+        return fault("the three points of " + what + " are on a line or coincide",
+                     "Use a line, or a circle in a separate loop.");
       return {};
     }
     case CsgCurve::Kind::spline: {
@@ -190,7 +190,8 @@ Result<void> check_curve(const CsgCurve& c, const Point& start, const std::strin
       return {};
     }
     case CsgCurve::Kind::circle:
-      return fault(what + " cannot stand beside other curves", "Give it a loop of its own.");
+      return fault(what + " cannot share a loop with other curves",
+                   "Put the circle into a separate loop.");
   }
   return fault(what + " is of an unknown kind");
 }
@@ -289,7 +290,7 @@ Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
   const auto& v = n.sizes;
   if (n.is_centred && !model::height_of(n.kind))
     return fault("a " + std::string(csg_info(n.kind).name) + of + " cannot be centred",
-                 "Only primitives that stand on z = 0 can.");
+                 "Only primitives with their base at z = 0 can be centred.");
   switch (n.kind) {
     case CsgKind::box: return check_fillet(v[3], std::min({v[0], v[1], v[2]}), "side", of);
     case CsgKind::cylinder:
@@ -323,11 +324,11 @@ Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
       break;
     case CsgKind::linear_pattern:
       if (v[0] > 1 && std::hypot(v[1], v[2], v[3]) < kShortest)
-        return fault("the copies" + of + " all stand at one place", "Give dx, dy or dz.");
+        return fault("the copies" + of + " all lie at the same place", "Give dx, dy or dz.");
       break;
     case CsgKind::circular_pattern:
       if (v[0] > 1 && v[1] == 0)
-        return fault("the copies" + of + " all stand at one place", "Give the angle.");
+        return fault("the copies" + of + " all lie at the same place", "Give the angle.");
       if (std::fabs(v[1]) > kCsgFullTurn + 1e-9)
         return fault("the angle" + of + " is " + shown(v[1]) +
                      " rad; at most a full turn is allowed");
@@ -426,7 +427,7 @@ Result<void> check(const Solid& s, Subject& subject, const Watch& watch) {
 
 Result<void> solid_or_object(AnyId id, const What& what) {
   if (!id)
-    return fault(what.text() + " has neither a solid nor an object", "Say what stands there.");
+    return fault(what.text() + " has neither a solid nor an object", "Give a solid or an object.");
   return {};
 }
 
@@ -557,8 +558,9 @@ Result<void> check_maker_axes(const Robot& r, Subject& subject) {
       return fault(what + " is of no link of the robot", "Name the link that its joint moves.");
     const Link& l = r.links[static_cast<std::size_t>(link)];
     if (!robotics::has_one_coordinate(l.joint) || l.mimic)
-      return fault(what + " is of link " + quote(l.name) + ", whose joint has no value of its own",
-                   "Name a link with a revolute or prismatic joint that follows no other.");
+      return fault(
+          what + " is of link " + quote(l.name) + ", and its joint has no independent value",
+          "Name a link with a revolute or prismatic joint that follows no other.");
     return {};
   };
   std::vector<bool> taken(r.links.size(), false);
@@ -622,7 +624,7 @@ Result<void> check(const Robot& r, Subject& subject, const Watch& watch) {
     RMP_TRY(names.add(r.links[i].name));
     if (r.links[i].name == "base")
       return fault("a link cannot be named \"base\"",
-                   "\"base\" is the frame the first link stands on.");
+                   "\"base\" is the frame that the first link is mounted on.");
     RMP_TRY(check_link(r, i));
   }
   const auto count = static_cast<std::int32_t>(r.links.size());
@@ -926,7 +928,7 @@ Result<void> check(const TaskStep& s, const std::string& step) {
                        static_cast<int>(!s.pose.empty()) + static_cast<int>(!s.joints.empty()) +
                        static_cast<int>(s.target && !s.trajectory);
       if (ways != 1)
-        return fault(step + (ways == 0 ? " says not where to" : " has several places to go to"),
+        return fault(step + (ways == 0 ? " has no destination" : " has several places to go to"),
                      "Give one of trajectory, pose, joints and target.");
       RMP_TRY(finite(s.joints, "a joint value of " + step));
       if (s.target) RMP_TRY(placement(*s.target, "the target of " + step));
@@ -977,12 +979,12 @@ Result<void> check(const Task& t, Subject& subject, const Watch& watch) {
       last.pop_back();
     }
     if (open.back() != s.parent)
-      return fault(step + " does not stand right behind the other steps of its block",
-                   "The steps of a block follow it at once.");
+      return fault(step + " does not follow the other steps of its block",
+                   "Put the steps of a block right behind it.");
     const std::int32_t before = last.back();
     if (s.kind == StepKind::otherwise &&
         (before < 0 || t.steps[static_cast<std::size_t>(before)].kind != StepKind::when))
-      return fault(step + " follows no if", "An else stands right behind the block of an if.");
+      return fault(step + " follows no if", "Put an else right behind the block of an if.");
     last.back() = static_cast<std::int32_t>(i);
     if (is_block(s.kind)) {
       open.push_back(static_cast<std::int32_t>(i));

@@ -90,7 +90,7 @@ class Checker {
     }
     events();
     if (options_.contacts) RMP_TRY(contacts_of_run());
-    else out_.not_checked.emplace_back("Contacts: they were not asked for.");
+    else out_.not_checked.emplace_back("Contacts: not requested.");
     coverage();
     finish();
     return {};
@@ -238,7 +238,7 @@ class Checker {
       const auto reached = std::count(m.is_reached.begin(), m.is_reached.end(), true);
       const double share =
           100.0 * static_cast<double>(reached) / static_cast<double>(m.is_reached.size());
-      f.message += "; " + print_rounded(share, 3) + " % of the way is reached";
+      f.message += "; " + print_rounded(share, 3) + " % of the path is reached";
     }
     if (m.is_displaced)
       f.hint += (f.hint.empty() ? "" : " ") +
@@ -256,7 +256,7 @@ class Checker {
     };
     recording::RecordingPtr rec = out_.recording;
     if (!options_.torques) {
-      out_.not_checked.emplace_back("Torques: they were not asked for.");
+      out_.not_checked.emplace_back("Torques: not requested.");
     } else if (limited(&JointModel::max_force)) {
       const std::string torque = "torque";
       auto with = sim::with_quantities_of(sim_, *rec, name, {&torque, 1}, progress_);
@@ -508,7 +508,7 @@ class Checker {
         Fault f = fault_of(i, FaultKind::configuration, Severity::error);
         f.at = time()[rows[std::min(c.at, rows.size() - 1)]];
         f.message = "the straight motion changes the configuration of " + who.name + " from " +
-                    c.from + " to " + c.to + " on its way, which controllers refuse";
+                    c.from + " to " + c.to + " on the path, which controllers refuse";
         f.hint = "Go there by PTP, or give the ends of the path one configuration.";
         place_of_tip(r, rows[std::min(c.at, rows.size() - 1)], f);
         add(std::move(f));
@@ -525,7 +525,7 @@ class Checker {
           f.has_values = true;
           f.value = is, f.limit = asked;
           f.message = "the straight motion ends with STATUS " + std::to_string(is) +
-                      ", and its target says " + std::to_string(asked) + " (" +
+                      ", and its target has " + std::to_string(asked) + " (" +
                       names.status_words() + ")";
           f.hint = "A straight motion keeps its branch: give the target the STATUS " +
                    std::to_string(is) + " or -1, or go to its start in the other one.";
@@ -702,14 +702,14 @@ class Checker {
     if (told_.is_out_of_time)
       out_.not_checked.push_back(
           "The run was ended after " + print_rounded(out_.duration, 6) +
-          " s, and what comes later was not looked at; most_time and duration say when.");
+          " s, and what comes later was not checked; most_time and duration set the limit.");
     if (!jumped_.empty()) {
       std::set<std::uint32_t> lines;
       for (const std::size_t i : jumped_) lines.insert(out_.motions[i].motion.place.span.line);
       std::string list;
       for (const std::uint32_t l : lines) list += (list.empty() ? "" : ", ") + std::to_string(l);
       out_.not_checked.push_back(
-          "The way of the motions of line " + list +
+          "The paths of the motions of line " + list +
           ": the motion before failed, so that they began elsewhere, and the robot was put to "
           "their ends.");
     }

@@ -146,7 +146,7 @@ std::optional<std::string> note_on_standing_base(const model::PlacedRobot& robot
                                                  std::string_view who) {
   if (robot.base_trajectory.empty()) return std::nullopt;
   return "the base of " + text::quote(robot.name) +
-         " stands where it is placed: " + std::string(who) + " not move it along " +
+         " stays where it is placed: " + std::string(who) + " not move it along " +
          text::quote(robot.base_trajectory);
 }
 

@@ -350,7 +350,7 @@ class Simulation {
   Result<void> add_wrench_columns(Recording& out, const MotionTable& table) {
     if (!load_) return {};
     auto columns = wrench_columns(model().tips[static_cast<std::size_t>(load_->tip())].name);
-    recording::Column path{"path", "m", "way of the tip along the reference", {}};
+    recording::Column path{"path", "m", "path length of the tip along the reference", {}};
     for (std::size_t i = 0; i < table.times().size(); ++i) {
       const double t = table.times()[i];
       RMP_TRY_ASSIGN(const TipWrench now, wrench_at(t, table.q(i)));
@@ -521,7 +521,7 @@ class Simulation {
   Result<std::vector<double>> sample_times() {
     duration_ = run_.duration > 0 ? run_.duration : reference_ ? reference_->duration() : 0;
     if (!(duration_ > 0))
-      return error(ErrorCode::invalid_argument, "how long to simulate is not said",
+      return error(ErrorCode::invalid_argument, "no duration of the simulation is given",
                    "Give a duration such as duration = 2.");
     if (!(run_.sample_time > 0) || duration_ / run_.sample_time > kMostSamples)
       return error(ErrorCode::invalid_argument,

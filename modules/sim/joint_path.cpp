@@ -128,10 +128,10 @@ Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<doub
   const auto share = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   for (std::size_t i = 0; i < tries && path.count() > 2; ++i) {
     if (progress.cancelled())
-      return error(ErrorCode::cancelled, "the search for a way was stopped");
+      return error(ErrorCode::cancelled, "the search for a path was cancelled");
     if (is_late && is_late()) break;
     if (tried) ++*tried;
-    progress.report(static_cast<double>(i) / static_cast<double>(tries), "shortening the way");
+    progress.report(static_cast<double>(i) / static_cast<double>(tries), "shortening the path");
     const double whole = path.length();
     double s0 = whole * share(), s1 = whole * share();
     if (s0 > s1) std::swap(s0, s1);

@@ -55,7 +55,7 @@ Error over_before(std::optional<double> end, double from) {
   return error(ErrorCode::conflict,
                "it is over " +
                    (end ? "at " + at_time(*end) + " now, before " : std::string("now before ")) +
-                   at_time(from) + ", where it is to go on",
+                   at_time(from) + ", where it should continue",
                "Go back (run.seek) and refresh it there, or begin again: run.reset.");
 }
 
@@ -407,7 +407,7 @@ Error LiveRun::moved() const {
 Error LiveRun::missing() const {
   if (failure_) return *failure_;
   return error(ErrorCode::conflict, "the run was stopped at " + at_time(head_time()),
-               "run.refresh goes on, run.reset starts it again.");
+               "run.refresh continues it, run.reset starts it again.");
 }
 
 Result<void> LiveRun::start(Source source, Progress& progress) {

@@ -214,10 +214,10 @@ class RobotSpace {
 Result<void> check(const CollisionRobot& robot, const PlanTask& task) {
   const RobotModel& m = *robot.model;
   if (m.dof() == 0)
-    return error(ErrorCode::unsupported, "no way can be planned for it: it has no moving joints",
+    return error(ErrorCode::unsupported, "no path can be planned for it: it has no moving joints",
                  "Plan for a robot with joints.");
   if (const std::string why = robotics::why_not_single_joints(m); !why.empty())
-    return error(ErrorCode::unsupported, "no way can be planned for it yet: " + why,
+    return error(ErrorCode::unsupported, "no path can be planned for it yet: " + why,
                  "Plan for a robot without followers, closed loops, ball and free joints.");
   if (!(task.clearance > 0) || !std::isfinite(task.clearance))
     return error(ErrorCode::invalid_argument, "the clearance is not above 0",
@@ -304,26 +304,26 @@ Result<std::vector<double>> free_goals(RobotSpace& space, const std::vector<doub
   }
   if (!out.empty()) return out;
   const std::size_t count = goals.size() / dof;
-  return error(
-      ErrorCode::invalid_argument,
-      count == 1 ? "at the goal " + first
-                 : "at all " + std::to_string(count) +
-                       " configurations of the goal something is in the way; at the first " + first,
-      "Choose another goal, give a smaller clearance, or allow the pair.");
+  return error(ErrorCode::invalid_argument,
+               count == 1
+                   ? "at the goal " + first
+                   : "at all " + std::to_string(count) +
+                         " configurations of the goal there is a contact; at the first " + first,
+               "Choose another goal, give a smaller clearance, or allow the pair.");
 }
 
 Result<void> check_plan(const Plan& plan, const PlanProblem& p, const std::string& provider) {
   const std::size_t n = p.dof;
   if (plan.points.size() < n || plan.points.size() % n != 0 || !all_finite(plan.points))
-    return broken(provider, "returned a way that is not one of joint vectors");
+    return broken(provider, "returned a path that is not a row of joint vectors");
   if (!std::equal(p.start.begin(), p.start.end(), plan.points.begin()) ||
       plan.goal >= p.goals.size() / n ||
       !std::equal(plan.points.end() - static_cast<std::ptrdiff_t>(n), plan.points.end(),
                   p.goals.begin() + static_cast<std::ptrdiff_t>(plan.goal * n)))
-    return broken(provider, "returned a way that does not lead from the start to a goal");
+    return broken(provider, "returned a path that does not lead from the start to a goal");
   for (std::size_t i = n; i < plan.points.size(); i += n)
     if (!p.is_free_between({&plan.points[i - n], n}, {&plan.points[i], n}))
-      return broken(provider, "returned a way that is not free");
+      return broken(provider, "returned a path with a contact");
   return {};
 }
 
@@ -338,8 +338,7 @@ RobotModel limited(const RobotModel& model, const PlanTask& task, std::vector<st
     if (!has_velocity) joint.max_velocity = task.velocity;
     if (!has_acceleration) joint.max_acceleration = joint.max_velocity / task.ramp;
     const std::string unit = joint.type == JointType::revolute ? " rad/s" : " m/s";
-    notes.push_back("Joint " + std::to_string(j + 1) + " (" + joint.name +
-                    ") has no limit of its own for " +
+    notes.push_back("Joint " + std::to_string(j + 1) + " (" + joint.name + ") has no limit for " +
                     (has_velocity       ? ""
                      : has_acceleration ? "the velocity"
                                         : "velocity and acceleration") +
@@ -386,7 +385,7 @@ Result<void> run_along(const Registry& registry, const CollisionRobot& robot, co
   }
   std::vector<double> shares(out.waypoints.size() / p.dof - 2, kRounding);
   for (int i = 0; i <= kMostRoundings; ++i) {
-    progress.report(1, "rounding and timing the way");
+    progress.report(1, "rounding and timing the path");
     const RoundWay round =
         round_corners(p, out.waypoints, shares, [&](std::span<const double> rows, bool is_reduced) {
           return space.is_free_along(rows, is_reduced ? kCornerClearance : 1);
@@ -417,8 +416,7 @@ Result<void> run_along(const Registry& registry, const CollisionRobot& robot, co
     out.notes.insert(out.notes.end(), out.motion.notes.begin(), out.motion.notes.end());
     return {};
   }
-  return error(ErrorCode::unreachable,
-               "a way was found, and it leaves no room to be run along smoothly",
+  return error(ErrorCode::unreachable, "a path was found, but it is too narrow for a smooth motion",
                "Give a greater clearance or a shorter sample time.");
 }
 
@@ -526,7 +524,7 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
   if (work.shortcuts < task.tries && left() <= 0 && out.waypoints.size() > 2 * dof)
     out.notes.push_back("The time given ended after " + std::to_string(work.shortcuts) + " of " +
                         std::to_string(task.tries) +
-                        " shortcuts: give more seconds for a shorter way that the seed repeats.");
+                        " shortcuts: give more seconds for a shorter path that the seed repeats.");
   if (task.is_timed) {
     const Stopwatch watch(work.timing_seconds);
     RMP_TRY(run_along(registry, robot, task, p, space, out, progress).in(where));
@@ -541,12 +539,12 @@ Recording planned_recording(const CollisionRobot& robot, WorldId world, const Pl
   const RobotMotion& t = plan.motion;
   const std::size_t dof = model.dof();
   Recording out;
-  out.title = robot.name + ": planned way";
+  out.title = robot.name + ": planned path";
   out.world = world;
   out.robot = robot.name;
   out.dof = dof;
   out.notes = plan.notes;
-  out.columns.push_back({"time", "s", "time along the way", t.times});
+  out.columns.push_back({"time", "s", "time along the path", t.times});
   const auto add = [&](const char* stem, const char* what, const char* per,
                        const std::vector<double>& table) {
     for (std::size_t j = 0; j < dof; ++j) {

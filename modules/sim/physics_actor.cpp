@@ -200,8 +200,8 @@ Result<void> PhysicsActor::choose_dynamic() {
     if (is_dynamic[j] && (!is_single(joints[j]) || joints[j].passive))
       return error(ErrorCode::unsupported,
                    "joint " + text::quote(joints[j].name) +
-                       " stands on a joint that grips and has no motor that could hold it",
-                   "Say drive = \"controlled\".", "robot " + text::quote(placed->name));
+                       " is carried by a gripping joint and has no motor to hold it",
+                   "Give drive = \"controlled\".", "robot " + text::quote(placed->name));
   return {};
 }
 

@@ -35,7 +35,7 @@ Result<void> PhysicsSimulation::plan(Progress& progress) {
     return error(ErrorCode::invalid_argument,
                  duration_ > 0
                      ? "the step is too short for " + text::print_rounded(duration_) + " s"
-                     : std::string("how long to simulate is not said"),
+                     : std::string("no duration of the simulation is given"),
                  "Give a duration such as duration = 2, and a step such as 0.001 s.");
   ticks_ = static_cast<std::int64_t>(std::ceil(duration_ / run_.step - 1e-9));
   if (from_)
@@ -53,8 +53,7 @@ Result<double> PhysicsSimulation::plan_one(const PhysicsAction& action, std::siz
                  "Give times that are not negative.");
   if (action.kind == Kind::wait) return begin + action.duration;
   if (robot.empty())
-    return error(ErrorCode::invalid_argument, "which robot acts is not said",
-                 "Name it: robot = ...");
+    return error(ErrorCode::invalid_argument, "the action names no robot", "Name it: robot = ...");
   std::vector<PlacedName> names;
   for (const Actor& a : actors_) names.push_back({a.placed->name});
   RMP_TRY_ASSIGN(const std::size_t who, find(names, "robot", robot));
@@ -103,7 +102,7 @@ Result<double> PhysicsSimulation::plan_move(Actor& a, const PhysicsAction& actio
                     static_cast<int>(!action.trajectory.empty());
   if (given != 1)
     return error(ErrorCode::invalid_argument,
-                 given == 0 ? "where the robot moves is not said"
+                 given == 0 ? "the move has no destination"
                             : "it has more than one of q, recording and trajectory",
                  "Give one of q, recording and trajectory.");
   if (!action.q.empty()) {
@@ -123,8 +122,7 @@ Result<double> PhysicsSimulation::plan_move(Actor& a, const PhysicsAction& actio
     const double duration = action.duration > 0 ? action.duration : least_duration(a, action.q);
     if (!std::isfinite(duration))
       return error(ErrorCode::invalid_argument,
-                   "how long the move takes is not said, and not all joints have a greatest "
-                   "velocity",
+                   "the move has no duration, and not all joints have a velocity limit",
                    "Give its duration.");
     if (duration > 0) RMP_TRY(a.path->add(begin, duration, action.q));
     return begin + duration;

@@ -270,7 +270,7 @@ Result<ActingLoad> recorded_wrench(const Recording& r, const Actor& a) {
     for (const TipModel& t : m.tips) known.push_back(t.name);
     return error(
         ErrorCode::invalid_argument,
-        "the columns wrench1 to wrench6 do not tell at which tip they act",
+        "the columns wrench1 to wrench6 do not name the tip at which they act",
         "Give tip_wrench, the recording itself, and tip, one of " + text::enumerate(known) + ".",
         "robot " + text::quote(m.name));
   }

@@ -202,7 +202,7 @@ class Builder {
     }
     if (task_.base && !record.points.empty())
       return error(ErrorCode::unsupported,
-                   "it goes to points in space while the base moves, and does not say when",
+                   "it moves to points in space at unknown times while the base moves",
                    "Give joint values, or a path in space such as a line.", here);
     for (std::size_t k = 0; k < record.points.size(); ++k) {
       const Pose target = spatial::compose(task_.base_T_trajectory, model::pose(record.points[k]));

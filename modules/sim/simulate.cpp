@@ -138,8 +138,8 @@ Result<void> only_standing(const RunSetup& setup, const std::string& what) {
   if (!setup.base) return {};
   return error(ErrorCode::unsupported,
                "its base moves along " + text::quote(setup.base_trajectory) + ", and " + what +
-                   " know bases that stand only",
-               "world.set_base{kind = \"fixed\"} lets it stand where it is placed.",
+                   " support fixed bases only",
+               "world.set_base{kind = \"fixed\"} fixes the base where it is placed.",
                setup.task.where);
 }
 
@@ -220,9 +220,9 @@ Result<Recording> kinematic_recording(const Run& run, const RunSetup& setup, con
   recording.columns.push_back(
       {"rotation_error", "rad", "angle left to the wanted orientation", t.rotation_error});
   if (!t.approach.empty())
-    recording.columns.push_back(
-        {recording::kApproachColumn, "",
-         "1 while the joints go to where the trajectory goes on, 0 along it", t.approach});
+    recording.columns.push_back({recording::kApproachColumn, "",
+                                 "1 while the joints approach the trajectory, 0 along it",
+                                 t.approach});
   mark_limits(recording, model);
   if (setup.base)
     recording.notes.push_back("The base moves along " + text::quote(setup.base_trajectory) +
@@ -420,11 +420,10 @@ Result<RecordingPtr> time_optimal(const Simulator& sim, const Run& run, const Re
   if (load.is_given()) {
     RMP_TRY_ASSIGN(bound, BoundTipLoad::create(load, *setup.model).in(setup.task.where));
     if (bound->uses_time())
-      return error(ErrorCode::invalid_argument,
-                   "a force over time does not tell how fast the path may be run: the time at "
-                   "which the robot is where is what is sought",
-                   "Give a constant, or an expression or a recording over `path`.",
-                   setup.task.where);
+      return error(
+          ErrorCode::invalid_argument,
+          "a force over time cannot be used: a time-optimal run computes the time at each place",
+          "Give a constant, or an expression or a recording over `path`.", setup.task.where);
   }
   RMP_TRY_ASSIGN(const RobotMotion slow, kinematics(sim, run, setup, progress));
   RMP_TRY_ASSIGN(const auto dynamics,

@@ -59,7 +59,7 @@ std::string reason_of(const IkResult& r, const RobotModel& model, const robotics
   // The solver may have told the joint already.
   if (const auto j = static_cast<std::size_t>(r.limiting_joint);
       r.limiting_joint >= 0 && why.find(model.joints[j].name) == std::string::npos)
-    why += "; a limit of " + joint_name(model, axes, j) + " is in the way";
+    why += "; a limit of " + joint_name(model, axes, j) + " prevents it";
   return why;
 }
 
@@ -287,7 +287,7 @@ Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& s
     first = end;
   }
   out.notes.emplace_back(
-      "Limits of the joints and contact are checked where it is reached, not on the way between.");
+      "Joint limits and contact are checked where the path is reached, not in between.");
   return out;
 }
 
@@ -321,9 +321,9 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
   } else {
     const RecordingPtr recording = *motion;
     if (recording->find(recording::kApproachColumn))
-      add_note(out,
-               "The joints are not where the trajectory goes on: the approach to there is checked "
-               "too.");
+      add_note(
+          out,
+          "The joints are not at the beginning of the trajectory: the approach is checked, too.");
     out.times = recording->columns.front().values;
     out.states.assign(out.times.size(), PathState::good);
     std::vector<Pose> frames(setup.model->joints.size());

@@ -343,7 +343,7 @@ Result<sim::RobotMotion> TaskExecutor::followed(const Following& f, std::size_t 
                             : std::string()) +
                      "joint " + quote(joint.name) + " of robot " + quote(a.placed->name) +
                      " would come to " + text::print_rounded(out.q[k]) +
-                     ", beyond its limits, on the way to " + f.name,
+                     ", beyond its limits, on its path to " + f.name,
                  "Give a longer duration, or begin from elsewhere.");
   }
   return out;
@@ -534,8 +534,8 @@ Result<void> TaskExecutor::refresh_following(double t) {
       if (!f.is_dynamic && !moves_after(f.to, t)) continue;
       if (f.is_dynamic && !f.goal.empty() && t >= f.end - kSameTime) continue;
       if (!f.is_dynamic && f.kind == Following::Kind::along) {
-        note(t, a.placed->name + " goes on along its trajectory where " + f.name +
-                    " stood, which moves from now on");
+        note(t, a.placed->name + " continues its trajectory where " + f.name +
+                    " was, which moves from now on");
         a.following.reset();
         continue;
       }
@@ -616,7 +616,7 @@ Result<std::optional<TaskExecutor::Following>> TaskExecutor::following_of(
                    "robot " + quote(a.placed->name) + ": " +
                        robotics::why_not_single_joints(*a.model) + ", and cannot follow " + f.name +
                        " yet",
-                   "Move it to joint values when the frame stands.");
+                   "Move it to joint values while the frame is at rest.");
     return std::optional<Following>{};
   }
   auto with_tool = std::make_shared<RobotModel>(*a.model);

@@ -116,7 +116,7 @@ Result<void> TaskExecutor::close(const Actor& a, const std::vector<double>& goal
     const robotics::Closure c = robotics::close_loops(*a.model, at, target, held);
     if (!c.is_closed)
       return error(ErrorCode::unreachable,
-                   "robot " + quote(a.placed->name) + " cannot go on " +
+                   "robot " + quote(a.placed->name) + " cannot continue " +
                        text::print_rounded(m.times[i]) + " s after the move began: its loop " +
                        quote(a.model->loops[c.worst_loop].name) + " would open by " +
                        text::print_rounded(c.residual),

@@ -130,7 +130,7 @@ ProgramActor::Stuck ProgramActor::stuck() const {
   }
   if (out.waits.empty()) {
     out.waits.push_back("program " + text::quote(name()) + ", " + where() + " waits");
-    out.hints.emplace_back("Let another process or task go on.");
+    out.hints.emplace_back("Let another process or task continue.");
   }
   return out;
 }

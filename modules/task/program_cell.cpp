@@ -279,16 +279,17 @@ Result<std::optional<std::string>> ProgramCell::read_line(std::uint32_t) {
   }
   return fails(
       ErrorCode::not_found,
-      "READ asks for line " + std::to_string(a_.lines_read_ + 1) + ", and " +
-          (lines.empty() ? "nobody answers" : std::to_string(lines.size()) + " were given"),
+      "READ waits for line " + std::to_string(a_.lines_read_ + 1) + ", and " +
+          (lines.empty() ? "no lines were given" : std::to_string(lines.size()) + " were given"),
       "Give lines = {...}, or start a live run, which waits for run.input.");
 }
 
 Result<void> ProgramCell::pause(std::uint32_t process, std::string_view message) {
   x_.note(now_, n_.name + " is at PAUSE" + (message.empty() ? "" : ": ") + std::string(message) +
-                    (a_.typed_ ? "" : "; nobody is asked, and it goes on"));
+                    (a_.typed_ ? "" : "; no operator is connected, and the program continues"));
   if (a_.inspection_)
-    tell(InspectedEvent::Kind::pause, "PAUSE: nobody is asked in a check, and it goes on", "");
+    tell(InspectedEvent::Kind::pause, "PAUSE: a check has no operator, and the program continues",
+         "");
   a_.paused_.insert(process);
   return {};
 }

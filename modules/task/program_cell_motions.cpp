@@ -361,7 +361,7 @@ Result<std::vector<ProgramCell::Goal>> ProgramCell::goals_of(const program::Moti
         (m.interpolation == RMP_MOVE_PTP || m.interpolation == RMP_MOVE_LIN))
       return error(ErrorCode::unsupported,
                    "several targets in one motion, while additional axes move with it",
-                   "Give each target a MOVE of its own.");
+                   "Write a MOVE for each target.");
     std::copy(b.rail_to.begin(), b.rail_to.end(), before.q.begin());
     before.pose = spatial::compose(b.reference_to,
                                    spatial::compose(spatial::inverse(b.reference_from), from.pose));

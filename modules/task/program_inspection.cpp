@@ -59,10 +59,11 @@ bool ProgramActor::waive(double now) {
       if (w.kind == program::WaitKind::semaphore || w.kind == program::WaitKind::line)
         tell(InspectedEvent::Kind::stuck, place(w.process, span, now),
              w.kind == program::WaitKind::line
-                 ? "READ waits for a line that nobody types"
-                 : "ACQUIRE waits for a semaphore that nobody releases",
-             w.kind == program::WaitKind::line ? "Give the value by a signal or in the source."
-                                               : "RELEASE it on every way through the others.");
+                 ? "READ waits for a line, and a check has no operator"
+                 : "ACQUIRE waits for a semaphore that no process releases",
+             w.kind == program::WaitKind::line
+                 ? "Give the value by a signal or in the source."
+                 : "RELEASE it on every path through the other processes.");
       continue;
     }
     std::vector<std::string> names;
@@ -77,7 +78,7 @@ bool ProgramActor::waive(double now) {
       for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
       tell(InspectedEvent::Kind::signal, place(w.process, span, now),
            names.empty() ? "WAIT FOR waits for what nothing can change any more"
-                         : "WAIT FOR waits for what nobody gives: " + list +
+                         : "WAIT FOR waits for a signal that nothing sets: " + list +
                                (names.size() == 1 ? " does" : " do") + " not change any more",
            names.empty() ? "Change the condition, or give it a TIMEOUT."
                          : "Let another program or task of the world set it, bind it "

@@ -355,7 +355,7 @@ void TaskExecutor::note(double t, const std::string& text) {
   note_bytes_ += text.size() + kBytesOfNote;
   notes_.push_back("t = " + text::print_rounded(t) + " s: " +
                    (note_bytes_ > kMostNoteBytes
-                        ? std::string("more than 64 MB were said; what follows is left out")
+                        ? std::string("the notes are longer than 64 MB; later ones are left out")
                         : text));
 }
 

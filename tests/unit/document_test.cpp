@@ -562,8 +562,9 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
             "robot \"r\": pose \"home\" has 1 joint value; the robot has 2 moving joints.");
   r.links[1].joint = model::JointKind::fixed;
   EXPECT_EQ(refusal("r", r), "");
-  EXPECT_EQ(refusal("o", object_of({AnyId{}})),
-            "object \"o\": part \"p0\" has neither a solid nor an object. Say what stands there.");
+  EXPECT_EQ(
+      refusal("o", object_of({AnyId{}})),
+      "object \"o\": part \"p0\" has neither a solid nor an object. Give a solid or an object.");
 }
 
 TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {

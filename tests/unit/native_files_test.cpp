@@ -400,8 +400,8 @@ TEST_F(NativeFiles, FaultsAreToldWithFileLineAndColumn) {
   EXPECT_EQ(refusal("robomosp material 1\nname 2m\ndensity 1\n", "m.mtr"),
             "m.mtr:2:6: \"name\" needs a name.");
   EXPECT_EQ(refusal("robomosp material 1\nname \"\xC3\xA9\" density 1 \xC3\xA9\n", "m.mtr"),
-            "m.mtr:2:20: the character \"\xC3\xA9\" is not allowed in an expression. Put text with "
-            "such letters in double quotes.");
+            "m.mtr:2:20: the character \"\xC3\xA9\" cannot stand here. Put text with such letters "
+            "in double quotes.");
 }
 
 TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {

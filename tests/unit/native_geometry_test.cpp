@@ -112,8 +112,8 @@ TEST_F(NativeSolids, ModifiersHoldOneNodeAndTheirSizes) {
             "s.csg:3:1: count of linear_pattern \"m\" is 2.5; it must be a whole number from 1 to "
             "10000.");
   EXPECT_EQ(refusal("linear_pattern m { count 2 sphere a { radius 1 } }"),
-            "s.csg:3:1: the copies of linear_pattern \"m\" all stand at one place. Give dx, dy or "
-            "dz.");
+            "s.csg:3:1: the copies of linear_pattern \"m\" all lie at the same place. Give dx, dy "
+            "or dz.");
   EXPECT_EQ(
       refusal("fillet f { radius 1 mm  select \"parallel w\" sphere a { radius 1 } }")
           .substr(0, 81),
@@ -173,8 +173,8 @@ TEST_F(NativeSolids, ProfilesThatEncloseNothingAreRefused) {
             "s.csg:3:1: curve 2 of loop 1 of the profile of prism \"p\" ends where it begins. "
             "Remove it.");
   EXPECT_EQ(loop("start (0, 0) arc (1, 0) (2, 0) line (0, 1)"),
-            "s.csg:3:1: the three points of curve 1 of loop 1 of the profile of prism \"p\" stand "
-            "in a line or meet. Use a line, or a circle in a loop of its own.");
+            "s.csg:3:1: the three points of curve 1 of loop 1 of the profile of prism \"p\" are on "
+            "a line or coincide. Use a line, or a circle in a separate loop.");
   EXPECT_EQ(loop("start (0, 0) arc (1, 0)"),
             "s.csg:3:50: an arc needs two points: one on its way and its end.");
   EXPECT_EQ(loop("start (0, 0) line (1, 0, 0)"),

@@ -380,10 +380,10 @@ TEST_F(Physics, TellsWhatIsWrong) {
       "the world has no object \"bux\"");
   has(told([](PhysicsRun& r) { r.robots[0].name = "gentry"; }), "the world has no robot");
   has(told([](PhysicsRun& r) { r.friction = -1; }), "friction");
-  has(told([](PhysicsRun& r) { r.actions.clear(); }), "how long to simulate");
+  has(told([](PhysicsRun& r) { r.actions.clear(); }), "no duration of the simulation");
   has(told([](PhysicsRun& r) { r.step = 0; }), "the step is not a positive time");
   has(told([](PhysicsRun& r) { r.actions[0].q = {0}; }), "q has 1 numbers, but 2 are needed");
-  has(told([](PhysicsRun& r) { r.actions[0].duration = 0; }), "how long the move takes");
+  has(told([](PhysicsRun& r) { r.actions[0].duration = 0; }), "the move has no duration");
   has(told([](PhysicsRun& r) { r.actions[3].time = 0.1; }), "before robot \"gantry\" has ended");
   has(told([](PhysicsRun& r) { r.actions[0].q = {0, -0.1}; }), "touches no object that can move");
   has(told([](PhysicsRun& r) { r.actions[2].object = "floor"; }), "cannot move");

@@ -62,7 +62,8 @@ TEST_F(ProgramInput, PauseStopsALiveRunUntilItIsContinued) {
   EXPECT_EQ(said[1], "t = 0.2 s: stops: on");
   // Nobody stands beside a run that is recorded at once.
   const RecordingPtr r = run();
-  EXPECT_TRUE(has_note(r, "stops is at PAUSE: turn the part; nobody is asked, and it goes on"));
+  EXPECT_TRUE(has_note(
+      r, "stops is at PAUSE: turn the part; no operator is connected, and the program continues"));
   EXPECT_NEAR(column(r, "time").back(), 0.3, 1e-9);
 }
 
@@ -121,10 +122,10 @@ TEST_F(ProgramInput, WhatWasTypedCountsOverARefreshAndNotOverAReset) {
 TEST_F(ProgramInput, RunsThatAreRecordedAtOnceTakeLines) {
   const Value sum = put_sum();
   EXPECT_TRUE(has_note(run({{"lines", List{"1", "2"}}}), "sum: 3"));
-  EXPECT_NE(fault().find("sum.irl:4:1: READ asks for line 1, and nobody answers. Give lines"),
+  EXPECT_NE(fault().find("sum.irl:4:1: READ waits for line 1, and no lines were given. Give lines"),
             std::string::npos)
       << fault();
-  EXPECT_NE(fault({{"lines", List{"1"}}}).find("sum.irl:6:1: READ asks for line 2, and 1 were"),
+  EXPECT_NE(fault({{"lines", List{"1"}}}).find("sum.irl:6:1: READ waits for line 2, and 1 were"),
             std::string::npos);
   EXPECT_NE(fault({{"lines", List{"one", "2"}}}).find("sum.irl:4:1"), std::string::npos);
   EXPECT_NE(fault({{"lines", "1"}}).find("lines are a list"), std::string::npos);

@@ -57,7 +57,7 @@ for i = 2, #q - 1, 20 do  -- tau = I qdd - a F
   near(r:values("tau1")[i], I * r:values("qdd1")[i] + a * (4 + 10 * a * q[i]), 1e-4, "row " .. i)
 end
 local good, why = pcall(run, "1 N/s * time")
-assert(not good and tostring(why):find("a force over time does not tell how fast"), tostring(why)))~");
+assert(not good and tostring(why):find("a force over time cannot be used"), tostring(why)))~");
 }
 
 // One joint without weight, from rest to rest by d: it speeds up with (L - T) / I and slows down

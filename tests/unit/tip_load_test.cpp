@@ -600,7 +600,7 @@ TEST_F(TipLoads, RecordedForcesStayAtTheirTip) {
   const std::vector<std::string> torque{"torque"};
   const auto unclear = sim::with_quantities(simulator, bare, torque, progress);
   ASSERT_FALSE(unclear.ok());
-  EXPECT_NE(unclear.error().sentence().find("do not tell at which tip"), std::string::npos)
+  EXPECT_NE(unclear.error().sentence().find("do not name the tip"), std::string::npos)
       << unclear.error().sentence();
   TipLoad named;
   named.recorded = std::make_shared<const recording::Recording>(bare);
