@@ -104,6 +104,7 @@ TEST_F(ProgramCommands, AListOfAnotherProgramInTheFolderBreaksNoProgram) {
   write("q.irl", "PROGRAM q;\nVAR REAL: k; STRING: n;\nBEGIN\nk := 2.0;\nENDPROGRAM;\n");
   write("datalist.dls", "n := 7;\nplace := 3;\n");
   const auto checked = [&](const char* file) {
+    call("document.clear");
     const Value id = call("program.import", {{"file", (folder_ / file).string()}});
     return call("program.check", {{"id", id}});
   };
