@@ -347,7 +347,7 @@ cell:add_trajectory{trajectory = "drive"}
 arm:set_base{trajectory = "drive"}
 local function says(run)
   local all = table.concat(run:notes(), "\n")
-  assert(all:find('base of "arm" stands where it is placed', 1, true), all)
+  assert(all:find('base of "arm" stays where it is placed', 1, true), all)
 end
 says(cell:simulate_physics{duration = 0.01})
 cell:add_task{task = task.create{name = "wait", steps = {{step = "wait", time = 0.01}}}, robot = "arm"}
