@@ -188,7 +188,7 @@ TEST_F(ModuleTest, FaultsOfAModuleAreSentencesThatNameIt) {
        "its table does not name"},
       {"bench.endless", "commands of plugins call each other more than 32 deep"},
       {"bench.misreads", "a failed result was read"},
-      {"bench.other_thread", "bench.other_thread called run from a thread of its own"},
+      {"bench.other_thread", "bench.other_thread called run from another thread"},
   };
   for (const auto& [command, sentence] : kFaults) {
     const Error e = fails(command);
@@ -329,8 +329,8 @@ TEST_F(ModuleTest, SettingsAreSavedLoadedUndoneAndKeptWithoutThePlugin) {
                                        {{"plugin", "bench"}, {"setting", "gap"}, {"value", 0.1}});
   ASSERT_FALSE(blind.ok());
   EXPECT_EQ(blind.error().sentence(),
-            "the plugin \"bench\" is not loaded, so nothing tells what its settings may be. They "
-            "are kept as they are until it is.");
+            "the plugin \"bench\" is not loaded, so its settings cannot be checked. They are kept "
+            "as they are until it is.");
   fs::remove(file);
   ASSERT_TRUE(without->dispatch(reader, "file.save_all", {{"folder", folder_.string()}}).ok());
   EXPECT_EQ(*io::read_file(file), text) << "not a byte is lost";

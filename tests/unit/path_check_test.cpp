@@ -82,7 +82,7 @@ TEST_F(PathCheck, AStartInContactIsAFaultBeforeTheWay) {
       "assert(not c.is_good and #c.faults == 1 and f.kind == 'start', c.faults)\n"
       "assert(math.abs(f.excess - 0.05) < 1e-6 and f.unit == 'm' and f.q[1] == 0.8)\n"
       "assert(f.a == 'beam' and f.b == 'lift.rail' or f.b == 'beam' and f.a == 'lift.rail')");
-  EXPECT_NE(eval("f.text").find("where the robot stands before it begins: "), std::string::npos)
+  EXPECT_NE(eval("f.text").find("at the robot's present joint values, before it begins: "), std::string::npos)
       << eval("f.text");
   run("assert(check{trajectory = 'low', collisions = false}.is_good)\n"
       "cell:set_robot_q{robot = 'lift', q = {0.7}}\n"

@@ -355,7 +355,7 @@ says(cell:run_task{})
 says(cell:plan_path{robot = "arm", from = {0, 0, 0, 0, 0, 0}, to = q}.recording)
 cell:remove_member("drive"))~");
   EXPECT_EQ(said("base"),
-            "The way \"drive\" is gone: the base of \"arm\" stands where it is placed.");
+            "The way \"drive\" is gone: the base of \"arm\" stays where it is placed.");
   run(R"~(
 cell:add_object{what = object.create{name = "box", parts = {
   {what = solid.create{name = "cube", root = {kind = "box", name = "b", x = 0.1, y = 0.1, z = 0.1}}}}}}

@@ -122,7 +122,7 @@ TEST_F(RenderCommand, APlotInTheAnswerNeedsNoFile) {
   const std::string written(std::istreambuf_iterator<char>(in), {});
   const auto both = plot({{"file", file("b.svg")}, {"as", "svg"}});
   ASSERT_FALSE(both.ok());
-  EXPECT_NE(both.error().sentence().find("both are asked for"), std::string::npos);
+  EXPECT_NE(both.error().sentence().find("both are requested"), std::string::npos);
   EXPECT_FALSE(fs::exists(file("b.svg")));
   const auto png = plot({{"as", "png"}});
   ASSERT_TRUE(png.ok()) << png.error().sentence();

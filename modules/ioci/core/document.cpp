@@ -171,7 +171,7 @@ RMP_COMMANDS(document_commands) {
   all.push_back(
       {.name = "cache.kept",
        .classic = "",
-       .summary = "Tells where computed geometry is kept from run to run, and how much of it.",
+       .summary = "Shows the folder and the size of the geometry cache.",
        .details = "Meshes, moments and shapes for collision are kept in files by a fingerprint of "
                   "all that they were computed from, so that the next run finds them; results are "
                   "the same to the last bit. The program's option --no-cache and the environment "
@@ -230,7 +230,7 @@ RMP_COMMANDS(document_commands) {
                    {field("severity", "string", "", "debug, info, warning or error."),
                     field("code", "string", "", "Stable word for the sort of message."),
                     field("text", "string", "", "The sentence."),
-                    field("source", "string", "", "Who says it."),
+                    field("source", "string", "", "The part of the program that posted it."),
                     field("repeated", "int", "", "How often the same was left out before it.")}},
        .effect = Effect::reads,
        .run = message_list});

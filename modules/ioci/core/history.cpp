@@ -301,7 +301,7 @@ RMP_COMMANDS(history_commands) {
                              {field("number", "int", "", "Counts up, never reused."),
                               field("name", "string", "", "Its name."),
                               field("kind", "string", "", "console, script, connection or window."),
-                              field("mine", "bool", "", "Whether it is the one that asks."),
+                              field("mine", "bool", "", "True for the session that called this."),
                               field("open", "bool", "", "Whether it has not ended.")}},
                  .effect = Effect::reads,
                  .run = list_sessions});

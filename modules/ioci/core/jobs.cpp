@@ -62,21 +62,20 @@ RMP_COMMANDS(job_commands) {
                  .returns = {"map", "", "", status},
                  .effect = Effect::reads,
                  .run = progress});
-  all.push_back(
-      {.name = "job.wait",
-       .classic = "",
-       .summary = "Waits for the end of a job and gives what its command returns.",
-       .details = "An error of the job is an error here. It can be asked for again later. When the "
-                  "wait is interrupted, the job goes on.",
-       .example = "material.create{name = \"brass\", density = 8500}\n"
-                  "local job = start(\"material.list\")\nassert(#job:wait() == 1)",
-       .params = {self("job")},
-       .returns = {"any", "", "The result of the job's command.", {}},
-       .effect = Effect::reads,
-       .run = wait});
+  all.push_back({.name = "job.wait",
+                 .classic = "",
+                 .summary = "Waits for the end of a job and gives what its command returns.",
+                 .details = "An error of the job is an error here. The result can be read again "
+                            "later. When the wait is interrupted, the job continues.",
+                 .example = "material.create{name = \"brass\", density = 8500}\n"
+                            "local job = start(\"material.list\")\nassert(#job:wait() == 1)",
+                 .params = {self("job")},
+                 .returns = {"any", "", "The result of the job's command.", {}},
+                 .effect = Effect::reads,
+                 .run = wait});
   all.push_back({.name = "job.cancel",
                  .classic = "",
-                 .summary = "Asks a job to end.",
+                 .summary = "Cancels a job.",
                  .details =
                      "A job that ends so leaves document and recordings as they were; one that "
                      "is past that point ends with its result.",

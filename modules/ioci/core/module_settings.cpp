@@ -113,10 +113,10 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
   const std::string setting = text_of(args, "setting");
   if (!m) {
     if (!id) return unknown_name("plugin with settings", name, known_modules(ctx));
-    return error(ErrorCode::unsupported,
-                 "the plugin " + text::quote(name) +
-                     " is not loaded, so nothing tells what its settings may be",
-                 "They are kept as they are until it is.");
+    return error(
+        ErrorCode::unsupported,
+        "the plugin " + text::quote(name) + " is not loaded, so its settings cannot be checked",
+        "They are kept as they are until it is.");
   }
   RMP_TRY_ASSIGN(const ParamSpec* spec, setting_named(*m, setting));
   std::optional<Param> value;

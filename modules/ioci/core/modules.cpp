@@ -167,8 +167,8 @@ class HostCall final : public ModuleCall {
   /// The records that a command works on are its thread's, and so is the permit.
   [[nodiscard]] Result<void> is_here(const char* function) const {
     if (std::this_thread::get_id() == thread_) return {};
-    return error(ErrorCode::plugin_failed,
-                 who() + " called " + function + " from a thread of its own", report());
+    return error(ErrorCode::plugin_failed, who() + " called " + function + " from another thread",
+                 report());
   }
   const LoadedModule& module_;
   CommandContext& ctx_;

@@ -94,11 +94,9 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
   const bool is_said = has(args, "run_in_process");
   if (!is_said && (keeps || has(args, "seconds") || has(args, "memory") || has(args, "confined") ||
                    has(args, "providers")))
-    return error(
-        ErrorCode::invalid_argument,
-        "seconds, memory, confined, providers and keep are of a plugin that is said to run in a "
-        "process of its own, or not to",
-        "Give run_in_process = false or true.", "run_in_process");
+    return error(ErrorCode::invalid_argument,
+                 "seconds, memory, confined, providers and keep need run_in_process",
+                 "Give run_in_process = false or true.", "run_in_process");
   if (keeps && !ctx.session.may(Effect::files_write))
     return error(ErrorCode::permission, "this session may not write files",
                  "Leave keep out, and the choice holds for this run.", "keep");
@@ -111,9 +109,10 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     if (has(args, "confined")) run.limits.confined = flag(args, "confined");
     if (has(args, "providers")) {
       if (run.in_process)
-        return error(ErrorCode::invalid_argument,
-                     "providers are those that run in a process of their own",
-                     "Give run_in_process = false, or leave providers out.", "providers");
+        return error(
+            ErrorCode::invalid_argument,
+            "providers names those that run in a separate process, so run_in_process must be false",
+            "Give run_in_process = false, or leave providers out.", "providers");
       RMP_TRY_ASSIGN(run.only, word_list(args, "providers"));
       if (run.only.empty())
         return error(ErrorCode::invalid_argument, "providers is empty",
@@ -288,7 +287,7 @@ RMP_COMMANDS(plugin_commands) {
       field("remarks", "list", "", "Providers and commands left out and why."),
       field("refusal", "string", "", "Why it was refused."),
       field("run_in_process", "bool", "",
-            "Whether its code runs in the program; false: in a process of its own only."),
+            "Whether its code runs in the program; false: in a separate process only."),
       field("apart", "list", "", "Providers in that process, if not all of them."),
       field("seconds", "real", "s", "After which a call of that process without a word ends it."),
       field("memory", "real", "", "Address space of that process [MiB]."),
@@ -298,9 +297,9 @@ RMP_COMMANDS(plugin_commands) {
   const ParamSpec interface =
       needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");
   const ParamSpec name = needed("name", "string", "", "Name of the provider.");
-  ParamSpec seconds = optional("seconds", "real", "s",
-                               "A call of that process that says nothing for so long ends it; 60 "
-                               "when left out.");
+  ParamSpec seconds =
+      optional("seconds", "real", "s",
+               "A call of that process without an answer for this time ends it; 60 when left out.");
   seconds.min = 0.01;
   seconds.max = 1e6;
   ParamSpec memory =
@@ -311,7 +310,7 @@ RMP_COMMANDS(plugin_commands) {
       {.name = "plugin.list",
        .classic = "",
        .summary = "Lists the plugin files that were looked at and what became of each.",
-       .details = "What is said of a process is there for plugins in one of their own.",
+       .details = "The fields of a process are those of plugins that run in one.",
        .example = "for _, p in ipairs(plugin.list()) do\n  assert(p.loaded or p.refusal)\nend",
        .params = {},
        .returns = {"list", "", "", report},
@@ -338,8 +337,8 @@ RMP_COMMANDS(plugin_commands) {
                   "plugin.load{file = \"ik_numeric\", run_in_process = true}",
        .params = {needed("file", "string", "", "A name looked for in the search path, or a path."),
                   optional("run_in_process", "bool", "",
-                           "false: its providers run in a process of their own; true: in the "
-                           "program; left out: as it was kept, else in the program."),
+                           "false: its providers run in a separate process; true: in the program; "
+                           "left out: as it was kept, else in the program."),
                   optional("providers", "list", "",
                            "With run_in_process = false: only these of its providers, such as "
                            "\"numeric\" or \"ik numeric\"."),
@@ -387,8 +386,9 @@ RMP_COMMANDS(plugin_commands) {
                     field("run_in_process", "bool", "",
                           "Whether it runs in the program; false: in a process of its plugin's."),
                     field("default", "bool", "", "Whether it is taken where none is named."),
-                    field("chosen", "string", "",
-                          "Who made it the default: session, document, user (kept), or nobody.")}},
+                    field(
+                        "chosen", "string", "",
+                        "What made it the default: session, document, user (kept), or nothing.")}},
        .effect = Effect::reads,
        .run = provider_list});
   all.push_back({.name = "provider.params",

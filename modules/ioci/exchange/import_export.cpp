@@ -76,10 +76,11 @@ Result<Chosen<I>> provider_for(const CommandContext& ctx, const std::string& wan
   known.erase(std::unique(known.begin(), known.end()), known.end());
   if (known.empty())
     return error(ErrorCode::unsupported, std::string("no plugin can ") + verb + " foreign files",
-                 "plugin.list tells which plugins were found.");
+                 "plugin.list lists the plugins that were found.");
   return error(ErrorCode::invalid_argument,
-               wanted.empty() ? std::string("the file has no extension that tells its format")
-                              : "files with the extension ." + wanted + " cannot be " + verb + "ed",
+               wanted.empty()
+                   ? std::string("the format of the file cannot be told from its extension")
+                   : "files with the extension ." + wanted + " cannot be " + verb + "ed",
                "Known: " + text::enumerate(known) + ".", "file");
 }
 
@@ -352,18 +353,18 @@ Result<void> tell_meshes(CommandContext& ctx, const std::vector<AnyId>& made) {
                                                ctx.progress));
     if (states.empty() || ++count > kMostTold) continue;
     const std::string name = name_in(ctx, solids[i]);
-    ctx.app.messages.post(Severity::info, "import_mesh",
-                          "The " + name + ": " +
-                              (states[0].note.empty() ? states[0].why.sentence() : states[0].note) +
-                              " Operations on solids refuse it; solid.mesh_faults tells and shows "
-                              "the places.",
-                          "import");
+    ctx.app.messages.post(
+        Severity::info, "import_mesh",
+        "The " + name + ": " +
+            (states[0].note.empty() ? states[0].why.sentence() : states[0].note) +
+            " Operations on solids refuse it; solid.mesh_faults lists and shows the places.",
+        "import");
   }
   if (count > kMostTold)
     ctx.app.messages.post(
         Severity::info, "import_mesh",
         std::to_string(count - kMostTold) +
-            " more solids are meshes as they are; solid.mesh_faults tells of each.",
+            " more solids are meshes as they are; solid.mesh_faults lists the faults of each.",
         "import");
   return {};
 }
@@ -1049,7 +1050,7 @@ Schema export_params(ParamSpec first) {
                              "Of a drawing: where it is cut, x and y in the plane; default: level "
                              "at half the height.");
   return {std::move(first),
-          needed("file", "path", "", "The file; its extension tells the format."),
+          needed("file", "path", "", "The file; its extension selects the format."),
           maybe_choice("unit", {"mm", "cm", "m", "in", "ft"},
                        "Length unit of the file; default: mm. GLB is always in metres."),
           maybe_choice("schema", {"ap214", "ap203", "ap242"},
@@ -1108,7 +1109,7 @@ RMP_COMMANDS(exchange_commands) {
        .example =
            with_block("block:export(\"example.step\")\nlocal made = import{file = "
                       "\"example.step\", name = \"copy\"}\nassert(made[1].name == \"copy\")"),
-       .params = {needed("file", "path", "", "The file; its extension tells the format."),
+       .params = {needed("file", "path", "", "The file; its extension selects the format."),
                   optional("name", "string", "", "Name of what is made; default: the file's."),
                   maybe_choice("unit", {"auto", "mm", "cm", "m", "in", "ft"},
                                "Length unit of a file that does not state one (STL, OBJ, PLY, some "
@@ -1243,7 +1244,7 @@ RMP_COMMANDS(exchange_commands) {
                   maybe_choice("command", {"position", "velocity", "effort"},
                                "Interface that commands go to; position."),
                   optional("rate", "real", "Hz", "Of the controllers; 100 Hz."),
-                  optional("description", "string", "", "What package.xml says of it."),
+                  optional("description", "string", "", "Its description in package.xml."),
                   optional("maintainer", "string", "", "Name in package.xml."),
                   optional("email", "string", "", "Address of the maintainer."),
                   optional("licence", "string", "", "Of the package."),

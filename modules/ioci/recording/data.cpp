@@ -85,7 +85,7 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     r.title = file.stem().string();
     RMP_TRY(give_robot(ctx, args, r));
   } else if (has(args, "robot") || has(args, "world")) {
-    return error(ErrorCode::invalid_argument, "a *.rec says itself which robot it is of",
+    return error(ErrorCode::invalid_argument, "a *.rec names its robot itself",
                  "Leave world and robot out.", "robot");
   } else {
     auto read = recording::recording_from_text(bytes, ctx.progress);
@@ -236,7 +236,7 @@ RMP_COMMANDS(recording_data_commands) {
                         needed("quantities", "any", "", "A name or a list of names."),
                         optional("robot", "string", "",
                                  "Of a recording of several, such as of tasks: whose columns.")};
-  for (ParamSpec& p : tip_load_fields("the way of the tip since the first row"))
+  for (ParamSpec& p : tip_load_fields("the path length of the tip since the first row"))
     compute_params.push_back(std::move(p));
   all.push_back(
       {.name = "recording.compute",

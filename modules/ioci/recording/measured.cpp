@@ -259,7 +259,7 @@ RMP_COMMANDS(measured_recording_commands) {
   all.push_back(
       {.name = "recording.residual",
        .classic = "",
-       .summary = "Gives what was measured minus what a model says, over the time.",
+       .summary = "Returns the measured columns minus those of a model, over the time.",
        .details =
            "Over the time that both cover; the model is interpolated linearly at the measured "
            "times. Clocks of controllers begin elsewhere: shift says by how much the model is "
@@ -281,7 +281,7 @@ RMP_COMMANDS(measured_recording_commands) {
                   defaulted("shift", "real", "s", 0.0,
                             "Added to the measured times before the model is looked up."),
                   above_zero(optional("find_shift", "real", "s",
-                                      "Look for the shift up to so much either way."))},
+                                      "Look for the shift up to so much in both directions."))},
        .returns = answer("The shift that was used."),
        .effect = Effect::simulates,
        .run = residual});
@@ -293,7 +293,7 @@ RMP_COMMANDS(measured_recording_commands) {
       optional("torque_per_current", "real[]", "",
                "Of each joint, in N m/A (N/A where it slides): the torques are then "
                "those of the columns current1, current2 and so on, in A.")};
-  for (ParamSpec& p : tip_load_fields("the way of the tip since the first row"))
+  for (ParamSpec& p : tip_load_fields("the path length of the tip since the first row"))
     residual_params.push_back(std::move(p));
   all.push_back(
       {.name = "recording.torque_residual",

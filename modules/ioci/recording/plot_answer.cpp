@@ -41,8 +41,8 @@ Result<Value> plot_answer(CommandContext& ctx, recording::PlotRequest request, c
   }
   if (as != "text")
     return error(ErrorCode::invalid_argument,
-                 "a plot goes to a file or into the answer, and both are asked for",
-                 "Leave file or as out; a file's ending says what it is.", "as");
+                 "a plot is written to a file or returned, and both are requested",
+                 "Leave out file or as; a file's extension selects its format.", "as");
   const std::string file = text_of(args, "file");
   RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(drawn, file));
   RMP_TRY(write_named_file(ctx, file, bytes));

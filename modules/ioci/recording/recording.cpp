@@ -291,7 +291,7 @@ RMP_COMMANDS(recording_commands) {
                    {field("recording", "handle", "", "The recording."),
                     field("title", "string", "", "What it shows."),
                     field("stale", "bool", "",
-                          "Whether the records changed since; recording.is_stale tells which."),
+                          "Whether the records changed since; recording.is_stale lists them."),
                     field("robot", "string", "", "The robot's name in the world."),
                     field("trajectory", "string", "", "The trajectory's name in the world."),
                     field("samples", "int", "", "Number of samples.")}},
@@ -353,7 +353,7 @@ RMP_COMMANDS(recording_commands) {
   all.push_back(
       {.name = "recording.overview",
        .classic = "",
-       .summary = "Tells what a recording holds on one screen: samples, columns, notes.",
+       .summary = "Shows the contents of a recording on one screen: samples, columns, notes.",
        .details = "What the console shows of a recording.",
        .example = with_recording("assert(run:overview():find(\"q1 to q6 [rad]\", 1, true))"),
        .params = {self("recording")},
@@ -391,7 +391,7 @@ RMP_COMMANDS(recording_commands) {
                            "where there is none."),
                   optional("with", "any", "", "Another recording or a list, drawn over this one."),
                   choice("panels", {"unit", "column"},
-                         "A panel for the columns of each unit, or one with a scale of its own for "
+                         "A panel for the columns of each unit, or one with a separate scale for "
                          "every column, so that small values are read beside large ones."),
                   choice("log", {"none", "x", "y", "xy"},
                          "Axes by powers of ten. Samples of 0 and below have no place there: a "

@@ -571,7 +571,7 @@ RMP_COMMANDS(assembly_commands) {
                   defaulted("centre", "bool", "", true, "Faces: centre on centre.")},
        .returns = {"map",
                    "",
-                   "Where the part stands in the object now.",
+                   "Pose of the part in the object.",
                    {field("pose", "pose", "", "4x4 matrix."),
                     field("position", "vec3", "m", "Its origin."),
                     field("rpy", "vec3", "rad", "Roll, pitch, yaw."),

@@ -134,7 +134,7 @@ RMP_COMMANDS(field_commands) {
       {.name = "record.create",
        .classic = "",
        .summary = "Makes a record of any kind from its fields.",
-       .details = "What is not given has its default; record.schema tells what there is.",
+       .details = "Fields that are not given have their defaults; record.schema lists them.",
        .example = "record.create{kind = \"material\", name = \"brass\", fields = {density = "
                   "8500}}\nassert(material.describe(\"brass\").density == 8500)",
        .params = {kind_field(), needed("name", "string", "", "Its name, unique among its kind."),

@@ -165,7 +165,7 @@ RMP_COMMANDS(mass_commands) {
     all.push_back(
         {.name = std::string(kind) + ".set_measured",
          .classic = "",
-         .summary = "Gives " + article + " the mass that was measured on the real thing.",
+         .summary = "Gives " + article + " the mass that was measured on the real part.",
          .details = "It counts instead of the computed one wherever this is used; " +
                     std::string(kind) +
                     ".mass shows both. In the frame of the record. What is left out stays as "

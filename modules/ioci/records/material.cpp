@@ -23,8 +23,8 @@ Schema look_and_mass(bool creating) {
       optional("ambient", "any", "",
                "Colour in the shade, as colour; \"\" is the base colour again."),
       optional("specular", "any", "",
-               "Colour of highlights, as colour; \"\" is what metalness says again."),
-      optional("emission", "any", "", "Light of its own, as colour; black is none."),
+               "Colour of highlights, as colour; \"\" is that of metalness again."),
+      optional("emission", "any", "", "Light that it emits, as colour; black is none."),
       optional("description", "string", "", "What it is."),
       optional("source", "string", "", "Where the density comes from.")};
 }

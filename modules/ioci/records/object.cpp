@@ -263,18 +263,17 @@ RMP_COMMANDS(object_commands) {
        .effect = Effect::edits,
        .run = set_object,
        .takes_expressions = true});
-  all.push_back(
-      {.name = "object.mass",
-       .classic = "",
-       .summary = "Gives mass, centre of mass and inertia of an object, overlapping "
-                  "volume counted as the object says.",
-       .details = "",
-       .example = with_bolt(
-           "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
-       .params = {self("object"), about_field()},
-       .returns = {"map", "", "", body_mass_fields()},
-       .effect = Effect::reads,
-       .run = object_mass});
+  all.push_back({.name = "object.mass",
+                 .classic = "",
+                 .summary = "Returns mass, centre of mass and inertia of an object, with its rule "
+                            "for overlapping volume.",
+                 .details = "",
+                 .example = with_bolt(
+                     "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
+                 .params = {self("object"), about_field()},
+                 .returns = {"map", "", "", body_mass_fields()},
+                 .effect = Effect::reads,
+                 .run = object_mass});
   all.push_back(
       {.name = "object.dynamics_vector",
        .classic = "PObject vGetDynamicp",

@@ -255,7 +255,7 @@ RMP_COMMANDS(solid_commands) {
                    "",
                    {field("kind", "string", "", "Operation or primitive."),
                     field("name", "string", "", "Name of the node."),
-                    field("placement", "map", "", "Where it stands in its parent."),
+                    field("placement", "map", "", "Pose in its parent."),
                     field("expressions", "map", "", "Numbers that are expressions, by path."),
                     field("children", "list", "", "Of an operation: its nodes.")}},
        .effect = Effect::reads,

@@ -481,8 +481,7 @@ RMP_COMMANDS(solid_node_commands) {
   all.push_back(
       {.name = "solid.unwrap",
        .classic = "",
-       .summary = "Removes an operation or modifier and keeps the nodes inside, where "
-                  "they stand.",
+       .summary = "Removes an operation or modifier and keeps the nodes inside at their places.",
        .details = "At the root, and inside a modifier, it must have a single node.",
        .example = with_edited_plate("plate:wrap{node = \"bore\", kind = \"union\", name = "
                                     "\"holes\", fields = {position = {0.05, 0, 0}}}\n"

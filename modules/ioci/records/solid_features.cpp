@@ -162,8 +162,7 @@ RMP_COMMANDS(solid_feature_commands) {
   all.push_back(
       {.name = "solid.features",
        .classic = "",
-       .summary = "Lists the faces, edges and corners of a solid that other things can be placed "
-                  "on.",
+       .summary = "Lists the faces, edges and corners of a solid that parts can be placed on.",
        .details = "The numbers stay the same as long as the tree does.",
        .example = std::string(kFeaturePlate) +
                   "local holes = plate:features{kind = \"cylinder\"}\n"

@@ -164,7 +164,7 @@ class ProfileReader {
       c.kind = word == "arc" ? CsgCurve::Kind::arc : CsgCurve::Kind::spline;
       RMP_TRY(points(v, c.points, here));
       if (word == "arc" && c.points.size() != 2)
-        return fault(here, "an arc has two points, one on its way and its end");
+        return fault(here, "an arc has two points, one on the arc and its end");
     } else {
       return fault(path, text::quote(word) + " is no kind of curve");
     }

@@ -46,7 +46,7 @@ Result<AttachedTool*> which_attached(Robot& r, const std::string& name, const ch
   for (const AttachedTool& t : r.attached) known.push_back(t.name);
   return error(ErrorCode::invalid_argument,
                text::enumerate(known) + " are attached, and none of them is the robot's tool",
-               std::string("Say which one with ") + argument + ".");
+               std::string("Name one with ") + argument + ".");
 }
 
 /// What `tcp` says: nothing = not given; "" = none.

@@ -202,7 +202,7 @@ RMP_COMMANDS(robot_axes_commands) {
   all.push_back({.name = "robot.joints_from_axes",
                  .classic = "",
                  .summary = "Gives the joint values of a robot at values of the maker's axes.",
-                 .details = "The other way round than robot.axes: what a pendant shows becomes q.",
+                 .details = "The inverse of robot.axes: values of a pendant become q.",
                  .example = fanuc + "local q = arm:joints_from_axes{0, 31.324, -33.342}\n"
                                     "assert(math.abs(q[3] - math.rad(92.018)) < 1e-12)",
                  .params = {self("robot"), needed("values", "any", "deg or mm",

@@ -144,7 +144,7 @@ RMP_COMMANDS(robot_base_commands) {
   all.push_back(
       {.name = "robot.set_base",
        .classic = "PRobot AddBaseTjc(trajectory)",
-       .summary = "Says how a world holds the base of a robot, and along what it moves.",
+       .summary = "Sets how a world holds the base of a robot, and its trajectory.",
        .details =
            "Runs along trajectories and forward dynamics move the mounting along it: its frame is "
            "that of the mounting. Everything else, pictures and collision too, shows the robot "

@@ -57,8 +57,8 @@ Result<BranchWish> BranchWish::read(const sim::BranchNames& names, const Value& 
       if (k == choices.size()) return unknown_name("choice of a branch", key, known).in(path);
       const int way = value.as_string() ? way_of(k, *value.as_string()) : 0;
       if (way == 0)
-        return refused(value.text() + " is not a way of the " + key + ": " + choices[k].positive +
-                       " or " + choices[k].negative);
+        return refused(value.text() + " is not a branch of the " + key + ": " +
+                       choices[k].positive + " or " + choices[k].negative);
       RMP_TRY(take(k, way));
     }
   } else {

@@ -713,7 +713,7 @@ RMP_COMMANDS(robot_kinematics_commands) {
        objective_params[0],
        optional("world", "ref:world", "", "With clearance: whose objects are kept away from."),
        objective_params[1],
-       defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
+       defaulted("all", "bool", "", false, "Every solution that the solver can distinguish."),
        defaulted("partial", "bool", "", false, "Return the closest configuration when not solved."),
        above_zero(
            defaulted("position_tolerance", "real", "m", 1e-9, "When a position is reached.")),
@@ -731,9 +731,10 @@ RMP_COMMANDS(robot_kinematics_commands) {
         field("position_error", "real", "m", "The greatest over the goals."),
         field("rotation_error", "real", "rad", "The greatest over the goals."),
         field("detail", "string", "",
-              "Reason in words when not solved, or that q is next to a singular one (one goal)."),
+              "Reason when not solved, or a remark that q is next to a singular configuration (one "
+              "goal)."),
         field("shortfall", "real", "m", "Out of reach by this much; 0 = not known."),
-        field("limiting_joint", "string", "", "Whose limit is in the way."),
+        field("limiting_joint", "string", "", "The joint with the limit that prevents it."),
         field("lost_direction", "real[]", "", "Unit twist (v, w) that is lost, mounting axes."),
         field("iterations", "int", "", "Steps of the solver."),
         field("provider", "string", "", "The solver.")}},

@@ -711,7 +711,8 @@ RMP_COMMANDS(robot_dynamics_commands) {
                    {field("loops", "list", "",
                           "Of each: name, force [N], moment [N m], and how far it is open, gap [m] "
                           "and turn [rad]."),
-                    field("q", "real[]", "rad or m", "The joint values, closed if asked for."),
+                    field("q", "real[]", "rad or m",
+                          "The joint values; with close those of the closed loops."),
                     field("qdd", "real[]", "rad/s^2 or m/s^2", "The accelerations."),
                     field("tau", "real[]", "N m or N", "The torques, as given or for qdd."),
                     field("provider", "string", "", "The solver.")}},

@@ -564,7 +564,8 @@ RMP_COMMANDS(inverse_kinematics_commands) {
                            "when left out, from the joint values shown."),
                   optional("seed", "any", "rad or m",
                            "Joint values to start from, or the name of a pose."),
-                  defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
+                  defaulted("all", "bool", "", false,
+                            "Every solution that the solver can distinguish."),
                   defaulted("partial", "bool", "", false,
                             "Return the closest configuration when the target cannot be reached."),
                   above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
@@ -576,44 +577,46 @@ RMP_COMMANDS(inverse_kinematics_commands) {
                            "Of a 7-joint arm, with a solver tagged arm_angle: the elbow turned "
                            "about the line from shoulder to wrist; 0 is the plane of axis 1."),
                   branch, limits, shown_world()},
-       .returns = {"map",
-                   "",
-                   "",
-                   {field("status", "string", "",
-                          "solved, out_of_reach, joint_limit or not_converged."),
-                    field("q", "real[]", "rad or m", "The (first) solution."),
-                    field("solutions", "matrix", "rad or m", "One row a solution."),
-                    field("position_error", "real", "m", "What is left of the first."),
-                    field("rotation_error", "real", "rad", "What is left of the first."),
-                    field("iterations", "int", "", "Steps of the solver."),
-                    field("detail", "string", "",
-                          "Reason in words when not solved, or that q is next to a singular one."),
-                    field("shortfall", "real", "m",
-                          "How far the target is out of reach, at least; 0 when not known."),
-                    field("limiting_joint", "string", "", "Whose limit is in the way, if known."),
-                    field("lost_direction", "real[]", "",
-                          "Where q is singular or next to it: the unit twist (vx, vy, vz, wx, wy, "
-                          "wz) that the "
-                          "tip has lost, axes of the mounting frame."),
-                    field("branch", "string", "", "Of the first solution, where they are named."),
-                    field("branches", "list", "", "The same of each solution."),
-                    field("beyond_limits", "int", "",
-                          "How many solutions are beyond joint limits: with all = true, a branch, "
-                          "limits = \"ignore\", and where there is none within."),
-                    field("beyond", "list", "",
-                          "Of each of them q, branch, the joint that is farthest beyond, by how "
-                          "much, its value and limit, and detail in words."),
-                    field("within_limits", "list", "",
-                          "With limits = \"ignore\": of each solution whether it keeps them."),
-                    field("provider", "string", "", "The solver.")}},
+       .returns =
+           {"map",
+            "",
+            "",
+            {field("status", "string", "", "solved, out_of_reach, joint_limit or not_converged."),
+             field("q", "real[]", "rad or m", "The (first) solution."),
+             field("solutions", "matrix", "rad or m", "One row a solution."),
+             field("position_error", "real", "m", "What is left of the first."),
+             field("rotation_error", "real", "rad", "What is left of the first."),
+             field("iterations", "int", "", "Steps of the solver."),
+             field(
+                 "detail", "string", "",
+                 "Reason when not solved, or a remark that q is next to a singular configuration."),
+             field("shortfall", "real", "m",
+                   "How far the target is out of reach, at least; 0 when not known."),
+             field("limiting_joint", "string", "",
+                   "The joint with the limit that prevents it, if known."),
+             field("lost_direction", "real[]", "",
+                   "Where q is singular or next to it: the unit twist (vx, vy, vz, wx, wy, "
+                   "wz) that the "
+                   "tip has lost, axes of the mounting frame."),
+             field("branch", "string", "", "Of the first solution, where they are named."),
+             field("branches", "list", "", "The same of each solution."),
+             field("beyond_limits", "int", "",
+                   "How many solutions are beyond joint limits: with all = true, a branch, "
+                   "limits = \"ignore\", and where there is none within."),
+             field("beyond", "list", "",
+                   "Of each of them q, branch, the joint farthest beyond its limit, by how much, "
+                   "its value and limit, and detail."),
+             field("within_limits", "list", "",
+                   "With limits = \"ignore\": of each solution whether it keeps them."),
+             field("provider", "string", "", "The solver.")}},
        .effect = Effect::reads,
        .run = solve_ik});
   all.push_back(
       {.name = "robot.solve_ik_batch",
        .classic = "",
        .summary = "Finds joint values for many poses of the tool in one call.",
-       .details = "Poses are in the frame the robot is mounted in. What cannot be reached is no "
-                  "error: status and detail tell it, and q is the closest configuration found.",
+       .details = "Poses are in the frame the robot is mounted in. An unreachable pose is no "
+                  "error: see status and detail; q is the closest configuration found.",
        .example = with_arm("local a = arm:fk{q = \"ready\"}.pose\nlocal b = arm:fk{q = {0.1, -0.8, "
                            "0.5, 0, 0.9, 0}}.pose\nlocal s = arm:solve_ik_batch{targets = {a, b}, "
                            "seed = \"ready\"}\nassert(s.solved == 2 and #s.q == 2)"),
@@ -637,9 +640,9 @@ RMP_COMMANDS(inverse_kinematics_commands) {
                    {field("solved", "int", "", "Number of targets reached."),
                     field("q", "matrix", "rad or m", "One row a target."),
                     field("status", "list", "",
-                          "Words as of robot.solve_ik, or other_branch: q is on another one than "
-                          "was asked."),
-                    field("detail", "list", "", "Reasons in words."),
+                          "As status of robot.solve_ik, or other_branch: q is on another branch "
+                          "than requested."),
+                    field("detail", "list", "", "Reasons as text."),
                     field("position_error", "array", "m", "One a target."),
                     field("rotation_error", "array", "rad", "One a target."),
                     field("shortfall", "array", "m", "One a target; 0 when not known."),

@@ -385,7 +385,7 @@ RMP_COMMANDS(robot_motion_commands) {
        .run = link_pose});
   all.push_back({.name = "robot.link_pose_local",
                  .classic = "PRobot Link mGetLocal(link, shown=true)",
-                 .summary = "Gives the frame of one link in that of the link it stands on.",
+                 .summary = "Returns the frame of a link in that of its parent.",
                  .details = "Classic: `PRobot <id> Link <i> mGetLocal`.",
                  .example = with_arm(
                      "assert(math.abs(arm:link_pose_local{link = 2}.position[1] - 0.45) < 1e-12)"),

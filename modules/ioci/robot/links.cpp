@@ -45,8 +45,8 @@ Schema make_link_schema(bool is_prismatic, bool creating) {
   Schema s{
       optional("name", "string", "", "Name of the link, unique in the robot."),
       optional("parent", "any", "",
-               "Number or name of the link it stands on, \"base\" for the base; the link before "
-               "when left out."),
+               "Number or name of its parent link, \"base\" for the base; the link before when "
+               "left out."),
       creating ? choice("joint", joint_words(), kJointDoc)
                : one_of("joint", joint_words(), kJointDoc),
       one_of("convention", {"dh", "mdh"}, "Of this row; the robot's when left out."),
@@ -157,7 +157,7 @@ Result<void> apply_place(const Map& args, Link& l, const std::string& path) {
   }
   for (const char* name : {"a", "alpha", "d", "theta"})
     if (l.origin && has(args, name))
-      return error(ErrorCode::invalid_argument, "the link stands by an origin and has no row",
+      return error(ErrorCode::invalid_argument, "the link is placed by an origin and has no DH row",
                    "Give origin = false to go back to a row.", path + "." + name);
   return {};
 }
@@ -242,7 +242,7 @@ Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot
   if (has(args, "parent")) {
     RMP_TRY_ASSIGN(l.parent, read_link(robot, *args.find("parent"), true, path + ".parent"));
     if (l.parent >= index)
-      return error(ErrorCode::conflict, "a link stands on a link before it",
+      return error(ErrorCode::conflict, "the parent of a link is a link before it",
                    "Order the links so that parents come first.", path + ".parent");
   }
   if (has(args, "joint")) {
@@ -485,8 +485,8 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
       ctx.app.messages.post(Severity::info, "visible",
                             "robot " + text::quote(name_in_document(ctx, args)) + ", link " +
                                 text::quote(l.name) +
-                                " is not visible: its parts collide and weigh but are not drawn. "
-                                "Say visible = true to draw them.",
+                                " is not visible: its parts collide and have mass but are not "
+                                "drawn. Give visible = true to draw them.",
                             "ioci");
     return {};
   });
@@ -536,7 +536,7 @@ Result<Value> remove_link(CommandContext& ctx, const Map& args) {
     for (const Link& l : r.links)
       if (l.parent == index)
         return error(ErrorCode::conflict,
-                     "link " + text::quote(l.name) + " stands on link " +
+                     "link " + text::quote(l.name) + " is mounted on link " +
                          text::quote(r.links[static_cast<std::size_t>(index)].name),
                      "Remove that first.");
     RMP_TRY(nothing_holds(r, index));
@@ -578,7 +578,7 @@ Result<Value> dh_table(CommandContext& ctx, const Map& args) {
   for (const Link& l : r.links)
     if (l.origin)
       return error(ErrorCode::unsupported,
-                   "link " + text::quote(l.name) + " stands by an origin and has no row",
+                   "link " + text::quote(l.name) + " is placed by an origin and has no DH row",
                    "robot.links gives origins and axes.", name_in(ctx, ref(args, "id")));
   for (const Link& l : r.links) {
     const double type = type_number(l.joint);
@@ -617,7 +617,7 @@ Result<Value> link_row(CommandContext& ctx, const Map& args) {
   const Link& l = r.links[static_cast<std::size_t>(index)];
   if (l.origin)
     return error(ErrorCode::unsupported,
-                 "link " + text::quote(l.name) + " stands by an origin and has no row",
+                 "link " + text::quote(l.name) + " is placed by an origin and has no DH row",
                  "robot.link gives its origin and axis.", name_in(ctx, ref(args, "id")));
   return Value(NumericArray({l.row.alpha, l.row.a, l.row.theta, l.row.d, type_number(l.joint)}));
 }
@@ -736,7 +736,7 @@ RMP_COMMANDS(robot_link_commands) {
   all.push_back(
       {.name = "robot.remove_link",
        .classic = "",
-       .summary = "Removes a link on which nothing stands or hangs.",
+       .summary = "Removes a link without child links, tools and parts that refer to it.",
        .details = "Named poses lose the value of its joint, and the maker's axes its axis.",
        .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"),
        .params = {self("robot"), link},

@@ -272,7 +272,7 @@ RMP_COMMANDS(robot_overview_commands) {
   all.push_back(
       {.name = "robot.overview",
        .classic = "",
-       .summary = "Tells what a robot is on one screen: rows, limits, masses, tools, solvers.",
+       .summary = "Shows a robot on one screen: rows, limits, masses, tools, solvers.",
        .details = "What the console shows of a robot. Angles are in degrees here; robot.dh_table, "
                   "robot.joints and robot.links give the same as numbers in SI.",
        .example = with_arm("assert(arm:overview():find(\"6 joints, standard Denavit\"))"),

@@ -25,7 +25,7 @@ Schema robot_fields() {
       choice("convention", {"dh", "mdh"}, "Standard or modified (Craig) Denavit-Hartenberg rows."),
       choice("mass_source", {"given", "designed"},
              "Masses from the links' published values, or from their designed parts."),
-      optional("base", "pose", "", "Where the base stands in the frame the robot is mounted in."),
+      optional("base", "pose", "", "Pose of the base in the frame the robot is mounted in."),
       optional("base_parts", "list", "",
                "Designed bodies of the base: {what = solid or object, placement or position with "
                "angles}."),
@@ -401,7 +401,8 @@ RMP_COMMANDS(robot_commands) {
   all.push_back(
       {.name = "robot.mass",
        .classic = "",
-       .summary = "Gives mass, centre of mass and inertia of the robot as it stands.",
+       .summary =
+           "Returns mass, centre of mass and inertia of the robot at its present joint values.",
        .details = "In the frame the robot is mounted in: links with payloads, what is fixed to the "
                   "base, and the base itself: its designed parts where these count "
                   "(mass_source), else its base_mass.",

@@ -38,7 +38,8 @@ Result<ShownRobot> shown_robot(const CommandContext& ctx, const Map& args) {
   }
   const std::string where = name_in(ctx, id);
   if (found.empty())
-    return error(ErrorCode::conflict, "no world shows it, so that its joints stand nowhere",
+    return error(ErrorCode::conflict,
+                 "no world contains it, so that it has no present joint values",
                  "Add it to a world first: world.add_robot.", where);
   if (found.size() > 1)
     return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds),

@@ -40,7 +40,7 @@ Result<OneJoint> one_joint(CommandContext& ctx, const Map& args) {
   if (joint.q_count != 1)
     return error(ErrorCode::unsupported,
                  joint.q_count == 0 ? "its link " + text::quote(r.links[at].name) +
-                                          " has no joint value of its own"
+                                          " has no independent joint value"
                                     : "the joint of link " + text::quote(r.links[at].name) +
                                           " has " + std::to_string(joint.q_count) + " values",
                  "robot.set_joints sets all values of the robot.", name_in(ctx, ref(args, "id")));
@@ -113,7 +113,7 @@ Result<Value> link_parameters(CommandContext& ctx, const Map& args) {
   const std::string where = name_in(ctx, ref(args, "id"));
   if (l.origin)
     return error(ErrorCode::unsupported,
-                 "link " + text::quote(l.name) + " stands by an origin and has no row",
+                 "link " + text::quote(l.name) + " is placed by an origin and has no DH row",
                  "robot.link gives its origin and axis.", where);
   const robotics::LinkJoints joint = robotics::link_joints(r)[at];
   const bool turns = l.joint == model::JointKind::revolute;

@@ -103,7 +103,7 @@ Result<Value> remove_tool(CommandContext& ctx, const Map& args) {
     for (const model::AttachedTool& t : r.attached)
       if (t.name == text_of(args, "name"))
         return error(ErrorCode::invalid_argument, text::quote(t.name) + " is an attached tool",
-                     "robot.detach takes it off.");
+                     "robot.detach removes it.");
     RMP_TRY_ASSIGN(const RobotTool* t, find_tool(r, text_of(args, "name")));
     r.tools.erase(r.tools.begin() + (t - r.tools.data()));
     return {};
@@ -202,7 +202,7 @@ RMP_COMMANDS(robot_tool_commands) {
        .run = set_tool});
   all.push_back({.name = "robot.add_tool",
                  .classic = "",
-                 .summary = "Adds a further tool, a tip that kinematics can be asked for.",
+                 .summary = "Adds a tool: another tip for kinematics.",
                  .details = "",
                  .example = with_arm("arm:add_tool{name = \"camera\", link = 3, position = {0, 0, "
                                      "0.1}, mass = 0.2}\nlocal t = arm:fk{q = \"ready\", tip = "
@@ -247,7 +247,7 @@ RMP_COMMANDS(robot_tool_commands) {
   all.push_back(
       {.name = "robot.set_payload",
        .classic = "",
-       .summary = "Says what a tool carries; it adds to the mass of the tool's link.",
+       .summary = "Sets the payload of a tool; it adds to the mass of the tool's link.",
        .details = "",
        .example = with_arm("local before = arm:mass().mass\narm:set_payload{mass = 2, com = "
                            "{0, 0, 0.05}}\nassert(math.abs(arm:mass().mass - before - 2) < "

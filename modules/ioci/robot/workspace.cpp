@@ -40,11 +40,11 @@ Result<std::optional<sim::RobotContact>> contact_in_world(CommandContext& ctx, c
   if (found.size() == 1) return std::optional(sim::RobotContact(model, found.front()));
   if (known.empty())
     return error(ErrorCode::invalid_argument,
-                 name_in(ctx, ref(args, "id")) + " does not stand in " + name_in(ctx, world),
-                 "Add it to the world, or name a world that it stands in.", "world");
+                 name_in(ctx, ref(args, "id")) + " is not in " + name_in(ctx, world),
+                 "Add it to the world, or name a world that contains it.", "world");
   if (found.empty()) return unknown_name("robot", placed, known);
   return error(ErrorCode::invalid_argument,
-               name_in(ctx, ref(args, "id")) + " stands in the world as " + text::enumerate(known),
+               name_in(ctx, ref(args, "id")) + " is in the world as " + text::enumerate(known),
                "Give one of these names as placed.", "placed");
 }
 
@@ -113,7 +113,7 @@ std::string reading_of(const robotics::Workspace& w) {
   const auto percent = text::print_rounded(100 * w.growth(), 2);
   return text::print_rounded(w.all.size, 4) + " +- " + text::print_rounded(w.all.error, 2) + " " +
          unit + "; the second half of the samples added " + percent +
-         (w.is_settled() ? " %, so that only smaller voxels would tell more."
+         (w.is_settled() ? " %; use smaller voxels for more detail."
                          : " %: places are still missing and the true size is greater. Take more "
                            "samples or greater voxels.");
 }
@@ -253,7 +253,7 @@ Schema shared_params(Schema first) {
                            "Leaves out (marks) also where the robot touches what stands around it "
                            "in this world; other robots are where the world shows them."));
   first.push_back(optional("placed", "string", "",
-                           "The robot's name in the world, where it stands there several times."));
+                           "The robot's name in the world, if it is there several times."));
   return first;
 }
 
@@ -328,7 +328,7 @@ RMP_COMMANDS(workspace_commands) {
   all.push_back(
       {.name = "robot.reachability",
        .classic = "",
-       .summary = "Maps in how many directions the tool can stand at each place.",
+       .summary = "Maps the number of tool directions that are possible at each place.",
        .details = "The voxels of robot.workspace, with the column share: of the directions, those "
                   "that inverse kinematics reaches at the middle of the voxel.",
        .example = "local arm = robot \"puma560\"\n"

@@ -46,7 +46,7 @@ Result<std::vector<double>> configuration(CommandContext& ctx, const Map& args,
     if (m.robots().size() != 1)
       return error(ErrorCode::invalid_argument,
                    "the world has " + std::to_string(m.robots().size()) +
-                       " robots, and the joint values do not say of which they are",
+                       " robots, and the joint values name none of them",
                    "Give a table such as {arm = {0, 0.5, 0}}.", "q");
     RMP_TRY(put(m.robots().front(), *given, "q"));
     return q;
@@ -202,7 +202,7 @@ Result<Waypoints> waypoints(CommandContext& ctx, const Map& args, const Collisio
   if (!robot)
     return error(ErrorCode::invalid_argument,
                  "the world has " + std::to_string(known.size()) +
-                     " robots, and it is not said which of them moves",
+                     " robots, and none of them is named as the one that moves",
                  "Give robot, its name in the world.");
   const List* list = args.find("path")->as_list();
   if (!list || list->empty())
@@ -396,11 +396,11 @@ RMP_COMMANDS(collision_commands) {
                "world shows them when left out.");
   std::vector<ParamSpec> clearance_fields = contact_fields;
   clearance_fields.push_back(
-      field("bound", "real", "m", "The least distance is at most so much above the one told."));
+      field("bound", "real", "m", "The least distance is at most so much above the returned one."));
   clearance_fields.push_back(field("exact", "bool", "", "Whether it is the least distance."));
-  const ParamSpec exact = defaulted("exact", "bool", "", false,
-                                    "Whether the least distance itself is asked for, which takes "
-                                    "longer where meshes are near each other.");
+  const ParamSpec exact = defaulted(
+      "exact", "bool", "", false,
+      "Computes the least distance itself, which takes longer where meshes are near each other.");
   const ParamSpec tolerance =
       between(defaulted("tolerance", "real", "m", 0.002,
                         "How much less than the least distance may be told, but never less than "

@@ -219,7 +219,7 @@ Schema run_params(Schema first, Schema references) {
                            "on, or joint values or a pose to hold."));
   first.push_back(above_zero(defaulted("control_period", "real", "s", 0.001,
                                        "Time for which the controller holds its torques.")));
-  for (ParamSpec& p : tip_load_fields("the way of the tip along the reference"))
+  for (ParamSpec& p : tip_load_fields("the path length of the tip along the reference"))
     first.push_back(std::move(p));
   first.push_back(optional(
       "base_motion", "map", "",
@@ -240,7 +240,7 @@ Schema run_params(Schema first, Schema references) {
   first.push_back(between(
       defaulted("breakaway", "real", "", 1.0, "Static friction over Coulomb friction."), 1, 1000));
   first.push_back(choice("limits", {"stop", "report", "ignore"},
-                         "What joint limits do: stop the joint, only be told, or nothing."));
+                         "What joint limits do: stop the joint, add a note, or nothing."));
   first.push_back(between(
       defaulted("restitution", "real", "", 0.0, "Speed after over speed before a stop."), 0, 1));
   first.push_back(watch_field());

@@ -387,8 +387,7 @@ Result<Value> recording(CommandContext& ctx, const Map& args) {
   const std::uint64_t number = ctx.app.recordings.add(std::move(recording));
   ctx.app.origins->note_fixed(
       number,
-      "it is of a live run, which goes on with run:refresh() or begins again with "
-      "run:reset()");
+      "it is of a live run, which continues with run:refresh() or begins again with run:reset()");
   return Value(Handle{"recording", number});
 }
 
@@ -454,10 +453,11 @@ RMP_COMMANDS(run_commands) {
        field("is_playing", "bool", "", "The time runs."),
        field("is_over", "bool", "", "It is shown to its end."),
        field("is_complete", "bool", "", "Nothing is left to compute."),
-       field("is_outdated", "bool", "", "The world was edited since; run.refresh takes it over."),
+       field("is_outdated", "bool", "",
+             "The world was edited since; run.refresh takes the edits over."),
        field("lag", "real", "s", "How far the simulation is behind the clock."),
        field("restarts", "int", "", "How often it began, or went on with an edited world."),
-       field("error", "string", "", "Why it could not go on; absent when it could."),
+       field("error", "string", "", "Why it could not continue; absent if it could."),
        field("values", "map", "", "The row: numbers by the columns' names."),
        field("joints", "map", "", "Joint values by robot."),
        field("objects", "map", "", "Poses of the objects that move.")}};
@@ -480,7 +480,7 @@ RMP_COMMANDS(run_commands) {
       choice("entry", {"run", "stop", "wait"},
              "Programs run, or the first one stops before its first statement; where it waits, a "
              "breakpoint that is set there meanwhile still stops it.");
-  const ReturnSpec made{"handle", "", "The run, which stands at its first row.", {}};
+  const ReturnSpec made{"handle", "", "The run, at its first row.", {}};
   add("world.start_run", "Starts a simulation that is stepped, played and paused.",
       "It takes the arguments of the command of that simulation: physics those of "
       "world.simulate_physics, dynamics of world.simulate_dynamics, tasks of world.run_task, "
@@ -499,7 +499,7 @@ RMP_COMMANDS(run_commands) {
                "assert(swing:finish().is_over)"),
       {self("robot"), choice("of", words_of(kOfRobots), "What is simulated.", true), with}, made,
       Effect::simulates, start);
-  add("run.step", "Goes on by some rows or some time, or back, and pauses there.",
+  add("run.step", "Steps forward or back by rows or time, and pauses there.",
       "What is not recorded yet is computed.",
       with_fall("assert(fall:step().row == 2)\nassert(fall:step{time = 0.1}.row == 12)\n"
                 "assert(fall:step(-11).row == 1)"),
@@ -514,7 +514,7 @@ RMP_COMMANDS(run_commands) {
   add("run.finish", "Computes to the end and shows it.", "",
       with_fall("local s = fall:finish()\nassert(s.is_over and s.time == 0.5)"), {self("run")},
       shown, Effect::simulates, finish);
-  add("run.play", "Lets the time of a run go on.",
+  add("run.play", "Starts playback of a run.",
       "It returns at once. Backwards it goes over what is recorded, to the first row.",
       with_fall("assert(fall:play().is_playing)\nfall:pause()\nfall:play(\"max\")\n"
                 "fall:finish()\nassert(fall:play(-2).speed == -2)"),
@@ -527,7 +527,7 @@ RMP_COMMANDS(run_commands) {
       with_fall("fall:play(\"max\")\nlocal rows = fall:pause().rows\n"
                 "assert(fall:state().rows == rows and not fall:state().is_playing)"),
       {self("run")}, shown, Effect::simulates, pause);
-  add("run.refresh", "Goes on from what is shown with the world as it is now.",
+  add("run.refresh", "Continues from the shown state with the present world.",
       "Rows behind it are dropped. Objects and driven robots keep place and speed by name, "
       "gripped objects stay gripped, new objects begin where they are placed. Motions that follow "
       "from the time alone, as kinematic ones and tasks, are computed anew from their start and go "

@@ -12,7 +12,7 @@ namespace {
 
 /// "sample 37 of 400 (t = 0.36 s): it is out of reach"
 std::string sentence_of(const sim::PathCheck& c, const sim::PathFault& f) {
-  if (f.is_start) return "where the robot stands before it begins: " + f.why;
+  if (f.is_start) return "at the robot's present joint values, before it begins: " + f.why;
   return "sample " + std::to_string(f.worst + 1) + " of " + std::to_string(c.times.size()) +
          " (t = " + text::print_rounded(c.times[f.worst]) + " s): " + f.why;
 }

@@ -97,13 +97,13 @@ Result<Value> show_at(CommandContext& ctx, const Map& args) {
         "robot " + text::quote(placed.name) + ", trajectory " + text::quote(way.name);
     if (!here)
       return error(ErrorCode::conflict, "the tool is at no point of the trajectory",
-                   "Show it at the first or the last point, and go on from there.",
+                   "Show it at the first or the last point, and continue from there.",
                    where + ", " + names);
     if (to == "next" ? *here + 1 >= times.size() : *here == 0)
       return error(ErrorCode::invalid_argument,
                    "the robot is at the " + std::string(to == "next" ? "last" : "first") +
                        " of its " + std::to_string(times.size()) + " points",
-                   "Go the other way.", where + ", " + names);
+                   "Move in the other direction.", where + ", " + names);
     sample = to == "next" ? *here + 1 : *here - 1;
   }
 

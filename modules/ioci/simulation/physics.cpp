@@ -54,7 +54,7 @@ Schema action_fields() {
           std::move(time),
           std::move(duration),
           optional("robot", "string", "",
-                   "Who does it; the one of the action before, or the only one."),
+                   "The robot that acts; that of the action before, or the only one."),
           optional("q", "any", "rad or m", "Where to: joint values or the name of a pose."),
           optional("recording", "ref:recording", "",
                    "Along its columns q1, q2 and so on; of several robots, as of tasks and "

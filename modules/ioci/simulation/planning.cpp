@@ -32,7 +32,7 @@ Result<void> read_goals(CommandContext& ctx, const Map& args,
       task.targets.push_back(*target);
     }
   if (task.goals.empty() && task.targets.empty())
-    return error(ErrorCode::invalid_argument, "it is not said where to go",
+    return error(ErrorCode::invalid_argument, "no target given: set joints, pose or target",
                  "Give to (joint values or a named pose), target or targets (poses of the tool).");
   return {};
 }
@@ -181,27 +181,28 @@ RMP_COMMANDS(planning_commands) {
                      "Or where the tool shall be in the world: any configuration will do."),
             optional("targets", "list", "", "Or several such poses, any of which will do."),
             above_zero(defaulted("clearance", "real", "m", 2e-3,
-                                 "What comes nearer than this is in the way.")),
+                                 "Bodies nearer than this count as a contact.")),
             optional("planner", "any", "",
                      "Name, or {name = ..., params = {...}}; see provider.list(\"planner\"). The "
                      "default when left out."),
             optional("ik", "any", "", "Solver of targets; the robot's own when left out."),
-            optional("retimer", "any", "", "What times the way; the default when left out."),
+            optional("retimer", "any", "",
+                     "Provider that times the path; the default when left out."),
             above_zero(defaulted("seconds", "real", "s", 10,
                                  "Longest time to compute at the search and the shortcuts.")),
             between(defaulted("seed", "int", "", 1, "The same seed gives the same motion."), 0,
                     4294967295.0),
             between(defaulted("shortcuts", "int", "", 200, "How often a shortcut is tried."), 0,
                     100000),
-            defaulted("timed", "bool", "", true,
-                      "False: only the shortened way, without rounded corners, times and a "
-                      "recording."),
+            defaulted(
+                "timed", "bool", "", true,
+                "False: only the shortened path, without rounded corners, times and a recording."),
             between(defaulted("share", "real", "", 1.0, "Share of the limits that is used."), 1e-3,
                     1),
             defaulted("torque_limits", "bool", "", true,
                       "Keep the limits of joint torques too, without what the robot carries."),
             above_zero(defaulted("velocity", "real", "rad/s or m/s", 1.0,
-                                 "Greatest velocity of joints without a limit of their own.")),
+                                 "Velocity limit of joints without one.")),
             above_zero(defaulted("ramp", "real", "s", 0.25,
                                  "In which time joints without a limit of acceleration reach "
                                  "their greatest velocity.")),
@@ -212,9 +213,9 @@ RMP_COMMANDS(planning_commands) {
                    "",
                    "",
                    {field("length", "real", "m", "Of the shortened way: " + lengths + "."),
-                    field("found_length", "real", "m", "Of the way as the planner found it."),
+                    field("found_length", "real", "m", "Of the path as the planner found it."),
                     field("goals", "int", "", "Free configurations that would have done."),
-                    field("waypoints", "matrix", "", "Corners of the shortened way, one a row."),
+                    field("waypoints", "matrix", "", "Corners of the shortened path, one a row."),
                     field("planner", "string", "", "The provider that searched."),
                     field("seed", "int", "", "As given, or the default."),
                     field("work", "map", "",

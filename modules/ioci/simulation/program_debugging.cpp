@@ -522,34 +522,33 @@ RMP_COMMANDS(program_debugging_commands) {
       defaulted("frame", "int", "", 1,
                 "Of the stack, 1 is the innermost; 0 is the variables of program and modules."),
       0, 1e9);
-  const ParamSpec program = optional("program", "string", "",
-                                     "Its name in the world; the one that stands, or the only "
-                                     "one, when left out."),
-                  process = between(optional("process", "int", "",
-                                             "Number of its routine, 0 is the program; the one "
-                                             "that stands when left out."),
-                                    0, 1e9);
+  const ParamSpec
+      program = optional("program", "string", "",
+                         "Its name in the world; the stopped one, or the only one, when left out."),
+      process = between(
+          optional("process", "int", "",
+                   "Number of its routine, 0 is the program; the stopped one when left out."),
+          0, 1e9);
   const ReturnSpec stood{
       "map",
       "",
       "",
       {field("time", "real", "s", "That is shown."),
-       field("is_stopped", "bool", "", "A program stands at a line."),
+       field("is_stopped", "bool", "", "True if a program is stopped at a line."),
        field("is_complete", "bool", "", "Nothing is left to compute."),
-       field("error", "string", "", "Why it could not go on; absent when it could."),
+       field("error", "string", "", "Why it could not continue; absent if it could."),
        field("is_past", "bool", "", "It is computed farther than what is shown."),
-       field("program", "string", "", "That stands; so the next ones."),
+       field("program", "string", "", "The stopped one; likewise the next fields."),
        field("reason", "string", "",
              "breakpoint, step, motion, pause (run.pause, or PAUSE), input (READ waits for "
              "run.input), entry or fault."),
        field("process", "int", "", "Number of its routine, 0 is the program."),
-       field("file", "string", "", "Where it stands."),
-       field("line", "int", "", "Where it stands."), field("column", "int", "", "Where it stands."),
+       field("file", "string", "", "Place where it is stopped."),
+       field("line", "int", "", "Place where it is stopped."),
+       field("column", "int", "", "Place where it is stopped."),
        field("breakpoint", "int", "", "Its number, at one."),
-       field(
-           "message", "string", "",
-           "What is wrong, at a fault; what PAUSE says; at a breakpoint, why its condition has no "
-           "value.")}};
+       field("message", "string", "",
+             "The fault; the message of PAUSE; at a breakpoint, why its condition has no value.")}};
   const std::vector<ParamSpec> breakpoint_fields{
       field("number", "int", "", "Of the breakpoint."),
       field("program", "string", "", "Its name in the world."),
@@ -559,7 +558,7 @@ RMP_COMMANDS(program_debugging_commands) {
       field("routine", "string", "", "At whose begin it is, where one was given."),
       field("condition", "string", "", "Where it stops; empty is always."),
       field("ignore", "int", "", "Hits before it stops."),
-      field("log", "string", "", "What it says instead of stopping; empty is that it stops."),
+      field("log", "string", "", "Message instead of a stop; empty: it stops."),
       field("hits", "int", "", "So far.")};
   const std::vector<ParamSpec> variable_fields{
       field("name", "string", "", "Or [3] of an element."),
@@ -606,29 +605,29 @@ RMP_COMMANDS(program_debugging_commands) {
   add("run.breakpoints", "Lists the breakpoints of a live run.", "",
       with_run("run:set_breakpoint{line = 5}\nassert(run:breakpoints()[1].line == 5)"),
       {self("run")}, {"list", "", "A table each.", breakpoint_fields}, Effect::reads, breakpoints);
-  add("run.continue", "Goes on until a program stops at a breakpoint, or to the end.",
+  add("run.continue", "Continues until a program stops at a breakpoint, or to the end.",
       "run.play, run.step and run.seek stop there, too; the run then rests at that time.",
       with_run("run:set_breakpoint{line = 5, ignore = 2}\n"
                "assert(math.abs(run:continue().time - 0.3) < 1e-9)\n"
                "assert(run:continue().reason == \"breakpoint\")"),
       {self("run"), speed}, stood, Effect::simulates, continue_run);
-  add("run.step_into", "Goes on to the next line of a process, also in a routine that it calls.",
-      "Other programs and processes go on meanwhile; a line that takes time is run through.",
+  add("run.step_into", "Steps to the next line of a process, also in a routine that it calls.",
+      "Other programs and processes continue meanwhile; a line that takes time is run through.",
       with_run("run:set_breakpoint{line = 9}\nrun:continue()\n"
                "assert(run:step_into().line == 5)"),
       {self("run"), program, process, speed}, stood, Effect::simulates,
       step_program<program::StepKind::into>);
-  add("run.step_over", "Goes on to the next line of a process in the same routine.", "",
+  add("run.step_over", "Steps to the next line of a process in the same routine.", "",
       with_run("run:set_breakpoint{line = 9}\nrun:continue()\n"
                "assert(run:step_over().line == 10)"),
       {self("run"), program, process, speed}, stood, Effect::simulates,
       step_program<program::StepKind::over>);
-  add("run.step_out", "Goes on until a process has left the routine that it is in.", "",
+  add("run.step_out", "Continues until a process has left its present routine.", "",
       with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
                "assert(run:step_out().line ~= 5)"),
       {self("run"), program, process, speed}, stood, Effect::simulates,
       step_program<program::StepKind::out>);
-  add("run.to_motion", "Goes on until a process is about to begin a motion.", "",
+  add("run.to_motion", "Continues until a process is about to begin a motion.", "",
       with_run("assert(run:to_motion().is_complete)"), {self("run"), program, process, speed},
       stood, Effect::simulates, step_program<program::StepKind::motion>);
   add("run.input", "Gives a program the next line that it reads.",

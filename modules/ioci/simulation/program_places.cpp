@@ -321,31 +321,32 @@ RMP_COMMANDS(program_places_commands) {
                    .effect = effect,
                    .run = run});
   };
-  const ParamSpec program = optional("program", "string", "",
-                                     "Its name in the world; the one that stands, or the only "
-                                     "one, when left out."),
+  const ParamSpec program = optional(
+                      "program", "string", "",
+                      "Its name in the world; the stopped one, or the only one, when left out."),
                   source = optional("source", "string", "",
                                     "Which of its files, such as a module; the program itself "
                                     "when left out.");
   std::vector<ParamSpec> place_fields{
       field("time", "real", "s", "That is shown."),
-      field("is_stopped", "bool", "", "A program stands at a line."),
+      field("is_stopped", "bool", "", "True if a program is stopped at a line."),
       field("is_complete", "bool", "", "Nothing is left to compute."),
       field("is_past", "bool", "", "It is computed farther than what is shown."),
-      field("error", "string", "", "Why it could not go on; absent when it could."),
-      field("program", "string", "", "That stands, or has the fault; so the next ones."),
+      field("error", "string", "", "Why it could not continue; absent if it could."),
+      field("program", "string", "",
+            "The one that is stopped or has the fault; likewise the next fields."),
       field("reason", "string", "", "breakpoint, step, motion, pause, entry or fault."),
       field("process", "int", "", "Number of its routine, 0 is the program."),
-      field("file", "string", "", "Where it stands."),
-      field("line", "int", "", "Where it stands."),
-      field("column", "int", "", "Where it stands."),
+      field("file", "string", "", "Place where it is."),
+      field("line", "int", "", "Place where it is."),
+      field("column", "int", "", "Place where it is."),
       field("breakpoint", "int", "", "Its number, at one."),
       field("message", "string", "", "What is wrong, at a fault.")};
   auto seen = place_fields;
-  seen.push_back(field("is_playing", "bool", "", "It goes on."));
+  seen.push_back(field("is_playing", "bool", "", "It is running."));
   seen.push_back(field("notes", "int", "", "How many notes there are so far."));
-  add("run.place", "Tells where the programs of a live run are, also while they run.",
-      "It waits for nothing; run.continue and the steps with a speed, and run.play, go on "
+  add("run.place", "Returns the places of the programs of a live run, also while they run.",
+      "It returns at once; run.continue and the steps with a speed, and run.play, continue "
       "meanwhile.",
       with_run_of_program("run:set_breakpoint{line = 5}\nrun:continue{speed = \"max\"}\n"
                           "repeat until not run:place().is_playing\nassert(run:place().line == 5)"),
@@ -366,7 +367,7 @@ RMP_COMMANDS(program_places_commands) {
               "program.")}},
       Effect::reads, run_programs);
   add("run.program_lines", "Lists where statements and routines of a program in a run begin.",
-      "Breakpoints stand there.",
+      "True if a breakpoint is there.",
       with_run_of_program("local l = run:program_lines()\nassert(l.statements[1].line == 5)\n"
                           "assert(#l.routines == 2)"),
       {self("run"), program, source},
@@ -406,8 +407,7 @@ RMP_COMMANDS(program_places_commands) {
               "a breakpoint is."),
        program,
        between(optional("process", "int", "",
-                        "Number of its routine, 0 is the program; the one that stands when left "
-                        "out."),
+                        "Number of its routine, 0 is the program; the stopped one when left out."),
                0, 1e9)},
       {"map", "", "", stood}, Effect::simulates, step_recorded);
   add("run.recorded_at", "Lists when a program came to a line, as far as it is recorded.",

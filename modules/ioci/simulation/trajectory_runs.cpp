@@ -210,7 +210,7 @@ RMP_COMMANDS(world_run_commands) {
   run_params.push_back(watch_field());
   // Of runs that have torques.
   auto loaded_params = run_params;
-  for (ParamSpec& p : tip_load_fields("the way of the tip since the trajectory began"))
+  for (ParamSpec& p : tip_load_fields("the path length of the tip since the trajectory began"))
     loaded_params.push_back(std::move(p));
   all.push_back(
       {.name = "world.inverse_kinematics",

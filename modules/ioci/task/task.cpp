@@ -88,7 +88,8 @@ void erase(Task& t, std::size_t begin, std::size_t end) {
 
 Result<Value> add_step(CommandContext& ctx, const Map& args) {
   if (has(args, "before") && has(args, "parent"))
-    return error(ErrorCode::invalid_argument, "a step stands before another or at the end of one",
+    return error(ErrorCode::invalid_argument,
+                 "a step is inserted before another or at the end of one: give one of both",
                  "Give before or parent, not both.");
   std::size_t at = 0;
   RMP_TRY_ASSIGN(const Value none, change_task(ctx, args, [&](Task& t) -> Result<void> {
@@ -146,7 +147,7 @@ Result<Value> move_step(CommandContext& ctx, const Map& args) {
     const std::size_t end = end_of(t, from);
     if (to >= from && to < end)
       return error(ErrorCode::invalid_argument,
-                   "step " + std::to_string(from + 1) + " cannot stand before step " +
+                   "step " + std::to_string(from + 1) + " cannot be before step " +
                        std::to_string(to + 1) + ", which is itself or within it",
                    {}, "before");
     const std::int32_t parent = t.steps[to].parent;
@@ -228,7 +229,7 @@ RMP_COMMANDS(task_commands) {
   all.push_back({.name = "task.set_step",
                  .classic = "",
                  .summary = "Puts another step in the place of one.",
-                 .details = "A block without steps of its own keeps those that the old one has.",
+                 .details = "A block without new steps keeps those of the old one.",
                  .example = with_task("shift:set_step(2, {step = \"repeat\", count = 5})\n"
                                       "assert(shift:steps()[2].count == 5 and #shift:steps() == "
                                       "3)"),
@@ -261,8 +262,7 @@ RMP_COMMANDS(task_commands) {
       {.name = "task.steps",
        .classic = "",
        .summary = "Lists the steps of a task.",
-       .details = "The steps of a block stand behind it; parent is its number, 0 the "
-                  "task.",
+       .details = "The steps of a block follow it; parent is its number, 0 the task.",
        .example = with_task("assert(shift:steps()[3].time == 0.5)"),
        .params = {self("task")},
        .returns = {"list", "", "A table a step: number, parent, step and its fields.", {}},

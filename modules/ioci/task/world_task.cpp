@@ -210,7 +210,7 @@ RMP_COMMANDS(world_task_commands) {
                    .run = run,
                    .takes_expressions = takes_expressions});
   };
-  add("world.add_frame", "Adds a named frame to a world.", "Targets of tasks may stand in it.",
+  add("world.add_frame", "Adds a named frame to a world.", "Targets of tasks may be given in it.",
       with_cell("cell:add_frame{name = \"bench\", position = {0.5, 0, 0.3}}\n"
                 "assert(cell:frames()[1].placement.position[1] == 0.5)"),
       placed({self("world"), name}), made, add_frame, true);
@@ -235,8 +235,8 @@ RMP_COMMANDS(world_task_commands) {
        optional("robot", "string", "", "The robot that its steps mean when they name none.")},
       made, add_task, false);
   add("world.add_signal", "Adds a named signal between devices to a world.",
-      "Tasks set it and wait for it. Its name stands in expressions: a letter, then letters, "
-      "digits and _.",
+      "Tasks set it and wait for it. Expressions use its name: a letter, then letters, digits and "
+      "_.",
       with_cell("cell:add_signal{name = \"part_ready\", from = \"arm\"}\n"
                 "assert(cell:signals()[1].kind == \"digital\")"),
       {self("world"), needed("name", "string", "", "Its name."),
@@ -245,7 +245,7 @@ RMP_COMMANDS(world_task_commands) {
        defaulted("initial", "any", "", 0.0, "Value when a run starts, a number in the SI unit."),
        optional("from", "string", "", "The device that sets it."),
        optional("to", "string", "", "The device that reads it."),
-       optional("description", "string", "", "What it says.")},
+       optional("description", "string", "", "Its text.")},
       {}, add_signal, false);
   add("world.remove_signal", "Removes a signal from a world.", "",
       with_cell("cell:add_signal{name = \"part_ready\"}\ncell:remove_signal(\"part_ready\")\n"
@@ -271,7 +271,7 @@ RMP_COMMANDS(world_task_commands) {
               optional("link", "string", "", "Link or tool; the robot's tool when left out.")}),
       {}, attach, false);
   add("world.detach", "Lets go of an object that a robot of a world holds.",
-      "It stands where the world places it.",
+      "Its frame is where the world places it.",
       with_part("cell:attach{object = \"part\", robot = \"arm\"}\ncell:detach(\"part\")\n"
                 "assert(#cell:attachments() == 0)"),
       {self("world"), needed("object", "string", "", "Name of the object in the world.")}, {},
@@ -325,7 +325,7 @@ RMP_COMMANDS(world_task_commands) {
         {"list", "", "A table each.", std::move(fields)}, run, false);
   };
   const ParamSpec its_name = field("name", "string", "", "Name in the world."),
-                  its_place = field("placement", "map", "", "Where it stands in the world.");
+                  its_place = field("placement", "map", "", "Pose in the world.");
   list("world.frames", "Lists the frames of a world.",
        "cell:add_frame{name = \"bench\"}\nassert(#cell:frames() == 1)", member_list<frames_field>,
        {its_name, its_place});
@@ -348,11 +348,11 @@ RMP_COMMANDS(world_task_commands) {
         field("initial", "real", "", "Value when a run starts, in the SI unit."),
         field("from", "string", "", "The device that sets it."),
         field("to", "string", "", "The device that reads it."),
-        field("description", "string", "", "What it says.")});
+        field("description", "string", "", "Its text.")});
   list("world.attachments", "Lists the objects that robots of a world hold.",
        "assert(#cell:attachments() == 0)", member_list<attachments_field>,
        {field("object", "string", "", "What is held."),
-        field("robot", "string", "", "Who holds it."),
+        field("robot", "string", "", "The robot that holds it."),
         field("link", "string", "", "At which link or tool; \"\" = the robot's tool."),
         field("placement", "map", "", "Of the object in the frame of the link or tool.")});
   return all;

@@ -239,9 +239,7 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
   RMP_TRY(read_params(providers.owners(), std::move(words), params, out.shape, path));
   if (!providers.is_curve() && !(law.empty() && orientation.empty()))
     return error(ErrorCode::invalid_argument,
-                 text::quote(out.shape.name) +
-                     " is not a curve and has a law and an orientation of "
-                     "its own",
+                 text::quote(out.shape.name) + " is not a curve and brings its law and orientation",
                  "Leave these tables out.", path);
   // In a table of its own, a parameter is that provider's, also where others have one of its name.
   RMP_TRY(read_params(std::array{&std::as_const(providers.law)}, {"name"}, law, out.law,

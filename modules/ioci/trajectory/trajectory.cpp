@@ -174,8 +174,8 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
 
 RMP_COMMANDS(trajectory_commands) {
   std::vector<CommandSpec> all;
-  const ParamSpec sample_time = above_zero(optional(
-      "sample_time", "real", "s", "Time between samples when a run does not say otherwise."));
+  const ParamSpec sample_time = above_zero(
+      optional("sample_time", "real", "s", "Time between samples of a run that gives none."));
   all.push_back(
       {.name = "trajectory.create",
        .classic = "",
@@ -308,7 +308,7 @@ RMP_COMMANDS(trajectory_commands) {
       {.name = "trajectory.point",
        .classic = "PTrajectory GetGenPoint(index, first=1)",
        .summary = "Gives one sample of a trajectory by its number.",
-       .details = "Numbers count from 0, or from what first says.",
+       .details = "Numbers count from 0, or from first.",
        .example = with_stroke("assert(stroke:point(0).time == 0)"),
        .params = {self("trajectory"), needed("index", "int", "", "Its number."), first_field()},
        .returns = {"map", "", "", sample_fields},

@@ -134,7 +134,8 @@ Result<Value> mesh_faults(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(mesh_fault_commands) {
   CommandSpec c;
   c.name = "solid.mesh_faults";
-  c.summary = "Tells, and shows, where the imported meshes of a solid bound no clean solid.";
+  c.summary =
+      "Lists and shows the places where the imported meshes of a solid bound no clean solid.";
   c.details =
       "Clean meshes are not listed. Of the others come the reason why operations on solids refuse "
       "them and the places, the largest first: `open` is the rim of a hole, `cut` a place where "
@@ -159,7 +160,7 @@ RMP_COMMANDS(mesh_fault_commands) {
                       "Of each mesh: node, why, open_edges, turned (triangles that face another "
                       "way), volume [m^3], relative_error, is_hull, and places with kind, position "
                       "[m] and size [m]."),
-                field("file", "string", "", "The picture, where one was asked for.")}};
+                field("file", "string", "", "The picture, if requested.")}};
   c.sometimes = Effect::files_write;
   c.run = mesh_faults;
   return {std::move(c)};

@@ -254,7 +254,7 @@ Schema picture_params(const PictureAbilities& can) {
   s.push_back(choice("projection", {"perspective", "orthographic"}, "How depth is shown."));
   s.push_back(between(defaulted("zoom", "real", "", 1.0, "1 fits everything into the picture."),
                       0.01, 100));
-  s.push_back(optional("eye", "vec3", "m", "Where the camera stands, instead of a view."));
+  s.push_back(optional("eye", "vec3", "m", "Place of the camera, instead of a view."));
   s.push_back(optional("target", "vec3", "m", "What the camera looks at, with eye."));
   s.push_back(defaulted("edges", "bool", "", true, "Dark lines along the edges."));
   s.push_back(defaulted("hidden", "bool", "", false,

@@ -405,7 +405,7 @@ CommandSpec video_command() {
   c.returns = {"map",
                "",
                "",
-               {field("file", "string", "", "The video, if one was asked for."),
+               {field("file", "string", "", "The video, if requested."),
                 field("folder", "string", "", "The folder of the frames, if they were kept."),
                 field("frames", "int", "", "How many."),
                 field("duration", "real", "s", "How long the video plays."),

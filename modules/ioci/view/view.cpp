@@ -56,7 +56,8 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
   std::optional<LoneRobot> alone;
   if (id.kind == Kind::robot && has(args, "recording")) {
     if (has(args, "q"))
-      return error(ErrorCode::invalid_argument, "both q and a recording say where the robot is",
+      return error(ErrorCode::invalid_argument,
+                   "q and a recording both set the joint values of the robot",
                    "Leave one of them out.", "q");
     const auto recording = ctx.recording(*args.find("recording")->as_handle());
     if (robot_of(ctx.snapshot(), *recording) != RobotId{id.number})

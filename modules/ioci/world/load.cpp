@@ -203,7 +203,7 @@ Result<Value> load_element(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::invalid_argument, text::quote(file) + " holds a material",
                  "Only what has a place can be in a world; file.load reads materials.");
   if (id.kind == Kind::world && has(args, "name"))
-    return error(ErrorCode::invalid_argument, "the elements of a world have names of their own",
+    return error(ErrorCode::invalid_argument, "the elements of a world have different names",
                  "Leave name out.", "name");
   std::vector<double> q;
   if (id.kind == Kind::robot) {

@@ -191,7 +191,7 @@ Result<Value> remove_member(CommandContext& ctx, const Map& args) {
   if (done.ok() && !standing.empty())
     ctx.app.messages.post(Severity::info, "base",
                           "The way " + text::quote(name) + " is gone: the base of " +
-                              text::enumerate(standing) + " stands where it is placed.",
+                              text::enumerate(standing) + " stays where it is placed.",
                           world);
   return done;
 }
@@ -414,7 +414,7 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.add_object",
        .classic = "",
        .summary = "Places an object or a solid in a world.",
-       .details = "It stands at the world's origin unless a place is given.",
+       .details = "It is at the world's origin unless a place is given.",
        .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
                   "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
                   "\"table\", position = {1, 0, 0}}\nassert(#cell:objects() == 1)",
@@ -513,7 +513,7 @@ RMP_COMMANDS(world_commands) {
   all.push_back(
       {.name = "world.set_robot_q",
        .classic = "",
-       .summary = "Sets the joint values at which a robot stands in a world.",
+       .summary = "Sets the joint values of a robot in a world.",
        .details = "The teach pendant's jog.",
        .example = example_cell(
            "cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
@@ -525,7 +525,7 @@ RMP_COMMANDS(world_commands) {
        .returns = {},
        .effect = Effect::edits,
        .run = set_robot_q});
-  const ParamSpec placement_field = field("placement", "map", "", "Where it stands in the world.");
+  const ParamSpec placement_field = field("placement", "map", "", "Pose in the world.");
   all.push_back(
       {.name = "world.objects",
        .classic = "World LsPObjects",
@@ -570,7 +570,7 @@ RMP_COMMANDS(world_commands) {
        .effect = Effect::reads,
        .run = trajectories});
   const ParamSpec index = needed("index", "int", "", "Its number.");
-  const std::string counts = "Numbers count from 0, or from what first says.";
+  const std::string counts = "Numbers count from 0, or from first.";
   all.push_back({.name = "world.object_name",
                  .classic = "World GetPObjectId(index, first=1)",
                  .summary = "Gives the name of the i-th object of a world.",
@@ -649,9 +649,8 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.evaluate",
        .classic = "",
        .summary = "Computes mesh and volume of every solid a world shows, several at a time.",
-       .details =
-           "What is known already takes no time. A solid that cannot be computed is reported in "
-           "its row; the others go on.",
+       .details = "Kept results take no time. A solid that cannot be computed is reported in its "
+                  "row; the others continue.",
        .example =
            "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\nlocal "
            "cell = world.create{name = \"cell\"}\ncell:add_object{what = \"table\"}\nlocal e = "
