@@ -1378,6 +1378,11 @@ class KrlReader final : public Reader {
   void assignment() {
     const Token t = peek();
     const At at = t.at;
+    if (t.low == "$msg_t") {
+      skip_rest();
+      left_out(RMP_FAULT_WARNING, at, "it is a message of the controller");
+      return;
+    }
     if (t.low[0] == '$' && setting(t)) return;
     if ((t.low == "pdat_act" || t.low == "ldat_act" || t.low == "fdat_act") && is("=", 1)) {
       next();

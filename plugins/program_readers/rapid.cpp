@@ -106,6 +106,7 @@ class RapidReader final : public Reader {
 
   void file(std::size_t f) {
     scan(f, kRapidStyle);
+    looked_at_of_ = nullptr;
     if (is_announcing_) next_comment_ = comments_.size();
     if (is("%")) {
       int n = 0;
@@ -479,6 +480,13 @@ class RapidReader final : public Reader {
       return;
     }
     if (is_assigned) {
+      for (std::size_t i = 1; peek(i).kind != Tk::end && !is(":=", i) && !is(";", i); ++i)
+        if (is("tload", i)) {
+          skip_rest();
+          accept(";");
+          left_out(RMP_FAULT_WARNING, at, "IRL has no loads of tools");
+          return;
+        }
       will_write(t.low);
       const Ex to = primary();
       expect(":=");
@@ -616,15 +624,21 @@ class RapidReader final : public Reader {
     }
     accept(";");
   }
+  /// A number of FOR, which counts in whole numbers.
+  Ex whole(const Ex& e, const At& at) {
+    if (e.ok && e.is_literal && e.v != std::round(e.v))
+      return bad(at, "IRL counts in whole numbers, and not by " + e.s, "Use WHILE.");
+    return as_integer(e, at);
+  }
   void for_(const At& at) {
     const Token v = next();
     expect("from");
-    const Ex from = as_integer(expression(), at);
+    const Ex from = whole(expression(), at);
     expect("to");
-    const Ex to = as_integer(expression(), at);
+    const Ex to = whole(expression(), at);
     Ex step = integer(1);
     const bool has_step = accept("step");
-    if (has_step) step = as_integer(expression(), at);
+    if (has_step) step = whole(expression(), at);
     if (!expect("do")) {
       while (!at_end() && !is("do") && !is(";")) next();
       accept("do");
@@ -643,8 +657,10 @@ class RapidReader final : public Reader {
       is_down = step.v < 0;
       if (std::fabs(step.v) != 1)
         by = " STEP " + integer(static_cast<std::int64_t>(std::fabs(step.v))).s;
+    } else if (step.ok && !step.is_literal) {
+      by = " STEP " + step.s;  // below zero it counts down
     } else if (step.ok) {
-      bad(at, "the step of this loop is not known");
+      bad(at, "the step of this loop is zero");
     }
     // RAPID counts down by itself where the end is below.
     if (!has_step && from.is_literal && to.is_literal) is_down = from.v > to.v;
@@ -915,17 +931,11 @@ class RapidReader final : public Reader {
     const Ex s = signal_of(next(), true, kBool);
     if (s.ok) emit(s.s + " := NOT " + s.s + ";", at);
   }
+  /// In IRL a wait comes behind the motion before it, so that one for its end is no other.
   void waitrob(const At& at) {
     skip_rest();
-    if (is_stopped_) return note_line(at, "the motion before has stopped");
-    left_out(RMP_FAULT_ERROR, at, "IRL has no wait for the end of a motion that is passed",
-             "Give the motion before it fine.");
-  }
-  /// \InPos of a wait: nothing behind a motion that stops.
-  void in_position(const At& at) {
-    if (!is_stopped_)
-      bad(at, "IRL has no wait for the end of a motion that is passed",
-          "Give the motion before it fine.");
+    if (is_stopped_) note_line(at, "the motion before has stopped");
+    else emit("WAIT 0.0 SEC;", at);
   }
   /// SearchL\SStop, signal, place, ...: a straight motion that a signal ends.
   bool search(const std::map<std::string, Ex>& given, Motion& m, const At& at) {
@@ -962,16 +972,17 @@ class RapidReader final : public Reader {
     return true;
   }
   /// Whether a name of this text is more than declared and given to searches.
-  bool is_looked_at(const std::string& low) const {
-    for (std::size_t i = 0; i < tokens_.size(); ++i) {
-      if (tokens_[i].kind != Tk::name || tokens_[i].low != low) continue;
-      bool is_known = false;
-      for (std::size_t k = i; k > 0 && !is_known && tokens_[k - 1].low != ";"; --k)
-        is_known = tokens_[k - 1].low == "searchl" || tokens_[k - 1].low == "var" ||
-                   tokens_[k - 1].low == "pers";
-      if (!is_known) return true;
+  bool is_looked_at(const std::string& low) {
+    if (looked_at_of_ != tokens_.data()) {
+      looked_at_of_ = tokens_.data();
+      looked_at_.clear();
+      bool is_known = false;  // behind VAR, PERS and SearchL of a statement
+      for (const Token& t : tokens_)
+        if (t.low == ";") is_known = false;
+        else if (t.low == "searchl" || t.low == "var" || t.low == "pers") is_known = true;
+        else if (t.kind == Tk::name && !is_known) looked_at_.insert(t.low);
     }
-    return false;
+    return looked_at_.contains(low);
   }
   Ex signal_of(const Token& t, bool is_output, const Type& type) {
     if (t.kind != Tk::name) return bad(t.at, "the name of a signal belongs here");
@@ -1074,7 +1085,7 @@ class RapidReader final : public Reader {
   }
   void wait_until(const At& at) {
     while (accept("\\")) {
-      if (next().low == "inpos") in_position(at);
+      next();  // \InPos: a wait comes behind the motion anyway
       accept(",");
     }
     const Ex c = converted(expression(), kBool, at);
@@ -1082,7 +1093,7 @@ class RapidReader final : public Reader {
   }
   void wait_time(const At& at) {
     if (accept("\\")) {
-      if (next().low == "inpos") in_position(at);
+      next();  // \InPos: a wait comes behind the motion anyway
       accept(",");
     }
     const Ex t = as_real(expression(), at);
@@ -1665,6 +1676,8 @@ class RapidReader final : public Reader {
   std::vector<Token> after_;
   std::string word_, want_, result_name_;
   bool is_announcing_ = true, has_main_ = false, told_zone_ = false;
+  std::set<std::string> looked_at_;
+  const Token* looked_at_of_ = nullptr;  ///< the text that looked_at_ is of
   bool is_any_configuration_ = false;
   bool is_stopped_ = false;  ///< the last motion that was read stops at its target
   int both_frames_ = 0;      ///< of the last work object: 1 user frame, 2 object frame

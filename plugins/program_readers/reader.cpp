@@ -936,6 +936,7 @@ Symbol& Reader::declare(std::string_view foreign, Type type, Symbol::Kind kind, 
   s.kind = kind;
   s.irl = kind == Symbol::data ? std::string(foreign) : irl_name(foreign);
   s.type = std::move(type);
+  if (kind == Symbol::routine) routine_names_.insert(s.irl);
   auto& in = is_local ? current_->symbols : globals_;
   return in.insert_or_assign(lower(foreign), std::move(s)).first->second;
 }
@@ -1042,7 +1043,6 @@ void Reader::begin(std::string_view foreign, const std::vector<Parameter>& param
            (is_function ? ": " + type_text(result) : "");
 }
 bool Reader::calls_routine(const std::string& text) const {
-  std::set<std::string> names;
   for (std::size_t i = 0; i < text.size();) {
     if (std::isalpha(static_cast<unsigned char>(text[i])) == 0) {
       ++i;
@@ -1052,12 +1052,10 @@ bool Reader::calls_routine(const std::string& text) const {
     while (end < text.size() &&
            (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_'))
       ++end;
-    names.insert(text.substr(i, end - i));
+    if (routine_names_.contains(text.substr(i, end - i))) return true;
     i = end;
   }
-  return std::any_of(globals_.begin(), globals_.end(), [&](const auto& g) {
-    return g.second.kind == Symbol::routine && names.contains(g.second.irl);
-  });
+  return false;
 }
 void Reader::will_write(std::string_view low) {
   const auto it = current_->symbols.find(std::string(low));
@@ -1399,6 +1397,7 @@ std::string Reader::helper(std::string_view name) {
   Symbol s;
   s.kind = Symbol::routine;
   s.irl = irl_name(n);
+  routine_names_.insert(s.irl);
   Routine r;
   r.end = "ENDFCT";
   const auto line = [&](const char* t) { r.body.push_back({t, {}, false}); };

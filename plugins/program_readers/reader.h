@@ -503,7 +503,7 @@ class Reader {
   std::size_t dropped_faults_ = 0;
   Routine* current_ = &main_;
   std::deque<Routine> routines_;
-  std::set<std::string> used_names_, begun_;
+  std::set<std::string> used_names_, begun_, routine_names_;
   std::map<std::string, int> name_counts_;
   std::map<std::string, std::string> labels_;
   std::set<std::pair<const Routine*, std::string>> placed_labels_;

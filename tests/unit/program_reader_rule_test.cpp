@@ -199,6 +199,14 @@ TEST(ProgramReaderRule, KrlStatementsAreCarriedOutOrRefused) {
        {"PULSE($OUT[7],TRUE,0.5)\n$OUT[8]=TRUE", "",
         "CANCEL pulse_out_7;\nout_7 := TRUE;\nlength_out_7 := 0.5;\nSTART pulse_out_7;\nout_8 := "
         "TRUE;"},
+       {"$APO.CDIS=5\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0} C_DIS\nWAIT SEC 0", "",
+        "MOVE LIN POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)) C_CP := 5.0;\nWAIT 0.0 "
+        "SEC;"},
+       {"CONTINUE\n$OUT[1]=TRUE", "1 error\n", "out_1 := TRUE;"},
+       {"CONTINUE\nn=1", "", "n := 1;"},
+       {"FDAT_ACT=FHOME\nBAS(#PTP_PARAMS,100)\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}", "3 error\n3 error\n",
+        "R_SPEED_PTP := 100.0;"},
+       {"$MSG_T.KEY=5", "1 warning\n", ""},
        {"$ORI_TYPE=#CONSTANT", "1 error\n", ""},
        {"$ORI_TYPE=#VAR", "", ""},
        {"$IPO_MODE=#TCP", "1 error\n", ""},
@@ -218,7 +226,7 @@ TEST(ProgramReaderRule, KrlStatementsAreCarriedOutOrRefused) {
 
 TEST(ProgramReaderRule, KrlTakesOfConfigDatWhatTheProgramUses) {
   const auto p = read_for_rule(
-      read_krl, {{"p.src", "DEF p( )\nFDAT_ACT=FP1\nBAS(#FRAMES)\nLIN XP1\nEND\n"},
+      read_krl, {{"p.src", "DEF p( )\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.5)\nLIN XP1\nEND\n"},
                  {"p.dat",
                   "DEFDAT p\nDECL E6POS XP1={X 1,Y 2,Z 3,A 0,B 0,C 0,S 2,T 0}\n"
                   "DECL FDAT FP1={TOOL_NO 2,BASE_NO 0,IPO_FRAME #BASE}\nENDDAT\n"},
@@ -281,7 +289,12 @@ TEST(ProgramReaderRule, RapidStatementsAreCarriedOutOrRefused) {
        {"InvertDO do1;", "", "do1 := NOT do1;"},
        {"PulseDO\\PLength:=0.3,do1;\nSet do2;", "",
         "do1 := NOT do1;\nlength_do1 := 0.3;\nSTART pulse_do1;\ndo2 := TRUE;"},
-       {"MoveL p1,v100,z10,tool0;\nWaitTime\\InPos,0.5;", "2 error\n", ""},
+       {"MoveL p1,v100,z10,tool0;\nWaitTime\\InPos,0.5;", "", "WAIT 0.5 SEC;"},
+       {"MoveL p1,v100,z10,tool0;\nWaitRob\\InPos;", "", "WAIT 0.0 SEC;"},
+       {"g.tload.mass:=3;", "1 warning\n", ""},
+       {"FOR i FROM 10 TO 1 STEP n DO\nn:=n+i;\nENDFOR", "", "FOR i := 10 TO 1 STEP ROUND(n) DO"},
+       {"FOR i FROM 0 TO 1 STEP 0.1 DO\nSet do1;\nENDFOR", "1 error\n", "do1 := TRUE;"},
+       {"FOR i FROM 10 TO 1 STEP 0 DO\nENDFOR", "1 error\n", ""},
        {"MoveL p1,v100,fine,tool0;\nWaitTime\\InPos,0.5;", "", "WAIT 0.5 SEC;"},
        {"MoveL p1,v100,z20\\Inpos:=inpos50,tool0;", "", "MOVE LIN p1 SPEED := 100.0;"},
        {"MoveL\\Conc,p1,v100,fine,tool0;", "1 error\n", ""},

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMostFiles = 200;
 constexpr std::size_t kMostForeignNames = 100'000;
 /// How many folders above the program's a folder such as System is looked for in.
-constexpr int kMostFoldersAbove = 4;
+constexpr int kMostFoldersAbove = 8;
 
 std::string extension_of(const std::filesystem::path& path) {
   const std::string e = text::lower(path.extension().string());
