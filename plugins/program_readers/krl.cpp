@@ -1718,9 +1718,11 @@ class KrlReader final : public Reader {
                       orientation("ORIZYX", {take("a"), take("b"), take("c")}));
     const Ex* s = get_field("s");
     const Ex* t = get_field("t");
+    // Without S and T the controller keeps the configuration it is in.
+    const std::vector<Ex> any_turns(6, integer(-128));
     if (!s && !t && external.empty())
-      return want && want->k == K::target ? target(p, integer(0), {}, {}) : p;
-    Ex status = s ? as_integer(*s, at) : integer(0);
+      return want && want->k == K::target ? target(p, integer(-1), any_turns, {}) : p;
+    Ex status = s ? as_integer(*s, at) : integer(-1);
     if (s && status.ok && !status.is_literal)
       return bad(at, "the configuration S is not known", "Give its number.");
     if (s && status.is_literal) {
@@ -1737,7 +1739,7 @@ class KrlReader final : public Reader {
       for (int i = 0; i < 6; ++i)
         turns.push_back(integer((static_cast<std::int64_t>(n.v) >> i) & 1 ? -1 : 0));
     }
-    return target(p, status, turns, external);
+    return target(p, status, t ? turns : any_turns, external);
   }
 
   Ex primary() override {
