@@ -251,7 +251,7 @@ DEFAULT_GROUP	= 1,*,*,*,*;
 /POS
 P[1]{
    GP1:
-	UF : 0, UT : 1,
+	UF : 0, UT : 0,
 	J1=    15.719 deg,	J2=    31.324 deg,	J3=   -33.342 deg,
 	J4=    73.641 deg,	J5=  -101.125 deg,	J6=   -31.149 deg
 };
@@ -307,7 +307,7 @@ for letter, axes in pairs(published) do
   local name = "p_" .. letter:lower()
   local f = io.open(name .. ".ls", "w")
   f:write("/PROG  " .. name:upper() .. "\n/ATTR\nDEFAULT_GROUP	= 1,*,*,*,*;\n/MN\n" ..
-    "   1:J P[1] 100% FINE ;\n/POS\nP[1]{\n   GP1:\n	UF : 0, UT : 1,		CONFIG : '" .. letter ..
+    "   1:J P[1] 100% FINE ;\n/POS\nP[1]{\n   GP1:\n	UF : 0, UT : 0,		CONFIG : '" .. letter ..
     " U T, 0, 0, 0',\n	X =  1500.000  mm,	Y =     0.000  mm,	Z =   360.000  mm,\n" ..
     "	W =   135.000 deg,	P =   -45.000 deg,	R =     0.000 deg\n};\n/END\n")
   f:close()
@@ -325,6 +325,26 @@ for letter, axes in pairs(published) do
   local text = p:post{target = "fanuc_tp", robot = "r2000"}.files[1].text
   assert(text:find("CONFIG : '" .. letter .. " U T", 1, true), text)
 end)lua");
+}
+
+TEST_F(MakerAxesTest, GoWithALockedJointAndWithOneThatSlidesNow) {
+  run(R"lua(
+local arm = robot.get("ur5"):duplicate{name = "locked"}
+for k, p in pairs(arm:poses()) do arm:remove_pose(type(k) == "string" and k or p.name) end
+local names = {}
+for i, a in ipairs(arm:axes{q = {0, 0, 0, 0, 0, 0}}) do names[i] = a.name end
+arm:set_link{link = 6, joint = "fixed"}
+local left = arm:axes{q = {0, 0, 0, 0, 0}}
+assert(#left == 5 and left[5].name == names[5])
+arm:set_link{link = 5, joint = "prismatic"}
+local slid = arm:axes{q = {0, 0, 0, 0, 0.25}}[5]
+assert(slid.name == names[5] and slid.value == 250)
+)lua");
+  std::string notes;
+  for (const Message& m : app().messages.recent(1000))
+    if (m.code == "maker_axis") notes += m.text + "\n";
+  EXPECT_NE(notes.find("has no independent value now"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("counts as the joint of link"), std::string::npos) << notes;
 }
 
 /// The wrist of two arms whose axis 5 turns the other way round the same bend.

@@ -460,6 +460,39 @@ std::string name_in_document(const CommandContext& ctx, const Map& args) {
   return ctx.snapshot().find(ref(args, "id"))->name;
 }
 
+/// Removes the maker's axis of a link if its joint is locked or follows another. If the joint
+/// slides instead of turning, or the other way round, the axis counts as the joint does. Both are
+/// notes.
+void fit_axis(CommandContext& ctx, const Map& args, Robot& r, std::int32_t index) {
+  const Link& l = r.links[static_cast<std::size_t>(index)];
+  const auto found = std::find_if(r.axes.begin(), r.axes.end(),
+                                  [index](const auto& a) { return a.link == index; });
+  if (found == r.axes.end()) return;
+  const auto note = [&](const std::string& what) {
+    ctx.app.messages.post(Severity::info, "maker_axis",
+                          "robot " + text::quote(name_in_document(ctx, args)) + ": " + what +
+                              " robot.set_axes sets others.",
+                          "ioci");
+  };
+  const std::string axis = "the maker's axis " + text::quote(found->name),
+                    joint = "the joint of link " + text::quote(l.name);
+  if (!robotics::has_one_coordinate(l.joint) || l.mimic) {
+    note(axis + " is removed, because " + joint + " has no independent value now.");
+    r.axes.erase(found);
+    return;
+  }
+  const auto unit = l.joint == JointKind::prismatic ? model::AxisUnit::mm : model::AxisUnit::deg;
+  if (found->unit == unit) return;
+  model::MakerAxis plain;
+  plain.name = found->name;
+  plain.link = index;
+  plain.unit = unit;
+  plain.external = found->external;
+  *found = std::move(plain);
+  note(axis + " counts as " + joint + " does, in " +
+       (unit == model::AxisUnit::mm ? "mm." : "degrees."));
+}
+
 Result<Value> set_link(CommandContext& ctx, const Map& args) {
   const Robot& before = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(const std::int32_t index, read_link(before, *args.find("link"), false, "link"));
@@ -476,6 +509,7 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
     Link& l = r.links[static_cast<std::size_t>(index)];
     RMP_TRY(apply_link(ctx, checked, r, index, l, where));
     ctx.expressions.keep(r.parametric, l.name);
+    fit_axis(ctx, args, r, index);
     for (std::size_t i = 0; i < r.links.size(); ++i)
       if (static_cast<std::int32_t>(i) != index && r.links[i].name == l.name)
         return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
