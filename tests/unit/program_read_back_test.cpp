@@ -575,16 +575,20 @@ class ReadBackTable : public ProgramReadBack {
     List axes;
     for (int i = 1; i <= 6; ++i)
       axes.emplace_back(Map{{"name", "A" + std::to_string(i)}, {"joint", i}, {"pulses", 1341.4}});
-    return call(
-        "record.create",
-        {{"kind", "controller"},
-         {"name", "pulses"},
-         {"fields",
-          Map{{"target", "inform"},
-              {"axes", axes},
-              {"tools", List{Map{{"name", "cup"},
-                                 {"number", 1},
-                                 {"placement", Map{{"position", List{0.0, 0.0, 0.05}}}}}}}}}});
+    return call("record.create",
+                {{"kind", "controller"},
+                 {"name", "pulses"},
+                 {"fields", Map{{"target", "inform"}, {"axes", axes}, {"tools", tools()}}}});
+  }
+  /// A FANUC with the tool of the cells in its list.
+  Value fanuc() {
+    return call("record.create", {{"kind", "controller"},
+                                  {"name", "fanuc"},
+                                  {"fields", Map{{"target", "fanuc_tp"}, {"tools", tools()}}}});
+  }
+  static List tools() {
+    return List{Map{
+        {"name", "cup"}, {"number", 1}, {"placement", Map{{"position", List{0.0, 0.0, 0.05}}}}}};
   }
 };
 
@@ -603,7 +607,7 @@ TEST_F(ReadBackTable, ThePagesTableIsWhatRunsGive) {
     // With a tool that stands on what the frame lies lower; and without, for targets without tools.
     const Value p = put_shipped("ur10e", 0.05, "cell", program, source), with_tool = cell_;
     const Value bare = put_shipped("ur10e", 0, "bare", program + "_bare", source);
-    const Value without_tool = cell_, yaskawa = pulses();
+    const Value without_tool = cell_, yaskawa = pulses(), robots_of_fanuc = fanuc();
     for (const std::string& target : targets) {
       Value used = p;
       cell_ = with_tool;
@@ -611,6 +615,7 @@ TEST_F(ReadBackTable, ThePagesTableIsWhatRunsGive) {
       if (target == "pacscript")  // speeds are shares of the greatest
         more.set("profile", call("controller.get", {{"name", std::string("denso_rc8")}}));
       if (target == "inform") more.set("profile", yaskawa);
+      if (target == "fanuc_tp") more.set("profile", robots_of_fanuc);
       Value posted = post(used, target, more);
       std::string cell;
       if (first_error(posted).find("tool") != std::string::npos) {

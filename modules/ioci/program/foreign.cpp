@@ -2,6 +2,7 @@
 #include "ioci/program/foreign.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <robomosp/sdk/language.h>
@@ -241,17 +242,42 @@ Map reader_settings(const ProviderInfo& reader, const model::Controller& c) {
   }
   return out;
 }
-std::string tools_file(const model::Controller& c) {
-  std::string out;
-  for (const model::ControllerPlace& t : c.tools) {
-    if (t.number < 0) continue;
-    const post::Placed at = post::placed(model::pose(t.placement), post::Orientation::fixed_xyz);
-    out += "//TOOL " + std::to_string(t.number) + "\n///NAME " + t.name + "\n";
-    for (std::size_t i = 0; i < 6; ++i)
-      out += (i ? "," : "") + post::trimmed(i < 3 ? at.mm[i] : at.ori[i - 3], 9);
-    out += "\n";
+ForeignFile places_file(std::string_view reader, const model::Controller& c) {
+  // X, Y, Z [mm] and the angles about the fixed axes x, y and z [degrees].
+  const auto numbers = [](const model::ControllerPlace& place) {
+    const post::Placed at =
+        post::placed(model::pose(place.placement), post::Orientation::fixed_xyz);
+    std::array<std::string, 6> out;
+    for (std::size_t i = 0; i < 6; ++i) out[i] = post::trimmed(i < 3 ? at.mm[i] : at.ori[i - 3], 9);
+    return out;
+  };
+  if (reader == "inform") {
+    std::string out;
+    for (const model::ControllerPlace& t : c.tools) {
+      if (t.number < 0) continue;
+      const auto n = numbers(t);
+      out += "//TOOL " + std::to_string(t.number) + "\n///NAME " + t.name + "\n";
+      for (std::size_t i = 0; i < 6; ++i) out += (i ? "," : "") + n[i];
+      out += "\n";
+    }
+    return {"TOOL.CND", std::move(out)};
   }
-  return out;
+  if (reader != "tp") return {};
+  std::string out;
+  const auto add = [&](const char* variable, const std::vector<model::ControllerPlace>& places) {
+    std::string all;
+    for (const model::ControllerPlace& p : places) {
+      if (p.number < 1) continue;
+      const auto n = numbers(p);
+      all += "  [1," + std::to_string(p.number) + "] =\n  Group: 1\n  X: " + n[0] + " Y: " + n[1] +
+             " Z: " + n[2] + "\n  W: " + n[3] + " P: " + n[4] + " R: " + n[5] + "\n";
+    }
+    if (!all.empty())
+      out += std::string("[*SYSTEM*]") + variable + "  Storage: CMOS  Access: RW\n" + all;
+  };
+  add("$MNUFRAME", c.frames);
+  add("$MNUTOOL", c.tools);
+  return {"SYSFRAME.VA", std::move(out)};
 }
 
 Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& path,

@@ -29,12 +29,14 @@ Result<std::optional<std::string>> source_beside(CommandContext&, const std::fil
 /// What a controller's record says of a reader's parameters: pulses of its axes, and options of
 /// the same name.
 [[nodiscard]] Map reader_settings(const ProviderInfo& reader, const model::Controller&);
-/// Tools of a controller by their numbers, as a Yaskawa's TOOL.CND has them; empty = none.
-[[nodiscard]] std::string tools_file(const model::Controller&);
 
 struct ForeignFile {
   std::string name, text;
 };
+/// Tools and frames of a controller by their numbers, in the file of its backup that a reader
+/// knows: TOOL.CND for `inform`, SYSFRAME.VA for `tp`. Its text is empty for other readers, and
+/// without numbered tools and frames.
+[[nodiscard]] ForeignFile places_file(std::string_view reader, const model::Controller&);
 struct Foreign {
   std::string reader;
   std::vector<ForeignFile> files;  ///< as they were read

@@ -572,9 +572,9 @@ Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
   for (const auto& [file, bytes] : files) names.push_back(file.substr(file.rfind('/') + 1));
   std::vector<SourceFile> sources;
   for (std::size_t i = 0; i < names.size(); ++i) sources.push_back({names[i], files[i].second, {}});
-  // What the controller keeps of its tools, as its backup has it.
-  const std::string tools = profile ? tools_file(*profile) : std::string();
-  if (of.name == "inform" && !tools.empty()) sources.push_back({"TOOL.CND", tools, {}});
+  // Tools and frames of the controller, as in its backup.
+  const ForeignFile places = profile ? places_file(of.name, *profile) : ForeignFile{};
+  if (!places.text.empty()) sources.push_back({places.name, places.text, {}});
   ProgramReaderTask task;
   task.files = sources;
   auto read = best->read(task, *params, ctx.progress);

@@ -913,7 +913,13 @@ class TpWriter final : public MoveWriter {
     if (m[RMP_ATTR_TOOL].given) {
       const auto p = pose_of(m, RMP_ATTR_TOOL, "TOOL");
       if (!p) return false;
-      const auto n = place_number(profile_.tools, *p, "tool");
+      // UTOOL 0 is the flange on every controller.
+      const bool is_listed =
+          std::any_of(profile_.tools.begin(), profile_.tools.end(),
+                      [&](const PostPlace& t) { return same_place(t.pose, *p); });
+      const auto n = same_place(*p, Pose{}) && !is_listed
+                         ? std::optional<std::int32_t>(0)
+                         : place_number(profile_.tools, *p, "tool");
       if (!n) return false;
       used_tool_ = *n;
     }
