@@ -534,7 +534,7 @@ class Programs(Debugging):
                          ["variablesReference"])
         self.assertEqual(place["X"]["value"], "2.5")
         for wrong, why in (("nothing", "nothing that has a value is named NOTHING"),
-                           ("many[301]", "outside 1..300"), ("n +", "where a value belongs"),
+                           ("many[301]", "outside 1..300"), ("n +", "is not a value"),
                            ("add(1)", "a debugger calls nothing")):
             self.assertIn(why, e.refused("evaluate", expression=wrong, frameId=frame))
         self.assertIn("belongs into the console", e.refused("evaluate", expression="sum := 1",

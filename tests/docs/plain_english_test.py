@@ -55,8 +55,8 @@ OFFENDERS = [
 ]
 
 # Places not edited yet. Lower a number when you edit; never raise one.
-MOST_IN_MESSAGES = {"kernel": 8, "modules": 86, "plugins": 61, "sdk": 6, "viewer": 0}
-MOST_IN_HELP = 495
+MOST_IN_MESSAGES = {"kernel": 1, "modules": 20, "plugins": 43, "sdk": 6, "viewer": 0}
+MOST_IN_HELP = 252
 MOST_IN_PAGES = {"docs/user/irl/readers.md": 12, "docs/user/irl/read_back.md": 3}
 
 

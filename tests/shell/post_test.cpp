@@ -384,7 +384,7 @@ TEST(PostTest, ExitCodesTellWhatIsWrongFromWhatCouldNotBeTested) {
   // A post that loses outputs, and one that is never the same.
   const Outcome lost = test({FAULTY_POSTS, "--brief"});
   EXPECT_EQ(lost.code, 1) << lost.out << lost.err;
-  EXPECT_TRUE(has(lost.out, "wrong: \"grip := TRUE;\" is lost: the files are as without it"))
+  EXPECT_TRUE(has(lost.out, "wrong: \"grip := TRUE;\" is lost: the files are the same without it"))
       << lost.out;
   EXPECT_TRUE(has(lost.out, "gives other files the second time.")) << lost.out;
 #endif

@@ -221,7 +221,7 @@ TEST_F(PlanPath, WhatCannotBePlannedIsToldInASentence) {
   told("robot = 'rods', to = {0, 4}", "outside its limits at the goal");
   told("robot = 'rods', from = {4, 0}, to = 'right'", "outside its limits at the start");
   told("robot = 'rods', to = 'left'", "already");
-  told("robot = 'rods'", "where to go");
+  told("robot = 'rods'", "no target given");
   told("robot = 'rod', to = 'right'", "rods");
   told("robot = 'rods', target = pose(3, 0, 0)", "target");
   told("robot = 'rods', to = 'right', planner = 'straight'", "straight");

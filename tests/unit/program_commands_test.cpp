@@ -325,7 +325,7 @@ TEST_F(ProgramCommands, SourceInOtherEncodingsIsReadAndSaid) {
 TEST_F(ProgramCommands, MakersFilesWithoutAProgramsTextAreNamed) {
   const std::string packed("\x1f\x8b\x08\0\0", 5);
   for (const char* name : {"weld.urp", "weld.tp", "POSREG.VA", "options.kop", "cell.rspag",
-                           "weld.jbi", "cell.as", "weld.pcs", "backup.zip", "SYSVARS.SV"})
+                           "cell.kl", "backup.zip", "SYSVARS.SV"})
     write(name, packed);
   const auto said = [&](const std::string& command, const std::string& name) {
     return fails(command, {{"file", (folder_ / name).string()}}).sentence();
@@ -346,8 +346,7 @@ TEST_F(ProgramCommands, MakersFilesWithoutAProgramsTextAreNamed) {
     EXPECT_EQ(said(command, "backup.zip"),
               "backup.zip: it is an archive. Unpack it, and give the program's own file, with what "
               "belongs to it beside it.");
-    for (const char* name :
-         {"options.kop", "cell.rspag", "weld.jbi", "cell.as", "weld.pcs", "SYSVARS.SV"})
+    for (const char* name : {"options.kop", "cell.rspag", "cell.kl", "SYSVARS.SV"})
       EXPECT_EQ(said(command, name).find(std::string(name) + ": it is "), 0U)
           << said(command, name);
   }

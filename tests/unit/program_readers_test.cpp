@@ -1289,7 +1289,7 @@ TEST(ProgramReaders, Pdl2BecomesIrl) {
   EXPECT_EQ(read_faults(*p),
             "78:3 error handlers of conditions are not read.\n"
             "82:8 error taught has no value in this program; it is zero here.\n"
-            "84:3 warning grip is not among the files; an empty routine stands for it.\n"
+            "84:3 error grip is not among the files; an empty routine stands for it.\n"
             "85:3 error POS_SHIFT is the controller's own, and is not read.\n");
   expect_lines(*p, R"(
 PROGRAM weld;
@@ -1426,20 +1426,20 @@ RETURN twice_2;
 PROCEDURE lift (INOUT INT: n_2);
 n_2 := n_2 + 1;
 home := MAIN_JOINT(0.0, -30.0, 120.0, 0.0, 90.0, 0.0);
-MOVE PTP home SPEED_PTP := present_speed ACC_PTP := 100.0 TOOL := present_tool;
+MOVE PTP home SPEED_PTP := 50.0 ACC_PTP := 100.0 TOOL := present_tool;
 places[0] := ROBTARGET(POSE(POSITION(425.0, 0.0, 325.0), ORIZYX(0.0, 0.0, 180.0)), 5, [-128, -128, -128, 0, -128, 0], ADD_JOINT(0.0));
 P10 := POSE(POSITION(400.0, -100.0, 200.0), ORIZYX(90.0, 0.0, 180.0));
 WHILE count <= 2 DO
 MOVE LIN places[0].PSE SPEED := 100.0 ACC := 100.0 TOOL := present_tool;
 out_128 := TRUE;
 WAIT 0.25 SEC;
-MOVE LIN places[0].PSE @ POSE(POSITION(0.0, 0.0, -80.5), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED := present_speed * 10.0 ACC := 100.0 C_CP := 20.0 TOOL := present_tool;
+MOVE LIN places[0].PSE @ POSE(POSITION(0.0, 0.0, -80.5), ORIQUAT(1.0, 0.0, 0.0, 0.0)) SPEED := 500.0 ACC := 100.0 C_CP := 20.0 TOOL := present_tool;
 MOVE PTP P10 SPEED_PTP := 20.0 ACC_PTP := 100.0 C_PTP := 5.0 TOOL := present_tool;
 MOVE PTP POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)) SPEED_PTP := 20.0 ACC_PTP := 100.0 TOOL := present_tool;
 count := count + 1;
 ENDWHILE;
-MOVE CIRCLE POSE(POSITION(450.0, 0.0, 200.0), ORIZYX(0.0, 0.0, 180.0)), POSE(POSITION(425.0, 50.0, 200.0), ORIZYX(0.0, 0.0, 180.0)) SPEED := present_speed * 10.0 ACC := 100.0 C_PASS := TRUE TOOL := present_tool;
-MOVE_INC LIN POSITION(0.0, 0.0, 30.0) SPEED := present_speed * 10.0 ACC := 100.0 TOOL := present_tool;
+MOVE CIRCLE POSE(POSITION(450.0, 0.0, 200.0), ORIZYX(0.0, 0.0, 180.0)), POSE(POSITION(425.0, 50.0, 200.0), ORIZYX(0.0, 0.0, 180.0)) SPEED := 500.0 ACC := 100.0 C_PASS := TRUE TOOL := present_tool;
+MOVE_INC LIN POSITION(0.0, 0.0, 30.0) SPEED := 500.0 ACC := 100.0 TOOL := present_tool;
 MOVE_INC LIN POSITION(0.0, 10.0, 0.0) SPEED := 50.0 ACC := 100.0 TOOL := present_tool;
 WAIT FOR in_1 = TRUE AND NOT in_2 = FALSE TIMEOUT 2.0;
 seen := NOT R_TIMEOUT;
@@ -1468,7 +1468,7 @@ ELSIF count = 2 THEN
 WRITELN('two', count);
 ENDIF;
 LABEL ready:
-MOVE PTP P11 SPEED_PTP := present_speed ACC_PTP := 100.0 TOOL := present_tool;
+MOVE PTP P11 SPEED_PTP := 50.0 ACC_PTP := 100.0 TOOL := present_tool;
 )");
 }
 
@@ -1515,12 +1515,11 @@ End
 P1=(1,2,3,0,0,0)(7,0)
 P2=(0,0,10,0,0,0)(7,0)
 )"}});
-  EXPECT_EQ(read_faults(*p), "6:1 warning Type of a motion is not said in IRL.\n");
+  EXPECT_EQ(read_faults(*p), "6:1 error IRL does not choose how the tool turns on a motion (Type).\n");
   expect_lines(*p, R"(
 PT.STATUS := -1;
 PT.TURNS := [-128, -128, -128, -128, -128, -128];
 MOVE PTP PT C_PASS := TRUE C_PTP := 25.0;
-MOVE PTP P1 C_PASS := TRUE C_PTP := 25.0;
 MOVE LIN PT C_PASS := TRUE C_CP := 25.0;
 )");
 }
@@ -1962,7 +1961,7 @@ End Sub
 )"}})),
             "2:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
             "3:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
-            "4:3 warning other is not among the files; an empty routine stands for it.\n");
+            "4:3 error other is not among the files; an empty routine stands for it.\n");
   EXPECT_EQ(read_faults(*read_with(read_as, {{"p.as", R"(.*=== AS GROUP ===
 .*USER IF AS
 .NETCONF     0.0.0.0,""
