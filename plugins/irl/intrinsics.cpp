@@ -35,7 +35,7 @@ constexpr std::array<Intrinsic, 71> kAll{{
     {"ORIRS", "rrr", "o", "Rz(c) Ry(b) Rx(a): roll a, pitch b, yaw c, degrees."},
     {"ORIVANG", "pr", "o", "Rotation about an axis by an angle in degrees."},
     {"ORIQUAT", "rrrr", "o", "Orientation of a quaternion, scalar first."},
-    {"ORIMAT", "ppp", "o", "Orientation whose axes are n, o, a."},
+    {"ORIMAT", "ppp", "o", "Orientation with the axes n, o, a."},
     {"ORIMULT", "oo", "o", "Product of two orientations, as p @ q."},
     {"ANGLEX", "so", "r", "Angle about x, 0 to 360 degrees, of a mode: 'RS', 'XYZ', 'YXZ', 'ZYX'."},
     {"ANGLEY", "so", "r", "Angle about y of a mode."},
