@@ -442,7 +442,7 @@ class AsReader final : public Reader {
     }
     at_ = std::min(p.end, tokens_.size() - 1);
     if (!next_.is_empty() && !is_in_main())
-      fail(here(), "what is said of the next motion is of one in another program",
+      fail(here(), "a setting for the next motion applies to one in another program",
            "Write it before that motion, or with ALWAYS.");
     comments_until(here());
     close_blocks(here());
@@ -573,10 +573,10 @@ class AsReader final : public Reader {
 
   // ---- settings of motions ----
 
-  /// Where other statements than motions come, what is said of the next motion is lost sight of.
+  /// Where other statements than motions come, settings for the next motion are lost.
   void settings_end(const At& at) {
     if (next_.is_empty()) return;
-    fail(at, "what is said of the next motion is said before a jump, a label or a call",
+    fail(at, "a setting for the next motion comes before a jump, a label or a call",
          "Write it before the motion itself, or with ALWAYS.");
     next_ = {};
   }
@@ -903,7 +903,7 @@ class AsReader final : public Reader {
   void draw(const At& at) {
     std::vector<Ex> by = values(6);
     if (accept(",")) {
-      bad(at, "DRAW with a speed of its own is not read", "Write SPEED before it.");
+      bad(at, "the speed of DRAW is not read", "Write SPEED before it.");
       skip_rest();
       return;
     }
@@ -1072,7 +1072,7 @@ class AsReader final : public Reader {
     switch_to(s, "TRUE", at);
     emit("WAIT " + within(t, kSum) + " SEC;", at);
     switch_to(s, "FALSE", at);
-    warn(at, "a pulse is waited for here; the controller goes on meanwhile");
+    warn(at, "a pulse is waited for here; the controller continues meanwhile");
   }
   void bits(const At& at) {
     const Ex n = expression(25);
@@ -1385,7 +1385,7 @@ class AsReader final : public Reader {
     Open& o = open_.back();
     if (!next_.is_empty() && (o.moved || !same_next(next_, o.before)))
       fail(at,
-           "what is said of the next motion is said within a block, and the motion is behind it",
+           "a setting for the next motion is within a block, and the motion is behind the block",
            "Write it before the motion itself, or with ALWAYS.");
     o.all_moved = o.all_moved && o.moved;
     o.says = o.says || o.moved;
@@ -1789,13 +1789,7 @@ class AsReader final : public Reader {
       e.is_grouped = true;
       return e;
     }
-    if (is("^") && peek(1).low.starts_with("b")) {
-      next();
-      const Token n = next();
-      std::int64_t v = 0;
-      for (const char c : n.low.substr(1)) v = (v * 2 + (c == '1')) & 0x7FFFFFFF;
-      return integer(v);
-    }
+    if (const auto e = binary_here("^")) return *e;
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
       return bad(at, "a value belongs here");

@@ -1442,13 +1442,7 @@ class MelfaReader final : public Reader {
       e.is_grouped = true;
       return suffixes(e);
     }
-    if (is("&") && peek(1).low.starts_with("b")) {
-      next();
-      const Token n = next();
-      std::int64_t v = 0;
-      for (const char c : n.low.substr(1)) v = (v * 2 + (c == '1')) & 0x7FFFFFFF;
-      return integer(v);
-    }
+    if (const auto e = binary_here("&")) return *e;
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
       return bad(at, "a value belongs here");

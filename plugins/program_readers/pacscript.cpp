@@ -1025,7 +1025,8 @@ class PacReader final : public Reader {
   }
   void next_said(const Options& o, const At& at) {
     if (!o.is_next || std::exchange(said_["next"], true)) return;
-    warn(at, "with Next the controller goes on while the robot moves; here the motion ends first");
+    warn(at,
+         "with Next the controller continues while the robot moves; here the motion ends first");
   }
   bool step_here(const std::string& how, const At& at) {
     std::size_t k = 0;
@@ -1461,7 +1462,7 @@ class PacReader final : public Reader {
       if (!ms.ok) return;
       emit("WAIT " + within(scaled(ms, 0.001), kSum) + " SEC;", at);
       switch_to(*s, boolean(!is_on), at);
-      warn(at, "a pulse is waited for here; the controller goes on meanwhile");
+      warn(at, "a pulse is waited for here; the controller continues meanwhile");
     }
   }
   void out(const At& at) {
@@ -1567,13 +1568,7 @@ class PacReader final : public Reader {
       e.is_grouped = true;
       return e;
     }
-    if (is("&") && peek(1).low.starts_with("b")) {
-      next();
-      const Token n = next();
-      std::int64_t v = 0;
-      for (const char c : n.low.substr(1)) v = (v * 2 + (c == '1')) & 0x7FFFFFFF;
-      return integer(v);
-    }
+    if (const auto e = binary_here("&")) return *e;
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
       return bad(at, "a value belongs here");

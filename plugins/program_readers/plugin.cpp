@@ -238,10 +238,10 @@ const rmp_param kTpParams[] = {
     RMP_TCP_SPEED,
     {"max_speed", "real", "m/s", "Speed of paths with max_speed: the limit of the controller.", "2",
      nullptr, 0.001, 100}};
-#define RMP_JOINT_SPEED                                                                       \
-  {                                                                                           \
-    "joint_speed", "real", "rad/s", "Speed of the joints that 100 % stand for.", "180 deg/s", \
-        nullptr, 0.001, 100                                                                   \
+#define RMP_JOINT_SPEED                                                                           \
+  {                                                                                               \
+    "joint_speed", "real", "rad/s", "Speed of the joints at 100 %.", "180 deg/s", nullptr, 0.001, \
+        100                                                                                       \
   }
 #define RMP_C_PTP_MM                                                                    \
   {                                                                                     \
@@ -259,8 +259,8 @@ const rmp_param kInformParams[] = {
      nullptr, nullptr, 1, 0, RMP_OPTIONAL},
     {"pl_mm", "real", "m", "Distance of a level PL of a path.", "10 mm", nullptr, 0, 1}};
 const rmp_param kMovemasterParams[] = {
-    {"speed", "real", "m/s", "Speed of the hand on straight motions that SP 9 stands for.", "1 m/s",
-     nullptr, 0.001, 10},
+    {"speed", "real", "m/s", "Speed of the hand on straight motions at SP 9.", "1 m/s", nullptr,
+     0.001, 10},
     {"roll", "real", "rad", "Roll that the drive unit shows where the tool's y axis is level.",
      "0 deg", nullptr, -7, 7}};
 const rmp_param kCrclParams[] = {RMP_TCP_SPEED, RMP_JOINT_SPEED};

@@ -543,6 +543,22 @@ std::optional<Ex> Reader::literal_here() {
   return t.is_integer ? integer(static_cast<std::int64_t>(t.value)) : real(t.value);
 }
 
+std::optional<Ex> Reader::binary_here(std::string_view sign) {
+  if (!is(sign) || !peek(1).low.starts_with("b")) return std::nullopt;
+  const At at = here();
+  next();
+  const Token n = next();
+  const std::string digits = n.low.substr(1);
+  if (digits.empty() || digits.find_first_not_of("01") != std::string::npos)
+    return bad(at, std::string(sign) + std::string(n.raw.substr(0, 40)) + " is no binary number");
+  const std::size_t first = std::min(digits.find('1'), digits.size());
+  if (digits.size() - first > 31)
+    return bad(at, std::string(sign) + std::string(n.raw.substr(0, 40)) + " has more than 31 bits");
+  std::int64_t v = 0;
+  for (const char c : digits) v = v * 2 + (c == '1');
+  return integer(v);
+}
+
 Ex Reader::expression(int least) {
   if (++depth_ > kDeepest) {
     --depth_;
@@ -1327,7 +1343,7 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
                name + " is the controller's own and moves nothing; it was left out");
     return {};
   }
-  // It is not among the files: an empty one stands for it.
+  // It is not among the files: an empty one replaces it.
   auto [it, is_new] = learned_.stubs.try_emplace(low);
   std::vector<Type>& types = it->second;
   for (std::size_t i = 0; i < args.size(); ++i) {
@@ -1359,7 +1375,7 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
     if (is_function) r.body.push_back({"  RETURN nothing;", at, false});
     r.at = at;
     routines_.push_back(std::move(r));
-    fail(at, std::string(foreign) + " is not among the files; an empty routine stands for it",
+    fail(at, std::string(foreign) + " is not among the files; an empty routine replaces it",
          "Write what it does, or read the program together with its file.");
     s = find(low);
   }

@@ -301,6 +301,8 @@ class Reader {
   virtual Ex primary() = 0;
   /// The number or string that stands here, if one does.
   std::optional<Ex> literal_here();
+  /// The binary number that stands here, such as &B101 where `sign` is "&": up to 31 bits.
+  std::optional<Ex> binary_here(std::string_view sign);
   /// A chance to do what is special with two operands; nothing = as usual.
   virtual std::optional<Ex> special(Op, const Ex&, const Ex&, const At&) { return std::nullopt; }
   Ex expression(int least = 0);

@@ -469,7 +469,7 @@ end
            error 4: movel has more arguments than are read
            error 5: set_digital_out is not read with these arguments
            error 6: IRL has no counterpart of set_flag
-           error 7: mine is not among the files; an empty routine stands for it
+           error 7: mine is not among the files; an empty routine replaces it
            text mine is not among the files
         )"},
        {"a condition that is not read keeps its body",

@@ -202,7 +202,7 @@ END
             "4:1 error IRL has no angle of an arc (CA).\n"
             "5:6 error n is declared nowhere.\n"
             "6:17 error a comparison of truth values beside AND or OR has no parentheses.\n"
-            "8:1 error other is not among the files; an empty routine stands for it.\n"
+            "8:1 error other is not among the files; an empty routine replaces it.\n"
             "9:1 error IRL has no counterpart of this statement.\n"
             "10:1 error this ends nothing that is open.\n"
             "12:1 error a block has no endloop above.\n");
@@ -1177,12 +1177,11 @@ TEST(ProgramReaders, AsSettingsOfTheNextMotionStayWithIt) {
   EXPECT_EQ(faults_of("SPEED 50\nIF SIG(1001) THEN\nLMOVE a\nEND\nLMOVE a\n"),
             "5:1 error whether the next motion is within the block or behind it is not known.\n");
   EXPECT_EQ(faults_of("SPEED 50\nIF SIG(1001) THEN\nLMOVE a\nELSE\nJMOVE a\nEND\n"), "");
-  EXPECT_EQ(
-      faults_of("SPEED 50\nCALL q\nLMOVE a\n"),
-      "3:1 error what is said of the next motion is said before a jump, a label or a call.\n");
+  EXPECT_EQ(faults_of("SPEED 50\nCALL q\nLMOVE a\n"),
+            "3:1 error a setting for the next motion comes before a jump, a label or a call.\n");
   EXPECT_EQ(faults_of("IF SIG(1001) THEN\nSPEED 50\nEND\nLMOVE a\n"),
-            "4:1 error what is said of the next motion is said within a block, and the motion is "
-            "behind it.\n");
+            "4:1 error a setting for the next motion is within a block, and the motion is "
+            "behind the block.\n");
   EXPECT_EQ(
       faults_of("XMOVE a TILL 1001\n"),
       "2:1 error XMOVE without /LVL waits for a change of the signal; UNTIL of IRL looks at its "
@@ -1194,6 +1193,30 @@ TEST(ProgramReaders, AsSettingsOfTheNextMotionStayWithIt) {
   EXPECT_EQ(faults_of("LMOVE b\n"), "2:7 error b has no value in this file; it is zero here.\n");
   EXPECT_EQ(faults_of("SIGNAL n + 1\nn = 4\n"),
             "2:1 error IRL has no signals whose number is computed.\n");
+}
+
+TEST(ProgramReaders, BinaryNumbersHaveTheirDigitsAndAtMost31Bits) {
+  const std::string many(32, '1');
+  const auto as = [](const std::string& n) {
+    return read_with(read_as, {{"b.as", ".PROGRAM b()\nx = " + n + "\n.END\n"}});
+  };
+  const auto pac = [](const std::string& n) {
+    return read_with(read_pacscript,
+                     {{"b.pcs", "Sub Main\nDim x As Long\nx = " + n + "\nEnd Sub\n"}});
+  };
+  const auto melfa = [](const std::string& n) {
+    return read_with(read_melfa, {{"b.mb5", "M1%=" + n + "\nEnd\n"}});
+  };
+  // 0101 is 5; zeros in front are no bits.
+  EXPECT_NE(as("^B0101")->files()[0].text.find("x := 5"), std::string_view::npos);
+  EXPECT_NE(pac("&B0101")->files()[0].text.find("x := 5"), std::string_view::npos);
+  EXPECT_NE(melfa("&B" + std::string(40, '0') + "101")->files()[0].text.find("M1 := 5"),
+            std::string_view::npos);
+  for (const auto& p : {as("^B102"), pac("&B102"), melfa("&B102")})
+    EXPECT_NE(read_faults(*p).find("B102 is no binary number."), std::string::npos)
+        << read_faults(*p);
+  for (const auto& p : {as("^B" + many), pac("&B" + many), melfa("&B" + many)})
+    EXPECT_NE(read_faults(*p).find("has more than 31 bits."), std::string::npos) << read_faults(*p);
 }
 
 const std::vector<RobotFile> kPdl2Weld{{"weld.pdl", R"(PROGRAM weld PROG_ARM = 1, EZ
@@ -1289,7 +1312,7 @@ TEST(ProgramReaders, Pdl2BecomesIrl) {
   EXPECT_EQ(read_faults(*p),
             "78:3 error handlers of conditions are not read.\n"
             "82:8 error taught has no value in this program; it is zero here.\n"
-            "84:3 error grip is not among the files; an empty routine stands for it.\n"
+            "84:3 error grip is not among the files; an empty routine replaces it.\n"
             "85:3 error POS_SHIFT is the controller's own, and is not read.\n");
   expect_lines(*p, R"(
 PROGRAM weld;
@@ -1410,9 +1433,9 @@ TEST(ProgramReaders, PacScriptBecomesIrl) {
   const auto p = read_with(read_pacscript, files);
   EXPECT_EQ(
       read_faults(*p),
-      "25:5 warning with Next the controller goes on while the robot moves; here the motion ends "
+      "25:5 warning with Next the controller continues while the robot moves; here the motion ends "
       "first.\n"
-      "35:5 warning a pulse is waited for here; the controller goes on meanwhile.\n"
+      "35:5 warning a pulse is waited for here; the controller continues meanwhile.\n"
       "49:3 error ArchMove is the controller's own, and is not read.\n"
       "51:14 error P11 has no value in this program; it is zero here.\n");
   expect_lines(*p, R"(
@@ -1515,7 +1538,8 @@ End
 P1=(1,2,3,0,0,0)(7,0)
 P2=(0,0,10,0,0,0)(7,0)
 )"}});
-  EXPECT_EQ(read_faults(*p), "6:1 error IRL does not choose how the tool turns on a motion (Type).\n");
+  EXPECT_EQ(read_faults(*p),
+            "6:1 error IRL does not choose how the tool turns on a motion (Type).\n");
   expect_lines(*p, R"(
 PT.STATUS := -1;
 PT.TURNS := [-128, -128, -128, -128, -128, -128];
@@ -1961,7 +1985,7 @@ End Sub
 )"}})),
             "2:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
             "3:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
-            "4:3 error other is not among the files; an empty routine stands for it.\n");
+            "4:3 error other is not among the files; an empty routine replaces it.\n");
   EXPECT_EQ(read_faults(*read_with(read_as, {{"p.as", R"(.*=== AS GROUP ===
 .*USER IF AS
 .NETCONF     0.0.0.0,""
@@ -2111,11 +2135,11 @@ TEST(ProgramReaders, WordsOfTheMakerAreNoRoutinesOfUsers) {
        "3:1 error IOEnable is the controller's own, and is not read.\n"
        "4:1 error EOffsOff is the controller's own, and is not read.\n"
        "5:1 warning Write is the controller's own and moves nothing; it was left out.\n"
-       "6:1 error mine is not among the files; an empty routine stands for it.\n"},
+       "6:1 error mine is not among the files; an empty routine replaces it.\n"},
       {read_krl,
        {"p.src", "DEF p()\nSYNCMD(1)\nmine()\nEND\n"},
        "2:1 error SYNCMD is the controller's own, and is not read.\n"
-       "3:1 error mine is not among the files; an empty routine stands for it.\n"}};
+       "3:1 error mine is not among the files; an empty routine replaces it.\n"}};
   for (const Case& c : cases)
     EXPECT_EQ(read_faults(*read_with(c.read, {c.file})), c.faults) << c.file.text;
 }
