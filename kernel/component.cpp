@@ -45,7 +45,7 @@ Result<void> Components::add(ComponentInfo info, std::unique_ptr<Component> comp
   for (const Entry& e : entries_)
     if (e.info.id == info.id)
       return error(ErrorCode::conflict, who(info) + " exists already",
-                   "Give each component an id of its own.");
+                   "Give each component a unique id.");
   entries_.push_back({std::move(info), std::move(component)});
   return {};
 }
@@ -110,7 +110,7 @@ Result<std::vector<std::size_t>> Components::start_order() const {
       for (; it != stack.end(); ++it) path += entries_[it->first].info.id + " > ";
       return error(
           ErrorCode::conflict,
-          "components require each other in a circle (" + path + entries_[need].info.id + ")",
+          "components require each other in a cycle (" + path + entries_[need].info.id + ")",
           "Remove one of these requirements.");
     }
   }

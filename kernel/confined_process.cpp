@@ -28,8 +28,8 @@ Result<ProcessConfinement> ProcessConfinement::apply(ProcessSpec& spec,
   if (!root || !fs::is_regular_file(spec.program, ec)) return out;
   if (!can_confine_processes())
     return error(ErrorCode::unsupported,
-                 "this system cannot keep a program to a folder (Landlock), so none reads files "
-                 "for a session whose files lie in one",
+                 "this system cannot keep a program to a folder (Landlock), so no importer can "
+                 "read files for a session confined to a folder",
                  "Use Linux 5.13 or later with Landlock, or have the file read by another "
                  "session.");
   std::string own = (fs::temp_directory_path(ec) / "robomosp-XXXXXX").string();

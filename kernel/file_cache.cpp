@@ -175,7 +175,8 @@ std::optional<std::string> FileCache::read(std::string_view kind, const Fingerpr
   const auto size = static_cast<std::uint64_t>(s.st_size);
   if (size < sizeof h) return refused("is cut short");
   if (!read_all(in.fd(), reinterpret_cast<char*>(&h), sizeof h)) return refused("cannot be read");
-  if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) return refused("is none of ours");
+  if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0)
+    return refused("was not written by this program");
   if (h.byte_order != kByteOrder || h.format != kFormat)
     return refused("is of another version of the program");
   if (h.name != name_of(kind, key, options_.build)) return refused("belongs to something else");

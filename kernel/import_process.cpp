@@ -63,7 +63,7 @@ class InProcess final : public Importer {
     }
     import_wire::Answer answer;
     if (!import_wire::decode(*output, answer))
-      return error(ErrorCode::plugin_failed, "it ended without an answer",
+      return error(ErrorCode::plugin_failed, "the process exited without a reply",
                    "Report it to the importer's author, with the file.", who);
     if (!answer.is_ok) return std::move(answer.fault);
     return std::move(answer.imported);

@@ -143,7 +143,7 @@ std::int32_t run_for_plugin(const rmp_program* program, char* error, std::uint32
 constexpr int kDeepestAsking = 16;
 thread_local int t_asking = 0;
 thread_local bool t_circle = false;  ///< reported by all who asked, not as the reason of a reason
-constexpr const char* kCircle = "providers ask for each other in a circle";
+constexpr const char* kCircle = "providers require each other in a cycle";
 
 void* create_for_plugin(const char* interface_id, const char* name, char* error,
                         std::uint32_t error_size) {

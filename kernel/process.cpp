@@ -218,10 +218,10 @@ Result<std::string> run_process(const ProcessSpec& spec, Progress& progress) {
       out.first.close();
     if (output.size() > spec.most_output) {
       child.kill();
-      return error(ErrorCode::plugin_failed,
-                   "it handed over more than " + std::to_string(spec.most_output >> 20) +
-                       " MiB and was stopped",
-                   "Split the file.");
+      return error(
+          ErrorCode::plugin_failed,
+          "it sent more than " + std::to_string(spec.most_output >> 20) + " MiB and was stopped",
+          "Split the file.");
     }
     if (wait[1].revents != 0 &&
         !read_some(err.first, [&](std::string_view bytes) { lines.add(bytes); }))

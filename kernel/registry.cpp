@@ -111,14 +111,13 @@ Error Registry::absent(std::string_view interface_id, std::string_view name) con
                      "; plugin.list lists those found. In the source tree ./bootstrap build makes "
                      "all shipped plugins.");
   if (name.empty() && kept != document_.end())
-    return error(
-        ErrorCode::unknown_name,
-        "the document chooses the " + what + " provider " + text::quote(kept->second) +
-            ", which is not there or disabled",
-        "Load its plugin, choose another for this run with provider.default, or take the choice "
-        "back: provider.default{interface = " +
-            text::quote(what) + ", name = \"\", keep = \"document\"}. There are " +
-            text::enumerate(names) + ".");
+    return error(ErrorCode::unknown_name,
+                 "the document chooses the " + what + " provider " + text::quote(kept->second) +
+                     ", which is missing or disabled",
+                 "Load its plugin, choose another for this run with provider.default, or withdraw "
+                 "the choice: provider.default{interface = " +
+                     text::quote(what) + ", name = \"\", keep = \"document\"}. There are " +
+                     text::enumerate(names) + ".");
   if (name.empty())
     return error(ErrorCode::unknown_name, "no " + what + " provider is the default",
                  "Choose one with provider.default: " + text::enumerate(names) + ".");

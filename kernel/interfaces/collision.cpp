@@ -49,7 +49,7 @@ class GuardedScene final : public CollisionScene {
     HeardProgress progress(told);
     RMP_TRY(asked(name_, [&] { return inner_->collisions(poses, pairs, out, progress); }));
     if (std::any_of(out.begin(), out.end(), [](std::uint8_t x) { return x > 1; }))
-      return broken_answer(name_, "did not answer whether two bodies touch");
+      return broken_answer(name_, "did not report whether two bodies touch");
     return {};
   }
 
@@ -103,7 +103,7 @@ class GuardedWorld final : public PhysicsWorld {
     for (const Pose& p : out.poses) {
       if (!all_finite(p.p) || !all_finite(p.R)) return no_number();
       if (!is_rotation_matrix(p.R))
-        return broken_answer(name_, "returned a pose whose orientation is no rotation");
+        return broken_answer(name_, "returned a pose with an orientation that is not a rotation");
     }
     for (const std::span<Vec3> all : {out.velocities, out.angular_velocities})
       for (const Vec3& v : all)

@@ -83,7 +83,7 @@ class GuardedImporter final : public Importer {
                    c.kind <= CsgCurve::Kind::circle;
         for (const auto& p : c.points) is_sound = is_sound && all_finite(p);
       }
-      if (!is_sound) return broken_answer(name_, "made a profile that is none");
+      if (!is_sound) return broken_answer(name_, "made an invalid profile");
     }
     hear_all(made.notes);
     return made;

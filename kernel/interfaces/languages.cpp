@@ -40,7 +40,7 @@ class Tables {
         {&c_.instructions, sizeof(rmp_code_instruction)}};
     for (const auto& [table, size] : sizes)
       if (table->count > 0 && (!table->rows || table->row_size < size))
-        return "made tables whose rows are too short";
+        return "made tables with rows that are too short";
     if (!c_.name) return "made a program without a name";
     for (std::uint32_t i = 0; i < c_.files.count; ++i) name(row<rmp_code_file>(c_.files, i).name);
     for (std::uint32_t i = 0; i < c_.faults.count; ++i) {
@@ -50,7 +50,7 @@ class Tables {
       in(f.severity, RMP_FAULT_NOTE + 1);
       in(f.span.file, c_.files.count);
     }
-    if (wrong_) return "made tables whose numbers lead nowhere";
+    if (wrong_) return "made tables with numbers that refer to nothing";
     // With errors only the faults are looked at.
     if (c_.has_errors) return {};
     types();
@@ -62,7 +62,7 @@ class Tables {
       in(x.span.file, c_.files.count);
       for (const rmp_code_operand* o : {&x.a, &x.b, &x.r}) operand(*o, x.op);
     }
-    return wrong_ ? "made tables whose numbers lead nowhere" : "";
+    return wrong_ ? "made tables with numbers that refer to nothing" : "";
   }
 
  private:
@@ -282,7 +282,7 @@ class GuardedEdited final : public EditedProgram {
       if (i == 0) continue;
       const SourceRange &a = all[i - 1].range, &b = all[i].range;
       if (b.file < a.file || (b.file == a.file && b.begin < a.end))
-        return broken_answer(name_, "gave edits that overlap or have no order");
+        return broken_answer(name_, "returned edits that overlap or are not in order");
     }
     return all;
   }

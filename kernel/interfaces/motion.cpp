@@ -141,7 +141,8 @@ class GuardedLaw final : public MotionLaw, private Made {
           return std::pair(std::fabs(d - s[3 * i + 2].rate), std::fabs(d));
         },
         [&](std::size_t i) { return std::fabs(s[3 * i + 2].rate); });
-    if (!rates) return broken("made a law whose rate is not the derivative of its share");
+    if (!rates)
+      return broken("made a law with a rate that is not the derivative of its path parameter");
     const bool accelerations = agree(
         kProbes, rounding(s[kProbes].rate, h),
         [&](std::size_t i) {
@@ -154,7 +155,7 @@ class GuardedLaw final : public MotionLaw, private Made {
                           1e-3 * std::fabs(s[3 * i + 2].rate) / duration_);
         });
     if (!accelerations)
-      return broken("made a law whose acceleration is not the derivative of its rate");
+      return broken("made a law with an acceleration that is not the derivative of its rate");
     return {};
   }
 
@@ -191,7 +192,7 @@ class GuardedCurve final : public Curve, private Made {
     double before = 0;
     for (const double k : knots_) {
       if (!(k >= before) || !(k <= end_ * (1 + kShareSlack)))
-        return broken("made a curve whose knots do not rise within 0 to its end");
+        return broken("made a curve with knots that do not increase within 0 to its end");
       before = k;
     }
     const double h = kStep * end_;
@@ -210,12 +211,12 @@ class GuardedCurve final : public Curve, private Made {
     };
     if (!agree(kProbes, rounding(norm(s[0].p), h), differs(&CurveSample::p, &CurveSample::d1),
                [&](std::size_t i) { return norm(s[3 * i + 1].d1); }))
-      return broken("made a curve whose first derivative is not that of its places");
+      return broken("made a curve with a first derivative that is not that of its points");
     if (!agree(kProbes, rounding(norm(s[0].d1), h), differs(&CurveSample::d1, &CurveSample::d2),
                [&](std::size_t i) {
                  return std::max(norm(s[3 * i + 1].d2), 1e-3 * norm(s[3 * i + 1].d1) / end_);
                }))
-      return broken("made a curve whose second derivative is not that of the first");
+      return broken("made a curve with a second derivative that is not that of the first");
     if (is_even_) {
       double least = INFINITY, most = 0;
       for (const CurveSample& c : s) {
@@ -247,7 +248,7 @@ class GuardedOrientation final : public Orientation, private Made {
     RMP_TRY(call([&] { return inner_->evaluate(w, along, out); }));
     for (std::size_t i = 0; i < w.size(); ++i) {
       if (!is_rotation_matrix(out[i].R))
-        return at("returned an orientation that is no rotation", w[i], " of the path");
+        return at("returned an orientation that is not a rotation", w[i], " of the path");
       if (!finite(out[i].turn) || !finite(out[i].bend))
         return at("returned rates of an orientation that are not numbers", w[i], " of the path");
     }
@@ -278,7 +279,7 @@ class GuardedSegment final : public Segment, private Made {
           !finite(s.angular_velocity) || !finite(s.angular_acceleration))
         return at("returned a motion that is not a number", times[i], " s");
       if (!is_rotation_matrix(s.pose.R))
-        return at("returned an orientation that is no rotation", times[i], " s");
+        return at("returned an orientation that is not a rotation", times[i], " s");
     }
     return {};
   }
@@ -286,7 +287,7 @@ class GuardedSegment final : public Segment, private Made {
     if (!(duration_ > 0) || !finite(duration_))
       return broken("made a segment without a positive duration");
     if (!(length_ >= 0) || !finite(length_))
-      return broken("made a segment whose length is no number");
+      return broken("made a segment with a length that is not a number");
     const double h = kStep * duration_;
     std::vector<double> times{0};
     for (const double t : probes(duration_))
@@ -305,7 +306,7 @@ class GuardedSegment final : public Segment, private Made {
               return std::pair(distance(d, s[3 * i + 2].velocity), norm(d));
             },
             [&](std::size_t i) { return norm(s[3 * i + 2].velocity); }))
-      return broken("made a segment whose velocity is not the derivative of its place");
+      return broken("made a segment with a velocity that is not the derivative of its position");
     return {};
   }
 

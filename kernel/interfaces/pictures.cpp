@@ -38,7 +38,7 @@ class GuardedRenderer final : public Renderer {
   Result<std::string> png(const Image& image) const override {
     auto made = asked(name_, [&] { return inner_->png(image); });
     if (made.ok() && !made->starts_with("\x89PNG\r\n\x1a\n"))
-      return broken_answer(name_, "made bytes that are no PNG file");
+      return broken_answer(name_, "made bytes that are not a PNG file");
     return made;
   }
 

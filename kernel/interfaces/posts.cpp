@@ -58,7 +58,7 @@ class HeardOutput final : public PostOutput {
   [[nodiscard]] const void* extension(const char* id) const override { return to_.extension(id); }
   void file(std::string_view name, std::string_view bytes) override {
     if (!is_text(bytes, kMostBytes - bytes_) || lines_.size() >= kMostFiles)
-      return blame("wrote more than can be kept");
+      return blame("wrote more than can be stored");
     std::string bad(post::file_name_fault(name));
     if (bad.empty() &&
         !lines_.try_emplace(std::string(name), std::count(bytes.begin(), bytes.end(), '\n') + 1)
@@ -79,7 +79,7 @@ class HeardOutput final : public PostOutput {
              std::string_view hint) override {
     if (severity > RMP_FAULT_NOTE || !is_of_program(span) || message.empty() ||
         !is_text(message, kMostBytes) || !is_text(hint, kMostBytes))
-      return blame("reported a fault at no place of the program");
+      return blame("reported a fault outside the program");
     has_error_ = has_error_ || severity == RMP_FAULT_ERROR;
     if (++faults_ > kMostFaults) return;
     to_.fault(severity, span, heard(message), hint.empty() ? std::string() : heard(hint));
@@ -116,7 +116,7 @@ class GuardedPost final : public Post {
       }
       for (const std::string_view text : {c.reserved, c.extensions, c.title})
         if (!is_text(text, kMostWords)) {
-          wrong_ = "has capabilities that are no text";
+          wrong_ = "has capabilities that are not text";
           return;
         }
       caps_ = c;
@@ -125,14 +125,15 @@ class GuardedPost final : public Post {
       caps_.reserved = texts_[0];
       caps_.extensions = texts_[1];
       caps_.title = texts_[2];
-      if ((caps_.forms & (kPostStructured | kPostFlat)) == 0) wrong_ = "takes no form of a program";
+      if ((caps_.forms & (kPostStructured | kPostFlat)) == 0)
+        wrong_ = "accepts no form of a program";
       if (caps_.max_name < 4) wrong_ = "has names of less than four letters";
       if (c.title.empty()) wrong_ = "has no title";
       for (const char e : caps_.extensions)
         if (!((e >= 'a' && e <= 'z') || (e >= '0' && e <= '9') || e == ',' || e == '_'))
-          wrong_ = "has extensions that are none";
+          wrong_ = "has invalid extensions";
       const auto within = [&](auto value, auto last) {
-        if (static_cast<int>(value) < 0 || value > last) wrong_ = "has capabilities that are none";
+        if (static_cast<int>(value) < 0 || value > last) wrong_ = "has invalid capabilities";
       };
       within(c.circle, PostCircle::centre);
       within(c.blending, PostBlending::accuracy);
@@ -156,7 +157,7 @@ class GuardedPost final : public Post {
                      Progress& told) const override {
     if (!wrong_.empty()) return broken_answer(name_, wrong_);
     if (!task.code || !task.profile || task.code->has_errors)
-      return error(ErrorCode::invalid_argument, "there is no whole program to be posted");
+      return error(ErrorCode::invalid_argument, "there is no complete program to post");
     HeardProgress progress(told);
     HeardOutput heard_output(output, *task.code);
     RMP_TRY(asked(name_, [&] { return inner_->write(task, params, heard_output, progress); }));

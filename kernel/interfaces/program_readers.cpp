@@ -31,33 +31,33 @@ std::string fault_of(const ReadProgram& made, const ProgramReaderTask& task) {
   for (const ReadFile& f : files) {
     if (f.name.empty() || f.name == "." || f.name == ".." ||
         f.name.find_first_of(std::string_view("/\\\0", 3)) != std::string_view::npos)
-      return "made a file whose name is none";
+      return "made a file with an invalid name";
     if (text::first_bad_byte(f.name) != std::string_view::npos ||
         text::first_bad_byte(f.text) != std::string_view::npos)
-      return "made a text that is no UTF-8";
+      return "made a text that is not UTF-8";
     made_lines.push_back(lines_of(f.text));
   }
   for (std::size_t i = 0; i < files.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
-      if (files[i].name == files[k].name) return "made two files of one name";
+      if (files[i].name == files[k].name) return "made two files with the same name";
   for (const SourceFile& f : task.files) read_lines.push_back(lines_of(f.text));
   for (const rmp_code_fault& f : made.faults()) {
     if (!f.message || !f.hint || text::first_bad_byte(f.message) != std::string_view::npos ||
         text::first_bad_byte(f.hint) != std::string_view::npos)
-      return "made a fault without words";
+      return "made a fault without a message";
     if (f.severity > RMP_FAULT_NOTE || f.span.file >= read_lines.size() || f.span.line == 0 ||
         f.span.line > read_lines[f.span.file] || f.span.begin > f.span.end ||
         f.span.end > task.files[f.span.file].text.size())
-      return "made a fault whose place is nowhere";
+      return "made a fault with an invalid position";
   }
   const ReadLine* last = nullptr;
   for (const ReadLine& l : made.lines()) {
     if (l.irl_file >= made_lines.size() || l.irl_line == 0 || l.irl_line > made_lines[l.irl_file] ||
         l.file >= read_lines.size() || l.line == 0 || l.line > read_lines[l.file])
-      return "made a line that comes from nowhere";
+      return "made a line without an origin";
     if (last && (l.irl_file < last->irl_file ||
                  (l.irl_file == last->irl_file && l.irl_line < last->irl_line)))
-      return "made lines that are in no order";
+      return "made lines that are not in order";
     last = &l;
   }
   return {};

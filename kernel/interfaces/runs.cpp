@@ -118,7 +118,7 @@ class GuardedIntegrator final : public Integrator {
     if (done.ok() && !std::isfinite(done->end))
       return broken_answer(name_, "ended its run at a time that is not a number");
     if (done.ok() && std::min({done->steps, done->rejected, done->rates, done->events}) < 0)
-      return broken_answer(name_, "counted fewer than no steps");
+      return broken_answer(name_, "counted a negative number of steps");
     return done;
   }
 

@@ -93,7 +93,8 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
     RMP_TRY_ASSIGN(const Moments m,
                    asked(name_, [&] { return inner_->moments(own(s), progress); }));
     RMP_TRY(check(m));
-    if (!are_possible(m)) return broken_answer(name_, "returned second moments that no body has");
+    if (!are_possible(m))
+      return broken_answer(name_, "returned second moments that are impossible for a body");
     return m;
   }
   Result<Partition> partition(std::span<const PlacedShape> parts, Progress& told) const override {
@@ -114,7 +115,7 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
     }
     for (const Moments& m : made.parts)
       if (m.volume < -(1e-6 + std::fabs(m.relative_error)) * largest)
-        return broken_answer(name_, "returned a part of less than no volume");
+        return broken_answer(name_, "returned a part of negative volume");
     if (!std::isfinite(made.overlap))
       return broken_answer(name_, "returned an overlap that is not a number");
     return made;
@@ -124,10 +125,10 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
     RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return inner_->features(own(s), progress); }));
     for (const CsgFeature& f : all) {
       if (f.kind < CsgFeature::Kind::plane || f.kind > CsgFeature::Kind::other)
-        return broken_answer(name_, "listed a feature of no known kind");
+        return broken_answer(name_, "listed a feature of unknown kind");
       const double sizes[] = {f.radius, f.size};
       if (!all_finite(f.point) || !all_finite(f.direction) || !all_finite(sizes))
-        return broken_answer(name_, "listed a feature with a number that is none");
+        return broken_answer(name_, "listed a feature with an invalid number");
     }
     return all;
   }
@@ -138,13 +139,13 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
     RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return known->edges(own(s), chord, progress); }));
     for (const CsgEdge& e : all) {
       if (e.kind < CsgEdge::Kind::line || e.kind > CsgEdge::Kind::curve || e.points.size() < 2)
-        return broken_answer(name_, "listed an edge of no known kind or without ends");
+        return broken_answer(name_, "listed an edge of unknown kind or without ends");
       const double sizes[] = {e.length, e.radius, e.angle};
       bool is_sound = all_finite(e.centre) && all_finite(e.axis) && all_finite(sizes);
       for (const CsgEdgePoint& p : e.points)
         is_sound = is_sound && all_finite(p.position) && all_finite(p.tangent) &&
                    all_finite(p.normals[0]) && all_finite(p.normals[1]);
-      if (!is_sound) return broken_answer(name_, "listed an edge with a number that is none");
+      if (!is_sound) return broken_answer(name_, "listed an edge with an invalid number");
     }
     return all;
   }
@@ -158,7 +159,7 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
       for (const CsgCurve& curve : loop.curves)
         for (const auto& point : curve.points) is_finite = is_finite && all_finite(point);
       if (!is_finite)
-        return broken_answer(name_, "returned a section with points that are no numbers");
+        return broken_answer(name_, "returned a section with points that are not numbers");
     }
     return p;
   }
@@ -171,7 +172,7 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
                    g.triangles.size() % 3 == 0 && all_finite(g.points);
     for (const std::uint32_t i : g.triangles) is_mesh = is_mesh && i < g.points.size() / 3;
     if (!is_brep && !is_mesh)
-      return broken_answer(name_, "handed out a geometry that is neither a B-rep nor a mesh");
+      return broken_answer(name_, "exported a geometry that is neither a B-rep nor a mesh");
     return g;
   }
 

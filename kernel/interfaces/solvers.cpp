@@ -50,8 +50,7 @@ class Named {
     if (!has_tag("simple") || (model.is_simple() && model.loops.empty())) return {};
     return error(ErrorCode::unsupported,
                  "provider " + text::quote(name_) +
-                     " serves robots whose joints have one coordinate each, without followers and "
-                     "loops",
+                     " supports robots with one coordinate per joint, without followers and loops",
                  "Choose another provider for it.", "robot " + text::quote(model.name));
   }
   template <class Call>
@@ -112,11 +111,11 @@ class GuardedIk final : public IkSolver, private Named {
   /// used; its words are made fit to be shown.
   const char* fault_of(IkResult& r) const {
     if (r.status < IkStatus::solved || r.status > IkStatus::not_converged)
-      return "answered with a state that is none of its interface";
+      return "returned a state that is not defined by its interface";
     const double said[] = {r.position_error, r.rotation_error, r.shortfall};
     if (!all_finite(said) || !all_finite(r.lost_direction))
       return "returned an error or a direction that is not a number";
-    if (r.iterations < 0) return "counted fewer than no iterations";
+    if (r.iterations < 0) return "counted a negative number of iterations";
     if (r.limiting_joint < -1 || r.limiting_joint >= static_cast<std::int64_t>(joints_))
       return "named a joint that the robot does not have";
     if (!r.detail.empty()) r.detail = heard(r.detail);

@@ -405,7 +405,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
       code = ErrorCode::cancelled;
       what = "did not stop when it was cancelled, and its process was ended";
     } else if (why == Why::lied) {
-      what = "answered in a form that is none, and its process was ended";
+      what = "sent an invalid reply, and its process was ended";
     } else if (signal == SIGKILL) {
       what = "ended: its process was killed from outside, as the system does when memory is short";
     } else if (signal == SIGSYS) {
@@ -473,10 +473,10 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
         return converse(running, *channel, object, id, method, e, lent);
       } catch (const std::bad_alloc&) {
         (void)death(running, object.name, Why::lied);
-        return error(ErrorCode::plugin_failed,
-                     "there is not enough memory for what provider " + text::quote(object.name) +
-                         " takes or gives",
-                     "Work on less at once.");
+        return error(
+            ErrorCode::plugin_failed,
+            "there is not enough memory for the data of provider " + text::quote(object.name),
+            "Work on less at once.");
       }
     }();
     for (const std::uint64_t l : lent) table_.erase(l);
@@ -494,7 +494,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
     char* place = channel.place(sizer.size());
     if (!place)
       return error(ErrorCode::unsupported,
-                   "what provider " + text::quote(object.name) + " is handed is " +
+                   "the data for provider " + text::quote(object.name) + " are " +
                        std::to_string(sizer.size() >> 20) + " MiB, more than its process may have",
                    "Give its plugin more memory, or work on less at once.");
     Writer writer(*this, place, sizer.size());

@@ -175,7 +175,7 @@ void lent_fields(V& v, T*& object) {
     remote->id = id;
     remote->generation = v.peer().generation();
     remote->is_borrowed = true;
-    remote->lost = "what was lent for a call is gone";
+    remote->lost = "an object passed for a call is no longer valid";
     auto proxy = std::make_shared<Proxy<Plainly>>(std::move(remote), std::move(facts));
     object = proxy.get();
     v.keep(std::move(proxy));
@@ -291,7 +291,7 @@ Result<std::unique_ptr<T>> make(const std::shared_ptr<Remote>& factory, A&&... a
                                                        std::forward<A>(arguments)...));
   if (!made) return made;
   Remote& remote = *static_cast<Proxy<T>&>(*made).remote();
-  if (lends) remote.lost = "it was made of something that was lent for that only";
+  if (lends) remote.lost = "it was made from an object passed for that call only";
   else remote.make_bytes = std::move(bytes);
   return made;
 }
@@ -477,7 +477,7 @@ Result<void> lower_bounds(const CollisionScene& scene, std::span<const Pose> pos
                           std::span<const CollisionPair> pairs, double interest, double tolerance,
                           std::span<PairDistance> out, Progress& progress) {
   const auto* bounds = static_cast<const CollisionBounds*>(scene.extension(CollisionBounds::kId));
-  if (!bounds) return error(ErrorCode::unsupported, "it has no distances within a tolerance");
+  if (!bounds) return error(ErrorCode::unsupported, "it does not support a distance tolerance");
   return bounds->lower_bounds(poses, pairs, interest, tolerance, out, progress);
 }
 

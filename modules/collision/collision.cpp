@@ -89,9 +89,10 @@ Result<void> CollisionModel::ask(std::span<const Pose> poses, std::span<const Co
     if (!told.ok()) return std::move(told).error();
     for (const PairDistance& d : out)
       if (std::isnan(d.distance) || d.distance == -kInf || !is_finite(d.on_a) || !is_finite(d.on_b))
-        return error(ErrorCode::plugin_failed,
-                     "provider " + text::quote(provider_) + " returned a bound that is no number",
-                     "Report it to the provider's author or choose another provider.");
+        return error(
+            ErrorCode::plugin_failed,
+            "provider " + text::quote(provider_) + " returned a bound that is not a number",
+            "Report it to the provider's author or choose another provider.");
     return {};
   }
   auto done =
@@ -228,8 +229,8 @@ Result<std::vector<Contact>> CollisionModel::near(std::span<const double> q, dou
                                                   Progress& progress) const {
   RMP_TRY(check(q));
   if (!(interest >= 0))
-    return error(ErrorCode::invalid_argument, "the distance asked for is not a length",
-                 "Give a length from 0 on, or infinity.");
+    return error(ErrorCode::invalid_argument, "the requested distance is not a length",
+                 "Give a length of 0 or more, or infinity.");
   Sample s = sample();
   place_moving(q, s);
   broad_.place(s.poses, {}, s.boxes);
@@ -293,7 +294,7 @@ Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q
   RMP_TRY(check(q));
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
     return error(ErrorCode::invalid_argument, "the tolerance is not a length",
-                 "Give a length from 0 on.");
+                 "Give a length of 0 or more.");
   const std::size_t samples = coordinates_ == 0 ? 1 : q.size() / coordinates_;
   std::vector<Contact> out(samples, Contact{{-1, -1}, {kInf, {}, {}}});
   if (pairs_.empty()) return out;
@@ -309,7 +310,7 @@ Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q
     Sample s = sample();
     for (std::size_t i = first; i < last && !stops; ++i) {
       if (progress.cancelled())
-        return fail(error(ErrorCode::cancelled, "the search for the clearance was stopped"));
+        return fail(error(ErrorCode::cancelled, "the clearance computation was cancelled"));
       place_moving(q.subspan(i * coordinates_, coordinates_), s);
       broad_.place(s.poses, {}, s.boxes);
       auto found = least(s, checked_, kInf, progress, tolerance);

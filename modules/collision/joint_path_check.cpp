@@ -105,7 +105,7 @@ double motion_bound(const CollisionModel& model, const CollisionPair& pair,
          displacement_bound(model, bodies[static_cast<std::size_t>(pair.b)], from, to, shared);
 }
 
-Error stopped() { return error(ErrorCode::cancelled, "the check of the path was stopped"); }
+Error stopped() { return error(ErrorCode::cancelled, "the path check was cancelled"); }
 
 }  // namespace
 

@@ -36,7 +36,7 @@ Result<ObjectPlaces> places_at(const model::World& world, const Recording& recor
       if (!c)
         return error(ErrorCode::invalid_argument,
                      "the recording has no column " + text::quote(object.name + kPlaceColumns[k]),
-                     "Make it again.");
+                     "Record it again.");
       v[k] = c->values[row];
     }
     out.moved.emplace(object.name, pose_of_place(v));
@@ -63,7 +63,7 @@ Result<std::vector<double>> configurations(const CollisionModel& model,
       if (!c)
         return error(ErrorCode::invalid_argument,
                      "the recording has no column " + stem + std::to_string(k + 1),
-                     "Its robot has been changed since; make it again.");
+                     "Its robot has changed since then; record it again.");
       for (std::size_t i = 0; i < recording.rows(); ++i)
         q[i * shown.size() + robot.first + k] = c->values[i];
     }
@@ -71,7 +71,7 @@ Result<std::vector<double>> configurations(const CollisionModel& model,
   if (!is_found)
     return error(ErrorCode::unknown_name,
                  "the world has no robot " + text::quote(recording.robot) + " any more",
-                 "Make the recording again.");
+                 "Record it again.");
   return q;
 }
 
@@ -85,9 +85,9 @@ Result<RecordingPtr> with_clearance(const Sources& source, const Recording& reco
     if (!has_loads && recording.find(object.name + ".x"))
       return error(ErrorCode::unsupported,
                    "object " + text::quote(object.name) +
-                       " moves by itself in the recording, and clearances know objects at rest or "
-                       "in a robot's hand",
-                   "Ask for the clearance of a run without it.");
+                       " moves freely in the recording, but clearances support only objects at "
+                       "rest or held by a robot",
+                   "Compute the clearance of a run without it.");
   // A model for each stretch of rows in which nothing is taken or let go.
   std::vector<std::shared_ptr<const CollisionModel>> models;
   std::vector<std::size_t> firsts{0};
@@ -116,8 +116,10 @@ Result<RecordingPtr> with_clearance(const Sources& source, const Recording& reco
     nearest.insert(nearest.end(), part.begin(), part.end());
   }
   Recording out = recording;
-  Column column{
-      "clearance", "m", "least distance of the robots' bodies to each other and to all else", {}};
+  Column column{"clearance",
+                "m",
+                "least distance of the robots' bodies to each other and to all other bodies",
+                {}};
   for (std::size_t i = 0; i < recording.rows(); ++i)
     column.values.push_back(nearest[i].at.distance);
   const auto first = std::find_if(nearest.begin(), nearest.end(),

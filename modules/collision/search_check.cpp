@@ -39,7 +39,9 @@ constexpr std::size_t kMostParts = 4096;
 /// Samples of one motion: more are an error of whoever asks for steps that small.
 constexpr double kMostSamples = 1e6;
 
-Error search_stopped() { return error(ErrorCode::cancelled, "the search for a way was stopped"); }
+Error search_stopped() {
+  return error(ErrorCode::cancelled, "the search for a path was cancelled");
+}
 
 }  // namespace
 
@@ -408,7 +410,7 @@ Result<bool> SearchCheck::seems_free(std::span<const double> a, std::span<const 
   const std::size_t lanes = kernel_.lanes;
   const double steps = std::ceil(motion / step);
   if (!(steps <= kMostSamples))
-    return error(ErrorCode::invalid_argument, "a motion is too long to be checked",
+    return error(ErrorCode::invalid_argument, "a motion is too long to check",
                  "Give the joints limits.");
   const std::size_t samples = static_cast<std::size_t>(steps) + 1,
                     groups = (samples + lanes - 1) / lanes;

@@ -182,8 +182,8 @@ Result<std::shared_ptr<Snapshot::State>> Document::Impl::put_back(
       const RecordPtr& known = c.after ? c.after : c.before;
       return error(ErrorCode::conflict,
                    std::string(to_string(c.id.kind)) + " " + quote(known->name) +
-                       " was changed since by " + culprit(c.id),
-                   "Take that back first, or edit it by hand.");
+                       " has since been changed by " + culprit(c.id),
+                   "Undo that first, or edit it manually.");
     }
   auto state = std::make_shared<Snapshot::State>(*now.state_);
   std::vector<AnyId> ids;
@@ -202,13 +202,13 @@ Result<std::shared_ptr<Snapshot::State>> Document::Impl::put_back(
       return error(ErrorCode::conflict,
                    name_some(after, users) + (users.size() == 1 ? " refers" : " refer") + " to " +
                        now.describe(id) + " since " + culprit(users.front()),
-                   "Take that back first, or remove the reference.");
+                   "Undo that first, or remove the reference.");
     }
     if (const auto named = after.find(id.kind, record->name); named != id)
       return error(ErrorCode::conflict,
                    "there is " + with_article(to_string(id.kind)) + " named " +
                        quote(record->name) + " since " + culprit(*named),
-                   "Give that another name first.");
+                   "Rename that first.");
     if (auto held = check_references(after, *record); !held.ok()) return std::move(held).error();
   }
   RMP_TRY(refuse_cycles(after,
@@ -251,7 +251,7 @@ Result<void> Document::Impl::follows_worlds(const Snapshot& before, const Snapsh
       continue;
     return error(ErrorCode::conflict,
                  after.describe(user) + " uses its parameters since " + culprit(user),
-                 "Take that back first, or give its numbers plain values.");
+                 "Undo that first, or give its numbers plain values.");
   }
   return {};
 }
@@ -278,7 +278,7 @@ Result<Commit> Document::Impl::step(std::optional<std::uint64_t> session, std::u
   if (number && session && s->deed->author.session != *session)
     return error(ErrorCode::conflict,
                  "step " + std::to_string(number) + " was made by " + words(*s->deed),
-                 "A session undoes its own steps.");
+                 "A session can undo only its own steps.");
   if (!s) {
     std::string hint;
     if (is_undo && history.forgotten())
@@ -383,7 +383,7 @@ struct Transaction::Work {
   Result<void> usable() const {
     RMP_TRY(require(Effect::edits));
     if (is_closed)
-      return error(ErrorCode::conflict, "this transaction has ended", "Begin another one.");
+      return error(ErrorCode::conflict, "this transaction has ended", "Start a new one.");
     if (epoch != document->epoch) return cleared_meanwhile();
     return {};
   }
@@ -433,7 +433,7 @@ Result<void> Transaction::Work::put_world(AnyId id, const Record* old,
         return error(ErrorCode::conflict,
                      "cannot remove parameter " + quote(n.name) + ": " + now.describe(user) +
                          " uses it (" + text::enumerate(model::uses_of(reader.body, n)) + ")",
-                     "Give that a plain number or another expression first.", where);
+                     "Give it a plain number or another expression first.", where);
       }
       if (!follows) continue;
       auto follower = std::make_shared<Record>(reader);
@@ -465,7 +465,7 @@ Transaction::Transaction(Transaction&&) noexcept = default;
 Transaction::~Transaction() = default;
 
 void Transaction::base_on(const SnapshotPtr& snapshot) {
-  RMP_CHECK(work_->touched.empty(), "a transaction with edits cannot get another base");
+  RMP_CHECK(work_->touched.empty(), "a transaction with edits cannot change its base");
   work_->base = snapshot->state_;
   work_->now.state_ = work_->base;
 }
@@ -590,7 +590,7 @@ Result<void> Transaction::Work::rebase(std::shared_ptr<const Snapshot::State> on
     is_overtaken = true;
     return error(ErrorCode::conflict,
                  found->what + (found->id ? " by " + document->culprit(found->id) : "") +
-                     " while " + label + " was at work",
+                     " while " + label + " was running",
                  "Nothing was changed. Run it again.");
   }
   auto state = std::make_shared<Snapshot::State>(*onto);
@@ -613,7 +613,7 @@ Result<Commit> Transaction::commit(const Progress* progress) {
   Work& w = *work_;
   const auto go_on = [&]() -> Result<void> {
     if (!progress || !progress->cancelled()) return {};
-    return error(ErrorCode::cancelled, w.label + " was stopped before it was done",
+    return error(ErrorCode::cancelled, w.label + " was cancelled before it finished",
                  "Nothing was changed.");
   };
   if (w.is_closed || w.epoch != w.document->epoch) RMP_TRY(w.usable());
@@ -643,7 +643,7 @@ Result<Commit> Transaction::commit(const Progress* progress) {
   }
   Document::Impl::Gesture* gesture = w.gesture ? doc.find_gesture(w.gesture) : nullptr;
   if (w.gesture && !gesture)
-    return error(ErrorCode::conflict, "the gesture of this edit has ended", "Begin another one.");
+    return error(ErrorCode::conflict, "the gesture of this edit has ended", "Start a new one.");
   if (!doc.gestures.empty()) RMP_TRY(doc.free_of_gestures(w.now, all, w.gesture));
 
   w.state();  // ours alone, so that publish() may number it
@@ -715,7 +715,7 @@ Result<std::uint64_t> Document::begin_gesture(std::string label, Author author) 
   RMP_TRY(require(Effect::edits));
   for (const Impl::Gesture& g : impl_->gestures)
     if (g.deed->author.session == author.session)
-      return error(ErrorCode::conflict, "the gesture " + Impl::words(*g.deed) + " is open already",
+      return error(ErrorCode::conflict, "the gesture " + Impl::words(*g.deed) + " is already open",
                    "Commit or cancel it first.");
   const std::uint64_t number = impl_->next_gesture++;
   impl_->gestures.push_back(

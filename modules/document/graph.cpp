@@ -34,7 +34,7 @@ Error cycle_error(const Snapshot& s, std::vector<AnyId> cycle, const std::vector
   return error(ErrorCode::conflict,
                s.describe(cycle.back()) + " cannot refer to " + s.describe(cycle.front()) +
                    ", which refers to it in turn (" + path + ")",
-               "Take one of these references out first.");
+               "Remove one of these references first.");
 }
 
 /// What a changed record refers to and did not before.

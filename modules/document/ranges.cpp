@@ -118,7 +118,7 @@ class Checker {
     const Field* in = record_.type->field(f.index_in);
     const auto n = in ? static_cast<std::int64_t>(in->type->length(in->in(record_.data))) : 0;
     if (v >= -1 && v < n) return {};
-    return range_fault("the " + f.shown_name() + of + " is none of its " + noun(f.index_in));
+    return range_fault("the " + f.shown_name() + of + " is not one of its " + noun(f.index_in));
   }
 
   static bool in_range(const Field& f, double v) {

@@ -281,7 +281,7 @@ std::optional<Snapshot::Reads::Difference> Snapshot::Reads::difference(const Sta
     return s.users_of_worlds ? *s.users_of_worlds : std::vector<AnyId>{};
   };
   if (users_of_worlds_ && users(before) != users(now))
-    return Difference{"which records use parameters of worlds was changed", {}};
+    return Difference{"the use of world parameters was changed", {}};
   return std::nullopt;
 }
 

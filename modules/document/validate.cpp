@@ -220,7 +220,7 @@ Result<void> check_loop(const CsgLoop& l, const std::string& loop) {
   }
   const std::size_t edges = l.curves.size() + (distance(at, l.start) < kShortest ? 0 : 1);
   if (edges < 3 && !is_curved)
-    return fault(loop + " encloses nothing: it has fewer than three corners");
+    return fault(loop + " encloses no area: it has fewer than three corners");
   return {};
 }
 
@@ -238,7 +238,7 @@ Result<void> check_profile(const SolidNode& n, const std::string& of) {
       for (const CsgCurve& c : l.curves)
         for (const Point& p : c.points) least = std::min(least, p[0]);
     if (least < -kShortest)
-      return fault(loop + " reaches x = " + shown(least) + " m, beyond the axis it is turned about",
+      return fault(loop + " reaches x = " + shown(least) + " m, beyond its axis of revolution",
                    "Keep x at 0 or more.");
   }
   return {};
@@ -311,7 +311,8 @@ Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
       break;
     case CsgKind::mirror:
       if (std::hypot(v[0], v[1], v[2]) < 1e-12)
-        return fault("the normal" + of + " is zero", "It is the direction the plane faces.");
+        return fault("the normal" + of + " is zero",
+                     "It must be the direction that the plane faces.");
       if (v[4] != 0 && v[4] != 1)
         return fault("keep" + of + " is " + shown(v[4]) + "; it must be 1 or 0");
       break;
@@ -324,11 +325,11 @@ Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
       break;
     case CsgKind::linear_pattern:
       if (v[0] > 1 && std::hypot(v[1], v[2], v[3]) < kShortest)
-        return fault("the copies" + of + " all lie at the same place", "Give dx, dy or dz.");
+        return fault("the copies" + of + " all lie at the same position", "Give dx, dy or dz.");
       break;
     case CsgKind::circular_pattern:
       if (v[0] > 1 && v[1] == 0)
-        return fault("the copies" + of + " all lie at the same place", "Give the angle.");
+        return fault("the copies" + of + " all lie at the same position", "Give the angle.");
       if (std::fabs(v[1]) > kCsgFullTurn + 1e-9)
         return fault("the angle" + of + " is " + shown(v[1]) +
                      " rad; at most a full turn is allowed");
@@ -353,14 +354,14 @@ Result<void> check_node(const Solid& s, std::size_t i, std::size_t children) {
   if (i == 0 ? n.parent != -1 : (n.parent < 0 || static_cast<std::size_t>(n.parent) >= i))
     return fault(i == 0 ? node + " is the root, so it cannot have a parent"
                         : node + " does not come after its parent",
-                 "Every node but the first has a parent, and parents come first.");
+                 "Every node except the first needs a parent, and parents come first.");
   if (n.parent >= 0) {
     const auto& p = s.nodes[static_cast<std::size_t>(n.parent)];
     const CsgNodeInfo& above = csg_info(p.kind);
     if (above.children == CsgChildren::none)
       return fault(node + " is inside " + std::string(above.name) + " " + quote(p.name) +
                        ", which is a primitive",
-                   "Only an operation such as a union, or a modifier, has nodes inside.");
+                   "Only an operation such as a union, or a modifier, can contain nodes.");
   }
   RMP_TRY(placement(n.placement, node));
   const CsgNodeInfo& info = csg_info(n.kind);
@@ -374,7 +375,7 @@ Result<void> check_node(const Solid& s, std::size_t i, std::size_t children) {
   if (children == 1) return {};
   return fault(std::string(info.name) + " " + quote(n.name) + " has " +
                    (children == 0 ? std::string("no node") : std::to_string(children) + " nodes") +
-                   " inside; it works on exactly one",
+                   " inside; it needs exactly one",
                children == 0 ? "Put one inside." : "Put them into a union.");
 }
 
@@ -385,9 +386,9 @@ Result<void> possible(const Sym3& inertia) {
   const double slack = kRounding * p[2];
   if (p[0] >= -slack && p[0] + p[1] >= p[2] - slack) return {};
   return fault("the measured inertia has the principal moments " + shown(p[0]) + ", " +
-                   shown(p[1]) + " and " + shown(p[2]) + " kg m^2, which no body has",
+                   shown(p[1]) + " and " + shown(p[2]) + " kg m^2, which are impossible for a body",
                p[0] < -slack ? "None may be negative; check the products of inertia and their sign."
-                             : "None may be greater than the two others together.");
+                             : "None may be greater than the sum of the other two.");
 }
 
 Result<void> measured(const std::optional<MeasuredMass>& m) {
@@ -474,14 +475,14 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   if (l.origin) {
     RMP_TRY(near(*l.origin, {"the origin", of}));
     if (!(l.row == DhRow{}))
-      return fault(link.text() + " has a row and an origin", "Keep the one that is meant.");
+      return fault(link.text() + " has a row and an origin", "Keep only one of them.");
   }
   if (!(std::hypot(l.axis[0], l.axis[1], l.axis[2]) > 1e-9))
     return fault("the axis" + of.text() + " has no direction", "Give a vector such as (0, 0, 1).");
   if (l.mimic) {
     if (l.mimic->link < 0 || l.mimic->link >= static_cast<std::int32_t>(i))
-      return fault("the joint" + of.text() + " follows one that does not come before it",
-                   "A joint follows the joint of an earlier link.");
+      return fault("the joint" + of.text() + " follows a joint that does not come before it",
+                   "A joint can only follow the joint of an earlier link.");
     for (const Link* joint : {&l, &r.links[static_cast<std::size_t>(l.mimic->link)]})
       if (!robotics::has_one_coordinate(joint->joint))
         return fault("the joint" + of.text() + " follows another one, but that of link " +
@@ -530,19 +531,19 @@ Result<void> check_attached(const Robot& r, Subject& subject) {
       return t.name.find('.') == std::string::npos
                  ? bad_name(t.name, "attached tool")
                  : fault(what + " has a dot in its name",
-                         "Its centre points are named behind a dot, as in torch.tip.");
+                         "Its centre points are named after a dot, as in torch.tip.");
     if (!taken.insert(t.name).second)
       return error(ErrorCode::conflict, "there are two links or tools named " + quote(t.name),
                    "Give each its own name.");
     RMP_TRY(solid_or_object(t.what, what));
-    if (t.link < -1 || t.link >= count) return fault(what + " is on no link of the robot");
+    if (t.link < -1 || t.link >= count) return fault(what + " is not on a link of the robot");
     RMP_TRY(near(t.placement, what));
     if (r.tcp == t.name || r.tcp.starts_with(t.name + ".")) holder = &t;
   }
   subject = {};
   if (r.tcp.empty()) return {};
   if (!holder)
-    return fault("the robot's tool is " + quote(r.tcp) + ", which is on nothing attached",
+    return fault("the robot's tool is " + quote(r.tcp) + ", which is not on an attached tool",
                  "Attach the tool, or give no centre point.");
   if (holder->link != count - 1)
     return fault("the robot's tool is " + quote(r.tcp) + ", which is not on the last link",
@@ -555,7 +556,8 @@ Result<void> check_maker_axes(const Robot& r, Subject& subject) {
   Names names("axis");
   const auto joint_of = [&](std::int32_t link, const std::string& what) -> Result<void> {
     if (link < 0 || link >= static_cast<std::int32_t>(r.links.size()))
-      return fault(what + " is of no link of the robot", "Name the link that its joint moves.");
+      return fault(what + " does not belong to a link of the robot",
+                   "Name the link that its joint moves.");
     const Link& l = r.links[static_cast<std::size_t>(link)];
     if (!robotics::has_one_coordinate(l.joint) || l.mimic)
       return fault(
@@ -573,8 +575,8 @@ Result<void> check_maker_axes(const Robot& r, Subject& subject) {
     const auto link = static_cast<std::size_t>(a.link);
     if (taken[link])
       return fault(
-          what + " is of link " + quote(r.links[link].name) + ", as another axis is already",
-          "Give each joint one axis; further joints that it counts are its coupled ones.");
+          what + " is of link " + quote(r.links[link].name) + ", as another axis already does",
+          "Give each joint one axis; list further joints of this axis as its coupled ones.");
     taken[link] = true;
     if (a.sign != 1 && a.sign != -1)
       return fault("the sign of " + what + " is " + std::to_string(a.sign), "It is 1 or -1.");
@@ -596,12 +598,12 @@ Result<void> check_maker_axes(const Robot& r, Subject& subject) {
         return fault(what + " counts joint " +
                      quote(r.links[static_cast<std::size_t>(c.link)].name) + " twice");
       if (slides(c.link) != slides(a.link))
-        return fault(what + " counts a joint that turns and one that slides",
-                     "Coupled joints have the unit of the axis.");
+        return fault(what + " combines a revolute and a prismatic joint",
+                     "Coupled joints must have the unit of the axis.");
     }
     if (std::isnan(a.lower) || std::isnan(a.upper) || a.lower > a.upper)
       return fault("the limits of " + what + " are " + shown(a.lower) + " to " + shown(a.upper),
-                   "The lower one comes first.");
+                   "The lower limit comes first.");
   }
   subject = {};
   return {};
@@ -638,7 +640,8 @@ Result<void> check(const Robot& r, Subject& subject, const Watch& watch) {
     if (t.name == "tool")
       return fault("a further tool cannot be named \"tool\"",
                    "\"tool\" is the one on the last link.");
-    if (!is_link(t.link)) return fault("tool " + quote(t.name) + " hangs on no link of the robot");
+    if (!is_link(t.link))
+      return fault("tool " + quote(t.name) + " is not attached to a link of the robot");
     RMP_TRY(near(t.placement, "tool " + quote(t.name)));
     if (t.payload) RMP_TRY(check_mass(*t.payload, "payload's ", " at tool " + quote(t.name)));
   }
@@ -672,7 +675,7 @@ Result<void> check(const Robot& r, Subject& subject, const Watch& watch) {
       if (units[k].empty() &&
           !(std::hypot(std::hypot(p.q[k], p.q[k + 1]), std::hypot(p.q[k + 2], p.q[k + 3])) > 1e-9))
         return fault("a quaternion of pose " + quote(p.name) + " is zero",
-                     "1 0 0 0 is no rotation.");
+                     "Use 1 0 0 0 for no rotation.");
   }
   subject = {};
   RMP_TRY(check(r.pair_rules));
@@ -696,7 +699,7 @@ Result<void> check(const Trajectory& t, Subject& subject, const Watch& watch) {
     RMP_TRY(choice(s.shape, segment));
     RMP_TRY(choice(s.law, "the law of " + segment));
     RMP_TRY(choice(s.orientation, "the orientation of " + segment));
-    RMP_TRY(choice(s.turning, "the law of turning of " + segment));
+    RMP_TRY(choice(s.turning, "the rotation timing law of " + segment));
     for (std::size_t k = 0; k < s.points.size(); ++k)
       RMP_TRY(placement(s.points[k], "point " + std::to_string(k + 1) + " of " + segment));
     for (std::size_t k = 0; k < s.joints.size(); ++k) {
@@ -704,7 +707,7 @@ Result<void> check(const Trajectory& t, Subject& subject, const Watch& watch) {
       if (s.joints[k].empty() || s.joints[k].size() != s.joints.front().size())
         return fault(row + " has " + std::to_string(s.joints[k].size()) + " values, the first " +
                          std::to_string(s.joints.front().size()),
-                     "All joint vectors of a segment have one value for each joint.");
+                     "All joint vectors of a segment must have one value for each joint.");
       for (const double q : s.joints[k])
         if (!std::isfinite(q)) return fault("a value of " + row + " is not a finite number", {});
     }
@@ -720,9 +723,9 @@ Result<void> check(const Signal& s) {
   if (s.kind == SignalKind::digital) {
     if (s.initial != 0 && s.initial != 1)
       return fault("the initial value of " + signal + " is " + shown(s.initial),
-                   "A digital signal is 0 or 1.");
+                   "A digital signal must be 0 or 1.");
     if (!s.unit.empty())
-      return fault(signal + " is digital and has the unit " + quote(s.unit), "Make it analogue.");
+      return fault(signal + " is digital but has the unit " + quote(s.unit), "Make it analogue.");
   } else if (!s.unit.empty()) {
     auto unit = units::parse(s.unit);
     if (!unit.ok()) return std::move(unit).error().in("the unit of " + signal);
@@ -928,16 +931,16 @@ Result<void> check(const TaskStep& s, const std::string& step) {
                        static_cast<int>(!s.pose.empty()) + static_cast<int>(!s.joints.empty()) +
                        static_cast<int>(s.target && !s.trajectory);
       if (ways != 1)
-        return fault(step + (ways == 0 ? " has no destination" : " has several places to go to"),
+        return fault(step + (ways == 0 ? " has no destination" : " has several destinations"),
                      "Give one of trajectory, pose, joints and target.");
       RMP_TRY(finite(s.joints, "a joint value of " + step));
       if (s.target) RMP_TRY(placement(*s.target, "the target of " + step));
       if (!s.profile.empty() && s.profile != "quintic" && s.profile != "trapezoidal" &&
           s.profile != "s_curve" && s.profile != "time_optimal")
-        return fault(quote(s.profile) + " is no profile of a move",
+        return fault(quote(s.profile) + " is not a profile of a move",
                      "There are \"quintic\", \"trapezoidal\", \"s_curve\" and \"time_optimal\".");
       if (s.is_straight && (!s.target || s.trajectory))
-        return fault(step + " goes straight without a target", "Give it a target.");
+        return fault(step + " is a straight move without a target", "Give it a target.");
       return {};
     }
     case StepKind::attach:
@@ -980,11 +983,12 @@ Result<void> check(const Task& t, Subject& subject, const Watch& watch) {
     }
     if (open.back() != s.parent)
       return fault(step + " does not follow the other steps of its block",
-                   "Put the steps of a block right behind it.");
+                   "Put the steps of a block directly after it.");
     const std::int32_t before = last.back();
     if (s.kind == StepKind::otherwise &&
         (before < 0 || t.steps[static_cast<std::size_t>(before)].kind != StepKind::when))
-      return fault(step + " follows no if", "Put an else right behind the block of an if.");
+      return fault(step + " does not follow an if",
+                   "Put an else directly after the block of an if.");
     last.back() = static_cast<std::int32_t>(i);
     if (is_block(s.kind)) {
       open.push_back(static_cast<std::int32_t>(i));

@@ -12,8 +12,8 @@
 
 namespace robomosp::document {
 
-/// A name starts with a letter of any script, has letters, digits, _ - . and spaces, and does not end
-/// in a space (robomosp/sdk/names.h).
+/// A name starts with a letter of any script, has letters, digits, _ - . and spaces, and does not
+/// end in a space (robomosp/sdk/names.h).
 [[nodiscard]] bool is_name(std::string_view name);
 /// `a robot`, `an object`.
 [[nodiscard]] std::string with_article(std::string_view noun);
@@ -43,7 +43,7 @@ class Watch {
   [[nodiscard]] Result<void> at(std::size_t element) const {
     constexpr std::size_t kLook = 1024;
     if (!progress_ || element % kLook != 0 || !progress_->cancelled()) return {};
-    return error(ErrorCode::cancelled, "its check was stopped");
+    return error(ErrorCode::cancelled, "its check was cancelled");
   }
 
  private:

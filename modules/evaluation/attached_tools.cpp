@@ -47,7 +47,7 @@ Result<model::Robot> with_tool_frames(const Snapshot& s, const std::string& name
   for (std::size_t i = robot.tools.size(); i < out.tools.size(); ++i)
     known.push_back(out.tools[i].name);
   return error(ErrorCode::unknown_name,
-               "its tool is the centre point " + quote(robot.tcp) + ", which is not there any more",
+               "its tool is the centre point " + quote(robot.tcp) + ", which no longer exists",
                "Choose another with robot.change_tool, such as " + text::enumerate(known) + ".",
                "robot " + quote(name));
 }

@@ -40,12 +40,13 @@ std::string tree_fault(const CsgTree& tree) {
     return "built a tree of more than " + std::to_string(kMostNodes) + " nodes";
   for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
     const CsgNode& n = tree.nodes[i];
-    const std::string which = "built a tree whose node " + std::to_string(i);
+    const std::string which = "built a tree in which node " + std::to_string(i);
     if (csg_info(n.kind).kind != n.kind || n.kind == CsgKind::custom)
-      return which + " is of a kind that no engine knows";
+      return which + " has a kind unknown to all engines";
     if (i == 0 ? n.parent != -1 : n.parent < 0 || static_cast<std::size_t>(n.parent) >= i)
       return which + " has the parent " + std::to_string(n.parent);
-    if (!spatial::is_rigid(n.placement)) return which + " has a placement that is no rigid motion";
+    if (!spatial::is_rigid(n.placement))
+      return which + " has a placement that is not a rigid motion";
     for (const double size : n.sizes)
       if (!std::isfinite(size)) return which + " has a size that is not a finite number";
   }

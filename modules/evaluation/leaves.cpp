@@ -37,7 +37,7 @@ Result<std::vector<Leaf>> resolve(const Snapshot& s, std::vector<Step> stack, st
       return error(
           ErrorCode::unsupported,
           "it has more than " + std::to_string(kMostLeaves) + " parts, nested ones included",
-          "Divide it into smaller objects.", s.describe(whole));
+          "Split it into smaller objects.", s.describe(whole));
     const Record* record = s.find(step.what);
     if (!record) return stale(s, step.what);
     const auto* mass = measured_of(*record);

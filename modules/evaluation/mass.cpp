@@ -110,7 +110,7 @@ Result<void> add_group(Solids& solids, const Snapshot& s, std::vector<const Leaf
     if (!(shared > 1e-6 * whole[i].volume)) continue;
     const double share = std::min(1.0, shared / whole[i].volume);
     whole[i].relative_error = std::min(1.0, whole[i].relative_error + share);
-    note(sum, s.describe(group[i]->solid) + " counts in full, as it cannot be cut: up to " +
+    note(sum, s.describe(group[i]->solid) + " is counted in full, since it cannot be cut: up to " +
                   text::print_rounded(100 * share, 3) + " % of it may be in other parts.");
   }
   // Parts of two engines: each by its own where they cannot overlap, else triangles throughout.
@@ -190,8 +190,7 @@ Result<void> add_group(Solids& solids, const Snapshot& s, std::vector<const Leaf
       note(sum, "What " +
                     (measured == 1 ? "a part shares" : std::to_string(measured) + " parts share") +
                     " with others was not cut exactly, since faces nearly coincide or are "
-                    "freeform; it was "
-                    "measured, and relative_error is its bound.");
+                    "freeform; it was measured numerically, and relative_error bounds its error.");
   }
   for (std::size_t i = 0; i < group.size(); ++i) add(i, own[i], masses[i]);
   return {};
@@ -224,7 +223,7 @@ Result<BodyMass> mass_of(Solids& solids, const Snapshot& s, const std::vector<Le
   }
   for (const MeasuredPart& m : measured) {
     masses.push_back(spatial::in_frame(m.measured.mass, m.placement));
-    note(sum, s.describe(m.what) + " counts with its measured mass" +
+    note(sum, s.describe(m.what) + " is included with its measured mass" +
                   (m.measured.source.empty() ? "." : " (" + m.measured.source + ")."));
   }
   sum.mass = spatial::combine(masses);
@@ -280,7 +279,7 @@ Result<BodyMass> body_mass(Solids& solids, const Snapshot& s, AnyId id, Progress
     if (sum.error().code == ErrorCode::cancelled) return sum;
     // What was measured does not need the shape.
     BodyMass only;
-    note(only, "Its volume is not known: " + sum.error().sentence());
+    note(only, "Its volume is unknown: " + sum.error().sentence());
     sum = std::move(only);
   } else {
     sum->computed = sum->mass;

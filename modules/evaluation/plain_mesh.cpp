@@ -34,12 +34,12 @@ class PlainShape final : public CsgShape {
         box_[1][k] = std::max(box_[1][k], points_[3 * std::size_t{v} + k]);
       }
     std::string note =
-        "it is taken as the mesh is, which bounds no clean solid (" + why_.message + "); ";
+        "it is used as a plain mesh, which does not bound a valid solid (" + why_.message + "); ";
     if (state_.is_hull)
-      note += "volume, mass and inertia are those of its convex hull, the most that they can be";
+      note += "volume, mass and inertia are those of its convex hull, which are upper bounds";
     else if (!(state_.moments.volume > 0)) note += "it lies in a plane and has no volume";
     else
-      note += "volume, mass and inertia are those that its triangles enclose" +
+      note += "volume, mass and inertia are those enclosed by its triangles" +
               std::string(state_.open_edges > 0 ? ", holes closed" : "") + ", within " +
               text::print_rounded(100 * state_.moments.relative_error) + " %";
     notes_.push_back(note + ".");
@@ -147,7 +147,7 @@ class Display {
 class PlainEngine final : public CsgEngine {
  public:
   Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree, Progress&) const override {
-    return plain_shape(tree, error(ErrorCode::unsupported, "nobody asked for a solid"));
+    return plain_shape(tree, error(ErrorCode::unsupported, "no solid requested"));
   }
   Result<Mesh> mesh(const CsgShape& shape, const MeshQuality&, Progress&) const override {
     return Display(own(shape)).run();

@@ -56,14 +56,14 @@ std::string mesh_fault(const Mesh& m, bool must_be_closed) {
     for (const float v : *numbers)
       if (!std::isfinite(v)) return "made a mesh with numbers that are not finite";
   for (const auto i : m.triangles)
-    if (i >= m.vertex_count()) return "made a mesh whose triangles name vertices that do not exist";
+    if (i >= m.vertex_count()) return "made a mesh with triangles that refer to missing vertices";
   std::size_t edge_points = 0;
   for (const auto n : m.edge_sizes) edge_points += n;
   if (edge_points * 3 != m.edge_points.size())
-    return "made a mesh whose edges have the wrong number of points";
+    return "made a mesh with the wrong number of edge points";
   for (const auto& f : m.faces)
     if (std::size_t{f.first_triangle} + f.triangle_count > m.triangle_count())
-      return "made a mesh whose faces exceed its triangles";
+      return "made a mesh with faces beyond its triangles";
   if (!must_be_closed) return "";
   const auto report = geometry::check(m);
   return report.is_closed ? "" : "made an open mesh: " + report.problem;
@@ -195,7 +195,7 @@ Result<std::array<Vec3, 2>> placed_box(const MadeSolid& solid, const Pose& place
     return broken(solid.engine.name, "returned bounds that are not finite numbers");
   for (std::size_t i = 0; i < 3; ++i)
     if (own[0][i] > own[1][i])
-      return broken(solid.engine.name, "returned bounds whose lower corner is above the upper one");
+      return broken(solid.engine.name, "returned bounds with the lower corner above the upper one");
   constexpr double kInf = std::numeric_limits<double>::infinity();
   std::array<Vec3, 2> box{{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}}};
   for (unsigned corner = 0; corner < 8; ++corner) {
@@ -239,7 +239,7 @@ Result<SolidEngine> Solids::mesh_engine() {
   return engine(known_mesh_, [this]() -> Result<ProviderInfo> {
     for (ProviderInfo& info : registry_.list(CsgEngine::kInterfaceId))
       if (info.enabled && has_tag(info, "mesh")) return std::move(info);
-    return error(ErrorCode::unsupported, "no CSG engine that takes triangle meshes is loaded",
+    return error(ErrorCode::unsupported, "no CSG engine for triangle meshes is loaded",
                  "Load the plugin csg_cgal, or use an exact solid.");
   });
 }
@@ -250,7 +250,7 @@ Result<SolidEngine> Solids::exact_engine() {
   return engine(known_exact_, [this]() -> Result<ProviderInfo> {
     for (ProviderInfo& info : registry_.list(CsgEngine::kInterfaceId))
       if (info.enabled && !has_tag(info, "mesh")) return std::move(info);
-    return error(ErrorCode::unsupported, "no CSG engine that takes exact solids is loaded",
+    return error(ErrorCode::unsupported, "no CSG engine for exact solids is loaded",
                  "Load the plugin csg_occt, or import the solid as a mesh.");
   });
 }
@@ -335,7 +335,7 @@ Result<MadeSolid> Solids::shape(const CsgTree& tree, Progress& progress) {
 }
 
 Result<MadeSolid> Solids::as_it_is(const CsgTree& tree, const Error& why) {
-  static const SolidEngine plain{plain_engine(), "mesh as it is", "1", {}, true, true};
+  static const SolidEngine plain{plain_engine(), "plain mesh", "1", {}, true, true};
   const Keys keys = keys_of(plain, tree);
   RMP_TRY_ASSIGN(auto found, cache_.get<ShapePtr>(
                                  keys.value, keys.failure,
@@ -521,8 +521,8 @@ Result<std::shared_ptr<const std::vector<CsgEdge>>> Solids::edges(const MadeSoli
   const auto* known = static_cast<const CsgEdges*>(s.engine.csg->extension(CsgEdges::kExtensionId));
   if (!known)
     return error(ErrorCode::unsupported,
-                 s.engine.is_plain ? "a mesh that is no clean solid has no edges"
-                                   : "a solid of triangles has no edges that are curves",
+                 s.engine.is_plain ? "a mesh that is not a valid solid has no edges"
+                                   : "a solid made of triangles has no curved edges",
                  "Use a solid without imported meshes.");
   Fingerprinter fp("edges/1");
   fp.add(s.key).add(chord);

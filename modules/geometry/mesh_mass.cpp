@@ -58,7 +58,7 @@ Result<Moments> moments(const Mesh& mesh, double deviation) {
   if (!(m.volume > 0))
     return error(ErrorCode::invalid_argument,
                  "the mesh encloses no volume, or its triangles face inwards",
-                 "Turn its triangles so that they are counter-clockwise from outside.");
+                 "Orient its triangles counter-clockwise as seen from outside.");
   double farthest = 0;
   for (const Vec3& corner_of_box : box)
     for (const double x : corner_of_box) farthest = std::max(farthest, std::abs(x));

@@ -39,7 +39,7 @@ Result<fs::path> behind_links(fs::path file) {
   for (int i = 0; fs::is_symlink(file, ec); ++i) {
     const fs::path target = i < kMostLinks ? fs::read_symlink(file, ec) : fs::path();
     if (target.empty())
-      return error(ErrorCode::io, "cannot write " + shown + ": its links lead nowhere",
+      return error(ErrorCode::io, "cannot write " + shown + ": its links are broken",
                    "Remove the link or choose another name.");
     file = target.is_absolute() ? target : file.parent_path() / target;
   }
@@ -267,8 +267,8 @@ Result<void> FileBatch::finish() {
                    "the file " + quote(wish.file.path.generic_string()) +
                        " was changed by another program since it was read or saved here, so it "
                        "was not written",
-                   "Load it with reload = true to have what it holds, save to another file, or "
-                   "give overwrite = true.");
+                   "Load it with reload = true to use its content, save to another file, or give "
+                   "overwrite = true.");
     replaced.push_back(wish.file.path);
   }
   for (Temporary& each : w.files) RMP_TRY(each.take_place());
@@ -315,7 +315,7 @@ Result<std::string> read_file(const fs::path& file, std::size_t limit) {
     bytes.append(buffer, static_cast<std::size_t>(n));
     if (bytes.size() > limit)
       return error(ErrorCode::io, shown + " is larger than " + std::to_string(limit) +
-                                      " bytes, the most that is read");
+                                      " bytes, the maximum file size");
   }
 }
 

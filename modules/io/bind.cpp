@@ -73,7 +73,7 @@ class Binder : public DeclaredReader {
       if (!is_node(i)) continue;
       if (root)
         return s_.at(at(i).offset, ErrorCode::syntax,
-                     "a solid has a single top-level node, and this is the second",
+                     "a solid has a single top-level node, but this is the second",
                      "Put both inside a union, difference or intersection.");
       root = i;
     }
@@ -202,8 +202,8 @@ class Binder : public DeclaredReader {
                    point("circle", centre), radius_rule}));
     if (centre) {
       if (start || !l.curves.empty())
-        return fail(i, "a loop with a circle has nothing else in it",
-                    "Put the other curves into a loop of their own.");
+        return fail(i, "a loop with a circle cannot contain other curves",
+                    "Put the other curves into a separate loop.");
       if (!has_radius) return fail(i, "the circle of this loop has no radius");
       l.curves.push_back({CsgCurve::Kind::circle, {*centre, {radius, 0}}});
     } else {
@@ -234,7 +234,7 @@ class Binder : public DeclaredReader {
     }
     if (kind == CsgCurve::Kind::line) return {};
     if (kind == CsgCurve::Kind::arc && f.tuples != 2)
-      return fail(i, "an arc needs two points: one on its way and its end");
+      return fail(i, "an arc needs two points: a via point and its end");
     l.curves.push_back(std::move(c));
     return {};
   }
@@ -454,7 +454,7 @@ class Binder : public DeclaredReader {
                   "Give its row, or origin and axis of its joint.");
     if (has_row && l.origin)
       return fail(i, "link " + quote(l.name) + " has a row and an origin",
-                  "Keep the one that is meant.");
+                  "Keep only one of them.");
     place_of_link_.emplace(l.name, static_cast<std::int32_t>(index));
     r.links.push_back(std::move(l));
     return {};
@@ -467,7 +467,7 @@ class Binder : public DeclaredReader {
       if (main)
         return fail(i, "\"tool\" is given twice in a robot",
                     "The first one is at " + s_.place(at(*main).offset) +
-                        ". Further tools have a name and a link.");
+                        ". Further tools need a name and a link.");
       main = i;
       return placement_block("tool", r.tool).read(i);
     }
@@ -559,7 +559,7 @@ class Binder : public DeclaredReader {
     RMP_TRY(read_name(i, name, "link"));
     if (find_link(name, out)) return {};
     std::string hint = text::did_you_mean(name, link_names(r, {}));
-    if (hint.empty()) hint = "A joint follows that of a link that stands before its own.";
+    if (hint.empty()) hint = "A joint can only follow that of an earlier link.";
     return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
                  quote(name) + " is not a link before link " + quote(l.name), hint);
   }
@@ -573,7 +573,7 @@ class Binder : public DeclaredReader {
     }
     if (find_link(name, l.parent)) return {};
     std::string hint = text::did_you_mean(name, link_names(r, {"base"}));
-    if (hint.empty()) hint = "The parent is \"base\" or a link that stands before this one.";
+    if (hint.empty()) hint = "The parent must be \"base\" or an earlier link.";
     return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
                  quote(name) + " is not a link before link " + quote(l.name), hint);
   }

@@ -261,7 +261,7 @@ Result<void> DeclaredReader::look_up_names() {
       std::string hint = text::did_you_mean(name, known);
       if (hint.empty() && !known.empty()) hint = "There are " + text::enumerate(known) + ".";
       return s_.at(at(wanted.field).argument_offset, ErrorCode::unknown_name,
-                   quote(name) + " is none of the " + noun(wanted.list), hint);
+                   quote(name) + " is not one of the " + noun(wanted.list), hint);
     }
     const model::MutableContent place = model::follow_for_change(record, wanted.way);
     place.type->set_whole(place.data, found == places.end() ? -1 : found->second);

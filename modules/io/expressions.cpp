@@ -94,7 +94,7 @@ Result<Parameter> read_parameter(const Syntax& s, std::uint32_t field) {
   if (!std::isfinite(p.value) || !units::parse(p.unit).ok())
     return s.at(n.offset, ErrorCode::syntax,
                 quote(std::string(n.text) + " " + std::string(n.unit)) +
-                    " is beyond what a parameter can be");
+                    " is beyond the range of a parameter");
   return p;
 }
 

@@ -126,7 +126,7 @@ class FieldReader {
                      return {};
                    })}));
     if (!has_lines)
-      return fail(i, "\"line\" is missing in a solver", "Its text in Lua, a line each.");
+      return fail(i, "\"line\" is missing in a solver", "Give its Lua text, one line each.");
     out_.record.solvers.push_back(std::move(s));
     return {};
   }
@@ -152,17 +152,17 @@ class FieldReader {
       return fail(i, quote(at(i).name) + " needs a block in braces");
     if (without_name && at(i).argument != Argument::none)
       return s_.at(at(i).argument_offset, ErrorCode::syntax,
-                   quote(at(i).name) + " has a block but no name or value of its own");
+                   quote(at(i).name) + " has a block but no name or value before it");
     return {};
   }
   Result<void> no_block(Index i, bool several_tuples = false) {
     if (at(i).has_block) return fail(i, quote(at(i).name) + " has a value but no block");
     if (at(i).tuples > 1 && !several_tuples)
       return s_.at(at(i).argument_offset, ErrorCode::syntax,
-                   quote(at(i).name) + " has its numbers in a single pair of parentheses");
+                   quote(at(i).name) + " needs its numbers in a single pair of parentheses");
     if (at(i).has_values)
       return s_.at(at(i).argument_offset, ErrorCode::syntax,
-                   quote(at(i).name) + " has a single value");
+                   quote(at(i).name) + " needs a single value");
     return {};
   }
 
@@ -246,7 +246,7 @@ class FieldReader {
               const Field& f = at(i);
               if (f.argument != Argument::tuple || (f.numbers != 3 && f.numbers != 4))
                 return fail(i, quote(f.name) + " needs three or four numbers in parentheses",
-                            "Red, green and blue from 0 to 1, then the opacity.");
+                            "Give red, green and blue from 0 to 1, then the opacity.");
               std::array<double, 4> v{0, 0, 0, 1};
               for (std::uint32_t k = 0; k < f.numbers; ++k) {
                 RMP_TRY_ASSIGN(v[k], quantity(s_.numbers[f.first_number + k], ""));
@@ -306,9 +306,9 @@ class FieldReader {
                        [this, &out, has_position, coordinates](Index i) -> Result<void> {
                          if (*has_position)
                            return fail(i,
-                                       quote(at(i).name) + " cannot stand beside " +
+                                       quote(at(i).name) + " cannot be combined with " +
                                            quote(at(**has_position).name),
-                                       "A placement has one position.");
+                                       "A placement can have only one position.");
                          *has_position = i;
                          out.coordinates = coordinates;
                          return read_tuple(i, model::position_units(coordinates), out.position);
@@ -320,8 +320,9 @@ class FieldReader {
           {model::word_of(notation), [this, &out, has_angles, notation](Index i) -> Result<void> {
              if (*has_angles)
                return fail(
-                   i, quote(at(i).name) + " cannot stand beside " + quote(at(**has_angles).name),
-                   "A placement has one set of angles.");
+                   i,
+                   quote(at(i).name) + " cannot be combined with " + quote(at(**has_angles).name),
+                   "A placement can have only one set of angles.");
              *has_angles = i;
              out.notation = notation;
              return read_tuple(i, "rad", out.angles);
@@ -362,8 +363,7 @@ class FieldReader {
     for (Index i = owner + 1; i < at(owner).end; i = at(i).end) {
       if (at(i).name != "solid" && at(i).name != "object") continue;
       if (found)
-        return fail(i, "a solid and an object cannot stand at one place",
-                    "Make two parts of them.");
+        return fail(i, "a part cannot be both a solid and an object", "Split them into two parts.");
       found = i;
     }
     if (found) return {};

@@ -122,7 +122,7 @@ Result<CsgGeometry> read_ply(std::string_view bytes) {
     if (!line || (lines.empty() && *line != "ply")) return refuse("this is not a PLY file");
     if (line->starts_with(kDeviation)) {
       const auto number = text::read_real(line->substr(kDeviation.size()));
-      if (!number) return refuse("the deviation in the header is no number");
+      if (!number) return refuse("the deviation in the header is not a number");
       deviation = *number;
     }
     if (line->starts_with("comment")) continue;
@@ -134,18 +134,18 @@ Result<CsgGeometry> read_ply(std::string_view bytes) {
       lines[5] != "property double z" ||
       (lines[7] != "property list uchar uint vertex_indices" &&
        lines[7] != "property list uchar int vertex_indices"))
-    return refuse("the header of this PLY file is another than that of a robomosp mesh");
+    return refuse("the header of this PLY file is not that of a robomosp mesh");
   const auto vertices = count_after(lines[2], "element vertex ");
   const auto faces = count_after(lines[6], "element face ");
   if (!vertices || !faces)
-    return refuse("the counts in the header of this PLY file are no numbers");
+    return refuse("the counts in the header of this PLY file are not numbers");
   const std::size_t wanted = *vertices * kVertexBytes + *faces * kFaceBytes;
   if (bytes.size() - at != wanted)
     return broken("the file has " + std::to_string(bytes.size() - at) +
-                      " bytes behind its header, where " + std::to_string(*vertices) +
-                      " vertices and " + std::to_string(*faces) + " triangles take " +
+                      " bytes after its header, but " + std::to_string(*vertices) +
+                      " vertices and " + std::to_string(*faces) + " triangles need " +
                       std::to_string(wanted),
-                  "It was cut off or is not of triangles only.");
+                  "It is truncated or does not contain triangles only.");
   CsgGeometry g;
   g.form = CsgGeometry::Form::mesh;
   g.deviation = deviation;

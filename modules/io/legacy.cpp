@@ -102,7 +102,7 @@ class LegacyBinder {
   Result<LegacyBound> finished(const char* what) {
     if (in_.next() != '\0')
       return in_.at(in_.offset(), "there is more after the end of the file's content",
-                    "A file holds one " + std::string(what) + ".");
+                    "A file contains one " + std::string(what) + ".");
     return std::move(out_);
   }
 
@@ -143,7 +143,7 @@ class LegacyBinder {
     const auto& [unit_word, factor] = kUnits[static_cast<std::size_t>(unit)];
     // Files with code 3 say 2700 for aluminium: there the number is one of kg/m^3.
     if (unit != 0 && m.density * factor > kMostDensity && m.density <= kMostDensity)
-      out_.notes.push_back(s_.place(unit_at) + ": no matter is as dense as " +
+      out_.notes.push_back(s_.place(unit_at) + ": no material has a density of " +
                            text::print(m.density) + " " + unit_word + " (unit " +
                            std::to_string(unit) + "), so " + text::print(m.density) +
                            " is taken as kg/m^3.");
@@ -168,7 +168,7 @@ class LegacyBinder {
       std::string first = legacy_stem(materials.front());
       out_.notes.push_back(quote(s_.file) + " has " + std::to_string(materials.size()) +
                            " materials; as one solid it is all of " + quote(first) +
-                           ". As an object it keeps them: object.load.");
+                           ". Load it as an object to keep them: object.load.");
       materials.resize(1);
       solid_of(out_, words, out_.record.name, nodes_, materials.front());
       return {};
@@ -492,7 +492,7 @@ class LegacyLoader {
       return source->syntax.at(0, ErrorCode::syntax, "this is not a file of the 2006 program");
     if (const auto bad = source->text.find('\0'); bad != std::string::npos)
       return source->syntax.at(static_cast<std::uint32_t>(bad), ErrorCode::syntax,
-                               "this is a binary file, not a text", "No text holds a byte of 0.");
+                               "this is a binary file, not a text", "A text has no zero bytes.");
     RMP_TRY_ASSIGN(
         LegacyBound bound,
         LegacyBinder(source->syntax, file.stem().string(), !from && wanted == Kind::solid).run());

@@ -64,7 +64,7 @@ std::string frame(const Placement& p, bool is_global) {
 Result<std::string> words(const std::string& s, const std::string& whose) {
   if (s.find('"') != std::string::npos)
     return error(ErrorCode::unsupported, "a text of " + whose + " has a quote in it",
-                 "The 2006 format has no way to write it; take it out.");
+                 "The 2006 format cannot represent it; remove it.");
   std::string out = "\"" + s + "\"";
   std::replace(out.begin(), out.end(), '\n', ' ');
   return out;
@@ -81,7 +81,7 @@ class Exporter {
     if (file_kind(folder_) != FileKind::folder)
       return error(ErrorCode::not_found,
                    "there is no folder " + quote(folder_.generic_string()) + " to export to",
-                   "Make it first.");
+                   "Create it first.");
     switch (id.kind) {
       case Kind::material: RMP_TRY(material({id.number})); break;
       case Kind::solid: RMP_TRY(solid({id.number}, {})); break;
@@ -94,7 +94,7 @@ class Exporter {
       if (overwrite || file_kind(path) == FileKind::none) continue;
       if (!file_holds(path, content))
         return error(ErrorCode::conflict,
-                     "the file " + quote(path.generic_string()) + " is there with other content",
+                     "the file " + quote(path.generic_string()) + " exists with different content",
                      "Give overwrite = true, or another folder.");
     }
     std::vector<fs::path> written;
@@ -140,7 +140,7 @@ class Exporter {
     const MaterialId of = other ? other : solid->material;
     if (!of)
       return error(ErrorCode::unsupported, "it has no material, which the 2006 format needs",
-                   "Give it one, if need be of density 0.", s_.describe(id));
+                   "Give it one, if necessary with density 0.", s_.describe(id));
     const auto [known, is_new] = solids_.try_emplace({id.number, of.number});
     if (!is_new) return known->second;
     RMP_TRY_ASSIGN(const std::string material_file, material(of));
@@ -226,7 +226,7 @@ class Exporter {
     return error(ErrorCode::unsupported,
                  "the 2006 format cannot express " + what + " " + quote(n.name),
                  "It has unions, differences, intersections, spheres, cones, plain cylinders and "
-                 "blocks with sides that may lean alike.");
+                 "blocks with equally inclined sides.");
   }
 
   static std::string document_word(const SolidNode& n) {

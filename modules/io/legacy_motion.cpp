@@ -92,8 +92,8 @@ class RobotBinder {
     robot_.poses = {std::move(home), std::move(nest)};
     if (has_offsets_)
       out_.notes.push_back(quote(s_.file) +
-                           ": the eight numbers after a link's row are not applied; the program's "
-                           "own robot meets its trajectory without them.");
+                           ": the eight numbers after a link's row are not applied; the 2006 "
+                           "program's robot follows its trajectory without them.");
     out_.record.body = std::move(robot_);
     return {};
   }
@@ -306,8 +306,9 @@ class WorldBinder {
     world_.robots[i].base = kind->second;
     if (kind->second == BaseKind::fixed) return {};
     if (in_.next() != '"') {
-      out_.notes.push_back(s_.place(base_at) + ": the base is " + base +
-                           ", and the file names no trajectory for it; robot.set_base gives one.");
+      out_.notes.push_back(
+          s_.place(base_at) + ": the base is " + base +
+          ", and the file names no trajectory for it; set one with robot.set_base.");
       return {};
     }
     // No file with such a base is known; its trajectory is read as those of the list are.

@@ -195,9 +195,9 @@ Result<LegacyReader::Frame> LegacyReader::frame(const char* what) {
       break;
     case 4:
       return at(codes,
-                "the orientation's type 4 is the quaternion, and no file shows how its numbers "
-                "stand in the six of a frame",
-                "Turn it into type 3, roll-pitch-yaw, there.");
+                "the orientation's type 4 is the quaternion, and no known file shows how it is "
+                "stored in the six numbers of a frame",
+                "Convert it to type 3, roll-pitch-yaw, there.");
     default:
       return at(codes, "the orientation's type " + std::to_string(orientation) + " is not known",
                 "0 is Euler XYZ, 1 Euler X, 2 Euler Y, 3 roll-pitch-yaw.");

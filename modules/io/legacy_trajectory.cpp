@@ -103,7 +103,7 @@ class TrajectoryBinder {
     RMP_TRY_ASSIGN(const auto flag, in_.whole("the trajectory's code"));
     if (flag != 0 && flag != 1)
       return unknown(flag_at, "the trajectory's code", flag,
-                     "0 is of sections alone, 1 of sections with unions behind them.");
+                     "0 means sections only, 1 means sections followed by unions.");
     const std::uint32_t total_at = in_.offset();
     RMP_TRY_ASSIGN(const auto samples, in_.whole("the number of samples"));
     RMP_TRY_ASSIGN(const double time, in_.number("the total time"));
@@ -125,7 +125,7 @@ class TrajectoryBinder {
           print(time) + " s; its sections give " + std::to_string(samples_ + 1) + " in " +
           print(time_) + " s" +
           (samples == samples_ + 1 + twice_ && agree(time, time_ + time_twice_)
-               ? ", since it counts the sample on either side of what a union replaces twice."
+               ? ", since it counts the samples at both ends of the replaced part of a union twice."
                : "."));
     return done();
   }
@@ -133,7 +133,7 @@ class TrajectoryBinder {
   Result<void> alone(bool is_braced) {
     if (is_braced)
       out_.notes.push_back(quote(s_.file) +
-                           ": no .stn file of the 2006 program stands in braces; it is read as a "
+                           ": no .stn file of the 2006 program is in braces; it is read as a "
                            "section of a trajectory.");
     if (is_braced) RMP_TRY(in_.expect('{', "{"));
     RMP_TRY(bare_section());
@@ -180,7 +180,7 @@ class TrajectoryBinder {
     RMP_TRY_ASSIGN(const auto lead, in_.whole("the second code"));
     if (lead != 0 && lead != 1)
       return unknown(lead_at, what + ": the second code", lead,
-                     "Known are 0 (the way leads) and 1 (the turn does).");
+                     "Known are 0 (timed by the path) and 1 (timed by the rotation).");
     out.turn_leads = lead == 1;
     const std::uint32_t curve_at = in_.offset();
     RMP_TRY_ASSIGN(out.curve, in_.whole("the curve's code"));
@@ -212,17 +212,17 @@ class TrajectoryBinder {
       return refuse(turn + " are not known",
                     "Known are 10 10 10 and 1 0 0 (the tool keeps its orientation), 1 1 2 (its "
                     "angles change in proportion, with a constant acceleration) and 1 4 4 (it "
-                    "turns on the spot, its rate a trapezoid in time).");
+                    "rotates in place, with a trapezoidal rate).");
     if (out.turn == kAngles && out.curve != kLine)
-      return refuse(turn + " are only known of a line",
-                    "What an arc does with the angles of its middle point is not.");
+      return refuse(turn + " are known for lines only",
+                    "The use of the angles of an arc's middle point is unknown.");
     const bool is_on_the_spot = out.turn == kOnTheSpot;
     if (out.turn_leads != is_on_the_spot ||
         (is_on_the_spot && (out.curve != kLine || out.law != kConstantSpeed)))
       return refuse(what + ": the codes " + std::to_string(space) + " " + std::to_string(lead) +
                         " " + std::to_string(out.curve) + " " + list(out.law) + " " +
                         list(out.turn) + " are not known together",
-                    "A turn on the spot is 0 1 1 0 0 1 4 4; everything else begins with 0 0.");
+                    "A rotation in place is 0 1 1 0 0 1 4 4; everything else begins with 0 0.");
     return out;
   }
 
@@ -388,8 +388,8 @@ class TrajectoryBinder {
     if (points.size() == 2) {
       if (codes.turn == kOnTheSpot && chord > 0)
         return s_.at(codes.turn_at, ErrorCode::unsupported,
-                     what + " moves by " + print(chord) + " m while its turn leads",
-                     "Known is only a turn on the spot.");
+                     what + " moves by " + print(chord) + " m while it is timed by the rotation",
+                     "Only a rotation in place is known.");
       // At constant speed over a given time, no length is a wait.
       if (chord > 0 || codes.law == kConstantSpeed) return chord;
       return in_.at(at, what + " is a line of no length");
@@ -409,7 +409,7 @@ class TrajectoryBinder {
 
   Error other_angles(const std::string& what, std::uint32_t at, const char* fault) const {
     return s_.at(at, ErrorCode::unsupported, what + ": " + fault,
-                 "This is not so in any known section with these codes of the orientation.");
+                 "No known section with these orientation codes does this.");
   }
 
   /// Angles as rotations about z, y and x, the same twice.
@@ -473,7 +473,7 @@ class TrajectoryBinder {
     return s_.at(at, ErrorCode::unsupported,
                  what + ": the last two numbers of its times, " + print(t.share) + " and " +
                      print(t.other_share) + ", differ",
-                 "In all known files they are the same, so it is not known which is which.");
+                 "In all known files they are the same, so their meaning is unclear.");
   }
 
   /// The speed rises for a share of the duration, stays, and falls for the same share. Gives the
@@ -489,11 +489,11 @@ class TrajectoryBinder {
           "Both must be above 0.");
     const double way = t.speed * t.duration * (1 - t.share);
     if (!agree(way, length))
-      return in_.at(at,
-                    what + " is " + print(length) + " m long, but its speed of " + print(t.speed) +
-                        " m/s and its time of " + print(t.duration) + " s are those of " +
-                        print(way) + " m",
-                    "Speed x time x (1 - share of the time to speed up) must be the length.");
+      return in_.at(
+          at,
+          what + " is " + print(length) + " m long, but its speed of " + print(t.speed) +
+              " m/s and its time of " + print(t.duration) + " s are those of " + print(way) + " m",
+          "Speed x time x (1 - fraction of the time for acceleration) must be the length.");
     // The file's time is rounded; this one fits the speed.
     const double duration = length / (t.speed * (1 - t.share));
     RMP_TRY(set_trapezoid(what, t.speed, t.share * duration, at, out));
@@ -514,7 +514,7 @@ class TrajectoryBinder {
     if (rate > 0 && change > 0 && std::isfinite(change)) return {};
     return in_.at(
         at, what + " has a speed of " + print(rate) + " and an acceleration of " + print(change),
-        "Check its time, and the share of it to speed up.");
+        "Check its time, and the fraction of it for acceleration.");
   }
 
   /// The same by the time; the eighth number is the share of both ends, the ninth is not used.
@@ -557,8 +557,8 @@ class TrajectoryBinder {
     const Vec3 change = spatial::sub(last, first);
     if (std::count(change.begin(), change.end(), 0.0) < 2)
       return s_.at(turn_at, ErrorCode::unsupported,
-                   what + " turns on the spot by more than one of its angles",
-                   "Known is only a turn by one angle.");
+                   what + " rotates in place by more than one of its angles",
+                   "Only a rotation by one angle is known.");
     const double turn = spatial::norm(change);
     if (!(turn > 0)) return {};
     set_angles(out);
@@ -622,12 +622,12 @@ class TrajectoryBinder {
     for (const Section* s : {&before, &after}) {
       if (!s->straight)
         return s_.at(u.offset, ErrorCode::unsupported,
-                     u.what + " joins " + s->what + ", which is no line, or turns",
-                     "Known are only unions of lines that keep their orientation.");
+                     u.what + " joins " + s->what + ", which is not a line, or rotates",
+                     "Only unions of lines with constant orientation are known.");
       if (u.replaces && !s->straight->is_even)
         return s_.at(u.offset, ErrorCode::unsupported,
                      u.what + " takes a part of " + s->what + ", which has no constant speed",
-                     "Known are only unions of kind SUSG between lines at constant speed.");
+                     "Only unions of kind SUSG between lines at constant speed are known.");
     }
     if (!agree_in_orientation(before.segment.points.back(), after.segment.points.front()))
       return s_.at(u.offset, ErrorCode::unsupported,
@@ -658,7 +658,7 @@ class TrajectoryBinder {
         for (const Section* s : {&before, &after})
           if (s->cut_before + s->cut_after >= s->samples)
             return in_.at(u.offset, u.what + " leaves nothing of " + s->what,
-                          "Lower its size; it is the share of the section that it replaces.");
+                          "Lower its size, the fraction of the section that it replaces.");
         return {};
       }
     return s_.at(u.offset, ErrorCode::unsupported,

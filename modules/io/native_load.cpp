@@ -119,11 +119,11 @@ class Loader {
     if (is_changed)
       warnings_.push_back("The file " + quote(shown) + " was changed on the disk since " +
                           tx_.now().describe(id) +
-                          " was read from it or saved to it; the record is used as it is. Load "
+                          " was read from it or saved to it; the record is used unchanged. Load "
                           "with reload = true to read it again.");
     else if (!content.ok() && content.error().code == ErrorCode::not_found)
-      warnings_.push_back("The file " + quote(shown) + " is not there any more; " +
-                          tx_.now().describe(id) + " is used as it is.");
+      warnings_.push_back("The file " + quote(shown) + " no longer exists; " +
+                          tx_.now().describe(id) + " is used unchanged.");
     nodes_.push_back({nullptr, id});
     opened_.emplace(key, nodes_.size() - 1);
     return nodes_.size() - 1;
@@ -187,8 +187,7 @@ class Loader {
         !permitted.ok() && permitted.error().code == ErrorCode::permission)
       return from.syntax.at(offset, ErrorCode::permission,
                             quote(name) + ", which " + owner + " of " + quote(from.shown) +
-                                " refers to, is not in the folder that the files of this session "
-                                "lie in",
+                                " refers to, is outside the folder of this session's files",
                             permitted.error().hint);
     std::vector<std::string> folders;
     for (const auto& t : tried) folders.push_back(quote(folder_name(t)));
@@ -287,7 +286,7 @@ class Loader {
         return file->syntax.at(
             r.offset, ErrorCode::conflict,
             "these files refer to each other in a circle: " + circle + nodes_[target].file->shown,
-            "An object cannot be a part of itself.");
+            "An object cannot contain itself.");
       }
       if (done.contains(target)) continue;
       open_nodes.insert(target);
@@ -317,7 +316,7 @@ class Loader {
         if (!old) added.push_back(*id);
       } else if (i == order.back() && !memory_) {
         loaded.notes.push_back(tx_.now().describe(node.id) +
-                               " was loaded before and is used as it is.");
+                               " was loaded before and is used unchanged.");
       }
       loaded.all.push_back(node.id);
     }

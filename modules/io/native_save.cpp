@@ -188,7 +188,7 @@ class Saver {
     // What is written must be readable: a description may hold bytes that are no text.
     if (const auto again = parse(file.filename().generic_string(), text); !again.ok())
       return error(ErrorCode::invalid_argument,
-                   now.describe(id) + " cannot be saved, for its file could not be read again: " +
+                   now.describe(id) + " cannot be saved, since its file could not be read back: " +
                        again.error().message,
                    "Correct its texts: they must be UTF-8.", again.error().where);
     return text;

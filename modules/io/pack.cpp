@@ -23,7 +23,7 @@ Result<Pack> pack(const document::Snapshot& now, AnyId id) {
     open.pop_back();
     const model::Record* record = now.find(each);
     if (!record)
-      return error(ErrorCode::stale_handle, now.describe(each) + " is not there any more",
+      return error(ErrorCode::stale_handle, now.describe(each) + " no longer exists",
                    "Look it up again by its name.");
     const std::string name = name_of(each);
     RMP_TRY_ASSIGN(std::string text, print_record(now, *record, name, name_of));

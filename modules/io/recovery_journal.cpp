@@ -420,8 +420,8 @@ Result<ClaimedJournal> ClaimedJournal::claim(const fs::path& file) {
       return error(ErrorCode::not_found, "there is no journal " + text::quote(file.string()),
                    "recovery.list lists them.");
     return error(ErrorCode::conflict,
-                 "the journal " + text::quote(file.string()) + " belongs to a process that lives",
-                 "Use the work there.");
+                 "the journal " + text::quote(file.string()) + " belongs to a running process",
+                 "Continue the work there.");
   }
   return claimed;
 }
@@ -468,8 +468,9 @@ Result<std::vector<AnyId>> ClaimedJournal::restore(document::Transaction& tx,
                                                    std::vector<std::string>& notes) const {
   const auto image = descriptor_ >= 0 ? read_image_of(descriptor_) : std::nullopt;
   if (!image)
-    return error(ErrorCode::syntax, text::quote(file_.string()) + " is no journal of this program",
-                 "recovery.list lists those that are.");
+    return error(ErrorCode::syntax,
+                 text::quote(file_.string()) + " is not a journal of this program",
+                 "recovery.list lists the journals.");
   MemoryFiles files;
   for (const auto& [name, bytes] : image->geometries) {
     const auto form = fs::path(name).extension() == geometry_extension(CsgGeometry::Form::mesh)

@@ -97,7 +97,7 @@ class Parser {
   Result<void> read_field() {
     if (s_.fields.size() >= kMostFields)
       return fail("the file has more than " + std::to_string(kMostFields) + " fields",
-                  "Divide it into several files.");
+                  "Split it into several files.");
     Field f;
     f.name = token_.text;
     f.offset = token_.offset;
@@ -127,7 +127,7 @@ class Parser {
     if (!f.has_block && f.argument == Argument::none && is_suspect) return misspelt_unit(f);
     if (!f.has_block && f.argument == Argument::none)
       return fail(quote(f.name) + " has no value",
-                  "A field is a name and a value, or a name and a block in braces.");
+                  "A field must be a name and a value, or a name and a block in braces.");
     if (is_suspect && f.argument == Argument::word && starts_value(token_.kind))
       return misspelt_unit(f);
     s_.fields.push_back(f);
@@ -179,7 +179,7 @@ class Parser {
     if (token_.kind != TokenKind::equals) return {};
     RMP_TRY(advance());
     if (token_.kind != TokenKind::string || text::trim(token_.text).empty())
-      return fail("an expression in double quotes is expected behind the =",
+      return fail("an expression in double quotes is expected after the =",
                   "Such as: radius 10 mm = \"bore/2\"");
     s_.numbers.back().expression = token_.text;
     s_.numbers.back().expression_offset = token_.offset;
@@ -257,12 +257,12 @@ class Parser {
     if (byte < 0x20 || byte == 0x7F) {
       char hex[8];
       std::snprintf(hex, sizeof hex, "0x%02X", static_cast<unsigned>(byte));
-      return fail("the control character " + std::string(hex) + " cannot stand here",
-                  "Is this a text file?");
+      return fail("the control character " + std::string(hex) + " is not allowed here",
+                  "Check that this is a text file.");
     }
     std::size_t e = p_ + 1;
     while (e < all.size() && (static_cast<unsigned char>(all[e]) & 0xC0) == 0x80) ++e;
-    return fail("the character " + quote(all.substr(p_, e - p_)) + " cannot stand here",
+    return fail("the character " + quote(all.substr(p_, e - p_)) + " is not allowed here",
                 byte >= 0x80 ? "Put text with such letters in double quotes." : "");
   }
 

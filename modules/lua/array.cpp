@@ -118,7 +118,7 @@ Result<int> call_array(Impl& impl, lua_State* L) {
     return 1;
   }
   const auto j = lua_tointeger(L, 3);
-  if (!a->is_matrix()) return misused_array("a vector has one index", "Write v[i].");
+  if (!a->is_matrix()) return misused_array("a vector needs one index", "Write v[i].");
   if (i < 1 || j < 1 || static_cast<std::size_t>(i) > a->source.rows() ||
       static_cast<std::size_t>(j) > a->source.cols())
     return misused_array(
@@ -130,7 +130,7 @@ Result<int> call_array(Impl& impl, lua_State* L) {
 
 Result<int> assign(Impl&, lua_State*) {
   return misused_array("numeric arrays cannot be changed",
-                       "Take a copy by a:table(), change it, and give that.");
+                       "Copy it with a:table(), change the copy, and use that.");
 }
 
 Result<int> array_text(Impl& impl, lua_State* L) {
@@ -194,15 +194,15 @@ Result<int> combine(Impl& impl, lua_State* L, double sign, std::string_view verb
   if (!a || !b)
     return misused_array("an array and a " + std::string(luaL_typename(L, a ? 2 : 1)) +
                              " cannot be " + std::string(verb),
-                         "Both must be arrays of one shape.");
+                         "Both must be arrays of the same shape.");
   if (a->length() != b->length() || a->is_matrix() != b->is_matrix() ||
       (a->is_matrix() && a->source.cols() != b->source.cols()))
     return misused_array(shape(*a) + " and " + shape(*b) + " cannot be " + std::string(verb),
-                         "Both must have one shape.");
+                         "Both must have the same shape.");
   if (!a->unit.empty() && !b->unit.empty() && a->unit != b->unit)
     return misused_array(
         "arrays in " + a->unit + " and in " + b->unit + " cannot be " + std::string(verb),
-        "Both must have one unit.");
+        "Both must have the same unit.");
   const NumericArray left = a->value(), right = b->value();
   std::vector<double> out(left.size());
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = left[i] + sign * right[i];
@@ -281,8 +281,9 @@ Result<int> multiply(Impl& impl, lua_State* L) {
   if (a->source.cols() != b->length()) {
     RMP_TRY_ASSIGN(const bool is_done, multiply_pose(impl, L, *a, *b));
     if (is_done) return 1;
-    return misused_array(shape(*a) + " cannot multiply " + shape(*b),
-                         "The columns of the first must be as many as the rows of the second.");
+    return misused_array(
+        shape(*a) + " cannot multiply " + shape(*b),
+        "The number of columns of the first must equal the number of rows of the second.");
   }
   const std::size_t rows = a->source.rows(), inner = a->source.cols(),
                     cols = b->is_matrix() ? b->source.cols() : 1;
@@ -349,7 +350,7 @@ Result<int> unit(Impl& impl, lua_State* L) {
     return 1;
   }
   if (lua_type(L, 2) != LUA_TSTRING)
-    return misused_array("a unit is a text", "Write a:unit(\"m\").");
+    return misused_array("a unit must be a text", "Write a:unit(\"m\").");
   push_like(impl, L, *a, a->value().data(), lua_tostring(L, 2));
   return 1;
 }
@@ -398,7 +399,7 @@ Result<int> dot(Impl&, lua_State* L) {
   RMP_TRY_ASSIGN(const auto a, array_operand(L, 1));
   RMP_TRY_ASSIGN(const auto b, array_operand(L, 2));
   if (!a || !b || a->is_matrix() || b->is_matrix() || a->length() != b->length())
-    return misused_array("the dot product needs two vectors of one length");
+    return misused_array("the dot product needs two vectors of the same length");
   double sum = 0;
   for (std::size_t i = 0; i < a->length(); ++i) sum += a->entry(i) * b->entry(i);
   lua_pushnumber(L, sum);

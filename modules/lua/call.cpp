@@ -41,13 +41,13 @@ int run_inside(lua_State* L, Function fn) {
     throw;  // Lua's own error on its way to a protected call
   } catch (const std::bad_alloc&) {
     failed = error(ErrorCode::internal, "there is not enough memory",
-                   "Free some or work on less at once.");
+                   "Free memory, or process less data at once.");
   } catch (const std::exception& e) {
     failed = error(ErrorCode::internal, std::string("an unexpected failure: ") + e.what(),
                    "Please report this.");
   } catch (...) {
-    failed = error(ErrorCode::internal, "an unexpected failure of an unknown kind",
-                   "Please report this.");
+    failed =
+        error(ErrorCode::internal, "an unexpected failure of unknown kind", "Please report this.");
   }
   // A command that noticed Ctrl-C before the hook did: the script must not go on either.
   if (impl.host.interrupted()) stop_script(impl, L);
@@ -296,7 +296,8 @@ int protected_call(Impl& impl, lua_State* L, int arguments, int results) {
   const int base = lua_gettop(L) - arguments;
   if (!lua_checkstack(L, 4)) {
     lua_settop(L, base - 1);
-    push_error(L, error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep."), {});
+    push_error(
+        L, error(ErrorCode::script_failed, "the Lua stack is full", "Reduce the call depth."), {});
     return LUA_ERRRUN;
   }
   lua_pushcfunction(L, with_traceback);
@@ -320,7 +321,7 @@ Result<void> call(Impl& impl, lua_State* L, int arguments, int results) {
     e = error(ErrorCode::script_failed,
               "the script needs more memory than its " +
                   std::to_string(impl.options.memory_limit >> 20) + " MiB",
-              "Keep less in tables at once.");
+              "Keep less data in tables at once.");
   lua_settop(L, base);
   return e;
 }
@@ -353,7 +354,7 @@ void open_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec) {
   if (!spec.plugin.empty() && !is_namespace(L, name)) {
     impl.host.warn("command_hidden", "The command " + spec.name + " of the plugin " +
                                          text::quote(spec.plugin) +
-                                         " has no name of its own here, where " + name +
+                                         " has no global name here, since " + name +
                                          " is something else; ioci.call(" + text::quote(spec.name) +
                                          ", ...) runs it.");
     return;

@@ -39,7 +39,7 @@ int nothing(lua_State* L, const Error& e) {
 }
 
 Error refused(const std::string& what, const char* hint) {
-  return error(ErrorCode::permission, what + " in a session whose files lie in a folder", hint);
+  return error(ErrorCode::permission, what + " in a session confined to a folder", hint);
 }
 
 /// Flags of open(2) for a mode of fopen(); nullopt for another text.
@@ -75,8 +75,8 @@ Result<int> open_file(lua_State* L) {
   const std::string mode = lua_isnoneornil(L, kFirst + 1) ? "r" : text_at(L, kFirst + 1);
   const auto flags = flags_of(mode);
   if (!flags)
-    return error(ErrorCode::invalid_argument, text::quote(mode) + " is no mode of a file",
-                 "Modes are r, w, a, r+, w+ and a+, and b behind any of them.");
+    return error(ErrorCode::invalid_argument, text::quote(mode) + " is not a file mode",
+                 "Modes are r, w, a, r+, w+ and a+, optionally followed by b.");
   auto fd = *flags == O_RDONLY ? open_to_read(path) : open_to_write(path, *flags);
   if (fd.ok()) return with_file(L, *fd);
   if (fd.error().code == ErrorCode::permission) return std::move(fd).error();
@@ -177,12 +177,13 @@ Result<int> call_confined(Impl& impl, lua_State* L) {
   const std::string name = text_at(L, 2);
   const SessionFiles files(impl);
   if (name == "io.popen" || name == "os.execute")
-    return refused(name + " starts no programs", "Use commands, which say what they start.");
+    return refused(name + " does not start programs",
+                   "Use commands, which declare the programs they start.");
   if (name == "io.tmpfile" || name == "os.tmpname")
-    return refused(name + " makes no temporary files",
+    return refused(name + " does not make temporary files",
                    "Open a file of the folder, and remove it afterwards.");
   if (name == "machine code") {
-    lua_pushliteral(L, "\n\tno machine code in a session whose files lie in a folder");
+    lua_pushliteral(L, "\n\tno machine code in a session confined to a folder");
     return 1;
   }
   if (name == "require") return find_module(impl, L);
@@ -217,7 +218,7 @@ Result<int> call_confined(Impl& impl, lua_State* L) {
     if (!fd.ok()) return std::move(fd).error();
     return with_file(L, *fd);
   }
-  return refused(name + " is not there", "Use commands.");
+  return refused(name + " is not available", "Use commands.");
 }
 
 int rest(lua_State* L, int, lua_KContext) { return lua_gettop(L); }

@@ -83,7 +83,7 @@ std::optional<std::string> shown_as(lua_State* L, int table) {
 
 Result<Value> table_to_value(lua_State* L, int table, int depth) {
   if (const auto object = shown_as(L, table))
-    return bad_value(*object + " means nothing to this program", "Give a name, or what it holds.");
+    return bad_value(*object + " is unknown to this program", "Give a name, or its content.");
   if (depth >= kDeepestValue)
     return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
                          " levels or contains itself",
@@ -470,7 +470,7 @@ Error to_error(lua_State* L, int index) {
   }
   return error(ErrorCode::script_failed,
                "a script raised a " + type_text(L, index) + " instead of a text",
-               "Raise errors by error(\"what happened\").");
+               "Raise errors with error(\"what happened\").");
 }
 
 std::string place(lua_State* L, int level) {
@@ -613,7 +613,7 @@ std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
   const ioci::ReturnSpec* returns = returns_of(L, index);
   const ioci::CommandSpec* apropos = impl.host.find("apropos");
   if (apropos && returns == &apropos->returns && value->as_list() && value->as_list()->empty())
-    return "Nothing was found. Try fewer or other words; help() lists the topics.";
+    return "Nothing was found. Try fewer or different words; help() lists the topics.";
   PrettyStyle style = style_of(impl);
   if (shown == Shown::as_text) {
     style = PrettyStyle{};

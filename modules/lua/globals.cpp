@@ -322,7 +322,7 @@ Result<void> script_may(const Impl& impl, Effect effect, std::string_view what) 
     return error(ErrorCode::permission,
                  "a solver that came with a file may not call " + std::string(what) + ", which " +
                      std::string(phrase(effect)),
-                 "Such a solver computes, and reads the document; nothing else.");
+                 "Such a solver may only compute and read the document.");
   return impl.host.may(effect, what);
 }
 

@@ -59,7 +59,7 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
 Result<int> assign_handle(Impl& impl, lua_State* L) {
   const Handle h = checked_handle(L, 1);
   return error(ErrorCode::invalid_argument, "fields of a " + h.kind + " cannot be assigned",
-               "Edit it by a command, for example x:set{...}; help(x) lists them.",
+               "Edit it with a command, for example x:set{...}; help(x) lists them.",
                impl.host.describe(h));
 }
 

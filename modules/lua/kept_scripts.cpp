@@ -109,7 +109,7 @@ Result<void> protect(Impl& impl, const std::function<Result<void>(lua_State*)>& 
   lua_State* L = impl.current ? impl.current : impl.main;
   const int top = lua_gettop(L);
   if (!lua_checkstack(L, 40))
-    return error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep.");
+    return error(ErrorCode::script_failed, "the Lua stack is full", "Reduce the call depth.");
   ScriptJob job{&body, {}};
   lua_pushcfunction(L, entry<run_script_job>);
   lua_pushlightuserdata(L, &job);

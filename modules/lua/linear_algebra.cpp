@@ -107,7 +107,7 @@ Result<Operand> need_matrix(Impl& impl, lua_State* L, int index, std::string_vie
     return misuse(std::string(name) + " needs a matrix, not " + o.shape(),
                   "Write array{{1, 0}, {0, 1}}.");
   if (o.m.rows() > kLargestDecomposed || o.m.cols() > kLargestDecomposed)
-    return misuse(std::string(name) + " takes matrices of up to 1000x1000, not " + o.shape());
+    return misuse(std::string(name) + " accepts matrices of up to 1000x1000, not " + o.shape());
   RMP_TRY(need_finite(o, name));
   return o;
 }
@@ -137,7 +137,7 @@ Result<double> tolerance(lua_State* L, int index, double otherwise) {
   if (lua_isnoneornil(L, index)) return otherwise;
   const double t = lua_type(L, index) == LUA_TNUMBER ? lua_tonumber(L, index) : -1.0;
   if (!(t >= 0) || !std::isfinite(t))
-    return misuse("the tolerance is no number of 0 or more", "Write A:rank(1e-9).");
+    return misuse("the tolerance is not a number of 0 or more", "Write A:rank(1e-9).");
   return t;
 }
 
@@ -147,8 +147,8 @@ Result<Eigen::Index> need_count(lua_State* L, int index, std::string_view what,
   int is_whole = 0;
   const lua_Integer n = lua_type(L, index) == LUA_TNUMBER ? lua_tointegerx(L, index, &is_whole) : 0;
   if (!is_whole || n < least || static_cast<double>(n) > kMostNumbers)
-    return misuse(std::string(what) + " is no whole number from " + std::to_string(least) + " to " +
-                  std::to_string(static_cast<long>(kMostNumbers)));
+    return misuse(std::string(what) + " is not a whole number from " + std::to_string(least) +
+                  " to " + std::to_string(static_cast<long>(kMostNumbers)));
   return static_cast<Eigen::Index>(n);
 }
 
@@ -241,10 +241,10 @@ Result<int> det(Impl& impl, lua_State* L) {
   const double value =
       std::ldexp(mantissa, static_cast<int>(std::clamp(exponent, -100000L, 100000L)));
   if (!std::isfinite(value))
-    return error(
-        ErrorCode::invalid_argument,
-        "the determinant is larger than a number can be (about 2^" + std::to_string(exponent) + ")",
-        "Scale the matrix.");
+    return error(ErrorCode::invalid_argument,
+                 "the determinant is larger than the largest number (about 2^" +
+                     std::to_string(exponent) + ")",
+                 "Scale the matrix.");
   lua_pushnumber(L, value);
   return 1;
 }
@@ -281,7 +281,7 @@ Result<int> inverse(Impl& impl, lua_State* L) {
   out.transposeInPlace();
   if (!out.allFinite())
     return error(ErrorCode::invalid_argument,
-                 "entries of the inverse are larger than a number can be", "Scale the matrix.");
+                 "entries of the inverse are larger than the largest number", "Scale the matrix.");
   push_matrix(impl, L, out, unit_of(a.unit, -1));
   return 1;
 }
@@ -291,8 +291,8 @@ Result<int> solve(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const Operand a, need_square(impl, L, 1, "solve"));
   RMP_TRY_ASSIGN(const Operand b, operand(impl, L, 2));
   if (b.m.rows() != a.m.rows())
-    return misuse(a.shape() + " and " + b.shape() + " make no equations",
-                  "The right-hand side has a row for each row of the matrix.");
+    return misuse(a.shape() + " and " + b.shape() + " do not form equations",
+                  "The right-hand side needs a row for each row of the matrix.");
   RMP_TRY(need_finite(b, "solve"));
   const Balanced scaled(a.m);
   RMP_TRY_ASSIGN(const Lu lu,
@@ -300,7 +300,8 @@ Result<int> solve(Impl& impl, lua_State* L) {
   const Matrix y = lu.solve(Balanced::unscaled(b.m, scaled.rows));
   const Matrix x = Balanced::unscaled(y, scaled.cols);
   if (!x.allFinite())
-    return error(ErrorCode::invalid_argument, "numbers of the solution are larger than one can be",
+    return error(ErrorCode::invalid_argument,
+                 "numbers of the solution are larger than the largest number",
                  "Scale the equations.");
   push_shaped(impl, L, x, b.is_vector, unit_of(b.unit, 1, a.unit, -1));
   return 1;
@@ -317,8 +318,8 @@ Result<int> lstsq(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const Operand a, need_matrix(impl, L, 1, "lstsq"));
   RMP_TRY_ASSIGN(const Operand b, operand(impl, L, 2));
   if (b.m.rows() != a.m.rows())
-    return misuse(a.shape() + " and " + b.shape() + " make no equations",
-                  "The right-hand side has a row for each row of the matrix.");
+    return misuse(a.shape() + " and " + b.shape() + " do not form equations",
+                  "The right-hand side needs a row for each row of the matrix.");
   RMP_TRY(need_finite(b, "lstsq"));
   RMP_TRY_ASSIGN(const double t, tolerance(L, 3, default_tolerance(a.m)));
   const Svd svd = decompose(a.m, true);
@@ -675,7 +676,7 @@ Result<int> identity(Impl& impl, lua_State* L) {
 /// linalg.linspace(first, last, count)
 Result<int> linspace(Impl& impl, lua_State* L) {
   if (lua_type(L, 1) != LUA_TNUMBER || lua_type(L, 2) != LUA_TNUMBER)
-    return misuse("linalg.linspace needs two numbers and how many there are",
+    return misuse("linalg.linspace needs two numbers and a count",
                   "Write linalg.linspace(0, 1, 11).");
   const double first = lua_tonumber(L, 1), last = lua_tonumber(L, 2);
   RMP_TRY_ASSIGN(const Eigen::Index n, need_count(L, 3, "the count of linalg.linspace", 2));
@@ -711,7 +712,7 @@ Result<int> map(Impl& impl, lua_State* L) {
     lua_pushnumber(L, x);
     lua_call(L, 1, 1);
     if (lua_type(L, -1) != LUA_TNUMBER)
-      return misuse(std::string("the function of map answered ") + luaL_typename(L, -1) + " for " +
+      return misuse(std::string("the function of map returned ") + luaL_typename(L, -1) + " for " +
                     text::print_rounded(x) + ", not a number");
     x = lua_tonumber(L, -1);
     lua_pop(L, 1);
@@ -728,7 +729,7 @@ Result<int> pairwise(Impl& impl, lua_State* L, std::string_view verb, int power,
   if (a.is_vector != b.is_vector || a.m.rows() != b.m.rows() || a.m.cols() != b.m.cols())
     return misuse(
         a.shape() + " and " + b.shape() + " cannot be " + std::string(verb) + " entry by entry",
-        "Both must have one shape.");
+        "Both must have the same shape.");
   a.m = a.m.binaryExpr(b.m, f).eval();
   push_shaped(impl, L, a.m, a.is_vector, unit_of(a.unit, 1, b.unit, power));
   return 1;
@@ -779,8 +780,7 @@ Result<spatial::Matrix3> need_rotation(Impl& impl, lua_State* L, std::string_vie
   }
   if (const auto pose = rigid_pose(to_array(a))) return pose->R;
   return misuse(
-      "the matrix is no rotation: its columns are not the unit vectors of a right-handed "
-      "frame");
+      "the matrix is not a rotation: its columns are not the unit vectors of a right-handed frame");
 }
 
 Result<Pose> need_pose(Impl& impl, lua_State* L) {
@@ -816,7 +816,7 @@ Result<int> from_quaternion(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const Vector v, need_vector(impl, L, 1, 4, "the argument of from_quaternion"));
   const double length = v.stableNorm();
   if (!(length > 0) || !std::isfinite(length))
-    return misuse("a quaternion of length " + text::print_rounded(length) + " is no rotation",
+    return misuse("a quaternion of length " + text::print_rounded(length) + " is not a rotation",
                   "Give {w, x, y, z}.");
   const Vector q = v / length;
   push_rotation(impl, L, spatial::from_quaternion({q[0], q[1], q[2], q[3]}));
@@ -841,8 +841,8 @@ Result<int> apply(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const Operand points, operand(impl, L, 2));
   RMP_TRY_ASSIGN(const Pose pose, need_pose(impl, L));
   if (points.is_vector ? points.m.rows() != 3 : points.m.cols() != 3)
-    return misuse(points.shape() + " is no list of points",
-                  "Give a vector of 3, or a matrix with a point of 3 a row.");
+    return misuse(points.shape() + " is not a list of points",
+                  "Give a vector of 3, or a matrix with one point of 3 per row.");
   Matrix out = points.m;
   for (Eigen::Index i = 0; i < out.size() / 3; ++i) {
     double* const x = out.data() + 3 * i;

@@ -50,14 +50,14 @@ void hook(lua_State* L, lua_Debug*) {
     push_error(
         L,
         error(ErrorCode::script_failed, "the script calls itself too deeply (stack overflow)",
-              "Look for a function that calls itself without end."),
+              "Look for endless recursion."),
         place(L, 0));
     lua_error(L);
   }
   stop_script(impl, L);
   push_error(L,
              error(ErrorCode::cancelled,
-                   impl.exit_code ? "the script asked to exit" : "the script was interrupted"),
+                   impl.exit_code ? "the script called exit" : "the script was interrupted"),
              place(L, 0));
   lua_error(L);
 }
@@ -277,7 +277,7 @@ Result<void> run_protected(Impl& impl, const Body& body) {
   lua_State* L = Run::state(impl);
   Job job{&body, {}};
   if (!lua_checkstack(L, 20))
-    return error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep.");
+    return error(ErrorCode::script_failed, "the Lua stack is full", "Reduce the call depth.");
   lua_pushcfunction(L, entry<run_job>);
   lua_pushlightuserdata(L, &job);
   RMP_TRY(call(impl, L, 1, 0));
@@ -420,7 +420,7 @@ Result<std::string> LuaState::eval(std::string_view input) {
         impl_->host.note("undefined", word + " is not defined. " + hint);
     if (is_lone_local(L, word))
       impl_->host.note("lone_local",
-                       "A local variable ends with its line here. Leave out local to keep it.");
+                       "A local variable ends with its line here. Omit local to keep it.");
     check_own_globals(*impl_, L);
     return {};
   });

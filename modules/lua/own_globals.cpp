@@ -62,7 +62,7 @@ void check_own_globals(Impl& impl, lua_State* L) {
           std::any_of(commands.begin(), commands.end(),
                       [&name](const auto* spec) { return spec->name.starts_with(name + "."); });
       impl.host.note("hidden_name",
-                     name + " now is a variable of yours and hides the " +
+                     name + " is now your variable and hides the " +
                          (is_topic ? "commands " + name + ".*" : name + " there was") + "; " +
                          name + " = nil brings " + (is_topic ? "them" : "it") + " back.");
     }

@@ -175,7 +175,7 @@ void LuaState::load_plugins(std::span<const std::filesystem::path> files) {
   if (files.empty()) return;
   for (const auto& [interface_id, name] : ioci::chosen_providers())
     if (const auto set = impl.app.registry.set_user_default(interface_id, name); !set.ok())
-      warn("default_missing", "The default that you chose is not there: " + set.error().sentence());
+      warn("default_missing", "The chosen default is not available: " + set.error().sentence());
 }
 
 }  // namespace robomosp::lua

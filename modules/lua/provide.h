@@ -56,11 +56,10 @@ class Call {
       case CallQueue::Outcome::closed: return gone();
       case CallQueue::Outcome::late: break;
     }
-    return failed(
-        p_,
-        "the provider is written in Lua, and its script was busy with something else for " +
-            text::print(std::chrono::duration<double>(p_.patience).count()) + " s",
-        "Let the script wait for the job (job:wait()), or choose a compiled provider.");
+    return failed(p_,
+                  "the provider is written in Lua, and its script was busy for " +
+                      text::print(std::chrono::duration<double>(p_.patience).count()) + " s",
+                  "Make the script wait for the job (job:wait()), or choose a compiled provider.");
   }
   /// Pushes the provider's function, or the field `name` of its table.
   void push_function(lua_State* L, const char* name) const {
@@ -95,7 +94,7 @@ class Call {
   }
 
   [[nodiscard]] Error gone() const {
-    return failed(p_, "the script that provided it was closed or has withdrawn it",
+    return failed(p_, "its script was closed or has withdrawn it",
                   "Run the script again or choose another provider.");
   }
 
@@ -117,7 +116,8 @@ class Call {
     const PermitScope permitted(p_.is_kept ? &narrow : current_permit());
     const Frame frame(impl.current ? impl.current : impl.main);
     lua_State* L = frame.L;
-    if (!lua_checkstack(L, 40)) return failed(p_, "the Lua stack is full", "Call less deep.");
+    if (!lua_checkstack(L, 40))
+      return failed(p_, "the Lua stack is full", "Reduce the call depth.");
     Job job{&body, {}};
     lua_pushcfunction(L, entry<run_job>);
     lua_pushlightuserdata(L, &job);
@@ -229,7 +229,7 @@ class Borrowed {
     T* object = *static_cast<T**>(lua_touserdata(L, lua_upvalueindex(1)));
     if (object) return object;
     return error(ErrorCode::invalid_argument, "this function belongs to a call that has ended",
-                 "Use it only within the solver that was given it.");
+                 "Use it only within the solver that received it.");
   }
 
  private:

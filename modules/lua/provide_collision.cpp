@@ -74,7 +74,7 @@ class LuaScene final : public CollisionScene {
       lua_pushvalue(a.L, a.params);
       RMP_TRY(call(a.impl, a.L, 5, 1));
       if (!lua_isboolean(a.L, -1))
-        return failed(*p_, "touches answered " + names(a) + " with a " + luaL_typename(a.L, -1),
+        return failed(*p_, "touches returned " + names(a) + " with a " + luaL_typename(a.L, -1),
                       "Return true or false.");
       out[a.index] = lua_toboolean(a.L, -1) ? 1 : 0;
       return {};
@@ -156,7 +156,7 @@ class LuaScene final : public CollisionScene {
                     kHint);
     if (d.distance >= interest) return PairDistance{interest, {}, {}};
     if (lua_isnil(L, -2) || lua_isnil(L, -1))
-      return failed(*p_, "the distance of " + names(a) + " came without their nearest points",
+      return failed(*p_, "the distance of " + names(a) + " was returned without nearest points",
                     kHint);
     RMP_TRY_ASSIGN(d.on_a, read_vec3(*p_, L, -2, "the nearest point of the first body"));
     RMP_TRY_ASSIGN(d.on_b, read_vec3(*p_, L, -1, "the nearest point of the second body"));

@@ -134,8 +134,7 @@ Result<void> check_simple(const LuaProvider& p, const RobotModel& model) {
   if (!p.has_tag("simple") || (model.is_simple() && model.loops.empty())) return {};
   return error(ErrorCode::unsupported,
                "provider " + text::quote(p.name) +
-                   " serves robots whose joints have one coordinate each, without followers and "
-                   "loops",
+                   " supports robots with one coordinate per joint, without followers and loops",
                "Choose another provider for it.", "robot " + text::quote(model.name));
 }
 

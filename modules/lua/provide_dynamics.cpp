@@ -49,7 +49,7 @@ std::vector<double> joint_side(const RobotModel& model, const spatial::BodyTree&
 /// What a script's function cannot be given.
 Result<void> check_batch(const RobotModel& model, const DynamicsBatch& b) {
   if (!b.base.empty())
-    return error(ErrorCode::unsupported, "a solver written in Lua knows no moving base",
+    return error(ErrorCode::unsupported, "a solver written in Lua does not support a moving base",
                  "Choose another provider, such as newton_euler.");
   if (b.tip_index < 0 || static_cast<std::size_t>(b.tip_index) >= model.tips.size())
     return error(ErrorCode::invalid_argument,
@@ -110,7 +110,7 @@ class DynamicsScript {
         if (lua_isnil(L, -1))
           return error(ErrorCode::unsupported,
                        "provider " + text::quote(p_.name) +
-                           " does not tell the forces that keep loops closed",
+                           " does not return the forces that keep loops closed",
                        "Return them as its second result, or choose another provider.");
         RMP_TRY_ASSIGN(const auto forces,
                        read_finite(p_, L, -1, forces_, "the second result (forces of loops)"));
@@ -216,7 +216,7 @@ class LuaForwardDynamics final : public ForwardDynamics, private BoundDynamics {
     if (!model.loops.empty() && !p_->has_tag("loops"))
       return error(ErrorCode::unsupported,
                    "provider " + text::quote(p_->name) +
-                       " does not say that its accelerations keep loops closed",
+                       " does not declare that its accelerations keep loops closed",
                    "If they do, write tags = {\"loops\"}; else choose another provider, such as "
                    "constrained.",
                    "robot " + text::quote(model.name));

@@ -123,11 +123,11 @@ class LuaIk final : public IkSolver, public IkBranches, private BoundScript {
       return error(
           ErrorCode::invalid_argument, std::move(what),
           "Write branches = {{\"elbow\", \"up\", \"down\"}} and branch = function(model, q) "
-          "return {...} end, a number above or below 0 a choice.");
+          "return {...} end, a positive or negative number per choice.");
     };
-    if (!has_function) return wrong("it has branches and no function branch that tells them apart");
+    if (!has_function) return wrong("it has branches but no function branch to distinguish them");
     const List* list = given.as_list();
-    if (!list || list->empty()) return wrong("it has a function branch and no list of branches");
+    if (!list || list->empty()) return wrong("it has a function branch but no list of branches");
     std::vector<std::string> words;
     for (const Value& row : *list) {
       const List* three = row.as_list();
@@ -136,7 +136,7 @@ class LuaIk final : public IkSolver, public IkBranches, private BoundScript {
                                return v.as_string() && !text::trim(*v.as_string()).empty() &&
                                       v.as_string()->size() <= kLongestWord;
                              });
-      if (!is_choice) return wrong("a branch is not a name and two words");
+      if (!is_choice) return wrong("a branch must be a name and two words");
       for (const Value& v : *three) words.push_back(*v.as_string());
       for (std::size_t k = words.size() - 2; k < words.size(); ++k)
         for (std::size_t other = 0; other < k; ++other)
@@ -167,13 +167,13 @@ class LuaIk final : public IkSolver, public IkBranches, private BoundScript {
     for (const double x : out)
       if (!(std::fabs(x) <= 1 + 1e-9))
         return failed(*p_, "branch returned " + text::print(x) + ", which is not within -1 to 1",
-                      "Its sign says the way, and 0 where two ways meet.");
+                      "Its sign selects the branch; it is 0 where two branches meet.");
     return out;
   }
   /// Names of branches are an aside of an answer: without them it stands, and a message says why.
   void report(Impl& impl, const Error& e) const {
     const std::string said =
-        "The branches of provider " + text::quote(p_->name) + " are not told: " + e.sentence();
+        "The branches of provider " + text::quote(p_->name) + " are not available: " + e.sentence();
     for (const Message& m : program_of(impl).app.messages.recent(20))
       if (m.text == said) return;
     program_of(impl).app.messages.post(Severity::warning, "branches", said, "lua");
@@ -185,7 +185,7 @@ class LuaIk final : public IkSolver, public IkBranches, private BoundScript {
       if (!asked || p_->has_tag(tag)) return {};
       return error(
           ErrorCode::unsupported,
-          "provider " + text::quote(p_->name) + " does not say that it serves " + what,
+          "provider " + text::quote(p_->name) + " does not declare support for " + what,
           std::string("If it does, write tags = {\"") + tag + "\"}; else choose another provider.");
     };
     RMP_TRY(needs(!is_whole(b), "goals", "several goals or parts of a pose"));
@@ -306,12 +306,12 @@ class LuaIk final : public IkSolver, public IkBranches, private BoundScript {
     std::string detail;
     if (dp > batch.tolerance.position || dr > batch.tolerance.rotation) {
       status = IkStatus::not_converged;
-      detail = "the script's answer misses the target by " + text::print_rounded(dp, 3) +
+      detail = "the script's solution misses the target by " + text::print_rounded(dp, 3) +
                " m and " + text::print_rounded(dr, 3) + " rad";
     } else if (const double gap = open_by(frames);
                gap > std::max(batch.tolerance.position, batch.tolerance.rotation)) {
       status = IkStatus::not_converged;
-      detail = "the script's answer leaves loops open by " + text::print_rounded(gap, 3);
+      detail = "the script's solution leaves loops open by " + text::print_rounded(gap, 3);
     } else if (const auto j = robotics::joint_outside_limits(*model_, q); j >= 0) {
       status = IkStatus::joint_limit;
       detail = "joint " + text::quote(model_->joints[static_cast<std::size_t>(j)].name) +

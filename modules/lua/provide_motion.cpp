@@ -62,7 +62,7 @@ class LuaController final : public Controller, private BoundScript {
       }
       const lua_Integer count = lua_isinteger(L, -1) ? lua_tointeger(L, -1) : -1;
       if (count < 0 || count > 1000000)
-        return failed(*p_, "state is not a number of numbers", "Write state = 6.");
+        return failed(*p_, "state is not a count of numbers", "Write state = 6.");
       state_ = static_cast<std::size_t>(count);
       return {};
     });
@@ -182,7 +182,7 @@ class LuaIntegrator final : public Integrator {
     done.end = t;
     bool go_on = give();
     while (go_on && t < run.end) {
-      if (progress.cancelled()) return error(ErrorCode::cancelled, "the motion was stopped");
+      if (progress.cancelled()) return error(ErrorCode::cancelled, "the integration was cancelled");
       const double limit = next < run.sample_times.size() ? run.sample_times[next] : run.end;
       const double h = limit - t <= run.step * (1 + 1e-9) ? limit - t : run.step;
       RMP_TRY_ASSIGN(auto ahead, step(system, t, x, h, done));
@@ -250,7 +250,7 @@ class LuaIntegrator final : public Integrator {
   static Result<int> rate(Impl& impl, lua_State* L) {
     RMP_TRY_ASSIGN(const Asked* asked, Borrowed<const Asked>::get(L));
     if (!lua_isnumber(L, 1))
-      return error(ErrorCode::invalid_argument, "rate wants a time and a state",
+      return error(ErrorCode::invalid_argument, "rate needs a time and a state",
                    "Write rate(t, x).");
     RMP_TRY_ASSIGN(const auto x, to_reals(L, 2, "x"));
     if (x.size() != asked->system->size())

@@ -96,7 +96,7 @@ class LuaCurveFactory final : public CurveFactory {
     for (std::size_t i = 0; i < count; ++i)
       if (!(out[i] >= (i ? out[i - 1] : 0) && out[i] <= 1))
         return failed(*p_, "knot " + std::to_string(i + 1) + " is " + text::print(out[i]),
-                      "Knots rise within 0 to 1, one for each point.");
+                      "Knots must increase within 0 to 1, one for each point.");
     return out;
   }
 
@@ -165,7 +165,7 @@ class LuaLawFactory final : public MotionLawFactory {
         if (i == 0) has_rates = lua_isnumber(L, -2) != 0 && lua_isnumber(L, -1) != 0;
         if (i > 0 && m.x < shares.back() - 1e-9)
           return failed(*p_, "the tool would turn back at " + text::print_rounded(t) + " s",
-                        "The share must not fall.");
+                        "The path parameter must not decrease.");
         shares.push_back(m.x);
         samples.push_back(m);
       }
@@ -173,9 +173,9 @@ class LuaLawFactory final : public MotionLawFactory {
       for (const auto& [share, wanted] : ends)
         if (std::fabs(share - wanted) > 1e-9)
           return failed(*p_,
-                        std::string("the share at the ") + (wanted == 0 ? "start" : "end") +
-                            " is " + text::print_rounded(share),
-                        "It runs from 0 to 1 within the duration.");
+                        std::string("the path parameter at the ") +
+                            (wanted == 0 ? "start" : "end") + " is " + text::print_rounded(share),
+                        "It must run from 0 to 1 within the duration.");
       return {};
     });
     if (!sampled.ok()) return sampled.error();
@@ -197,7 +197,7 @@ class LuaLawFactory final : public MotionLawFactory {
       return failed(*p_,
                     std::string("the ") + kNames[k] + " at " + text::print_rounded(t) +
                         " s is not a finite number",
-                    "Return the share of the way, 0 to 1, and its rates if they are known.");
+                    "Return the path parameter, 0 to 1, and its rates if they are known.");
     }
     return SampledMotion{v[0], v[1], v[2], 0};
   }

@@ -64,7 +64,7 @@ class LuaWorld final : public PhysicsWorld {
                     Progress& progress) override {
     if (!(dt > 0) || (!forces.empty() && forces.size() != joints_.size()))
       return error(ErrorCode::invalid_argument, "the step is not a time, or forces are missing",
-                   "Give one force a joint.");
+                   "Give one force per joint.");
     const std::vector<double> none(joints_.size(), 0.0);
     Call call_script(*p_);
     return call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
@@ -118,12 +118,13 @@ class LuaWorld final : public PhysicsWorld {
   Result<void> release(std::int32_t attachment) override {
     RMP_TRY_ASSIGN(const bool told,
                    tell("release", [&](Impl&, lua_State* L) { lua_pushinteger(L, attachment); }));
-    if (!told) return lacks("release", "lets nothing go");
+    if (!told) return lacks("release", "does not support releasing");
     return {};
   }
   Result<void> servo(std::int32_t joint, double velocity, double force) override {
     if (joint < 0 || place_of(joint) >= joints_.size() || !(force >= 0) || !std::isfinite(velocity))
-      return error(ErrorCode::invalid_argument, "this joint is not there, or its force is below 0",
+      return error(ErrorCode::invalid_argument,
+                   "this joint does not exist, or its force is negative",
                    "Give a joint, a velocity and a force.", "joint " + std::to_string(joint + 1));
     RMP_TRY_ASSIGN(const bool told, tell("servo", [&](Impl&, lua_State* L) {
                      lua_pushinteger(L, joint + 1);
@@ -150,8 +151,8 @@ class LuaWorld final : public PhysicsWorld {
   Result<void> move(std::int32_t body, const Pose& pose, Vec3 velocity,
                     Vec3 angular_velocity) override {
     if (body < 0 || place_of(body) >= bodies_.size() || bodies_[place_of(body)].mass.mass > 0)
-      return error(ErrorCode::invalid_argument, "this body is not there or moves by itself",
-                   "Move bodies without mass.", "body " + std::to_string(body + 1));
+      return error(ErrorCode::invalid_argument, "this body does not exist or is not fixed",
+                   "Move only bodies without mass.", "body " + std::to_string(body + 1));
     PhysicsBody& b = bodies_[place_of(body)];
     b.pose = pose, b.velocity = velocity, b.angular_velocity = angular_velocity;
     Call call_script(*p_);
@@ -266,7 +267,7 @@ class LuaWorld final : public PhysicsWorld {
     for (lua_Integer i = 1; i <= count; ++i) {
       lua_settop(L, index);
       const std::string which = "contact " + std::to_string(i);
-      if (lua_geti(L, index, i) != LUA_TTABLE) return failed(*p_, which + " is no table", kHint);
+      if (lua_geti(L, index, i) != LUA_TTABLE) return failed(*p_, which + " is not a table", kHint);
       const int row = lua_gettop(L);
       PhysicsContact c;
       for (const auto& [field, body] : {std::pair("a", &c.a), std::pair("b", &c.b)}) {
@@ -288,9 +289,10 @@ class LuaWorld final : public PhysicsWorld {
       lua_getfield(L, row, "depth");
       c.depth = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : std::nan("");
       if (!(c.depth >= 0) || !std::isfinite(c.depth))
-        return failed(*p_, which + " has no depth, a number that is not negative", kHint);
+        return failed(*p_, which + " has no depth (a number of 0 or more)", kHint);
       if (c.a == c.b || std::fabs(spatial::norm(c.normal) - 1) > 1e-6)
-        return failed(*p_, which + " is of one body, or its normal is not of length 1", kHint);
+        return failed(*p_, which + " involves one body only, or its normal is not of length 1",
+                      kHint);
       contacts_.push_back(c);
     }
     return {};

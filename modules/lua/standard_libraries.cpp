@@ -17,7 +17,7 @@ Result<int> exit_script(Impl& impl, lua_State* L) {
   else if (lua_isinteger(L, 1)) code = static_cast<int>(lua_tointeger(L, 1));
   impl.exit_code = code;
   stop_script(impl, L);
-  return error(ErrorCode::cancelled, "the script asked to exit");
+  return error(ErrorCode::cancelled, "the script called exit");
 }
 
 void remove_field(lua_State* L, const char* library, const char* name) {
@@ -103,8 +103,8 @@ Result<int> check_debug(Impl& impl, lua_State* L) {
   if (!program_of(impl).session.files() && program_of(impl).session.denied().empty()) return 0;
   return error(ErrorCode::permission,
                "debug." + std::string(lua_tostring(L, 1)) +
-                   " is not there in a session that may not do everything",
-               "debug.traceback and debug.getinfo are.");
+                   " is not available in a session with restricted rights",
+               "debug.traceback and debug.getinfo are available.");
 }
 int guarded_debug(lua_State* L) {
   lua_pushcfunction(L, entry<check_debug>);

@@ -43,15 +43,15 @@ int load_text(lua_State* L) {
 Result<int> count_memory(Impl& impl, lua_State* L) {
   if (lua_type(L, 1) != LUA_TSTRING || std::string_view(lua_tostring(L, 1)) != "count")
     return error(ErrorCode::permission,
-                 "an untrusted script may ask collectgarbage for \"count\" only",
-                 "Memory that nothing refers to is freed by itself.");
+                 "an untrusted script may call collectgarbage with \"count\" only",
+                 "Unused memory is freed automatically.");
   lua_pushnumber(L, static_cast<double>(impl.used + impl.external) / 1024);
   return 1;
 }
 
 Result<int> refuse_solver(Impl&, lua_State*) {
-  return error(ErrorCode::permission, "an untrusted script provides no solvers",
-               "A session with the effect loads_code runs scripts that do.");
+  return error(ErrorCode::permission, "an untrusted script cannot provide solvers",
+               "Use a session with the effect loads_code.");
 }
 
 /// Takes a field of the table on top away.
@@ -78,7 +78,7 @@ void open_time(lua_State* L) {
 std::string untrusted_hint(std::string_view global) {
   if (std::find(kMissing.begin(), kMissing.end(), global) == kMissing.end()) return {};
   return "An untrusted script has no " + std::string(global) +
-         "; it computes, and reaches the world by commands such as robot.fk.";
+         "; it can compute, and access the world with commands such as robot.fk.";
 }
 
 void open_untrusted(Impl& impl, lua_State* L) {

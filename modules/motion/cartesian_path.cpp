@@ -56,12 +56,12 @@ class Collector {
     const model::Record* stored = find_ ? find_(record.stored) : nullptr;
     const auto* trajectory = stored ? std::get_if<model::Trajectory>(&stored->body) : nullptr;
     if (!trajectory)
-      return error(ErrorCode::not_found, "the trajectory it runs is not there",
+      return error(ErrorCode::not_found, "the trajectory it runs does not exist",
                    "Remove the segment or give another trajectory.", here);
     if (std::find(open_.begin(), open_.end(), record.stored) != open_.end())
       return error(ErrorCode::invalid_argument,
                    "trajectory " + text::quote(stored->name) + " would run itself",
-                   "Remove one of the segments that go round in a circle.", here);
+                   "Remove one of the segments that form the cycle.", here);
     open_.push_back(record.stored);
     RMP_TRY(collect(*trajectory, here + ", trajectory " + text::quote(stored->name),
                     spatial::compose(outer_T_trajectory, model::pose(record.placement)), first));
@@ -115,7 +115,7 @@ Result<std::vector<std::string>> Path::check(const Registry& registry,
     RMP_TRY(params_of(providers, record, where));
     if (record.joints.empty() && record.points.empty())
       return error(ErrorCode::invalid_argument, "it has neither joint vectors nor points",
-                   "Give joints = {{...}, ...}, or points to go to.", where);
+                   "Give joints = {{...}, ...}, or points.", where);
   }
   if (has_joints) return std::vector<std::string>();  // what follows what shows on a robot
   auto built = build(registry, trajectory_name, trajectory, find);

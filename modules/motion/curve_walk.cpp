@@ -102,7 +102,7 @@ Result<void> CurveWalk::refine(double u0, double u1, int depth) {
       return error(ErrorCode::invalid_argument,
                    "the curve has no direction at " + text::print_rounded(100 * u / curve_->end()) +
                        " % of its parameter",
-                   "Control points that coincide stop it there; move them apart, or give times.");
+                   "Coincident control points stop it there; move them apart, or give times.");
   RMP_TRY_ASSIGN(const double h, quadrature(*curve_, u0, u1));
   const double s0 = pieces_.empty() ? 0 : pieces_.back().s0 + pieces_.back().h;
   const spatial::Jet a = by_length(u0, first), b = by_length(u1, last);

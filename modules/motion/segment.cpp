@@ -233,7 +233,7 @@ Result<void> check_turning(const CurveWalk& walk, const Orientation& orientation
   if (wrong <= kProbes / 4) return {};
   return error(ErrorCode::plugin_failed,
                "provider \"" + provider.name +
-                   "\" made an orientation whose angular velocity is not its derivative",
+                   "\" made an orientation with an angular velocity that is not its derivative",
                "Report it to the provider's author or choose another provider.");
 }
 
@@ -266,7 +266,7 @@ Result<std::shared_ptr<const Made>> checked(Result<std::unique_ptr<Made>> made,
 Result<void> check_duration(double duration, const ProviderInfo& provider, std::string_view where) {
   if (std::isfinite(duration) && duration > 0) return {};
   return error(
-      ErrorCode::plugin_failed, "provider \"" + provider.name + "\" gives no positive duration",
+      ErrorCode::plugin_failed, "provider \"" + provider.name + "\" returned no positive duration",
       "Report it to the provider's author or choose another provider.", std::string(where));
 }
 
@@ -404,7 +404,7 @@ Result<SegmentProviders> providers_of(const Registry& registry,
   if (!out.is_curve()) {
     for (const auto& [choice, what] : {std::pair(&record.law, "a law"),
                                        {&record.orientation, "an orientation"},
-                                       {&record.turning, "a law of turning"}})
+                                       {&record.turning, "a rotation timing law"}})
       if (!choice->name.empty() || !choice->params.empty())
         return bad(
             std::string(what) + " is given, but " + text::quote(out.shape.name) + " has its own",

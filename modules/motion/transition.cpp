@@ -608,7 +608,7 @@ class Joiner {
       notes.push_back(start + "reaches " + text::print_rounded(p.acceleration) +
                       " m/s^2 at t = " + text::print_rounded(t + p.acceleration_time) +
                       " s, above " + text::print_rounded(l.acceleration) +
-                      " m/s^2. Give it a greater distance, or lower the speeds.");
+                      " m/s^2. Give it a larger distance, or lower the speeds.");
     if (p.speed > (1 + kToldExcess) * l.speed)
       notes.push_back(start + "reaches " + text::print_rounded(p.speed) +
                       " m/s between t = " + text::print_rounded(t) + " s and " +
@@ -619,14 +619,14 @@ class Joiner {
                       text::print_rounded(j.choice.left[0]) +
                       " m between t = " + text::print_rounded(t) + " s and " +
                       text::print_rounded(t + made.duration()) +
-                      " s: the tool arrives or leaves at speed across the gap. Let the segments "
-                      "end and start at rest there, or add a segment between.");
+                      " s: the tool arrives or leaves at speed across the gap. Make the segments "
+                      "end and start at rest there, or add a segment between them.");
     else if (!j.choice.is_within && j.choice.left[1] > kToldTurn)
       notes.push_back(
           start + "turns " + text::print_rounded(j.choice.left[1]) +
           " rad beyond the orientations of both segments, between t = " + text::print_rounded(t) +
           " s and " + text::print_rounded(t + made.duration()) +
-          " s. Let the tool turn more slowly before and behind it.");
+          " s. Rotate the tool more slowly before and after it.");
   }
 
   std::span<const SegmentInLine> line_;

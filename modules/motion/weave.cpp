@@ -131,7 +131,7 @@ Result<void> Weaving::move(std::span<const double> times, std::span<PathSample> 
       return error(ErrorCode::unsupported,
                    "the tool cannot swing to its sides at t = " + text::print_rounded(times[i]) +
                        " s of the motion: its z axis is along its path",
-                   "Turn the tool, or take WOBBLE out.");
+                   "Rotate the tool, or remove WOBBLE.");
     const auto& side = now ? now : before ? before : behind;
     if (!side) continue;  // it stands there, at an end
     const double v = norm(s.velocity);

@@ -39,7 +39,7 @@ class AloneWorld final : public World {
       return std::optional(at->second);
     return error(ErrorCode::not_found, "the input " + std::string(s.name) + " has no value",
                  "Give one (--set " + std::string(s.name) +
-                     "=VALUE), or run the program in a world, whose signals others set.");
+                     "=VALUE), or run the program in a world in which others set the signals.");
   }
   Result<void> write_signal(const Signal& s, SignalValue v) override {
     outputs_[s.symbol] = {std::string(s.name), v};
@@ -95,7 +95,7 @@ class AloneWorld final : public World {
 
   Result<Target> robot_state(std::uint32_t robot, std::uint32_t) override {
     const auto at = last_.find(robot);
-    if (at == last_.end() || !at->second) return needs_robot("where the robot is");
+    if (at == last_.end() || !at->second) return needs_robot("the robot's position");
     Target out;
     out.pose = *at->second;
     return out;
@@ -145,9 +145,9 @@ class AloneWorld final : public World {
 
  private:
   static Error needs_robot(const std::string& what) {
-    return error(ErrorCode::unsupported, what + " is not known without a robot",
-                 "Run the program with one (--robot NAME), or in a world that is served "
-                 "(--connect ADDRESS).");
+    return error(
+        ErrorCode::unsupported, what + " is unknown without a robot",
+        "Run the program with one (--robot NAME), or in a served world (--connect ADDRESS).");
   }
   const Machine& machine_;
   const AloneOptions& options_;
@@ -172,17 +172,17 @@ Error waits_for_ever(const Machine& machine, const Wait& w) {
                                 : std::string();
   if (w.kind == WaitKind::semaphore)
     return error(ErrorCode::script_failed, "the semaphore is never released",
-                 "Let another process RELEASE it.", where);
+                 "RELEASE it in another process.", where);
   if (w.kind == WaitKind::stopped)
     return error(ErrorCode::script_failed,
                  "the process is stopped, and no other process can continue it", "CONTINUE it.",
                  where);
   return error(ErrorCode::script_failed,
                "the condition never comes true" +
-                   (signals.empty() ? std::string() : ", for nothing changes " + signals),
+                   (signals.empty() ? std::string() : ", since nothing changes " + signals),
                signals.empty() ? "Give the wait a TIMEOUT."
-                               : "Give other values (--set), or run the program in a world, whose "
-                                 "signals others set.",
+                               : "Give other values (--set), or run the program in a world in "
+                                 "which others set the signals.",
                where);
 }
 
@@ -225,7 +225,7 @@ Result<Ended> run_alone(std::shared_ptr<const CompiledProgram> program, const Al
     }
     if (s.state == RunState::stopped) {
       RMP_TRY_ASSIGN(const bool is_given, presets.give(machine));
-      if (!is_given) return error(ErrorCode::internal, "the program stopped without a reason");
+      if (!is_given) return error(ErrorCode::internal, "the program stopped for no known reason");
       continue;
     }
     if (s.state != RunState::waiting) continue;
@@ -242,7 +242,7 @@ Result<Ended> run_alone(std::shared_ptr<const CompiledProgram> program, const Al
     if (!next) {
       for (const Wait& w : s.waits)
         if (w.kind != WaitKind::interrupt) return waits_for_ever(machine, w);
-      return error(ErrorCode::script_failed, "the program waits for what never comes",
+      return error(ErrorCode::script_failed, "the program waits for an event that never occurs",
                    "Run it in a world.");
     }
     if (options.is_traced)

@@ -47,7 +47,7 @@ class Debugger {
     if (text.size() > 10'000) return wrong("the expression has more than 10000 characters");
     next();
     RMP_TRY_ASSIGN(Value v, either(0));
-    if (kind_ != 'e') return wrong("\"" + word_ + "\" is left over behind the expression");
+    if (kind_ != 'e') return wrong("\"" + word_ + "\" follows the expression");
     return v;
   }
   /// Whether it is a condition that may have a value in a routine: what it names is there, and its
@@ -72,7 +72,7 @@ class Debugger {
     if (text.size() > 10'000) return wrong("the expression has more than 10000 characters");
     next();
     RMP_TRY_ASSIGN(Value v, either(0));
-    if (kind_ != 'e') return wrong("\"" + word_ + "\" is left over behind the expression");
+    if (kind_ != 'e') return wrong("\"" + word_ + "\" follows the expression");
     return v;
   }
 
@@ -137,12 +137,12 @@ class Debugger {
     if (!p) {
       if (frame == 0) return {};  // globals are there without one
       return error(ErrorCode::not_found,
-                   "the process " + std::to_string(process) + " does not run");
+                   "the process " + std::to_string(process) + " is not running");
     }
     if (frame >= p->frames.size())
       return error(ErrorCode::not_found,
                    "there are " + std::to_string(p->frames.size()) + " frames, and frame " +
-                       std::to_string(frame) + " is none of them",
+                       std::to_string(frame) + " does not exist",
                    "0 is the innermost.");
     frame_ = &p->frames[p->frames.size() - 1 - frame];
     return {};
@@ -268,7 +268,7 @@ class Debugger {
   static Value typed(std::uint32_t type) { return of(type, Slot{}); }
   [[nodiscard]] Result<void> is_condition(const Value& v) const {
     if (v.type == RMP_TYPE_BOOL) return {};
-    return none("a condition is true or false, and this is " + c_.type_name(v.type));
+    return none("a condition must be BOOL, but this is " + c_.type_name(v.type));
   }
   /// Only types count, as the value is not asked for or not there.
   [[nodiscard]] bool has_no_values() const { return is_reading_ || is_skipping_; }
@@ -317,7 +317,8 @@ class Debugger {
       auto b = inverted(depth);
       is_skipping_ = skips;
       if (!b.ok()) return b;
-      if (a.type != RMP_TYPE_BOOL || b->type != RMP_TYPE_BOOL) return none("AND joins conditions");
+      if (a.type != RMP_TYPE_BOOL || b->type != RMP_TYPE_BOOL)
+        return none("AND needs conditions on both sides");
       if (is_reading_) a = typed(RMP_TYPE_BOOL);
       if (!has_no_values()) a = truth(a.slots()->integer() && b->slots()->integer());
     }
@@ -326,7 +327,7 @@ class Debugger {
   Result<Value> inverted(int depth) {
     if (!take("NOT")) return compared(depth);
     RMP_TRY_ASSIGN(Value a, compared(depth));
-    if (a.type != RMP_TYPE_BOOL) return none("NOT needs a condition behind it");
+    if (a.type != RMP_TYPE_BOOL) return none("NOT must be followed by a condition");
     if (has_no_values()) return typed(RMP_TYPE_BOOL);
     return truth(!a.slots()->integer());
   }
@@ -341,7 +342,7 @@ class Debugger {
     const bool is_order = op != "=" && op != "<>";
     if (!(is_number(a) && is_number(b)) && !(is_text(a) && is_text(b)) &&
         !(a.type == RMP_TYPE_BOOL && b.type == RMP_TYPE_BOOL && !is_order))
-      return none("\"" + op + "\" does not join " + c_.type_name(a.type) + " and " +
+      return none("\"" + op + "\" cannot combine " + c_.type_name(a.type) + " and " +
                   c_.type_name(b.type));
     if (has_no_values()) return typed(RMP_TYPE_BOOL);
     int order = 0;
@@ -362,10 +363,11 @@ class Debugger {
   }
   Result<Value> joined(const Value& a, const Value& b, char op) {
     if (!is_number(a) || !is_number(b))
-      return none("an operation is of " + c_.type_name(a.type) + " and " + c_.type_name(b.type),
-                  "It is of numbers.");
+      return none("an operation has operands of types " + c_.type_name(a.type) + " and " +
+                      c_.type_name(b.type),
+                  "It needs numbers.");
     const bool is_real = a.type == RMP_TYPE_REAL || b.type == RMP_TYPE_REAL;
-    if (is_real && (op == 'd' || op == 'm')) return none("DIV and MOD are of INT");
+    if (is_real && (op == 'd' || op == 'm')) return none("DIV and MOD need INT operands");
     if (is_skipping_ || !counts(b) || (!counts(a) && !(op == 'd' || op == 'm' || op == '/')))
       return typed(is_real || op == '/' ? RMP_TYPE_REAL : RMP_TYPE_INT);
     RMP_TRY_ASSIGN(Value v, computed(a, b, op));
@@ -378,7 +380,7 @@ class Debugger {
       const double x = number_of(a), y = number_of(b);
       if (op == '/' && y == 0) return none("this divides by zero");
       const double v = op == '+' ? x + y : op == '-' ? x - y : op == '*' ? x * y : x / y;
-      if (!std::isfinite(v)) return none("the value is beyond what a REAL holds");
+      if (!std::isfinite(v)) return none("the value is outside the range of REAL");
       return of(RMP_TYPE_REAL, Slot::of_real(v));
     }
     const std::int64_t x = a.slots()->integer(), y = b.slots()->integer();
@@ -388,7 +390,7 @@ class Debugger {
                            : op == '*' ? x * y
                            : op == 'd' ? x / y
                                        : x % y;
-    if (v > 2147483647 || v < -2147483648LL) return none("the value is beyond what an INT holds");
+    if (v > 2147483647 || v < -2147483648LL) return none("the value is outside the range of INT");
     return of(RMP_TYPE_INT, Slot::of(v));
   }
   Result<Value> sum(int depth) {
@@ -460,7 +462,7 @@ class Debugger {
     next();
     Value v;
     if (kind_ == 'o' && word_ == "(")
-      return wrong(wanted + " is called, and a debugger calls nothing",
+      return wrong(wanted + " is a call, and a debugger cannot call functions",
                    "Use names, fields, elements and operators.");
     if (wanted == "TRUE" || wanted == "FALSE") return known(truth(wanted == "TRUE"));
     RMP_TRY_ASSIGN(v, variable(wanted));
@@ -485,7 +487,7 @@ class Debugger {
       if (!take("[")) return v;
       do {
         RMP_TRY_ASSIGN(Value i, either(depth + 1));
-        if (i.type != RMP_TYPE_INT) return none("an index is an INT");
+        if (i.type != RMP_TYPE_INT) return none("an index must be an INT");
         if (has_no_values()) RMP_TRY(element(v, i));
         else RMP_TRY(index(v, i.slots()->integer()));
       } while (take(","));
@@ -570,8 +572,8 @@ class Debugger {
       for (const std::uint32_t s : named) {
         const auto& x = c_.symbol(s);
         if (x.kind == RMP_SYMBOL_INPUT || x.kind == RMP_SYMBOL_OUTPUT)
-          return none("the signal " + std::string(x.name) + " has its value in the world",
-                      "Ask the world for it.");
+          return none("the signal " + std::string(x.name) + " is stored in the world",
+                      "Read it from the world.");
       }
       return none("nothing that has a value is named " + wanted + " here");
     }
@@ -753,7 +755,7 @@ Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
       for (std::uint32_t r = 0; r < t.routines.count && r < 20; ++r)
         known += (r ? ", " : "") + code_->routine_name(r);
       return error(ErrorCode::not_found,
-                   "the program has no routine " + b.routine + " that does something",
+                   "the program has no routine " + b.routine + " with statements",
                    "It has " + known + ".");
     }
     file = code_->instruction(best).span.file;
@@ -762,8 +764,8 @@ Result<Breakpoint> Machine::set_breakpoint(Breakpoint b) {
   }
   if (best == kNone)
     return error(ErrorCode::not_found,
-                 "there is no statement in line " + std::to_string(b.line) + " or behind it",
-                 "Choose a line that does something.");
+                 "there is no statement in line " + std::to_string(b.line) + " or after it",
+                 "Choose a line with statements.");
   if (!b.condition.empty()) {
     const auto checked =
         Debugger(*code_, *state_).check_condition(b.condition, code_->routine_of_op[best]);
@@ -1006,8 +1008,8 @@ Result<Variable> Machine::assign(std::string_view place, std::string_view expres
                  std::string(place));
   };
   if (to.name.empty())
-    return refused("this is no variable", "Name a variable, a field, an element.");
-  if (to.address & kConstantAddress) return refused("a constant keeps its value");
+    return refused("this is not a variable", "Name a variable, a field, an element.");
+  if (to.address & kConstantAddress) return refused("a constant cannot be assigned");
   const std::uint32_t kind = code_->types[to.type].kind;
   Slot slot;
   if (kind == RMP_TYPE_REAL && (v.type == RMP_TYPE_INT || v.type == RMP_TYPE_REAL)) {
@@ -1015,10 +1017,10 @@ Result<Variable> Machine::assign(std::string_view place, std::string_view expres
   } else if (kind == RMP_TYPE_CHAR && (v.type == RMP_TYPE_CHAR || v.type == RMP_TYPE_INT)) {
     slot = *v.slots();
     if (slot.integer() < 0 || slot.integer() > 255)
-      return refused("a CHAR has a code from 0 to 255");
+      return refused("the code of a CHAR must be from 0 to 255");
   } else if (kind == RMP_TYPE_CHAR && v.type == RMP_TYPE_STRING) {
     const std::string text = v.at ? std::string(d.run().text_of(*v.at)) : v.text;
-    if (text.size() != 1) return refused("a CHAR is one character");
+    if (text.size() != 1) return refused("a CHAR must be one character");
     slot = Slot::of(static_cast<unsigned char>(text[0]));
   } else if (kind == RMP_TYPE_STRING && v.type == RMP_TYPE_STRING) {
     slot = d.run().new_text(v.at ? std::string(d.run().text_of(*v.at)) : v.text);
@@ -1035,7 +1037,7 @@ Result<Variable> Machine::assign(std::string_view place, std::string_view expres
     ++s.progress;
     return evaluate(place, process, frame);
   } else {
-    return refused("it is " + code_->type_name(to.type) + ", and the value is " +
+    return refused("it is " + code_->type_name(to.type) + ", but the value is " +
                    code_->type_name(v.type));
   }
   Slot* at = d.slots_at(to.address, 1, true);

@@ -131,7 +131,7 @@ class Decoder {
       if (now_->span.line) where += " (line " + std::to_string(now_->span.line) + ")";
     }
     return error(ErrorCode::invalid_argument, message,
-                 "No compiler writes this: compile the program again.", where);
+                 "Compile the program again: no compiler writes such code.", where);
   }
 
   // ---- tables ----
@@ -145,7 +145,7 @@ class Decoder {
       std::uint64_t slots = t.kind == RMP_TYPE_VOID ? 0 : 1;
       std::vector<std::uint64_t> key{t.kind};
       if (t.kind == RMP_TYPE_ARRAY || t.kind == RMP_TYPE_LIST) {
-        if (t.element >= i) return bad("a type is made of one that comes later");
+        if (t.element >= i) return bad("a type refers to a later type");
         const TypeInfo& e = c_.types[t.element];
         x.element = t.element;
         x.element_slots = e.slots;
@@ -164,17 +164,17 @@ class Decoder {
       } else if (t.kind == RMP_TYPE_RECORD) {
         slots = 0;
         if (std::uint64_t{t.first_field} + t.field_count > t_.fields.count)
-          return bad("a record has fields that there are not");
+          return bad("a record refers to missing fields");
         for (std::uint32_t k = 0; k < t.field_count; ++k) {
           const std::uint32_t f = c_.field(t.first_field + k).type;
-          if (f >= i) return bad("a record is made of a type that comes later");
+          if (f >= i) return bad("a record refers to a later type");
           slots += c_.types[f].slots;
           x.has_list = x.has_list || c_.types[f].has_list;
           key.push_back(c_.types[f].shape);
         }
-        if (!role_fits(t)) return bad("a record has another shape than its role needs");
+        if (!role_fits(t)) return bad("a record does not have the fields of its role");
       } else if (t.kind > RMP_TYPE_LIST) {
-        return bad("there is a type of an unknown kind");
+        return bad("a type has an unknown kind");
       }
       // A type that nothing uses may be greater than the machine's memory; a value may not.
       x.slots = static_cast<std::uint32_t>(std::min<std::uint64_t>(slots, 0xffff'ffffu));
@@ -257,14 +257,14 @@ class Decoder {
       if (x.symbol >= t_.symbols.count || x.result >= t_.types.count)
         return bad("a routine has no name or no type");
       if (std::uint64_t{x.first_instruction} + x.instruction_count > t_.instructions.count)
-        return bad("a routine has instructions that there are not");
+        return bad("a routine refers to missing instructions");
       c_.routines[r].result_slots = c_.types[x.result].slots;
       if (x.kind == RMP_ROUTINE_DATA_LIST) c_.data_lists.push_back(r);
       for (std::uint32_t k = 0; k < x.parameter_count; ++k) {
         const std::uint64_t s = std::uint64_t{x.first_parameter} + k;
-        if (s >= t_.symbols.count) return bad("a routine has parameters that there are not");
+        if (s >= t_.symbols.count) return bad("a routine refers to missing parameters");
         const auto& p = c_.symbol(static_cast<std::uint32_t>(s));
-        if (c_.place_of[s].offset != kNone) return bad("two routines have one parameter");
+        if (c_.place_of[s].offset != kNone) return bad("two routines share a parameter");
         if (p.type == RMP_TYPE_VOID) return bad("a parameter has no type");
         const bool is_place = p.mode != RMP_MODE_IN;
         c_.place_of[s] = {kFrame, is_place, static_cast<std::uint32_t>(size[r]), p.type};
@@ -348,7 +348,7 @@ class Decoder {
   [[nodiscard]] Error too_big() const {
     return error(ErrorCode::invalid_argument,
                  "the variables of this program need more than the " +
-                     std::to_string(c_.limits.most_bytes) + " bytes that it may have",
+                     std::to_string(c_.limits.most_bytes) + " bytes allowed",
                  "Make its arrays smaller, or give it more memory.");
   }
 
@@ -387,7 +387,7 @@ class Decoder {
         if (o.index < 0 || o.index >= t_.constants.count) return bad("there is no such constant");
         const auto k = static_cast<std::uint32_t>(o.index);
         const auto& x = row<rmp_code_constant>(t_.constants, k);
-        if (!kinds_fit(x)) return bad("a constant has another kind than its type");
+        if (!kinds_fit(x)) return bad("a constant does not have the kind of its type");
         return Place{kConstant, false, c_.constant_slot[k], x.type};
       }
       case RMP_OPERAND_VARIABLE:
@@ -405,7 +405,7 @@ class Decoder {
         if (o.index < 0 || o.index >= t_.routines.count) return bad("there is no such routine");
         return Place{kConstant, false, first_number_ + static_cast<std::uint32_t>(o.index),
                      RMP_TYPE_PROCESS};
-      default: return bad("a value stands here in other code");
+      default: return bad("a value is not allowed here");
     }
   }
   [[nodiscard]] std::uint32_t signal_of(const rmp_code_operand& o) const {
@@ -417,7 +417,7 @@ class Decoder {
   Result<void> signal_fits(std::uint32_t s) const {
     const std::uint32_t t = c_.symbol(s).type;
     if (t != RMP_TYPE_BOOL && t != RMP_TYPE_INT && t != RMP_TYPE_REAL)
-      return bad("a signal is BOOL, INT or REAL");
+      return bad("a signal must be BOOL, INT or REAL");
     return {};
   }
   void notes_signal(std::uint32_t s) {
@@ -545,7 +545,7 @@ class Decoder {
     RMP_TRY_ASSIGN(Place p, place(o));
     if (p.space == kConstant) return bad("a constant is written");
     if (!p.is_reference) return p;
-    if (o.kind == RMP_OPERAND_REFERENCE) return bad("a place stands where a value belongs");
+    if (o.kind == RMP_OPERAND_REFERENCE) return bad("a place is used where a value is expected");
     RMP_TRY_ASSIGN(out_, scratch(p.type));
     pending_out_ = &o;
     return out_;
@@ -608,7 +608,7 @@ class Decoder {
       RMP_TRY(one(*now_));
       if (now_->op == RMP_OP_INTERRUPT_TEST) {
         if (x.kind != RMP_ROUTINE_INTERRUPT || has_test)
-          return bad("INTERRUPT_TEST stands once, in an interrupt");
+          return bad("INTERRUPT_TEST must be used once, in an interrupt");
         has_test = true;
         in_until_ = nullptr;
         info.condition = static_cast<std::uint32_t>(c_.conditions.size());
@@ -616,7 +616,7 @@ class Decoder {
       }
       if (c_.ops.size() > kMostOps) return bad("the program is too long");
     }
-    if (!arguments_.empty()) return bad("there are arguments for no call");
+    if (!arguments_.empty()) return bad("there are arguments without a call");
     if (in_wait_) return bad("WAIT_BEGIN has no WAIT_TEST");
     if (x.kind == RMP_ROUTINE_INTERRUPT ? !has_test || in_until_ != nullptr : in_until_ != nullptr)
       return bad("a condition has no end");
@@ -637,8 +637,8 @@ class Decoder {
   }
 
   Result<void> jump(Do code, const Place& a, const rmp_code_operand& label) {
-    if (label.kind != RMP_OPERAND_LABEL) return bad("a jump leads to no label");
-    if (!arguments_.empty()) return bad("a jump stands between a call and its arguments");
+    if (label.kind != RMP_OPERAND_LABEL) return bad("a jump has no label");
+    if (!arguments_.empty()) return bad("a jump is between a call and its arguments");
     fixups_.emplace_back(static_cast<std::uint32_t>(c_.ops.size()), label.index);
     emit(code, a, {}, {});
     return {};
@@ -657,7 +657,7 @@ class Decoder {
     if (o.kind != RMP_OPERAND_ROUTINE || o.index < 0 || o.index >= t_.routines.count)
       return bad("a routine is missing");
     const auto r = static_cast<std::uint32_t>(o.index);
-    if (c_.routine(r).kind != kind) return bad("a routine of another kind is named");
+    if (c_.routine(r).kind != kind) return bad("a routine of the wrong kind is named");
     return r;
   }
 
@@ -666,12 +666,12 @@ class Decoder {
                                  i.op == RMP_OP_CALL || i.op == RMP_OP_INTRINSIC ||
                                  i.op == RMP_OP_MAKE;
     if (!arguments_.empty() && !takes_arguments)
-      return bad("something stands between a call and its arguments");
+      return bad("an instruction is between a call and its arguments");
     switch (i.op) {
       case RMP_OP_COPY: {
         RMP_TRY_ASSIGN(Place a, in(i.a));
         RMP_TRY_ASSIGN(Place r, out(i.r));
-        if (!same(a.type, r.type)) return bad("a value is copied to another type");
+        if (!same(a.type, r.type)) return bad("a value is copied to a different type");
         copy(a, r, r.type);
         return finish();
       }
@@ -680,14 +680,14 @@ class Decoder {
         RMP_TRY_ASSIGN(Place a, in(i.a));
         RMP_TRY_ASSIGN(Place r, out(i.r));
         if (a.type != r.type || (a.type != RMP_TYPE_INT && a.type != RMP_TYPE_REAL))
-          return bad("NEGATE is of numbers");
+          return bad("NEGATE needs a number");
         emit(a.type == RMP_TYPE_INT ? Do::negate_int : Do::negate_real, a, {}, r);
         return finish();
       }
       case RMP_OP_NOT: {
         RMP_TRY_ASSIGN(Place a, value_of(i.a, RMP_TYPE_BOOL, "NOT"));
         RMP_TRY_ASSIGN(Place r, out(i.r));
-        if (r.type != RMP_TYPE_BOOL) return bad("NOT gives a BOOL");
+        if (r.type != RMP_TYPE_BOOL) return bad("NOT must return a BOOL");
         emit(Do::not_, a, {}, r);
         return finish();
       }
@@ -701,7 +701,8 @@ class Decoder {
           RMP_TRY(refresh(static_cast<std::uint32_t>(i.a.index), k));
         const std::uint32_t offset = field_offset(a.type, k);
         RMP_TRY_ASSIGN(Place r, reference(i.r));
-        if (!same(r.type, c_.field(t.first_field + k).type)) return bad("a field has another type");
+        if (!same(r.type, c_.field(t.first_field + k).type))
+          return bad("a field has a different type");
         if (a.is_reference) {
           emit(Do::field, a, {}, r, offset);
         } else {
@@ -719,24 +720,24 @@ class Decoder {
         if (t.kind != RMP_TYPE_ARRAY && t.kind != RMP_TYPE_LIST && t.kind != RMP_TYPE_STRING)
           return bad("this has no elements");
         if (!same(r.type, t.kind == RMP_TYPE_STRING ? std::uint32_t{RMP_TYPE_CHAR} : t.element))
-          return bad("an element has another type");
+          return bad("an element has a different type");
         emit(a.is_reference ? Do::element : Do::element_of, a, b, r, a.type);
         return {};
       }
       case RMP_OP_LOAD: {
-        if (signal_of(i.a) != kNone) return bad("LOAD is of a place");
+        if (signal_of(i.a) != kNone) return bad("LOAD needs a place");
         RMP_TRY_ASSIGN(Place a, place(i.a));
         RMP_TRY_ASSIGN(Place r, out(i.r));
-        if (!same(a.type, r.type)) return bad("a value is loaded as another type");
+        if (!same(a.type, r.type)) return bad("a value is loaded as a different type");
         if (a.is_reference) load(a, r);
         else copy(a, r, r.type);
         return finish();
       }
       case RMP_OP_STORE: {
         RMP_TRY_ASSIGN(Place a, in(i.a));
-        if (i.r.kind != RMP_OPERAND_REFERENCE) return bad("STORE is to a place");
+        if (i.r.kind != RMP_OPERAND_REFERENCE) return bad("STORE needs a place");
         RMP_TRY_ASSIGN(Place r, place(i.r));
-        if (!same(a.type, r.type)) return bad("a value is stored as another type");
+        if (!same(a.type, r.type)) return bad("a value is stored as a different type");
         store(a, r);
         return {};
       }
@@ -768,7 +769,7 @@ class Decoder {
       case RMP_OP_LABEL:
         if (i.r.kind != RMP_OPERAND_LABEL) return bad("LABEL has no label");
         if (!labels_.try_emplace(i.r.index, static_cast<std::uint32_t>(c_.ops.size())).second)
-          return bad("a label is there twice");
+          return bad("a label is defined twice");
         return {};
       case RMP_OP_JUMP: return jump(Do::jump, {}, i.r);
       case RMP_OP_JUMP_IF:
@@ -782,7 +783,8 @@ class Decoder {
           emit(x.kind == RMP_ROUTINE_FUNCTION ? Do::end_without_value : Do::return_, {}, {}, {});
           return {};
         }
-        if (x.result == RMP_TYPE_VOID) return bad("a value is returned by what is no function");
+        if (x.result == RMP_TYPE_VOID)
+          return bad("a routine that is not a function returns a value");
         RMP_TRY_ASSIGN(Place a, value_of(i.a, x.result, "RETURN"));
         emit(Do::return_, a, {}, {}, x.result);
         return {};
@@ -793,7 +795,7 @@ class Decoder {
         return {};
       }
       case RMP_OP_WAIT_BEGIN: {
-        if (in_wait_) return bad("a WAIT stands in the condition of another");
+        if (in_wait_) return bad("a WAIT is in the condition of another WAIT");
         Place a{};
         const bool has_limit = i.a.kind != RMP_OPERAND_NONE;
         if (has_limit) {
@@ -834,7 +836,7 @@ class Decoder {
         RMP_TRY_ASSIGN(Place a, in(i.a));
         const std::uint32_t role = c_.type(a.type).role;
         if (role == RMP_ROLE_NONE || role == RMP_ROLE_ORIENTATION || role == RMP_ROLE_ROBOT)
-          return bad("this is no target");
+          return bad("this is not a target");
         targets_.push_back(a);
         if (targets_.size() > 100'000) return bad("a motion has too many targets");
         return {};
@@ -846,7 +848,7 @@ class Decoder {
         if (i.a.kind != RMP_OPERAND_NONE) {
           RMP_TRY_ASSIGN(until_.action, routine_operand(i.a, RMP_ROUTINE_PROCEDURE));
           if (c_.routine(until_.action).parameter_count)
-            return bad("what UNTIL calls has parameters");
+            return bad("the procedure called by UNTIL has parameters");
         }
         RMP_TRY(jump(Do::jump, {}, i.r));
         until_.until = static_cast<std::uint32_t>(c_.ops.size());
@@ -902,11 +904,11 @@ class Decoder {
       }
       case RMP_OP_TEACH: {
         if (i.a.kind != RMP_OPERAND_VARIABLE || i.a.index < 0 || i.a.index >= t_.symbols.count)
-          return bad("TEACH is of a variable");
+          return bad("TEACH needs a variable");
         const auto s = static_cast<std::uint32_t>(i.a.index);
         const Place p = c_.place_of[s];
         if (p.offset == kNone || p.space != kGlobal)
-          return bad("TEACH is of the program's variables");
+          return bad("TEACH needs variables of the program");
         emit(Do::teach, {}, {}, p, s);
         return {};
       }
@@ -945,30 +947,31 @@ class Decoder {
       else if (x == RMP_ROLE_POSE && y == RMP_ROLE_POSITION) form = 1;
       else if (x == RMP_ROLE_ORIENTATION && y == RMP_ROLE_ORIENTATION) form = 2;
       else if (x == RMP_ROLE_ORIENTATION && y == RMP_ROLE_POSITION) form = 3;
-      else return bad("COMPOSE is of poses");
-      if (!same(r.type, b.type)) return bad("COMPOSE gives another type");
+      else return bad("COMPOSE needs poses");
+      if (!same(r.type, b.type)) return bad("COMPOSE returns a different type");
       emit(Do::compose, a, b, r, form);
       return finish();
     }
     if (a.type != b.type && !(is_int(kind) && same(a.type, b.type)))
-      return bad("an operation is of two types");
+      return bad("an operation has operands of types two types");
     if (i.op == RMP_OP_EXOR) {
-      if (a.type != RMP_TYPE_BOOL || r.type != RMP_TYPE_BOOL) return bad("EXOR is of BOOL");
+      if (a.type != RMP_TYPE_BOOL || r.type != RMP_TYPE_BOOL)
+        return bad("EXOR needs BOOL operands");
       emit(Do::exor, a, b, r);
       return finish();
     }
     if (i.op >= RMP_OP_EQUAL) {
-      if (r.type != RMP_TYPE_BOOL) return bad("a comparison gives a BOOL");
+      if (r.type != RMP_TYPE_BOOL) return bad("a comparison must return a BOOL");
       const auto k = static_cast<std::uint16_t>(i.op - RMP_OP_EQUAL);
       if (kind == RMP_TYPE_STRING) emit(Do::compare_text, a, b, r, i.op);
       else if (is_int(kind))
         emit(static_cast<Do>(static_cast<std::uint16_t>(Do::equal_int) + k), a, b, r);
       else if (kind == RMP_TYPE_REAL)
         emit(static_cast<Do>(static_cast<std::uint16_t>(Do::equal_real) + k), a, b, r);
-      else return bad("these values are not compared");
+      else return bad("these values cannot be compared");
       return finish();
     }
-    if (a.type != r.type) return bad("an operation gives another type");
+    if (a.type != r.type) return bad("an operation returns a different type");
     Do code = Do::add_int;
     if (a.type == RMP_TYPE_INT) {
       switch (i.op) {
@@ -977,7 +980,7 @@ class Decoder {
         case RMP_OP_MULTIPLY: code = Do::multiply_int; break;
         case RMP_OP_DIV: code = Do::div_int; break;
         case RMP_OP_MOD: code = Do::mod_int; break;
-        default: return bad("DIVIDE is of REAL");
+        default: return bad("DIVIDE needs REAL operands");
       }
     } else if (a.type == RMP_TYPE_REAL) {
       switch (i.op) {
@@ -985,10 +988,10 @@ class Decoder {
         case RMP_OP_SUBTRACT: code = Do::subtract_real; break;
         case RMP_OP_MULTIPLY: code = Do::multiply_real; break;
         case RMP_OP_DIVIDE: code = Do::divide_real; break;
-        default: return bad("DIV and MOD are of INT");
+        default: return bad("DIV and MOD need INT operands");
       }
     } else {
-      return bad("an operation is of no numbers");
+      return bad("an operation has operands of types no numbers");
     }
     emit(code, a, b, r);
     return finish();
@@ -1002,7 +1005,8 @@ class Decoder {
   };
   Result<std::vector<Argument>> arguments(const rmp_code_operand& count) {
     RMP_TRY_ASSIGN(const std::uint32_t n, number(count));
-    if (n != arguments_.size()) return bad("a call has another number of arguments than it says");
+    if (n != arguments_.size())
+      return bad("the number of arguments of a call differs from its count");
     return std::exchange(arguments_, {});
   }
 
@@ -1014,13 +1018,13 @@ class Decoder {
     c.routine = static_cast<std::uint32_t>(i.a.index);
     const auto& x = c_.routine(c.routine);
     if (x.kind != RMP_ROUTINE_PROCEDURE && x.kind != RMP_ROUTINE_FUNCTION)
-      return bad("a call names what is not called");
-    if (x.parameter_count != all.size()) return bad("a call has another number of arguments");
+      return bad("a call names a routine that cannot be called");
+    if (x.parameter_count != all.size()) return bad("a call has the wrong number of arguments");
     std::vector<Argument> signals;
     for (std::uint32_t k = 0; k < x.parameter_count; ++k) {
       const auto& p = c_.symbol(x.first_parameter + k);
       if (!same(p.type, all[k].at.type) || (p.mode != RMP_MODE_IN) != all[k].is_place)
-        return bad("an argument has another type than its parameter");
+        return bad("an argument and its parameter have different types");
       c.arguments.push_back(
           {all[k].at, c_.place_of[x.first_parameter + k].offset, all[k].is_place});
       if (all[k].signal != kNone) signals.push_back(all[k]);
@@ -1031,7 +1035,7 @@ class Decoder {
       RMP_TRY_ASSIGN(c.result, out(i.r));
       c.has_result = true;
       if (x.result == RMP_TYPE_VOID || !same(c.result.type, x.result))
-        return bad("a call gives another type");
+        return bad("a call returns a different type");
     }
     c_.calls.push_back(std::move(c));
     emit(Do::call, {}, {}, {}, static_cast<std::uint32_t>(c_.calls.size() - 1));
@@ -1067,12 +1071,12 @@ class Decoder {
     if (c.fn == Fn::act_robot && !is_number && !all.empty()) parameters = "N", result = "";
     if (parameters == "q") {
       static constexpr std::string_view kForms[] = {"", "i", "iN"};
-      if (all.size() > 2) return bad("BRAKE has a mode and a robot");
+      if (all.size() > 2) return bad("BRAKE needs a mode and a robot");
       parameters = kForms[all.size()];
     }
     const char many = parameters == "w" || parameters == "m" ? parameters[0] : '\0';
     if (!many && parameters.size() != all.size())
-      return bad(std::string(name) + " has another number of arguments");
+      return bad(std::string(name) + " has the wrong number of arguments");
     std::uint32_t element = RMP_TYPE_VOID, number_type = RMP_TYPE_VOID;
     std::vector<Argument> signals;
     for (std::size_t k = 0; k < all.size(); ++k) {
@@ -1132,7 +1136,7 @@ class Decoder {
           break;
       }
       if (!fits || wants_place != all[k].is_place)
-        return bad("an argument of " + std::string(name) + " has another type");
+        return bad("an argument of " + std::string(name) + " has a different type");
       c.arguments.push_back(all[k].at);
       if (all[k].signal != kNone) signals.push_back(all[k]);
     }
@@ -1165,7 +1169,7 @@ class Decoder {
           break;
         default: fits = role == RMP_ROLE_ROBTARGET; break;
       }
-      if (!fits) return bad(std::string(name) + " gives another type");
+      if (!fits) return bad(std::string(name) + " returns a different type");
     }
     // What is a plain operation.
     if (is_number && c.number == NumberFunction::same) {
@@ -1206,7 +1210,7 @@ class Decoder {
   Result<void> make(const rmp_code_instruction& i) {
     RMP_TRY_ASSIGN(auto all, arguments(i.b));
     for (const Argument& a : all)
-      if (a.is_place) return bad("MAKE is of values");
+      if (a.is_place) return bad("MAKE needs values");
     RMP_TRY_ASSIGN(Place r, out(i.r));
     const rmp_code_type& t = c_.type(r.type);
     const auto part = [&](std::size_t k) {
@@ -1217,9 +1221,9 @@ class Decoder {
     if (t.kind == RMP_TYPE_RECORD  ? all.size() != t.field_count
         : t.kind == RMP_TYPE_ARRAY ? all.size() != type(r.type).length
                                    : t.kind != RMP_TYPE_LIST)
-      return bad("MAKE has another number of values");
+      return bad("MAKE has the wrong number of values");
     for (std::size_t k = 0; k < all.size(); ++k)
-      if (!same(all[k].at.type, part(k))) return bad("MAKE is of another type");
+      if (!same(all[k].at.type, part(k))) return bad("MAKE makes a different type");
     if (t.kind == RMP_TYPE_LIST) {
       const std::uint32_t each = type(t.element).slots;
       const std::uint64_t total = all.size() * std::uint64_t{each};
@@ -1280,7 +1284,7 @@ class Decoder {
     if (m.attribute == RMP_ATTR_DEVICE || m.attribute == RMP_ATTR_ADAX_CONTROL)
       fits = t == RMP_TYPE_INT;
     if (m.attribute >= RMP_ATTR_TOOL) fits = c_.type(t).role == RMP_ROLE_POSE;
-    if (!fits) return bad("an attribute has another type");
+    if (!fits) return bad("an attribute has a different type");
     attributes_.push_back(m);
     return {};
   }
@@ -1301,13 +1305,13 @@ class Decoder {
     until_ = {};
     if (m.targets.empty()) return bad("a motion has no target");
     if (m.interpolation == RMP_MOVE_CIRCLE && m.targets.size() != 2)
-      return bad("CIRCLE has two targets");
+      return bad("CIRCLE needs two targets");
     for (const Place& t : m.targets) {
       const std::uint32_t role = c_.type(t.type).role;
       const bool is_joint = role == RMP_ROLE_JOINT || role == RMP_ROLE_MAIN_JOINT;
       if ((is_joint && m.interpolation != RMP_MOVE_PTP) ||
           (role == RMP_ROLE_ADD_JOINT && m.interpolation > RMP_MOVE_LIN))
-        return bad("a motion has a target of another kind");
+        return bad("a motion has a target of the wrong kind");
     }
     c_.moves.push_back(std::move(m));
     emit(Do::move, {}, {}, {}, static_cast<std::uint32_t>(c_.moves.size() - 1));

@@ -78,9 +78,8 @@ std::uint64_t Run::address_of(const Process& p, const Place& x) const {
 bool Run::push_frame(Process& p, std::uint32_t routine, std::uint32_t back, FrameKind kind) {
   const RoutineInfo& r = c_.routines[routine];
   if (p.frames.size() >= c_.limits.most_frames)
-    return fail(
-        "more than " + std::to_string(c_.limits.most_frames) + " calls are within each other",
-        "A recursion needs a case in which it does not call itself.");
+    return fail("more than " + std::to_string(c_.limits.most_frames) + " calls are nested",
+                "A recursion needs a case without a recursive call.");
   const std::uint64_t base =
       p.frames.empty()
           ? 0
@@ -94,7 +93,7 @@ bool Run::push_frame(Process& p, std::uint32_t routine, std::uint32_t back, Fram
       collect();
       if (bytes() + (size - p.stack.size()) * 8 > c_.limits.most_bytes)
         return fail("the program needs more than the " + std::to_string(c_.limits.most_bytes) +
-                        " bytes that it may have",
+                        " bytes allowed",
                     "Make the variables of its routines smaller, or the recursion less deep.");
     }
     p.stack.resize(wanted);
@@ -197,7 +196,7 @@ bool Run::element(Process& p, const Op& o, std::uint64_t address, std::uint64_t 
     return true;
   }
   const Slot* at_slot = at(p, address, 1, false);
-  if (!at_slot) return fail("a place of the code leads nowhere", "Compile the program again.");
+  if (!at_slot) return fail("a place of the code does not exist", "Compile the program again.");
   if (t.kind == RMP_TYPE_STRING) {
     const auto length = static_cast<std::int64_t>(text_of(*at_slot).size());
     if (i < 1 || i > length) return outside(1, length);
@@ -253,20 +252,20 @@ bool Run::read_signal(Process& p, const Op& o, Slot* out, bool& is_skipped) {
       }
     }
     return fail("the flow depends on the " + std::string(signal.is_output ? "output " : "input ") +
-                    name + ", whose value is not known",
-                "Give a value for " + name + ", or look at it in WAIT FOR or UNTIL only.");
+                    name + ", which has no known value",
+                "Give a value for " + name + ", or use it in WAIT FOR or UNTIL only.");
   }
   const SignalValue v = **value;
   if (signal.type == RMP_TYPE_REAL) {
     if (!std::isfinite(v.real))
-      return fail("the signal " + std::string(signal.name) + " is no finite number");
+      return fail("the signal " + std::string(signal.name) + " is not a finite number");
     *out = Slot::of_real(v.real);
   } else if (signal.type == RMP_TYPE_BOOL) {
     *out = Slot::of(v.integer != 0);
   } else {
     if (v.integer > kMostInt || v.integer < -kMostInt - 1)
       return fail("the signal " + std::string(signal.name) + " is " + std::to_string(v.integer) +
-                      ", which is beyond what an INT holds",
+                      ", which is outside the range of INT",
                   "An INT is from -2147483648 to 2147483647.");
     *out = Slot::of(v.integer);
   }
@@ -350,7 +349,7 @@ bool Run::put_target(std::uint32_t type, const Target& t, Slot* s) {
     for (std::uint32_t k = 0; k < c_.types[of].slots; ++k) {
       const double v = k < from.size() ? from[k] : 0;
       if (!std::isfinite(v) || std::fabs(v) > 2e9)
-        return fail("the state of the robot is no finite number");
+        return fail("the state of the robot is not a finite number");
       to[k] = is_whole_joint(of, k) ? Slot::of(static_cast<std::int32_t>(std::lround(v)))
                                     : Slot::of_real(v);
     }
@@ -362,7 +361,7 @@ bool Run::put_target(std::uint32_t type, const Target& t, Slot* s) {
   for (std::size_t k = 0; k < 3; ++k) s[k] = Slot::of_real(t.pose.position[k]);
   for (std::size_t k = 0; k < 4; ++k) s[3 + k] = Slot::of_real(t.pose.quaternion[k]);
   for (std::size_t k = 0; k < 7; ++k)
-    if (!std::isfinite(s[k].real())) return fail("the state of the robot is no finite number");
+    if (!std::isfinite(s[k].real())) return fail("the state of the robot is not a finite number");
   s[7] = Slot::of(t.status);
   const std::uint32_t turns = c_.types[field(2)].slots;
   for (std::uint32_t k = 0; k < turns; ++k)
@@ -378,7 +377,7 @@ bool Run::refresh(Process& p, const Op& o) {
     if (f.kind == 2) {
       const auto speed = world_->robot_speed(robot, p.routine);
       if (!speed.ok()) return fail(speed.error());
-      if (!std::isfinite(*speed)) return fail("the speed of the robot is no finite number");
+      if (!std::isfinite(*speed)) return fail("the speed of the robot is not a finite number");
       *to = Slot::of_real(*speed);
       continue;
     }
@@ -420,9 +419,9 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
     const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(std::fabs(n - 1) < 1e-3))
       return fail(std::string("the orientation of ") + what +
-                      " is no unit quaternion: its length is " + real_literal(n),
-                  n == 0 ? "It has no value yet: give it one, such as ORIZYX(0.0, 180.0, 0.0)."
-                         : "Make it by a function such as ORIQUAT or ORIZYX.");
+                      " is not a unit quaternion: its length is " + real_literal(n),
+                  n == 0 ? "It has no value yet: assign one, such as ORIZYX(0.0, 180.0, 0.0)."
+                         : "Create it with a function such as ORIQUAT or ORIZYX.");
     // What is one but for rounding stays as it is, so that to say it again changes nothing.
     if (std::fabs(n - 1) > 1e-14)
       for (double& v : q) v /= n;
@@ -467,47 +466,46 @@ bool Run::begin_motion(Process& p, std::uint32_t number) {
   }
   const auto shown = [](double v) { return real_literal(v); };
   const auto above = [&](const char* name, double v) {
-    return v > 0 ||
-           fail(std::string(name) + " is " + shown(v) + ", and a motion needs one above zero");
+    return v > 0 || fail(std::string(name) + " is " + shown(v) + ", but it must be above zero");
   };
   const auto share = [&](const char* name, double v) {
     return (v > 0 && v <= 100) || fail(std::string(name) + " is " + shown(v) +
-                                       ", and is a percentage, above zero and at most 100");
+                                       ", but it must be above zero and at most 100 %");
   };
   const auto not_negative = [&](const char* name, double v) {
-    return v >= 0 || fail(std::string(name) + " is " + shown(v) + ", and is not negative");
+    return v >= 0 || fail(std::string(name) + " is " + shown(v) + ", but it must not be negative");
   };
   const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
   if (is_ptp) {
     if (!share("SPEED_PTP", a.speed_ptp) || !share("ACC_PTP", a.acceleration_ptp) ||
         !not_negative("C_PTP", a.c_ptp))
       return false;
-    if (a.c_ptp > 100)
-      return fail("C_PTP is " + shown(a.c_ptp) + ", and is a percentage, at most 100");
+    if (a.c_ptp > 100) return fail("C_PTP is " + shown(a.c_ptp) + ", but it must be at most 100 %");
   } else if (!above("SPEED", a.speed) || !above("SPEED_ORI", a.speed_orientation) ||
              !not_negative("C_CP", a.c_cp)) {
     return false;
   } else if (a.c_speed < 0 || a.c_speed > 100) {
-    return fail("C_SPEED is " + shown(a.c_speed) + ", and is a percentage, 0 to 100");
+    return fail("C_SPEED is " + shown(a.c_speed) + ", but it must be from 0 to 100 %");
   }
   if (a.weaves && !is_ptp) {
     if (!not_negative("R_WOBBLE_AMPLITUDE", a.wobble_amplitude)) return false;
     if (!(a.wobble_length > 0))
       return fail(
-          "R_WOBBLE_LENGTH is " + shown(a.wobble_length) + ", and WOBBLE needs one above zero",
+          "R_WOBBLE_LENGTH is " + shown(a.wobble_length) + ", but WOBBLE needs a value above zero",
           "It is the distance of one swing to both sides and back, in mm.");
   }
   if (!share("ACC", a.acceleration)) return false;
   if (a.time <= 0 && a.time != -1)
-    return fail("TIME is " + shown(a.time) + ", and is above zero, or -1 for none",
-                "The motion's own, or R_MOVE_TIME.");
+    return fail("TIME is " + shown(a.time) + ", but it must be above zero, or -1 for none",
+                "It comes from the motion or from R_MOVE_TIME.");
   for (const Place& x : m.targets) {
     Target t = target_of(x.type, slots(p, x));
     const bool has_orientation = t.role == RMP_ROLE_POSE || t.role == RMP_ROLE_ROBTARGET;
     if (has_orientation && !turned(t.pose, "a target")) return false;
     if (t.role == RMP_ROLE_ROBTARGET && t.status < -1)
-      return fail("the STATUS of a target is " + std::to_string(t.status) + ", and is not negative",
-                  "-1 is any; else a bit for each branch of the robot's inverse kinematics.");
+      return fail(
+          "the STATUS of a target is " + std::to_string(t.status) + ", but it must not be negative",
+          "-1 is any; else a bit for each branch of the robot's inverse kinematics.");
     motion.targets.push_back(std::move(t));
   }
   motion.approximates =
@@ -547,7 +545,7 @@ bool Run::control(Process& p, const Op& o) {
               : 0;
       if (Process* other = process_of(o.n); other && !other->is_ended)
         return fail(
-            "the process " + c_.routine_name(o.n) + " runs already",
+            "the process " + c_.routine_name(o.n) + " is already running",
             "Wait until GETSTATUS(" + c_.routine_name(o.n) + ") = R_PROCESS_READY, or CANCEL it.");
       start_process(o.n, priority);
       return true;
@@ -556,7 +554,7 @@ bool Run::control(Process& p, const Op& o) {
     case Do::continue_: {
       Process* other = process_of(o.n);
       if (!other || other->is_ended)
-        return fail("the process " + c_.routine_name(o.n) + " does not run", "START it first.");
+        return fail("the process " + c_.routine_name(o.n) + " is not running", "START it first.");
       const bool stops = o.code == Do::stop;
       if (other->is_stopped == stops) return true;
       other->is_stopped = stops;
@@ -723,7 +721,7 @@ Run::Next Run::execute(Process& p) {
     if (v > kMostInt || v < -kMostInt - 1) [[unlikely]] {                 \
       at_ = pc;                                                           \
       fail(std::string("the value of ") + (name) +                        \
-               " is beyond what an INT holds: " + std::to_string(v),      \
+               " is outside the range of INT: " + std::to_string(v),      \
            "An INT is from -2147483648 to 2147483647; REAL holds more."); \
       goto failed;                                                        \
     }                                                                     \
@@ -731,17 +729,17 @@ Run::Next Run::execute(Process& p) {
     ++pc;                                                                 \
     break;                                                                \
   }
-#define RMP_REAL(expression, name)                                                  \
-  {                                                                                 \
-    const double v = (expression);                                                  \
-    if (!std::isfinite(v)) [[unlikely]] {                                           \
-      at_ = pc;                                                                     \
-      fail(std::string("the value of ") + (name) + " is beyond what a REAL holds"); \
-      goto failed;                                                                  \
-    }                                                                               \
-    R = Slot::of_real(v);                                                           \
-    ++pc;                                                                           \
-    break;                                                                          \
+#define RMP_REAL(expression, name)                                                   \
+  {                                                                                  \
+    const double v = (expression);                                                   \
+    if (!std::isfinite(v)) [[unlikely]] {                                            \
+      at_ = pc;                                                                      \
+      fail(std::string("the value of ") + (name) + " is outside the range of REAL"); \
+      goto failed;                                                                   \
+    }                                                                                \
+    R = Slot::of_real(v);                                                            \
+    ++pc;                                                                            \
+    break;                                                                           \
   }
 #define RMP_TRUTH(expression) \
   {                           \
@@ -749,10 +747,10 @@ Run::Next Run::execute(Process& p) {
     ++pc;                     \
     break;                    \
   }
-#define RMP_NO_CONDITION(what)                                                             \
-  if (p.condition_depth) {                                                                 \
-    fail("a condition of UNTIL or WHEN " what, "A function that it calls computes only."); \
-    goto failed;                                                                           \
+#define RMP_NO_CONDITION(what)                                                              \
+  if (p.condition_depth) {                                                                  \
+    fail("a condition of UNTIL or WHEN " what, "Functions called there may only compute."); \
+    goto failed;                                                                            \
   }
 #define RMP_SYNC                    \
   {                                 \
@@ -789,14 +787,14 @@ Run::Next Run::loop(Process& p) {
     if (c_.limits.most_instructions && s_.instructions > c_.limits.most_instructions) {
       fail("the program has run more than " + std::to_string(c_.limits.most_instructions) +
                " instructions",
-           "Look for a loop without an end, or allow it more.");
+           "Look for an endless loop, or allow more instructions.");
       return Next::stop;
     }
     if (p.used >= c_.limits.slice) {
       if (!p.condition_depth) return Next::wait;
       fail("a condition of UNTIL or WHEN runs more than " + std::to_string(c_.limits.slice) +
                " instructions",
-           "Look for a loop without an end in a function that it calls.");
+           "Look for an endless loop in a function it calls.");
       return Next::stop;
     }
     if (s_.heap.bytes > s_.heap.collect_at) {
@@ -853,7 +851,7 @@ Run::Next Run::loop(Process& p) {
           const std::int32_t v = A.integer();
           if (v < 0 || v > 255) {
             at_ = pc;
-            fail("a CHAR has a code from 0 to 255, and this is " + std::to_string(v));
+            fail("the code of a CHAR must be from 0 to 255, but this is " + std::to_string(v));
             goto failed;
           }
           R = Slot::of(v);
@@ -940,7 +938,7 @@ Run::Next Run::loop(Process& p) {
           bool is_finite = true;
           for (int k = 0; k < n; ++k) is_finite = is_finite && std::isfinite(z[k]);
           if (!is_finite) {
-            fail("the value of @ is beyond what a REAL holds");
+            fail("the value of @ is outside the range of REAL");
             goto failed;
           }
           Slot* r = &R;
@@ -1103,7 +1101,7 @@ Run::Next Run::loop(Process& p) {
           at_ = pc;
           if (s_.is_timeout_unknown) {
             fail("the flow depends on whether the WAIT FOR in line " +
-                     std::to_string(s_.timeout_unknown.line) + " ran out of time",
+                     std::to_string(s_.timeout_unknown.line) + " timed out",
                  "Give values for the inputs of its condition.");
             goto failed;
           }
@@ -1170,7 +1168,7 @@ Run::Next Run::loop(Process& p) {
         case Do::end_without_value:
           at_ = pc;
           fail("the function " + c_.routine_name(p.frames.back().routine) +
-                   " has reached its end without a RETURN",
+                   " reached its end without a RETURN",
                "End every path through a function with RETURN value;");
           goto failed;
         case Do::wait_time: {
@@ -1178,7 +1176,7 @@ Run::Next Run::loop(Process& p) {
           RMP_NO_CONDITION("waits")
           const double seconds = A.real();
           if (seconds < 0) {
-            fail("WAIT is of " + real_literal(seconds) + " s, and a time is not negative");
+            fail("WAIT is of " + real_literal(seconds) + " s, but a time must not be negative");
             goto failed;
           }
           if (observer_) {
@@ -1206,7 +1204,7 @@ Run::Next Run::loop(Process& p) {
           if (f.has_deadline) {
             const double seconds = A.real();
             if (seconds < 0) {
-              fail("TIMEOUT is " + real_literal(seconds) + " s, and a time is not negative");
+              fail("TIMEOUT is " + real_literal(seconds) + " s, but a time must not be negative");
               goto failed;
             }
             f.deadline = s_.now + seconds;
@@ -1292,8 +1290,10 @@ Run::Next Run::loop(Process& p) {
           RMP_NO_CONDITION("moves")
           if (std::any_of(p.open.begin(), p.open.end(),
                           [&](const OpenMotion& m) { return is_held(m.number); })) {
-            fail("a motion of this process is held by BRAKE, and another cannot begin before it",
-                 "BRAKE without a mode, or with 0, ends it.");
+            fail(
+                "BRAKE holds a motion of this process, and another motion cannot begin before it "
+                "ends",
+                "BRAKE without a mode, or with 0, ends it.");
             goto failed;
           }
           if (!p.open.empty()) {
@@ -1334,7 +1334,7 @@ Run::Next Run::loop(Process& p) {
           RMP_NO_CONDITION("teaches")
           if (c_.taught_offset[o.n] == kNone) {
             fail(std::string(c_.symbol(o.n).name) + " has no taught value",
-                 "Give it one in a list of data: " + std::string(c_.symbol(o.n).name) + " := ...;");
+                 "Assign one in a data list: " + std::string(c_.symbol(o.n).name) + " := ...;");
             goto failed;
           }
           if (!s_.has_taught) {
@@ -1361,7 +1361,7 @@ Run::Next Run::loop(Process& p) {
   }
 lost:
   at_ = pc;
-  fail("a place of the code leads nowhere", "Compile the program again.");
+  fail("a place of the code does not exist", "Compile the program again.");
 failed:
   p.pc = at_;
   result = Next::stop;

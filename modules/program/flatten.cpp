@@ -30,10 +30,11 @@ class Flattening {
     std::uint32_t last = kNone;
     for (const TraceEntry& e : trace_.entries) {
       if (e.process != 0)
-        return error(ErrorCode::unsupported,
-                     "the process " + std::string(routine_name(e.process)) +
-                         " does something beside the program, which one straight program cannot",
-                     "Flatten programs without processes that write or move.", where(e.span));
+        return error(
+            ErrorCode::unsupported,
+            "the process " + std::string(routine_name(e.process)) +
+                " runs in parallel to the program, which a flattened program cannot express",
+            "Flatten programs without processes that write or move.", where(e.span));
       temporaries_ = 0;
       at_ = e.span;
       rmp_code_statement s{};
@@ -398,10 +399,10 @@ class Flattening {
         std::string_view(t.text).substr(0, t.text.size() - (ends ? 1 : 0));
     for (const char c : text)
       if (static_cast<unsigned char>(c) < ' ')
-        return error(ErrorCode::unsupported,
-                     "a text that is written has a control character, code " +
-                         std::to_string(static_cast<int>(c)),
-                     "Write letters and WRITELN only.", where(at_));
+        return error(
+            ErrorCode::unsupported,
+            "a written text has a control character, code " + std::to_string(static_cast<int>(c)),
+            "Write letters and WRITELN only.", where(at_));
     const std::uint32_t symbol = intrinsics_[ends ? 1 : 0];
     s.op = RMP_STMT_CALL;
     std::vector<std::uint32_t> arguments;

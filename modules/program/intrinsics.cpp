@@ -54,7 +54,7 @@ Run::Did Run::write(Process& p, const IntrinsicCall& c) {
   std::string out;
   for (std::size_t k = has_file; k < c.arguments.size(); ++k) {
     const Slot* v = slots(p, c.arguments[k]);
-    if (!v) return fail("a place of the code leads nowhere"), Did::failed;
+    if (!v) return fail("a place of the code does not exist"), Did::failed;
     if (is_values) {
       std::string one;
       append_text(c.arguments[k].type, v, one, most);
@@ -75,7 +75,7 @@ Run::Did Run::write(Process& p, const IntrinsicCall& c) {
   if (!has_room(out.size())) return Did::failed;
   Heap::File* f = file_of(p, c.arguments[0]);
   if (!f || f->mode == 'R')
-    return fail(f ? "the file " + f->name + " is open to be read" : "the file is not open",
+    return fail(f ? "the file " + f->name + " is open for reading" : "the file is not open",
                 "OPEN it with 'W' or 'A' first."),
            Did::failed;
   f->text += out;
@@ -93,7 +93,7 @@ Run::Did Run::read(Process& p, const IntrinsicCall& c) {
   if (has_file) {
     f = file_of(p, c.arguments[0]);
     if (!f || f->mode != 'R')
-      return fail(f ? "the file " + f->name + " is open to be written" : "the file is not open",
+      return fail(f ? "the file " + f->name + " is open for writing" : "the file is not open",
                   "OPEN it with 'R' first."),
              Did::failed;
   }
@@ -101,7 +101,7 @@ Run::Did Run::read(Process& p, const IntrinsicCall& c) {
   std::size_t at_byte = f ? f->at : 0;
   const auto more = [&] {
     if (f) {
-      fail("the file " + f->name + " has come to its end", "Ask EOF first.");
+      fail("the file " + f->name + " has reached its end", "Ask EOF first.");
       return Did::failed;
     }
     p.wait = {};
@@ -139,7 +139,7 @@ Run::Did Run::read(Process& p, const IntrinsicCall& c) {
     const auto wrong = [&](const char* what) {
       // What was typed is gone, so that the next READ does not stumble over it again.
       if (!f) p.input.clear();
-      fail("\"" + word.substr(0, 60) + "\" was read, and is no " + what);
+      fail("\"" + word.substr(0, 60) + "\" was read, which is not " + what);
       return Did::failed;
     };
     const char* end = word.data() + word.size();
@@ -182,7 +182,7 @@ Run::Did Run::read(Process& p, const IntrinsicCall& c) {
       const Slot* ref = p.stack.data() + p.frames.back().base + x.offset;
       if (ref[1].bits) {
         Slot* s = at(p, ref[0].bits, 1, true);
-        if (!s) return fail("a place of the code leads nowhere"), Did::failed;
+        if (!s) return fail("a place of the code does not exist"), Did::failed;
         std::string changed(text_of(*s));
         if (ref[1].bits > changed.size()) return fail("the string has become shorter"), Did::failed;
         changed[ref[1].bits - 1] = static_cast<char>(values[i].integer());
@@ -194,7 +194,7 @@ Run::Did Run::read(Process& p, const IntrinsicCall& c) {
     Slot* s = x.is_reference
                   ? at(p, (p.stack.data() + p.frames.back().base + x.offset)->bits, 1, true)
                   : slots(p, x);
-    if (!s) return fail("a place of the code leads nowhere"), Did::failed;
+    if (!s) return fail("a place of the code does not exist"), Did::failed;
     *s = values[i];
   }
   ++s_.progress;
@@ -215,14 +215,14 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
   const Slot* in[4] = {};
   for (std::size_t k = 0; k < c.arguments.size() && k < 4; ++k) {
     in[k] = slots(p, c.arguments[k]);
-    if (!in[k]) return failed("a place of the code leads nowhere", "Compile the program again.");
+    if (!in[k]) return failed("a place of the code does not exist", "Compile the program again.");
   }
   const auto out = [&] { return slots(p, c.result); };
   const auto number = [&](std::size_t k) { return in[k]->real(); };
   const auto whole = [&](std::int64_t v) {
     if (v > std::numeric_limits<std::int32_t>::max() ||
         v < std::numeric_limits<std::int32_t>::min())
-      return failed("the value of " + name() + " is beyond what an INT holds",
+      return failed("the value of " + name() + " is outside the range of INT",
                     "An INT is from -2147483648 to 2147483647.");
     *out() = Slot::of(v);
     return Did::done;
@@ -230,7 +230,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
   const auto reals = [&](const double* v, std::size_t n) {
     for (std::size_t k = 0; k < n; ++k)
       if (!std::isfinite(v[k]))
-        return failed("the value of " + name() + " is beyond what a REAL holds");
+        return failed("the value of " + name() + " is outside the range of REAL");
     Slot* to = out();
     for (std::size_t k = 0; k < n; ++k) to[k] = Slot::of_real(v[k]);
     return Did::done;
@@ -243,9 +243,9 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
     get(k, q, 4);
     const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(std::fabs(n - 1) < 1e-3)) {
-      fail("the orientation that " + name() + " gets is no unit quaternion: its length is " +
+      fail("the orientation that " + name() + " gets is not a unit quaternion: its length is " +
                real_literal(n),
-           "Make it by a function such as ORIQUAT or ORIZYX.");
+           "Create it with a function such as ORIQUAT or ORIZYX.");
       return false;
     }
     for (int i = 0; i < 4; ++i) q[i] /= n;
@@ -256,7 +256,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
   };
   if (c.fn >= Fn::open && c.fn <= Fn::release && p.condition_depth)
     return failed("a condition of UNTIL or WHEN calls " + name(),
-                  "A function that it calls computes only.");
+                  "Functions called there may only compute.");
   double q[4], v[3], w[3], r[7];
   switch (c.fn) {
     case Fn::number: {
@@ -322,7 +322,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
         q[k] = number(k);
         most = std::max(most, std::fabs(q[k]));
       }
-      if (!(most > 0)) return failed("ORIQUAT gets four zeros, which are no orientation");
+      if (!(most > 0)) return failed("ORIQUAT gets four zeros, which are not an orientation");
       for (double& x : q) x /= most;
       const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
       for (double& x : q) x /= n;
@@ -355,7 +355,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       const std::string mode(text_of(*in[0]));
       const auto which = static_cast<unsigned>(c.fn) - static_cast<unsigned>(Fn::angle_x);
       if (!angles_of(mode, q, angles, has))
-        return failed(name() + " knows no mode '" + mode.substr(0, 40) + "'",
+        return failed(name() + " has no mode '" + mode.substr(0, 40) + "'",
                       "Modes are 'RS', 'XYZ', 'YXZ', 'ZYX' and 'ZYZ2'.");
       if (!(has >> which & 1u)) return failed("the mode '" + mode + "' has no angle of " + name());
       return reals(angles + which, 1);
@@ -374,7 +374,8 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       if (!turned(0, q)) return Did::failed;
       const double n = std::hypot(q[1], q[2], q[3]);
       if (n < 1e-12)
-        return failed("ROTAXIS has no value: the orientation is not turned", "Ask ROTANGLE first.");
+        return failed("ROTAXIS has no value: the orientation has no rotation",
+                      "Ask ROTANGLE first.");
       for (int k = 0; k < 3; ++k) r[k] = (q[0] < 0 ? -q[1 + k] : q[1 + k]) / n;
       return reals(r, 3);
     }
@@ -406,8 +407,8 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
     }
     case Fn::for_step:
       if (in[0]->integer() == 0)
-        return failed("STEP of the FOR is 0, so that it would have no end",
-                      "Above 0 it counts towards the end, below 0 the other way.");
+        return failed("STEP of the FOR is 0, so the loop would never end",
+                      "A positive STEP counts upwards, a negative one downwards.");
       *out() = *in[0];
       return Did::done;
     case Fn::robot_joints:
@@ -422,7 +423,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       if (must_wait(p)) return Did::waits;
       const auto speed = world_->robot_speed(p.robot, p.routine);
       if (!speed.ok()) return fail(speed.error()), Did::failed;
-      if (!std::isfinite(*speed)) return failed("the speed of the robot is no finite number");
+      if (!std::isfinite(*speed)) return failed("the speed of the robot is not a finite number");
       *out() = Slot::of_real(*speed);
       return Did::done;
     }
@@ -541,13 +542,13 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
     case Fn::open: {
       if (asks()) return Did::waits;
       if (Heap::File* f = file_of(p, c.arguments[0]))
-        return failed("the file " + f->name + " is open already", "CLOSE it first.");
+        return failed("the file " + f->name + " is already open", "CLOSE it first.");
       Heap::File made;
       made.name = std::string(text_of(*in[1]));
       made.span = c_.instruction(at_).span;
       const std::string mode(text_of(*in[2]));
       if (mode.size() != 1 || std::string_view("RWArwa").find(mode) == std::string_view::npos)
-        return failed("OPEN knows no mode '" + mode.substr(0, 40) + "'",
+        return failed("OPEN has no mode '" + mode.substr(0, 40) + "'",
                       "'R' reads, 'W' writes, 'A' adds.");
       made.mode = static_cast<char>(mode[0] & ~0x20);
       if (made.mode == 'R') {
@@ -587,7 +588,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
     case Fn::eol: {
       const Heap::File* f = file_of(p, c.arguments[0]);
       if (!f || f->mode != 'R')
-        return failed("the file is not open to be read", "OPEN it with 'R'.");
+        return failed("the file is not open for reading", "OPEN it with 'R'.");
       const bool is_end = f->at >= f->text.size();
       *out() = Slot::of(is_end || (c.fn == Fn::eol && (f->text[f->at] == '\n' ||
                                                        f->text.compare(f->at, 2, "\r\n") == 0)));
@@ -607,7 +608,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       if (asks()) return Did::waits;
       Slot* s = c.arguments[0].is_reference ? at(p, address_of(p, c.arguments[0]), 1, true)
                                             : slots(p, c.arguments[0]);
-      if (!s) return failed("a place of the code leads nowhere", "Compile the program again.");
+      if (!s) return failed("a place of the code does not exist", "Compile the program again.");
       const std::uint64_t address = address_of(p, c.arguments[0]);
       // Places on a stack are of one process.
       const std::uint64_t key = address >= s_.globals.size() && address < kConstantAddress
@@ -651,7 +652,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
         return Did::done;
       }
       if (s->integer() == std::numeric_limits<std::int32_t>::max())
-        return failed("the semaphore counts more than an INT holds");
+        return failed("the count of the semaphore exceeds the range of INT");
       *s = Slot::of(s->integer() + 1);
       return Did::done;
     }
@@ -665,7 +666,7 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       return whole(is_blocked ? 3 : 1);
     }
   }
-  return failed("this function of the language is not known");
+  return failed("this function of the language is unknown");
 }
 
 /// R_ACT_ROB: chooses a robot, or gives the one that was chosen as it is now.
@@ -673,7 +674,7 @@ Run::Did Run::act_robot(Process& p, const IntrinsicCall& c) {
   if (!c.has_result) {
     if (p.condition_depth)
       return fail("a condition of UNTIL or WHEN chooses a robot",
-                  "A function that it calls computes only."),
+                  "Functions called there may only compute."),
              Did::failed;
     p.robot = c.robot;
     return Did::done;
@@ -683,14 +684,15 @@ Run::Did Run::act_robot(Process& p, const IntrinsicCall& c) {
     return r.first == p.robot || (p.robot == kNone && c_.robots.size() == 1);
   });
   if (of == c_.robots.end())
-    return fail(p.robot == kNone ? "R_ACT_ROB is none of the robots yet"
-                                 : "R_ACT_ROB is a robot of another type than the cell's first",
+    return fail(p.robot == kNone
+                    ? "R_ACT_ROB has not been set to a robot yet"
+                    : "R_ACT_ROB is a robot of a different type than the cell's first robot",
                 p.robot == kNone
                     ? "Choose one first, such as R_ACT_ROB := " +
                           std::string(c_.robots.empty() ? "arm"
                                                         : c_.symbol(c_.robots[0].first).name) +
                           ";"
-                    : "Name it where its fields are read."),
+                    : "Name the robot when reading its fields."),
            Did::failed;
   Op o;
   o.n = of->second;
@@ -709,16 +711,17 @@ Run::Did Run::brake(Process& p, const IntrinsicCall& c, std::int32_t mode) {
   };
   if (must_wait(p)) return Did::waits;
   if (p.condition_depth)
-    return failed("a condition of UNTIL or WHEN brakes", "A function that it calls computes only.");
+    return failed("a condition of UNTIL or WHEN brakes",
+                  "Functions called there may only compute.");
   if (mode != 0 && mode != 1)
-    return failed("BRAKE knows no mode " + std::to_string(mode),
+    return failed("BRAKE has no mode " + std::to_string(mode),
                   "0 ends the motion, 1 holds it until the interrupt's routine has ended.");
   Frame* interrupt = nullptr;
   for (Frame& f : p.frames)
     if (f.kind == FrameKind::interrupt) interrupt = &f;
   if (mode == 1 && !interrupt)
     return failed(
-        "BRAKE(1) holds a motion until the routine of an interrupt has ended, and this is none",
+        "BRAKE(1) holds a motion until the routine of an interrupt has ended, but this is not one",
         "BRAKE ends a motion; STOP holds a process until CONTINUE.");
   ++s_.progress;
   WaitState wait;

@@ -200,7 +200,7 @@ class Machine {
   [[nodiscard]] std::vector<std::uint32_t> processes() const;
 
   // ---- for checks of programs (debugging.cpp) ----
-  /// From now on it remembers which statements have run and which waits ran out of time; runs take
+  /// From now on it remembers which statements have run and which waits timed out; runs take
   /// as long as with a breakpoint.
   void keep_journal();
   /// Statements of all routines in the order of their code.

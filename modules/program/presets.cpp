@@ -53,10 +53,10 @@ Result<void> fits_signal(const rmp_code_symbol& s, double value) {
     return error(ErrorCode::invalid_argument, what, std::move(hint));
   };
   if (s.type == RMP_TYPE_BOOL && value != 0 && value != 1)
-    return no("It is a BOOL: TRUE (1) or FALSE (0).");
-  if (!std::isfinite(value)) return no("It is a finite number.");
+    return no("It must be a BOOL: TRUE (1) or FALSE (0).");
+  if (!std::isfinite(value)) return no("It must be a finite number.");
   if (s.type != RMP_TYPE_INT) return {};
-  if (value != std::floor(value)) return no("It is an INT, a whole number.");
+  if (value != std::floor(value)) return no("It must be an INT, a whole number.");
   const bool has_bits = s.width > 1 && s.width < 32;
   const double least = has_bits ? 0.0 : -2147483648.0;
   const double most = has_bits ? std::ldexp(1.0, s.width) - 1 : 2147483647.0;

@@ -235,7 +235,7 @@ Run::Next Run::condition(Process& p, std::uint32_t op) {
   if (!s_.status.fault && s_.status.state != RunState::cancelled) {
     p_ = &p;
     at_ = p.pc;
-    fail("a condition of UNTIL or WHEN does not come to its end", "It computes only.");
+    fail("a condition of UNTIL or WHEN does not end", "It may only compute.");
   }
   return Next::stop;
 }
@@ -432,7 +432,7 @@ void Run::run(double now) {
     if (!std::isfinite(now) || s_.has_begun) {
       s_.status.fault = Fault{
           "the time of a run is " + real_literal(now) + " s, behind " + real_literal(s_.now) + " s",
-          "Give a time that is not before the last one.",
+          "Give a time that is not before the previous one.",
           0,
           {},
           "",

@@ -24,7 +24,7 @@ class Tracer final : public World, public Observer {
     double now = 0;
     for (;;) {
       if (progress && progress->cancelled())
-        return error(ErrorCode::cancelled, "the run was stopped");
+        return error(ErrorCode::cancelled, "the run was cancelled");
       Machine::State& s = m_.own();
       Run(c_, s, this, nullptr, this).run(now);
       const Status& status = s.status;
@@ -54,7 +54,7 @@ class Tracer final : public World, public Observer {
           where = std::string(row<rmp_code_file>(c_.tables().files, stands.file).name) + ":" +
                   std::to_string(stands.line) + ":" + std::to_string(stands.column);
         return error(ErrorCode::invalid_argument,
-                     "the program waits here for ever with the values that inputs have",
+                     "the program waits here forever with the present input values",
                      "Give other values, or none.", where);
       }
       now = std::max(now, next);
@@ -157,8 +157,8 @@ class Tracer final : public World, public Observer {
     return {};
   }
   Result<std::optional<std::string>> read_line(std::uint32_t) override {
-    return error(ErrorCode::unsupported, "the flow depends on what the operator types",
-                 "Replace READ by values to run the program without a world.");
+    return error(ErrorCode::unsupported, "the flow depends on operator input",
+                 "Replace READ with values to run the program without a world.");
   }
   Result<void> pause(std::uint32_t process, std::string_view message) override {
     return add(process, span_now(), TracedPause{std::string(message)});
@@ -166,13 +166,13 @@ class Tracer final : public World, public Observer {
   Result<std::string> read_file(std::string_view name) override {
     return error(ErrorCode::unsupported,
                  "the flow depends on the file " + std::string(name) +
-                     ", and a run without a world reads none",
-                 "Put its values into the program or into a list of data.");
+                     ", but a run without a world reads no files",
+                 "Put its values into the program or into a data list.");
   }
   Result<void> write_file(std::string_view name, std::string_view, bool) override {
     return error(
         ErrorCode::unsupported,
-        "the file " + std::string(name) + " is written, and a run without a world has none",
+        "the file " + std::string(name) + " is written, but a run without a world has no files",
         "Use WRITE without a file.");
   }
 
@@ -208,16 +208,16 @@ class Tracer final : public World, public Observer {
     const ConditionNode& whole = c.nodes.back();
     if (whole.op == RMP_EXPR_LITERAL) {
       if (!whole.integer) return {};  // nothing can change it: nothing else runs meanwhile
-      return error(ErrorCode::unsupported,
-                   "the condition of UNTIL holds before the motion begins, so that where it ends "
-                   "depends on the robot",
-                   "Leave the motion out, or the condition.");
+      return error(
+          ErrorCode::unsupported,
+          "the condition of UNTIL holds before the motion begins, so its end depends on the robot",
+          "Leave the motion out, or the condition.");
     }
     if (m.action != kNone)
       return error(ErrorCode::unsupported,
-                   "the flow depends on the condition of UNTIL, behind which " +
+                   "the flow depends on the condition of UNTIL, after which " +
                        c_.routine_name(m.action) + " is called",
-                   "Give values for its inputs, or ask for them behind the motion.");
+                   "Give values for its inputs, or test them after the motion.");
     until_ = std::move(c);
     return {};
   }
@@ -252,7 +252,7 @@ class Tracer final : public World, public Observer {
       return error(ErrorCode::unsupported,
                    "the program does more than " + std::to_string(options_.most_entries) +
                        " actions in a row",
-                   "Run a program without an end in a world.");
+                   "Run an endless program in a world.");
     out_.entries.push_back({process, span, std::move(what)});
     return {};
   }
@@ -339,7 +339,7 @@ class Tracer final : public World, public Observer {
     Run run(c_, *m_.state_, nullptr, nullptr, nullptr);
     auto& p = const_cast<Process&>(*now_);
     const Slot* nothing = nullptr;
-    if (depth > 600) return depends("a condition that is nested too deep");
+    if (depth > 600) return depends("a condition nested too deeply");
     if (x.op == RMP_EXPR_SYMBOL) {
       const Place& v = c_.place_of[x.symbol];
       if (v.offset == kNone) return nothing;
@@ -391,7 +391,7 @@ class Tracer final : public World, public Observer {
     return p;
   }
   Result<Part> part(Condition& c, std::uint32_t e, int depth) {
-    if (depth > 600) return depends("a condition that is nested too deep");
+    if (depth > 600) return depends("a condition nested too deeply");
     const rmp_code& t = c_.tables();
     const auto& x = row<rmp_code_expression>(t.expressions, e);
     const auto operand = [&](std::uint32_t k) { return row<std::uint32_t>(t.links, x.first + k); };
@@ -434,7 +434,7 @@ class Tracer final : public World, public Observer {
       case RMP_EXPR_FIELD:
       case RMP_EXPR_INDEX: {
         RMP_TRY_ASSIGN(const Slot* s, place(c, e, depth + 1));
-        if (!s || x.type > RMP_TYPE_STRING) return depends("a value that is not known here");
+        if (!s || x.type > RMP_TYPE_STRING) return depends("a value unknown here");
         if (x.type == RMP_TYPE_REAL) out.real = s->real();
         else if (x.type == RMP_TYPE_STRING)
           out.text = std::string(Run(c_, *m_.state_, nullptr, nullptr, nullptr).text_of(*s));
@@ -488,8 +488,7 @@ class Tracer final : public World, public Observer {
                        " in a condition with inputs");
       default: break;
     }
-    if (x.op < RMP_EXPR_ADD || x.op > RMP_EXPR_EXOR)
-      return depends("a value that is not known here");
+    if (x.op < RMP_EXPR_ADD || x.op > RMP_EXPR_EXOR) return depends("a value unknown here");
     RMP_TRY_ASSIGN(Part a, part(c, operand(0), depth + 1));
     RMP_TRY_ASSIGN(Part b, part(c, operand(1), depth + 1));
     if (!a.is_known || !b.is_known) {
@@ -514,9 +513,9 @@ class Tracer final : public World, public Observer {
       return known_int(x.type, v);
     }
     const auto beyond = [&] {
-      return error(ErrorCode::invalid_argument,
-                   "a value of this condition is beyond what its type "
-                   "holds, or it divides by zero");
+      return error(
+          ErrorCode::invalid_argument,
+          "a value of this condition is outside the range of its type, or it divides by zero");
     };
     if (x.type == RMP_TYPE_REAL) {
       if (x.op == RMP_EXPR_DIVIDE && b.real == 0) return beyond();
@@ -630,7 +629,7 @@ Result<Trace> trace(std::shared_ptr<const CompiledProgram> program, const TraceO
     }
     if (!is_known)
       return error(ErrorCode::unknown_name, "the program has no signal " + name,
-                   "Values are given for the inputs that it declares.");
+                   "Values can be given for declared inputs only.");
   }
   RMP_TRY(Tracer(m, options, out).run(progress));
   return out;

@@ -83,9 +83,9 @@ bool Run::has_room(std::uint64_t more) {
   if (s_.heap.bytes + more <= s_.heap.collect_at) return true;
   if (bytes() + more > c_.limits.most_bytes) collect();
   if (bytes() + more <= c_.limits.most_bytes) return true;
-  return fail("the program needs more than the " + std::to_string(c_.limits.most_bytes) +
-                  " bytes that it may have",
-              "Look for a list, a string or a recursion that grows without end.");
+  return fail(
+      "the program needs more than the " + std::to_string(c_.limits.most_bytes) + " bytes allowed",
+      "Look for a list, a string or a recursion that grows without limit.");
 }
 
 bool Run::deepen(Process& p, std::uint32_t type, std::uint64_t address) {

@@ -200,8 +200,8 @@ class Checker {
     if (m.is_carried_out) {
       if (m.has_until && !m.is_cut) {
         Fault f = fault_of(i, FaultKind::until, Severity::note);
-        f.message = "the condition of UNTIL did not come true, and the motion came to its target";
-        f.hint = "Let another program or task set its signals, to see what happens then.";
+        f.message = "the condition of UNTIL did not come true, and the motion reached its target";
+        f.hint = "Set its signals in another program or task to check this case.";
         add(std::move(f));
       }
       return;
@@ -242,7 +242,7 @@ class Checker {
     }
     if (m.is_displaced)
       f.hint += (f.hint.empty() ? "" : " ") +
-                std::string("It began elsewhere, since the motion before had failed.");
+                std::string("It started elsewhere, since the previous motion failed.");
     add(std::move(f));
   }
 
@@ -272,7 +272,7 @@ class Checker {
     if (std::any_of(joints.begin(), joints.end(),
                     [](const JointModel& j) { return std::isfinite(j.max_jerk); }))
       out_.not_checked.push_back("Jerk: joints of " + name +
-                                 " have limits of it, and a run has no column of it.");
+                                 " have jerk limits, but a run has no jerk column.");
     for (const auto& [limit, what] : {std::pair{&JointModel::max_velocity, "velocity"},
                                       {&JointModel::max_acceleration, "acceleration"},
                                       {&JointModel::max_force, "torque"}}) {
@@ -297,9 +297,9 @@ class Checker {
         {".q", "position", FaultKind::joint_limit, Severity::error,
          "Move the target, or choose another configuration (STATUS, TURNS)."},
         {".qd", "velocity", FaultKind::speed, Severity::error,
-         "Give a lower SPEED or SPEED_ORI, or go there by PTP."},
+         "Give a lower SPEED or SPEED_ORI, or move there with PTP."},
         {".qdd", "acceleration", FaultKind::acceleration, Severity::warning,
-         "Give a lower ACC, or a lower SPEED where the path turns."},
+         "Give a lower ACC, or a lower SPEED where the path bends."},
         {".tau", "torque", FaultKind::torque, Severity::error,
          "Give a lower ACC or SPEED, a lighter load, or a configuration nearer to the base."}};
     const std::size_t rows = rec->rows();
@@ -452,7 +452,7 @@ class Checker {
         names = bound.ok() ? sim::BranchNames(*bound, 0) : sim::BranchNames();
         if (names.empty() && is_told_.insert("branches " + who.name).second)
           out_.not_checked.push_back("Configurations of " + who.name +
-                                     ": its inverse kinematics names no branches.");
+                                     ": its inverse kinematics has no named branches.");
       }
       std::vector<double> path;
       std::vector<std::size_t> rows;
@@ -499,7 +499,7 @@ class Checker {
             robotics::singularity(*model, 0, q, robotics::TwistPart::all, 1 / options_.condition);
         if (!s.lost.empty())
           f.message += "; there it can hardly " + robotics::lost_words(s.lost.front()).substr(7);
-        f.hint = "Go there by PTP, turn the tool, or move the path away.";
+        f.hint = "Move there with PTP, rotate the tool, or move the path away.";
         place_of_tip(r, rows[worst], f);
         add(std::move(f));
       }
@@ -508,8 +508,8 @@ class Checker {
         Fault f = fault_of(i, FaultKind::configuration, Severity::error);
         f.at = time()[rows[std::min(c.at, rows.size() - 1)]];
         f.message = "the straight motion changes the configuration of " + who.name + " from " +
-                    c.from + " to " + c.to + " on the path, which controllers refuse";
-        f.hint = "Go there by PTP, or give the ends of the path one configuration.";
+                    c.from + " to " + c.to + " on the path, which controllers reject";
+        f.hint = "Move there with PTP, or give both ends of the path the same configuration.";
         place_of_tip(r, rows[std::min(c.at, rows.size() - 1)], f);
         add(std::move(f));
       }
@@ -525,10 +525,10 @@ class Checker {
           f.has_values = true;
           f.value = is, f.limit = asked;
           f.message = "the straight motion ends with STATUS " + std::to_string(is) +
-                      ", and its target has " + std::to_string(asked) + " (" +
+                      ", but its target has " + std::to_string(asked) + " (" +
                       names.status_words() + ")";
-          f.hint = "A straight motion keeps its branch: give the target the STATUS " +
-                   std::to_string(is) + " or -1, or go to its start in the other one.";
+          f.hint = "A straight motion keeps its branch: give the target STATUS " +
+                   std::to_string(is) + " or -1, or move to its start in the other branch.";
           add(std::move(f));
         }
       }
@@ -582,7 +582,7 @@ class Checker {
     if (out_.motions.empty()) {
       if (!found->touches.empty())
         out_.not_checked.push_back(
-            "Contacts are faults of the programs and tasks that move something, and this one moves "
+            "Contacts are attributed to programs and tasks that move something, but this one moves "
             "nothing: " +
             std::to_string(found->touches.size()) + " were found.");
       return keep_clearance(std::move(found->clearance));
@@ -616,19 +616,19 @@ class Checker {
       f.message =
           (is_start ? "the run starts in contact: " : "") + t.a + " and " + t.b +
           (!t.is_touch ? " come within " + print_rounded(-depth, 3) + " mm, less than the " +
-                             print_rounded(options_.clearance * 1000, 3) + " mm wanted"
+                             print_rounded(options_.clearance * 1000, 3) + " mm required"
            : depth > 0.05 ? " touch, " + print_rounded(depth, 3) + " mm deep"
                           : " touch") +
           ", from t = " + print_rounded(t.from, 5) + " s to " + print_rounded(t.to, 5) + " s";
       f.hint = !t.is_touch ? "Move the target away, or give a smaller clearance."
-               : is_start  ? "Start from joint values where nothing touches."
-                           : "Go around by a point between, or move one of the two.";
+               : is_start  ? "Start from joint values without contact."
+                           : "Add an intermediate point, or move one of the two.";
       add(std::move(f));
     }
     return keep_clearance(std::move(found->clearance));
   }
   Result<void> keep_clearance(std::vector<double> clearance) {
-    Column c{"clearance", "m", "least distance of bodies that are not meant to touch",
+    Column c{"clearance", "m", "least distance of bodies that must not touch",
              std::move(clearance)};
     c.lower = options_.clearance;
     Recording with = *out_.recording;
@@ -702,32 +702,31 @@ class Checker {
     if (told_.is_out_of_time)
       out_.not_checked.push_back(
           "The run was ended after " + print_rounded(out_.duration, 6) +
-          " s, and what comes later was not checked; most_time and duration set the limit.");
+          " s, and the rest was not checked; most_time and duration set the limit.");
     if (!jumped_.empty()) {
       std::set<std::uint32_t> lines;
       for (const std::size_t i : jumped_) lines.insert(out_.motions[i].motion.place.span.line);
       std::string list;
       for (const std::uint32_t l : lines) list += (list.empty() ? "" : ", ") + std::to_string(l);
-      out_.not_checked.push_back(
-          "The paths of the motions of line " + list +
-          ": the motion before failed, so that they began elsewhere, and the robot was put to "
-          "their ends.");
+      out_.not_checked.push_back("The paths of the motions of line " + list +
+                                 ": the previous motion failed, so they started elsewhere, and the "
+                                 "robot was placed at their ends.");
     }
     std::size_t failed = 0;
     for (const MotionReport& m : out_.motions)
       failed += !m.motion.is_carried_out && !m.motion.error.empty();
     if (failed)
       out_.not_checked.push_back("The cycle time lacks " + std::to_string(failed) +
-                                 " motions that could not be carried out.");
+                                 " motions that could not be executed.");
     if (told_.events_left_out)
       out_.not_checked.push_back(std::to_string(told_.events_left_out) +
-                                 " events behind the first " + std::to_string(told_.events.size()) +
+                                 " events after the first " + std::to_string(told_.events.size()) +
                                  ".");
     others();
     if (told_.motions_left_out)
       out_.not_checked.push_back(std::to_string(told_.motions_left_out) +
-                                 " motions behind the first " +
-                                 std::to_string(out_.motions.size()) + ".");
+                                 " motions after the first " + std::to_string(out_.motions.size()) +
+                                 ".");
     for (MotionReport& m : out_.motions) {
       const InspectedMotion& one = m.motion;
       if (one.robot < told_.robots.size() && !one.q_target.empty())

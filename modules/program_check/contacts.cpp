@@ -75,8 +75,8 @@ Result<collision::ObjectPlaces> places_at(const model::World& world, const Recor
     for (std::size_t k = 0; k < v.size(); ++k) {
       const Column* c = r.find(object.name + recording::kPlaceColumns[k]);
       if (!c)
-        return error(ErrorCode::internal,
-                     "the place of " + text::quote(object.name) + " is not whole in the recording");
+        return error(ErrorCode::internal, "the place of " + text::quote(object.name) +
+                                              " is incomplete in the recording");
       v[k] = c->values[row];
     }
     out.moved.emplace(object.name, recording::pose_of_place(v));
@@ -132,8 +132,8 @@ Result<Contacts> contacts(const sim::Simulator& sim, const Recording& r, const O
     RMP_TRY_ASSIGN(const auto places, places_at(*world, r, begin));
     RMP_TRY_ASSIGN(const auto model, CollisionModel::of_world(sim, r.world, progress, &places));
     if (i == 0 && !model->shapeless().empty())
-      out.notes.push_back(
-          "Without a shape, and so never in contact: " + text::enumerate(model->shapeless()) + ".");
+      out.notes.push_back("Without a shape and therefore never in contact: " +
+                          text::enumerate(model->shapeless()) + ".");
     if (i == 0) {
       std::vector<std::string> passed;
       for (const auto& p : model->passed())

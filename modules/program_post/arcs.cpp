@@ -340,9 +340,9 @@ class Arcs final : public Rewriter {
         "Begin with a MOVE to a POSE of constants, or post the flattened program (form = "
         "\"flat\").";
     if (m.until != RMP_NONE)
-      return no("it ends by a condition (UNTIL)", "Write the pieces as MOVE LIN, each with UNTIL.");
+      return no("it ends on a condition (UNTIL)", "Write the pieces as MOVE LIN, each with UNTIL.");
     if (!has_start || !from || goals.size() != m.target_count || !frame)
-      return no("where it begins or leads is not known before the program runs", kFlat);
+      return no("its start or end is unknown before run time", kFlat);
     if (is_circle && goals.size() != 2) return no("it has no via point and end", kFlat);
     double time = -1;  // none
     if (const Id t = attribute(m, RMP_ATTR_TIME); t != RMP_NONE) {

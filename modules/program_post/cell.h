@@ -16,8 +16,8 @@ struct CellPlaces {
 };
 
 /// A copy of the program whose motions say by FRAME and TOOL what the cell says: a FRAME of their
-/// own is in that of the cell; motions to joints need none. Texts stay those of the program, which
-/// outlives it. Null where there is nothing to say.
+/// own is in that of the cell; motions to joint values need none. Texts stay those of the program,
+/// which outlives it. Null where there is nothing to say.
 [[nodiscard]] std::unique_ptr<ProgramTables> in_cell(const rmp_code&, const CellPlaces&);
 
 /// The pose itself, or empty where it moves nothing: 1e-9 m, 1e-9 of a direction.

@@ -432,8 +432,8 @@ class Passes final : Rewriter {
       const std::uint32_t above = way(true), below = way(false);
       goes = expression(RMP_EXPR_OR, RMP_TYPE_BOOL, span, {above, below});
       notes_.push_back({RMP_FAULT_NOTE, span,
-                        "a STEP that is 0 when the program runs leaves out the loop there, where "
-                        "the interpreter ends with a fault",
+                        "a STEP of 0 at run time skips the loop on the controller, while the "
+                        "interpreter raises a fault",
                         ""});
     }
     st(i).op = RMP_STMT_WHILE;

@@ -26,7 +26,7 @@ struct Legal {
 struct LegaliseOptions {
   std::span<const PostPoint> points;  ///< known points of the program (points.h), for arcs
   double chord_mm = 0.1;              ///< how far straight pieces may be from an arc
-  std::size_t recursion_depth = 32;   ///< calls within each other, where loops take their place
+  std::size_t recursion_depth = 32;   ///< nested calls, where loops take their place
   std::size_t parts = 0;              ///< about how many programs it becomes (parts.h); 0 = one
   std::string_view name = "part";     ///< what their names begin with
 };

@@ -16,8 +16,7 @@ namespace {
 
 using Id = std::uint32_t;
 constexpr const char* kOwn =
-    "Let each robot's processes have their own, or write a program for "
-    "each robot.";
+    "Give each robot's processes their own variables, or write a program for each robot.";
 
 std::string upper(std::string_view s) {
   std::string out(s);
@@ -387,15 +386,15 @@ class Splitter {
       for (const auto& [named, span] : t.facts.motions) {
         const Id who = named == RMP_NONE ? only : named;
         if (who == RMP_NONE || symbol(who).kind != RMP_SYMBOL_ROBOT) {
-          fail(span, "this motion names no robot, and the program has several",
-               "Give it ACT_ROB, by the name of a ROBOT.");
+          fail(span, "this motion names no robot, but the program has several",
+               "Give it ACT_ROB with the name of a ROBOT.");
           return;
         }
         if (t.moves && t.robot != who) {
           fail(span,
                called(t) + " moves " + name(t.robot) + " and, here, " + name(who) +
-                   ", which have a controller each",
-               "Move each robot by another process.");
+                   ", each with its own controller",
+               "Move each robot in a separate process.");
           return;
         }
         t.moves = true;
@@ -404,8 +403,8 @@ class Splitter {
       if (t.moves) moving_.insert(t.robot);
     }
     if (!moving_.contains(robot_)) {
-      fail(symbol(robot_).span, "no motion that the program comes to is of " + name(robot_),
-           "Ask for a robot that moves.");
+      fail(symbol(robot_).span, "no motion executed by the program belongs to " + name(robot_),
+           "Select a robot that moves.");
       return;
     }
     // The others by what they share; of equal ones that which is declared first.
@@ -437,7 +436,7 @@ class Splitter {
         if (const Thread* other = thread(p); other && other->robot != t.robot)
           fail(st(statement).span,
                called(*other) + " is of " + name(other->robot) +
-                   ", whose controller begins by itself, and is started here by " + called(t) +
+                   ", which starts on its own controller, but is started here by " + called(t) +
                    " of " + name(t.robot),
                "Start it before anything else, and let it ACQUIRE a semaphore that is RELEASEd "
                "here.");
@@ -445,14 +444,14 @@ class Splitter {
         if (const Thread* other = thread(p); other && other->robot != t.robot)
           fail(span,
                called(*other) + " is of " + name(other->robot) +
-                   ", and another controller does not know what it does",
-               "Let it set a variable that nothing else assigns.");
+                   ", and another controller cannot see its state",
+               "Make it set a variable that nothing else assigns.");
       for (const auto& [statement, p] : t.facts.controls)
         if (const Thread* other = thread(p); other && other->robot != t.robot)
           fail(st(statement).span,
                called(*other) + " is of " + name(other->robot) +
-                   ", and a controller cannot stop or continue what another one runs",
-               "Let it wait for a semaphore, or for a variable that only " + called(t) +
+                   ", and a controller cannot stop or continue a process of another one",
+               "Make it wait for a semaphore, or for a variable that only " + called(t) +
                    " gives values.");
     }
   }
@@ -475,8 +474,8 @@ class Splitter {
     if (partner_ != RMP_NONE && partner_ != other) {
       fail(span,
            name(robot_) + " shares something with " + name(partner_) + " and with " + name(other) +
-               ", and only two controllers begin together",
-           "Let the robots hand over in pairs, or write a program for each robot.");
+               ", but only two controllers can start together",
+           "Hand over between pairs of robots, or write a program for each robot.");
       return;
     }
     partner_ = other;
@@ -528,8 +527,7 @@ class Splitter {
   }
   bool is_free(const std::string& n, const rmp_span& span) {
     if (unique(n) == n) return true;
-    fail(span, "the line " + n + " has the name of something else in the program",
-         "Name that otherwise.");
+    fail(span, "the line " + n + " has a name already used in the program", "Rename that.");
     return false;
   }
   void find_couplings() {
@@ -567,10 +565,10 @@ class Splitter {
       for (const std::string& n : wanted_) names += (names.empty() ? "" : ", ") + n;
       fail(*missing_,
            missing_why_ + (task_.controller.empty()
-                               ? ", and no controller's record names lines between them"
+                               ? ", but no controller record defines lines between them"
                                : ", and the record " + std::string(task_.controller) +
-                                     " names no lines between them"),
-           "Give a profile whose signals are also " + names + ", with their numbers there.");
+                                     " defines no lines between them"),
+           "Give a profile with the signals " + names + ", with their numbers there.");
     }
   }
   void semaphore(Id s, const Sides& x) {
@@ -580,23 +578,23 @@ class Splitter {
     if (robots.size() < 2 || !x.is_here) return;
     const std::string n = name(s);
     if (!x.others.empty() || symbol(s).span.file != main_file_) {
-      fail(x.here, "the semaphore " + n + " of two controllers is not used by its name alone",
-           "Let ACQUIRE and RELEASE name a semaphore that the program itself declares.");
+      fail(x.here, "the semaphore " + n + " of two controllers is not used by name only",
+           "Use a semaphore declared by the program itself in ACQUIRE and RELEASE.");
       return;
     }
     if (x.acquirers.size() != 1 || x.releasers.size() != 1) {
-      fail(x.here,
-           "the semaphore " + n +
-               (x.acquirers.size() > 1 ? " is acquired by two controllers"
-                                       : " is released by two controllers") +
-               ", and lines between them have one direction",
-           "Have a semaphore for each direction: one controller RELEASEs it, the other ACQUIREs "
-           "it.");
+      fail(
+          x.here,
+          "the semaphore " + n +
+              (x.acquirers.size() > 1 ? " is acquired by two controllers"
+                                      : " is released by two controllers") +
+              ", but lines between them have one direction",
+          "Use a semaphore for each direction: one controller RELEASEs it, the other ACQUIREs it.");
       return;
     }
     if (x.acquiring.size() != 1 || x.releasing.size() != 1) {
       fail(x.here, "the semaphore " + n + " of two controllers is used by two processes of one",
-           "Have a semaphore for each of these processes.");
+           "Use a semaphore for each of these processes.");
       return;
     }
     std::int64_t count = 0;
@@ -605,8 +603,8 @@ class Splitter {
     if (count > 1) {
       fail(symbol(s).span,
            "the semaphore " + n + " begins with " + std::to_string(count) +
-               ", and the lines between two controllers hold one",
-           "Have several semaphores that begin with 1, or write a program for each robot.");
+               ", but a line between two controllers can hold only one",
+           "Use several semaphores that begin with 1, or write a program for each robot.");
       return;
     }
     const bool releases = *x.releasers.begin() == robot_;
@@ -637,12 +635,12 @@ class Splitter {
     if (releases)
       tell(RMP_FAULT_NOTE, x.here,
            "RELEASE of " + n + " waits there while " + name(partner_) +
-               " has not acquired the one before: lines hold one");
+               " has not acquired the previous one: a line can hold only one");
   }
   void input(Id s, const Sides& x) {
     if (x.readers.size() < 2 || !x.is_here) return;
     tell(RMP_FAULT_NOTE, x.here,
-         "the input " + name(s) + " is read by several controllers, and has to be wired to each");
+         "the input " + name(s) + " is read by several controllers and must be wired to each");
   }
   void variable(Id s, const Sides& x) {
     if (x.writers.empty()) return;
@@ -650,9 +648,11 @@ class Splitter {
     const std::string what = (is_output ? "the output " : "") + name(s);
     if (x.writers.size() > 1) {
       if (!is_predefined(s) || name(s) != "R_TIMEOUT")
-        fail(x.second, what + " is written by two controllers",
-             is_output ? "An output is of one controller: let the other ask for it by a semaphore."
-                       : kOwn);
+        fail(
+            x.second, what + " is written by two controllers",
+            is_output
+                ? "An output belongs to one controller: make the other request it with a semaphore."
+                : kOwn);
       return;
     }
     const Id from = *x.writers.begin();
@@ -671,14 +671,15 @@ class Splitter {
     if ((type != RMP_TYPE_BOOL && type != RMP_TYPE_INT) || symbol(s).span.file != main_file_) {
       fail(x.here,
            what + " is written by " + name(from) + " and read by " + name(*to.begin()) +
-               ", which are two controllers, and is no BOOL or INT of the program itself",
+               ", which are two controllers, and is not a BOOL or INT of the program itself",
            kOwn);
       return;
     }
     for (const Id i : first_values_)
       if (root_of(st(i).a) == s) {
-        fail(st(i).span, what + " goes from one controller to another and has its first value here",
-             "Give it in its declaration.");
+        fail(st(i).span,
+             what + " is passed from one controller to another and gets its first value here",
+             "Set it in its declaration.");
         return;
       }
     if (from == robot_) {
@@ -733,8 +734,8 @@ class Splitter {
   void beginning() {
     const bool leads = robot_ < partner_;
     const std::string own = name(robot_) + "_starts", other = name(partner_) + "_starts";
-    const std::string why = name(robot_) + " and " + name(partner_) +
-                            " wait for one another, which are two controllers";
+    const std::string why =
+        name(robot_) + " and " + name(partner_) + " wait for each other on two controllers";
     const rmp_span span = routine(0).span;
     if (!is_free(own, span) || !is_free(other, span)) return;
     needs(own, true, RMP_TYPE_BOOL, span, why);
@@ -762,20 +763,21 @@ class Splitter {
       if (first.line == 0) first = t.routine == 0 ? st_span_of_rest() : routine(t.routine).span;
       if (t.routine == 0 && rest_ == RMP_NONE) continue;
       std::string& to = names[t.robot];
-      to += (to.empty() ? "" : ", ") + (t.routine == 0 ? "what the program does itself from line " +
-                                                             std::to_string(st(rest_).span.line)
-                                                       : name(routine(t.routine).symbol));
+      to += (to.empty() ? "" : ", ") + (t.routine == 0
+                                            ? "the statements of the main program from line " +
+                                                  std::to_string(st(rest_).span.line)
+                                            : name(routine(t.routine).symbol));
     }
     std::string all;
     for (const auto& [who, what] : names) all += "; of " + name(who) + " are " + what;
     if (!all.empty() && !task_.shares)
       tell(RMP_FAULT_NOTE, first,
-           "the part of " + name(robot_) + " is posted, and others are left out" + all);
+           "the part of " + name(robot_) + " is posted, and the others are left out" + all);
     if (!part_.shared.empty())
       tell(RMP_FAULT_NOTE, routine(0).span,
            "the program of " + name(robot_) + " shares variables with that of " + name(partner_) +
-               ": each robot has another program",
-           "Load each into the task of its robot; they begin together.");
+               ": each robot has its own program",
+           "Load each into the task of its robot; they start together.");
     if (part_.out.size() + part_.in.size() > part_.shared.size()) {
       const auto list = [](const std::vector<std::string>& v) {
         std::string s;
@@ -786,8 +788,8 @@ class Splitter {
            "the controllers of " + name(robot_) + " and " + name(partner_) +
                " are joined by lines: this one sets " + list(part_.out) + ", and reads " +
                list(part_.in),
-           "Wire each to the line of that name over there; what is set first has to be there "
-           "first.");
+           "Wire each to the line of the same name on the other controller; the line set first "
+           "must be connected first.");
     }
     for (const Thread& t : threads_)
       if (is_here(t) && moving_.size() > 1)
@@ -993,7 +995,7 @@ class Splitter {
     tell(own.facts.timeouts.empty() && own.facts.halts.empty() ? RMP_FAULT_NOTE : RMP_FAULT_WARNING,
          st(rest_).span,
          "the part has one process, " + which +
-             ", and is a program without processes: what is from here on comes behind it" +
+             ", and becomes a program without processes: the following statements come after it" +
              (own.facts.timeouts.empty() ? "" : ", and TIMEOUT counts from its end"));
   }
   void apply() {

@@ -380,7 +380,7 @@ class Finder {
   const char* word(std::string s) {
     for (const std::string& w : out_.words)
       if (w == s) return w.c_str();
-    if (out_.words.size() >= 1000) return "the joints of this target are not known";
+    if (out_.words.size() >= 1000) return "the joint values of this target are unknown";
     return out_.words.emplace_back(std::move(s)).c_str();
   }
   static bool pose(PostPoint& p, const double* mm, const double* quaternion) {
@@ -558,7 +558,7 @@ class Finder {
     const bool was_placed = std::exchange(is_placed_, false);
     if (!kinematics_ || !robot_) {
       if (!is_joints)
-        p.q_missing = "the joints of this target are not known, since no robot is named";
+        p.q_missing = "the joint values of this target are unknown, since no robot is named";
       return;
     }
     if (is_joints) {
@@ -574,7 +574,7 @@ class Finder {
       return;
     }
     if (p.role != RMP_ROLE_POSE && p.role != RMP_ROLE_ROBTARGET) {
-      p.q_missing = "the joints of this target are not known, since it keeps an orientation";
+      p.q_missing = "the joint values of this target are unknown, since it keeps an orientation";
       return;
     }
     if (!p.q.empty()) {
@@ -583,8 +583,9 @@ class Finder {
       return;
     }
     if (!tool || !frame) {
-      p.q_missing = !tool ? "the joints of this target are not known, since its TOOL is not"
-                          : "the joints of this target are not known, since its FRAME is not";
+      p.q_missing = !tool
+                        ? "the joint values of this target are unknown, since its TOOL is unknown"
+                        : "the joint values of this target are unknown, since its FRAME is unknown";
       return;
     }
     const Pose tip = post::product(*frame, p.pose);
@@ -601,17 +602,17 @@ class Finder {
         if (auto way = followed(tip, *tool)) found = std::move(*way);
         else if (m.interpolation == RMP_MOVE_LIN)
           remark(span,
-                 "on a straight line the robot does not come here in the branch it is in, and its "
-                 "nearest configuration is taken",
+                 "on a straight line the robot cannot reach this point in its present branch, and "
+                 "the nearest configuration is used",
                  "program.check_run shows where the path ends; move there by PTP.");
       }
       const std::uint32_t has = kinematics_->status(*found, known);
       if (asked >= 0 && ((has ^ static_cast<std::uint32_t>(asked)) & known) != 0)
         remark(span,
                "the target has STATUS " + std::to_string(asked) +
-                   ", and a motion along a path keeps the branch it comes in, which is STATUS " +
+                   ", but a motion along a path keeps its branch, which is STATUS " +
                    std::to_string(has) + " here",
-               "Move there by PTP, or give the target the STATUS of the motion before.");
+               "Move there by PTP, or give the target the STATUS of the previous motion.");
     }
     // All targets tell of it, also those whose languages have no joints.
     const auto told = [&](const char* why, std::string hint) {

@@ -271,8 +271,8 @@ class Loops final : public Rewriter {
     if (lacks.empty()) return true;
     for (const Id r : all)
       fault(t_.routines[r].span,
-            title_ + " has no routines that call themselves, as " + name_of(r) +
-                " does, and lacks what a stack is made of (" + lacks + ")",
+            title_ + " has no recursive routines, such as " + name_of(r) +
+                " does, and lacks the features needed for a stack (" + lacks + ")",
             "Post the flattened program (form = \"flat\"), or write it with a loop.");
     return false;
   }
@@ -305,9 +305,10 @@ class Loops final : public Rewriter {
         if (a == r || calls.reached_from(a)[r]) {
           is_fine = false;
           fault(t_.routines[r].span,
-                title_ + " has no routines that call themselves, and " + name_of(r) +
-                    " does by what it calls at the end of a motion (DO): " + name_of(a),
-                "Call it in a statement behind the motion.");
+                title_ + " has no recursive routines, and " + name_of(r) +
+                    " does so through the procedure called at the end of a motion (DO): " +
+                    name_of(a),
+                "Call it in a statement after the motion.");
         }
     return is_fine;
   }
@@ -320,7 +321,7 @@ class Loops final : public Rewriter {
   bool is_fine(const std::vector<Id>& group, const Calls& calls) {
     const std::size_t before = remarks_.size();
     const Id id = inner_.group[group[0]];
-    const std::string begins = title_ + " has no routines that call themselves";
+    const std::string begins = title_ + " has no recursive routines";
     // Each of them leads to all others.
     const std::vector<bool> within = calls.reached_from(group[0]);
     // Who calls it.
@@ -349,13 +350,13 @@ class Loops final : public Rewriter {
         fault(t_.routines[group[0]].span,
               begins + ", and " + name_of(group[0]) +
                   ", which does, is called by the condition of an interrupt",
-              "Ask for a signal or a variable there.");
+              "Test a signal or a variable there.");
     for (const Id r : group) {
       for (const Id s : own_symbols_[r])
         if (!is_plain(t_.symbols[s].type))
           fault(t_.symbols[s].span,
                 begins + ", and " + t_.symbols[s].name + " of " + name_of(r) +
-                    " is of a type whose values are not kept while it calls itself",
+                    " has a type that cannot be saved during recursion",
                 "Declare it in the program, or use an ARRAY and a count.");
     }
     // What it changes by a parameter is a copy while it runs.
@@ -384,10 +385,10 @@ class Loops final : public Rewriter {
                 (other == root || !is_passed_on(other) || !is_passed_on(root)))
               how = " by two of them";
           }
-          if (is_seen(root)) how = ", which is seen by others meanwhile";
+          if (is_seen(root)) how = ", which is visible to others meanwhile";
           if (!is_passed_on(root))
             for (const Id g : calls.globals(root)) {
-              if (how.empty() && named.contains(g)) how = " by its name, too";
+              if (how.empty() && named.contains(g)) how = " and also by its name";
               if (how.empty() && elsewhere.contains(g))
                 how = ", which another process or an interrupt reads or changes meanwhile";
             }
@@ -397,7 +398,7 @@ class Loops final : public Rewriter {
                       " changes by a parameter is a copy, and it "
                       "reaches " +
                       t_.symbols[root].name + how,
-                  "Give it another variable, and copy it back behind the call.");
+                  "Pass another variable, and copy it back after the call.");
         }
       }
     roots_[group[0]] = root_of_all;
@@ -466,10 +467,10 @@ class Loops final : public Rewriter {
     for (const Id r : group) {
       t_.routines[r].is_recursive = 0;
       remarks_.push_back({RMP_FAULT_NOTE, t_.routines[r].span,
-                          title_ + " has no routines that call themselves, as " + name_of(r) +
+                          title_ + " has no recursive routines, such as " + name_of(r) +
                               " does: it is a loop with a stack there, for at most " +
-                              std::to_string(most_) + " calls within each other",
-                          "The option recursion_depth of the controller's record sets the number; "
+                              std::to_string(most_) + " nested calls",
+                          "The option recursion_depth of the controller's record sets this number; "
                           "one more call ends the program."});
     }
   }
@@ -774,8 +775,8 @@ class Loops final : public Rewriter {
     } else {
       branch(goes_on(here(), here()), body, behind, s.span);
       remarks_.push_back({RMP_FAULT_NOTE, s.span,
-                          "a STEP that is 0 when the program runs leaves out the loop there, where "
-                          "the interpreter ends with a fault",
+                          "a STEP of 0 at run time skips the loop on the controller, while the "
+                          "interpreter raises a fault",
                           ""});
     }
     now_ = body;

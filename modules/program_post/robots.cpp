@@ -35,8 +35,8 @@ class OneRobot final : Rewriter {
       if (symbol != RMP_NONE && first_.size() == 1)
         remarks_.push_back({RMP_FAULT_NOTE, t_.symbols[symbol].span,
                             "the description of the robot " + std::string(name(symbol)) +
-                                " is not written: all motions are its own, and it is that of the "
-                                "controller; targets are in its base",
+                                " is not written: all motions belong to it, and it is the "
+                                "controller's robot; targets are in its base",
                             ""});
   }
 
@@ -85,9 +85,8 @@ class OneRobot final : Rewriter {
     const std::optional<std::uint32_t> robot = named(m);
     const std::uint32_t who = robot.value_or(only);
     if (robot && (who == RMP_NONE || t_.symbols[who].kind != RMP_SYMBOL_ROBOT)) {
-      remarks_.push_back({RMP_FAULT_ERROR, m.span,
-                          "which robot this motion is of is known only when the program runs",
-                          kHint});
+      remarks_.push_back(
+          {RMP_FAULT_ERROR, m.span, "the robot of this motion is known only at run time", kHint});
       return;
     }
     if (!first_.emplace(who, m.span).second || first_.size() == 1) {
@@ -99,7 +98,7 @@ class OneRobot final : Rewriter {
     };
     remarks_.push_back({RMP_FAULT_ERROR, m.span,
                         "a program of " + std::string(title_) +
-                            " moves one robot: this motion is of " + words(who) +
+                            " moves one robot: this motion belongs to " + words(who) +
                             ", and that in line " + std::to_string(first_.at(before_).line) +
                             " of " + words(before_),
                         kHint});

@@ -204,8 +204,8 @@ class Scalars final : public Rewriter {
       if (!s.is_changed) continue;
       if (x.is_recursive && has_recursion_ && no_out_ && (has_out || s.gives_by_place))
         fault(x.span,
-              title_ + " has no parameters that are changed, and " + t_.symbols[x.symbol].name +
-                  ", which has, calls itself",
+              title_ + " has no parameters passed by reference, and " + t_.symbols[x.symbol].name +
+                  ", which has one, is recursive",
               "Post the flattened program (form = \"flat\"), or write it with a loop.");
       // Parameters are rows one behind the other: all are made anew.
       std::vector<Id> rest;
@@ -405,16 +405,15 @@ class Scalars final : public Rewriter {
     if (e == RMP_NONE) return false;
     if (!calls_changed(e)) {
       if (!has_disorder(e)) return false;
-      fault(
-          ex(e).span,
-          "which part of this condition " + title_ +
-              " computes first is not known, and a function in it changes what another part reads",
-          "Ask for a signal or a variable, or write a loop around the call.");
+      fault(ex(e).span,
+            "which part of this condition " + title_ +
+                " computes first is not defined, and a function in it changes variables read by "
+                "another part",
+            "Test a signal or a variable, or write a loop around the call.");
       return true;
     }
-    fault(ex(e).span,
-          title_ + " has no functions within " + what + " that are to give a value there",
-          "Ask for a signal or a variable, or write a loop around the call.");
+    fault(ex(e).span, title_ + " has no functions within " + what + " used as values there",
+          "Test a signal or a variable, or write a loop around the call.");
     return true;
   }
   bool calls_changed(Id e) {
@@ -558,8 +557,8 @@ class Scalars final : public Rewriter {
       }
       default: break;
     }
-    fault(x.span, title_ + " has no records, and this one cannot be taken apart here",
-          "Assign it to a variable before.");
+    fault(x.span, title_ + " has no records, and this one cannot be split here",
+          "Assign it to a variable first.");
     return std::nullopt;
   }
   /// Number of the part that a path leads to, among those of its root; the first within it.
@@ -736,10 +735,10 @@ class Scalars final : public Rewriter {
         if (root != RMP_NONE && (has_recursion_ || t_.routines[r].is_recursive == 0) &&
             (is_twice || routine_names(r, root)))
           fault(x.span,
-                title_ + " has no parameters that are changed, and " +
+                title_ + " has no parameters passed by reference, and " +
                     t_.symbols[t_.routines[r].symbol].name + " reaches " + t_.symbols[root].name +
-                    (is_twice ? " by two of them" : " by its name, too"),
-                "Give it another variable, and copy it back behind the call.");
+                    (is_twice ? " by two of them" : " and also by its name"),
+                "Pass another variable, and copy it back after the call.");
         const auto it = parts_.find(p);
         const std::vector<Id> to = it != parts_.end() ? it->second : std::vector<Id>{moved(p)};
         for (std::size_t n = 0; n < values.size() && n < to.size(); ++n) {
@@ -1054,7 +1053,7 @@ class Scalars final : public Rewriter {
       if (is_split(ex(a).type)) {
         if (!is_write || (k > 0 && t_.types[ex(operand(s.a, 0)).type].kind == RMP_TYPE_FILE)) {
           fault(ex(a).span, title_ + " has no records, and " + name + " takes one as a whole",
-                "Give it the parts one by one.");
+                "Pass the parts one by one.");
           continue;
         }
         written(a, later, all);
@@ -1090,8 +1089,7 @@ class Scalars final : public Rewriter {
         show(inner, x.element, span, later, to);
       }
       if (std::int64_t{x.upper} - x.lower >= 1000)
-        fault(span, "this array is too long to be written element by element",
-              "Write it in a loop.");
+        fault(span, "this array is too long to write element by element", "Write it in a loop.");
       to.push_back(text("]", span));
       return;
     }

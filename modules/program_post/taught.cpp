@@ -199,7 +199,7 @@ class Taught final : public Rewriter {
     if (value == values_.end()) {
       const std::string name = t_.symbols[s].name;
       remarks_.push_back({RMP_FAULT_ERROR, st(i).span, name + " has no taught value",
-                          "Give it one in a list of data (" + name + " := ...;), or assign it."});
+                          "Assign one in a data list (" + name + " := ...;), or assign it."});
     }
     if (value == values_.end() || known_.contains(s)) {
       empty(i);

@@ -192,7 +192,7 @@ class Reader {
     return error(ErrorCode::syntax, all,
                  faults_.size() == 1 && !faults_.front().hint.empty()
                      ? faults_.front().hint
-                     : "docs/plugin_author/post_templates.md describes the form.");
+                     : "See docs/plugin_author/post_templates.md for the format.");
   }
 
  private:
@@ -227,7 +227,7 @@ class Reader {
     bytes_ += text.size();
     if (bytes_ > kMostBytes) {
       say(Place{file_}, "the pack is larger than " + std::to_string(kMostBytes >> 20) + " MiB",
-          "A pack is a template a construct; programs do not belong into it.");
+          "A pack contains one template per construct; programs do not belong in it.");
       return false;
     }
     if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
@@ -245,7 +245,7 @@ class Reader {
     at.column = place_of(text.substr(bad)).column;
     char byte[8];
     std::snprintf(byte, sizeof byte, "0x%02X", static_cast<unsigned char>(text[bad]));
-    say(at, std::string("the byte ") + byte + " here is no UTF-8",
+    say(at, std::string("the byte ") + byte + " here is not UTF-8",
         "Save the file as UTF-8; it may be in Latin-1.");
     return false;
   }
@@ -283,7 +283,7 @@ class Reader {
       if (line.starts_with("#")) {
         if (known && line.find("{{") != std::string_view::npos)
           say(line, "a line that begins with # is a comment of the pack",
-              "Begin it with \\ where the controller's own line begins so.");
+              "Begin it with \\ if the controller's line begins with #.");
         continue;
       }
       if (line.starts_with("==")) {
@@ -308,7 +308,7 @@ class Reader {
     rest.remove_prefix(std::min(rest.find_first_not_of('='), rest.size()));
     const std::string word(trim(rest));
     if (!construct(word) && word != "operators") return false;
-    say(trim(line), "this line looks like the beginning of a section, and is none",
+    say(trim(line), "this line looks like the beginning of a section, but is not one",
         "Write == " + word + " at the line's beginning, or \\ before the controller's own line.");
     return true;
   }
@@ -318,23 +318,23 @@ class Reader {
     if (name.front() == '/' || name.find("..") != std::string::npos ||
         name.find('\\') != std::string::npos)
       return say(value, "the included file " + text::quote(name) + " is not in the pack's folder",
-                 "Copy it beside the pack, and give its name only.");
+                 "Copy it next to the pack, and give only its name.");
     // The first is told with its folder, as its place is.
     const auto of_folder = [](const std::string& f) { return f.substr(f.rfind('/') + 1); };
     const auto is_it = [&](const std::string& f) { return of_folder(f) == name; };
     if (std::any_of(open_.begin(), open_.end(), is_it)) {
       is_readable_ = false;
-      if (open_.size() == 1) return say(value, "the file includes itself", "Take the line out.");
+      if (open_.size() == 1) return say(value, "the file includes itself", "Remove the line.");
       std::string way;
       for (const std::string& f : open_) way += of_folder(f) + " includes ";
       return say(value, "files include each other in a circle: " + way + name,
-                 "Take one of these lines out.");
+                 "Remove one of these lines.");
     }
     if (depth_ + 1 >= kDeepest)
       return say(value, "files include each other more than " + std::to_string(kDeepest) + " deep",
                  "Put them into fewer files.");
     if (!files_)
-      return say(value, "this pack has no folder to take " + text::quote(name) + " from");
+      return say(value, "this pack has no folder to read " + text::quote(name) + " from");
     const Place at = place_of(value);
     auto text = files_(name);
     if (!text.ok()) {
@@ -359,14 +359,14 @@ class Reader {
     const auto whole = [&](auto& to, int least, int most) {
       const auto v = number<int>(value);
       if (!v || *v < least || *v > most)
-        return say(at, "\"" + std::string(key) + "\" is a number from " + std::to_string(least) +
-                           " to " + std::to_string(most));
+        return say(at, "\"" + std::string(key) + "\" must be a number from " +
+                           std::to_string(least) + " to " + std::to_string(most));
       to = *v;
     };
     const auto real = [&](double& to, const char* what) {
       const auto v = number<double>(value);
       if (!v || !std::isfinite(*v) || *v == 0)
-        return say(at, "\"" + std::string(key) + "\" is a number other than 0", what);
+        return say(at, "\"" + std::string(key) + "\" must be a number other than 0", what);
       to = *v;
     };
     if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))
@@ -382,7 +382,7 @@ class Reader {
     keys_at_[std::string(key)] = place_of(at);
     const auto yes_or_no = [&](bool& to) {
       if (value != "yes" && value != "no")
-        return say(at, "\"" + std::string(key) + "\" is yes or no");
+        return say(at, "\"" + std::string(key) + "\" must be yes or no");
       to = value == "yes";
     };
     if (key == "name") {
@@ -396,9 +396,9 @@ class Reader {
       const TemplateLine parsed = parse(at, "name", std::string(key));
       if (value.find("..") != std::string_view::npos || value.starts_with("/") ||
           value.find('\\') != std::string_view::npos || value.empty())
-        return say(at, "\"" + std::string(key) +
-                           "\" is a name of a file in the folder of the "
-                           "program, such as {{name}}.acl");
+        return say(
+            at, "\"" + std::string(key) +
+                    "\" must be the name of a file in the program's folder, such as {{name}}.acl");
       (key == "file" ? p.file_name : p.points_file) = parsed;
       if (key == "file") file_text_ = value;
     } else if (key == "reserved") {
@@ -449,7 +449,7 @@ class Reader {
       if (value == "doubled") p.quotes = Quotes::doubled;
       else if (value == "backslash") p.quotes = Quotes::backslash;
       else if (value == "refused") p.quotes = Quotes::refused;
-      else say(at, "\"quotes\" is doubled, backslash or refused");
+      else say(at, "\"quotes\" must be doubled, backslash or refused");
       quotes_at_ = place_of(at);
     } else if (key == "name_signs") {
       name_signs(at);
@@ -480,22 +480,22 @@ class Reader {
           parse(is_quoted ? value.substr(1, value.size() - 2) : at, "line", "line_number");
       has_line_number_ = true;
     } else if (key == "line_ending") {
-      if (value != "lf" && value != "crlf") return say(at, "\"line_ending\" is lf or crlf");
+      if (value != "lf" && value != "crlf") return say(at, "\"line_ending\" must be lf or crlf");
       p.caps.crlf = value == "crlf";
     } else if (key == "characters") {
       if (value == "ascii") p.caps.charset = PostCharset::ascii;
       else if (value == "utf8") p.caps.charset = PostCharset::utf8;
-      else say(at, "\"characters\" is ascii or utf8");
+      else say(at, "\"characters\" must be ascii or utf8");
     } else if (key == "case") {
       if (value == "upper") p.caps.name_case = PostCase::upper;
       else if (value == "lower") p.caps.name_case = PostCase::lower;
       else if (value == "kept") p.caps.name_case = PostCase::kept;
-      else say(at, "\"case\" is kept, upper or lower");
+      else say(at, "\"case\" must be kept, upper or lower");
     } else if (key == "points") {
       if (value == "before") p.points = TemplatePack::Points::before;
       else if (value == "behind") p.points = TemplatePack::Points::behind;
       else if (value == "file") p.points = TemplatePack::Points::file;
-      else say(at, "\"points\" is before, behind or file");
+      else say(at, "\"points\" must be before, behind or file");
     } else if (key == "forms") {
       p.caps.forms = 0;
       for (const auto w : words(value)) {
@@ -504,7 +504,7 @@ class Reader {
         else
           say(w, "there is no form \"" + std::string(w) + "\"", "Forms are structured and flat.");
       }
-      if (p.caps.forms == 0) say(at, "it takes no form: forms: structured, flat");
+      if (p.caps.forms == 0) say(at, "it has no form: forms: structured, flat");
     } else if (key == "orientation") {
       for (const auto& [word, o] : kOrientations)
         if (word == value) {
@@ -559,7 +559,7 @@ class Reader {
       else if (p.name_signs.find(w) == std::string::npos) p.name_signs += w;
     }
     if (!has_letters)
-      say(value, "names without letters cannot be made",
+      say(value, "names without letters are impossible",
           "Such as name_signs: letters digits _, or write {{number}} in place of names.");
   }
   static std::string unquoted(std::string_view s) {
@@ -584,7 +584,7 @@ class Reader {
     if (!is_new) {
       // A file's own template takes the place of what the files that it includes have.
       if (it->second.file == file_ || it->second.depth <= depth_) {
-        say(at, "the construct \"" + section + "\" has a template already",
+        say(at, "the construct \"" + section + "\" already has a template",
             it->second.file == file_ ? std::string("Keep one of them.")
                                      : "The other one is in " + it->second.file + ".");
         return it->second.file == file_ ? known : nullptr;
@@ -603,7 +603,7 @@ class Reader {
     std::string_view rest = trim(line.substr(blank));
     const std::size_t quote = rest.size() > 1 ? rest.find('"', 1) : std::string_view::npos;
     if (rest.empty() || rest.front() != '"' || quote == std::string_view::npos)
-      return say(line, "an operator is: OPERATOR \"SPELLING\" BINDING, such as + \" + \" 50");
+      return say(line, "an operator must be: OPERATOR \"SPELLING\" BINDING, such as + \" + \" 50");
     std::string spelling(rest.substr(1, quote - 1));
     const std::string_view own = rest.substr(1, quote - 1);
     const bool is_pattern = own.find("{{") != std::string_view::npos;
@@ -705,8 +705,8 @@ class Reader {
       if (line.starts_with("\\")) return line.remove_prefix(1);
       const std::string_view second = line.substr(0, std::min(line.find(']'), line.size()));
       if (line.starts_with("[") && second.size() < line.size() && is_about(second.substr(1), all))
-        say(second, "a line has one condition",
-            "Write two lines, or \\ before a [ that is the controller's own.");
+        say(second, "a line can have only one condition",
+            "Write two lines, or \\ before a [ of the controller's language.");
       return;
     }
     // [ may be the controller's own; what looks like a condition is none by mistake.
@@ -718,7 +718,7 @@ class Reader {
           "\"" + std::string(name) +
               "\" is not a variable of this construct, so it cannot be a condition",
           (near ? "Did you mean [" + *near + "]? " : std::string()) +
-              "Begin the line with \\ where the controller's own line begins with [.");
+              "Begin the line with \\ if the controller's line begins with [.");
   }
   TemplateLine parse(std::string_view line, std::string_view variables,
                      const std::string& section) {
@@ -728,7 +728,8 @@ class Reader {
     while (!line.empty()) {
       const std::size_t open = line.find("{{"), close = line.find("}}");
       if (close < open) {
-        say(line.substr(close), "}} has no {{ before it", "Write {{close}} for the sign itself.");
+        say(line.substr(close), "}} has no {{ before it",
+            "Write {{close}} for the character itself.");
         line.remove_prefix(close + 2);
         continue;
       }
@@ -739,7 +740,7 @@ class Reader {
       }
       const std::size_t next = line.find("{{", 2);
       if (close == std::string_view::npos || next < close) {
-        say(line, "{{ is not closed by }}", "Write {{open}} for the sign itself.");
+        say(line, "{{ is not closed by }}", "Write {{open}} for the character itself.");
         break;
       }
       std::string_view inner = line.substr(2, close - 2);
@@ -783,13 +784,13 @@ class Reader {
             "the filter " + filter.name + " needs a number, and " + std::string(name) +
                 " is a text",
             name == "joints" ? "Write {{q1|fixed:2}}, {{q2|fixed:2}} and so on."
-                             : "Take the filter out.");
+                             : "Remove the filter.");
       if (is_in(kMarks))
-        say(f, std::string(name) + " has no filters: it is a number that is known at the end only",
-            "Take the filter out.");
+        say(f, std::string(name) + " has no filters: it is a number known only at the end",
+            "Remove the filter.");
       const bool wants = filter.name != "upper" && filter.name != "lower" && filter.name != "sign";
       const auto by = colon < f.size() ? number<double>(f.substr(colon + 1)) : std::nullopt;
-      if (!wants && colon < f.size()) say(f, "the filter " + filter.name + " takes no number");
+      if (!wants && colon < f.size()) say(f, "the filter " + filter.name + " has no number");
       if (wants && !by) {
         say(f, "the filter " + filter.name + " needs a number: " + filter.name + ":2");
       } else if (wants) {
@@ -825,8 +826,8 @@ class Reader {
           "the template \"" + std::string(c.name) + "\" does not write {{" + variable +
               "}}, which would be lost",
           variable.size() == 1 && variable[0] <= 'd'
-              ? "Write it, or name in the head the angles that the controller has: angles: none."
-              : "Write it where the controller's line has it.");
+              ? "Write it, or list the controller's angles in the head: angles: none."
+              : "Write it where the controller's line needs it.");
     };
     bool is_by_joints = false;
     for (const char kind : {'q', 'e'}) {
@@ -862,7 +863,7 @@ class Reader {
                               p.text == "via_number" || p.text == "end"))
           return say(at,
                      "the template \"" + std::string(c.name) + "\" writes {{" + p.text +
-                         "}}, and there is no template \"" + of + "\" that writes its place",
+                         "}}, and there is no template \"" + of + "\" that writes its position",
                      std::string("Write the section == ") + of + ", or the numbers themselves.");
   }
   /// Says what a template does not write of its construct.
@@ -872,7 +873,7 @@ class Reader {
     if (t->empty())
       return say(at,
                  "the template \"" + std::string(c.name) +
-                     "\" writes nothing, and the statement would be lost",
+                     "\" writes nothing, so the statement would be lost",
                  "Write the controller's line for it.");
     const auto is_one = [](std::string_view variable, std::string_view group) {
       if (variable.size() > 1 && (variable[0] == 'q' || variable[0] == 'e') &&
@@ -899,7 +900,7 @@ class Reader {
       say(at,
           "the template \"" + std::string(c.name) + "\" does not write " + either +
               ", which would be lost",
-          "Write it where the controller's line has it.");
+          "Write it where the controller's line needs it.");
     }
   }
   // ---- what could be read in two senses ----
@@ -945,7 +946,7 @@ class Reader {
     for (const char c : {core.front(), core.back()})
       if (is_of_number(c)) {
         const std::string sign = text::quote(std::string(1, c));
-        return c == pack_->decimal_sign ? sign + " is the decimal sign, too"
+        return c == pack_->decimal_sign ? sign + " is also the decimal sign"
                                         : sign + " may be part of a number";
       }
     return {};
@@ -961,7 +962,7 @@ class Reader {
       std::string why = joins_numbers(p.between_values);
       const std::string_view core = trim(p.between_values);
       if (why.empty() && !core.empty() && (is_of_name(core.front()) || is_of_name(core.back())))
-        why = "names have such signs, too";
+        why = "names also contain such characters";
       if (why.empty() && !p.text_sign.empty() &&
           p.between_values.find(p.text_sign) != std::string::npos)
         why = "text_sign " + text::quote(p.text_sign) + " is in it";
@@ -974,7 +975,7 @@ class Reader {
                     [&](char c) { return is_of_name(c) || c == ' ' || is_of_number(c); }))
       say(place_of_key("text_sign", head),
           "\"text_sign\" is " + text::quote(p.text_sign) +
-              ", which numbers or names may have as well",
+              ", which numbers or names may also contain",
           "Such as text_sign: '.");
     const auto folded = [&](const std::string& s) {
       return p.caps.case_matters ? s : post::upper(s);
@@ -996,13 +997,13 @@ class Reader {
     if (number != pieces.begin() && is_of_number(std::prev(number)->text.back()))
       return say(at,
                  "\"line_number\" has " + text::quote(std::prev(number)->text) +
-                     " before {{line}}, which would be part of the number",
+                     " before {{line}}, which would become part of the number",
                  "Such as line_number: \"N{{line}} \".");
     if (const auto behind = std::next(number); behind != pieces.end()) {
       if (behind->is_variable || is_of_number(behind->text.front()))
         say(at,
             "\"line_number\" has " + text::quote(behind->text) +
-                " behind {{line}}, which would be part of the number",
+                " behind {{line}}, which would become part of the number",
             "Such as line_number: \"N{{line}} \".");
       return;
     }
@@ -1035,8 +1036,7 @@ class Reader {
       if (a->form == post::Operator::call && p.decimal_sign == ',')
         say(head,
             "the operator \"" + word_of(a->op) +
-                "\" is a call, whose operands have a comma between them, and the decimal sign is a "
-                "comma, too",
+                "\" is a call, with commas between operands, but the decimal sign is also a comma",
             "Write it with {{a}} and {{b}}: \"" + std::string(trim(spelling)) +
                 "({{a}}; {{b}})\".");
       if (a->form != post::Operator::infix || spelling.empty()) continue;
@@ -1044,7 +1044,7 @@ class Reader {
         if (p.name_signs.find(c) != std::string::npos) {
           say(head,
               "the operator \"" + word_of(a->op) + "\" is written " +
-                  text::quote(std::string(spelling)) + ", and names may have " +
+                  text::quote(std::string(spelling)) + ", but names may contain " +
                   text::quote(std::string(1, c)) + " as well",
               "Write blanks around it: \" " + std::string(trim(spelling)) + " \".");
           break;
@@ -1055,7 +1055,7 @@ class Reader {
           say(head,
               "the operators \"" + word_of(a->op) + "\" and \"" + word_of(b->op) +
                   "\" are both written " + text::quote(std::string(trim(spelling))),
-              "Give each another spelling.");
+              "Give each a different spelling.");
     }
   }
   void ambiguous_templates() {
@@ -1077,7 +1077,7 @@ class Reader {
           const Piece& b = l.pieces[second];
           const std::string both = "{{" + a.text + "}} and {{" + b.text + "}}";
           if (is_next && !has_filter(b, {"pad", "zeros", "sign"}) && !has_filter(a, {"left"})) {
-            no("writes " + both + " with nothing between them",
+            no("writes " + both + " without a separator",
                "Write a separator, or give them a width (pad:8).");
             return;
           }
@@ -1096,10 +1096,10 @@ class Reader {
         const Piece& first = l.pieces.front();
         if (first.is_variable && first.text == "text")
           no("begins with its text, which would be read as a statement",
-             "Write the controller's sign of a comment before it.");
+             "Write the controller's comment sign before it.");
         else if (!p.text_sign.empty() && trim(first.text) == p.text_sign)
           no("begins with " + text::quote(p.text_sign) + ", which is text_sign",
-             "Give the sign of comments and that of texts as the controller has them.");
+             "Use the controller's comment sign and text sign.");
       }
     }
   }
@@ -1116,7 +1116,8 @@ class Reader {
     if (p.name.empty()) say(head, "it has no name: name: acme");
     for (const char c : p.name)
       if (!((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_')) {
-        say(name_at_, "the name \"" + p.name + "\" is not of small letters, digits and _");
+        say(name_at_,
+            "the name \"" + p.name + "\" must consist of lower-case letters, digits and _");
         break;
       }
     if (p.title.empty()) p.title = p.name.empty() ? "?" : p.name;
@@ -1129,8 +1130,8 @@ class Reader {
         if (owner != owners_.end() && owner->second.depth == 0)
           say(owner->second.at,
               "the template \"" + std::string(c.name) + "\" is of " + of(c) +
-                  ", which the head does not name",
-              "Add it there, or take the template out.");
+                  ", which the head does not list",
+              "Add it there, or remove the template.");
         continue;
       }
       if (owner == owners_.end())
@@ -1142,7 +1143,7 @@ class Reader {
     if (p.orientation == post::Orientation::quaternion && !angles_at_) p.angles = "abcd";
     if (p.angles.find('d') != std::string::npos && p.orientation != post::Orientation::quaternion)
       say(*angles_at_, "d is the fourth number of a quaternion",
-          "Take it out, or write orientation: quaternion.");
+          "Remove it, or write orientation: quaternion.");
     for (const auto& [name, owner] : owners_)
       if (const Construct* c = construct(name)) {
         loses_nothing(*c, owner.at);
@@ -1153,23 +1154,24 @@ class Reader {
     if (const auto f = features_.find("elsif"); f != features_.end() && !features_.contains("if"))
       say(f->second, "the feature elsif needs the feature if", "Write features: if elsif.");
     if (const auto f = features_.find("jumps"); f != features_.end() && !features_.contains("goto"))
-      say(f->second, "the feature jumps needs the feature goto, whose templates it writes, too",
+      say(f->second, "the feature jumps needs the feature goto, since it also writes its templates",
           "Write features: goto jumps.");
     if (const auto f = features_.find("inputs"); f != features_.end())
       if (const Template* input = p.find("input"); input && input->size() != 1)
-        say(owners_["input"].at, "the template \"input\" is one line, as expressions contain it");
+        say(owners_["input"].at,
+            "the template \"input\" must be one line, since expressions contain it");
     if (p.find("point") && (p.caps.motions & kPostPtpJoints) && !p.find("point_joints"))
       say(owners_["point"].at,
           "there is no template \"point_joints\", which \"point\" needs beside it");
     if (p.points == TemplatePack::Points::file && !p.find("point"))
-      say(head, "points are in a separate file, and there is no template \"point\"",
-          "Write the section == point, or take points: file out.");
+      say(head, "points are in a separate file, but there is no template \"point\"",
+          "Write the section == point, or remove points: file.");
     if ((p.points == TemplatePack::Points::file) != !p.points_file.pieces.empty())
       say(head, "\"points: file\" and \"points_file\" belong together",
           "Such as points: file and points_file: {{name}}.pts.");
     if (p.quotes != TemplatePack::Quotes::refused && p.text_sign.empty())
-      say(quotes_at_, "\"quotes\" sets how text_sign is written in a text, and text_sign is empty",
-          "Give text_sign, or take quotes out.");
+      say(quotes_at_, "\"quotes\" sets how text_sign is written in a text, but text_sign is empty",
+          "Give text_sign, or remove quotes.");
     if (has_line_number_ && !has_line_numbers_)
       say(head, "\"line_number\" needs \"line_numbers\": line_numbers: 10 10");
     std::tie(file_, whole_) = std::pair(where, std::string_view());

@@ -67,14 +67,14 @@ class TemplateWriter final : public post::Writer {
                 ? "Post constants, and give max_speed in the controller's record."
             : p.text == "joints" || p.text == "turns" || joint_number(p.text, 'q') > 0 ||
                     joint_number(p.text, 'e') > 0
-                ? "Take it out of the template, or name the robot."
-                : "Take it out of the template, or write it under the condition [" + p.text + "].");
+                ? "Remove it from the template, or name the robot."
+                : "Remove it from the template, or write it under the condition [" + p.text + "].");
         continue;
       }
       Variable v = it->second;
       for (const Filter& f : p.filters) filter(f, v, p.text);
       if (v.number && !(std::fabs(*v.number) < kGreatest))
-        fail("the number " + p.text + " here is beyond what a controller takes",
+        fail("the number " + p.text + " here is beyond the controller's range",
              "Check what it is computed from.");
       if (v.number && is_measure(p.text)) tell_rounded(p.text, v);
       out += p.text == "text" && is_in_signs(l, i) ? within_signs(pack_, v.text) : v.text;
@@ -99,8 +99,8 @@ class TemplateWriter final : public post::Writer {
         std::fabs(written - *v.number) <= kShare * std::fabs(*v.number) + 1e-12)
       return;
     warn("the " + name + " " + post::trimmed(*v.number, 9) + " is written as " + v.text,
-         "Give the template more digits (fixed:3), or the pack's head (digits), or write a number "
-         "that it has.");
+         "Give the template more digits (fixed:3), or the pack's head (digits), or use a number "
+         "that can be written exactly.");
   }
   /// Whether a piece stands between two of the pack's signs of texts.
   bool is_in_signs(const TemplateLine& l, std::size_t i) const {
@@ -126,7 +126,7 @@ class TemplateWriter final : public post::Writer {
     if (is_of_text(f.name)) return;
     if (!v.number)
       return fail("the filter " + f.name + " needs a number, and " + name + " is computed here",
-                  task_.form == kPostFlat ? "Take the filter out of the template."
+                  task_.form == kPostFlat ? "Remove the filter from the template."
                                           : "Write constants, or post the flattened program.");
     if (f.name == "sign") {
       if (!v.text.starts_with('-')) v.text.insert(0, 1, '+');
@@ -143,8 +143,7 @@ class TemplateWriter final : public post::Writer {
     const Template* t = pack_.find(construct);
     if (!t) {
       cannot(std::string(construct), "Write the template == " + std::string(construct) +
-                                         " (and its feature) in the pack, or "
-                                         "the program otherwise.");
+                                         " (and its feature) in the pack, or change the program.");
       return;
     }
     if (before < 0) out_->out();
@@ -157,7 +156,7 @@ class TemplateWriter final : public post::Writer {
     if (!is_said && must_say(construct))
       fail("the template \"" + std::string(construct) +
                "\" writes nothing here: none of its conditions holds",
-           "Give it a line that is written in this case, too.");
+           "Add a line for this case.");
     if (after > 0) out_->in();
   }
 
@@ -235,7 +234,7 @@ class TemplateWriter final : public post::Writer {
     if (symbol(s).value != RMP_NONE && !uses(pack_.find(kind), {"value"}))
       fail("the value that " + std::string(symbol(s).name) +
                " begins with is lost: the template \"" + kind + "\" does not write {{value}}",
-           "Add it to the template, or assign the value where the program begins.");
+           "Add it to the template, or assign the value at the start of the program.");
     emit(kind, {{"name", word(name(s))}, {"value", word(value)}});
   }
   void finish() override {
@@ -337,13 +336,13 @@ class TemplateWriter final : public post::Writer {
       if (std::strtod(s.c_str(), nullptr) != post::rounded_to_meaning(v))
         warn("the number " + post::shortest(v) + " is written as " + s,
              pack_.title + " has " + std::to_string(pack_.real_digits) +
-                 " digits behind the point (real_digits).");
+                 " decimal places (real_digits).");
     } else if (s = post::shortest(v); !pack_.has_exponents && s.find('E') != std::string::npos) {
       s = post::without_exponent(v);
       if (s.ends_with(".0")) s.resize(s.size() - 2);
       if (s.size() > kLongest) {
         fail("the number " + post::shortest(v) + " has " + std::to_string(s.size()) +
-                 " digits without an exponent, and " + pack_.title + " writes none",
+                 " digits without an exponent, but " + pack_.title + " writes none",
              "Check what it is computed from, or give it in another unit.");
         return "0";
       }
@@ -448,8 +447,8 @@ class TemplateWriter final : public post::Writer {
       if (!out.empty()) out += pack_.between_values;
       if (is_text && !pack_.text_sign.empty() && pack_.quotes == TemplatePack::Quotes::refused &&
           part.find(pack_.text_sign) != std::string::npos)
-        cannot("way to write " + pack_.text_sign + " within a text",
-               "Take it out of the text, or give quotes in the pack.");
+        cannot("notation for " + pack_.text_sign + " within a text",
+               "Remove it from the text, or set quotes in the pack.");
       out += is_text ? pack_.text_sign + within_signs(pack_, part) + pack_.text_sign : part;
     }
     return out;
@@ -458,15 +457,15 @@ class TemplateWriter final : public post::Writer {
   bool say_values(Variables& v, std::string_view construct, std::span<const std::uint32_t> values) {
     const auto said = constant_text(values);
     if (!said && !uses(pack_.find(construct), {"values"})) {
-      cannot("way to write values within texts: the template \"" + std::string(construct) +
+      cannot("notation for values within texts: the template \"" + std::string(construct) +
                  "\" has no {{values}}",
              flat_hint());
       return false;
     }
     if (const std::string bad = said ? spoils(construct, *said) : ""; !bad.empty()) {
-      cannot("way to write " + bad + " within a text",
-             bad == pack_.text_sign ? "Take it out of the text, or give quotes in the pack."
-                                    : "Take it out of the text.");
+      cannot("notation for " + bad + " within a text",
+             bad == pack_.text_sign ? "Remove it from the text, or set quotes in the pack."
+                                    : "Remove it from the text.");
       return false;
     }
     v["text"] = word(said.value_or(""));
@@ -474,18 +473,18 @@ class TemplateWriter final : public post::Writer {
     for (const char* each : {"text", "values"})
       for (const char c : v[each].text)
         if (static_cast<unsigned char>(c) < 32) {
-          cannot("texts with control characters", "Take them out of the text.");
+          cannot("texts with control characters", "Remove them from the text.");
           return false;
         }
     return true;
   }
   void message(std::span<const std::uint32_t> values, bool) override {
     const bool is_message = pack_.find("message") != nullptr;
-    if (!is_message && !pack_.find("comment")) return cannot("messages", "Take the statement out.");
+    if (!is_message && !pack_.find("comment")) return cannot("messages", "Remove the statement.");
     const char* construct = is_message ? "message" : "comment";
     Variables v;
     if (!say_values(v, construct, values)) return;
-    if (!is_message) warn(pack_.title + " writes no texts; this one becomes a comment");
+    if (!is_message) warn(pack_.title + " cannot write texts; this one becomes a comment");
     emit(construct, v);
   }
   // Where there are only jumps, blocks are made of them: each has a label for where it goes on, and
@@ -606,7 +605,7 @@ class TemplateWriter final : public post::Writer {
   Variables condition(std::uint32_t c) { return {{"condition", word(text(c))}}; }
   /// The way out where the structured form does not say it.
   std::string flat_hint() const {
-    return task_.form == kPostFlat ? "Write it otherwise."
+    return task_.form == kPostFlat ? "Rewrite it without them."
                                    : "Post the flattened program (form = \"flat\").";
   }
   /// False = said.
@@ -618,7 +617,7 @@ class TemplateWriter final : public post::Writer {
     }
     // What is computed stands there as it is.
     if (uses(pack_.find(construct), {"milliseconds"})) {
-      cannot("times that are computed, in milliseconds",
+      cannot("computed times, in milliseconds",
              "Give a number of seconds, or write the template with {{seconds}}.");
       return false;
     }
@@ -640,7 +639,7 @@ class TemplateWriter final : public post::Writer {
       return cannot(
           "outcome of WAIT FOR with a TIMEOUT (R_TIMEOUT): the template "
           "\"wait_for_timeout\" does not set {{timed_out}}",
-          "Let it set it, such as {{timed_out}} = not ({{condition}}).");
+          "Set it there, such as {{timed_out}} = not ({{condition}}).");
     v["timed_out"] = word(is_asked ? name(told) : std::string());
     emit("wait_for_timeout", v);
   }
@@ -653,7 +652,7 @@ class TemplateWriter final : public post::Writer {
       message(one, true);
     } else if (m != RMP_NONE) {
       warn("the text of PAUSE is not written: the template \"pause\" has no {{text}}",
-           "Take it out here, or add it to the template.");
+           "Remove it here, or add it to the template.");
     }
     emit("pause", v);
   }
@@ -696,7 +695,7 @@ class TemplateWriter final : public post::Writer {
                                   : "the template \"" + std::string(construct) + "\" has no {{" +
                                         std::string(*r.variables.begin()) + "}}";
       warn(std::string(r.word) + " is not written: " + way,
-           "Take it out here" +
+           "Remove it here" +
                std::string(r.variables.size() == 0 ? "." : ", or add it to the template."));
     };
     if (is_ptp) std::for_each(std::begin(of_ptp), std::end(of_ptp), look);
@@ -716,16 +715,15 @@ class TemplateWriter final : public post::Writer {
     if (has_distance || !pass.given || pass.known == 0.0) return;
     const std::string give = is_ptp ? "Give C_PTP" : "Give C_CP";
     if (!pass.known && uses(&t, {"passes"}))
-      return cannot("C_PASS of a value that is computed", "Write TRUE or FALSE.");
+      return cannot("a computed C_PASS", "Write TRUE or FALSE.");
     const std::string of = "the template \"" + std::string(construct) + "\" ";
     const std::string in_a_run = post::at_c_pass_in_a_run(*task_.code, m);
     const std::string as_in_a_run = post::may_pass_in_a_run(*task_.code, m)
-                                        ? "and in a run the robot " + in_a_run
-                                        : "as it is in a run";
+                                        ? "and the simulated robot " + in_a_run
+                                        : "as in a run";
     if (uses(&t, {"passes"}))
       note("C_PASS without a distance is written as " + of +
-               "has it: how far the robot stays away is the controller's, and in a run it " +
-               in_a_run,
+               "has it: the controller chooses the distance, and the simulated robot " + in_a_run,
            give + ".");
     else if (uses(&t, {"blend", "blend_ptp"}))
       note("C_PASS without a distance is written as a stop, " + as_in_a_run + ": " + of +
@@ -733,7 +731,7 @@ class TemplateWriter final : public post::Writer {
            give + ", or add it to the template.");
     else
       note("C_PASS is written as a stop, " + as_in_a_run + ": " + of + "has no {{passes}}",
-           "Take it out here, or add it to the template.");
+           "Remove it here, or add it to the template.");
   }
   Variables motion_variables(const Motion& m) {
     Variables v;
@@ -742,11 +740,11 @@ class TemplateWriter final : public post::Writer {
       else if (m[a].expression == RMP_NONE) v[name] = num(otherwise);
       else v[name] = word(text(m[a].expression));
     };
-    if (m.until != RMP_NONE) cannot("motions that end by a condition");
+    if (m.until != RMP_NONE) cannot("motions that end on a condition");
     if (m.incremental)
       cannot("increments", task_.form == kPostFlat
-                               ? "Move to the pose that is meant: behind UNTIL it is not known."
-                               : "Post the flattened program, or move to the pose that is meant.");
+                               ? "Move to the target pose itself: after UNTIL it is unknown."
+                               : "Post the flattened program, or move to the target pose itself.");
     for (const auto& [a, what] : {std::pair{RMP_ATTR_TOOL, "tools of single motions"},
                                   {RMP_ATTR_FRAME, "frames of motions"}})
       if (m[a].given) cannot(what);
@@ -808,8 +806,8 @@ class TemplateWriter final : public post::Writer {
       if (turns) far = std::min(far, std::fabs(far - 360));
       if (far < (turns ? 1e-3 : 1e-5)) continue;
       fail("the orientation of this pose is lost: its angle " + std::string(1, "abcd"[i]) +
-               " is another than before, and " + pack_.title + " does not write it",
-           "Keep the orientation of the first pose, or name the angle in the pack's head.");
+               " differs from the previous one, and " + pack_.title + " does not write it",
+           "Keep the orientation of the first pose, or list the angle in the pack's head.");
       return false;
     }
     return true;
@@ -819,7 +817,7 @@ class TemplateWriter final : public post::Writer {
              const char* motion) {
     const PostPoint* p = t.point;
     if (!p) {
-      cannot("targets that are computed", flat_hint());
+      cannot("computed targets", flat_hint());
       return false;
     }
     Variables own;
@@ -845,7 +843,7 @@ class TemplateWriter final : public post::Writer {
       for (const auto* values : {&a, &e})
         for (const double x : *values)
           if (!(std::fabs(x) < kGreatest)) {
-            fail("a joint of this target is beyond what a controller takes",
+            fail("a joint value of this target is beyond the controller's range",
                  "Check what it is computed from.");
             return false;
           }
@@ -904,7 +902,7 @@ class TemplateWriter final : public post::Writer {
     const char* construct = by_joints ? "ptp_joints" : "ptp_pose";
     if (!place(v, t, "", by_joints, construct)) return;
     if (by_joints ? !has_joints : !has_pose)
-      return cannot(by_joints ? "motions to joints" : "motions of the joints to poses");
+      return cannot(by_joints ? "motions to joint values" : "joint motions to poses");
     emit(construct, v);
   }
   void lin(const Motion& m) override {

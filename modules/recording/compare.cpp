@@ -57,7 +57,7 @@ Result<std::vector<ColumnDifference>> compare(const Recording& first, const Reco
     for (const Column& c : first.columns)
       if (c.name != "time" && other.find(c.name)) chosen.push_back(&c);
     if (chosen.empty())
-      return error(ErrorCode::invalid_argument, "they have no column in common",
+      return error(ErrorCode::invalid_argument, "they have no common columns",
                    "Compare recordings of the same quantities.");
   } else {
     RMP_TRY_ASSIGN(chosen, first.select(columns));

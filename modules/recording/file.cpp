@@ -160,7 +160,7 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
       return lines.fault(
           "it is a recording of a newer version, " + text::quote(std::string(head.substr(19))),
           "Load it with a newer program.");
-    return lines.fault("it is no recording of this program",
+    return lines.fault("it is not a recording of this program",
                        "Such a file starts with \"" + std::string(kHead) + "\".");
   }
   FiledRecording out;
@@ -168,7 +168,7 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
   std::optional<std::size_t> rows;
   std::unordered_set<std::string> names;
   while (!rows) {
-    if (lines.at_end()) return lines.fault("the file ends before its rows", "It is cut off.");
+    if (lines.at_end()) return lines.fault("the file ends before its rows", "It is truncated.");
     std::vector<std::string> words;
     const bool is_whole = split_words(lines.next(), words);
     const std::string what = words.empty() ? "" : words.front();
@@ -193,7 +193,7 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
       r.columns.push_back(
           {value, words[2], words[5], {}, *read_number(words[3]), *read_number(words[4])});
     } else {
-      return lines.fault(text::quote(what) + " with " + text::quote(value) + " means nothing here",
+      return lines.fault(text::quote(what) + " with " + text::quote(value) + " is not allowed here",
                          "A recording has title, world, robot, trajectory, dof, voxel, base, note, "
                          "column and rows.");
     }
@@ -224,7 +224,7 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
                                      "the row has " + std::to_string(fields) +
                                          " numbers, but there are " + std::to_string(width) +
                                          " columns",
-                                     "Separate the numbers by one blank.");
+                                     "Separate the numbers with one blank.");
                        return LineKind::fault;
                      },
                      progress));
@@ -235,9 +235,9 @@ Result<FiledRecording> recording_from_text(std::string_view text, Progress& prog
   if (read.rows < *rows)
     return fault(
         "the file ends after row " + std::to_string(read.rows) + " of " + std::to_string(*rows),
-        "It is cut off.");
+        "It is truncated.");
   if (!read.found_end || read.rows > *rows)
-    return fault("the rows are not followed by \"end\"", "There are more than it says.");
+    return fault("the rows are not followed by \"end\"", "There are more rows than declared.");
   return out;
 }
 
@@ -331,9 +331,9 @@ Result<Recording> recording_from_csv(std::string_view text, Progress& progress) 
     for (std::size_t i = 1; i < time->values.size(); ++i)
       if (!(time->values[i] > time->values[i - 1]))
         return error(ErrorCode::syntax,
-                     "the time does not rise from row " + std::to_string(i) + " to row " +
+                     "the time does not increase from row " + std::to_string(i) + " to row " +
                          std::to_string(i + 1),
-                     "Sort the lines by time and leave out doubled ones.");
+                     "Sort the lines by time and remove duplicates.");
   return r;
 }
 
@@ -350,7 +350,7 @@ Result<Recording> recording_from_plot(std::string_view text) {
       const auto end = line.find_first_not_of("0123456789", digit);
       const auto n = text::read_int(line.substr(digit, end - digit));
       if (!n || *n < 1 || static_cast<std::size_t>(*n) > kMostColumns / 3 - 1)
-        return lines.fault(text::quote(line) + " is no number of joints", "Write such as #6.");
+        return lines.fault(text::quote(line) + " is not a number of joints", "Write such as #6.");
       joints = static_cast<std::size_t>(*n);
       continue;
     }
@@ -400,9 +400,9 @@ Result<Recording> recording_from_plot(std::string_view text) {
                                {}});
     }
     if (row.size() != r.columns.size())
-      return lines.fault("it has " + std::to_string(row.size()) + " numbers, but the row before " +
-                             std::to_string(r.columns.size()),
-                         "Give as many in every row.");
+      return lines.fault("it has " + std::to_string(row.size()) +
+                             " numbers, but the previous row " + std::to_string(r.columns.size()),
+                         "Give the same number in every row.");
     for (std::size_t c = 0; c < row.size(); ++c) r.columns[c].values.push_back(row[c]);
   }
   if (r.rows() == 0) return lines.fault("it has no rows of numbers", "");
@@ -410,9 +410,9 @@ Result<Recording> recording_from_plot(std::string_view text) {
   for (std::size_t i = 1; i < time.size(); ++i)
     if (!(time[i] > time[i - 1]))
       return error(ErrorCode::syntax,
-                   "the time does not rise from row " + std::to_string(i) + " to row " +
+                   "the time does not increase from row " + std::to_string(i) + " to row " +
                        std::to_string(i + 1),
-                   "Sort the rows by time and leave out doubled ones.");
+                   "Sort the rows by time and remove duplicates.");
   return r;
 }
 

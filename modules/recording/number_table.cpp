@@ -28,7 +28,7 @@ char* print_to(char* at, double v, bool signs_zero) {
   return std::to_chars(at, at + kWidest, v).ptr;
 }
 
-Error stopped() { return error(ErrorCode::cancelled, "the work on the file was stopped"); }
+Error stopped() { return error(ErrorCode::cancelled, "the work on the file was cancelled"); }
 
 /// Lines of a text, and what became of them.
 struct Block {

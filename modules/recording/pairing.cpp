@@ -18,16 +18,14 @@ Result<Pairing> pair(const Recording& first, const Recording& other, double shif
   Pairing out;
   const Column *t = first.find("time"), *u = other.find("time");
   if ((!t || !u) && shift != 0)
-    return error(ErrorCode::invalid_argument, "one of them has no time that could be shifted",
+    return error(ErrorCode::invalid_argument, "one of them has no time to shift",
                  "Leave the shift out, or give both a column \"time\".");
   if (!t || !u) {
     if (first.rows() != other.rows())
       return error(ErrorCode::invalid_argument,
                    "they have " + std::to_string(first.rows()) + " and " +
-                       std::to_string(other.rows()) +
-                       " rows and no time to tell which belong "
-                       "together",
-                   "Give both a column \"time\", or as many rows.");
+                       std::to_string(other.rows()) + " rows and no time to match them",
+                   "Give both a column \"time\", or the same number of rows.");
     for (std::size_t i = 0; i < first.rows(); ++i)
       out.rows.push_back({i, i, 0, static_cast<double>(i + 1)});
     return out;
@@ -50,12 +48,12 @@ Result<Pairing> pair(const Recording& first, const Recording& other, double shif
   }
   if (out.rows.empty())
     return error(ErrorCode::invalid_argument,
-                 "they have no time in common: one is from " +
+                 "their times do not overlap: one is from " +
                      text::print_rounded(t->values.front() + shift) + " s to " +
                      text::print_rounded(t->values.back() + shift) + " s, the other from " +
                      text::print_rounded(u->values.front()) + " s to " +
                      text::print_rounded(u->values.back()) + " s",
-                 "Compare recordings of the same time.");
+                 "Compare recordings of the same time range.");
   return out;
 }
 

@@ -164,28 +164,28 @@ Result<std::size_t> Recordings::append(std::uint64_t number,
   const auto found = slot(number);
   if (!found)
     return error(ErrorCode::not_found, "there is no " + where,
-                 "recording.list names those there are.");
+                 "recording.list lists the existing ones.");
   std::unique_lock lock(found->mutex);
   const Recording& table = found->table();
   if (columns.size() != table.columns.size())
     return error(ErrorCode::conflict,
                  "the recording has " + std::to_string(table.columns.size()) +
                      " columns and the rows have " + std::to_string(columns.size()),
-                 "Give a value of each column in every row.", where);
+                 "Give a value for each column in every row.", where);
   if (columns.empty())
     return error(ErrorCode::invalid_argument, "the recording has no columns", "", where);
   const std::size_t count = columns.front().size();
   for (const auto& c : columns)
     if (c.size() != count)
       return error(ErrorCode::invalid_argument, "the columns have different numbers of values",
-                   "Give as many to each.", where);
+                   "Give the same number to each.", where);
   const std::size_t rows = table.rows() + found->rows_waiting();
   if (count > kMostValues / columns.size() - std::min(rows, kMostValues / columns.size()))
     return error(ErrorCode::unsupported,
                  "the recording would have " + std::to_string(rows + count) + " rows of " +
                      std::to_string(columns.size()) + " columns, more than " +
                      std::to_string(kMostValues) + " numbers",
-                 "Begin another recording, and save or remove this one.", where);
+                 "Start another recording, and save or remove this one.", where);
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (table.columns[c].name != "time") continue;
     const auto& before = found->rows_waiting() > 0 ? found->waiting[c] : table.columns[c].values;
@@ -194,11 +194,11 @@ Result<std::size_t> Recordings::append(std::uint64_t number,
       if (!(columns[c][i] > last) || std::isinf(columns[c][i]))
         return error(
             ErrorCode::invalid_argument,
-            "the time does not rise from " +
+            "the time does not increase from " +
                 (rows + i == 0 ? std::string("the beginning") : text::print_rounded(last) + " s") +
                 " to " + text::print_rounded(columns[c][i]) + " s, row " + std::to_string(i + 1) +
                 " of those to append",
-            "Give rows that are later than those there are, in their order.", where);
+            "Give rows that are later than the existing ones, in order.", where);
       last = columns[c][i];
     }
   }
@@ -218,7 +218,7 @@ Result<RecordingRows> Recordings::rows(std::uint64_t number, std::size_t from,
   const auto found = slot(number);
   if (!found)
     return error(ErrorCode::not_found, "there is no " + where,
-                 "recording.list names those there are.");
+                 "recording.list lists the existing ones.");
   const std::lock_guard lock(found->mutex);
   const Recording& table = found->table();
   std::vector<const Column*> chosen;

@@ -21,8 +21,8 @@ Result<Columns> common_columns(const Recording& measured, const Recording& model
     for (const Column& c : measured.columns)
       if (c.name != "time" && model.find(c.name)) chosen.push_back(&c);
     if (chosen.empty())
-      return error(ErrorCode::invalid_argument, "they have no column in common",
-                   "Name the columns of both alike, such as q1, q2 and so on.");
+      return error(ErrorCode::invalid_argument, "they have no common columns",
+                   "Use the same column names in both, such as q1, q2 and so on.");
   } else {
     RMP_TRY_ASSIGN(chosen, measured.select(columns));
   }
@@ -40,7 +40,7 @@ Result<Columns> common_columns(const Recording& measured, const Recording& model
     out.emplace_back(c, found->front());
   }
   if (out.empty())
-    return error(ErrorCode::invalid_argument, "no column but the time is compared",
+    return error(ErrorCode::invalid_argument, "no column except the time is compared",
                  "Name others in columns.");
   return out;
 }
@@ -105,8 +105,8 @@ Result<Recording> residual(const Recording& measured, const Recording& model,
     out.columns.push_back(std::move(c));
   }
   if (shift != 0)
-    out.notes.push_back("The model was taken " + text::print_rounded(std::fabs(shift)) + " s " +
-                        (shift > 0 ? "later" : "earlier") + " than the measured times.");
+    out.notes.push_back("The model was shifted by " + text::print_rounded(std::fabs(shift)) +
+                        " s " + (shift > 0 ? "later" : "earlier") + " than the measured times.");
   return out;
 }
 
@@ -114,7 +114,7 @@ Result<double> best_shift(const Recording& measured, const Recording& model,
                           std::span<const std::string> columns, double most, Progress& progress) {
   RMP_TRY_ASSIGN(const Columns both, common_columns(measured, model, columns));
   if (!measured.find("time") || !model.find("time"))
-    return error(ErrorCode::invalid_argument, "one of them has no time that could be shifted",
+    return error(ErrorCode::invalid_argument, "one of them has no time to shift",
                  "Give both a column \"time\".");
   // Fewer rows of what was measured; the model stays whole.
   Recording some;
@@ -154,7 +154,7 @@ Result<double> best_shift(const Recording& measured, const Recording& model,
   const double grain = 2 * most / kShiftGrid;
   for (int i = 0; i <= kShiftGrid; ++i) {
     if (progress.cancelled())
-      return error(ErrorCode::cancelled, "the search for the shift was stopped");
+      return error(ErrorCode::cancelled, "the search for the shift was cancelled");
     grid.push_back(misfit(-most + grain * i));
     widest = std::max(widest, grid.back().rows);
   }
@@ -166,10 +166,10 @@ Result<double> best_shift(const Recording& measured, const Recording& model,
       best = i;
   }
   if (best < 0)
-    return error(ErrorCode::invalid_argument,
-                 "they have no time in common, however they are shifted within " +
-                     text::print_rounded(most) + " s",
-                 "Compare recordings of the same time, or allow a greater shift.");
+    return error(
+        ErrorCode::invalid_argument,
+        "their times do not overlap for any shift within " + text::print_rounded(most) + " s",
+        "Compare recordings of the same time range, or allow a larger shift.");
   // Golden section between the neighbours; beyond the ends nothing was asked for.
   const double ratio = (std::sqrt(5.0) - 1) / 2;
   const auto value = [&](double shift) {
@@ -182,7 +182,7 @@ Result<double> best_shift(const Recording& measured, const Recording& model,
   double at_x = value(x), at_y = value(y);
   while (high - low > 1e-6 * most) {
     if (progress.cancelled())
-      return error(ErrorCode::cancelled, "the search for the shift was stopped");
+      return error(ErrorCode::cancelled, "the search for the shift was cancelled");
     if (at_x < at_y) high = y, y = x, at_y = at_x, x = high - ratio * (high - low), at_x = value(x);
     else low = x, x = y, at_x = at_y, y = low + ratio * (high - low), at_y = value(y);
   }

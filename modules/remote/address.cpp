@@ -16,7 +16,7 @@ constexpr std::size_t kLongestPath = 107;
 
 Error wrong(std::string_view text, std::string why) {
   return error(ErrorCode::invalid_argument,
-               text::quote(std::string(text)) + " is no address: " + std::move(why),
+               text::quote(std::string(text)) + " is not an address: " + std::move(why),
                "Write 127.0.0.1:7007, [::1]:7007, HOST:PORT or unix:/path/to/socket.");
 }
 
@@ -30,8 +30,8 @@ Result<Address> Address::parse(std::string_view text) {
     a.path = text.substr(kUnix.size());
     if (a.path.empty()) return wrong(text, "the path of the socket is missing");
     if (a.path.size() > kLongestPath)
-      return wrong(text,
-                   "the path of a socket has at most " + std::to_string(kLongestPath) + " bytes");
+      return wrong(
+          text, "the path of a socket can have at most " + std::to_string(kLongestPath) + " bytes");
     return a;
   }
   std::string_view port;
@@ -42,7 +42,7 @@ Result<Address> Address::parse(std::string_view text) {
     a.host = text.substr(1, end - 1);
     in6_addr parsed{};
     if (::inet_pton(AF_INET6, a.host.c_str(), &parsed) != 1)
-      return wrong(text, "between the brackets stands no IPv6 address");
+      return wrong(text, "the text in brackets is not an IPv6 address");
     const std::string_view rest = text.substr(end + 1);
     has_port = rest.starts_with(':');
     if (!rest.empty() && !has_port) return wrong(text, "behind the ] comes :PORT");
@@ -53,18 +53,18 @@ Result<Address> Address::parse(std::string_view text) {
     a.host = text.substr(0, colon);
     if (has_port) port = text.substr(colon + 1);
     if (a.host.find(':') != std::string::npos)
-      return wrong(text, "an IPv6 address stands in brackets");
+      return wrong(text, "an IPv6 address must be in brackets");
     if (a.host == "*") a.host.clear();
     else if (a.host.empty()) return wrong(text, "the host is missing");
     for (const char c : a.host)
       if (static_cast<unsigned char>(c) <= ' ' || static_cast<unsigned char>(c) >= 0x7f)
-        return wrong(text, "a host is made of letters, digits, dots and dashes");
+        return wrong(text, "a host must consist of letters, digits, dots and dashes");
   }
   if (has_port) {
     unsigned number = 0;
     const auto [end, fault] = std::from_chars(port.data(), port.data() + port.size(), number);
     if (fault != std::errc() || end != port.data() + port.size() || number > 65'535)
-      return wrong(text, "a port is a number from 0 to 65535");
+      return wrong(text, "a port must be a number from 0 to 65535");
     a.port = static_cast<std::uint16_t>(number);
   }
   return a;

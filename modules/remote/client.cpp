@@ -66,7 +66,7 @@ Error error_of(const Map& fault) {
   if (!e.hint.empty() && e.message.ends_with(" " + e.hint))
     e.message.erase(e.message.size() - e.hint.size() - 1);
   if (e.message.ends_with(".")) e.message.pop_back();
-  if (e.message.empty()) e.message = "the server gave an error without words";
+  if (e.message.empty()) e.message = "the server returned an error without a message";
   return e;
 }
 
@@ -85,7 +85,8 @@ Result<std::unique_ptr<Client>> Client::connect(ClientOptions options, Progress&
   if (options.address.is_unix && options.tls.value_or(false))
     return error(ErrorCode::invalid_argument, "a Unix socket has no TLS", "Leave tls out.", "tls");
   if (!options.address.is_unix && options.address.port == 0)
-    return error(ErrorCode::invalid_argument, "a port is a number from 1 to 65535", "", "address");
+    return error(ErrorCode::invalid_argument, "a port must be a number from 1 to 65535", "",
+                 "address");
   std::unique_ptr<Client> made(new Client(std::move(options)));
   RMP_TRY(made->open(progress));
   return made;
@@ -107,8 +108,9 @@ void Client::close() {
 }
 
 Error Client::no_server(const std::string& why) const {
-  return error(ErrorCode::unsupported, options_.address.text() + " is no ROBOMOSP server: " + why,
-               "Give the address that `robomosp serve` told when it started.");
+  return error(ErrorCode::unsupported,
+               options_.address.text() + " is not a ROBOMOSP server: " + why,
+               "Give the address that `robomosp serve` printed when it started.");
 }
 
 void Client::lose(Error why) {
@@ -158,7 +160,7 @@ Result<void> Client::open_socket(Clock::time_point end, Progress& progress) {
   const std::string where = options_.address.text();
   const auto unreachable = [&where](const std::string& why) {
     return error(ErrorCode::io, where + " cannot be reached: " + why,
-                 "Is `robomosp serve` running there?");
+                 "Check that `robomosp serve` is running there.");
   };
   std::shared_ptr<TlsContext> tls;
   if (options_.tls.value_or(!options_.address.is_local())) {
@@ -251,13 +253,13 @@ Result<void> Client::say_hello(Clock::time_point end, Progress& progress) {
   const Map* hello = (*told_)->as_map();
   const Value* version = hello ? hello->find("protocol") : nullptr;
   if (!hello || text_under(*hello, "program") != "robomosp")
-    return no_server("it answers without saying that it is one");
+    return no_server("its reply does not identify it as one");
   if (!version || !version->as_int() || *version->as_int() != kProtocol)
     return error(ErrorCode::unsupported,
                  options_.address.text() + " speaks version " +
                      (version ? version->text() : std::string("?")) +
                      " of the protocol, and this program version " + std::to_string(kProtocol),
-                 "Use programs of one age.");
+                 "Use programs of the same version.");
   const std::string instance = text_under(*hello, "instance");
   if (!instance_.empty() && instance != instance_) ++generation_;
   instance_ = instance;
@@ -286,16 +288,15 @@ void Client::read() {
         // As of a server that is about to end, too: its socket takes connections to the last.
         if (!has_spoken_ && first_.empty())
           return lose(error(ErrorCode::io, where + " closed the connection without an answer",
-                            "Is it a ROBOMOSP server?"));
+                            "Check that it is a ROBOMOSP server."));
         if (!has_spoken_)
           return lose(first_.starts_with("\x15\x03")
                           ? error(ErrorCode::unsupported, where + " speaks TLS",
                                   "Give tls = true, or the server's certificate.")
                           : no_server("it answered " + shown(first_)));
         lose(error(ErrorCode::io,
-                   where + " closed the connection" +
-                       (lines_.is_within() ? " in the middle of an answer" : ""),
-                   "Reconnect when it serves again."));
+                   where + " closed the connection" + (lines_.is_within() ? " during a reply" : ""),
+                   "Reconnect when it is available again."));
       });
 }
 
@@ -313,9 +314,9 @@ void Client::plain(std::string_view bytes) {
       bytes, [this](std::string_view text) { return line(text); },
       [this] {
         lose(error(ErrorCode::unsupported,
-                   options_.address.text() + " sends an answer that is longer than " +
+                   options_.address.text() + " sent a reply longer than " +
                        std::to_string(options_.longest_answer) + " bytes",
-                   "Ask for less at a time, or allow more (longest_answer)."));
+                   "Request less at a time, or allow more (longest_answer)."));
         return false;
       });
 }
@@ -326,9 +327,9 @@ bool Client::line(std::string_view text) {
   if (text.empty()) return true;
   auto message = from_json(text, Handles::foreign);
   const auto no = [&](const std::string& why) {
-    lose(has_spoken_ ? error(ErrorCode::unsupported,
-                             options_.address.text() + " sent an answer that " + why,
-                             "Reconnect, and tell whoever runs it.")
+    lose(has_spoken_
+             ? error(ErrorCode::unsupported, options_.address.text() + " sent a reply that " + why,
+                     "Reconnect, and report it to the server's administrator.")
          : first_.starts_with("\x15\x03")
              ? error(ErrorCode::unsupported, options_.address.text() + " speaks TLS",
                      "Give tls = true, or the server's certificate.")
@@ -336,9 +337,9 @@ bool Client::line(std::string_view text) {
     return false;
   };
   if (!message.ok()) return no("is not JSON: " + shown(text));
-  if (array_fault(*message)) return no("holds an array that is none");
+  if (array_fault(*message)) return no("contains an invalid array");
   Map* m = message->as_map();
-  if (!m) return no("is no message: " + shown(text));
+  if (!m) return no("is not a message: " + shown(text));
   if (const Value* method = m->find("method")) {
     if (m->find("id")) return no("is a request");
     has_spoken_ = true;
@@ -352,7 +353,7 @@ bool Client::line(std::string_view text) {
   const Value* id = m->find("id");
   const Value* fault = m->find("error");
   Value* result = m->find("result");
-  if (!(fault && fault->as_map()) && !result) return no("is no answer: " + shown(text));
+  if (!(fault && fault->as_map()) && !result) return no("is not a reply: " + shown(text));
   has_spoken_ = true;
   // Without an id: it could not read which request it was, and there is one only.
   const bool is_ours =
@@ -459,8 +460,8 @@ Result<Value> Client::outgoing(const Value& v, int depth) const {
     return error(ErrorCode::invalid_argument, "the arguments are nested too deeply");
   if (const Handle* h = v.as_handle())
     return error(ErrorCode::invalid_argument,
-                 "a " + h->kind + " of this program means nothing to " + options_.address.text(),
-                 "Give the name that it has over there.");
+                 "a " + h->kind + " of this program is unknown to " + options_.address.text(),
+                 "Give its name on the server.");
   if (const List* list = v.as_list()) {
     List out;
     out.reserve(list->size());
@@ -477,7 +478,7 @@ Result<Value> Client::outgoing(const Value& v, int depth) const {
     if (of && of->as_int() && *of->as_int() != static_cast<std::int64_t>(generation_))
       return error(ErrorCode::stale_handle,
                    text_under(*handle, "kind") + " " + text::quote(text_under(*handle, "name")) +
-                       " is of a program that has ended",
+                       " belongs to a program that has ended",
                    "Get it again by name.");
     Map inner = *handle;
     inner.erase("generation");
@@ -539,7 +540,7 @@ Result<Value> Client::call(const std::string& method, Value params, bool as_job,
   return error(ErrorCode::cancelled,
                options_.address.text() + " did not answer within " + text::print_rounded(seconds) +
                    " s; the call was cancelled",
-               "Give it more time, or start it as a job over there.", method);
+               "Give it more time, or start it as a job on the server.", method);
 }
 
 Result<List> Client::events(double seconds, Progress& progress) {

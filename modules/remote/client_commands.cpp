@@ -22,8 +22,8 @@ Result<void> not_in_group(const CommandContext& ctx, const char* what) {
   if (!ctx.is_in_group()) return {};
   return error(ErrorCode::conflict,
                std::string(what) +
-                   " cannot be part of a group of edits: what it does in the other "
-                   "program would stay when the group is taken back",
+                   " cannot be part of a group of edits: its effects in the other program would "
+                   "remain when the group is undone",
                "Call it before or after ioci.transaction.");
 }
 

@@ -75,7 +75,7 @@ Result<void> ClientHost::begin() {
   UserProgress progress(user_);
   RMP_TRY_ASSIGN(const Value table, client_->call("ioci.describe", Map{}, false, 0, progress));
   if (!table.as_list())
-    return error(ErrorCode::unsupported, "the server does not say what commands it has",
+    return error(ErrorCode::unsupported, "the server does not list its commands",
                  "Use the same version of robomosp on both sides.");
   for (const Value& row : *table.as_list()) {
     const Map* m = row.as_map();
@@ -114,9 +114,9 @@ Result<Value> ClientHost::ask(const std::string& method, Value params, bool as_j
     const std::uint64_t before = client_->generation();
     RMP_TRY(client_->reconnect(kReconnect, progress));
     RMP_TRY(begin());
-    warn_(client_->generation() == before
-              ? "The connection was lost, and is there again."
-              : "Another program answers there now: handles of the one before are gone.");
+    warn_(client_->generation() == before ? "The connection was lost and has been restored."
+                                          : "Another program answers there now: handles of the "
+                                            "previous one are no longer valid.");
   }
   RMP_TRY_ASSIGN(const Value answer, client_->call(method, sent(params), as_job, 0, progress));
   return came(answer);
@@ -182,9 +182,10 @@ Result<Value> ClientHost::dispatch_classic(std::string_view line) {
 
 Result<void> ClientHost::transaction(const std::string&, const std::function<Result<void>()>&) {
   return error(ErrorCode::unsupported,
-               "a group of edits cannot be made over a connection, which could be lost within it",
-               "Edit one by one; undo takes back each. A script that the server runs (lua.eval) "
-               "can make a group.");
+               "a group of edits cannot be made over a connection, since the connection could be "
+               "lost during it",
+               "Make single edits; each can be undone. A script run by the server (lua.eval) can "
+               "make a group.");
 }
 
 std::optional<std::string> ClientHost::name_of(const Handle& h) const {
@@ -201,7 +202,7 @@ std::string ClientHost::describe(const Handle& h) const {
 Result<void> ClientHost::may(Effect effect, std::string_view what) const {
   return error(ErrorCode::permission,
                std::string(what) + " " + std::string(phrase(effect)) +
-                   ", and in a console of another program only commands do",
+                   ", but a console of another program supports only commands",
                "Use the console of this program, and require \"remote\" there.");
 }
 

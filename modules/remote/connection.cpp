@@ -132,8 +132,8 @@ struct Connection::Talk {
           if (owner.hall_.scripts.fetch_add(1) >= limits.scripts) {
             --owner.hall_.scripts;
             return error(ErrorCode::conflict,
-                         std::to_string(limits.scripts) + " clients run scripts already",
-                         "Wait until one of them has gone.", "lua.eval");
+                         std::to_string(limits.scripts) + " clients already run scripts",
+                         "Wait until one of them disconnects.", "lua.eval");
           }
           self.has_script = true;
         }
@@ -142,7 +142,7 @@ struct Connection::Talk {
     o.methods["server.subscribe"] = [&owner](const Map& p) { return owner.subscribe(p); };
     o.methods["server.unsubscribe"] = [&owner](const Map& p) { return owner.unsubscribe(p); };
     o.methods["server.hello"] = [](const Map&) -> Result<Value> {
-      return error(ErrorCode::conflict, "hello was said already");
+      return error(ErrorCode::conflict, "server.hello was already sent");
     };
     o.methods["server.bye"] = [&owner](const Map&) -> Result<Value> {
       owner.is_leaving_ = true;
@@ -155,7 +155,7 @@ struct Connection::Talk {
       return error(ErrorCode::conflict,
                    "the program takes " + std::to_string(size) + " MiB; at most " +
                        std::to_string(self.hall.options.limits.memory) + " are allowed",
-                   "Wait for what runs, or remove what is not needed; reading goes on.",
+                   "Wait for running commands, or remove unneeded data; reading remains possible.",
                    std::string(method));
     };
     o.job_started = owner.hall_.job_started;
@@ -176,13 +176,14 @@ struct Connection::Talk {
           e.code == ErrorCode::cancelled ? owner.ended_.exchange(Ended::no) : Ended::no;
       if (why == Ended::no) return e;
       if (why == Ended::memory)
-        return error(
-            ErrorCode::cancelled,
-            "it was ended, as the program took more than " + std::to_string(limits.memory) + " MiB",
-            "Do less at a time.");
-      return error(ErrorCode::cancelled,
-                   "it was ended, as it took longer than " + std::to_string(limits.seconds) + " s",
-                   "Start it as a job: \"job\": true beside \"method\".");
+        return error(ErrorCode::cancelled,
+                     "it was cancelled, since the program took more than " +
+                         std::to_string(limits.memory) + " MiB",
+                     "Do less at a time.");
+      return error(
+          ErrorCode::cancelled,
+          "it was cancelled, since it took longer than " + std::to_string(limits.seconds) + " s",
+          "Start it as a job: \"job\": true beside \"method\".");
     };
     o.longest_line = limits.line;
     o.longest_batch = limits.batch;
@@ -426,7 +427,7 @@ bool Connection::hello(std::string_view text) {
   const Value own_id = id && (id->is_number() || id->as_string()) ? *id : Value();
   if (!method || !method->as_string() || *method->as_string() != "server.hello")
     return say_no(own_id, error(ErrorCode::usage,
-                                "the first line of a connection is a request of server.hello",
+                                "the first line of a connection must be a request of server.hello",
                                 R"(Send {"jsonrpc": "2.0", "id": 1, "method": "server.hello", )"
                                 R"("params": {"protocol": 1}}.)"));
   static const Map kNone;
@@ -452,14 +453,14 @@ bool Connection::hello(std::string_view text) {
       return say_no(own_id, error(ErrorCode::unknown_name,
                                   "server.hello has no parameter " +
                                       text::quote(text::shortened(std::string(name))),
-                                  "It has protocol, token, client and subscribe."));
+                                  "Its parameters are protocol, token, client and subscribe."));
     }
   }
   if (!protocol || !protocol->as_int())
-    return say_no(own_id, error(ErrorCode::invalid_argument,
-                                "protocol is needed: the version that the client was written for",
-                                "This server speaks version " + std::to_string(kProtocol) + ".",
-                                "server.hello"));
+    return say_no(
+        own_id,
+        error(ErrorCode::invalid_argument, "protocol is needed: the protocol version of the client",
+              "This server speaks version " + std::to_string(kProtocol) + ".", "server.hello"));
   if (*protocol->as_int() != kProtocol)
     return say_no(
         own_id,
@@ -478,7 +479,7 @@ bool Connection::hello_classic(std::string_view text) {
   const std::string_view secret =
       space == std::string_view::npos ? std::string_view() : text::trim(text.substr(space));
   if (word != "hello")
-    return refuse("error usage The first line is: hello, or hello TOKEN.", "usage");
+    return refuse("error usage The first line must be: hello, or hello TOKEN.", "usage");
   return admit(std::string(secret), "", {}, nullptr);
 }
 
@@ -497,8 +498,9 @@ bool Connection::admit(const std::string& secret, const std::string& client, Val
     if (!token.ok()) return say_no(token.error());
     rights = std::move(token->rights);
   } else if (needs_token_) {
-    return say_no(error(ErrorCode::permission, "this server wants a token",
-                        "Ask whoever runs it for one (server.grant), and give it with hello."));
+    return say_no(
+        error(ErrorCode::permission, "this server requires a token",
+              "Get one from the server's administrator (server.grant), and send it with hello."));
   }
   if (!rights.folder.empty())
     if (auto root = hall_.app.file_root(rights.folder); !root.ok()) return say_no(root.error());
@@ -615,7 +617,7 @@ std::optional<Error> Connection::admitted(std::uint64_t own) {
   refilled_ = now;
   if (tokens_left_ < 1)
     return error(ErrorCode::conflict,
-                 "more than " + std::to_string(rate) + " requests a second came",
+                 "more than " + std::to_string(rate) + " requests per second were received",
                  "Wait a moment and send it again.");
   tokens_left_ -= 1;
   return std::nullopt;
@@ -700,7 +702,7 @@ Result<Value> Connection::subscribe(const Map& params) {
     rate = given->number();
     if (!given->is_number() || !(rate >= 1e-3) || rate > ioci::kHighestRate)
       return error(ErrorCode::invalid_argument,
-                   "rate is a number of states a second, from 0.001 to 1000", "", "rate");
+                   "rate must be a number of states per second, from 0.001 to 1000", "", "rate");
     args.erase("rate");
   }
   if (const Value* given = params.find("rows")) {
@@ -716,7 +718,7 @@ Result<Value> Connection::subscribe(const Map& params) {
       }
     }
     if (!is_right)
-      return error(ErrorCode::invalid_argument, "rows is true, or a list of names of columns", "",
+      return error(ErrorCode::invalid_argument, "rows must be true or a list of column names", "",
                    "rows");
     args.erase("rows");
   }
@@ -730,10 +732,10 @@ Result<Value> Connection::subscribe(const Map& params) {
   {
     const std::lock_guard lock(mutex_);
     if (subscriptions_.size() >= hall_.options.limits.subscriptions)
-      return error(ErrorCode::conflict,
-                   std::to_string(subscriptions_.size()) +
-                       " subscriptions of this connection are there already",
-                   "End one with server.unsubscribe.");
+      return error(
+          ErrorCode::conflict,
+          std::to_string(subscriptions_.size()) + " subscriptions of this connection already exist",
+          "End one with server.unsubscribe.");
   }
   // States of runs and what becomes of recordings are sent at their rate, all else at once.
   List others, paced;
@@ -744,7 +746,7 @@ Result<Value> Connection::subscribe(const Map& params) {
     for (const Value& topic : *topics->as_list())
       (topic.as_string() && is_paced(*topic.as_string()) ? paced : others).push_back(topic);
   } else if (topics && !topics->is_nil()) {
-    return error(ErrorCode::invalid_argument, "topics is a list of words", "", "topics");
+    return error(ErrorCode::invalid_argument, "topics must be a list of words", "", "topics");
   } else {
     for (const ioci::Topic t : ioci::kAllTopics)
       (is_paced(to_string(t)) ? paced : others).emplace_back(to_string(t));
@@ -757,7 +759,7 @@ Result<Value> Connection::subscribe(const Map& params) {
     return static_cast<std::uint64_t>(*token.as_int());
   };
   if (s.with_rows && paced.empty())
-    return error(ErrorCode::invalid_argument, "rows come with the topics run and recording",
+    return error(ErrorCode::invalid_argument, "rows need the topic run or recording",
                  "Add one to topics.", "rows");
   if (!others.empty() || paced.empty()) {
     RMP_TRY_ASSIGN(s.all, make(std::move(others)));
@@ -796,7 +798,7 @@ Result<Value> Connection::unsubscribe(const Map& params) {
     if (at == subscriptions_.end())
       return error(ErrorCode::unknown_name,
                    "there is no subscription " + std::to_string(*number) + " of this connection",
-                   "server.subscribe makes one.");
+                   "Create one with server.subscribe.");
     s = at->second;
     subscriptions_.erase(at);
   }
@@ -1107,7 +1109,7 @@ void Connection::look(Clock::time_point now) {
   }
   if (limits.idle_seconds && !running && since(last_in_) > seconds(limits.idle_seconds) &&
       since(last_out_) > seconds(limits.idle_seconds))
-    close("Nothing was said for " + std::to_string(limits.idle_seconds) + " s.");
+    close("Nothing was received for " + std::to_string(limits.idle_seconds) + " s.");
 }
 
 std::optional<Connection::Clock::time_point> Connection::running_since() const {

@@ -32,7 +32,7 @@ Result<void> Connections::make_room() {
   });
   if (entries_.size() < kMostConnections) return {};
   return error(ErrorCode::conflict,
-               std::to_string(entries_.size()) + " connections are open already",
+               std::to_string(entries_.size()) + " connections are already open",
                "Close one: connection.list() names them.");
 }
 
@@ -64,11 +64,11 @@ Result<ConnectionUse> use_connection(ioci::CommandContext& ctx, const Map& args)
   if (!u.entry)
     return error(ErrorCode::unknown_name,
                  "this session has no connection " + std::to_string(number),
-                 "connection.open makes one.", "connection");
+                 "Create one with connection.open.", "connection");
   u.lock = std::unique_lock(u.entry->mutex, std::defer_lock);
   while (!u.lock.try_lock_for(std::chrono::milliseconds(50)))
     if (ctx.progress.cancelled())
-      return error(ErrorCode::cancelled, "the call was interrupted before it began");
+      return error(ErrorCode::cancelled, "the call was interrupted before it started");
   return u;
 }
 

@@ -81,8 +81,8 @@ Conversation::~Conversation() {
   for (const JobWait& w : job_waits_)
     options_.say(RpcServer::failure(
         *w.request.as_map()->find("id"),
-        error(ErrorCode::cancelled, "the wait was given up, as the connection ends",
-              "The job goes on.", "job.wait")));
+        error(ErrorCode::cancelled, "the wait was cancelled, since the connection ends",
+              "The job continues.", "job.wait")));
   for (ioci::Session& waiting : waits_) waiting.interrupt();
   wait_serving(lock, changed_, [this] { return waits_.empty(); });
 }
@@ -128,8 +128,8 @@ void Conversation::refuse_wait(const Value& request) const {
     options_.say(
         RpcServer::failure(*id, error(ErrorCode::conflict,
                                       std::to_string(options_.most_waits) +
-                                          " requests job.wait and server.wait wait already",
-                                      "Ask job.progress, or wait for the end of one.")));
+                                          " requests job.wait and server.wait are already waiting",
+                                      "Call job.progress, or wait until one ends.")));
 }
 
 /// No thread waits: the answer is sent by whoever makes it come true, or by the timer.

@@ -22,7 +22,7 @@ std::string digest(std::string_view text, const EVP_MD* kind) {
 Result<std::string> random_secret() {
   std::array<unsigned char, 32> bytes{};
   if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1)
-    return error(ErrorCode::io, "the system gives no random numbers");
+    return error(ErrorCode::io, "the system provides no random numbers");
   static constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
   std::string out = "rmp_";  // then base64url without padding, RFC 4648, section 5

@@ -142,19 +142,21 @@ std::string seconds(double t) { return "t = " + text::print_rounded(t) + " s"; }
 const char* why_not(std::string_view command) {
   static const std::map<std::string_view, const char*> all = {
       {"attachForSuspendedLaunch", "a launched program waits for configurationDone by itself"},
-      {"dataBreakpointInfo", "variables are not watched; give a breakpoint a condition"},
-      {"setDataBreakpoints", "variables are not watched; give a breakpoint a condition"},
-      {"setInstructionBreakpoints", "breakpoints are at lines and routines"},
+      {"dataBreakpointInfo",
+       "data breakpoints are not supported; use a breakpoint with a condition"},
+      {"setDataBreakpoints",
+       "data breakpoints are not supported; use a breakpoint with a condition"},
+      {"setInstructionBreakpoints", "breakpoints are supported at lines and routines"},
       {"disassemble", "program.code shows a program as three-address code"},
       {"readMemory", "programs of robots have no addresses"},
       {"writeMemory", "programs of robots have no addresses"},
       {"modules", "loadedSources lists the files of the programs"},
-      {"restartFrame", "restart begins again, stepBack goes back over what is recorded"},
-      {"stepInTargets", "a step goes into the first call of its line"},
+      {"restartFrame", "restart starts again, stepBack steps back through the recording"},
+      {"stepInTargets", "a step enters the first call of its line"},
       {"terminateThreads", "all programs run on one clock; terminate ends them"},
-      {"locations", "values have no places of their own"},
-      {"runInTerminal", "an adapter asks that of an editor"},
-      {"startDebugging", "an adapter asks that of an editor"}};
+      {"locations", "values have no memory locations"},
+      {"runInTerminal", "this request is sent by adapters only"},
+      {"startDebugging", "this request is sent by adapters only"}};
   const auto it = all.find(command);
   return it == all.end() ? nullptr : it->second;
 }
@@ -278,17 +280,16 @@ class Adapter {
   void take(std::string body) {
     const auto bytes = bytes_of_json(body);
     if (!bytes)
-      return complain("A message is nested too deep or has too many values, and is left out.");
+      return complain("A message is nested too deeply or has too many values and is ignored.");
     Waiting w;
     w.bytes = *bytes;
     w.message = Json::parse(body, nullptr, false);
-    if (w.message.is_discarded())
-      return complain("A message is no JSON in UTF-8, and is left out.");
+    if (w.message.is_discarded()) return complain("A message is not JSON in UTF-8 and is ignored.");
     if (string_member(w.message, "type") != "request")
-      return complain("A message is no request, and is left out.");
+      return complain("A message is not a request and is ignored.");
     const Json& seq = member(w.message, "seq");
     if (!seq.is_number_integer())
-      return complain("A request has no whole number as its seq, and is left out.");
+      return complain("A request has no whole number as its seq and is ignored.");
     const std::string command = string_member(w.message, "command");
     if (command == "cancel") return cancel(w.message);
     std::unique_lock lock(mutex_);
@@ -411,32 +412,32 @@ class Adapter {
     const Json& m = w.message;
     const Json& command = member(m, "command");
     if (!command.is_string())
-      return answer(m, AdapterFailure{"A request has the name of a command."});
+      return answer(m, AdapterFailure{"A request must have the name of a command."});
     if (w.is_cancelled) return answer(m, AdapterFailure{"The request was cancelled.", "cancelled"});
     const auto found = requests().find(command.get_ref<const std::string&>());
     if (found == requests().end()) {
       const std::string name = command.get<std::string>();
       if (const char* why = why_not(name))
-        return answer(m, AdapterFailure{name + " is not served: " + why + "."});
+        return answer(m, AdapterFailure{name + " is not supported: " + why + "."});
       return answer(m, AdapterFailure{"There is no request " +
                                       text::quote(text::visible(name.substr(0, 80))) + "."});
     }
     const Needs needs = found->second.needs;
     if (needs != Needs::nothing && !is_initialized_)
-      return answer(m, AdapterFailure{"initialize comes first."});
+      return answer(m, AdapterFailure{"initialize must come first."});
     if (needs >= Needs::loaded && !debuggee_)
-      return answer(m, AdapterFailure{"launch or attach comes first."});
+      return answer(m, AdapterFailure{"launch or attach must come first."});
     if (needs == Needs::stopped && !is_configured_)
-      return answer(m, AdapterFailure{"The programs have not begun; configurationDone lets them.",
+      return answer(m, AdapterFailure{"The programs have not started; send configurationDone.",
                                       "notStopped"});
     if (needs == Needs::stopped && is_ended_)
-      return answer(m,
-                    AdapterFailure{"The programs have ended; restart begins again.", "notStopped"});
+      return answer(
+          m, AdapterFailure{"The programs have ended; restart starts them again.", "notStopped"});
     if (needs == Needs::stopped && is_running_)
-      return answer(m, AdapterFailure{"The programs run; pause them first.", "notStopped"});
+      return answer(m, AdapterFailure{"The programs are running; pause them first.", "notStopped"});
     const Json& arguments = member(m, "arguments");
     if (!arguments.is_null() && !arguments.is_object())
-      return answer(m, AdapterFailure{"The arguments of a request are an object."});
+      return answer(m, AdapterFailure{"The arguments of a request must be an object."});
     answer(m, (this->*found->second.method)(arguments));
   }
 
@@ -450,7 +451,7 @@ class Adapter {
   // ---- the session ----
 
   Answer initialize(const Json& a) {
-    if (is_initialized_) return AdapterFailure{"initialize comes once."};
+    if (is_initialized_) return AdapterFailure{"initialize may be sent only once."};
     is_initialized_ = true;
     if (member(a, "linesStartAt1") == false) first_line_ = 0;
     if (member(a, "columnsStartAt1") == false) first_column_ = 0;
@@ -483,8 +484,8 @@ class Adapter {
     can["exceptionBreakpointFilters"] = {{{"filter", "fault"},
                                           {"label", "Run-time faults"},
                                           {"description",
-                                           "Where a program cannot go on: index out of range, "
-                                           "division by zero, a place out of reach, ..."},
+                                           "Where a program cannot continue: index out of range, "
+                                           "division by zero, a target out of reach, ..."},
                                           {"default", true}}};
     return can;
   }
@@ -501,7 +502,7 @@ class Adapter {
     std::vector<std::string> out;
     if (v.is_null()) return out;
     const auto wrong = [&] {
-      return error(ErrorCode::invalid_argument, std::string(name) + " is a list of texts", "");
+      return error(ErrorCode::invalid_argument, std::string(name) + " must be a list of texts", "");
     };
     if (!v.is_array()) return wrong();
     for (const Json& one : v) {
@@ -514,12 +515,12 @@ class Adapter {
     const Json& v = member(a, name);
     if (v.is_null()) return std::optional<double>();
     if (v.is_number() && v.get<double>() > 0) return std::optional(v.get<double>());
-    return error(ErrorCode::invalid_argument, std::string(name) + " is a number above 0", "");
+    return error(ErrorCode::invalid_argument, std::string(name) + " must be a number above 0", "");
   }
   static Result<bool> flag_argument(const Json& a, const char* name) {
     const Json& v = member(a, name);
     if (v.is_null() || v.is_boolean()) return v == true;
-    return error(ErrorCode::invalid_argument, std::string(name) + " is true or false", "");
+    return error(ErrorCode::invalid_argument, std::string(name) + " must be true or false", "");
   }
   /// What launch and attach have in common.
   Result<RunSettings> run_settings(const Json& a) {
@@ -539,7 +540,8 @@ class Adapter {
     else if (speed == "real" || speed == "realtime") speed_ = Value(1.0);
     else if (speed.is_number() && speed.get<double>() > 0) speed_ = Value(speed.get<double>());
     else
-      return error(ErrorCode::invalid_argument, "speed is \"fast\", \"real\" or a number above 0",
+      return error(ErrorCode::invalid_argument,
+                   "speed must be \"fast\", \"real\" or a number above 0",
                    "1 is real time, 2 is twice as fast.");
     return run;
   }
@@ -548,7 +550,7 @@ class Adapter {
   }
 
   Answer launch(const Json& a) {
-    if (debuggee_) return AdapterFailure{"Something is debugged already; restart begins again."};
+    if (debuggee_) return AdapterFailure{"A debug session already exists; restart starts again."};
     auto settings = [&]() -> Result<LaunchSettings> {
       LaunchSettings s;
       RMP_TRY_ASSIGN(s.run, run_settings(a));
@@ -570,7 +572,7 @@ class Adapter {
   }
 
   Answer attach(const Json& a) {
-    if (debuggee_) return AdapterFailure{"Something is debugged already."};
+    if (debuggee_) return AdapterFailure{"A debug session already exists."};
     auto settings = [&]() -> Result<AttachSettings> {
       AttachSettings s;
       RMP_TRY_ASSIGN(s.run, run_settings(a));
@@ -643,7 +645,7 @@ class Adapter {
   }
 
   Answer configuration_done(const Json&) {
-    if (is_configured_) return AdapterFailure{"configurationDone comes once."};
+    if (is_configured_) return AdapterFailure{"configurationDone may be sent only once."};
     is_configured_ = true;
     return begin();
   }
@@ -883,7 +885,7 @@ class Adapter {
       if (const Json& lines = member(a, "lines"); lines.is_array())
         for (const Json& line : lines) given.push_back({{"line", line}});
     }
-    if (!given.is_array()) return AdapterFailure{"breakpoints is a list."};
+    if (!given.is_array()) return AdapterFailure{"breakpoints must be a list."};
     const std::string key =
         of.reference > 0 ? "#" + std::to_string(of.reference) : of.path + "\n" + of.name;
     std::size_t others = 0;
@@ -899,7 +901,7 @@ class Adapter {
     for (const Json& one : given) {
       const Json& line = member(one, "line");
       if (!line.is_number_integer())
-        return AdapterFailure{"A breakpoint has a line, a whole number."};
+        return AdapterFailure{"A breakpoint must have a line, a whole number."};
       Wanted w;
       const auto n = number_member(one, "line");
       w.line = n ? std::int64_t{*n} + 1 - first_line_ : 0;
@@ -933,7 +935,7 @@ class Adapter {
 
   Answer set_function_breakpoints(const Json& a) {
     const Json& given = member(a, "breakpoints");
-    if (!given.is_array()) return AdapterFailure{"breakpoints is a list."};
+    if (!given.is_array()) return AdapterFailure{"breakpoints must be a list."};
     if (given.size() > kMostBreakpoints)
       return AdapterFailure{"There are at most " + std::to_string(kMostBreakpoints) +
                             " function breakpoints."};
@@ -942,7 +944,7 @@ class Adapter {
       Wanted w;
       w.routine = text::trim(string_member(one, "name"));
       if (w.routine.empty())
-        return AdapterFailure{"A function breakpoint has the name of a routine."};
+        return AdapterFailure{"A function breakpoint must have the name of a routine."};
       w.condition = text::trim(string_member(one, "condition"));
       w.hits = text::trim(string_member(one, "hitCondition"));
       w.id = ++breakpoints_made_;
@@ -966,11 +968,11 @@ class Adapter {
       const bool is_known = filter == "fault";
       breaks = breaks || is_known;
       Json one{{"verified", is_known}};
-      if (!is_known) one["message"] = "The filter is \"fault\".";
+      if (!is_known) one["message"] = "The filter must be \"fault\".";
       out.push_back(std::move(one));
     };
     const Json& filters = member(a, "filters");
-    if (!filters.is_array()) return AdapterFailure{"filters is a list of texts."};
+    if (!filters.is_array()) return AdapterFailure{"filters must be a list of texts."};
     for (const Json& f : filters) take(f);
     if (const Json& options = member(a, "filterOptions"); options.is_array())
       for (const Json& o : options) take(member(o, "filterId"));
@@ -1220,7 +1222,7 @@ class Adapter {
     next_look_ = now + 250ms;
     const auto place = ask("run.place");
     if (!place.ok()) {
-      complain("The run cannot be seen any more: " + place.error().sentence());
+      complain("The run can no longer be observed: " + place.error().sentence());
       end(1);
       return tell_events();
     }
@@ -1402,7 +1404,7 @@ class Adapter {
     }
     if (out.empty())
       return AdapterFailure{
-          "No program came to this line in what is recorded, over which goto goes."};
+          "No program reached this line in the recording, and goto moves within the recording."};
     return Json{{"targets", std::move(out)}};
   }
   Answer go_to(const Json& a) {
@@ -1424,7 +1426,7 @@ class Adapter {
     const auto thread = thread_argument(a);
     if (!thread.ok()) return failed(thread.error());
     if (!is_configured_ || is_ended_ || !is_running_)
-      return AdapterFailure{"The programs do not run."};
+      return AdapterFailure{"The programs are not running."};
     const auto done = ask("run.pause");
     if (!done.ok() && done.error().code == ErrorCode::cancelled) return failed(done.error());
     const auto place = ask("run.place");
@@ -1501,7 +1503,7 @@ class Adapter {
     const auto found = frames_.find(n ? std::int64_t{*n} : -1);
     if (found == frames_.end())
       return error(ErrorCode::not_found, "there is no frame " + id.dump(),
-                   "stackTrace lists them, as long as the programs stand.");
+                   "stackTrace lists them while the programs are paused.");
     return found->second;
   }
   static Map of_frame(const FramePlace& f) {
@@ -1652,7 +1654,7 @@ class Adapter {
       return AdapterFailure{"The request has no name, or no value."};
     const Reference r = references_[*number - 1];
     if (r.kind == Reference::world)
-      return AdapterFailure{"The world is changed by its commands, such as world.set_signal."};
+      return AdapterFailure{"Change the world with its commands, such as world.set_signal."};
     return assigned(r.frame, r.kind == Reference::parts ? part_path(r.path, name) : name,
                     string_member(a, "value"));
   }
@@ -1681,7 +1683,7 @@ class Adapter {
     while (expression.ends_with(';')) expression.pop_back();
     if (const std::size_t sign = assignment(expression); sign != std::string::npos) {
       if (string_member(a, "context") != "repl")
-        return AdapterFailure{"An assignment belongs into the console."};
+        return AdapterFailure{"Assignments are allowed only in the console."};
       auto done = assigned(*frame, std::string(text::trim(expression.substr(0, sign))),
                            std::string(text::trim(expression.substr(sign + 2))));
       if (done.index() == 1) return done;

@@ -110,7 +110,7 @@ Result<Value> Debuggee::load_file() {
     if (const auto code = lua_->exit_requested())
       return error(ErrorCode::script_failed,
                    "the script ended the program with code " + std::to_string(*code),
-                   "Leave os.exit out of a script that is debugged.", file.filename().string());
+                   "Do not call os.exit in a debugged script.", file.filename().string());
     return world_with_programs(made.empty() ? Value() : made.front());
   }
   if (extension == ".wld" || extension == ".stn") {
@@ -172,8 +172,8 @@ Result<Value> Debuggee::world_with_programs(const Value& loaded) {
   }
   if (names.size() == 1) return found;
   if (names.empty())
-    return error(ErrorCode::not_found, "no world that was loaded has a program",
-                 "world.add_program gives one a program; files = [...] loads saved ones (.prg).",
+    return error(ErrorCode::not_found, "no loaded world has a program",
+                 "Add one with world.add_program; files = [...] loads saved ones (.prg).",
                  launched_.program.filename().string());
   return error(ErrorCode::invalid_argument, std::to_string(names.size()) + " worlds have programs",
                "Give world, one of " + text::enumerate(names) + ".", "world");
@@ -221,10 +221,10 @@ Result<void> Debuggee::find_run(const AttachSettings& how) {
   }
   if (fit.size() != 1)
     return error(ErrorCode::invalid_argument,
-                 titles.empty() ? "no live run is there to attach to"
+                 titles.empty() ? "there is no live run to attach to"
                  : fit.empty()  ? "there is no live run " + text::quote(how.which)
                                 : std::to_string(fit.size()) + " live runs fit",
-                 titles.empty() ? "Give world: then one is started."
+                 titles.empty() ? "Give world to start one."
                                 : "Give run, its number or one of " + text::enumerate(titles) + ".",
                  "run");
   run_ = *fit.front()->find("id");

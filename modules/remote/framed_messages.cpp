@@ -33,7 +33,7 @@ Frames::Head Frames::take_head(std::string_view& bytes, std::string& fault) {
   head_.append(bytes.substr(0, is_whole_line ? end + 1 : bytes.size()));
   bytes.remove_prefix(is_whole_line ? end + 1 : bytes.size());
   if (head_.size() > kLongestHead) {
-    fault = "the head of a message has more than " + std::to_string(kLongestHead) + " bytes";
+    fault = "the header of a message has more than " + std::to_string(kLongestHead) + " bytes";
     return Head::wrong;
   }
   if (!is_whole_line) return Head::open;
@@ -54,7 +54,7 @@ Frames::Head Frames::take_head(std::string_view& bytes, std::string& fault) {
 bool Frames::field(std::string_view line, std::string& fault) {
   const std::size_t colon = line.find(':');
   if (colon == std::string_view::npos) {
-    fault = "\"" + text::visible(line.substr(0, 40)) + "\" is no field of a message's head";
+    fault = "\"" + text::visible(line.substr(0, 40)) + "\" is not a header field of a message";
     return false;
   }
   std::string name(line.substr(0, colon));
@@ -72,7 +72,7 @@ bool Frames::field(std::string_view line, std::string& fault) {
     n = n * 10 + static_cast<std::size_t>(c - '0');
   }
   if (value.empty() || n > kLongestEditorMessage) {
-    fault = "Content-Length is a number up to " + std::to_string(kLongestEditorMessage);
+    fault = "Content-Length must be a number up to " + std::to_string(kLongestEditorMessage);
     return false;
   }
   length_ = n;

@@ -99,7 +99,7 @@ std::optional<HttpRequest> HttpHead::read(HttpFault& fault) const {
   if (end_ == std::string::npos)
     return no(431, "The request is longer than " + std::to_string(kLongestHttpHead) + " bytes.");
   if (end_ + kEnd.size() != bytes_.size())
-    return no(400, "Something follows the request; one is answered for each connection.");
+    return no(400, "Data follow the request; only one request per connection is served.");
   std::string_view rest = std::string_view(bytes_).substr(0, end_ + 2);
   const auto line = [&rest] {
     const auto end = rest.find("\r\n");
@@ -111,37 +111,37 @@ std::optional<HttpRequest> HttpHead::read(HttpFault& fault) const {
   const auto space = first.find(' ');
   const auto second = space == first.npos ? first.npos : first.find(' ', space + 1);
   if (second == first.npos || first.substr(0, space) != "GET")
-    return no(400, "The first line of a request is: GET TARGET HTTP/1.1");
+    return no(400, "The first line of a request must be: GET TARGET HTTP/1.1");
   HttpRequest out;
   out.target = first.substr(space + 1, second - space - 1);
   if (first.substr(second + 1) != "HTTP/1.1")
     return no(first.substr(second + 1).starts_with("HTTP/") ? 505 : 400,
-              "This server speaks HTTP/1.1.");
+              "This server supports HTTP/1.1 only.");
   if (out.target.size() > kLongestHttpTarget) return no(414, "The address is too long.");
   if (out.target.empty() || out.target.front() != '/' ||
       !std::all_of(out.target.begin(), out.target.end(),
                    [](char c) { return c > 0x20 && c < 0x7f; }))
-    return no(400, "The target of a request is a path that begins with a slash.");
+    return no(400, "The target of a request must be a path that begins with a slash.");
   while (!rest.empty()) {
     const std::string_view text = line();
     if (text.size() > kLongestHttpField || out.fields.size() >= kMostHttpFields)
       return no(431, "The request has too many fields, or one that is too long.");
     const auto colon = text.find(':');
     if (colon == text.npos || !is_token(text.substr(0, colon)))
-      return no(400, "A line of the request is no field.");
+      return no(400, "A line of the request is not a header field.");
     std::string name = text::lower(text.substr(0, colon));
     const std::string_view value = trimmed(text.substr(colon + 1));
     for (const char c : value)
       if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f)
         return no(400, "A field of the request holds a control character.");
     if (!is_list(name) && out.find(name))
-      return no(400, "The field " + name + " of the request is there twice.");
+      return no(400, "The field " + name + " of the request appears twice.");
     out.fields.emplace_back(std::move(name), value);
   }
   const std::string* length = out.find("content-length");
   if (out.find("transfer-encoding") || (length && *length != "0"))
-    return no(400, "A request with content is not taken.");
-  if (!out.find("host")) return no(400, "The request does not say whom it is for (Host).");
+    return no(400, "Requests with a body are not supported.");
+  if (!out.find("host")) return no(400, "The request has no Host field.");
   return out;
 }
 

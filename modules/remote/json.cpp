@@ -151,9 +151,9 @@ Result<Value> read_array(const Value& inner, std::string_view text) {
   constexpr std::int64_t kMost = std::int64_t{1} << 28;
   for (const Value& n : sizes)
     if (!n.as_int() || *n.as_int() < 0 || *n.as_int() > kMost)
-      return wrong("the shape of an array is one or two whole numbers");
+      return wrong("the shape of an array must be one or two whole numbers");
   if (sizes.empty() || sizes.size() > 2 || (sizes.size() == 2 && *sizes[1].as_int() == 0))
-    return wrong("the shape of an array is one or two whole numbers, the second above 0");
+    return wrong("the shape of an array must be one or two whole numbers, the second above 0");
   const auto rows = static_cast<std::size_t>(*sizes[0].as_int());
   const std::size_t cols = sizes.size() == 2 ? static_cast<std::size_t>(*sizes[1].as_int()) : 0;
   const std::size_t count = cols ? rows * cols : rows;
@@ -333,7 +333,7 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
     if (frame.keys.empty())
       for (const auto& entry : frame.map) frame.keys.insert(entry.first);
     if (!frame.keys.insert(frame.key).second) {
-      fault = "the key " + text::quote(frame.key) + " is twice in one object";
+      fault = "the key " + text::quote(frame.key) + " appears twice in one object";
       return false;
     }
     frame.map.append(std::move(frame.key), std::move(v));
@@ -371,7 +371,7 @@ Result<Value> from_json(std::string_view text, Handles handles) {
   const bool ok = nlohmann::json::sax_parse(text.begin(), text.end(), &builder);
   if (ok && builder.done) return std::move(*builder.done);
   return error(ErrorCode::syntax, "the text is not JSON: " + builder.fault,
-               "Send one JSON value a line.");
+               "Send one JSON value per line.");
 }
 
 std::optional<Error> array_fault(const Value& value) {

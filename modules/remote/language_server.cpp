@@ -170,9 +170,9 @@ class EditorServer {
     w.bytes = *bytes;
     w.message = Json::parse(body, nullptr, false);
     if (w.message.is_discarded())
-      return answer_failure(nullptr, {kEditorParseError, "the message is no JSON in UTF-8."});
+      return answer_failure(nullptr, {kEditorParseError, "the message is not JSON in UTF-8."});
     if (!w.message.is_object())
-      return answer_failure(nullptr, {kEditorInvalidRequest, "a message is an object."});
+      return answer_failure(nullptr, {kEditorInvalidRequest, "a message must be an object."});
     if (string_member(w.message, "method") == "$/cancelRequest") {
       const Json& id = member(member(w.message, "params"), "id");
       if (id.is_null()) return;
@@ -227,12 +227,12 @@ class EditorServer {
     const bool is_request = m.contains("id");
     if (!m.contains("method")) {
       if (!m.contains("result") && !m.contains("error") && is_request)
-        answer_failure(id, {kEditorInvalidRequest, "a request has a method."});
+        answer_failure(id, {kEditorInvalidRequest, "a request must have a method."});
       return;  // an answer: nothing was asked
     }
     if (is_request && !id.is_number_integer() && !id.is_string())
       return answer_failure(nullptr,
-                            {kEditorInvalidRequest, "an id is a whole number or a string."});
+                            {kEditorInvalidRequest, "an id must be a whole number or a string."});
     const std::string method = string_member(m, "method");
     const Json& params = member(m, "params");
     if (method == "exit") {
@@ -247,7 +247,7 @@ class EditorServer {
     if (is_shut_down_)
       return answer_failure(id, {kEditorInvalidRequest, "the server has been shut down."});
     if (!is_initialized_ && method != "initialize")
-      return answer_failure(id, {kNotInitialized, "initialize comes first."});
+      return answer_failure(id, {kNotInitialized, "initialize must come first."});
     const auto found = methods().find(method);
     if (found == methods().end())
       return answer_failure(id, {kEditorUnknownMethod,
@@ -286,7 +286,8 @@ class EditorServer {
   }
 
   Answer initialize(const Json& params) {
-    if (is_initialized_) return ServerFailure{kEditorInvalidRequest, "initialize comes once."};
+    if (is_initialized_)
+      return ServerFailure{kEditorInvalidRequest, "initialize may be sent only once."};
     is_initialized_ = true;
     const Json& can = member(params, "capabilities");
     const Json& encodings = member(member(can, "general"), "positionEncodings");
@@ -348,7 +349,7 @@ class EditorServer {
     if (uri.empty() || !all.is_string()) return warn("A document that was opened has no text.");
     if (documents_.size() >= kMostDocuments ||
         bytes_of_all() + all.get_ref<const std::string&>().size() > kMostText)
-      return warn(uri + " is not looked at: too many or too long documents are open.");
+      return warn(uri + " is not checked: too many or too long documents are open.");
     Document d;
     d.uri = uri;
     d.name = file_name(uri);
@@ -374,7 +375,7 @@ class EditorServer {
     ChangedText now(d.text->all());
     for (const Json& c : changes) {
       if (!member(c, "text").is_string())
-        return warn("A change of " + uri + " has no text, and is not made. Open it again.");
+        return warn("A change of " + uri + " has no text and was ignored. Open it again.");
       const std::string& with = member(c, "text").get_ref<const std::string&>();
       const Json& range = member(c, "range");
       if (range.is_null()) {
@@ -385,15 +386,15 @@ class EditorServer {
                    l1 = number_member(member(range, "end"), "line"),
                    c1 = number_member(member(range, "end"), "character");
         if (!l0 || !c0 || !l1 || !c1)
-          return warn("A change of " + uri + " has no range, and is not made. Open it again.");
+          return warn("A change of " + uri + " has no range and was ignored. Open it again.");
         if (!now.replace(*l0, *c0, *l1, *c1, with, units_))
-          return warn("A change of " + uri + " ends before it begins, and is not made.");
+          return warn("A change of " + uri + " ends before it begins and was ignored.");
       }
       if (now.size() > kMostText)
-        return warn(uri + " is too long, and its last change is not looked at.");
+        return warn(uri + " is too long, and its last change was ignored.");
       if (now.work() > kMostWork)
         return warn("Too many changes of long lines of " + uri +
-                    " came at once, and are not made. Open it again.");
+                    " came at once and were ignored. Open it again.");
     }
     set_text(d, now.all(), params);
   }
@@ -872,8 +873,8 @@ class EditorServer {
         ++i;
         ++j;
       } else if (i < old.size() || j < now.size()) {
-        return ServerFailure{kFailed,
-                             "the language changes more than blanks, and the text stays as it is."};
+        return ServerFailure{
+            kFailed, "formatting would change more than blanks, so the text stays unchanged."};
       }
     }
     return edits;
@@ -1049,7 +1050,7 @@ class EditorServer {
       note(language.error().sentence(), kError);
     } else if (&root == &d && !has_extension_of(**language, d.name) && d.name.size() > 4 &&
                d.name.substr(d.name.size() - 4) == ".dls") {
-      note("A list of data is checked with its program. Open that, too.", kInformation);
+      note("A data list is checked with its program. Open the program too.", kInformation);
     } else {
       const auto program = program_of(root);
       if (!program.ok()) {

@@ -91,7 +91,7 @@ class Process {
           failed == ENOENT ? ErrorCode::not_found : ErrorCode::io,
           "the program " + text::quote(program.string()) +
               ", which runs untrusted scripts, cannot be started: " + std::strerror(failed),
-          "Install the program again; it is a part of it.");
+          "Reinstall the program; this file is part of it.");
     }
     pid_ = pid;
     return {};
@@ -241,12 +241,12 @@ class LuaChild::Impl {
     RMP_TRY(send(call, *frame));
     RMP_TRY_ASSIGN(const wire::Frame ready, next(call));
     const Map* m = ready.kind == wire::Kind::ready ? ready.value.as_map() : nullptr;
-    if (!m) return broken(call, "it did not say that it is ready");
+    if (!m) return broken(call, "it did not report readiness");
     if (const Value* failed = m->find("error")) {
       process_.end();
       Error e = wire::error_from(*failed);
       e.message = "untrusted scripts are not run, since " + e.message;
-      e.hint = "Where the other walls are enough, --without-seccomp runs them all the same.";
+      e.hint = "If the other restrictions are sufficient, --without-seccomp runs them anyway.";
       return e;
     }
     const auto is = [m](const char* name) {
@@ -297,7 +297,7 @@ class LuaChild::Impl {
     if (call.stop != Stop::none && (signal == SIGKILL || signal == SIGXCPU)) {
       Error e = stopped(call);
       if (call.stop == Stop::cancelled) code = ErrorCode::cancelled;
-      what = e.message + "; it did not heed that, and its process was ended";
+      what = e.message + "; it did not stop, and its process was ended";
     } else if (signal == SIGXCPU) {
       what = "the script took more than " + in_seconds(options_.limits.cpu_seconds) +
              " of processor time, and its process was ended";
@@ -306,8 +306,7 @@ class LuaChild::Impl {
           "the script's process was ended by the system: it made a call that the sandbox does "
           "not allow";
     } else if (signal == SIGKILL) {
-      what =
-          "the script's process was killed from outside, as the system does when memory is short";
+      what = "the script's process was killed externally, as the system does when memory is low";
     } else if (signal != 0) {
       what = "the script's process crashed (signal " + name_of(signal) + ")";
     } else {
@@ -336,7 +335,7 @@ class LuaChild::Impl {
                      "Do less in one call, or raise the limit of untrusted scripts.");
       case Stop::start:
         return error(ErrorCode::script_failed, "the process of the script took too long to start",
-                     "Try again when the machine has less to do.");
+                     "Try again when the machine is less busy.");
       case Stop::none:
       case Stop::cancelled: break;
     }
@@ -456,9 +455,9 @@ class LuaChild::Impl {
       }
       if (frame.kind == wire::Kind::done && groups == 0) return std::move(frame.value);
       auto request = frame.kind == wire::Kind::request ? request_of(frame.value) : std::nullopt;
-      if (!request) return broken(call, "a message came when it is not its turn");
+      if (!request) return broken(call, "a message arrived out of turn");
       if (request->ask == wire::Ask::end) {
-        if (groups == 0) return broken(call, "a transaction ended that had not begun");
+        if (groups == 0) return broken(call, "a transaction ended without a beginning");
         return std::move(request->args);
       }
       auto result = request->ask == wire::Ask::begin ? run_group(call, *request, groups)
@@ -472,7 +471,7 @@ class LuaChild::Impl {
     const std::string* s = text.as_string();
     call.printed += s ? s->size() : 0;
     if (!s || call.printed > options_.limits.output)
-      return broken(call, "it printed more than it may");
+      return broken(call, "it printed more than allowed");
     if (options_.print) options_.print(*s);
     else call.output += *s;
     return {};
@@ -486,15 +485,15 @@ class LuaChild::Impl {
     const Handle* handle = r.args.as_handle();
     switch (r.ask) {
       case wire::Ask::dispatch:
-        if (!r.args.as_map()) return error(ErrorCode::usage, "a command takes named arguments");
+        if (!r.args.as_map()) return error(ErrorCode::usage, "a command needs named arguments");
         return app_.dispatch(session, r.name, *r.args.as_map());
       case wire::Ask::start: {
-        if (!r.args.as_map()) return error(ErrorCode::usage, "a command takes named arguments");
+        if (!r.args.as_map()) return error(ErrorCode::usage, "a command needs named arguments");
         RMP_TRY_ASSIGN(Handle job, app_.dispatch_async(session, r.name, *r.args.as_map()));
         return Value(std::move(job));
       }
       case wire::Ask::classic:
-        if (!r.args.as_string()) return error(ErrorCode::usage, "a classic line is a text");
+        if (!r.args.as_string()) return error(ErrorCode::usage, "a classic line must be a text");
         return app_.dispatch_classic(session, *r.args.as_string());
       case wire::Ask::unknown:
         if (app_.commands.find(r.name)) return Value();
@@ -508,7 +507,7 @@ class LuaChild::Impl {
       case wire::Ask::begin:
       case wire::Ask::end: break;
     }
-    return error(ErrorCode::internal, "a request of no known kind");
+    return error(ErrorCode::internal, "a request of unknown kind");
   }
 
   static Error stopped_request() {
@@ -548,11 +547,11 @@ class LuaChild::Impl {
                              "the result of " + name.substr(0, kLongestLabel) + " is more than " +
                                  std::to_string(wire::kLongestAnswer >> 20) + " MiB or " +
                                  std::to_string(wire::kMostValues) +
-                                 " values, which an untrusted script is not handed at once",
-                             "Ask for less of it.")));
+                                 " values, the limit of one transfer to an untrusted script",
+                             "Request less of it.")));
       frame = wire::frame(wire::Kind::answer, said, wire::kLongestAnswer);
     }
-    if (!frame) return broken(call, "an answer is too long");
+    if (!frame) return broken(call, "a reply is too long");
     return send(call, *frame);
   }
 
@@ -562,7 +561,7 @@ class LuaChild::Impl {
   static constexpr bool kIsSanitized = false;
 #endif
   static constexpr std::string_view kGone =
-      "Its variables are gone; the next call starts another process.";
+      "Its variables are lost; the next call starts a new process.";
 
   ioci::Application& app_;
   LuaChildOptions options_;
@@ -583,7 +582,7 @@ LuaChild::~LuaChild() = default;
 
 Result<Map> LuaChild::eval(std::string_view code, ioci::Session& session) {
   constexpr std::string_view kNote =
-      "The process of the script was ended before this call; its variables are gone.";
+      "The process of the script was ended before this call; its variables are lost.";
   const bool has_lost = impl_->take_lost();
   std::string output;
   auto done = impl_->call(Map{{"code", code}}, session, output);

@@ -211,16 +211,16 @@ Result<std::string> remote_world(CommandContext& ctx, Client& client, const std:
   if (!wanted.empty()) {
     if (std::find(names.begin(), names.end(), wanted) != names.end()) return wanted;
     return error(ErrorCode::unknown_name, "there is no world " + text::quote(wanted),
-                 names.empty() ? "It has none; start it with a script that makes one."
+                 names.empty() ? "It has none; start it with a script that creates one."
                                : "It has " + text::enumerate(names) + ".",
                  there);
   }
   if (names.size() == 1) return names.front();
   if (names.empty())
     return error(ErrorCode::not_found, "there is no world to run in",
-                 "Start it with a script that makes one: robomosp serve cell.lua.", there);
+                 "Start it with a script that creates one: robomosp serve cell.lua.", there);
   return error(ErrorCode::invalid_argument, "there are " + std::to_string(names.size()) + " worlds",
-               "Say which: " + text::enumerate(names) + ".", there);
+               "Select one: " + text::enumerate(names) + ".", there);
 }
 
 Result<Value> run_remote(CommandContext& ctx, const Map& args) {
@@ -234,14 +234,14 @@ Result<Value> run_remote(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::unsupported,
                  "it runs robomosp " + (theirs.empty() ? "of no version" : theirs) +
                      ", and this is " ROBOMOSP_VERSION
-                     ": what its world holds might mean something else here",
-                 "Use programs of one version.", client.options().address.text());
+                     ": the content of its world might have a different meaning here",
+                 "Use programs of the same version.", client.options().address.text());
   RMP_TRY_ASSIGN(const std::string name, remote_world(ctx, client, text_of(args, "world")));
   auto pack = client.call("world.pack", Map{{"id", name}}, false, 0, ctx.progress);
   if (!pack.ok()) return of_server(std::move(pack).error(), client);
   if (!pack->as_map())
-    return error(ErrorCode::unsupported, "it gives no texts of its world",
-                 "Use programs of one version.", client.options().address.text());
+    return error(ErrorCode::unsupported, "it does not return the texts of its world",
+                 "Use programs of the same version.", client.options().address.text());
   RMP_TRY_ASSIGN(const Value copy, ctx.dispatch("world.unpack", *pack->as_map()));
 
   Map add{{"id", copy}, {"program", Application::handle(id)}};
@@ -263,7 +263,7 @@ Result<Value> run_remote(CommandContext& ctx, const Map& args) {
   if (const Value* given = args.find("bindings"); given && given->as_list())
     for (const Value& one : *given->as_list()) {
       if (!one.as_map())
-        return error(ErrorCode::invalid_argument, "a binding is a table",
+        return error(ErrorCode::invalid_argument, "a binding must be a table",
                      "Give the arguments of program.bind.", "bindings");
       RMP_TRY(bind(*one.as_map()));
     }

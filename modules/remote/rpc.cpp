@@ -122,7 +122,8 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
                 R"(A request is {"jsonrpc": "2.0", "id": 1, "method": "...", "params": {...}}.)"));
   for (const Value* flag : {job, progress, notes})
     if (flag && !flag->as_bool())
-      return refuse(failure(r.id, kInvalidRequest, "job, progress and notes are true or false."));
+      return refuse(
+          failure(r.id, kInvalidRequest, "job, progress and notes must be true or false."));
   if (arrays) {
     const std::string word = arrays->as_string() ? *arrays->as_string() : std::string();
     if (word != "numbers" && word != "base64")
@@ -162,13 +163,12 @@ std::optional<std::string> RpcServer::told(const Request& r, Result<Value> resul
                                           : std::move(result).error());
   std::string text = success(r.id, *result, r.arrays);
   if (options_.longest_answer == 0 || text.size() <= options_.longest_answer) return text;
-  return failure(r.id,
-                 error(ErrorCode::unsupported,
-                       "the answer takes " + std::to_string(text.size()) + " bytes; at most " +
-                           std::to_string(options_.longest_answer) + " are sent",
-                       "Ask for less at a time, with \"arrays\": \"base64\", or write it "
-                       "to a file and fetch that in parts.",
-                       r.method));
+  return failure(r.id, error(ErrorCode::unsupported,
+                             "the reply takes " + std::to_string(text.size()) + " bytes; at most " +
+                                 std::to_string(options_.longest_answer) + " are sent",
+                             "Request less at a time, with \"arrays\": \"base64\", or write it "
+                             "to a file and fetch that in parts.",
+                             r.method));
 }
 
 Result<Value> RpcServer::evaluate(const Request& r) {
@@ -179,10 +179,10 @@ Result<Value> RpcServer::evaluate(const Request& r) {
     return error(ErrorCode::invalid_argument, "lua.eval needs the text code",
                  "Send {\"code\": \"1 + 1\"}.");
   if (r.as_job)
-    return error(ErrorCode::usage, "a script runs on the thread of its session and is no job",
-                 "Let it start jobs: start(\"world.plan_path\", {...}).", "lua.eval");
+    return error(ErrorCode::usage, "a script runs on the thread of its session and cannot be a job",
+                 "Make it start jobs: start(\"world.plan_path\", {...}).", "lua.eval");
   if (!options_.evaluate)
-    return error(ErrorCode::unsupported, "this connection runs no scripts", "", "lua.eval");
+    return error(ErrorCode::unsupported, "this connection does not run scripts", "", "lua.eval");
   RMP_TRY_ASSIGN(Map out, options_.evaluate(*code->as_string()));
   return Value(std::move(out));
 }
@@ -196,8 +196,9 @@ Result<Value> RpcServer::run_classic(const Request& r) {
     return error(ErrorCode::invalid_argument, "ioci.classic needs the text line, and nothing else",
                  "Send {\"line\": \"PRobot puma560 GetDOF\"}.");
   if (r.as_job)
-    return error(ErrorCode::usage, "a classic line is no job",
-                 "Start the command that it is: help of the line names it.", std::string(kClassic));
+    return error(ErrorCode::usage, "a classic line cannot be a job",
+                 "Start the corresponding command: help of the line names it.",
+                 std::string(kClassic));
   session_.clear_interrupt();
   return app_.dispatch_classic(session_, *line->as_string());
 }
@@ -209,9 +210,10 @@ Result<void> RpcServer::check_jobs() {
     return !s.ok() || (s->state != JobState::waiting && s->state != JobState::running);
   });
   if (jobs_.size() < options_.most_jobs) return {};
-  return error(ErrorCode::conflict,
-               std::to_string(jobs_.size()) + " jobs of this connection run or wait already",
-               "Wait for the end of one, or cancel it.");
+  return error(
+      ErrorCode::conflict,
+      std::to_string(jobs_.size()) + " jobs of this connection are already running or waiting",
+      "Wait for the end of one, or cancel it.");
 }
 
 Result<Value> RpcServer::start_job(const Request& r) {
@@ -236,8 +238,8 @@ Result<Value> RpcServer::run(const Request& r) {
   if (r.own) {
     static const Map kNone;
     if (r.positional && !r.positional->empty())
-      return error(ErrorCode::invalid_argument, "its params are an object", "", r.method);
-    if (r.as_job) return error(ErrorCode::usage, "it is no job", "", r.method);
+      return error(ErrorCode::invalid_argument, "its params must be an object", "", r.method);
+    if (r.as_job) return error(ErrorCode::usage, "it is not a job", "", r.method);
     auto result = (*r.own)(r.named ? *r.named : kNone);
     if (!result.ok()) return std::move(result).error().in(r.method);
     return result;
@@ -319,7 +321,7 @@ std::optional<std::string> RpcServer::answer(const Value& message) {
   if (batch->size() > options_.longest_batch)
     return failure({}, kInvalidRequest,
                    "The batch holds " + std::to_string(batch->size()) + " requests; at most " +
-                       std::to_string(options_.longest_batch) + " are answered together.");
+                       std::to_string(options_.longest_batch) + " are processed together.");
   const std::size_t longest = options_.longest_answer ? options_.longest_answer : kLongestAnswer;
   std::string out;
   for (const Value& one : *batch) {
@@ -330,9 +332,9 @@ std::optional<std::string> RpcServer::answer(const Value& message) {
       std::optional<std::string> refusal;
       const auto request = read(one, refusal);
       text = request.ok() ? told(*request, error(ErrorCode::conflict,
-                                                 "the request was not run, since the answers of "
-                                                 "the batch before it are too long",
-                                                 "Send it by itself."))
+                                                 "the request was not run, since the previous "
+                                                 "replies of the batch are too long",
+                                                 "Send it separately."))
                           : refusal;
     }
     if (text) out += (out.empty() ? "[" : ",") + *text;

@@ -134,7 +134,8 @@ class Server::Impl {
       RMP_TRY_ASSIGN(web_, WebRules::make(options_.origins, options_.addresses));
       hall_.web = &*web_;
     } else if (!options_.origins.empty()) {
-      return error(ErrorCode::invalid_argument, "origins are of pages, and browsers are not let in",
+      return error(ErrorCode::invalid_argument,
+                   "origins apply to web pages, but browser access is disabled",
                    "Start it with browser = true, or leave origins out.", "origins");
     }
     if (!options_.audit.empty()) {
@@ -212,7 +213,7 @@ class Server::Impl {
     const auto cannot = [&](const std::string& why) {
       return error(ErrorCode::io, "the server cannot listen on " + wanted.text() + ": " + why,
                    wanted.is_unix ? "Choose another path, or end the program that uses it."
-                                  : "Choose another port; 0 takes one that is free.");
+                                  : "Choose another port; 0 selects a free one.");
     };
     asio::error_code ec;
     std::vector<Protocol::endpoint> ends;
@@ -267,7 +268,7 @@ class Server::Impl {
     struct stat info {};
     if (::lstat(path.c_str(), &info) != 0) return {};
     if (!S_ISSOCK(info.st_mode))
-      return error(ErrorCode::conflict, text::quote(path) + " is there and is no socket",
+      return error(ErrorCode::conflict, text::quote(path) + " exists and is not a socket",
                    "Choose another path.");
     const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_un end{};
@@ -295,7 +296,7 @@ class Server::Impl {
           // No descriptor is left, most likely: others are served meanwhile.
           if (!told_accept_.exchange(true))
             app_.messages.post(Severity::warning, "server_full",
-                               "The server cannot take another connection: " + ec.message() + ".",
+                               "The server cannot accept another connection: " + ec.message() + ".",
                                "server");
           door->rest.expires_after(kBreath);
           door->rest.async_wait([this, door](const asio::error_code& over) {
@@ -326,9 +327,9 @@ class Server::Impl {
           here >= options_.limits.clients_of_address) {
         if (!told_full_.exchange(true))
           app_.messages.post(Severity::warning, "server_full",
-                             "A connection of " + peer + " was refused, as " +
+                             "A connection of " + peer + " was refused, since " +
                                  std::to_string(connections_.size()) +
-                                 " are there (limits clients, clients_of_address).",
+                                 " are open (limits clients, clients_of_address).",
                              "server");
         if (here == 0) of_host_.erase(host);
         return;  // closes it
@@ -507,8 +508,8 @@ Result<void> Servers::start(ServerOptions options) {
   const std::lock_guard lock(mutex_);
   if (server_)
     return error(ErrorCode::conflict,
-                 "a server runs already, on " + server_->addresses().front().text(),
-                 "server.stop() ends it; several addresses can be given to one.");
+                 "a server is already running on " + server_->addresses().front().text(),
+                 "Stop it with server.stop(); one server can have several addresses.");
   RMP_TRY_ASSIGN(std::unique_ptr<Server> server, Server::start(app_, std::move(options)));
   server_ = std::move(server);
   return {};

@@ -26,10 +26,11 @@ Result<std::vector<std::string>> words(const Map& args, std::string_view path) {
   if (const std::string* one = given->as_string()) return std::vector<std::string>{*one};
   const List* list = given->as_list();
   if (!list)
-    return error(ErrorCode::invalid_argument, "it is a list of words", "", std::string(path));
+    return error(ErrorCode::invalid_argument, "it must be a list of words", "", std::string(path));
   for (const Value& v : *list) {
     if (!v.as_string())
-      return error(ErrorCode::invalid_argument, "it is a list of words", "", std::string(path));
+      return error(ErrorCode::invalid_argument, "it must be a list of words", "",
+                   std::string(path));
     out.push_back(*v.as_string());
   }
   return out;

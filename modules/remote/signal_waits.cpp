@@ -50,7 +50,7 @@ Error gone(const SignalWish& w) {
                "no client " + text::quote(w.client) + " has been connected for " +
                    text::print_rounded(w.absent) + " s, and " + signal_in(w) + " is not " +
                    wanted(w),
-               "What it did before stays; wait again when it has come back.");
+               "Its earlier changes remain; wait again when it has reconnected.");
 }
 
 }  // namespace
@@ -264,7 +264,7 @@ Error SignalWaits::late(const SignalWish& wish, double seconds) const {
                signal_in(wish) + " did not become " + wanted(wish) + " within " +
                    text::print_rounded(seconds) + " s" +
                    (s ? "; it is " + text::print_rounded(s->initial) : std::string()),
-               "Look whether the program that sets it still runs.");
+               "Check that the program that sets it is still running.");
 }
 
 DeferredWait::DeferredWait() : before_(std::exchange(g_deferred, this)) {}
@@ -281,11 +281,11 @@ Result<WorldId> world_of(CommandContext& ctx, const Map& args, const std::string
     if (const auto* w = ctx.snapshot().get(WorldId{id.number}); w && find_signal(*w, signal))
       found.push_back(WorldId{id.number});
   if (found.size() == 1) return found.front();
-  return error(ErrorCode::invalid_argument,
-               found.empty()
-                   ? "no world has a signal " + text::quote(signal)
-                   : std::to_string(found.size()) + " worlds have a signal " + text::quote(signal),
-               found.empty() ? "world.add_signal adds one." : "Say which with world.", "world");
+  return error(
+      ErrorCode::invalid_argument,
+      found.empty() ? "no world has a signal " + text::quote(signal)
+                    : std::to_string(found.size()) + " worlds have a signal " + text::quote(signal),
+      found.empty() ? "Add one with world.add_signal." : "Select one with world.", "world");
 }
 
 Result<Value> wait(CommandContext& ctx, const Map& args) {
@@ -301,7 +301,7 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
     return unknown_name("signal", wish.signal, known).in("signal");
   }
   if (has(args, "value") + has(args, "at_least") + has(args, "at_most") > 1)
-    return error(ErrorCode::invalid_argument, "one of value, at_least and at_most is given", "",
+    return error(ErrorCode::invalid_argument, "give one of value, at_least and at_most", "",
                  "value");
   if (has(args, "value")) wish.value = real(args, "value");
   if (has(args, "at_least"))
@@ -315,15 +315,15 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
   if (auto now = waits.look(wish)) return std::move(*now);
   if (ctx.is_in_group())
     return error(ErrorCode::conflict,
-                 "a wait for a signal cannot be part of a group of edits, which others see only "
-                 "when it ends",
+                 "a wait for a signal cannot be part of a group of edits, since others see the "
+                 "group only when it ends",
                  "Wait before or after the group.");
   DeferredWait* deferred = DeferredWait::of_this_thread();
   if (!deferred && ctx.session.kind() == SessionKind::connection)
-    return error(ErrorCode::unsupported,
-                 "within a batch, a job or a script of a client a wait for a signal would hold up "
-                 "others",
-                 "Send server.wait as a request of its own.");
+    return error(
+        ErrorCode::unsupported,
+        "within a batch, a job or a script of a client, a wait for a signal would block others",
+        "Send server.wait as a separate request.");
   if (deferred && !deferred->may_block) {
     deferred->seconds = seconds;
     deferred->wish = std::move(wish);

@@ -20,7 +20,7 @@ std::string tls_reason() {
   std::array<char, 256> words{};
   const unsigned long code = ERR_get_error();
   ERR_clear_error();
-  if (code == 0) return "the connection was closed in between";
+  if (code == 0) return "the connection was closed meanwhile";
   if (const char* text = ERR_reason_error_string(code)) return text;
   ERR_error_string_n(code, words.data(), words.size());
   return words.data();
@@ -99,7 +99,7 @@ Result<std::shared_ptr<TlsContext>> TlsContext::create_client(
   }
   BIO_free(file);
   ERR_clear_error();
-  if (out->trusted_.empty()) return wrong("it holds no certificate");
+  if (out->trusted_.empty()) return wrong("it contains no certificate");
   return out;
 }
 

@@ -58,7 +58,7 @@ Result<void> check_mode(int fd, const fs::path& file) {
   if (::fstat(fd, &info) != 0) return cannot(file, "read");
   if (!S_ISREG(info.st_mode))
     return error(ErrorCode::invalid_argument,
-                 "the file of the tokens " + text::quote(file.string()) + " is no regular file");
+                 "the file of the tokens " + text::quote(file.string()) + " is not a regular file");
   if (info.st_uid != ::geteuid() && ::geteuid() != 0)
     return error(ErrorCode::permission, "the file of the tokens " + text::quote(file.string()) +
                                             " belongs to another user");
@@ -73,7 +73,7 @@ Result<void> check_mode(int fd, const fs::path& file) {
 Error damaged(const fs::path& file, std::string why) {
   return error(ErrorCode::syntax,
                "the file of the tokens " + text::quote(file.string()) + " is damaged: " + why,
-               "Mend it, or remove it and grant the tokens anew.");
+               "Repair it, or remove it and grant the tokens again.");
 }
 
 std::string text_in(const Map& m, std::string_view key) {
@@ -95,7 +95,7 @@ Result<void> check_name(const std::string& name) {
                        });
   if (is_fine) return {};
   return error(ErrorCode::invalid_argument,
-               "a token's name is made of 1 to " + std::to_string(kLongestName) +
+               "a token's name must consist of 1 to " + std::to_string(kLongestName) +
                    " letters, digits, - _ and .",
                "", "name");
 }
@@ -140,11 +140,11 @@ Result<std::vector<Token>> Tokens::read() const {
   if (!content.ok()) return damaged(file_, content.error().sentence());
   const Map* root = content->as_map();
   const Value* entries = root ? root->find("tokens") : nullptr;
-  if (!entries || !entries->as_list()) return damaged(file_, "there is no list tokens");
+  if (!entries || !entries->as_list()) return damaged(file_, "the list tokens is missing");
   std::vector<Token> out;
   for (const Value& entry : *entries->as_list()) {
     const Map* m = entry.as_map();
-    if (!m) return damaged(file_, "an entry is no table");
+    if (!m) return damaged(file_, "an entry is not a table");
     Token t;
     t.rights.name = text_in(*m, "name");
     t.hash = text_in(*m, "sha256");
@@ -162,7 +162,7 @@ Result<std::vector<Token>> Tokens::read() const {
         }
       if (!is_known)
         return damaged(file_,
-                       t.rights.name + " has the effect " + word.text() + ", which there is not");
+                       t.rights.name + " has the effect " + word.text() + ", which does not exist");
     }
     if (const Value* commands = m->find("commands"); commands && commands->as_list())
       for (const Value& word : *commands->as_list())
@@ -221,11 +221,11 @@ Result<std::string> Tokens::grant(Rights rights, std::int64_t seconds) {
   RMP_TRY(check_name(rights.name));
   if (rights.effects.meets(kByNameOnly))
     return error(ErrorCode::invalid_argument,
-                 "a token has no effect of loads_code, stops and administers",
+                 "a token cannot have the effects loads_code, stops and administers",
                  "Grant the commands by name: commands = {\"plugin.load\"}.", "effects");
   if (rights.rate > kHighestRate)
     return error(ErrorCode::invalid_argument,
-                 "a rate is at most " + std::to_string(kHighestRate) + " requests a second", "",
+                 "a rate is at most " + std::to_string(kHighestRate) + " requests per second", "",
                  "rate");
   if (!rights.folder.empty()) {
     std::error_code ec;
@@ -282,12 +282,12 @@ Result<Token> Tokens::find(std::string_view secret) const {
   for (const Token& t : tokens)
     if (equal_in_constant_time(t.hash, hash)) found = &t;
   if (!found)
-    return error(ErrorCode::permission, "the token is not known here",
-                 "Ask whoever runs the server for one (server.grant).");
+    return error(ErrorCode::permission, "the token is unknown here",
+                 "Get one from the server's administrator (server.grant).");
   if (found->expires != 0 && found->expires <= now())
     return error(ErrorCode::permission,
                  "the token " + text::quote(found->rights.name) + " has expired",
-                 "Ask whoever runs the server for a new one (server.grant).");
+                 "Get a new one from the server's administrator (server.grant).");
   return *found;
 }
 

@@ -86,7 +86,7 @@ Result<WebRules> WebRules::make(const std::vector<std::string>& origins,
     const std::string host = begin ? host_of(std::string_view(own).substr(begin)) : std::string();
     if (host.empty())
       return error(ErrorCode::invalid_argument,
-                   text::quote(text::shortened(origin)) + " is no origin of pages",
+                   text::quote(text::shortened(origin)) + " is not an origin of web pages",
                    "Write it as browsers do, without a path: https://robots.example", "origins");
     out.origins.push_back(own);
     out.hosts.push_back(host);
@@ -137,26 +137,26 @@ std::string WebDoor::answer(const HttpRequest& request) {
   const std::string& host = *request.find("host");
   if (!rules_.is_own_host(host))
     return http_answer({421,
-                        "This server does not know the name by which it was asked. Use its "
+                        "This server does not know its name in the request. Use its "
                         "address, or start it with --origin."});
   if (request.target != kSocketPath) {
     if (request.target == "/")
       return http_answer(200, "text/html; charset=utf-8", page().policy, page().content);
     if (request.target == "/robomosp.js")
       return http_answer(200, "text/javascript; charset=utf-8", "", kWebClient);
-    return http_answer({404, "There is nothing of this name. The page is at /."});
+    return http_answer({404, "There is no such page. The page is at /."});
   }
   if (!request.has_word("upgrade", "websocket") || !request.has_word("connection", "upgrade"))
     return http_answer({426, "This is a WebSocket; the page is at /."});
   const std::string* version = request.find("sec-websocket-version");
   const std::string* key = request.find("sec-websocket-key");
-  if (!version || *version != "13") return http_answer({426, "The version of WebSocket is 13."});
+  if (!version || *version != "13") return http_answer({426, "The WebSocket version must be 13."});
   if (!key || !is_websocket_key(*key))
-    return http_answer({400, "A WebSocket begins with a key of 16 bytes."});
+    return http_answer({400, "A WebSocket must begin with a key of 16 bytes."});
   if (!rules_.is_own_origin(request.find("origin"), host, has_tls_))
     return http_answer({403,
-                        "Pages from elsewhere may not connect. Start the server with --origin "
-                        "and where this page comes from."});
+                        "Pages from other origins may not connect. Start the server with --origin "
+                        "and the origin of this page."});
   is_socket_ = true;
   return "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
          "Sec-WebSocket-Accept: " +

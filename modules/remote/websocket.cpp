@@ -139,15 +139,17 @@ bool WebSocketReader::head(const Sinks& sinks) {
     return false;
   };
   if ((head_[0] & 0x70U) != 0)
-    return no(WebSocketEnd::protocol, "A frame uses an extension, and none was agreed on.");
-  if ((head_[1] & 0x80U) == 0) return no(WebSocketEnd::protocol, "A frame of a client is masked.");
-  if (kind == kBinary) return no(WebSocketEnd::no_text, "Messages are text: JSON.");
+    return no(WebSocketEnd::protocol, "A frame uses an extension that was not negotiated.");
+  if ((head_[1] & 0x80U) == 0)
+    return no(WebSocketEnd::protocol, "A frame of a client must be masked.");
+  if (kind == kBinary) return no(WebSocketEnd::no_text, "Messages must be text (JSON).");
   if (kind > kPong || (kind > kBinary && kind < kClose))
-    return no(WebSocketEnd::protocol, "A frame is of no kind that there is.");
+    return no(WebSocketEnd::protocol, "A frame is of unknown kind.");
   if (is_control && (!is_last || (head_[1] & 127U) > kLongestControl))
-    return no(WebSocketEnd::protocol, "A control frame is one piece of at most 125 bytes.");
+    return no(WebSocketEnd::protocol,
+              "A control frame must be unfragmented and at most 125 bytes long.");
   if (kind == kContinuation && !is_open_)
-    return no(WebSocketEnd::protocol, "A message goes on that has not begun.");
+    return no(WebSocketEnd::protocol, "A continuation frame has no beginning.");
   if (kind == kText && is_open_)
     return no(WebSocketEnd::protocol, "A message begins within another.");
   if (!is_control) is_open_ = true;
@@ -176,9 +178,9 @@ bool WebSocketReader::finish(const Sinks& sinks) {
   if (std::exchange(is_skipping_, false)) return true;
   bool go_on = false;
   if (text::first_bad_byte(message_) != std::string::npos)
-    sinks.end(WebSocketEnd::bad_text, "A message is text in UTF-8.");
+    sinks.end(WebSocketEnd::bad_text, "A message must be text in UTF-8.");
   else if (message_.find_first_of("\r\n") != std::string::npos)
-    sinks.end(WebSocketEnd::policy, "A message is one line.");
+    sinks.end(WebSocketEnd::policy, "A message must be one line.");
   else go_on = sinks.message(message_);
   if (message_.capacity() > kKeptFrameBuffer) std::string().swap(message_);
   message_.clear();

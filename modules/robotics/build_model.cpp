@@ -64,8 +64,8 @@ Result<void> check_limits(const model::Link& link) {
         link.max_jerk != none.max_jerk || link.max_force != none.max_force ||
         !(link.drive == none.drive) || !(link.spring == none.spring))
       return fault(
-          "its joint has coordinates of several kinds, which limits, drive and spring are "
-          "not for",
+          "its joint has coordinates of several kinds, for which limits, drive and spring are not "
+          "supported",
           "Leave them out, or make the joint of revolute and prismatic links.");
   }
   if (std::isnan(link.lower) || std::isnan(link.upper))
@@ -73,7 +73,7 @@ Result<void> check_limits(const model::Link& link) {
   if (link.lower > link.upper)
     return fault("its lower limit " + spatial::print_joint_value(link.lower, type) +
                      " is above its upper limit " + spatial::print_joint_value(link.upper, type),
-                 "Exchange the two limits.");
+                 "Swap the two limits.");
   const std::pair<double, const char*> greatest[] = {{link.max_velocity, "velocity"},
                                                      {link.max_acceleration, "acceleration"},
                                                      {link.max_jerk, "jerk"},
@@ -81,7 +81,7 @@ Result<void> check_limits(const model::Link& link) {
   for (const auto& [value, what] : greatest)
     if (!(value > 0))
       return fault(std::string("its greatest ") + what + " is " + print_number(value),
-                   "It must be positive; leave it out where there is none.");
+                   "It must be positive; leave it out if there is none.");
   return {};
 }
 
@@ -98,7 +98,7 @@ Result<void> check_mass(const MassProperties& m, const char* kind) {
 Result<void> check_spring(const model::Spring& spring) {
   if (!std::isfinite(spring.stiffness) || spring.stiffness < 0)
     return fault("its spring's stiffness is " + print_number(spring.stiffness),
-                 "A stiffness is a finite number of at least 0.");
+                 "A stiffness must be a finite number of at least 0.");
   if (!std::isfinite(spring.rest))
     return fault("its spring rests at " + print_number(spring.rest), "Give a finite number.");
   return {};
@@ -114,7 +114,7 @@ Result<void> check_mimic(const model::Robot& robot, std::size_t i) {
   if (mimic.link < 0 || mimic.link >= static_cast<std::int32_t>(i))
     return fault("its joint follows that of link " + std::to_string(mimic.link + 1) +
                      ", which does not come before it",
-                 "A joint follows the joint of an earlier link.");
+                 "A joint can only follow the joint of an earlier link.");
   if (!has_one_coordinate(robot.links[static_cast<std::size_t>(mimic.link)].joint))
     return fault("its joint follows that of " +
                      link_label(robot, static_cast<std::size_t>(mimic.link)) +
@@ -306,7 +306,8 @@ Result<void> check_tools(const model::Robot& robot) {
   for (const model::RobotTool& tool : robot.tools) {
     const std::string where = "tool \"" + tool.name + "\"";
     if (tool.link < -1 || tool.link >= static_cast<std::int32_t>(robot.links.size()))
-      return fault("it hangs on link " + std::to_string(tool.link + 1) + ", which there is not",
+      return fault("it is attached to link " + std::to_string(tool.link + 1) +
+                       ", which does not exist",
                    "Name a link of the robot, or the base.")
           .in(where);
     if (!finite(tool.placement))
@@ -336,7 +337,7 @@ Result<std::vector<LoopModel>> make_loops(const model::Robot& robot,
     const std::string where = "loop \"" + loop.name + "\"";
     for (const std::int32_t link : {loop.link_a, loop.link_b})
       if (link < -1 || link >= count)
-        return fault("it holds link " + std::to_string(link + 1) + ", which there is not",
+        return fault("it refers to link " + std::to_string(link + 1) + ", which does not exist",
                      "Name two links of the robot, or a link and the base.")
             .in(where);
     if (!finite(loop.in_a) || !finite(loop.in_b))
@@ -344,8 +345,8 @@ Result<std::vector<LoopModel>> make_loops(const model::Robot& robot,
     const LinkFrame a = on_link(frames, loop.link_a, loop.in_a),
                     b = on_link(frames, loop.link_b, loop.in_b);
     if (a.joint == b.joint)
-      return fault("both of its links move as one, so that it closes nothing",
-                   "Name two links that move against each other.")
+      return fault("both of its links move together, so it has no effect",
+                   "Name two links that move relative to each other.")
           .in(where);
     loops.push_back(
         {loop.name, a.joint, b.joint, a.joint_T_link, b.joint_T_link, fixed_directions(loop.kind)});
@@ -390,13 +391,13 @@ Result<RobotModel> build_robot_model(const std::string& name, const model::Robot
   if (!link_masses.empty() && link_masses.size() != robot.links.size())
     return fault("designed masses were given for " + std::to_string(link_masses.size()) +
                      " of its " + std::to_string(robot.links.size()) + " links",
-                 "Give one entry a link, empty where nothing is designed.")
+                 "Give one entry per link, empty if nothing is designed.")
         .in(where);
   if (!finite(robot.base) || !finite(robot.tool))
     return fault("the placement of its base or tool is not finite", "Correct position and angles.")
         .in(where);
   if (!spatial::is_finite(gravity_in_mounting_frame))
-    return fault("the gravity it stands in is not finite", "Correct the world's gravity.")
+    return fault("the gravity that acts on it is not finite", "Correct the world's gravity.")
         .in(where);
 
   if (auto checked = check_tools(robot); !checked) return std::move(checked).error().in(where);
@@ -419,7 +420,7 @@ Result<RobotModel> build_robot_model(const std::string& name, const model::Robot
     return progress && i % kLook == 0 && progress->cancelled();
   };
   const auto stopped = [&where] {
-    return error(ErrorCode::cancelled, "its model was not built: stopped").in(where);
+    return error(ErrorCode::cancelled, "its model was not built: cancelled").in(where);
   };
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
     if (is_stopped(i)) return stopped();

@@ -52,9 +52,8 @@ Result<JointSampler> JointSampler::make(const RobotModel& model, std::size_t tip
   const std::string where = "robot \"" + model.name + "\"";
   if (!model.loops.empty())
     return error(ErrorCode::unsupported,
-                 "the robot has closed loops, so that its joints cannot be "
-                 "set one by one",
-                 "Ask for the tree without its loops.", where);
+                 "the robot has closed loops, so its joints cannot be set one by one",
+                 "Request the tree without its loops.", where);
   JointSampler s;
   s.fixed_.assign(fixed.begin(), fixed.end());
   s.seed_ = mixed(seed);
@@ -74,9 +73,7 @@ Result<JointSampler> JointSampler::make(const RobotModel& model, std::size_t tip
     e.is_ball = joint.type == JointType::spherical;
     if (joint.type == JointType::free)
       return error(ErrorCode::unsupported,
-                   "joint \"" + joint.name +
-                       "\" moves freely, so that the "
-                       "workspace has no end",
+                   "joint \"" + joint.name + "\" moves freely, so the workspace is unbounded",
                    "Fix the base of the robot.", where);
     if (!e.is_ball) {
       auto [lower, upper] = joint_range(model, j);
@@ -84,7 +81,7 @@ Result<JointSampler> JointSampler::make(const RobotModel& model, std::size_t tip
       if (!is_turning && !(std::isfinite(lower) && std::isfinite(upper)))
         return error(ErrorCode::invalid_argument,
                      "the prismatic joint \"" + joint.name +
-                         "\" has no limits, so that the workspace has no end",
+                         "\" has no limits, so the workspace is unbounded",
                      "Give it limits.", where);
       if (!(lower <= upper))
         return error(ErrorCode::invalid_argument,

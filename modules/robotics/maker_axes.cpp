@@ -55,15 +55,16 @@ Result<MakerAxes> MakerAxes::of(const model::Robot& robot) {
   for (std::size_t i = 0; i < robot.links.size(); ++i)
     if (joints[i].q_count > 0 && !counted[i])
       return error(ErrorCode::invalid_argument,
-                   "the maker's axes are given of " + std::to_string(n) +
-                       (n == 1 ? " joint" : " joints") + ", and none is that of joint " +
+                   "the maker's axes are given for " + std::to_string(n) +
+                       (n == 1 ? " joint" : " joints") + ", but none for joint " +
                        text::quote(robot.links[i].name),
-                   "Give every joint its axis (robot.set_axes), or take all axes out.");
+                   "Give every joint its axis (robot.set_axes), or remove all axes.");
   if (!joints_from_axes(out.axes_, std::vector<double>(n, 0.0),
                         std::vector<double>(out.coordinates_, 0.0), nullptr))
-    return error(ErrorCode::invalid_argument,
-                 "the maker's axes depend on each other: joints cannot be computed from them",
-                 "Check the ratios of the coupled joints.");
+    return error(
+        ErrorCode::invalid_argument,
+        "the maker's axes are linearly dependent: joint values cannot be computed from them",
+        "Check the ratios of the coupled joints.");
   return out;
 }
 
@@ -101,14 +102,15 @@ std::vector<double> MakerAxes::values(std::span<const double> q) const {
 Result<std::vector<double>> MakerAxes::joints(std::span<const double> values) const {
   if (values.size() != axes_.size())
     return error(ErrorCode::invalid_argument,
-                 std::to_string(values.size()) + " values are given, and the robot has " +
+                 std::to_string(values.size()) + " values are given, but the robot has " +
                      std::to_string(axes_.size()) + " axes",
-                 "Give one value an axis, in degrees or mm.");
+                 "Give one value per axis, in degrees or mm.");
   auto q = joints_from_axes(axes_, values, std::vector<double>(coordinates_, 0.0), nullptr);
   if (!q)
-    return error(ErrorCode::invalid_argument,
-                 "the maker's axes depend on each other: joints cannot be computed from them",
-                 "Check the ratios of the coupled joints.");
+    return error(
+        ErrorCode::invalid_argument,
+        "the maker's axes are linearly dependent: joint values cannot be computed from them",
+        "Check the ratios of the coupled joints.");
   return std::move(*q);
 }
 

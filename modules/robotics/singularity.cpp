@@ -308,7 +308,7 @@ bool is_surely_regular(const RobotModel& model, std::size_t tip, std::span<const
 
 std::string lost_words(const Twist& t) {
   const std::string words = direction_words(t);
-  return words.empty() ? "can do everything" : "cannot " + words;
+  return words.empty() ? "can move in all directions" : "cannot " + words;
 }
 
 std::string gained_words(const Twist& t) {

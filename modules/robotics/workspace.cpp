@@ -237,7 +237,7 @@ Result<Workspace> workspace(const RobotModel& model, std::span<const double> fix
   w.rank = points.rank;
   if (points.all.empty())
     return error(ErrorCode::unreachable,
-                 "none of " + std::to_string(o.samples) + " sampled configurations counts",
+                 "none of " + std::to_string(o.samples) + " sampled configurations is valid",
                  "Widen the region, take more samples, or leave "
                  "collisions out.",
                  "robot \"" + model.name + "\"");
@@ -253,7 +253,7 @@ Result<Workspace> workspace(const RobotModel& model, std::span<const double> fix
   if (!std::isfinite(w.grid.size * w.grid.size * w.grid.size * static_cast<double>(kMostVoxels)))
     return error(ErrorCode::invalid_argument,
                  "voxels of " + spatial::print_number(w.grid.size) +
-                     " m have no volume that a number can hold",
+                     " m have a volume outside the range of numbers",
                  "Choose smaller ones, such as a fortieth of the robot's reach.", "voxel");
   std::array<bool, 3> flat{};
   w.dimension = 0;
@@ -272,7 +272,7 @@ Result<Workspace> workspace(const RobotModel& model, std::span<const double> fix
   if (voxels > static_cast<double>(kMostVoxels))
     return error(ErrorCode::invalid_argument,
                  "voxels of that size would be more than " + std::to_string(kMostVoxels),
-                 "Choose greater ones, or a smaller region.", "voxel");
+                 "Choose larger ones, or a smaller region.", "voxel");
   const bool is_curve = !points.curve.empty();
   if (is_curve) {
     w.dimension = 1;

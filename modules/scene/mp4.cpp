@@ -110,7 +110,7 @@ struct Planes {
 
 Error failed(const char* what) {
   return error(ErrorCode::plugin_failed, std::string("the encoder of MP4 films ") + what,
-               "Write a *.gif instead, or the frames, and tell us.", "file");
+               "Write a *.gif instead, or the frames, and report it.", "file");
 }
 
 }  // namespace
@@ -261,7 +261,8 @@ Result<Mp4Writer> Mp4Writer::create(std::size_t width, std::size_t height, doubl
 
 Result<void> Mp4Writer::add(std::span<const std::uint8_t> rgba) {
   Impl& m = *impl_;
-  if (rgba.size() != 4 * m.width * m.height) return failed("got a picture of another size");
+  if (rgba.size() != 4 * m.width * m.height)
+    return failed("received a picture of a different size");
   m.planes.take(rgba, m.width, m.height);
   SSourcePicture picture{};
   picture.iColorFormat = videoFormatI420;
@@ -277,7 +278,7 @@ Result<void> Mp4Writer::add(std::span<const std::uint8_t> rgba) {
   SFrameBSInfo out{};
   if (m.encoder->EncodeFrame(&picture, &out) != cmResultSuccess ||
       out.eFrameType == videoFrameTypeSkip)
-    return failed("left out a frame");
+    return failed("dropped a frame");
   const std::size_t before = m.data.size();
   for (int l = 0; l < out.iLayerNum; ++l) {
     const SLayerBSInfo& layer = out.sLayerInfo[l];
@@ -318,7 +319,7 @@ Result<std::string> Mp4Writer::finish() {
 struct Mp4Writer::Impl {};
 Result<Mp4Writer> Mp4Writer::create(std::size_t, std::size_t, double) {
   return error(ErrorCode::unsupported,
-               "this program was built without the library OpenH264, so it writes no MP4 films",
+               "this program was built without the library OpenH264, so it cannot write MP4 films",
                "Give a file *.gif, or frames, a folder for PNG files.", "file");
 }
 Result<void> Mp4Writer::add(std::span<const std::uint8_t>) { return {}; }

@@ -88,7 +88,7 @@ Result<void> check(const Playback& playback) {
     if (!std::isfinite(playback.times[i]) || !is_increasing) {
       return error(ErrorCode::invalid_argument,
                    "time number " + std::to_string(i + 1) +
-                       " of the playback is not larger than the one before",
+                       " of the playback is not larger than the previous one",
                    "Give finite, strictly increasing times in seconds.");
     }
   }
@@ -96,7 +96,7 @@ Result<void> check(const Playback& playback) {
     if (!is_finite(playback.poses[i])) {
       return error(ErrorCode::invalid_argument,
                    "pose number " + std::to_string(i + 1) + " of the playback is not finite",
-                   "Check the computation that made the motion.");
+                   "Check the computation of the motion.");
     }
   }
   return {};

@@ -327,7 +327,7 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
   for (const recording::Column* column : request.columns)
     if (column->values.size() != playback.times.size())
       return error(ErrorCode::invalid_argument,
-                   "column " + text::quote(column->name) + " has another number of samples",
+                   "column " + text::quote(column->name) + " has a different number of samples",
                    "Simulate again.", "columns");
   // 16 bits over the size of the scene to either side of the origin.
   const double position_step = size_of(scene, playback) / 65536;

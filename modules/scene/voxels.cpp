@@ -82,7 +82,7 @@ Result<void> add_voxels(render::Scene& scene, const recording::Recording& r,
   const double low = view.low.value_or(range.low), high = view.high.value_or(range.high);
   if (!(low < high))
     return error(ErrorCode::invalid_argument,
-                 "the colours cannot go from " + text::print_rounded(low, 6) + " to " +
+                 "the colours cannot range from " + text::print_rounded(low, 6) + " to " +
                      text::print_rounded(high, 6),
                  "Give low and high in this order.", "low");
 
@@ -112,8 +112,8 @@ Result<void> add_voxels(render::Scene& scene, const recording::Recording& r,
     if (beyond < 0) row_at.emplace(key_of(cell_of(p)), row);
   }
   if (row_at.empty())
-    return error(ErrorCode::invalid_argument, "the map has no voxel left",
-                 "Turn the cut round or move it, and lower the value above which voxels are shown.",
+    return error(ErrorCode::invalid_argument, "the map has no visible voxel",
+                 "Reverse or move the cut, and lower the value above which voxels are shown.",
                  "map");
 
   const auto colours = recording::colour_map(view.bands);

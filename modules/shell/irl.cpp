@@ -51,7 +51,7 @@ Result<std::pair<std::string, std::string>> split(const std::string& word, const
   const auto at = word.find('=');
   std::string name(text::trim(std::string_view(word).substr(0, at)));
   if (at == std::string::npos || name.empty())
-    return error(ErrorCode::usage, text::quote(word) + " gives no name a value",
+    return error(ErrorCode::usage, text::quote(word) + " does not assign a value to a name",
                  std::string("Write ") + option + " NAME=VALUE.", option);
   return std::pair(std::move(name), std::string(text::trim(std::string_view(word).substr(at + 1))));
 }
@@ -82,7 +82,7 @@ class Terminal final : public program::Operator {
     }
     if (user_.interrupted()) return error(ErrorCode::cancelled, "the program was interrupted");
     return error(ErrorCode::not_found, "READ waits for a line, and standard input has ended",
-                 "Type it, or give a file with more lines.");
+                 "Type it, or provide a file with more lines.");
   }
   Result<void> pause(std::string_view message) override {
     std::string said = "PAUSE" + (message.empty() ? std::string() : ": " + std::string(message));
@@ -134,10 +134,9 @@ class Terminal final : public program::Operator {
     if (!name.empty() && name != "." && name != ".." &&
         name.find_first_of(std::string_view("/\\\0", 3)) == std::string_view::npos)
       return folder_ / name;
-    return error(
-        ErrorCode::permission,
-        text::quote(std::string(name)) + " is no name of a file beside the program",
-        "A program opens files of the folder it lies in only: give a name without folders.");
+    return error(ErrorCode::permission,
+                 text::quote(std::string(name)) + " is not the name of a file next to the program",
+                 "A program can open files in its own folder only: give a name without folders.");
   }
   const IrlVoice& voice_;
   const ioci::Session& user_;
@@ -456,8 +455,9 @@ Result<void> check_irl(const IrlSettings& how) {
                                            {"--output", !how.record.empty()}})
       if (is_given) return no(option, "needs a world", "Give --robot NAME or --connect HOST:PORT.");
   if (how.real_time && !how.is_alone() && how.connect.empty())
-    return no("--real-time", "goes with --connect, or without a robot",
-              "A run with --robot is computed at once; recording.replay plays it in its time.");
+    return no(
+        "--real-time", "goes with --connect, or without a robot",
+        "A run with --robot is computed at once; play it in real time with recording.replay.");
   return {};
 }
 

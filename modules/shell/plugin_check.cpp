@@ -126,7 +126,7 @@ PluginCheck summary(Map report) {
     const bool has_any = providers && providers->as_list() && !providers->as_list()->empty();
     out.text = text_of(report, "id") + " " + text_of(report, "version") + " (" +
                text_of(report, "license") +
-               "): " + (has_any ? "accepted" : "accepted, but nothing that it offers can be used");
+               "): " + (has_any ? "accepted" : "accepted, but none of its providers can be used");
     if (!has_any) out.exit_code = 3;
     if (has_any)
       for (const Value& p : *providers->as_list()) {

@@ -174,7 +174,7 @@ class Tester {
     if (found.ok()) return std::vector<std::string>{found->name};
     if (is_there() || file.has_parent_path())
       return error(ErrorCode::invalid_argument,
-                   text::quote(how_.what) + " is no target that can be tested",
+                   text::quote(how_.what) + " is not a target that can be tested",
                    "Give the name of a target, a plugin (.so), a pack (.post), its folder, or a "
                    "controller (.ctl).");
     return found.error();
@@ -290,7 +290,7 @@ class Tester {
       RMP_TRY_ASSIGN(const Posted p, post(target, s.id, "automatic"));
       RMP_TRY_ASSIGN(const Posted again, post(target, s.id, "automatic"));
       if (p.files != again.files || p.all != again.all)
-        blame("the program " + s.name + " gives other files the second time.");
+        blame("the program " + s.name + " gives different files the second time.");
       if (p.has_error_without_place) blame("an error in " + s.name + " has no line: " + p.said);
       std::string names;
       for (const auto& [name, text] : p.files) names += (names.empty() ? "" : ", ") + name;
@@ -362,7 +362,8 @@ class Tester {
         }
       }
       if (p.has_error_without_place) blame("an error at \"" + c.text + "\" has no line: " + p.said);
-      if (!p.is_correct && p.said.empty()) blame("\"" + c.text + "\" is refused without a word.");
+      if (!p.is_correct && p.said.empty())
+        blame("\"" + c.text + "\" is rejected without a message.");
       ++counts[outcome];
       const std::string why =
           p.said.empty() || outcome == "flat" || outcome == "computed" ? "" : p.said;
@@ -602,7 +603,7 @@ class Tester {
     line_("To be read back: " + (written.empty() ? "nothing" : text::join(written, ", ")) +
           ", in " + (folder / "programs").string() + ".");
     for (const std::string& l : left_out) line_("  not " + l);
-    line_(is_there ? "reader.py is kept as it is." : "reader.py is to be filled in.");
+    line_(is_there ? "reader.py is kept unchanged." : "Complete reader.py.");
     line_("python3 " + (folder / "compare.py").string() + " compares it with the interpreter.");
     return {};
   }

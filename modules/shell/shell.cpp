@@ -543,12 +543,13 @@ Result<std::pair<Value, Value>> cell_of_script(Program& p, const PostSettings& h
     return error(ErrorCode::conflict,
                  "the script has " + std::to_string(found.size()) + " programs of the file " +
                      text::quote(wanted) + " in its worlds",
-                 "Let it make one.", how.world);
+                 "Make it create one.", how.world);
   if (worlds.as_list()->size() != 1)
     return error(ErrorCode::not_found,
                  "the script makes " + std::to_string(worlds.as_list()->size()) +
                      " worlds, and none has a program of the file " + text::quote(wanted),
-                 "Let it make one world, or place the program with world.add_program.", how.world);
+                 "Make it create one world, or place the program with world.add_program.",
+                 how.world);
   const Value& world = worlds.as_list()->front();
   RMP_TRY_ASSIGN(const Value id, ask("program.import", Map{{"file", how.file}}));
   RMP_TRY(ask("world.add_program", Map{{"id", world}, {"program", id}}));
@@ -583,7 +584,7 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
     if (!how.target.empty() && how.target != *added->as_string())
       return fail_post(
           voice, error(ErrorCode::invalid_argument,
-                       "the target " + text::quote(how.target) + " is requested, and the pack is " +
+                       "the target " + text::quote(how.target) + " is requested, but the pack is " +
                            text::quote(*added->as_string()),
                        "Give --target or --templates.", "--target"));
     args.set("target", *added);
@@ -817,7 +818,7 @@ struct ServeSettings {
                               ? std::optional<double>()
                               : text::read_real(std::string_view(word).substr(equals + 1));
       if (!number)
-        return error(ErrorCode::usage, text::quote(word) + " is no limit",
+        return error(ErrorCode::usage, text::quote(word) + " is not a limit",
                      "Write --limit seconds=60.");
       bounds.set(word.substr(0, equals), *number);
     }
@@ -826,7 +827,7 @@ struct ServeSettings {
   }
 };
 
-/// Where a browser finds the page of a server: the first address that is no file.
+/// Where a browser finds the page of a server: the first address that is not a file.
 std::string page_address(const Map& server, bool tls_everywhere) {
   const bool has_tls = *server.find("has_tls")->as_bool();
   for (const Value& a : *server.find("addresses")->as_list()) {
@@ -938,7 +939,7 @@ void ask_for_trust(Program& p, const Voice& voice, LineEditor& editor) {
         if (const auto done = p.app->kept_solvers->trust(e.solver.text, true); !done.ok())
           (void)voice.fail(done.error());
       } else if (!voice.quiet()) {
-        voice.line("It is not run. provider.trust lets it run later.");
+        voice.line("It is not run. Allow it later with provider.trust.");
       }
       break;
     }
@@ -1094,13 +1095,13 @@ Result<std::string> token_from(const std::string& file) {
   struct stat about {};
   if (::stat(file.c_str(), &about) != 0)
     return no(std::string("cannot be read: ") + std::strerror(errno), "Check its name.");
-  if (!S_ISREG(about.st_mode)) return no("is no file", "Check its name.");
+  if (!S_ISREG(about.st_mode)) return no("is not a file", "Check its name.");
   if ((about.st_mode & 077U) != 0) return no("can be read by others", "chmod 600 " + file);
   std::ifstream in(file);
   std::string token;
   std::getline(in, token);
   token = std::string(text::trim(token));
-  if (token.empty()) return no("is empty", "Write the token into it that server.grant gave.");
+  if (token.empty()) return no("is empty", "Write the token from server.grant into it.");
   return token;
 }
 
@@ -1375,7 +1376,7 @@ int usage_fault(const Voice& voice, const CLI::App& cli, const CLI::ParseError& 
     }
   }
   const std::vector<std::string> names = subcommands(cli);
-  std::string hint = "robomosp --help lists what there is.";
+  std::string hint = "robomosp --help lists the subcommands.";
   const auto word = what.rfind(' ');
   if (dynamic_cast<const CLI::ExtrasError*>(&e) && word != std::string::npos)
     if (const std::string near = text::did_you_mean(what.substr(word + 1), names); !near.empty())
@@ -1679,7 +1680,7 @@ int shell_main(int argc, char** argv) {
       return 0;
     }
     return voice.fail(error(ErrorCode::usage, "there is no subcommand " + text::quote(about),
-                            "robomosp --help lists what there is."));
+                            "robomosp --help lists the subcommands."));
   }
   if (run->parsed()) {
     if (sandbox.is_wanted) return run_sandboxed(s, voice, file, run->remaining(), sandbox);

@@ -103,9 +103,9 @@ Result<DynamicsDerivatives> derivatives(const Bound<InverseDynamics>& dynamics,
   // Changes of single joints would open the loops.
   if (is_closed(*dynamics.solver))
     return error(ErrorCode::unsupported,
-                 "derivatives of the torques of closed loops are not computed",
-                 "Take differences of robot.inverse_dynamics with close = true, or derivatives of "
-                 "the accelerations; tree = true gives those of the open tree.",
+                 "derivatives of torques with closed loops are not computed",
+                 "Use differences of robot.inverse_dynamics with close = true, or derivatives of "
+                 "the accelerations; tree = true returns those of the open tree.",
                  robot_of(m));
   std::vector<double> scratch(dynamics.solver->scratch_size());
   DynamicsBatch batch = given;

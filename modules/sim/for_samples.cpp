@@ -41,7 +41,7 @@ Result<void> for_samples(
                            return;
                          }
                        });
-  if (is_stopped) return error(ErrorCode::cancelled, "the batch was stopped");
+  if (is_stopped) return error(ErrorCode::cancelled, "the batch was cancelled");
   if (failed) return std::move(*failed);
   return {};
 }

@@ -268,7 +268,7 @@ class Simulation {
       return error(ErrorCode::invalid_argument,
                    "loop " + text::quote(model().loops[c.worst_loop].name) + " is open by " +
                        text::print_rounded(c.residual, 3) +
-                       " m or rad where the controller is to hold it",
+                       " m or rad at the configuration to hold",
                    "Give joint values that close it, such as those of robot.close.");
     q = std::move(c.q);
     return {};
@@ -372,7 +372,7 @@ class Simulation {
   Result<void> find_way() {
     if (!reference_ || reference_->times().size() < 2)
       return error(ErrorCode::invalid_argument,
-                   "a force over `path` acts, and the robot follows no path",
+                   "a force over `path` is given, but the robot follows no path",
                    "Give a trajectory or a recording as reference, or a force over `time`.");
     const std::span<const double> times = reference_->times();
     std::vector<double> q, qd;
@@ -433,7 +433,7 @@ class Simulation {
 
   Result<RecordingPtr> simulate(Progress& progress) {
     if (run_.is_controlled && (!run_.tau.empty() || run_.recorded_tau))
-      return error(ErrorCode::invalid_argument, "it is given torques and a controller",
+      return error(ErrorCode::invalid_argument, "it has both torques and a controller",
                    "Give one of them.");
     follows_own_base_ =
         run_.base_trajectory.empty() && !run_.base_motion && !placed_.base_trajectory.empty();
@@ -441,7 +441,7 @@ class Simulation {
     if (!way.empty()) {
       if (run_.base_motion)
         return error(ErrorCode::invalid_argument,
-                     "its mounting is given a trajectory and expressions", "Give one of them.");
+                     "its mounting has both a trajectory and expressions", "Give one of them.");
       RMP_TRY_ASSIGN(WorldPath path, path_of(sim_, placed_, way));
       base_.emplace(std::move(path.path), path.world_T_path);
     } else if (run_.base_motion && run_.duration > 0) {
@@ -475,8 +475,8 @@ class Simulation {
     if (const double open = motion.loop_error(std::span(x_).first(motion.positions()));
         open > kOpenLoop)
       return error(ErrorCode::invalid_argument,
-                   "its loops cannot be closed from where it starts; " +
-                       text::print_rounded(open, 3) + " m or rad stay open",
+                   "its loops cannot be closed from its initial configuration; " +
+                       text::print_rounded(open, 3) + " m or rad remain open",
                    "Start from a configuration that closes them.");
     RMP_TRY(check_start(motion));
     MotionTable table(motion);
@@ -601,7 +601,7 @@ class Simulation {
       const double t = k == first ? start_ : static_cast<double>(k) * period,
                    end = k + 1 == ticks ? duration_ : static_cast<double>(k + 1) * period;
       if (progress.cancelled())
-        return error(ErrorCode::cancelled, "the simulation was stopped", {},
+        return error(ErrorCode::cancelled, "the simulation was cancelled", {},
                      "t = " + text::print_rounded(t) + " s");
       RMP_TRY(reference_->at(t, want));
       ControlInput in;
@@ -677,7 +677,7 @@ class Simulation {
       if (note) out.notes.push_back(*note);
     }
     if (!accelerated_by_.empty())
-      out.notes.push_back("accelerations by " + accelerated_by_ + ", as it has " +
+      out.notes.push_back("accelerations by " + accelerated_by_ + ", since it has " +
                           std::to_string(model().dof()) + " velocities, " +
                           std::to_string(kLongChain) +
                           " or more, and no solver is chosen (forward_dynamics of the robot)");
@@ -697,8 +697,8 @@ class Simulation {
     if (model().dof() >= kLongChain && mean < 0.5 * run_.step)
       out.notes.push_back(
           "its steps were " + text::print_rounded(1e3 * mean, 3) +
-          " ms on average: the longer a chain is, the more steps a tolerance takes; looser ones "
-          "(relative_tolerance, absolute_tolerance) take fewer as long as the motion is not stiff");
+          " ms on average: longer chains need more steps for the same tolerance; looser tolerances "
+          "(relative_tolerance, absolute_tolerance) need fewer unless the motion is stiff");
     return std::make_shared<const Recording>(std::move(out));
   }
 

@@ -48,7 +48,7 @@ Result<void> check_fits(std::size_t was, std::size_t is) {
   return error(ErrorCode::conflict,
                "it has " + std::to_string(is) + " joint values now and had " + std::to_string(was) +
                    " before, so its state does not fit",
-               "Begin again from the start: run.reset.");
+               "Restart it: run.reset.");
 }
 
 Error over_before(std::optional<double> end, double from) {
@@ -56,7 +56,7 @@ Error over_before(std::optional<double> end, double from) {
                "it is over " +
                    (end ? "at " + at_time(*end) + " now, before " : std::string("now before ")) +
                    at_time(from) + ", where it should continue",
-               "Go back (run.seek) and refresh it there, or begin again: run.reset.");
+               "Go back (run.seek) and refresh it there, or restart it: run.reset.");
 }
 
 Result<void> hand_on(const Recording& table, double from, RowSink& sink) {
@@ -152,7 +152,7 @@ Result<void> LiveRun::rest(const Recording& table, std::size_t notes_before,
   changed_.notify_all();
   changed_.wait(lock, stop, [this, seen = wish_] { return wish_ != seen && is_wanted(); });
   is_resting_ = false;
-  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was stopped");
+  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was cancelled");
   return {};
 }
 
@@ -171,7 +171,7 @@ Result<void> LiveRun::wait_behind_row(std::unique_lock<std::mutex>& lock,
     }
   }
   is_resting_ = false;
-  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was stopped");
+  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was cancelled");
   return {};
 }
 
@@ -221,10 +221,10 @@ void LiveRun::match_columns(const Recording& table, std::size_t row) {
   if (!added.empty()) restart(0);  // rows of before have values of these, too
   if (!added.empty())
     old_notes_.push_back("new from " + at_time(head_time()) +
-                         " on, before it as at first: " + text::enumerate(added));
+                         " on, unchanged before it: " + text::enumerate(added));
   if (!gone.empty())
     old_notes_.push_back("ended at " + at_time(head_time()) +
-                         ", behind it as at last: " + text::enumerate(gone));
+                         ", unchanged after it: " + text::enumerate(gone));
 }
 
 void LiveRun::take_notes(const Recording& table, std::size_t before) {
@@ -317,7 +317,7 @@ Result<void> LiveRun::await(std::unique_lock<std::mutex>& lock, Progress& progre
     progress.report(fraction_, what_);
     if (!progress.cancelled()) continue;
     stand(place().time);
-    return error(ErrorCode::cancelled, "the wait for the simulation was given up; it is paused");
+    return error(ErrorCode::cancelled, "waiting for the simulation was cancelled; it is paused");
   }
   return {};
 }
@@ -395,19 +395,19 @@ Result<void> LiveRun::admit(const std::stop_token& stop) {
   admission_ = Admission::asked;
   changed_.notify_all();
   changed_.wait(lock, stop, [this] { return admission_ == Admission::given; });
-  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was stopped");
+  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was cancelled");
   return {};
 }
 
 Error LiveRun::moved() const {
   return error(ErrorCode::conflict, "another command moved the run meanwhile",
-               "run.state gives what it shows.");
+               "run.state returns its present state.");
 }
 
 Error LiveRun::missing() const {
   if (failure_) return *failure_;
-  return error(ErrorCode::conflict, "the run was stopped at " + at_time(head_time()),
-               "run.refresh continues it, run.reset starts it again.");
+  return error(ErrorCode::conflict, "the run was cancelled at " + at_time(head_time()),
+               "run.refresh continues it, run.reset restarts it.");
 }
 
 Result<void> LiveRun::start(Source source, Progress& progress) {
@@ -451,7 +451,8 @@ Result<void> LiveRun::refresh(Source source, Progress& progress) {
     note_counts_.resize(rows);
     restart(rows);
     if (table_.notes.size() > note_counts_.back()) table_.notes.resize(note_counts_.back());
-    table_.notes.push_back("went on at " + at_time(head_time()) + " with the world as it was then");
+    table_.notes.push_back("continued at " + at_time(head_time()) +
+                           " with the world as it was then");
     old_notes_ = table_.notes;
     stand(head_time());
     is_first_ = true;

@@ -315,7 +315,7 @@ Result<std::vector<double>> free_goals(RobotSpace& space, const std::vector<doub
 Result<void> check_plan(const Plan& plan, const PlanProblem& p, const std::string& provider) {
   const std::size_t n = p.dof;
   if (plan.points.size() < n || plan.points.size() % n != 0 || !all_finite(plan.points))
-    return broken(provider, "returned a path that is not a row of joint vectors");
+    return broken(provider, "returned a path that is not a sequence of joint vectors");
   if (!std::equal(p.start.begin(), p.start.end(), plan.points.begin()) ||
       plan.goal >= p.goals.size() / n ||
       !std::equal(plan.points.end() - static_cast<std::ptrdiff_t>(n), plan.points.end(),
@@ -417,7 +417,7 @@ Result<void> run_along(const Registry& registry, const CollisionRobot& robot, co
     return {};
   }
   return error(ErrorCode::unreachable, "a path was found, but it is too narrow for a smooth motion",
-               "Give a greater clearance or a shorter sample time.");
+               "Give a larger clearance or a shorter sample time.");
 }
 
 /// A way that is free for certain. Planners ask for samples of motions; a way that is not free
@@ -507,7 +507,7 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
                  find_way(registry, where, task, space, p, left, out, progress));
   out.found = path_length(p, found);
   if (!(out.found > 0))
-    return error(ErrorCode::invalid_argument, "the start is the goal already",
+    return error(ErrorCode::invalid_argument, "the start is already the goal",
                  "Choose another goal.", where);
   {
     const Stopwatch watch(work.shortcut_seconds);
@@ -522,9 +522,10 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
   }
   out.length = path_length(p, out.waypoints);
   if (work.shortcuts < task.tries && left() <= 0 && out.waypoints.size() > 2 * dof)
-    out.notes.push_back("The time given ended after " + std::to_string(work.shortcuts) + " of " +
-                        std::to_string(task.tries) +
-                        " shortcuts: give more seconds for a shorter path that the seed repeats.");
+    out.notes.push_back(
+        "The time limit was reached after " + std::to_string(work.shortcuts) + " of " +
+        std::to_string(task.tries) +
+        " shortcuts: give more seconds for a shorter path that is reproducible from the seed.");
   if (task.is_timed) {
     const Stopwatch watch(work.timing_seconds);
     RMP_TRY(run_along(registry, robot, task, p, space, out, progress).in(where));

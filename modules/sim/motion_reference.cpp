@@ -52,7 +52,7 @@ Result<TimedRows> timed_rows(const Recording& recording, const std::string& stem
                  "Give another recording.");
   rows.times = time->values;
   if (!std::is_sorted(rows.times.begin(), rows.times.end()))
-    return error(ErrorCode::invalid_argument, "the times of the recording do not rise",
+    return error(ErrorCode::invalid_argument, "the times of the recording do not increase",
                  "Give another recording.");
   rows.values.resize(rows.times.size() * width);
   for (std::size_t k = 0; k < width; ++k) {

@@ -213,7 +213,7 @@ Result<void> MotionTable::add_error_columns(Recording& out,
     }
     tip_error.push_back(spatial::distance(want.tip.p, is));
   }
-  add_entries(out, "error", "what is missing to the reference", "rad", "m", errors);
+  add_entries(out, "error", "difference to the reference", "rad", "m", errors);
   if (!model_.tips.empty())
     out.columns.push_back(
         {"tip_error", "m", "distance of the tool from its reference", std::move(tip_error)});
@@ -226,7 +226,7 @@ void MotionTable::add_friction_notes(const MechanismMotion& motion,
   using Kind = MotionEvent::Kind;
   for (std::size_t j = 0; j < model_.joints.size(); ++j)
     for (const auto& [kind, words] :
-         {std::pair{Kind::sticks, " came to rest at "}, {Kind::slides, " went on at "}}) {
+         {std::pair{Kind::sticks, " came to rest at "}, {Kind::slides, " moved again at "}}) {
       std::string when;
       std::size_t count = 0;
       for (const MotionEvent& e : motion.happened()) {

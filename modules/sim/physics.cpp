@@ -62,7 +62,7 @@ Result<void> PhysicsSimulation::go(Progress& progress) {
     if (tick % 64 == 0) {
       progress.report(t / duration_, "contact physics");
       if (progress.cancelled())
-        return error(ErrorCode::cancelled, "the simulation was stopped", {},
+        return error(ErrorCode::cancelled, "the simulation was cancelled", {},
                      "t = " + text::print_rounded(t) + " s");
     }
     for (; next_event < events_.size() && events_[next_event].tick <= tick; ++next_event)
@@ -142,7 +142,7 @@ Result<void> PhysicsSimulation::act(const Event& event) {
       const Pose at = poses_[index(carried_[i].object)];
       RMP_TRY(move_body(*world_, provider_, carried_[i].object, at, at, run_.step));
       out_.notes.push_back(text::quote(things_[index(carried_[i].object)].name) +
-                           " was let go at " + text::print_rounded(event.time) +
+                           " was released at " + text::print_rounded(event.time) +
                            " s and stays there: it has no mass or is fixed");
       carried_.erase(carried_.begin() + static_cast<std::ptrdiff_t>(i));
       ++count;
@@ -177,7 +177,7 @@ Result<void> PhysicsSimulation::act(const Event& event) {
     return error(
         ErrorCode::invalid_argument,
         "the tool of robot " + text::quote(a.placed->name) + " touches no object that can move",
-        "Move it against the object (0.2 mm into it, say), or name the object.");
+        "Move it against the object (for example 0.2 mm into it), or name the object.");
   for (const std::int32_t body : touched) {
     RMP_TRY(hold(who, link, body));
     out_.notes.push_back(text::quote(a.placed->name) + " grasped " +

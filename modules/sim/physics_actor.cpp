@@ -45,7 +45,7 @@ Result<std::vector<double>> RobotPath::closed(const std::vector<double>& from,
   if (c.is_closed) return std::move(c.q);
   return error(ErrorCode::invalid_argument,
                "its loops cannot be closed there: " + text::print_rounded(c.residual, 3) +
-                   " m or rad stay open in loop " + text::quote(model_->loops[c.worst_loop].name),
+                   " m or rad remain open in loop " + text::quote(model_->loops[c.worst_loop].name),
                "Give values of the joints with motors that the others can follow.");
 }
 
@@ -155,12 +155,12 @@ Result<std::size_t> PhysicsActor::grip_of(const std::string& name, double force,
                                     : "Grip with a joint that has a motor.");
       if (force == 0 || !std::isfinite(force) || std::fabs(force) > m.max_force)
         return error(ErrorCode::invalid_argument,
-                     "a force of " + text::print_rounded(force) + " is not what joint " +
-                         text::quote(name) + " can grip with",
+                     "a force of " + text::print_rounded(force) +
+                         " is not a valid grip force of joint " + text::quote(name),
                      std::isfinite(m.max_force)
                          ? "Give a force up to " + text::print_rounded(m.max_force) +
-                               ", positive where its value grows."
-                         : "Give a force [N or N m], positive where its value grows.");
+                               ", positive if it increases the joint value."
+                         : "Give a force [N or N m], positive if it increases the joint value.");
       const bool slides = m.type == JointType::prismatic;
       if (speed == 0)
         speed = std::isfinite(m.max_velocity) ? m.max_velocity : slides ? kGripSpeed : kGripTurn;
@@ -352,8 +352,8 @@ Result<void> PhysicsActor::control(double t, double step, MotionReference::Sampl
       if (const double x = tau[index(m.v_index) + static_cast<std::size_t>(k)];
           std::fabs(x) > kMostTorque)
         return error(ErrorCode::invalid_argument,
-                     "controller " + text::quote(controller.provider) + " asks joint " +
-                         text::quote(m.name) + " for " + text::print_rounded(x) +
+                     "controller " + text::quote(controller.provider) + " requests for joint " +
+                         text::quote(m.name) + " a force of " + text::print_rounded(x) +
                          ": the motion has become unstable",
                      "Lower the gains or shorten the step.", "robot " + text::quote(placed->name));
   }

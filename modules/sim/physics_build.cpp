@@ -49,7 +49,7 @@ bool make_inert(MassProperties& m) {
 Result<void> check_surface(double friction, double restitution) {
   if (friction >= 0 && std::isfinite(friction) && restitution >= 0 && restitution <= 1) return {};
   return error(ErrorCode::invalid_argument, "its friction or restitution is out of range",
-               "Friction is at least 0, restitution from 0 to 1.");
+               "Friction must be at least 0, restitution from 0 to 1.");
 }
 
 }  // namespace

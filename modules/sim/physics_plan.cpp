@@ -72,7 +72,7 @@ Result<double> PhysicsSimulation::plan_one(const PhysicsAction& action, std::siz
       if (!things_[what].is_movable)
         return error(ErrorCode::invalid_argument,
                      text::quote(action.object) + " cannot move: it is fixed or has no mass",
-                     "Give its solids a material, or take it off the fixed objects.");
+                     "Give its solids a material, or remove it from the fixed objects.");
     }
     if (action.kind == Kind::grasp) RMP_TRY(tip_of(a, action.tool));
     const auto tick = static_cast<std::int64_t>(std::ceil(begin / run_.step - 1e-9));
@@ -86,14 +86,14 @@ Result<double> PhysicsSimulation::plan_one(const PhysicsAction& action, std::siz
                  "it begins at " + text::print_rounded(begin) + " s, before robot " +
                      text::quote(robot) + " has ended its move at " +
                      text::print_rounded(a.path->end()) + " s",
-                 "Begin later, or leave the time out.");
+                 "Start later, or leave the time out.");
   return plan_move(a, action, begin, progress);
 }
 
 Error PhysicsSimulation::is_limp(const std::string& robot) {
   return error(ErrorCode::invalid_argument,
-               "robot " + text::quote(robot) + " is limp, so it does not follow a motion",
-               "Let it be moved or controlled.");
+               "robot " + text::quote(robot) + " is not driven, so it cannot follow a motion",
+               "Make it moved or controlled.");
 }
 
 Result<double> PhysicsSimulation::plan_move(Actor& a, const PhysicsAction& action, double begin,
@@ -149,7 +149,7 @@ Result<double> PhysicsSimulation::plan_move(Actor& a, const PhysicsAction& actio
   if (jump > kJump)
     return error(ErrorCode::invalid_argument,
                  "the motion begins " + text::print_rounded(jump, 3) +
-                     " rad or m away from where the robot is then",
+                     " rad or m away from the robot's configuration at that time",
                  "Move there first, or place the robot there.");
   RMP_TRY(a.path->add(begin, std::move(motion)));
   return a.path->end() + action.duration;

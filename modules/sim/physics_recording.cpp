@@ -35,9 +35,9 @@ std::size_t PhysicsSimulation::add_column(std::string name, std::string unit, st
 
 void PhysicsSimulation::note_differences() {
   if (!inert_.empty())
-    out_.notes.push_back(text::enumerate(inert_) + (inert_.size() == 1 ? " has" : " have") +
-                         " no mass or no inertia about some axis and got the least that the "
-                         "engine takes");
+    out_.notes.push_back(
+        text::enumerate(inert_) + (inert_.size() == 1 ? " has" : " have") +
+        " no mass or no inertia about some axis and got the smallest values allowed by the engine");
   if (!untouched_.empty())
     out_.notes.push_back(text::enumerate(untouched_) + (untouched_.size() == 1 ? " has" : " have") +
                          " no designed parts and touch" + (untouched_.size() == 1 ? "es" : "") +
@@ -50,10 +50,10 @@ void PhysicsSimulation::note_differences() {
     ellipsoids += static_cast<std::size_t>(std::count_if(
         body.begin(), body.end(), [](const ShapePiece& p) { return p.ellipsoid.has_value(); }));
   if (ellipsoids > 0)
-    out_.notes.push_back(
-        (ellipsoids == 1 ? "1 ellipsoid meets others as a polyhedron"
-                         : std::to_string(ellipsoids) + " ellipsoids meet others as polyhedra") +
-        std::string(" of 482 corners, within 0.5 % of its greatest half axis"));
+    out_.notes.push_back((ellipsoids == 1
+                              ? "1 ellipsoid collides as a polyhedron"
+                              : std::to_string(ellipsoids) + " ellipsoids collide as polyhedra") +
+                         std::string(" with 482 corners, within 0.5 % of its largest half axis"));
   note_meshes();
 }
 
@@ -76,12 +76,12 @@ void PhysicsSimulation::note_meshes() {
   };
   if (!round.empty())
     out_.notes.push_back("the imported mesh of " + named(round) +
-                         " touches others as the surface of revolution that its corners lie on");
+                         " collides as the surface of revolution through its corners");
   if (!polygons.empty())
-    out_.notes.push_back("the imported mesh of " + named(polygons) +
-                         " rolls as the polygon that it is, of " + std::to_string(fewest) +
-                         " sides; with " + std::to_string(evaluation::kFewestRoundSides) +
-                         " or more, about evenly spaced, a mesh counts as round");
+    out_.notes.push_back("the imported mesh of " + named(polygons) + " rolls as a polygon with " +
+                         std::to_string(fewest) + " sides; with " +
+                         std::to_string(evaluation::kFewestRoundSides) +
+                         " or more, about evenly spaced, a mesh is treated as round");
 }
 
 void PhysicsSimulation::note_overlaps() {
@@ -99,7 +99,7 @@ void PhysicsSimulation::note_overlaps() {
     if (++told > kMostPairs) break;
     out_.notes.push_back(body_name(index(pair.first)) + " and " + body_name(index(pair.second)) +
                          " overlap by " + text::print_rounded(1e3 * depth, 3) +
-                         " mm at the start: contact moves them apart, which gives them no speed");
+                         " mm at the start: contact separates them without giving them velocity");
   }
   if (depths.size() > kMostPairs)
     out_.notes.push_back(std::to_string(depths.size() - kMostPairs) +
@@ -145,7 +145,7 @@ void PhysicsSimulation::prepare_columns() {
       add_column(thing.name + "." + part, "", "quaternion of " + thing.name);
     add_column(thing.name + ".contact_force", "N", "size of all contact forces on " + thing.name);
   }
-  add_column("contacts", "", "points of contact");
+  add_column("contacts", "", "number of contact points");
   add_column("contact_force", "N", "sum of the sizes of the contact forces");
 }
 
@@ -179,7 +179,7 @@ Result<void> PhysicsSimulation::sample(double t) {
   const auto put = [&](double x) { out_.columns[c++].values.push_back(x); };
   if (static_cast<double>(out_.rows() + 1) * static_cast<double>(out_.columns.size()) >
       kMostNumbers)
-    return error(ErrorCode::invalid_argument, "the recording becomes too long",
+    return error(ErrorCode::invalid_argument, "the recording would be too long",
                  "Give a longer sample_time.");
   put(t);
   for (const Actor* a : recorded_) {

@@ -89,21 +89,21 @@ Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progr
   if (!record && r.robot.empty())
     for (const Column& c : r.columns)
       if (c.name.ends_with(".q1"))
-        return error(ErrorCode::invalid_argument, "the recording is of several robots",
-                     "Give robot, the one that is meant, such as " +
+        return error(ErrorCode::invalid_argument, "the recording contains several robots",
+                     "Select one with robot, such as " +
                          text::quote(c.name.substr(0, c.name.size() - 3)) + ".");
   if (!record)
     return error(ErrorCode::stale_handle,
                  r.robot.empty()
-                     ? "the recording is not of a robot"
-                     : "the recording's robot " + text::quote(r.robot) + " is no longer there",
-                 "Quantities of a robot need it; recording.watch works on the columns alone.");
+                     ? "the recording does not belong to a robot"
+                     : "the recording's robot " + text::quote(r.robot) + " no longer exists",
+                 "Quantities of a robot need it; recording.watch needs only the columns.");
   const bool follows = placed && !placed->base_trajectory.empty();
   if (follows || r.base_moves)
     return error(ErrorCode::unsupported,
                  "the base of robot " + text::quote(r.robot) + " moves" +
                      (follows ? " along " + text::quote(placed->base_trajectory) : std::string()) +
-                     ", and quantities of recordings are computed for fixed bases only",
+                     ", but quantities of recordings are computed for fixed bases only",
                  "Its runs record x, y and z of the tool in the world, and torques.");
   Actor a;
   RMP_TRY_ASSIGN(a.model, sim.derived.robot_model(
@@ -270,7 +270,7 @@ Result<ActingLoad> recorded_wrench(const Recording& r, const Actor& a) {
     for (const TipModel& t : m.tips) known.push_back(t.name);
     return error(
         ErrorCode::invalid_argument,
-        "the columns wrench1 to wrench6 do not name the tip at which they act",
+        "the columns wrench1 to wrench6 do not specify the tip at which they act",
         "Give tip_wrench, the recording itself, and tip, one of " + text::enumerate(known) + ".",
         "robot " + text::quote(m.name));
   }
@@ -308,7 +308,7 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a,
   if (const auto missing = missing_motor(*a.model, tau))
     out.notes.push_back("its motors cannot do all of this motion: tau" +
                         std::to_string(missing->entry + 1) +
-                        ", of a joint without motor, is what they lack");
+                        ", of a joint without motor, is the missing torque");
   const auto add = [&](const char* stem, const std::string& doc, const std::vector<double>& rows) {
     for (std::size_t k = 0; k < n; ++k) {
       const std::string number = std::to_string(k + 1);
@@ -321,7 +321,7 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a,
   add("tau", "torque of the motor of joint ", tau);
   if (!acting.in_base.empty()) {
     RMP_TRY_ASSIGN(const auto part, motor_torques(out, sim, a, kExternalTerm, progress, acting));
-    add("tau_external", "part of the torque that the force at the tip takes, joint ", part);
+    add("tau_external", "part of the torque due to the force at the tip, joint ", part);
   }
   mark_limits(out, *a.model);
   return {};
@@ -330,15 +330,15 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a,
 /// Columns axis_<name> of the maker's axes.
 Result<void> add_axes(Recording& out, const Actor& a) {
   if (!a.axes.known())
-    return error(ErrorCode::unsupported, "the maker's axes of the robot are not known",
-                 "robot.set_axes gives it names, signs and offsets of its axes.");
+    return error(ErrorCode::unsupported, "the maker's axes of the robot are unknown",
+                 "Set their names, signs and offsets with robot.set_axes.");
   std::vector<const Column*> joints;
   for (std::size_t k = 0; k < a.model->coordinate_count(); ++k) {
     joints.push_back(out.find("q" + std::to_string(k + 1)));
     if (!joints.back())
       return error(ErrorCode::invalid_argument,
                    "the recording has no column q" + std::to_string(k + 1),
-                   "Its robot has been changed since; make it again.");
+                   "Its robot has changed since then; record it again.");
   }
   std::vector<Column> made;
   for (const PostAxis& axis : a.axes.axes()) {
@@ -413,9 +413,8 @@ Result<void> check_place(const Recording& r, const ToolTable& tool) {
     if (off <= kSamePlace) continue;
     return error(ErrorCode::conflict,
                  "in row " + std::to_string(i + 1) + " the recorded tool is " +
-                     text::print_rounded(off, 3) + " m from where its joints put it",
-                 "The robot was changed or moved since, or its mounting moves; make the recording "
-                 "again.");
+                     text::print_rounded(off, 3) + " m from the position given by its joints",
+                 "The robot has been changed or moved, or its mounting moves; record it again.");
   }
   return {};
 }
@@ -470,7 +469,7 @@ Result<void> add_force(Recording& out, const Simulator& sim, const Actor& a, con
   const std::size_t n = a.model->dof();
   if (!a.model->loops.empty())
     return error(ErrorCode::unsupported, "the force at the tool of closed loops is not computed",
-                 "Ask for other quantities.");
+                 "Request other quantities.");
   RMP_TRY_ASSIGN(const auto tau, table(out, "tau", n));
   RMP_TRY_ASSIGN(
       auto missing,
@@ -523,12 +522,12 @@ Result<void> add_manipulability(Recording& out, const Actor& a, const ToolTable&
 
 /// 0 in the middle between two limits, 1 at either, more beyond.
 Result<void> add_limit_columns(Recording& out) {
-  Column all{"limits_used", "", "greatest share of a limit that is used, 1 = at it",
+  Column all{"limits_used", "", "greatest fraction of a limit in use, 1 = at the limit",
              std::vector<double>(out.rows())};
   std::vector<Column> shares;
   for (const Column& c : out.columns) {
     if (!std::isfinite(c.lower) || !std::isfinite(c.upper) || !(c.upper > c.lower)) continue;
-    Column share{"used_" + c.name, "", "share of its limits that " + c.name + " uses", {}};
+    Column share{"used_" + c.name, "", "fraction of its limits that " + c.name + " uses", {}};
     const double middle = (c.lower + c.upper) / 2, half = (c.upper - c.lower) / 2;
     for (std::size_t i = 0; i < out.rows(); ++i) {
       share.values.push_back(std::fabs(c.values[i] - middle) / half);
@@ -538,7 +537,7 @@ Result<void> add_limit_columns(Recording& out) {
   }
   if (shares.empty())
     return error(ErrorCode::invalid_argument, "no column of the recording has limits",
-                 "Give the robot's joints limits and make the recording again.");
+                 "Give the robot's joints limits and record it again.");
   for (Column& c : shares) put_column(out, std::move(c));
   put_column(out, std::move(all));
   return {};
@@ -590,8 +589,8 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
                                      const std::optional<TipLoad>& load) {
   if (load && std::find(quantities.begin(), quantities.end(), "torque") == quantities.end())
     return error(ErrorCode::invalid_argument,
-                 "a force at a tip is given, and no torques are to be computed that count it",
-                 "Ask for the quantity torque, or leave the force out.");
+                 "a force at a tip is given, but no requested quantity uses it",
+                 "Request the quantity torque, or leave the force out.");
   Recording out = recording;
   std::optional<Actor> actor;
   std::optional<ToolTable> tool;
@@ -613,7 +612,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
     if (what == "clearance") {
       if (!sim.snapshot.get(out.world))
         return error(ErrorCode::unsupported,
-                     "the recording belongs to no world, so nothing is around its robot",
+                     "the recording does not belong to a world, so its robot has no surroundings",
                      "Put the robot into a world and use world.simulate_dynamics.");
       RMP_TRY_ASSIGN(const auto more, with_clearance(sim, out, progress));
       out = *more;
@@ -665,8 +664,8 @@ Result<RecordingPtr> with_quantities_of(const Simulator& sim, const Recording& r
   if (robot.empty() || robot == recording.robot)
     return with_quantities(sim, recording, quantities, progress, load);
   if (std::find(quantities.begin(), quantities.end(), "clearance") != quantities.end())
-    return error(ErrorCode::invalid_argument, "the clearance is of all robots together",
-                 "Ask for it without a robot.");
+    return error(ErrorCode::invalid_argument, "the clearance is that of all robots together",
+                 "Request it without a robot.");
   const std::string prefix = robot + ".";
   Recording own;
   own.world = recording.world;

@@ -87,7 +87,7 @@ Result<RecordingPtr> with_watch(const Recording& recording, const std::string& n
                    "Its unit is " + text::quote(units::si_name(dimension)) + ".", "unit");
     if (wanted.factor != 1)
       return error(
-          ErrorCode::invalid_argument, "columns are in SI, not in " + text::quote(unit),
+          ErrorCode::invalid_argument, "columns are in SI units, not in " + text::quote(unit),
           "Give " + text::quote(units::si_name(wanted.dimension)) + ", or leave the unit out.",
           "unit");
   }

@@ -243,7 +243,7 @@ class PieceRetimer {
       if (out.timing.time.size() != out.s.size() || out.timing.rate.size() != out.s.size() ||
           !(out.timing.time.back() > 0) || !std::isfinite(out.timing.time.back()))
         return error(ErrorCode::plugin_failed,
-                     "provider \"" + provider + "\" gave times that do not fit the path",
+                     "provider \"" + provider + "\" returned times that do not fit the path",
                      "Report it to the provider's author or choose another provider.");
       RMP_TRY_ASSIGN(const std::vector<double> slower, beyond(path, out, progress));
       const double most = *std::max_element(slower.begin(), slower.end());
@@ -450,7 +450,7 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
                   [](const JointModel& joint) { return std::isfinite(joint.max_jerk); }))
     out.notes.push_back(
         "The jerk is not limited: at the limits the acceleration changes in steps. A joint segment "
-        "time_optimal keeps jerk limits.");
+        "time_optimal respects jerk limits.");
   out.position_error.assign(out.times.size(), 0.0);
   out.rotation_error.assign(out.times.size(), 0.0);
   return out;

@@ -189,8 +189,8 @@ class Builder {
       if (q.size() != dof_)
         return error(ErrorCode::invalid_argument,
                      "joint vector " + std::to_string(k + 1) + " has " + std::to_string(q.size()) +
-                         " values, the robot " + std::to_string(dof_) + " joints",
-                     "Give one value a joint.", here);
+                         " values, but the robot has " + std::to_string(dof_) + " joints",
+                     "Give one value per joint.", here);
       // The first may be where the joints are already.
       if (k == 0 && is_way && distance(at_, q) < kSameConfiguration) continue;
       if (k == 0 && is_first && is_way) {
@@ -219,7 +219,7 @@ class Builder {
     }
     if (record.joints.empty() && record.points.empty())
       return error(ErrorCode::invalid_argument, "it has neither joint vectors nor points",
-                   "Give joints or points to go to.", here);
+                   "Give joints or points.", here);
     if (!is_joint_moving_ && !has_own_rates(*params.shape)) {
       drop_repeated(points);
       if (points.size() < 2 * dof_) return stand(*params.shape);
@@ -326,7 +326,7 @@ class Builder {
     }
     if (lacking.empty()) return;
     out_.notes.push_back("The robot lacks limits: " + text::enumerate(lacking) +
-                         ". Moves of the joints go as if it had " + text::enumerate(instead) + ".");
+                         ". Joint moves use these defaults: " + text::enumerate(instead) + ".");
   }
 
   /// Goes to where the trajectory goes on; these rows are known from its own.
@@ -347,8 +347,8 @@ class Builder {
     }
     RMP_TRY(approach(q));
     out_.notes.push_back("An approach of " + text::print_rounded(begin_) +
-                         " s was put before segment 1, which begins elsewhere than the joints are; "
-                         "start = \"path\" begins there.");
+                         " s was inserted before segment 1, which does not start at the robot's "
+                         "configuration; start = \"path\" starts there.");
     return {};
   }
 
@@ -383,12 +383,12 @@ class Builder {
     if (is_joint_moving_)
       return error(ErrorCode::invalid_argument,
                    "the joint segment that ends at t = " + text::print_rounded(begin_) +
-                       " s ends in motion, and a path in space follows",
-                   "Let it end at rest, or put a joint segment between.", task_.where);
+                       " s ends in motion, but a path in space follows",
+                   "Make it end at rest, or insert a joint segment.", task_.where);
     RMP_TRY_ASSIGN(const auto path, motion::Path::build(registry_, task_.name, part, task_.stored));
     for (const std::string& note : path->notes())
       out_.notes.push_back(begin_ > 0 ? "In the path from t = " + text::print_rounded(begin_) +
-                                            " s on, whose time the note counts: " + note
+                                            " s on, with times counted from there: " + note
                                       : note);
     double at = 0;
     PathSample first;
@@ -399,11 +399,11 @@ class Builder {
       if (task_.base)
         return error(ErrorCode::unsupported,
                      "at t = " + text::print_rounded(begin_) +
-                         " s the path does not begin where the joints are, and the base moves "
-                         "while they would go there",
-                     "Let the segments meet.", task_.where);
-      out_.notes.push_back("A move of the joints was put in at t = " + text::print_rounded(begin_) +
-                           " s: the path does not begin where they are.");
+                         " s the path does not start at the present joint values, and the base "
+                         "moves during the approach",
+                     "Make the segments meet.", task_.where);
+      out_.notes.push_back("A joint move was inserted at t = " + text::print_rounded(begin_) +
+                           " s: the path does not start at the present joint values.");
       RMP_TRY(approach(q0));
     }
     if (!(path->duration() > 0)) {  // it stays where it begins
@@ -496,13 +496,13 @@ class Builder {
     for (const BranchChange& c : branch_changes(BranchNames(ik_, 0), q, kMost + 1)) {
       told.insert(c.at);
       const std::string jumps = jump(c.at);
-      notes.push_back(when(c.at) + " the arm goes over from the branch " + text::quote(c.from) +
+      notes.push_back(when(c.at) + " the arm changes from the branch " + text::quote(c.from) +
                       " to " + text::quote(c.to) +
                       (jumps.empty() ? ", through a singular configuration." : ": " + jumps + "."));
     }
     for (std::size_t i = 1; i < times.size() && notes.size() <= kMost; ++i)
       if (const std::string jumps = told.contains(i) ? std::string() : jump(i); !jumps.empty())
-        notes.push_back(when(i) + " " + jumps + ": the configuration is not followed smoothly.");
+        notes.push_back(when(i) + " " + jumps + ": the configuration is not continuous.");
     if (notes.size() > kMost) {
       notes.resize(kMost);
       notes.emplace_back("The path changes its branch or jumps more often than that.");
@@ -563,8 +563,8 @@ class Builder {
       RMP_TRY_ASSIGN(
           ik_, bind_ik(registry_, task_.model, ik_with_tag(registry_, task_.ik, "objectives")));
       if (ik_.provider != own)
-        out_.notes.push_back("The inverse kinematics are solved by " + text::quote(ik_.provider) +
-                             ", as " + text::quote(own) + " has no use for the objective.");
+        out_.notes.push_back("Inverse kinematics is solved by " + text::quote(ik_.provider) +
+                             ", since " + text::quote(own) + " does not support the objective.");
       found = solve_ik(ik_, batch, progress_);
     }
     RMP_TRY_ASSIGN(const auto results, std::move(found));

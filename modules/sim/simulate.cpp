@@ -88,7 +88,7 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   if (const std::string why = robotics::why_not_single_joints(*setup.model); !why.empty())
     return error(ErrorCode::unsupported, why + ", and cannot follow a trajectory yet",
                  setup.model->loops.empty()
-                     ? "Tasks and world.simulate_dynamics move it by its joint values."
+                     ? "Move it by its joint values with tasks or world.simulate_dynamics."
                      : "robot.close finds its closed configurations.",
                  setup.task.where);
 
@@ -218,7 +218,7 @@ Result<Recording> kinematic_recording(const Run& run, const RunSetup& setup, con
   recording.columns.push_back(
       {"position_error", "m", "distance of the tool from the trajectory", t.position_error});
   recording.columns.push_back(
-      {"rotation_error", "rad", "angle left to the wanted orientation", t.rotation_error});
+      {"rotation_error", "rad", "remaining angle to the desired orientation", t.rotation_error});
   if (!t.approach.empty())
     recording.columns.push_back({recording::kApproachColumn, "",
                                  "1 while the joints approach the trajectory, 0 along it",
@@ -367,7 +367,7 @@ Result<void> add_torques(const Simulator& sim, Recording& recording, const TipLo
        {"tau_inertial", "inertial part of the torque", kInertialTerm},
        {"tau_velocity", "velocity part of the torque", kVelocityTerm},
        {"tau_friction", "friction part of the torque", kFrictionTerm},
-       {"tau_external", "part of the torque that the force at the tip takes", kExternalTerm}}};
+       {"tau_external", "part of the torque due to the force at the tip", kExternalTerm}}};
   RMP_TRY_ASSIGN(const auto starts, friction_of_starts(t, setup.model->dof(), dynamics, progress));
   std::vector<BaseMotion> base;
   if (setup.base)
@@ -422,7 +422,7 @@ Result<RecordingPtr> time_optimal(const Simulator& sim, const Run& run, const Re
     if (bound->uses_time())
       return error(
           ErrorCode::invalid_argument,
-          "a force over time cannot be used: a time-optimal run computes the time at each place",
+          "a force over time cannot be used: a time-optimal run computes the time at each point",
           "Give a constant, or an expression or a recording over `path`.", setup.task.where);
   }
   RMP_TRY_ASSIGN(const RobotMotion slow, kinematics(sim, run, setup, progress));

@@ -96,7 +96,7 @@ Result<void> check_targets(const IkBatch& batch) {
       if (!(std::fabs(x) <= kFarthest))
         return error(ErrorCode::invalid_argument,
                      "a target has the coordinate " + text::print_rounded(x, 3) +
-                         " m, too far for distances to it to be numbers",
+                         " m, too large to compute distances",
                      "Give coordinates within 1e300 m.");
   return {};
 }
@@ -139,7 +139,7 @@ Result<void> check_miss(const Bound<IkSolver>& ik, const IkBatch& batch, double 
   const Spacing left = spacing_of(*ik.model, q);
   if (!(position <= p + left.position) || !(rotation <= w + left.rotation))
     return misses(ik, position, rotation);
-  r.detail = "its joint values are so large that the spacing of numbers leaves " +
+  r.detail = "its joint values are so large that rounding leaves an error of " +
              text::print_rounded(position, 2) + " m and " + text::print_rounded(rotation, 2) +
              " rad";
   return {};
@@ -219,7 +219,7 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
     if (k == 0) {
       if (!std::isfinite(position) || !std::isfinite(rotation))
         return error(ErrorCode::invalid_argument,
-                     "what is left of the target is beyond what numbers hold",
+                     "the remaining error is beyond the range of numbers",
                      "Give joint values, lengths and targets of ordinary size.");
       r.position_error = position;
       r.rotation_error = rotation;
@@ -232,7 +232,7 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
       if (std::fabs(x) >
           allowed(std::max(batch.tolerance.position, batch.tolerance.rotation), size) +
               spacing_of(model, q).position)
-        return broken(ik.provider, "claimed a solution whose loops are open by " +
+        return broken(ik.provider, "claimed a solution with loops open by " +
                                        text::print_rounded(std::fabs(x), 3));
   }
   return {};

@@ -24,7 +24,7 @@ const char* load_unit(std::size_t k) { return k < 3 ? "N" : "N m"; }
 Result<double> checked_force(double value, const std::string& where) {
   if (std::isfinite(value) && std::fabs(value) <= kMostForce) return value;
   return error(ErrorCode::invalid_argument,
-               text::print_rounded(value) + " is not a force or moment that can be computed with",
+               text::print_rounded(value) + " is not a usable force or moment",
                "Give numbers from -1e12 to 1e12.", where);
 }
 
@@ -86,7 +86,7 @@ Result<std::vector<double>> load_column(const Recording& r, const std::string& n
     if (!std::isfinite(out[i]))
       return error(ErrorCode::invalid_argument,
                    "column " + text::quote(name) + " has no number in row " + std::to_string(i + 1),
-                   "recording.part leaves rows out.", where);
+                   "Leave rows out with recording.part.", where);
   return out;
 }
 
@@ -166,8 +166,8 @@ Result<void> BoundTipLoad::read_columns() {
                  "Give another recording.", "tip_wrench");
   if (!std::is_sorted(rows_.times.begin(), rows_.times.end()))
     return error(ErrorCode::invalid_argument,
-                 "its column " + text::quote(key) + " falls from one row to the next",
-                 "Give a recording in which it rises.", "tip_wrench");
+                 "its column " + text::quote(key) + " decreases from one row to the next",
+                 "Give a recording in which it increases.", "tip_wrench");
   rows_.width = 6;
   rows_.values.assign(6 * rows_.times.size(), 0.0);
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -233,8 +233,8 @@ std::optional<std::string> BoundTipLoad::note_on_cover(double from, double to) c
   if (from >= first - near && to <= last + near) return std::nullopt;
   const std::string unit = load_.is_over_path ? " m" : " s";
   return "tip_wrench has rows from " + text::print_rounded(first) + " to " +
-         text::print_rounded(last) + unit + ", and the run goes from " + text::print_rounded(from) +
-         " to " + text::print_rounded(to) + unit + ": beyond its rows the nearest one acts.";
+         text::print_rounded(last) + unit + ", but the run goes from " + text::print_rounded(from) +
+         " to " + text::print_rounded(to) + unit + ": outside its rows the nearest row applies.";
 }
 
 TipWay tip_way(const RobotModel& model, std::int32_t tip, std::span<const double> times,
@@ -307,8 +307,8 @@ Result<ActingLoad> add_load_columns(Recording& out, const TipLoad& given, const 
     }
   }
   for (Column& c : columns) put_column(out, std::move(c));
-  put_column(out,
-             {"path", "m", "way of " + text::quote(tip) + " along the trajectory", way.length});
+  put_column(
+      out, {"path", "m", "distance of " + text::quote(tip) + " along the trajectory", way.length});
   const auto note = given.is_over_path ? load.note_on_cover(0, way.length.back())
                                        : load.note_on_cover(rows.times.front(), rows.times.back());
   if (note) out.notes.push_back(*note);

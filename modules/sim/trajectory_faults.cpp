@@ -111,7 +111,7 @@ Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Record
   constexpr double kTouching = 1e-4;  ///< what comes nearer touches [m]
   RMP_TRY_ASSIGN(const auto model, collision_model(sim, AnyId(recording.world), progress));
   if (!model->shapeless().empty())
-    add_note(check, "Without a shape, and so never in contact: " +
+    add_note(check, "Without a shape and therefore never in contact: " +
                         text::enumerate(model->shapeless()) + ".");
   RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
   RMP_TRY_ASSIGN(const auto contact, model->check_path(q, kTouching, progress));
@@ -287,7 +287,7 @@ Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& s
     first = end;
   }
   out.notes.emplace_back(
-      "Joint limits and contact are checked where the path is reached, not in between.");
+      "Joint limits and contact are checked only at reachable points of the path.");
   return out;
 }
 
@@ -321,9 +321,8 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
   } else {
     const RecordingPtr recording = *motion;
     if (recording->find(recording::kApproachColumn))
-      add_note(
-          out,
-          "The joints are not at the beginning of the trajectory: the approach is checked, too.");
+      add_note(out,
+               "The joints are not at the start of the trajectory: the approach is also checked.");
     out.times = recording->columns.front().values;
     out.states.assign(out.times.size(), PathState::good);
     std::vector<Pose> frames(setup.model->joints.size());

@@ -179,12 +179,12 @@ Recording workspace_recording(const RobotModel& model, const robotics::Workspace
   r.title = model.name + ": workspace";
   r.robot = model.name;
   r.voxel = w.grid.size;
-  r.columns = {new_column("x", "m", "middle of the voxel, mounting frame"),
-               new_column("y", "m", "middle of the voxel, mounting frame"),
-               new_column("z", "m", "middle of the voxel, mounting frame"),
+  r.columns = {new_column("x", "m", "centre of the voxel, mounting frame"),
+               new_column("y", "m", "centre of the voxel, mounting frame"),
+               new_column("z", "m", "centre of the voxel, mounting frame"),
                new_column("samples", "", "sampled configurations whose tip is in the voxel"),
                new_column("surface", "", "1 on the surface of the reached volume, else 0"),
-               new_column("manipulability", "", "greatest of the samples in the voxel"),
+               new_column("manipulability", "", "maximum of the samples in the voxel"),
                new_column("mean_manipulability", "", "mean of the samples in the voxel")};
   for (std::size_t v = 0; v < w.hits.size(); ++v) {
     if (w.hits[v] == 0) continue;
@@ -199,7 +199,8 @@ Recording workspace_recording(const RobotModel& model, const robotics::Workspace
     for (std::size_t c = 0; c < std::size(row); ++c) r.columns[c].values.push_back(row[c]);
   }
   r.notes.push_back(std::to_string(w.counted) + " of " + std::to_string(w.samples) +
-                    " samples counted; voxels of " + text::print_rounded(w.grid.size, 6) + " m.");
+                    " samples were valid; voxels of " + text::print_rounded(w.grid.size, 6) +
+                    " m.");
   return r;
 }
 
@@ -216,10 +217,10 @@ Recording slice_recording(const RobotModel& model, const robotics::SliceOptions&
                                    "joint " + text::quote(j.name)));
   }
   r.columns.push_back(new_column("manipulability", "", "product of the singular values"));
-  r.columns.push_back(new_column("condition", "", "greatest over least singular value"));
-  r.columns.push_back(new_column("least", "", "least singular value"));
-  r.columns.push_back(new_column("collision", "", "1 where the robot touches something, else 0"));
-  r.columns.push_back(new_column("singular", "", "1 beside a singular curve, else 0"));
+  r.columns.push_back(new_column("condition", "", "largest over smallest singular value"));
+  r.columns.push_back(new_column("least", "", "smallest singular value"));
+  r.columns.push_back(new_column("collision", "", "1 if the robot touches something, else 0"));
+  r.columns.push_back(new_column("singular", "", "1 next to a singular curve, else 0"));
   for (std::size_t i = 0; i < s.nodes.size(); ++i) {
     const double row[] = {o.axes[0].at(i % o.axes[0].count),
                           o.axes[1].at(i / o.axes[0].count),

@@ -31,7 +31,7 @@ Result<void> check_joint(const RobotModel& model, std::size_t i, const std::stri
     if (of >= model.joints.size() || model.joints[of].is_coupled() ||
         coordinate_count(model.joints[of].type) != 1 || coordinate_count(m.type) != 1)
       return error(ErrorCode::invalid_argument, "it follows a joint that cannot be followed",
-                   "Let it follow an uncoupled revolute or prismatic joint.", where);
+                   "It can only follow an uncoupled revolute or prismatic joint.", where);
   }
   return {};
 }

@@ -82,7 +82,7 @@ Result<void> check_ik_request(const RobotModel& model, const IkBatch& batch, std
   const std::size_t n = model.coordinate_count(), count = batch.samples();
   if (results != count || (!batch.goals.empty() && batch.targets.size() % batch.goals.size() != 0))
     return bad(std::to_string(results) + " results for " + std::to_string(count) + " targets",
-               "Give one result a target.");
+               "Give one result per target.");
   if (!batch.seeds.empty() && batch.seeds.size() != n && batch.seeds.size() != n * count)
     return bad("the seeds have " + std::to_string(batch.seeds.size()) + " values for " +
                    std::to_string(count) + " targets and " + std::to_string(n) + " joints",
@@ -100,7 +100,7 @@ Result<void> check_ik_request(const RobotModel& model, const IkBatch& batch, std
   if (!batch.arm_angles.empty() && batch.arm_angles.size() != 1 && batch.arm_angles.size() != count)
     return bad(std::to_string(batch.arm_angles.size()) + " arm angles for " +
                    std::to_string(count) + " targets",
-               "Give one for all targets, one a target, or none.");
+               "Give one for all targets, one per target, or none.");
   for (const double a : batch.arm_angles)
     if (!std::isfinite(a)) return bad("an arm angle is not finite", "Correct it.");
   for (std::size_t i = 0; i < batch.targets.size(); ++i)
@@ -122,7 +122,7 @@ Result<std::size_t> whole_pose_tip(const IkBatch& batch) {
     return refused("a closed form has no freedom left for an objective");
   if (batch.goals.empty()) return static_cast<std::size_t>(batch.tip);
   if (batch.goals.size() != 1 || batch.goals[0].parts != kIkPose)
-    return refused("a closed form takes one whole pose, not several goals or parts of one");
+    return refused("a closed form needs one full pose, not several goals or parts of one");
   return static_cast<std::size_t>(batch.goals[0].tip);
 }
 
@@ -147,14 +147,14 @@ void ik_start(const RobotModel& model, const IkBatch& batch, std::size_t sample,
   }
 }
 
-Error ik_stopped() { return error(ErrorCode::cancelled, "the inverse kinematics were stopped"); }
+Error ik_stopped() { return error(ErrorCode::cancelled, "inverse kinematics was cancelled"); }
 Error ik_not_prepared() {
   return error(ErrorCode::invalid_argument, "the solver was not given a robot",
                "Call prepare first.");
 }
 Error ik_unknown_arm(const RobotModel& model, std::size_t tip) {
   return error(ErrorCode::unsupported,
-               "the tip \"" + model.tips[tip].name + "\" is not that of an arm it can solve",
+               "the tip \"" + model.tips[tip].name + "\" does not belong to an arm it can solve",
                "Choose another provider, such as numeric.");
 }
 

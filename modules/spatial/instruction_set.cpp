@@ -47,7 +47,7 @@ std::string instruction_set_complaint() {
   const std::string_view text = limit_text();
   if (text.empty() || instruction_set_named(text)) return {};
   return std::string(kLimitVariable) + " is \"" + std::string(text) +
-         "\", which names no instruction set: the widest of this processor is used. Set it to "
+         "\", which is not an instruction set: the widest of this processor is used. Set it to "
          "baseline, avx2 or avx512, or unset it.";
 }
 

@@ -147,10 +147,10 @@ class FixedStep : public Stepper {
   [[nodiscard]] Error too_long() const {
     return error(ErrorCode::invalid_argument,
                  "the step of " + print_number(h_, 6) +
-                     " s is too long for this motion: two steps of half the length end elsewhere, "
-                     "by more than " +
-                     print_number(100 * kCoarse, 3) + " % of what changes in one",
-                 "Give a shorter step, or choose dormand_prince, which finds its own.",
+                     " s is too long for this motion: two steps of half the length give a "
+                     "different result, by more than " +
+                     print_number(100 * kCoarse, 3) + " % of the change in one step",
+                 "Give a shorter step, or choose dormand_prince, which adapts its step.",
                  at_time(t0_));
   }
   /// How far two steps of half the length end from the last step. The next step begins anew.

@@ -149,7 +149,7 @@ class Samples {
 
 Error piled_up(double t) {
   return error(ErrorCode::invalid_argument, "events follow each other without time between them",
-               "Let what rebounds come to rest, or give it more restitution.", at_time(t));
+               "Let the rebounding body come to rest, or give it more restitution.", at_time(t));
 }
 
 }  // namespace
@@ -157,7 +157,7 @@ Error piled_up(double t) {
 std::string at_time(double t) { return "t = " + number(t) + " s"; }
 Error rate_not_finite(double t) {
   return error(ErrorCode::invalid_argument,
-               "the rate of the state is not finite, so the motion cannot go on",
+               "the rate of the state is not finite, so the motion cannot continue",
                "Check forces, masses and the state at that time.", at_time(t));
 }
 
@@ -177,7 +177,7 @@ Result<void> check_run(const OdeSystem& system, const OdeRun& run) {
   if (run.x0.size() != system.size() || system.positions() > system.size())
     return wrong("the initial state has " + std::to_string(run.x0.size()) +
                      " numbers for a system of " + std::to_string(system.size()),
-                 "Give one number for each of the state.");
+                 "Give one number for each state variable.");
   for (const double v : run.x0)
     if (!std::isfinite(v))
       return wrong("the initial state is not finite", "Check positions and velocities.");
@@ -195,7 +195,7 @@ Result<void> check_run(const OdeSystem& system, const OdeRun& run) {
   for (std::size_t i = 0; i < run.sample_times.size(); ++i)
     if (!(run.sample_times[i] >= run.start && run.sample_times[i] <= run.end) ||
         (i > 0 && run.sample_times[i] < run.sample_times[i - 1]))
-      return wrong("the sample times do not rise from " + number(run.start) + " s to " +
+      return wrong("the sample times do not increase from " + number(run.start) + " s to " +
                        number(run.end) + " s",
                    "Give them in order and within the run.");
   return {};
@@ -218,7 +218,7 @@ Result<OdeStatistics> integrate(Rates& rates, Stepper& stepper, const OdeRun& ru
   for (std::int64_t count = 0; t < run.end; ++count) {
     if (count % kStepsPerCheck == 0) {
       if (progress.cancelled())
-        return error(ErrorCode::cancelled, "the motion was stopped", {}, at_time(t));
+        return error(ErrorCode::cancelled, "the integration was cancelled", {}, at_time(t));
       progress.report((t - run.start) / (run.end - run.start), "motion");
     }
     RMP_TRY(stepper.step(run.end));

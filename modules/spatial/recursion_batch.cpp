@@ -133,7 +133,8 @@ Result<std::size_t> Runner::run(const Chain& chain, Task task, const DynamicsBat
       std::min({spatial::worthwhile_threads(batch.count, cost(m, task)),
                 most_threads(m, task.what, task.lanes), (batch.count + grain - 1) / grain});
   if (threads == 1 && batch.count <= grain) {
-    if (progress.cancelled()) return error(ErrorCode::cancelled, "the dynamics were stopped");
+    if (progress.cancelled())
+      return error(ErrorCode::cancelled, "the dynamics computation was cancelled");
     return of(task).run(m, task, batch.count, 0, batch.count, batch.scratch.data());
   }
   const std::size_t own = scratch_of(m, task.what, task.lanes);
@@ -155,7 +156,7 @@ Result<std::size_t> Runner::run(const Chain& chain, Task task, const DynamicsBat
   };
   if (threads == 1) work(0, batch.count, 0);
   else spatial::in_parallel(batch.count, grain, threads, work);
-  if (stop) return error(ErrorCode::cancelled, "the dynamics were stopped");
+  if (stop) return error(ErrorCode::cancelled, "the dynamics computation was cancelled");
   return first_bad.load();
 }
 

@@ -40,8 +40,8 @@ Result<Quantity> TaskExecutor::member_value(const Expression::Name& name, double
     if (axis != std::string_view::npos)
       return quantity(pose_of(things_[thing->second], t).p[axis], "m");
     return error(ErrorCode::unknown_name,
-                 "an object has no " + text::quote(field) + " that conditions know",
-                 "They know x, y and z of it in the world.");
+                 "an object has no " + text::quote(field) + " for conditions",
+                 "Conditions can use its x, y and z in the world.");
   }
   RMP_TRY_ASSIGN(const std::size_t who, find_member(actor_of_, name.scope, "robot or object"));
   const Actor& a = actors_[who];
@@ -54,10 +54,10 @@ Result<Quantity> TaskExecutor::member_value(const Expression::Name& name, double
   const std::int64_t number =
       field.starts_with("q") ? text::read_int(field.substr(is_rate ? 2 : 1)).value_or(0) : 0;
   if (!can_move(a) || number < 1 || number > static_cast<std::int64_t>(a.start.size()))
-    return error(ErrorCode::unknown_name,
-                 "robot " + text::quote(name.scope) + " has no " + text::quote(field) +
-                     " that conditions know",
-                 "They know q1, qd1, ... of its joints, and x, y and z of its tool in the world.");
+    return error(
+        ErrorCode::unknown_name,
+        "robot " + text::quote(name.scope) + " has no " + text::quote(field) + " for conditions",
+        "Conditions can use q1, qd1, ... of its joints, and x, y and z of its tool in the world.");
   const JointState s = sample(a, t);
   const auto j = static_cast<std::size_t>(number - 1);
   const bool turns = is_rotary(a, j);

@@ -202,7 +202,7 @@ Result<void> TaskExecutor::solve(const Following& f, const Actor& a, std::span<c
                    "robot " + quote(a.placed->name) + " cannot meet " + f.name +
                        " at t = " + text::print_rounded(times[i]) +
                        " s: " + (r.detail.empty() ? "it is out of reach there" : r.detail),
-                   "Begin the move when the frame comes within reach, or let it move more slowly.");
+                   "Start the move when the frame is within reach, or make it move more slowly.");
     }
     out.times.push_back(times[i]);
     out.q.insert(out.q.end(), r.q.begin(),
@@ -229,8 +229,8 @@ Result<void> TaskExecutor::solve(const Following& f, const Actor& a, std::span<c
     return error(ErrorCode::unreachable,
                  "robot " + quote(a.placed->name) + " cannot follow " + f.name +
                      " at t = " + text::print_rounded(out.times[i]) + " s: " + why,
-                 "Begin the move from another configuration, or move the frame into the middle of "
-                 "the joints' ranges.");
+                 "Start the move from another configuration, or move the frame towards the middle "
+                 "of the joint ranges.");
   }
   return {};
 }
@@ -344,7 +344,7 @@ Result<sim::RobotMotion> TaskExecutor::followed(const Following& f, std::size_t 
                      "joint " + quote(joint.name) + " of robot " + quote(a.placed->name) +
                      " would come to " + text::print_rounded(out.q[k]) +
                      ", beyond its limits, on its path to " + f.name,
-                 "Give a longer duration, or begin from elsewhere.");
+                 "Give a longer duration, or start from another configuration.");
   }
   return out;
 }
@@ -394,9 +394,9 @@ Result<double> TaskExecutor::begin_following(Following f, std::size_t who, doubl
   const bool is_together = f.from.carrier == f.to.carrier && f.from.joint == f.to.joint;
   const auto too_fast = [&] {
     return error(ErrorCode::unreachable,
-                 "robot " + quote(a.placed->name) + " does not catch up with " + f.name +
-                     " within its speeds",
-                 "Give a greater speed, or begin where the frame comes towards it.");
+                 "robot " + quote(a.placed->name) + " cannot catch up with " + f.name +
+                     " within its speed limits",
+                 "Give a higher speed, or start where the frame moves towards it.");
   };
   if (f.kind == Following::Kind::straight) {
     if (is_together && spatial::distance(from.p, to.p) < kSamePlace &&
@@ -557,8 +557,8 @@ Result<void> TaskExecutor::refresh_following(double t) {
   }
   return error(
       ErrorCode::conflict,
-      "robots follow parts of each other in a ring at t = " + text::print_rounded(t) + " s",
-      "Let one of them move to a place in the world.");
+      "robots follow parts of each other in a cycle at t = " + text::print_rounded(t) + " s",
+      "Make one of them move to a target in the world.");
 }
 
 Result<std::optional<TaskExecutor::Following>> TaskExecutor::following_of(
@@ -606,9 +606,9 @@ Result<std::optional<TaskExecutor::Following>> TaskExecutor::following_of(
     }
     if (f.goal.size() != a.start.size())
       return error(ErrorCode::invalid_argument,
-                   "it has " + std::to_string(f.goal.size()) + " joint values, and robot " +
+                   "it has " + std::to_string(f.goal.size()) + " joint values, but robot " +
                        quote(a.placed->name) + " has " + std::to_string(a.start.size()),
-                   "Give one value a joint.");
+                   "Give one value per joint.");
   }
   if (a.axes) {
     if (leaves || moves_after(f.to, t))

@@ -36,7 +36,7 @@ template <class Index>
     if (pose.name == name) return pose.q;
   return error(ErrorCode::unknown_name,
                "robot " + text::quote(placed) + " has no pose " + text::quote(name),
-               "robot.set_pose keeps one.");
+               "Define it with robot.set_pose.");
 }
 
 }  // namespace robomosp::task

@@ -90,7 +90,7 @@ Result<void> TaskExecutor::complete(const Actor& a, model::Trajectory& trajector
       return error(ErrorCode::unsupported,
                    "robot " + quote(a.placed->name) + ": " +
                        robotics::why_not_single_joints(*a.model) +
-                       ", and tasks cannot lead its tool to a pose or along a path yet",
+                       ", and tasks cannot move its tool to a pose or along a path yet",
                    "Move it to joint values or to a named pose.");
     for (std::vector<double>& q : s.joints) {
       if (q.size() != motors.size() || q.size() == now.size()) continue;
@@ -120,7 +120,7 @@ Result<void> TaskExecutor::close(const Actor& a, const std::vector<double>& goal
                        text::print_rounded(m.times[i]) + " s after the move began: its loop " +
                        quote(a.model->loops[c.worst_loop].name) + " would open by " +
                        text::print_rounded(c.residual),
-                   "Move its motors less far; joints without a motor are marked passive.");
+                   "Move its motors less; mark joints without a motor as passive.");
     at = c.q;
     std::copy(at.begin(), at.end(), row.begin());
   }
@@ -129,9 +129,9 @@ Result<void> TaskExecutor::close(const Actor& a, const std::vector<double>& goal
     if (goal.size() == n && std::fabs(at[j] - goal[j]) > kSameBranch)
       return error(ErrorCode::unreachable,
                    "joint " + quote(a.axes->joints[j].name) +
-                       ", which has no motor, would come to " + text::print_rounded(at[j]) +
+                       ", which has no motor, would move to " + text::print_rounded(at[j]) +
                        " and not to " + text::print_rounded(goal[j]),
-                   "Give values of the joints with motors alone.");
+                   "Give values only for the joints with motors.");
     std::vector<double> q;
     for (std::size_t i = 0; i < m.times.size(); ++i) q.push_back(m.q[i * n + j]);
     const std::vector<double> qd = sim::rate_of(m.times, q), qdd = sim::rate_of(m.times, qd);
@@ -152,8 +152,8 @@ Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, st
     return error(ErrorCode::unsupported,
                  "robot " + quote(a.placed->name) + " has the " +
                      (several->type == JointType::free ? "free joint " : "ball joint ") +
-                     quote(several->name) + ", and tasks move joints of one coordinate only",
-                 "robot.simulate moves it by forces.");
+                     quote(several->name) + ", but tasks move joints with one coordinate only",
+                 "Use robot.simulate to move it by forces.");
   }
   RMP_TRY_ASSIGN(const Grip tip, this->tip(who, step.link));
   Pose world_T_trajectory;
@@ -212,7 +212,7 @@ Result<double> TaskExecutor::move(const model::TaskStep& step, const std::string
     return error(ErrorCode::conflict,
                  "robot " + quote(robot) +
                      " is still moved by another task at t = " + text::print_rounded(t) + " s",
-                 "Let one wait for a signal of the other.");
+                 "Make one wait for a signal of the other.");
   std::optional<Following> follows;
   if (can_move(a)) {
     RMP_TRY_ASSIGN(follows, following_of(step, who, where, t, progress));

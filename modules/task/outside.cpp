@@ -29,7 +29,7 @@ std::vector<std::pair<std::string, std::vector<double>>> TaskExecutor::joints(do
 std::vector<TaskExecutor::Carried> TaskExecutor::carried() const {
   std::vector<Carried> out;
   for (const Thing& thing : things_) {
-    // What was held from the beginning is no news until it is let go.
+    // What was held from the beginning is no news until it is released.
     if (thing.history.size() == 1) continue;
     const Held& h = thing.history.back();
     Carried c{thing.placed->name, h.from, {}, {}, h.pose};

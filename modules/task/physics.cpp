@@ -54,7 +54,7 @@ Result<void> TaskExecutor::add_physics(const sim::PhysicsRun& wanted, Progress& 
   note_physics(0);
   if (std::none_of(things_.begin(), things_.end(),
                    [&](const Thing& thing) { return physics_->is_movable(place_of(thing)); }))
-    note(0, "no object of the world has a mass and is free: physics moves none");
+    note(0, "no object of the world has a mass and is free, so physics moves nothing");
   // As the engine has it, to the last bit.
   for (Thing& thing : things_)
     if (is_loose(thing)) thing.history.back().pose = physics_->pose(place_of(thing), 0);

@@ -33,9 +33,10 @@ Result<void> ProgramActor::advance(TaskExecutor& executor, double now, Progress&
         continue;
       }
       if (++slices < kMostSlices) continue;
-      return error(
-          ErrorCode::conflict, "it computes without end at t = " + text::print_rounded(now) + " s",
-          "Put a motion or a WAIT into the loop.", "program " + quote(name()) + ", " + where());
+      return error(ErrorCode::conflict,
+                   "it loops endlessly without waiting at t = " + text::print_rounded(now) + " s",
+                   "Add a motion or a WAIT to the loop.",
+                   "program " + quote(name()) + ", " + where());
     }
     if (paused_.empty() || s.state != program::RunState::waiting) break;
     if (is_attended_) {
@@ -103,21 +104,22 @@ ProgramActor::Stuck ProgramActor::stuck() const {
         for (const std::uint32_t s : w.signals)
           what += (what.empty() ? "" : ", ") +
                   std::string(static_cast<const rmp_code_symbol*>(rmp_row(&c.symbols, s))->name);
-        hint = what.empty() ? "Let another process change what the condition looks at, or give "
-                              "the wait a TIMEOUT."
-                            : "Let a task set these signals before.";
+        hint =
+            what.empty()
+                ? "Change the condition's variables in another process, or give the wait a TIMEOUT."
+                : "Make a task set these signals first.";
         what = what.empty() ? " waits for variables" : " waits for " + what;
         break;
       }
       case program::WaitKind::semaphore: {
         const std::string name = machine_.semaphore_of(w.process);
         what = " waits for " + (name.empty() ? "a semaphore" : "the semaphore " + name);
-        hint = "Let another process RELEASE it.";
+        hint = "RELEASE it in another process.";
         break;
       }
       case program::WaitKind::stopped:
         what = " is held by STOP";
-        hint = "Let another process CONTINUE it.";
+        hint = "CONTINUE it in another process.";
         break;
       default: continue;
     }
@@ -130,7 +132,7 @@ ProgramActor::Stuck ProgramActor::stuck() const {
   }
   if (out.waits.empty()) {
     out.waits.push_back("program " + text::quote(name()) + ", " + where() + " waits");
-    out.hints.emplace_back("Let another process or task continue.");
+    out.hints.emplace_back("Make another process or task continue.");
   }
   return out;
 }

@@ -37,7 +37,7 @@ Result<void> ProgramCell::write_signal(const program::Signal& s, SignalValue v) 
     if (v.integer == 0 || before.integer != 0) return {};
     const std::string task = "task " + quote(x_.world_->tasks[use->second.at].name);
     if (x_.start_task(use->second.at)) x_.note(now_, n_.name + " starts " + task);
-    else x_.note(now_, n_.name + " does not start " + task + ", which runs still");
+    else x_.note(now_, n_.name + " does not start " + task + ", which is still running");
     return {};
   }
   const TaskExecutor::Wire& w = x_.wires_[use->second.at];
@@ -47,13 +47,13 @@ Result<void> ProgramCell::write_signal(const program::Signal& s, SignalValue v) 
       tell(InspectedEvent::Kind::output,
            "the digital signal " + quote(w.signal->name) + " cannot be " +
                text::print_rounded(value),
-           "It is 0 or 1. Make it analogue, or bind another one.", {std::string(s.name)});
+           "It must be 0 or 1. Make it analogue, or bind another one.", {std::string(s.name)});
       return {};
     }
     return fails(
         ErrorCode::invalid_argument,
         "the digital signal " + quote(w.signal->name) + " cannot be " + text::print_rounded(value),
-        "It is 0 or 1. Make it analogue, or bind another one.");
+        "It must be 0 or 1. Make it analogue, or bind another one.");
   }
   x_.set_wire(use->second.at, value, now_);
   return {};
@@ -318,7 +318,7 @@ std::vector<std::size_t> ProgramCell::moved_by(const ProgramActor::OpenMotion& o
 Error ProgramCell::has_no_files(const char* does, std::string_view name) {
   return fails(ErrorCode::unsupported,
                std::string("the program ") + does + " the file " + quote(name) +
-                   ", and the run has no folder for files",
+                   ", but the run has no folder for files",
                "Give files = a folder.");
 }
 
@@ -358,8 +358,8 @@ Result<const ProgramActor::RobotUse*> ProgramCell::robot_of(std::uint32_t symbol
   if (symbol != RMP_NONE)
     if (const auto it = n_.robots.find(symbol); it != n_.robots.end()) return &it->second;
   if (symbol == RMP_NONE && n_.own) return &*n_.own;
-  return error(ErrorCode::invalid_argument, "no robot of the world is bound to the program's",
-               "program.bind{kind = \"robot\", to = ...} gives it one.");
+  return error(ErrorCode::invalid_argument, "no robot of the world is bound to the program's robot",
+               "Bind one with program.bind{kind = \"robot\", to = ...}.");
 }
 
 Pose ProgramCell::base_T_tip(std::size_t who, const TaskExecutor::Grip& tip,
@@ -488,9 +488,9 @@ std::shared_ptr<const ProgramActor::Solver> ProgramCell::solver(std::size_t who,
           e.code,
           (rail == 1 ? std::string("joint 1 is bound as an additional one")
                      : "joints 1 to " + std::to_string(rail) + " are bound as additional ones") +
-              ", and for what is left " + e.message,
-          "program.unbind gives them back to the arm; additional are those of a rail that "
-          "carries it.",
+              ", and for the remaining joints " + e.message,
+          "program.unbind returns them to the arm; bind as additional joints only those of a rail "
+          "that carries it.",
           "robot " + quote(robot.placed->name));
     failed = std::move(e);
     return nullptr;
@@ -601,8 +601,8 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
   }
   const bool has_status = target && target->status >= 0;
   if (has_status && s->branches.empty())
-    note_once("STATUS is not heeded: the inverse kinematics of " + robot.placed->name +
-              " names no branches");
+    note_once("STATUS is ignored: the inverse kinematics of " + robot.placed->name +
+              " has no named branches");
   std::uint32_t known = 0;
   (void)s->branches.status(seed, known);
   const auto mask = static_cast<std::int32_t>(known);
@@ -660,8 +660,8 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
   trouble_.world_T_target = spatial::compose(robot.world_T_base, base_T_target);
   if (is_turn_missing)
     return error(ErrorCode::unreachable,
-                 "robot " + quote(robot.placed->name) + " cannot come to " +
-                     place(base_T_target.p) + " with these turns of its last joints",
+                 "robot " + quote(robot.placed->name) + " cannot reach " + place(base_T_target.p) +
+                     " with these turns of its last joints",
                  "Give TURNS of 0, or a target without them (a POSE).");
   std::vector<std::string> reach;
   for (const std::int32_t o : others) reach.push_back(std::to_string(o));
@@ -669,7 +669,7 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
                "robot " + quote(robot.placed->name) + " does not reach " + place(base_T_target.p) +
                    " with STATUS " + std::to_string(target->status) + " (" +
                    s->branches.status_words() + ")",
-               "It does with STATUS " + text::enumerate(reach) + ", or with a POSE, or with -1.");
+               "Use STATUS " + text::enumerate(reach) + ", or with a POSE, or with -1.");
 }
 
 Result<void> ProgramCell::grip(std::size_t at, bool takes) {
@@ -712,7 +712,7 @@ Result<void> ProgramCell::grip(std::size_t at, bool takes) {
     }
     if (a_.inspection_)
       tell(InspectedEvent::Kind::grip, what,
-           "Move the target to the object, or give the grip a greater reach (program.bind).");
+           "Move the target to the object, or give the grip a larger reach (program.bind).");
     x_.note(now_, n_.name + ": " + what);
     return {};
   }

@@ -36,8 +36,8 @@ Result<ProgramCell::Goal> ProgramCell::goal(const program::Motion& m, const Targ
       return error(ErrorCode::unreachable,
                    (axes.ok() ? axes->before_place(j, out.q) : std::string()) + "joint " +
                        std::to_string(j - rail + 1) + " of " + quote(x_.actors_[who].placed->name) +
-                       " cannot go to " + text::print_rounded(out.q[j] / unit),
-                   "It goes from " + text::print_rounded(joint.lower / unit) + " to " +
+                       " cannot move to " + text::print_rounded(out.q[j] / unit),
+                   "Its range is from " + text::print_rounded(joint.lower / unit) + " to " +
                        text::print_rounded(joint.upper / unit) + ".");
     }
     out.pose = base_T_tip(who, tip, out.q);
@@ -86,8 +86,8 @@ Result<const ProgramActor::RobotUse*> ProgramCell::device_of(const MotionAttribu
       ErrorCode::invalid_argument,
       "DEVICE is " + std::to_string(at.device) +
           (number == at.device ? std::string() : ", which is device " + word + " of " + at.robot) +
-          ", and the world has none of that number",
-      number < 1 ? std::string("Name one that the robot has in R_DEVICES.")
+          ", but the world has none with that number",
+      number < 1 ? std::string("Name one of the robot's R_DEVICES.")
                  : "program.bind{kind = \"robot\", name = \"" + word +
                        "\", to = ...} gives it a robot of the world.");
 }
@@ -108,8 +108,8 @@ Result<ProgramCell::Beginning> ProgramCell::beginning(const program::Motion& m) 
   if (const std::string why = robotics::why_not_single_joints(*robot.model); !why.empty())
     return error(ErrorCode::unsupported,
                  "robot " + quote(name) + ": " + why + ", and programs cannot move it yet",
-                 TaskExecutor::can_move(robot) ? "Move it by a task."
-                                               : "Move it by world.simulate_dynamics.");
+                 TaskExecutor::can_move(robot) ? "Move it with a task."
+                                               : "Move it with world.simulate_dynamics.");
   // Where and when it begins.
   if (m.after)
     if (const auto it = a_.open_.find(m.after); it != a_.open_.end() && it->second.actor == who)
@@ -123,7 +123,7 @@ Result<ProgramCell::Beginning> ProgramCell::beginning(const program::Motion& m) 
                      " is still moved by another program, process or task "
                      "at t = " +
                      text::print_rounded(now_) + " s",
-                 "Let one wait for a signal or semaphore of the other.");
+                 "Make one wait for a signal or semaphore of the other.");
   out.start = waits ? std::max(now_, free_from) : now_;
   const bool takes_along = std::any_of(m.targets.begin(), m.targets.end(),
                                        [](const Target& t) { return !t.additional.empty(); });
@@ -151,7 +151,7 @@ Result<void> ProgramCell::tie(const program::Motion& m, Beginning& out) {
   const std::vector<double> q = TaskExecutor::sample(x_.actors_[who], out.start).q;
   if (control < 0 || control > kOfDevice)
     return error(ErrorCode::invalid_argument,
-                 "ADAX_CONTROL is " + std::to_string(control) + ", which means nothing",
+                 "ADAX_CONTROL is " + std::to_string(control) + ", which has no meaning",
                  "Give 0, TCP_KEEP, TCP_KEEP_REL or DEVICE_REL.");
   if (control == 0 && rail_of(who) > 0) {
     out.reference_from = base_T_carriage(who, q);
@@ -164,13 +164,14 @@ Result<void> ProgramCell::tie(const program::Motion& m, Beginning& out) {
   for (const auto& [number, use] : n_.joints)
     if (!use.is_grip && use.at != who) devices.insert(use.at);
   if (devices.size() != 1)
-    return error(ErrorCode::invalid_argument,
-                 devices.empty()
-                     ? "ADAX_CONTROL is " + word + ", and no additional joint is a positioner's"
-                     : "ADAX_CONTROL is " + word + ", and the additional joints are of " +
-                           std::to_string(devices.size()) + " devices",
-                 "program.bind{kind = \"joint\", name = \"1\", to = ...} names the joints of "
-                 "one positioner.");
+    return error(
+        ErrorCode::invalid_argument,
+        devices.empty()
+            ? "ADAX_CONTROL is " + word + ", but no additional joint belongs to a positioner"
+            : "ADAX_CONTROL is " + word + ", but the additional joints belong to " +
+                  std::to_string(devices.size()) + " devices",
+        "program.bind{kind = \"joint\", name = \"1\", to = ...} binds the joints of one "
+        "positioner.");
   const std::size_t device = *devices.begin();
   out.device = device;
   out.device_from = TaskExecutor::sample(x_.actors_[device], out.start).q;
@@ -270,12 +271,12 @@ Result<void> ProgramCell::begin(const program::Motion& m, const Beginning& b) {
       return {};
     }
     note_once(
-        "a transition was left out where it would pass the limits of the joints or the "
-        "length of the next motion, or where C_SPEED is next to nothing; " +
+        "a transition was omitted where it would exceed the limits of the joints or the "
+        "length of the next motion, or where C_SPEED is almost zero; " +
         name + " stops there");
   }
   if (before && (before->c_cp > 0 || before->c_ptp > 0) && !along.empty())
-    note_once("a transition was left out where additional axes move; " + name + " stops there");
+    note_once("a transition was omitted while additional axes move; " + name + " stops there");
   bool is_behind = false;  // it begins with a rate
   std::vector<double> rate(from.q.size(), 0.0);
   if (before && before->passing) {
@@ -285,8 +286,8 @@ Result<void> ProgramCell::begin(const program::Motion& m, const Beginning& b) {
       is_behind = true;
     } else {
       RMP_TRY(stops(last));
-      note_once("C_PASS is left out where no PTP of one target with a TIME follows at once; " +
-                name + " stops there");
+      note_once("C_PASS is ignored if no PTP to one target with a TIME follows directly; " + name +
+                " stops there");
     }
   }
   if (passes || is_behind) {
@@ -338,8 +339,8 @@ Result<void> ProgramCell::keeps_speeds(std::size_t who, const sim::RobotMotion& 
       ErrorCode::unreachable,
       "TIME of " + text::print_rounded(time) + " s is too short: joint " +
           std::to_string(which - std::min(which, rail_of(who)) + 1) + " of " +
-          quote(robot.placed->name) + " would go at " + text::print_rounded(fastest / unit, 4) +
-          word + ", and its greatest is " +
+          quote(robot.placed->name) + " would move at " + text::print_rounded(fastest / unit, 4) +
+          word + ", but its maximum is " +
           text::print_rounded(robot.model->joints[which].max_velocity / unit, 4),
       "Give TIME of " + text::print_rounded(std::ceil(time * worst * 1000) / 1000) + " s or more.");
 }
@@ -347,7 +348,7 @@ Result<void> ProgramCell::keeps_speeds(std::size_t who, const sim::RobotMotion& 
 void ProgramCell::tell_unheeded(const MotionAttributes& at) {
   if (at.passes && !(at.c_cp > 0) && !(at.c_ptp > 0))
     note_once(
-        "C_PASS without C_CP or C_PTP is carried out in PTP of one target with a TIME only: the "
+        "C_PASS without C_CP or C_PTP is executed only in PTP to one target with a TIME: the "
         "motion stops at its target");
 }
 
@@ -433,7 +434,7 @@ Result<void> ProgramCell::drive(const program::Motion& m, const Beginning& b, co
     return error(ErrorCode::invalid_argument,
                  "a speed of " + text::print_rounded(at.speed) + " mm/s and " +
                      text::print_rounded(at.speed_orientation) + " degrees/s is not possible",
-                 "SPEED and SPEED_ORI are above 0.");
+                 "SPEED and SPEED_ORI must be above 0.");
   RMP_TRY_ASSIGN(const double acceleration, share(at.acceleration, "ACC"));
   d.tip = tip;
   if (at.weaves && at.wobble_amplitude > 0) {
@@ -746,7 +747,7 @@ Result<void> ProgramCell::additional(const program::Motion& m, Beginning& b) {
       if (use == n_.joints.end()) {
         if (value != was)
           return error(ErrorCode::invalid_argument,
-                       "additional joint " + std::to_string(k + 1) + " is bound to nothing",
+                       "additional joint " + std::to_string(k + 1) + " is not bound",
                        "program.bind{kind = \"joint\", name = \"" + std::to_string(k + 1) +
                            "\", to = ...} gives it a joint of the world.");
         continue;
@@ -763,8 +764,8 @@ Result<void> ProgramCell::additional(const program::Motion& m, Beginning& b) {
       if (!is_own && one == along.end()) {
         if (TaskExecutor::moved_until(other) > start + kSame)
           return error(ErrorCode::conflict,
-                       "robot " + quote(other.placed->name) + " is moved already",
-                       "Let one wait for a signal of the other.");
+                       "robot " + quote(other.placed->name) + " is already being moved",
+                       "Make one wait for a signal of the other.");
         one = along.insert(along.end(), {use->second.at, TaskExecutor::sample(other, start).q, {}});
       }
       const double q =
@@ -772,7 +773,7 @@ Result<void> ProgramCell::additional(const program::Motion& m, Beginning& b) {
       const JointModel& joint = other.model->joints[use->second.joint];
       if (q < joint.lower - kSame || q > joint.upper + kSame)
         return error(ErrorCode::unreachable,
-                     "additional joint " + std::to_string(k + 1) + " cannot go to " +
+                     "additional joint " + std::to_string(k + 1) + " cannot move to " +
                          text::print_rounded(value),
                      "It is joint " + quote(joint.name) + " of " + quote(other.placed->name) + ".");
       (is_own ? b.rail_to : one->to)[use->second.joint] = q;

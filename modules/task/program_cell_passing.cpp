@@ -109,7 +109,7 @@ Result<void> ProgramCell::keeps_limits(const ProgramActor::OpenMotion& open,
   const auto words = [&](const Worst& w, const char* per) {
     const double unit = TaskExecutor::is_rotary(robot, w.joint) ? kDegree : kMillimetre;
     const std::string word = (unit == kDegree ? " degrees/s" : " mm/s") + std::string(per);
-    return "at " + text::print_rounded(w.value / unit, 4) + word + ", and its greatest is " +
+    return "at " + text::print_rounded(w.value / unit, 4) + word + ", but its maximum is " +
            text::print_rounded(w.limit / unit, 4);
   };
   const auto name = [&](const Worst& w) {

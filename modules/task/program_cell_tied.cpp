@@ -154,7 +154,7 @@ Result<double> ProgramCell::begin_tied(const Beginning& b, const std::vector<dou
                    "robot " + quote(robot.placed->name) + " cannot follow at t = " +
                        text::print_rounded(times[i]) + " s of the motion, while additional axes " +
                        "move: " + (r.detail.empty() ? "there is no solution" : r.detail),
-                   "Move the target or the robot, or let the axes go elsewhere.");
+                   "Move the target or the robot, or move the axes elsewhere.");
     }
     q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(n));
   }

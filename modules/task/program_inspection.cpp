@@ -59,10 +59,10 @@ bool ProgramActor::waive(double now) {
       if (w.kind == program::WaitKind::semaphore || w.kind == program::WaitKind::line)
         tell(InspectedEvent::Kind::stuck, place(w.process, span, now),
              w.kind == program::WaitKind::line
-                 ? "READ waits for a line, and a check has no operator"
+                 ? "READ waits for a line, but a check has no operator"
                  : "ACQUIRE waits for a semaphore that no process releases",
              w.kind == program::WaitKind::line
-                 ? "Give the value by a signal or in the source."
+                 ? "Provide the value with a signal or in the source."
                  : "RELEASE it on every path through the other processes.");
       continue;
     }
@@ -77,11 +77,11 @@ bool ProgramActor::waive(double now) {
       std::string list;
       for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
       tell(InspectedEvent::Kind::signal, place(w.process, span, now),
-           names.empty() ? "WAIT FOR waits for what nothing can change any more"
+           names.empty() ? "WAIT FOR waits for a condition that nothing can change any more"
                          : "WAIT FOR waits for a signal that nothing sets: " + list +
                                (names.size() == 1 ? " does" : " do") + " not change any more",
            names.empty() ? "Change the condition, or give it a TIMEOUT."
-                         : "Let another program or task of the world set it, bind it "
+                         : "Set it in another program or task of the world, bind it "
                            "(program.bind), or give the wait a TIMEOUT.",
            names);
     }
@@ -99,8 +99,8 @@ void ProgramActor::finish(double now) {
   for (const program::EndedWait& w : machine_.timeouts()) {
     ProgramPlace where = place(w.process, w.span, w.time);
     where.calls.clear();
-    tell(InspectedEvent::Kind::timeout, std::move(where), "WAIT FOR has run out of time",
-         "Let another program or task of the world set its signals, or give a longer TIMEOUT.");
+    tell(InspectedEvent::Kind::timeout, std::move(where), "WAIT FOR timed out",
+         "Set its signals in another program or task of the world, or give a longer TIMEOUT.");
   }
 }
 

@@ -63,8 +63,8 @@ Result<double> TaskExecutor::parts_of_row(const Drive& d) const {
   return error(ErrorCode::unsupported,
                "weaving of " + text::print_rounded(d.weave->length * 1000) + " mm at " +
                    text::print_rounded(d.weave_speed * 1000) + " mm/s is " +
-                   text::print_rounded(swings) + " swings a second, and no robot follows",
-               "Go more slowly, or give R_WOBBLE_LENGTH a greater value.");
+                   text::print_rounded(swings) + " swings per second, too fast for a robot",
+               "Move more slowly, or give R_WOBBLE_LENGTH a larger value.");
 }
 
 Result<std::vector<double>> TaskExecutor::sample_times(double t, double duration,

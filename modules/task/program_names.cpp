@@ -15,7 +15,6 @@ namespace {
 using model::BindingKind;
 using text::quote;
 
-
 bool same(std::string_view a, std::string_view b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
            return std::tolower(static_cast<unsigned char>(x)) ==
@@ -70,7 +69,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
     if (to.empty() && x.actors_.size() != 1)
       return error(ErrorCode::invalid_argument,
                    "the binding of " + (b.name.empty() ? "its robot" : quote(b.name)) +
-                       " names no robot, and the world has " + std::to_string(x.actors_.size()),
+                       " names no robot, but the world has " + std::to_string(x.actors_.size()),
                    "Give the binding to = a robot of the world.", where);
     auto at = to.empty() ? Result<std::size_t>(std::size_t{0}) : known_actor(to);
     if (!at.ok()) return std::move(at).error().in(where);
@@ -118,7 +117,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
     } else {
       return error(ErrorCode::invalid_argument,
                    "the grip " + (b ? quote(b->name) : std::string("of the program")) +
-                       " is of no robot: the world has " + std::to_string(x.actors_.size()),
+                       " belongs to no robot: the world has " + std::to_string(x.actors_.size()),
                    "Give the program its robot: program.bind{kind = \"robot\", to = ...}.", where);
     }
     if (b && !b->tool.empty()) g.robot.tool = b->tool;
@@ -142,17 +141,18 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
     if (const auto* b = of(BindingKind::grip, s.name)) {
       used.push_back(b);
       if (s.kind != RMP_SYMBOL_OUTPUT || s.type == RMP_TYPE_REAL)
-        return error(ErrorCode::invalid_argument,
-                     "signal " + quote(s.name) + " cannot grip: it is no output of BOOL or INT",
-                     "Bind an output.", where);
+        return error(
+            ErrorCode::invalid_argument,
+            "signal " + quote(s.name) + " cannot grip: it is not an output of type BOOL or INT",
+            "Bind an output.", where);
       use.kind = SignalUse::grip;
       RMP_TRY_ASSIGN(use.at, grip_of(b));
     } else if (const auto* bound = of(BindingKind::task, s.name)) {
       used.push_back(bound);
       if (s.type != RMP_TYPE_BOOL)
         return error(ErrorCode::invalid_argument,
-                     "signal " + quote(s.name) + " is no BOOL, and starts no task",
-                     "Bind an output BOOL that starts it, or an input BOOL that tells its end.",
+                     "signal " + quote(s.name) + " is not a BOOL and cannot start a task",
+                     "Bind a BOOL output that starts it, or a BOOL input that reports its end.",
                      where);
       auto task = find_member(x.task_of_, bound->to, "task");
       if (!task.ok()) return std::move(task).error().in(where);
@@ -183,7 +183,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
       } else if (!wanted.frees_unbound) {
         unbound.emplace_back(s.name);
       } else {
-        notes.push_back(where + ": " + s.name + " is bound to nothing" +
+        notes.push_back(where + ": " + s.name + " is not bound" +
                         (s.kind == RMP_SYMBOL_INPUT ? " and stays at 0" : ""));
       }
     }
@@ -192,8 +192,8 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
   if (!unbound.empty())
     return error(ErrorCode::invalid_argument,
                  "the world has no signal for " + text::enumerate(unbound) + " of the program",
-                 "program.bind names one; world.add_signal makes one of that name; kind = \"free\" "
-                 "leaves it to the program alone.",
+                 "Bind one with program.bind, create one of that name with world.add_signal, or "
+                 "use kind = \"free\" to leave it to the program.",
                  where);
   for (const model::ProgramBinding& b : placed.bindings) {
     if (gives_value(b.kind)) continue;  // the compiled program has it
@@ -201,8 +201,8 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
       const auto number = text::read_int(b.name);
       if (!number || *number < 1 || *number > 100)
         return error(ErrorCode::invalid_argument,
-                     quote(b.name) + " is no number of an additional joint",
-                     "They are counted from 1.", where);
+                     quote(b.name) + " is not a number of an additional joint",
+                     "They are numbered from 1.", where);
       JointUse use;
       use.is_grip = b.kind == BindingKind::grip;
       if (use.is_grip) {
@@ -223,7 +223,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
         else
           return error(ErrorCode::unknown_name,
                        "robot " + quote(b.to) + " has no joint " + quote(b.joint),
-                       "It has " + std::to_string(joints.size()) + ", counted from 1.", where);
+                       "It has " + std::to_string(joints.size()) + ", numbered from 1.", where);
         if (const std::string why = robotics::why_not_single_joints(*x.actors_[use.at].model);
             !why.empty())
           return error(
@@ -244,10 +244,11 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
         return error(ErrorCode::unknown_name,
                      "it has no ROBOT number " + b.name + ", and no motion names a DEVICE",
                      robots == 0 ? "Bind its own robot without a name."
-                                 : "It has " + std::to_string(robots) + ", counted from 1.",
+                                 : "It has " + std::to_string(robots) + ", numbered from 1.",
                      where);
       return error(ErrorCode::unknown_name, "it has no robot " + quote(b.name),
-                   "Give the name or number of a ROBOT of its cell, or none for its own.", where);
+                   "Give the name or number of a ROBOT of its cell, or none for its own robot.",
+                   where);
     }
     if (std::find(used.begin(), used.end(), &b) == used.end())
       return error(ErrorCode::unknown_name,
@@ -277,7 +278,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
       return error(ErrorCode::unsupported,
                    "additional joints of robot " + quote(x.actors_[mover].placed->name) +
                        " are not the first ones of its chain",
-                   "Bind its rail, from its joint 1 on, and leave the arm to the program's robot.",
+                   "Bind its rail, starting at joint 1, and leave the arm to the program's robot.",
                    where);
     names->rails[mover] = bound.size();
   }

@@ -200,7 +200,7 @@ class Runner {
                      (programs_.empty() ? "the tasks take longer than "
                                         : "the tasks and programs take longer than ") +
                          text::print_rounded(most_) + " s",
-                     "Give a greater most_time" +
+                     "Give a larger most_time" +
                          std::string(programs_.empty() ? "." : ", or a duration at which to end."));
       if (next > limit) {
         RMP_TRY(go_to(std::max(now_, limit)));
@@ -241,8 +241,9 @@ class Runner {
         if (++count > kMostAtOnce)
           return error(ErrorCode::conflict,
                        "program " + quote(programs_[i].name()) + ", " + programs_[i].where() +
-                           " goes on without end at t = " + text::print_rounded(now_) + " s",
-                       "Put a WAIT or a motion into the loop.");
+                           " loops endlessly without waiting at t = " + text::print_rounded(now_) +
+                           " s",
+                       "Add a WAIT or a motion to the loop.");
         // What it changes itself it has seen, but for what it wrote while others waited.
         seen_[i] = {true, executor_.changes(), next_row()};
         RMP_TRY(programs_[i].run(executor_, now_, progress_));
@@ -261,10 +262,10 @@ class Runner {
         while (thread.ready_at <= now_ && thread.has_step()) {
           const std::string where = thread.where();
           if (++count > kMostAtOnce)
-            return error(
-                ErrorCode::conflict,
-                where + " is repeated without end at t = " + text::print_rounded(now_) + " s",
-                "Put a wait or a move into the repeat.");
+            return error(ErrorCode::conflict,
+                         where + " is repeated endlessly without waiting at t = " +
+                             text::print_rounded(now_) + " s",
+                         "Add a wait or a move to the repeat.");
           auto done = one(thread, where);
           if (!done.ok()) {
             Error e = std::move(done).error();
@@ -308,7 +309,7 @@ class Runner {
           return error(ErrorCode::conflict,
                        quote(s.expression) + " did not come true within " +
                            text::print_rounded(s.timeout) + " s",
-                       "Give a longer timeout, or let another task set its signals.");
+                       "Give a longer timeout, or set its signals in another task.");
         }
         thread.deadline.reset();
         break;
@@ -379,7 +380,7 @@ class Runner {
         message += (message.empty() ? "" : "; ") + thread.where() + " waits for " +
                    quote(thread.step().expression);
     std::vector<std::string> hints;
-    if (!message.empty()) hints.emplace_back("Let a task set these signals before.");
+    if (!message.empty()) hints.emplace_back("Make a task set these signals first.");
     for (const ProgramActor& p : programs_) {
       if (p.is_over()) continue;
       const ProgramActor::Stuck stuck = p.stuck();
@@ -393,7 +394,7 @@ class Runner {
       return error(
           ErrorCode::conflict,
           message + ", which does not come true within " + text::print_rounded(most_) + " s",
-          "Change the condition, or give a greater most_time.");
+          "Change the condition, or give a larger most_time.");
     return error(
         ErrorCode::conflict,
         message + ", which can never come true after t = " + text::print_rounded(now_) + " s",
@@ -424,7 +425,7 @@ recording::Recording rows_of(const std::vector<ProgramActor>& programs, recordin
                              const std::string& title) {
   table.title = title;
   for (const ProgramActor& p : programs) {
-    recording::Column c{p.name() + ".line", "", "line of " + p.name() + " that is carried out", {}};
+    recording::Column c{p.name() + ".line", "", "line of " + p.name() + " being executed", {}};
     for (const double t : table.columns.front().values) c.values.push_back(p.line_at(t));
     table.columns.push_back(std::move(c));
   }
@@ -573,7 +574,7 @@ Result<std::vector<Thread>> threads_of(const document::Snapshot& snapshot,
     if (it == known.end()) {
       std::string hint = text::did_you_mean(name, known);
       if (hint.empty())
-        hint = known.empty() ? "world.add_task gives it one."
+        hint = known.empty() ? "Add one with world.add_task."
                              : "It has " + text::enumerate(known) + ".";
       return error(ErrorCode::unknown_name, "the world has no task " + quote(name), hint);
     }
@@ -595,7 +596,7 @@ Result<std::optional<recording::RecordingPtr>> run_once(const sim::Simulator& si
   RMP_TRY_ASSIGN(std::vector<Thread> threads, threads_of(sim.snapshot, world, wanted));
   if (threads.empty() && wanted.programs.empty())
     return error(ErrorCode::invalid_argument, "the world has no task or program to run",
-                 "world.add_task and world.add_program give it one.");
+                 "Add one with world.add_task or world.add_program.");
   std::vector<ProgramActor> own, &programs = watch ? watch->programs : own;
   std::vector<ProgramActor> made;
   for (const ProgramInWorld& p : wanted.programs) {

@@ -32,8 +32,7 @@ Result<TargetPlaces> ProgramActor::target_places(const TaskExecutor& x, ProgramI
         static_cast<const rmp_code_symbol*>(rmp_row(&c.symbols, at))->name == symbol)
       use = &of;
   if (!use)
-    return error(ErrorCode::not_found,
-                 "it is not known which robot of the world the program moves",
+    return error(ErrorCode::not_found, "the world robot moved by the program is unknown",
                  "program.bind{kind = \"robot\", to = ...} names it.", where);
   const TaskExecutor::Actor& robot = x.actors_[use->actor];
   TargetPlaces out;
@@ -54,8 +53,8 @@ Result<TargetPlaces> ProgramActor::target_places(const TaskExecutor& x, ProgramI
   if (tip->joint != flange.joint)
     return error(ErrorCode::unsupported,
                  "the tool of robot " + text::quote(out.robot) +
-                     " is not on its last link, where controllers measure tools from",
-                 "program.bind{kind = \"robot\", tool = ...} names another one.", where);
+                     " is not on its last link, from which controllers measure tools",
+                 "program.bind{kind = \"robot\", tool = ...} selects another one.", where);
   out.flange_T_tool = spatial::compose(spatial::inverse(flange.joint_T_link), tip->joint_T_grip);
   return out;
 }

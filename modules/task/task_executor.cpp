@@ -73,7 +73,7 @@ Result<TaskExecutor> TaskExecutor::create(const sim::Simulator& sim, WorldId id,
     a.start = placed.q.empty() ? robotics::home_joint_values(*a.record) : placed.q;
     if (a.start.size() != a.model->coordinate_count())
       return error(ErrorCode::invalid_argument,
-                   "robot " + quote(placed.name) + " stands with " +
+                   "robot " + quote(placed.name) + " is placed with " +
                        std::to_string(a.start.size()) + " joint values, but it has " +
                        std::to_string(a.model->coordinate_count()),
                    "Set its joint values again.");
@@ -112,8 +112,8 @@ Result<TaskExecutor> TaskExecutor::create(const sim::Simulator& sim, WorldId id,
 
 Result<std::size_t> TaskExecutor::actor(const std::string& name) const {
   if (name.empty())
-    return error(ErrorCode::invalid_argument, "the step names no robot, and its task has none",
-                 "Give the step a robot, or the task one in the world.");
+    return error(ErrorCode::invalid_argument, "neither the step nor its task names a robot",
+                 "Give a robot to the step, or to the task in the world.");
   return find_member(actor_of_, name, "robot");
 }
 
@@ -157,7 +157,7 @@ Result<Pose> TaskExecutor::centre_point(const Thing& thing, const std::string& n
       }
   return error(ErrorCode::unknown_name,
                "object " + quote(thing.placed->name) + " has no tool centre point " + quote(name),
-               known.empty() ? "It has none; object.add_tcp adds one."
+               known.empty() ? "It has none; Add one with object.add_tcp."
                              : "It has " + text::enumerate(known) + ".");
 }
 
@@ -178,7 +178,7 @@ Result<TaskExecutor::Grip> TaskExecutor::tip(std::size_t who, const std::string&
   return error(
       ErrorCode::conflict,
       "robot " + quote(a.placed->name) + " does not hold object " + quote(thing->placed->name),
-      "Attach it before it is moved as a tool.");
+      "Attach it before moving it as a tool.");
 }
 
 bool TaskExecutor::can_move(const Actor& a) {
@@ -294,13 +294,13 @@ Result<void> TaskExecutor::detach(const std::string& object, double t) {
   RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
   if (!things_[what].history.back().is_held) {
     if (things_[what].is_missed) {
-      note(t, object + " is not let go: it was out of reach when it was to be taken");
+      note(t, object + " is not released: it was out of reach when it should have been grasped");
       return {};
     }
-    return error(ErrorCode::conflict, "nothing holds object " + quote(object), "Attach it before.");
+    return error(ErrorCode::conflict, "nothing holds object " + quote(object), "Attach it first.");
   }
   Pose pose = pose_of(things_[what], t);
-  note(t, object + " is let go");
+  note(t, object + " is released");
   if (physics_) {
     RMP_TRY(physics_->let_go(what));
     if (physics_->is_movable(what)) {
@@ -309,10 +309,10 @@ Result<void> TaskExecutor::detach(const std::string& object, double t) {
       const double off = spatial::norm(spatial::sub(there.p, pose.p));
       if (off > kOff)
         note(t, object + " is " + text::print_rounded(1000 * off, 2) +
-                    " mm from where it was held: it met something");
+                    " mm from its held position: it hit something");
       pose = there;
     } else {
-      note(t, object + " has no mass or is fixed, and stays there");
+      note(t, object + " has no mass or is fixed, so it stays in place");
     }
   }
   things_[what].history.push_back({t, 0, false, -1, pose});

@@ -19,7 +19,7 @@ std::string in(const std::string& path, const std::string& key) {
 
 Table::Table(const Json& json, std::string path) : json_(json), path_(std::move(path)) {
   if (!json_.is_object())
-    throw ConfigFault((path_.empty() ? "The configuration" : path_) + " is no table in braces.");
+    throw ConfigFault((path_.empty() ? "The configuration" : path_) + " is not a table in braces.");
 }
 
 void Table::fault(const std::string& what, const char* key) const {
@@ -39,7 +39,7 @@ bool Table::has(const char* key) { return any(key) != nullptr; }
 std::string Table::text(const char* key) {
   const Json* v = any(key);
   if (!v) fault("is missing.", key);
-  if (!v->is_string() || v->get_ref<const std::string&>().empty()) fault("is no text.", key);
+  if (!v->is_string() || v->get_ref<const std::string&>().empty()) fault("is not a text.", key);
   return v->get<std::string>();
 }
 std::string Table::text(const char* key, std::string when_left_out) {
@@ -52,7 +52,7 @@ double Table::number(const char* key, double when_left_out, double least, double
   if (!v->is_number()) fault("is no number.", key);
   const double number = v->get<double>();
   if (!(number >= least && number <= most))
-    fault("is " + v->dump() + "; it has to be from " + Json(least).dump() + " to " +
+    fault("is " + v->dump() + "; it must be from " + Json(least).dump() + " to " +
               Json(most).dump() + ".",
           key);
   return number;
@@ -75,7 +75,7 @@ std::vector<Table> Table::tables(const char* key) {
   const Json* v = any(key);
   std::vector<Table> out;
   if (!v) return out;
-  if (!v->is_array()) fault("is no list in brackets.", key);
+  if (!v->is_array()) fault("is not a list in brackets.", key);
   for (std::size_t i = 0; i < v->size(); ++i)
     out.emplace_back((*v)[i], in(path_, key) + "[" + std::to_string(i + 1) + "]");
   return out;
@@ -86,7 +86,7 @@ void Table::done() const {
     if (!asked_.contains(key)) {
       std::string known;
       for (const std::string& k : asked_) known += (known.empty() ? "" : ", ") + k;
-      throw ConfigFault(in(path_, key) + " is not known. There are " + known + ".");
+      throw ConfigFault(in(path_, key) + " is unknown. Known are " + known + ".");
     }
 }
 
@@ -96,7 +96,7 @@ RecordingWish read_recording(Table& t) {
   out.robot = t.text("robot", "");
   out.world = t.text("world", "");
   if (!out.world.empty() && out.robot.empty())
-    t.fault("is missing, and a world is given.", "robot");
+    t.fault("is missing, although a world is given.", "robot");
   out.most_rows = static_cast<std::size_t>(t.number("rows", 1e6, 1, 1e8));
   out.keep = static_cast<std::size_t>(t.number("keep", 4, 1, 1e6));
   return out;
@@ -135,7 +135,7 @@ std::string read_secret(const std::string& file, const std::string& where) {
   std::ifstream stream(file);
   std::string line;
   if (!std::getline(stream, line) || line.empty())
-    throw ConfigFault(where + ": the file \"" + file + "\" holds no secret.");
+    throw ConfigFault(where + ": the file \"" + file + "\" contains no secret.");
   return line;
 }
 

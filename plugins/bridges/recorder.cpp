@@ -65,8 +65,8 @@ Recorder::~Recorder() { rmpc_free(client_); }
 void Recorder::lost() {
   rmpc_close(client_);
   if (was_connected_)
-    log_.say(std::string("The connection to ROBOMOSP is lost: ") + rmpc_message(client_) +
-             " Rows wait, and it is tried again.");
+    log_.say(std::string("The connection to ROBOMOSP was lost: ") + rmpc_message(client_) +
+             " Rows are kept; reconnecting.");
   was_connected_ = false;
   next_try_ = std::chrono::steady_clock::now() + pause_;
 }
@@ -89,7 +89,7 @@ rmpc_client* Recorder::connected() {
   (void)rmpc_get_text(client_, "instance", &instance);
   if (instance_ != instance) {
     if (!instance_.empty())
-      log_.say("Another ROBOMOSP answers at " + server_.address + "; other recordings are begun.");
+      log_.say("Another ROBOMOSP answers at " + server_.address + "; starting new recordings.");
     for (Growing& g : recordings_) g.is_open = false, g.in_doubt = 0, g.before.clear();
     instance_ = instance;
   }
@@ -186,7 +186,7 @@ void Recorder::append(std::vector<Row>& rows) {
         const bool has_before = !batch.empty() || (g.is_open && !is_full);
         if (has_before && row.values[0] < last - kJumpBack) {
           if (!batch.empty()) break;
-          log_.say("The time of \"" + g.wish.title + "\" jumped back; another recording is begun.");
+          log_.say("The time of \"" + g.wish.title + "\" jumped back; starting a new recording.");
           is_new = is_full = true;
         } else if ((has_before || is_full) && row.values[0] <= last) {
           ++counts_.late;
@@ -216,7 +216,7 @@ void Recorder::append(std::vector<Row>& rows) {
         const bool is_gone = g.is_open && (std::string_view(rmpc_code(client_)) == "stale_handle" ||
                                            std::string_view(rmpc_code(client_)) == "not_found");
         log_.often("refused " + g.wish.title, std::string(rmpc_message(client_)) +
-                                                  (is_gone ? " Another recording is begun." : ""));
+                                                  (is_gone ? " Starting a new recording." : ""));
         if (is_gone) {
           g.is_open = false;
           continue;  // the same rows once more, into a recording of their own

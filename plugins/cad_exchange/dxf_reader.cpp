@@ -160,13 +160,14 @@ class DxfReader {
     if (off_plane_ > 0)
       note(std::to_string(off_plane_) +
            (off_plane_ == 1 ? " entity that is" : " entities that are") +
-           " not in the plane z = 0 were seen from above.");
+           " not in the plane z = 0 were projected onto it.");
     close_loops();
     add_mesh();
     if (scene_.profile.loops.empty() && scene_.shapes.empty()) {
       std::string why;
       for (const std::string& n : scene_.notes) why += (why.empty() ? "" : " ") + n;
-      return error(ErrorCode::unsupported, "the drawing holds no closed outline and no mesh", why);
+      return error(ErrorCode::unsupported, "the drawing contains no closed outline and no mesh",
+                   why);
     }
     return std::move(scene_);
   }
@@ -235,7 +236,7 @@ class DxfReader {
       unit_ = stated;
     } else if (!(unit_ > 0)) {
       unit_ = 1e-3;
-      note("The drawing states no unit; it was read as millimetres. Give unit= if it is another.");
+      note("The drawing states no unit; it was read as millimetres. Give unit= if it differs.");
     }
   }
 
@@ -432,7 +433,7 @@ class DxfReader {
     fit.erase(std::unique(fit.begin(), fit.end()), fit.end());
     if (!s.is_sound()) {
       if (fit.size() < 2) {
-        note("A SPLINE whose knots and points do not fit together was left out.");
+        note("A SPLINE with inconsistent knots and points was left out.");
         return;
       }
       note("A SPLINE has fit points only; it was drawn through them.");
@@ -522,7 +523,7 @@ class DxfReader {
         if (i == 0) break;
         if (static_cast<std::size_t>(i) > points.size()) {
           ring.clear();
-          note("A face of a polyface mesh names a corner that is not there; it was left out.");
+          note("A face of a polyface mesh refers to a missing corner; it was left out.");
           break;
         }
         ring.push_back(static_cast<std::size_t>(i) - 1);

@@ -329,7 +329,7 @@ std::string close(Surface& s, MeshRepair& done) {
   const double size = s.size();
   if (s.triangles.empty() ||
       !(std::fabs(s.volume(0, s.triangles.size())) > kLeastShare * size * size * size))
-    return "closed, it would enclose nothing";
+    return "it would enclose no volume when closed";
   return {};
 }
 
@@ -360,29 +360,26 @@ std::vector<std::string> MeshRepair::notes(const std::string& name) const {
   std::vector<std::string> out;
   const auto say = [&](const std::string& text) { out.push_back(what + text); };
   if (welded)
-    say(count(welded, "vertex that nearly met another was",
-              "vertices that nearly met others were") +
+    say(count(welded, "vertex very close to another was", "vertices very close to others were") +
         " joined.");
   if (degenerate)
     say(count(degenerate, "triangle", "triangles") + " without area " +
         (degenerate == 1 ? "was" : "were") + " left out.");
   if (doubled)
-    say(count(doubled, "triangle that stood twice was", "triangles that stood twice were") +
-        " left out.");
+    say(count(doubled, "duplicate triangle was", "duplicate triangles were") + " left out.");
   if (turned)
-    say(count(turned, "triangle was", "triangles were") +
-        " turned to face as their neighbours do.");
+    say(count(turned, "triangle was", "triangles were") + " flipped to match their neighbours.");
   if (holes) {
     char width[32];
     std::snprintf(width, sizeof width, "%.3g", widest_hole * 1e3);
     say(count(holes, "hole was", "holes were") + " filled, the widest " + width +
         " mm across; check the shape there.");
   }
-  if (inside_out) say("it was inside out and was turned over.");
+  if (inside_out) say("it was inside out and was flipped.");
   if (open_edges)
     say(count(open_edges, "edge is", "edges are") + " open, one at " + millimetres(open_at) +
         (failure.empty() ? "" : ", and " + failure) +
-        ". It is drawn and collides as it is; operations on solids refuse it.");
+        ". It is drawn and collides unchanged; operations on solids reject it.");
   return out;
 }
 

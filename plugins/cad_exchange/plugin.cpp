@@ -25,22 +25,22 @@ namespace robomosp::cad_exchange {
 namespace {
 
 const rmp_param kImportParams[] = {
-    {"name", "string", "", "Name of what is made; empty = the file's.", "", nullptr, 1, 0},
+    {"name", "string", "", "Name of the result; empty = the file's name.", "", nullptr, 1, 0},
     {"unit", "enum", "", "Length unit of a file that does not state one; auto = mm, with a note.",
      "auto", "auto|mm|cm|m|in|ft", 1, 0},
-    {"heal", "bool", "", "Repair what is faulty, and report it.", "true", nullptr, 1, 0},
+    {"heal", "bool", "", "Repair faulty shapes, and report it.", "true", nullptr, 1, 0},
     {"materials", "bool", "", "Make a material for each colour.", "true", nullptr, 1, 0},
     {"density", "real", "kg/m^3", "Density of these materials; 0 = that of aluminium, with a note.",
      "0", nullptr, 0, 1e6},
-    {"seconds", "real", "s", "Reading is stopped after this time.", "600", nullptr, 1, 86400},
-    {"memory", "int", "", "Reading is stopped when it needs more than so many GiB.", "8", nullptr,
+    {"seconds", "real", "s", "Reading is cancelled after this time.", "600", nullptr, 1, 86400},
+    {"memory", "int", "", "Reading is cancelled if it needs more memory than this.", "8", nullptr,
      1, 1024},
 };
 const rmp_param kCadExportParams[] = {
     {"unit", "enum", "", "Length unit of the file.", "mm", "mm|m|in", 1, 0},
     {"schema", "enum", "", "Application protocol of STEP files.", "ap214", "ap203|ap214|ap242", 1,
      0},
-    {"seconds", "real", "s", "Writing is stopped after this time.", "600", nullptr, 1, 86400},
+    {"seconds", "real", "s", "Writing is cancelled after this time.", "600", nullptr, 1, 86400},
 };
 const rmp_param kMeshExportParams[] = {
     {"unit", "enum", "", "Length unit of the file; GLB is always in metres.", "mm", "mm|cm|m|in|ft",
@@ -122,7 +122,7 @@ class Worker {
     if (ended == 1) return error(ErrorCode::cancelled, "stopped");
     if (ended != 0)
       return error(ErrorCode::plugin_failed,
-                   doing + " failed in a process of its own, so nothing was changed: " + why.data(),
+                   doing + " failed in a separate process, so nothing was changed: " + why.data(),
                    "Check the file in the program it comes from.");
     return decode(output_);
   }
@@ -188,10 +188,11 @@ class FileImporter : public Importer {
       if (extent > 0 && extent < 2e-3) {
         char text[120];
         std::snprintf(text, sizeof text,
-                      " It is only %.2g mm large: give unit=\"m\" if that is meant.", extent * 1e3);
+                      " It is only %.2g mm large: give unit=\"m\" if it is in metres.",
+                      extent * 1e3);
         note += text;
       } else {
-        note += " Give unit= if it is another.";
+        note += " Give unit= if it differs.";
       }
       scene.notes.insert(scene.notes.begin(), note);
     } else if (is_given && !may_lack_unit) {
@@ -247,7 +248,7 @@ class DrawingImporter final : public FileImporter {
 Result<void> check_items(std::span<const ExportItem> items) {
   for (std::size_t i = 0; i < items.size(); ++i)
     if (items[i].parent < -1 || items[i].parent >= static_cast<std::int32_t>(i))
-      return error(ErrorCode::invalid_argument, "an item stands before its parent");
+      return error(ErrorCode::invalid_argument, "an item precedes its parent");
   return {};
 }
 
@@ -333,7 +334,7 @@ class CadExporter final : public Exporter {
     for (Shape& s : scene.shapes) make_plain(s.name);
     if (changed.empty() || !report || report->struct_size < sizeof(ExportReport)) return;
     const std::size_t others = changed.size() - 1;
-    report->notes.push_back("IGES holds names in ASCII only: in " + *changed.begin() +
+    report->notes.push_back("IGES stores names in ASCII only: in " + *changed.begin() +
                             (others > 0 ? " and " + std::to_string(others) + " more" : "") +
                             " other letters were written as \"_\". STEP keeps them.");
   }
@@ -403,7 +404,7 @@ constexpr rmp_provider provider(const char* name, const char* summary, const cha
 using namespace robomosp::cad_exchange;
 
 RMP_PLUGIN("org.robomosp.cad_exchange", "0.1.0", "Apache-2.0",
-           "CAD and mesh files in and out, read in a process of their own",
+           "Import and export of CAD and mesh files, read in a separate process",
            provider<CadImporter>("cad", "STEP and IGES: exact solids, names, colours, assemblies.",
                                  "exact,confined", kImportParams),
            provider<MeshImporter>("mesh", "STL, OBJ, PLY, glTF, GLB, COLLADA, 3MF: closed meshes.",

@@ -51,7 +51,7 @@ class Names {
   /// A sentence where names differ from those that were wanted, else "".
   [[nodiscard]] std::string changes(const std::string& of_what) const {
     if (changed_ == 0) return {};
-    return "Names of " + of_what + " that are no names here were changed: " + told_ +
+    return "Names of " + of_what + " that are not valid here were changed: " + told_ +
            (changed_ > kNamesTold ? " and " + std::to_string(changed_ - kNamesTold) + " more"
                                   : "") +
            ".";
@@ -121,7 +121,7 @@ class Recorder {
     if (!is_one_solid)
       object(options_.name, main_name_, children[is_one_object ? top + 1 : 0], file);
     if (made_materials_ > 0 && !(options_.density > 0))
-      out_.notes.push_back(std::string("Files of this kind do not tell masses reliably: ") +
+      out_.notes.push_back(std::string("Files of this kind do not store masses reliably: ") +
                            (made_materials_ == 1 ? "the colour" : "each colour") +
                            " became a material with the density of aluminium, " +
                            print_number(kDefaultDensity) +
@@ -132,7 +132,7 @@ class Recorder {
       for (std::size_t i = 0; i < named; ++i) all += (i ? ", " : "") + coarser_[i];
       if (coarser_.size() > named)
         all += " and " + std::to_string(coarser_.size() - named) + " more";
-      out_.notes.push_back("Of solids larger than 2 m the mesh is coarser, as chord says: " + all +
+      out_.notes.push_back("The mesh of solids larger than 2 m is coarser, see chord: " + all +
                            ".");
     }
     for (std::string note : {solids_.changes("solids"), objects_.changes("objects")})
@@ -165,7 +165,7 @@ class Recorder {
                        quote("Colour from " + options_.source) + "\ndensity " +
                        print_number(options_.density > 0 ? options_.density : kDefaultDensity);
     if (!(options_.density > 0))
-      text += "\nsource \"assumed on import: aluminium; the file does not tell\"";
+      text += "\nsource \"assumed on import: aluminium; not given in the file\"";
     const auto tone = [](float x) {
       return print_number(std::round(static_cast<double>(x) * 1e4) / 1e4);
     };

@@ -142,7 +142,7 @@ class Reader {
 };
 
 Error broken(const std::string& why) {
-  return error(ErrorCode::plugin_failed, "what the reader handed over is damaged: " + why,
+  return error(ErrorCode::plugin_failed, "the reader's output is damaged: " + why,
                "Report it with the file.");
 }
 
@@ -221,7 +221,7 @@ Result<void> check_shape(const Shape& shape) {
   const std::size_t vertices = shape.points.size() / 3;
   if (std::any_of(shape.triangles.begin(), shape.triangles.end(),
                   [&](std::uint32_t i) { return i >= vertices; }))
-    return broken("a triangle names a corner that is not there");
+    return broken("a triangle refers to a missing corner");
   return {};
 }
 
@@ -293,11 +293,11 @@ Result<void> check(const Scene& s) {
   for (std::size_t i = 0; i < s.nodes.size(); ++i) {
     const Node& n = s.nodes[i];
     if (n.parent < -1 || n.parent >= static_cast<std::int32_t>(i))
-      return broken("a part stands before its assembly");
+      return broken("a part precedes its assembly");
     if (n.parent >= 0 && s.nodes[static_cast<std::size_t>(n.parent)].shape >= 0)
       return broken("a part is inside a part");
     if (n.shape < -1 || n.shape >= static_cast<std::int32_t>(s.shapes.size()))
-      return broken("a part has a shape that is not there");
+      return broken("a part refers to a missing shape");
     if (!spatial::is_rigid(n.pose, kRigidTolerance) ||
         !std::all_of(n.pose.p.begin(), n.pose.p.end(), near_enough))
       return broken("a placement is not a rigid motion");
@@ -339,7 +339,7 @@ std::string legible(std::string s) {
 
 Result<Answer> decode(std::string_view bytes) {
   Reader r(bytes);
-  if (r.take(kMagic.size()) != kMagic) return broken("it does not begin as it must");
+  if (r.take(kMagic.size()) != kMagic) return broken("its beginning is not valid");
   const auto kind = static_cast<Kind>(r.u8());
   Answer answer;
   Error told;

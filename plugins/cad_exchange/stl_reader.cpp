@@ -148,7 +148,7 @@ Result<std::vector<Shape>> read_stl(std::string_view bytes, double unit,
                      " triangles but is too short for them");
     if (bytes.size() > needed)
       notes.push_back(std::to_string(bytes.size() - needed) +
-                      " bytes behind the last triangle were not read.");
+                      " bytes after the last triangle were not read.");
   }
   RMP_TRY_ASSIGN(auto all, is_text ? read_text(bytes, unit) : read_binary(bytes, unit));
   if (all.empty()) return bad_stl("the file holds no triangles", "There is nothing to import.");

@@ -160,7 +160,7 @@ Result<Solid> convex_solid(const Shape& s) {
 
 Result<void> check_pose(const Shape& s) {
   if (!is_rigid(s.pose, 1e-6))
-    return bad("a shape's pose is no rigid motion", "Its rotation must be orthonormal.");
+    return bad("a shape's pose is not a rigid motion", "Its rotation must be orthonormal.");
   return {};
 }
 
@@ -178,7 +178,7 @@ Result<Solid> solid_of(const Shape& s) {
         return bad("a mesh has a number that is not finite", "Correct the mesh.");
     for (const auto i : mesh.triangles)
       if (i >= mesh.vertex_count())
-        return bad("a mesh names a vertex that it does not have", "Correct the mesh.");
+        return bad("a mesh refers to a missing vertex", "Correct the mesh.");
   }
   Solid out;
   if (s.kind == ShapeKind::mesh) {
@@ -227,7 +227,8 @@ class Scene final : public CollisionScene, public CollisionBounds {
                          double interest, std::span<PairDistance> out,
                          Progress& progress) const override {
     if (!(interest >= 0))
-      return bad("the interest is not a length", "Give a length from 0 on, or infinity.");
+      return bad("the distance of interest is not a length",
+                 "Give a length of 0 or more, or infinity.");
     return each(
         poses, pairs, out.size(), progress,
         [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) {
@@ -247,7 +248,8 @@ class Scene final : public CollisionScene, public CollisionBounds {
                             double interest, double tolerance, std::span<PairDistance> out,
                             Progress& progress) const override {
     if (!(interest >= 0) || !(tolerance > 0))
-      return bad("the interest or the tolerance is not a length", "Give lengths from 0 on.");
+      return bad("the distance of interest or the tolerance is not a length",
+                 "Give lengths of 0 or more.");
     return each(poses, pairs, out.size(), progress,
                 [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) {
                   return distance(asked, p, k, interest, tolerance, pairs[k].a > pairs[k].b,
@@ -275,21 +277,21 @@ class Scene final : public CollisionScene, public CollisionBounds {
     const std::size_t samples = n == 0 ? 0 : poses.size() / n;
     if (n == 0 ? !poses.empty() : poses.size() % n != 0)
       return bad(std::to_string(poses.size()) + " poses for " + std::to_string(n) + " bodies",
-                 "Give one pose a body and sample.");
+                 "Give one pose per body and sample.");
     if (room != samples * pairs.size())
-      return bad("room for " + std::to_string(room) + " answers where " +
-                     std::to_string(samples * pairs.size()) + " are due",
-                 "Give one a pair and sample.");
+      return bad("space for " + std::to_string(room) + " results where " +
+                     std::to_string(samples * pairs.size()) + " are required",
+                 "Give one per pair and sample.");
     for (const CollisionPair& p : pairs)
       if (p.a < 0 || p.b < 0 || p.a == p.b || static_cast<std::size_t>(p.a) >= n ||
           static_cast<std::size_t>(p.b) >= n)
         return bad("a pair names bodies " + std::to_string(p.a) + " and " + std::to_string(p.b),
-                   "Give two different bodies out of " + std::to_string(n) + ", from 0 on.");
+                   "Give two different bodies out of " + std::to_string(n) + ", counted from 0.");
     const Asked asked = asked_for(pairs);
     for (std::size_t i = 0; i < poses.size(); i += n)
       for (const std::uint32_t b : asked.bodies)
         if (!is_placement(poses[i + b]))
-          return bad("pose " + std::to_string(i + b) + " is no rigid motion",
+          return bad("pose " + std::to_string(i + b) + " is not a rigid motion",
                      "Its rotation must be orthonormal and its numbers finite.");
 
     std::atomic<std::size_t> next{0}, done{0};
@@ -325,7 +327,7 @@ class Scene final : public CollisionScene, public CollisionBounds {
           if (is_placed) place(asked, at, placed);
           for (std::size_t k = 0; k < pairs.size(); ++k) {
             if ((is_placed || i == begin) && k % 8 == 0 && (stops || progress.cancelled()))
-              return fail(error(ErrorCode::cancelled, "the collision check was stopped"));
+              return fail(error(ErrorCode::cancelled, "the collision check was cancelled"));
             if constexpr (!std::is_same_v<std::decay_t<Quick>, std::nullptr_t>) {
               if (is_quick && quick(asked, at, i * pairs.size() + k, k)) continue;
               if (!is_placed) place(asked, at, placed);
@@ -631,7 +633,7 @@ Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedB
     Body body;
     for (std::size_t k = 0; k < bodies[i].shapes.size(); ++k) {
       if (progress.cancelled())
-        return error(ErrorCode::cancelled, "the preparation of collision checks was stopped");
+        return error(ErrorCode::cancelled, "the preparation of collision checks was cancelled");
       const Shape& shape = bodies[i].shapes[k];
       const bool is_listed = shape.kind == ShapeKind::mesh || shape.kind == ShapeKind::convex;
       const std::tuple key(shape.kind, static_cast<const void*>(shape.mesh),

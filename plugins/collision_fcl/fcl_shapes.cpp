@@ -93,12 +93,12 @@ Result<std::optional<PairDistance>> surface_distance(const Geometry& a, const Po
     d.on_b = vec(result.nearest_points[1]);
     d.distance = result.min_distance > 0 ? result.min_distance : 0;
     if (!std::isfinite(d.distance) || !spatial::is_finite(d.on_a) || !spatial::is_finite(d.on_b))
-      return error(ErrorCode::plugin_failed, "FCL gave a distance that is not a number");
+      return error(ErrorCode::plugin_failed, "FCL returned a distance that is not a number");
     if (d.distance == 0) d.on_b = d.on_a;
     return std::optional(d);
   } catch (const std::exception& e) {
     return error(ErrorCode::plugin_failed,
-                 std::string("FCL could not tell a distance: ") + e.what());
+                 std::string("FCL could not compute a distance: ") + e.what());
   }
 }
 

@@ -7,7 +7,7 @@
 namespace robomosp::collision_fcl {
 namespace {
 const rmp_param kParams[] = {
-    {"threads", "int", "", "Greatest number of threads of one call; 0 = one a core.", "0", nullptr,
+    {"threads", "int", "", "Maximum number of threads of one call; 0 = one per core.", "0", nullptr,
      0, 256},
 };
 }  // namespace

@@ -25,7 +25,7 @@ Vec3 turn_between(const double* from, const double* to) {
 
 Result<Plant> make_plant(const RobotModel& model, const InverseDynamics& dynamics) {
   if (model.dof() == 0)
-    return error(ErrorCode::invalid_argument, "it has no joints to be controlled",
+    return error(ErrorCode::invalid_argument, "it has no joints to control",
                  "Give it at least one joint.", "robot \"" + model.name + "\"");
   Plant plant{&model, &dynamics, std::vector<bool>(model.dof(), true)};
   for (const JointModel& joint : model.joints)

@@ -120,7 +120,7 @@ Result<CsgProfile> CgalCsgEngine::section(const CsgShape& shape, const Pose& pla
 }
 
 Result<CsgGeometry> CgalCsgEngine::geometry(const CsgShape& shape, Progress& progress) const {
-  return guarded("handing out the mesh", [&]() -> Result<CsgGeometry> {
+  return guarded("exporting the mesh", [&]() -> Result<CsgGeometry> {
     RMP_TRY_ASSIGN(const MeshShape* own, own_shape(&shape));
     stop_if_cancelled(progress);
     const PatchMesh& mesh = own->solid().mesh();

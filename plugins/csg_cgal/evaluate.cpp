@@ -141,9 +141,8 @@ class Planner {
     if (placed > kMostCopies)
       return error(ErrorCode::invalid_argument,
                    "the pattern makes " + csg_number_text(placed) + " copies; at most " +
-                       csg_number_text(kMostCopies) +
-                       " are made, patterns of patterns counted through",
-                   "Make the count smaller.", csg_node_text(node, i));
+                       csg_number_text(kMostCopies) + " are made, including nested patterns",
+                   "Reduce the count.", csg_node_text(node, i));
     Form form{false, CsgKind::union_, i, {}};
     for (std::size_t k = 0; k < where.size(); ++k)
       form.items.push_back({item.term, where[k] * item.pose,
@@ -226,11 +225,11 @@ class Evaluator {
           const bool is_difference = term.kind == CsgKind::difference;
           nothing_left_ =
               error(ErrorCode::invalid_argument, "the result is empty",
-                    is_difference ? "Nothing is left of the first solid; make the others smaller."
+                    is_difference ? "Nothing remains of the first solid; make the others smaller."
                                   : "The solids have no common volume; move them together.",
                     csg_node_text(node, term.node));
           notes_.push_back(csg_node_text(node, term.node) +
-                           (is_difference ? " is empty: nothing is left of the first solid."
+                           (is_difference ? " is empty: nothing remains of the first solid."
                                           : " is empty: the solids have no common volume."));
         }
       }

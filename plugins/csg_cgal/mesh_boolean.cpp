@@ -70,7 +70,7 @@ Result<BooleanOutcome> boolean(CsgKind kind, const ExactSolid& a, const ExactSol
                                         millimetres_text(kNudge * size) +
                                         " to get a closed result"};
   }
-  return error(ErrorCode::plugin_failed, "the triangles could not be joined to a closed surface",
+  return error(ErrorCode::plugin_failed, "the triangles could not be joined into a closed surface",
                "Faces or edges that only touch are the usual cause: move an operand slightly.");
 }
 

@@ -80,7 +80,7 @@ void NearSurface::build() {
     const Triangle& v = vertex[i];
     const Face f = surface_.add_face(Vertex(v[0]), Vertex(v[1]), Vertex(v[2]));
     if (f == Surface::null_face())
-      throw std::runtime_error("a surface that is no manifold, at triangle " +
+      throw std::runtime_error("a surface that is not a manifold, at triangle " +
                                std::to_string(near_[i]));
     from[f] = near_[i];
   }

@@ -30,7 +30,8 @@ void orient_exactly(PatchMesh& mesh) {
     const auto& v = mesh.triangles[t];
     if (s.add_face(Plain::Vertex_index(v[0]), Plain::Vertex_index(v[1]),
                    Plain::Vertex_index(v[2])) == Plain::null_face())
-      throw std::runtime_error("a surface that is no manifold, at triangle " + std::to_string(t));
+      throw std::runtime_error("a surface that is not a manifold, at triangle " +
+                               std::to_string(t));
   }
   PMP::orient_to_bound_a_volume(s);
   std::size_t t = 0;

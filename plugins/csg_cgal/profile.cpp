@@ -103,7 +103,7 @@ class Loop {
       case CsgCurve::Kind::spline: return add_spline(p);
       case CsgCurve::Kind::circle: return add_circle(p);
     }
-    return wrong("a curve of the profile is of no known kind");
+    return wrong("a curve of the profile is of unknown kind");
   }
 
   /// A straight line closes the loop.
@@ -120,7 +120,7 @@ class Loop {
         points.push_back(points_[i]);
         curves.push_back(curve_of_[i]);
       }
-    if (points.size() < 3) return wrong("a loop of the profile encloses nothing");
+    if (points.size() < 3) return wrong("a loop of the profile encloses no area");
     outline_.loops.push_back(std::move(points));
     outline_.curve_of.push_back(std::move(curves));
     return {};
@@ -138,7 +138,7 @@ class Loop {
 
   Result<void> add_arc(const std::vector<Point2>& p) {
     if (p.size() != 2)
-      return wrong("an arc of the profile needs two points, one on the way and its end");
+      return wrong("an arc of the profile needs two points, a via point and its end");
     const Point2 a = at_, m = p[0], b = p[1];
     const double ax = a[0] - m[0], ay = a[1] - m[1], bx = b[0] - m[0], by = b[1] - m[1];
     const double d = 2 * (ax * by - ay * bx), size = distance(a, m) * distance(b, m);
@@ -168,8 +168,8 @@ class Loop {
   Result<void> add_circle(const std::vector<Point2>& p) {
     if (p.size() != 2 || !(p[1][0] > 0) || !points_.empty())
       return wrong(
-          "a circle of the profile needs a centre and a radius greater than 0, and a loop "
-          "of its own");
+          "a circle of the profile needs a centre and a radius greater than 0, and a separate "
+          "loop");
     const double radius = p[1][0];
     const int sides = circle_sides(radius);
     Curve2 curve{Curve2::Kind::arc, p[0], radius, 0, 2 * std::numbers::pi / sides};
@@ -188,7 +188,7 @@ class Loop {
     std::vector<Point2> through{at_};
     for (const Point2& x : p) {
       if (distance(x, through.back()) <= kConfused)
-        return wrong("a spline of the profile passes through one point twice in a row");
+        return wrong("a spline of the profile passes through the same point twice in a row");
       through.push_back(x);
     }
     if (through.size() < 2) return wrong("a spline of the profile needs a point to pass through");

@@ -135,7 +135,7 @@ class Repair {
       if (is_reverse(mesh.triangles[t], before_[t])) ++flipped;
     if (flipped > 0)
       notes.push_back(count_text(flipped, "triangle") +
-                      " of the mesh that faced inwards were turned round");
+                      " of the mesh that faced inwards were flipped");
     return out;
   }
 
@@ -168,7 +168,7 @@ class Repair {
     if (split_slivers()) drop_needless();
     if (dropped_ > 0)
       notes.push_back(count_text(dropped_, "triangle") +
-                      " of the mesh without area or there twice were removed");
+                      " of the mesh without area or with duplicates were removed");
     if (triangles_.empty()) return {};
     const auto [open, where] = open_sides();
     if (open > 0)

@@ -456,13 +456,13 @@ Result<void> check_kind(const CsgNode& node, std::size_t index) {
   if (node.kind == CsgKind::fillet || node.kind == CsgKind::chamfer)
     return error(
         ErrorCode::unsupported,
-        "the engine of triangle meshes makes no " + std::string(csg_info(node.kind).name) + "s",
-        "Take the node out, or keep imported meshes in a solid of their own.",
+        "the triangle mesh engine does not support " + std::string(csg_info(node.kind).name) + "s",
+        "Remove the node, or keep imported meshes in a separate solid.",
         csg_node_text(node, index));
   if (node.kind == CsgKind::imported && node.geometry->form != CsgGeometry::Form::mesh)
     return error(ErrorCode::unsupported,
-                 "the engine of triangle meshes takes no imported exact solids (B-rep)",
-                 "Import it as a mesh such as STL when it shares a solid with a mesh.",
+                 "the triangle mesh engine does not support imported exact solids (B-rep)",
+                 "Import it as a mesh such as STL if it shares a solid with a mesh.",
                  csg_node_text(node, index));
   return {};
 }

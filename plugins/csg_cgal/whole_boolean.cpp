@@ -56,7 +56,8 @@ Surface surface_of(const ExactSolid& solid, std::uint32_t patch_offset) {
     const auto& v = mesh.triangles[t];
     const Face f = s.add_face(Vertex(v[0]), Vertex(v[1]), Vertex(v[2]));
     if (f == Surface::null_face())
-      throw std::runtime_error("a surface that is no manifold, at triangle " + std::to_string(t));
+      throw std::runtime_error("a surface that is not a manifold, at triangle " +
+                               std::to_string(t));
     patch[f] = mesh.patch_of[t] + patch_offset;
   }
   return s;

@@ -95,7 +95,7 @@ class Runner {
     if (pieced.fault.empty() && !pieced.blurred)
       return BooleanOutcome{
           std::move(pieced.solids),
-          "the result was put together from the parts that its solids cut each other into"};
+          "the result was assembled from the parts into which its solids cut each other"};
     for (const double share : {1e-6, 1e-5}) {
       Trial healed = attempt(objects_, tools_, share * size_);
       if (progress_.cancelled()) return cancelled_error();
@@ -210,7 +210,7 @@ class Runner {
     }
     check_volume(volume, splits, fuzzy, trial);
     if (trial.fault.empty() && has_missed_crossing(splits))
-      trial.fault = "Open CASCADE missed where two operands cross";
+      trial.fault = "Open CASCADE missed an intersection of two operands";
     if (!trial.fault.empty() || trial.solids.empty()) return;
     if (!is_valid(trial.solids)) {
       trial.fault = "the result is not a valid solid";
@@ -300,7 +300,8 @@ class Runner {
     if (call_.kind != CsgKind::union_) {
       high = 0;
       for (const Solid& s : call_.objects) high += s.volume;
-      if (volume > high + slack) trial.fault = "the result is larger than what it was cut from";
+      if (volume > high + slack)
+        trial.fault = "the result is larger than the solid it was cut from";
     }
   }
 

@@ -61,14 +61,14 @@ Result<Content> swept(const CsgNode& node, FaceMemory& faces, Progress& progress
     else shape = BRepPrimAPI_MakeRevol(region.face, gp::OZ(), angle).Shape();
     const TopExp_Explorer found(shape, TopAbs_SOLID);
     if (!found.More())
-      return error(ErrorCode::plugin_failed, "the profile did not give a solid",
+      return error(ErrorCode::plugin_failed, "the profile did not produce a solid",
                    "Simplify the profile.");
     TopoDS_Shape solid = found.Current();
     if (faces.of(solid, progress).volume < 0) solid.Reverse();
     content.solids.push_back(measured(solid, faces));
     const double want = is_prism ? region.area * height : region.moment_x * angle;
     if (!(std::abs(content.solids.back().volume - want) <= kSweptSlack * want) || !is_sound(solid))
-      return error(ErrorCode::plugin_failed, "the profile did not give a valid solid",
+      return error(ErrorCode::plugin_failed, "the profile did not produce a valid solid",
                    "Simplify the profile where its curves come close to each other or meet at a "
                    "sharp angle.");
   }
@@ -194,7 +194,7 @@ Result<Content> imported(const CsgNode& node, FaceMemory& faces, Progress& progr
     content.solids.push_back(measured(solid, faces));
   }
   if (content.solids.empty())
-    return bad("has no closed solid in it", "Export it as a solid, not as open surfaces.");
+    return bad("contains no closed solid", "Export it as a solid, not as open surfaces.");
   if (content.solids.size() > 1) {
     // Bodies of one file may overlap; what is counted twice has to be counted once.
     BooleanCall call;
@@ -211,9 +211,9 @@ Result<Content> imported(const CsgNode& node, FaceMemory& faces, Progress& progr
       content.solids = std::move(together.solids);
     }
   }
-  if (is_sewn) content.notes.emplace_back("its faces were sewn to a closed solid");
+  if (is_sewn) content.notes.emplace_back("its faces were sewn into a closed solid");
   if (is_healed) content.notes.emplace_back("it was not valid and has been healed");
-  if (is_turned) content.notes.emplace_back("it was inside out and has been turned");
+  if (is_turned) content.notes.emplace_back("it was inside out and has been flipped");
   return content;
 }
 

@@ -166,7 +166,7 @@ class Tracer {
 Result<std::vector<CsgEdge>> OcctCsgEngine::edges(const CsgShape& shape, double chord,
                                                   Progress& progress) const {
   if (!(chord > 0) || !std::isfinite(chord))
-    return error(ErrorCode::invalid_argument, "the chord is no length above 0", "", "chord");
+    return error(ErrorCode::invalid_argument, "the chord is not a length above 0", "", "chord");
   return guarded("listing the edges", [&]() -> Result<std::vector<CsgEdge>> {
     RMP_TRY_ASSIGN(const OcctShape* own, own_shape(shape));
     const auto claim = gate_.claim(own->lineage(), progress);

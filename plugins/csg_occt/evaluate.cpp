@@ -60,7 +60,7 @@ Result<void> check_pairs(const std::vector<const Operand*>& operands, const Prog
       return error(ErrorCode::invalid_argument,
                    "of " + std::to_string(operands.size()) + " solids more than " +
                        std::to_string(kMostPairs) + " pairs meet, too many for one operation",
-                   "Combine them in groups first, or leave out those that lie inside of others.");
+                   "Combine them in groups first, or leave out those that lie inside others.");
     active.push_back(o);
   }
   return {};
@@ -129,7 +129,7 @@ class Evaluator {
   /// not.
   static const char* why_empty(CsgKind kind) {
     return kind == CsgKind::difference
-               ? "Nothing is left of the first solid; make the others smaller."
+               ? "Nothing remains of the first solid; make the others smaller."
                : "The solids have no common volume; move them together.";
   }
   /// The error of a root that is empty, at the operation that made it so.
@@ -320,7 +320,7 @@ class Evaluator {
       if (value->solids.empty() && has_content_in(term) && value->notes.size() < kMostNotes)
         value->notes.push_back({{},
                                 term.kind == CsgKind::difference
-                                    ? "is empty: nothing is left of the first solid"
+                                    ? "is empty: nothing remains of the first solid"
                                     : "is empty: the solids have no common volume"});
       return ValuePtr(value);
     });

@@ -821,7 +821,7 @@ Result<Mesh> mesh_solids(const std::vector<Solid>& solids, const gp_Trsf& pose,
     if (progress.cancelled()) return cancelled_error();
   }
   return error(ErrorCode::plugin_failed, "the mesh does not close",
-               "Ask for a finer mesh, or move the solid's parts slightly.");
+               "Request a finer mesh, or move the solid's parts slightly.");
 }
 
 }  // namespace robomosp::csg_occt

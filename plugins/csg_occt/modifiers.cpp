@@ -397,8 +397,8 @@ Result<std::vector<Solid>> work_edges(const CsgNode& node, const std::vector<Sol
   if (chosen.empty())
     return error(ErrorCode::invalid_argument,
                  tests.empty() ? "the solid has no sharp edges"
-                               : "no sharp edge is meant by \"" + node.select + "\"",
-                 "Choose other edges, or take the node out.");
+                               : "no sharp edge is selected by \"" + node.select + "\"",
+                 "Choose other edges, or remove the node.");
   std::unique_lock lock(fillet_mutex(), std::defer_lock);
   while (!lock.try_lock_for(std::chrono::milliseconds(20)))
     if (progress.cancelled()) return cancelled_error();
@@ -425,7 +425,7 @@ Result<std::vector<Solid>> work_edges(const CsgNode& node, const std::vector<Sol
           worked(node.kind, size / 8, solids[s], edges, faces).has_value();
       if (is_smaller_right)
         return error(ErrorCode::invalid_argument,
-                     "the " + what + " is too large for " + which + " it is to work on",
+                     "the " + what + " is too large for " + which + " it is applied to",
                      "Make it smaller, or choose other edges.");
       return error(ErrorCode::plugin_failed,
                    "Open CASCADE cannot work on " + which + " with the " + what +
@@ -450,7 +450,7 @@ Result<std::vector<Solid>> mirrored(const CsgNode& node, const std::vector<Solid
     result.push_back(measured(shape, faces));
     if (std::abs(result.back().volume - solid.volume) > 1e-9 * solid.volume || !is_sound(shape))
       return error(ErrorCode::plugin_failed, "the mirror image is not a valid solid",
-                   "Mirror the parts it is made of instead.");
+                   "Mirror its parts instead.");
     faces.set_verified(shape);
   }
   return result;

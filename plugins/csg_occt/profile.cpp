@@ -220,7 +220,7 @@ class Drawing {
     Loop made;
     made.first = pieces_.size();
     if (loop.curves.empty())
-      return bad(loop_text(l) + " has no curves", "Draw it, or take it out of the profile.");
+      return bad(loop_text(l) + " has no curves", "Draw it, or remove it from the profile.");
     for (std::size_t c = 0; c < loop.curves.size(); ++c) {
       const CsgCurve& curve = loop.curves[c];
       const auto kind = static_cast<std::size_t>(curve.kind);
@@ -232,17 +232,17 @@ class Drawing {
                                                                          : curve.points.size() == 2;
       if (!is_count_right)
         return bad(curve_text(l, c) + " has " + std::to_string(curve.points.size()) + " points",
-                   "A line has one, its end; an arc two, one on the way and its end; a circle two, "
+                   "A line has one, its end; an arc two, a via point and its end; a circle two, "
                    "its centre and (radius, 0); a spline at least one.");
       for (const auto& p : curve.points)
         if (!is_point(p))
-          return bad(curve_text(l, c) + " has a point that is no number or farther away than " +
+          return bad(curve_text(l, c) + " has a point that is not a number or farther away than " +
                      csg_number_text(kCsgGreatestLength) + " m");
     }
     if (loop.curves[0].kind == CsgCurve::Kind::circle) {
       if (loop.curves.size() != 1)
         return bad(curve_text(l, 0) + " must be alone in its loop",
-                   "Give the circle a loop of its own.");
+                   "Put the circle into a separate loop.");
       const auto& points = loop.curves[0].points;
       ProfilePiece circle{CsgCurve::Kind::circle, l, 0};
       circle.centre = gp_XY(points[0][0], points[0][1]) * kMillimetresPerMetre;
@@ -256,7 +256,7 @@ class Drawing {
       pieces_.push_back(circle);
     } else {
       if (!is_point(loop.start))
-        return bad("the start of " + loop_text(l) + " is no number or farther away than " +
+        return bad("the start of " + loop_text(l) + " is not a number or farther away than " +
                    csg_number_text(kCsgGreatestLength) + " m");
       RMP_TRY(read_outline(l));
     }
@@ -276,7 +276,7 @@ class Drawing {
       made.box.add(box);
     }
     if (std::abs(made.area) <= kTouch * length)
-      return bad(loop_text(l) + " encloses no area", "Draw an outline that goes round.");
+      return bad(loop_text(l) + " encloses no area", "Draw a closed outline.");
     loops_.push_back(made);
     return {};
   }
@@ -297,7 +297,7 @@ class Drawing {
         case CsgCurve::Kind::line:
           if ((end - at).Modulus() < kSmallest)
             return bad(curve_text(l, c) + " ends where it begins, at " + point_text(at),
-                       "Take it out of the profile.");
+                       "Remove it from the profile.");
           pieces_.push_back(piece);
           break;
         case CsgCurve::Kind::arc:
@@ -307,7 +307,7 @@ class Drawing {
         case CsgCurve::Kind::spline: RMP_TRY(read_spline(piece, end)); break;
         default:
           return bad(curve_text(l, c) + " must be alone in its loop",
-                     "Give the circle a loop of its own.");
+                     "Put the circle into a separate loop.");
       }
       at = end;
     }
@@ -326,15 +326,14 @@ class Drawing {
       return bad(text(arc) + " ends where it begins, at " + point_text(arc.a),
                  "Use a circle for a full turn.");
     if (u.Modulus() < kSmallest || (through - arc.b).Modulus() < kSmallest)
-      return bad(
-          "the point on the way of " + text(arc) + " is one of its ends, " + point_text(through),
-          "Give a point between the ends.");
+      return bad("the via point of " + text(arc) + " is one of its ends, " + point_text(through),
+                 "Give a point between the ends.");
     const double cross = u.Crossed(v);
     const double uu = u.SquareModulus(), vv = v.SquareModulus();
     const gp_XY to_centre = gp_XY(v.Y() * uu - u.Y() * vv, u.X() * vv - v.X() * uu) * (0.5 / cross);
     if (cross == 0 || !(to_centre.Modulus() <= kGreatest))
       return bad(text(arc) + " is straight: its three points lie on one line",
-                 "Use a line, or move the point on the way.");
+                 "Use a line, or move the via point.");
     arc.centre = arc.a + to_centre;
     arc.radius = (arc.a - arc.centre).Modulus();
     const auto angle = [&](const gp_XY& p) {
@@ -356,7 +355,7 @@ class Drawing {
     for (std::size_t i = 1; i < points.size(); ++i)
       if ((points[i] - points[i - 1]).Modulus() < kSmallest)
         return bad(text(whole) + " passes twice in a row through " + point_text(points[i]),
-                   "Take one of the two points out.");
+                   "Remove one of the two points.");
     const NaturalSpline spline(points);
     for (std::size_t s = 0; s < spline.spans(); ++s) {
       if (s % 256 == 0 && progress_.cancelled()) return cancelled_error();
@@ -417,17 +416,17 @@ class Drawing {
         touches |= p.at(t).X() <= kTouch;
       }
       if (least < -kTouch)
-        return bad(text(p) + " reaches x = " + print_metres(least) +
-                       ", left of the axis it is turned about",
-                   "Move the profile to x >= 0.");
+        return bad(
+            text(p) + " reaches x = " + print_metres(least) + ", left of its axis of revolution",
+            "Move the profile to x >= 0.");
       if (touches)
-        return bad(text(p) + " touches the axis it is turned about between its ends",
+        return bad(text(p) + " touches its axis of revolution between its ends",
                    "Move it off the axis, or end it there.");
     }
     for (std::size_t i = 1; i < pieces_.size(); ++i) {
       const ProfilePiece &p = pieces_[i - 1], &q = pieces_[i];
       if (p.loop == q.loop && p.curve == q.curve && p.b.X() <= kTouch)
-        return bad(text(p) + " touches the axis it is turned about between its ends",
+        return bad(text(p) + " touches its axis of revolution between its ends",
                    "Move it off the axis, or end it there.");
     }
     return {};

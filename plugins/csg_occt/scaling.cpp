@@ -134,7 +134,7 @@ TopoDS_Shape stretched_shape(const TopoDS_Shape& shape, const Factors& factors) 
 
 Error invalid() {
   return error(ErrorCode::plugin_failed, "the stretched solid is not valid",
-               "Scale the parts it is made of instead, or by factors less different.");
+               "Scale its parts instead, or use more similar factors.");
 }
 
 Result<Solid> stretched_solid(const TopoDS_Shape& shape, const Factors& factors, FaceMemory& faces,

@@ -84,7 +84,7 @@ Result<std::vector<gp_XY>> fitted(const BRepAdaptor_Curve& curve, double from, d
   return error(ErrorCode::invalid_argument,
                "a curve of the section cannot be drawn within the chord by " +
                    std::to_string(kMostSplinePoints) + " points",
-               "Ask for a greater chord.");
+               "Request a larger chord.");
 }
 
 Result<Stretch> stretch_of(const TopoDS_Edge& edge, double chord) {
@@ -190,7 +190,7 @@ Result<std::vector<TopoDS_Face>> cut_faces(const TopoDS_Shape& solid, Progress& 
       faces.push_back(TopoDS::Face(e.Current()));
     return faces;
   }
-  return error(ErrorCode::plugin_failed, "Open CASCADE could not cut the solid by this plane",
+  return error(ErrorCode::plugin_failed, "Open CASCADE could not cut the solid with this plane",
                "Move or turn the plane slightly.");
 }
 

@@ -215,9 +215,8 @@ class Planner {
     if (copies > kMostCopies)
       return error(ErrorCode::invalid_argument,
                    "the pattern makes " + csg_number_text(copies) + " copies; at most " +
-                       csg_number_text(kMostCopies) +
-                       " are made, patterns of patterns counted through",
-                   "Make the count smaller.", csg_node_text(tree_.nodes[i], i));
+                       csg_number_text(kMostCopies) + " are made, including nested patterns",
+                   "Reduce the count.", csg_node_text(tree_.nodes[i], i));
     if (count == 1) return Form{true, tree_.nodes[i].kind, i, {item}};
     Form form{false, CsgKind::union_, i, {}};
     for (std::size_t k = 0; k < count; ++k) {

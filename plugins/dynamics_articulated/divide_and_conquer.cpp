@@ -438,8 +438,8 @@ Result<void> DivideAndConquer::prepare(const RobotModel& model, const Params& pa
   RMP_TRY(refuse_loops(model));
   if (!model.is_serial() || !model.is_simple())
     return error(ErrorCode::unsupported,
-                 "divide and conquer is for serial chains of revolute and prismatic joints, and "
-                 "it has branches, coupled, ball or free joints",
+                 "divide and conquer needs a serial chain of revolute and prismatic joints, but it "
+                 "has branches, coupled, ball or free joints",
                  "Choose the provider articulated_body.", where);
   RMP_TRY_ASSIGN(articulated_, make_articulated(model));
   const BodyTree& tree = articulated_.tree;

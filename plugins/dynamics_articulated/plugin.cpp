@@ -24,7 +24,7 @@ using What = spatial::recursions::Task::What;
 
 const rmp_param kArticulatedParams[] = {
     {"instructions", "enum", "",
-     "The processor's instructions to use: the widest it has, or no wider than these.", "auto",
+     "The processor instructions to use: the widest available, or none wider than these.", "auto",
      "auto|avx512|avx2|baseline", 1, 0},
 };
 
@@ -153,8 +153,8 @@ const rmp_param kConstrainedParams[] = {
 };
 
 const rmp_param kDivideParams[] = {
-    {"threads", "int", "", "Threads for one robot at most; 0 = as many as its length is worth.",
-     "0", nullptr, 0, 64},
+    {"threads", "int", "", "Maximum number of threads per robot; 0 = chosen by its length.", "0",
+     nullptr, 0, 64},
 };
 
 }  // namespace
@@ -167,10 +167,10 @@ RMP_PLUGIN(
                  "Articulated bodies in O(n): trees of all joint types, of any size.",
                  "serial,tree,coupled,floating,batch,derivatives",
                  robomosp::articulated::kArticulatedParams),
-    RMP_PROVIDER(
-        robomosp::articulated::Constrained, "constrained",
-        "Closed loops by Lagrange's multipliers, with the forces that close them; trees too.",
-        "serial,tree,coupled,floating,loops,batch", robomosp::articulated::kConstrainedParams),
+    RMP_PROVIDER(robomosp::articulated::Constrained, "constrained",
+                 "Closed loops by Lagrange multipliers, with their closing forces; also trees.",
+                 "serial,tree,coupled,floating,loops,batch",
+                 robomosp::articulated::kConstrainedParams),
     RMP_PROVIDER(robomosp::articulated::DivideAndConquer, "divide_and_conquer",
                  "Halves of long serial chains put together in O(log n) depth, on all cores.",
                  "serial,batch", robomosp::articulated::kDivideParams))

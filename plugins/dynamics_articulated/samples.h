@@ -17,18 +17,20 @@ namespace robomosp::articulated {
 /// Samples between two looks at Progress: far less than 100 ms of work for any mechanism.
 inline constexpr std::size_t kSamplesPerCheck = 64;
 
-inline Error cancelled() { return error(ErrorCode::cancelled, "the dynamics were stopped"); }
+inline Error cancelled() {
+  return error(ErrorCode::cancelled, "the dynamics computation was cancelled");
+}
 inline std::string sample_name(std::size_t i) { return "sample " + std::to_string(i + 1); }
 inline Error not_finite(const char* what, std::size_t sample) {
   return error(ErrorCode::invalid_argument,
                std::string(what) + " of sample " + std::to_string(sample + 1) + " are not finite",
-               "Check the joint values, rates and forces given for it.");
+               "Check its joint values, rates and forces.");
 }
 inline Error singular(const spatial::BodyTree& tree, std::int32_t joint) {
   return error(
       ErrorCode::invalid_argument,
       "the inertia that it moves is zero or negative, so its acceleration is undefined",
-      "Give the bodies it carries a mass, or its drive a motor inertia.",
+      "Give its bodies a mass, or its drive a motor inertia.",
       tree.where() + ", joint \"" + tree.joint_names[static_cast<std::size_t>(joint)] + "\"");
 }
 inline bool all_finite(const double* v, std::size_t n) {
@@ -55,7 +57,7 @@ inline Result<void> refuse_loops(const RobotModel& model) {
   if (model.loops.empty()) return {};
   return error(ErrorCode::unsupported,
                "it has the closed loop \"" + model.loops[0].name +
-                   "\", and this provider of forward dynamics knows trees only",
+                   "\", but this provider of forward dynamics supports trees only",
                "Choose the provider constrained.", "robot \"" + model.name + "\"");
 }
 

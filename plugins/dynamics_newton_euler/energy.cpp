@@ -54,7 +54,7 @@ Result<void> energy(const BodyTree& tree, const DynamicsBatch& batch, std::span<
   RMP_TRY(check_batch(tree, batch, tree_scratch(tree), out.size(), 1));
   for (std::size_t i = 0; i < batch.count; ++i) {
     if (i % kSamplesPerLook == 0 && progress.cancelled())
-      return error(ErrorCode::cancelled, "the dynamics were stopped");
+      return error(ErrorCode::cancelled, "the dynamics computation was cancelled");
     out[i] = energy_of(tree, batch, i);
   }
   return {};

@@ -22,11 +22,11 @@ using What = spatial::recursions::Task::What;
 
 const rmp_param kParams[] = {
     {"inertia_method", "enum", "",
-     "How the joint-space inertia is found: composite bodies, or column by column from "
+     "How the joint-space inertia is computed: composite bodies, or column by column from "
      "Newton-Euler.",
      "composite", "composite|columns", 1, 0},
     {"instructions", "enum", "",
-     "The processor's instructions to use: the widest it has, or no wider than these.", "auto",
+     "The processor instructions to use: the widest available, or none wider than these.", "auto",
      "auto|avx512|avx2|baseline", 1, 0},
 };
 
@@ -38,7 +38,7 @@ Runner make_runner(const Params& params) {
 Error not_finite(const char* what, std::size_t sample) {
   return error(ErrorCode::invalid_argument,
                std::string(what) + " of sample " + std::to_string(sample + 1) + " are not finite",
-               "Check the joint values, rates and forces given for it.");
+               "Check its joint values, rates and forces.");
 }
 
 class NewtonEuler final : public InverseDynamics {
@@ -119,7 +119,8 @@ class InertiaMatrix final : public ForwardDynamics {
   explicit InertiaMatrix(const rmp_host* host) { spatial::use_threads_of(host); }
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     if (!model.loops.empty())
-      return error(ErrorCode::unsupported, "it has closed loops, which this provider does not know",
+      return error(ErrorCode::unsupported,
+                   "it has closed loops, which this provider does not support",
                    "Choose a provider with the tag \"loops\", such as constrained.",
                    "robot \"" + model.name + "\"");
     RMP_TRY_ASSIGN(chain_, Chain::make(model));
@@ -134,7 +135,7 @@ class InertiaMatrix final : public ForwardDynamics {
                    "it has " + std::to_string(model.dof()) +
                        " velocities; the inertia matrix is factorised for up to " +
                        std::to_string(kMostVelocities),
-                   "Choose articulated_body, whose time grows with the number of joints.",
+                   "Choose articulated_body, which takes time linear in the number of joints.",
                    "robot \"" + model.name + "\"");
     return refuse_singular(model);
   }
@@ -157,7 +158,7 @@ class InertiaMatrix final : public ForwardDynamics {
     const std::size_t joint = chain_.joint_of(static_cast<std::size_t>(entry));
     return error(ErrorCode::invalid_argument,
                  "the inertia that it moves is zero or negative, so its acceleration is undefined",
-                 "Give the bodies it carries a mass, or its drive a motor inertia.",
+                 "Give its bodies a mass, or its drive a motor inertia.",
                  "robot \"" + chain_.robot() + "\", joint \"" + names_[joint] + "\"");
   }
   // -1 where the inertia is positive definite, or not finite.

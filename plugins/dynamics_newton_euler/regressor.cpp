@@ -51,7 +51,8 @@ Result<void> regressor(const BodyTree& tree, const DynamicsBatch& batch, std::sp
   const TreeScratch s = take_scratch(tree, batch.scratch.data());
   std::fill(y.begin(), y.end(), 0.0);
   for (std::size_t i = 0; i < batch.count; ++i) {
-    if (progress.cancelled()) return error(ErrorCode::cancelled, "the dynamics were stopped");
+    if (progress.cancelled())
+      return error(ErrorCode::cancelled, "the dynamics computation was cancelled");
     const std::span<double> out = y.subspan(i * size, size);
     TreeState state = state_of(tree, batch, i, batch.terms, false);
     // A turning base belongs to the inertial term; see tree_torques().

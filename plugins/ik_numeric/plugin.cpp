@@ -17,14 +17,14 @@ namespace robomosp::ik_numeric {
 namespace {
 
 const rmp_param kParams[] = {
-    {"max_iterations", "int", "", "Greatest number of steps of one search.", "100", nullptr, 1,
+    {"max_iterations", "int", "", "Maximum number of steps of one search.", "100", nullptr, 1,
      100000},
-    {"restarts", "int", "", "Random starts after the seed has led nowhere.", "100", nullptr, 0,
-     100000},
+    {"restarts", "int", "", "Random restarts after the search from the seed has failed.", "100",
+     nullptr, 0, 100000},
     {"damping", "real", "",
      "Damping per squared error; larger is more cautious far from the target.", "0.01", nullptr,
      1e-9, 1e3},
-    {"seed", "int", "", "Start of the random numbers; the same seed gives the same answers.", "1",
+    {"seed", "int", "", "Start of the random numbers; the same seed gives the same results.", "1",
      nullptr, 0, 4294967295.0},
 };
 
@@ -74,7 +74,7 @@ class NumericIk final : public IkSolver {
     const spatial::NearTargets near(*model_, batch);
     const bool done = fast ? solve_fast(near.batch(), tip, options, results, progress)
                            : solve_general(near.batch(), goals, options, results, progress);
-    if (!done) return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
+    if (!done) return error(ErrorCode::cancelled, "inverse kinematics was cancelled");
     near.correct(results);
     return {};
   }
@@ -139,7 +139,7 @@ class NumericIk final : public IkSolver {
     if (results * goals.size() != count)
       return bad(std::to_string(results) + " results for " + std::to_string(count) +
                      " targets of " + std::to_string(goals.size()) + " goals",
-                 "Give one result a sample and one target a goal and sample.");
+                 "Give one result per sample and one target per goal and sample.");
     if (!batch.seeds.empty() && batch.seeds.size() != n && batch.seeds.size() != n * results)
       return bad(
           "the seeds have " + std::to_string(batch.seeds.size()) + " values for " +
@@ -151,15 +151,15 @@ class NumericIk final : public IkSolver {
         return bad("there is no tip " + std::to_string(g.tip),
                    "The robot has tips 0 to " + std::to_string(tips - 1) + ".");
       if (!(g.parts & kIkPose) || (g.parts & ~static_cast<std::uint32_t>(kIkPose)))
-        return bad("a goal's parts are " + std::to_string(g.parts) + ", which name nothing to meet",
-                   "Sum up 1, 2, 4 for the position and 8, 16, 32 for the rotation.");
+        return bad("a goal's parts are " + std::to_string(g.parts) + ", which select no constraint",
+                   "Add 1, 2, 4 for the position and 8, 16, 32 for the rotation.");
       if (!(g.weight > 0) || !std::isfinite(g.weight))
         return bad("a goal's weight is not positive", "Give numbers above 0, such as 1.");
     }
     if (!(batch.tolerance.position > 0) || !(batch.tolerance.rotation > 0))
       return bad("a tolerance is not positive", "Give lengths and angles above 0, such as 1e-9.");
     if (batch.objective == IkObjective::clearance && !batch.clearance)
-      return bad("the objective clearance has no obstacles to keep away from",
+      return bad("the objective clearance has no obstacles",
                  "Give the clearance field, or choose another objective.");
     for (std::size_t i = 0; i < count; ++i)
       if (!spatial::is_rigid(batch.targets[i], 1e-6))

@@ -114,20 +114,19 @@ Result<Family> recognise(const RobotModel& model, std::size_t tip) {
   Family f;
   RMP_TRY_ASSIGN(f.arm, spatial::serial_arm(model, tip));
   if (f.arm.size() != 6)
-    return refused("this closed form is for 6 revolute joints, and the tip \"" +
+    return refused("this closed form needs 6 revolute joints, but the tip \"" +
                    model.tips[tip].name + "\" is carried by " + std::to_string(f.arm.size()));
   const auto& j = f.arm.joints;
   const std::string wrist = why_not_meeting(f.arm, f.wrist);
   if (wrist.empty()) {
     if (parallel(j[0], j[1]) && parallel(j[1], j[2]))
-      return refused("axes 1, 2 and 3 are parallel: the wrist keeps its height");
+      return refused("axes 1, 2 and 3 are parallel: the wrist cannot change its height");
     f.right_wrist = perpendicular(j[3], j[4]) && perpendicular(j[4], j[5]);
     f.form = parallel(j[1], j[2]) && f.right_wrist ? Form::two_parallel : Form::general;
     for (std::size_t i = 0; i < 3; ++i)
       if (i == 2 && distance_to(j[i], f.wrist) < kSame * f.arm.length)
         return refused("axis " + std::to_string(i + 1) +
-                       " passes through the wrist point, which "
-                       "it therefore does not move");
+                       " passes through the wrist point and therefore does not move it");
   } else {
     const std::string other = why_not_three_parallel(f.arm, f.wrist);
     if (!other.empty())
@@ -139,7 +138,7 @@ Result<Family> recognise(const RobotModel& model, std::size_t tip) {
   if (f.form != Form::general) {
     f.lanes = constants(f);
     if (f.lanes.length2 < kSame * f.arm.length || f.lanes.length3 < kSame * f.arm.length)
-      return refused("a link of its arm has no length across axis 2");
+      return refused("a link of its arm has no length perpendicular to axis 2");
   }
   const auto length_across = [&](const Vec3& from, const Vec3& to) {
     return norm(cross(j[1].axis, sub(to, from)));

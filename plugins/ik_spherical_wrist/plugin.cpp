@@ -28,10 +28,10 @@ namespace {
 
 const rmp_param kParams[] = {
     {"turns", "bool", "",
-     "When all solutions are asked, also those a whole turn away that limits allow.", "true",
+     "If all solutions are requested, include those a whole turn away within the limits.", "true",
      nullptr, 0, 0},
     {"switching", "bool", "",
-     "On a path, go on with another configuration where a joint limit ends the one so far; "
+     "On a path, continue with another configuration if a joint limit ends the present one; "
      "otherwise the path ends there.",
      "false", nullptr, 0, 0},
 };
@@ -405,7 +405,7 @@ class SphericalWristIk final : public IkSolver, public IkBranches {
     const IkBatch& batch = near.batch();
     RMP_TRY_ASSIGN(const std::size_t tip, spatial::whole_pose_tip(batch));
     if (!batch.arm_angles.empty())
-      return error(ErrorCode::unsupported, "an arm of six joints has no arm angle",
+      return error(ErrorCode::unsupported, "a six-joint arm has no arm angle",
                    "Leave the arm angle out.");
     if (!tips_[tip]) return spatial::ik_unknown_arm(*model_, tip);
     Solver solver(*tips_[tip], batch, turns_, switching_);

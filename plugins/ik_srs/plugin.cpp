@@ -24,10 +24,10 @@ namespace {
 
 const rmp_param kParams[] = {
     {"turns", "bool", "",
-     "When all solutions are asked, also those a whole turn away that limits allow.", "true",
+     "If all solutions are requested, include those a whole turn away within the limits.", "true",
      nullptr, 0, 0},
     {"switching", "bool", "",
-     "On a path, go on with another branch where joint limits end the one so far; otherwise the "
+     "On a path, continue with another branch if joint limits end the present one; otherwise the "
      "path ends there.",
      "false", nullptr, 0, 0},
 };

@@ -145,7 +145,7 @@ Result<SrsArm> recognise(const RobotModel& model, std::size_t tip) {
   SrsArm a;
   RMP_TRY_ASSIGN(a.arm, spatial::serial_arm(model, tip));
   if (a.arm.size() != 7)
-    return refused("this closed form is for 7 revolute joints, and the tip \"" +
+    return refused("this closed form needs 7 revolute joints, but the tip \"" +
                    model.tips[tip].name + "\" is carried by " + std::to_string(a.arm.size()));
   const std::string start = "it is not a spherical-revolute-spherical arm: ";
   if (const auto why = why_no_ball(a.arm, 0, a.shoulder); !why.empty()) return refused(start + why);

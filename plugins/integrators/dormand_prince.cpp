@@ -186,8 +186,8 @@ class DormandPrinceSteps final : public spatial::Stepper {
     const bool hopeless = is_stiff && (limit - t0_) / h > static_cast<double>(max_steps_ - done);
     if (done < max_steps_ && !hopeless) return {};
     return error(ErrorCode::invalid_argument,
-                 is_stiff ? "the motion is stiff: some part of it is much faster than what is "
-                            "followed, and forces steps of " +
+                 is_stiff ? "the motion is stiff: some part of it is much faster than the rest and "
+                            "forces steps of " +
                                 spatial::print_number(h, 6) + " s"
                           : "it takes more than " + std::to_string(max_steps_) + " steps",
                  is_stiff ? "Make springs and damping softer, or raise max_steps and wait."

@@ -11,11 +11,11 @@ namespace {
 
 const rmp_param kDormandPrinceParams[] = {
     {"norm", "enum", "",
-     "How the errors of the state's numbers make one: root mean square, or the greatest.", "rms",
+     "How the errors of the state's numbers are combined: root mean square, or maximum.", "rms",
      "rms|max", 1, 0},
-    {"max_step", "real", "s", "Longest step; 0 leaves it to the error.", "0", nullptr, 0, 1e9},
-    {"max_steps", "int", "", "A run that takes more steps than this is an error.", "1000000",
-     nullptr, 1, 1e12},
+    {"max_step", "real", "s", "Longest step; 0 = chosen by the error.", "0", nullptr, 0, 1e9},
+    {"max_steps", "int", "", "A run with more steps than this is an error.", "1000000", nullptr, 1,
+     1e12},
 };
 const rmp_param kSymplecticParams[] = {
     {"method", "enum", "",

@@ -133,7 +133,7 @@ bool Checker::run() {
   const Node* specification = nullptr;
   for (Id h = root.first; h != kNone; h = at(h).next) {
     if (at(h).kind != N::specification) continue;
-    if (specification) fail(at(h), "a program has one system specification");
+    if (specification) fail(at(h), "a program can have only one system specification");
     else specification = &at(h);
   }
   const Id system = new_scope(RMP_SCOPE_SYSTEM, predefined, "system", nowhere);
@@ -183,7 +183,7 @@ bool Checker::run() {
     if (!is_given_[i])
       fail(main.nodes[0],
            "the program declares no " + std::string(given_[i].name) + ", which is given a value",
-           "Declare it in the program, behind VAR or CONST.");
+           "Declare it in the program, after VAR or CONST.");
 
   // Taught values.
   s_ = &main;
@@ -201,7 +201,7 @@ bool Checker::run() {
   for (const auto& [symbol, where] : teaches_)
     if (!taught_.contains(symbol))
       warn(where, std::string(out_.symbols[symbol].name) + " has no taught value yet",
-           "Give it one in a list of data: " + std::string(out_.symbols[symbol].name) + " := ...;");
+           "Assign one in a data list: " + std::string(out_.symbols[symbol].name) + " := ...;");
   mark_recursion();
   return !is_cancelled_;
 }
@@ -220,7 +220,7 @@ void Checker::check_unit(Source& s, Id scope) {
     for (Id d = root.first; d != kNone && !is_cancelled_; d = at(d).next) {
       const Node& n = at(d);
       if (n.kind == N::export_) {
-        if (root.kind != N::module) fail(n, "a program exports nothing; modules do");
+        if (root.kind != N::module) fail(n, "a program cannot export names; only modules can");
         for (Id x = n.first; x != kNone; x = at(x).next) {
           if (!known_[scope].contains(at(x).name))
             fail_name(at(x), "the module declares no " + written(at(x)));
@@ -237,7 +237,7 @@ void Checker::check_unit(Source& s, Id scope) {
         if (out_.scopes[scope].kind != RMP_SCOPE_PROGRAM) {
           if (n.first != kNone)
             fail(at(n.first), "a system specification has no statements",
-                 "It declares constants, types and variables.");
+                 "It can declare constants, types and variables only.");
           continue;
         }
         routine_ = 0;
@@ -261,7 +261,7 @@ Id Checker::module_scope(const Node& where, std::uint32_t name) {
   if (const auto found = modules_.find(name); found != modules_.end()) return found->second;
   const std::string& wanted = names_.upper(name);
   if (loading_.contains(name)) {
-    fail(where, "module " + wanted + " is imported by itself, through what it imports");
+    fail(where, "module " + wanted + " imports itself, through its imports");
     return modules_[name] = kNone;
   }
   if (module_files_.empty())
@@ -273,15 +273,15 @@ Id Checker::module_scope(const Node& where, std::uint32_t name) {
     const SourceFile& f = files_[there->second];
     const std::string_view base = base_name(f.name);
     if (loading_.size() >= 64) {
-      fail(where, "more than 64 modules import each other in a row");
+      fail(where, "imports are nested more than 64 modules deep");
       return modules_[name] = kNone;
     }
     loading_.insert(name);
     Source& s = load(f.name, f.text, Unit::program);
     Id scope = kNone;
     if (s.nodes.empty() || s.nodes[0].kind != N::module) {
-      fail(where, "the file " + std::string(base) + " holds no module",
-           "A module begins with MODULE and its name.");
+      fail(where, "the file " + std::string(base) + " contains no module",
+           "A module must begin with MODULE and its name.");
     } else {
       scope = new_scope(RMP_SCOPE_MODULE, 1, wanted, {s.file, 1, 1, 0, 0});
       check_unit(s, scope);
@@ -290,7 +290,7 @@ Id Checker::module_scope(const Node& where, std::uint32_t name) {
     return modules_[name] = scope;
   }
   fail(where, "the module " + wanted + " is not among the program's files",
-       "Its file has its name: " + wanted + ".irl");
+       "Its file must have its name: " + wanted + ".irl");
   return modules_[name] = kNone;
 }
 
@@ -299,7 +299,7 @@ void Checker::import(const Node& n) {
     const Id symbol = known_[scope].at(name);
     if (where.name == name) use(where, symbol);
     if (!known_[scope_].emplace(name, symbol).second)
-      fail(where, names_.upper(name) + " is there already");
+      fail(where, names_.upper(name) + " already exists");
   };
   if (n.name != kNone) {
     const Id scope = module_scope(n, n.name);
@@ -324,7 +324,7 @@ void Checker::import(const Node& n) {
 void Checker::data_list(std::string_view name, const Node* where) {
   const Id f = find_file(name);
   if (f == kNone) {
-    fail(*where, "the list of data '" + std::string(name) + "' is not among the program's files",
+    fail(*where, "the data list '" + std::string(name) + "' is not among the program's files",
          "Add the file to the program: program.set_file.");
     return;
   }
@@ -344,12 +344,12 @@ void Checker::data_list(std::string_view name, const Node* where) {
       }
     faults_.drop_after(faults_before, errors_before);
     const std::string what =
-        "the list of data '" + std::string(base_name(s.name)) + "' cannot be read: " + why;
+        "the data list '" + std::string(base_name(s.name)) + "' cannot be read: " + why;
     if (teaches_.empty())
       faults_.warning(s.file, at_fault, what, "No TEACH of this program needs it.");
     else
       faults_.error(s.file, at_fault, what,
-                    "Mend it, or name the program's own list: DATALIST 'name.dls';");
+                    "Correct it, or name the program's list: DATALIST 'name.dls';");
     return;
   }
   std::set<Id> needed;
@@ -376,7 +376,7 @@ void Checker::data_list(std::string_view name, const Node* where) {
     for (Id n = at(s.nodes[0].first).first; n != kNone; n = at(n).next) {
       const Node& a = at(n);
       if (a.kind != N::assign || at(a.first).kind != N::name) {
-        fail(a, "a list of data holds values of variables only", "Such as: place := POSE(...);");
+        fail(a, "a data list can contain values of variables only", "Such as: place := POSE(...);");
         continue;
       }
       const Id named = lookup(at(a.first).name);
@@ -391,10 +391,10 @@ void Checker::data_list(std::string_view name, const Node* where) {
       const rmp_code_statement st = out_.statements[statement_id];
       const Id symbol = out_.expressions[st.a].symbol;
       if (!is_pure(st.b))
-        fail(a, "a taught value is made of numbers, constants and functions of the language");
+        fail(a, "a taught value must consist of numbers, constants and functions of the language");
       if (!is_new)
-        warn(a, std::string(out_.symbols[symbol].name) + " has a taught value above already",
-             "The last one counts.");
+        warn(a, std::string(out_.symbols[symbol].name) + " already has a taught value above",
+             "The last one applies.");
       if (last == kNone) first = statement_id;
       else out_.statements[last].next = statement_id;
       last = statement_id;
@@ -411,7 +411,7 @@ void Checker::data_list(std::string_view name, const Node* where) {
     faults_.note(s.file, s.tokens[0],
                  "values of " + names + " are ignored: the program declares no such " +
                      (unknown.size() == 1 ? "variable" : "variables"),
-                 "They may be of another program in the folder.");
+                 "They may belong to another program in the folder.");
   }
   s_ = before;
 }
@@ -482,7 +482,7 @@ Id Checker::declare(std::uint32_t kind, const Node& n, Id type) {
   if (const auto found = known_[scope_].find(n.name); found != known_[scope_].end()) {
     const rmp_code_symbol& old = out_.symbols[found->second];
     const bool is_here = old.span.file == s_->file && old.span.line > 0;
-    fail_name(n, written(n) + " is declared already",
+    fail_name(n, written(n) + " is already declared",
               is_here ? "The first one is in line " + std::to_string(old.span.line) + "." : "");
     return kNone;
   }
@@ -543,7 +543,7 @@ void Checker::sections(Id first) {
       case N::process:
       case N::interrupt: {
         if (routine_ != kNone) {
-          fail(n, "a routine is declared within another one",
+          fail(n, "a routine is declared within another routine",
                "Declare routines in the program or in a module.");
           break;
         }
@@ -571,17 +571,17 @@ void Checker::variables(const Node& section) {
       if (n.first != kNone && t != RMP_TYPE_SEMAPHORE) value = component(n.first, t, written(n));
       if (t == RMP_TYPE_SEMAPHORE && n.first != kNone) {
         const auto count = constant_int(n.first, "the count of a semaphore");
-        if (count && *count < 0) fail(at(n.first), "the count of a semaphore is not negative");
+        if (count && *count < 0) fail(at(n.first), "the count of a semaphore must not be negative");
         if (count) value = literal(out_.integer(*count, RMP_TYPE_SEMAPHORE), span(at(n.first)));
       }
       const Id s = declare(is_constant ? RMP_SYMBOL_CONSTANT : RMP_SYMBOL_VARIABLE, n, t);
       if (is_constant && n.first == kNone)
         fail(n, "the constant " + written(n) + " has no value", "Such as: INT: n := 3;");
       if (is_constant && value != kNone && type_of(value) != kBad && !is_pure(value))
-        fail(at(n.first), "the value of a constant is not known before the program runs",
-             "Declare it as a variable, behind VAR.");
+        fail(at(n.first), "the value of a constant is unknown before run time",
+             "Declare it as a variable, after VAR.");
       if (is_constant && (t == RMP_TYPE_FILE || t == RMP_TYPE_TEXT || t == RMP_TYPE_SEMAPHORE))
-        fail(n, shown(t) + " cannot be constant", "Declare it as a variable, behind VAR.");
+        fail(n, shown(t) + " cannot be constant", "Declare it as a variable, after VAR.");
       if (s == kNone) continue;
       if (!given_.empty() && routine_ == kNone && out_.scopes[scope_].kind == RMP_SCOPE_PROGRAM)
         value = given(n, t, value);
@@ -623,7 +623,7 @@ Id Checker::given(const Node& n, Id type, Id value) {
           out_.expressions[value].count != t.field_count) {
         fail(n,
              std::string(g.field) + " of " + written(n) +
-                 " is given a value, and its declaration gives the others none",
+                 " is given a value, but its declaration gives the others none",
              "Such as: ROBTARGET: " + written(n) +
                  " := ROBTARGET(place, -1, [-128, -128], "
                  "ADD_JOINT(0.0));");
@@ -653,12 +653,12 @@ Id Checker::given(const Node& n, Id type, Id value) {
     if (text != kNone) {
       made = component(text, wanted, what);
       if (type_of(made) != kBad && !is_pure(made))
-        fail(at(text), what + " is not known before the program runs",
-             "It is made of numbers, constants and functions of the language.");
+        fail(at(text), what + " is unknown before run time",
+             "It must consist of numbers, constants and functions of the language.");
     }
     s_ = before;
     if (made == kNone) {
-      if (faults_.errors() == 0) fail(n, what + " is no expression: " + std::string(g.text));
+      if (faults_.errors() == 0) fail(n, what + " is not an expression: " + std::string(g.text));
       continue;
     }
     if (part == kNone) {
@@ -681,7 +681,7 @@ void Checker::types(const Node& section) {
       const Id value = expression(n.first);
       const Id t = type_of(value);
       if (t != kBad && out_.types[t].kind != RMP_TYPE_RECORD)
-        fail(at(n.first), "a robot is described by a record, and this is " + shown(t),
+        fail(at(n.first), "a robot must be described by a record, but this is " + shown(t),
              "Such as: ROBOT arm := R_SPEC_TYPE(...);");
       const Id s = declare(RMP_SYMBOL_ROBOT, n, t);
       if (s != kNone) out_.symbols[s].value = value;
@@ -752,7 +752,7 @@ void Checker::give_role(Id t, std::uint32_t name, const Node& where) {
     for (Id k = 0; k < x.field_count; ++k)
       is_said = is_said || misfits_.contains(out_.fields[x.first_field + k].type);
     if (!is_said)
-      fail_name(where, n + " means something to motions and holds " + needed,
+      fail_name(where, n + " has a meaning for motions and holds " + needed,
                 "Give it another name, or these fields.");
     role = RMP_ROLE_NONE;
     misfits_.insert(t);
@@ -765,17 +765,17 @@ void Checker::signals(const Node& section) {
     const Node& n = at(d);
     const Id t = type(n.first);
     if (t != kBad && t != RMP_TYPE_BOOL && t != RMP_TYPE_INT && t != RMP_TYPE_REAL)
-      fail(at(n.first), "a signal is BOOL, INT or REAL, and not " + shown(t));
-    if (routine_ != kNone) fail(n, "signals are declared by the program, a module or the cell");
+      fail(at(n.first), "a signal must be BOOL, INT or REAL, not " + shown(t));
+    if (routine_ != kNone) fail(n, "signals must be declared by the program, a module or the cell");
     const Id s = declare(n.flag ? RMP_SYMBOL_OUTPUT : RMP_SYMBOL_INPUT, n, t);
     const Id a = at(n.first).next;
     const auto address = constant_int(a, "the number of a signal");
     std::optional<std::int32_t> width = 1;
     if (at(a).next != kNone) width = constant_int(at(a).next, "the width of a signal");
     if (!address || !width || s == kNone) continue;
-    if (*address < 0) fail(at(a), "the number of a signal is not negative");
-    if (*width < 1 || *width > 64) fail(at(at(a).next), "a signal is 1 to 64 bits wide");
-    if (t == RMP_TYPE_BOOL && *width != 1) fail(at(at(a).next), "a BOOL signal is 1 bit wide");
+    if (*address < 0) fail(at(a), "the number of a signal must not be negative");
+    if (*width < 1 || *width > 64) fail(at(at(a).next), "a signal must be 1 to 64 bits wide");
+    if (t == RMP_TYPE_BOOL && *width != 1) fail(at(at(a).next), "a BOOL signal must be 1 bit wide");
     out_.symbols[s].address = *address;
     out_.symbols[s].width = *width;
   }
@@ -808,7 +808,7 @@ void Checker::routine_head(const Node& n) {
         scope_ = scope;
         if (at(p).flag == RMP_MODE_IN &&
             (t == RMP_TYPE_FILE || t == RMP_TYPE_TEXT || t == RMP_TYPE_SEMAPHORE))
-          fail(at(p), "a " + shown(t) + " is not copied", "Make it an INOUT parameter.");
+          fail(at(p), "a " + shown(t) + " cannot be copied", "Make it an INOUT parameter.");
         for (Id v = at(at(p).first).next; v != kNone; v = at(v).next) {
           const Id s = declare(RMP_SYMBOL_PARAMETER, at(v), t);
           if (s == kNone) continue;
@@ -821,7 +821,7 @@ void Checker::routine_head(const Node& n) {
     } else if (x.kind == N::result) {
       result = type(x.first);
       if (result == RMP_TYPE_FILE || result == RMP_TYPE_TEXT || result == RMP_TYPE_SEMAPHORE)
-        fail(x, "a " + shown(result) + " is not copied, and no result");
+        fail(x, "a " + shown(result) + " cannot be copied or returned");
     } else if (x.kind == N::priority) {
       priority = convert(expression(x.first), RMP_TYPE_INT, at(x.first), "a priority");
     } else if (x.kind == N::condition) {
@@ -857,7 +857,7 @@ void Checker::routine_body(const Node& n, Id r) {
       else if (!always_returns(c))
         faults_.warning(s_->file, s_->tokens[n.name_token],
                         "the function " + written(n) + " may reach its end without a RETURN",
-                        "That is an error when it runs.");
+                        "That is an error at run time.");
     }
   }
   routine_ = kNone;
@@ -901,11 +901,11 @@ std::optional<std::int32_t> Checker::constant_int(Id n, const std::string& what)
   if (type_of(e) == kBad) return std::nullopt;
   const rmp_code_constant* c = known(e);
   if (type_of(e) != RMP_TYPE_INT) {
-    fail(at(n), what + " is an INT, and this is " + shown(type_of(e)));
+    fail(at(n), what + " must be an INT, but this is " + shown(type_of(e)));
     return std::nullopt;
   }
   if (!c) {
-    fail(at(n), what + " is known before the program runs", "Use numbers and constants only.");
+    fail(at(n), what + " must be known before run time", "Use numbers and constants only.");
     return std::nullopt;
   }
   return static_cast<std::int32_t>(c->integer);
@@ -923,7 +923,7 @@ Id Checker::type(Id id) {
         return kBad;
       }
       if (out_.symbols[s].kind != RMP_SYMBOL_TYPE) {
-        fail_name(n, written(n) + " is no type");
+        fail_name(n, written(n) + " is not a type");
         return kBad;
       }
       return out_.symbols[s].type;
@@ -931,7 +931,7 @@ Id Checker::type(Id id) {
     case N::type_list: {
       const Id element = type(n.first);
       if (element == RMP_TYPE_FILE || element == RMP_TYPE_TEXT || element == RMP_TYPE_SEMAPHORE) {
-        fail(n, "a " + shown(element) + " is not copied, and no element of a list");
+        fail(n, "a " + shown(element) + " cannot be copied or be an element of a list");
         return kBad;
       }
       return element == kBad ? kBad : list_of(element);
@@ -978,11 +978,11 @@ Id Checker::record(const Node& n) {
   for (Id d = n.first; d != kNone; d = at(d).next) {
     const Id t = type(at(d).first);
     if (t == RMP_TYPE_FILE || t == RMP_TYPE_TEXT || t == RMP_TYPE_SEMAPHORE)
-      fail(at(d), "a " + shown(t) + " is not copied, and no field of a record");
+      fail(at(d), "a " + shown(t) + " cannot be copied or be a field of a record");
     for (Id v = at(at(d).first).next; v != kNone; v = at(v).next) {
       if (at(v).first != kNone)
         fail(at(v), "a field cannot have an initial value",
-             "Give values to variables of the type.");
+             "Assign values to variables of the type.");
       if (!seen.insert(at(v).name).second)
         fail_name(at(v), "the record has a field " + written(at(v)) + " already");
       fields.push_back({out_.keep(written(at(v))), t, name_span(at(v))});
@@ -990,7 +990,7 @@ Id Checker::record(const Node& n) {
       count += t == kBad ? 1 : slots(t);
     }
   }
-  if (fields.empty()) fail(n, "a record without fields holds nothing");
+  if (fields.empty()) fail(n, "a record needs at least one field");
   if (count > kMostSlots) {
     fail(n, "this record holds more than " + std::to_string(kMostSlots) + " values");
     return kBad;

@@ -35,7 +35,7 @@ Result<std::unique_ptr<ProgramTables>> compile(std::span<const SourceFile> files
   Faults faults;
   Checker checker(*out, names, faults, files, progress);
   checker.give(values);
-  if (!checker.run()) return error(ErrorCode::cancelled, "the compiler was stopped");
+  if (!checker.run()) return error(ErrorCode::cancelled, "the compiler was cancelled");
   std::stable_sort(faults.all.begin(), faults.all.end(), [](const Fault& a, const Fault& b) {
     return std::pair(a.file, a.at.begin) < std::pair(b.file, b.at.begin);
   });
@@ -47,7 +47,7 @@ Result<std::unique_ptr<ProgramTables>> compile(std::span<const SourceFile> files
   if (faults.errors() > Faults::kMost)
     out->faults.push_back({RMP_FAULT_NOTE, out->faults.back().span,
                            out->keep("there are more than " + std::to_string(Faults::kMost) +
-                                     " errors, and the others are left out"),
+                                     " errors, and the others are not listed"),
                            ""});
   if (faults.errors() == 0) {
     progress.report(0.8, "three-address code");

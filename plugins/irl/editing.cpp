@@ -393,7 +393,7 @@ class Edited final : public EditedProgram {
       more.severity = RMP_FAULT_NOTE;
       if (!out.empty()) more.range = out.back().range;
       more.message = "there are " + std::to_string(kMostFaults) +
-                     " errors or more, and what follows was not looked at";
+                     " errors or more, and the rest was not checked";
       out.push_back(std::move(more));
     }
     return out;
@@ -530,29 +530,30 @@ class Edited final : public EditedProgram {
     if (!u) {
       if (t && t->kind == Tok::name)
         return error(ErrorCode::not_found,
-                     quoted(p.source->word(*t)) + " is a name that nothing is known of here",
-                     "Correct what is wrong with the line first.", where(file, *t));
-      return error(ErrorCode::not_found, "there is no name at this place",
-                   "Names of constants, variables, types, fields, routines and labels may be "
-                   "changed.",
-                   names_[file]);
+                     quoted(p.source->word(*t)) + " is a name with unknown meaning here",
+                     "Correct the errors of the line first.", where(file, *t));
+      return error(
+          ErrorCode::not_found, "there is no name at this position",
+          "Only names of constants, variables, types, fields, routines and labels can be changed.",
+          names_[file]);
     }
     const std::string_view old = files_[file].text.substr(u->begin, u->end - u->begin);
     if (a.is_predefined(*u))
-      return error(ErrorCode::unsupported, quoted(old) + " is a name of the language and keeps it",
-                   {}, names_[file]);
+      return error(ErrorCode::unsupported,
+                   quoted(old) + " is a name of the language and cannot be changed", {},
+                   names_[file]);
     SourceEdit self;
     self.range = {file, u->begin, u->end};
     self.text = std::string(old);
     if (new_name.empty()) return std::vector<SourceEdit>{std::move(self)};
     if (!is_name(new_name))
-      return error(ErrorCode::invalid_argument, quoted(new_name) + " is no name",
-                   "Names are a letter, then letters, digits and \"_\".", "new_name");
+      return error(ErrorCode::invalid_argument, quoted(new_name) + " is not a name",
+                   "Names start with a letter, followed by letters, digits and \"_\".", "new_name");
     const std::string big = upper(new_name);
     const auto& reserved = reserved_words();
     if (std::find(reserved.begin(), reserved.end(), big) != reserved.end())
       return error(ErrorCode::invalid_argument,
-                   quoted(new_name) + " is a word of the language and no name", {}, "new_name");
+                   quoted(new_name) + " is a keyword of the language, not a name", {}, "new_name");
     // Where a line could not be read, it is not known whether its names are this one.
     const std::string old_big = upper(old);
     for (Id f = 0; a.faults.errors() > 0 && f < files_.size(); ++f) {
@@ -561,7 +562,7 @@ class Edited final : public EditedProgram {
       for (const Token& x : s->tokens)
         if (x.kind == Tok::name && a.names.upper(x.name) == old_big && !a.use_from(f, x.begin))
           return error(ErrorCode::conflict,
-                       "the program has errors, and it is not known whether " + quoted(old) +
+                       "the program has errors, and it is unknown whether " + quoted(old) +
                            " here is the same",
                        "Correct them first: program.check.", where(p.given(f), x));
     }
@@ -741,14 +742,14 @@ class Edited final : public EditedProgram {
     std::shared_ptr<const Analysis> heads, declarations, all;
   };
 
-  static Error stopped() { return error(ErrorCode::cancelled, "the compiler was stopped"); }
+  static Error stopped() { return error(ErrorCode::cancelled, "the compiler was cancelled"); }
   static std::string quoted(std::string_view s) { return "\"" + std::string(s) + "\""; }
   std::string where(Id file, const Token& t) const {
     return names_[file] + ":" + std::to_string(t.line) + ":" + std::to_string(t.column);
   }
   Result<void> in_range(Id file, Id at) const {
     if (files_.empty())
-      return error(ErrorCode::invalid_argument, "there is no file to look at",
+      return error(ErrorCode::invalid_argument, "there is no file to edit",
                    "Give the program's source.");
     if (file >= files_.size())
       return error(ErrorCode::invalid_argument, "the program has no file " + std::to_string(file));
@@ -820,7 +821,7 @@ class Edited final : public EditedProgram {
                             std::string_view new_name) const {
     const Analysis& before = *p.analysis;
     const auto refused = [&](const std::string& what, const std::string& place) {
-      return error(ErrorCode::conflict, what, "Take another name.", place);
+      return error(ErrorCode::conflict, what, "Choose another name.", place);
     };
     if (after.faults.errors() > before.faults.errors()) {
       // The first that was not there before.
@@ -845,7 +846,7 @@ class Edited final : public EditedProgram {
         if (it != s->tokens.end()) t = *it;
       }
       return refused("with the name " + quoted(new_name) + ", " +
-                         quoted(s ? s->word(t) : new_name) + " would mean something else here",
+                         quoted(s ? s->word(t) : new_name) + " would have a different meaning here",
                      where(p.given(f), t));
     };
     for (Id f = 0; f < files_.size(); ++f) {
@@ -855,16 +856,18 @@ class Edited final : public EditedProgram {
             x[k].is_declaration != y[k].is_declaration)
           return other(f, y[k]);
       if (x.size() != y.size())
-        return refused("with the name " + quoted(new_name) + " the program would be another one",
-                       names_[p.given(f)]);
+        return refused(
+            "with the name " + quoted(new_name) + " the program would have a different meaning",
+            names_[p.given(f)]);
     }
     if (before.out.types.size() != after.out.types.size())
-      return refused("with the name " + quoted(new_name) + " the program would be another one",
-                     names_[p.root]);
+      return refused(
+          "with the name " + quoted(new_name) + " the program would have a different meaning",
+          names_[p.root]);
     for (std::size_t t = 0; t < before.out.types.size(); ++t)
       if (before.out.types[t].role != after.out.types[t].role)
         return refused(quoted(*before.out.types[t].name ? before.out.types[t].name : new_name) +
-                           " means something to motions by its name",
+                           " has a meaning for motions by its name",
                        names_[p.root]);
     return {};
   }

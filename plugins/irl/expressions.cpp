@@ -106,7 +106,7 @@ Id Checker::convert(Id e, Id to, const Node& where, const std::string& what) {
   if (from == RMP_TYPE_STRING && to == RMP_TYPE_CHAR && c) {
     if (c->text_size == 1)
       return literal(out_.integer(static_cast<unsigned char>(c->text[0]), RMP_TYPE_CHAR), at_span);
-    fail(where, what + " needs one character, and this string has " + std::to_string(c->text_size));
+    fail(where, what + " needs one character, but this string has " + std::to_string(c->text_size));
     return bad(where);
   }
   if (!converts(from, to)) {
@@ -114,11 +114,11 @@ Id Checker::convert(Id e, Id to, const Node& where, const std::string& what) {
     if (from == RMP_TYPE_REAL && to == RMP_TYPE_INT)
       hint = "Use ROUND or TRUNC to make it a whole number.";
     else if (to == RMP_TYPE_BOOL && is_number(from)) hint = "Compare it: value <> 0";
-    else if (from == RMP_TYPE_BOOL && is_number(to)) hint = "TRUE and FALSE are no numbers.";
+    else if (from == RMP_TYPE_BOOL && is_number(to)) hint = "TRUE and FALSE are not numbers.";
     // A program may declare a record of the same name.
     fail(where,
-         what + " needs " + shown(to) + ", and this is " +
-             (shown(from) == shown(to) ? "a record of that name of another declaration"
+         what + " needs " + shown(to) + ", but this is " +
+             (shown(from) == shown(to) ? "a record of the same name from another declaration"
                                        : shown(from)),
          hint);
     return bad(where);
@@ -127,7 +127,8 @@ Id Checker::convert(Id e, Id to, const Node& where, const std::string& what) {
   if (c && from == RMP_TYPE_INT && to == RMP_TYPE_CHAR) {
     if (c->integer >= 0 && c->integer <= 255)
       return literal(out_.integer(c->integer, RMP_TYPE_CHAR), at_span);
-    fail(where, "a CHAR has a code from 0 to 255, and this is " + std::to_string(c->integer));
+    fail(where,
+         "the code of a CHAR must be from 0 to 255, but this is " + std::to_string(c->integer));
     return bad(where);
   }
   if (c && from == RMP_TYPE_CHAR && to == RMP_TYPE_INT)
@@ -233,7 +234,7 @@ Id Checker::make(const Node& n, Id type, Id first) {
                                    ? static_cast<std::uint64_t>(std::int64_t{t.upper} - t.lower + 1)
                                    : count;
   if (is_basic(type)) {
-    fail(n, shown(type) + " has no parts, and is not made of values",
+    fail(n, shown(type) + " has no parts and cannot be constructed",
          "Assign the value, or use FLOAT, ROUND, TRUNC, CHR or ORD.");
     return bad(n);
   }
@@ -242,7 +243,7 @@ Id Checker::make(const Node& n, Id type, Id first) {
     for (Id k = 0; t.kind == RMP_TYPE_RECORD && k < t.field_count && k < 12; ++k)
       fields += (k ? ", " : "") + std::string(out_.fields[t.first_field + k].name);
     fail(n,
-         shown(type) + " is made of " + std::to_string(wanted) + " values, and here " +
+         shown(type) + " consists of " + std::to_string(wanted) + " values, but here " +
              (count == 1 ? "is 1" : "are " + std::to_string(count)),
          fields.empty() ? "" : "They are " + fields + ", in this order.");
     for (Id a = first; a != kNone; a = at(a).next) expression(a);
@@ -265,13 +266,13 @@ Id Checker::make(const Node& n, Id type, Id first) {
   if (const rmp_code_constant* status = t.role == RMP_ROLE_ROBTARGET ? known(parts[1]) : nullptr) {
     const Node& where = at(at(first).next);
     if (status->integer < -1) {
-      fail(where, "STATUS is not negative, and this is " + std::to_string(status->integer),
-           "-1 is any; else a bit for each branch of the robot's inverse kinematics.");
+      fail(where, "STATUS must not be negative, but this is " + std::to_string(status->integer),
+           "-1 means any; otherwise one bit for each branch of the robot's inverse kinematics.");
       return bad(n);
     }
     if (status->integer > 7)
       warn(where, "STATUS " + std::to_string(status->integer) + " has branches beyond the third",
-           "Robots with fewer refuse it, and posts write 0 to 7.");
+           "Robots with fewer branches reject it, and posts write 0 to 7.");
   }
   return add_with(RMP_EXPR_MAKE, type, span(n), parts);
 }
@@ -292,7 +293,7 @@ Id Checker::expression(Id id, Id expected) {
       double v = 0;
       const auto r = std::from_chars(w.data(), w.data() + w.size(), v);
       if (r.ec == std::errc()) return literal(out_.real(v), span(n));
-      fail(n, "this number is beyond what a REAL holds", "A REAL is at most about 1.8e308.");
+      fail(n, "this number is outside the range of REAL", "A REAL is at most about 1.8e308.");
       return bad(n);
     }
     case N::string: return literal(out_.text(string_value(s_->word(s_->tokens[n.token]))), span(n));
@@ -349,7 +350,7 @@ Id Checker::expression(Id id, Id expected) {
     case N::aggregate:
       if (n.flag) return expression(n.first, expected);
       if (expected == kBad || is_basic(expected)) {
-        fail(n, "what these values make is not known here",
+        fail(n, "the type of these values is unknown here",
              "Write the name of the type before them: POSITION(0.0, 0.0, 0.0)");
         for (Id a = n.first; a != kNone; a = at(a).next) expression(a);
         return bad(n);
@@ -359,7 +360,7 @@ Id Checker::expression(Id id, Id expected) {
       if (expected != kBad && !is_basic(expected) && out_.types[expected].kind != RMP_TYPE_RECORD)
         return make(n, expected, n.first);
       if (n.first == kNone) {
-        fail(n, "what these brackets hold is not known here");
+        fail(n, "the type of these brackets is unknown here");
         return bad(n);
       }
       std::vector<Id> parts;
@@ -392,14 +393,14 @@ Id Checker::expression(Id id, Id expected) {
       const Id t = type_of(e);
       if (t == kBad) return e;
       if (!is_number(t)) {
-        fail(n, "a sign needs a number behind it, and this is " + shown(t));
+        fail(n, "a sign must be followed by a number, but this is " + shown(t));
         return bad(n);
       }
       if (n.kind == N::plus) return e;
       if (const rmp_code_constant* c = known(e)) {
         if (c->kind == RMP_CONSTANT_REAL) return literal(out_.real(-c->real), span(n));
         if (-c->integer <= kMostInt) return literal(out_.integer(-c->integer), span(n));
-        fail(n, "this value is beyond what an INT holds");
+        fail(n, "this value is outside the range of INT");
         return bad(n);
       }
       return add(RMP_EXPR_NEGATE, t, span(n), {e});
@@ -420,7 +421,7 @@ Id Checker::expression_of_name(const Node& n) {
   const Id symbol = lookup(n.name);
   use(n, symbol);
   if (symbol == kNone) {
-    fail_name(n, "nothing is named " + written(n), suggestion(n.name));
+    fail_name(n, "there is no name " + written(n), suggestion(n.name));
     for (Id a = n.first; a != kNone; a = at(a).next) expression(a);
     return bad(n);
   }
@@ -428,8 +429,8 @@ Id Checker::expression_of_name(const Node& n) {
   switch (sym.kind) {
     case RMP_SYMBOL_TYPE:
       if (n.kind == N::call) return sym.type == kBad ? bad(n) : make(n, sym.type, n.first);
-      fail_name(n, written(n) + " is a type and no value",
-                "Values are made by " + written(n) + "(...).");
+      fail_name(n, written(n) + " is a type, not a value",
+                "Construct values with " + written(n) + "(...).");
       return bad(n);
     case RMP_SYMBOL_ROUTINE: {
       const rmp_code_routine& r = out_.routines[sym.routine];
@@ -437,15 +438,15 @@ Id Checker::expression_of_name(const Node& n) {
       if (r.kind == RMP_ROUTINE_PROCESS && n.kind == N::name)
         return add(RMP_EXPR_SYMBOL, RMP_TYPE_PROCESS, span(n), {}, symbol);
       fail_name(n, written(n) + " cannot be called",
-                "A process is started: START " + written(n) + ";");
+                "Start a process with START " + written(n) + ";");
       return bad(n);
     }
     case RMP_SYMBOL_INTRINSIC: return intrinsic(n, symbol);
-    case RMP_SYMBOL_LABEL: fail_name(n, written(n) + " is a label and no value"); return bad(n);
+    case RMP_SYMBOL_LABEL: fail_name(n, written(n) + " is a label, not a value"); return bad(n);
     default: break;
   }
   if (n.kind == N::call) {
-    fail_name(n, written(n) + " is no function",
+    fail_name(n, written(n) + " is not a function",
               "Write elements in square brackets: " + written(n) + "[1]");
     for (Id a = n.first; a != kNone; a = at(a).next) expression(a);
     return bad(n);
@@ -468,7 +469,7 @@ Id Checker::call(const Node& n, Id symbol) {
       all += (k ? ", " : "") + shown(p.type) + " " + p.name;
     }
     fail_name(n,
-              written(n) + " takes " + std::to_string(r.parameter_count) + " arguments, and here " +
+              written(n) + " takes " + std::to_string(r.parameter_count) + " arguments, but here " +
                   (count == 1 ? "is 1" : "are " + std::to_string(count)),
               all.empty() ? "" : "They are " + all + ".");
     for (Id a = n.first; a != kNone; a = at(a).next) expression(a);
@@ -486,7 +487,7 @@ Id Checker::call(const Node& n, Id symbol) {
       if (!check_place(e, at(a), what + " (" + (p.mode == RMP_MODE_OUT ? "OUT" : "INOUT") + ")")) {
         e = bad(at(a));
       } else if (type_of(e) != p.type && p.type != kBad) {
-        fail(at(a), what + " is written to and needs a " + shown(p.type) + ", and this is " +
+        fail(at(a), what + " is written to and needs a " + shown(p.type) + ", but this is " +
                         shown(type_of(e)));
         e = bad(at(a));
       }
@@ -518,21 +519,21 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
   const auto without_type = [&](bool is_joint) {
     return failed(
         kNone,
-        name + " is of " + (is_joint ? "JOINT" : "ROBTARGET") + ", and the cell has no such type",
-        "Declare it in the cell, as the standard one does.");
+        name + " is of " + (is_joint ? "JOINT" : "ROBTARGET") + ", but the cell has no such type",
+        "Declare it in the cell, as in the standard cell.");
   };
   const bool is_brake = in->parameters == "q";
   const char many =
       in->parameters == "w" || in->parameters == "m" || is_brake ? in->parameters[0] : '\0';
   if (is_brake && nodes.size() > 2) {
     for (const Id a : nodes) expression(a);
-    return failed(nodes[2], name + " takes a mode and a robot, and no more", std::string(in->doc));
+    return failed(nodes[2], name + " takes only a mode and a robot", std::string(in->doc));
   }
   if (!many && nodes.size() != in->parameters.size()) {
     for (const Id a : nodes) expression(a);
     return failed(kNone,
                   name + " takes " + std::to_string(in->parameters.size()) +
-                      " arguments, and here " +
+                      " arguments, but here " +
                       (nodes.size() == 1 ? "is 1" : "are " + std::to_string(nodes.size())),
                   std::string(in->doc));
   }
@@ -567,14 +568,14 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
       e = convert(e, wanted, a, what);
       const rmp_code_constant* mode = p == 'q' ? known(e) : nullptr;
       if (mode && type_of(e) != kBad && mode->integer != 0 && mode->integer != 1)
-        return failed(nodes[k], name + " knows no mode " + std::to_string(mode->integer),
+        return failed(nodes[k], name + " has no mode " + std::to_string(mode->integer),
                       "0 ends the motion, 1 holds it until the interrupt's routine has ended.");
     } else if (p == 'q') {
       if (!is_robot(e))
-        return failed(nodes[k], what + " needs the name of a robot, and this is " + shown(t),
+        return failed(nodes[k], what + " needs the name of a robot, but this is " + shown(t),
                       "Such as: BRAKE(0, arm); where the cell has ROBOT arm := ...;");
     } else if (p == 'n') {
-      if (!is_number(t)) return failed(nodes[k], what + " needs a number, and this is " + shown(t));
+      if (!is_number(t)) return failed(nodes[k], what + " needs a number, but this is " + shown(t));
       result_number = t;
     } else if (p == 'F' || p == 'S' || p == 'L' || p == 'B') {
       const bool fits = p == 'F'   ? is_file
@@ -585,29 +586,29 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
                            : p == 'S' ? "a SEMAPHORE"
                            : p == 'L' ? "a list"
                                       : "a STRING";
-      if (!fits) return failed(nodes[k], what + " needs " + needed + ", and this is " + shown(t));
+      if (!fits) return failed(nodes[k], what + " needs " + needed + ", but this is " + shown(t));
       if (!check_place(e, a, what)) return bad(n);
       element = kind == RMP_TYPE_LIST ? out_.types[t].element : kBad;
     } else if (p == 'l') {
       if (kind != RMP_TYPE_LIST)
-        return failed(nodes[k], what + " needs a list, and this is " + shown(t));
+        return failed(nodes[k], what + " needs a list, but this is " + shown(t));
       element = out_.types[t].element;
     } else if (p == 'a') {
       if (kind != RMP_TYPE_LIST && kind != RMP_TYPE_ARRAY && kind != RMP_TYPE_STRING)
         return failed(nodes[k],
-                      what + " needs an array, a list or a string, and this is " + shown(t));
+                      what + " needs an array, a list or a string, but this is " + shown(t));
     } else if (p == 'x') {
       if (kind != RMP_TYPE_PROCESS)
-        return failed(nodes[k], what + " needs a process, and this is " + shown(t));
+        return failed(nodes[k], what + " needs a process, but this is " + shown(t));
     } else if (p == 'w' || p == 'm') {
       if (is_file && k > 0) return failed(nodes[k], "the file is the first argument of " + name);
       if (kind == RMP_TYPE_SEMAPHORE || kind == RMP_TYPE_PROCESS || t == RMP_TYPE_VOID)
-        return failed(nodes[k], shown(t) + " is no value that " + name + " knows");
+        return failed(nodes[k], shown(t) + " is not a value that " + name + " knows");
       if ((p == 'm' || is_file) && !check_place(e, a, what)) return bad(n);
       if (p == 'm' && !is_file && kind > RMP_TYPE_STRING)
         return failed(
             nodes[k],
-            name + " reads numbers, characters, BOOL and strings, and this is " + shown(t));
+            name + " reads numbers, characters, BOOL and strings, but this is " + shown(t));
     }
     is_bad = is_bad || type_of(e) == kBad;
     arguments.push_back(e);
@@ -630,7 +631,7 @@ Id Checker::intrinsic(const Node& n, Id symbol) {
     for (Id t = 0; t < out_.types.size() && result == RMP_TYPE_VOID; ++t)
       if (out_.types[t].role == RMP_ROLE_ROBOT) result = t;
     if (result == RMP_TYPE_VOID)
-      return failed(kNone, name + " is a robot, and the cell declares none",
+      return failed(kNone, name + " is a robot, but the cell declares none",
                     "Declare its R_SPEC_TYPE, and ROBOT arm := R_SPEC_TYPE(...); there.");
   }
   if (result == kBad) return without_type(r == "J");
@@ -666,7 +667,7 @@ Id Checker::binary(const Node& n) {
   const auto failed = [&](const std::string& hint = {}) {
     Node where = n;
     where.token = where.last = n.name_token;
-    fail(where, "\"" + sign + "\" does not join " + shown(ta) + " and " + shown(tb), hint);
+    fail(where, "\"" + sign + "\" cannot combine " + shown(ta) + " and " + shown(tb), hint);
     return bad(n);
   };
   const auto both = [&](Id t) {
@@ -678,7 +679,7 @@ Id Checker::binary(const Node& n) {
     case RMP_EXPR_OR:
     case RMP_EXPR_EXOR:
       if (ta != RMP_TYPE_BOOL || tb != RMP_TYPE_BOOL)
-        return failed("It joins conditions; for bits there is no operator.");
+        return failed("It combines conditions; there is no operator for bits.");
       return fold(op, a, b, RMP_TYPE_BOOL, n);
     case RMP_EXPR_ADD:
     case RMP_EXPR_SUBTRACT:
@@ -686,8 +687,8 @@ Id Checker::binary(const Node& n) {
     case RMP_EXPR_DIVIDE: {
       if (!is_number(ta) || !is_number(tb)) {
         if (op == RMP_EXPR_ADD && (ta == RMP_TYPE_STRING || tb == RMP_TYPE_STRING))
-          return failed("Strings are joined by CONCAT.");
-        if (op == RMP_EXPR_MULTIPLY && !is_basic(ta)) return failed("Poses are joined by \"@\".");
+          return failed("Use CONCAT for strings.");
+        if (op == RMP_EXPR_MULTIPLY && !is_basic(ta)) return failed("Use \"@\" for poses.");
         return failed();
       }
       const Id t = op == RMP_EXPR_DIVIDE || ta == RMP_TYPE_REAL || tb == RMP_TYPE_REAL
@@ -698,13 +699,13 @@ Id Checker::binary(const Node& n) {
     }
     case RMP_EXPR_DIV:
     case RMP_EXPR_MOD:
-      if (ta != RMP_TYPE_INT || tb != RMP_TYPE_INT) return failed("It joins whole numbers.");
+      if (ta != RMP_TYPE_INT || tb != RMP_TYPE_INT) return failed("It combines whole numbers.");
       return fold(op, a, b, RMP_TYPE_INT, n);
     case RMP_EXPR_COMPOSE: {
       const auto role = [&](Id t) { return out_.types[t].role; };
       if (role(ta) == RMP_ROLE_ROBTARGET) {
         // What is composed of a target is its pose.
-        return failed("Take its pose: target.PSE");
+        return failed("Use its pose: target.PSE");
       }
       const bool fits = (role(ta) == RMP_ROLE_POSE &&
                          (role(tb) == RMP_ROLE_POSE || role(tb) == RMP_ROLE_POSITION)) ||
@@ -712,7 +713,7 @@ Id Checker::binary(const Node& n) {
                          (role(tb) == RMP_ROLE_ORIENTATION || role(tb) == RMP_ROLE_POSITION));
       if (!fits)
         return failed(
-            "It joins POSE @ POSE, POSE @ POSITION, ORIENTATION @ ORIENTATION "
+            "It combines POSE @ POSE, POSE @ POSITION, ORIENTATION @ ORIENTATION "
             "and ORIENTATION @ POSITION.");
       return add(op, tb, span(n), {a, b});
     }

@@ -322,8 +322,8 @@ Result<std::string> lay_out(std::string_view name, std::string_view text,
   if (layout.indent > kMostIndent)
     return error(
         ErrorCode::invalid_argument,
-        "a level is indented by 0 to 16 blanks, and not by " + std::to_string(layout.indent), {},
-        "indent");
+        "the indentation of a level must be 0 to 16 blanks, not " + std::to_string(layout.indent),
+        {}, "indent");
   Names names;
   Faults faults;
   Source s;
@@ -333,7 +333,7 @@ Result<std::string> lay_out(std::string_view name, std::string_view text,
   if (!faults.all.empty()) {
     const Fault& f = faults.all.front();
     return error(
-        ErrorCode::syntax, f.message + ", so that the text keeps its layout", f.hint,
+        ErrorCode::syntax, f.message + ", so the text keeps its layout", f.hint,
         std::string(name) + ":" + std::to_string(f.at.line) + ":" + std::to_string(f.at.column));
   }
   const std::string_view extension = name.size() > 4 ? name.substr(name.size() - 4) : name;
@@ -358,7 +358,7 @@ Result<std::string> lay_out(std::string_view name, std::string_view text,
   }
   if (!is_same)
     return error(ErrorCode::internal,
-                 "the layout would change more than blanks, so that the text stays as it is",
+                 "the layout would change more than blanks, so the text stays unchanged",
                  "Correct the faults that program.check reports first.", std::string(name));
   return out;
 }

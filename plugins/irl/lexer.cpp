@@ -188,13 +188,13 @@ class Scanner {
     const bool is_text = static_cast<unsigned char>(c) >= 128;
     std::string hint;
     if (c == '"') hint = "Write strings in single quotes: 'text'.";
-    else if (c == '}') hint = "A comment begins with \"{\"; comments do not hold others.";
+    else if (c == '}') hint = "A comment begins with \"{\"; comments cannot be nested.";
     else if (is_text) hint = "Letters of other alphabets are allowed in comments and strings only.";
     else if (c == '_') hint = "Names begin with a letter.";
     faults_.error(s_.file, here(begin_, at_),
-                  is_text ? "a character that is none of the language"
+                  is_text ? "a character that is not part of the language"
                   : c >= ' ' && c < 127
-                      ? std::string("\"") + c + "\" is no sign of the language"
+                      ? std::string("\"") + c + "\" is not a character of the language"
                       : "a control character (code " +
                             std::to_string(static_cast<unsigned char>(c)) + ") is in the source",
                   hint);
@@ -217,7 +217,7 @@ class Scanner {
     }
     add(kind);
     if (is_letter(peek()) || peek() == '_')
-      faults_.error(s_.file, here(begin_, at_ + 1), "a letter follows a number at once",
+      faults_.error(s_.file, here(begin_, at_ + 1), "a letter directly follows a number",
                     "Names begin with a letter; put a blank between a number and a word.");
   }
   void string() {

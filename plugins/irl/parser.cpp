@@ -33,14 +33,15 @@ class Parser {
       const Id n = make(N::data_list);
       Tail tail(*this, n);
       tail.add(block());
-      if (!is(Tok::end)) fault("a list of data holds lines such as \"place := POSE(...);\" only");
+      if (!is(Tok::end))
+        fault("a data list can contain only lines such as \"place := POSE(...);\" only");
       finish(n);
       return;
     }
     const bool is_module = is(Tok::k_module);
     const Id n = make(is_module ? N::module : N::program);
     if (!is(Tok::k_program) && !is_module) {
-      fault("a program begins with PROGRAM and its name, and not with " + shown(),
+      fault("a program must begin with PROGRAM and its name, not with " + shown(),
             "Such as: PROGRAM towers;");
       if (!is_section() && !is(Tok::k_begin)) return;
     } else {
@@ -61,7 +62,8 @@ class Parser {
             std::string("Write ") + word + "; at the end.");
     } else if (expect(end, word, "at the end")) {
       expect(Tok::semicolon, "\";\"", std::string("behind ") + word);
-      if (!is(Tok::end)) fault(shown() + " follows the end", "A file holds one program or module.");
+      if (!is(Tok::end))
+        fault(shown() + " follows the end", "A file can contain only one program or module.");
     }
     finish(n);
   }
@@ -254,7 +256,7 @@ class Parser {
     }
     const bool is_reserved = tok().kind >= Tok::k_program;
     fault("the name of " + what + " is missing, before " + shown(),
-          is_reserved ? shown() + " is a word of the language and no name." : "");
+          is_reserved ? shown() + " is a keyword of the language, not a name." : "");
     return false;
   }
 
@@ -265,7 +267,7 @@ class Parser {
         case Tok::k_system_specification:
         case Tok::k_datalist: {
           if (!is_outer) {
-            fault(shown() + " is allowed in the head of the program only");
+            fault(shown() + " is allowed only in the head of the program");
             recover();
             next_if_stuck();
             break;
@@ -405,7 +407,7 @@ class Parser {
     tail.add(type());
     if (!is_lost_ &&
         expect(Tok::colon, "\":\"", "behind the type",
-               "The name of a type comes behind it: RECORD ... ENDRECORD: NAME;") &&
+               "The name of a type comes after it: RECORD ... ENDRECORD: NAME;") &&
         name_of(n, "the type"))
       expect(Tok::semicolon, "\";\"", "behind the type's name");
     return finish(n);
@@ -653,7 +655,7 @@ class Parser {
           tail.add(finish(arm));
         } while (is(Tok::k_elsif) ? !is_else : is(Tok::k_else) && !is_else);
         if (is(Tok::k_else) || is(Tok::k_elsif)) {
-          fault(shown() + " follows the ELSE of its IF", "ELSE comes last, and once.");
+          fault(shown() + " follows the ELSE of its IF", "ELSE must come last, and only once.");
           is_lost_ = false;
           while (is(Tok::k_else) || is(Tok::k_elsif)) {
             next();
@@ -780,7 +782,7 @@ class Parser {
         const Id n = make(N::halt);
         std::string hint;
         if (tok().kind == Tok::k_do || tok().kind == Tok::k_then || tok().kind == Tok::k_to)
-          hint = "It belongs behind the head of a statement that begins above.";
+          hint = "It belongs after the head of a statement that begins above.";
         fault(shown() + " is not a statement", hint);
         return n;
       }
@@ -828,7 +830,7 @@ class Parser {
     }
     if (node(what).kind != N::call && node(what).kind != N::name) {
       fault("\":=\" is missing, before " + shown(),
-            "A statement that begins with a variable gives it a value.");
+            "A statement that begins with a variable must assign it.");
       return n;
     }
     semicolon("the call");
@@ -857,7 +859,7 @@ class Parser {
       const Id arm = make(N::arm);
       Tail inner(*this, arm);
       if (has_default) {
-        fault("an arm follows DEFAULT", "DEFAULT comes last, and once.");
+        fault("a case follows DEFAULT", "DEFAULT must come last, and only once.");
         is_lost_ = false;
       }
       if (accept(Tok::k_default)) {
@@ -887,7 +889,7 @@ class Parser {
     std::uint32_t kind = 0;
     while (kind < 4 && !is_word(kinds[kind])) ++kind;
     if (kind == 4) {
-      fault(shown() + " is none of PTP, LIN, CIRCLE and PATH", "Such as: MOVE LIN place;");
+      fault(shown() + " is not one of PTP, LIN, CIRCLE and PATH", "Such as: MOVE LIN place;");
       return n;
     }
     node(n).flag = static_cast<std::uint8_t>(node(n).flag | (kind << 1U));
@@ -979,13 +981,13 @@ class Parser {
       const int b = binding(tok().kind);
       if (b == 0 || b < least) break;
       if (b == 4 && has_compared) {
-        fault("what compares cannot be compared again", "Put one comparison in parentheses.");
+        fault("comparisons cannot be chained", "Put one comparison in parentheses.");
         break;
       }
       if (b >= 4 && node(left).kind == N::not_) break;
       has_compared = b == 4;
       if (node(left).depth >= kMostChain) {
-        fault("an expression joins more than " + std::to_string(kMostChain) + " values",
+        fault("an expression combines more than " + std::to_string(kMostChain) + " values",
               "Split it over several assignments.");
         break;
       }
@@ -1061,9 +1063,9 @@ class Parser {
       case Tok::name: break;
       default:
         n = make(N::bad);
-        fault(shown() + " is not a value", tok().kind >= Tok::k_program
-                                               ? shown() + " is a word of the language and no name."
-                                               : "");
+        fault(shown() + " is not a value",
+              tok().kind >= Tok::k_program ? shown() + " is a keyword of the language, not a name."
+                                           : "");
         return n;
     }
     n = make(N::name);

@@ -82,26 +82,26 @@ bool Checker::check_place(Id e, const Node& where, const std::string& what) {
   const rmp_code_expression& x = out_.expressions[root];
   if (x.type == kBad) return false;
   if (x.op != RMP_EXPR_SYMBOL) {
-    fail(where, what + " needs a variable, and this is a value");
+    fail(where, what + " needs a variable, but this is a value");
     return false;
   }
   const rmp_code_symbol& s = out_.symbols[x.symbol];
   switch (s.kind) {
     case RMP_SYMBOL_CONSTANT:
-      fail(where, std::string(s.name) + " is a constant and keeps its value");
+      fail(where, std::string(s.name) + " is a constant and cannot be assigned");
       return false;
     case RMP_SYMBOL_INPUT:
-      fail(where, std::string(s.name) + " is an input, which is only read");
+      fail(where, std::string(s.name) + " is an input, which can only be read");
       return false;
     case RMP_SYMBOL_PARAMETER:
       if (s.mode != RMP_MODE_IN) return true;
-      fail(where, std::string(s.name) + " is an IN parameter, which is only read",
+      fail(where, std::string(s.name) + " is an IN parameter, which can only be read",
            "Make it INOUT, or copy it to a variable.");
       return false;
     case RMP_SYMBOL_VARIABLE:
     case RMP_SYMBOL_ROBOT:
     case RMP_SYMBOL_OUTPUT: return true;
-    default: fail(where, what + " needs a variable, and this is none"); return false;
+    default: fail(where, what + " needs a variable, but this is not one"); return false;
   }
 }
 
@@ -110,7 +110,7 @@ Id Checker::routine_named(const Node& n, std::uint32_t kind, const char* what) {
   const Id s = lookup(n.name);
   use(n, s);
   if (s == kNone) {
-    fail_name(n, "nothing is named " + written(n), suggestion(n.name));
+    fail_name(n, "there is no name " + written(n), suggestion(n.name));
     return kNone;
   }
   const rmp_code_symbol& x = out_.symbols[s];
@@ -130,7 +130,7 @@ void Checker::resolve_gotos() {
     use(g.at, symbol);
     if (std::find(g.blocks.begin(), g.blocks.end(), its_block) == g.blocks.end())
       fail_name(g.at, "GOTO leads into a statement from outside",
-                "A label is reached from its own block and from what is within that.");
+                "A label can be reached only from its block and from blocks inside it.");
     out_.statements[g.statement].symbol = symbol;
   }
   gotos_.clear();
@@ -171,7 +171,7 @@ Id Checker::robot_choice(const Node& n) {
   const Id robot = expression(to.next);
   const Id t = type_of(robot);
   if (t != kBad && !is_robot(robot))
-    fail(at(to.next), "R_ACT_ROB needs the name of a robot, and this is " + shown(t),
+    fail(at(to.next), "R_ACT_ROB needs the name of a robot, but this is " + shown(t),
          "Such as: R_ACT_ROB := arm; where the cell has ROBOT arm := ...;");
   const Id s = add_statement(RMP_STMT_CALL, n);
   const Id call = add(RMP_EXPR_INTRINSIC, RMP_TYPE_VOID, span(n), {robot}, symbol);
@@ -189,7 +189,7 @@ void Checker::warn_without_effect(Id place, const Node& n) {
     if (name == "R_SCALE_FORW" || name == "R_SCALE_BACK" || name == "R_DISTANCE_FORW" ||
         name == "R_DISTANCE_BACK")
       warn(at(n.first), std::string(name) + " has no effect on motions",
-           "What it means is not known. Speeds are those of R_SPEED, R_SPEED_PTP and R_ACC.");
+           "Its meaning is unknown. Speeds are set by R_SPEED, R_SPEED_PTP and R_ACC.");
     return;
   }
   Id root = place;
@@ -203,11 +203,11 @@ void Checker::warn_without_effect(Id place, const Node& n) {
   const rmp_code_type& t = out_.types[type_of(root)];
   const std::string field = upper(out_.fields[t.first_field + out_.expressions[inner].symbol].name);
   if (field == "R_JOINT_ACT" || field == "R_ROBTARGET_ACT" || field == "R_SPEED_ACT")
-    warn(at(n.first), field + " is what the robot does, and a value that it is given is lost",
-         "A motion moves it.");
+    warn(at(n.first), field + " is the state of the robot, and an assigned value is lost",
+         "Move it with a motion.");
   else if (field.substr(0, 2) == "R_" && field != "R_DEVICES")
     warn(at(n.first), "the field " + field + " of a robot has no effect on its motions",
-         "The system variables count: R_SPEED, R_SPEED_ORI, R_ACC, R_C_CP, R_C_SPEED, R_SPEED_PTP, "
+         "The system variables apply: R_SPEED, R_SPEED_ORI, R_ACC, R_C_CP, R_C_SPEED, R_SPEED_PTP, "
          "R_ACC_PTP and R_C_PTP.");
 }
 
@@ -222,7 +222,7 @@ Id Checker::statement(const Node& n) {
         return kNone;
       if (t == RMP_TYPE_FILE || t == RMP_TYPE_TEXT || t == RMP_TYPE_SEMAPHORE ||
           t == RMP_TYPE_PROCESS) {
-        fail(n, "a " + shown(t) + " is not assigned");
+        fail(n, "a " + shown(t) + " cannot be assigned");
         return kNone;
       }
       warn_without_effect(place, n);
@@ -237,8 +237,8 @@ Id Checker::statement(const Node& n) {
       if (type_of(e) == kBad) return kNone;
       const std::uint32_t op = out_.expressions[e].op;
       if (op != RMP_EXPR_CALL && op != RMP_EXPR_INTRINSIC) {
-        fail(what, written(what) + " is no procedure, and this does nothing",
-             "A variable gets its value by \":=\".");
+        fail(what, written(what) + " is not a procedure, and this has no effect",
+             "Assign a variable with \":=\".");
         return kNone;
       }
       if (type_of(e) != RMP_TYPE_VOID) {
@@ -273,7 +273,7 @@ Id Checker::statement(const Node& n) {
       const Id t = type_of(selector);
       if (t != kBad && t != RMP_TYPE_INT && t != RMP_TYPE_CHAR && t != RMP_TYPE_BOOL &&
           t != RMP_TYPE_STRING)
-        fail(at(n.first), "CASE looks at INT, CHAR, BOOL or STRING, and this is " + shown(t));
+        fail(at(n.first), "CASE needs INT, CHAR, BOOL or STRING, but this is " + shown(t));
       std::set<Id> seen;
       Id last = kNone;
       for (Id a = at(n.first).next; a != kNone; a = at(a).next) {
@@ -281,12 +281,11 @@ Id Checker::statement(const Node& n) {
         std::vector<Id> labels;
         if (!at(a).flag)
           for (Id l = at(at(a).first).first; l != kNone; l = at(l).next) {
-            const Id e = convert(expression(l), t, at(l), "this arm of CASE");
+            const Id e = convert(expression(l), t, at(l), "this case");
             if (type_of(e) == kBad) continue;
             const Id constant = out_.expressions[e].constant;
-            if (constant == kNone)
-              fail(at(l), "a value of an arm is known before the program runs");
-            else if (!seen.insert(constant).second) fail(at(l), "this value has an arm already");
+            if (constant == kNone) fail(at(l), "a value of an arm must be known before run time");
+            else if (!seen.insert(constant).second) fail(at(l), "this value already has a case");
             labels.push_back(e);
           }
         out_.statements[arm].first = static_cast<Id>(out_.links.size());
@@ -329,10 +328,10 @@ Id Checker::statement(const Node& n) {
       use(n, symbol);
       if (symbol == kNone) {
         fail_name(n, "the loop's variable " + written(n) + " is not declared",
-                  "Declare it behind VAR: INT: " + written(n) + ";");
+                  "Declare it after VAR: INT: " + written(n) + ";");
       } else if (out_.symbols[symbol].kind != RMP_SYMBOL_VARIABLE ||
                  out_.symbols[symbol].type != RMP_TYPE_INT) {
-        fail_name(n, "the loop's variable " + written(n) + " is no variable of type INT");
+        fail_name(n, "the loop's variable " + written(n) + " is not a variable of type INT");
       }
       out_.statements[s].symbol = symbol;
       const Id from = number(n.first, "FOR");
@@ -346,7 +345,7 @@ Id Checker::statement(const Node& n) {
         const Id step = number(body, "STEP");
         out_.statements[s].c = step;
         if (const rmp_code_constant* c = known(step); c && c->integer < 1)
-          fail(at(body), "STEP is at least 1, and this is " + std::to_string(c->integer),
+          fail(at(body), "STEP must be at least 1, but this is " + std::to_string(c->integer),
                n.flag ? "" : "Use DOWNTO to count downwards.");
         body = at(body).next;
       }
@@ -357,7 +356,7 @@ Id Checker::statement(const Node& n) {
       return s;
     }
     case N::exit_:
-      if (loops_ == 0) fail(n, "EXIT is outside of a loop", "RETURN leaves a routine.");
+      if (loops_ == 0) fail(n, "EXIT is outside a loop", "Use RETURN to leave a routine.");
       return add_statement(RMP_STMT_EXIT, n);
     case N::goto_: {
       const Id s = add_statement(RMP_STMT_GOTO, n);
@@ -377,7 +376,7 @@ Id Checker::statement(const Node& n) {
       x.span = name_span(n);
       const Id symbol = static_cast<Id>(out_.symbols.size());
       if (!labels_.emplace(n.name, std::pair{symbol, blocks_.back()}).second) {
-        fail_name(n, "the label " + written(n) + " is there already");
+        fail_name(n, "the label " + written(n) + " already exists");
         return kNone;
       }
       out_.symbols.push_back(x);
@@ -399,7 +398,7 @@ Id Checker::statement(const Node& n) {
         out_.statements[s].a = value;
       } else if (n.first != kNone) {
         expression(n.first);
-        fail(at(n.first), "RETURN has a value, and this is no function");
+        fail(at(n.first), "RETURN has a value, but this is not a function");
       }
       return s;
     }
@@ -407,7 +406,7 @@ Id Checker::statement(const Node& n) {
       const Id s = add_statement(RMP_STMT_WAIT_TIME, n);
       const Id time = convert(expression(n.first), RMP_TYPE_REAL, at(n.first), "WAIT");
       if (const rmp_code_constant* c = known(time); c && type_of(time) != kBad && c->real < 0)
-        fail(at(n.first), "a time is not negative");
+        fail(at(n.first), "a time must not be negative");
       out_.statements[s].a = time;
       return s;
     }
@@ -447,13 +446,13 @@ Id Checker::statement(const Node& n) {
         const Id symbol = lookup(at(v).name);
         use(at(v), symbol);
         if (symbol == kNone) {
-          fail_name(at(v), "nothing is named " + written(at(v)), suggestion(at(v).name));
+          fail_name(at(v), "there is no name " + written(at(v)), suggestion(at(v).name));
           continue;
         }
         const rmp_code_symbol& x = out_.symbols[symbol];
         if (x.kind != RMP_SYMBOL_VARIABLE || x.routine != kNone) {
-          fail_name(at(v), written(at(v)) + " is no variable of the program",
-                    "Only those have taught values.");
+          fail_name(at(v), written(at(v)) + " is not a variable of the program",
+                    "Only variables of the program have taught values.");
           continue;
         }
         teaches_.emplace_back(symbol, at(v));
@@ -516,21 +515,21 @@ Id Checker::motion(const Node& n) {
     if (role == RMP_ROLE_ADD_JOINT && m.interpolation <= RMP_MOVE_LIN) continue;
     if (is_place || (is_joint && is_ptp)) continue;
     if (is_joint)
-      fail(at(t), word + " goes along a path to a place, and this is " + shown(type),
-           "Use MOVE PTP, or TRAFO(...) for the place that the joints reach.");
+      fail(at(t), word + " moves along a path to a position, but this is " + shown(type),
+           "Use MOVE PTP, or TRAFO(...) for the pose that the joints reach.");
     else if (misfits_.contains(type)) continue;  // its declaration is an error already
     else if (const std::string name = out_.types[type].name ? out_.types[type].name : "";
              is_target_name(name))
-      fail(
-          at(t), "this " + name + " is a record of the program's own, which motions do not know",
-          "Give the record another name, and the motion the " + name + " of the language or cell.");
+      fail(at(t),
+           "this " + name + " is a record declared by the program, which motions do not support",
+           "Rename the record, and give the motion the " + name + " of the language or cell.");
     else
-      fail(at(t), shown(type) + " is no target of " + word,
+      fail(at(t), shown(type) + " is not a target of " + word,
            is_ptp ? "Targets are ROBTARGET, POSE, POSITION, JOINT, MAIN_JOINT and ADD_JOINT."
                   : "Targets are ROBTARGET, POSE and POSITION.");
   }
   if (m.interpolation == RMP_MOVE_CIRCLE && targets.size() != 2)
-    fail(list, "CIRCLE needs two targets, a place on the arc and the end",
+    fail(list, "CIRCLE needs two targets, a point on the arc and the end",
          "Such as: MOVE CIRCLE via, end;");
   m.first_target = static_cast<Id>(out_.links.size());
   m.target_count = static_cast<Id>(targets.size());
@@ -547,7 +546,7 @@ Id Checker::motion(const Node& n) {
           m.action = out_.symbols[s].routine;
           if (routine_ != kNone) calls_[routine_].insert(m.action);
           if (out_.routines[m.action].parameter_count > 0)
-            fail_name(x, written(x) + " has parameters, and here it gets none");
+            fail_name(x, written(x) + " has parameters, but is called without arguments");
         }
       }
       continue;
@@ -572,10 +571,11 @@ Id Checker::motion(const Node& n) {
       value = expression(x.first);
       const Id t = type_of(value);
       if (t != kBad && out_.types[t].role != RMP_ROLE_ROBOT)
-        fail(at(x.first), "ACT_ROB needs a robot, and this is " + shown(t));
+        fail(at(x.first), "ACT_ROB needs a robot, but this is " + shown(t));
       else if (t != kBad && !is_robot(value))
-        fail(at(x.first), "ACT_ROB needs the name of a robot",
-             "Name one that the cell declares: ROBOT name := ...; R_ACT_ROB counts by itself.");
+        fail(
+            at(x.first), "ACT_ROB needs the name of a robot",
+            "Name one declared by the cell: ROBOT name := ...; R_ACT_ROB applies without ACT_ROB.");
     } else if (number_of == RMP_ATTR_TOOL || number_of == RMP_ATTR_FRAME) {
       value = component(x.first, named_type("POSE"), written(x));
     } else {
@@ -583,7 +583,7 @@ Id Checker::motion(const Node& n) {
     }
     if (is_ptp ? !row->in_ptp : !row->in_paths)
       warn(x, written(x) + " has no effect on " + word,
-           is_ptp ? "Motions of the joints have SPEED_PTP, ACC_PTP and C_PTP."
+           is_ptp ? "Joint motions have SPEED_PTP, ACC_PTP and C_PTP."
                   : "Motions along a path have SPEED, ACC and C_CP.");
     if (const rmp_code_constant* c = type_of(value) == RMP_TYPE_REAL ? known(value) : nullptr) {
       const bool is_speed = number_of == RMP_ATTR_SPEED || number_of == RMP_ATTR_SPEED_ORI ||
@@ -592,13 +592,13 @@ Id Checker::motion(const Node& n) {
       const bool is_share = number_of == RMP_ATTR_SPEED_PTP || number_of == RMP_ATTR_ACC ||
                             number_of == RMP_ATTR_ACC_PTP || number_of == RMP_ATTR_C_PTP ||
                             number_of == RMP_ATTR_C_SPEED;
-      if (is_speed && c->real <= 0) fail(at(x.first), written(x) + " is above zero");
+      if (is_speed && c->real <= 0) fail(at(x.first), written(x) + " must be above zero");
       else if (number_of == RMP_ATTR_TIME && c->real <= 0 && c->real != -1.0)
-        fail(at(x.first), written(x) + " is above zero, or -1 for none");
+        fail(at(x.first), written(x) + " must be above zero, or -1 for none");
       else if (number_of != RMP_ATTR_TIME && c->real < 0)
-        fail(at(x.first), written(x) + " is not negative");
+        fail(at(x.first), written(x) + " must not be negative");
       else if (is_share && c->real > 100)
-        fail(at(x.first), written(x) + " is a percentage, at most 100");
+        fail(at(x.first), written(x) + " must be a percentage of at most 100");
     }
     attributes.push_back({number_of, value, span(x)});
   }

@@ -159,13 +159,13 @@ Result<std::vector<double>> steps_of(std::span<const double> times, std::size_t 
   if (times.size() != count)
     return bad(std::to_string(times.size()) + " times are given for " + std::to_string(count) +
                    " joint vectors",
-               "Give one a vector.");
+               "Give one per vector.");
   std::vector<double> out;
   for (std::size_t i = 1; i < count; ++i) {
     if (!(times[i] > times[i - 1]))
       return bad("the time of joint vector " + std::to_string(i + 1) + " is " +
                      print_number(times[i]) + " s, not after " + print_number(times[i - 1]) + " s",
-                 "Times must rise.");
+                 "Times must increase.");
     out.push_back(times[i] - times[i - 1]);
   }
   return out;
@@ -178,16 +178,16 @@ Result<void> check_vectors(const Task& t, bool is_quintic, EndRule rule) {
                                                         : 2;
   if (t.count < least)
     return bad("ends = \"" + std::string(rule == EndRule::periodic ? "periodic" : "not_a_knot") +
-                   "\" wants " + std::to_string(least) + " joint vectors of a " +
-                   (is_quintic ? "quintic" : "cubic") + " spline, and there are " +
+                   "\" needs " + std::to_string(least) + " joint vectors of a " +
+                   (is_quintic ? "quintic" : "cubic") + " spline, but there are " +
                    std::to_string(t.count),
-               "Add joint vectors, or take other ends.");
+               "Add joint vectors, or choose other ends.");
   if (rule != EndRule::periodic) return {};
   for (std::size_t j = 0; j < t.dof; ++j) {
     const double open = std::fabs(t.at(t.count - 1, j) - t.at(0, j));
     if (open > kSameValue * (1 + std::fabs(t.at(0, j))))
       return bad("ends = \"periodic\" closes the spline, and " + joint_name(j) + " ends " +
-                     print_number(open, 6) + " away from where it begins",
+                     print_number(open, 6) + " away from its start",
                  "Add the first joint vector once more at the end.");
   }
   return {};
@@ -220,11 +220,11 @@ Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
   for (std::size_t j = 0; j < dof; ++j) {
     if (rule != EndRule::clamped &&
         (clamps.v0[j] != 0 || clamps.v1[j] != 0 || clamps.a0[j] != 0 || clamps.a1[j] != 0))
-      return bad("ends = \"" + std::string(ends_word) +
-                     "\" leaves no choice of the rates there, and " + joint_name(j) + " has one",
-                 "Take ends = \"clamped\", or leave the rate out.");
+      return bad("ends = \"" + std::string(ends_word) + "\" determines the rates there, but " +
+                     joint_name(j) + " has one",
+                 "Use ends = \"clamped\", or leave the rate out.");
     if (!is_quintic && (clamps.a0[j] != 0 || clamps.a1[j] != 0))
-      return bad("a cubic spline cannot begin or end with a given acceleration, and " +
+      return bad("a cubic spline cannot begin or end with a given acceleration, but " +
                      joint_name(j) + " has one",
                  "Take degree 5.");
     for (const double v : {clamps.v0[j], clamps.v1[j]})
@@ -243,7 +243,7 @@ Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
         RMP_TRY(need(task.velocity, "velocity", j, "velocity"));
     step = TimeSearch(task, is_quintic, rule, clamps).run();
     if (step.empty())
-      return bad("no times keep the limits with these rates at the ends",
+      return bad("the limits cannot be met with these rates at the ends",
                  "Lower the rates, or raise the limits.");
   }
   Spline spline = through(task, step, is_quintic, rule, clamps);

@@ -274,10 +274,10 @@ Result<void> check_range(const Piece& piece, double h, const Task& t, std::size_
   const bool is_above = r.most > t.upper[joint] + slack;
   if (!is_above && r.least >= t.lower[joint] - slack) return {};
   return bad("between joint vectors " + std::to_string(point + 1) + " and " +
-                 std::to_string(point + 2) + " " + joint_name(joint) + " swings out to " +
+                 std::to_string(point + 2) + " " + joint_name(joint) + " overshoots to " +
                  print_number(is_above ? r.most : r.least, 6) + ", outside its limits " +
                  print_number(t.lower[joint], 6) + " to " + print_number(t.upper[joint], 6),
-             "Add joint vectors there, or give it more room, other times or slower ends.");
+             "Add joint vectors there, or give it wider limits, other times or slower ends.");
 }
 
 }  // namespace robomosp::joint_motion

@@ -13,8 +13,8 @@ const rmp_param kSpeedShare{"speed_share", "real",  "", "Share of the velocity l
     kVelocity{"velocity",
               "real[]",
               "",
-              "Limits of this motion, one for all joints or one a joint [rad/s or m/s]; the "
-              "robot's count where they are lower.",
+              "Limits of this motion, one for all joints or one per joint [rad/s or m/s]; the "
+              "robot's limits apply if they are lower.",
               "{}",
               nullptr,
               1,
@@ -23,15 +23,15 @@ const rmp_param kSpeedShare{"speed_share", "real",  "", "Share of the velocity l
                   "{}",           nullptr,  1,  0},
     kJerk{"jerk", "real[]", "", "Likewise [rad/s^3 or m/s^3].", "{}", nullptr, 1, 0};
 
-const rmp_param kEndVelocity{"end_velocity",
-                             "real[]",
-                             "",
-                             "Of each joint [rad/s or m/s], to be handed on to the next joint "
-                             "segment; at rest when left out.",
-                             "{}",
-                             nullptr,
-                             1,
-                             0},
+const rmp_param kEndVelocity{
+    "end_velocity",
+    "real[]",
+    "",
+    "Of each joint [rad/s or m/s], passed to the next joint segment; at rest when left out.",
+    "{}",
+    nullptr,
+    1,
+    0},
     kEndAcceleration{
         "end_acceleration", "real[]", "", "Likewise [rad/s^2 or m/s^2].", "{}", nullptr, 1, 0};
 
@@ -39,9 +39,9 @@ const rmp_param kPtpParams[] = {
     {"profile", "enum", "", "How the speed changes.", "trapezoidal", "trapezoidal|s_curve|quintic",
      1, 0},
     {"joints_arrive", "enum", "",
-     "Together on the straight way of the joint space, or each as fast as it can.", "together",
+     "Together on a straight line in joint space, or each as fast as possible.", "together",
      "together|each", 1, 0},
-    {"duration", "real", "s", "Time for the whole way; 0 = as short as the limits allow.", "0",
+    {"duration", "real", "s", "Duration of the motion; 0 = as short as the limits allow.", "0",
      nullptr, 0, 1e9},
     kSpeedShare,
     kVelocity,
@@ -53,7 +53,7 @@ const rmp_param kSplineParams[] = {
     {"ends", "enum", "",
      "clamped: at rest, or with the rates given there; natural: free; not_a_knot: one polynomial "
      "over the first and the last pieces; periodic: the last joint vector is the first, and the "
-     "motion goes on there as it began.",
+     "motion continues there as it began.",
      "clamped", "clamped|natural|not_a_knot|periodic", 1, 0},
     {"times", "real[]", "s",
      "When each joint vector is passed; without, as fast as the limits "
@@ -66,7 +66,7 @@ const rmp_param kSplineParams[] = {
     kAcceleration,
     kJerk};
 const rmp_param kTimeOptimalParams[] = {
-    {"duration", "real", "s", "Time for the whole way; 0 = as short as the limits allow.", "0",
+    {"duration", "real", "s", "Duration of the motion; 0 = as short as the limits allow.", "0",
      nullptr, 0, 1e9},
     kEndVelocity,
     kEndAcceleration,
@@ -89,5 +89,5 @@ RMP_PLUGIN("org.robomosp.joint_motion", "0.1.0", "Apache-2.0", "Motions of all j
                         "allow.",
                         "points=2+", jm::kSplineParams),
            RMP_PROVIDER(jm::TimeOptimalFactory, "time_optimal",
-                        "The fastest way with limited jerk from any state of motion to any other.",
+                        "The fastest motion with limited jerk from any state to any other.",
                         "points=2", jm::kTimeOptimalParams))

@@ -97,8 +97,8 @@ Result<std::unique_ptr<JointSegment>> PtpFactory::make(std::size_t dof,
        {ends.start_velocity, ends.end_velocity, ends.start_acceleration, ends.end_acceleration})
     for (std::size_t j = 0; j < end.size(); ++j)
       if (end[j] != 0)
-        return bad("ptp goes from rest to rest, and " + joint_name(j) + " is moving at an end",
-                   "Take time_optimal or joint_spline.");
+        return bad("ptp moves from rest to rest, but " + joint_name(j) + " is moving at an end",
+                   "Use time_optimal or joint_spline.");
   const auto profile = params.text("profile");
   const Kind kind = profile == "quintic"   ? Kind::quintic
                     : profile == "s_curve" ? Kind::s_curve
@@ -143,7 +143,7 @@ Result<std::unique_ptr<JointSegment>> PtpFactory::make(std::size_t dof,
   if (wanted > 0) {
     if (!is_together)
       return bad("a duration is given, but each joint arrives by itself",
-                 "Let the joints arrive together, or leave the duration out.");
+                 "Make the joints arrive together, or leave the duration out.");
     if (wanted < least * (1 - 1e-12))
       return bad("a duration of " + print_number(wanted) + " s is too short for the limits",
                  "The shortest is " + print_number(least, 6) + " s.");

@@ -18,14 +18,14 @@ Result<std::vector<double>> limits_of(std::span<const double> robot, const Param
   if (!robot.empty() && robot.size() != dof)
     return bad(std::to_string(robot.size()) + " " + name + " limits are given for " +
                    std::to_string(dof) + " joints",
-               "Give one a joint.");
+               "Give one per joint.");
   std::vector<double> out(dof, kInfinity);
   std::copy(robot.begin(), robot.end(), out.begin());
   const auto given = params.reals(name);
   if (!given.empty() && given.size() != 1 && given.size() != dof)
     return bad(std::string(name) + " has " + std::to_string(given.size()) + " values for " +
                    std::to_string(dof) + " joints",
-               "Give one for all, or one a joint.");
+               "Give one for all, or one per joint.");
   for (std::size_t j = 0; j < dof; ++j) {
     if (!given.empty()) out[j] = std::min(out[j], given[given.size() == 1 ? 0 : j]);
     if (!(out[j] > 0))
@@ -44,7 +44,7 @@ Error bad(std::string message, std::string hint) {
 
 Result<Task> read_task(std::size_t dof, std::span<const double> points, const JointLimits& limits,
                        const Params& params, std::size_t least) {
-  if (dof == 0) return bad("the robot has no joints", "Take another robot.");
+  if (dof == 0) return bad("the robot has no joints", "Use another robot.");
   if (points.size() % dof != 0)
     return bad(std::to_string(points.size()) + " joint values are given for " +
                    std::to_string(dof) + " joints",
@@ -75,7 +75,7 @@ Result<Task> read_task(std::size_t dof, std::span<const double> points, const Jo
   RMP_TRY_ASSIGN(t.jerk, limits_of(limits.jerk, params, "jerk", dof));
   const double share = params.real("speed_share");
   if (!(share > 0 && share <= 1))
-    return bad("speed_share is " + print_number(share), "It is above 0 and at most 1.");
+    return bad("speed_share is " + print_number(share), "It must be above 0 and at most 1.");
   for (double& v : t.velocity) v *= share;
   return t;
 }
@@ -100,7 +100,7 @@ Result<std::vector<double>> end_values(std::span<const double> given, const Task
   if (given.size() != t.dof)
     return bad("the " + std::string(what) + " has " + std::to_string(given.size()) +
                    " values for " + std::to_string(t.dof) + " joints",
-               "Give one a joint.");
+               "Give one per joint.");
   for (std::size_t j = 0; j < t.dof; ++j) {
     if (!std::isfinite(given[j]))
       return bad("the " + std::string(what) + " of " + joint_name(j) + " is not a number",

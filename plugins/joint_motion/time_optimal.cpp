@@ -44,7 +44,7 @@ Error end_error(StateToState::Fault fault, const Task& t, const Motion1& end, st
                "Lower it.");
   return bad("with an acceleration of " + print_number(end.a, 6) + " at the end, " + joint_name(j) +
                  " would be above its velocity limit " + print_number(t.velocity[j], 6) +
-                 " before or behind it",
+                 " before or after it",
              "Bring velocity or acceleration at the end nearer to 0.");
 }
 
@@ -58,7 +58,7 @@ Result<std::unique_ptr<JointSegment>> TimeOptimalFactory::make(std::size_t dof,
   RMP_TRY_ASSIGN(const Task task, read_task(dof, points, limits, params, 2));
   if (task.count > 2)
     return bad(std::to_string(task.count) + " joint vectors are given to time_optimal",
-               "Give the first and the last; joint_spline passes others in between.");
+               "Give the first and the last; joint_spline passes through others in between.");
   RMP_TRY_ASSIGN(const auto v0, end_values(ends.start_velocity, task, "velocity at the start"));
   RMP_TRY_ASSIGN(const auto v1, end_values(end_or(ends.end_velocity, params, "end_velocity"), task,
                                            "velocity at the end"));
@@ -87,9 +87,9 @@ Result<std::unique_ptr<JointSegment>> TimeOptimalFactory::make(std::size_t dof,
     return bad("a duration of " + print_number(wanted) + " s is too short for the limits",
                "The shortest is " + print_number(least, 6) + " s.");
   if (wanted > 0 && duration > wanted * (1 + 1e-9))
-    return bad(
-        "moving as they are, not all joints can be delayed to " + print_number(wanted) + " s",
-        "The next possible duration is " + print_number(duration, 6) + " s.");
+    return bad("with their initial motion, not all joints can be delayed to " +
+                   print_number(wanted) + " s",
+               "The next possible duration is " + print_number(duration, 6) + " s.");
   std::vector<Ramps> joints;
   for (std::size_t j = 0; j < dof; ++j) {
     joints.push_back(work[j].motion(duration));

@@ -62,7 +62,7 @@ Result<bool> read_angles(const Params& params, const char* name, const spatial::
 
 Result<std::unique_ptr<Orientation>> AnglesFactory::make(const OrientationTask& task,
                                                          const Params& params) const {
-  if (task.points.empty()) return bad("there is no point to take the orientation of", {});
+  if (task.points.empty()) return bad("there is no point to take the orientation from", {});
   const Pose &start = task.points.front(), &end = task.points.back();
   Vec3 first, last;
   RMP_TRY_ASSIGN([[maybe_unused]] const bool has_first,

@@ -52,7 +52,7 @@ Result<Circle> circle_through(const Vec3& a, const Vec3& b, const Vec3& c) {
       {lu, "1 and 2"}, {lv, "1 and 3"}, {lw, "2 and 3"}};
   for (const auto& [length, which] : sides)
     if (!(length > kSamePoint))
-      return bad(std::string("points ") + which + " are the same place",
+      return bad(std::string("points ") + which + " are at the same position",
                  "Three different points are needed to define a circle.");
   const double area = spatial::norm(n), longest = std::max({lu, lv, lw});
   if (!(area > 1e-9 * longest * longest))
@@ -167,7 +167,7 @@ Result<std::unique_ptr<Curve>> LineFactory::make(std::span<const Pose> points,
 }
 
 Result<std::unique_ptr<Curve>> ArcFactory::make(std::span<const Pose> points, const Params&) const {
-  RMP_TRY(check_points(points, 3, "an arc", "Give start, a point on the way, and end."));
+  RMP_TRY(check_points(points, 3, "an arc", "Give start, a via point, and end."));
   RMP_TRY_ASSIGN(const Circle c, circle_through(points[0].p, points[1].p, points[2].p));
   return std::unique_ptr<Curve>(new Arc(c, c.to_third, {0, c.to_second, c.to_third}));
 }
@@ -186,8 +186,7 @@ Result<std::unique_ptr<Curve>> HelixFactory::make(std::span<const Pose> points,
 
 Result<std::unique_ptr<Curve>> CircleFactory::make(std::span<const Pose> points,
                                                    const Params& params) const {
-  RMP_TRY(check_points(points, 3, "a circle",
-                       "Give three points on it, in the order they are passed."));
+  RMP_TRY(check_points(points, 3, "a circle", "Give three points on it, in the order of travel."));
   RMP_TRY_ASSIGN(const double turns, positive(params, "turns", "turns"));
   RMP_TRY_ASSIGN(const Circle c, circle_through(points[0].p, points[1].p, points[2].p));
   const double angle = 2 * std::numbers::pi * turns;

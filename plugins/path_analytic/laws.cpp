@@ -58,19 +58,19 @@ Result<std::unique_ptr<MotionLaw>> ramps(const LawTask& task, const Params& para
   RMP_TRY_ASSIGN(const EndRates ends, end_rates(task, params));
   for (const double rate : {ends.start, ends.end})
     if (rate > limits.v * (1 + 1e-12))
-      return bad("the speed at an end is " + speed_text(task, rate) + ", above the greatest of " +
+      return bad("the speed at an end is " + speed_text(task, rate) + ", above the maximum of " +
                      speed_text(task, limits.v),
                  "Lower it, or raise the speed.");
   const double v0 = std::min(ends.start, limits.v), v1 = std::min(ends.end, limits.v);
   const auto fastest = spatial::fastest_ramps(1, v0, v1, limits);
   if (!fastest)
-    return bad("to change from " + speed_text(task, v0) + " to " + speed_text(task, v1) +
-                   " takes " +
-                   print_number(spatial::least_way(v0, v1, limits) *
-                                (task.length > 0 ? task.length : task.turn)) +
-                   (task.length > 0 ? " m, and the way is " + print_number(task.length) + " m"
-                                    : " rad, and the turn is " + print_number(task.turn) + " rad"),
-               "Raise the acceleration (and jerk), or bring the speeds at the ends together.");
+    return bad(
+        "to change from " + speed_text(task, v0) + " to " + speed_text(task, v1) + " takes " +
+            print_number(spatial::least_way(v0, v1, limits) *
+                         (task.length > 0 ? task.length : task.turn)) +
+            (task.length > 0 ? " m, but the path is " + print_number(task.length) + " m"
+                             : " rad, but the rotation is " + print_number(task.turn) + " rad"),
+        "Raise the acceleration (and jerk), or bring the speeds at the ends together.");
   const double duration = params.real("duration");
   if (!(duration > 0)) return law_of(*fastest);
   const auto timed = spatial::timed_ramps(1, v0, v1, limits, duration);
@@ -90,7 +90,7 @@ Result<EndRates> end_rates(const LawTask& task, const Params& params) {
   if (task.length > 0) {
     out = {start / task.length, end / task.length};
   } else if (start > 0 || end > 0) {
-    return bad("a turn on the spot starts and ends at rest",
+    return bad("a rotation in place starts and ends at rest",
                "Leave start_speed and end_speed out.");
   }
   return out;

@@ -47,12 +47,12 @@ Vec3 turn_between(const Pose& first, const Pose& last) {
 /// Shares of the points that differ enough to be kept apart; a turn between points at one share
 /// would be a jump.
 Result<void> check_shares(const OrientationTask& task) {
-  if (task.points.empty()) return bad("there is no point to take the orientation of", {});
+  if (task.points.empty()) return bad("there is no point to take the orientation from", {});
   for (std::size_t i = 1; i < task.points.size(); ++i)
     if (!(task.shares[i] > task.shares[i - 1] + 1e-9) &&
         spatial::norm(turn_between(task.points[i - 1], task.points[i])) > 0)
       return bad("points " + std::to_string(i) + " and " + std::to_string(i + 1) +
-                     " have different orientations at one place of the way",
+                     " have different orientations at the same position",
                  "Move one of them, or use \"slerp\".");
   return {};
 }
@@ -258,8 +258,8 @@ Result<std::unique_ptr<Orientation>> eased(std::unique_ptr<Orientation> inner,
   const double from = params.real("from"), to = params.real("to");
   const bool is_smooth = params.text("ease") == "smooth";
   if (!(to > from))
-    return bad("the tool would turn from " + print_number(100 * from) + " % to " +
-                   print_number(100 * to) + " % of the way",
+    return bad("the tool would rotate from " + print_number(100 * from) + " % to " +
+                   print_number(100 * to) + " % of the path",
                "to must be greater than from.");
   if (from == 0 && to == 1 && !is_smooth) return inner;
   return std::unique_ptr<Orientation>(new Eased(std::move(inner), from, to, is_smooth));
@@ -269,13 +269,13 @@ Result<std::unique_ptr<Orientation>> eased(std::unique_ptr<Orientation> inner,
 
 Result<std::unique_ptr<Orientation>> FixedFactory::make(const OrientationTask& task,
                                                         const Params&) const {
-  if (task.points.empty()) return bad("there is no point to take the orientation of", {});
+  if (task.points.empty()) return bad("there is no point to take the orientation from", {});
   return std::unique_ptr<Orientation>(new Slerp(task.points.front().R, {}));
 }
 
 Result<std::unique_ptr<Orientation>> SlerpFactory::make(const OrientationTask& task,
                                                         const Params& params) const {
-  if (task.points.empty()) return bad("there is no point to take the orientation of", {});
+  if (task.points.empty()) return bad("there is no point to take the orientation from", {});
   const Pose &first = task.points.front(), &last = task.points.back();
   return eased(std::make_unique<Slerp>(first.R, turn_between(first, last)), params);
 }
@@ -296,7 +296,7 @@ Result<std::unique_ptr<Orientation>> SquadFactory::make(const OrientationTask& t
 
 Result<std::unique_ptr<Orientation>> TangentFactory::make(const OrientationTask& task,
                                                           const Params& params) const {
-  if (task.points.empty()) return bad("there is no point to take the orientation of", {});
+  if (task.points.empty()) return bad("there is no point to take the orientation from", {});
   const std::string_view name = params.text("axis");
   const std::size_t axis = name == "x" ? 0 : name == "y" ? 1 : 2, leaning = (axis + 2) % 3;
   Vec3 up{};
@@ -322,8 +322,7 @@ Result<std::unique_ptr<Orientation>> TangentFactory::make(const OrientationTask&
                  "Choose another orientation.");
     if (spatial::norm(spatial::cross(spatial::unit(up), p.d1)) < 1e-3 * length)
       return bad("at " + print_number(100.0 * i / kSamples) +
-                     " % of its parameter the curve runs along up, and the tool's roll has no "
-                     "direction",
+                     " % of its parameter the curve runs along up, so the tool's roll is undefined",
                  "Give another up.");
   }
   return std::unique_ptr<Orientation>(new Tangent(axis, spatial::unit(up)));

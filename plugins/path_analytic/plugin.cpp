@@ -16,39 +16,35 @@ const rmp_param kAxis{"axis", "real[]", "", "Direction of the axis.", "{0, 0, 1}
 const rmp_param kArcCentreParams[] = {
     kCentre,
     kAxis,
-    {"angle", "real", "rad", "Angle about the axis; below 0 the other way round.", nullptr, nullptr,
-     -1e6, 1e6},
+    {"angle", "real", "rad", "Angle about the axis; negative reverses the direction.", nullptr,
+     nullptr, -1e6, 1e6},
 };
 const rmp_param kHelixParams[] = {
     kCentre,
     kAxis,
-    {"turns", "real", "", "Number of turns; below 0 the other way round.", "1", nullptr, -1e6, 1e6},
-    {"pitch", "real", "m", "Way along the axis in one turn.", nullptr, nullptr, -1e6, 1e6},
+    {"turns", "real", "", "Number of turns; negative reverses the direction.", "1", nullptr, -1e6,
+     1e6},
+    {"pitch", "real", "m", "Distance along the axis per turn.", nullptr, nullptr, -1e6, 1e6},
 };
 
-const rmp_param kSpeed{"speed", "real",  "m/s", "Greatest speed of the tool along the curve.",
+const rmp_param kSpeed{"speed", "real",  "m/s", "Maximum speed of the tool along the curve.",
                        "0.1",   nullptr, 0,     1e6},
-    kAngularSpeed{"angular_speed",
-                  "real",
-                  "rad/s",
-                  "Greatest speed of turning; the slower of the two counts.",
-                  "0.5",
-                  nullptr,
-                  0,
-                  1e6},
-    kAcceleration{"acceleration", "real", "m/s^2", "Greatest acceleration along the curve.", "1",
+    kAngularSpeed{
+        "angular_speed", "real",  "rad/s", "Maximum angular speed; the slower of the two applies.",
+        "0.5",           nullptr, 0,       1e6},
+    kAcceleration{"acceleration", "real", "m/s^2", "Maximum acceleration along the curve.", "1",
                   nullptr,        0,      1e9},
     kAngularAcceleration{"angular_acceleration",
                          "real",
                          "rad/s^2",
-                         "Greatest acceleration of turning.",
+                         "Maximum angular acceleration.",
                          "5",
                          nullptr,
                          0,
                          1e9},
     kStartSpeed{"start_speed", "real", "m/s", "Speed at the start.", "0", nullptr, 0, 1e6},
     kEndSpeed{"end_speed", "real", "m/s", "Speed at the end.", "0", nullptr, 0, 1e6},
-    kDuration{"duration", "real",  "s", "Time for the whole way; 0 = as short as the limits allow.",
+    kDuration{"duration", "real",  "s", "Duration of the motion; 0 = as short as the limits allow.",
               "0",        nullptr, 0,   1e9};
 
 const rmp_param kSpeedParams[] = {kSpeed, kAngularSpeed, kDuration};
@@ -67,8 +63,8 @@ const rmp_param kSCurveParams[] = {
     kAngularSpeed,
     kAcceleration,
     kAngularAcceleration,
-    {"jerk", "real", "m/s^3", "Greatest jerk along the curve.", "10", nullptr, 0, 1e12},
-    {"angular_jerk", "real", "rad/s^3", "Greatest jerk of turning.", "50", nullptr, 0, 1e12},
+    {"jerk", "real", "m/s^3", "Maximum jerk along the curve.", "10", nullptr, 0, 1e12},
+    {"angular_jerk", "real", "rad/s^3", "Maximum angular jerk.", "50", nullptr, 0, 1e12},
     kStartSpeed,
     kEndSpeed,
     kDuration};
@@ -78,22 +74,22 @@ const rmp_param kCycloidalParams[] = {kSpeed, kAngularSpeed, kAcceleration, kAng
 const rmp_param kSlerpParams[] = {
     {"from", "real", "", "Share of the way where the turn begins.", "0", nullptr, 0, 1},
     {"to", "real", "", "Share of the way where it ends.", "1", nullptr, 0, 1},
-    {"ease", "enum", "", "How it goes in between: with the way, or smoothly from rest to rest.",
+    {"ease", "enum", "", "How it changes in between: with the path, or smoothly from rest to rest.",
      "way", "way|smooth", 1, 0},
 };
 const rmp_param kAnglesParams[] = {
     {"first", "real[]", "rad",
      "Roll, pitch, yaw at the start; those of the first pose when left out.", "{}", nullptr, 1, 0},
     {"last", "real[]", "rad",
-     "Roll, pitch, yaw at the end, full turns counted; those of the last pose, each the short way, "
-     "when left out.",
+     "Roll, pitch, yaw at the end, full turns counted; those of the last pose, each by the shorter "
+     "rotation, when left out.",
      "{}", nullptr, 1, 0},
 };
 const rmp_param kTangentParams[] = {
     {"axis", "enum", "", "The tool's axis that follows the tangent.", "x", "x|y|z", 1, 0},
     {"up", "real[]", "",
-     "Where the axis before it leans to (z for x); the first pose's when left out.", "{}", nullptr,
-     1, 0},
+     "Direction that the preceding axis leans to (z for x); the first pose's when left out.", "{}",
+     nullptr, 1, 0},
 };
 
 }  // namespace
@@ -104,10 +100,10 @@ namespace pa = robomosp::path_analytic;
 RMP_PLUGIN(
     "org.robomosp.path_analytic", "0.2.0", "Apache-2.0",
     "Lines and arcs, motion laws and orientations.",
-    RMP_PROVIDER_NO_PARAMS(pa::LineFactory, "line",
-                           "Straight line between two poses; a turn on the spot when their "
-                           "positions are the same.",
-                           "points=2"),
+    RMP_PROVIDER_NO_PARAMS(
+        pa::LineFactory, "line",
+        "Straight line between two poses; a rotation in place when their positions are the same.",
+        "points=2"),
     RMP_PROVIDER_NO_PARAMS(pa::ArcFactory, "arc",
                            "Part of a circle from the first pose through the second to the third.",
                            "points=3"),
@@ -118,14 +114,14 @@ RMP_PLUGIN(
                  "points=1", pa::kArcCentreParams),
     RMP_PROVIDER(pa::HelixFactory, "helix", "Helix about a centre and an axis.", "points=1",
                  pa::kHelixParams),
-    RMP_PROVIDER(pa::ConstantSpeedFactory, "constant_speed", "The same speed all along.", "",
+    RMP_PROVIDER(pa::ConstantSpeedFactory, "constant_speed", "Constant speed.", "",
                  pa::kSpeedParams),
     RMP_PROVIDER(pa::ConstantAccelerationFactory, "constant_acceleration",
                  "The speed changes evenly from start_speed to end_speed; without an end_speed, by "
                  "the acceleration.",
                  "", pa::kConstantAccelerationParams),
     RMP_PROVIDER(pa::TrapezoidalFactory, "trapezoidal",
-                 "Up to speed, along at it, and down, with constant acceleration.", "",
+                 "Accelerates, cruises and decelerates with constant acceleration.", "",
                  pa::kTrapezoidalParams),
     RMP_PROVIDER(pa::SCurveFactory, "s_curve",
                  "The same with a limited jerk, so that the acceleration has no steps.", "",

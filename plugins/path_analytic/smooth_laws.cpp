@@ -119,8 +119,7 @@ Result<std::unique_ptr<MotionLaw>> shaped(const LawTask& task, const Params& par
     RMP_TRY_ASSIGN(const double acceleration, greatest_acceleration(task, params));
     for (const double end : {ends.start, ends.end})
       if (end > rate * (1 + kRounding))
-        return bad("a speed at an end is above the greatest speed",
-                   "Lower it, or raise the speed.");
+        return bad("a speed at an end is above the maximum speed", "Lower it, or raise the speed.");
     const auto is_within = [&](double T) {
       const Extremes e = extremes(*make(T));
       return e.fastest <= rate * (1 + 1e-12) && e.acceleration <= acceleration * (1 + 1e-12);
@@ -134,7 +133,7 @@ Result<std::unique_ptr<MotionLaw>> shaped(const LawTask& task, const Params& par
     }
     duration = high;
     if (!is_within(duration))
-      return bad("no duration keeps the limits with these speeds at the ends",
+      return bad("no duration meets the limits with these speeds at the ends",
                  "Raise the acceleration, or lower the speeds at the ends.");
   }
   auto law = make(duration);

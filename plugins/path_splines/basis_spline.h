@@ -46,7 +46,7 @@ struct BasisSpline {
                                                  std::span<const Vec3> points);
 
 /// The closed one of an odd degree, 3 or 5: its first degree - 1 derivatives are the same at both
-/// ends. First and last point are the same place.
+/// ends. First and last point are at the same position.
 [[nodiscard]] BasisSpline interpolate_periodic(int degree, std::span<const double> times,
                                                std::span<const Vec3> points);
 

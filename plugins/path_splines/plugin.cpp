@@ -66,13 +66,13 @@ Result<Timing> timing(std::span<const Pose> points, const Params& params) {
     if (given.size() != points.size())
       return bad(std::to_string(given.size()) + " times are given for " +
                      std::to_string(points.size()) + " points",
-                 "Give one a point.");
+                 "Give one per point.");
     out.at.assign(given.begin(), given.end());
     for (std::size_t i = 1; i < given.size(); ++i)
       if (!(given[i] > given[i - 1]))
         return bad("the time of point " + std::to_string(i + 1) + " is " + print_number(given[i]) +
                        " s, not after " + print_number(given[i - 1]) + " s",
-                   "Times must rise.");
+                   "Times must increase.");
     return out;
   }
   out.at.push_back(0);
@@ -80,9 +80,9 @@ Result<Timing> timing(std::span<const Pose> points, const Params& params) {
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double distance = spatial::distance(points[i - 1].p, points[i].p);
     if (!(distance > kSamePoint))
-      return bad(
-          "points " + std::to_string(i) + " and " + std::to_string(i + 1) + " are the same place",
-          "Remove one of them, or give times.");
+      return bad("points " + std::to_string(i) + " and " + std::to_string(i + 1) +
+                     " are at the same position",
+                 "Remove one of them, or give times.");
     out.at.push_back(out.at.back() + (is_centripetal ? std::sqrt(distance) : distance));
   }
   return out;
@@ -148,7 +148,7 @@ Result<std::unique_ptr<Curve>> through(int degree, const char* shape, std::span<
         "ends = \"" + std::string(ends) + "\" leaves the spline no freedom for the " +
             (start.velocity || (end.velocity && !start.is_given()) ? "velocity" : "acceleration") +
             " that is given at its " + (start.is_given() ? "start" : "end"),
-        "Leave ends out or take \"clamped\", or leave out what is given there.");
+        "Leave ends out or use \"clamped\", or leave out the values given there.");
   const std::vector<Vec3> places = positions(points);
   if (ends == "not_a_knot") {
     RMP_TRY(check_points(points, static_cast<std::size_t>(degree) + 1,
@@ -257,9 +257,9 @@ class TeachPointsFactory final : public CurveFactory {
     for (std::size_t i = 1; i < n; ++i) {
       const double d = spatial::distance(points[i - 1].p, points[i].p);
       if (!(d > kSamePoint))
-        return bad(
-            "points " + std::to_string(i) + " and " + std::to_string(i + 1) + " are the same place",
-            "Remove one of them.");
+        return bad("points " + std::to_string(i) + " and " + std::to_string(i + 1) +
+                       " are at the same position",
+                   "Remove one of them.");
       way.push_back(way.back() + d);
     }
     // As one spline of degree 5: knots of multiplicity 5 part its Bezier pieces.
@@ -313,8 +313,9 @@ class TeachPointsFactory final : public CurveFactory {
   }
 };
 
-const rmp_param kTimes{"times", "real[]", "s", "When each point is passed; without, the law tells.",
-                       "{}",    nullptr,  1,   0};
+const rmp_param kTimes{
+    "times", "real[]", "s", "When each point is passed; without, the motion law decides.",
+    "{}",    nullptr,  1,   0};
 const rmp_param kSpacing{"spacing",
                          "enum",
                          "",
@@ -325,10 +326,9 @@ const rmp_param kSpacing{"spacing",
                          1,
                          0};
 const char* const kEndsDoc =
-    "natural: free, as straight as can be; clamped: with the velocities given there, zero where "
-    "none "
-    "is; not_a_knot: one polynomial at either end; periodic: closed, without a jump where the last "
-    "point is the first; auto: clamped at an end where something is given, else natural.";
+    "natural: free, as straight as possible; clamped: with the velocities given there, zero if "
+    "none is given; not_a_knot: one polynomial at either end; periodic: closed, without a jump "
+    "where the last point is the first; auto: clamped at an end with given values, else natural.";
 const rmp_param kEnds{
     "ends", "enum", "", kEndsDoc, "auto", "auto|natural|clamped|not_a_knot|periodic", 1, 0},
     // A closed spline of an even degree with its knots at the points does not exist for every
@@ -352,15 +352,16 @@ const rmp_param kQuinticParams[] = {
 const rmp_param kBSplineParams[] = {
     {"degree", "int", "", "Degree; degree - 1 derivatives are continuous.", "3", nullptr, 2, 9}};
 const rmp_param kBezierParams[] = {
-    {"duration", "real", "s", "Time for the whole, evenly in the parameter; 0 = the law tells.",
-     "0", nullptr, 0, 1e9},
+    {"duration", "real", "s",
+     "Time for the whole, evenly in the parameter; 0 = the motion law decides.", "0", nullptr, 0,
+     1e9},
     {"start_velocity", "real[]", "m/s", "Velocity at the start: adds a control point.", "{}",
      nullptr, 1, 0},
     {"end_velocity", "real[]", "m/s", "Velocity at the end: adds a control point.", "{}", nullptr,
      1, 0}};
 const rmp_param kTeachParams[] = {
     {"rounding", "real", "m",
-     "How far from a point its corner is cut; at most half the way to its neighbours.", "0.01",
+     "How far from a point its corner is cut; at most half the distance to its neighbours.", "0.01",
      nullptr, 0, 1e6}};
 
 }  // namespace

@@ -347,10 +347,10 @@ Result<std::vector<Geometry>> make_geometries(dSpaceID space, const Shape& shape
     case ShapeKind::convex: return make_convex(space, shape);
     case ShapeKind::mesh: return make_mesh(space, shape);
     case ShapeKind::cone:
-      return error(ErrorCode::unsupported, "a cone is no shape of this engine",
+      return error(ErrorCode::unsupported, "this engine does not support cones",
                    "Give its convex hull.");
     case ShapeKind::ellipsoid:
-      return error(ErrorCode::unsupported, "an ellipsoid is no shape of this engine",
+      return error(ErrorCode::unsupported, "this engine does not support ellipsoids",
                    "Give its convex hull.");
   }
   std::vector<Geometry> out;

@@ -78,7 +78,7 @@ struct Geometry {
   std::unique_ptr<GeometryTag> tag = std::make_unique<GeometryTag>();
 };
 
-/// How far a point is outside of a sphere (length 0) or of a cylinder about z [m], and the normal
+/// How far a point is outside a sphere (length 0) or of a cylinder about z [m], and the normal
 /// of its surface there.
 struct Foot {
   double distance = 0;

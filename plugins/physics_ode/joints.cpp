@@ -42,9 +42,11 @@ Result<void> OdeWorld::add_joint(const PhysicsJoint& j, std::size_t number,
     if (!is_known || !moves_on_one_axis(j.type) ||
         !moves_on_one_axis(joints_[static_cast<std::size_t>(j.follows)].type) ||
         !std::isfinite(j.ratio) || !std::isfinite(j.offset))
-      return error(ErrorCode::invalid_argument,
-                   "it follows a joint that it cannot follow, or by numbers that are not finite",
-                   "A revolute or prismatic joint follows an earlier one of these.", where);
+      return error(
+          ErrorCode::invalid_argument,
+          "it follows a joint that it cannot follow, or by numbers that are not finite",
+          "A revolute or prismatic joint can follow an earlier revolute or prismatic joint.",
+          where);
   }
   const auto frame = [&](std::int32_t body, const Pose& in_body) {
     return body < 0 ? in_body
@@ -181,10 +183,10 @@ void OdeWorld::prepare(Joint& j, Pass pass) {
 Result<void> OdeWorld::servo(std::int32_t joint, double velocity, double force) {
   if (joint < 0 || static_cast<std::size_t>(joint) >= joints_.size() ||
       !moves_on_one_axis(joints_[static_cast<std::size_t>(joint)].type))
-    return error(ErrorCode::invalid_argument, "there is no such joint to be moved",
+    return error(ErrorCode::invalid_argument, "there is no such joint to move",
                  "Give the number of a revolute or prismatic joint.");
   if (!std::isfinite(velocity) || !(force >= 0))
-    return error(ErrorCode::invalid_argument, "its speed or greatest force is not valid",
+    return error(ErrorCode::invalid_argument, "its speed or maximum force is not valid",
                  "Give a finite speed and a force that is not negative.",
                  "joint " + number_text(static_cast<std::size_t>(joint)));
   Joint& j = joints_[static_cast<std::size_t>(joint)];

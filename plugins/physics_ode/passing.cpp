@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMostLooks = 400;  ///< of a pair in a step
 constexpr std::size_t kMostPassed = 32;
-/// Bodies can pass where they come nearer by more than this share of both their thicknesses in a
+/// Bodies can pass where they approach by more than this share of both their thicknesses in a
 /// step; looks are this share apart.
 constexpr double kPassShare = 0.5, kLookShare = 0.25;
 
@@ -131,7 +131,7 @@ void OdeWorld::look_between(const FastBody& f, const FastBody* twin, dGeomID own
   if (!has_passed) return;
   passed_.push_back(pair);
   notes_.push_back({pair.first, pair.second,
-                    "passed through each other within a step: they come nearer by " +
+                    "passed through each other within a step: they approach by " +
                         short_number(1e3 * way) + " mm in " + short_number(1e3 * dt_) +
                         " ms and are " + short_number(1e3 * thick) +
                         " mm thick together. Use a step of " +

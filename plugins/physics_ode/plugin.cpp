@@ -10,19 +10,19 @@ namespace {
 
 const rmp_param kParams[] = {
     {"solver", "enum", "",
-     "How contacts and joints are solved: exactly (Dantzig's method), or by sweeps for worlds of "
+     "How contacts and joints are solved: exactly (Dantzig's method), or by sweeps for worlds with "
      "many bodies.",
      "exact", "exact|sweeps", 1, 0},
     {"sweeps", "int", "", "Sweeps of a step.", "50", nullptr, 1, 10000},
-    {"erp", "real", "", "Share of a joint's drift that a step repairs.", "0.2", nullptr, 0, 1},
+    {"erp", "real", "", "Fraction of a joint's drift corrected per step.", "0.2", nullptr, 0, 1},
     {"cfm", "real", "", "Softness of joints; 0 = rigid.", "1e-8", nullptr, 0, 1},
     {"contact_erp", "real", "", "Share of a penetration that a step repairs.", "0.2", nullptr, 0,
      1},
     {"contact_cfm", "real", "", "Softness of contacts.", "1e-7", nullptr, 0, 1},
     {"piles_from", "int", "",
-     "Of the exact solver: bodies without joints that touch at so many points are solved as a "
+     "Of the exact solver: bodies without joints that touch at this many points are solved as a "
      "pile, "
-     "by a method of equal exactness for sparse matrices; fewer are as quick all at once.",
+     "by an equally exact method for sparse matrices; fewer are as fast in one dense system.",
      "17", nullptr, 0, 1000000},
     {"most_contacts", "int", "", "Contact points of a pair of shapes.", "16", nullptr, 1, 64},
 };
@@ -52,6 +52,6 @@ using robomosp::physics_ode::Ode;
 RMP_PLUGIN("org.robomosp.physics_ode", "0.1.0", "Apache-2.0",
            "Rigid bodies with contact and friction by the Open Dynamics Engine.",
            RMP_PROVIDER(Ode, "ode",
-                        "Rigid bodies, joints, contact with friction, in fixed steps that give the "
-                        "same bits each time.",
+                        "Rigid bodies, joints, contact with friction, in fixed steps with bitwise "
+                        "reproducible results.",
                         "contact,friction", robomosp::physics_ode::kParams))

@@ -191,8 +191,8 @@ Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bo
     for (std::size_t i = 0; i < bodies.size(); ++i) RMP_TRY(w->add_body(bodies[i], i));
     for (std::size_t i = 0; i < joints.size(); ++i) RMP_TRY(w->add_joint(joints[i], i, bodies));
   } catch (const EngineFailure& e) {
-    return beyond(std::string("the engine does not take it (") + e.what() + ")",
-                  "Correct sizes, masses and places.",
+    return beyond(std::string("the engine rejects it (") + e.what() + ")",
+                  "Correct sizes, masses and placements.",
                   w->joints_.empty() ? "body " + number_text(w->bodies_.size()) : "");
   }
   return w;
@@ -214,7 +214,7 @@ Result<void> OdeWorld::add_body(const PhysicsBody& body, std::size_t number) {
   const std::string where = "body " + number_text(number);
   if (!spatial::is_finite(body.mass) || !spatial::is_rigid(body.pose) ||
       !spatial::is_finite(body.velocity) || !spatial::is_finite(body.angular_velocity))
-    return error(ErrorCode::invalid_argument, "its mass, place or velocity is not valid",
+    return error(ErrorCode::invalid_argument, "its mass, placement or velocity is not valid",
                  "Correct them.", where);
   if (!(body.friction >= 0) || !(body.restitution >= 0 && body.restitution <= 1))
     return error(ErrorCode::invalid_argument, "its friction or restitution is out of range",
@@ -226,11 +226,11 @@ Result<void> OdeWorld::add_body(const PhysicsBody& body, std::size_t number) {
   if (!is_within(body.pose.p, kFarthest) || !is_within(body.velocity, kFastest) ||
       !is_within(body.angular_velocity, kFastestTurn))
     return beyond("it is beyond 1e7 m, or faster than 1e7 m/s or 1e6 rad/s",
-                  "Place it nearer, or let it begin slower.", where);
+                  "Place it nearer, or start it with a lower velocity.", where);
   for (const Shape& shape : body.shape.shapes)
     if (!is_within(shape.sizes, kFarthest) || !is_within(shape.pose.p, kFarthest))
-      return beyond("a shape of it is larger than 1e7 m, or as far away", "Make it smaller.",
-                    where);
+      return beyond("one of its shapes is larger than 1e7 m, or farther away than that",
+                    "Make it smaller.", where);
   Body b;
   b.is_movable = mass > 0;
   b.com = b.is_movable ? body.mass.com : Vec3{};
@@ -484,7 +484,7 @@ Result<void> OdeWorld::check_state() const {
     if (is_within(p, kFarthest) && is_within(v, kFastest) && is_within(w, kFastestTurn) &&
         std::isfinite(q[0] + q[1] + q[2] + q[3]))
       continue;
-    return beyond("it flew off: beyond 1e7 m, 1e7 m/s or 1e6 rad/s", kTooMuch,
+    return beyond("it diverged: beyond 1e7 m, 1e7 m/s or 1e6 rad/s", kTooMuch,
                   "body " + number_text(i));
   }
   return {};
@@ -522,10 +522,10 @@ Result<void> OdeWorld::find_contacts(Progress& progress) {
   std::size_t asked = 0;
   for (const auto& [a, b] : near_pairs_->find()) {
     if (asked++ % 256 == 255 && progress.cancelled())
-      return error(ErrorCode::cancelled, "the simulation was stopped");
+      return error(ErrorCode::cancelled, "the simulation was cancelled");
     if (contacts_.size() > kMostContacts)
       return beyond("there are more than " + std::to_string(kMostContacts) +
-                        " contacts, which is the most that a step takes on",
+                        " contacts, the maximum per step",
                     "Place bodies apart, or give a smaller most_contacts.");
     collide(a, b);
   }
@@ -590,11 +590,10 @@ Result<void> OdeWorld::step_once(std::span<const double> forces, Progress& progr
   if ((is_swept || is_swept_) && !was_swept_) {
     was_swept_ = true;
     notes_.push_back({-1, -1,
-                      "bodies that touch each other have more than " +
-                          std::to_string(kMostRows / 3) + " contacts at once, from step " +
-                          std::to_string(steps_ + 1) +
-                          " on now and then: such steps are solved by sweeps instead of exactly, "
-                          "by which piles creep and sink a little"});
+                      "touching bodies have more than " + std::to_string(kMostRows / 3) +
+                          " contacts at once, from step " + std::to_string(steps_ + 1) +
+                          " on, now and then: such steps are solved by sweeps instead of exactly, "
+                          "so piles creep and sink a little"});
   }
   ++steps_;
   for (Joint& j : joints_) {
@@ -625,25 +624,25 @@ Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const doubl
     return error(ErrorCode::invalid_argument,
                  std::to_string(forces.size()) + " forces are given for " +
                      std::to_string(joints_.size()) + " joints",
-                 "Give one force a joint, or none.");
+                 "Give one force per joint, or none.");
   for (std::size_t i = 0; i < forces.size(); ++i)
     if (!(std::fabs(forces[i]) <= kMostForce))
       return beyond("a force of " + short_number(forces[i]) + " is beyond 1e12 N or N m", kTooMuch,
                     "joint " + number_text(i));
   if (is_broken_)
     return error(ErrorCode::invalid_argument, "the engine stopped in an earlier step",
-                 "Begin the simulation anew.");
+                 "Restart the simulation.");
   const std::lock_guard lock(engine_mutex());
   dt_ = dt;
   try {
     for (std::int32_t s = 0; s < steps; ++s) {
       if (s % 16 == 0 && progress.cancelled())
-        return error(ErrorCode::cancelled, "the simulation was stopped");
+        return error(ErrorCode::cancelled, "the simulation was cancelled");
       RMP_TRY(step_once(forces, progress));
     }
   } catch (const EngineFailure& e) {
     is_broken_ = true;
-    return beyond(std::string("the engine could not go on (") + e.what() + ")", kTooMuch);
+    return beyond(std::string("the engine could not continue (") + e.what() + ")", kTooMuch);
   }
   RMP_TRY(check_state());
   pushes_.clear();
@@ -710,7 +709,7 @@ Result<std::int32_t> OdeWorld::attach(std::int32_t a, std::int32_t b) {
 Result<void> OdeWorld::ignore(std::int32_t a, std::int32_t b) {
   const auto count = static_cast<std::int32_t>(bodies_.size());
   if (a < 0 || b < 0 || a >= count || b >= count || a == b)
-    return error(ErrorCode::invalid_argument, "bodies that are not to touch do not exist",
+    return error(ErrorCode::invalid_argument, "bodies to ignore do not exist",
                  "Give the numbers of two bodies.");
   tied_.emplace(std::min(a, b), std::max(a, b));
   return {};
@@ -729,7 +728,7 @@ Result<void> OdeWorld::release(std::int32_t attachment) {
   const auto i = static_cast<std::size_t>(attachment);
   if (attachment < 0 || i >= attachments_.size() || !attachments_[i].joint)
     return error(ErrorCode::invalid_argument, "there is no such attachment",
-                 "Give a number that attach() gave and that was not released.");
+                 "Give a number returned by attach() that was not released.");
   Attachment& at = attachments_[i];
   dJointDestroy(at.joint);
   at.joint = nullptr;
@@ -747,11 +746,11 @@ Result<void> OdeWorld::move(std::int32_t body, const Pose& pose, Vec3 velocity,
                  "Give the number of a body of mass 0.");
   if (!spatial::is_rigid(pose) || !spatial::is_finite(velocity) ||
       !spatial::is_finite(angular_velocity))
-    return error(ErrorCode::invalid_argument, "the place or velocity is not valid", "Correct it.",
-                 "body " + number_text(static_cast<std::size_t>(body)));
+    return error(ErrorCode::invalid_argument, "the placement or velocity is not valid",
+                 "Correct it.", "body " + number_text(static_cast<std::size_t>(body)));
   if (!is_within(pose.p, kFarthest) || !is_within(velocity, kFastest) ||
       !is_within(angular_velocity, kFastestTurn))
-    return beyond("it is to be beyond 1e7 m, or faster than 1e7 m/s or 1e6 rad/s", kTooMuch,
+    return beyond("it would be beyond 1e7 m, or faster than 1e7 m/s or 1e6 rad/s", kTooMuch,
                   "body " + number_text(static_cast<std::size_t>(body)));
   Body& b = bodies_[static_cast<std::size_t>(body)];
   // What stays where it is needs no body.

@@ -22,38 +22,37 @@ using Prm = OneMethod<Method::prm>;
 using BitStar = OneMethod<Method::bit_star>;
 
 const rmp_param kRrtConnectParams[] = {
-    {"range", "real", "", "Longest step of a tree, as a share of the greatest distance.", "0.025",
+    {"range", "real", "", "Longest step of a tree, as a fraction of the maximum distance.", "0.025",
      nullptr, 1e-4, 1},
 };
 const rmp_param kPrmParams[] = {
-    {"neighbours", "int", "", "Configurations that a new one of the roadmap is joined with.", "10",
+    {"neighbours", "int", "", "Configurations that a new one of the roadmap is connected to.", "10",
      nullptr, 1, 1000},
-    {"range", "real", "", "Longest motion of the roadmap, as a share of the greatest distance.",
+    {"range", "real", "", "Longest motion of the roadmap, as a fraction of the maximum distance.",
      "0.3", nullptr, 1e-4, 1},
 };
 const rmp_param kBitStarParams[] = {
     {"batch", "int", "", "Configurations drawn at a time.", "100", nullptr, 1, 100000},
     {"checks", "int", "",
-     "It ends with the best way that is known once as many configurations and motions were "
-     "checked.",
-     "5000", nullptr, 1, 1e9},
+     "It returns the best path known after checking this many configurations and motions.", "5000",
+     nullptr, 1, 1e9},
 };
 
 }  // namespace
 }  // namespace robomosp::planner_ompl
 
 namespace ours = robomosp::planner_ompl;
-RMP_PLUGIN("org.robomosp.planner_ompl", "0.1.0", "Apache-2.0",
-           "Ways around obstacles: two trees, a lazy roadmap, and BIT* of the Open Motion Planning "
-           "Library.",
-           RMP_PROVIDER(ours::RrtConnect, "rrt_connect",
-                        "Two trees that grow towards each other from the start and the goals: the "
-                        "fastest to a first way.",
-                        "first", ours::kRrtConnectParams),
-           RMP_PROVIDER(ours::BitStar, "bit_star",
-                        "Batches of samples, searched in the order of what they promise: shorter "
-                        "ways for more checks.",
-                        "shortest", ours::kBitStarParams),
-           RMP_PROVIDER(ours::Prm, "prm",
-                        "A roadmap whose motions are checked only where a way would use them.",
-                        "first", ours::kPrmParams))
+RMP_PLUGIN(
+    "org.robomosp.planner_ompl", "0.1.0", "Apache-2.0",
+    "Collision-free paths: two trees, a lazy roadmap, and BIT* of the Open Motion Planning "
+    "Library.",
+    RMP_PROVIDER(ours::RrtConnect, "rrt_connect",
+                 "Two trees that grow towards each other from the start and the goals: the fastest "
+                 "to a first path.",
+                 "first", ours::kRrtConnectParams),
+    RMP_PROVIDER(
+        ours::BitStar, "bit_star",
+        "Batches of samples, searched in order of estimated cost: shorter paths for more checks.",
+        "shortest", ours::kBitStarParams),
+    RMP_PROVIDER(ours::Prm, "prm", "A roadmap with motions checked only if a path would use them.",
+                 "first", ours::kPrmParams))

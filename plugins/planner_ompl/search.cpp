@@ -169,8 +169,9 @@ class End {
     const Clock::time_point time = Clock::now();
     if (time - told_ > std::chrono::milliseconds(100)) {
       told_ = time;
-      progress_.report(std::min(1.0, seconds / p_.seconds),
-                       "searching a way, " + std::to_string(checks_.motions) + " motions checked");
+      progress_.report(
+          std::min(1.0, seconds / p_.seconds),
+          "searching for a path, " + std::to_string(checks_.motions) + " motions checked");
     }
     return is_late_ = seconds > p_.seconds;
   }
@@ -186,19 +187,17 @@ class End {
 };
 
 Error without_way(const End& end, const Checks& checks) {
-  if (end.is_cancelled()) return error(ErrorCode::cancelled, "the search for a way was stopped");
+  if (end.is_cancelled()) return error(ErrorCode::cancelled, "the search for a path was cancelled");
   return error(ErrorCode::unreachable,
-               "no way was found within the time, in " + std::to_string(checks.states) +
-                   " configurations and " + std::to_string(checks.motions) +
-                   " motions that were checked",
-               "Give it more time or another planner, or look whether the goal can be reached "
-               "at all.");
+               "no path was found in time, in " + std::to_string(checks.states) +
+                   " configurations and " + std::to_string(checks.motions) + " motions checked",
+               "Give it more time, use another planner, or check whether the goal is reachable.");
 }
 
 /// The numbers of the goals that are free.
 Result<std::vector<std::size_t>> free_goals(const PlanProblem& p) {
   if (!p.is_free(p.start))
-    return bad("the start is not free", "Start away from what it touches there.");
+    return bad("the start is not free", "Move the start away from the obstacle.");
   const std::size_t count = p.goals.size() / p.dof;
   std::vector<std::size_t> free;
   for (std::size_t g = 0; g < count; ++g)
@@ -206,7 +205,7 @@ Result<std::vector<std::size_t>> free_goals(const PlanProblem& p) {
   if (free.empty())
     return bad(count == 1 ? "the goal is not free"
                           : "none of the " + std::to_string(count) + " goals is free",
-               "Choose one that touches nothing.");
+               "Choose one without contact.");
   return free;
 }
 
@@ -306,7 +305,7 @@ Result<Plan> search(Method method, const PlanProblem& problem, const Params& par
     std::unique_lock lock(one_at_a_time(), std::defer_lock);
     while (!lock.try_lock_for(std::chrono::milliseconds(20)))
       if (progress.cancelled())
-        return error(ErrorCode::cancelled, "the search for a way was stopped");
+        return error(ErrorCode::cancelled, "the search for a path was cancelled");
     ompl::msg::noOutputHandler();
     // Its seeds are numbers of 32 bits above 0; a seed given anew holds for generators made later.
     constexpr std::uint64_t kSeeds = 4294967291;

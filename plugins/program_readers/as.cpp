@@ -155,10 +155,9 @@ class AsReader final : public Reader {
       } else if (t.low.starts_with(".") && t.low.size() > 1) {
         if (others.insert(t.low).second)
           note(t.at, "the section " + std::string(t.raw.substr(0, 40)) +
-                         " is of the controller, and not of its programs; it was left out");
+                         " belongs to the controller, not to its programs; it was left out");
       } else {
-        fail(t.at,
-             "\"" + std::string(t.raw.substr(0, 40)) + "\" is not expected outside of a program",
+        fail(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" is not expected outside a program",
              "A program begins with .PROGRAM name() and ends with .END.");
         continue;
       }
@@ -168,7 +167,7 @@ class AsReader final : public Reader {
   }
   std::size_t find_main() {
     if (programs_.empty()) {
-      fail({0, 1, 1, 0, 0}, "no program (.PROGRAM name()) is in this file",
+      fail({0, 1, 1, 0, 0}, "this file contains no program (.PROGRAM name())",
            "Read the file that the controller saves, or the one with the programs.");
       return 0;
     }
@@ -179,8 +178,8 @@ class AsReader final : public Reader {
     for (std::size_t i = 0; i < programs_.size() && !asked.empty(); ++i)
       if (programs_[i].low == asked) return i;
     if (!asked.empty())
-      fail({0, 1, 1, 0, 0}, "no program of this file is named " + asked.substr(0, 60),
-           "The setting program is the name behind .PROGRAM.");
+      fail({0, 1, 1, 0, 0}, "this file has no program named " + asked.substr(0, 60),
+           "The setting program is the name after .PROGRAM.");
     const std::string file = lower(stem(files_[0].name));
     std::size_t first = programs_.size();
     int free = 0;
@@ -195,9 +194,9 @@ class AsReader final : public Reader {
     if (first == programs_.size()) first = 0;
     if (free > 1)
       note(programs_[first].at,
-           "several programs of this file are called by no other; " + programs_[first].name +
-               ", the first, is read with what it calls",
-           "Name another one by settings = {program = ...}.");
+           "several programs of this file are not called by any other; " + programs_[first].name +
+               ", the first, is read with the programs it calls",
+           "Select another one with settings = {program = ...}.");
     return first;
   }
   /// The programs that the main one calls, and those that they call.
@@ -311,13 +310,13 @@ class AsReader final : public Reader {
             if (!value.ok)
               fail(at,
                    std::string(name.raw) +
-                       " has an additional axis; IRL has those with targets of joints only",
+                       " has an additional axis; IRL has these in joint targets only",
                    "Teach the point as joints (#" + std::string(name.raw) + ").");
           }
         }
         if (!value.ok) {
           if (type.k != K::pose)
-            fail(at, "this line of data is not read", "It is a name and its numbers.");
+            fail(at, "this line of data is not read", "It must be a name and its numbers.");
           skip_line();
           continue;
         }
@@ -345,7 +344,7 @@ class AsReader final : public Reader {
       const std::string key = lower(a.low);
       const Type t = learned_.types[key];
       if (t.k != K::array || !fits_array(t)) {
-        fail(a.at, a.low + " has more elements than IRL takes, or indices of other number");
+        fail(a.at, a.low + " has more elements than IRL allows, or a different number of indices");
         continue;
       }
       Symbol& s = declare(a.low, t);
@@ -548,8 +547,9 @@ class AsReader final : public Reader {
     }
     if (kHarmless.contains(t.low)) {
       skip_rest();
-      left_out(RMP_FAULT_WARNING, at,
-               std::string(t.raw) + " neither moves nor switches; it was left out");
+      left_out(
+          RMP_FAULT_WARNING, at,
+          std::string(t.raw) + " neither moves a robot nor switches a signal; it was left out");
       return;
     }
     if (t.low == "prefetch.sigins" && is("off")) {
@@ -557,8 +557,8 @@ class AsReader final : public Reader {
       return;
     }
     skip_rest();
-    bad(at, std::string(t.raw.substr(0, 40)) + " is the controller's own, and is not read",
-        "Write in IRL what it does, or take it out.");
+    bad(at, std::string(t.raw.substr(0, 40)) + " is specific to the controller and is not read",
+        "Write the same in IRL, or remove it.");
   }
 
   /// Commas between values, and what stands for one that is left out.
@@ -611,7 +611,7 @@ class AsReader final : public Reader {
     const bool is_always = accept("always");
     if (!v.ok || (has_turn && !turn.ok)) return;
     if (v.is_literal && v.v <= 0) {
-      bad(at, "this is no speed");
+      bad(at, "this is not a speed");
       return;
     }
     const Ex mm = unit == "mm/min" ? scaled(v, 1.0 / 60) : v;
@@ -624,7 +624,7 @@ class AsReader final : public Reader {
       return;
     }
     if (unit == "s") {
-      bad(at, "a time for all motions (SPEED n S ALWAYS) is not said in IRL");
+      bad(at, "a time for all motions (SPEED n S ALWAYS) has no counterpart in IRL");
       return;
     }
     // Both, as the next motion is one of joints or a path.
@@ -648,7 +648,7 @@ class AsReader final : public Reader {
     const bool is_always = accept("always");
     if (!v.ok) return;
     if (v.is_literal && (v.v <= 0 || v.v > 100)) {
-      bad(at, "an acceleration is above 0 and at most 100 % in IRL");
+      bad(at, "an acceleration must be above 0 and at most 100 % in IRL");
       return;
     }
     if (is_always) set(is_accel ? "accel" : "decel", v, at);
@@ -656,7 +656,7 @@ class AsReader final : public Reader {
   }
   void cp(const At& at) {
     if (!is("on") && !is("off")) {
-      bad(at, "ON or OFF belongs here");
+      bad(at, "ON or OFF is expected here");
       return;
     }
     set("cp", boolean(next().low == "on"), at);
@@ -683,7 +683,7 @@ class AsReader final : public Reader {
     if (!has[0] && !has[1] && !has[2]) return p;
     if (!has[0] || !has[1] || !has[2])
       return bad(at,
-                 "the configuration is set in part: RIGHTY or LEFTY, ABOVE or BELOW, and "
+                 "the configuration is set only in part: RIGHTY or LEFTY, ABOVE or BELOW, and "
                  "UWRIST or DWRIST belong together",
                  "Write all three before the motion.");
     const Ex s = get("shoulder", kInt, at), e = get("elbow", kInt, at), w = get("wrist", kInt, at);
@@ -718,7 +718,7 @@ class AsReader final : public Reader {
     };
     const auto converts = [&](const char* what) {
       if (!std::exchange(said_[what], true))
-        note(at, what, "100 % are tcp_speed; give it by settings = {tcp_speed = ...}.");
+        note(at, what, "100 % is tcp_speed; set it with settings = {tcp_speed = ...}.");
     };
     if (next_.time) {
       m.attributes.emplace_back("TIME", *next_.time);
@@ -726,11 +726,11 @@ class AsReader final : public Reader {
       std::optional<Ex> v = next_.share;
       if (next_.speed) {
         v = scaled(*next_.speed, 100 / tcp_speed());
-        converts("a speed in mm/s of a motion of joints becomes a share of the greatest");
+        converts("a speed in mm/s of a joint motion becomes a percentage of the maximum");
       } else if (!v) {
         v = always("speed_share");
         if (v && learned_.flags.contains("always speed"))
-          converts("a speed in mm/s of a motion of joints becomes a share of the greatest");
+          converts("a speed in mm/s of a joint motion becomes a percentage of the maximum");
       }
       if (v && v->is_literal && v->v > 100) v = real(100);
       if (v) m.attributes.emplace_back("SPEED_PTP", *v);
@@ -738,11 +738,11 @@ class AsReader final : public Reader {
       std::optional<Ex> v = next_.speed;
       if (next_.share) {
         v = scaled(*next_.share, tcp_speed() / 100);
-        converts("a speed in % of a path becomes one in mm/s");
+        converts("a path speed in % is converted to mm/s");
       } else if (!v) {
         v = always("speed");
         if (v && learned_.flags.contains("always share"))
-          converts("a speed in % of a path becomes one in mm/s");
+          converts("a path speed in % is converted to mm/s");
       }
       if (v) m.attributes.emplace_back("SPEED", *v);
       const std::optional<Ex> turn = next_.turn ? next_.turn : always("speed_turn");
@@ -752,18 +752,18 @@ class AsReader final : public Reader {
                             decel = next_.decel ? next_.decel : always("decel");
     if (accel) m.attributes.emplace_back(is_joint ? "ACC_PTP" : "ACC", *accel);
     if (decel && (!accel || accel->s != decel->s) && !std::exchange(said_["decel"], true))
-      warn(at, "IRL has one number for acceleration and deceleration; that of ACCEL is taken");
+      warn(at, "IRL has one number for acceleration and deceleration; the one of ACCEL is used");
     const std::optional<Ex> mm = next_.accuracy ? next_.accuracy : always("accuracy");
     bool passes = m.until.empty() && !stops_here();
     if (passes && is_set("cp")) {
       const Ex on = get("cp", kBool, at);
       if (on.is_place)
-        bad(at, "CP is ON and OFF in one program", "Write BREAK behind the motions.");
+        bad(at, "CP is both ON and OFF in one program", "Write BREAK after the motions.");
       passes = on.s != "FALSE";
     }
     if (passes && mm && !(mm->is_literal && mm->v == 0)) {
       if (is_joint && !std::exchange(said_["zone"], true))
-        note(at, "an ACCURACY in mm of a motion of joints becomes C_PTP in %");
+        note(at, "an ACCURACY in mm of a joint motion becomes C_PTP in %");
       Ex zone = *mm;
       if (is_joint && zone.is_literal && zone.v > 100) zone = real(100);
       m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", zone);
@@ -772,8 +772,8 @@ class AsReader final : public Reader {
     } else {
       if (passes && !mm && !std::exchange(said_["accuracy"], true))
         note(at,
-             "no ACCURACY is set; motions end at their targets here, and within the "
-             "controller's own accuracy there");
+             "no ACCURACY is set; motions end exactly at their targets in IRL, and within the "
+             "controller's default accuracy on the robot");
       is_passing_ = false;
     }
     next_ = {};
@@ -817,7 +817,7 @@ class AsReader final : public Reader {
       goal_ = e.is_place || e.s.size() < 300 ? e.s : "";
       if (is_joint && e.type.k == K::pose) e = with_configuration(e, at);
     } else {
-      bad(at, "this is no place for a motion");
+      bad(at, "this is not a target of a motion");
       return;
     }
     m.targets.push_back(e);
@@ -830,7 +830,8 @@ class AsReader final : public Reader {
     const Ex d = as_real(expression(), at);
     if (!d.ok) return;
     if (goal_.empty()) {
-      bad(at, "where this motion begins is not known", "Name the place: LAPPRO place, distance.");
+      bad(at, "the start of this motion is unknown",
+          "Name the position: LAPPRO position, distance.");
       return;
     }
     go(behind(value(goal_, kPose), d, at), is_joint, at);
@@ -857,13 +858,13 @@ class AsReader final : public Reader {
       }
       if (!found) {
         via_.reset();
-        bad(at, "an arc is C1MOVE and C2MOVE, one behind the other",
-            "IRL's circle has one place between and one end.");
+        bad(at, "an arc is a C1MOVE directly followed by a C2MOVE",
+            "IRL's circle has one via point and one end point.");
       }
       return;
     }
     if (!via_) {
-      bad(at, "C2MOVE has no C1MOVE above");
+      bad(at, "C2MOVE has no C1MOVE before it");
       return;
     }
     Motion m;
@@ -879,7 +880,7 @@ class AsReader final : public Reader {
     bool is_level = false;
     if (accept("/")) {
       is_level = is("lvl");
-      if (!is("lvl") && !is("err")) bad(here(), "LVL or ERR belongs here");
+      if (!is("lvl") && !is("err")) bad(here(), "LVL or ERR is expected here");
       next();
     }
     const Ex e = as_place(location());
@@ -887,9 +888,8 @@ class AsReader final : public Reader {
     const Ex c = signal_condition(at);
     if (!e.ok || !c.ok) return;
     if (!is_level) {
-      bad(at,
-          "XMOVE without /LVL waits for a change of the signal; UNTIL of IRL looks at its value",
-          "Write XMOVE/LVL, if the value is meant.");
+      bad(at, "XMOVE without /LVL waits for a change of the signal; UNTIL of IRL tests its level",
+          "Write XMOVE/LVL if the level is intended.");
       return;
     }
     Motion m;
@@ -911,7 +911,7 @@ class AsReader final : public Reader {
       by[k] = as_real(by[k], at);
       if (!by[k].ok) return;
       if (k >= 3 && !(by[k].is_literal && by[k].v == 0)) {
-        bad(at, "DRAW that turns the tool is not read", "Name the place that it ends at.");
+        bad(at, "DRAW that rotates the tool is not read", "Name its end position.");
         return;
       }
     }
@@ -935,7 +935,7 @@ class AsReader final : public Reader {
 
   void delay(const At& at) {
     const Ex t = as_real(expression(), at);
-    if (t.is_literal && t.v < 0) bad(at, "a time is not negative");
+    if (t.is_literal && t.v < 0) bad(at, "a time must not be negative");
     else if (t.ok) emit("WAIT " + within(t, kSum) + " SEC;", at);
     is_passing_ = false;
   }
@@ -961,7 +961,7 @@ class AsReader final : public Reader {
     if (!is("=") || !(peek(1).kind == Tk::number && peek(1).value == 0) ||
         peek(2).kind != Tk::line) {
       skip_rest();
-      bad(at, "IRL has no timers that run beside the program");
+      bad(at, "IRL has no timers that run in parallel to the program");
       return;
     }
     w = at_ + 2;
@@ -976,7 +976,7 @@ class AsReader final : public Reader {
         if (tokens_[k].low == "or" && is_timer(k + 1)) or_ = k;
     if (or_ == 0) {
       skip_rest();
-      bad(at, "IRL has no timers that run beside the program",
+      bad(at, "IRL has no timers that run in parallel to the program",
           "TIMER n = 0 before WAIT condition OR TIMER(n) >= time is read.");
       return;
     }
@@ -1011,7 +1011,7 @@ class AsReader final : public Reader {
     if (!n.ok) return out;
     const auto number = number_known(n);
     if (!number || *number < 1 || *number > 100'000) {
-      bad(at, "IRL has no signals whose number is computed", "Give each of them its name.");
+      bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
       return out;
     }
     out.symbol = &signal_of(static_cast<std::int64_t>(*number), width);
@@ -1052,7 +1052,7 @@ class AsReader final : public Reader {
   void switch_to(const SignalHere& s, const std::string& to, const At& at) {
     if (!s.symbol) return;
     if (s.symbol->kind != Symbol::output) {
-      bad(at, "an input gets no value");
+      bad(at, "an input cannot be assigned");
       return;
     }
     emit(s.symbol->irl + " := " + to + ";", at);
@@ -1072,7 +1072,7 @@ class AsReader final : public Reader {
     switch_to(s, "TRUE", at);
     emit("WAIT " + within(t, kSum) + " SEC;", at);
     switch_to(s, "FALSE", at);
-    warn(at, "a pulse is waited for here; the controller continues meanwhile");
+    warn(at, "the IRL program waits for the end of this pulse; the controller continues");
   }
   void bits(const At& at) {
     const Ex n = expression(25);
@@ -1083,7 +1083,7 @@ class AsReader final : public Reader {
     if (!n.ok || !w.ok || !v.ok) return;
     const auto number = number_known(n), width = number_known(w);
     if (!number || !width || *width < 1 || *width > 31) {
-      bad(at, "IRL has no signals whose number is computed, and 31 bits at most");
+      bad(at, "IRL has no signals with computed numbers, and at most 31 bits");
       return;
     }
     SignalHere s;
@@ -1161,7 +1161,7 @@ class AsReader final : public Reader {
       return bad(
           at, std::string(v.name.raw.substr(0, 40)) + " is used with different numbers of indices");
     if (type.k == K::array && !fits_array(type))
-      return bad(at, std::string(v.name.raw.substr(0, 40)) + " has more elements than IRL takes");
+      return bad(at, std::string(v.name.raw.substr(0, 40)) + " has more elements than IRL allows");
     if (is_written) {
       will_write(v.name.low);
       learned_.flags.insert("valued " + v.key + element);
@@ -1226,8 +1226,8 @@ class AsReader final : public Reader {
   Ex as_number(const Ex& e, const At& at) {
     if (!e.ok || e.type.k != K::boolean) return e;
     if (e.is_constant) return real(e.v != 0 ? -1 : 0);
-    return bad(at, "a truth value that is computed is no number here",
-               "Write IF condition THEN, and give the number there.");
+    return bad(at, "a computed truth value cannot be used as a number here",
+               "Write IF condition THEN, and set the number there.");
   }
   void keep_number(const std::string& variable, const Ex& e) {
     if (!is_number(e.type) && e.type.k != K::boolean) return;
@@ -1271,7 +1271,7 @@ class AsReader final : public Reader {
       return;
     }
     if (v.type.k == K::joint && (e.type.k == K::pose || e.type.k == K::target)) {
-      bad(at, "joints of a transformation are the controller's to find");
+      bad(at, "only the controller can compute the joint values of a transformation");
       return;
     }
     assign(v, e, at);
@@ -1324,19 +1324,19 @@ class AsReader final : public Reader {
   }
   void here_(const At& at) {
     (void)named();
-    bad(at, "where the robot is now is not read", "Give the place itself.");
+    bad(at, "the robot's present position is not read", "Give the position itself.");
   }
   void decompose(const At& at) {
     Named to = named();
     expect("=");
     const Ex e = location();
     if (!e.ok || to.index.size() != 1) {
-      if (e.ok) bad(at, "DECOMPOSE fills an array from one of its elements on");
+      if (e.ok) bad(at, "DECOMPOSE fills an array starting at one of its elements");
       return;
     }
     const auto from = number_known(to.index[0]);
     if (!from) {
-      bad(at, "DECOMPOSE begins at an element that is known");
+      bad(at, "DECOMPOSE must begin at a known element");
       return;
     }
     std::vector<std::string> parts;
@@ -1384,8 +1384,7 @@ class AsReader final : public Reader {
   void arm_ends(const At& at) {
     Open& o = open_.back();
     if (!next_.is_empty() && (o.moved || !same_next(next_, o.before)))
-      fail(at,
-           "a setting for the next motion is within a block, and the motion is behind the block",
+      fail(at, "a setting for the next motion is within a block, but the motion follows the block",
            "Write it before the motion itself, or with ALWAYS.");
     o.all_moved = o.all_moved && o.moved;
     o.says = o.says || o.moved;
@@ -1403,7 +1402,7 @@ class AsReader final : public Reader {
   }
   void else_(const At& at) {
     if (open_.empty() || open_.back().word != "if") {
-      bad(at, "ELSE stands outside of IF");
+      bad(at, "ELSE is outside IF");
       return;
     }
     arm_ends(at);
@@ -1412,11 +1411,11 @@ class AsReader final : public Reader {
   }
   void end(const At& at) {
     if (open_.empty() || !is_in("end")) {
-      bad(at, "END ends nothing that is open");
+      bad(at, "END has no open block");
       return;
     }
     if (open_.back().word == "do") {
-      bad(at, "DO ends with UNTIL, and not with END");
+      bad(at, "DO must end with UNTIL, not with END");
       return;
     }
     closes(at);
@@ -1433,7 +1432,7 @@ class AsReader final : public Reader {
     if (o.says && !o.before.is_empty()) {
       if (once && o.has_else && o.all_moved) next_ = {};
       else
-        fail(at, "whether the next motion is within the block or behind it is not known",
+        fail(at, "it is unknown whether the next motion is within the block or after it",
              "Write its settings before the motion itself, or with ALWAYS.");
     }
     if (o.says && !open_.empty()) open_.back().moved = true;
@@ -1452,7 +1451,7 @@ class AsReader final : public Reader {
   void until(const At& at) {
     const std::string c = truth(at);
     if (open_.empty() || open_.back().word != "do") {
-      bad(at, "UNTIL ends nothing that is open");
+      bad(at, "UNTIL has no open loop");
       return;
     }
     closes(at);
@@ -1471,7 +1470,7 @@ class AsReader final : public Reader {
     const Ex v = variable(name, kReal, true, at);
     std::string text, behind;
     if (!from.ok || !to.ok || !step.ok || !v.ok || !step.is_literal || step.v == 0) {
-      if (from.ok && to.ok && step.ok && v.ok) bad(at, "the step of this loop is not known");
+      if (from.ok && to.ok && step.ok && v.ok) bad(at, "the step of this loop is unknown");
       emit("WHILE FALSE DO", at);
     } else {
       learned_.modal_varies.insert("=" + v.s);
@@ -1498,7 +1497,7 @@ class AsReader final : public Reader {
   }
   void value_(const At& at) {
     if (open_.empty() || open_.back().word != "case") {
-      bad(at, "VALUE stands outside of CASE");
+      bad(at, "VALUE is outside CASE");
       skip_rest();
       return;
     }
@@ -1513,7 +1512,7 @@ class AsReader final : public Reader {
   void any(const At& at) {
     accept(":");
     if (open_.empty() || (open_.back().word != "case" && open_.back().word != "scase")) {
-      bad(at, "ANY stands outside of CASE");
+      bad(at, "ANY is outside CASE");
       return;
     }
     if (open_.back().word == "scase") {
@@ -1531,7 +1530,7 @@ class AsReader final : public Reader {
     expect("of");
     Ex of = e;
     if (!e.ok || e.type.k != K::string) {
-      if (e.ok) bad(at, "SCASE is of a text");
+      if (e.ok) bad(at, "SCASE must select by a text");
       of = string("");
     }
     emit("IF FALSE THEN", at);
@@ -1540,14 +1539,14 @@ class AsReader final : public Reader {
   }
   void svalue(const At& at) {
     if (open_.empty() || open_.back().word != "scase") {
-      bad(at, "SVALUE stands outside of SCASE");
+      bad(at, "SVALUE is outside SCASE");
       skip_rest();
       return;
     }
     std::string c;
     do {
       const Ex n = expression(25);
-      if (n.ok && n.type.k != K::string) bad(at, "SVALUE is a text");
+      if (n.ok && n.type.k != K::string) bad(at, "SVALUE must be a text");
       c += (c.empty() ? "" : " OR ") + std::string("COMPARE(") + scases_[open_.size()] + ", " +
            (n.ok && n.type.k == K::string ? n.s : "''") + ") = 0";
     } while (accept(","));
@@ -1567,7 +1566,7 @@ class AsReader final : public Reader {
         return label(l);
       begins = tokens_[k].kind == Tk::line;
     }
-    bad(at, "the label " + std::string(t.raw.substr(0, 40)) + " is nowhere in this program");
+    bad(at, "the label " + std::string(t.raw.substr(0, 40)) + " does not exist in this program");
     return {};
   }
   void jump(const At& at) {
@@ -1590,7 +1589,7 @@ class AsReader final : public Reader {
     for (std::size_t i = 0; i < programs_.size(); ++i)
       if (programs_[i].low == name.low) program = &programs_[i], index = i;
     if (program && index == main_index_) {
-      bad(at, program->name + " is the program itself, which IRL does not call");
+      bad(at, program->name + " is the program itself, which IRL cannot call");
       skip_rest();
       return;
     }
@@ -1735,12 +1734,12 @@ class AsReader final : public Reader {
       is_first = false;
       if (all.s.size() > 4000) {
         skip_rest();
-        all = bad(at, "this place is too long");
+        all = bad(at, "this position is too long");
       }
     } while (is("+") || is("-"));
     wants_place_ = before;
     if (all.ok && all.type.k != K::pose && all.type.k != K::joint && all.type.k != K::target)
-      return bad(at, "a place belongs here");
+      return bad(at, "a position is expected here");
     return all;
   }
   std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At& at) override {
@@ -1758,7 +1757,7 @@ class AsReader final : public Reader {
             return value(
                 within(*x, kSum) + " = " + ((y->v == -1) == (op == Op::eq) ? "TRUE" : "FALSE"),
                 kBool, kRel);
-          return bad(at, "a truth value is compared with a number that is neither -1 nor 0");
+          return bad(at, "a truth value is compared with a number other than -1 or 0");
         }
     return std::nullopt;
   }
@@ -1792,7 +1791,7 @@ class AsReader final : public Reader {
     if (const auto e = binary_here("^")) return *e;
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     if (t.low.size() > 1 && t.low[0] == '.' && t.low[1] >= '0' && t.low[1] <= '9') {
       next();
@@ -1806,7 +1805,7 @@ class AsReader final : public Reader {
     if (t.low == "base" && !is("[", 1)) return next(), get("frame", kPose, at);
     if (t.low == "here" || t.low == "#here" || t.low == "dest" || t.low == "#dest") {
       next();
-      return bad(at, "where the robot is now is not read", "Give the place itself.");
+      return bad(at, "the robot's present position is not read", "Give the position itself.");
     }
     if (t.low == "#" && is("[", 1)) {
       next();
@@ -1826,7 +1825,7 @@ class AsReader final : public Reader {
   Ex joint_values(const std::vector<Ex>& n, const At& at) {
     for (const Ex& e : n)
       if (!e.ok) return failed();
-    if (n.size() < 3) return bad(at, "joints are three numbers at least");
+    if (n.size() < 3) return bad(at, "joint values must be at least three numbers");
     std::vector<Ex> axes, outer;
     for (std::size_t k = 0; k < n.size(); ++k) (k < 6 ? axes : outer).push_back(n[k]);
     return joints(axes, outer);
@@ -1848,7 +1847,7 @@ class AsReader final : public Reader {
       const auto number = number_known(n), width = number_known(b);
       if (!n.ok || !b.ok) return failed();
       if (!number || !width || *number < 1 || *number > 100'000 || *width < 1 || *width > 31)
-        return bad(at, "IRL has no signals whose number is computed, and 31 bits at most");
+        return bad(at, "IRL has no signals with computed numbers, and at most 31 bits");
       const Symbol& s =
           signal_of(static_cast<std::int64_t>(*number), static_cast<std::int64_t>(*width));
       return converted(place(s.irl, s.type), kInt, at);
@@ -1866,7 +1865,7 @@ class AsReader final : public Reader {
     if (w == "#ppoint") return joint_values(numbers_in_brackets(")", 18, at), at);
     if (w == "rx" || w == "ry" || w == "rz") {
       const std::vector<Ex> n = numbers_in_brackets(")", 1, at);
-      if (n.empty() || !n[0].ok) return n.empty() ? bad(at, "an angle belongs here") : failed();
+      if (n.empty() || !n[0].ok) return n.empty() ? bad(at, "an angle is expected here") : failed();
       std::vector<Ex> a(3, real(0));
       a[static_cast<std::size_t>(w[1] - 'x')] = n[0];
       return pose({real(0), real(0), real(0)}, orientation("ORIXYZ", a));
@@ -1903,7 +1902,7 @@ class AsReader final : public Reader {
     }
     if (w == "timer" || w == "utimer") {
       skip_rest();
-      return bad(at, "IRL has no timers that run beside the program");
+      return bad(at, "IRL has no timers that run in parallel to the program");
     }
     const bool before = std::exchange(wants_place_, false);
     const auto a = arguments();
@@ -1921,8 +1920,7 @@ class AsReader final : public Reader {
       const Ex b = converted(a[0], kBool, at);
       return b.ok ? value("NOT " + within(b, kRel), kBool, kNot) : b;
     }
-    return bad(at, std::string(t.raw.substr(0, 40)) +
-                       " is the controller's own function, and is not read");
+    return bad(at, std::string(t.raw.substr(0, 40)) + " is a controller function and is not read");
   }
   /// LMOVE SHIFT(HERE BY x, y, z): by so much along the base's axes.
   Ex step_from_here(const std::vector<Ex>& n, const At& at) {
@@ -1930,9 +1928,10 @@ class AsReader final : public Reader {
         at_line_end() && (word_ == "jmove" || word_ == "lmove") && tokens_[at_ - 1].low == ")";
     for (const Ex& e : n)
       if (!e.ok) return failed();
-    if (!is_alone) return bad(at, "where the robot is now is not read", "Give the place itself.");
+    if (!is_alone)
+      return bad(at, "the robot's present position is not read", "Give the position itself.");
     if (is_set("frame"))
-      return bad(at, "a step from HERE behind BASE is not read", "Give the place itself.");
+      return bad(at, "a step from HERE after BASE is not read", "Give the position itself.");
     std::vector<Ex> by = n;
     while (by.size() < 3) by.push_back(real(0));
     step(word_[0] == 'j' ? "PTP" : "LIN", by, at);

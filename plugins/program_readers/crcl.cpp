@@ -41,7 +41,7 @@ class XmlText {
     XmlElement root;
     if (!element(root, 0)) return std::nullopt;
     skip_other();
-    if (at_ < text_.size()) return fail("something follows the outermost element");
+    if (at_ < text_.size()) return fail("unexpected text follows the outermost element");
     return root;
   }
   std::string message;
@@ -114,7 +114,7 @@ class XmlText {
     return out;
   }
   bool element(XmlElement& out, int depth) {
-    if (!starts("<") || at_ + 1 >= text_.size()) return failed("an element belongs here");
+    if (!starts("<") || at_ + 1 >= text_.size()) return failed("an element is expected here");
     if (depth > kDeepestElement) return failed("elements are nested too deeply");
     if (++count_ > kMostElements) return failed("there are too many elements");
     out.at = place();
@@ -127,7 +127,7 @@ class XmlText {
       return text_.substr(from, at_ - from);
     };
     const std::string full(name());
-    if (full.empty()) return failed("an element has a name");
+    if (full.empty()) return failed("an element must have a name");
     out.name = without_prefix(full).substr(0, kLongestName);
     for (;;) {
       skip_blanks();
@@ -178,9 +178,9 @@ class XmlText {
       }
       if (starts("</")) {
         at_ += 2;
-        if (name() != full) return failed("the element " + out.name + " is not ended here");
+        if (name() != full) return failed("the element " + out.name + " is not closed here");
         skip_blanks();
-        if (!starts(">")) return failed("the end of " + out.name + " is not whole");
+        if (!starts(">")) return failed("the end of " + out.name + " is incomplete");
         ++at_;
         out.at.end = static_cast<std::uint32_t>(at_);
         return true;
@@ -212,12 +212,13 @@ class CrclReader final : public Reader {
     XmlText xml(files_[0].text);
     const auto root = xml.read();
     if (!root) {
-      fail(xml.where, "this is no XML that can be read: " + xml.message, "Is the file whole?");
+      fail(xml.where, "this XML cannot be read: " + xml.message,
+           "Check that the file is complete.");
       return;
     }
     if (root->name != "CRCLProgram" && root->name != "CRCLCommandInstance") {
-      fail(root->at, "this is XML, and no CRCL: its outermost element is " + root->name,
-           "A program of CRCL is a CRCLProgram.");
+      fail(root->at, "this is XML, but not CRCL: its outermost element is " + root->name,
+           "A CRCL program is a CRCLProgram element.");
       return;
     }
     for (const XmlElement& e : root->children) {
@@ -267,7 +268,7 @@ class CrclReader final : public Reader {
     const auto r = std::from_chars(s.data(), s.data() + s.size(), v);
     if (s.empty() || r.ec != std::errc() || r.ptr != s.data() + s.size() || !(std::fabs(v) < 1e9)) {
       bad(e->at,
-          std::string(name) + " is a number, and not \"" + std::string(s.substr(0, 40)) + "\"");
+          std::string(name) + " must be a number, not \"" + std::string(s.substr(0, 40)) + "\"");
       return std::nullopt;
     }
     return v;
@@ -282,7 +283,7 @@ class CrclReader final : public Reader {
     const std::string s = text_in(of, name);
     if (s == "true" || s == "1") return true;
     if (s == "false" || s == "0") return false;
-    bad(of.at, std::string(name) + " is true or false");
+    bad(of.at, std::string(name) + " must be true or false");
     return std::nullopt;
   }
 
@@ -296,12 +297,12 @@ class CrclReader final : public Reader {
     if (t == "SetRotSpeedType") return speed(e, "RotSpeed", false);
     if (t == "SetTransAccelType") return acceleration(e, "TransAccel");
     if (t == "SetRotAccelType") {
-      left_out(RMP_FAULT_WARNING, e.at, "accelerations of the tool's turning are not in IRL");
+      left_out(RMP_FAULT_WARNING, e.at, "IRL has no angular accelerations of the tool");
       return;
     }
     if (t == "SetEndPoseToleranceType") {
       if (!has_only(e, {"Tolerance"})) return;
-      note_line(e.at, "motions end at their poses, within every tolerance");
+      note_line(e.at, "motions end exactly at their poses, so all tolerances are met");
       return;
     }
     if (t == "SetIntermediatePoseToleranceType") return between_tolerance(e);
@@ -311,7 +312,7 @@ class CrclReader final : public Reader {
     if (t == "DwellType") {
       if (!has_only(e, {"DwellTime"})) return;
       const auto v = number_in(e, "DwellTime");
-      if (v && *v < 0) bad(e.at, "a time is not negative");
+      if (v && *v < 0) bad(e.at, "a time must not be negative");
       else if (v) emit("WAIT " + measure(*v).s + " SEC;", e.at);
       return;
     }
@@ -327,11 +328,11 @@ class CrclReader final : public Reader {
     }
     if (t == "ConfigureJointReportsType" || t == "GetStatusType" || t == "SetForceUnitsType" ||
         t == "SetTorqueUnitsType" || t == "ConfigureStatusReportType") {
-      left_out(RMP_FAULT_WARNING, e.at, t + " moves and switches nothing");
+      left_out(RMP_FAULT_WARNING, e.at, t + " neither moves a robot nor switches a signal");
       return;
     }
-    bad(e.at, t.empty() ? "a command has its type (xsi:type)"
-                        : t + " is not read: IRL has no counterpart of it");
+    bad(e.at, t.empty() ? "a command must have a type (xsi:type)"
+                        : t + " is not read: IRL has no counterpart");
   }
   void length_units(const XmlElement& e) {
     if (!has_only(e, {"UnitName"})) return;
@@ -341,14 +342,14 @@ class CrclReader final : public Reader {
     else if (unit == "inch") mm_ = 25.4;
     else
       bad(e.at,
-          "a length is in meter, millimeter or inch, and not in \"" + unit.substr(0, 40) + "\"");
+          "a length must be in meter, millimeter or inch, not in \"" + unit.substr(0, 40) + "\"");
   }
   void angle_units(const XmlElement& e) {
     if (!has_only(e, {"UnitName"})) return;
     const std::string unit = text_in(e, "UnitName");
     if (unit == "degree") degrees_ = 1;
     else if (unit == "radian") degrees_ = kDegree;
-    else bad(e.at, "an angle is in radian or degree, and not in \"" + unit.substr(0, 40) + "\"");
+    else bad(e.at, "an angle must be in radian or degree, not in \"" + unit.substr(0, 40) + "\"");
   }
   /// Modal speeds: of straight motions in mm/s or degrees/s, of others a share.
   void speed(const XmlElement& e, const char* name, bool is_path) {
@@ -360,13 +361,14 @@ class CrclReader final : public Reader {
     }
     const bool is_share = v->type.ends_with("RelativeType");
     if (!is_share && !v->type.ends_with("AbsoluteType")) {
-      bad(v->at, std::string(name) + " is absolute or relative (xsi:type)");
+      bad(v->at, std::string(name) + " must be absolute or relative (xsi:type)");
       return;
     }
     const auto n = number_in(*v, is_share ? "Fraction" : "Setting");
     if (!n) return;
     if (!(*n > 0) || (is_share && *n > 1)) {
-      bad(v->at, is_share ? "a share of the speed is above 0 and at most 1" : "a speed is above 0");
+      bad(v->at,
+          is_share ? "a speed fraction must be above 0 and at most 1" : "a speed must be above 0");
       return;
     }
     if (is_path) {
@@ -376,7 +378,7 @@ class CrclReader final : public Reader {
       is_speed_share_ = is_share;
     } else if (is_share) {
       left_out(RMP_FAULT_WARNING, e.at,
-               "a share of the greatest turning speed has no counterpart in IRL");
+               "a fraction of the maximum angular speed has no counterpart in IRL");
     } else {
       degrees_per_s_ = *n * degrees_;
     }
@@ -386,12 +388,12 @@ class CrclReader final : public Reader {
     const XmlElement* v = e.child(name);
     if (!v || !v->type.ends_with("RelativeType")) {
       left_out(RMP_FAULT_WARNING, e.at,
-               "accelerations in m/s^2 are not in IRL; the robot's own count");
+               "IRL has no accelerations in m/s^2; the robot's defaults apply");
       return;
     }
     const auto n = number_in(*v, "Fraction");
     if (!n) return;
-    if (!(*n > 0 && *n <= 1)) bad(v->at, "a share of the acceleration is above 0 and at most 1");
+    if (!(*n > 0 && *n <= 1)) bad(v->at, "an acceleration fraction must be above 0 and at most 1");
     else acceleration_ = *n * 100;
   }
   void between_tolerance(const XmlElement& e) {
@@ -437,7 +439,7 @@ class CrclReader final : public Reader {
     };
     if (std::fabs(dot(*x, *x) - 1) > 0.01 || std::fabs(dot(*z, *z) - 1) > 0.01 ||
         std::fabs(dot(*x, *z)) > 0.01)
-      return bad(e.at, "XAxis and ZAxis are vectors of length 1, across each other");
+      return bad(e.at, "XAxis and ZAxis must be perpendicular unit vectors");
     // The z axis as it is, and what of the x axis is across it.
     const Columns k = unit(*z);
     Columns i = *x;
@@ -471,11 +473,10 @@ class CrclReader final : public Reader {
     }
     if (mm_per_s_ > 0 && is_straight == is_speed_share_ && !std::exchange(told_full_, true))
       note(at,
-           is_straight
-               ? "a share of the greatest speed is taken of " +
-                     number_text(params_.real("tcp_speed")) + " m/s"
-               : "a speed in mm/s of a motion that is not straight is taken as a share of " +
-                     number_text(params_.real("tcp_speed")) + " m/s",
+           is_straight ? "a fraction of the maximum speed is taken of " +
+                             number_text(params_.real("tcp_speed")) + " m/s"
+                       : "a speed in mm/s of a non-straight motion is taken as a fraction of " +
+                             number_text(params_.real("tcp_speed")) + " m/s",
            "settings = {tcp_speed = ...} gives another.");
     move(std::move(m), at);
   }
@@ -497,7 +498,7 @@ class CrclReader final : public Reader {
       const auto count = number_in(e, "NumPositions");
       if (!count) return;
       if (*count != static_cast<double>(all.size())) {
-        bad(n->at, "NumPositions is " + number_text(*count) + ", and here are " +
+        bad(n->at, "NumPositions is " + number_text(*count) + ", but here are " +
                        std::to_string(all.size()) + " waypoints");
         return;
       }
@@ -507,7 +508,7 @@ class CrclReader final : public Reader {
       return;
     }
     if (all.size() > 1 && blend_mm_ == 0)
-      note(e.at, "the robot stops at waypoints: no tolerance is set for them");
+      note(e.at, "the robot stops at waypoints, since they have no tolerance");
     for (std::size_t i = 0; i < all.size(); ++i)
       go(all[i], *straight, i + 1 < all.size() ? blend_mm_ : 0, e.at);
   }
@@ -521,7 +522,7 @@ class CrclReader final : public Reader {
       const auto n = number_in(j, "JointNumber"), v = number_in(j, "JointPosition");
       if (!n || !v) return;
       if (*n != std::floor(*n) || *n < 1 || *n > 6 || at.contains(static_cast<int>(*n))) {
-        bad(j.at, "joints are numbered from 1 to 6, each once");
+        bad(j.at, "joints must be numbered from 1 to 6, each once");
         return;
       }
       at[static_cast<int>(*n)] = *v * degrees_;
@@ -530,15 +531,13 @@ class CrclReader final : public Reader {
         if (!s) return;
         share = std::max(share, *s * degrees_ / (params_.real("joint_speed") * kDegree));
       } else if (d && !d->children.empty() && d->type != "JointSpeedAccelType") {
-        bad(d->at, "joints that are moved by forces are not read");
+        bad(d->at, "force-controlled joints are not read");
         return;
       }
     }
     if (at.size() != 6) {
-      bad(e.at,
-          "a motion of some joints leaves the others where they are, which IRL does not "
-          "know: " +
-              std::to_string(at.size()) + " of 6 are here");
+      bad(e.at, "a motion of some joints keeps the others in place, which IRL does not support: " +
+                    std::to_string(at.size()) + " of 6 are given");
       return;
     }
     std::vector<Ex> q;
@@ -551,7 +550,7 @@ class CrclReader final : public Reader {
       m.attributes.emplace_back("SPEED_PTP", measure(std::clamp(100 * share, 0.01, 100.0)));
       if (!std::exchange(told_joint_speed_, true))
         note(e.at,
-             "speeds of joints are taken as shares of " +
+             "joint speeds are taken as fractions of " +
                  number_text(std::round(params_.real("joint_speed") * kDegree * 1e6) / 1e6) +
                  " degrees/s",
              "settings = {joint_speed = ...} gives another.");
@@ -576,7 +575,7 @@ class CrclReader final : public Reader {
       if (!has_only(p, {"ParameterName", "ParameterValue"})) return;
       const std::string name = text_in(p, "ParameterName"), v = text_in(p, "ParameterValue");
       if (name.empty() || v.empty()) {
-        bad(p.at, "a parameter has a name and a value");
+        bad(p.at, "a parameter must have a name and a value");
         return;
       }
       std::int64_t number = -1;
@@ -597,15 +596,14 @@ class CrclReader final : public Reader {
                p.at);
       } else {
         bad(p.at, "the parameter \"" + name.substr(0, 40) +
-                      "\" has a text as its value, and IRL switches "
-                      "outputs only");
+                      "\" has a text value, but IRL can only switch outputs");
         return;
       }
     }
   }
   bool is_of(const Symbol& s, const Type& t, const At& at) {
     if (s.type == t) return true;
-    bad(at, "this parameter had a value of another kind before");
+    bad(at, "this parameter had a value of a different kind before");
     return false;
   }
 

@@ -40,7 +40,7 @@ class GcodeReader final : public Reader {
     if (is_over_ && at < text.size() &&
         text.find_first_not_of(" \t\r\n%", at) != std::string_view::npos)
       note({0, line, 1, static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(at)},
-           "what stands behind the end of the program is not read");
+           "text after the end of the program is not read");
     // Programs of printers have no such word.
     const std::size_t last = text.find_last_not_of(" \t\r\n");
     if (!is_over_ && !is_printer_ && last != std::string_view::npos && text[last] != '%') {
@@ -50,7 +50,7 @@ class GcodeReader final : public Reader {
           before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
       warn({0, 1 + static_cast<std::uint32_t>(std::count(before.begin(), before.end(), '\n')),
             static_cast<std::uint32_t>(last - begin + 1), end - 1, end},
-           "the program has no end (M2, M30 or %)", "Is the file whole?");
+           "the program has no end (M2, M30 or %)", "Check that the file is complete.");
     }
   }
 
@@ -83,8 +83,7 @@ class GcodeReader final : public Reader {
         continue;
       }
       if (c == '%' || (c == '/' && words.empty())) {
-        if (c == '/')
-          warn(place_of(i), "a line that a switch of the machine skips is always run in IRL");
+        if (c == '/') warn(place_of(i), "an optional block (/) is always executed in IRL");
         ++i;
         continue;
       }
@@ -100,8 +99,9 @@ class GcodeReader final : public Reader {
         bad(place_of(i),
             letter == 'O' || c == '#' || (k < l.size() && (l[k] == '#' || l[k] == '['))
                 ? "parameters, expressions and subroutines of G-code are not read"
-                : "a word is a letter and a number",
-            "Run the program through its interpreter first, which writes plain motions.");
+                : "a word must be a letter and a number",
+            "Expand the program with its interpreter first, so that it contains plain motions "
+            "only.");
         return;
       }
       if (!(std::fabs(v) < 1e9)) {
@@ -154,7 +154,8 @@ class GcodeReader final : public Reader {
         default: break;
       }
       if (is_used) continue;
-      bad(w.at, std::string(1, w.letter) + number(w.value) + " belongs to no code of this line");
+      bad(w.at,
+          std::string(1, w.letter) + number(w.value) + " does not belong to any code of this line");
       return false;
     }
     return true;
@@ -246,7 +247,7 @@ class GcodeReader final : public Reader {
       for (std::size_t a = 0; a < 6; ++a) {
         if (w.letter != kAxes[a]) continue;
         if (is_given[a]) {
-          bad(w.at, "the axis stands twice in this line");
+          bad(w.at, "the axis appears twice in this line");
           return;
         }
         is_given[a] = moves = true;
@@ -260,11 +261,11 @@ class GcodeReader final : public Reader {
         return;
       }
       if (w.letter == 'E' && !std::exchange(told_extruder_, true))
-        fail(w.at, "IRL has no extruder (E); it is left out here and in all lines behind");
+        fail(w.at, "IRL has no extruder (E); it is left out here and in all later lines");
       if (w.letter == 'T' && !find_m(words, 6)) note(w.at, "the tool is not changed without M6");
     }
     if (find_word(words, 'F') && feed_ <= 0) {
-      bad(at, "a feed is above zero");
+      bad(at, "a feed must be above zero");
       return;
     }
     // In the order of RS274: switches, dwell, motion, stop.
@@ -276,9 +277,9 @@ class GcodeReader final : public Reader {
       const Word* s = find_word(words, 'S');
       const double t = s ? s->value : p ? p->value * (is_printer_ ? 0.001 : 1) : -1;
       if (!s && p && !is_printer_ && p->value >= 10 && !std::exchange(told_dwell_, true))
-        warn(p->at, "P of a dwell is taken as seconds, as LinuxCNC and Grbl do",
-             "Controls such as Fanuc's mean milliseconds; divide it by 1000 there.");
-      if (t < 0) bad(at, "a dwell has its time");
+        warn(p->at, "P of a dwell is taken as seconds, as in LinuxCNC and Grbl",
+             "Fanuc and similar controls use milliseconds; divide it by 1000 for these.");
+      if (t < 0) bad(at, "a dwell needs a time");
       else emit("WAIT " + number_text(t) + " SEC;", at);
       return;
     }
@@ -314,7 +315,7 @@ class GcodeReader final : public Reader {
   /// S: revolutions a minute.
   void spindle_speed(const Word& s) {
     if (s.value < 0) {
-      bad(s.at, "a speed of the spindle is not negative");
+      bad(s.at, "a spindle speed must not be negative");
       return;
     }
     const Symbol& out = named_signal("spindle_speed", true, kReal, s.at, 1005);
@@ -375,7 +376,7 @@ class GcodeReader final : public Reader {
         const Symbol& s = signal(false, static_cast<std::int64_t>(p->value));
         // Q has to be there: a million seconds and more are a wait without an end.
         if (q && q->value >= 1e6)
-          note(w.at, "a wait of " + number(q->value) + " s is taken as one without an end");
+          note(w.at, "a wait of " + number(q->value) + " s is taken as an unlimited wait");
         emit("WAIT FOR " + s.irl + (how->value == 3 ? " = TRUE" : " = FALSE") +
                  (q && q->value > 0 && q->value < 1e6 ? " TIMEOUT " + number_text(q->value)
                                                       : std::string()) +
@@ -419,14 +420,14 @@ class GcodeReader final : public Reader {
   void motion(const std::array<double, 6>& to, const std::array<bool, 6>& is_given,
               const std::vector<Word>& words, const At& at) {
     if (mode_ < 0) {
-      bad(at, "no G0, G1, G2 or G3 says how this goes");
+      bad(at, "no G0, G1, G2 or G3 sets the type of this motion");
       return;
     }
     const bool is_start_known = is_known_[0] && is_known_[1] && is_known_[2];
     for (std::size_t a = 0; a < 3; ++a) {
       if (is_given[a] && is_absolute_) is_known_[a] = true;
       if (!is_known_[a] && !std::exchange(told_start_, true))
-        note(at, "before this the program does not give X, Y and Z: the robot's own place counts");
+        note(at, "the program has not set X, Y and Z before: the robot's present position applies");
     }
     if (mode_ < 2) {
       Motion m;
@@ -436,8 +437,8 @@ class GcodeReader final : public Reader {
     } else {
       if (is_start_known) arc(to, words, at);
       else
-        bad(at, "where the machine is before this arc is not known",
-            "Give X, Y and Z by G90 before the first arc.");
+        bad(at, "the start of this arc is unknown",
+            "Give X, Y and Z with G90 before the first arc.");
     }
     at_place_ = to;  // also where the line was not read
   }
@@ -450,7 +451,7 @@ class GcodeReader final : public Reader {
     const bool is_clockwise = mode_ == 2;
     double cu = at_place_[u], cv = at_place_[v];
     if (to[n] != at_place_[n]) {
-      bad(at, "a helix is not said in IRL", "Write it as short lines.");
+      bad(at, "a helix has no counterpart in IRL", "Write it as short line segments.");
       return;
     }
     if (find_word(words, 'P')) {
@@ -464,7 +465,7 @@ class GcodeReader final : public Reader {
       const double du = to[u] - cu, dv = to[v] - cv, d = std::hypot(du, dv);
       const double r = std::fabs(radius->value) * unit_;
       if (d == 0 || d > 2 * r * (1 + 1e-6)) {
-        bad(at, "no arc of this radius goes there");
+        bad(at, "no arc with this radius reaches the end point");
         return;
       }
       const double h = std::sqrt(std::max(0.0, r * r - d * d / 4));
@@ -475,13 +476,13 @@ class GcodeReader final : public Reader {
       cu = (is_arc_absolute_ ? 0 : cu) + (wu ? wu->value * unit_ : is_arc_absolute_ ? cu : 0);
       cv = (is_arc_absolute_ ? 0 : cv) + (wv ? wv->value * unit_ : is_arc_absolute_ ? cv : 0);
     } else {
-      bad(at, "an arc has its centre (I, J, K) or its radius (R)");
+      bad(at, "an arc needs its centre (I, J, K) or its radius (R)");
       return;
     }
     const double r0 = std::hypot(at_place_[u] - cu, at_place_[v] - cv),
                  r1 = std::hypot(to[u] - cu, to[v] - cv);
     if (r0 == 0 || std::fabs(r0 - r1) > 0.01 + 0.001 * r0) {
-      bad(at, "start and end of this arc are not equally far from its centre");
+      bad(at, "start and end of this arc have different distances from its centre");
       return;
     }
     const double a0 = std::atan2(at_place_[v] - cv, at_place_[u] - cu);

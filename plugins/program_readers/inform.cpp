@@ -201,19 +201,19 @@ class InformReader final : public Reader {
                  sign != std::string_view::npos && l.text[0] != '/') {
         const std::string key = position_key(l.text.substr(0, sign));
         auto v = numbers_of_line(l.text.substr(sign + 1));
-        if (key.empty() || !v) fail(l.at, "this is no position of a job: a name and numbers");
+        if (key.empty() || !v) fail(l.at, "this is not a position of a job (a name and numbers)");
         else job.positions[key] = {type, std::move(*v), conf, tool, user, l.at};
       } else if (const auto g = behind(l.text, "///GROUP2"); g && !g->empty()) {
-        fail(l.at, "a job of two robots moves them together, which is not read");
+        fail(l.at, "jobs that move two robots together are not read");
       }
     }
     if (!is_job || !is_begun) {
       fail(lines.empty() ? At{static_cast<std::uint32_t>(f), 1, 1, 0, 0} : lines.front().at,
-           "this is no job: /JOB at the beginning and NOP before the instructions are missing",
-           "A job is saved by the controller as .JBI.");
+           "this is not a job: /JOB at the beginning and NOP before the instructions are missing",
+           "Controllers save jobs as .JBI.");
       return;
     }
-    if (!is_ended) warn(lines.back().at, "the job has no END", "Is the file whole?");
+    if (!is_ended) warn(lines.back().at, "the job has no END", "Check that the file is complete.");
     jobs_.push_back(std::move(job));
   }
   /// "C00012", "P012", "BC00012" as "C12", "P12", "BC12"; empty = none of these.
@@ -250,9 +250,9 @@ class InformReader final : public Reader {
     const auto all = params_.reals("pulses");
     if (axis < all.size() && all[axis] != 0) return pulses / all[axis];
     bad(at,
-        "this position is in pulses, and how many of axis " + std::to_string(axis + 1) +
-            " are a degree is not known",
-        "Give the controller's record (profile = ...), whose axes have pulses, or settings = "
+        "this position is in pulses, and the pulses per degree of axis " +
+            std::to_string(axis + 1) + " are unknown",
+        "Give the controller's record (profile = ...) with the axes' pulses, or settings = "
         "{pulses = {...}}: pulses per degree of each axis.");
     return std::nullopt;
   }
@@ -267,7 +267,7 @@ class InformReader final : public Reader {
     const At at = here();
     const std::string key = peek().kind == Tk::name ? position_key(peek().raw) : std::string();
     if (key.empty() || key[0] == 'B' || key[0] == 'E') {
-      bad(at, "a position of the job belongs here, such as C00000");
+      bad(at, "a position of the job is expected here, such as C00000");
       return std::nullopt;
     }
     next();
@@ -281,7 +281,7 @@ class InformReader final : public Reader {
     if (found == job_->positions.end()) {
       bad(at,
           key[0] == 'C' ? "the job has no position " + key
-                        : "what position variable " + key + " holds is on the controller",
+                        : "the value of position variable " + key + " is stored on the controller",
           key[0] == 'C' ? "" : "Use a position of the job (C), or save the job with its values.");
       return std::nullopt;
     }
@@ -312,7 +312,7 @@ class InformReader final : public Reader {
     out.numbers = p.numbers;
     if (is_pulse || is_angle) {
       if (p.numbers.size() < 4 || p.numbers.size() > 8) {
-        bad(p.at, "a position of axes has from 4 to 8 numbers, and this one " +
+        bad(p.at, "an axis position has from 4 to 8 numbers, but this one " +
                       std::to_string(p.numbers.size()));
         return std::nullopt;
       }
@@ -334,7 +334,7 @@ class InformReader final : public Reader {
       return std::nullopt;
     }
     if (p.numbers.size() < 6) {
-      bad(p.at, "a pose has six numbers, and this one " + std::to_string(p.numbers.size()));
+      bad(p.at, "a pose must have six numbers, but this one " + std::to_string(p.numbers.size()));
       return std::nullopt;
     }
     const Ex pose = fixed_pose(p.numbers);
@@ -348,8 +348,8 @@ class InformReader final : public Reader {
     if ((p.conf[3] != 0 || p.conf[4] != 0 || p.conf[5] != 0) &&
         said_turns_.insert(p.at.begin).second)
       fail(p.at,
-           "an axis of this position is beyond 180 degrees, and RCONF does not say which side; "
-           "turn 0 is taken",
+           "an axis of this position is beyond 180 degrees, but RCONF does not give the side; turn "
+           "0 is assumed",
            "Save the position in pulses.");
     out.target = target(pose, integer(status), std::vector<Ex>(6, integer(0)), external);
     return out;
@@ -364,16 +364,16 @@ class InformReader final : public Reader {
       if (it != all.end()) return fixed_pose(it->second);
       if (said_places_.insert(what + std::to_string(n)).second)
         fail(at,
-             std::string("where ") + what + " " + std::to_string(n) +
-                 " is, only the controller knows; zero is taken",
+             std::string("the value of ") + what + " " + std::to_string(n) +
+                 " is known only to the controller; zero is assumed",
              std::string("Read the job beside ") + file + " of the backup.");
       return identity();
     };
     if (tools_.contains(p.tool) || p.tool != 0) {
       m.attributes.emplace_back("TOOL", look(tools_, p.tool, "tool", "TOOL.CND"));
     } else if (!std::exchange(told_tool_, true)) {
-      note(at, "tool 0 is taken as the one that the robot has",
-           "TOOL.CND of the backup has its tip.");
+      note(at, "tool 0 is taken as the robot's present tool",
+           "TOOL.CND of the backup contains its tip.");
     }
     if (p.user >= 0)
       m.attributes.emplace_back("FRAME", look(users_, p.user, "user frame", "UFRAME.CND"));
@@ -392,7 +392,7 @@ class InformReader final : public Reader {
       e.prec = kPrimary;
       return e;
     }
-    if (t.kind != Tk::name) return bad(t.at, "a value belongs here");
+    if (t.kind != Tk::name) return bad(t.at, "a value is expected here");
     if (t.low == "on" || t.low == "off") {
       next();
       return boolean(t.low == "on");
@@ -410,12 +410,12 @@ class InformReader final : public Reader {
                            s.substr(1).find_first_not_of("0123456789") == std::string_view::npos;
     if (!is_number || (s[0] != 'b' && s[0] != 'i' && s[0] != 'd' && s[0] != 'r'))
       return bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) +
-                           "\" is no variable of numbers (B, I, D, R)");
-    if (is("[")) return bad(t.at, "variables whose number is computed are not read");
+                           "\" is not a numeric variable (B, I, D, R)");
+    if (is("[")) return bad(t.at, "variables with computed numbers are not read");
     std::string name = upper_text(t.raw);
     if (is_local) name += "_" + job_->name;
     if (!is_local && !std::exchange(told_variables_, true))
-      warn(t.at, "variables begin with 0: what they hold is on the controller");
+      warn(t.at, "variables start at 0: their values are stored on the controller");
     const Symbol& v = implied(name, s[0] == 'r' ? kReal : kInt, t.at);
     return place(v.irl, v.type);
   }
@@ -425,7 +425,7 @@ class InformReader final : public Reader {
     if (!expect("(")) return failed();
     const Token n = peek();
     if (n.kind != Tk::number || !n.is_integer || n.value < 1 || n.value > 99999)
-      return bad(n.at, "signals whose number is computed are not read");
+      return bad(n.at, "signals with computed numbers are not read");
     next();
     if (!expect(")")) return failed();
     const auto number = static_cast<std::int64_t>(n.value);
@@ -510,7 +510,7 @@ class InformReader final : public Reader {
       return;
     }
     if (t.kind != Tk::name) {
-      bad(at, "an instruction begins with its name");
+      bad(at, "an instruction must begin with its name");
       return;
     }
     const std::string w = t.low;
@@ -554,7 +554,7 @@ class InformReader final : public Reader {
       return;
     }
     if (w == "cls") {
-      left_out(RMP_FAULT_WARNING, at, "CLS moves and switches nothing");
+      left_out(RMP_FAULT_WARNING, at, "CLS neither moves a robot nor switches a signal");
       return;
     }
     if (w == "set" || w == "add" || w == "sub" || w == "mul" || w == "div" || w == "mod")
@@ -562,7 +562,7 @@ class InformReader final : public Reader {
     if (w == "inc" || w == "dec") {
       const Ex v = primary();
       if (v.ok && v.is_place) emit(v.s + " := " + v.s + (w == "inc" ? " + 1;" : " - 1;"), at);
-      else if (v.ok) bad(at, "a variable is counted up or down");
+      else if (v.ok) bad(at, "only variables can be incremented or decremented");
       return;
     }
     if (w == "clear") {
@@ -607,7 +607,7 @@ class InformReader final : public Reader {
     if (w == "next") {
       const Ex v = primary();
       if (v.ok && (loops_.empty() || loops_.back() != v.s)) {
-        bad(at, "NEXT names another variable than FOR");
+        bad(at, "NEXT names a different variable than FOR");
         return;
       }
       if (close_block("next", at) && !loops_.empty()) loops_.pop_back();
@@ -628,7 +628,7 @@ class InformReader final : public Reader {
       return;
     }
     skip_rest();
-    bad(at, upper_text(w.substr(0, 40)) + " is not read: IRL has no counterpart of it");
+    bad(at, upper_text(w.substr(0, 40)) + " is not read: IRL has no counterpart");
   }
   void case_arm(const At& at) {
     next();
@@ -686,7 +686,7 @@ class InformReader final : public Reader {
     emit(to.s + " := TRUE;", at);
     emit("WAIT " + within(s, kSum) + " SEC;", at);
     emit(to.s + " := FALSE;", at);
-    warn(at, "the program waits for the end of the pulse, which the controller does not");
+    warn(at, "the IRL program waits for the end of the pulse; the controller does not");
   }
   void wait(const At& at) {
     const Ex c = converted(expression(), kBool, at);
@@ -740,7 +740,7 @@ class InformReader final : public Reader {
     const std::string name = raw_name();
     if (!is("if") && !at_line_end()) {
       skip_rest();
-      bad(at, "values that are handed to a job are not read");
+      bad(at, "arguments of a job are not read");
       return;
     }
     const bool is_there = std::any_of(jobs_.begin(), jobs_.end(), [&](const InformJob& j) {
@@ -748,7 +748,7 @@ class InformReader final : public Reader {
     });
     if (is_there && lower(name) == lower(jobs_.front().name)) {
       skip_rest();
-      bad(at, "a job that calls the one that is read is not read");
+      bad(at, "a recursive call of the job being read is not read");
       return;
     }
     if (!is_there) {
@@ -765,7 +765,7 @@ class InformReader final : public Reader {
     Ex v = accept("express") ? expression() : primary_or_signed();
     if (!to.ok || !v.ok) return;
     if (!to.is_place || !is_number(to.type)) {
-      bad(at, "a variable of numbers gets a value");
+      bad(at, "only numeric variables can be assigned");
       return;
     }
     if (w != "set") {
@@ -818,7 +818,7 @@ class InformReader final : public Reader {
       if (!e) return false;
       if (!e->ok || !e->is_literal || e->v < least || e->v > most) {
         bad(at, "a number from " + number_text(least) + " to " + number_text(most) +
-                    " belongs behind this tag");
+                    " is expected after this tag");
         out.is_fine = false;
       }
       to = e->v;
@@ -871,15 +871,15 @@ class InformReader final : public Reader {
       if (!std::exchange(told_level_, true))
         note(at,
              "a level PL is taken as " + number_text(level_mm()) +
-                 " mm of a path, and as an eighth of the whole of a joint motion",
-             "settings = {pl_mm = ...} gives other mm.");
+                 " mm of a path, and as an eighth of a joint motion",
+             "settings = {pl_mm = ...} changes this distance.");
     } else if (g.level < 0 && !std::exchange(told_stop_, true)) {
-      note(at, "a motion without PL is taken to stop at its end");
+      note(at, "a motion without PL is assumed to stop at its end");
     }
     const double acc = std::min(g.acc, g.dec);
     if (acc < 100) m.attributes.emplace_back(is_joint ? "ACC_PTP" : "ACC", measure(acc));
     if (g.acc != g.dec && !std::exchange(told_dec_, true))
-      warn(at, "ACC and DEC differ: the lower one is taken for both");
+      warn(at, "ACC and DEC differ: the lower one is used for both");
     m.until = g.until;
   }
   void motion(bool is_straight, const At& at) {
@@ -934,7 +934,7 @@ class InformReader final : public Reader {
     }
     circle_.push_back(std::move(*to));
     if (circle_.size() < 3) {
-      if (!next_is_circle()) bad(at, "an arc has three MOVC, and this is the last one");
+      if (!next_is_circle()) bad(at, "an arc needs three MOVC, but this is the last one");
       return;
     }
     const Place& via = circle_[1];

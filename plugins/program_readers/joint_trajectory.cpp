@@ -59,7 +59,7 @@ class YamlText {
       }
     }
     if (at_ < text_.size())
-      return fail("something follows the message; a file has one message of YAML");
+      return fail("text follows the message; a YAML file must contain one message");
     return root;
   }
 
@@ -162,10 +162,10 @@ class YamlText {
       std::string key;
       bool is_quoted = false;
       if (!scalar(key, is_quoted, false)) return false;
-      if (!is_key_sign()) return failed("a key of a map is followed by a colon");
+      if (!is_key_sign()) return failed("a key of a map must be followed by a colon");
       ++at_;
       if (std::find(out.keys.begin(), out.keys.end(), key) != out.keys.end())
-        return failed("the key " + key.substr(0, 40) + " is there twice");
+        return failed("the key " + key.substr(0, 40) + " appears twice");
       YamlNode v;
       // A list may begin in the column of its key.
       skip_lines();
@@ -203,10 +203,10 @@ class YamlText {
         bool is_quoted = false;
         if (!scalar(key, is_quoted, true)) return false;
         skip_lines();
-        if (now() != ':') return failed("a key of a map is followed by a colon");
+        if (now() != ':') return failed("a key of a map must be followed by a colon");
         ++at_;
         if (std::find(out.keys.begin(), out.keys.end(), key) != out.keys.end())
-          return failed("the key " + key.substr(0, 40) + " is there twice");
+          return failed("the key " + key.substr(0, 40) + " appears twice");
         out.keys.push_back(std::move(key));
       }
       YamlNode v;
@@ -222,7 +222,7 @@ class YamlText {
       out.items.push_back(std::move(v));
       skip_lines();
       if (now() == ',') ++at_;
-      else if (now() != end) return failed(std::string("a comma or ") + end + " belongs here");
+      else if (now() != end) return failed(std::string("a comma or ") + end + " is expected here");
     }
   }
   /// A scalar of one line.
@@ -248,7 +248,7 @@ class YamlText {
         }
         out += c;
       }
-      return failed("a text in quotes does not end in its line");
+      return failed("a quoted text does not end on its line");
     }
     const std::size_t from = at_;
     while (at_ < text_.size() && text_[at_] != '\n') {
@@ -306,7 +306,7 @@ class TrajectoryReader final : public Reader {
     YamlText yaml(files_[f].text, static_cast<std::uint32_t>(f));
     auto root = yaml.read();
     if (!root)
-      fail(yaml.where, "this is no YAML or JSON that can be read: " + yaml.message,
+      fail(yaml.where, "this YAML or JSON cannot be read: " + yaml.message,
            "A message has maps, lists, numbers and texts only.");
     return root;
   }
@@ -319,7 +319,7 @@ class TrajectoryReader final : public Reader {
       const auto r = std::from_chars(begin, end, v);
       if (r.ec == std::errc() && r.ptr == end && std::fabs(v) < 1e12) return v;
     }
-    bad(n.at, "a number belongs here" +
+    bad(n.at, "a number is expected here" +
                   (n.text.empty() ? std::string() : ", and not \"" + n.text.substr(0, 40) + "\""));
     return std::nullopt;
   }
@@ -338,7 +338,7 @@ class TrajectoryReader final : public Reader {
   void trajectory(const YamlNode& root) {
     const YamlNode* m = message_in(root);
     if (!m) {
-      fail(root.at, "this is no JointTrajectory: it has no map with joint_names and points",
+      fail(root.at, "this is not a JointTrajectory: it has no map with joint_names and points",
            "A message is trajectory_msgs/JointTrajectory, or a goal of FollowJointTrajectory.");
       return;
     }
@@ -349,7 +349,7 @@ class TrajectoryReader final : public Reader {
         names.kind == YamlNode::list && !joints_there.empty() && joints_there.size() <= 60;
     for (const std::string& n : joints_there) is_good = is_good && !n.empty();
     if (!is_good) {
-      fail(names.at, "joint_names is a list of names, from 1 to 60");
+      fail(names.at, "joint_names must be a list of 1 to 60 names");
       return;
     }
     const auto order = order_of(joints_there, names.at);
@@ -357,7 +357,7 @@ class TrajectoryReader final : public Reader {
     learned_.axes = static_cast<int>(joints_there.size());
     const YamlNode& points = *m->find("points");
     if (points.kind != YamlNode::list) {
-      fail(points.at, "points is a list");
+      fail(points.at, "points must be a list");
       return;
     }
     double before = 0;
@@ -399,8 +399,8 @@ class TrajectoryReader final : public Reader {
       }
       if (there.size() > 12) all += " and others";
       if (!std::exchange(told_order_, true))
-        note(at, "the joints of the robot are taken in the order of joint_names: " + all,
-             "settings = {joints = \"first, second, ...\"} gives the robot's order.");
+        note(at, "the robot's joints are assumed to be in the order of joint_names: " + all,
+             "settings = {joints = \"first, second, ...\"} sets the robot's order.");
       return out;
     }
     for (const std::string& one : wanted) {
@@ -427,7 +427,7 @@ class TrajectoryReader final : public Reader {
       if (!v) return std::nullopt;
       if (n.keys[i] == "sec" || n.keys[i] == "secs") out += *v;
       else if (n.keys[i] == "nanosec" || n.keys[i] == "nsecs") out += *v * 1e-9;
-      else return bad(n.items[i].at, "a time has sec and nanosec"), std::nullopt;
+      else return bad(n.items[i].at, "a time must have sec and nanosec"), std::nullopt;
     }
     return out;
   }
@@ -435,7 +435,7 @@ class TrajectoryReader final : public Reader {
   double point(const YamlNode& p, const std::vector<std::size_t>& order, double before,
                bool is_first, bool is_last) {
     if (p.kind != YamlNode::map) {
-      bad(p.at, "a point has positions and time_from_start");
+      bad(p.at, "a point must have positions and time_from_start");
       return before;
     }
     for (std::size_t i = 0; i < p.keys.size(); ++i) {
@@ -447,7 +447,7 @@ class TrajectoryReader final : public Reader {
       }
       if (p.items[i].items.empty()) continue;
       if (k == "effort") {
-        bad(p.items[i].at, "efforts are not in IRL");
+        bad(p.items[i].at, "IRL has no efforts");
         return before;
       }
       bool is_zero = true;
@@ -457,16 +457,15 @@ class TrajectoryReader final : public Reader {
         is_zero = is_zero && *x == 0;
       }
       if (!is_zero && !std::exchange(told_rates_, true))
-        warn(p.items[i].at,
-             k.substr(0, 40) +
-                 " are not written: a run goes through the points at their times by its own "
-                 "cubics");
+        warn(p.items[i].at, k.substr(0, 40) +
+                                " are not written: a run passes through the points at their times "
+                                "on its own cubics");
       if (k == "velocities" && is_zero && !is_last) stands_.insert(p.at.begin);
     }
     const YamlNode* positions = p.find("positions");
     const YamlNode* time = p.find("time_from_start");
     if (!positions || positions->kind != YamlNode::list || !time) {
-      bad(p.at, "a point has positions and time_from_start");
+      bad(p.at, "a point must have positions and time_from_start");
       return before;
     }
     if (positions->items.size() != order.size()) {
@@ -477,8 +476,8 @@ class TrajectoryReader final : public Reader {
     const auto t = time_of(*time);
     if (!t) return before;
     if (*t < 0 || (!is_first && !(*t > before))) {
-      bad(time->at, "times of points rise, and this one is " + number_text(*t) + " s behind " +
-                        number_text(before) + " s");
+      bad(time->at, "times of points must increase, but this one is " + number_text(*t) +
+                        " s after " + number_text(before) + " s");
       return before;
     }
     std::vector<Ex> q;
@@ -494,8 +493,7 @@ class TrajectoryReader final : public Reader {
     m.has_frames = false;
     const double by = *t - before;
     if (by > 0) m.attributes.emplace_back("TIME", measure(by));
-    else
-      note(p.at, "this point is at the start: the robot moves there by itself if it is elsewhere");
+    else note(p.at, "this point is at time 0: the robot first moves there if it is elsewhere");
     if (!is_last && by > 0 && !stands_.contains(p.at.begin))
       m.attributes.emplace_back("C_PASS", boolean(true));
     move(std::move(m), p.at);
@@ -507,7 +505,7 @@ class TrajectoryReader final : public Reader {
   void sequence(const YamlNode& root, const std::string& kind) {
     const YamlNode* steps = root.find("steps");
     if (!steps || steps->kind != YamlNode::list) {
-      fail(root.at, "a sequence has a list of steps");
+      fail(root.at, "a sequence must have a list of steps");
       return;
     }
     for (const YamlNode& s : steps->items) {
@@ -528,7 +526,7 @@ class TrajectoryReader final : public Reader {
     }
     statement(name.at, [&] {
       bad(name.at, "the trajectory \"" + name.text.substr(0, 100) + "\" is not among the files",
-          "It belongs beside the sequence, as a file ." + kind + ".");
+          "Put it beside the sequence, as a file ." + kind + ".");
     });
   }
   /// The one key that says what a step is, with those that it may have besides.
@@ -542,7 +540,7 @@ class TrajectoryReader final : public Reader {
   }
   void step(const YamlNode& s) {
     if (s.kind != YamlNode::map || s.keys.empty()) {
-      bad(s.at, "a step is a map");
+      bad(s.at, "a step must be a map");
       return;
     }
     const std::string& what = s.keys[0];
@@ -581,7 +579,8 @@ class TrajectoryReader final : public Reader {
     const auto w = width ? number_of(*width) : std::optional<double>(0);
     if (!n || !w) return failed();
     if (!(*n >= 0 && *n < 1e6) || (width && !(*w >= 1 && *w <= 64)))
-      return bad(number ? number->at : At{}, "a signal has a number and, as a group, 1 to 64 bits");
+      return bad(number ? number->at : At{},
+                 "a signal must have a number and, as a group, 1 to 64 bits");
     const Type t = width ? kInt : otherwise;
     const Symbol& s = declare(name, t, is_output ? Symbol::output : Symbol::input);
     signals_.push_back({std::string(is_output ? "OUTPUT " : "INPUT ") + type_text(t) + ": " +
@@ -594,7 +593,7 @@ class TrajectoryReader final : public Reader {
   void output(const YamlNode& s) {
     const YamlNode* value = s.find("value");
     if (!value || !s.find("number")) {
-      bad(s.at, "a step that switches an output has its number and its value");
+      bad(s.at, "a step that switches an output needs its number and value");
       return;
     }
     const bool is_bool = !value->is_quoted && (value->text == "true" || value->text == "false");
@@ -619,11 +618,11 @@ class TrajectoryReader final : public Reader {
       return is_whole && std::fabs(*v) < 2e9 ? integer(static_cast<std::int64_t>(*v)) : real(*v);
     }
     if (n.kind != YamlNode::list || n.items.empty())
-      return bad(n.at, "a condition is a list with its operator first");
+      return bad(n.at, "a condition must be a list that starts with its operator");
     const std::string& op = n.items[0].text;
     if (op == "input" || op == "output") {
       if (n.items.size() < 3 || n.items.size() > 4)
-        return bad(n.at, "a signal has a name, a number and perhaps a width");
+        return bad(n.at, "a signal must have a name, a number and optionally a width");
       return signal_of(n.items[1].text, op == "output", &n.items[2],
                        n.items.size() > 3 ? &n.items[3] : nullptr, kBool);
     }

@@ -77,8 +77,8 @@ class KrlReader final : public Reader {
       if (joins && e->prec == kRel && !e->is_grouped) {
         // Both readings are possible where truth values are compared.
         if (e->of_truths)
-          return bad(at, "a comparison of truth values beside AND or OR has no parentheses",
-                     "The controller joins AND and OR first, and then compares. Add parentheses.");
+          return bad(at, "a comparison of truth values next to AND or OR has no parentheses",
+                     "The controller evaluates AND and OR before comparisons. Add parentheses.");
       }
     return std::nullopt;
   }
@@ -129,7 +129,7 @@ class KrlReader final : public Reader {
       do {
         const Token one = next();
         if (one.kind != Tk::name) {
-          bad(one.at, "the name of a value belongs here");
+          bad(one.at, "the name of a value is expected here");
           return;
         }
         if (globals_.contains("#" + one.low)) continue;
@@ -145,7 +145,7 @@ class KrlReader final : public Reader {
     do {
       const Token name = next();
       if (name.kind != Tk::name) {
-        bad(name.at, "the name of a variable belongs here");
+        bad(name.at, "the name of a variable is expected here");
         return;
       }
       Type t = *type;
@@ -179,7 +179,7 @@ class KrlReader final : public Reader {
         want_.reset();
         if (!e.ok) return;
         if (!is_local && calls_routine(e.s)) {
-          bad(name.at, "a value that a function computes is not read in a declaration",
+          bad(name.at, "a function call is not read in a declaration",
               "Assign it at the start of the program.");
           return;
         }
@@ -245,7 +245,7 @@ class KrlReader final : public Reader {
     const bool is_out = what.low == "$out", is_in = what.low == "$in";
     if (!is_out && !is_in) {
       bad(what.at, "signals of " + std::string(what.raw.substr(0, 40)) + " are not read",
-          "Those of $IN and $OUT are.");
+          "Only those of $IN and $OUT are.");
       return;
     }
     expect("[");
@@ -260,7 +260,7 @@ class KrlReader final : public Reader {
       width = static_cast<std::int64_t>(b.v - a.v + 1);
     }
     if (!a.is_literal || a.v < 0 || a.v > 1e6 || width < 1 || width > 32) {
-      bad(name.at, "the numbers of this signal are no range of 1 to 32");
+      bad(name.at, "the numbers of this signal are not a range of 1 to 32 signals");
       return;
     }
     if (globals_.contains(name.low)) return;
@@ -416,11 +416,11 @@ class KrlReader final : public Reader {
       if (accept("[")) {  // a text of so many characters
         while (!at_line_end() && !accept("]")) next();
         if (h.result.k == K::character) h.result = kString;
-        else fail(t.at, "IRL has no functions that give arrays");
+        else fail(t.at, "IRL has no functions that return arrays");
       }
       if (!type_named(t.low))
         fail(t.at,
-             "IRL has no type " + std::string(t.raw.substr(0, 40)) + "; REAL is taken for it");
+             "IRL has no type " + std::string(t.raw.substr(0, 40)) + "; REAL is used instead");
     }
     h.name = std::string(next().raw);
     if (accept("(")) {
@@ -555,7 +555,7 @@ class KrlReader final : public Reader {
       if (is("def", i) || is("deffct", i)) {
         const At at = here();
         (void)header();
-        if (is_open) fail(at, "the routine before has no END");
+        if (is_open) fail(at, "the previous routine has no END");
         if (next_header_ >= headers_.size()) return;
         const Header& h = headers_[next_header_++];
         is_open = true;
@@ -572,14 +572,14 @@ class KrlReader final : public Reader {
       if (is("end") || is("endfct")) {
         comments_until(here());
         close_blocks(here());
-        if (!is_open) fail(here(), "END stands outside of a routine", kRoutine);
+        if (!is_open) fail(here(), "END is outside a routine", kRoutine);
         is_open = false;
         close();
         skip_line();
         continue;
       }
       if (!is_open) {
-        fail(here(), "this stands outside of a routine", kRoutine);
+        fail(here(), "this is outside a routine", kRoutine);
         skip_line();
         continue;
       }
@@ -675,7 +675,7 @@ class KrlReader final : public Reader {
   }
   void routine_call(const Token& name, const std::vector<Ex>& args, const At& at) {
     if (name.low == main_name_) {
-      bad(at, "the program calls itself", "Move what is called into a routine of its own.");
+      bad(at, "the program calls itself", "Move the called statements into a separate routine.");
       return;
     }
     if (!find(name.low) && (name.low.starts_with("msg_") || name.low == "opt_move")) {
@@ -686,7 +686,7 @@ class KrlReader final : public Reader {
       if (const auto until = untils_.find(it->second.number); until != untils_.end()) {
         if (!it->second.until.empty() && it->second.until != until->second) {
           bad(at, std::string(name.raw) + " is ended by two conditions",
-              "Give each motion a routine of its own.");
+              "Give each motion a separate routine.");
           return;
         }
         it->second.until = until->second;
@@ -702,7 +702,7 @@ class KrlReader final : public Reader {
   void resume(const At& at) {
     if (stops_.contains(routine_name_)) return note_line(at, "UNTIL at the motion says it");
     skip_rest();
-    bad(at, "RESUME leaves the routines in between, which IRL does not have",
+    bad(at, "RESUME leaves the routines in between, which IRL does not support",
         "BRAKE and RESUME alone in the routine, and one motion in the routine that switches the "
         "interrupt on, are read as UNTIL.");
   }
@@ -738,7 +738,7 @@ class KrlReader final : public Reader {
         set("tool", numbered("tool_data", integer(1), at), at);
         set("frame", identity(), at);
       }
-      note_line(at, "initialises the motions; what $config.dat does not say stays as IRL has it");
+      note_line(at, "initialises the motions; values missing in $config.dat keep IRL's defaults");
     } else if (what.low == "vel_ptp") {
       set_variable("R_SPEED_PTP", v, at);
     } else if (what.low == "vel_cp") {
@@ -780,8 +780,8 @@ class KrlReader final : public Reader {
       return globals_.end();
     s.fields = {{"!unknown", integer(0)}};
     note(name.at, std::string(name.raw) +
-                      " is in $config.dat, which is not among the files; what it sets is "
-                      "unknown from here on");
+                      " is in $config.dat, which is not among the files; its settings are unknown "
+                      "from here on");
     return globals_.emplace(name.low, std::move(s)).first;
   }
   /// Speed, acceleration and approximation of PDAT_ACT or LDAT_ACT.
@@ -792,7 +792,7 @@ class KrlReader final : public Reader {
       return it == fields.end() ? nullptr : &it->second;
     };
     if (const Ex* e = has("ori_typ"); e && !is_ptp && e->s != "#var") {
-      bad(at, "IRL turns the tool evenly along a path (ORI_TYP #VAR)");
+      bad(at, "IRL rotates the tool evenly along a path (ORI_TYP #VAR)");
       return;
     }
     if (has("!unknown")) {
@@ -818,7 +818,7 @@ class KrlReader final : public Reader {
   void frames(const At& at) {
     const auto fields = globals_.at(*fdat_).fields;
     if (const auto it = fields.find("ipo_frame"); it != fields.end() && it->second.s != "#base") {
-      bad(at, "IRL has no tools that stand still (IPO_FRAME)");
+      bad(at, "IRL has no stationary tools (IPO_FRAME)");
       return;
     }
     if (fields.contains("!unknown")) {
@@ -853,7 +853,7 @@ class KrlReader final : public Reader {
     const Ex i = as_integer(index, at);
     if (const Type& t = globals_.at(array).type;
         t.k != K::array || t.bounds.size() != 1 || *t.element != kPose)
-      return bad(at, array + " is no list of frames");
+      return bad(at, array + " is not a list of frames");
     else if (i.is_literal && i.v > static_cast<double>(t.bounds[0].second))
       return bad(at, array + " has no number " + i.s);
     return place(globals_.at(array).irl + "[" + i.s + "]", kPose);
@@ -861,7 +861,7 @@ class KrlReader final : public Reader {
   void set_variable(const char* name, const Ex& e, const At& at) {
     const Ex x = as_real(e, at);
     if (x.is_literal && x.v <= 0) {
-      bad(at, "this is no speed");
+      bad(at, "this is not a speed");
       return;
     }
     if (x.ok) emit(std::string(name) + " := " + x.s + ";", at);
@@ -878,7 +878,7 @@ class KrlReader final : public Reader {
     if ((peek().low == "$pos_act" || peek().low == "$axis_act") && peek(1).kind != Tk::sign) {
       next();
       while (!at_line_end()) next();
-      note_line(at, "it goes to where it is; nothing is left of that");
+      note_line(at, "it moves to its present position, so it is left out");
       return;
     }
     m.targets.push_back(target_of(is_relative, at));
@@ -914,7 +914,7 @@ class KrlReader final : public Reader {
       } else if (t.low == "with") {
         if (!with(m, word == "ptp", at)) return;
       } else {
-        bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" is no word of a motion");
+        bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" is not a keyword of a motion");
         return;
       }
     }
@@ -1052,8 +1052,8 @@ class KrlReader final : public Reader {
       Symbol& s = declare(t.raw, is_joint ? kJoint : kTarget);
       if (!is_joint) learned_.turns = 6;
       declare_variable(s, {}, at);
-      fail(t.at, std::string(t.raw) + " is declared nowhere; its values are zero here",
-           "Read the program together with its .dat and $config.dat, or give them.");
+      fail(t.at, std::string(t.raw) + " is not declared; its values are zero here",
+           "Read the program together with its .dat and $config.dat, or give the values.");
     }
     Ex e = expression();
     is_target_ = is_relative_ = false;
@@ -1061,13 +1061,13 @@ class KrlReader final : public Reader {
     if (e.ok && !is_relative && t.kind == Tk::name && bare_.contains(t.low) &&
         e.s == globals_.at(t.low).irl) {
       if (learned_.flags.contains("written " + t.low))
-        return bad(at, std::string(t.raw) + " has no A, B, C where it is declared, and is assigned",
+        return bad(at, std::string(t.raw) + " has no A, B, C in its declaration, but is assigned",
                    "Give all of X, Y, Z, A, B, C.");
       return value(e.s + (e.type.k == K::target ? ".PSE.POS" : ".POS"), kPosition);
     }
     if (e.ok && e.type.k != K::pose && e.type.k != K::target && e.type.k != K::joint &&
         e.type.k != K::position)
-      return bad(at, "this is no target of a motion");
+      return bad(at, "this is not a target of a motion");
     if (e.ok && is_relative && e.type.k == K::target) e = as_pose(e, at);
     return e;
   }
@@ -1087,7 +1087,7 @@ class KrlReader final : public Reader {
   }
   void else_(const At& at) {
     if (is_in("endif")) between("ELSE", at);
-    else bad(at, "ELSE stands outside of IF");
+    else bad(at, "ELSE is outside IF");
   }
   void end_(const At& at) {
     if (word_ == "endif" && blocks_.empty() && std::exchange(is_stop_if_, false)) {
@@ -1108,8 +1108,7 @@ class KrlReader final : public Reader {
     const Symbol* s = find(v.low);
     std::string head;
     if (!from.ok || !to.ok || !step.is_literal || step.v == 0 || !s || s->type.k != K::integer) {
-      bad(at,
-          !s ? "the loop's variable is declared nowhere" : "this loop has no steps that are known");
+      bad(at, !s ? "the loop's variable is not declared" : "the step of this loop is unknown");
       skip_rest();
       return open_unread_loop("endfor", at);
     }
@@ -1141,7 +1140,7 @@ class KrlReader final : public Reader {
   void switch_(const At& at) { open_case("endswitch", at); }
   bool in_switch(const At& at) {
     if (is_in("endswitch")) return true;
-    bad(at, "this stands outside of SWITCH");
+    bad(at, "this is outside SWITCH");
     return false;
   }
   void case_(const At& at) {
@@ -1160,12 +1159,12 @@ class KrlReader final : public Reader {
       return b.irl == "ENDLOOP" || b.irl == "ENDFOR" || b.irl == "ENDWHILE" || b.word == "until";
     });
     if (is_in_loop) emit("EXIT;", at);
-    else bad(at, "EXIT stands outside of a loop");
+    else bad(at, "EXIT is outside a loop");
   }
   void goto_(const At& at) {
     const Token t = next();
     if (t.kind != Tk::name || !has_label(t.low, true)) {
-      bad(at, "the label is nowhere");
+      bad(at, "the label does not exist");
       return;
     }
     emit("GOTO " + label(t.raw) + ";", at);
@@ -1173,7 +1172,7 @@ class KrlReader final : public Reader {
   /// A wait for nothing: the motion before it goes all the way to its target.
   void stop_advance(const At& at) {
     if (is_approximated_) emit("WAIT 0.0 SEC;", at);
-    else note_line(at, "it waits for nothing; it only stops the advance run");
+    else note_line(at, "it does not wait; it only stops the advance run");
   }
   void wait(const At& at) {
     if (accept("sec")) {
@@ -1221,7 +1220,7 @@ class KrlReader final : public Reader {
     const std::size_t or_ = last - 4;
     at_ += 5;
     const Ex t = as_real(expression(), at);
-    if (t.ok && !at_line_end()) bad(here(), "the end of the line belongs here");
+    if (t.ok && !at_line_end()) bad(here(), "the end of the line is expected here");
     at_ = waits;
     const Token kept = tokens_[or_];
     tokens_[or_].kind = Tk::line;
@@ -1261,9 +1260,9 @@ class KrlReader final : public Reader {
                     (s && (s->kind == Symbol::input || s->kind == Symbol::output));
     }
     if (!has_signals)
-      return note_line(at, "CONTINUE is of the advance run, which IRL does not have");
+      return note_line(at, "CONTINUE concerns the advance run, which IRL does not have");
     left_out(RMP_FAULT_ERROR, at,
-             "the statement behind CONTINUE runs before the motion ends, and in IRL behind it",
+             "the statement after CONTINUE runs before the motion ends, but in IRL after it",
              "Take CONTINUE out.");
   }
   void brake(const At& at) {
@@ -1284,7 +1283,7 @@ class KrlReader final : public Reader {
     expect(")");
     if (!out.ok || !level.ok || !time.ok) return;
     if (!out.is_place || out.type.k != K::boolean || !level.is_constant) {
-      bad(at, "a pulse is of an output, TRUE or FALSE");
+      bad(at, "a pulse needs an output and TRUE or FALSE");
       return;
     }
     pulse_of(out, level.s, level.s == "TRUE" ? "FALSE" : "TRUE", time, at);
@@ -1298,7 +1297,7 @@ class KrlReader final : public Reader {
           // Of each program that an editor makes: what the controller does where it stops.
           skip_rest();
           stop_interrupts_.insert(std::string(n.raw));
-          note_line(at, "the controller's own interrupt of a stop is not of the program");
+          note_line(at, "the controller's stop interrupt is not part of the program");
           return;
         }
       expect("when");
@@ -1308,7 +1307,8 @@ class KrlReader final : public Reader {
       if (accept("(")) {
         if (!accept(")")) {
           skip_rest();
-          bad(at, "the routine of an interrupt has values", "IRL calls one without.");
+          bad(at, "the routine of an interrupt has arguments",
+              "IRL calls interrupt routines without arguments.");
           return;
         }
       }
@@ -1327,7 +1327,7 @@ class KrlReader final : public Reader {
       const std::string key = "!interrupt" + std::string(n.raw);
       if (globals_.contains(key)) {
         bad(at, "the interrupt " + std::string(n.raw) + " is declared twice",
-            "IRL has one body for each.");
+            "IRL allows one body for each.");
         return;
       }
       Symbol& s = declare(key, {}, Symbol::data);
@@ -1345,12 +1345,12 @@ class KrlReader final : public Reader {
     const Token what = next();
     const bool on = what.low == "on" || what.low == "enable";
     if (!on && what.low != "off" && what.low != "disable") {
-      bad(at, "INTERRUPT DECL, ON, OFF, ENABLE or DISABLE belongs here");
+      bad(at, "INTERRUPT DECL, ON, OFF, ENABLE or DISABLE is expected here");
       skip_rest();
       return;
     }
     if (at_line_end()) {
-      bad(at, "IRL switches interrupts one by one", "Give the number.");
+      bad(at, "IRL enables and disables interrupts one by one", "Give the number.");
       return;
     }
     const Token n = next();
@@ -1363,13 +1363,13 @@ class KrlReader final : public Reader {
         emit("{ " + source_line(at) + " }", at);
         return;
       }
-      bad(at, "what this interrupt stops is not one motion in a routine of its own",
-          "Let a routine switch it on and move once, or give the motion UNTIL.");
+      bad(at, "this interrupt does not stop a single motion in a separate routine",
+          "Write a routine that switches it on and moves once, or use UNTIL at the motion.");
       return;
     }
     const auto it = globals_.find("!interrupt" + std::string(n.raw));
     if (it == globals_.end()) {
-      bad(at, "the interrupt " + std::string(n.raw.substr(0, 20)) + " is declared nowhere above");
+      bad(at, "the interrupt " + std::string(n.raw.substr(0, 20)) + " is not declared above");
       return;
     }
     emit((on ? "ENABLE " : "DISABLE ") + it->second.irl + ";", at);
@@ -1401,7 +1401,7 @@ class KrlReader final : public Reader {
       auto it = globals_.find(from.low);
       if (it == globals_.end()) it = delivered_data(from);
       if (it == globals_.end() || it->second.kind != Symbol::data) {
-        bad(at, std::string(from.raw.substr(0, 40)) + " is declared nowhere",
+        bad(at, std::string(from.raw.substr(0, 40)) + " is not declared",
             "Read the program together with its .dat.");
         return;
       }
@@ -1471,7 +1471,7 @@ class KrlReader final : public Reader {
       const bool is_usual =
           mode == (what == "$ori_type" ? "var" : "base") && !what.starts_with("$circ_mode");
       skip_rest();
-      if (is_usual) note_line(at, std::string(t.raw) + " is so in IRL");
+      if (is_usual) note_line(at, std::string(t.raw) + " is IRL's default");
       else left_out(RMP_FAULT_ERROR, at, "IRL has no counterpart of this " + std::string(t.raw));
       return true;
     }
@@ -1492,7 +1492,7 @@ class KrlReader final : public Reader {
       if (!e.ok) return true;
       if (what == "$vel_extax" && learned_.external_axes == 0)
         note_line(at, "the program moves no additional axes");
-      else if (e.is_literal && e.v == 100) note_line(at, "100 % is so in IRL");
+      else if (e.is_literal && e.v == 100) note_line(at, "100 % is IRL's default");
       else
         left_out(RMP_FAULT_ERROR, at, "IRL has no " + std::string(t.raw) + " of a program",
                  "Multiply the speeds by it.");
@@ -1560,11 +1560,9 @@ class KrlReader final : public Reader {
     } else if (what == "$apo.cdis") set("apo_cdis", e, at);
     else if (what == "$apo.cptp") set("apo_cptp", e, at);
     else if (what == "$apo.cvel") set("apo_cvel", e, at);
-    else if (what == "$apo.cori")
-      note_line(at, "no motion here is approximated by its orientation");
+    else if (what == "$apo.cori") note_line(at, "no motion here is blended by its orientation");
     else if (what.starts_with("$acc.")) {
-      left_out(RMP_FAULT_WARNING, at,
-               "IRL has accelerations in % of the greatest, and not in m/s^2");
+      left_out(RMP_FAULT_WARNING, at, "IRL has accelerations in % of the maximum, not in m/s^2");
     } else {
       left_out(RMP_FAULT_ERROR, at, "IRL has no counterpart of " + what);
     }
@@ -1582,7 +1580,7 @@ class KrlReader final : public Reader {
     } else {
       left_out(RMP_FAULT_ERROR, at,
                std::string("IRL has one value for ") + them + ", and these differ",
-               "Give all of them the same value, the first one first.");
+               "Set all of them to the same value, starting with the first.");
     }
   }
 
@@ -1598,7 +1596,7 @@ class KrlReader final : public Reader {
     while (!at_line_end() && !is("}")) {
       const Token name = next();
       if (name.kind != Tk::name) {
-        bad(name.at, "the name of a component belongs here");
+        bad(name.at, "the name of a component is expected here");
         return out;
       }
       if (accept("[")) accept("]");
@@ -1650,7 +1648,7 @@ class KrlReader final : public Reader {
     const auto want = want_;
     const bool is_target = is_target_, is_relative = is_relative_;
     const auto f = aggregate();
-    if (f.empty()) return bad(at, "nothing is between these braces");
+    if (f.empty()) return bad(at, "there is nothing between these braces");
     for (const auto& [name, e] : f)
       if (!e.ok && (!want || want->k == K::record)) return failed();
     const auto get_field = [&](const char* name) -> const Ex* {
@@ -1692,19 +1690,19 @@ class KrlReader final : public Reader {
         ++turn_parts;
       } else if (name != "s" && name != "t" &&
                  !(name.size() == 2 && name[0] == 'e' && name[1] >= '1' && name[1] <= '6')) {
-        return bad(at, "\"" + name + "\" is no component of a position");
+        return bad(at, "\"" + name + "\" is not a component of a position");
       }
     }
     if (is_joint) {
       if (axes < 6 && is_target && !is_relative)
-        return bad(at, "axes without a value stay where they are, which IRL does not say",
+        return bad(at, "axes without a value keep their positions, which IRL cannot express",
                    "Give all six.");
       std::vector<Ex> a;
       for (int i = 1; i <= 6; ++i) a.push_back(take(("a" + std::to_string(i)).c_str()));
       return joints(a, external);
     }
     if (is_target && !is_relative && (place_parts < 3 || (turn_parts != 0 && turn_parts != 3)))
-      return bad(at, "components without a value stay as they are, which IRL does not say",
+      return bad(at, "components without a value keep their values, which IRL cannot express",
                  "Give all of X, Y, Z, A, B, C.");
     if (is_target && !is_relative && turn_parts == 0 && external.empty()) {
       std::string list;
@@ -1724,7 +1722,7 @@ class KrlReader final : public Reader {
       return want && want->k == K::target ? target(p, integer(-1), any_turns, {}) : p;
     Ex status = s ? as_integer(*s, at) : integer(-1);
     if (s && status.ok && !status.is_literal)
-      return bad(at, "the configuration S is not known", "Give its number.");
+      return bad(at, "the configuration S is unknown", "Give its number.");
     if (s && status.is_literal) {
       // Bit 1 is axis 3 at or above its limit, which is the elbow up where the shoulder is in front
       // and down where it is behind; STATUS 2 is the elbow down.
@@ -1734,7 +1732,7 @@ class KrlReader final : public Reader {
     std::vector<Ex> turns;
     if (t) {
       const Ex n = as_integer(*t, at);
-      if (!n.is_literal) return bad(at, "the turns T are not known");
+      if (!n.is_literal) return bad(at, "the turns T are unknown");
       // Bit i: joint i + 1 is negative.
       for (int i = 0; i < 6; ++i)
         turns.push_back(integer((static_cast<std::int64_t>(n.v) >> i) & 1 ? -1 : 0));
@@ -1779,7 +1777,7 @@ class KrlReader final : public Reader {
         }
         if (is_good) return integer(v > 0x7FFFFFFF ? v - 0x100000000 : v);
       }
-      return bad(at, "this is no number");
+      return bad(at, "this is not a number");
     }
     if (is("#")) {
       const Token name = peek(1);
@@ -1789,7 +1787,7 @@ class KrlReader final : public Reader {
     }
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     next();
     if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
@@ -1804,8 +1802,8 @@ class KrlReader final : public Reader {
     }
     const Symbol* s = find(t.low);
     if (!s || s->kind == Symbol::data)
-      return bad(at, std::string(t.raw) + " is declared nowhere",
-                 "Read the program together with its .dat and what else declares it.");
+      return bad(at, std::string(t.raw) + " is not declared",
+                 "Read the program together with its .dat and any other file that declares it.");
     if (s->kind == Symbol::routine) return bad(at, std::string(t.raw) + " is a routine");
     Ex e = place(s->irl, s->type);
     e.is_place = s->kind == Symbol::variable || s->kind == Symbol::output;
@@ -1835,11 +1833,11 @@ class KrlReader final : public Reader {
           continue;
         }
         if (e.type.k != K::array || e.type.bounds.size() != n)
-          return bad(at, "this is no array of " + std::to_string(n) + " indices");
+          return bad(at, "this is not an array of " + std::to_string(n) + " indices");
         for (std::size_t k = 0; k < n; ++k)
           if (known[k].is_literal && (known[k].v < static_cast<double>(e.type.bounds[k].first) ||
                                       known[k].v > static_cast<double>(e.type.bounds[k].second)))
-            return bad(at, "the index " + known[k].s + " is outside of the array");
+            return bad(at, "the index " + known[k].s + " is outside the array");
         const Type element = *e.type.element;
         e = place(e.s + "[" + list + "]", element);
         continue;
@@ -1880,7 +1878,7 @@ class KrlReader final : public Reader {
         return a;
       }
       if (e.type.k == K::target && n == "s")
-        return bad(f.at, "S of a position counts the elbow otherwise than STATUS",
+        return bad(f.at, "S of a position encodes the elbow differently from STATUS",
                    "Assign the whole position.");
       if (e.type.k == K::target && n.size() == 2 && n[0] == 'e' && n[1] >= '1' && n[1] <= '6') {
         learned_.external_axes = std::max(learned_.external_axes, n[1] - '0');
@@ -1908,8 +1906,7 @@ class KrlReader final : public Reader {
       if (!i.ok) return failed();
       double n = i.is_literal ? i.v : known_integer(i);
       if (!(n >= 0 && n <= 1e6))
-        return bad(at, "IRL has no signals whose number is computed",
-                   "Give each of them its name.");
+        return bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
       if (!is_out && (n == 1025 || n == 1026)) return boolean(n == 1025);
       const Symbol& s = signal(is_out, static_cast<std::int64_t>(n));
       Ex e = place(s.irl, s.type);
@@ -1955,7 +1952,7 @@ class KrlReader final : public Reader {
     const Symbol* s = find(t.low);
     const Type result = s && s->kind == Symbol::routine ? s->type : kReal;
     if (s && s->kind == Symbol::routine && result.k == K::none && !learned_.stubs.contains(t.low))
-      return bad(at, std::string(t.raw) + " gives no value");
+      return bad(at, std::string(t.raw) + " returns no value");
     const std::string text = call(t.raw, args, at, result.k == K::none ? kReal : result);
     if (text.empty()) return failed();
     return suffixes(value(text, result.k == K::none ? kReal : result), at);

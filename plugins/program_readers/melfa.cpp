@@ -79,8 +79,8 @@ class MelfaReader final : public Reader {
     declare_positions();
     for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
       if (tokens_[i].kind == Tk::name && tokens_[i].low == "gosub") {
-        fail(tokens_[i].at, "subroutines of a program that is called are not read",
-             "Write them into the program, or read it by itself.");
+        fail(tokens_[i].at, "subroutines of a called program are not read",
+             "Move them into the program, or read it separately.");
         break;
       }
     all_labels_.clear();
@@ -166,7 +166,7 @@ class MelfaReader final : public Reader {
         const Ex e = literal(name, at);
         if (!e.ok) return;
         if (!e.is_constant) {
-          bad(at, "the values of a position behind the program are numbers");
+          bad(at, "the values of a position after the program must be numbers");
           return;
         }
         learn(name.low, e.type);
@@ -195,7 +195,7 @@ class MelfaReader final : public Reader {
       if (std::any_of(subroutines_.begin(), subroutines_.end(),
                       [&](const Subroutine& s) { return s.label == lines_[n].label; })) {
         fail(tokens_[std::min(lines_[n].first, tokens_.size() - 1)].at,
-             "the label " + lines_[n].label + " is there already");
+             "the label " + lines_[n].label + " already exists");
         continue;
       }
       int depth = 0;
@@ -238,7 +238,7 @@ class MelfaReader final : public Reader {
       const std::string& w = tokens_[lines_[k - 1].first].low;
       if (w != "end" && w != "goto" && w != "hlt" && w != "return" && w != "fend")
         fail(tokens_[lines_[s.first].first].at, "the program runs into the subroutine " + s.label,
-             "End it before.");
+             "End it before the subroutine.");
     }
     find_line_numbers();
   }
@@ -274,12 +274,12 @@ class MelfaReader final : public Reader {
       const At at = tokens_[std::min(l.first, l.end)].at;
       if (!l.label.empty()) {
         if (placed.insert(l.label).second) emit("LABEL " + label(l.label) + ":", at);
-        else fail(at, "the label " + l.label + " is there already");
+        else fail(at, "the label " + l.label + " already exists");
       }
       if (used_lines_.contains(l.number)) {
         const std::string line = "line_" + std::to_string(l.number);
         if (placed.insert(line).second) emit("LABEL " + label(line) + ":", at);
-        else fail(at, "the line " + std::to_string(l.number) + " is there already");
+        else fail(at, "the line " + std::to_string(l.number) + " already exists");
       }
       // Whether the arm is still where the motion above has brought it.
       static const std::set<std::string, std::less<>> kStays{
@@ -523,7 +523,7 @@ class MelfaReader final : public Reader {
       m.attributes.emplace_back("C_PASS", get("continuous", kBool, at));
       if (is_set_before("continuous_distance", at)) {
         if (is_joint && !std::exchange(told_zone_, true))
-          note(at, "a distance in mm of a motion of joints becomes C_PTP in %");
+          note(at, "a distance in mm of a joint motion becomes C_PTP in %");
         Ex d = get("continuous_distance", kReal, at);
         if (is_joint) d = share_of_zone(d);
         m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", d);
@@ -549,7 +549,7 @@ class MelfaReader final : public Reader {
                             m.targets.size() == 1 && any_turns_.contains(m.targets[0].s);
       if (!is_short) {
         skip_rest();
-        bad(at, "IRL does not choose how the tool turns on a motion (Type)", "Take Type out.");
+        bad(at, "IRL cannot choose how the tool rotates during a motion (Type)", "Take Type out.");
         return;
       }
       skip_to_with();
@@ -562,7 +562,7 @@ class MelfaReader final : public Reader {
         move(std::move(m), at);
         return;
       }
-      bad(at, "what WthIf does is not said in IRL, except Skip");
+      bad(at, "WthIf has no counterpart in IRL, except with Skip");
       skip_rest();
       return;
     }
@@ -570,7 +570,7 @@ class MelfaReader final : public Reader {
       const std::size_t before = current().body.size();
       assignment(at);
       if (current().body.size() > before)
-        warn(at, "what is behind Wth happens before the motion begins");
+        warn(at, "the statement after Wth is executed before the motion begins");
     }
     move(std::move(m), at);
   }
@@ -580,7 +580,7 @@ class MelfaReader final : public Reader {
     m.word = is_joint ? "PTP" : "LIN";
     if (is(",")) {
       skip_rest();
-      bad(at, "IRL has no motions relative to the tool where it is");
+      bad(at, "IRL has no motions relative to the tool's present pose");
       return;
     }
     if (is("p_curr") && is("+", 1)) {
@@ -592,7 +592,7 @@ class MelfaReader final : public Reader {
     if (!e.ok) return;
     if (m.is_incremental) return step(std::move(m), e, is_joint, at);
     if (e.type.k != K::pose && e.type.k != K::target && e.type.k != K::joint) {
-      bad(at, "this is no position");
+      bad(at, "this is not a position");
       return;
     }
     e = with_offset(e, at);
@@ -601,8 +601,7 @@ class MelfaReader final : public Reader {
       m.has_tool = is_joint;
       // IRL's TRAFO is of the robot's own tool.
       if (!is_joint && is_set_before("tool", at))
-        fail(at,
-             "a straight motion to joints is that of the robot's present tool here, not of Tool",
+        fail(at, "a straight motion to joint values uses the robot's present tool here, not Tool",
              "Give a position.");
     }
     m.targets.push_back(is_joint ? e : as_place(e));
@@ -613,16 +612,16 @@ class MelfaReader final : public Reader {
   /// P_Curr+P1: by so much from where it is, where the tool does not turn.
   void step(Motion m, const Ex& e, bool is_joint, const At& at) {
     if (e.type.k != K::pose && e.type.k != K::target) {
-      bad(at, "this is no position");
+      bad(at, "this is not a position");
       return;
     }
     if (is_set("frame")) {
-      bad(at, "a step from P_Curr behind Base is not read", "Give the position that is meant.");
+      bad(at, "a step from P_Curr after Base is not read", "Give the target position itself.");
       return;
     }
     if (!straight_.contains(e.s) || learned_.flags.contains("assigned " + e.s)) {
-      bad(at, "a step from P_Curr that may turn the tool is not read",
-          "Add a position whose A, B and C are 0.");
+      bad(at, "a step from P_Curr that may rotate the tool is not read",
+          "Add a position with A, B and C equal to 0.");
       return;
     }
     const Ex p = as_pose(e, at);
@@ -652,7 +651,7 @@ class MelfaReader final : public Reader {
     if (peek().kind == Tk::number && peek().is_integer) {
       const std::string n = "line_" + std::to_string(static_cast<std::int64_t>(next().value));
       if (labels_here_.contains(n)) emit("GOTO " + label(n) + ";", at);
-      else bad(at, "the line is nowhere here");
+      else bad(at, "the line does not exist here");
       return;
     }
     one();
@@ -675,7 +674,7 @@ class MelfaReader final : public Reader {
     const std::size_t depth = blocks_.size();
     const auto close_inner = [&] {
       for (; blocks_.size() > depth; close_block(std::string(blocks_.back().word), at)) {
-        bad(at, "a block is opened within an If of one line");
+        bad(at, "a block begins within a one-line If");
         if (is_in("next") && !steps_.empty()) steps_.pop_back();
       }
     };
@@ -694,7 +693,7 @@ class MelfaReader final : public Reader {
   }
   void else_(const At& at) {
     if (!is_in("endif")) {
-      bad(at, "Else stands outside of If");
+      bad(at, "Else is outside If");
       skip_rest();
       return;
     }
@@ -703,7 +702,7 @@ class MelfaReader final : public Reader {
   }
   void elseif(const At& at) {
     if (!is_in("endif")) {
-      bad(at, "ElseIf stands outside of If");
+      bad(at, "ElseIf is outside If");
       skip_rest();
       return;
     }
@@ -730,7 +729,7 @@ class MelfaReader final : public Reader {
     if (!v.ok || !from.ok || !to.ok || !v.is_place || !are_numbers || !step.is_literal ||
         step.v == 0) {
       if (step.ok && v.ok && from.ok && to.ok)
-        bad(at, are_numbers ? "the step of this loop is not known" : "a loop counts numbers");
+        bad(at, are_numbers ? "the step of this loop is unknown" : "a loop must count numbers");
       open_unread_loop("next", at);
       steps_.push_back({});
       return;
@@ -749,7 +748,7 @@ class MelfaReader final : public Reader {
       suffix();
     }
     if (!is_in("next") || steps_.empty()) {
-      bad(at, "Next ends no loop");
+      bad(at, "Next has no loop");
       return;
     }
     if (!steps_.back().empty()) emit(steps_.back(), at);
@@ -763,7 +762,7 @@ class MelfaReader final : public Reader {
   void select(const At& at) { open_case("select", at); }
   void case_(const At& at) {
     if (!is_in("select")) {
-      bad(at, "Case stands outside of Select");
+      bad(at, "Case is outside Select");
       skip_rest();
       return;
     }
@@ -782,18 +781,18 @@ class MelfaReader final : public Reader {
   }
   void default_(const At& at) {
     if (is_in("select")) open_default(at);
-    else bad(at, "Default stands outside of Select");
+    else bad(at, "Default is outside Select");
   }
   void break_(const At& at) {
     const bool is_in_loop = std::any_of(blocks_.begin(), blocks_.end(),
                                         [](const Block& b) { return b.irl == "ENDWHILE"; });
     if (is_in("select")) return;  // arms do not run into each other
     if (is_in_loop) emit("EXIT;", at);
-    else bad(at, "Break stands within a block of an arm", "Let the arm end by itself.");
+    else bad(at, "Break is within a block of a case", "Let the case end without Break.");
   }
   void end(const At& at) {
     if (accept("select")) {
-      close_block("select", at, "End Select ends nothing that is open");
+      close_block("select", at, "End Select has no open Select");
       return;
     }
     if (accept("if")) {
@@ -806,14 +805,14 @@ class MelfaReader final : public Reader {
     if (peek().kind == Tk::number && peek().is_integer) {
       const std::string n = "line_" + std::to_string(static_cast<std::int64_t>(next().value));
       if (labels_here_.contains(n)) return label(n);
-      bad(at, "the line is nowhere here");
+      bad(at, "the line does not exist here");
       return {};
     }
     accept("*");
     const Token t = next();
     if (labels_here_.contains(t.low) && t.kind == Tk::name) return label(t.raw);
-    bad(t.at, "the label " + std::string(t.raw.substr(0, 40)) + " is nowhere here",
-        all_labels_.contains(t.low) ? "It is in a subroutine, or outside of it." : "");
+    bad(t.at, "the label " + std::string(t.raw.substr(0, 40)) + " does not exist here",
+        all_labels_.contains(t.low) ? "It is in a subroutine, or outside this one." : "");
     return {};
   }
   void jump(const At& at) {
@@ -825,7 +824,7 @@ class MelfaReader final : public Reader {
     const Token t = next();
     const Symbol* s = find(t.low);
     if (!s || s->kind != Symbol::routine) {
-      bad(at, "the subroutine " + std::string(t.raw.substr(0, 40)) + " is nowhere");
+      bad(at, "the subroutine " + std::string(t.raw.substr(0, 40)) + " does not exist");
       return;
     }
     emit(s->irl + "();", at);
@@ -834,18 +833,18 @@ class MelfaReader final : public Reader {
     if (!at_line_end() && !is("else") && !is(":") && !is("endif")) {
       const Ex where = expression();
       if (!where.is_literal || where.v != 0) {
-        bad(at, "an interrupt of IRL returns to where it came in (Return 0), and nowhere else");
+        bad(at, "an interrupt of IRL can only return to the interrupted statement (Return 0)");
         return;
       }
     }
-    if (routine_.empty()) warn(at, "Return stands outside of a subroutine; it ends the program");
+    if (routine_.empty()) warn(at, "Return is outside a subroutine; it ends the program");
     emit("RETURN;", at);
   }
   void on(const At& at) {
     const Ex e = as_integer(expression(25), at);
     const bool is_call = is("gosub");
     if (!accept("goto") && !accept("gosub")) {
-      bad(at, "GoTo or GoSub belongs here");
+      bad(at, "GoTo or GoSub is expected here");
       skip_rest();
       return;
     }
@@ -863,7 +862,7 @@ class MelfaReader final : public Reader {
         const Token t = next();
         const Symbol* s = find(t.low);
         if (s && s->kind == Symbol::routine) text = s->irl + "();";
-        else bad(at, "the subroutine is nowhere");
+        else bad(at, "the subroutine does not exist");
       } else {
         const std::string l = label_here(at);
         if (!l.empty()) text = "GOTO " + l + ";";
@@ -874,7 +873,7 @@ class MelfaReader final : public Reader {
   }
   void delay(const At& at) {
     const Ex e = as_real(expression(), at);
-    if (e.is_literal && e.v < 0) bad(at, "a time is not negative");
+    if (e.is_literal && e.v < 0) bad(at, "a time must not be negative");
     else if (e.ok) emit("WAIT " + within(e, kSum) + " SEC;", at);
   }
   void wait(const At& at) {
@@ -892,10 +891,10 @@ class MelfaReader final : public Reader {
     const Ex n = as_integer(expression(25), at);
     if (is(",")) {
       while (accept(",")) (void)expression();
-      warn(at, "the forces of a hand with a motor are left out; it opens and closes");
+      warn(at, "the forces of a motorised hand are left out; it only opens and closes");
     }
     if (!n.is_literal || n.v < 1 || n.v > 8) {
-      if (n.ok) bad(at, "the number of the hand is 1 to 8");
+      if (n.ok) bad(at, "the number of the hand must be 1 to 8");
       return;
     }
     const auto k = static_cast<std::int64_t>(n.v);
@@ -905,7 +904,7 @@ class MelfaReader final : public Reader {
       s = &declare(key, kBool, Symbol::output);
       signals_.push_back(
           {"OUTPUT BOOL: " + s->irl + " AT " + std::to_string(900 + 2 * (k - 1)) + ";", at, true});
-      note(at, key + " is TRUE where the hand is closed");
+      note(at, key + " is TRUE if the hand is closed");
     }
     emit(s->irl + (is_open ? " := FALSE;" : " := TRUE;"), at);
   }
@@ -917,7 +916,7 @@ class MelfaReader final : public Reader {
     }
     if (peek().low == "m_nspd") {
       skip_rest();
-      bad(at, "the greatest speed of the controller (M_NSpd) is not known", "Give a number.");
+      bad(at, "the controller's maximum speed (M_NSpd) is unknown", "Give a number.");
       return;
     }
     const Ex e = as_real(expression(), at);
@@ -927,7 +926,7 @@ class MelfaReader final : public Reader {
       return;
     }
     if (e.is_literal && e.v <= 0) {
-      bad(at, "this is no speed");
+      bad(at, "this is not a speed");
       return;
     }
     set(key, e, at);
@@ -942,7 +941,7 @@ class MelfaReader final : public Reader {
     if (accept(",")) {
       const Ex down = as_real(expression(), at);
       if (a.ok && down.ok && a.s != down.s)
-        warn(at, "IRL brakes as it accelerates; the deceleration is left out");
+        warn(at, "IRL decelerates as it accelerates; the deceleration is left out");
     }
     if (is(",")) {
       skip_rest();
@@ -951,7 +950,7 @@ class MelfaReader final : public Reader {
     }
     if (!a.ok) return;
     if (a.is_literal && (a.v <= 0 || a.v > 100)) {
-      bad(at, "an acceleration is above 0 and at most 100 % in IRL");
+      bad(at, "an acceleration must be above 0 and at most 100 % in IRL");
       return;
     }
     emit("R_ACC := " + a.s + ";", at);
@@ -965,8 +964,8 @@ class MelfaReader final : public Reader {
       const Ex next_one = as_real(expression(), at);
       if (next_one.ok && r.ok && next_one.s != r.s) {
         bad(at,
-            "IRL has one distance for the end of a motion and the beginning of the next, and "
-            "these differ");
+            "IRL has one distance for the end of a motion and the start of the next, but these "
+            "differ");
         return;
       }
     }
@@ -1002,7 +1001,7 @@ class MelfaReader final : public Reader {
       do {
         const Token n = next();
         if (n.kind != Tk::name) {
-          bad(n.at, "the name of a variable belongs here");
+          bad(n.at, "the name of a variable is expected here");
           return;
         }
         suffix();
@@ -1030,7 +1029,7 @@ class MelfaReader final : public Reader {
                                  : kind.low == "word" ? 16
                                                       : 0;
       if (!n.is_literal || n.v < 0 || n.v > 100000 || width == 0) {
-        bad(at, "Def IO names Bit, Byte or Word, and a number");
+        bad(at, "Def IO needs Bit, Byte or Word, and a number");
         return;
       }
       ios_[name.low] = {static_cast<std::int64_t>(n.v), width};
@@ -1042,8 +1041,8 @@ class MelfaReader final : public Reader {
       expect(",");
       const Ex c = converted(expression(), kBool, at);
       if (!accept("gosub")) {
-        bad(at, "an interrupt that jumps (GoTo) is not said in IRL",
-            "Let it call a subroutine (GoSub).");
+        bad(at, "an interrupt that jumps (GoTo) has no counterpart in IRL",
+            "Make it call a subroutine (GoSub).");
         skip_rest();
         return;
       }
@@ -1051,20 +1050,20 @@ class MelfaReader final : public Reader {
       const Token l = next();
       if (is(",")) {
         skip_rest();
-        bad(at, "IRL does not choose how an interrupt stops the motion (S, F, L)",
-            "Leave it out, and it comes at once.");
+        bad(at, "IRL cannot choose how an interrupt stops the motion (S, F, L)",
+            "Leave it out, and the interrupt acts at once.");
         return;
       }
       const Symbol* s = find(l.low);
       if (!c.ok) return;
       if (!s || s->kind != Symbol::routine || number.kind != Tk::number) {
-        bad(at, "the subroutine is nowhere");
+        bad(at, "the subroutine does not exist");
         return;
       }
       const std::string key = "!act" + std::string(number.raw);
       if (globals_.contains(key)) {
         bad(at, "the interrupt " + std::string(number.raw) + " is defined twice",
-            "IRL has one body for each.");
+            "IRL allows one body for each.");
         return;
       }
       const std::string text = s->irl + "();";
@@ -1091,12 +1090,12 @@ class MelfaReader final : public Reader {
     expect("=");
     const Token v = next();
     if (n.value == 0 && v.kind == Tk::number) {
-      left_out(RMP_FAULT_WARNING, at, "IRL switches interrupts one by one");
+      left_out(RMP_FAULT_WARNING, at, "IRL enables and disables interrupts one by one");
       return;
     }
     const auto it = globals_.find("!act" + std::string(n.raw));
     if (it == globals_.end() || v.kind != Tk::number) {
-      bad(at, "this interrupt is defined nowhere above");
+      bad(at, "this interrupt is not defined above");
       return;
     }
     emit((v.value != 0 ? "ENABLE " : "DISABLE ") + it->second.irl + ";", at);
@@ -1106,14 +1105,14 @@ class MelfaReader final : public Reader {
       const Token n = next();
       suffix();
       if (n.kind != Tk::name || !expect("(")) {
-        bad(at, "the name of an array belongs here");
+        bad(at, "the name of an array is expected here");
         return;
       }
       std::vector<std::pair<std::int64_t, std::int64_t>> bounds;
       do {
         const Ex e = expression();
         if (!e.is_literal || e.v < 1 || e.v > 10000) {
-          bad(at, "the size of the array is not known");
+          bad(at, "the size of the array is unknown");
           skip_rest();
           return;
         }
@@ -1135,7 +1134,7 @@ class MelfaReader final : public Reader {
     std::vector<Ex> args;
     while (accept(",")) args.push_back(expression());
     if (name.kind != Tk::text) {
-      bad(at, "the program that is called has its name in quotes");
+      bad(at, "the name of the called program must be in quotes");
       return;
     }
     for (const Ex& e : args)
@@ -1283,12 +1282,12 @@ class MelfaReader final : public Reader {
       next();
       const Ex time = as_real(expression(), at);
       if (!time.ok || !e.ok || !e.is_literal || to.type.k != K::boolean) {
-        bad(at, "a pulse is of one output, 1 or 0");
+        bad(at, "a pulse needs one output and 1 or 0");
         return;
       }
       emit("WAIT " + within(time, kSum) + " SEC;", at);
       emit(to.s + (e.v != 0 ? " := FALSE;" : " := TRUE;"), at);
-      warn(at, "the program waits for the end of this pulse; the controller does not");
+      warn(at, "the IRL program waits for the end of this pulse; the controller does not");
     }
   }
   /// What numbers a variable gets in all of the program: signals may be named by it.
@@ -1334,7 +1333,7 @@ class MelfaReader final : public Reader {
     is_straight_ = true;
     for (std::size_t i = 3; i < 6 && i < x.size(); ++i)
       is_straight_ = is_straight_ && x[i].is_literal && x[i].v == 0;
-    if (x.size() > 8 || x.empty()) return bad(at, "a position has 3 to 8 numbers");
+    if (x.size() > 8 || x.empty()) return bad(at, "a position must have 3 to 8 numbers");
     std::vector<Ex> external;
     for (std::size_t i = 6; i < x.size(); ++i) external.push_back(x[i]);
     while (!external.empty() && external.back().is_literal && external.back().v == 0)
@@ -1408,11 +1407,11 @@ class MelfaReader final : public Reader {
     }
     if (op == Op::add || op == Op::sub) {
       const Ex x = as_pose(a, at), y = as_pose(b, at);
-      if (x.s.size() > 300 || y.s.size() > 300) return bad(at, "positions are added two by two");
+      if (x.s.size() > 300 || y.s.size() > 300) return bad(at, "only two positions can be added");
       const std::string sign = op == Op::add ? " + " : " - ";
       std::string p, o;
       if (x.s.starts_with("POSE(") || y.s.starts_with("POSE("))
-        return bad(at, "positions that are added have names");
+        return bad(at, "added positions must have names");
       for (const char c : {'X', 'Y', 'Z'})
         p += (p.empty() ? "" : ", ") + x.s + ".POS." + c + sign + y.s + ".POS." + c;
       for (const char c : {'Z', 'Y', 'X'})
@@ -1445,7 +1444,7 @@ class MelfaReader final : public Reader {
     if (const auto e = binary_here("&")) return *e;
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     next();
     suffix();
@@ -1460,7 +1459,7 @@ class MelfaReader final : public Reader {
       const Ex i = as_integer(expression(25), at);
       const auto it = globals_.find("!plt " + n.s);
       if (it == globals_.end())
-        return n.ok ? bad(at, "this pallet is defined nowhere above") : failed();
+        return n.ok ? bad(at, "this pallet is not defined above") : failed();
       return i.ok ? value(it->second.irl + "(" + i.s + ")", kPose) : failed();
     }
     if (t.low.starts_with("m_in") || t.low.starts_with("m_out")) return io(t);
@@ -1472,7 +1471,7 @@ class MelfaReader final : public Reader {
       return e;
     }
     const Symbol* s = find(t.low);
-    if (s && s->kind == Symbol::routine) return bad(at, std::string(t.raw) + " is no value");
+    if (s && s->kind == Symbol::routine) return bad(at, std::string(t.raw) + " is not a value");
     if (!s && is("(")) return suffixes(function(t));
     if (!s) {
       if (t.low.starts_with("m_") || t.low.starts_with("p_") || t.low.starts_with("j_") ||
@@ -1576,7 +1575,7 @@ class MelfaReader final : public Reader {
         number = std::strtod(it->second.begin()->c_str(), nullptr);
     }
     if (!(number >= 0 && number <= 100000))
-      return bad(at, "IRL has no signals whose number is computed", "Give each of them its name.");
+      return bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
     const Symbol& s = signal(is_out, static_cast<std::int64_t>(number), width);
     Ex e = place(s.irl, s.type);
     e.is_place = is_out;
@@ -1611,9 +1610,9 @@ class MelfaReader final : public Reader {
         return value(helper("distance") + "(" + x.s + ".POS, " + y.s + ".POS)", kReal);
       return failed();
     }
-    return bad(
-        at, std::string(t.raw.substr(0, 40)) + " is neither an array nor a function that is read",
-        "Arrays are declared by Dim.");
+    return bad(at,
+               std::string(t.raw.substr(0, 40)) + " is neither an array nor a supported function",
+               "Declare arrays with Dim.");
   }
 
   std::vector<SourceLine> lines_;

@@ -84,11 +84,11 @@ class MovemasterReader final : public Reader {
         const Token n = next();
         l.number = n.is_integer ? static_cast<std::int64_t>(n.value) : -1;
         if (l.number < 1 || l.number > 9999)
-          fail(n.at, "a line has a number from 1 to 9999, and this is " + std::string(n.raw));
+          fail(n.at, "a line number must be from 1 to 9999, but this is " + std::string(n.raw));
         if (at_line_end()) continue;  // deletes the line of that number
       }
       if (peek().kind != Tk::name) {
-        statement(l.at, [&] { bad(here(), "a command begins with its letters, such as MO"); });
+        statement(l.at, [&] { bad(here(), "a command must begin with its letters, such as MO"); });
         skip_line();
         continue;
       }
@@ -134,7 +134,7 @@ class MovemasterReader final : public Reader {
       } else {
         const auto [same, is_new] = rows_.try_emplace(l.number, lines_.size());
         if (!is_new) {
-          note(l.at, "line " + std::to_string(l.number) + " is there twice; the later one counts");
+          note(l.at, "line " + std::to_string(l.number) + " appears twice; the later one applies");
           lines_[same->second] = std::move(l);
         } else {
           lines_.push_back(std::move(l));
@@ -233,13 +233,13 @@ class MovemasterReader final : public Reader {
   /// What a command takes: between `least` and `most` operands, all numbers.
   bool takes(const MovemasterLine& l, std::size_t least, std::size_t most) {
     if (l.word.ends_with(' ')) {
-      bad(l.at, "operands are separated by commas");
+      bad(l.at, "operands must be separated by commas");
       return false;
     }
     if (l.operands.size() < least || l.operands.size() > most) {
       bad(l.at, upper_word(l.word) + " takes " + std::to_string(least) +
                     (most > least ? " to " + std::to_string(most) : std::string()) +
-                    (most == 1 ? " operand" : " operands") + ", and here are " +
+                    (most == 1 ? " operand" : " operands") + ", but here are " +
                     std::to_string(l.operands.size()));
       return false;
     }
@@ -264,7 +264,7 @@ class MovemasterReader final : public Reader {
                                        std::int64_t most) {
     const auto v = number_at(l, i, static_cast<double>(least), static_cast<double>(most));
     if (v && *v == std::floor(*v)) return static_cast<std::int64_t>(*v);
-    if (v) bad(l.operands[i].at, "a whole number belongs here");
+    if (v) bad(l.operands[i].at, "a whole number is expected here");
     return std::nullopt;
   }
   /// Pose of x, y, z [mm], pitch and roll [degrees]: the hand lies in the plane through the waist;
@@ -300,7 +300,7 @@ class MovemasterReader final : public Reader {
           (!l.operands[k].value && l.operands[k].letter.empty() && l.operands[k].sign == 0))
         continue;  // left out is 0
       if (!l.operands[k].value || !(std::fabs(*l.operands[k].value) < 1e5)) {
-        bad(l.operands[k].at, "a coordinate of a position is a number below 100000");
+        bad(l.operands[k].at, "a coordinate of a position must be a number below 100000");
         return std::nullopt;
       }
       v[i] = *l.operands[k].value;
@@ -316,7 +316,7 @@ class MovemasterReader final : public Reader {
     if (!learned_.flags.contains(key))
       return bad(l.operands[i].at,
                  "position " + std::to_string(*n) + " is not defined in this file (PD)",
-                 "Write PD lines for the positions that the drive unit keeps.");
+                 "Write PD lines for the positions stored in the drive unit.");
     const Symbol& s = implied(key, kPose, l.at);
     return place(s.irl, s.type);
   }
@@ -371,7 +371,8 @@ class MovemasterReader final : public Reader {
     });
     if (!moves) return;
     set_speed(kSpeedAtStart, lines_.front().at);
-    note(lines_.front().at, "no SP is before the first motion: SP 4 is taken, as after power-on");
+    note(lines_.front().at,
+         "no SP comes before the first motion: SP 4 is assumed, as after power-on");
   }
 
   // ---- commands ----
@@ -379,15 +380,15 @@ class MovemasterReader final : public Reader {
   void at_once(const MovemasterLine& l) {
     if (l.word == "pd") return define(l, true);
     if (l.word == "nt" || l.word == "ho" || l.word == "og") {
-      bad(l.at, upper_word(l.word) + " moves to the mechanical origin, which IRL does not know");
+      bad(l.at, upper_word(l.word) + " moves to the mechanical origin, which IRL does not have");
       return;
     }
     if (l.word == "nw") {
-      note_line(l.at, "NW clears the program and the positions before this file is taken");
+      note_line(l.at, "NW clears the program and the positions before this file is loaded");
       return;
     }
     if (l.word == "cl" || l.word == "dl") {
-      note_line(l.at, upper_word(l.word) + " clears what was there before this file is taken");
+      note_line(l.at, upper_word(l.word) + " clears previous data before this file is loaded");
       return;
     }
     one(l, false);
@@ -402,7 +403,7 @@ class MovemasterReader final : public Reader {
       if (!takes(l, 1, 2)) return;
       if (const auto v = whole_at(l, 0, 0, 9)) set_speed(static_cast<double>(*v), l.at);
       if (l.operands.size() > 1)
-        left_out(RMP_FAULT_WARNING, l.at, "the rate of acceleration (H, L) is not written in IRL");
+        left_out(RMP_FAULT_WARNING, l.at, "the acceleration rate (H, L) is not written in IRL");
       return;
     }
     if (w == "ti") {
@@ -472,7 +473,7 @@ class MovemasterReader final : public Reader {
     if (w == "nx") {
       if (!takes(l, 0, 0)) return;
       if (loops_ == 0) {
-        bad(l.at, "NX ends no loop (RC)");
+        bad(l.at, "NX has no loop (RC)");
         return;
       }
       --loops_;
@@ -482,7 +483,7 @@ class MovemasterReader final : public Reader {
     }
     if (w == "rt") {
       if (!takes(l, 0, 0)) return;
-      if (!is_routine) bad(l.at, "RT is met outside of a subroutine (GS)");
+      if (!is_routine) bad(l.at, "RT is outside a subroutine (GS)");
       else emit("RETURN;", l.at);
       return;
     }
@@ -496,12 +497,13 @@ class MovemasterReader final : public Reader {
       return;
     }
     if (kMovemasterHarmless.contains(w)) {
-      left_out(RMP_FAULT_WARNING, l.at, upper_word(w) + " moves and switches nothing");
+      left_out(RMP_FAULT_WARNING, l.at,
+               upper_word(w) + " neither moves a robot nor switches a signal");
       return;
     }
     bad(l.at, kMovemasterOther.contains(w) ? upper_word(w) + " is not read"
                                            : "\"" + upper_word(w.substr(0, 40)) +
-                                                 "\" is no command of the Movemaster RV-M1");
+                                                 "\" is not a command of the Movemaster RV-M1");
   }
   /// MO n[,O|C] and MS n,steps[,O|C]: the hand first.
   void go(const MovemasterLine& l) {
@@ -513,7 +515,7 @@ class MovemasterReader final : public Reader {
     if (k < l.operands.size()) {
       const std::string& c = l.operands[k].letter;
       if (c != "o" && c != "c") {
-        bad(l.operands[k].at, "the hand is O or C");
+        bad(l.operands[k].at, "the hand must be O or C");
         return;
       }
       assign(hand(l.at), boolean(c == "c"), l.at);
@@ -533,10 +535,8 @@ class MovemasterReader final : public Reader {
                               get(is_straight ? "speed" : "joint_speed", kReal, at));
     move(std::move(m), at);
     if (!is_set("tool") && !std::exchange(told_tool_, true))
-      note(at,
-           "no TL gives the length of the hand: positions are those of the tool that the robot "
-           "has",
-           "The drive unit keeps a length, 107 mm as delivered; write TL 107 for that.");
+      note(at, "no TL sets the length of the hand: positions refer to the robot's present tool",
+           "The drive unit stores a length, 107 mm by default; write TL 107 for it.");
   }
   void copy(const MovemasterLine& l) {
     if (!takes(l, 2, 2)) return;
@@ -558,7 +558,7 @@ class MovemasterReader final : public Reader {
     if (!takes(l, 1, 1)) return;
     const MovemasterOperand& o = l.operands[0];
     if (o.sign == 0) {
-      bad(o.at, "OB takes + to switch a bit on or - to switch it off");
+      bad(o.at, "OB needs + to switch a bit on or - to switch it off");
       return;
     }
     const auto n = bit_of(o, l);
@@ -587,7 +587,7 @@ class MovemasterReader final : public Reader {
     const MovemasterOperand& o = test.operands[0];
     const auto n = bit_of(o, test);
     if (n < 0 || o.sign == 0) {
-      if (n >= 0) bad(o.at, "TB takes + for a bit that is on or - for one that is off");
+      if (n >= 0) bad(o.at, "TB needs + for a bit that is on or - for one that is off");
       return;
     }
     const Symbol& s = signal(false, n);
@@ -616,11 +616,11 @@ class MovemasterReader final : public Reader {
     }
     const auto range = subroutines_.find(labels_of_);
     if (range != subroutines_.end() && (row < range->second.first || row >= range->second.second)) {
-      bad(l.at, "a subroutine jumps out of itself, which IRL's procedures do not");
+      bad(l.at, "a subroutine jumps out of itself, which IRL procedures cannot");
       return;
     }
     if (loops_ > 0) {
-      bad(l.at, "a loop (RC) is left by a jump", "Write the loop with a counter.");
+      bad(l.at, "a jump leaves a loop (RC)", "Write the loop with a counter.");
       return;
     }
     const std::string go_there = "GOTO " + line_label(to) + ";";
@@ -635,7 +635,7 @@ class MovemasterReader final : public Reader {
       const auto n = bit_of(o, l);
       if (n < 0) return;
       if (o.sign == 0) {
-        bad(o.at, "TB takes + for a bit that is on or - for one that is off");
+        bad(o.at, "TB needs + for a bit that is on or - for one that is off");
         return;
       }
       condition = "(" + r.s + (n ? " DIV " + std::to_string(1 << n) : std::string()) +

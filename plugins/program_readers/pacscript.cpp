@@ -43,8 +43,8 @@ class PacReader final : public Reader {
     file();
     learned_.flags.insert("passed");
     if (!has_main_)
-      note({0, 1, 1, 0, 0}, "no procedure is named Main; the program does nothing by itself",
-           "Call one of its procedures behind BEGIN.");
+      note({0, 1, 1, 0, 0}, "no procedure is named Main; the program has no statements",
+           "Call one of its procedures after BEGIN.");
   }
 
  private:
@@ -71,13 +71,13 @@ class PacReader final : public Reader {
         if (what.low == "define" && i + 2 < end && tokens_[i + 2].kind == Tk::name) {
           const bool has_values = i + 3 < end && tokens_[i + 3].low == "(" &&
                                   tokens_[i + 3].at.begin == tokens_[i + 2].at.end;
-          if (has_values) fail(what.at, "macros with values are not read", "Write a Function.");
+          if (has_values) fail(what.at, "macros with arguments are not read", "Write a Function.");
           else
             known[tokens_[i + 2].low] = {tokens_.begin() + static_cast<std::ptrdiff_t>(i + 3),
                                          tokens_.begin() + static_cast<std::ptrdiff_t>(end)};
         } else if (what.low == "include") {
-          warn(what.at, "files that are included are not read; what they define is not known",
-               "Write their lines into this file.");
+          warn(what.at, "included files are not read; their definitions are unknown",
+               "Copy their lines into this file.");
         } else if (what.low == "undef" && i + 2 < end) {
           known.erase(tokens_[i + 2].low);
         } else if (what.low != "pragma") {
@@ -154,7 +154,7 @@ class PacReader final : public Reader {
         if (is_announcing_)
           fail(at,
                "\"" + std::string(peek().raw.substr(0, 40)) +
-                   "\" is not expected outside of a procedure",
+                   "\" is not expected outside a procedure",
                "A program is Sub Main, its lines and End Sub.");
         skip_line();
       }
@@ -326,7 +326,7 @@ class PacReader final : public Reader {
     do {
       const Token n = next();
       if (n.kind != Tk::name) {
-        bad(n.at, "the name of a variable belongs here");
+        bad(n.at, "the name of a variable is expected here");
         return skip_rest();
       }
       std::vector<std::pair<std::int64_t, std::int64_t>> bounds;
@@ -438,7 +438,7 @@ class PacReader final : public Reader {
       fail(at,
            std::string(t.raw) + (t.low.size() == 1 ? "[" + std::to_string(*number) + "]" : "") +
                " has no value in this program; it is zero here",
-           "Give it one: the controller keeps it in its variables.");
+           "Assign one: the controller stores it in its variables.");
     }
     if (!learned_.flags.contains("computed " + family)) {
       Symbol* s = find(element);
@@ -451,7 +451,7 @@ class PacReader final : public Reader {
     }
     const auto row = learned_.types.find(family);
     if (row == learned_.types.end() || row->second.k != K::array)
-      return bad(at, "which variables " + std::string(t.raw) + "[...] may be is not known",
+      return bad(at, "the possible variables of " + std::string(t.raw) + "[...] are unknown",
                  "Use one with a number in this program.");
     Symbol* s = find(family);
     const Type type = array_of(of, row->second.bounds);
@@ -473,8 +473,8 @@ class PacReader final : public Reader {
     }
     Symbol* s = find(t.low);
     if (!s || s->kind == Symbol::routine)
-      return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is declared nowhere here",
-                 "Dim declares it; names of files that are included are not known.");
+      return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is not declared here",
+                 "Declare it with Dim; names in included files are unknown.");
     last_key_ = t.low;
     Ex e = place(s->irl, s->type);
     e.is_place = s->kind != Symbol::constant;
@@ -502,7 +502,7 @@ class PacReader final : public Reader {
                !learned_.flags.contains("given " + key_of(t.low)) &&
                unvalued_.insert(key_of(t.low)).second) {
       fail(at, std::string(t.raw) + " has no value in this program; it is zero here",
-           "Give it one before it is used.");
+           "Assign one before it is used.");
     }
     return e;
   }
@@ -519,8 +519,8 @@ class PacReader final : public Reader {
       emit(to.s + ".PSE := " + e.s + ";", at);
       if (e.is_constant)
         fail(at,
-             "a position without a figure is given to a variable that has figures elsewhere; "
-             "it keeps the figure that it has",
+             "a position without a figure is assigned to a variable that has figures elsewhere; it "
+             "keeps its present figure",
              "Write the figure.");
       return;
     }
@@ -649,8 +649,8 @@ class PacReader final : public Reader {
       skip_rest();
       bad(at,
           std::string(t.raw.substr(0, 40)) +
-              " is neither a statement that is read nor a procedure here",
-          "Write in IRL what it does, or take it out.");
+              " is neither a supported statement nor a procedure here",
+          "Write the same in IRL, or remove it.");
       return;
     }
     next();
@@ -700,7 +700,7 @@ class PacReader final : public Reader {
     for (const Ex& e : n)
       if (!e.ok) return;
     if (n[0].is_literal && n[0].v <= 0) {
-      bad(at, "this is no speed");
+      bad(at, "this is not a speed");
       return;
     }
     set(key, n[0], at);
@@ -712,7 +712,7 @@ class PacReader final : public Reader {
     while (accept(","));
     for (const Ex& e : n)
       if (!e.ok || (e.is_literal && (e.v <= 0 || e.v > 100))) {
-        if (e.ok) bad(at, "an acceleration is above 0 and at most 100 % in IRL");
+        if (e.ok) bad(at, "an acceleration must be above 0 and at most 100 % in IRL");
         return;
       }
     if (word_ == "decel") {
@@ -724,7 +724,7 @@ class PacReader final : public Reader {
   }
   void decels(const Ex&, const At& at) {
     if (!std::exchange(said_["decel"], true))
-      warn(at, "IRL has one number for acceleration and deceleration; that of Accel is taken");
+      warn(at, "IRL has one number for acceleration and deceleration; the one of Accel is used");
   }
   /// Tool n, place and Work n, place: what ChangeTool n and ChangeWork n choose.
   void tool(const At& at) {
@@ -827,7 +827,7 @@ class PacReader final : public Reader {
       const Token t = next();
       if (t.low == "p") g.passes = true;
       else if (t.low != "e" && t.low != "c" && t.low != "m")
-        return bad(at, "@P, @E or @n belongs here"), false;
+        return bad(at, "@P, @E or @n is expected here"), false;
     } else {
       const Ex d = accept("(") ? expression() : literal_here().value_or(failed());
       if (tokens_[at_ - 1].low != ")" && !d.is_literal) expect(")");
@@ -847,7 +847,8 @@ class PacReader final : public Reader {
     // EX((7, v), ...) is by so much, EXA to there.
     if (is("exa") || is("ex")) {
       const bool is_absolute = next().low == "exa";
-      if (!is_absolute) return bad(at, "additional axes by so much (EX) are not read"), false;
+      if (!is_absolute)
+        return bad(at, "relative motions of additional axes (EX) are not read"), false;
       expect("(");
       do {
         if (!expect("(")) return false;
@@ -857,7 +858,7 @@ class PacReader final : public Reader {
         expect(")");
         if (!n.ok || !v.ok) return false;
         if (!n.is_literal || n.v < 7 || n.v > 16)
-          return bad(at, "the additional axes have numbers from 7"), false;
+          return bad(at, "additional axes must be numbered from 7"), false;
         g.outer.emplace_back(static_cast<int>(n.v) - 7, v);
       } while (accept(","));
       expect(")");
@@ -913,8 +914,8 @@ class PacReader final : public Reader {
         m.attributes.emplace_back("SPEED_PTP", constant_of(*v));
       } else {
         if (!std::exchange(said_["speed"], true))
-          note(at, "a speed in % of a path becomes one in mm/s; 100 % are tcp_speed",
-               "Give it by settings = {tcp_speed = ...}.");
+          note(at, "a path speed in % is converted to mm/s; 100 % is tcp_speed",
+               "Set it with settings = {tcp_speed = ...}.");
         m.attributes.emplace_back("SPEED", scaled(constant_of(*v), params_.real("tcp_speed") * 10));
       }
     }
@@ -928,7 +929,7 @@ class PacReader final : public Reader {
       return;
     }
     if (is_joint && !std::exchange(said_["zone"], true))
-      note(at, "a distance in mm of a motion of joints becomes C_PTP in %");
+      note(at, "a distance in mm of a joint motion becomes C_PTP in %");
     Ex d = *g.distance;
     if (is_joint && d.is_literal && d.v > 100) d = real(100);
     m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", d);
@@ -955,7 +956,7 @@ class PacReader final : public Reader {
     } else if (e.type.k == K::pose || e.type.k == K::target) {
       if (!g.outer.empty()) {
         if (e.type.k != K::target) {
-          bad(at, "a place with additional axes has a figure in IRL", "Write the figure.");
+          bad(at, "a position with additional axes needs a figure in IRL", "Write the figure.");
           return;
         }
         const std::string v = temporary(kTarget, at);
@@ -972,7 +973,7 @@ class PacReader final : public Reader {
         if (!is_joint) e = p;
       }
     } else {
-      bad(at, "this is no place for a motion");
+      bad(at, "this is not a target of a motion");
       return;
     }
     m.targets.push_back(e);
@@ -1026,7 +1027,7 @@ class PacReader final : public Reader {
   void next_said(const Options& o, const At& at) {
     if (!o.is_next || std::exchange(said_["next"], true)) return;
     warn(at,
-         "with Next the controller continues while the robot moves; here the motion ends first");
+         "with Next the controller continues while the robot moves; in IRL the motion ends first");
   }
   bool step_here(const std::string& how, const At& at) {
     std::size_t k = 0;
@@ -1042,13 +1043,13 @@ class PacReader final : public Reader {
     Options o;
     if (!options(o, at)) return true;
     if (p.low != "p" || n.size() < 3) {
-      bad(at, "Dev(CurPos, P(x, y, z)) is read", "Give the place itself.");
+      bad(at, "only Dev(CurPos, P(x, y, z)) is read", "Give the position itself.");
       return true;
     }
     for (std::size_t i = 0; i < n.size(); ++i) {
       if (!n[i].ok) return true;
       if (i >= 3 && i < 6 && !(n[i].is_literal && n[i].v == 0)) {
-        bad(at, "a step that turns the tool is not read", "Give the place itself.");
+        bad(at, "a step that rotates the tool is not read", "Give the position itself.");
         return true;
       }
     }
@@ -1074,7 +1075,7 @@ class PacReader final : public Reader {
     Options o;
     if (!options(o, at) || !v.ok) return;
     if (v.type.k != K::position) {
-      bad(at, "Draw goes by a vector, V(x, y, z)");
+      bad(at, "Draw needs a vector, V(x, y, z)");
       return;
     }
     Motion m;
@@ -1116,7 +1117,7 @@ class PacReader final : public Reader {
     if (!d.ok || !options(o, at)) return;
     next_said(o, at);
     if (goal_.empty()) {
-      bad(at, "where this motion begins is not known", "Name the place: Approach.");
+      bad(at, "the start of this motion is unknown", "Name the position: Approach.");
       return;
     }
     g.place = before(value(goal_, kPose), d, at);
@@ -1136,7 +1137,7 @@ class PacReader final : public Reader {
     if (!g.place.ok || !options(o, at)) return;
     next_said(o, at);
     if (g.place.type.k != K::joint) {
-      bad(at, "DriveA moves to joints");
+      bad(at, "DriveA needs joint values");
       return;
     }
     go("PTP", g, o, at);
@@ -1179,12 +1180,12 @@ class PacReader final : public Reader {
     accept("then");
     goal_.clear();
     if (is_in("if")) between("ELSIF " + c + " THEN", at);
-    else bad(at, "ElseIf stands outside of If");
+    else bad(at, "ElseIf is outside If");
   }
   void else_(const At& at) {
     goal_.clear();
     if (is_in("if")) between("ELSE", at);
-    else bad(at, "Else stands outside of If");
+    else bad(at, "Else is outside If");
   }
   void end(const At& at) {
     goal_.clear();
@@ -1201,7 +1202,7 @@ class PacReader final : public Reader {
       emit(is_in_main() ? "RETURN;" : "HALT;", at);
       return;
     }
-    bad(at, "this ends nothing that is open");
+    bad(at, "no block is open here");
     skip_rest();
   }
   void select(const At& at) {
@@ -1212,7 +1213,7 @@ class PacReader final : public Reader {
   void case_(const At& at) {
     goal_.clear();
     if (!is_in("select")) {
-      bad(at, "Case stands outside of Select Case");
+      bad(at, "Case is outside Select Case");
       return skip_rest();
     }
     if (accept("else")) {
@@ -1242,7 +1243,7 @@ class PacReader final : public Reader {
     if (accept("step")) step = expression(25);
     goal_.clear();
     const bool ok = v.ok && from.ok && to.ok && step.ok;
-    if (ok && !step.is_literal) bad(at, "the step of this loop is not known");
+    if (ok && !step.is_literal) bad(at, "the step of this loop is unknown");
     if (!ok || !step.is_literal || step.v == 0) {
       emit("WHILE FALSE DO", at);
       open_block("for", "ENDWHILE");
@@ -1260,7 +1261,7 @@ class PacReader final : public Reader {
     goal_.clear();
     if (!at_line_end() && !is(":")) (void)place_here(true);
     if (!is_in("for") || loops_.empty()) {
-      bad(at, "Next ends no loop");
+      bad(at, "Next has no loop");
       return;
     }
     if (!loops_.back().second.empty()) emit(loops_.back().second, at);
@@ -1283,7 +1284,7 @@ class PacReader final : public Reader {
   void loop(const At& at) {
     goal_.clear();
     if (!is_in("do")) {
-      bad(at, "Loop ends nothing that is open");
+      bad(at, "Loop has no open loop");
       return skip_rest();
     }
     if (is("while") || is("until")) {
@@ -1316,7 +1317,7 @@ class PacReader final : public Reader {
     const std::string c = truth(at);
     goal_.clear();
     if (!is_in("until")) {
-      bad(at, "Until ends nothing that is open");
+      bad(at, "Until has no open loop");
       return;
     }
     if (!loops_.empty()) loops_.pop_back();
@@ -1332,11 +1333,11 @@ class PacReader final : public Reader {
       return;
     }
     if (t.low != "do" && t.low != "for" && t.low != "while") {
-      bad(at, "Exit Do, Exit For, Exit Sub or Exit Function belongs here");
+      bad(at, "Exit Do, Exit For, Exit Sub or Exit Function is expected here");
       return;
     }
     if (loops_.empty() || loops_.back().first != t.low) {
-      bad(at, "IRL's EXIT ends the innermost loop, and this is another one");
+      bad(at, "IRL's EXIT ends the innermost loop, but this ends an outer one");
       return;
     }
     emit("EXIT;", at);
@@ -1350,7 +1351,7 @@ class PacReader final : public Reader {
               (tokens_[k + 1].low == ":" ||
                (k > 0 && tokens_[k - 1].low == "*" && (k == 1 || tokens_[k - 2].kind == Tk::line)));
     if (!found || t.kind != Tk::name) {
-      bad(at, "the label " + std::string(t.raw.substr(0, 40)) + " is nowhere");
+      bad(at, "the label " + std::string(t.raw.substr(0, 40)) + " does not exist");
       return;
     }
     emit("GOTO " + label(t.raw) + ";", at);
@@ -1423,13 +1424,13 @@ class PacReader final : public Reader {
       if (!a.ok) return nullptr;
     }
     if (!from || *from < 0 || *from > 100'000 || (to && (*to < *from || *to - *from > 30))) {
-      bad(at, "IRL has no signals whose number is computed, and 31 bits at most",
-          "Give each of them its name.");
+      bad(at, "IRL has no signals with computed numbers, and at most 31 bits",
+          "Give each of them a name.");
       return nullptr;
     }
     const std::int64_t w = to ? *to - *from + 1 : 1;
     if (to && !width) {
-      bad(at, "several signals are read by In, and switched by Out");
+      bad(at, "several signals must be read with In and switched with Out");
       return nullptr;
     }
     if (width) *width = w;
@@ -1438,7 +1439,7 @@ class PacReader final : public Reader {
   void switch_to(const Symbol& s, const Ex& to, const At& at) {
     if (!to.ok) return;
     if (s.kind != Symbol::output) {
-      bad(at, "an input gets no value");
+      bad(at, "an input cannot be assigned");
       return;
     }
     emit(s.irl + " := " + to.s + ";", at);
@@ -1446,7 +1447,7 @@ class PacReader final : public Reader {
   void set_(const At& at) {
     const bool is_on = word_ == "set";
     if (peek().kind != Tk::name || !peek().low.starts_with("io")) {
-      bad(at, "Set and Reset switch IO[n]");
+      bad(at, "Set and Reset need IO[n]");
       return skip_rest();
     }
     std::int64_t width = 1;
@@ -1462,7 +1463,7 @@ class PacReader final : public Reader {
       if (!ms.ok) return;
       emit("WAIT " + within(scaled(ms, 0.001), kSum) + " SEC;", at);
       switch_to(*s, boolean(!is_on), at);
-      warn(at, "a pulse is waited for here; the controller continues meanwhile");
+      warn(at, "the IRL program waits for the end of this pulse; the controller continues");
     }
   }
   void out(const At& at) {
@@ -1511,7 +1512,7 @@ class PacReader final : public Reader {
   }
   void delay(const At& at) {
     const Ex ms = as_real(expression(), at);
-    if (ms.is_literal && ms.v < 0) bad(at, "a time is not negative");
+    if (ms.is_literal && ms.v < 0) bad(at, "a time must not be negative");
     else if (ms.ok) emit("WAIT " + within(scaled_time(ms), kSum) + " SEC;", at);
   }
   void hold(const At& at) {
@@ -1547,7 +1548,7 @@ class PacReader final : public Reader {
       return e.type.k == K::pose || e.type.k == K::target;
     };
     if (is_place_of(a) && is_place_of(b) && (op == Op::mul || op == Op::add || op == Op::sub))
-      return bad(at, "positions are joined by Dev and DevH");
+      return bad(at, "positions must be combined with Dev and DevH");
     if (a.type.k == K::position && b.type.k == K::position && (op == Op::add || op == Op::sub) &&
         a.is_place && b.is_place) {
       std::string list;
@@ -1571,7 +1572,7 @@ class PacReader final : public Reader {
     if (const auto e = binary_here("&")) return *e;
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     if (t.low == "true" || t.low == "on") return next(), boolean(true);
     if (t.low == "false" || t.low == "off") return next(), boolean(false);
@@ -1582,7 +1583,7 @@ class PacReader final : public Reader {
     }
     if (t.low == "curpos" || t.low == "curjnt" || t.low == "destpos" || t.low == "destjnt") {
       next();
-      return bad(at, "where the robot is now is not read", "Give the place itself.");
+      return bad(at, "the robot's present position is not read", "Give the position itself.");
     }
     const Symbol* s = find(t.low);
     if (is_global_here() || (s && s->kind != Symbol::routine)) return place_here(false);
@@ -1593,19 +1594,19 @@ class PacReader final : public Reader {
       if (accept("(")) args = call_arguments(t.low, ")");
       for (const Ex& e : args)
         if (!e.ok) return failed();
-      if (result.k == K::none) return bad(at, std::string(t.raw) + " gives no value");
+      if (result.k == K::none) return bad(at, std::string(t.raw) + " returns no value");
       const std::string text = call(t.raw, args, at, result);
       return text.empty() ? failed() : value(text, result);
     }
     if (is("(", 1)) return function();
     next();
-    return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is declared nowhere here",
-               "Dim declares it; names of files that are included are not known.");
+    return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is not declared here",
+               "Declare it with Dim; names in included files are unknown.");
   }
   /// P(x, y, z, RX, RY, RZ, figure): turns about the fixed x, y and z.
   Ex position_value(const std::vector<Ex>& given, const At& at) {
     std::vector<Ex> n = given;
-    if (n.size() > 7) return bad(at, "a position is six numbers and a figure");
+    if (n.size() > 7) return bad(at, "a position must be six numbers and a figure");
     Ex figure = integer(-1);
     if (n.size() == 7) {
       figure = n[6];
@@ -1614,10 +1615,10 @@ class PacReader final : public Reader {
     while (n.size() < 6) n.push_back(real(0));
     const Ex p = pose({n[0], n[1], n[2]}, orientation("ORIZYX", {n[5], n[4], n[3]}));
     if (!p.ok || !figure.ok) return failed();
-    if (!figure.is_literal) return bad(at, "a figure that is computed is not read");
+    if (!figure.is_literal) return bad(at, "a computed figure is not read");
     const auto f = static_cast<std::int64_t>(figure.v);
     if (f < 0) return p;
-    if (f > 31) return bad(at, "a figure is from 0 to 31, or -1");
+    if (f > 31) return bad(at, "a figure must be from 0 to 31, or -1");
     const auto status = static_cast<std::int64_t>(
         (static_cast<unsigned>(f) & 7U) ^ (static_cast<unsigned>(params_.integer("fig_xor")) & 7U));
     // Joints 4 and 6 within half a turn (SINGLE), or beyond (DOUBLE) on a side that is not said.
@@ -1638,7 +1639,7 @@ class PacReader final : public Reader {
     const std::string& w = t.low;
     if (w == "p") return position_value(a, at);
     if (w == "j") {
-      if (a.empty() || a.size() > 8) return bad(at, "joints are eight at most");
+      if (a.empty() || a.size() > 8) return bad(at, "there can be at most eight joint values");
       std::vector<Ex> axes;
       for (std::size_t k = 0; k < a.size(); ++k) {
         if (k >= 6 && !(a[k].is_literal && a[k].v == 0))
@@ -1676,7 +1677,7 @@ class PacReader final : public Reader {
       const Ex by = plain(a[1], at);
       if (!by.ok) return by;
       if (by.s.find("ORIZYX(0.0, 0.0, 0.0)") == std::string::npos)
-        return bad(at, "Dev that turns is not read", "Use DevH, or give the place itself.");
+        return bad(at, "Dev with a rotation is not read", "Use DevH, or give the position itself.");
       const std::string b = within(by, kPrimary);
       return offset(a[0].type.k == K::joint ? as_place(a[0]) : a[0], value(b + ".POS.X", kReal),
                     value(b + ".POS.Y", kReal), value(b + ".POS.Z", kReal), at);
@@ -1712,7 +1713,7 @@ class PacReader final : public Reader {
       return b.ok ? value("NOT " + within(b, kRel), kBool, kNot) : b;
     }
     return bad(at, std::string(t.raw.substr(0, 40)) +
-                       " is the controller's own function or not in this file, and is not read");
+                       " is a controller function or not in this file, and is not read");
   }
 
   std::set<std::int64_t> outputs_;

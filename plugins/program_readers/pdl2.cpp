@@ -146,7 +146,7 @@ class Pdl2Reader final : public Reader {
     do {
       const Token t = next();
       if (t.kind != Tk::name) {
-        bad(t.at, "the name of a variable belongs here");
+        bad(t.at, "the name of a variable is expected here");
         return skip_rest();
       }
       names.push_back(t);
@@ -155,7 +155,7 @@ class Pdl2Reader final : public Reader {
     const auto type = type_here();
     const bool is_extended = is_extended_;
     if (!type) {
-      bad(at, "IRL has no variables of this type, or their number is not known");
+      bad(at, "IRL has no variables of this type, or their number is unknown");
       return skip_rest();
     }
     std::string text;
@@ -182,7 +182,7 @@ class Pdl2Reader final : public Reader {
       if (is_extended) extended_.insert(s.irl);
       declare_variable(s, text.empty() ? initial_of(*type) : text, at, is_local);
       if (is_foreign)
-        warn(n.at, std::string(n.raw) + " belongs to another program, and is a variable here");
+        warn(n.at, std::string(n.raw) + " belongs to another program, and becomes a variable here");
       if (!text.empty()) gives(s.irl);
     }
   }
@@ -283,7 +283,7 @@ class Pdl2Reader final : public Reader {
       } else if (w == "import") {
         skip_rest();
         if (is_announcing_)
-          warn(at, "what another program exports is not read",
+          warn(at, "exports of another program are not read",
                "Write its variables and routines into this one.");
       } else if (w == "var") {
         next();
@@ -313,7 +313,7 @@ class Pdl2Reader final : public Reader {
       } else {
         if (is_announcing_)
           fail(at,
-               "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected outside of BEGIN",
+               "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected outside BEGIN",
                "A program is PROGRAM name, its variables and routines, BEGIN and END name.");
         skip_line();
       }
@@ -361,7 +361,7 @@ class Pdl2Reader final : public Reader {
       result = t.value_or(kReal);
     }
     if (accept("exported")) {
-      // Of another program: a call of it is one of a routine that is not there.
+      // Of another program: a call of it is one of a routine that is missing.
       exported_.insert(name.low);
       skip_rest();
       return;
@@ -507,7 +507,7 @@ class Pdl2Reader final : public Reader {
     }
     if (kOthers.contains(t.low) && !is(":=", 1)) {
       skip_motion();
-      bad(at, "IRL has no counterpart of " + std::string(t.raw), "Write in IRL what it does.");
+      bad(at, "IRL has no counterpart of " + std::string(t.raw), "Write the same in IRL.");
       return;
     }
     // A routine, or what gets a value.
@@ -519,7 +519,7 @@ class Pdl2Reader final : public Reader {
       bad(at,
           std::string(t.raw.substr(0, 40)) +
               " is neither a statement nor a routine of this program",
-          "ROUTINE declares it, also where it is EXPORTED FROM another program.");
+          "Declare it with ROUTINE, even if it is EXPORTED FROM another program.");
       return;
     }
     next();
@@ -551,7 +551,8 @@ class Pdl2Reader final : public Reader {
   }
   void harmless(const At& at) {
     skip_rest();
-    left_out(RMP_FAULT_WARNING, at, "this neither moves nor switches; it was left out");
+    left_out(RMP_FAULT_WARNING, at,
+             "this neither moves a robot nor switches a signal; it was left out");
   }
   void assignment(const At& at) {
     const Token name = peek();
@@ -610,7 +611,7 @@ class Pdl2Reader final : public Reader {
     const auto known = constant_number(n);
     if (!n.ok) return nullptr;
     if (!known || *known < 0 || *known > 100'000) {
-      bad(at, "IRL has no signals whose number is computed", "Give each of them its name.");
+      bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
       return nullptr;
     }
     const auto number = static_cast<std::int64_t>(*known);
@@ -619,8 +620,8 @@ class Pdl2Reader final : public Reader {
     // The width of a group is the controller's.
     if (!std::exchange(said_groups_, true))
       note(at,
-           "how many bits a group ($GIN, $GOUT) has is in the controller's configuration; 16 "
-           "are taken");
+           "the width of a group ($GIN, $GOUT) is in the controller's configuration; 16 bits are "
+           "assumed");
     return &signal(is_out, number, 16);
   }
   void system_variable(const At& at) {
@@ -631,7 +632,7 @@ class Pdl2Reader final : public Reader {
       const Ex e = expression();
       if (!s || !e.ok) return;
       if (s->kind != Symbol::output) {
-        bad(at, "an input gets no value");
+        bad(at, "an input cannot be assigned");
         return;
       }
       const Ex x = converted(e, s->type, at);
@@ -719,14 +720,14 @@ class Pdl2Reader final : public Reader {
     if (t.low == "$fly_type") {
       const Token v = next();
       if (v.low != "fly_cart" && v.low != "fly_norm" && v.low != "fly_pass")
-        bad(at, "FLY_CART or FLY_NORM belongs here");
+        bad(at, "FLY_CART or FLY_NORM is expected here");
       return;
     }
     if (t.low == "$ornt_type") {
       const Token v = next();
       if (v.low == "rs_world") return;
       left_out(RMP_FAULT_WARNING, at,
-               "the tool turns about one axis along a path here, and by " +
+               "the tool rotates about one axis along a path in IRL, and by " +
                    std::string(v.raw.substr(0, 40)) + " there");
       return;
     }
@@ -736,8 +737,8 @@ class Pdl2Reader final : public Reader {
       return;
     }
     skip_rest();
-    bad(at, std::string(t.raw.substr(0, 40)) + " is the controller's own, and is not read",
-        "Write in IRL what it does, or take it out.");
+    bad(at, std::string(t.raw.substr(0, 40)) + " is specific to the controller and is not read",
+        "Write the same in IRL, or remove it.");
   }
 
   // ---- motions ----
@@ -812,12 +813,13 @@ class Pdl2Reader final : public Reader {
                                       : setting_of(with, "$arm_dec_ovr");
     if (acc) m.attributes.emplace_back(is_joint ? "ACC_PTP" : "ACC", *acc);
     if (dec && (!acc || acc->s != dec->s) && !std::exchange(said_dec_, true))
-      warn(at,
-           "IRL has one number for acceleration and deceleration; that of $PROG_ACC_OVR is taken");
+      warn(
+          at,
+          "IRL has one number for acceleration and deceleration; the one of $PROG_ACC_OVR is used");
     if (flies) {
       if (auto mm = setting_of(with, "$fly_dist"); mm && !(mm->is_literal && mm->v < 0)) {
         if (is_joint && !std::exchange(said_zone_, true))
-          note(at, "a $FLY_DIST in mm of a motion of joints becomes C_PTP in %");
+          note(at, "a $FLY_DIST in mm of a joint motion becomes C_PTP in %");
         if (is_joint && mm->is_literal && mm->v > 100) mm = real(100);
         m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", *mm);
       } else {
@@ -887,12 +889,12 @@ class Pdl2Reader final : public Reader {
       has_frames = in.low == "uframe";
       if (in.low != "base" && in.low != "uframe") {
         skip_motion();
-        bad(at, "IRL has no motions relative to the tool where it is");
+        bad(at, "IRL has no motions relative to the tool's present pose");
         return;
       }
     } else {
       skip_motion();
-      bad(at, "TO, NEAR, AWAY or RELATIVE belongs here; other motions are not read");
+      bad(at, "TO, NEAR, AWAY or RELATIVE is expected here; other motions are not read");
       return;
     }
     if (accept("via")) via = place_here();
@@ -913,12 +915,12 @@ class Pdl2Reader final : public Reader {
     if (type.empty() && move_type_) type = *move_type_;
     if (type.empty()) {
       if (learned_.flags.contains("move type") && (blocks_.size() > 0 || !is_in_main()))
-        note(at, "which $MOVE_TYPE counts here is not known; a motion of joints is taken");
+        note(at, "the active $MOVE_TYPE is unknown here; a joint motion is assumed");
       type = "joint";
     }
     if (how == away) {
       if (goal_.empty() || !by.ok) {
-        if (by.ok) bad(at, "where this motion begins is not known", "Name the place it ends at.");
+        if (by.ok) bad(at, "the start of this motion is unknown", "Name its end position.");
         return;
       }
       to = value(goal_, kPose);
@@ -940,14 +942,14 @@ class Pdl2Reader final : public Reader {
       goal_.clear();
     } else if (type == "circular") {
       if (!via) {
-        bad(at, "a circle has a place VIA");
+        bad(at, "a circle needs a VIA position");
         return;
       }
       m.word = "CIRCLE";
       m.targets = {plain(*via, at), plain(*to, at)};
       goal_ = m.targets[1].s;
     } else if (via) {
-      bad(at, "only CIRCULAR motions have a place VIA");
+      bad(at, "only CIRCULAR motions have a VIA position");
       return;
     } else {
       m.word = is_joint ? "PTP" : "LIN";
@@ -967,7 +969,7 @@ class Pdl2Reader final : public Reader {
     attributes(m, with, is_joint, flies && until.empty(), at);
     if (const auto tool = with.values.find("$tool"); tool != with.values.end()) {
       if (is_set("tool")) {
-        bad(at, "$TOOL of one motion beside $TOOL of all is not read");
+        bad(at, "$TOOL of a single motion in addition to the global $TOOL is not read");
         return;
       }
       m.attributes.emplace_back("TOOL", tool->second);
@@ -981,7 +983,7 @@ class Pdl2Reader final : public Reader {
     if (!cares) {
       const bool yes = learned_.flags.contains("cares"), no = learned_.flags.contains("cares not");
       if (yes && no)
-        return bad(at, "whether configurations count here is not known",
+        return bad(at, "it is unknown whether configurations apply here",
                    "Write $CNFG_CARE := before the motion.");
       cares = yes || (!no && last_has_letters_);
     }
@@ -992,7 +994,7 @@ class Pdl2Reader final : public Reader {
     if (is("{")) return braces();
     Ex e = expression();
     if (e.ok && e.type.k != K::target && e.type.k != K::pose && e.type.k != K::joint)
-      return bad(here(), "a place belongs here");
+      return bad(here(), "a position is expected here");
     return e;
   }
   Ex braces() {
@@ -1008,7 +1010,7 @@ class Pdl2Reader final : public Reader {
       if (!accept(",")) break;
     }
     expect("}");
-    if (n < 1 || n > 18) return bad(at, "joints belong here");
+    if (n < 1 || n > 18) return bad(at, "joints are expected here");
     return joints(axes, outer);
   }
   /// WITH $LIN_SPD = 0.5, $FLY_DIST = 5, on this line or the next ones; then ENDMOVE.
@@ -1035,7 +1037,7 @@ class Pdl2Reader final : public Reader {
         if (is("endmove")) break;
         const Token v = next();
         if (v.low == "condition") {
-          bad(at, "handlers of conditions are not read", "IRL's UNTIL and interrupts do this.");
+          bad(at, "condition handlers are not read", "Use IRL's UNTIL and interrupts instead.");
           skip_motion();
           return false;
         }
@@ -1083,13 +1085,13 @@ class Pdl2Reader final : public Reader {
     accept("then");
     forget();
     if (is_in("endif")) between("ELSIF " + c + " THEN", at);
-    else bad(at, "ELSIF stands outside of IF");
+    else bad(at, "ELSIF is outside IF");
   }
   void else_(const At& at) {
     forget();
     if (is_in("endselect")) return default_(at);
     if (is_in("endif")) between("ELSE", at);
-    else bad(at, "ELSE stands outside of IF");
+    else bad(at, "ELSE is outside IF");
   }
   void end_word(const At& at) {
     forget();
@@ -1102,7 +1104,7 @@ class Pdl2Reader final : public Reader {
     expect(":=");
     const Ex from = as_integer(expression(), at);
     bool down = is("downto");
-    if (!accept("to") && !accept("downto")) bad(here(), "TO or DOWNTO belongs here");
+    if (!accept("to") && !accept("downto")) bad(here(), "TO or DOWNTO is expected here");
     const Ex to = as_integer(expression(), at);
     std::string step;
     if (accept("step")) {
@@ -1116,7 +1118,7 @@ class Pdl2Reader final : public Reader {
     accept("do");
     const bool ok = v.ok && from.ok && to.ok && v.type.k == K::integer &&
                     v.s.find_first_of(".[") == std::string::npos;
-    if (!ok && v.ok && from.ok && to.ok) bad(at, "the variable of FOR is a whole number");
+    if (!ok && v.ok && from.ok && to.ok) bad(at, "the variable of FOR must be a whole number");
     if (ok) gives(v.s);
     emit(ok ? "FOR " + v.s + " := " + from.s + (down ? " DOWNTO " : " TO ") + to.s + step
             : std::string("WHILE FALSE DO"),
@@ -1156,7 +1158,7 @@ class Pdl2Reader final : public Reader {
     const std::string c = truth(at);
     forget();
     if (!is_in("until")) {
-      bad(at, "UNTIL ends nothing that is open");
+      bad(at, "UNTIL has no open loop");
       return;
     }
     blocks_.back().irl = "UNTIL " + c;
@@ -1173,8 +1175,8 @@ class Pdl2Reader final : public Reader {
     const auto fail_here = [&] {
       at_ = begin;
       skip_rest();
-      bad(at, "IRL has no timers that run beside the program",
-          "$TIMER[n] := 0 before a REPEAT that waits for a condition or the time is read.");
+      bad(at, "IRL has no timers that run in parallel to the program",
+          "Only $TIMER[n] := 0 before a REPEAT that waits for a condition or the time is read.");
     };
     if (!accept(":=") || !(peek().kind == Tk::number && peek().value == 0)) return fail_here();
     next();
@@ -1253,7 +1255,7 @@ class Pdl2Reader final : public Reader {
   void case_(const At& at) {
     forget();
     if (!is_in("endselect")) {
-      bad(at, "CASE stands outside of SELECT");
+      bad(at, "CASE is outside SELECT");
       return skip_rest();
     }
     std::vector<ArmValue> values;
@@ -1270,7 +1272,7 @@ class Pdl2Reader final : public Reader {
     forget();
     accept(":");
     if (is_in("endselect")) open_default(at);
-    else bad(at, "DEFAULT stands outside of SELECT");
+    else bad(at, "DEFAULT is outside SELECT");
   }
   void jump(const At& at) {
     const Token t = next();
@@ -1280,7 +1282,7 @@ class Pdl2Reader final : public Reader {
       return false;
     };
     if (t.kind != Tk::name || !has()) {
-      bad(at, "the label " + std::string(t.raw.substr(0, 40)) + " is nowhere");
+      bad(at, "the label " + std::string(t.raw.substr(0, 40)) + " does not exist");
       return;
     }
     emit("GOTO " + label(t.raw) + ";", at);
@@ -1292,7 +1294,7 @@ class Pdl2Reader final : public Reader {
     }
     const Ex e = expression();
     if (is_in_main() || result_.k == K::none) {
-      if (e.ok) bad(at, "this routine gives no value");
+      if (e.ok) bad(at, "this routine returns no value");
       return;
     }
     const Ex x = converted(e, result_, at);
@@ -1309,7 +1311,7 @@ class Pdl2Reader final : public Reader {
   }
   void delay(const At& at) {
     const Ex ms = as_real(expression(), at);
-    if (ms.is_literal && ms.v < 0) bad(at, "a time is not negative");
+    if (ms.is_literal && ms.v < 0) bad(at, "a time must not be negative");
     else if (ms.ok) emit("WAIT " + within(seconds_of(ms), kSum) + " SEC;", at);
   }
   void pause(const At& at) {
@@ -1333,7 +1335,7 @@ class Pdl2Reader final : public Reader {
   }
   void cycle(const At& at) {
     if (!is_in_main() || !blocks_.empty()) {
-      bad(at, "CYCLE stands within a block or a routine");
+      bad(at, "CYCLE is within a block or a routine");
       return;
     }
     emit("LOOP", at);
@@ -1343,11 +1345,11 @@ class Pdl2Reader final : public Reader {
   void pulse(const At& at) {
     if (peek().low != "$dout") {
       skip_rest();
-      bad(at, "pulses of $DOUT only are read");
+      bad(at, "only pulses of $DOUT are read");
       return;
     }
     Symbol* s = signal_here(at);
-    if (!accept("for")) bad(at, "FOR belongs here");
+    if (!accept("for")) bad(at, "FOR is expected here");
     const Ex ms = as_real(expression(), at);
     if (accept(",")) skip_rest();
     accept("advance");
@@ -1355,13 +1357,13 @@ class Pdl2Reader final : public Reader {
     emit(s->irl + " := TRUE;", at);
     emit("WAIT " + within(scaled(ms, 0.001), kSum) + " SEC;", at);
     emit(s->irl + " := FALSE;", at);
-    warn(at, "a pulse is waited for here; the controller may go on meanwhile");
+    warn(at, "the IRL program waits for the end of this pulse; the controller may continue");
   }
   void condition_block(const At& at) {
     while (!at_end() && !is("endcondition")) ++at_;
     accept("endcondition");
     skip_rest();
-    bad(at, "handlers of conditions are not read", "IRL's UNTIL and interrupts do this.");
+    bad(at, "condition handlers are not read", "Use IRL's UNTIL and interrupts instead.");
   }
   /// JNT(place, joints ...)
   void jnt(const At& at) {
@@ -1442,7 +1444,7 @@ class Pdl2Reader final : public Reader {
     part_.clear();
     Symbol* s = find(t.low);
     if (!s || s->kind == Symbol::routine)
-      return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is declared nowhere here");
+      return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is not declared here");
     Ex e = place(s->irl, s->type);
     e.is_place = s->kind != Symbol::constant;
     e.is_constant = s->kind == Symbol::constant;
@@ -1451,7 +1453,7 @@ class Pdl2Reader final : public Reader {
         !learned_.flags.contains("given " + s->irl) && learned_.flags.contains("passed") &&
         !parameters_.contains(t.low) && unvalued_.insert(s->irl).second)
       fail(at, std::string(t.raw) + " has no value in this program; it is zero here",
-           "Give it one: the controller keeps it in the file .var.");
+           "Assign one: the controller stores it in the .var file.");
     for (;;) {
       if (is("[") && e.type.k == K::array) {
         next();
@@ -1475,7 +1477,7 @@ class Pdl2Reader final : public Reader {
         expect("]");
         const auto n = constant_number(i);
         if (!i.ok) return i;
-        if (!n || *n < 1 || *n > 18) return bad(at, "the number of this joint is not known");
+        if (!n || *n < 1 || *n > 18) return bad(at, "the number of this joint is unknown");
         const int k = static_cast<int>(*n);
         if (k > 6) learned_.external_axes = std::max(learned_.external_axes, k - 6);
         const std::string of = learned_.external_axes > 0 ? ".M_JOINT.A" : ".A";
@@ -1507,7 +1509,7 @@ class Pdl2Reader final : public Reader {
         const Ex i = expression();
         expect("]");
         const auto n = constant_number(i);
-        if (!n || *n < 1 || *n > 12) return bad(at, "the number of this axis is not known");
+        if (!n || *n < 1 || *n > 12) return bad(at, "the number of this axis is unknown");
         learned_.external_axes = std::max(learned_.external_axes, static_cast<int>(*n));
         e = place(e.s + ".A_JOINT.AA" + std::to_string(static_cast<int>(*n)), kReal);
         continue;
@@ -1552,7 +1554,7 @@ class Pdl2Reader final : public Reader {
     if (is("{")) return braces();
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     if (t.low == "true" || t.low == "on") return next(), boolean(true);
     if (t.low == "false" || t.low == "off") return next(), boolean(false);
@@ -1567,8 +1569,8 @@ class Pdl2Reader final : public Reader {
     if (t.low.starts_with("$")) {
       next();
       if (accept("[")) skip_to("]");
-      return bad(at,
-                 std::string(t.raw.substr(0, 40)) + " is the controller's own, and is not read");
+      return bad(
+          at, std::string(t.raw.substr(0, 40)) + " is specific to the controller and is not read");
     }
     const Symbol* s = find(t.low);
     if (s && s->kind != Symbol::routine) return places(true);
@@ -1579,13 +1581,13 @@ class Pdl2Reader final : public Reader {
       if (accept("(")) args = call_arguments(t.low);
       for (const Ex& e : args)
         if (!e.ok) return failed();
-      if (result.k == K::none) return bad(at, std::string(t.raw) + " gives no value");
+      if (result.k == K::none) return bad(at, std::string(t.raw) + " returns no value");
       const std::string text = call(t.raw, args, at, result);
       return text.empty() ? failed() : value(text, result);
     }
     if (is("(", 1)) return function();
     next();
-    return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is declared nowhere here");
+    return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is not declared here");
   }
   Ex function() {
     const Token t = next();
@@ -1611,7 +1613,7 @@ class Pdl2Reader final : public Reader {
       return value("CHR(" + as_integer(a[0], at).s + ")",
                    {.k = K::character, .record = {}, .bounds = {}, .element = {}});
     if (maker_word(language(), t.low))
-      return bad(at, std::string(t.raw) + " is the controller's own function, and is not read");
+      return bad(at, std::string(t.raw) + " is a controller function and is not read");
     return bad(at, "the function " + std::string(t.raw.substr(0, 40)) + " is not in this program");
   }
   Ex pos(const At& at) {
@@ -1629,7 +1631,7 @@ class Pdl2Reader final : public Reader {
     }
     expect(")");
     if (!ok) return failed();
-    if (n.size() > 6) return bad(at, "a position is six numbers and a configuration");
+    if (n.size() > 6) return bad(at, "a position must be six numbers and a configuration");
     while (n.size() < 6) n.push_back(real(0));
     int status = 0;
     std::vector<Ex> turns;

@@ -214,13 +214,13 @@ struct JointTrajectory {
   }
 };
 
-#define RMP_TCP_SPEED                                                                         \
-  {                                                                                           \
-    "tcp_speed", "real", "m/s",                                                               \
-        "Speed of the tool that 100 % of a joint motion stand for, where a controller gives " \
-        "joint "                                                                              \
-        "motions in mm/s.",                                                                   \
-        "1", nullptr, 0.001, 100                                                              \
+#define RMP_TCP_SPEED                                                              \
+  {                                                                                \
+    "tcp_speed", "real", "m/s",                                                    \
+        "Speed of the tool at 100 % of a joint motion, for controllers that give " \
+        "joint "                                                                   \
+        "motions in mm/s.",                                                        \
+        "1", nullptr, 0.001, 100                                                   \
   }
 const rmp_param kRapidParams[] = {RMP_TCP_SPEED};
 const rmp_param kAsParams[] = {

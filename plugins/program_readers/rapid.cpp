@@ -46,8 +46,8 @@ class RapidReader final : public Reader {
       if (!is_announcing_) break;
     }
     if (!has_main_)
-      note({}, "no routine is named main; the program does nothing by itself",
-           "Call one of its procedures behind BEGIN.");
+      note({}, "no routine is named main; the program has no statements",
+           "Call one of its procedures after BEGIN.");
   }
 
  private:
@@ -150,7 +150,7 @@ class RapidReader final : public Reader {
     if (accept(";")) return;
     if (is_announcing_) {
       fail(at,
-           "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected outside of a routine",
+           "\"" + std::string(peek().raw.substr(0, 40)) + "\" is not expected outside a routine",
            "A module holds data and routines: MODULE name, PROC name(), ENDPROC, ENDMODULE.");
     }
     next();
@@ -236,7 +236,7 @@ class RapidReader final : public Reader {
       frames = std::exchange(both_frames_, 0);
       want_.clear();
       if (e.ok && !is_local && calls_routine(e.s))
-        bad(from, "a value that a function computes is not read in a declaration",
+        bad(from, "a function call is not read in a declaration",
             "Assign it at the start of the program.");
       if (!e.ok || (!is_local && calls_routine(e.s))) {
         skip_rest();
@@ -290,8 +290,7 @@ class RapidReader final : public Reader {
         if (of.low.starts_with("signal")) {
           p.type = kBool;
           if (is_announcing_)
-            fail(of.at, "IRL has no parameters that are signals",
-                 "Name the signal in the routine.");
+            fail(of.at, "IRL has no signal parameters", "Use the signal by name in the routine.");
         } else {
           p.type = t.value_or(kReal);
           if (!t && is_announcing_)
@@ -299,13 +298,12 @@ class RapidReader final : public Reader {
         }
         if (accept("{")) {
           while (!at_end() && !accept("}")) next();
-          if (is_announcing_) fail(of.at, "IRL has no arrays of open size as parameters");
+          if (is_announcing_) fail(of.at, "IRL has no open-size arrays as parameters");
         }
         if (is_optional) {
           optional_.insert(name.low);
           if (is_announcing_)
-            warn(name.at,
-                 "IRL has no parameters that may be left out; " + p.foreign + " is not there");
+            warn(name.at, "IRL has no optional parameters; " + p.foreign + " is missing");
         } else {
           out.push_back(std::move(p));
         }
@@ -315,7 +313,7 @@ class RapidReader final : public Reader {
       else break;
     }
     if (!accept(")")) {
-      fail(here(), "\")\" belongs here");
+      fail(here(), "\")\" is expected here");
       while (!at_end() && !accept(")")) next();
     }
     return out;
@@ -369,15 +367,15 @@ class RapidReader final : public Reader {
     const At at = here();
     while (!at_end() && !is(end)) next();
     emit("{ not read: the handler " + source_line(at) + " }", at);
-    warn(at, "handlers of errors are not read",
-         "IRL stops where a controller would raise an error.");
+    warn(at, "error handlers are not read",
+         "IRL stops at the point where a controller would raise an error.");
   }
 
   // ---- statements ----
 
   void semicolon() {
     if (accept(";")) return;
-    bad(here(), "\";\" belongs here, and not \"" + std::string(peek().raw.substr(0, 40)) + "\"");
+    bad(here(), "\";\" is expected here, not \"" + std::string(peek().raw.substr(0, 40)) + "\"");
     skip_rest();
     accept(";");
   }
@@ -519,8 +517,7 @@ class RapidReader final : public Reader {
       if (accept("\\")) {
         const Token name = next();
         if (accept(":=")) (void)expression();
-        bad(at, "IRL has no parameters that may be left out, as " +
-                    std::string(name.raw.substr(0, 40)));
+        bad(at, "IRL has no optional parameters, such as " + std::string(name.raw.substr(0, 40)));
         skip_rest();
         break;
       }
@@ -603,7 +600,7 @@ class RapidReader final : public Reader {
   }
   void elseif(const At& at) {
     if (!is_in("endif")) {
-      bad(at, "ELSEIF stands outside of IF");
+      bad(at, "ELSEIF is outside IF");
       return;
     }
     const std::string c = truth(at);
@@ -612,11 +609,11 @@ class RapidReader final : public Reader {
   }
   void else_(const At& at) {
     if (is_in("endif")) between("ELSE", at);
-    else bad(at, "ELSE stands outside of IF");
+    else bad(at, "ELSE is outside IF");
   }
   void end_(const At& at) {
     const std::string word = word_;
-    close_block(word, at, "\"" + word + "\" ends nothing that is open");
+    close_block(word, at, "\"" + word + "\" has no open block");
     if (word == "endfor" && !loops_.empty()) {
       current().symbols.erase(loops_.back());
       if (is_in_main()) globals_.erase("." + loops_.back());
@@ -627,7 +624,7 @@ class RapidReader final : public Reader {
   /// A number of FOR, which counts in whole numbers.
   Ex whole(const Ex& e, const At& at) {
     if (e.ok && e.is_literal && e.v != std::round(e.v))
-      return bad(at, "IRL counts in whole numbers, and not by " + e.s, "Use WHILE.");
+      return bad(at, "IRL counts in whole numbers, not by " + e.s, "Use WHILE.");
     return as_integer(e, at);
   }
   void for_(const At& at) {
@@ -681,7 +678,7 @@ class RapidReader final : public Reader {
   void test(const At& at) { open_case("endtest", at); }
   bool is_in_test(const At& at) {
     if (is_in("endtest")) return true;
-    bad(at, "this stands outside of TEST");
+    bad(at, "this is outside TEST");
     while (!at_end() && !is(":") && !is(";")) next();
     accept(":");
     return false;
@@ -714,16 +711,16 @@ class RapidReader final : public Reader {
     if (is("[")) return built(aggregate(), {}, kPose);
     if (t.kind != Tk::name) {
       if (!at_end() && !is(";")) next();
-      return bad(t.at, "the name of a tool or work object belongs here");
+      return bad(t.at, "the name of a tool or work object is expected here");
     }
     if (!find(t.low)) {
       declare_variable(declare(t.raw, kPose), {}, t.at);
-      fail(t.at, std::string(t.raw) + " is declared nowhere; it is zero here",
+      fail(t.at, std::string(t.raw) + " is not declared; it is zero here",
            "Read its module together with this one, or give its value.");
     }
     const Ex e = primary();
     if (e.ok && e.type.k != K::pose)
-      return bad(t.at, std::string(t.raw) + " is no tool and no work object");
+      return bad(t.at, std::string(t.raw) + " is neither a tool nor a work object");
     return e;
   }
   void motion(const At& at) {
@@ -826,12 +823,12 @@ class RapidReader final : public Reader {
       const double full = params_.real("tcp_speed") * 1000;
       Ex share = scaled(speed, 100 / full);
       if (share.is_literal && share.v > 100) share = real(100);
-      if (share.is_literal && share.v <= 0) bad(at, "this is no speed");
+      if (share.is_literal && share.v <= 0) bad(at, "this is not a speed");
       m.attributes.emplace_back("SPEED_PTP", share);
     } else {
       const auto v = given.find("v");
       const Ex used = v != given.end() ? as_real(v->second, at) : speed;
-      if (used.is_literal && used.v <= 0) bad(at, "this is no speed");
+      if (used.is_literal && used.v <= 0) bad(at, "this is not a speed");
       m.attributes.emplace_back("SPEED", used);
     }
     Ex z = zone;
@@ -841,7 +838,7 @@ class RapidReader final : public Reader {
     if (!(z.is_literal && z.v == 0)) {
       if (is_joint) {
         if (!std::exchange(told_zone_, true))
-          note(at, "zones of joint motions are taken as C_PTP in %, as many as they have mm");
+          note(at, "zones of joint motions become C_PTP in %, 1 % per mm");
         if (z.is_literal && z.v > 100) z = real(100);
       }
       m.attributes.emplace_back(is_joint ? "C_PTP" : "C_CP", z);
@@ -853,8 +850,8 @@ class RapidReader final : public Reader {
         return it == all.end() ? id.s : it->second.s;
       };
       if (given_or(here, "tool") != t.s || given_or(here, "wobj") != given_or(given, "wobj")) {
-        bad(at, "CRobT is of another tool or work object than the motion",
-            "Give both the same, and MOVE_INC says it.");
+        bad(at, "CRobT uses a different tool or work object than the motion",
+            "Use the same for both, so that it becomes MOVE_INC.");
         return;
       }
     }
@@ -869,7 +866,7 @@ class RapidReader final : public Reader {
       m.frame = m.frame ? binary(Op::compose, *m.frame, by, at) : by;
     }
     if (given.contains("conc"))
-      bad(at, "\\Conc is not said in IRL: the next statement waits for the motion",
+      bad(at, "\\Conc has no counterpart in IRL: the next statement waits for the motion",
           "Take \\Conc out.");
     if (is_free)
       for (Ex& e : m.targets) e = without_configuration(e);
@@ -902,10 +899,10 @@ class RapidReader final : public Reader {
   void singarea(const At& at) {
     std::string how;
     while (accept("\\")) how = next().low;
-    if (how == "off") return note_line(at, "it is so in IRL");
+    if (how == "off") return note_line(at, "it is IRL's default");
     skip_rest();
-    left_out(RMP_FAULT_ERROR, at, "IRL keeps the orientation near a singular place",
-             "SingArea\\Off is how IRL moves.");
+    left_out(RMP_FAULT_ERROR, at, "IRL keeps the orientation near a singularity",
+             "IRL moves as with SingArea\\Off.");
   }
   void velset(const At& at) {
     const Ex percent = as_real(expression(), at);
@@ -913,7 +910,7 @@ class RapidReader final : public Reader {
     const Ex most = as_real(expression(), at);
     if (!percent.ok || !most.ok) return;
     if (percent.is_literal && percent.v == 100 && most.is_literal && most.v >= 5000)
-      return note_line(at, "it is so in IRL");
+      return note_line(at, "it is IRL's default");
     left_out(RMP_FAULT_ERROR, at, "IRL has no override of all later speeds",
              "Multiply the speeds of the motions by it.");
   }
@@ -934,14 +931,14 @@ class RapidReader final : public Reader {
   /// In IRL a wait comes behind the motion before it, so that one for its end is no other.
   void waitrob(const At& at) {
     skip_rest();
-    if (is_stopped_) note_line(at, "the motion before has stopped");
+    if (is_stopped_) note_line(at, "the previous motion has stopped");
     else emit("WAIT 0.0 SEC;", at);
   }
   /// SearchL\SStop, signal, place, ...: a straight motion that a signal ends.
   bool search(const std::map<std::string, Ex>& given, Motion& m, const At& at) {
     m.word = "LIN";
     if (!given.contains("stop") && !given.contains("pstop") && !given.contains("sstop")) {
-      bad(at, "a search that goes on behind its signal is not said in IRL",
+      bad(at, "a search that continues after its signal has no counterpart in IRL",
           "Give it \\Stop, \\PStop or \\SStop.");
       skip_rest();
       return false;
@@ -953,8 +950,8 @@ class RapidReader final : public Reader {
       const Token level = next();
       is_low = level.low == "lowlevel";
       if (!is_low && level.low != "highlevel") {
-        bad(level.at, "a search for an edge of its signal is not said in IRL",
-            "IRL asks for a level: \\HighLevel or \\LowLevel.");
+        bad(level.at, "a search for a signal edge has no counterpart in IRL",
+            "IRL tests a level: use \\HighLevel or \\LowLevel.");
         skip_rest();
         return false;
       }
@@ -966,9 +963,9 @@ class RapidReader final : public Reader {
     if (!s.ok || found.kind != Tk::name) return false;
     m.until = is_low ? "NOT " + s.s : s.s;
     if (is_looked_at(found.low))
-      bad(at, "where the signal came is not kept in " + std::string(found.raw.substr(0, 40)),
-          "IRL has no place of the robot at run time.");
-    else warn(at, "that the signal did not come is no error in IRL; the motion goes to its target");
+      bad(at, "the position at the signal is not stored in " + std::string(found.raw.substr(0, 40)),
+          "IRL has no robot position at run time.");
+    else warn(at, "a missing signal is not an error in IRL; the motion continues to its target");
     return true;
   }
   /// Whether a name of this text is more than declared and given to searches.
@@ -985,7 +982,7 @@ class RapidReader final : public Reader {
     return looked_at_.contains(low);
   }
   Ex signal_of(const Token& t, bool is_output, const Type& type) {
-    if (t.kind != Tk::name) return bad(t.at, "the name of a signal belongs here");
+    if (t.kind != Tk::name) return bad(t.at, "the name of a signal is expected here");
     if (const Symbol* s = find(t.low); s && s->kind != Symbol::input && s->kind != Symbol::output)
       return bad(t.at, std::string(t.raw) + " is no signal");
     learned_.flags.insert((is_output ? "output " : "input ") + t.low);
@@ -1010,7 +1007,7 @@ class RapidReader final : public Reader {
     while (accept("\\")) {
       const Token option = next();
       if (accept(":=")) (void)expression();
-      bad(option.at, "IRL sets signals at once", "Split the statement.");
+      bad(option.at, "IRL sets signals immediately", "Split the statement.");
     }
     const Ex s = signal_of(next(), true, type);
     expect(",");
@@ -1064,8 +1061,8 @@ class RapidReader final : public Reader {
     // Without a flag the controller raises an error.
     if (!timeout.empty() && after_.empty()) {
       if (uses("error") > 0)
-        bad(at, "the error that is raised after the time, and its handler, are not in IRL",
-            "Give \\TimeFlag, and look at it.");
+        bad(at, "IRL has neither the error raised after the time nor its handler",
+            "Use \\TimeFlag, and test it.");
       else emit("IF R_TIMEOUT THEN HALT; ENDIF;", at);
     }
     // A flag that is declared and set only tells nobody anything.
@@ -1098,7 +1095,7 @@ class RapidReader final : public Reader {
     }
     const Ex t = as_real(expression(), at);
     if (t.is_literal && t.v < 0) {
-      bad(at, "a time is not negative");
+      bad(at, "a time must not be negative");
       return;
     }
     if (t.ok) emit("WAIT " + within(t, kSum) + " SEC;", at);
@@ -1143,7 +1140,7 @@ class RapidReader final : public Reader {
   void goto_(const At& at) {
     const Token t = next();
     if (has_label(t.low, false)) emit("GOTO " + label(t.raw) + ";", at);
-    else bad(at, "the label is nowhere");
+    else bad(at, "the label does not exist");
   }
   void count(const At& at) {
     const std::string word = word_;
@@ -1169,12 +1166,12 @@ class RapidReader final : public Reader {
     }
     if (!a.ok) return;
     if (a.is_literal && (a.v <= 0 || a.v > 100)) {
-      bad(at, "the acceleration is a percentage");
+      bad(at, "the acceleration must be a percentage");
       return;
     }
     emit("R_ACC := " + a.s + ";", at);
     emit("R_ACC_PTP := " + a.s + ";", at);
-    if (has_ramp) warn(at, "IRL has no ramp of accelerations");
+    if (has_ramp) warn(at, "IRL has no acceleration ramps");
   }
   void connect(const At& at) {
     const Token i = next();
@@ -1182,7 +1179,7 @@ class RapidReader final : public Reader {
     const Token trap = next();
     const Symbol* s = find(trap.low);
     if (!s || s->kind != Symbol::routine) {
-      bad(at, "the trap is nowhere");
+      bad(at, "the trap does not exist");
       return;
     }
     traps_[i.low] = trap.low;
@@ -1194,7 +1191,7 @@ class RapidReader final : public Reader {
       const Token option = next();
       if (option.low != "singlesafe" && option.low != "single") accept(",");
       else {
-        bad(option.at, "IRL has no interrupts that come once", "Switch it off in its trap.");
+        bad(option.at, "IRL has no one-time interrupts", "Switch it off in its trap.");
         accept(",");
       }
     }
@@ -1206,7 +1203,7 @@ class RapidReader final : public Reader {
     const auto it = traps_.find(i.low);
     if (!s.ok || !v.ok) return;
     if (it == traps_.end()) {
-      bad(at, "no CONNECT before this gives the interrupt a trap");
+      bad(at, "no CONNECT before this assigns a trap to the interrupt");
       return;
     }
     const std::string key = "!interrupt " + i.low;
@@ -1255,7 +1252,7 @@ class RapidReader final : public Reader {
   std::vector<Ex> numbers(const Aggregate& a, std::size_t count) {
     std::vector<Ex> out;
     if (!a.is_list || a.items.size() != count) {
-      bad(a.at, std::to_string(count) + " numbers in brackets belong here");
+      bad(a.at, std::to_string(count) + " numbers in brackets are expected here");
     }
     for (std::size_t i = 0; i < count; ++i)
       out.push_back(i < a.items.size() && !a.items[i].is_list ? as_real(a.items[i].e, a.at)
@@ -1264,7 +1261,7 @@ class RapidReader final : public Reader {
   }
   std::vector<Ex> external(const Aggregate& a) {
     std::vector<Ex> out = numbers(a, 6);
-    // 9E9 is an axis that is not there.
+    // 9E9 is an axis that is missing.
     while (!out.empty() && out.back().is_literal && (out.back().v > 8.9e9)) out.pop_back();
     for (Ex& e : out)
       if (e.is_literal && e.v > 8.9e9) e = real(0);
@@ -1280,7 +1277,7 @@ class RapidReader final : public Reader {
   }
   Ex frame(const Aggregate& a) {
     if (!a.is_list) return as_pose(a.e, a.at);
-    if (a.items.size() != 2) return bad(a.at, "a pose has a place and an orientation");
+    if (a.items.size() != 2) return bad(a.at, "a pose must have a position and an orientation");
     const Ex p = point(a.items[0]), o = quaternion(a.items[1]);
     Ex e = value("POSE(" + p.s + ", " + o.s + ")", kPose);
     e.ok = p.ok && o.ok;
@@ -1296,14 +1293,14 @@ class RapidReader final : public Reader {
       Type inner = *t.element;
       if (t.bounds.size() > 1) inner = array_of(*t.element, {t.bounds.begin() + 1, t.bounds.end()});
       for (const Aggregate& i : a.items) {
-        if (t.bounds.size() > 1 && !i.is_list) return bad(i.at, "a list belongs here");
+        if (t.bounds.size() > 1 && !i.is_list) return bad(i.at, "a list is expected here");
         const Ex e = built(i, name, inner);
         ok = ok && e.ok;
         is_constant = is_constant && e.is_constant;
         list += (list.empty() ? "" : ", ") + e.s;
       }
       if (t.bounds[0].second != static_cast<std::int64_t>(a.items.size()))
-        return bad(a.at, std::to_string(t.bounds[0].second) + " values belong here");
+        return bad(a.at, std::to_string(t.bounds[0].second) + " values are expected here");
       Ex e = value("[" + list + "]", t);
       e.ok = ok;
       e.is_constant = is_constant;
@@ -1314,15 +1311,15 @@ class RapidReader final : public Reader {
       case K::orientation: return quaternion(a);
       case K::pose: {
         if (name == "tooldata" || (name.empty() && shape(a).size() == 3)) {
-          if (a.items.size() != 3) return bad(a.at, "a tool has three parts");
-          if (a.items[0].e.s == "FALSE") bad(a.at, "IRL has no tools that stand still");
+          if (a.items.size() != 3) return bad(a.at, "a tool must have three parts");
+          if (a.items[0].e.s == "FALSE") bad(a.at, "IRL has no stationary tools");
           return frame(a.items[1]);
         }
         if (name == "wobjdata" || (name.empty() && shape(a).size() == 5)) {
-          if (a.items.size() != 5) return bad(a.at, "a work object has five parts");
-          if (a.items[0].e.s == "TRUE") bad(a.at, "IRL has no work objects that the robot holds");
+          if (a.items.size() != 5) return bad(a.at, "a work object must have five parts");
+          if (a.items[0].e.s == "TRUE") bad(a.at, "IRL has no work objects held by the robot");
           if (a.items[1].e.s == "FALSE")
-            bad(a.at, "IRL has no work objects that another mechanical unit moves");
+            bad(a.at, "IRL has no work objects moved by another mechanical unit");
           const Ex u = frame(a.items[3]), o = frame(a.items[4]);
           if (!u.ok || !o.ok) return failed();
           const auto is_zero = [](const Ex& e) {
@@ -1337,7 +1334,7 @@ class RapidReader final : public Reader {
         return frame(a);
       }
       case K::target: {
-        if (a.items.size() != 4) return bad(a.at, "a robtarget has four parts");
+        if (a.items.size() != 4) return bad(a.at, "a robtarget must have four parts");
         const Ex p = point(a.items[0]), o = quaternion(a.items[1]);
         Ex f = value("POSE(" + p.s + ", " + o.s + ")", kPose);
         f.ok = p.ok && o.ok;
@@ -1356,7 +1353,7 @@ class RapidReader final : public Reader {
           if (c.is_literal && std::fabs(c.v) < 1000)
             turns[static_cast<std::size_t>(to)] =
                 integer(static_cast<std::int64_t>(std::floor(c.v / 4)));
-          else if (c.ok) return bad(a.at, "the configuration of this target is not known");
+          else if (c.ok) return bad(a.at, "the configuration of this target is unknown");
         }
         std::int64_t status = 0;
         if (cf[3].is_literal && cf[3].v >= 0 && cf[3].v <= 7) {
@@ -1364,14 +1361,14 @@ class RapidReader final : public Reader {
           // 4 behind axis 1, 2 behind the lower arm (axis 3), 1 axis 5 is negative.
           status = ((x >> 2) & 1) | (((x & 2) != 0) != ((x & 4) != 0) ? 2 : 0) | ((x & 1) << 2);
         } else if (cf[3].ok) {
-          warn(a.at, "the configuration " + cf[3].s +
-                         " is not known; that of arm in front, elbow up is taken");
+          warn(a.at,
+               "the configuration " + cf[3].s + " is unknown; arm in front, elbow up is assumed");
           status = 0;
         }
         return target(f, integer(status), turns, external(a.items[3]));
       }
       case K::joint: {
-        if (a.items.size() != 2) return bad(a.at, "a jointtarget has two parts");
+        if (a.items.size() != 2) return bad(a.at, "a jointtarget must have two parts");
         return joints(numbers(a.items[0], 6), external(a.items[1]));
       }
       case K::real: {
@@ -1382,10 +1379,10 @@ class RapidReader final : public Reader {
         };
         if (is_of("speeddata", 4)) return as_real(a.items.empty() ? failed() : a.items[0].e, a.at);
         if (is_of("zonedata", 7)) {
-          if (a.items.size() < 2) return bad(a.at, "a zone has seven parts");
+          if (a.items.size() < 2) return bad(a.at, "a zone must have seven parts");
           return a.items[0].e.s == "TRUE" ? real(0) : as_real(a.items[1].e, a.at);
         }
-        return bad(a.at, "a number belongs here");
+        return bad(a.at, "a number is expected here");
       }
       case K::record: {
         const auto& fields = records_[t.record];
@@ -1402,7 +1399,7 @@ class RapidReader final : public Reader {
         e.ok = ok;
         return e;
       }
-      default: return bad(a.at, "brackets hold no value of this type");
+      default: return bad(a.at, "brackets do not contain a value of this type");
     }
   }
   Ex primary() override {
@@ -1422,11 +1419,11 @@ class RapidReader final : public Reader {
       if (s == "34") return frame(a);
       if (s == "...") return point(a);
       if (s == "....") return quaternion(a);
-      return bad(at, "the type of this value is not known");
+      return bad(at, "the type of this value is unknown");
     }
     if (t.kind != Tk::name) {
       if (!at_end() && !is(";")) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     next();
     if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
@@ -1457,12 +1454,12 @@ class RapidReader final : public Reader {
                          t.low.starts_with("gi") ? kInt : kBool);
       }
       return bad(at,
-                 std::string(t.raw.substr(0, 60)) + " is declared nowhere" +
+                 std::string(t.raw.substr(0, 60)) + " is not declared" +
                      (unread_.contains(t.low) ? " that IRL has" : ""),
                  "Read its module together with this one.");
     }
     if (s->kind == Symbol::routine || s->kind == Symbol::data)
-      return bad(at, std::string(t.raw) + " is no value");
+      return bad(at, std::string(t.raw) + " is not a value");
     Ex e = place(s->irl, s->type);
     e.is_place = s->kind == Symbol::variable || s->kind == Symbol::output;
     e.is_constant = s->kind == Symbol::constant;
@@ -1483,11 +1480,11 @@ class RapidReader final : public Reader {
         } while (accept(","));
         expect("}");
         if (e.type.k != K::array || e.type.bounds.size() != n)
-          return bad(at, "this is no array of " + std::to_string(n) + " indices");
+          return bad(at, "this is not an array of " + std::to_string(n) + " indices");
         for (std::size_t k = 0; k < n; ++k)
           if (known[k].is_literal && (known[k].v < static_cast<double>(e.type.bounds[k].first) ||
                                       known[k].v > static_cast<double>(e.type.bounds[k].second)))
-            return bad(at, "the index " + known[k].s + " is outside of the array");
+            return bad(at, "the index " + known[k].s + " is outside the array");
         const Type element = *e.type.element;
         const bool is_place = e.is_place;
         e = place(e.s + "[" + list + "]", element);
@@ -1550,7 +1547,8 @@ class RapidReader final : public Reader {
           const bool is_user = n == "uframe";
           learned_.flags.insert((is_user ? "uframe " : "oframe ") + name);
           if (learned_.flags.contains((is_user ? "oframe " : "uframe ") + name))
-            return bad(f.at, "user and object frame are one in IRL, and this work object has both");
+            return bad(
+                f.at, "IRL has one frame for user and object frame, but this work object has both");
           return e;
         }
         break;
@@ -1658,10 +1656,10 @@ class RapidReader final : public Reader {
           "robos",   "uimessagebox", "uinumentry", "aoutput",        "ainput"};
       if (kNone.contains(t.low)) return bad(at, "IRL has no counterpart of " + std::string(t.raw));
     }
-    if (!options.empty()) return bad(at, "IRL has no parameters that may be left out");
+    if (!options.empty()) return bad(at, "IRL has no optional parameters");
     const Symbol* s = find(t.low);
     if (s && s->kind == Symbol::routine && s->type.k == K::none && !learned_.stubs.contains(t.low))
-      return bad(at, std::string(t.raw) + " gives no value");
+      return bad(at, std::string(t.raw) + " returns no value");
     const Type result = s && s->type.k != K::none ? s->type : kReal;
     const std::string text = call(t.raw, a, at, result);
     if (text.empty()) return failed();

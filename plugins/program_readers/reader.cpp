@@ -374,7 +374,7 @@ Result<void> fits(std::span<const SourceFile> files) {
                "the program has more than " + std::to_string(kMostText >> 20) + " MB",
                "Read its files one by one.");
 }
-Error cancelled() { return error(ErrorCode::cancelled, "reading was stopped"); }
+Error cancelled() { return error(ErrorCode::cancelled, "reading was cancelled"); }
 
 Reader::Reader(std::span<const SourceFile> files, Learned& learned, const Params& params,
                Progress& progress)
@@ -392,7 +392,7 @@ void Reader::fault(std::uint32_t severity, const At& at, std::string message, st
     return;
   }
   if (hint.empty() && severity == RMP_FAULT_ERROR)
-    hint = "Change it in this file and read it again, or write in the IRL what it means.";
+    hint = "Change it in this file and read it again, or write the same in the IRL program.";
   faults_.push_back({severity, at, std::move(message), std::move(hint)});
 }
 void Reader::drop_faults(std::size_t kept, const std::function<bool(const At&)>& is_dropped) {
@@ -440,7 +440,7 @@ Ex Reader::position(const std::vector<Ex>& xyz) {
 }
 Ex Reader::offset(const Ex& p, const Ex& x, const Ex& y, const Ex& z, const At& at) {
   if (!p.ok) return p;
-  if (p.type.k != K::target && p.type.k != K::pose) return bad(at, "a target belongs here");
+  if (p.type.k != K::target && p.type.k != K::pose) return bad(at, "a target is expected here");
   const Ex a = as_real(x, at), b = as_real(y, at), c = as_real(z, at);
   if (!a.ok || !b.ok || !c.ok) return failed();
   return value(helper(p.type.k == K::target ? "shifted_target" : "shifted") + "(" + p.s + ", " +
@@ -489,8 +489,7 @@ void Reader::statement(const At& from, const std::function<void()>& read) {
                     return b != std::string::npos && l.s[b] != '{' && l.s[b] != kChangeMark;
                   })) {
     blocks_[case_before].is_reported = true;
-    fail(from,
-         "this comes before the first arm of its block and belongs to none; it is always done");
+    fail(from, "this comes before the first case of its block; it is always executed");
   }
   if (!pending_.empty()) {
     // Lines that open and close blocks stay: what follows relies on them.
@@ -550,7 +549,8 @@ std::optional<Ex> Reader::binary_here(std::string_view sign) {
   const Token n = next();
   const std::string digits = n.low.substr(1);
   if (digits.empty() || digits.find_first_not_of("01") != std::string::npos)
-    return bad(at, std::string(sign) + std::string(n.raw.substr(0, 40)) + " is no binary number");
+    return bad(at,
+               std::string(sign) + std::string(n.raw.substr(0, 40)) + " is not a binary number");
   const std::size_t first = std::min(digits.find('1'), digits.size());
   if (digits.size() - first > 31)
     return bad(at, std::string(sign) + std::string(n.raw.substr(0, 40)) + " has more than 31 bits");
@@ -599,7 +599,7 @@ Ex Reader::unary(int least) {
     const Token sign = next();
     const Ex a = expression(90);
     if (a.ok && !is_number(a.type))
-      return bad(sign.at, "a sign belongs before a number, and this is " + kind_word(a.type));
+      return bad(sign.at, "a sign must be before a number, but this is " + kind_word(a.type));
     return sign.low == "-" ? negative(a) : a;
   }
   return primary();
@@ -608,7 +608,8 @@ Ex Reader::binary(Op op, const Ex& a, const Ex& b, const At& at) {
   if (!a.ok || !b.ok) return failed();
   if (auto e = special(op, a, b, at)) return *e;
   const auto wrong = [&] {
-    return bad(at, kind_word(a.type) + " and " + kind_word(b.type) + " are not joined like this");
+    return bad(at,
+               kind_word(a.type) + " and " + kind_word(b.type) + " cannot be combined like this");
   };
   const auto made = [&](const std::string& sign, int prec, Type t) {
     Ex e = value(within(a, prec) + " " + sign + " " + within(b, prec + 1), std::move(t), prec);
@@ -622,7 +623,7 @@ Ex Reader::binary(Op op, const Ex& a, const Ex& b, const At& at) {
     case Op::and_:
     case Op::exor: {
       if (are_numbers)
-        return bad(at, "IRL joins no bits of numbers", "Split the signals into single ones.");
+        return bad(at, "IRL has no bitwise operators", "Split the signals into single ones.");
       const Ex x = converted(a, kBool, at), y = converted(b, kBool, at);
       if (!x.ok || !y.ok) return failed();
       const int prec = op == Op::and_ ? kAnd : kOr;
@@ -753,7 +754,7 @@ Ex Reader::converted(const Ex& a, const Type& to, const At& at) {
     e.type = to;
     return e;
   }
-  return bad(at, kind_word(to) + " belongs here, and this is " + kind_word(a.type));
+  return bad(at, kind_word(to) + " is expected here, but this is " + kind_word(a.type));
 }
 Ex Reader::as_integer(const Ex& a, const At& at) {
   if (!a.ok || a.type.k == K::integer) return a;
@@ -781,11 +782,11 @@ Ex Reader::math(std::string_view irl, const std::vector<Ex>& args, const At& at,
   const std::size_t count = irl == "ATAN2" ? 2 : 1;
   if (args.size() != count)
     return bad(at, std::string(irl) + " takes " + std::to_string(count) +
-                       " numbers, and here are " + std::to_string(args.size()));
+                       " numbers, but here are " + std::to_string(args.size()));
   std::string list;
   for (const Ex& a : args) {
     if (!a.ok) return failed();
-    if (!is_number(a.type)) return bad(at, std::string(irl) + " is of a number");
+    if (!is_number(a.type)) return bad(at, std::string(irl) + " needs a number");
     Ex x = a;
     if (radians && (irl == "SIN" || irl == "COS" || irl == "TAN")) x = scaled(a, 57.29577951308232);
     list += (list.empty() ? "" : ", ") + x.s;
@@ -1016,7 +1017,7 @@ Symbol& Reader::named_signal(std::string_view foreign, bool is_output, const Typ
   note(at,
        "the number of the signal " + std::string(foreign) +
            " is in the controller's configuration; " + std::to_string(number) + " is taken for it",
-       "Give the true one behind AT.");
+       "Write the actual number after AT.");
   return s;
 }
 void Reader::announce(std::string_view foreign, const std::vector<Parameter>& parameters,
@@ -1146,13 +1147,13 @@ void Reader::close_blocks(const At& at) {
 }
 void Reader::between(const std::string& head, const At& at) {
   if (blocks_.empty()) {
-    bad(at, "this is outside of a block");
+    bad(at, "this is outside a block");
     return;
   }
   close_dead(at);
   const bool is_else = !head.starts_with("ELSIF");
   if (blocks_.back().has_else) {
-    bad(at, is_else ? "this IF has an ELSE already" : "this comes behind the ELSE of its IF");
+    bad(at, is_else ? "this IF already has an ELSE" : "this comes after the ELSE of its IF");
     open_dead(at);
     return;
   }
@@ -1185,7 +1186,7 @@ void Reader::open_arm(const std::vector<ArmValue>& values, const At& at) {
   Block& b = blocks_.back();
   close_dead(at);
   if (b.has_else) {
-    bad(at, "this arm comes behind the one of all other values");
+    bad(at, "this case comes after the default case");
     return open_dead(at);
   }
   std::string list;
@@ -1213,7 +1214,7 @@ void Reader::open_arm(const std::vector<ArmValue>& values, const At& at) {
       add(within(e, kRel), " OR ");
     } else if (!v.from.ok || !v.from.is_constant || v.from.type.k != K::integer ||
                (v.to && (!v.from.is_literal || !v.to->is_literal || v.to->v - v.from.v > 1000))) {
-      if (v.from.ok) bad(at, "the values of this arm are not known before the program runs");
+      if (v.from.ok) bad(at, "the values of this case must be known before run time");
       ok = false;
     } else {
       std::vector<std::string> each{v.from.s};
@@ -1229,7 +1230,7 @@ void Reader::open_arm(const std::vector<ArmValue>& values, const At& at) {
   }
   if (!ok || list.empty()) {
     if (ok && !b.is_chain)
-      warn(at, "an arm above has each value of this one, which is never taken");
+      warn(at, "earlier cases contain all values of this case, so it is never reached");
     if (!b.has_arm) {
       b.is_chain = true;
       b.irl = "ENDIF";
@@ -1255,7 +1256,7 @@ void Reader::open_default(const At& at) {
   Block& b = blocks_.back();
   close_dead(at);
   if (b.has_else) {
-    bad(at, "all other values have an arm already");
+    bad(at, "there already is a default case");
     return open_dead(at);
   }
   if (!b.has_arm) {
@@ -1277,7 +1278,7 @@ void Reader::assign(const Ex& to, const Ex& from, const At& at) {
     return;
   }
   if (!to.is_place) {
-    bad(at, "this gets no value");
+    bad(at, "this cannot be assigned");
     return;
   }
   if (to.type.k == K::target && from.type.k == K::pose) {
@@ -1295,14 +1296,14 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
   if (s && s->kind == Symbol::routine && !learned_.stubs.contains(low)) {
     if (args.size() > s->parameters.size()) {
       bad(at, std::string(foreign) + " takes " + std::to_string(s->parameters.size()) +
-                  " values, and here are " + std::to_string(args.size()));
+                  " values, but here are " + std::to_string(args.size()));
       return {};
     }
     for (std::size_t i = 0; i < s->parameters.size(); ++i) {
       const Type& t = s->parameters[i].type;
       if (i >= args.size()) {
         bad(at, std::string(foreign) + " takes " + std::to_string(s->parameters.size()) +
-                    " values, and here are " + std::to_string(args.size()));
+                    " values, but here are " + std::to_string(args.size()));
         return {};
       }
       Ex x = converted(args[i], t, at);
@@ -1316,7 +1317,7 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
       if (s->parameters[i].is_out && (!x.is_place || x.s != args[i].s)) {
         // A value is given where a place may be changed: a variable of ours takes it.
         if (args[i].is_place) {
-          bad(at, "a variable of another type is changed by " + std::string(foreign));
+          bad(at, "a variable of a different type is changed by " + std::string(foreign));
           return {};
         }
         const std::string v = irl_name("given");
@@ -1330,17 +1331,17 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
     return unused(s->irl + "(" + list + ")", result ? kNone : s->type, at);
   }
   if (s && s->kind != Symbol::routine) {
-    bad(at, std::string(foreign) + " is no routine");
+    bad(at, std::string(foreign) + " is not a routine");
     return {};
   }
   if (const auto word = maker_word(language(), low); word && !s) {
     const std::string name(foreign);
     if (*word == MakerWord::moves || result)
-      bad(at, name + " is the controller's own, and is not read",
-          "Write in IRL what it does, or take it out.");
+      bad(at, name + " is specific to the controller and is not read",
+          "Write the same in IRL, or remove it.");
     else
       left_out(RMP_FAULT_WARNING, at,
-               name + " is the controller's own and moves nothing; it was left out");
+               name + " is specific to the controller and moves nothing; it was left out");
     return {};
   }
   // It is not among the files: an empty one replaces it.
@@ -1376,13 +1377,13 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
     r.at = at;
     routines_.push_back(std::move(r));
     fail(at, std::string(foreign) + " is not among the files; an empty routine replaces it",
-         "Write what it does, or read the program together with its file.");
+         "Write its statements, or read the program together with its file.");
     s = find(low);
   }
   for (std::size_t i = 0; i < types.size(); ++i) {
     if (i >= args.size()) {
-      bad(at, std::string(foreign) + " is called with different numbers of values",
-          "IRL has no parameters that may be left out.");
+      bad(at, std::string(foreign) + " is called with different numbers of arguments",
+          "IRL has no optional parameters.");
       return {};
     }
     const Ex x = converted(args[i], types[i], at);
@@ -1725,7 +1726,7 @@ std::unique_ptr<ReadProgram> Reader::finish() {
       return b != std::string::npos && l.s[b] != '{' && l.s.find("RETURN ") != std::string::npos;
     };
     if (std::any_of(r.body.begin(), r.body.end(), returns)) continue;
-    fail(r.at, "this function gives no value that was read; it gives a zero here");
+    fail(r.at, "this function returns no value that was read; it returns zero here");
     const std::string zero = initial(r.result), given = irl_name("nothing");
     r.locals.push_back(
         {type_text(r.result) + ": " + given + (zero.empty() ? "" : " := " + zero) + ";", r.at,
@@ -1735,8 +1736,8 @@ std::unique_ptr<ReadProgram> Reader::finish() {
   const bool is_empty = constants_.empty() && types_.empty() && signals_.empty() &&
                         variables_.empty() && routines_.empty() && main_.body.empty();
   if (is_empty)
-    fail({0, 1, 1, 0, 0}, "there is nothing of a program in this file",
-         "It is empty or of another language; language = ... names the reader.");
+    fail({0, 1, 1, 0, 0}, "this file contains no program",
+         "It is empty or in another language; select the reader with language = ...");
   section("CONST", constants_);
   section("TYPE", types_);
   section("SIGNAL", signals_);
@@ -1796,7 +1797,7 @@ std::unique_ptr<ReadProgram> Reader::finish() {
   if (dropped_faults_ > 0)
     faults_.push_back({RMP_FAULT_ERROR, faults_.back().at,
                        std::to_string(dropped_faults_) + " more faults are not listed",
-                       "Their places are comments in the IRL, \"not read\"."});
+                       "They are marked in the IRL with the comment \"not read\"."});
   for (const Fault& f : faults_) {
     const char* message = made->texts.emplace_back(clean(f.message)).c_str();
     const char* hint = made->texts.emplace_back(clean(f.hint)).c_str();

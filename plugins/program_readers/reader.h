@@ -403,7 +403,7 @@ class Reader {
   [[nodiscard]] bool is_in(std::string_view word) const;
   /// Ends the innermost block; the statement is bad where another word ends it.
   bool close_block(std::string_view word, const At&,
-                   std::string otherwise = "this ends nothing that is open");
+                   std::string otherwise = "no block is open here");
   /// Ends what is open where a routine ends, with a fault each.
   void close_blocks(const At&);
   /// ELSE and ELSIF of the innermost block.

@@ -106,7 +106,7 @@ void Reader::scan(std::size_t file, const Style& style, const Part& part) {
       const bool is_closed = end < text.size() && text[end] == c;
       tokens_.push_back({Tk::text, text.substr(i + 1, end - i - 1), std::string(1, c), 0, false,
                          at(i, std::min(end + 1, text.size()))});
-      if (!is_closed) fail(at(i, end), "this text does not end in its line");
+      if (!is_closed) fail(at(i, end), "this text does not end on its line");
       i = is_closed ? end + 1 : end;
       continue;
     }
@@ -185,7 +185,7 @@ bool Reader::accept(std::string_view word) {
 bool Reader::expect(std::string_view word) {
   if (accept(word)) return true;
   const Token& t = peek();
-  bad(t.at, "\"" + std::string(word) + "\" belongs here, and not " +
+  bad(t.at, "\"" + std::string(word) + "\" is expected here, not " +
                 (at_line_end() ? std::string("the end of the line")
                                : "\"" + std::string(t.raw.substr(0, 40)) + "\""));
   return false;

@@ -435,7 +435,7 @@ void Reader::check_jumps() {
       Line& l = body[jump.line];
       fail(l.at,
            label == labels.end() ? "the label of this jump is not in the same routine"
-                                 : "this jump goes into a block from outside, which IRL refuses",
+                                 : "this jump leads into a block from outside, which IRL rejects",
            "Put the label before the block.");
       l.s = std::string(std::min(l.s.find_first_not_of(' '), l.s.size()), ' ') +
             "{ not read: " + source_line(l.at) + " }";
@@ -466,9 +466,8 @@ void Reader::settle() {
         nowhere.insert(u.key).second)
       fail(u.at,
            setting_name(u.key) +
-               " is set nowhere in the program; zero is taken for what the "
-               "controller has",
-           "Set it before, at the start of the program.");
+               " is not set in the program; zero is used instead of the controller's value",
+           "Set it at the start of the program.");
   if (changes_.empty()) return;
   // Constants by number, one row a setting.
   std::vector<std::vector<std::string>> texts(keys.size());
@@ -539,10 +538,9 @@ void Reader::settle() {
       if (reported.emplace(k, is_never).second)
         fail(u.at,
              setting_name(u.key) +
-                 (is_never ? " is not set before this place: here it is what the controller has"
-                           : " is not set on every path to this place; where it is not, zero is "
-                             "taken"),
-             "Set it before, at the start of the program.");
+                 (is_never ? " is not set before this point: here the controller's value applies"
+                           : " is not set on every path to this point; zero is used otherwise"),
+             "Set it at the start of the program.");
     }
     if (h.value >= 0 && !h.is_unset)
       learned_.known_uses[{u.key, u.at.file, u.at.begin}] =

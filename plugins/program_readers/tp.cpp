@@ -232,9 +232,9 @@ class TpReader final : public Reader {
         end = text.find('\n', at);
         if (end == std::string_view::npos) end = text.size();
       }
-      if (!is_whole) fail(here, "a statement ends with \";\"");
+      if (!is_whole) fail(here, "a statement must end with \";\"");
     }
-    if (!has_program) fail(p.at, "this is no listing of a TP program: it has no /PROG");
+    if (!has_program) fail(p.at, "this is not a listing of a TP program: it has no /PROG");
     programs_.push_back(std::move(p));
   }
   std::vector<Parameter> parameters(const Program& p) const {
@@ -412,8 +412,8 @@ class TpReader final : public Reader {
     bad(at,
         possible == kTpBefore ? std::string("no ") + word + " CONDITION comes before this"
                               : std::string("which ") + word +
-                                    " CONDITION counts here depends on how the program came here",
-        possible == kTpBefore ? "" : "Set it before each motion that has it.");
+                                    " CONDITION applies here depends on the path to this point",
+        possible == kTpBefore ? "" : "Set it before each motion that uses it.");
     return nullptr;
   }
 
@@ -484,7 +484,7 @@ class TpReader final : public Reader {
     if (accept(":")) name = std::string(next().raw);
     while (!at_end() && !accept("]")) next();
     if (!n.is_integer) {
-      bad(n.at, "a position has a number");
+      bad(n.at, "a position must have a number");
       return;
     }
     if (!expect("{")) return;
@@ -530,12 +530,12 @@ class TpReader final : public Reader {
       parts[t.low] = real(is_negative ? -v.value : v.value);
     }
     if (parts.empty() && !others.empty()) {
-      bad(at, "this position is of another group than the first, which alone is read");
+      bad(at, "this position belongs to a group other than the first, and only the first is read");
       return;
     }
     if (!is_known)
-      fail(at, "another group of this position has no joints but a place, which is not read",
-           "A second robot is a program of its own.");
+      fail(at, "another group of this position has a Cartesian position, which is not read",
+           "Write a separate program for a second robot.");
     const auto part = [&](const char* k) {
       const auto it = parts.find(k);
       return it == parts.end() ? real(0) : it->second;
@@ -553,11 +553,11 @@ class TpReader final : public Reader {
       if (!has_own && !learned_.flags.contains("own axes")) external.clear();
       external.insert(external.end(), further.begin(), further.end());
       if (external.size() > 6) {
-        fail(at, "this position has more than six additional axes; those behind are left out");
+        fail(at, "this position has more than six additional axes; the others are left out");
         external.resize(6);
       }
       if (!std::exchange(told_groups_, true))
-        note(at, "the joints of the groups behind the first are additional axes here");
+        note(at, "the joints of the groups after the first are additional axes here");
     } else {
       while (!external.empty() && external.back().v == 0) external.pop_back();
     }
@@ -565,8 +565,8 @@ class TpReader final : public Reader {
     Ex e;
     if (is_joint) {
       if (!std::exchange(told_j3_, true))
-        note(at, "J3 counts from the horizontal, not from the upper arm",
-             "A run turns it into the robot's joint where the robot has its maker's axes "
+        note(at, "J3 is measured from the horizontal, not from the upper arm",
+             "A run converts it to the robot's joint if the robot has its maker's axes "
              "(robot.set_axes).");
       e = joints({part("j1"), part("j2"), part("j3"), part("j4"), part("j5"), part("j6")},
                  external);
@@ -649,7 +649,7 @@ class TpReader final : public Reader {
       if (packed.starts_with("pr[" + number + "," + std::to_string(element) + "]=")) {
         if (++element > 6) present_.reset();
       } else {
-        left_out(RMP_FAULT_ERROR, said, "IRL has no place where the robot is");
+        left_out(RMP_FAULT_ERROR, said, "IRL has no present position of the robot");
         present_.reset();
       }
     }
@@ -690,7 +690,7 @@ class TpReader final : public Reader {
       const std::string n = label_in_brackets();
       if (n.empty()) return;
       if (!placed_.insert(n).second) {
-        bad(at, "this label is there already");
+        bad(at, "this label already exists");
         return;
       }
       emit("LABEL " + label("lbl_" + n) + ":", at);
@@ -701,11 +701,11 @@ class TpReader final : public Reader {
       if_(at);
     } else if (w == "else") {
       if (ends_.empty() || ends_.back() != "endif") {
-        bad(at, "ELSE stands outside of IF");
+        bad(at, "ELSE is outside IF");
         return;
       }
       if (elses_.contains(ends_.size())) {
-        bad(at, "this IF has an ELSE already");
+        bad(at, "this IF already has an ELSE");
         return;
       }
       elses_.insert(ends_.size());
@@ -714,7 +714,7 @@ class TpReader final : public Reader {
       indented(1);
     } else if (w == "endif" || w == "endfor") {
       if (ends_.empty() || ends_.back() != w) {
-        bad(at, "this ends nothing that is open");
+        bad(at, "no block is open here");
         return;
       }
       block_end(w, at);
@@ -775,7 +775,7 @@ class TpReader final : public Reader {
         if (accept(",")) {
           // OFFSET CONDITION PR[1],UFRAME[2]
           skip_rest();
-          conditions.back() = bad(at, "an offset that is seen from another user frame is not read");
+          conditions.back() = bad(at, "an offset in another user frame is not read");
         }
       }
       emit("{ " + source_line(at) + " }", at);
@@ -785,14 +785,14 @@ class TpReader final : public Reader {
       emit("WRITELN(" + string("UALM[" + n + "]").s + ");", at);
       emit("PAUSE;", at);
       warn(at,
-           "an alarm of the user is a line of text and PAUSE; its text and what it does else "
-           "are set on the controller");
+           "a user alarm becomes a line of text and PAUSE; its text and its other effects are set "
+           "on the controller");
     } else if (w == "override") {
       if (!expect("=")) return;
       const Ex e = as_real(expression(), at);
       accept("%");
       if (e.is_literal && (e.v <= 0 || e.v > 100))
-        bad(at, "an override is above 0 and at most 100 %");
+        bad(at, "an override must be above 0 and at most 100 %");
       else set("override", e, at);
     } else if (w == "payload" || w == "lock" || w == "unlock" || w == "col" || w == "timer" ||
                w == "joint_max_speed" || w == "linear_max_speed" || w == "weave" || w == "arc" ||
@@ -838,8 +838,8 @@ class TpReader final : public Reader {
            at);
     }
     emit("HALT;", at);
-    note(at, "of other numbers than those of labels, the program halts here",
-         "The controller has a fault there.");
+    note(at, "for numbers without a label, the program halts here",
+         "The controller raises a fault there.");
   }
   /// JMP, CALL and what else stands behind a condition.
   void action(const At& at) {
@@ -849,7 +849,7 @@ class TpReader final : public Reader {
       const std::string n = label_in_brackets();
       if (n.empty()) return;
       if (!labels_.contains(n)) {
-        bad(at, "the label " + n + " is nowhere");
+        bad(at, "the label " + n + " does not exist");
         return;
       }
       emit("GOTO " + label("lbl_" + n) + ";", at);
@@ -876,7 +876,7 @@ class TpReader final : public Reader {
     }
     if (is("run")) {
       skip_rest();
-      bad(at, "programs that run beside this one are not read");
+      bad(at, "programs that run in parallel are not read");
       return;
     }
     if (accept("pause")) {
@@ -920,7 +920,7 @@ class TpReader final : public Reader {
   }
   void select_arm(const At& at) {
     if (!in_select_) {
-      bad(at, "this stands outside of SELECT");
+      bad(at, "this is outside SELECT");
       skip_rest();
       return;
     }
@@ -976,7 +976,7 @@ class TpReader final : public Reader {
         expect(")");
       }
       if (e.is_literal && e.v < 0) {
-        bad(at, "a time is not negative");
+        bad(at, "a time must not be negative");
         return;
       }
       emit("WAIT " + within(as_real(e, at), kSum) + " SEC;", at);
@@ -989,7 +989,7 @@ class TpReader final : public Reader {
       if (!expect("lbl")) return;
       const std::string n = label_in_brackets();
       if (!labels_.contains(n)) {
-        bad(at, "the label " + n + " is nowhere");
+        bad(at, "the label " + n + " does not exist");
         return;
       }
       const Ex t = is_set("wait_timeout") ? get("wait_timeout", kReal, at) : real(30);
@@ -1075,7 +1075,7 @@ class TpReader final : public Reader {
         const std::int64_t n = is_tool ? p.tool : p.frame;
         if (n < 0) continue;
         if (taught >= 0 && n != taught) {
-          bad(at, std::string("the places of this arc were taught ") +
+          bad(at, std::string("the positions of this arc were taught ") +
                       (is_tool ? "with different tools" : "in different user frames"));
           return false;
         }
@@ -1086,7 +1086,7 @@ class TpReader final : public Reader {
         const auto only = tp_only(active);
         m.has_tool = false;
         if (only == 0 || (active != 0 && (active & ~kTpBefore) == 0)) continue;
-        fail(at, "this straight motion to joints is that of the robot's present tool, not of UTOOL",
+        fail(at, "this straight motion to joint values uses the robot's present tool, not UTOOL",
              "Teach the position in Cartesian coordinates.");
         continue;
       }
@@ -1101,7 +1101,7 @@ class TpReader final : public Reader {
                   (only ? (is_tool ? "UTOOL " : "UFRAME ") + std::to_string(*only) + " is active"
                         : "others are active") +
                   "; the controller stops here (" + (is_tool ? "INTP-253" : "INTP-252") + ")",
-              "Select what it was taught in before this motion, or teach it again.");
+              "Select these before this motion, or teach it again.");
           return false;
         }
         if (others != 0) {
@@ -1161,25 +1161,24 @@ class TpReader final : public Reader {
       const double most = params_.real("max_speed") * 1000;
       if (!std::exchange(told_max_, true))
         warn(at,
-             "max_speed is a limit of the controller; " + number_text(most) +
-                 " mm/s are taken for it",
-             "Give the setting max_speed the limit of this one.");
+             "max_speed is a limit of the controller; " + number_text(most) + " mm/s is assumed",
+             "Set max_speed to the limit of this one.");
       m.attributes.emplace_back("SPEED", overridden(measure(most), false, at));
       return true;
     }
     const Ex v = primary();
     if (!v.ok) return false;
     if (!is_number(v.type)) {
-      bad(at, "the speed of the motion belongs here");
+      bad(at, "the speed of the motion is expected here");
       return false;
     }
     if (v.is_literal && v.v <= 0) {
-      bad(at, "this is no speed");
+      bad(at, "this is not a speed");
       return false;
     }
     if (accept("%")) {
       if (!is_joint) {
-        bad(at, "a path has a speed in mm/sec");
+        bad(at, "a path needs a speed in mm/sec");
         return false;
       }
       m.attributes.emplace_back("SPEED_PTP", overridden(as_real(v, at), false, at));
@@ -1196,7 +1195,7 @@ class TpReader final : public Reader {
     const bool is_minute = is("min", 2);
     if (unit == kUnits.end() || !is("/", 1) || (!is("sec", 2) && !is_minute)) {
       bad(here(),
-          "the unit of a speed belongs here: %, sec, msec, mm/sec, cm/min, inch/min, deg/sec");
+          "the unit of a speed is expected here: %, sec, msec, mm/sec, cm/min, inch/min, deg/sec");
       return false;
     }
     for (int k = 0; k < 3; ++k) next();
@@ -1234,12 +1233,12 @@ class TpReader final : public Reader {
     }
     if (is_register && !groups_.empty() && told_.insert("groups of " + name_of_).second)
       fail(at,
-           "the joints of further groups in position registers are not read; they stay where "
-           "they are");
+           "the joints of further groups in position registers are not read; they keep their "
+           "positions");
     const bool is_joint = kind == "j";
     if (!speed(m, is_joint, at)) return;
     for (const auto& [name, e] : m.attributes)
-      if (e.is_literal && e.v <= 0) bad(at, "this is no speed");
+      if (e.is_literal && e.v <= 0) bad(at, "this is not a speed");
     std::string skip, until;
     std::size_t at_point = 0, behind_point = 0;  ///< where what is done at the point stands
     Ex by = failed(), tool_by = failed();
@@ -1262,8 +1261,7 @@ class TpReader final : public Reader {
         } else {
           if (n.is_literal && n.v > 100) n = real(100);
           if (!std::exchange(told_cnt_, true) && !is_joint)
-            note(t.at,
-                 "CNT of paths is taken as C_SPEED, the speed in % that is kept at the target");
+            note(t.at, "CNT of paths is taken as C_SPEED, the speed in % kept at the target");
           m.attributes.emplace_back(is_joint ? "C_PTP" : "C_SPEED", as_real(n, at));
         }
       } else if (t.low.starts_with("acc") && (digits(3) >= 0 || t.low == "acc")) {
@@ -1272,7 +1270,7 @@ class TpReader final : public Reader {
           warn(t.at, "an acceleration above 100 % is taken as 100 %");
           n = real(100);
         }
-        if (n.is_literal && n.v <= 0) bad(t.at, "this is no acceleration");
+        if (n.is_literal && n.v <= 0) bad(t.at, "this is not an acceleration");
         m.attributes.emplace_back(is_joint ? "ACC_PTP" : "ACC", as_real(n, at));
       } else if ((t.low.starts_with("cd") || t.low.starts_with("cr")) && digits(2) >= 0 &&
                  !is_joint) {
@@ -1283,7 +1281,7 @@ class TpReader final : public Reader {
         if (accept(",")) {
           p = as_pose(primary(), at);
           if (is(",") && (is("uframe", 1) || is("utool", 1))) {
-            bad(here(), "an offset that is seen from another frame is not read");
+            bad(here(), "an offset in another frame is not read");
             skip_rest();
             return;
           }
@@ -1292,7 +1290,7 @@ class TpReader final : public Reader {
                                           is_offset ? state_.offset : state_.tool_offset,
                                           is_offset ? "OFFSET" : "TOOL_OFFSET", t.at)) {
           p = *found;
-          if (!p.ok) bad(t.at, "the condition that counts here was not read");
+          if (!p.ok) bad(t.at, "the condition that applies here was not read");
         }
         (is_offset ? by : tool_by) = p;
       } else if (t.low == "inc") {
@@ -1303,22 +1301,22 @@ class TpReader final : public Reader {
         skip = label_in_brackets();
         const std::string* found = condition_in_force(skip_conditions_, state_.skip, "SKIP", t.at);
         if (found) until = *found;
-        if (found && until.empty()) bad(t.at, "the condition that counts here was not read");
-        else if (!labels_.contains(skip)) bad(t.at, "the label " + skip + " is nowhere");
+        if (found && until.empty()) bad(t.at, "the condition that applies here was not read");
+        else if (!labels_.contains(skip)) bad(t.at, "the label " + skip + " does not exist");
       } else if (t.low == "tb" || t.low == "ta" || t.low == "db") {
         // The time or the way before the point, and what is done there.
         const Ex by_how_much = primary();
         if (!accept("sec") && !accept("msec") && !accept("mm"))
-          bad(here(), "sec or mm belongs here");
+          bad(here(), "sec or mm is expected here");
         if (!by_how_much.ok || !expect(",")) return;
         const bool is_behind = t.low == "ta" && !(by_how_much.is_literal && by_how_much.v == 0);
         if (is_behind)
           fail(t.at,
-               "what is done after a point while the next motion goes is not said in IRL; it "
-               "is left out");
+               "an action after a point during the next motion has no counterpart in IRL; it is "
+               "left out");
         else if (!(by_how_much.is_literal && by_how_much.v == 0))
-          warn(t.at, "what is done " + std::string(t.low == "db" ? "a way" : "a time") +
-                         " before the point is done at the point");
+          warn(t.at, "an action set " + std::string(t.low == "db" ? "a distance" : "a time") +
+                         " before the point is executed at the point");
         if (accept("p") && accept("-") && accept("sps")) continue;
         const std::size_t from = at_;
         while (!at_end() && !is("offset") && !is("tool_offset") && !is("skip")) next();
@@ -1328,9 +1326,10 @@ class TpReader final : public Reader {
         }
       } else if (t.low == "pth" || t.low == "break") {
         // How far the controller looks ahead.
-        warn(t.at, std::string(t.raw) + " is not said in IRL");
+        warn(t.at, std::string(t.raw) + " has no counterpart in IRL");
       } else {
-        bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" of a motion is not said in IRL",
+        bad(t.at,
+            "\"" + std::string(t.raw.substr(0, 40)) + "\" of a motion has no counterpart in IRL",
             "Split the statement.");
         skip_rest();
         return;
@@ -1374,7 +1373,7 @@ class TpReader final : public Reader {
       return;
     }
     if (t.kind != Tk::name || !(is("[", 1))) {
-      bad(at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
+      bad(at, "\"" + std::string(t.raw.substr(0, 40)) + "\" does not begin a supported statement");
       skip_rest();
       return;
     }
@@ -1393,13 +1392,13 @@ class TpReader final : public Reader {
         accept("sec");
       }
       if (!to.is_place || to.type.k != K::boolean || !time.ok) {
-        bad(at, "a pulse is of an output");
+        bad(at, "a pulse needs an output");
         return;
       }
       emit(to.s + " := TRUE;", at);
       emit("WAIT " + within(as_real(time, at), kSum) + " SEC;", at);
       emit(to.s + " := FALSE;", at);
-      warn(at, "the program waits for the end of this pulse; the controller does not");
+      warn(at, "the IRL program waits for the end of this pulse; the controller does not");
       return;
     }
     const Ex e = expression();
@@ -1418,7 +1417,7 @@ class TpReader final : public Reader {
     if ((op == Op::add || op == Op::sub) && (a.type.k == K::pose || a.type.k == K::target) &&
         (b.type.k == K::pose || b.type.k == K::target)) {
       const Ex x = as_pose(a, at), y = as_pose(b, at);
-      if (x.prec < kPrimary || y.prec < kPrimary) return bad(at, "positions are added two by two");
+      if (x.prec < kPrimary || y.prec < kPrimary) return bad(at, "only two positions can be added");
       const std::string sign = op == Op::add ? " + " : " - ";
       std::string p, o;
       for (const char c : {'X', 'Y', 'Z'})
@@ -1437,7 +1436,7 @@ class TpReader final : public Reader {
     expect("]");
     if (n.kind == Tk::number && n.is_integer)
       return std::to_string(static_cast<std::int64_t>(n.value));
-    bad(n.at, "a number belongs here; one that is computed is not read");
+    bad(n.at, "a number is expected here; a computed one is not read");
     return {};
   }
   /// An index, with its comment behind ":".
@@ -1448,7 +1447,7 @@ class TpReader final : public Reader {
       const Token group = next();
       next();
       if (group.low != "gp1")
-        return bad(group.at, "position registers are of the first group alone here");
+        return bad(group.at, "only position registers of the first group are read");
     }
     const Ex i = as_integer(expression(25), at);
     if (accept(":"))
@@ -1530,13 +1529,14 @@ class TpReader final : public Reader {
     std::string name = word + "[" + i.s + "]";
     for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c;
     if (word != "r" && word != "pr")
-      warn(at, name + " is set by no program here; it is " + (word == "sr" ? "empty" : "FALSE"),
+      warn(at,
+           name + " is not set by any program here; it is " + (word == "sr" ? "empty" : "FALSE"),
            "Give it its value at its declaration.");
     else if (word == "pr")
       fail(at, name + " is set on the controller; it is zero here",
            "Give it its value at the declaration of PR, or POSREG.VA beside the listing.");
     else
-      warn(at, name + " is set by no program here; it is zero",
+      warn(at, name + " is not set by any program here; it is zero",
            "Give it its value at the declaration of R, or NUMREG.VA beside the listing.");
   }
   Ex element(const std::string& array, const Type& of, const Ex& i, const At& at) {
@@ -1594,7 +1594,7 @@ class TpReader final : public Reader {
     }
     if (t.kind != Tk::name) {
       if (!at_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     next();
     if (t.low == "on" || t.low == "off") return boolean(t.low == "on");
@@ -1633,7 +1633,7 @@ class TpReader final : public Reader {
       const Ex i = index(at);
       expect("]");
       if (!i.ok) return i;
-      if (!i.is_literal) return bad(at, "positions whose number is computed are not read");
+      if (!i.is_literal) return bad(at, "positions with computed numbers are not read");
       const auto it = points_.find(static_cast<std::int64_t>(i.v));
       if (it == points_.end()) return bad(at, "the position P[" + i.s + "] has no value in /POS");
       return place(it->second.irl, it->second.type);
@@ -1659,7 +1659,8 @@ class TpReader final : public Reader {
       return frame_element(t.low == "utool", i, at, false);
     }
     if (t.low == "lpos" || t.low == "jpos")
-      return bad(at, "IRL has no place where the robot is", "Keep the place in a variable.");
+      return bad(at, "IRL has no present position of the robot",
+                 "Keep the position in a variable.");
     static const std::map<std::string, std::pair<bool, int>, std::less<>> kSignals{
         {"di", {false, 0}},    {"do", {true, 0}},    {"ri", {false, 1000}}, {"ro", {true, 1000}},
         {"ui", {false, 2000}}, {"uo", {true, 2000}}, {"si", {false, 3000}}, {"so", {true, 3000}},
@@ -1669,8 +1670,7 @@ class TpReader final : public Reader {
       expect("]");
       if (!i.ok) return i;
       if (!i.is_literal || i.v < 0 || i.v > 100000)
-        return bad(at, "IRL has no signals whose number is computed",
-                   "Give each of them its name.");
+        return bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
       if (it->second.second > 0 && told_.insert(t.low).second)
         note(at, std::string(t.raw) + " are numbered from " + std::to_string(it->second.second) +
                      " on here");
@@ -1685,15 +1685,14 @@ class TpReader final : public Reader {
       expect("]");
       if (!i.ok) return i;
       if (!i.is_literal)
-        return bad(at, "IRL has no signals whose number is computed",
-                   "Give each of them its name.");
-      if (i.v < 0 || i.v > 20'000) return bad(at, "there is no group of signals of this number");
+        return bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
+      if (i.v < 0 || i.v > 20'000) return bad(at, "there is no group of signals with this number");
       // WI and WO begin at 5000.
       const auto n = static_cast<std::int64_t>(i.v);
       if (told_.insert(t.low).second)
-        note(at, std::string(t.raw) +
-                     "[n] are taken as 16 bits from 4000 + 16 n on, above 62 from "
-                     "200000 + 16 n on");
+        note(at,
+             std::string(t.raw) +
+                 "[n] are mapped to 16 bits from 4000 + 16 n on, above 62 from 200000 + 16 n on");
       const Symbol& s = signal(t.low == "go", (n > 62 ? 200'000 : 4000) + 16 * n, 16);
       Ex e = place(s.irl, s.type);
       e.is_place = t.low == "go";
@@ -1706,7 +1705,7 @@ class TpReader final : public Reader {
   }
   Ex component(const Ex& p, const Ex& j, const At& at) {
     if (!j.is_literal || j.v < 1 || j.v > 6)
-      return bad(at, "the component of a position is 1 to 6, and known");
+      return bad(at, "the component of a position must be a known number from 1 to 6");
     const auto k = static_cast<int>(j.v);
     if (k <= 3) return place(p.s + ".POS." + static_cast<char>('X' + k - 1), kReal);
     const auto angle = [&](char c) {

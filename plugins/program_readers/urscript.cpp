@@ -127,8 +127,7 @@ class UrscriptReader final : public Reader {
         if (is_twice)
           fail(tokens_[d.name].at,
                std::string(tokens_[d.name].raw.substr(0, 60)) +
-                   " is defined twice; the first is that of the calls before the "
-                   "second");
+                   " is defined twice; calls before the second definition use the first");
         for (std::size_t i = d.begin; i < end; ++i)
           if (tokens_[i].kind == Tk::name && tokens_[i].low == low) {
             tokens_[i].raw = name;
@@ -235,7 +234,7 @@ class UrscriptReader final : public Reader {
       if (here().begin == at.begin && !at_end()) next();
     }
     while (!blocks_.empty()) {
-      fail(here(), "a block has no end above");
+      fail(here(), "a block above has no end");
       end_block(here());
     }
   }
@@ -273,7 +272,7 @@ class UrscriptReader final : public Reader {
   }
   void end_block(const At& at) {
     if (blocks_.empty()) {
-      fail(at, "\"end\" ends nothing that is open");
+      fail(at, "\"end\" has no open block");
       return;
     }
     Block b = std::move(blocks_.back());
@@ -348,7 +347,7 @@ class UrscriptReader final : public Reader {
     if (until.empty()) {
       at_ = first;
       const Ex c = converted(expression(), kBool, at);
-      if (c.ok && at_ != colon) bad(here(), "\":\" belongs here");
+      if (c.ok && at_ != colon) bad(here(), "\":\" is expected here");
       until = "NOT " + within(c, kRel);
     }
     if (limit > 0) {
@@ -365,7 +364,7 @@ class UrscriptReader final : public Reader {
   Ex truth(const At& at) {
     const Ex c = condition(at, [&] {
       const Ex e = expression();
-      return is(":") ? e : bad(here(), "\":\" belongs here");
+      return is(":") ? e : bad(here(), "\":\" is expected here");
     });
     accept(":");
     return c;
@@ -399,7 +398,7 @@ class UrscriptReader final : public Reader {
     }
     if (t.low == "elif" || t.low == "else" || t.low == "elseif") {
       if (blocks_.empty() || blocks_.back().end != "ENDIF") {
-        bad(at, "this stands outside of \"if\"");
+        bad(at, "this is outside \"if\"");
         skip_rest();
         return;
       }
@@ -438,7 +437,7 @@ class UrscriptReader final : public Reader {
       for (std::size_t i = blocks_.size(); i-- > 0 && !blocks_[i].end.empty() && !loop;)
         if (blocks_[i].is_loop) loop = &blocks_[i];
       if (!loop) {
-        bad(at, "this stands outside of a loop");
+        bad(at, "this is outside a loop");
         return;
       }
       if (t.low == "break") {
@@ -457,7 +456,7 @@ class UrscriptReader final : public Reader {
       }
       if (routine_.empty()) {
         skip_rest();
-        bad(at, "the program gives no value");
+        bad(at, "the program returns no value");
         return;
       }
       is_guessed_ = false;
@@ -497,10 +496,10 @@ class UrscriptReader final : public Reader {
     }
     next();
     if ((t.low == "enter_critical" || t.low == "exit_critical") && at_line_end()) {
-      note_line(at, "keeps other threads from what is between; IRL has nothing of it");
+      note_line(at, "locks out other threads; IRL has no counterpart");
       return end_line();
     }
-    bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
+    bad(t.at, "\"" + std::string(t.raw.substr(0, 40)) + "\" does not begin a supported statement");
     skip_rest();
   }
   /// if c: statement
@@ -549,7 +548,7 @@ class UrscriptReader final : public Reader {
     Ex e = expression();
     if (!e.ok) return;
     if (e.type.k == K::none) {
-      bad(at, "this gives no value");
+      bad(at, "this returns no value");
       return;
     }
     if (e.s == "[]") {
@@ -558,7 +557,7 @@ class UrscriptReader final : public Reader {
                                                  : routine_ + "." + name.low);
       if (known == learned_.types.end() || known->second.k != K::array || !known->second.element) {
         if (!learned_.flags.insert("empty " + name.low).second)
-          bad(at, "no other statement shows what this empty list holds");
+          bad(at, "no other statement determines the element type of this empty list");
         return;
       }
       e.type = array_of(*known->second.element, {{0, -1}});
@@ -585,7 +584,7 @@ class UrscriptReader final : public Reader {
     if (!is_inside) learned_.flags.insert("global " + name.low);
     const Symbol& s = implied(name.raw, e.type, at);
     if (s.kind != Symbol::variable) {
-      bad(at, std::string(name.raw) + " is no variable");
+      bad(at, std::string(name.raw) + " is not a variable");
       return;
     }
     give(place(s.irl, s.type), name.low, e, at);
@@ -621,12 +620,13 @@ class UrscriptReader final : public Reader {
       return;
     }
     if (e.type.bounds[0].second >= 0 && (e.s.front() != '[' || e.s.size() < 3)) {
-      bad(at, "a list of changing length is assigned lists of elements or other variables");
+      bad(at,
+          "a list of changing length can only be assigned lists of elements or other variables");
       return;
     }
     if (e.type.bounds[0].second >= 0 &&
         list_.size() != static_cast<std::size_t>(e.type.bounds[0].second) + 1) {
-      bad(at, "a list of changing length is assigned its elements");
+      bad(at, "a list of changing length can only be assigned its elements");
       return;
     }
     for (std::size_t i = 0; i < list_.size() && e.type.bounds[0].second >= 0; ++i)
@@ -746,7 +746,7 @@ class UrscriptReader final : public Reader {
     }
     if (w == "sleep" && a.size() == 1) {
       const Ex e = as_real(a[0].e, at);
-      if (e.is_literal && e.v < 0) bad(at, "a time is not negative");
+      if (e.is_literal && e.v < 0) bad(at, "a time must not be negative");
       else if (e.ok) emit("WAIT " + within(e, kSum) + " SEC;", at);
       return;
     }
@@ -1059,7 +1059,7 @@ class UrscriptReader final : public Reader {
   }
   Ex output(const Ex& n, int from, const At& at) {
     if (!n.is_literal || n.v < 0 || n.v > 1000)
-      return bad(at, "IRL has no signals whose number is computed", "Give each of them its name.");
+      return bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
     const Symbol& s = signal(true, static_cast<std::int64_t>(n.v) + from);
     return place(s.irl, s.type);
   }
@@ -1094,19 +1094,19 @@ class UrscriptReader final : public Reader {
     m.word = is_joint ? "PTP" : is_arc ? "CIRCLE" : "LIN";
     const std::size_t first = is_arc ? 2 : 1;
     if (a.size() < first) {
-      bad(at, w + " needs where to go");
+      bad(at, w + " needs a target");
       return;
     }
     for (std::size_t i = 0; i < first; ++i) {
       Ex e = a[i].e;
       if (e.type.k != K::pose && e.type.k != K::joint && e.type.k != K::target) {
-        bad(at, "this is no place and no joint position");
+        bad(at, "this is neither a pose nor a joint position");
         return;
       }
       if (e.type.k == K::joint) {
         // IRL's TRAFO is of the robot's own tool; in joints every tool comes to the same.
         if (!is_joint && is_set_before("tool", at))
-          fail(at, "a path to joints is that of the robot's present tool here, not of set_tcp",
+          fail(at, "a path to joint values uses the robot's present tool here, not that of set_tcp",
                "Give a pose.");
         m.has_tool = is_joint;
       }
@@ -1127,7 +1127,7 @@ class UrscriptReader final : public Reader {
         return;
       }
     if (a.size() > first + (is_arc || w == "movep" ? 3U : 4U) + (is_arc ? 1U : 0U)) {
-      bad(at, w + " has more arguments than are read");
+      bad(at, w + " has more arguments than are supported");
       return;
     }
     if (const Ex* mode = is_arc ? argument(a, "mode", 5) : nullptr;
@@ -1142,13 +1142,13 @@ class UrscriptReader final : public Reader {
       if (is_joint) {
         speed = scaled(speed, 100 / params_.real("joint_speed"));
         if (speed.is_literal && speed.v > 100) {
-          warn(at, "this is faster than 100 %", "Set joint_speed to what 100 % are.");
+          warn(at, "this is faster than 100 %", "Set joint_speed to the speed of 100 %.");
           speed = real(100);
         }
       } else {
         speed = scaled(speed, 1000);
       }
-      if (speed.is_literal && speed.v <= 0) bad(at, "this is no speed");
+      if (speed.is_literal && speed.v <= 0) bad(at, "this is not a speed");
       m.attributes.emplace_back(is_joint ? "SPEED_PTP" : "SPEED", speed);
     }
     if (r && !(r->is_literal && r->v == 0)) {
@@ -1163,9 +1163,9 @@ class UrscriptReader final : public Reader {
     }
     if (acc && !std::exchange(told_acceleration_, true))
       warn(at,
-           "accelerations in m/s^2 and rad/s^2 are not said in IRL, which has them in % of the "
-           "greatest",
-           "Set ACC and ACC_PTP by hand.");
+           "accelerations in m/s^2 and rad/s^2 have no counterpart in IRL, which has them in % of "
+           "the maximum",
+           "Set ACC and ACC_PTP manually.");
     m.has_frames = false;
     move(std::move(m), at);
   }
@@ -1178,7 +1178,7 @@ class UrscriptReader final : public Reader {
     return std::nullopt;
   }
   Ex pose_of(const std::vector<Ex>& x, const At& at) {
-    if (x.size() != 6) return bad(at, "a pose has six numbers");
+    if (x.size() != 6) return bad(at, "a pose must have six numbers");
     std::vector<Ex> p, r;
     bool is_known = true;
     for (std::size_t i = 0; i < 6; ++i) {
@@ -1256,7 +1256,7 @@ class UrscriptReader final : public Reader {
     }
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     next();
     if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
@@ -1271,10 +1271,10 @@ class UrscriptReader final : public Reader {
     const Symbol* s = find(t.low);
     if (!s) {
       if (t.low == "pi") return real(3.141592653589793);
-      return bad(at, std::string(t.raw.substr(0, 60)) + " has no value above");
+      return bad(at, std::string(t.raw.substr(0, 60)) + " has no value before this");
     }
     if (s->kind == Symbol::routine || s->kind == Symbol::data)
-      return bad(at, std::string(t.raw) + " is no value");
+      return bad(at, std::string(t.raw) + " is not a value");
     Ex e = place(s->irl, s->type);
     e.is_place = s->kind == Symbol::variable || s->kind == Symbol::output;
     return suffixes(e);
@@ -1298,7 +1298,8 @@ class UrscriptReader final : public Reader {
         e.is_place = is_place;
         continue;
       }
-      if (!i.is_literal || i.v < 0 || i.v > 5) return bad(at, "the index is 0 to 5, and known");
+      if (!i.is_literal || i.v < 0 || i.v > 5)
+        return bad(at, "the index must be a known number from 0 to 5");
       const auto n = static_cast<int>(i.v);
       if (e.type.k == K::joint) {
         const std::string a =
@@ -1370,11 +1371,12 @@ class UrscriptReader final : public Reader {
       if (w == "pose_add" && a.size() == 2 && a[0].type.k == K::pose && a[1].type.k == K::pose) {
         std::string p;
         if (a[0].prec < kPrimary || a[1].prec < kPrimary)
-          return bad(at, "the values of pose_add are variables");
+          return bad(at, "the arguments of pose_add must be variables");
         for (const char c : {'X', 'Y', 'Z'})
           p += (p.empty() ? "" : ", ") + a[0].s + ".POS." + c + " + " + a[1].s + ".POS." + c;
         if (a[0].s.find('(') != std::string::npos || a[1].s.find('(') != std::string::npos)
-          return bad(at, "pose_add of values is not read", "Give them names first.");
+          return bad(at, "pose_add of unnamed values is not read",
+                     "Assign them to variables first.");
         return value("POSE(POSITION(" + p + "), " + a[1].s + ".ORI @ " + a[0].s + ".ORI)", kPose);
       }
       if ((w == "get_inverse_kin") && !a.empty() && a[0].type.k == K::pose &&
@@ -1398,8 +1400,7 @@ class UrscriptReader final : public Reader {
                       : failed();
         }
         if (!a[0].is_literal || a[0].v < 0 || a[0].v > 1000)
-          return bad(at, "IRL has no signals whose number is computed",
-                     "Give each of them its name.");
+          return bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
         const Symbol& x =
             signal(it->second.first, static_cast<std::int64_t>(a[0].v) + it->second.second);
         return value(x.irl, x.type);
@@ -1424,7 +1425,7 @@ class UrscriptReader final : public Reader {
         return bad(at, "IRL has no counterpart of " + std::string(t.raw));
     }
     if (!s && is_own_word(w))
-      return bad(at, std::string(t.raw) + " gives no value that is read here");
+      return bad(at, std::string(t.raw) + " returns no value that is read here");
     Type result = kReal;
     if (s && s->kind == Symbol::routine && !learned_.stubs.contains(w)) {
       result = s->type;
@@ -1432,7 +1433,7 @@ class UrscriptReader final : public Reader {
         // A function whose type is not known yet, in the first pass.
         (void)call_of(t, named, at);
         if (!learned_.flags.insert("called " + w).second && learned_.flags.contains("again " + w))
-          return bad(at, std::string(t.raw) + " gives no value that was read");
+          return bad(at, std::string(t.raw) + " returns no value that was read");
         learned_.flags.insert("again " + w);
         is_guessed_ = true;
         return value(s->irl + "()", kReal);

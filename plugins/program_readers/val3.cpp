@@ -138,7 +138,7 @@ class Val3Reader final : public Reader {
     if (extension(files_[0].name) == "pjx") missing();
     else
       note({}, "the data of the application are read with its project",
-           "Read the file .pjx, with what lies beside it.");
+           "Read the .pjx file together with the files beside it.");
     for (std::size_t f = 0; f < files_.size(); ++f)
       if (extension(files_[f].name) == "dtx") data(f);
     for (std::size_t f = 0; f < files_.size(); ++f)
@@ -152,8 +152,8 @@ class Val3Reader final : public Reader {
     if (main == programs_.size() && programs_.size() == 1 && programs_[0].parameters.empty())
       main = 0;
     if (main == programs_.size() && !programs_.empty())
-      note({}, "no program is named start; nothing is done by itself",
-           "Call one of the procedures behind BEGIN.");
+      note({}, "no program is named start; the program has no statements",
+           "Call one of the procedures after BEGIN.");
     for (std::size_t i = 0; i < programs_.size(); ++i)
       if (i != main) announce(programs_[i].name, programs_[i].parameters, kNone);
     for (std::size_t i = 0; i < programs_.size(); ++i) {
@@ -206,8 +206,7 @@ class Val3Reader final : public Reader {
         return lower(f.name) == lower(name);
       });
       if (!is_there)
-        fail({}, "the file " + name + " of the project is not there",
-             "It belongs beside the project.");
+        fail({}, "the file " + name + " of the project is missing", "Put it beside the project.");
     }
   }
   std::optional<Type> type_named(const std::string& low) const {
@@ -298,12 +297,11 @@ class Val3Reader final : public Reader {
         if ((v.attributes.contains("decel") && number(v, "decel") != number(v, "accel")) ||
             (blends && v.attributes.contains("reach") && number(v, "reach") != number(v, "leave")))
           warn(at_tag(f, v),
-               "IRL brakes as it accelerates, and leaves a path as far from the point as "
-               "it comes back to it; decel and reach of " +
+               "IRL decelerates as it accelerates, and leaves and rejoins a path at the same "
+               "distance from the point; decel and reach of " +
                    name + " are left out");
       }
-      if (size > 1)
-        fail(at, name + " is an array of motion descriptors, of which the first is read");
+      if (size > 1) fail(at, name + " is an array of motion descriptors; only the first is read");
       motions_[lower(name)] = m;
       return;
     }
@@ -473,7 +471,7 @@ class Val3Reader final : public Reader {
     if (w == "else" || w == "elseif") {
       next();
       if (!is_in("endif")) {
-        bad(at, "this stands outside of if");
+        bad(at, "this is outside if");
         skip_rest();
         return;
       }
@@ -535,7 +533,7 @@ class Val3Reader final : public Reader {
     if (w == "break") {
       next();
       if (is_in("endswitch")) return;
-      bad(at, "break stands outside of an arm of switch");
+      bad(at, "break is outside an arm of switch");
       return;
     }
     if (w == "return") {
@@ -554,9 +552,9 @@ class Val3Reader final : public Reader {
           Ex& a = args.back();
           const bool is_place = a.type.k == K::pose || a.type.k == K::target;
           if (a.ok && is_place && !father_.name.empty())
-            a = bad(at,
-                    "a point within a frame is not passed to a program, which would lose "
-                    "the frame");
+            a = bad(
+                at,
+                "a point in a frame cannot be passed to a program, since the frame would be lost");
         } while (accept(",") && args.size() < 100);
         expect(")");
       }
@@ -593,7 +591,7 @@ class Val3Reader final : public Reader {
     }
     if (!is("(", 1)) {
       next();
-      bad(at, "\"" + std::string(t.raw.substr(0, 40)) + "\" begins no statement that is read");
+      bad(at, "\"" + std::string(t.raw.substr(0, 40)) + "\" does not begin a supported statement");
       skip_rest();
       return;
     }
@@ -601,7 +599,7 @@ class Val3Reader final : public Reader {
     next();
     if (w == "waitendmove") {
       expect(")");
-      note_line(at, "motions of IRL have ended before the next statement, except where they pass");
+      note_line(at, "IRL motions end before the next statement, except where they are blended");
       return;
     }
     if (w == "open" || w == "close") {
@@ -616,7 +614,7 @@ class Val3Reader final : public Reader {
       if (!e.ok) return;
     if (w == "delay" && a.size() == 1) {
       const Ex e = as_real(a[0], at);
-      if (e.is_literal && e.v < 0) bad(at, "a time is not negative");
+      if (e.is_literal && e.v < 0) bad(at, "a time must not be negative");
       else if (e.ok) emit("WAIT " + within(e, kSum) + " SEC;", at);
     } else if (w == "wait" && a.size() == 1) {
       const Ex c = converted(a[0], kBool, at);
@@ -651,7 +649,7 @@ class Val3Reader final : public Reader {
     const bool are_numbers = is_number(v.type) && is_number(from.type) && is_number(to.type);
     if (!v.ok || !from.ok || !to.ok || !are_numbers || !step.is_literal || step.v == 0) {
       if (step.ok && v.ok && from.ok && to.ok)
-        bad(at, are_numbers ? "the step of this loop is not known" : "a loop counts numbers");
+        bad(at, are_numbers ? "the step of this loop is unknown" : "a loop must count numbers");
       open_unread_loop("endfor", at);
       steps_.push_back("{ no step }");
       return;
@@ -693,11 +691,11 @@ class Val3Reader final : public Reader {
     const Symbol* f = find(frame.low);
     if (!p || (p->type.k != K::target && p->type.k != K::pose)) {
       bad(at, "link() of " + std::string(point.raw.substr(0, 40)) +
-                  " is not read: it is no single point that is declared");
+                  " is not read: it is not a single declared point");
       return;
     }
     if (frame.low != "world" && (!f || f->type.k != K::pose)) {
-      bad(at, "the frame " + std::string(frame.raw.substr(0, 40)) + " is declared nowhere");
+      bad(at, "the frame " + std::string(frame.raw.substr(0, 40)) + " is not declared");
       return;
     }
     learned_.modal["link " + point.low].insert(frame.low);
@@ -765,7 +763,7 @@ class Val3Reader final : public Reader {
         e = expression();
         if (const auto it = learned_.modal.find("link " + point.low);
             it != learned_.modal.end() && it->second.size() > 1 && !linked_.contains(point.low))
-          e = bad(at, "which frame " + std::string(point.raw) + " is in is not known here",
+          e = bad(at, "which frame " + std::string(point.raw) + " uses is unknown here",
                   "Write link() before the motion.");
       }
       expect(",");
@@ -779,7 +777,7 @@ class Val3Reader final : public Reader {
         continue;
       }
       if (e.type.k != K::pose && e.type.k != K::target && e.type.k != K::joint) {
-        bad(at, "this is no place and no joint position");
+        bad(at, "this is neither a pose nor a joint position");
         skip_rest();
         return;
       }
@@ -800,7 +798,7 @@ class Val3Reader final : public Reader {
       const Ex i = expression();
       expect("]");
       if (i.ok && !(i.is_literal && i.v == 0)) {
-        bad(how.at, "of an array of motion descriptors the first alone is read");
+        bad(how.at, "only the first of an array of motion descriptors is read");
         return;
       }
     }
@@ -808,7 +806,7 @@ class Val3Reader final : public Reader {
     const auto it = motions_.find(how.low);
     if (it == motions_.end()) {
       bad(how.at,
-          "the motion descriptor " + std::string(how.raw.substr(0, 40)) + " is declared nowhere");
+          "the motion descriptor " + std::string(how.raw.substr(0, 40)) + " is not declared");
       return;
     }
     const Motions& d = it->second;
@@ -817,7 +815,7 @@ class Val3Reader final : public Reader {
       if (!e.is_literal || e.v <= 100) return e;
       if (told_.insert(how.low + " " + field).second)
         warn(how.at, std::string(field) + " of " + std::string(how.raw) +
-                         " is above 100 %, and taken as 100 %");
+                         " is above 100 % and is taken as 100 %");
       return real(100);
     };
     const Ex velocity = percent("vel"), acceleration = percent("accel");
@@ -830,7 +828,7 @@ class Val3Reader final : public Reader {
       if (!limit.is_literal || (limit.v > 0 && limit.v < 90000))
         m.attributes.emplace_back("SPEED", limit);
       else if (told_.insert(how.low + " t").second)
-        warn(how.at, std::string(how.raw) + " has no speed in mm/s (tmax); R_SPEED counts");
+        warn(how.at, std::string(how.raw) + " has no speed in mm/s (tmax); R_SPEED applies");
       if (!acceleration.is_literal || (acceleration.v > 0 && acceleration.v != 100))
         m.attributes.emplace_back("ACC", acceleration);
     }
@@ -844,7 +842,7 @@ class Val3Reader final : public Reader {
       // IRL's TRAFO is of the robot's own tool; in joints every tool comes to the same.
       m.has_tool = false;
       if (tool.ok && tool.s != identity().s)
-        fail(at, "a path to joints is that of the robot's present tool here, not of this one",
+        fail(at, "a path to joint values uses the robot's present tool here, not this one",
              "Give a point.");
     } else if (tool.ok && tool.s != identity().s) {
       m.tool = as_pose(tool, at);
@@ -939,7 +937,7 @@ class Val3Reader final : public Reader {
     const auto& [names, is_analogue] = signals_of_[name.low];
     if (!n.ok) return;
     if (is_analogue || names.size() > 31) {
-      bad(at, "dioSet() is of 31 digital outputs at most");
+      bad(at, "dioSet() needs at most 31 digital outputs");
       return;
     }
     for (std::size_t k = 0; k < names.size(); ++k) {
@@ -956,7 +954,7 @@ class Val3Reader final : public Reader {
     expect(")");
     const auto& [names, is_analogue] = signals_of_[name.low];
     if (is_analogue || names.size() > 31)
-      return bad(at, "dioGet() is of 31 digital signals at most");
+      return bad(at, "dioGet() needs at most 31 digital signals");
     const bool is_out = learned_.flags.contains("output " + name.low);
     Ex all = failed();
     for (std::size_t k = 0; k < names.size(); ++k) {
@@ -1011,7 +1009,7 @@ class Val3Reader final : public Reader {
       if (!e.ok) return;
       if (field.low == "reach" || field.low == "decel" || field.low == "rvel") {
         left_out(RMP_FAULT_WARNING, at,
-                 std::string(field.raw) + " of a motion descriptor is not said in IRL");
+                 std::string(field.raw) + " of a motion descriptor has no counterpart in IRL");
         return;
       }
       if (!it->second.values.contains(field.low)) {
@@ -1036,7 +1034,7 @@ class Val3Reader final : public Reader {
     const Father own = std::exchange(father_, Father{});
     const Ex e = expression();
     if (e.ok && (!father_.name.empty() || e.type.k == K::target) && !(own == father_)) {
-      bad(at, "this point would move to another frame, which is not read",
+      bad(at, "assigning this point would change its frame, which is not read",
           "Give both points the same frame.");
       return;
     }
@@ -1064,11 +1062,11 @@ class Val3Reader final : public Reader {
       for (const Ex& e : x)
         if (!e.ok) return failed();
       if (x.size() == 6) return pose({x[0], x[1], x[2]}, orientation("ORIXYZ", {x[3], x[4], x[5]}));
-      return bad(at, "six numbers belong here");
+      return bad(at, "six numbers are expected here");
     }
     if (t.kind != Tk::name) {
       if (!at_line_end()) next();
-      return bad(at, "a value belongs here");
+      return bad(at, "a value is expected here");
     }
     next();
     if (t.low == "true" || t.low == "false") return boolean(t.low == "true");
@@ -1079,8 +1077,7 @@ class Val3Reader final : public Reader {
         const Ex i = expression();
         expect("]");
         if (!i.is_literal || i.v < 0 || i.v >= static_cast<double>(it->second.first.size()))
-          return bad(at, "IRL has no signals whose number is computed",
-                     "Give each of them its name.");
+          return bad(at, "IRL has no signals with computed numbers", "Give each of them a name.");
         n = static_cast<std::size_t>(i.v);
       }
       const bool is_out = learned_.flags.contains("output " + t.low);
@@ -1093,7 +1090,7 @@ class Val3Reader final : public Reader {
     if (is("(")) return suffixes(function(t));
     const Symbol* s = find(t.low);
     if (!s || s->kind == Symbol::routine || s->kind == Symbol::data)
-      return bad(at, std::string(t.raw.substr(0, 60)) + " is declared nowhere",
+      return bad(at, std::string(t.raw.substr(0, 60)) + " is not declared",
                  "Read the project (.pjx) with its data.");
     if (const auto f = fathers_.find(t.low); f != fathers_.end()) {
       // Elements of an array may be relative to different frames.
@@ -1109,7 +1106,7 @@ class Val3Reader final : public Reader {
       } else {
         skip_rest();
         return bad(at, "the elements of " + std::string(t.raw) +
-                           " are in different frames, and which one is meant is computed");
+                           " are in different frames, and the index is computed");
       }
     }
     if (s->type.k == K::array && !is("[")) {
@@ -1131,7 +1128,7 @@ class Val3Reader final : public Reader {
           const Type of = *e.type.element;
           e = place(e.s + "[" + i.s + "]", of);
         } else if (!(i.is_literal && i.v == 0)) {
-          return bad(at, "this is no array");
+          return bad(at, "this is not an array");
         }
         continue;
       }

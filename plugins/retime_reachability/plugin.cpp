@@ -41,12 +41,12 @@ Result<void> check(const RetimeProblem& p) {
       return bad("the torque tables do not match the path", "Report it to the caller's author.");
   for (std::size_t i = 1; i < count; ++i)
     if (!(p.s[i] > p.s[i - 1]))
-      return bad("grid point " + std::to_string(i + 1) + " does not lie behind the one before",
-                 "The grid must rise.");
+      return bad("grid point " + std::to_string(i + 1) + " does not lie after the previous one",
+                 "Grid values must increase.");
   for (const auto& table : {p.q1, p.q2, p.torque_a, p.torque_b, p.torque_c})
     for (std::size_t k = 0; k < table.size(); ++k)
       if (!std::isfinite(table[k]))
-        return bad("the path is not finite at " + percent_of(p, k / p.dof) + " of its way",
+        return bad("the path is not finite at " + percent_of(p, k / p.dof) + " of its length",
                    "Check the curve there.");
   for (std::size_t j = 0; j < p.dof; ++j) {
     if (!(p.velocity[j] > 0) || !(p.acceleration[j] > 0))
@@ -66,10 +66,10 @@ std::optional<Error> too_heavy(const RetimeProblem& p, std::size_t i) {
   for (std::size_t j = 0; j < p.dof && !p.torque_a.empty(); ++j) {
     const double need = std::fabs(p.torque_c[i * p.dof + j]);
     if (need > p.torque[j])
-      return bad("at " + percent_of(p, i) + " of the way joint " + std::to_string(j + 1) +
-                     " needs " + print_number(need) + " to stand still, " +
+      return bad("at " + percent_of(p, i) + " of the path joint " + std::to_string(j + 1) +
+                     " needs " + print_number(need) + " to hold still, " +
                      print_number(need - p.torque[j]) + " above its limit",
-                 "Raise its torque limit, lighten the load, or take another path.");
+                 "Raise its torque limit, lighten the load, or use another path.");
   }
   return {};
 }
@@ -78,7 +78,7 @@ std::optional<Error> too_heavy(const RetimeProblem& p, std::size_t i) {
 Error stuck(const RetimeProblem& p, std::size_t i) {
   if (auto heavy = too_heavy(p, i)) return *std::move(heavy);
   return bad(
-      "at " + percent_of(p, i) + " of the way no speed keeps all limits and still reaches the end",
+      "at " + percent_of(p, i) + " of the path no speed meets all limits and still reaches the end",
       "Raise the limits, or make the path smoother there.");
 }
 
@@ -93,7 +93,7 @@ class Reachability final : public Retimer {
     std::vector<Interval> reach(count);
     const double end = p.end_rate * p.end_rate;
     if (end > stages.most(last) * (1 + 1e-9))
-      return bad("the rate at the end is " + print_number(p.end_rate) + ", above the greatest " +
+      return bad("the rate at the end is " + print_number(p.end_rate) + ", above the maximum " +
                      print_number(std::sqrt(std::max(0.0, stages.most(last)))),
                  "Lower it.");
     reach[last] = {end, end};
@@ -114,7 +114,7 @@ class Reachability final : public Retimer {
       if (auto heavy = too_heavy(p, 0)) return *std::move(heavy);
       return bad("the rate at the start is " + print_number(p.start_rate) + ", and only " +
                      print_number(std::sqrt(reach[0].low)) + " to " +
-                     print_number(std::sqrt(reach[0].high)) + " can be kept within the limits",
+                     print_number(std::sqrt(reach[0].high)) + " is possible within the limits",
                  "Change it.");
     }
     x = std::clamp(x, reach[0].low, reach[0].high);
@@ -139,6 +139,6 @@ class Reachability final : public Retimer {
 RMP_PLUGIN("org.robomosp.retime_reachability", "0.1.0", "Apache-2.0",
            "Time-optimal re-timing of joint paths.",
            RMP_PROVIDER_NO_PARAMS(robomosp::retime_reachability::Reachability, "reachability",
-                                  "Fastest way along a path within velocity, acceleration and "
+                                  "Fastest motion along a path within velocity, acceleration and "
                                   "torque limits, by reachability analysis.",
                                   "velocity,acceleration,torque"))

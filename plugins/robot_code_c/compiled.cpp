@@ -70,7 +70,7 @@ Result<fs::path> cache_folder() {
   if (failed)
     return error(ErrorCode::io,
                  "the folder \"" + folder.string() + "\" cannot be made: " + failed.message(),
-                 "Compiled robots are kept there; set XDG_CACHE_HOME to a folder you can write.");
+                 "Compiled robots are cached there; set XDG_CACHE_HOME to a writable folder.");
   return folder;
 }
 
@@ -171,7 +171,7 @@ Result<void> check_against(const Compiled& c, const RobotModel& m,
       else c.forward_kinematics(q.data(), got.data());
       if (differs(got, expected))
         return error(ErrorCode::plugin_failed,
-                     "the compiled " + f.name + " does not compute what was written",
+                     "the compiled " + f.name + " does not compute the expected values",
                      "Set ROBOMOSP_CC to another compiler, or choose the provider newton_euler.");
     }
   }
@@ -221,7 +221,7 @@ Result<Compiled> compile(const RobotModel& model, ForwardDynamicsPolicy forward,
     }
     if (failed)
       return error(ErrorCode::io, "the folder \"" + work.string() + "\" cannot be written",
-                   "Check the space and rights there.");
+                   "Check its free space and permissions.");
     auto done =
         run_compiler(host, program, work / (std::string(kSymbol) + ".c"), work / "robot.so");
     if (done.ok()) fs::rename(work / "robot.so", library, failed);
@@ -231,7 +231,7 @@ Result<Compiled> compile(const RobotModel& model, ForwardDynamicsPolicy forward,
     if (failed)
       return error(ErrorCode::io,
                    "\"" + library.string() + "\" cannot be written: " + failed.message(),
-                   "Check the space and rights there.");
+                   "Check its free space and permissions.");
   }
   void* const opened = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   Compiled c;

@@ -494,7 +494,7 @@ Function forward_kinematics(const RobotModel& model) {
 Function jacobian(const RobotModel& model) {
   Function f = named("jacobian",
                      "Geometric Jacobian of the first tip in the base frame, row by row: three "
-                     "rows of linear velocity, three of angular velocity, one column a rate.",
+                     "rows of linear velocity, three of angular velocity, one column per rate.",
                      {kQ}, "jacobian");
   Builder b(model, f.graph);
   const auto at = globals(b);
@@ -764,11 +764,11 @@ Result<void> check_inertia(const RobotModel& model) {
 Result<void> check_loops(const RobotModel& model) {
   for (const LoopModel& l : model.loops)
     if (std::popcount(l.fixed & (kLoopRotX | kLoopRotY | kLoopRotZ)) == 1)
-      return error(
-          ErrorCode::unsupported,
-          "its loop \"" + l.name + "\" holds one turn alone, whose equation is not written as code",
-          "Leave inverse_dynamics, inertia and forward_dynamics out of the parts.",
-          "robot \"" + model.name + "\"");
+      return error(ErrorCode::unsupported,
+                   "its loop \"" + l.name +
+                       "\" constrains a single rotation, which the code generator does not support",
+                   "Leave inverse_dynamics, inertia and forward_dynamics out of the parts.",
+                   "robot \"" + model.name + "\"");
   return {};
 }
 
@@ -777,7 +777,7 @@ Function closed_inverse_dynamics(const RobotModel& model) {
                      "Forces of the motors of the closed mechanism, by gravity, inertia, velocity, "
                      "friction, springs and motors [N m or N], for joint values, rates and "
                      "accelerations that keep its loops closed. Entries of joints without motors "
-                     "are what no motor can give.",
+                     "are forces that no motor can provide.",
                      {kQ, kQd, kQdd}, "tau");
   f.ending = Ending::motor_forces;
   f.columns = columns_of(model);
@@ -792,7 +792,7 @@ Function closed_inverse_dynamics(const RobotModel& model) {
 
 Function closed_inertia(const RobotModel& model) {
   Function f = named("inertia",
-                     "Inertia matrix that the motors of the closed mechanism feel, row by row, for "
+                     "Inertia matrix seen by the motors of the closed mechanism, row by row, for "
                      "joint values that close its loops.",
                      {kQ}, "m");
   f.ending = Ending::motor_inertia;
@@ -870,21 +870,20 @@ std::size_t operation_count(const Function& f) {
 Result<void> check_size(const Function& f, const RobotModel& model) {
   const char* hint =
       is_closed(f.ending)
-          ? "robot.inverse_dynamics and the provider constrained serve such mechanisms."
-          : "Long chains are served by the providers newton_euler and articulated_body.";
+          ? "Use robot.inverse_dynamics and the provider constrained for such mechanisms."
+          : "Use the providers newton_euler and articulated_body for long chains.";
   const std::size_t most = is_closed(f.ending) ? kMostClosedRows : kMostRows,
                     rows = std::max(f.columns.rows(), f.loops.rows);
   if (f.ending != Ending::none && rows > most)
     return error(ErrorCode::unsupported,
                  "its " + f.name + " has a matrix of " + std::to_string(rows) +
-                     " rows, more than the " + std::to_string(most) + " that are kept on the stack",
+                     " rows, more than the " + std::to_string(most) + " allowed on the stack",
                  hint, "robot \"" + model.name + "\"");
   const std::size_t count = operation_count(f);
   if (count <= kMostOperations) return {};
   return error(ErrorCode::unsupported,
-               "its " + f.name + " takes " + std::to_string(count) +
-                   " operations written out, more than the " + std::to_string(kMostOperations) +
-                   " that compilers manage in seconds",
+               "its " + f.name + " takes " + std::to_string(count) + " operations, more than the " +
+                   std::to_string(kMostOperations) + " that compilers can handle in seconds",
                hint, "robot \"" + model.name + "\"");
 }
 

@@ -41,8 +41,8 @@ class C99 final : public RobotCodeGenerator {
                                          Progress& progress) const override {
     if (!is_identifier(name))
       return error(ErrorCode::invalid_argument,
-                   "\"" + std::string(name) + "\" is no name of the C language",
-                   "Give letters, digits and underscores, a letter first.");
+                   "\"" + std::string(name) + "\" is not a valid C name",
+                   "Use letters, digits and underscores, starting with a letter.");
     RMP_TRY(check_model(model));
     const bool is_closed = !model.loops.empty();
     const double stabilization = params.real("stabilization");
@@ -70,19 +70,18 @@ class C99 final : public RobotCodeGenerator {
     std::vector<Function> functions;
     for (const Part& p : is_closed ? of_closed : of_tree) {
       if (!(parts & p.bit)) continue;
-      if (progress.cancelled())
-        return error(ErrorCode::cancelled, "writing the robot's code was stopped");
+      if (progress.cancelled()) return error(ErrorCode::cancelled, "code generation was cancelled");
       RMP_TRY_ASSIGN(Function f, p.make(model));
       RMP_TRY(check_size(f, model));
       functions.push_back(std::move(f));
     }
     if (functions.empty())
-      return error(ErrorCode::invalid_argument, "no part was chosen", "Choose at least one.");
+      return error(ErrorCode::invalid_argument, "no part was selected", "Choose at least one.");
     return write_files(model, std::string(name), functions);
   }
 };
 
-Error cancelled() { return error(ErrorCode::cancelled, "the dynamics were stopped"); }
+Error cancelled() { return error(ErrorCode::cancelled, "the dynamics computation was cancelled"); }
 
 /// What both providers share: the code, and the recursion that serves what the code leaves out.
 class CompiledRobot {
@@ -107,7 +106,7 @@ class CompiledRobot {
         return error(ErrorCode::invalid_argument,
                      std::string(what) + " of sample " + std::to_string(first + i / width + 1) +
                          " are not finite",
-                     "Check the joint values, rates and forces given for it.");
+                     "Check its joint values, rates and forces.");
     return {};
   }
   /// Calls work(first, samples) for pieces short enough to hear a cancellation.
@@ -177,7 +176,8 @@ class CompiledForward final : public ForwardDynamics, CompiledRobot {
   explicit CompiledForward(const rmp_host* host) : CompiledRobot(host) {}
   Result<void> prepare(const RobotModel& model, const Params&) override {
     if (!model.loops.empty())
-      return error(ErrorCode::unsupported, "it has closed loops, which this provider does not meet",
+      return error(ErrorCode::unsupported,
+                   "it has closed loops, which this provider does not support",
                    "Choose the provider constrained.", "robot \"" + model.name + "\"");
     return bind(model, ForwardDynamicsPolicy::needed);
   }

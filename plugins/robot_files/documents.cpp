@@ -22,7 +22,7 @@ constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
 
 const char* reason(tinyxml2::XMLError e) {
   switch (e) {
-    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT: return "an element is closed that is not open";
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT: return "a closing tag has no open element";
     case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE: return "an attribute is damaged";
     case tinyxml2::XML_ERROR_PARSING_ELEMENT: return "an element is damaged";
     case tinyxml2::XML_ERROR_PARSING_TEXT: return "a text is damaged";
@@ -106,13 +106,14 @@ Result<const Element*> Documents::add(std::string_view bytes, Source source) {
     const std::string where = file + "line " + std::to_string(d.ErrorLineNum());
     if (d.ErrorID() == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED)
       return error(ErrorCode::unsupported, "its elements are nested deeper than 100",
-                   "URDF says chains of any length without nesting.", where);
+                   "URDF describes chains of any length without nesting.", where);
     return error(ErrorCode::syntax,
                  std::string("it is not well-formed XML: ") + reason(d.ErrorID()),
                  "Check it in the program it comes from.", where);
   }
   if (!d.RootElement())
-    return error(ErrorCode::syntax, "it holds no element", "Give a robot's file.", file + "line 1");
+    return error(ErrorCode::syntax, "it contains no element", "Give a robot's file.",
+                 file + "line 1");
   all_.push_back(std::move(one));
   return all_.back()->document.RootElement();
 }
@@ -124,20 +125,20 @@ Result<const Element*> Documents::open(const Element& asked, const std::filesyst
     return fault(asked,
                  "file " + in_quotes(file.lexically_normal().string()) +
                      " lies outside the package " + in_quotes(reach_->package().string()),
-                 "Give options = {outside = true} to have such files read.");
+                 "Give options = {outside = true} to read such files.");
   if (!files::is_file(file))
     return fault(asked, "there is no file " + in_quotes(file.string()),
                  "Put it beside the robot's file.");
   for (const Source* s = source_of(asked); s; s = s->asked)
     if (!s->path.empty() && fs::equivalent(s->path, file, failed))
       return fault(asked, "file " + in_quotes(file.filename().string()) + " includes itself",
-                   "Take one of the includes away.");
+                   "Remove one of the includes.");
   if (all_.size() >= kMostDocuments)
     return fault(asked, "there are more than 1000 included files", "Join them.");
   const auto text = files::read(file, kMostBytes - bytes_);
   if (!text.ok())
     return fault(asked, "the included files have more than 256 MiB",
-                 "Meshes belong into files of their own.");
+                 "Store meshes in separate files.");
   bytes_ += text->size();
   return add(*text, {file.filename().string(), file, source_of(asked)});
 }

@@ -38,7 +38,7 @@ Result<MeshFile> parse_binary_stl(std::string_view bytes) {
   const auto count = std::size_t{at<std::uint32_t>(bytes, 80)};
   if ((bytes.size() - spatial::kStlHead) / spatial::kStlTriangle < count)
     return broken("it should hold " + std::to_string(count) +
-                  " triangles and is too short for them");
+                  " triangles but is too short for them");
   for (std::size_t t = 0; t < count; ++t)
     for (std::size_t k = 0; k < 9; ++k) {
       const auto x = at<float>(bytes, spatial::kStlHead + spatial::kStlTriangle * t + 12 + 4 * k);
@@ -105,9 +105,9 @@ Result<MeshFile> parse_obj(std::string_view text) {
         word = word.substr(0, word.find('/'));
         std::int64_t i = 0;
         const auto r = std::from_chars(word.data(), word.data() + word.size(), i);
-        if (r.ec != std::errc()) return broken("a face names no corner");
+        if (r.ec != std::errc()) return broken("a face has no corners");
         i = i < 0 ? count + i : i - 1;
-        if (i < 0 || i >= count) return broken("a face names a corner that is not there");
+        if (i < 0 || i >= count) return broken("a face refers to a missing corner");
         face.push_back(static_cast<std::uint32_t>(i));
       }
       for (std::size_t k = 2; k < face.size(); ++k)
@@ -136,7 +136,7 @@ Result<MeshFile> parse_msh(std::string_view bytes) {
   const auto faces = static_cast<std::size_t>(wanted - 12 * n[3]);
   for (std::size_t i = 0; i < static_cast<std::size_t>(3 * n[3]); ++i) {
     const auto v = at<std::int32_t>(bytes, faces + 4 * i);
-    if (v < 0 || v >= n[0]) return broken("a triangle names a corner that is not there");
+    if (v < 0 || v >= n[0]) return broken("a triangle refers to a missing corner");
     m.triangles.push_back(static_cast<std::uint32_t>(v));
   }
   return m;
@@ -208,9 +208,10 @@ Result<MeshFile> parse_mesh(std::string_view bytes, std::string_view extension) 
   }
   if (extension == "obj") return parse_obj(bytes);
   if (extension == "msh") return parse_msh(bytes);
-  return error(ErrorCode::unsupported,
-               "\"." + std::string(extension.substr(0, 20)) + "\" is no format that MuJoCo weighs",
-               "It takes STL, OBJ and MSH.");
+  return error(
+      ErrorCode::unsupported,
+      "\"." + std::string(extension.substr(0, 20)) + "\" is not a mesh format that MuJoCo supports",
+      "Use STL, OBJ or MSH.");
 }
 
 Result<MeshFile> read_mesh_file(const std::filesystem::path& file) {

@@ -19,7 +19,7 @@ Joint* find_joint(Mechanism& m, std::string_view name) {
   return nullptr;
 }
 
-/// The greatest magnitude of a range that counts, or infinity.
+/// The maximum magnitude of a range that counts, or infinity.
 Result<double> bound(const MjcfBodies& b, const Element& e, const std::string& cls,
                      const char* range, const char* limited) {
   const std::string_view says = b.values.value(e, cls, limited);
@@ -31,7 +31,7 @@ Result<double> bound(const MjcfBodies& b, const Element& e, const std::string& c
   return std::max(std::fabs(r[0]), std::fabs(r[1]));
 }
 
-/// The greatest force of an actuator before its gear: of its force range, and where the force is
+/// The maximum force of an actuator before its gear: of its force range, and where the force is
 /// the control (times a gain), of its control range.
 Result<double> greatest_force(const MjcfBodies& b, const Element& e, const std::string& cls) {
   RMP_TRY_ASSIGN(double most, bound(b, e, cls, "forcerange", "forcelimited"));
@@ -69,7 +69,7 @@ Result<void> coupling(MjcfBodies& b, const Element& e, const std::string& cls) {
     if (!(std::fabs(v) <= kGreatest)) return fault(e, "a coefficient is beyond 1e12");
   if (second.empty()) {
     b.m.notes.push_back("Joint " + in_quotes(first) +
-                        " is held by an equality in the file; it is free here.");
+                        " is fixed by an equality in the file; it is free here.");
     return {};
   }
   if (c[2] != 0 || c[3] != 0 || c[4] != 0)
@@ -137,7 +137,7 @@ Result<void> loop(MjcfBodies& b, const Element& e, const std::string& cls, bool 
       l.in_a.R = spatial::from_quaternion({r[3], r[4], r[5], r[6]});
     }
   }
-  if (l.a == l.b) return fault(e, "it ties a body to itself", "Name two bodies.");
+  if (l.a == l.b) return fault(e, "it connects a body to itself", "Name two bodies.");
   b.m.loops.push_back(std::move(l));
   return {};
 }
@@ -197,7 +197,7 @@ Result<void> read_actuators(MjcfBodies& b, const std::vector<const Element*>& ac
   if (geared > 0)
     b.m.notes.push_back("The gear of the actuators of " + std::to_string(geared) +
                         (geared == 1 ? " joint is" : " joints is") +
-                        " in their greatest force; torques count at the joint.");
+                        " in their maximum force; torques refer to the joint.");
   return {};
 }
 
@@ -227,7 +227,7 @@ Result<void> read_keyframes(MjcfBodies& b, const std::vector<const Element*>& al
     if (!has(*e, "qpos")) continue;
     RMP_TRY_ASSIGN(const auto q, numbers(*e, word(*e, "qpos"), "qpos", 3 * kMostBodies));
     if (q.size() != length) {
-      b.left_out.add("a <key> of other joints than those that were read");
+      b.left_out.add("a <key> with other joints than those read");
       continue;
     }
     NamedPose key;

@@ -155,7 +155,7 @@ class MjcfReader {
       const auto count = static_cast<double>(m->points.size() / 3);
       for (const double i : corners) {
         if (!(i >= 0 && i < count && i == std::floor(i)))
-          return fault(e, "a face names a vertex that is not there", "They count from 0.");
+          return fault(e, "a face refers to a missing vertex", "They are numbered from 0.");
         m->triangles.push_back(static_cast<std::uint32_t>(i));
       }
       if (m->triangles.size() % 3 != 0)
@@ -167,7 +167,7 @@ class MjcfReader {
       points.push_back({m->points[i], m->points[i + 1], m->points[i + 2]});
     const auto hull = spatial::convex_hull(points);
     if (!hull)
-      return fault(e, "its vertices lie in a plane, so that there is nothing between them",
+      return fault(e, "its vertices lie in a plane, so it encloses no volume",
                    "Correct vertex=\"...\".");
     *m = {};
     for (const Vec3& p : hull->points) m->points.insert(m->points.end(), p.begin(), p.end());
@@ -367,7 +367,7 @@ class MjcfReader {
     j.rest = of_joint(spring) - ref;
     if (ref != 0)
       m_.notes.push_back("The value of joint " + in_quotes(j.name) +
-                         " counts from where the file shows it, not from its ref.");
+                         " is measured from the position shown in the file, not from its ref.");
     const std::string_view range = values_.value(e, cls, "range"),
                            limited = values_.value(e, cls, "limited");
     if (!range.empty() && (limited == "true" || (limited != "false" && values_.autolimits()))) {
@@ -407,7 +407,7 @@ class MjcfReader {
     }
     if (!mesh.empty() && g.shape.kind != Shape::Kind::mesh) {
       g.shape.kind = Shape::Kind::mesh;
-      left_out_.add("that a mesh is replaced by a simple shape fitted to it");
+      left_out_.add("fitting a simple shape to a mesh");
     }
     RMP_TRY_ASSIGN(g.shape.pose, values_.pose(e, cls));
     RMP_TRY(geom_size(e, cls, g.shape));
@@ -558,21 +558,19 @@ class MjcfReader {
     if (inferred_ > 0)
       m_.notes.push_back("The masses of " + std::to_string(inferred_) +
                          (inferred_ == 1 ? " body" : " bodies") +
-                         " were computed from the geoms, as the file gives none.");
+                         " were computed from the geoms, since the file gives none.");
     if (counted_more_ > 0)
       m_.notes.push_back(
-          "Meshes count with their mass by MuJoCo's rule \"legacy\", its default, "
-          "which for " +
+          "Masses of meshes follow MuJoCo's default rule \"legacy\", which for " +
           std::to_string(counted_more_) + (counted_more_ == 1 ? " geom is" : " geoms is") +
           " up to " + std::to_string(static_cast<long>(std::lround(100 * most_more_))) +
-          " % more than they enclose. Give their <mesh> inertia=\"exact\" for "
-          "that.");
+          " % more than they enclose. Set inertia=\"exact\" on their <mesh> for the exact mass.");
     if (!without_mass_.empty())
       m_.notes.push_back("The masses of " + std::to_string(without_mass_.size()) +
                          (without_mass_.size() == 1 ? " body" : " bodies") + ", such as " +
                          in_quotes(without_mass_[0]) +
-                         ", lack meshes that were not found, cannot be read, or enclose nothing: "
-                         "their mass is none, or a point where the file gives one. Give it as "
+                         ", lack meshes that were not found, cannot be read, or enclose no volume: "
+                         "they have no mass, or a point mass if the file gives one. Give it as "
                          "<inertial>, or design the bodies here.");
     if (other_geoms_ > 0)
       m_.notes.push_back(std::to_string(other_geoms_) + " geoms that are not for " +

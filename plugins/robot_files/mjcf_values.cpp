@@ -60,8 +60,8 @@ Result<void> MjcfValues::compiler(const Element& e) {
   autolimits_ = is_yes(word(e, "autolimits"), autolimits_);
   if (has(e, "eulerseq")) sequence_ = std::string(word(e, "eulerseq"));
   if (sequence_.size() != 3 || sequence_.find_first_not_of("xyzXYZ") != std::string::npos)
-    return fault(e, in_quotes(sequence_) + " is no sequence of Euler angles",
-                 "It is three of x, y, z, X, Y and Z.");
+    return fault(e, in_quotes(sequence_) + " is not a sequence of Euler angles",
+                 "Give three of x, y, z, X, Y and Z.");
   return {};
 }
 
@@ -103,7 +103,7 @@ std::string MjcfValues::class_of(const Element& e, const std::string& around) co
   if (main_names_.contains(name)) return "main";
   if (!classes_.contains(name) && !unknown_class_)
     unknown_class_ = fault(e, "class " + in_quotes(name) + " is not among the defaults",
-                           "Add it as <default class=...>, or take the word away.");
+                           "Add it as <default class=...>, or remove the class.");
   return name;
 }
 
@@ -136,7 +136,7 @@ Result<double> MjcfValues::first(const Element& e, const std::string& cls, const
   if (v.empty()) return otherwise;
   RMP_TRY_ASSIGN(const auto n, numbers(e, v, attribute));
   if (n.empty() || std::fabs(n[0]) > kGreatest)
-    return fault(e, std::string(attribute) + " is no number of a robot", "Correct the file.");
+    return fault(e, std::string(attribute) + " is not a valid number", "Correct the file.");
   return n[0];
 }
 

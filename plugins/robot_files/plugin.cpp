@@ -18,7 +18,7 @@ namespace {
 constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{64} << 20;
 
 const rmp_param kImportParams[] = {
-    {"name", "string", "", "Name of the robot; empty = the file's.", "", nullptr, 1, 0},
+    {"name", "string", "", "Name of the robot; empty = the file's name.", "", nullptr, 1, 0},
     {"shapes", "enum", "", "Which shapes the links get.", "visual", "visual|collision", 1, 0},
     {"outside", "bool", "", "Open files outside the robot's package too.", "false", nullptr, 1, 0},
 };
@@ -35,18 +35,18 @@ const rmp_param kPackageParams[] = {
     {"package", "string", "", "Name of the package.", "", nullptr, 1, 0},
     {"bodies", "bool", "", "False leaves out the shapes: joints and masses only.", "true", nullptr,
      1, 0},
-    {"description", "string", "", "What package.xml says of it.", "", nullptr, 1, 0},
+    {"description", "string", "", "Description in package.xml.", "", nullptr, 1, 0},
     {"maintainer", "string", "", "Name in package.xml.", "The maintainer", nullptr, 1, 0},
     {"email", "string", "", "Address of the maintainer in package.xml.", "maintainer@example.org",
      nullptr, 1, 0},
     {"licence", "string", "", "Of the package.", "Proprietary", nullptr, 1, 0},
     {"version", "string", "", "Of the package: three numbers.", "0.1.0", nullptr, 1, 0},
     {"group", "string", "",
-     "Planning group of the SRDF; of several chains the beginning of theirs.", "manipulator",
+     "Planning group of the SRDF; with several chains, the prefix of their names.", "manipulator",
      nullptr, 1, 0},
     {"hardware", "string", "", "Plugin of ros2_control that drives the joints.",
      "mock_components/GenericSystem", nullptr, 1, 0},
-    {"command", "enum", "", "Interface that commands go to.", "position",
+    {"command", "enum", "", "Interface that receives the commands.", "position",
      "position|velocity|effort", 1, 0},
     {"rate", "real", "Hz", "Of the controllers.", "100", nullptr, 1, 10000},
 };
@@ -67,7 +67,7 @@ class RobotImporter final : public Importer {
       std::error_code failed;
       if (std::filesystem::file_size(file, failed) > kMostFileBytes && !failed)
         return error(ErrorCode::unsupported, "it has more than 64 MiB",
-                     "Meshes belong into files of their own.", where);
+                     "Store meshes in separate files.", where);
       return error(ErrorCode::not_found, "it cannot be read", "Check its permissions.", where);
     }
     Options options;
@@ -118,7 +118,7 @@ class Meshes {
       RMP_TRY_ASSIGN(auto files, stl->write(part, metres, progress));
       for (ExportedFile& f : files)
         if (f.name == part.name) return std::move(f.bytes);
-      return error(ErrorCode::plugin_failed, "the provider that writes STL files wrote none");
+      return error(ErrorCode::plugin_failed, "the provider of STL files wrote no file");
     };
   }
 
@@ -130,7 +130,7 @@ class Meshes {
       if (known.find(",stl,") != std::string::npos) return made;
     }
     return error(ErrorCode::unsupported, "no plugin can write STL files for its bodies",
-                 "plugin.list tells which plugins were found; bodies = false does without.");
+                 "plugin.list shows the plugins found; bodies = false exports without bodies.");
   }
   Host host_;
 };

@@ -86,11 +86,10 @@ std::string Reach::told() const {
   }
   if (refused_.size() > kMostNamed)
     names += " and " + std::to_string(refused_.size() - kMostNamed) + " more";
-  return (refused_.size() == 1 ? "A file was not opened, as it lies"
-                               : "Files were not opened, as they lie") +
+  return (refused_.size() == 1 ? "A file was not opened, since it lies"
+                               : "Files were not opened, since they lie") +
          std::string(" outside the package ") + in_quotes(package_.string()) +
-         " of the robot's file: " + names +
-         ". Give options = {outside = true} to have such files read.";
+         " of the robot's file: " + names + ". Give options = {outside = true} to read such files.";
 }
 
 }  // namespace robomosp::robot_files

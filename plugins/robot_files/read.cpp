@@ -54,8 +54,8 @@ Result<Imported> read_robot(std::string_view text, Options options) {
   const bool moves = std::any_of(m.bodies.begin(), m.bodies.end(),
                                  [](const Body& b) { return !b.joints.empty(); });
   if (!moves)
-    return error(ErrorCode::unsupported, "there is no joint in it, so that nothing moves",
-                 "A robot needs a link on a joint; import the meshes of other things.");
+    return error(ErrorCode::unsupported, "it has no joint, so nothing moves",
+                 "A robot needs a link on a joint; import other objects as meshes.");
   if (std::string told = options.reach->told(); !told.empty()) m.notes.push_back(std::move(told));
   return records(std::move(m), options);
 }

@@ -109,11 +109,11 @@ class Recorder {
     for (const Loop& l : m_.loops) robot += loop(l);
     for (const NamedPose& p : m_.poses) robot += pose(p);
     if (!renamed_.empty())
-      note("Names that are no names here, or stood twice, were changed: " + listed(renamed_) + ".");
+      note("Names that are not valid here, or were used twice, were changed: " + listed(renamed_) +
+           ".");
     if (looks_ > 0)
       note(
-          "Colours became materials without density; the links have the masses that the file "
-          "gives.");
+          "Colours became materials without density; the links have the masses given in the file.");
     out_.records.push_back({name + ".rbt", std::move(robot)});
     return std::move(out_);
   }
@@ -149,7 +149,7 @@ class Recorder {
         for (std::size_t i = k; i < body.joints.size(); ++i)
           is_before = is_before && body.joints[i].name != j.follows;
         if (of && is_before && has_one_coordinate(of->kind) && has_one_coordinate(j.kind)) continue;
-        note("Joint " + in_quotes(j.name) + " moves on its own: it cannot follow " +
+        note("Joint " + in_quotes(j.name) + " moves independently: it cannot follow " +
              in_quotes(j.follows) + ".");
         j.follows.clear();
       }
@@ -160,15 +160,15 @@ class Recorder {
         if (std::find(order_.begin(), order_.end(), b) != order_.end()) continue;
         for (Joint& j : m_.bodies[b].joints) {
           if (j.follows.empty()) continue;
-          note("Joint " + in_quotes(j.name) + " moves on its own: it follows " +
+          note("Joint " + in_quotes(j.name) + " moves independently: it follows " +
                in_quotes(j.follows) + " in a circle.");
           j.follows.clear();
           is_helped = true;
         }
       }
       if (!is_helped)
-        return error(ErrorCode::invalid_argument, "its links hang on each other in a circle",
-                     "Every link but one has one parent.");
+        return error(ErrorCode::invalid_argument, "its links form a cycle",
+                     "Every link except the root needs one parent.");
     }
     return {};
   }
@@ -287,7 +287,7 @@ class Recorder {
     if (lower > upper) {
       std::swap(lower, upper);
       note("The limits of joint " + in_quotes(j.name) +
-           " were exchanged: the lower one was above.");
+           " were swapped: the lower one was above the upper one.");
     }
     if (std::isfinite(lower) || std::isfinite(upper))
       out += "  limits (" + limit(lower) + ", " + limit(upper) + ")\n";
@@ -295,8 +295,8 @@ class Recorder {
       if (std::isinf(v)) return;
       if (v > 0) out += std::string("  ") + word + " " + print_value(v) + "\n";
       else
-        note("The greatest " + std::string(what) + " of joint " + in_quotes(j.name) + " is " +
-             print_value(v) + " in the file; it was taken for none.");
+        note("The maximum " + std::string(what) + " of joint " + in_quotes(j.name) + " is " +
+             print_value(v) + " in the file; it was treated as unlimited.");
     };
     greatest("max_velocity", j.max_velocity, "velocity");
     greatest("max_acceleration", j.max_acceleration, "acceleration");

@@ -108,9 +108,10 @@ class PackageWriter {
     if (!is_name(wishes_.group))
       return error(ErrorCode::invalid_argument,
                    in_quotes(wishes_.group) + " cannot be the name of a group",
-                   "Use letters, digits and _, a letter first.", "group");
+                   "Use letters, digits and _, starting with a letter.", "group");
     if (wishes_.email.find('@') == std::string::npos)
-      return error(ErrorCode::invalid_argument, in_quotes(wishes_.email) + " is no e-mail address",
+      return error(ErrorCode::invalid_argument,
+                   in_quotes(wishes_.email) + " is not an e-mail address",
                    "package.xml needs one of the maintainer.", "email");
     int points = 0;
     bool is_version = !wishes_.version.empty() && is_digit(wishes_.version.front()) &&
@@ -122,23 +123,23 @@ class PackageWriter {
       before = c;
     }
     if (!is_version || points != 2)
-      return error(ErrorCode::invalid_argument, in_quotes(wishes_.version) + " is no version",
+      return error(ErrorCode::invalid_argument, in_quotes(wishes_.version) + " is not a version",
                    "Give three numbers such as 0.1.0.", "version");
     const auto colon = wishes_.hardware.find('/');
     if (colon == std::string::npos || !is_name(wishes_.hardware.substr(0, colon)) ||
         !is_name(wishes_.hardware.substr(colon + 1)))
       return error(ErrorCode::invalid_argument,
-                   in_quotes(wishes_.hardware) + " names no plugin of ros2_control",
-                   "Give such as mock_components/GenericSystem.", "hardware");
+                   in_quotes(wishes_.hardware) + " is not a ros2_control plugin",
+                   "Give one such as mock_components/GenericSystem.", "hardware");
     return {};
   }
 
   Result<void> check_names() const {
     const auto refused = [](const char* what, const std::string& name) {
-      return error(
-          ErrorCode::invalid_argument,
-          std::string("the ") + what + " " + in_quotes(name) + " cannot be named so in ROS 2",
-          "Rename it: letters, digits and _, a letter first.");
+      return error(ErrorCode::invalid_argument,
+                   std::string("the ") + what + " " + in_quotes(name) +
+                       " has a name that is not valid in ROS 2",
+                   "Rename it: letters, digits and _, starting with a letter.");
     };
     for (const std::string& name : names_.links)
       if (!is_name(name)) return refused("link", name);
@@ -146,7 +147,7 @@ class PackageWriter {
       if (!name.empty() && !is_name(name)) return refused("joint", name);
     if (names_.links.contains("world"))
       return error(ErrorCode::invalid_argument,
-                   "the link \"world\" has the name of the frame that ROS 2 fixes robots to",
+                   "the link \"world\" has the name of the frame to which ROS 2 fixes robots",
                    "Rename it.");
     for (const ExportPose& p : mechanism_.poses)
       if (!is_name(p.name)) return refused("pose", p.name);
@@ -171,12 +172,11 @@ class PackageWriter {
     };
     if (!others.empty())
       report_.notes.push_back(
-          "Joints of several coordinates are not in ros2_control, poses and "
-          "controllers: " +
+          "Joints with several coordinates are left out of ros2_control, poses and controllers: " +
           list(others) + ".");
     if (!moved.empty())
       report_.notes.push_back(
-          "Joints without a motor of their own have states and no commands: " + list(moved) + ".");
+          "Joints without their own motor have states but no commands: " + list(moved) + ".");
   }
 
   /// One group for each end of the tree: the joints from the base to it.
@@ -427,13 +427,13 @@ std::string package_name_fault(const std::string& name) {
   if (name.size() < 2) return "is too short for the name of a package";
   if (name.size() > 100) return "is too long for the name of a package";
   if (!(name[0] >= 'a' && name[0] <= 'z'))
-    return "does not begin with a small letter, as packages do";
+    return "does not begin with a lower-case letter, as package names do";
   for (std::size_t i = 0; i < name.size(); ++i) {
     const char c = name[i];
     if (!((c >= 'a' && c <= 'z') || is_digit(c) || c == '_'))
-      return "holds other signs than small letters, digits and _, of which names of packages are";
+      return "contains characters other than lower-case letters, digits and _";
     if (c == '_' && (i + 1 == name.size() || name[i + 1] == '_'))
-      return "has a _ at its end, or two of them together";
+      return "ends with _ or has two of them in a row";
   }
   return {};
 }
@@ -443,16 +443,15 @@ Result<std::vector<ExportedFile>> write_ros2_package(const ExportTask& task,
                                                      ExportReport& report) {
   if (task.name != "package.xml")
     return error(ErrorCode::invalid_argument,
-                 "a ROS 2 package is told by its file \"package.xml\", not by " +
+                 "a ROS 2 package is given by its file \"package.xml\", not by " +
                      in_quotes(std::string(task.name)),
                  "Give file = \".../my_robot/package.xml\", or use robot.export_ros2.");
   if (task.robots.size() != 1)
-    return error(
-        ErrorCode::unsupported,
-        "a package holds one robot here and there are " + std::to_string(task.robots.size()),
-        "Export each robot on its own.");
+    return error(ErrorCode::unsupported,
+                 "a package contains one robot, but here are " + std::to_string(task.robots.size()),
+                 "Export each robot separately.");
   if (!task.robots[0].model || !mechanism(task.robots[0]))
-    return error(ErrorCode::unsupported, "the program does not say which links the robot has",
+    return error(ErrorCode::unsupported, "the program does not list the robot's links",
                  "Update it; the plugin is newer.");
   return PackageWriter(task, wishes, stl, report).run();
 }

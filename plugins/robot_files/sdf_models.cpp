@@ -92,17 +92,18 @@ Result<void> SdfModels::read(const Element& root) {
     RMP_TRY_ASSIGN(const Element* model, included(*e));
     if (model) found.push_back({model, e, "", ""});
   }
-  if (found.empty()) return fault(root, "it holds no <model>", "Give a robot's file.");
+  if (found.empty()) return fault(root, "it contains no <model>", "Give a robot's file.");
   const auto moving =
       std::find_if(found.begin(), found.end(), [](const Open& o) { return has_joint(*o.e); });
   const Open chosen = moving == found.end() ? found[0] : *moving;
   std::string others;
   for (const Open& o : found)
     if (o.e != chosen.e) others += (others.empty() ? "" : ", ") + in_quotes(word(*o.e, "name"));
-  if (!others.empty()) notes_.push_back("Of several models one is read; left out: " + others + ".");
+  if (!others.empty())
+    notes_.push_back("Only one of several models was read; left out: " + others + ".");
   const Element& placed = chosen.include ? *chosen.include : *chosen.e;
   if (!text_of(placed, "pose").empty())
-    notes_.emplace_back("Where the model stands in its world was left out.");
+    notes_.emplace_back("The model's pose in its world was left out.");
   model_ = chosen.e;
   std::vector<Open> stack{chosen};
   while (!stack.empty()) {

@@ -175,7 +175,8 @@ class SdfReader {
       if (const Element* c = mat->FirstChildElement("diffuse")) {
         RMP_TRY_ASSIGN(auto v, numbers(*c, inner(*c), "diffuse"));
         if (v.size() == 3) v.push_back(1);
-        if (v.size() != 4) return fault(*c, "a colour has 3 or 4 numbers", "Correct the file.");
+        if (v.size() != 4)
+          return fault(*c, "a colour must have 3 or 4 numbers", "Correct the file.");
         s.colour = Colour{static_cast<float>(v[0]), static_cast<float>(v[1]),
                           static_cast<float>(v[2]), static_cast<float>(v[3])};
       }
@@ -198,7 +199,7 @@ class SdfReader {
         const auto it = index_.find(link);
         if (said.empty() || (it == index_.end() && (link != "world" || k == 1)))
           return fault(e,
-                       "joint " + in_quotes(j.name) + " hangs on " + in_quotes(said) +
+                       "joint " + in_quotes(j.name) + " is attached to " + in_quotes(said) +
                            ", which is not a link of the model",
                        models_.missing().empty()
                            ? "Name one of its links."
@@ -206,13 +207,13 @@ class SdfReader {
                                  ", which was not found beside the file or above it.");
         ends[k] = it == index_.end() ? -1 : it->second;
       }
-      if (ends[0] == ends[1]) return fault(e, "its parent is its child", "Correct the file.");
+      if (ends[0] == ends[1]) return fault(e, "its parent is its own child", "Correct the file.");
       RMP_TRY(joint(j, ends[0], ends[1]));
     }
     return {};
   }
 
-  /// Whether a body hangs on another one, or is it.
+  /// Whether a body is attached to another one, or is it.
   bool hangs_on(std::int32_t body, std::int32_t on) const {
     for (; body >= 0; body = m_.bodies[static_cast<std::size_t>(body)].parent)
       if (body == on) return true;
@@ -250,7 +251,7 @@ class SdfReader {
       RMP_TRY(screw(e, made));
     } else if (type == "gearbox") {
       m_.notes.push_back("Joint " + in_quotes(name) +
-                         " is a gearbox between two joints and was left out; say it with mimic.");
+                         " is a gearbox between two joints and was left out; use mimic instead.");
       return {};
     } else if (type != "fixed") {
       return fault(e, in_quotes(type) + " is not a type of joint",
@@ -297,7 +298,7 @@ class SdfReader {
     // Metres a turn; the old word is minus radians a metre.
     way.ratio = pitch != 0 ? pitch / (2 * std::numbers::pi) : old != 0 ? -1 / old : 0;
     if (way.ratio == 0 || std::fabs(way.ratio) > kGreatest)
-      return fault(e, "a screw has no pitch", "Give <screw_thread_pitch> in metres a turn.");
+      return fault(e, "a screw has no pitch", "Give <screw_thread_pitch> in metres per turn.");
     made.push_back(std::move(way));
     return {};
   }
@@ -371,7 +372,7 @@ class SdfReader {
       l.kind = "point";
     } else {
       m_.notes.push_back("Joint " + in_quotes(name) + " (" + place(e) +
-                         ") closes a loop, which only revolute, ball and fixed joints can; the "
+                         ") closes a loop, which only revolute, ball and fixed joints can do; the "
                          "loop was left open.");
       return {};
     }
@@ -387,7 +388,8 @@ class SdfReader {
     return {};
   }
 
-  /// Poses become relative to the parents; what hangs on nothing floats, or stands if it is static.
+  /// Poses become relative to the parents; what is attached to nothing floats, or stands if it is
+  /// static.
   void roots() {
     std::vector<Pose> in_model;
     for (const Body& b : m_.bodies) in_model.push_back(b.rest);
@@ -407,15 +409,15 @@ class SdfReader {
     }
     if (floating > 0)
       m_.notes.push_back(std::to_string(floating) +
-                         (floating == 1 ? " link floats" : " links float") + ", as no joint ties " +
-                         (floating == 1 ? "it" : "them") +
-                         " to the world; make the joint fixed where that is not meant.");
+                         (floating == 1 ? " link floats" : " links float") +
+                         ", since no joint connects " + (floating == 1 ? "it" : "them") +
+                         " to the world; add a fixed joint if this is not intended.");
   }
 
   void tell() {
     if (closed_ > 0)
       m_.notes.push_back(std::to_string(closed_) + (closed_ == 1 ? " joint" : " joints") +
-                         " of links that have another parent became loops.");
+                         " of links with another parent became loops.");
     if (!assumed_.empty())
       m_.notes.push_back(std::to_string(assumed_.size()) + " links, such as " +
                          in_quotes(assumed_[0]) +
@@ -428,7 +430,7 @@ class SdfReader {
     if (inferred_ > 0)
       m_.notes.push_back("The masses of " + std::to_string(inferred_) +
                          (inferred_ == 1 ? " link" : " links") +
-                         " were computed from the collision shapes, as the file says.");
+                         " were computed from the collision shapes, as the file requests.");
     for (const Element* e : models_.models()) left_out_.elements(*e, kModel);
     left_out_.tell(m_.notes);
     m_.notes.insert(m_.notes.end(), models_.notes().begin(), models_.notes().end());

@@ -145,7 +145,7 @@ class UrdfReader {
           return fault(*form, "a mesh cannot be scaled by this number", "Give 1 1 1.");
     } else {
       m_.notes.push_back("A shape <" + std::string(kind).substr(0, 40) + "> of link " +
-                         in_quotes(body.name) + " is none that is known and was left out.");
+                         in_quotes(body.name) + " is of unknown kind and was left out.");
       return {};
     }
     if (const Element* mat = e.FirstChildElement("material")) {
@@ -196,7 +196,7 @@ class UrdfReader {
       Body& child = links_[ends[1]];
       if (has_parent_.contains(ends[1]))
         return fault(*e, "link " + in_quotes(child.name) + " is the child of two joints",
-                     "URDF has trees only; a closed loop is said with a loop in a robomosp file.");
+                     "URDF has trees only; describe a closed loop with a loop in a robomosp file.");
       has_parent_.insert(ends[1]);
       child.parent = static_cast<std::int32_t>(ends[0]);
       RMP_TRY_ASSIGN(child.rest, origin_of(*e));
@@ -295,15 +295,15 @@ class UrdfReader {
     for (std::size_t i = 0; i < links_.size(); ++i)
       if (!has_parent_.contains(i)) roots.push_back(i);
     if (roots.empty())
-      return fault(robot_, "its links hang on each other in a circle",
-                   "Every link but one has one parent.");
+      return fault(robot_, "its links form a cycle",
+                   "Every link except the root needs one parent.");
     if (roots.size() > 1)
       return fault(
           robot_,
           "it has several trees: links " + in_quotes(links_[roots[0]].name) + " and " +
               in_quotes(links_[roots[1]].name) + (roots.size() > 2 ? " and others" : "") +
               " have no parent",
-          "Join them with a fixed or floating joint, or import each from a file of its own.");
+          "Join them with a fixed or floating joint, or import each from a separate file.");
     const Body& root = links_[roots[0]];
     m_.ground = root.shapes;
     if (root.name != "base")
@@ -332,7 +332,7 @@ class UrdfReader {
       m_.notes.push_back(std::to_string(substituted_.size()) + " links, such as " +
                          in_quotes(substituted_[0]) + ", have " +
                          (options_.collision ? "visual" : "collision") +
-                         " shapes only, which were taken.");
+                         " shapes only, which were used.");
     tell_missing(missing_, *options_.reach, m_.notes);
     if (has_texture_) m_.notes.emplace_back("Textures were left out.");
     if (safety_ > 0)
@@ -343,8 +343,8 @@ class UrdfReader {
                          " joints were left out.");
     for (const std::string& j : planar_)
       m_.notes.push_back("Joint " + in_quotes(j) +
-                         " is planar; URDF does not say along which axes it slides, so they were "
-                         "chosen, about the joint's axis as normal.");
+                         " is planar; URDF does not define its sliding axes, so two axes normal to "
+                         "the joint axis were chosen.");
     constexpr std::string_view kRobot[] = {"link", "joint", "material"};
     left_out_.elements(robot_, kRobot);
     left_out_.tell(m_.notes);
@@ -354,7 +354,7 @@ class UrdfReader {
     if (without > 0)
       m_.notes.push_back(std::to_string(without) +
                          (without == 1 ? " moving link has" : " moving links have") +
-                         " no <inertial>, and so no mass.");
+                         " no <inertial> and therefore no mass.");
   }
 
   const Element& robot_;

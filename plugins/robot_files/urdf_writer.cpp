@@ -89,8 +89,8 @@ class UrdfWriter {
       ++link_count_;
       names_.root = mounting;
       fixed(mounting, base_, robot_.pose);
-      report_.notes.push_back("The base stands on a link " + in_quotes(mounting) +
-                              " of its own, the root.");
+      report_.notes.push_back("The base is fixed to an additional link " + in_quotes(mounting) +
+                              ", the root.");
     }
     const MassProperties* const standing = standing_mass(robot_);
     link(base_, standing ? *standing : MassProperties{}, bodies_[0]);
@@ -293,7 +293,7 @@ class UrdfWriter {
   Result<void> bodies() {
     bodies_.resize(links_.size() + 1);
     if (!wishes_.with_bodies) {
-      report_.notes.emplace_back("Shapes were not written, as bodies = false says.");
+      report_.notes.emplace_back("Shapes were not written, since bodies = false.");
       return {};
     }
     // Which link an item hangs below, and where in its frame; 0 = none, 1 = the base.
@@ -307,7 +307,7 @@ class UrdfWriter {
       if (robot_part(item)) {
         const auto l = static_cast<std::size_t>(link_of(item) + 1);
         if (l > links_.size())
-          return error(ErrorCode::internal, "an item stands for a link that is not there");
+          return error(ErrorCode::internal, "an item refers to a missing link");
         below[i] = l + 1;
       } else if (item.parent >= 0) {
         const auto parent = static_cast<std::size_t>(item.parent);
@@ -335,12 +335,12 @@ class UrdfWriter {
     }
     if (drawn.size() > links_.size())
       report_.notes.emplace_back(
-          "The robot has no designed bodies: those that are drawn for it were written as visual "
+          "The robot has no designed bodies: its generated link geometry was written as visual "
           "shapes, without collision shapes.");
     else
       note({drawn.begin(), drawn.end()},
-           "Nothing is designed for some links; what is drawn there was written as visual shapes, "
-           "without collision shapes");
+           "Some links have no designed bodies; their generated geometry was written as visual "
+           "shapes, without collision shapes");
     if (others > 0)
       report_.notes.push_back(counted(others, "part that is", "parts that are") +
                               " no part of the robot had to be left out.");
@@ -412,15 +412,15 @@ class UrdfWriter {
 
   void report(const ExportMechanism& m) {
     const char* const own =
-        " has no word in URDF; it stands in an element <robomosp> that only this program reads";
+        " has no counterpart in URDF; it is written as an element <robomosp> that only this "
+        "program reads";
     if (rows_ > 0)
       report_.notes.push_back("The Denavit-Hartenberg rows of " + counted(rows_, "link", "links") +
                               " became origins and axes.");
     if (split_ > 0)
       report_.notes.push_back(
           counted(split_, "link has a frame", "links have frames") +
-          " beside the joint's axis, so that a link named \"..._body\" moves and "
-          "carries the frame.");
+          " off the joint's axis, so a link named \"..._body\" moves and carries the frame.");
     if (merged_ > 0)
       report_.notes.push_back("The masses of " + counted(merged_, "fixed link", "fixed links") +
                               " were added to the moving links that carry them.");
@@ -428,22 +428,22 @@ class UrdfWriter {
       report_.notes.push_back("The masses of " + counted(merged_in_base_, "link", "links") +
                               " fixed to the base were added to the base.");
     note(balls_,
-         "URDF has no ball joint: three continuous joints about z, y and x without bodies "
-         "between stand for it, with other coordinates");
+         "URDF has no ball joint: three continuous joints about z, y and x without bodies between "
+         "them replace it, with other coordinates");
     note(sequences_, "Joints of several axes became sequences of joints without bodies between");
     note(motors_, std::string("Motor inertia at the joint") + own);
     note(springs_, std::string("A spring") + own);
     note(uneven_, std::string("Coulomb friction that differs by direction") + own);
-    note(passive_, std::string("That a joint has no motor") + own);
+    note(passive_, std::string("The absence of a motor at a joint") + own);
     note(jerks_, std::string("A limit of acceleration or jerk") + own);
     if (unlimited_ > 0)
       report_.notes.push_back(counted(unlimited_, "joint has", "joints have") +
-                              " limits missing that URDF requires; they say 1e16.");
+                              " limits missing that URDF requires; they were written as 1e16.");
     std::vector<std::string> loops, poses;
     for (const LoopModel& l : model_.loops) loops.push_back(l.name);
     note(loops, "URDF has no closed loops; these were left open");
     for (const ExportPose& p : m.poses) poses.push_back(p.name);
-    note(poses, "Named poses were left out; SRDF files say them");
+    note(poses, "Named poses were left out; SRDF files contain them");
     for (const std::string& n : m.left_out) report_.notes.push_back(n);
   }
 
@@ -471,11 +471,12 @@ Result<std::vector<ExportedFile>> write_urdf(const ExportTask& task, const UrdfW
                                              const StlWriter& stl, ExportReport& report,
                                              UrdfNames* names) {
   if (task.robots.size() != 1)
-    return error(ErrorCode::unsupported,
-                 "a URDF file holds one robot and there are " + std::to_string(task.robots.size()),
-                 "Export each robot on its own.");
+    return error(
+        ErrorCode::unsupported,
+        "a URDF file contains one robot, but here are " + std::to_string(task.robots.size()),
+        "Export each robot separately.");
   if (!task.robots[0].model || !mechanism(task.robots[0]))
-    return error(ErrorCode::unsupported, "the program does not say which links the robot has",
+    return error(ErrorCode::unsupported, "the program does not list the robot's links",
                  "Update it; the plugin is newer.");
   UrdfNames unread;
   return UrdfWriter(task, wishes, stl, report, names ? *names : unread).run();

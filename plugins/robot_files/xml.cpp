@@ -88,7 +88,7 @@ Result<void> read(const Element& e, std::string_view text, std::string_view what
   RMP_TRY_ASSIGN(const std::vector<double> v, numbers(e, text, what));
   if (v.size() != out.size())
     return fault(e,
-                 std::string(what) + " has " + std::to_string(v.size()) + " numbers and not " +
+                 std::string(what) + " has " + std::to_string(v.size()) + " numbers, not " +
                      std::to_string(out.size()),
                  "Correct the file.");
   for (std::size_t i = 0; i < v.size(); ++i) {
@@ -103,8 +103,7 @@ Result<double> number(const Element& e, const char* attribute, double otherwise)
   if (!has(e, attribute)) return otherwise;
   RMP_TRY_ASSIGN(const std::vector<double> v, numbers(e, word(e, attribute), attribute));
   if (v.size() != 1)
-    return fault(e,
-                 std::string(attribute) + " has " + std::to_string(v.size()) + " numbers and not 1",
+    return fault(e, std::string(attribute) + " has " + std::to_string(v.size()) + " numbers, not 1",
                  "Correct the file.");
   return v[0];
 }

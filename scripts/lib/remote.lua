@@ -91,7 +91,7 @@ end
 
 local function no_field(handle)
   refuse("invalid_argument", "fields of a " .. handle.kind .. " cannot be assigned",
-         "Edit it by a command, for example x:set{...}.")
+         "Edit it with a command, for example x:set{...}.")
 end
 
 local function is_same(a, b)

@@ -69,8 +69,8 @@ TEST(Guard, ASimpleProviderNeverSeesARobotThatIsNot) {
   const auto simple = guarded_provider<IkSolver>([] { return new AnyIk; }, {"simple"});
   EXPECT_TRUE(simple->prepare(conformance::pa10(), *params).ok());
   EXPECT_EQ(simple->prepare(conformance::floating_manipulator(), *params).error().sentence(),
-            "robot \"floating manipulator\": provider \"mine\" serves robots whose joints have one "
-            "coordinate each, without followers and loops. Choose another provider for it.");
+            "robot \"floating manipulator\": provider \"mine\" supports robots with one coordinate "
+            "per joint, without followers and loops. Choose another provider for it.");
   EXPECT_EQ(simple->prepare(conformance::four_bar(4, 1, 3, 3), *params).error().code,
             ErrorCode::unsupported);
   const auto any = guarded_provider<IkSolver>([] { return new AnyIk; });
@@ -183,12 +183,14 @@ TEST(Guard, LawsAreLookedAtWhenTheyAreMade) {
               return s;
             }).substr(0, 39),
             "returned a law that is not a number at ");
-  EXPECT_EQ(law_fault([](double t) {
-              LawSample s = right(t);
-              if (t > 1) s.share -= 0.2 * (t - 1) * (2 - std::min(t, 2.0));
-              return s;
-            }),
-            "made a law whose rate is not the derivative of its share");  // at half of the places
+  EXPECT_EQ(
+      law_fault([](double t) {
+        LawSample s = right(t);
+        if (t > 1) s.share -= 0.2 * (t - 1) * (2 - std::min(t, 2.0));
+        return s;
+      }),
+      "made a law with a rate that is not the derivative of its path parameter");  // at half of the
+                                                                                   // places
   EXPECT_EQ(law_fault([](double t) {
               LawSample s = right(t);
               if (t > 0.9 && t < 1.1) s.share = 0.3;
@@ -212,13 +214,13 @@ TEST(Guard, LawsAreLookedAtWhenTheyAreMade) {
               s.rate *= 2;  // by the share of the duration, not by time
               return s;
             }),
-            "made a law whose rate is not the derivative of its share");
+            "made a law with a rate that is not the derivative of its path parameter");
   EXPECT_EQ(law_fault([](double t) {
               LawSample s = right(t);
               s.acceleration = 0;
               return s;
             }),
-            "made a law whose acceleration is not the derivative of its rate");
+            "made a law with an acceleration that is not the derivative of its rate");
 }
 
 TEST(Guard, LawsOfManyPiecesAndExtremeDurationsAreRight) {
@@ -311,19 +313,21 @@ TEST(Guard, CurvesAreLookedAtWhenTheyAreMade) {
             "");
   EXPECT_EQ(curve_fault([](double) { return CurveSample{{1, 2, 3}, {}, {}, {}}; }), "");
   EXPECT_EQ(curve_fault(circle, {0, 0.7, 0.5}),
-            "provider \"mine\" made a curve whose knots do not rise within 0 to its end");
-  EXPECT_EQ(curve_fault([](double u) {
-              CurveSample s = circle(u);
-              s.d1 = {s.d1[0] * 2, s.d1[1] * 2, 0};
-              return s;
-            }),
-            "provider \"mine\" made a curve whose first derivative is not that of its places");
-  EXPECT_EQ(curve_fault([](double u) {
-              CurveSample s = circle(u);
-              s.d2 = {};
-              return s;
-            }),
-            "provider \"mine\" made a curve whose second derivative is not that of the first");
+            "provider \"mine\" made a curve with knots that do not increase within 0 to its end");
+  EXPECT_EQ(
+      curve_fault([](double u) {
+        CurveSample s = circle(u);
+        s.d1 = {s.d1[0] * 2, s.d1[1] * 2, 0};
+        return s;
+      }),
+      "provider \"mine\" made a curve with a first derivative that is not that of its points");
+  EXPECT_EQ(
+      curve_fault([](double u) {
+        CurveSample s = circle(u);
+        s.d2 = {};
+        return s;
+      }),
+      "provider \"mine\" made a curve with a second derivative that is not that of the first");
   EXPECT_EQ(curve_fault(
                 [](double u) {
                   return CurveSample{{u * u, 0, 0}, {2 * u, 0, 0}, {2, 0, 0}, {}};
@@ -375,8 +379,9 @@ TEST(Guard, OrientationsAreRotations) {
     const auto said = (*made)->evaluate({&w, 1}, {&along, 1}, {&out, 1});
     EXPECT_EQ(said.ok(), is_right);
     if (!is_right) {
-      EXPECT_EQ(said.error().message,
-                "provider \"mine\" returned an orientation that is no rotation at 0.25 of the path");
+      EXPECT_EQ(
+          said.error().message,
+          "provider \"mine\" returned an orientation that is not a rotation at 0.25 of the path");
     }
   }
 }
@@ -438,9 +443,9 @@ TEST(Guard, SegmentsMoveAsTheySay) {
     EXPECT_EQ(a.ok(), factor == 1.0);
     EXPECT_EQ(b.ok(), factor == 1.0);
     if (factor == 1.5) {
-      EXPECT_EQ(
-          a.error().message,
-          "provider \"mine\" made a segment whose velocity is not the derivative of its place");
+      EXPECT_EQ(a.error().message,
+                "provider \"mine\" made a segment with a velocity that is not the derivative of "
+                "its position");
       EXPECT_EQ(b.error().message,
                 "provider \"mine\" made a joint motion whose velocity of joint 1 is not the "
                 "derivative of its position");
@@ -469,7 +474,7 @@ TEST(Guard, RetimersDoNotRunBackwards) {
     return timed.ok() ? std::string() : timed.error().message;
   };
   EXPECT_EQ(said({0, 1, 2}), "");
-  EXPECT_EQ(said({0, 1}), "provider \"mine\" gave times that do not fit the path");
+  EXPECT_EQ(said({0, 1}), "provider \"mine\" returned times that do not fit the path");
   EXPECT_EQ(said({0, 2, 1}), "provider \"mine\" gave times that run backwards at grid point 3");
   EXPECT_EQ(said({0, kNan, 1}),
             "provider \"mine\" gave a time that is not a number at grid point 2");
@@ -687,7 +692,7 @@ TEST(Guard, ResultsOfInverseKinematicsHaveFieldsOfSense) {
   EXPECT_EQ(said([](IkResult& r) { r.limiting_joint = 7; }),
             "provider \"mine\" named a joint that the robot does not have");
   EXPECT_EQ(said([](IkResult& r) { r.status = static_cast<IkStatus>(77); }),
-            "provider \"mine\" answered with a state that is none of its interface");
+            "provider \"mine\" answered with a state that is not one of its interface");
   for (const auto& spoil : std::vector<std::function<void(IkResult&)>>{
            [](IkResult& r) { r.shortfall = kNan; }, [](IkResult& r) { r.position_error = kNan; },
            [](IkResult& r) { r.lost_direction[5] = kNan; }})
@@ -784,7 +789,7 @@ TEST(Guard, DistancesAreNumbersAndContactsAreYesOrNo) {
   for (const double bad : {kNan, -std::numeric_limits<double>::infinity(), 77.0})
     EXPECT_EQ(said(bad, 0), "provider \"mine\" returned a distance that is not a number") << bad;
   for (const std::uint8_t bad : {std::uint8_t{2}, std::uint8_t{77}})
-    EXPECT_EQ(said(0, bad), "provider \"mine\" did not answer whether two bodies touch");
+    EXPECT_EQ(said(0, bad), "provider \"mine\" did not report whether two bodies touch");
   EXPECT_EQ(said(-77, 0), "provider \"mine\" made nothing");
 }
 
@@ -896,7 +901,7 @@ TEST(Guard, PostsWriteFilesOfTheirFolderAndSaySomethingOfTheProgram) {
             wrong("wrote no file"));
   for (const char* name : {"../a", "/a", "a//b", "a/", ".", "a/../b"})
     EXPECT_EQ(written([&](PostOutput& o) { o.file(name, ""); }),
-              wrong("named a file outside of its folder"))
+              wrong("named a file outside its folder"))
         << name;
   EXPECT_EQ(written([](PostOutput& o) { o.file("", ""); }), wrong("named a file \"\""));
   EXPECT_EQ(written([](PostOutput& o) {
@@ -910,12 +915,12 @@ TEST(Guard, PostsWriteFilesOfTheirFolderAndSaySomethingOfTheProgram) {
             }),
             wrong("mapped a line that it has not written"));
   EXPECT_EQ(written([&](PostOutput& o) { o.fault(RMP_FAULT_ERROR, nowhere, "no", ""); }),
-            wrong("reported a fault at no place of the program"));
+            wrong("reported a fault outside the program"));
   EXPECT_EQ(written([&](PostOutput& o) { o.fault(9, here, "no", ""); }),
-            wrong("reported a fault at no place of the program"));
+            wrong("reported a fault outside the program"));
   const auto file = [](PostOutput& o) { o.file("a", ""); };
   EXPECT_EQ(written(file, [](PostCapabilities& c) { c.forms = 0; }),
-            wrong("takes no form of a program"));
+            wrong("accepts no form of a program"));
   EXPECT_EQ(written(file, [](PostCapabilities& c) { c.max_name = 1; }),
             wrong("has names of less than four letters"));
   EXPECT_EQ(written(file, [](PostCapabilities& c) { c.title = ""; }), wrong("has no title"));
@@ -1122,7 +1127,7 @@ TEST(Guard, TablesOfProgramsLeadSomewhereAndInNoCircle) {
   };
   EXPECT_EQ(compiled({}), "");
   const std::string wrong =
-      std::string("provider \"mine\" made tables whose numbers lead nowhere.") + kReport;
+      std::string("provider \"mine\" made tables with numbers that refer to nothing.") + kReport;
   const std::function<void(ProgramTables&)> kSpoils[] = {
       [](ProgramTables& p) { p.symbols[0].type = 99; },
       [](ProgramTables& p) { p.symbols[0].name = nullptr; },

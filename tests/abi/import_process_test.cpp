@@ -98,9 +98,9 @@ TEST_F(ImportProcesses, WhateverItDoesEndsInASentence) {
             std::string::npos)
       << fault("crash.reckless");
   EXPECT_NE(fault("crash.reckless").find("crashed"), std::string::npos) << fault("crash.reckless");
-  EXPECT_NE(fault("leave.reckless").find("ended without an answer"), std::string::npos)
+  EXPECT_NE(fault("leave.reckless").find("exited without a reply"), std::string::npos)
       << fault("leave.reckless");
-  EXPECT_NE(fault("half.reckless").find("ended without an answer"), std::string::npos)
+  EXPECT_NE(fault("half.reckless").find("exited without a reply"), std::string::npos)
       << fault("half.reckless");
   EXPECT_NE(fault("throw.reckless").find("no such thing"), std::string::npos)
       << fault("throw.reckless");

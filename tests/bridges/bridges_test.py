@@ -456,7 +456,7 @@ class Rtde(BridgeTest):
         self.assertEqual(bridge.code, 0)
         self.assertIn("1000 rows recorded, 0 states refused", out)
         self.assertIn("version 5.11.1 (108318)", bridge.said())
-        self.assertIn("The controller says: a message between", bridge.said())
+        self.assertIn("Message of the controller: a message between", bridge.said())
 
     def test_a_connection_that_breaks_in_a_package_goes_on_where_it_was(self):
         self.serve()
@@ -469,7 +469,7 @@ class Rtde(BridgeTest):
         self.assertEqual(len(self.recordings(r)), 1)
         r.close()
         bridge.end()
-        self.assertIn("is lost: it ended the connection", bridge.said())
+        self.assertIn("is lost: it closed the connection", bridge.said())
 
     def test_numbers_that_are_none_and_clocks_that_begin_anew(self):
         def state(k):
@@ -509,9 +509,9 @@ class Rtde(BridgeTest):
         for controller, part in ((Controller(self.VARIABLES, self.state, version_ok=False), "does not speak version 2"),
                                  (Controller(less, self.state), 'it has no variable "actual_current"'),
                                  (Controller(three, self.state), '"actual_q" has 3 entries, not 6'),
-                                 (Controller(odd, self.state), 'the type of "actual_q" is not known'),
+                                 (Controller(odd, self.state), 'the type of "actual_q" is unknown'),
                                  (Controller({}, self.state, garbage=b"HTTP/1.1 400 Bad Request\r\n\r\n"), "The controller at 127"),
-                                 (Controller({}, self.state, garbage=b"\0\0\0\0\0"), "it speaks no RTDE")):
+                                 (Controller({}, self.state, garbage=b"\0\0\0\0\0"), "it does not speak RTDE")):
             bridge = self.bridge(controller)
             until(lambda: part in bridge.said(), what=part)
             bridge.end()

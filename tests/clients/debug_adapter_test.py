@@ -570,7 +570,7 @@ class Programs(Debugging):
                          {"line": self.line(path, "ENDFOR") + 1}]}, then, program=path)
         self.assertEqual([b["verified"] for b in e.set[path]], [True, False, True, False, True])
         self.assertIn("nothing", e.set[path][1]["message"])
-        self.assertIn("does not say which hits", e.set[path][3]["message"])
+        self.assertIn("does not define which hits", e.set[path][3]["message"])
         self.assertEqual(e.set[path][4]["line"], self.line(path, "WRITELN"))  # moved to code
         at = e.stopped("breakpoint")
         self.assertEqual(at["hitBreakpointIds"], [e.set[path][2]["id"]])
@@ -735,7 +735,7 @@ class Requests(Debugging):
         script = self.write("wrong.lua", "error('no luck')")
         self.assertIn("no luck", e.refused("launch", program=script))
         script = self.write("none.lua", "return 1")
-        self.assertIn("no world that was loaded has a program", e.refused("launch", program=script))
+        self.assertIn("no loaded world has a program", e.refused("launch", program=script))
         path = self.write("count.irl", COUNT)
         # Before it is there, breakpoints wait.
         early = e.ask("setBreakpoints", source={"path": path}, breakpoints=[
@@ -758,7 +758,7 @@ class Requests(Debugging):
         self.assertIn("no expression", e.refused("evaluate"))
         self.assertIn("No program has a fault", e.refused("exceptionInfo", threadId=thread))
         self.assertIn("no source", e.refused("setBreakpoints"))
-        self.assertIn("breakpoints is a list", e.refused("setBreakpoints", source={"path": path},
+        self.assertIn("breakpoints must be a list", e.refused("setBreakpoints", source={"path": path},
                                                          breakpoints=7))
         self.assertIn("whole number", e.refused("setBreakpoints", source={"path": path},
                                                 breakpoints=[{"line": "3"}]))

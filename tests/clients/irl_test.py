@@ -141,7 +141,7 @@ class Alone(Folder):
             file.write(os.urandom(50_000))
         self.fails(irl(os.path.join(self.folder, "noise.irl")), 3, "noise.irl:", "zero byte")
         deep = self.write("deep.irl", "PROGRAM deep;\nPROCEDURE f();\nBEGIN\n  f();\nENDPROC;\nBEGIN\n  f();\nENDPROGRAM;\n")
-        self.fails(irl(deep), 1, "deep.irl:4:", "calls are within each other")
+        self.fails(irl(deep), 1, "deep.irl:4:", "calls are nested")
         self.assertEqual(irl(deep, "--check").returncode, 0)
         self.assertIn("ROUTINE", irl(deep, "--code").stdout)
         for words, said in ((("--tool", "x"), "--robot"), (("--world", "x"), "--connect"),

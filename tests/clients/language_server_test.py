@@ -211,7 +211,7 @@ class Protocol(unittest.TestCase):
         self.assertEqual(len(found), 1)
         self.assertEqual(e.piece(URI, found[0]["range"]), "ronds")
         self.assertEqual(found[0]["severity"], 1)
-        self.assertEqual(found[0]["message"], "nothing is named ronds.\nDid you mean rounds?")
+        self.assertEqual(found[0]["message"], "there is no name ronds.\nDid you mean rounds?")
         e.change(URI, begin, begin + 5, "rounds", 3)
         self.assertEqual(e.found(URI, 3), [])
         # The whole text at once, and the same text piece by piece.
@@ -265,7 +265,7 @@ class Protocol(unittest.TestCase):
         self.assertEqual(e.texts[URI], LIFT.replace("height", "tall"))
         e.texts[URI] = LIFT
         f = e.refused("textDocument/rename", dict(e.at(URI, "height)"), newName="rounds"))
-        self.assertIn("rounds is declared already", f["message"])
+        self.assertIn("rounds is already declared", f["message"])
         self.assertEqual(f["code"], -32803)
         f = e.refused("textDocument/prepareRename", e.at(URI, "POSE"))
         self.assertIn("is a name of the language", f["message"])

@@ -91,7 +91,7 @@ class OverAServer(unittest.TestCase):
             """)
         self.assertIn("invalid_argument\ttrue\t5\n", out)
         for sentence in ('has no method "fkk"', 'no command "robot.fkk"', 'no commands "robott"', "cannot be assigned",
-                         "more arguments", "means nothing to this program", "means nothing to unix:", "stale_handle", "is closed"):
+                         "more arguments", "is unknown to this program", "means nothing to unix:", "stale_handle", "is closed"):
             self.assertIn(sentence, out)
         self.assertNotIn("remote.lua", out)
 
@@ -190,7 +190,7 @@ class Fakes(unittest.TestCase):
                           self.told("127.0.0.1:%d" % free.getsockname()[1]))
         self.assertIn("No such file", self.told("unix:/nowhere/at/all"))
         self.assertIn("is no address", self.told("a:b:c"))
-        for raw, sentence in ((b"HTTP/1.1 400 Bad Request\r\n\r\n", 'is no ROBOMOSP server: it answered "HTTP/1.1 400'),
+        for raw, sentence in ((b"HTTP/1.1 400 Bad Request\r\n\r\n", 'is not a ROBOMOSP server: it answered "HTTP/1.1 400'),
                               (b"220 mail\r\n", "220 mail"), (b"", "closed the connection without an answer"),
                               (b"[" * 100_000 + b"\n", "is no ROBOMOSP server"), (b"null\n", "is no ROBOMOSP server"),
                               (b'{"id":1,"result":{}}\n', "without saying that it is one"),
@@ -236,7 +236,7 @@ class Fakes(unittest.TestCase):
                 print(pcall(r.call, r, "closing")) r:reconnect()
                 print(pcall(r.call, r, "endless")) r:reconnect()
                 print(pcall(r.call, r, "odd")) print(r:call("echo", {x = 5}).x)""", options=", longest_answer = 1000000")
-            for sentence in ("in the middle of an answer", "2\n", "It stops for the night",
+            for sentence in ("during a reply", "2\n", "It stops for the night",
                              "longer than 1000000 bytes", "5\n"):
                 self.assertIn(sentence, out)
 

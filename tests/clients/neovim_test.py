@@ -40,7 +40,7 @@ local function line(n) return vim.api.nvim_buf_get_lines(buf, n - 1, n, false)[1
 check("a fault", vim.wait(20000, function() return #vim.diagnostic.get(buf) == 1 end))
 local fault = vim.diagnostic.get(buf)[1]
 check("its place", fault.lnum == 4 and fault.col == 14 and fault.end_col == 19)
-check("its words", fault.message == "nothing is named ronds.\\nDid you mean rounds?")
+check("its words", fault.message == "there is no name ronds.\\nDid you mean rounds?")
 place(5, 4)
 check("hover", ask("textDocument/hover").contents.value:find("VAR INT: i", 1, true))
 place(5, 14)

@@ -136,7 +136,7 @@ class Killed(unittest.TestCase):
             server.kill()
             self.assertRegex(process.stdout.readline(), "closed the connection.*\\.\n")
             server.start()
-            self.assertIn("is of a program that has ended", process.stdout.readline())
+            self.assertIn("belongs to a program that has ended", process.stdout.readline())
             self.assertEqual(process.stdout.readline(), "material.create\n")
             self.assertEqual(process.wait(20), 0)
             process.stdout.close()

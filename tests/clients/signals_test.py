@@ -114,7 +114,7 @@ class Signals(unittest.TestCase):
             with open(f"/proc/{self.server.process.pid}/status", encoding="ascii") as file:
                 return int(next(line for line in file if line.startswith("Threads")).split()[1])
 
-        with self.assertRaisesRegex(robomosp.Error, "16 requests job.wait and server.wait wait already"):
+        with self.assertRaisesRegex(robomosp.Error, "16 requests job.wait and server.wait are already waiting"):
             for _ in range(17):
                 id_, message = self.b._request("server.wait", {"world": self.cell.name, "signal": "free"})
                 if _ < 16:

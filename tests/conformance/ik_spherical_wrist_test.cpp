@@ -86,7 +86,7 @@ TEST(BranchCheck, FindsWhatIsWrongWithMeasuresAndWords) {
     return branch_fault(wrong, m, 0);
   };
   EXPECT_EQ(worded({{"elbow", "up", "down"}, {"wrist", "up", "no flip"}}),
-            "two ways have the word up");
+            "two options have the word up");
   EXPECT_EQ(worded({{"elbow", "up", "down"}, {"elbow", "flip", "no flip"}}),
             "two choices have the name elbow");
   EXPECT_EQ(worded({{"elbow", "up", nullptr}}), "the choice elbow lacks a word");

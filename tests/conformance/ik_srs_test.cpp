@@ -233,7 +233,7 @@ TEST_F(SrsIk, ArmsThatAreNoneAreRefusedWithTheReason) {
   EXPECT_EQ(refusal(panda()),
             "robot \"panda\": it is not a spherical-revolute-spherical arm: axis 7 passes the "
             "point where axes 5 and 6 meet at 0.088 m. Choose another provider, such as numeric.");
-  EXPECT_NE(refusal(puma560()).find("for 7 revolute joints"), std::string::npos);
+  EXPECT_NE(refusal(puma560()).find("needs 7 revolute joints"), std::string::npos);
   EXPECT_NE(refusal(scara()).find("is not revolute"), std::string::npos);
 }
 

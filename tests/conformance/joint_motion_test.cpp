@@ -369,14 +369,14 @@ TEST(JointSpline, EndsThatContradictWhatIsGivenAreRefused) {
   const auto has = [](const std::string& text, const char* part) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
-  has(refusal({{"ends", "periodic"}}), "joint 1 ends 2 away from where it begins");
+  has(refusal({{"ends", "periodic"}}), "joint 1 ends 2 away from its start");
   has(refusal({{"ends", "not_a_knot"}, {"degree", "5"}}),
-      "wants 6 joint vectors of a quintic spline, and there are 4");
+      "wants 6 joint vectors of a quintic spline, but there are 4");
   for (const char* ends : {"natural", "not_a_knot"})
     has(refusal({{"ends", ends}, {"end_velocity", "{1}"}}),
-        "leaves no choice of the rates there, and joint 1 has one");
+        "determines the rates there, but joint 1 has one");
   t.v0 = {0.5};
-  has(refusal({{"ends", "not_a_knot"}}), "leaves no choice of the rates there");
+  has(refusal({{"ends", "not_a_knot"}}), "determines the rates there");
   t.v0 = {};
   t.points = {0, 1};
   has(refusal({{"ends", "periodic"}}), "wants 3 joint vectors");
@@ -440,7 +440,7 @@ TEST(JointSpline, FastestTimesUseTheLimitsToTheFull) {
   const std::string slow = Motion("joint_spline", {{"times", even + "}"}}).refusal(t);
   EXPECT_NE(slow.find("limit"), std::string::npos) << slow;
   t.upper.assign(4, 2), t.lower.assign(4, -2);
-  EXPECT_NE(spline.refusal(t).find("swings out"), std::string::npos) << spline.refusal(t);
+  EXPECT_NE(spline.refusal(t).find("overshoots"), std::string::npos) << spline.refusal(t);
 }
 
 }  // namespace

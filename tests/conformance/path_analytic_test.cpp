@@ -310,13 +310,14 @@ TEST(Segments, TellWhatIsWrongInSentences) {
   EXPECT_EQ(
       sentence(make("circle", {a, b, c})),
       "it: the three points lie on a straight line. Move one of them off the line, or use a line.");
-  EXPECT_EQ(sentence(make("arc", {a, b, a})),
-            "it: points 1 and 3 are the same place. Three different points are needed to define a "
-            "circle.");
+  EXPECT_EQ(
+      sentence(make("arc", {a, b, a})),
+      "it: points 1 and 3 are at the same position. Three different points are needed to define a "
+      "circle.");
   EXPECT_EQ(sentence(make("circle", {a, b, d}, {{"turns", 0}})),
             "it: turns is 0 turns. It must be above 0.");
   EXPECT_EQ(sentence(make("arc", {a, b})),
-            "it: an arc needs 3 points, 2 were given. Give start, a point on the way, and end.");
+            "it: an arc needs 3 points, 2 were given. Give start, a via point, and end.");
 }
 
 // Times of the textbook's rest-to-rest laws over a way L under speed V and acceleration A (e.g.
@@ -446,11 +447,11 @@ TEST(Laws, TellWhatIsImpossible) {
             "it: a duration of 1 s is too short for the limits. The shortest is 2.5 s.");
   r.law.params = {{"speed", 2.0}, {"acceleration", 1.0}, {"end_speed", 1.9}};
   EXPECT_EQ(sentence(r),
-            "it: to change from 0 m/s to 1.9 m/s takes 1.805 m, and the way is 1 m. Raise the "
+            "it: to change from 0 m/s to 1.9 m/s takes 1.805 m, but the path is 1 m. Raise the "
             "acceleration (and jerk), or bring the speeds at the ends together.");
   r.law.params = {{"speed", 0.5}, {"start_speed", 0.7}};
   EXPECT_EQ(sentence(r),
-            "it: the speed at an end is 0.7 m/s, above the greatest of 0.5 m/s. Lower it, or raise "
+            "it: the speed at an end is 0.7 m/s, above the maximum of 0.5 m/s. Lower it, or raise "
             "the speed.");
   r.law = {"constant_acceleration", {{"start_speed", 1.0}, {"duration", 5.0}}};
   EXPECT_EQ(sentence(r),

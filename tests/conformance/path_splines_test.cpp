@@ -394,7 +394,7 @@ TEST(Splines, RefuseEndsThatContradictWhatIsGiven) {
                     {"end_velocity", Numbers{0, 0, 1}}};
   EXPECT_EQ(sentence(r),
             "it: ends = \"natural\" leaves the spline no freedom for the velocity that is given at "
-            "its end. Leave ends out or take \"clamped\", or leave out what is given there.");
+            "its end. Leave ends out or use \"clamped\", or leave out the values given there.");
   r.shape.params["ends"] = std::string("not_a_knot");
   EXPECT_NE(sentence(r).find("no freedom for the velocity"), std::string::npos) << sentence(r);
   r.shape.params["ends"] = std::string("periodic");
@@ -419,11 +419,11 @@ TEST(Splines, TellWhatIsWrongInSentences) {
   };
   Record r = record_of("cubic_spline", {shift(0, 0, 0), shift(1, 0, 0), shift(1, 0, 0)});
   EXPECT_EQ(sentence(r),
-            "it: points 2 and 3 are the same place. Remove one of them, or give times.");
+            "it: points 2 and 3 are at the same position. Remove one of them, or give times.");
   r.shape.params = {{"times", Numbers{0, 2, 1}}};
-  EXPECT_EQ(sentence(r), "it: the time of point 3 is 1 s, not after 2 s. Times must rise.");
+  EXPECT_EQ(sentence(r), "it: the time of point 3 is 1 s, not after 2 s. Times must increase.");
   r.shape.params = {{"times", Numbers{0, 2}}};
-  EXPECT_EQ(sentence(r), "it: 2 times are given for 3 points. Give one a point.");
+  EXPECT_EQ(sentence(r), "it: 2 times are given for 3 points. Give one per point.");
   r = record_of("cubic_spline", {shift(0, 0, 0), shift(1, 0, 0)});
   r.shape.params = {{"ends", std::string("clamped")}};
   EXPECT_EQ(sentence(r),
@@ -434,7 +434,7 @@ TEST(Splines, TellWhatIsWrongInSentences) {
             "it: a B-spline of degree 3 needs 4 points or more, 2 were given. Add points.");
   r = record_of("bezier", {shift(0, 0, 0), shift(0, 0, 0), shift(1, 0, 0)});
   EXPECT_EQ(sentence(r),
-            "it: the curve has no direction at 0 % of its parameter. Control points that coincide "
+            "it: the curve has no direction at 0 % of its parameter. Coincident control points "
             "stop it there; move them apart, or give times.");
   r = record_of("teach_points", {shift(0, 0, 0), shift(1, 0, 0), shift(0, 0, 0)});
   EXPECT_EQ(sentence(r), "it: the path turns back on itself at point 2. Make a line of each part.");

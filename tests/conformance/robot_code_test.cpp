@@ -285,13 +285,13 @@ TEST(RobotCode, PartsAreChosenAndFaultsAreSentences) {
     const auto r = c99->generate(m, name, parts, TableParams(*provider), none);
     return r.ok() ? std::string("it was accepted") : r.error().sentence();
   };
-  EXPECT_EQ(
-      refused(scara(), "2fast", kCodeAll),
-      "\"2fast\" is no name of the C language. Give letters, digits and underscores, a letter "
-      "first.");
+  EXPECT_EQ(refused(scara(), "2fast", kCodeAll),
+            "\"2fast\" is not a valid C name. Use letters, digits and underscores, starting with a "
+            "letter.");
   RobotModel one_turn = four_bar(1, 0.3, 0.9, 0.7);
   one_turn.loops[0].fixed = kLoopPoint | kLoopRotX;
-  EXPECT_NE(refused(one_turn, "bars", kCodeAll).find("holds one turn alone"), std::string::npos);
+  EXPECT_NE(refused(one_turn, "bars", kCodeAll).find("constrains a single rotation"),
+            std::string::npos);
   EXPECT_EQ(generated(one_turn, "bars", kCodeForwardKinematics | kCodeJacobian).size(), 2U);
   RobotModel long_loop = long_chain(201);
   LoopModel ends;
@@ -299,13 +299,12 @@ TEST(RobotCode, PartsAreChosenAndFaultsAreSentences) {
   ends.joint_b = 200;
   ends.fixed = kLoopPoint;
   long_loop.loops.push_back(ends);
-  EXPECT_EQ(
-      refused(long_loop, "loop", kCodeInverseDynamics),
-      "robot \"chain of 201\": its inverse_dynamics has a matrix of 201 rows, more than the 200 "
-      "that are kept on the stack. robot.inverse_dynamics and the provider constrained serve "
-      "such mechanisms.");
-  EXPECT_EQ(refused(scara(), "a", 0), "no part was chosen. Choose at least one.");
-  EXPECT_NE(refused(long_chain(400), "long", kCodeForwardDynamics).find("operations written out"),
+  EXPECT_EQ(refused(long_loop, "loop", kCodeInverseDynamics),
+            "robot \"chain of 201\": its inverse_dynamics has a matrix of 201 rows, more than the "
+            "200 allowed on the stack. Use robot.inverse_dynamics and the provider constrained for "
+            "such mechanisms.");
+  EXPECT_EQ(refused(scara(), "a", 0), "no part was selected. Choose at least one.");
+  EXPECT_NE(refused(long_chain(400), "long", kCodeForwardDynamics).find("operations, more than"),
             std::string::npos);
   RobotModel gantries;
   gantries.name = "gantries";
@@ -314,10 +313,10 @@ TEST(RobotCode, PartsAreChosenAndFaultsAreSentences) {
               body(1, 0, 0, 0, 0.1, 0.1, 0.1));
   gantries.tips = {{"tip", 0, Pose{}}};
   gantries.number_coordinates();
-  EXPECT_EQ(refused(gantries, "long", kCodeForwardDynamics),
-            "robot \"gantries\": its forward_dynamics has a matrix of 501 rows, more than the 500 "
-            "that are kept on the stack. Long chains are served by the providers newton_euler and "
-            "articulated_body.");
+  EXPECT_EQ(
+      refused(gantries, "long", kCodeForwardDynamics),
+      "robot \"gantries\": its forward_dynamics has a matrix of 501 rows, more than the 500 "
+      "allowed on the stack. Use the providers newton_euler and articulated_body for long chains.");
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ class WorkerFuzz : public testing::Test {
     if (!made.ok()) {
       ++tally.refused;
       EXPECT_FALSE(made.error().message.empty());
-      constexpr std::string_view kDied = "in a process of its own, so nothing was changed: ";
+      constexpr std::string_view kDied = "in a separate process, so nothing was changed: ";
       const std::string& message = made.error().message;
       if (const auto at = message.find(kDied); at != std::string::npos)
         ++tally.died[message.substr(at + kDied.size())];

@@ -199,7 +199,7 @@ TEST_F(PostCommand, ACircleIsWrittenByThePacksTemplate) {
 
 TEST_F(PostCommand, APackAndAnotherTargetAreNotTakenAtOnce) {
   write(at("good.post"), pack("acme"));
-  expect(3, "the target \"krl\" is requested, and the pack is \"acme\"",
+  expect(3, "the target \"krl\" is requested, but the pack is \"acme\"",
          {at("lift.irl"), "--target", "krl", "--templates", at("good.post")});
   expect(0, "", {at("lift.irl"), "--target", "acme", "--templates", at("good.post")});
 }
@@ -217,7 +217,7 @@ TEST_F(PostCommand, NobodySendsAFlattenedProgramToItself) {
   const Outcome flat =
       run({"post", at("search.irl"), "--templates", at("both.post"), "--form", "flat"});
   EXPECT_EQ(flat.code, 1) << flat.out;
-  EXPECT_TRUE(has(flat.err, "acme has no motions that end by a condition")) << flat.err;
+  EXPECT_TRUE(has(flat.err, "acme has no motions that end on a condition")) << flat.err;
   EXPECT_FALSE(has(flat.err, "flattened program")) << flat.err;
   const Outcome automatic = run({"post", at("search.irl"), "--templates", at("both.post")});
   EXPECT_EQ(automatic.code, 1) << automatic.out;
@@ -238,16 +238,16 @@ TEST_F(PostCommand, APackIsReadAsItIsAndItsFaultsHaveAPlace) {
   begins(told(""), "one.post:1:1: error: the first line is not \"robomosp target 1\".");
   begins(told(std::string("\xff\xfer\0o\0", 6)), "one.post:1:1: error: the file is UTF-16. Save");
   begins(told(pack("acme", "== comment\n; \xe4 {{text}}\n")),
-         "one.post:18:3: error: the byte 0xE4 here is no UTF-8. Save the file as UTF-8;");
+         "one.post:18:3: error: the byte 0xE4 here is not UTF-8. Save the file as UTF-8;");
   begins(told(pack("acme") + std::string(5 << 20, 'x')), "error: ");
   begins(told("robomosp target 1\nname: acme\n"),
          "one.post:1:1: error: it has no motions: motions: ptp_joints lin.");
   begins(told(pack("acme", "== comment\n; {{text|uper}}\n")),
          "one.post:18:10: error: there is no filter \"uper\". Did you mean \"upper\"?");
   begins(told(pack("acme", "== comment\n; {{text\n")),
-         "one.post:18:3: error: {{ is not closed by }}. Write {{open}} for the sign itself.");
+         "one.post:18:3: error: {{ is not closed by }}. Write {{open}} for the character itself.");
   begins(told(pack("acme", "== wait_time\nREST\n")),
-         "one.post:17:4: error: the construct \"wait_time\" has a template already");
+         "one.post:17:4: error: the construct \"wait_time\" already has a template");
   std::string drops = pack("acme");
   drops.replace(drops.find(" {{seconds}}"), 12, "");
   begins(told(drops),
@@ -256,7 +256,7 @@ TEST_F(PostCommand, APackIsReadAsItIsAndItsFaultsHaveAPlace) {
   drops = pack("acme");
   drops.replace(drops.find("ON {{number}}\n"), 14, "");
   begins(told(drops),
-         "one.post:11:4: error: the template \"output_on\" writes nothing, and the statement would "
+         "one.post:11:4: error: the template \"output_on\" writes nothing, so the statement would "
          "be lost. Write the controller's line for it.");
   // Lines that end with CR LF are lines.
   std::string crlf;
@@ -274,7 +274,7 @@ TEST_F(PostCommand, APackIsReadAsItIsAndItsFaultsHaveAPlace) {
   EXPECT_EQ(dropped.code, 0) << dropped.err;
   EXPECT_TRUE(has(dropped.err,
                   "lift.irl:5:3: warning: SPEED is not written: the template \"lin\" has no "
-                  "{{speed}}. Take it out here, or add it to the template."))
+                  "{{speed}}. Remove it here, or add it to the template."))
       << dropped.err;
 }
 
@@ -386,7 +386,7 @@ TEST(PostTest, ExitCodesTellWhatIsWrongFromWhatCouldNotBeTested) {
   EXPECT_EQ(lost.code, 1) << lost.out << lost.err;
   EXPECT_TRUE(has(lost.out, "wrong: \"grip := TRUE;\" is lost: the files are the same without it"))
       << lost.out;
-  EXPECT_TRUE(has(lost.out, "gives other files the second time.")) << lost.out;
+  EXPECT_TRUE(has(lost.out, "gives different files the second time.")) << lost.out;
 #endif
   // Nothing could be tested.
   fs::create_directory(a.path / "none");
@@ -434,7 +434,7 @@ TEST(PostTest, AReaderIsComparedWithWhatTheInterpreterDid) {
   };
   const Outcome made = test((kExamples / "tern_pack").string());
   ASSERT_EQ(made.code, 0) << made.out << made.err;
-  EXPECT_TRUE(has(made.out, "reader.py is to be filled in.")) << made.out;
+  EXPECT_TRUE(has(made.out, "Complete reader.py.")) << made.out;
   for (const char* file :
        {"compare.py", "reader.py", "robot.model", "programs/straight.trace.json"})
     EXPECT_TRUE(fs::is_regular_file(folder / file)) << file;
@@ -526,7 +526,7 @@ TEST(PostTest, AReaderIsComparedWithWhatTheInterpreterDid) {
   // What was filled in stays.
   write(folder / "reader.py", reader);
   const Outcome again = test((kExamples / "tern_pack").string());
-  EXPECT_TRUE(has(again.out, "reader.py is kept as it is.")) << again.out;
+  EXPECT_TRUE(has(again.out, "reader.py is kept unchanged.")) << again.out;
   EXPECT_EQ(slurp(folder / "reader.py"), reader);
   EXPECT_EQ(compare().first, 0);
   // Damaged files are not equal: a digit, a line, a word of a condition of each construct.

@@ -560,7 +560,7 @@ TEST(Rpc, AnswersComeInTheOrderOfTheRequestsAndFaultsOfJobsAreSaid) {
   const auto fault = [&](const Json& more, const std::string& method = "material.list") {
     return peer.ask(method, Json::object(), more).at("error").at("message").get<std::string>();
   };
-  EXPECT_EQ(fault({{"job", 1}}), "job, progress and notes are true or false.");
+  EXPECT_EQ(fault({{"job", 1}}), "job, progress and notes must be true or false.");
   EXPECT_NE(fault({{"job", true}}, "lua.eval").find("lua.eval needs the text code"),
             std::string::npos);
   EXPECT_NE(fault({{"job", true}}, "document.undo").find("Call it without a job"),

@@ -483,7 +483,8 @@ TEST_F(AlongEdges, WhatCannotBeRunIsSaid) {
   EXPECT_NE(refused(head + "{{0.1, 0.05, 0.01}}}").find("are equally near"), std::string::npos);
   EXPECT_NE(refused(head + "{{0.1, 0, 0.01}, {-0.1, 0, 0.01}}}").find("does not begin where edge"),
             std::string::npos);
-  EXPECT_NE(refused(head + "{{0.1, 0, 0.01}}, from = {0, 1, 0}}").find("runs along the direction"),
+  EXPECT_NE(refused(head + "{{0.1, 0, 0.01}}, from = {0, 1, 0}}")
+                .find("runs along the approach direction"),
             std::string::npos);
   EXPECT_NE(refused(head + "{{0.1, 0, 0.01}}, from = {0, 0, 0}}").find("from has no direction"),
             std::string::npos);

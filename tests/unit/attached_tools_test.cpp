@@ -161,7 +161,7 @@ TEST_F(AttachedTools, SayWhatIsWrong) {
   says("arm:change_tool{tool = pen}", "nothing is attached to it");
   says("arm:attach{tool = 'nothing'}", "nothing");
   says("arm:attach{tool = torch, tcp = 'tipp'}", "tip");
-  says("arm:attach{tool = pen, tcp = 5}", "is no centre point");
+  says("arm:attach{tool = pen, tcp = 5}", "is not a centre point");
   says("arm:attach{tool = torch, link = 'base', tcp = 'tip'}", "not on the last link");
   says("arm:attach{tool = torch, name = 'swing'}", "two links or tools named");
   says("arm:attach{tool = torch, name = 'a.b'}", "dot");
@@ -175,7 +175,7 @@ TEST_F(AttachedTools, SayWhatIsWrong) {
   says("arm:remove_tool('torch')", "robot.detach");
   says("arm:change_tool{}", "neither tool nor tcp");
   says("arm:change_tool{tcp = 'nose'}", "nose");
-  says("arm:change_tool{tcp = 'rim', name = 'x'}", "name is for a tool that is mounted");
+  says("arm:change_tool{tcp = 'rim', name = 'x'}", "name is for a tool being mounted");
   says("torch:remove_tcp('tip')", "is the tool of robot \"arm\"");
   says("torch:remove()", "arm");
   says("torch:add_tcp{name = 'tip'}", "two tool centre points");
@@ -187,8 +187,8 @@ TEST_F(AttachedTools, SayWhatIsWrong) {
   says("arm:fk{q = {0}, tip = 'torch.tipp'}", "torch.tip");
   // A centre point that is gone by another way is named by whatever asks for it.
   run("record.set{id = torch, path = 'tcps.tip.name', value = 'wire'}");
-  says("arm:fk{q = {0}}", "is not there any more");
-  says("arm:tools()", "is not there any more");
+  says("arm:fk{q = {0}}", "no longer exists");
+  says("arm:tools()", "no longer exists");
   run("arm:change_tool{tcp = 'wire'} near(arm:fk{q = {0}}.position[1], 0.715)");
 }
 

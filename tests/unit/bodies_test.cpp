@@ -167,7 +167,7 @@ TEST_F(Bodies, AMeasuredMassCountsAndTheComputedOneStaysKnown) {
   };
   EXPECT_EQ(refused(list({1, 1, 2.5, 0, 0, 0})),
             "solid \"block\": the measured inertia has the principal moments 1, 1 and 2.5 kg m^2, "
-            "which no body has. None may be greater than the two others together.");
+            "which are impossible for a body. None may be greater than the sum of the other two.");
   EXPECT_NE(refused(list({1, 1, 1, 2, 0, 0})).find("the principal moments -1, 1 and 3 kg m^2"),
             std::string::npos);
   // A thin plate, rounded to three digits.

@@ -512,7 +512,8 @@ TEST_F(Exchange, AnExtensionThatDoesNotFitTheContentIsRefusedBecauseTheUnitDepen
       const auto made = read(put("one." + name, unwrap(write(content, items))));
       EXPECT_EQ(made.ok(), name == content) << content << " as " << name;
       if (made.ok()) continue;
-      EXPECT_NE(made.error().sentence().find("does not begin like one of the format " + name),
+      EXPECT_NE(made.error().sentence().find(
+                    "the beginning of the file is not that of the format " + name),
                 std::string::npos)
           << made.error().sentence();
     }
@@ -973,7 +974,7 @@ TEST_F(Exchange, Faulty3mfEndsInASentenceThatSaysWhere) {
                                 "</components></object>",
                                 item)),
           "is a component of itself");
-  refused(package_3mf(model_3mf("", item)), "places object 1, which is not there");
+  refused(package_3mf(model_3mf("", item)), "places object 1, which is missing");
   refused(package_3mf(model_3mf("<object id=\"1\"><mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/>"
                                 "</vertices><triangles><triangle v1=\"0\" v2=\"0\" v3=\"8\"/>"
                                 "</triangles></mesh></object>",
@@ -985,7 +986,7 @@ TEST_F(Exchange, Faulty3mfEndsInASentenceThatSaysWhere) {
           "line 2: the x of a vertex is \"1e999\"");
   refused(package_3mf(model_3mf("<object id=\"1\">" + box_3mf(1) + "</object>",
                                 "<item objectid=\"1\" transform=\"1 0 0\"/>")),
-          "which has twelve numbers");
+          "is not a placement of twelve numbers");
   refused(package_3mf(model_3mf("<object id=\"1\">" + box_3mf(1) + "</object>",
                                 "<item objectid=\"1\" p:path=\"/3D/gone.model\"/>")),
           "\"/3D/gone.model\" is not in the package");

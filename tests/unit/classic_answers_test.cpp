@@ -306,7 +306,7 @@ TEST_F(ClassicAnswers, TheToolIsShownPointByPoint) {
   classic("PRobot arm SetLinks 30 45 0.2");
   shown("World bench InvKineNextPoint arm stroke", 7, 0.6, 0.22);
   classic("PRobot arm SetLinks 30 45 0.21");
-  EXPECT_NE(refused("World bench InvKineNextPoint arm stroke").find("at no point"),
+  EXPECT_NE(refused("World bench InvKineNextPoint arm stroke").find("not at a point"),
             std::string::npos);
   classic("World bench InvKineFinalPoint arm stroke");
   EXPECT_NE(refused("World bench InvKineNextPoint arm stroke").find("the last of its 11 points"),

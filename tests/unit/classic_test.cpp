@@ -183,8 +183,9 @@ TEST_F(Classic, ASpellingHasItsOwnOrderOfWordsAndFixedArguments) {
       << "as long as the torques are known";
   const auto refused = app().dispatch_classic(session_, "PRobot arm LLRL mGetOutHMT 0 0 0 0 0 0");
   ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().sentence(),
-            "robot.fk: the word \"0\" is one too many. help(\"robot.fk\") lists the arguments.");
+  EXPECT_EQ(
+      refused.error().sentence(),
+      "robot.fk: the word \"0\" is one argument too many. help(\"robot.fk\") lists the arguments.");
 }
 
 /// No spelling for programs is known of 2006, and none is made up (decision 0067).
@@ -239,7 +240,7 @@ TEST_F(Classic, AJointTrajectoryMovesTheToolAsForwardKinematicsSays) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().sentence(),
             "trajectory \"stroke\", segment 1: it moves the tool, not the joints. "
-            "world.inverse_kinematics runs such a trajectory.");
+            "Run such a trajectory with world.inverse_kinematics.");
 }
 
 TEST_F(Classic, ATrajectoryIsSeenFromTheBaseOfARobot) {

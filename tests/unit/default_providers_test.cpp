@@ -183,7 +183,7 @@ TEST_F(DefaultProviders, AProviderThatIsNotThereIsAnErrorAndNoOtherOneComputes) 
   app().registry.remove(kId, "twofold");
   call("file.load", {{"file", (folder_ / "inverse_dynamics.default").string()}});
   const std::string sentence =
-      "the document chooses the inverse_dynamics provider \"twofold\", which is not there or "
+      "the document chooses the inverse_dynamics provider \"twofold\", which is missing or "
       "disabled";
   bool is_told = false;
   for (const Message& m : app().messages.recent())

@@ -586,7 +586,7 @@ TEST_F(DerivedTest, ImportedMeshesGoToTheEngineForTrianglesAndNothingElseDoes) {
   EXPECT_FALSE(mass(scan).exact);
   EXPECT_NEAR(mass(scan).mass.mass, 6000, 6000 * mass(scan).relative_error);
   EXPECT_EQ(derived.features(*document.now(), scan, progress).error().sentence(),
-            "solid \"scan\": no CSG engine that takes triangle meshes is loaded. Load the plugin "
+            "solid \"scan\": no CSG engine for triangle meshes is loaded. Load the plugin "
             "csg_cgal, or use an exact solid.");
   add_mesh_engine();
   EXPECT_NEAR(mass(scan).mass.mass, 6000, 1e-9);
@@ -674,7 +674,7 @@ TEST_F(DerivedTest, APrimitiveOfAPluginIsBuiltOnceAndItsFaultsNameTheNode) {
   block_parent = 3;
   const auto odd = make("odd", block(m, 3));
   EXPECT_EQ(derived.mesh(*document.now(), odd, progress).error().sentence(),
-            "solid \"odd\", node \"gear\": provider \"block\" built a tree whose node 0 has the "
+            "solid \"odd\", node \"gear\": provider \"block\" built a tree in which node 0 has the "
             "parent 3. Report it to the provider's author.");
 }
 
@@ -701,8 +701,9 @@ TEST_F(DerivedTest, AMeasuredMassCountsInsteadOfTheComputedOneAndAboveIt) {
   EXPECT_NEAR(above.mass.mass, 4700, 1e-9);
   EXPECT_NEAR(above.mass.com[2], (700 * 1.25 + 4000 * 0.5) / 4700, 1e-12);
   EXPECT_FALSE(above.computed.has_value());
-  EXPECT_EQ(above.notes, std::vector<std::string>{
-                             "solid \"motor\" counts with its measured mass (scales, J. Doe)."});
+  EXPECT_EQ(above.notes,
+            std::vector<std::string>{
+                "solid \"motor\" is included with its measured mass (scales, J. Doe)."});
   const auto parts = derived.part_masses(*document.now(), arm, progress);
   ASSERT_TRUE(parts.ok());
   EXPECT_NEAR(parts->at(0).mass.mass, 700, 1e-9);
@@ -891,7 +892,7 @@ TEST_F(DerivedTest, ObjectsThatDoubleAtEveryLevelAreRefusedBeforeTheyFillTheMemo
     what = make("o" + std::to_string(level), o);
   }
   EXPECT_EQ(derived.mass(*document.now(), what, progress).error().sentence(),
-            "object \"o39\": it has more than 100000 parts, nested ones included. Divide it into "
+            "object \"o39\": it has more than 100000 parts, nested ones included. Split it into "
             "smaller objects.");
 }
 

@@ -204,7 +204,7 @@ TEST(Document, AnObjectInsideItselfIsRefusedWithThePath) {
   const auto gripper = make(d, "gripper", object_of({palm}));
   EXPECT_EQ(set_parts(d, hand, {solid, gripper}).error().sentence(),
             "object \"hand\" cannot refer to object \"gripper\", which refers to it in turn "
-            "(gripper > palm > hand). Take one of these references out first.");
+            "(gripper > palm > hand). Remove one of these references first.");
   EXPECT_EQ(set_parts(d, hand, {hand}).error().sentence(),
             "object \"hand\" cannot refer to itself.");
   EXPECT_EQ(d.now()->get(hand)->parts.size(), 1U);
@@ -278,7 +278,7 @@ TEST(Document, ACommitWithoutChangesIsNoStep) {
   ASSERT_TRUE(set_density(*tx, id, 1000).ok());
   ASSERT_TRUE(tx->remove(*tx->add("gone", model::Material{})).ok());
   EXPECT_TRUE(tx->commit()->changed.empty());
-  EXPECT_EQ(tx->commit().error().sentence(), "this transaction has ended. Begin another one.");
+  EXPECT_EQ(tx->commit().error().sentence(), "this transaction has ended. Start a new one.");
   EXPECT_EQ(d.now()->revision(), revision);
   EXPECT_EQ(d.undo_labels().size(), 1U);
   EXPECT_EQ(told, 0);
@@ -399,23 +399,23 @@ TEST(Document, ATransactionIsRefusedWhereWhatItLookedAtHasChanged) {
   };
   EXPECT_EQ(refused([&](Transaction& t) { (void)t.now().find(AnyId(steel)); },
                     [&](Transaction& t) { ASSERT_TRUE(set_density(t, steel, 5).ok()); }),
-            "material \"steel\" was changed by the program (fast) while slow was at work. Nothing "
+            "material \"steel\" was changed by the program (fast) while slow was running. Nothing "
             "was changed. Run it again.");
   EXPECT_EQ(refused([&](Transaction& t) { (void)t.now().find(Kind::material, "tin"); },
                     [&](Transaction& t) { ASSERT_TRUE(t.add("tin", model::Material{}).ok()); }),
-            "material \"tin\" was added by the program (fast) while slow was at work. Nothing was "
+            "material \"tin\" was added by the program (fast) while slow was running. Nothing was "
             "changed. Run it again.");
   EXPECT_EQ(refused([&](Transaction& t) { (void)t.now().share(AnyId(ball_id)); },
                     [&](Transaction& t) { ASSERT_TRUE(t.remove(AnyId(ball_id)).ok()); }),
-            "solid \"bolt\" was removed by the program (fast) while slow was at work. Nothing was "
+            "solid \"bolt\" was removed by the program (fast) while slow was running. Nothing was "
             "changed. Run it again.");
   EXPECT_EQ(refused([&](Transaction& t) { (void)t.now().list(Kind::solid); },
                     [&](Transaction& t) { ASSERT_TRUE(t.add("nut", ball(steel)).ok()); }),
-            "records were added or removed while slow was at work. Nothing was changed. Run it "
+            "records were added or removed while slow was running. Nothing was changed. Run it "
             "again.");
   EXPECT_EQ(refused([&](Transaction& t) { (void)t.now().referrers(AnyId(steel)); },
                     [&](Transaction& t) { ASSERT_TRUE(t.add("nut", ball(steel)).ok()); }),
-            "what refers to material \"steel\" was changed while slow was at work. Nothing was "
+            "what refers to material \"steel\" was changed while slow was running. Nothing was "
             "changed. Run it again.");
   EXPECT_NE(refused([&](Transaction& t) { ASSERT_TRUE(t.remove(AnyId(ball_id)).ok()); },
                     [&](Transaction& t) {
@@ -510,15 +510,14 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
   s.nodes.push_back({CsgKind::sphere, "inner", 0, {}, {0.1}});
   EXPECT_EQ(refusal("s", s),
             "solid \"s\": node \"inner\" is inside sphere \"ball\", which is a primitive. Only an "
-            "operation such as a union, or a modifier, has nodes inside.");
+            "operation such as a union, or a modifier, can contain nodes.");
   s.nodes = {{CsgKind::union_, "u", -1, {}, {}}, {CsgKind::box, "u", 0, {}, {1, 1, 1}}};
   EXPECT_EQ(refusal("s", s),
             "solid \"s\": there are two nodes named \"u\". Give each its own name.");
   s.nodes[1] = {CsgKind::box, "b", 1, {}, {1, 1, 1}};
   EXPECT_EQ(refusal("s", s),
-            "solid \"s\": node \"b\" does not come after its parent. Every node but the first has "
-            "a parent, and "
-            "parents come first.");
+            "solid \"s\": node \"b\" does not come after its parent. Every node except the first "
+            "needs a parent, and parents come first.");
   s.nodes[1] = {CsgKind::cone, "c", 0, {}, {0, 0, 1}};
   EXPECT_EQ(refusal("s", s),
             "solid \"s\": both radii of cone \"c\" are 0. Give one of them a size.");

@@ -275,7 +275,7 @@ TEST_F(Runs, NotesTellWhatHappenedAndWhen) {
   const auto slip = run(r);
   // 2 x'' = 2 t - 4: at rest where t^2 / 2 - 2 t + 0.5 = 0, at 2 - sqrt(3); on again at 2 s.
   EXPECT_TRUE(tells(slip, "joint 1 (block) came to rest at 0.26795 s")) << all_notes(slip);
-  EXPECT_TRUE(tells(slip, "joint 1 (block) went on at 2 s")) << all_notes(slip);
+  EXPECT_TRUE(tells(slip, "joint 1 (block) moved again at 2 s")) << all_notes(slip);
   EXPECT_NEAR(end(slip, "qd1"), 0.5, 1e-8) << "from 2 s to 3 s under t - 2";
 }
 

@@ -63,7 +63,7 @@ TEST_F(IkBranchesTest, AnArgumentThatASolverHasNoUseForIsRefusedWithTheOnesThatH
 local puma, pa10, gripper = robot.get("puma560"), robot.get("pa10"), robot.get("gripper")
 local at = pa10:fk{q = "ready"}.pose
 has(refused(pa10.solve_ik, pa10, {target = at, provider = "numeric", arm_angle = 0.1}),
-  'the solver "numeric" makes no use of arm_angle. Of this robot\'s solvers "srs" does: give provider = "srs", or leave it out')
+  'the solver "numeric" does not use arm_angle. Of this robot\'s solvers "srs" does: give provider = "srs", or leave it out')
 has(refused(pa10.solve_ik_batch, pa10, {targets = {at}, provider = "numeric", arm_angle = {0.1}}), '"srs" does')
 has(refused(puma.solve_ik, puma, {target = at, arm_angle = 0.1}), 'No solver of this robot does: leave it out')
 has(refused(puma.solve_ik, puma, {target = at, provider = "numeric", branch = "left"}),
@@ -464,7 +464,7 @@ local path = trajectory.create{name = "aside", segments = {{shape = "line", dura
 cell:add_trajectory{trajectory = path}
 run = cell:inverse_kinematics{robot = "lz", trajectory = "aside", sample_time = 0.02}
 notes = table.concat(run:notes(), "\n")
-has(notes, "the arm goes over from the branch")
+has(notes, "the arm changes from the branch")
 has(notes, "jumps by")
 lz:set_link{link = 1, lower = -pi, upper = pi}
 run = cell:inverse_kinematics{robot = "lz", trajectory = "aside", sample_time = 0.02}
@@ -528,7 +528,7 @@ TEST_F(IkBranchesTest, BranchesOfASolverInLuaThatAreNoneAreRefused) {
       {"branch = function() return 0 end", "no list of branches"},
       {"branches = {}, branch = function() return 0 end", "no list of branches"},
       {"branches = {{'elbow', 'up'}}, branch = function() return 0 end",
-       "a branch is not a name and two words"},
+       "a branch must be a name and two words"},
       {"branches = {{'elbow', 'up', 'up'}}, branch = function() return 0 end",
        "two branches have the word \"up\""},
       {"branches = {{'a', 'up', 'down'}, {'b', 'left', 'up'}}, branch = function() return 0 end",

@@ -150,7 +150,7 @@ TEST_F(ImportedMeshes, WeighWhatTheyEncloseWithinTheirError) {
   EXPECT_NEAR(*at(mass, "volume").as_real(), volume, volume * error);
   EXPECT_NEAR(*at(mass, "mass").as_real(), 1000 * volume, 1000 * volume * error);
   EXPECT_FALSE(*at(mass, "exact").as_bool());
-  EXPECT_NE(at(mass, "notes").text().find("bounds no clean solid"), std::string::npos);
+  EXPECT_NE(at(mass, "notes").text().find("does not bound a valid solid"), std::string::npos);
   // Operations need a clean solid, and say where it is none.
   const Error refused = fails("solid.features", {{"id", "cuts"}});
   EXPECT_NE(refused.sentence().find("cuts itself, for example at"), std::string::npos)

@@ -223,20 +223,19 @@ TEST(IrlEditing, ANewNameGoesEverywhereAndChangesNoMeaning) {
             "PROGRAM p; VAR INT: n, b; PROCEDURE f; VAR INT: c, b; BEGIN c := n; ENDPROC; BEGIN n "
             ":= b; f; ENDPROGRAM;");
   // Declared already; hidden by a local; hides a function; a word; no name; the language's.
-  EXPECT_EQ(
-      renamed(text, "b"),
-      "! p.irl:1:24: with the name \"b\" the program has an error: b is declared already. Take "
-      "another name.");
+  EXPECT_EQ(renamed(text, "b"),
+            "! p.irl:1:24: with the name \"b\" the program has an error: b is already declared. "
+            "Choose another name.");
   EXPECT_EQ(renamed(text, "C"),
-            "! p.irl:1:66: with the name \"C\", \"C\" would mean something else here. Take another "
-            "name.");
+            "! p.irl:1:66: with the name \"C\", \"C\" would have a different meaning here. Choose "
+            "another name.");
   EXPECT_NE(renamed("PROGRAM p; VAR REAL: a|; BEGIN a := SIN(1.0); ENDPROGRAM;", "sin").find("!"),
             std::string::npos);
-  EXPECT_NE(renamed(text, "while").find("is a word of the language"), std::string::npos);
+  EXPECT_NE(renamed(text, "while").find("is a keyword of the language"), std::string::npos);
   EXPECT_NE(renamed(text, "1a").find("\"1a\" is no name"), std::string::npos);
   EXPECT_NE(renamed("PROGRAM p; VAR POSE|: a; BEGIN ENDPROGRAM;", "x").find("of the language"),
             std::string::npos);
-  EXPECT_NE(renamed("PROGRAM p; BEGIN | ENDPROGRAM;", "x").find("no name at this place"),
+  EXPECT_NE(renamed("PROGRAM p; BEGIN | ENDPROGRAM;", "x").find("no name at this position"),
             std::string::npos);
   // Where a line is not understood, it is not known what its names are.
   EXPECT_NE(renamed("PROGRAM p; VAR INT: a|; BEGIN a := 1; IF a + THEN ENDIF; ENDPROGRAM;", "n")
@@ -248,7 +247,7 @@ TEST(IrlEditing, ANewNameGoesEverywhereAndChangesNoMeaning) {
   // A record that means something to motions keeps its name.
   EXPECT_NE(
       renamed("PROGRAM p; TYPE RECORD REAL: A; ENDRECORD: MAIN_JOINT|; BEGIN ENDPROGRAM;", "AXES")
-          .find("means something to motions by its name"),
+          .find("has a meaning for motions by its name"),
       std::string::npos);
 }
 

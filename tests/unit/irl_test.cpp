@@ -147,121 +147,117 @@ TEST(Irl, EveryConstructIsAccepted) {
 
 TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
   const std::pair<const char*, const char*> kBad[] = {
-      {"k := 1;", "8:1 nothing is named k.\n"},
-      {"targe := target;", "8:1 nothing is named targe. Did you mean target?\n"},
+      {"k := 1;", "8:1 there is no name k.\n"},
+      {"targe := target;", "8:1 there is no name targe. Did you mean target?\n"},
       {"i = 1;",
        "8:3 \"=\" compares and does not assign. Write \":=\" to give a variable a value.\n"},
       {"i := 1", "8:7 \";\" is missing behind the value, before \"ENDPROGRAM\".\n"},
       {"i := 2.5;",
-       "8:6 this variable needs INT, and this is REAL. Use ROUND or TRUNC to make it a whole "
+       "8:6 this variable needs INT, but this is REAL. Use ROUND or TRUNC to make it a whole "
        "number.\n"},
-      {"b := 1;", "8:6 this variable needs BOOL, and this is INT. Compare it: value <> 0\n"},
+      {"b := 1;", "8:6 this variable needs BOOL, but this is INT. Compare it: value <> 0\n"},
       {"i := 2147483648;", "8:6 an INT is at most 2147483647. Write it as a REAL, with \".0\".\n"},
       {"i := 2147483647 + 1;",
        "8:6 this value is beyond what INT holds. An INT is from -2147483648 to 2147483647.\n"},
       {"i := 1 DIV 0;", "8:12 this divides by zero.\n"},
       {"r := SQRT(-1.0);",
-       "8:6 SQRT has no value here. Square root of a number that is not negative.\n"},
+       "8:6 SQRT has no value here. Square root of a number that must not be negative.\n"},
       {"a[3] := 1;", "8:3 the index 3 is outside -1..2.\n"},
       {"pos.W := 1.0;", "8:5 POSITION has no field W. Its fields are X, Y, Z.\n"},
       {"pos := POSITION(1, 2);",
-       "8:8 POSITION is made of 3 values, and here are 2. They are X, Y, Z, in this order.\n"},
-      {"ready := TRUE;", "8:1 ready is an input, which is only read.\n"},
-      {"TRUE := b;", "8:1 TRUE is a constant and keeps its value.\n"},
+       "8:8 POSITION is made of 3 values, but here are 2. They are X, Y, Z, in this order.\n"},
+      {"ready := TRUE;", "8:1 ready is an input, which can only be read.\n"},
+      {"TRUE := b;", "8:1 TRUE is a constant and cannot be assigned.\n"},
       {"MOVE LIN joint;",
-       "8:10 MOVE LIN goes along a path to a place, and this is JOINT. Use MOVE PTP, or "
-       "TRAFO(...) for the place that the joints reach.\n"},
+       "8:10 MOVE LIN moves along a path to a position, but this is JOINT. Use MOVE PTP, or "
+       "TRAFO(...) for the pose that the joints reach.\n"},
       {"MOVE CIRCLE pose;",
-       "8:13 CIRCLE needs two targets, a place on the arc and the end. Such as: MOVE CIRCLE via, "
+       "8:13 CIRCLE needs two targets, a point on the arc and the end. Such as: MOVE CIRCLE via, "
        "end;\n"},
-      {"MOVE LIN pose SPEED := -1.0;", "8:24 SPEED is above zero.\n"},
+      {"MOVE LIN pose SPEED := -1.0;", "8:24 SPEED must be above zero.\n"},
       {"MOVE LIN pose SPED := 1.0;",
        "8:15 a motion has no attribute SPED. Attributes are SPEED, SPEED_ORI, ACC, TIME, C_CP, "
        "C_SPEED, C_PASS, WOBBLE, ACT_ROB, DEVICE, ADAX_CONTROL, SPEED_PTP, ACC_PTP, C_PTP, TOOL, "
        "FRAME.\n"},
       {"MOVE PTP pose SPEED := 100.0;",
-       "warning 8:15 SPEED has no effect on MOVE PTP. Motions of the joints have SPEED_PTP, "
-       "ACC_PTP and C_PTP.\n"},
+       "warning 8:15 SPEED has no effect on MOVE PTP. Joint motions have SPEED_PTP, ACC_PTP and "
+       "C_PTP.\n"},
       {"MOVE pose;",
-       "8:6 \"pose\" is none of PTP, LIN, CIRCLE and PATH. Such as: MOVE LIN place;\n"},
+       "8:6 \"pose\" is not one of PTP, LIN, CIRCLE and PATH. Such as: MOVE LIN place;\n"},
       {"WAIT 1.0;",
        "8:9 SEC is missing behind the time, before \";\". Write WAIT 0.5 SEC; or WAIT FOR "
        "condition;\n"},
-      {"EXIT;", "8:1 EXIT is outside of a loop. RETURN leaves a routine.\n"},
+      {"EXIT;", "8:1 EXIT is outside a loop. Use RETURN to leave a routine.\n"},
       {"GOTO nowhere;", "8:6 there is no label nowhere in this routine.\n"},
       {"GOTO in; WHILE b LABEL in: ENDWHILE;",
-       "8:6 the name of the label is missing, before \"in\". \"in\" is a word of the language and "
-       "no name.\n8:24 the name of the label is missing, before \"in\". \"in\" is a word of the "
-       "language and no name.\n"},
+       "8:6 the name of the label is missing, before \"in\". \"in\" is a keyword of the language, "
+       "not a name.\n8:24 the name of the label is missing, before \"in\". \"in\" is a keyword of "
+       "the language, not a name.\n"},
       {"GOTO x; WHILE b LABEL x: ENDWHILE;",
-       "8:6 GOTO leads into a statement from outside. A label is reached from its own block and "
-       "from what is within that.\n"},
-      {"done(1);", "8:1 done takes 0 arguments, and here is 1.\n"},
-      {"i;",
-       "8:1 i is no procedure, and this does nothing. A variable gets its value by "
-       "\":=\".\n"},
-      {"IF i THEN ENDIF;", "8:4 IF needs BOOL, and this is INT. Compare it: value <> 0\n"},
+       "8:6 GOTO leads into a statement from outside. A label can be reached only from its block "
+       "and from blocks inside it.\n"},
+      {"done(1);", "8:1 done takes 0 arguments, but here is 1.\n"},
+      {"i;", "8:1 i is not a procedure, and this has no effect. Assign a variable with \":=\".\n"},
+      {"IF i THEN ENDIF;", "8:4 IF needs BOOL, but this is INT. Compare it: value <> 0\n"},
       {"IF b THEN i := 1;", "9:1 ENDIF is missing for the IF of line 8, before \"ENDPROGRAM\".\n"},
       {"b := 1 < 2 < 3;",
-       "8:12 what compares cannot be compared again. Put one comparison in parentheses.\n"},
+       "8:12 comparisons cannot be chained. Put one comparison in parentheses.\n"},
       {"b := i AND b;",
-       "8:8 \"AND\" does not join INT and BOOL. It joins conditions; for bits there is no "
-       "operator.\n"},
-      {"s := 'a' + 'b';",
-       "8:10 \"+\" does not join STRING and STRING. Strings are joined by "
-       "CONCAT.\n"},
+       "8:8 \"AND\" cannot combine INT and BOOL. It combines conditions; there is no operator for "
+       "bits.\n"},
+      {"s := 'a' + 'b';", "8:10 \"+\" cannot combine STRING and STRING. Use CONCAT for strings.\n"},
       {"s := 'open;",
        "8:6 this string has no end. Close it with a single quote in its line; a quote within is "
        "doubled.\n8:12 \";\" is missing behind the value, before \"ENDPROGRAM\".\n"},
       {"s := \"x\";",
-       "8:6 \"\"\" is no sign of the language. Write strings in single quotes: 'text'.\n8:8 \"\"\" "
-       "is no sign of the language. Write strings in single quotes: 'text'.\n8:7 nothing is named "
+       "8:6 \"\"\" is not a character of the language. Write strings in single quotes: "
+       "'text'.\n8:8 \"\"\" is not a character of the language. Write strings in single quotes: "
+       "'text'.\n8:7 there is no name "
        "x.\n"},
-      {"f := f;", "8:1 a FILE is not assigned.\n"},
+      {"f := f;", "8:1 a FILE cannot be assigned.\n"},
       {"START done;", "8:7 done is no process.\n"},
       {"r := SIN(1, 2);",
-       "8:6 SIN takes 1 arguments, and here are 2. Sine of an angle in "
+       "8:6 SIN takes 1 arguments, but here are 2. Sine of an angle in "
        "degrees.\n"},
       {"pose := target @ pose;",
-       "8:16 \"@\" does not join ROBTARGET and POSE. Take its pose: target.PSE\n"},
-      {"CASE i OF WHEN 1: WHEN 1: ENDCASE;", "8:24 this value has an arm already.\n"},
+       "8:16 \"@\" cannot combine ROBTARGET and POSE. Use its pose: target.PSE\n"},
+      {"CASE i OF WHEN 1: WHEN 1: ENDCASE;", "8:24 this value already has a case.\n"},
       {"FOR i := 1 TO 3 STEP 0 ENDFOR;",
-       "8:22 STEP is at least 1, and this is 0. Use DOWNTO to count downwards.\n"},
+       "8:22 STEP must be at least 1, but this is 0. Use DOWNTO to count downwards.\n"},
       {"FOR i := 1 TO 3 STEP i ENDFOR;", ""},
       {"BRAKE(2);",
-       "8:7 BRAKE knows no mode 2. 0 ends the motion, 1 holds it until the interrupt's routine has "
+       "8:7 BRAKE has no mode 2. 0 ends the motion, 1 holds it until the interrupt's routine has "
        "ended.\n"},
       {"BRAKE(0, i);",
-       "8:10 argument 2 of BRAKE needs the name of a robot, and this is INT. Such as: BRAKE(0, "
+       "8:10 argument 2 of BRAKE needs the name of a robot, but this is INT. Such as: BRAKE(0, "
        "arm); where the cell has ROBOT arm := ...;\n"},
       {"BRAKE(0, i, i);",
-       "8:13 BRAKE takes a mode and a robot, and no more. Brakes the motion that an interrupt came "
+       "8:13 BRAKE takes only a mode and a robot. Brakes the motion that an interrupt came "
        "into, or that of a robot: BRAKE(mode, robot). Mode 0 ends the motion; 1 holds it until the "
        "interrupt's routine has ended.\n"},
       {"R_JOINT_ACT := TRAFOINV(target);",
-       "8:1 an assignment needs a variable, and this is a value.\n"},
+       "8:1 an assignment needs a variable, but this is a value.\n"},
       {"R_ACT_ROB := i;",
-       "8:14 R_ACT_ROB needs the name of a robot, and this is INT. Such as: R_ACT_ROB := arm; "
+       "8:14 R_ACT_ROB needs the name of a robot, but this is INT. Such as: R_ACT_ROB := arm; "
        "where "
        "the cell has ROBOT arm := ...;\n"},
       {"i := R_ACT_ROB.x;",
-       "8:6 R_ACT_ROB is a robot, and the cell declares none. Declare its R_SPEC_TYPE, and ROBOT "
+       "8:6 R_ACT_ROB is a robot, but the cell declares none. Declare its R_SPEC_TYPE, and ROBOT "
        "arm "
        ":= R_SPEC_TYPE(...); there.\n"},
-      {"MOVE LIN pose TIME := 0;", "8:23 TIME is above zero, or -1 for none.\n"},
+      {"MOVE LIN pose TIME := 0;", "8:23 TIME must be above zero, or -1 for none.\n"},
       {"target := ROBTARGET(pose, -2, [0, 0], ADD_JOINT(0.0));",
-       "8:27 STATUS is not negative, and this is -2. -1 is any; else a bit for each branch of the "
-       "robot's inverse kinematics.\n"},
+       "8:27 STATUS must not be negative, but this is -2. -1 means any; otherwise one bit for each "
+       "branch of the robot's inverse kinematics.\n"},
       {"target := ROBTARGET(pose, 8, [0, 0], ADD_JOINT(0.0));",
-       "warning 8:27 STATUS 8 has branches beyond the third. Robots with fewer refuse it, and "
-       "posts "
-       "write 0 to 7.\n"},
+       "warning 8:27 STATUS 8 has branches beyond the third. Robots with fewer branches reject it, "
+       "and posts write 0 to 7.\n"},
       {"R_SCALE_FORW := 1.0;",
-       "warning 8:1 R_SCALE_FORW has no effect on motions. What it means is not known. Speeds are "
-       "those of R_SPEED, R_SPEED_PTP and R_ACC.\n"},
+       "warning 8:1 R_SCALE_FORW has no effect on motions. Its meaning is unknown. Speeds are set "
+       "by R_SPEED, R_SPEED_PTP and R_ACC.\n"},
       {"CASE i OF 1: i := 2; ENDCASE;",
        "8:11 WHEN is missing, before \"1\". Such as: CASE i OF WHEN 1, 2: ... ENDCASE;\n"},
-      {"RETURN 1;", "8:8 RETURN has a value, and this is no function.\n"},
+      {"RETURN 1;", "8:8 RETURN has a value, but this is not a function.\n"},
   };
   for (const auto& [text, expected] : kBad) {
     const std::string found = faults(with(text));
@@ -290,16 +286,15 @@ TEST(Irl, FieldsOfRobotsThatNothingLooksAtAreSaid) {
   EXPECT_EQ(faults(cell + "arm.mine := 1; arm.R_DEVICES[1] := 2; R_ACT_ROB := arm; "
                           "MOVE PTP a ACT_ROB := arm; BRAKE(1, arm);\nENDPROGRAM;"),
             "");
-  EXPECT_EQ(
-      faults(cell + "arm.R_SPEED := 2.0;\narm.R_JOINT_ACT.M_JOINT.A1 := 3.0;\n"
-                    "MOVE PTP a ACT_ROB := R_ACT_ROB;\nENDPROGRAM;"),
-      "warning 5:1 the field R_SPEED of a robot has no effect on its motions. The system "
-      "variables count: R_SPEED, R_SPEED_ORI, R_ACC, R_C_CP, R_C_SPEED, R_SPEED_PTP, "
-      "R_ACC_PTP and R_C_PTP.\n"
-      "warning 6:1 R_JOINT_ACT is what the robot does, and a value that it is given is lost. "
-      "A motion moves it.\n"
-      "7:23 ACT_ROB needs the name of a robot. Name one that the cell declares: ROBOT name := "
-      "...; R_ACT_ROB counts by itself.\n");
+  EXPECT_EQ(faults(cell + "arm.R_SPEED := 2.0;\narm.R_JOINT_ACT.M_JOINT.A1 := 3.0;\n"
+                          "MOVE PTP a ACT_ROB := R_ACT_ROB;\nENDPROGRAM;"),
+            "warning 5:1 the field R_SPEED of a robot has no effect on its motions. The system "
+            "variables apply: R_SPEED, R_SPEED_ORI, R_ACC, R_C_CP, R_C_SPEED, R_SPEED_PTP, "
+            "R_ACC_PTP and R_C_PTP.\n"
+            "warning 6:1 R_JOINT_ACT is the state of the robot, and an assigned value is lost. "
+            "Move it with a motion.\n"
+            "7:23 ACT_ROB needs the name of a robot. Name one declared by the cell: ROBOT name := "
+            "...; R_ACT_ROB applies without ACT_ROB.\n");
 }
 
 // A cell of 2006 has INT joints. Where a record of a known name does not fit, its declaration is
@@ -318,12 +313,12 @@ TEST(Irl, JointsOfCellsMayBeWholeNumbersAndMisfitsAreSaidOnce) {
   EXPECT_EQ(faults(cell("INT", moves)), "");
   EXPECT_EQ(faults(cell("REAL", moves)), "");
   EXPECT_EQ(faults(cell("STRING", moves)),
-            "2:35 MAIN_JOINT means something to motions and holds REAL or INT fields only. Give "
+            "2:35 MAIN_JOINT has a meaning for motions and holds REAL or INT fields only. Give "
             "it another name, or these fields.\n");
   EXPECT_EQ(faults("PROGRAM p; TYPE\nRECORD REAL: X; ENDRECORD: POSE;\nVAR POSE: a;\nBEGIN\n"
                    "MOVE LIN a;\nENDPROGRAM;"),
-            "5:10 this POSE is a record of the program's own, which motions do not know. Give the "
-            "record another name, and the motion the POSE of the language or cell.\n");
+            "5:10 this POSE is a record declared by the program, which motions do not support. "
+            "Rename the record, and give the motion the POSE of the language or cell.\n");
 }
 
 TEST(Irl, DeclarationsAreChecked) {
@@ -331,14 +326,14 @@ TEST(Irl, DeclarationsAreChecked) {
                    "BEGIN m[1, 2] := 1; m[1][0] := 2; ENDPROGRAM;"),
             "");
   EXPECT_EQ(faults("PROGRAM p; VAR INT: n; ARRAY [1..n] OF INT: a; ENDPROGRAM;"),
-            "1:34 the bound of an array is known before the program runs. Use numbers and "
+            "1:34 the bound of an array must be known before run time. Use numbers and "
             "constants only.\n");
   EXPECT_EQ(faults("PROGRAM p; VAR ARRAY [3..1] OF INT: a; ENDPROGRAM;"),
             "1:23 the upper bound 1 is below the lower one, 3.\n");
   EXPECT_EQ(faults("PROGRAM p; VAR ARRAY [1..5000, 1..5000] OF INT: a; ENDPROGRAM;"),
             "1:16 this array holds more than 16000000 values.\n");
   EXPECT_EQ(faults("PROGRAM p; VAR INT: a;\n REAL: A; ENDPROGRAM;"),
-            "2:8 A is declared already. The first one is in line 1.\n");
+            "2:8 A is already declared. The first one is in line 1.\n");
   EXPECT_EQ(faults("PROGRAM p; VAR a: INT; ENDPROGRAM;"), "1:16 there is no type a.\n");
   EXPECT_EQ(faults("PROGRAM p; CONST INT: n; ENDPROGRAM;"),
             "1:23 the constant n has no value. Such as: INT: n := 3;\n");
@@ -348,14 +343,14 @@ TEST(Irl, DeclarationsAreChecked) {
             "1:21 the function f has no RETURN. Such as: RETURN value;\n");
   EXPECT_EQ(faults("PROGRAM p; PROCEDURE q (OUT INT: a); BEGIN a := 1; ENDPROC; BEGIN q(5); "
                    "ENDPROGRAM;"),
-            "1:69 parameter a of q (OUT) needs a variable, and this is a value.\n");
+            "1:69 parameter a of q (OUT) needs a variable, but this is a value.\n");
   EXPECT_EQ(faults("PROGRAM p; PROCEDURE q (IN INT: a); BEGIN a := 1; ENDPROC; BEGIN ENDPROGRAM;"),
-            "1:43 a is an IN parameter, which is only read. Make it INOUT, or copy it to a "
+            "1:43 a is an IN parameter, which can only be read. Make it INOUT, or copy it to a "
             "variable.\n");
   EXPECT_EQ(faults("PROGRAM p; BEGIN"),
             "1:17 the source ends without ENDPROGRAM. Write ENDPROGRAM; at the end.\n");
   EXPECT_EQ(faults("hello"),
-            "1:1 a program begins with PROGRAM and its name, and not with \"hello\". Such as: "
+            "1:1 a program must begin with PROGRAM and its name, not with \"hello\". Such as: "
             "PROGRAM towers;\n");
   EXPECT_EQ(faults("PROGRAM p; { open"),
             "1:12 this comment has no end. Close it with \"}\".\n1:18 the source ends without "
@@ -366,12 +361,13 @@ TEST(Irl, DeclarationsAreChecked) {
 }
 
 TEST(Irl, SeveralFaultsAreFoundInOneRun) {
-  EXPECT_EQ(faults("PROGRAM p;\nVAR INT: i\nREAL: r;\nBEGIN\ni := ;\nr := 1;\nIF i = THEN r := 2; "
-                   "ENDIF;\nMOVE i;\nr := 'x';\nENDPROGRAM;\n"),
-            "2:11 \";\" is missing behind the declaration, before \"REAL\".\n5:6 \";\" is not a "
-            "value.\n7:8 \"THEN\" is not a value. \"THEN\" is a word of the language and no "
-            "name.\n8:6 \"i\" is none of PTP, LIN, CIRCLE and PATH. Such as: MOVE LIN place;\n9:6 "
-            "this variable needs REAL, and this is STRING.\n");
+  EXPECT_EQ(
+      faults("PROGRAM p;\nVAR INT: i\nREAL: r;\nBEGIN\ni := ;\nr := 1;\nIF i = THEN r := 2; "
+             "ENDIF;\nMOVE i;\nr := 'x';\nENDPROGRAM;\n"),
+      "2:11 \";\" is missing behind the declaration, before \"REAL\".\n5:6 \";\" is not a "
+      "value.\n7:8 \"THEN\" is not a value. \"THEN\" is a keyword of the language, not a "
+      "name.\n8:6 \"i\" is not one of PTP, LIN, CIRCLE and PATH. Such as: MOVE LIN place;\n9:6 "
+      "this variable needs REAL, but this is STRING.\n");
 }
 
 TEST(Irl, CellsModulesAndListsOfDataAreFilesOfTheProgram) {
@@ -396,14 +392,14 @@ TEST(Irl, CellsModulesAndListsOfDataAreFilesOfTheProgram) {
                                                      {"cell.ssi", cell},
                                                      {"tools.irl", tools},
                                                      {"p.dls", "place := 3;\ni := 1;"}})),
-            "p.dls:1:10 this variable needs POSE, and this is INT.\n");
+            "p.dls:1:10 this variable needs POSE, but this is INT.\n");
   const std::string hidden = "PROGRAM p; IMPORT hidden FROM tools; ENDPROGRAM;";
   EXPECT_EQ(faults(*compiled_files(std::vector<File>{{"p.irl", hidden}, {"tools.irl", tools}})),
             "1:19 module tools exports no hidden. Name it in the module's EXPORT.\n");
   const std::string a = "MODULE a; IMPORT b; ENDMODULE;", b = "MODULE b; IMPORT a; ENDMODULE;";
   EXPECT_EQ(faults(*compiled_files(std::vector<File>{
                 {"p.irl", "PROGRAM p; IMPORT a; ENDPROGRAM;"}, {"a.irl", a}, {"b.irl", b}})),
-            "b.irl:1:18 module A is imported by itself, through what it imports.\n");
+            "b.irl:1:18 module A imports itself, through its imports.\n");
 }
 
 TEST(Irl, ValuesThatAreKnownAreComputed) {
@@ -536,8 +532,8 @@ TEST(Irl, BrokenTextOfCodeIsRefusedWithItsLine) {
       {"robomosp code 1\nROUTINE r0 #0 'p'\nCALL r7 #0 -\nEND - - -\n", "there is no routine r7"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nFLY - - -\nEND - - -\n", "no instruction \"FLY\""},
       {"robomosp code 1\nROUTINE r0 #0 'p'\n", "the last routine has no END"},
-      {"robomosp code 1\nRECORD #0 - 'R'\nMEMBER - T10 'x'\n", "a record cannot hold itself"},
-      {"robomosp code 1\nARRAY 3..1 T1 ''\n", "are no bounds"},
+      {"robomosp code 1\nRECORD #0 - 'R'\nMEMBER - T10 'x'\n", "a record cannot contain itself"},
+      {"robomosp code 1\nARRAY 3..1 T1 ''\n", "are not valid array bounds"},
       {"robomosp code 1\nARRAY 1..99999999 T1 ''\n", "more than 16000000 values"},
       {"robomosp code 1\nINPUT v1 T4 'a'\nAT #-1 #1 -\n", "a signal has a number from 0"},
       {"robomosp code 1\nVARIABLE v1 T0 'a'\n", "holds no value"},
@@ -550,17 +546,17 @@ TEST(Irl, BrokenTextOfCodeIsRefusedWithItsLine) {
       {"robomosp code 1\nROUTINE r0 #0 'p'\nADD 1 2.0 t0:T1\nEND - - -\n",
        "two numbers of one type"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nCOPY t0:T1 - t1:T1\nEND - - -\n",
-       "was not set with this type"},
+       "before it was set with this type"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nCOPY 1 - t0:T1\nCOPY t0:T5 - t1:T5\nEND - - -\n",
-       "was not set with this type"},
+       "before it was set with this type"},
       {"robomosp code 1\nINPUT v1 T1 'a'\nROUTINE r0 #0 'p'\nCOPY 1 - v1\nEND - - -\n",
        "COPY has a value"},
       {"robomosp code 1\nRECORD #0 - 'R'\nMEMBER - T1 'x'\nVARIABLE v1 T10 'a'\nROUTINE r0 #0 "
        "'p'\nFIELD v1 #1 p0:T1\nEND - - -\n",
        "FIELD has a record"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nARGUMENT 1 - -\nHALT - - -\nEND - - -\n",
-       "right before the CALL"},
-      {"robomosp code 1\nROUTINE r0 #0 'p'\nARGUMENT 1 - -\nEND - - -\n", "before no CALL"},
+       "directly before the CALL"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nARGUMENT 1 - -\nEND - - -\n", "not followed by a CALL"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nCALL r0 #0 -\nEND - - -\n", "CALL has a procedure"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nMOVE LIN #0 -\nEND - - -\n", "MOVE has an"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nRETURN 1 - -\nEND - - -\n", "RETURN has a value"},

@@ -374,7 +374,7 @@ TEST_F(KeptSolvers, TextsThatCannotBeKeptSaySo) {
   EXPECT_NE(keep("file = 'no_such.lua'").find("no_such.lua"), std::string::npos);
   EXPECT_NE(desk.eval("provider.keep{interface = 'ik', name = 'numeric', with = r, text = 'return "
                       "function() end'}")
-                .find("is there from"),
+                .find("already exists, from"),
             std::string::npos);
   EXPECT_NE(
       desk.eval("provider.keep{interface = 'nonsense', name = 'mine', with = r}").find("nonsense"),

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-
 namespace robomosp {
 namespace {
 
@@ -69,7 +68,7 @@ TEST(Components, ACycleIsToldByItsPath) {
   add(all, log, "b", Layer::core, {"c"});
   add(all, log, "c", Layer::core, {"a"});
   EXPECT_EQ(all.start_all().error().sentence(),
-            "components require each other in a circle (a > b > c > a). Remove one of these "
+            "components require each other in a cycle (a > b > c > a). Remove one of these "
             "requirements.");
   EXPECT_TRUE(log.empty());
 }

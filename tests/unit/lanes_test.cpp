@@ -69,7 +69,7 @@ TEST(InstructionSets, AreLimitedByTheEnvironmentAndWrongLimitsAreTold) {
     EXPECT_EQ(
         spatial::instruction_set_complaint(),
         "ROBOMOSP_SIMD is \"" + std::string(wrong) +
-            "\", which names no instruction set: the widest of this processor is used. Set it "
+            "\", which is not an instruction set: the widest of this processor is used. Set it "
             "to baseline, avx2 or avx512, or unset it.");
   }
   ::setenv("ROBOMOSP_SIMD", "", 1);

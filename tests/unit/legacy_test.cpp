@@ -186,9 +186,10 @@ TEST_F(Legacy, ADensityThatNoMatterHasIsTakenAsSiAndToldSo) {
   const auto snapshot = bench.document.now();
   EXPECT_EQ(std::get<model::Material>(snapshot->find(id)->body).density, 8000);
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_NE(notes[0].find(
-                "blue.mtr:8:1: no matter is as dense as 8000 kg/dm^3 (unit 3), so 8000 is taken"),
-            std::string::npos)
+  EXPECT_NE(
+      notes[0].find(
+          "blue.mtr:8:1: no material has a density of 8000 kg/dm^3 (unit 3), so 8000 is taken"),
+      std::string::npos)
       << notes[0];
 }
 
@@ -324,9 +325,10 @@ TEST_F(Legacy, FaultsAreToldAtTheirPlace) {
             "bad.csg:2:4: the unit 3 of mass is not known. 0 is kilogram, 1 gram, 2 pound.");
   EXPECT_EQ(refusal("\"\"\n 0 0 1\n{ [ " + sphere + " ] }\n"),
             "bad.csg:2:6: the unit 1 of angle is not known. Only 0 is: degree.");
-  EXPECT_EQ(refusal(solid_text("Sphere (0, 0, 0, 0, 0, 0) 0 4 0 (0.1, 4, 4) \"\"")),
-            "bad.csg:3:31: the orientation's type 4 is the quaternion, and no file shows how its "
-            "numbers stand in the six of a frame. Turn it into type 3, roll-pitch-yaw, there.");
+  EXPECT_EQ(
+      refusal(solid_text("Sphere (0, 0, 0, 0, 0, 0) 0 4 0 (0.1, 4, 4) \"\"")),
+      "bad.csg:3:31: the orientation's type 4 is the quaternion, and no known file shows how it is "
+      "stored in the six numbers of a frame. Convert it to type 3, roll-pitch-yaw, there.");
   EXPECT_EQ(refusal(solid_text("Sphere (0, 0, 0, 0, 0, 0) 0 3 0 (-0.1, 4, 4) \"\"")),
             "bad.csg:3:5: radius of sphere \"sphere\" is -0.1 m; it must be greater than 0.");
   EXPECT_EQ(refusal("\"\"\n 0 0 0\n{ [ " + sphere + " ] { [ " + sphere + " ] } }\n"),
@@ -431,8 +433,8 @@ TEST_F(Legacy, WhatCannotBeExpressedNamesTheNodeAndNothingIsWritten) {
   fs::create_directories(folder / "out");
   EXPECT_EQ(sentence(ring),
             "solid \"handle\": the 2006 format cannot express the torus \"ring\". It has unions, "
-            "differences, intersections, spheres, cones, plain cylinders and blocks with sides "
-            "that may lean alike.");
+            "differences, intersections, spheres, cones, plain cylinders and blocks with equally "
+            "inclined sides.");
   EXPECT_NE(sentence(bare).find("has no material"), std::string::npos);
   EXPECT_TRUE(fs::is_empty(folder / "out"));
 }

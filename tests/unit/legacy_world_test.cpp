@@ -315,7 +315,7 @@ TEST_F(LegacyWorld, AnglesThatAreNotThoseOfTheKnownSectionAreRefused) {
   std::string arc = text("Trajectories/half turn.tjc");
   arc.replace(arc.find("4 5 1 0 0"), 9, "4 5 1 1 2");
   put("Trajectories/turning.tjc", arc);
-  EXPECT_NE(refusal("Trajectories/turning.tjc").find("1 2 are only known of a line"),
+  EXPECT_NE(refusal("Trajectories/turning.tjc").find("1 2 are known for lines only"),
             std::string::npos);
 }
 
@@ -344,7 +344,7 @@ TEST_F(LegacyWorld, AStoredSectionIsATrajectoryOfOneSegment) {
   put("Trajectories/braced.stn", "{ " + text("Trajectories/bow.stn") + " }");
   EXPECT_NEAR(path(load("Trajectories/braced.stn"))->length(), kPi * 0.1, 1e-12);
   ASSERT_GE(notes.size(), 1U);
-  EXPECT_NE(notes[0].find("no .stn file of the 2006 program stands in braces"), std::string::npos);
+  EXPECT_NE(notes[0].find("no .stn file of the 2006 program is in braces"), std::string::npos);
   put("Trajectories/braced.stn", text("Trajectories/bow.stn") + " }");
   EXPECT_NE(refusal("Trajectories/braced.stn").find("there is more after the end"),
             std::string::npos);
@@ -429,9 +429,10 @@ TEST_F(LegacyWorld, AnArcWithAConstantAccelerationStartsAtRestOrAtItsSpeed) {
 TEST_F(LegacyWorld, UnionsReplaceTheEndsOfTwoSectionsOrJoinThem) {
   const AnyId id = load("Trajectories/joined.tjc");
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_NE(notes[0].find("the file says 58 samples in 5.7 s; its sections give 56 in 5.5 s, since "
-                          "it counts the sample on either side of what a union replaces twice."),
-            std::string::npos)
+  EXPECT_NE(
+      notes[0].find("the file says 58 samples in 5.7 s; its sections give 56 in 5.5 s, since it "
+                    "counts the samples at both ends of the replaced part of a union twice."),
+      std::string::npos)
       << notes[0];
   const auto& t = get<model::Trajectory>(id);
   const auto p = path(id);
@@ -539,7 +540,7 @@ TEST_F(LegacyWorld, WhatIsNotKnownOfCirclesTurnsAndUnionsIsRefused) {
   const auto first = s.find("{ \"out\""), end = s.find("},");
   put("Trajectories/mixed.tjc", s.replace(first, end - first, loop.substr(from, to - from)));
   EXPECT_NE(refusal("Trajectories/mixed.tjc")
-                .find("union section 1 joins section 1 \"loop\", which is no line, or turns"),
+                .find("union section 1 joins section 1 \"loop\", which is not a line, or rotates"),
             std::string::npos);
   // A union between different orientations.
   put("Trajectories/joined.tjc", joined);
@@ -596,22 +597,21 @@ TEST_F(LegacyWorld, UnknownCodesAreRefusedByNameAndPlace) {
       {"0 0 1 4 5 1 0 0 125", "0 0 1 4 5 1 1 3 125",
        "stroke.tjc:6:24: section 1 \"straight\": the sixth to eighth code (orientation) 1 1 3 are "
        "not known. Known are 10 10 10 and 1 0 0 (the tool keeps its orientation), 1 1 2 (its "
-       "angles change in proportion, with a constant acceleration) and 1 4 4 (it turns on the "
-       "spot, its rate a trapezoid in time)."},
+       "angles change in proportion, with a constant acceleration) and 1 4 4 (it rotates in place, "
+       "with a trapezoidal rate)."},
       {"0 0 1 4 5 1 0 0 125", "0 7 1 4 5 1 0 0 125",
-       "stroke.tjc:6:16: section 1 \"straight\": the second code 7 is not known. Known are 0 (the "
-       "way leads) and 1 (the turn does)."},
+       "stroke.tjc:6:16: section 1 \"straight\": the second code 7 is not known. Known are 0 "
+       "(timed by the path) and 1 (timed by the rotation)."},
       {"Cartesian", "Joint",
        "stroke.tjc:8:1: section 1 \"straight\": the space \"Joint\" is not known. In all known "
        "files it is Cartesian."},
       {"0.20000000 0.20000000 \n", "0.20000000 0.30000000 \n",
        "stroke.tjc:6:36: section 1 \"straight\": the last two numbers of its times, 0.2 and 0.3, "
-       "differ. In all known files they are the same, so it is not known which is which."},
+       "differ. In all known files they are the same, so their meaning is unclear."},
       {"3.12500000 0.12000000", "3.12500000 0.25000000",
        "stroke.tjc:6:36: section 1 \"straight\" is 0.3 m long, but its speed of 0.25 m/s and its "
-       "time of 3.125 s are those of 0.625 m. Speed x time x (1 - share of the time to speed up) "
-       "must "
-       "be the length."},
+       "time of 3.125 s are those of 0.625 m. Speed x time x (1 - fraction of the time for "
+       "acceleration) must be the length."},
       {"125 2 3.125", "125 3 3.125",
        "stroke.tjc:6:34: section 1 \"straight\" has 3 points. A line has 2."},
       {"0.30000000, 0.00000000, 0.00000000, 0.00000000, 0.00000000 ) 0 3 0",
@@ -619,8 +619,8 @@ TEST_F(LegacyWorld, UnknownCodesAreRefusedByNameAndPlace) {
        "stroke.tjc:6:3: section 1 \"straight\" has points of different orientations. By its "
        "sixth to eighth code (1 0 0) the tool keeps its orientation."},
       {"\" 0 126", "\" 4 126",
-       "stroke.tjc:1:27: the trajectory's code 4 is not known. 0 is of sections alone, 1 of "
-       "sections with unions behind them."},
+       "stroke.tjc:1:27: the trajectory's code 4 is not known. 0 means sections only, 1 means "
+       "sections followed by unions."},
   };
   const std::string good = text("Trajectories/stroke.tjc");
   for (const auto& c : cases) {
@@ -791,7 +791,7 @@ TEST_F(LegacyWorld, AByteOfZeroIsNoText) {
   s[s.find("board")] = '\0';
   put("Trajectories/stroke.tjc", s);
   EXPECT_EQ(refusal("Trajectories/stroke.tjc"),
-            "stroke.tjc:1:20: this is a binary file, not a text. No text holds a byte of 0.");
+            "stroke.tjc:1:20: this is a binary file, not a text. A text has no zero bytes.");
   s = text("Trajectories/half turn.tjc");
   put("Trajectories/half turn.tjc", s + std::string(1, '\0') + "more");
   EXPECT_NE(refusal("Trajectories/half turn.tjc").find("this is a binary file"), std::string::npos);
@@ -915,7 +915,7 @@ TEST_F(LegacyWorld, TrajectoriesOfTheOriginalTakeTheTimesAndPlacesOfTheirFiles) 
     const bool is_even = !says("has samples every");
     if (code == 1) {
       // With unions the file counts two samples twice; its plot has the number and the end here.
-      EXPECT_TRUE(says("counts the sample on either side")) << entry.path();
+      EXPECT_TRUE(says("counts the samples at both ends")) << entry.path();
       EXPECT_FALSE(is_even) << entry.path();
     } else {
       EXPECT_EQ(code, 0);

@@ -868,28 +868,26 @@ BEGIN
   finish(2); x := f(3) + w(2); START side;
 ENDPROGRAM;
 )");
-  const std::string begins = "ACME has no routines that call themselves, ";
-  EXPECT_EQ(passed(p, without(kPostRecursion)).errors,
-            "20: " + begins +
-                "what down changes by a parameter is a copy, and it reaches g by its "
-                "name, too\n"
-                "9: " +
-                begins +
-                "what down changes by a parameter is a copy, and it reaches v by its "
-                "name, too\n"
-                "22: " +
-                begins +
-                "what two changes by a parameter is a copy, and it reaches a by two "
-                "of them\n"
-                "11: " +
-                begins +
-                "and l of f is of a type whose values are not kept while it calls "
-                "itself\n"
-                "15: " +
-                begins +
-                "and finish, which does, is called by several processes or "
-                "interrupts\n"
-                "14: ACME has no functions within WAIT FOR that are to give a value there\n");
+  const std::string begins = "ACME has no recursive routines, ";
+  EXPECT_EQ(
+      passed(p, without(kPostRecursion)).errors,
+      "20: " + begins +
+          "what down changes by a parameter is a copy, and it reaches g and also by its name\n"
+          "9: " +
+          begins +
+          "what down changes by a parameter is a copy, and it reaches v and also by its name\n"
+          "22: " +
+          begins +
+          "what two changes by a parameter is a copy, and it reaches a by two "
+          "of them\n"
+          "11: " +
+          begins +
+          "and l of f has a type that cannot be saved during recursion\n"
+          "15: " +
+          begins +
+          "and finish, which does, is called by several processes or "
+          "interrupts\n"
+          "14: ACME has no functions within WAIT FOR used as values there\n");
   const auto q = compiled(R"(PROGRAM p;
 SIGNAL INPUT BOOL: stop AT 1;
 VAR POSE: there := POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0));
@@ -899,7 +897,8 @@ PROCEDURE go; BEGIN MOVE LIN there UNTIL stop DO end; ENDPROC;
 BEGIN go; ENDPROGRAM;
 )");
   EXPECT_EQ(passed(q, without(kPostRecursion)).errors,
-            "6: " + begins + "and go does by what it calls at the end of a motion (DO): end\n");
+            "6: " + begins +
+                "and go does so through the procedure called at the end of a motion (DO): end\n");
   const auto r = compiled(R"(PROGRAM p;
 VAR INT: x;
 FUNCTION f (IN INT: n): INT; BEGIN IF n > 0 THEN RETURN f(n - 1); ENDIF; RETURN 0; ENDFCT;
@@ -908,9 +907,10 @@ BEGIN ENABLE i; WAIT 1.0 SEC; ENDPROGRAM;
 )");
   EXPECT_EQ(passed(r, without(kPostRecursion)).errors,
             "3: " + begins + "and f, which does, is called by the condition of an interrupt\n");
-  EXPECT_NE(passed(p, without(kPostRecursion | kPostArrays | kPostWhile))
-                .errors.find("as down does, and lacks what a stack is made of (WHILE, arrays)"),
-            std::string::npos);
+  EXPECT_NE(
+      passed(p, without(kPostRecursion | kPostArrays | kPostWhile))
+          .errors.find("as down does, and lacks the features needed for a stack (WHILE, arrays)"),
+      std::string::npos);
 }
 
 TEST(Legalise, MoreCallsThanTheStackHoldsEndTheProgramWithAMessage) {
@@ -930,8 +930,8 @@ ENDPROGRAM;
   const Passed got = passed(from, without(kPostRecursion), 0.1, Parts::in_order, 8);
   EXPECT_EQ(got.errors, "");
   EXPECT_EQ(got.warnings,
-            "3: ACME has no routines that call themselves, as sum does: it is a loop with a stack "
-            "there, for at most 8 calls within each other\n");
+            "3: ACME has no recursive routines, such as sum does: it is a loop with a stack "
+            "there, for at most 8 nested calls\n");
   EXPECT_EQ(doings(got.program, {{"n", 8}}), doings(from, {{"n", 8}}));
   const std::string ended = doings(got.program, {{"n", 9}});
   EXPECT_NE(ended.find("5 level := 2 "), std::string::npos) << ended;
@@ -952,8 +952,8 @@ BEGIN
 ENDPROGRAM;
 )");
   const std::string what =
-      ": which part of this condition ACME computes first is not known, and a function in it "
-      "changes what another part reads\n";
+      ": which part of this condition ACME computes first is not defined, and a function in it "
+      "changes variables read by another part\n";
   EXPECT_EQ(passed(p, without(0)).errors, "6" + what + "7" + what);
 }
 
@@ -1004,13 +1004,14 @@ BEGIN
 ENDPROGRAM;
 )");
   EXPECT_EQ(passed(p, without(kPostFunctions)).errors,
-            "6: ACME has no functions within WAIT FOR that are to give a value there\n"
-            "7: ACME has no functions within UNTIL that are to give a value there\n");
-  EXPECT_EQ(passed(p, without(kPostOutParameters)).errors,
-            "6: ACME has no functions within WAIT FOR that are to give a value there\n"
-            "7: ACME has no functions within UNTIL that are to give a value there\n"
-            "8: ACME has no parameters that are changed, and two reaches a by two of them\n"
-            "9: ACME has no parameters that are changed, and f reaches n by its name, too\n");
+            "6: ACME has no functions within WAIT FOR used as values there\n"
+            "7: ACME has no functions within UNTIL used as values there\n");
+  EXPECT_EQ(
+      passed(p, without(kPostOutParameters)).errors,
+      "6: ACME has no functions within WAIT FOR used as values there\n"
+      "7: ACME has no functions within UNTIL used as values there\n"
+      "8: ACME has no parameters passed by reference, and two reaches a by two of them\n"
+      "9: ACME has no parameters passed by reference, and f reaches n and also by its name\n");
 }
 
 // ---- arcs ----
@@ -1164,11 +1165,10 @@ ENDPROGRAM;
   const Passed got = passed(p, without(0, kPostCircle));
   const std::string head =
       ": ACME has no circles, and this one cannot be written as straight pieces: ";
-  const std::string unknown =
-      head + "where it begins or leads is not known before the program runs\n";
+  const std::string unknown = head + "its start or end is unknown before run time\n";
   EXPECT_EQ(got.errors, "8" + unknown + "10" + unknown + "12" + unknown + "14" + head +
                             "start, via and end lie on a line, or the arc is too long\n" + "16" +
-                            unknown + "17" + head + "it ends by a condition (UNTIL)\n");
+                            unknown + "17" + head + "it ends on a condition (UNTIL)\n");
 }
 
 // ---- random programs ----

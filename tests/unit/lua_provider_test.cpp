@@ -161,7 +161,7 @@ TEST_F(LuaProviders, AreGivenEveryMechanismWithItsNumbering) {
 TEST_F(LuaProviders, ThatSaySimpleAreNotGivenOthers) {
   auto ik = provide<IkSolver>("{solve = function() return nil end, tags = {'simple'}}");
   expect_says(said(ik->prepare(machine(), *make_params({}))),
-              {"unsupported", "robot \"machine\"", "one coordinate each", "\"mine\""});
+              {"unsupported", "robot \"machine\"", "one coordinate per joint", "\"mine\""});
   RobotModel plain;
   plain.joints.resize(1);
   plain.tips.resize(1);
@@ -350,7 +350,7 @@ TEST_F(LuaPaths, ALawRunsFromStartToEndWithItsRates) {
   expect_says(said(law("{duration = 1, share = function(w, p, t) return 1 - t end}")),
               {"turn back at 0.002 s"});
   expect_says(said(law("{duration = 1, share = function(w, p, t) return t / 2 end}")),
-              {"the share at the end is 0.5", "0 to 1"});
+              {"the path parameter at the end is 0.5", "0 to 1"});
   expect_says(said(law("{duration = 1, share = function(w, p, t) return 'all' end}")),
               {"the share at 0 s is not a finite number"});
   expect_says(said(law("{duration = -1, share = function(w, p, t) return t end}")),
@@ -457,7 +457,7 @@ TEST_F(LuaCollision, AnswersThatCannotBeUsedAreSentences) {
   };
   expect_says(answer("'far'"), {"plugin_failed", "\"mine\"", "bodies 1 and 2", "a string"});
   expect_says(answer("0/0, {0, 0, 0}, {0, 0, 0}"), {"nan"});
-  expect_says(answer("2"), {"without their nearest points"});
+  expect_says(answer("2"), {"without nearest points"});
   expect_says(answer("2, {0, 0}, {0, 0, 0}"), {"2 numbers; 3 are needed"});
   expect_says(answer("2, {0, 0, 0}, {3, 0, 0}"), {"is 2 m", "3 m apart"});
   expect_says(answer("-1, {0, 0, 0}, {3, 0, 0}"), {"is -1 m", "3 m apart"});
@@ -473,7 +473,7 @@ TEST_F(LuaCollision, AnswersThatCannotBeUsedAreSentences) {
   std::vector<std::uint8_t> hits(1);
   expect_says(
       said((*scene)->collisions(poses(1), std::vector{CollisionPair{0, 1}}, hits, progress_)),
-      {"touches answered", "a number"});
+      {"touches returned", "a number"});
 }
 
 // ---- physics ----
@@ -535,7 +535,7 @@ TEST_F(LuaPhysics, HoldsMovesAndPushesWhatItHasFunctionsFor) {
   expect_says(said((*plain)->attach(0, 1)), {"unsupported", "holds nothing", "attach"});
   expect_says(said((*plain)->release(1)), {"unsupported", "release"});
   expect_says(said((*plain)->servo(0, 1, 1)), {"unsupported", "limited force"});
-  expect_says(said((*plain)->move(1, Pose{}, {}, {})), {"moves by itself", "body 2"});
+  expect_says(said((*plain)->move(1, Pose{}, {}, {})), {"is not fixed", "body 2"});
 
   auto able = world(
       "{step = function(world) assert(world.bodies[1].pose(1, 4) == 5 and\n"

@@ -566,7 +566,7 @@ local none, why = pcall(function()
   other:add_task{task = "wait", robot = "s"}
   other:run_task{task = "wait"}:compute{quantities = {"axes"}, robot = "s"}
 end)
-assert(not none and tostring(why):find("the maker's axes of the robot are not known"), why)
+assert(not none and tostring(why):find("the maker's axes of the robot are unknown"), why)
 -- A program beyond a limit.
 local prog = program.create{name = "beyond", source =
   "PROGRAM beyond;\nBEGIN\n  MOVE PTP MAIN_JOINT(0.0, 60.0, 75.0, 0.0, 30.0, 0.0);\nENDPROGRAM;\n"}

@@ -152,7 +152,7 @@ TEST_F(Measured, RowsAreCheckedAndBroughtToSi) {
       "{name = 'time', unit = 'ms', values = {50}}}}");
   EXPECT_EQ(eval("return #m:values('time')"), "6");
   EXPECT_EQ(eval("return m:values('q2')[6] == math.pi / 2"), "true");
-  refused("m:append{columns = row(0.05, 0, 0)}", "the time does not rise");
+  refused("m:append{columns = row(0.05, 0, 0)}", "the time does not increase");
   refused("m:append{columns = {{name = 'time', unit = 's', values = {1}}}}",
           "no values of column \"q1\"");
   refused(
@@ -246,7 +246,7 @@ TEST_F(Measured, TorquesAreComparedWithInverseDynamics) {
   refused("m:torque_residual{torque_per_current = {1}}", "1 values for 2 joints");
   refused(
       "recording.create{columns = {{name = 'time', unit = 's', values = {0}}}}:torque_residual()",
-      "not of a robot");
+      "not belong to a robot");
 }
 
 TEST_F(Measured, ResidualsAreMadeAgainAfterBothHaveGrown) {

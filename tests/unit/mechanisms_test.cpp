@@ -186,10 +186,10 @@ TEST(Mechanisms, PayloadsAddToTheBodyThatCarriesThemAndToolsAreTips) {
   EXPECT_EQ(m.tips[1].name, "camera");
   EXPECT_EQ(m.tips[2].joint, -1);
   r.tools[0].link = 4;
-  EXPECT_EQ(
-      fault(r),
-      "robot \"test\", tool \"camera\": it hangs on link 5, which there is not. Name a link of "
-      "the robot, or the base.");
+  EXPECT_EQ(fault(r),
+            "robot \"test\", tool \"camera\": it is attached to link 5, which does not exist. Name "
+            "a link of "
+            "the robot, or the base.");
 }
 
 TEST(Mechanisms, SpringsPassiveJointsAndJerkReachTheModel) {
@@ -222,10 +222,10 @@ TEST(Loops, FaultsNameTheLoop) {
   model::Robot r = single(JointKind::revolute);
   r.loops.push_back({"pin", model::LoopKind::revolute, 0, 0, {}, {}});
   EXPECT_EQ(fault(r),
-            "robot \"test\", loop \"pin\": both of its links move as one, so that it closes "
-            "nothing. Name two links that move against each other.");
+            "robot \"test\", loop \"pin\": both of its links move together, so it has no effect. "
+            "Name two links that move relative to each other.");
   r.loops[0].link_b = 7;
-  EXPECT_NE(fault(r).find("loop \"pin\": it holds link 8"), std::string::npos);
+  EXPECT_NE(fault(r).find("loop \"pin\": it refers to link 8"), std::string::npos);
 }
 
 // The residual's derivative by central differences, for every kind of joint and an open loop that

@@ -212,14 +212,14 @@ TEST_F(ModuleTest, OtherCommandsAreBoundToWhatTheCommandDeclaresAndTheSessionMay
   EXPECT_EQ(refused.error().code, ErrorCode::permission);
   EXPECT_EQ(refused.error().sentence(),
             "plugin \"bench\", bench.ask: what called material.create may have the effects reads "
-            "only, and material.create has edits. The plugin's command has to declare them.");
+            "only, and material.create has edits. The plugin's command must declare them.");
   // What is done at times only is refused where it gets there: a robot of the library.
   refused = ask("bench.ask", "robot.get", {{"name", "pa10"}});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().sentence(),
             "plugin \"bench\", bench.ask: what called robot.get may have the effects reads only, "
             "and with these arguments robot.get has others (edits, files_read). The plugin's "
-            "command has to declare them.");
+            "command must declare them.");
   EXPECT_EQ(app_->document.content_digest(), before);
   // Of a command within a command within a command.
   refused = ask("bench.ask", "bench.ask_to_edit", {{"command", "material.create"}});
@@ -330,7 +330,7 @@ TEST_F(ModuleTest, SettingsAreSavedLoadedUndoneAndKeptWithoutThePlugin) {
   ASSERT_FALSE(blind.ok());
   EXPECT_EQ(blind.error().sentence(),
             "the plugin \"bench\" is not loaded, so its settings cannot be checked. They are kept "
-            "as they are until it is.");
+            "unchanged until it is.");
   fs::remove(file);
   ASSERT_TRUE(without->dispatch(reader, "file.save_all", {{"folder", folder_.string()}}).ok());
   EXPECT_EQ(*io::read_file(file), text) << "not a byte is lost";

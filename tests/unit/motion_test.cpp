@@ -321,11 +321,11 @@ TEST(StoredTrajectories, RunElsewhere) {
   std::get<Trajectory>(stroke.body).segments.push_back(s);
   EXPECT_EQ(build(outer, find).error().sentence(),
             "trajectory \"test\", segment 1, trajectory \"stroke\", segment 4: trajectory "
-            "\"stroke\" would run itself. Remove one of the segments that go round in a circle.");
+            "\"stroke\" would run itself. Remove one of the segments that form the cycle.");
   outer.segments[0].stored = TrajectoryId{8};
   EXPECT_EQ(
       build(outer, find).error().sentence(),
-      "trajectory \"test\", segment 1: the trajectory it runs is not there. Remove the segment "
+      "trajectory \"test\", segment 1: the trajectory it runs does not exist. Remove the segment "
       "or give another trajectory.");
 }
 

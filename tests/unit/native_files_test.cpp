@@ -277,20 +277,20 @@ TEST_F(NativeFiles, FaultsOfMechanismsAreToldWhereTheyStand) {
       refused("link two { }\n"),
       "a.rbt:4:1: \"row\" is missing in a link. Give its row, or origin and axis of its joint.");
   EXPECT_EQ(refused("link two { row { }  origin { } }\n"),
-            "a.rbt:4:1: link \"two\" has a row and an origin. Keep the one that is meant.");
+            "a.rbt:4:1: link \"two\" has a row and an origin. Keep only one of them.");
   EXPECT_EQ(refused("link two { row { }  mimic { link two } }\n"),
-            "a.rbt:4:34: \"two\" is not a link before link \"two\". A joint follows that of a link "
-            "that stands before its own.");
+            "a.rbt:4:34: \"two\" is not a link before link \"two\". A joint can only follow that "
+            "of an earlier link.");
   EXPECT_EQ(refused("tool cam { link onw }\n"),
             "a.rbt:4:17: \"onw\" is not a link of the robot. Did you mean \"one\"?");
   EXPECT_EQ(refused("tool { }\ntool { }\n"),
             "a.rbt:5:1: \"tool\" is given twice in a robot. The first one is at a.rbt:4:1. Further "
-            "tools have a name and a link.");
+            "tools need a name and a link.");
   EXPECT_EQ(refused("loop pin { a { link one } }\n"), "a.rbt:4:1: \"b\" is missing in a loop.");
   EXPECT_EQ(refused("link two { joint planar  row { } }\npose home (0, 0)\n"),
             "a.rbt:5:1: pose \"home\" has 2 joint values; the robot has 4 coordinates.");
   EXPECT_EQ(refused("link two { joint spherical  row { } }\npose home (0, 0, 0, 0, 0)\n"),
-            "a.rbt:5:1: a quaternion of pose \"home\" is zero. 1 0 0 0 is no rotation.");
+            "a.rbt:5:1: a quaternion of pose \"home\" is zero. Use 1 0 0 0 for no rotation.");
   EXPECT_EQ(refused("loop pin { a { link one }  b { link one } }\n"),
             "a.rbt:4:1: loop \"pin\" does not hold two links of the robot. Name two links, or a "
             "link and the base.");
@@ -399,9 +399,10 @@ TEST_F(NativeFiles, FaultsAreToldWithFileLineAndColumn) {
             "m.mtr:1:10: \"density\" is missing in a material.");
   EXPECT_EQ(refusal("robomosp material 1\nname 2m\ndensity 1\n", "m.mtr"),
             "m.mtr:2:6: \"name\" needs a name.");
-  EXPECT_EQ(refusal("robomosp material 1\nname \"\xC3\xA9\" density 1 \xC3\xA9\n", "m.mtr"),
-            "m.mtr:2:20: the character \"\xC3\xA9\" cannot stand here. Put text with such letters "
-            "in double quotes.");
+  EXPECT_EQ(
+      refusal("robomosp material 1\nname \"\xC3\xA9\" density 1 \xC3\xA9\n", "m.mtr"),
+      "m.mtr:2:20: the character \"\xC3\xA9\" is not allowed here. Put text with such letters "
+      "in double quotes.");
 }
 
 TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {
@@ -416,11 +417,12 @@ TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {
             "s.csg:3:21: a box is a primitive and has no nodes inside. Put both inside a union, "
             "difference or intersection.");
   EXPECT_EQ(refusal(head + "box b { x 1 y 1 z 1 }\nbox c { x 1 y 1 z 1 }", "s.csg"),
-            "s.csg:4:1: a solid has a single top-level node, and this is the second. Put both "
+            "s.csg:4:1: a solid has a single top-level node, but this is the second. Put both "
             "inside a union, difference or "
             "intersection.");
   EXPECT_EQ(refusal(head + "box b { x 1 y 1 z 1 rpy (0,0,0) xyz (0,0,0) }", "s.csg"),
-            "s.csg:3:33: \"xyz\" cannot stand beside \"rpy\". A placement has one set of angles.");
+            "s.csg:3:33: \"xyz\" cannot be combined with \"rpy\". A placement can have only one "
+            "set of angles.");
 }
 
 TEST_F(NativeFiles, OtherFilesAreRefusedForWhatTheyAre) {
@@ -492,7 +494,7 @@ TEST_F(NativeFiles, FilesThatReferInACircleAreRefusedWithThePath) {
   const std::string b = (folder / "b.part").string(), c = (folder / "c.part").string();
   EXPECT_EQ(loaded.error().sentence(),
             c + ":3:17: these files refer to each other in a circle: " + b + " > " + c + " > " + b +
-                ". An object cannot be a part of itself.");
+                ". An object cannot contain itself.");
 }
 
 TEST_F(NativeFiles, AFileLoadedBeforeIsUsedAgain) {

@@ -102,22 +102,24 @@ TEST_F(NativeSolids, ModifiersHoldOneNodeAndTheirSizes) {
   EXPECT_EQ(s.nodes[5].parent, 4);
 
   EXPECT_EQ(refusal("fillet f { radius 1 mm }"),
-            "s.csg:3:1: fillet \"f\" has no node inside; it works on exactly one. Put one inside.");
+            "s.csg:3:1: fillet \"f\" has no node inside; it needs exactly one. Put one inside.");
   EXPECT_EQ(refusal("mirror m { sphere a { radius 1 } sphere b { radius 2 } }"),
-            "s.csg:3:1: mirror \"m\" has 2 nodes inside; it works on exactly one. Put them into a "
+            "s.csg:3:1: mirror \"m\" has 2 nodes inside; it needs exactly one. Put them into a "
             "union.");
   EXPECT_EQ(refusal("mirror m { normal_x 0 sphere a { radius 1 } }"),
-            "s.csg:3:1: the normal of mirror \"m\" is zero. It is the direction the plane faces.");
+            "s.csg:3:1: the normal of mirror \"m\" is zero. It must be the direction that the "
+            "plane faces.");
   EXPECT_EQ(refusal("linear_pattern m { count 2.5 dx 1 sphere a { radius 1 } }"),
             "s.csg:3:1: count of linear_pattern \"m\" is 2.5; it must be a whole number from 1 to "
             "10000.");
-  EXPECT_EQ(refusal("linear_pattern m { count 2 sphere a { radius 1 } }"),
-            "s.csg:3:1: the copies of linear_pattern \"m\" all lie at the same place. Give dx, dy "
-            "or dz.");
+  EXPECT_EQ(
+      refusal("linear_pattern m { count 2 sphere a { radius 1 } }"),
+      "s.csg:3:1: the copies of linear_pattern \"m\" all lie at the same position. Give dx, dy "
+      "or dz.");
   EXPECT_EQ(
       refusal("fillet f { radius 1 mm  select \"parallel w\" sphere a { radius 1 } }")
           .substr(0, 81),
-      "s.csg:3:1: \"parallel\" in the selection \"parallel w\" needs x, y or z behind it. Ed");
+      "s.csg:3:1: \"parallel\" in the selection \"parallel w\" must be followed by x, y or z. Ed");
 }
 
 TEST_F(NativeSolids, ProfilesAreWrittenCurveByCurve) {
@@ -167,7 +169,7 @@ TEST_F(NativeSolids, ProfilesThatEncloseNothingAreRefused) {
   EXPECT_EQ(loop("start (0, 0)"), "s.csg:3:1: loop 1 of the profile of prism \"p\" has no curves.");
   EXPECT_EQ(loop("line (1, 0)"), "s.csg:3:30: this loop has no start. Such as: start (0, 0)");
   EXPECT_EQ(loop("start (0, 0) line (1, 0)"),
-            "s.csg:3:1: loop 1 of the profile of prism \"p\" encloses nothing: it has fewer than "
+            "s.csg:3:1: loop 1 of the profile of prism \"p\" encloses no area: it has fewer than "
             "three corners.");
   EXPECT_EQ(loop("start (0, 0) line (1, 0) line (1, 0) line (0, 1)"),
             "s.csg:3:1: curve 2 of loop 1 of the profile of prism \"p\" ends where it begins. "
@@ -176,7 +178,7 @@ TEST_F(NativeSolids, ProfilesThatEncloseNothingAreRefused) {
             "s.csg:3:1: the three points of curve 1 of loop 1 of the profile of prism \"p\" are on "
             "a line or coincide. Use a line, or a circle in a separate loop.");
   EXPECT_EQ(loop("start (0, 0) arc (1, 0)"),
-            "s.csg:3:50: an arc needs two points: one on its way and its end.");
+            "s.csg:3:50: an arc needs two points: a via point and its end.");
   EXPECT_EQ(loop("start (0, 0) line (1, 0, 0)"),
             "s.csg:3:55: \"line\" needs points such as (10 mm, 0).");
   EXPECT_EQ(loop("start (0, 0) spline (1, 0) (1, 0, 2)"),
@@ -185,12 +187,11 @@ TEST_F(NativeSolids, ProfilesThatEncloseNothingAreRefused) {
   EXPECT_EQ(loop("circle (0, 0) radius 0"),
             "s.csg:3:1: the radius of loop 1 of the profile of prism \"p\" is 0 m; it must be "
             "greater than 0.");
-  EXPECT_EQ(
-      refusal("revolution r { profile { loop { circle (1, 0) radius 2 } } }"),
-      "s.csg:3:1: loop 1 of the profile of revolution \"r\" reaches x = -1 m, beyond the axis "
-      "it is turned about. Keep x at 0 or more.");
+  EXPECT_EQ(refusal("revolution r { profile { loop { circle (1, 0) radius 2 } } }"),
+            "s.csg:3:1: loop 1 of the profile of revolution \"r\" reaches x = -1 m, beyond its "
+            "axis of revolution. Keep x at 0 or more.");
   EXPECT_EQ(refusal("box b { at (1, 2, 3) (4, 5, 6) x 1 y 1 z 1 }"),
-            "s.csg:3:12: \"at\" has its numbers in a single pair of parentheses.");
+            "s.csg:3:12: \"at\" needs its numbers in a single pair of parentheses.");
 }
 
 TEST_F(NativeSolids, PositionsMayBeCylindricalSphericalAndGlobal) {
@@ -204,7 +205,8 @@ TEST_F(NativeSolids, PositionsMayBeCylindricalSphericalAndGlobal) {
   EXPECT_EQ(s.nodes.at(2).placement.coordinates, model::PositionRepresentation::spherical);
   EXPECT_TRUE(s.nodes.at(2).is_global);
   EXPECT_EQ(refusal("sphere s { radius 1 at (0,0,0) spherical (0,0,0) }"),
-            "s.csg:3:32: \"spherical\" cannot stand beside \"at\". A placement has one position.");
+            "s.csg:3:32: \"spherical\" cannot be combined with \"at\". A placement can have only "
+            "one position.");
   EXPECT_EQ(refusal("sphere s { radius 1 cylindrical (1, 2 m, 3) }"),
             "s.csg:3:37: 2 m is a length; an angle (rad) is expected.");
 }
@@ -291,12 +293,12 @@ TEST_F(NativeSolids, FaultsOfGeometryFilesAreOneSentenceWithThePlaceThatNamesThe
           folder.string() + "\".");
   put("cut.ply", good.substr(0, good.size() - 5));
   EXPECT_EQ(told("cut.ply"),
-            "s.csg:3:26: \"cut.ply\": the file has 143 bytes behind its header, where 4 vertices "
-            "and 4 triangles take 148. It was cut off or is not of triangles only.");
+            "s.csg:3:26: \"cut.ply\": the file has 143 bytes after its header, but 4 vertices "
+            "and 4 triangles need 148. It is truncated or does not contain triangles only.");
   put("text.ply", "ply\nformat ascii 1.0\nend_header\n");
-  EXPECT_EQ(told("text.ply").substr(0, 92),
-            "s.csg:3:26: \"text.ply\": the header of this PLY file is another than that of a "
-            "robomosp mesh.");
+  EXPECT_EQ(
+      told("text.ply").substr(0, 92),
+      "s.csg:3:26: \"text.ply\": the header of this PLY file is not that of a robomosp mesh.");
   put("none.ply", "");
   EXPECT_NE(told("none.ply").find("this is not a PLY file"), std::string::npos);
   put("x.brep", "solid");

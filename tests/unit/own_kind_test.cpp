@@ -168,7 +168,7 @@ TEST_F(OwnKind, IsEditedCheckedUndoneAndReferredTo) {
             "there are two ingredients named \"water\"");
   EXPECT_EQ(edit(brine, [&](Recipe& r) { r.ingredients[0].what = soup; }).error().sentence(),
             "recipe \"brine\" cannot refer to recipe \"soup\", which refers to it in turn (soup > "
-            "brine). Take one of these references out first.");
+            "brine). Remove one of these references first.");
   EXPECT_EQ(document.now()->referrers(brine), std::vector<AnyId>{soup});
   commit = edit(brine, [](Recipe& r) { r.weight = 310; });
   EXPECT_EQ(commit->affected, (std::vector<AnyId>{brine, soup}));
@@ -219,7 +219,7 @@ pot "salt.mtr"
   };
   EXPECT_EQ(refusal("robomosp recipe 1\nname s\nweight 1 m\n").substr(0, 11), "s.rcp:3:8: ");
   EXPECT_EQ(refusal("robomosp recipe 1\nname s\nweight 1\nfirst salt\n"),
-            "s.rcp:4:7: \"salt\" is none of the ingredients.");
+            "s.rcp:4:7: \"salt\" is not one of the ingredients.");
   EXPECT_EQ(refusal("robomosp recipe 1\nname s\nweight 1\ncolouring red\n"),
             "s.rcp:4:11: \"colouring\" must be none, dipped or sprayed.");
   EXPECT_EQ(refusal("robomosp recipe 1\nname s\nwieght 1\n"),

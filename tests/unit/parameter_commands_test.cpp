@@ -156,10 +156,9 @@ k:remove_step(1); e=k:describe().expressions; assert(e["steps.3.duration"]=="T" 
 
 TEST_F(Parameters, EveryCommandTakesExpressionsWhereverARecordHoldsANumber) {
   run(kEveryDoor);
-  EXPECT_EQ(
-      eval("m:set{opacity = \"rho/rho/2\"}"),
-      "material.set: the expression \"rho/rho/2\" is not kept: this command computes with the "
-      "number. Give the number itself, or set the numbers of the record with record.set.");
+  EXPECT_EQ(eval("m:set{opacity = \"rho/rho/2\"}"),
+            "material.set: the expression \"rho/rho/2\" is not kept: this command uses the number "
+            "only. Give the number itself, or set the numbers of the record with record.set.");
   EXPECT_EQ(eval("m:set{density = \"rho * 2 m\"}"),
             "material.set, density: \"rho * 2 m\" is a quantity in kg/m^2; a density (kg/m^3) is "
             "expected.");

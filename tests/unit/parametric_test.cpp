@@ -319,7 +319,7 @@ TEST(Parametric, WhatIsStillUsedCannotBeRemoved) {
   };
   EXPECT_EQ(drop(1),
             "world \"cell\": cannot remove parameter \"twice\": object \"hand\" uses it "
-            "(finger.position.x). Give that a plain number or another expression first.");
+            "(finger.position.x). Give it a plain number or another expression first.");
   auto tx = w.d.begin("remove");
   EXPECT_EQ(
       tx->remove(w.world).error().sentence(),

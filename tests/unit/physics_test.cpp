@@ -269,7 +269,7 @@ TEST_F(Physics, AnEllipsoidRestsOnItsShortestAxisAndTheRunSaysHowItTouches) {
   EXPECT_NEAR(last(*r, "egg.z"), 0.03, 0.0005);
   EXPECT_NE(std::find_if(r->notes.begin(), r->notes.end(),
                          [](const std::string& note) {
-                           return note.find("1 ellipsoid meets others as a polyhedron") !=
+                           return note.find("1 ellipsoid collides as a polyhedron") !=
                                   std::string::npos;
                          }),
             r->notes.end());

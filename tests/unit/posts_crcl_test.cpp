@@ -89,7 +89,7 @@ ENDPROGRAM;)",
       o.faults,
       "note 5: the motion ends at its target: an output, a wait, a text or a motion with UNTIL "
       "follows\n"
-      "note 7: outputs are posted as parameters of the robot, which CRCL leaves to it\n");
+      "note 7: outputs are posted as robot parameters, which the robot interprets\n");
   EXPECT_TRUE(is_good(o.only())) << o.only();
   EXPECT_EQ(o.only(), R"(<?xml version="1.0" encoding="UTF-8"?>
 <CRCLProgram xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
@@ -229,7 +229,7 @@ TEST(PostCrcl, MotionsAreReadAgain) {
                        "SPEED_PTP := 50.0; ENDPROGRAM;");
   EXPECT_EQ(
       o.faults,
-      "warning 1: SPEED_PTP is left to the robot, whose speeds of joints are not known here\n");
+      "warning 1: SPEED_PTP is left to the robot, since its joint speed limits are unknown\n");
   const auto read = read_crcl(o.only());
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].numbers, (std::vector<double>{1, -2.5, 3, 4, 5, 6}));

@@ -98,7 +98,8 @@ TEST(FanucTpPost, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
                   how)
         .faults;
   };
-  const std::string cnt = "C_PASS without a distance is written as CNT100, and in a run the robot ";
+  const std::string cnt =
+      "C_PASS without a distance is written as CNT100, and the simulated robot ";
   EXPECT_NE(said(" TIME := 0.5").find(cnt + "passes this target at its TIME, each joint by a "),
             std::string::npos)
       << said(" TIME := 0.5");
@@ -233,7 +234,7 @@ ENDPROGRAM;
 )");
   // A condition that is looked at again has no place for lines before it.
   EXPECT_EQ(p.errors, 1) << p.faults;
-  EXPECT_TRUE(has_text(p.faults, "error 12: FANUC TP has no ABS() while it runs")) << p.faults;
+  EXPECT_TRUE(has_text(p.faults, "error 12: FANUC TP has no ABS() at run time")) << p.faults;
   std::string text = p.files.at("PROG.LS");
   std::erase(text, '\r');
   const std::size_t begin = text.find("R[1:i]=(0-"), end = text.find("  WAIT (");
@@ -283,7 +284,7 @@ TEST(FanucTpPost, WrongInputIsSaid) {
   EXPECT_TRUE(has_text(p.text(), "/PROG  " + std::string(36, 'N') + "\r\n"));
   // Joints ask for a robot's limits and for what is known of it.
   const Posted none = posted(kFanucTp, weld());
-  EXPECT_TRUE(has_text(none.faults, "warning 9: the configuration of this target is not known"));
+  EXPECT_TRUE(has_text(none.faults, "warning 9: the configuration of this target is unknown"));
 }
 
 TEST(FanucTpPost, TimeGrowsWithTheProgram) {

@@ -213,15 +213,14 @@ ENDPROGRAM;
 }
 TEST(JointTrajectoryPost, WhatItHasNotIsAnError) {
   const Posted none = posted(kJointTrajectory, weld());
-  EXPECT_TRUE(has_text(none.faults, "joints are written, and no robot is named"));
+  EXPECT_TRUE(has_text(none.faults, "joint values are written, and no robot is named"));
   const Posted until = posted(kJointTrajectory,
                               "PROGRAM prog;\nSIGNAL INPUT BOOL: a AT 1;\nBEGIN\nMOVE LIN "
                               "POSE(POSITION(400.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0)) UNTIL "
                               "a;\nENDPROGRAM;\n",
                               robot());
   EXPECT_TRUE(has_text(until.faults,
-                       "error 4: JointTrajectory has no motions that end by a "
-                       "condition (UNTIL)"))
+                       "error 4: JointTrajectory has no motions that end on a condition (UNTIL)"))
       << until.faults;
 }
 TEST(JointTrajectoryPost, ThePageIsRight) {

@@ -63,7 +63,7 @@ TEST(MovemasterPost, AHandOutOfThePlaneIsAnError) {
   const Posted p = posted(kMovemaster,
                           "PROGRAM prog;\nBEGIN\nMOVE PTP POSE(POSITION(300.0, 0.0, 200.0), "
                           "ORIXYZ(90.0, 0.0, 0.0));\nENDPROGRAM;\n");
-  EXPECT_TRUE(has_text(p.faults, "error 3: the hand would lean out of the plane of the arm by -90"))
+  EXPECT_TRUE(has_text(p.faults, "error 3: the hand would tilt out of the plane of the arm by -90"))
       << p.faults;
 }
 TEST(MovemasterPost, LimitsAreTheControllers) {
@@ -72,7 +72,7 @@ TEST(MovemasterPost, LimitsAreTheControllers) {
     irl += "MOVE PTP POSE(POSITION(" + std::to_string(200 + i) +
            ".0, 0.0, 200.0), ORIZYX(0.0, 180.0, 0.0));\n";
   const Posted p = posted(kMovemaster, irl + "ENDPROGRAM;\n");
-  EXPECT_TRUE(has_text(p.faults, "has 700 positions, and the Movemaster takes 629")) << p.faults;
+  EXPECT_TRUE(has_text(p.faults, "has 700 positions, and the Movemaster allows 629")) << p.faults;
 }
 TEST(MovemasterPost, ThePageIsRight) { page_is_right(kMovemaster, "movemaster.md", {}); }
 TEST(MovemasterPost, EveryConstructIsTextOrAnErrorAtItsLine) {

@@ -154,12 +154,12 @@ TEST(PostPacScript, AnInputAndAnOutputOfOneNumberAreTold) {
         .faults;
   };
   EXPECT_EQ(faults("INPUT BOOL: ok AT 6; OUTPUT INT: lamp AT 4, 2;"), "");
-  EXPECT_EQ(faults("INPUT BOOL: ok AT 5; OUTPUT INT: lamp AT 4, 2;"),
-            "error 5: IO[5] would be an input and an output: PacScript has one row of numbers for "
-            "both\n");
+  EXPECT_EQ(
+      faults("INPUT BOOL: ok AT 5; OUTPUT INT: lamp AT 4, 2;"),
+      "error 5: IO[5] would be an input and an output: PacScript numbers both in one sequence\n");
 }
 TEST(PostPacScript, NoGreatestSpeedIsSaid) {
-  EXPECT_NE(run(kPac, with("MOVE LIN " RMP_A ";")).faults.find("which the profile does not give"),
+  EXPECT_NE(run(kPac, with("MOVE LIN " RMP_A ";")).faults.find("which the profile does not set"),
             std::string::npos);
 }
 TEST(PostPacScript, EveryConstructIsSaidOrRefused) {

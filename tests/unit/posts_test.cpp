@@ -416,15 +416,15 @@ TEST(Legalise, RecursionThatATargetHasNotIsALoopOrAnErrorAtItsRoutine) {
   ASSERT_EQ(legal.remarks.size(), 1U);
   EXPECT_EQ(legal.remarks[0].severity, std::uint32_t{RMP_FAULT_NOTE});
   EXPECT_EQ(legal.remarks[0].message,
-            "KUKA KRL has no routines that call themselves, as solve does: it is a loop with a "
-            "stack there, for at most 32 calls within each other");
+            "KUKA KRL has no recursive routines, such as solve does: it is a loop with a "
+            "stack there, for at most 32 nested calls");
   c.features &= ~static_cast<std::uint64_t>(kPostArrays);
   const auto without = program_post::legalise((*made)->code(), c);
   ASSERT_EQ(without.remarks.size(), 1U);
   EXPECT_EQ(without.remarks[0].severity, std::uint32_t{RMP_FAULT_ERROR});
   EXPECT_EQ(without.remarks[0].message,
-            "KUKA KRL has no routines that call themselves, as solve does, and lacks what a stack "
-            "is made of (arrays)");
+            "KUKA KRL has no recursive routines, such as solve does, and lacks the features needed "
+            "for a stack (arrays)");
 }
 
 // ---- points ----
@@ -456,7 +456,7 @@ TEST(KnownPoints, AreTheValuesOfConstantsAndOfVariablesThatNothingAssigns) {
   EXPECT_NEAR(second.mm[1], 100, 1e-9);
   EXPECT_NEAR(second.ori[0], -90, 1e-9);
   EXPECT_STREQ(targets[0]->q_missing,
-               "the joints of this target are not known, since no robot is named");
+               "the joint values of this target are unknown, since no robot is named");
 }
 
 // ---- files of controllers ----
@@ -533,7 +533,7 @@ TEST(Krl, BrakeHoldsTheMotionInAnInterruptAndOtherFormsAreErrors) {
   EXPECT_NE(src.find("DEF HOLD( )\n  BRAKE\n  WAIT FOR NOT $IN[2]\n"), std::string::npos) << src;
   for (const auto& [routine, body, said] :
        {std::tuple("BRAKE;", "", "error 4: KUKA KRL has no BRAKE that ends a motion"),
-        {"WAIT 0.1 SEC;", "BRAKE(1);\n", "error 8: KUKA KRL has no BRAKE outside of an interrupt"},
+        {"WAIT 0.1 SEC;", "BRAKE(1);\n", "error 8: KUKA KRL has no BRAKE outside an interrupt"},
         {"WAIT 0.1 SEC;", "j := R_JOINT_ACT;\n", "error 8: KUKA KRL has no R_JOINT_ACT()"}}) {
     const Posted got = posted(routine, body);
     EXPECT_NE(got.faults.find(said), std::string::npos) << got.faults;
@@ -648,9 +648,9 @@ TEST(Posts, WhatTheyCannotSayIsAnErrorAtItsLine) {
       "PROGRAM p;\nVAR STRING: s;\nLIST OF INT: l;\nPOSE: a;\nBEGIN\ns := 'a';\nLIST_ADD(l, 1);\n"
       "MOVE LIN a WOBBLE := TRUE;\nMOVE LIN a TIME := 2.0;\nENDPROGRAM;\n";
   const std::string krl = post_source(posts::Krl(), source).faults;
-  for (const char* each :
-       {"error 2: KUKA KRL has no variables of STRING", "error 7: KUKA KRL has no LIST_ADD",
-        "error 8: KUKA KRL has no weaving", "error 9: KUKA KRL has no motions in a given time"})
+  for (const char* each : {"error 2: KUKA KRL has no variables of STRING",
+                           "error 7: KUKA KRL has no LIST_ADD", "error 8: KUKA KRL has no weaving",
+                           "error 9: KUKA KRL has no motions with a given duration"})
     EXPECT_NE(krl.find(each), std::string::npos) << each << "\n" << krl;
   const std::string rapid = post_source(posts::Rapid(), source).faults;
   EXPECT_NE(rapid.find("error 7: ABB RAPID has no LIST_ADD"), std::string::npos) << rapid;
@@ -886,7 +886,7 @@ sub GRIP
   rest 250
 endsub
 )");
-  EXPECT_EQ(got.faults, "warning 25: Acme ACL writes no texts; this one becomes a comment.\n");
+  EXPECT_EQ(got.faults, "warning 25: Acme ACL cannot write texts; this one becomes a comment.\n");
 }
 
 TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
@@ -914,9 +914,9 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
        "acme.post:4:11: there is no template \"if_begin\", which the feature if needs"},
       {head + "features: wings\n" + body, "acme.post:4:11: there is no feature \"wings\""},
       {head + "colour: red\n" + body, "acme.post:4:1: there is no key \"colour\""},
-      {head + "digits: many\n" + body, "acme.post:4:9: \"digits\" is a number from 0 to 12"},
+      {head + "digits: many\n" + body, "acme.post:4:9: \"digits\" must be a number from 0 to 12"},
       {head + body + "== fly\n", "acme.post:14:4: there is no construct \"fly\""},
-      {head + body + "== lin\n", "the construct \"lin\" has a template already"},
+      {head + body + "== lin\n", "the construct \"lin\" already has a template"},
       {head + body + "== halt\n{{speed}}\n", "15:3: \"halt\" has no variable \"speed\""},
       {head + body + "== comment\n; {{text\n", "15:3: {{ is not closed by }}"},
       {head + body + "== comment\ntext}}\n", "15:5: }} has no {{ before it"},
@@ -924,23 +924,24 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
       {head + body + "== comment\n{{text|shout}}\n", "15:8: there is no filter \"shout\""},
       {head + body + "== comment\n{{text|fixed}}\n", "the filter fixed needs a number: fixed:2"},
       {head + body + "== output_value\n{{value|fixed:99}}\n", "takes a whole number from 0 to 12"},
-      {head + body + "== comment\n{{text|upper:2}}\n", "the filter upper takes no number"},
+      {head + body + "== comment\n{{text|upper:2}}\n", "the filter upper has no number"},
       {head + body + "== comment\n# {{text}}\n", "a line that begins with # is a comment"},
       {head + body + "== comment\n[texd] {{text}}\n", "15:2: \"texd\" is not a variable"},
       {head + body + "== comment\n[not there] {{text}}\n", "\"there\" is not a variable"},
       {head + body + "== comment\n[text {{text}}\n", "[ is not closed by ]"},
       {head + body + "== if_begin\nif\n",
-       "14:4: the template \"if_begin\" is of the feature if, which the head does not name"},
+       "14:4: the template \"if_begin\" is of the feature if, which the head does not list"},
       {head + "name: b\n" + body, "4:1: \"name\" is given twice"},
       {head + "file: ../{{name}}\n" + body, "\"file\" is a name of a file in the folder"},
       {head + "points: file\n" + body, "there is no template \"point\""},
       {head + "line_numbers: 10\n" + body, "\"line_numbers\" is the first number and the step"},
       {head + "line_number: N{{line}}\n" + body, "\"line_number\" needs \"line_numbers\""},
       {head + "forms: flat, round\n" + body, "4:14: there is no form \"round\""},
-      {head + "title: \xe4\n" + body, "4:8: the byte 0xE4 here is no UTF-8"},
+      {head + "title: \xe4\n" + body, "4:8: the byte 0xE4 here is not UTF-8"},
       {"\xff\xfer\0" + head, "the file is UTF-16"},
       {head + body + std::string(5 << 20, '#'), "the pack is larger than 4 MiB"},
-      {head + body + "== operators\n+ plus\n", "an operator is: OPERATOR \"SPELLING\" BINDING"},
+      {head + body + "== operators\n+ plus\n",
+       "an operator must be: OPERATOR \"SPELLING\" BINDING"},
       {head + body + "== operators\n** \"^\" 5\n", "15:1: there is no operator \"**\""}};
   for (const auto& [text, what] : kWrong)
     EXPECT_NE(said(text).find(what), std::string::npos) << what << "\n" << said(text);
@@ -1003,7 +1004,7 @@ TEST(Templates, FilesOfAPackIncludeEachOtherAndTheOuterOneHolds) {
             std::string::npos);
   EXPECT_NE(
       wrong({{"pack", head + "b.part\ninclude: c.part\n"}, {"b.part", kBase}, {"c.part", kBase}})
-          .find("the construct \"lin\" has a template already"),
+          .find("the construct \"lin\" already has a template"),
       std::string::npos);
   std::map<std::string, std::string> deep{{"pack", head + "1\n"}};
   for (int i = 1; i < 20; ++i) deep[std::to_string(i)] = "include: " + std::to_string(i + 1) + "\n";
@@ -1041,7 +1042,7 @@ TEST(Templates, NothingIsSpoiltByTextsNumbersAndLengths) {
   const std::string print = head + "== message\nPRINT \"{{text}}\"\n";
   EXPECT_EQ(said(print, "WRITELN('so it is');").files.at("p.txt"),
             "BEGIN\n  PRINT \"so it is\"\nEND\n");
-  EXPECT_NE(said(print, "WRITELN('a \"b\"');").faults.find("error 3: a has no way to write \""),
+  EXPECT_NE(said(print, "WRITELN('a \"b\"');").faults.find("error 3: a has no notation for \""),
             std::string::npos);
   const std::string far = "MOVE LIN POSE(POSITION(1.0E300, 0.0, 0.0), ORIZYX(0.0, 0.0, 0.0));";
   EXPECT_NE(said(print, far).faults.find("error 3: the number x here is beyond"),
@@ -1114,7 +1115,7 @@ TEST(Templates, ValuesOfMessagesAreWrittenAsValuesOrRefused) {
   const std::string pause = std::string(kVariables) + "== pause\nSTOP\n";
   const Posted lost =
       of_small(small_pack(head, pause + "== message\nSAY \"{{text}}\"\n"), declared, says);
-  EXPECT_NE(lost.faults.find("error 4: a has no way to write values within texts: the template "
+  EXPECT_NE(lost.faults.find("error 4: a has no notation for values within texts: the template "
                              "\"message\" has no {{values}}"),
             std::string::npos)
       << lost.faults;
@@ -1125,7 +1126,7 @@ TEST(Templates, ValuesOfMessagesAreWrittenAsValuesOrRefused) {
             "BEGIN\n  INT n=6\n  n=n+1\n  SAY 'n is '; n; ' now'\nEND\n");
   EXPECT_NE(
       of_small(small_pack(head, pause + "== message\nSAY {{values}}\n"), "", "WRITELN('a \"b\"');")
-          .faults.find("a has no way to write \""),
+          .faults.find("a has no notation for \""),
       std::string::npos);
 }
 
@@ -1157,7 +1158,7 @@ TEST(Templates, WhatIsComputedWhileItRunsIsWrittenAsItStands) {
   std::string ms = pack;
   ms.replace(ms.find("{{seconds}}"), 11, "{{milliseconds}}");
   const Posted refused = of_small(ms, declared, "r := r * 2.0; WAIT r SEC;");
-  EXPECT_NE(refused.faults.find("error 4: a has no times that are computed, in milliseconds"),
+  EXPECT_NE(refused.faults.find("error 4: a has no computed times, in milliseconds"),
             std::string::npos)
       << refused.faults;
   EXPECT_EQ(refused.faults.find("name the robot"), std::string::npos) << refused.faults;
@@ -1190,7 +1191,7 @@ TEST(Templates, NothingOfAPlaceIsLost) {
       said_of(point("angles: d\n", "{{name}} {{x}} {{y}} {{z}}")).find("a.post:4:9: d is the"), 0U);
   EXPECT_EQ(said_of(small_pack("", "", "GO {{point_number}}")),
             "a.post:14:4: the template \"lin\" writes {{point_number}}, and there is no template "
-            "\"point\" that writes its place");
+            "\"point\" that writes its position");
   // A controller that turns about no axis takes poses that are all turned alike.
   const std::string flat = point("angles: none\n", "{{name}}={{x}} {{y}} {{z}}");
   const std::string declared =
@@ -1222,7 +1223,7 @@ TEST(Templates, LinesThatLookLikeSectionsOrConditionsAreNoText) {
     return said_of(small_pack("", "== comment\n; {{text}}\n" + lines));
   };
   EXPECT_EQ(with("= halt\nSTOP\n"),
-            "a.post:18:1: this line looks like the beginning of a section, and is none");
+            "a.post:18:1: this line looks like the beginning of a section, but is not one");
   EXPECT_NE(with(" == halt\nSTOP\n"), "fine");
   EXPECT_EQ(with("== halt\nSTOP\n"), "fine");
   EXPECT_EQ(with("\\= halt\n= 5\n"), "fine");
@@ -1233,7 +1234,7 @@ TEST(Templates, LinesThatLookLikeSectionsOrConditionsAreNoText) {
   EXPECT_EQ(lin("[no passes]"),
             "a.post:15:2: \"no passes\" is not a variable of this construct, so it cannot be a "
             "condition");
-  EXPECT_EQ(lin("[passes] [acc]"), "a.post:15:10: a line has one condition");
+  EXPECT_EQ(lin("[passes] [acc]"), "a.post:15:10: a line can have only one condition");
   EXPECT_EQ(lin("[not passes]"), "fine");
   EXPECT_EQ(lin("\\[no passes]"), "fine");
   EXPECT_EQ(lin("[passes] \\[acc]"), "fine");
@@ -1257,7 +1258,7 @@ TEST(Templates, PointsMayStandWithoutNumbersOfLines) {
               is_before ? "10 a=1 2 3\n15 BEGIN\n20 GO a\n25 END\n"
                         : "10 BEGIN\n15 GO a\n20 END\n25 a=1 2 3\n");
   }
-  EXPECT_NE(said_of(small_pack("points_numbered: off\n", "")).find("is yes or no"),
+  EXPECT_NE(said_of(small_pack("points_numbered: off\n", "")).find("must be yes or no"),
             std::string::npos);
 }
 
@@ -1298,13 +1299,13 @@ TEST(Templates, NamesAreOfThePacksSignsInItsCase) {
             "BEGIN\n  INT part_no_1=1\n  INT part_no_2=2\n  INT end=3\n"
             "  part_no_1=part_no_2+end\nEND\n");
   EXPECT_EQ(said_of(small_pack("name_signs: digits _\n", "")),
-            "a.post:4:13: names without letters cannot be made");
+            "a.post:4:13: names without letters are impossible");
   EXPECT_EQ(said_of(small_pack("name_signs: letters \" digits\n", "")),
             "a.post:4:21: \"\\\"\" cannot be in names");
   EXPECT_EQ(said_of(small_pack("name_signs: letters A-Z\n", "")),
             "a.post:4:21: \"A-Z\" cannot be in names");
   EXPECT_EQ(said_of(small_pack("case_matters: true\n", "")),
-            "a.post:4:15: \"case_matters\" is yes or no");
+            "a.post:4:15: \"case_matters\" must be yes or no");
   // A file has none of the signs that files do not take.
   const auto files = of_small(small_pack("name_signs: letters *\n", ""), "", "WAIT 1.0 SEC;").files;
   EXPECT_EQ(files.begin()->first, "p.txt");
@@ -1333,11 +1334,11 @@ TEST(Templates, NumbersAreInThePacksForm) {
   EXPECT_EQ(numbers("real_digits: 6\n"),
             "BEGIN\n  REAL r=0.000001\n  REAL s=2.0\n  s=s*2.5\n  r=r+s\n"
             "  GO 1.5 2 3 0 0 0 250\nEND\n"
-            "warning 2: the number 1.25E-06 is written as 0.000001. a has 6 digits behind the "
-            "point (real_digits).\n");
+            "warning 2: the number 1.25E-06 is written as 0.000001. a has 6 decimal places "
+            "(real_digits).\n");
   EXPECT_NE(of_small(small_pack("features: variables\nreal_exponent: no\n", kVariables), declared,
                      "t := t * s;")
-                .faults.find("error 2: the number 1.0E300 has 301 digits without an exponent, and "
+                .faults.find("error 2: the number 1.0E300 has 301 digits without an exponent, but "
                              "a writes none"),
             std::string::npos);
   // Filters write the sign, too.
@@ -1353,13 +1354,13 @@ TEST(Templates, NumbersAreInThePacksForm) {
                "MOVE LIN a SPEED := 33.4;\nWAIT 0.25 SEC;\nMOVE LIN a SPEED := 250.4;");
   EXPECT_EQ(rounded.faults,
             "warning 5: the speed 33.4 is written as 33. Give the template more digits (fixed:3), "
-            "or the pack's head (digits), or write a number that it has.\n"
+            "or the pack's head (digits), or use a number that can be written exactly.\n"
             "warning 6: the seconds 0.25 is written as 0. Give the template more digits (fixed:3), "
-            "or the pack's head (digits), or write a number that it has.\n");
+            "or the pack's head (digits), or use a number that can be written exactly.\n");
   EXPECT_EQ(said_of(small_pack("decimal_sign: ;\n", "")),
             "a.post:4:15: \"decimal_sign\" is . or ,");
   EXPECT_EQ(said_of(small_pack("real_digits: -1\n", "")),
-            "a.post:4:14: \"real_digits\" is a number from 0 to 17");
+            "a.post:4:14: \"real_digits\" must be a number from 0 to 17");
 }
 
 TEST(Templates, SignsWithinTextsAreWrittenAsThePackSays) {
@@ -1375,19 +1376,19 @@ TEST(Templates, SignsWithinTextsAreWrittenAsThePackSays) {
             "BEGIN\n  SAY \"a \\\"b\\\" \\\\ c\"\nEND\n");
   EXPECT_EQ(texts("quotes: doubled\n", "SAY {{values}}"),
             "BEGIN\n  SAY \"a \"\"b\"\" \\ c\"\nEND\n");
-  EXPECT_NE(texts("", "SAY \"{{text}}\"").find("a has no way to write \" within a text"),
+  EXPECT_NE(texts("", "SAY \"{{text}}\"").find("a has no notation for \" within a text"),
             std::string::npos);
   // Where it does not stand within the signs, it is as it is; other signs have no way.
   EXPECT_EQ(texts("quotes: doubled\n", "SAY {{text}}"), "BEGIN\n  SAY a \"b\" \\ c\nEND\n");
   EXPECT_EQ(texts("quotes: doubled\ntext_sign: '\n", "SAY '{{text}}'"),
             "BEGIN\n  SAY 'a \"b\" \\ c'\nEND\n");
-  EXPECT_NE(texts("quotes: doubled\ntext_sign: '\n", "SAY \"{{text}}\"").find("no way to write \""),
+  EXPECT_NE(texts("quotes: doubled\ntext_sign: '\n", "SAY \"{{text}}\"").find("no notation for \""),
             std::string::npos);
   EXPECT_EQ(said_of(small_pack("quotes: twice\n", "")),
-            "a.post:4:9: \"quotes\" is doubled, backslash or refused");
+            "a.post:4:9: \"quotes\" must be doubled, backslash or refused");
   EXPECT_EQ(
       said_of(small_pack("quotes: doubled\ntext_sign:\n", "")),
-      "a.post:4:9: \"quotes\" sets how text_sign is written in a text, and text_sign is empty");
+      "a.post:4:9: \"quotes\" sets how text_sign is written in a text, but text_sign is empty");
 }
 
 TEST(Templates, APackWhoseTextCouldBeReadInTwoSensesIsRefused) {
@@ -1409,29 +1410,29 @@ TEST(Templates, APackWhoseTextCouldBeReadInTwoSensesIsRefused) {
   const Case kCases[] = {
       // Numbers in a row: joints and values.
       {ptp + "decimal_sign: ,\n", joints,
-       "\"between_joints\" is \", \", and \",\" is the decimal sign, too"},
+       "\"between_joints\" is \", \", and \",\" is also the decimal sign"},
       {ptp + "decimal_sign: ,\nbetween_joints: \"; \"\n", joints, ""},
       {ptp + "between_joints: \"\"\n", joints, "nothing is between two numbers"},
       {ptp + "between_joints: \" \"\n", joints, ""},
-      {ptp + "between_joints: .\n", joints, "\".\" is the decimal sign, too"},
+      {ptp + "between_joints: .\n", joints, "\".\" is also the decimal sign"},
       {ptp + "between_joints: -\n", joints, "\"-\" may be part of a number"},
       {ptp + "between_joints: \" 0 \"\n", joints, "\"0\" may be part of a number"},
       {"between_joints: -\n", "", ""},  // nothing writes joints
       {says + "decimal_sign: ,\n", values,
-       "\"between_values\" is \", \", and \",\" is the decimal sign, too"},
-      {says + "between_values: \"_\"\n", values, "names have such signs, too"},
+       "\"between_values\" is \", \", and \",\" is also the decimal sign"},
+      {says + "between_values: \"_\"\n", values, "names also contain such characters"},
       {says + "between_values: \"\"\n", values, "nothing is between two numbers"},
       {says + "between_values: ' '\ntext_sign: '\n", values, "text_sign \"'\" is in it"},
       {says + "between_values: \";\"\n", values, ""},
       // Signs of texts, and the words of BOOL.
       {says + "text_sign: x\n", values, "\"text_sign\" is \"x\""},
-      {says + "text_sign: 1\n", values, "which numbers or names may have as well"},
+      {says + "text_sign: 1\n", values, "which numbers or names may also contain"},
       {"true: on\nfalse: ON\n", "", "\"true\" and \"false\" are both \"on\""},
       {"true: on\nfalse: ON\ncase_matters: yes\n", "", ""},
       {"true: 1\nfalse: 0\n", "", ""},
       // Numbers of lines.
       {"line_numbers: 10 10\nline_number: \"{{line}}0\"\n", "",
-       "\"line_number\" has \"0\" behind {{line}}, which would be part of the number"},
+       "\"line_number\" has \"0\" behind {{line}}, which would become part of the number"},
       {"line_numbers: 10 10\nline_number: \"{{line}}. \"\n", "", "behind {{line}}"},
       {"line_numbers: 10 10\nline_number: \"1{{line}} \"\n", "", "before {{line}}"},
       {"line_numbers: 10 10\nline_number: \"N \"\n", "", "does not write {{line}}"},
@@ -1445,7 +1446,7 @@ TEST(Templates, APackWhoseTextCouldBeReadInTwoSensesIsRefused) {
       {"", "== comment\n' {{text}}\n", ""},
       // Operators.
       {variables + "name_signs: letters digits -\n", operators("- \"-\" 50\n"),
-       "the operator \"-\" is written \"-\", and names may have \"-\" as well"},
+       "the operator \"-\" is written \"-\", but names may contain \"-\" as well"},
       {variables + "name_signs: letters digits -\n", operators("- \" - \" 50\n"), ""},
       {variables, operators("< \"<\" 30\n<= \"<\" 30\n"),
        "the operators \"<\" and \"<=\" are both written \"<\""},
@@ -1454,7 +1455,7 @@ TEST(Templates, APackWhoseTextCouldBeReadInTwoSensesIsRefused) {
        "the operator \"MOD\" is a call, whose operands have a comma"},
       {variables, operators("MOD \"MOD\" 99 call\n"), ""},
       // Numbers of a template.
-      {"", "", "the template \"lin\" writes {{x}} and {{y}} with nothing between them",
+      {"", "", "the template \"lin\" writes {{x}} and {{y}} without a separator",
        "GO {{x}}{{y}} {{z}} {{a}} {{b}} {{c}}"},
       {"", "", "", "GO {{x|pad:9}}{{y|pad:9}} {{z}} {{a}} {{b}} {{c}}"},
       {"", "", "", "GO X{{x|sign}}{{y|sign}} {{z}} {{a}} {{b}} {{c}}"},
@@ -1505,7 +1506,7 @@ TEST(Templates, BlocksAreMadeOfJumpsWhereThereIsNothingElse) {
   EXPECT_EQ(
       said_of(small_pack("features: variables jumps\n",
                          std::string(kVariables) + "== jump_if\nIF {{condition}} {{label}}\n")),
-      "a.post:4:21: the feature jumps needs the feature goto, whose templates it writes, too");
+      "a.post:4:21: the feature jumps needs the feature goto, since it also writes its templates");
 }
 
 TEST(Templates, ALoopOfJumpsIsLeftByAJumpWhateverExitTheOthersHave) {
@@ -1584,14 +1585,14 @@ TEST(Templates, WhatBecomesOfCPassAloneIsSaid) {
         .faults;
   };
   EXPECT_EQ(said("", "C_PASS := TRUE"),
-            "note 4: C_PASS is written as a stop, as it is in a run: the template \"lin\" has no "
-            "{{passes}}. Take it out here, or add it to the template.\n");
+            "note 4: C_PASS is written as a stop, as in a run: the template \"lin\" has no "
+            "{{passes}}. Remove it here, or add it to the template.\n");
   EXPECT_EQ(said("\n[blend] ROUND {{blend}}", "C_PASS := TRUE"),
-            "note 4: C_PASS without a distance is written as a stop, as it is in a run: the "
+            "note 4: C_PASS without a distance is written as a stop, as in a run: the "
             "template \"lin\" has no {{passes}}. Give C_CP, or add it to the template.\n");
   EXPECT_EQ(said("\n[passes] ROUND", "C_PASS := TRUE"),
-            "note 4: C_PASS without a distance is written as the template \"lin\" has it: how far "
-            "the robot stays away is the controller's, and in a run it stops here. Give C_CP.\n");
+            "note 4: C_PASS without a distance is written as the template \"lin\" has it: the "
+            "controller chooses the distance, and the simulated robot stops here. Give C_CP.\n");
   EXPECT_EQ(said("\n[blend] ROUND {{blend}}", "C_PASS := TRUE C_CP := 5.0"), "");
   EXPECT_EQ(said("\n[passes] ROUND", "C_PASS := FALSE"), "");
   EXPECT_NE(said("", "C_CP := 5.0").find("warning 4: C_CP is not written"), std::string::npos);
@@ -1633,14 +1634,13 @@ TEST(Posts, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
     return from_files({{"pack", pack}}, head + move + " C_PASS := TRUE;\nENDPROGRAM;\n").faults;
   };
   const std::string timed = of_pack("MOVE PTP a TIME := 0.5");
-  EXPECT_NE(timed.find("C_PASS is written as a stop, and in a run the robot passes this target at "
+  EXPECT_NE(timed.find("C_PASS is written as a stop, and the simulated robot passes this target at "
                        "its TIME, each joint by a cubic, if a PTP of one target with a TIME "
                        "follows at once: the template \"ptp_pose\" has no {{passes}}"),
             std::string::npos)
       << timed;
   const std::string plain = of_pack("MOVE PTP a");
-  EXPECT_NE(plain.find("C_PASS is written as a stop, as it is in a run: the template"),
-            std::string::npos)
+  EXPECT_NE(plain.find("C_PASS is written as a stop, as in a run: the template"), std::string::npos)
       << plain;
 }
 
@@ -1686,11 +1686,12 @@ TEST(Templates, SentencesNameTheWayOutThatThereIs) {
   };
   EXPECT_EQ(hints(small_pack("line_numbers: 5\nline_number: N{{line}}\n", "")),
             "\"line_numbers\" is the first number and the step, such as 10 10. \n");
-  EXPECT_EQ(hints(small_pack("length_unit: inch\n", "")),
-            "\"length_unit\" is a number other than 0. How much a mm is in the controller's unit: "
-            "0.001 for metres, 0.03937007874 for inches.\n");
+  EXPECT_EQ(
+      hints(small_pack("length_unit: inch\n", "")),
+      "\"length_unit\" must be a number other than 0. How much a mm is in the controller's unit: "
+      "0.001 for metres, 0.03937007874 for inches.\n");
   EXPECT_EQ(hints(small_pack("", "== comment\n; {{text|fixed:2}}\n")),
-            "the filter fixed needs a number, and text is a text. Take the filter out.\n");
+            "the filter fixed needs a number, and text is a text. Remove the filter.\n");
   const std::string round =
       "robomosp target 1\nname: a\nmotions: lin circle\n== point\n{{name}} {{x}} {{y}} {{z}} {{a}} "
       "{{b}} {{c}}\n== circle\nARC {{via_number}} {{end_number}} {{point}}\n";

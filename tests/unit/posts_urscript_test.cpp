@@ -197,7 +197,7 @@ BEGIN
 ENDPROGRAM;
 )");
   EXPECT_EQ(p.faults,
-            "warning 5: the blend radius of 4 mm is written as 3 mm: half of the way to the next "
+            "warning 5: the blend radius of 4 mm is written as 3 mm: half the distance to the next "
             "target. Give a smaller C_CP or C_PTP.\n");
   EXPECT_TRUE(has_text(p.text(), "v=0.25, r=0.003)\n"));
   EXPECT_TRUE(has_text(p.text(), "v=0.25, r=0.002)\n"));
@@ -272,7 +272,8 @@ TEST(UrScriptPost, WrongInputIsSaid) {
                             "PROGRAM prog;\nSIGNAL OUTPUT BOOL: x AT 200;\nBEGIN\nx := TRUE;\n"
                             "ENDPROGRAM;\n");
   EXPECT_EQ(far.faults,
-            "error 4: signal 200 is none of the 8 standard ones of the controller, from 0. Map it "
+            "error 4: signal 200 is not one of the 8 standard signals of the controller, numbered "
+            "from 0. Map it "
             "in the profile: a number, and standard, configurable, tool or register as kind.\n");
 }
 

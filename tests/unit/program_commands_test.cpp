@@ -44,10 +44,10 @@ TEST_F(ProgramCommands, FaultsAreValuesAndUndoBringsTheTextBack) {
   const Map& fault = *(*at(found, "faults").as_list())[0].as_map();
   EXPECT_EQ(*fault.find("line")->as_int(), 3);
   EXPECT_EQ(*fault.find("column")->as_int(), 3);
-  EXPECT_EQ(*fault.find("message")->as_string(), "nothing is named j.");
+  EXPECT_EQ(*fault.find("message")->as_string(), "there is no name j.");
   // What needs a correct program says the first fault.
   const Error e = fails("program.code", {{"id", id}});
-  EXPECT_EQ(e.sentence(), "program \"p\", p.irl:3:3: nothing is named j.");
+  EXPECT_EQ(e.sentence(), "program \"p\", p.irl:3:3: there is no name j.");
   call("document.undo");
   EXPECT_EQ(at(call("program.check", {{"id", id}}), "correct").text(), "true");
 }
@@ -124,7 +124,7 @@ TEST_F(ProgramCommands, AListOfAnotherProgramInTheFolderBreaksNoProgram) {
   write("datalist.dls", "n := 7;\n%% not a list\n)(\nPROGRAM\n");
   const Value needs_it = checked("p.irl"), does_not = checked("q.irl");
   EXPECT_EQ(at(needs_it, "errors").text(), "1") << faults(needs_it);
-  EXPECT_NE(faults(needs_it).find("error datalist.dls:2 the list of data 'datalist.dls' cannot be "
+  EXPECT_NE(faults(needs_it).find("error datalist.dls:2 the data list 'datalist.dls' cannot be "
                                   "read: "),
             std::string::npos)
       << faults(needs_it);
@@ -168,14 +168,14 @@ TEST_F(ProgramCommands, AFileThatIsMissingIsReportedAndThenAFault) {
   const Value id = call("program.import", {{"file", (folder_ / "p.irl").string()}});
   const Value found = call("program.check", {{"id", id}});
   EXPECT_EQ(*(*at(found, "faults").as_list())[0].as_map()->find("message")->as_string(),
-            "the list of data 'values.dls' is not among the program's files.");
+            "the data list 'values.dls' is not among the program's files.");
   call("program.set_file", {{"id", id}, {"name", "values.dls"}, {"text", ""}});
   EXPECT_EQ(at(call("program.check", {{"id", id}}), "errors").text(), "0");
   call("program.remove_file", {{"id", id}, {"name", "values.dls"}});
   EXPECT_NE(fails("program.remove_file", {{"id", id}, {"name", "p.irl"}}).message.find("itself"),
             std::string::npos);
   EXPECT_NE(fails("program.set_file", {{"id", id}, {"name", "../p.irl"}, {"text", ""}})
-                .message.find("no name of a file"),
+                .message.find("not the name of a file"),
             std::string::npos);
 }
 
@@ -305,8 +305,8 @@ TEST_F(ProgramCommands, SourceInOtherEncodingsIsReadAndSaid) {
   write("bare.irl", little.substr(2));
   write("binary.src", std::string("DEF p( )\n\n\0END", 14));
   EXPECT_EQ(fails("program.import", {{"file", (folder_ / "binary.irl").string()}}).sentence(),
-            "binary.irl: line 2 has a zero byte, and no text has one. A program is a file of text. "
-            "If this is one in UTF-16, save it in UTF-8, or with its byte order mark.");
+            "binary.irl: line 2 has a zero byte, which is not allowed in a text. A program must be "
+            "a text file. If this one is in UTF-16, save it as UTF-8, or with a byte order mark.");
   EXPECT_EQ(fails("program.import", {{"file", (folder_ / "bare.irl").string()}}).where, "bare.irl");
   EXPECT_EQ(fails("program.import", {{"file", (folder_ / "binary.src").string()}})
                 .sentence()
@@ -401,7 +401,8 @@ TEST_F(ProgramCommands, AnExtensionOfSeveralReadersSaysWhichTookIt) {
   EXPECT_EQ(told().substr(0, 5), "b.prg");
   write("c.prg", "what is this\n");
   EXPECT_EQ(fails("program.import", {{"file", (folder_ / "c.prg").string()}}).sentence(),
-            "c.prg: its extension is of several controllers, and the text does not show which. "
+            "c.prg: its extension is used by several controllers, and the text does not show which "
+            "one applies. "
             "Give language = rapid or melfa.");
 }
 

@@ -198,21 +198,20 @@ TEST_F(ProgramFrom, WhatTheLanguageCannotSayNamesTheStep) {
     call("document.undo");
     call("document.undo");
   };
+  refused("{step = 'wait', condition = 'left.q1 > 0.3 rad'}",
+          "(wait): the language has no counterpart of \"left.q1\" in \"left.q1 > 0.3 rad\". "
+          "Programs support signals, numbers and their sqrt and abs.");
+  refused("{step = 'wait', condition = 'ready + 1 == 2'}",
+          "(wait): the digital signal \"ready\" is used other than in a comparison with 0 or 1. In "
+          "a program it is a BOOL; write ready == 1.");
   refused(
-      "{step = 'wait', condition = 'left.q1 > 0.3 rad'}",
-      "(wait): the language has no word for \"left.q1\" in \"left.q1 > 0.3 rad\". Programs know "
-      "signals, numbers and sqrt, abs of them.");
-  refused(
-      "{step = 'wait', condition = 'ready + 1 == 2'}",
-      "(wait): the digital signal \"ready\" is more than compared with 0 or 1. A program has it "
-      "as a BOOL; write ready == 1.");
-  refused("{step = 'move', robot = 'right', pose = 'rest'}",
-          "(move): it is one of robot \"right\", but the program is for \"left\". A program is for "
-          "one robot; make a task for each.");
+      "{step = 'move', robot = 'right', pose = 'rest'}",
+      "(move): it is a task of robot \"right\", but the program is for \"left\". A program is for "
+      "one robot; make a task for each.");
   refused("{step = 'move', pose = 'nowhere'}",
-          "(move): robot \"left\" has no pose \"nowhere\". robot.set_pose keeps one.");
+          "(move): robot \"left\" has no pose \"nowhere\". Define it with robot.set_pose.");
   refused("{step = 'set', signal = 'none', value = 1}",
-          "(set): the world has no signal \"none\". world.add_signal adds one.");
+          "(set): the world has no signal \"none\". Add one with world.add_signal.");
 }
 
 TEST_F(ProgramFrom, ShapesBecomeMotions) {

@@ -128,11 +128,11 @@ TEST_F(ProgramInput, RunsThatAreRecordedAtOnceTakeLines) {
   EXPECT_NE(fault({{"lines", List{"1"}}}).find("sum.irl:6:1: READ waits for line 2, and 1 were"),
             std::string::npos);
   EXPECT_NE(fault({{"lines", List{"one", "2"}}}).find("sum.irl:4:1"), std::string::npos);
-  EXPECT_NE(fault({{"lines", "1"}}).find("lines are a list"), std::string::npos);
+  EXPECT_NE(fault({{"lines", "1"}}).find("lines must be a list"), std::string::npos);
   EXPECT_NE(fault({{"lines", List{"1\n2"}}}).find("end of line"), std::string::npos);
   EXPECT_TRUE(call("program.run", {{"id", sum}, {"lines", List{"3", "4"}}}).as_handle());
   put("more", "READLN(a);\nWRITELN(a);\n", "VAR STRING: a;\n");
-  EXPECT_NE(fault({{"lines", List{"1", "2"}}}).find("lines are for one program, and 2 run"),
+  EXPECT_NE(fault({{"lines", List{"1", "2"}}}).find("lines are for one program, but 2 run"),
             std::string::npos);
   const RecordingPtr both =
       run({{"lines", Map{{"sum", List{"1", "2"}}, {"more", List{"a word"}}}}});
@@ -162,7 +162,7 @@ TEST_F(ProgramInput, FilesAreThoseOfTheFolderOfTheRun) {
     std::ifstream in(folder / "sum.txt");
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
-  EXPECT_NE(fault().find("adds.irl:4:1: the program opens the file \"in/numbers.txt\", and the run "
+  EXPECT_NE(fault().find("adds.irl:4:1: the program opens the file \"in/numbers.txt\", but the run "
                          "has no folder for files. Give files = a folder."),
             std::string::npos)
       << fault();

@@ -120,38 +120,38 @@ TEST(Machine, WhatGoesWrongIsOneSentence) {
       "FUNCTION none(IN INT: x): INT; BEGIN IF x = 1 THEN RETURN 2; ENDIF; ENDFCT;"
       "PROCEDURE deep; BEGIN deep; ENDPROC;";
   const std::pair<const char*, const char*> kWrong[] = {
-      {"i := i + 1;", "the value of + is beyond what an INT holds"},
-      {"i := -i - 2;", "the value of - is beyond what an INT holds"},
+      {"i := i + 1;", "the value of + is outside the range of INT"},
+      {"i := -i - 2;", "the value of - is outside the range of INT"},
       {"i := i * i;", "the value of * is beyond"},
       {"z := i DIV z;", "this divides by zero"},
       {"z := i MOD z;", "this divides by zero"},
       {"q := r / q;", "this divides by zero"},
-      {"q := r * 10.0;", "the value of * is beyond what a REAL holds"},
+      {"q := r * 10.0;", "the value of * is outside the range of REAL"},
       {"q := SQRT(-r);", "SQRT has no value at -1.0e+308"},
       {"q := 90.0; q := TAN(q);", "TAN has no value at 90.0"},
-      {"z := ROUND(r);", "the value of ROUND is beyond what an INT holds"},
-      {"c := i;", "a CHAR has a code from 0 to 255, and this is 2147483647"},
+      {"z := ROUND(r);", "the value of ROUND is outside the range of INT"},
+      {"c := i;", "the code of a CHAR must be from 0 to 255, but this is 2147483647"},
       {"c := s[1 + z];", "the index 1 is outside 1..0"},
       {"LIST_DELETE(l, 1);", "the place 1 is outside 1..0"},
       {"l[1 + z] := 1;", "the index 1 is outside 1..0"},
       {"s := EXTRACT('abc', 2, 3);", "EXTRACT is of 3 characters from 2 on, and the string has 3"},
       {"MOVE LIN ROBTARGET(((1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)), z - 2, 0, 0.0);",
-       "the STATUS of a target is -2, and is not negative"},
-      {"MOVE LIN pose;", "the orientation of a target is no unit quaternion: its length is 0.0"},
+       "the STATUS of a target is -2, but it must not be negative"},
+      {"MOVE LIN pose;", "the orientation of a target is not a unit quaternion: its length is 0.0"},
       {"q := ANGLEX('RS', o);", "the orientation that ANGLEX gets is no unit quaternion"},
-      {"o := ORIZYX(1.0,2.0,3.0); q := ANGLEX('XXX', o);", "ANGLEX knows no mode 'XXX'"},
+      {"o := ORIZYX(1.0,2.0,3.0); q := ANGLEX('XXX', o);", "ANGLEX has no mode 'XXX'"},
       {"o := ORIMAT(POSITION(1.0,0.0,0.0), POSITION(0.0,1.0,0.0), POSITION(0.0,0.0,-1.0));",
        "ORIMAT gets axes that are not"},
       {"lamp := 16;", "the value 16 does not fit in the 4 bits of lamp"},
       {"WAIT q - 1.0 SEC;", "WAIT is of -1.0 s"},
       {"READ(f, i);", "the file is not open"},
       {"OPEN(f, 'none', 'R');", "there is no file \"none\""},
-      {"OPEN(f, 'none', 'Q');", "OPEN knows no mode 'Q'"},
-      {"z := none(2);", "the function none has reached its end without a RETURN"},
-      {"deep;", "more than 10000 calls are within each other"},
+      {"OPEN(f, 'none', 'Q');", "OPEN has no mode 'Q'"},
+      {"z := none(2);", "the function none reached its end without a RETURN"},
+      {"deep;", "more than 10000 calls are nested"},
       {"a[z + 2] := 1;", "the index 2 is outside 0..1"},
-      {"s := 'x'; LOOP s := CONCAT(s, s); ENDLOOP;", "bytes that it may have"},
-      {"LOOP LIST_ADD(l, 1); ENDLOOP;", "bytes that it may have"},
+      {"s := 'x'; LOOP s := CONCAT(s, s); ENDLOOP;", "bytes allowed"},
+      {"LOOP LIST_ADD(l, 1); ENDLOOP;", "bytes allowed"},
       {"pose.ORI := ORIZYX(0.0,0.0,0.0); R_SPEED := 0.0; MOVE LIN pose;", "SPEED is 0.0"},
       {"pose.ORI := ORIZYX(0.0,0.0,0.0); R_ACC := 101.0; MOVE PTP pose;", "ACC is 101.0"},
   };
@@ -442,7 +442,8 @@ TEST(Machine, SlicesCancelAndBounds) {
   // Time does not fall.
   Machine back = loaded(body("WAIT 5.0 SEC;"));
   back.run(3, w);
-  EXPECT_NE(fault_of(back.run(2, w)).find("Give a time that is not before the last one"), std::string::npos);
+  EXPECT_NE(fault_of(back.run(2, w)).find("Give a time that is not before the previous one"),
+            std::string::npos);
   // Many strings and lists are no leak.
   limits = {};
   limits.most_bytes = 3 << 20;
@@ -529,12 +530,12 @@ ENDPROGRAM;)");
   EXPECT_TRUE(w.motions.empty());
   EXPECT_EQ(m.status().stop->span.line, 17u);
   for (const auto& [place, value, sentence] :
-       {std::tuple{"i", "'x'", "it is INT, and the value is STRING"},
+       {std::tuple{"i", "'x'", "it is INT, but the value is STRING"},
         std::tuple{"nothing", "1", "nothing that has a value is named NOTHING"},
         std::tuple{"r.y", "1", "REC has no field Y"}, std::tuple{"l[2]", "1", "outside 1..1"},
-        std::tuple{"r.v[1]", "1", "outside 2..3"}, std::tuple{"5", "1", "this is no variable"},
+        std::tuple{"r.v[1]", "1", "outside 2..3"}, std::tuple{"5", "1", "this is not a variable"},
         std::tuple{"i", "1 +", "the end"},
-        std::tuple{"i", "SIN(1.0)", "a debugger calls nothing"}}) {
+        std::tuple{"i", "SIN(1.0)", "a debugger cannot call functions"}}) {
     const auto refused = m.assign(place, value);
     ASSERT_FALSE(refused.ok()) << place;
     EXPECT_NE(refused.error().sentence().find(sentence), std::string::npos)
@@ -578,7 +579,7 @@ ENDPROGRAM;)");
   };
   for (const auto& [line, condition, sentence] :
        {std::tuple{6u, "zz = 1", "nothing that has a value is named ZZ"},
-        std::tuple{6u, "sum", "a condition is true or false, and this is INT"},
+        std::tuple{6u, "sum", "a condition must be BOOL, but this is INT"},
         std::tuple{6u, "1 DIV 0 = 1", "divides by zero"},
         std::tuple{6u, "sum DIV 0 = 1", "divides by zero"},
         std::tuple{6u, "sum = 'a'", "does not join INT and STRING"},
@@ -588,7 +589,8 @@ ENDPROGRAM;)");
         std::tuple{6u, "r.b = 1", "REC has no field B"}, std::tuple{6u, "NOT sum", "condition"},
         std::tuple{6u, "is_on OR sum", "OR joins conditions"},
         std::tuple{6u, "r.a + is_on > 1", "INT and BOOL"},
-        std::tuple{6u, "add(1)", "a debugger calls nothing"}, std::tuple{9u, "n = 1", "named N"}}) {
+        std::tuple{6u, "add(1)", "a debugger cannot call functions"},
+        std::tuple{9u, "n = 1", "named N"}}) {
     EXPECT_NE(refusal(line, condition).find(sentence), std::string::npos)
         << condition << ": " << refusal(line, condition);
   }
@@ -665,8 +667,8 @@ TEST(Machine, AComputedStepCountsBothWaysAndIsNotZero) {
       // It is computed once.
       {"n := -1; FOR i := 3 TO 1 STEP n n := 7; WRITE(i, ' '); ENDFOR; WRITE('|', n);", "3 2 1 |7"},
       {"FOR i := 1 TO 3 STEP n WRITE(i); ENDFOR;",
-       "p.irl:4:1: STEP of the FOR is 0, so that it would have no end. Above 0 it counts towards "
-       "the end, below 0 the other way."},
+       "p.irl:4:1: STEP of the FOR is 0, so the loop would never end. A positive STEP counts "
+       "upwards, a negative one downwards."},
       {"FOR i := 1 DOWNTO 3 STEP n WRITE(i); ENDFOR;", "p.irl:4:1: STEP of the FOR is 0"}};
   for (const auto& [loop, said] : kLoops) {
     EXPECT_EQ(written(body(loop, vars)).substr(0, std::string(said).size()), said) << loop;
@@ -768,14 +770,14 @@ TEST(Machine, BrakeSaysWhatItCannotDo) {
     const Status& s = run_to_end(m, w, 300);
     return w.text + (s.fault ? s.fault->message : std::string());
   };
-  EXPECT_EQ(run("", "mode := 2; BRAKE(mode);"), "BRAKE knows no mode 2");
+  EXPECT_EQ(run("", "mode := 2; BRAKE(mode);"), "BRAKE has no mode 2");
   EXPECT_EQ(
       run("", "BRAKE(1);"),
-      "BRAKE(1) holds a motion until the routine of an interrupt has ended, and this is none");
+      "BRAKE(1) holds a motion until the routine of an interrupt has ended, but this is not one");
   EXPECT_EQ(run("", "BRAKE; WRITE('nothing moves');"), "nothing moves");
   EXPECT_EQ(run("INTERRUPT it WHEN near; BEGIN BRAKE(1); MOVE LIN a; ENDINTERRUPT;",
                 "ENABLE it; MOVE LIN a;"),
-            "a motion of this process is held by BRAKE, and another cannot begin before it");
+            "BRAKE holds a motion of this process, and another motion cannot begin before it ends");
   EXPECT_EQ(run("FUNCTION f: BOOL; BEGIN BRAKE; RETURN TRUE; ENDFCT;", "MOVE LIN a UNTIL f();"),
             "a condition of UNTIL or WHEN brakes");
 }
@@ -803,9 +805,9 @@ TEST(Machine, SignalsHaveValuesThatTheyCanHold) {
                                     {"r", -0.5},
                                     {"r", 1e300}})
     EXPECT_EQ(said(name, value), "") << name << " " << value;
-  EXPECT_EQ(said("b", 0.5), "the input b cannot be 0.5. It is a BOOL: TRUE (1) or FALSE (0).");
+  EXPECT_EQ(said("b", 0.5), "the input b cannot be 0.5. It must be a BOOL: TRUE (1) or FALSE (0).");
   EXPECT_EQ(said("four", 99), "the input four cannot be 99. Its 4 bits hold 0 to 15.");
-  EXPECT_EQ(said("n", 0.5), "the input n cannot be 0.5. It is an INT, a whole number.");
+  EXPECT_EQ(said("n", 0.5), "the input n cannot be 0.5. It must be an INT, a whole number.");
   for (const auto& [name, value] : {std::pair("b", 1e300),
                                     {"b", -1.0},
                                     {"four", -1.0},
@@ -825,7 +827,8 @@ TEST(Machine, ALogPointWhoseTextHasNoValueIsRefused) {
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().sentence().find("the text of a log point"), std::string::npos)
       << refused.error().sentence();
-  EXPECT_NE(refused.error().sentence().find("named ZZ"), std::string::npos) << refused.error().sentence();
+  EXPECT_NE(refused.error().sentence().find("named ZZ"), std::string::npos)
+      << refused.error().sentence();
   // What only its values tell is said when it comes there.
   b.log = "i is {i}, {a[i]}, {a[i + 5]} { and this";
   ASSERT_TRUE(m.set_breakpoint(b).ok());
@@ -858,7 +861,7 @@ ENDPROGRAM;)");
       loaded("PROGRAM p;\n" + kTwoRobots + "BEGIN WRITE(R_ACT_ROB.R_SPEED); ENDPROGRAM;");
   TestWorld other;
   EXPECT_EQ(fault_of(run_to_end(none, other)).substr(0, 60),
-            std::string("p.irl:7:7: R_ACT_ROB is none of the robots yet. Choose one first")
+            std::string("p.irl:7:7: R_ACT_ROB is not one of the robots yet. Choose one first")
                 .substr(0, 60));
 }
 

@@ -129,7 +129,7 @@ TEST_F(MotionAttributes, WobbleThatCannotBeIsAnErrorAtItsLine) {
   EXPECT_NE(none.find("none.irl:6:1: R_WOBBLE_LENGTH is 0"), std::string::npos) << none;
   const std::string fine = of(
       "fine", "R_WOBBLE_LENGTH := 1.0e-3;\nMOVE LIN POSITION(400.0, 0.0, 300.0) WOBBLE := TRUE;\n");
-  EXPECT_NE(fine.find("swings a second"), std::string::npos) << fine;
+  EXPECT_NE(fine.find("swings per second"), std::string::npos) << fine;
   const std::string less =
       of("less",
          "R_WOBBLE_AMPLITUDE := -1.0;\nMOVE LIN POSITION(400.0, 0.0, 300.0) WOBBLE := TRUE;\n");

@@ -530,7 +530,7 @@ TEST_F(Parts, WhatIsLeftOutAndWhatElseCountsIsSaid) {
     all += *at(f, "severity").as_string() + " " + at(f, "line").text() + " " +
            *at(f, "message").as_string() + "\n";
   for (const char* each :
-       {"note 25 the part of right is posted, and others are left out; of left are bring.",
+       {"note 25 the part of right is posted, and the others are left out; of left are bring.",
         "note 54 RELEASE of table_free waits there while left has not acquired the one before",
         "warning 67 HALT ends the part of right only.",
         "warning 64 the part has one process, take, and is a program without processes"})
@@ -687,19 +687,19 @@ TEST_F(Parts, WhatLinesCannotSayIsAnErrorAtItsLine) {
   } cases[] = {
       {program("VAR SEMAPHORE: s;\n", go + "  RELEASE(s);\n", "  ACQUIRE(s);\n" + come),
        "left",
-       "the semaphore s is released by left and acquired by right, which are two controllers, and "
-       "no controller's record names lines between them",
+       "the semaphore s is released by left and acquired by right, which are two controllers, but "
+       "no controller record defines lines between them",
        {}},
       {program("VAR SEMAPHORE: s;\n", go + "  RELEASE(s);\n", "  ACQUIRE(s);\n" + come),
        "left",
-       "left and right wait for one another, which are two controllers, and the record",
+       "left and right wait for each other on two controllers, and the record",
        {"s_released", "s_acquired"}},
       {program("VAR SEMAPHORE: s := 1;\n", "  ACQUIRE(s);\n" + go + "  RELEASE(s);\n",
                "  ACQUIRE(s);\n" + come + "  RELEASE(s);\n"),
        "right", "the semaphore s is acquired by two controllers", all},
       {program("VAR SEMAPHORE: s := 2;\n", go + "  RELEASE(s);\n", "  ACQUIRE(s);\n" + come),
-       "left", "the semaphore s begins with 2, and the lines between two controllers hold one",
-       all},
+       "left",
+       "the semaphore s begins with 2, but a line between two controllers can hold only one", all},
       {program("VAR INT: n;\n", go + "  n := 1;\n", "  n := 2;\n" + come), "left",
        "n is written by two controllers", all},
       {program("VAR REAL: n;\n", go + "  n := 1.0;\n", "  WAIT FOR n > 0.5;\n" + come), "right",
@@ -710,20 +710,20 @@ TEST_F(Parts, WhatLinesCannotSayIsAnErrorAtItsLine) {
       {program("", go + "  R_SPEED := 50.0;\n", come), "right",
        "R_SPEED is set by left while right moves on another controller", all},
       {program("", go + come, come), "left",
-       "the process make moves left and, here, right, which have a controller each", all},
+       "the process make moves left and, here, right, each with its own controller", all},
       {program("", go + "  STOP use;\n", come), "left",
        "the process use is of right, and a controller cannot stop", all},
       {program("", go + "  IF GETSTATUS(use) = R_PROCESS_READY THEN HALT; ENDIF;\n", come), "left",
-       "the process use is of right, and another controller does not know what it does", all},
+       "the process use is of right, and another controller cannot see its state", all},
       {program("VAR SEMAPHORE: s;\n", go + "  RELEASE(s);\n", come + "  ACQUIRE(s);\n",
                "  WAIT 1.0 SEC;\n") +
            "",
        "left", "posted", all},
       {program("VAR INT: s_phase, n; SEMAPHORE: s; INT: s_released;\n", go + "  RELEASE(s);\n",
                come + "  ACQUIRE(s);\n"),
-       "left", "the line s_released has the name of something else in the program", all},
+       "left", "the line s_released has a name already used in the program", all},
       {program("", go, come, "  MOVE PTP MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);\n"), "left",
-       "this motion names no robot, and the program has several", all},
+       "this motion names no robot, but the program has several", all},
   };
   for (const auto& c : cases) {
     const std::string found = refused(c.source, c.robot, c.lines);

@@ -194,7 +194,7 @@ TEST_F(ProgramPhysics, WhatIsHeldAgainstSomethingIsSaidToBeElsewhere) {
   call("program.bind", {{"id", press}, {"kind", "grip"}, {"name", "gripper"}, {"to", "block"}});
   const RecordingPtr r = run({{"physics", physics()}});
   ASSERT_TRUE(r);
-  EXPECT_TRUE(has_note(r, "mm from where it was held: it met something"));
+  EXPECT_TRUE(has_note(r, "mm from its held position: it hit something"));
 }
 
 TEST_F(ProgramPhysics, WithoutTasksWhatIsHeldAtTheStartIsHeldUntilItIsReleased) {
@@ -237,9 +237,9 @@ TEST_F(ProgramPhysics, WrongInputsGetASentence) {
   EXPECT_TRUE(run({{"physics", Map{{"step", 0.0007}}}}));
   EXPECT_TRUE(run({{"physics", Map{{"step", 1e6}}}}));
   EXPECT_TRUE(run({{"physics", false}}));
-  EXPECT_FALSE(has_note(run({{"physics", true}}), "physics moves none"));
+  EXPECT_FALSE(has_note(run({{"physics", true}}), "physics moves nothing"));
   call("world.remove_member", {{"id", cell_}, {"member", "block"}});
-  EXPECT_TRUE(has_note(run({{"physics", true}}), "physics moves none"));
+  EXPECT_TRUE(has_note(run({{"physics", true}}), "physics moves nothing"));
 }
 
 }  // namespace

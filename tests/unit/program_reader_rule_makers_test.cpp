@@ -237,7 +237,7 @@ TEST(ReaderRule, TpPlacesAreInTheFrameAndToolTheyWereTaughtIn) {
            ptp (joints 0,10,-20,0,-70,0) percent 20 tool (0,0,10))"},
        {"a straight motion to joints is that of the robot's own tool",
         tp_with("UTOOL_NUM=1 ;\nL P[3] 100mm/sec FINE ;\n"),
-        R"(error 4: this straight motion to joints is that of the robot's present tool, not of UTOOL
+        R"(error 4: this straight motion to joint values uses the robot's present tool, not UTOOL
            it stops: main.irl:11:3: the flow depends on the robot's state or kinematics. Run the program in a world that has the robot.)"},
        {"what is selected is what it was taught in",
         tp_with("UFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\nL P[1] 100mm/sec FINE ;\nUFRAME_NUM=2 ;\n"
@@ -314,12 +314,12 @@ TEST(ReaderRule, TpSpeedsAndConditions) {
             "ptp (joints 0,10,-20,0,-70,0) percent 50 tool (0,0,10)\n" +
             "ptp (100,0,300) percent 50" + tool},
        {"max_speed", tp_with(begin + "L P[1] max_speed FINE ;\nJ P[3] max_speed FINE ;\n"),
-        "warning 5: max_speed is a limit of the controller; 2000.0 mm/s are taken for it\n" + to +
+        "warning 5: max_speed is a limit of the controller; 2000.0 mm/s is assumed\n" + to +
             " speed 2000" + tool + "ptp (joints 0,10,-20,0,-70,0) percent 100 tool (0,0,10)\n"},
        {"no unit, and units of the other kind of motion",
         tp_with(begin + "L P[1] 100 FINE ;\nL P[1] 50% FINE ;\nJ P[3] 45deg/sec FINE ;\n"),
-        R"(error 5: the unit of a speed belongs here: %, sec, msec, mm/sec, cm/min, inch/min, deg/sec
-           error 6: a path has a speed in mm/sec
+        R"(error 5: the unit of a speed is expected here: %, sec, msec, mm/sec, cm/min, inch/min, deg/sec
+           error 6: a path needs a speed in mm/sec
            error 7: a joint motion has no speed in deg/sec)"},
        {"OVERRIDE holds from where it is set",
         tp_with(begin + "L P[1] 200mm/sec FINE ;\nOVERRIDE=50% ;\nL P[1] 200mm/sec FINE ;\n"
@@ -329,21 +329,21 @@ TEST(ReaderRule, TpSpeedsAndConditions) {
         tp_with(begin +
                 "SKIP CONDITION DI[1]=ON ;\nIF (DI[2]=ON) THEN ;\nSKIP CONDITION DI[3]=ON ;\n"
                 "ENDIF ;\nL P[1] 100mm/sec FINE Skip,LBL[1] ;\nLBL[1] ;\nDO[1]=ON ;\n"),
-        "error 9: which SKIP CONDITION counts here depends on how the program came here\nout_1 = "
+        "error 9: which SKIP CONDITION applies here depends on the path to this point\nout_1 = "
         "1\n",
         {{"in_2", 0}}},
        {"an offset of a condition, seen from another frame",
         tp_with(begin + "PR[1]=P[4] ;\nOFFSET CONDITION PR[1],UFRAME[2] ;\nL P[1] 100mm/sec FINE "
                         "Offset ;\nL P[1] 100mm/sec FINE Offset,PR[1] ;\n"),
-        R"(error 6: an offset that is seen from another user frame is not read
-           error 7: the condition that counts here was not read
+        R"(error 6: an offset in another user frame is not read
+           error 7: the condition that applies here was not read
            lin (500,0,600) speed 100 tool (0,0,10) frame (1000,0,0))"},
        {"what turns or couples a motion in another manner",
         tp_with(begin + "L P[1] 100mm/sec FINE Wjnt ;\nL P[1] 100mm/sec FINE RTCP ;\n"
                         "L P[1] 100mm/sec FINE COORD ;\nLINEAR_MAX_SPEED=100 ;\n"),
-        R"(error 5: "Wjnt" of a motion is not said in IRL
-           error 6: "RTCP" of a motion is not said in IRL
-           error 7: "COORD" of a motion is not said in IRL
+        R"(error 5: "Wjnt" of a motion has no counterpart in IRL
+           error 6: "RTCP" of a motion has no counterpart in IRL
+           error 7: "COORD" of a motion has no counterpart in IRL
            error 8: IRL has no counterpart of LINEAR_MAX_SPEED)"}});
 }
 
@@ -353,14 +353,14 @@ TEST(ReaderRule, TpConditionsThatAreNotReadKeepWhatDependsOnThem) {
       {{"IF THEN",
         tp_with("IF (DI[R[1]]=ON AND LPOS) THEN ;\nDO[1]=ON ;\nELSE ;\nDO[2]=ON ;\nENDIF ;\n"
                 "DO[3]=ON ;\n"),
-        R"(error 3: IRL has no signals whose number is computed
-           warning 3: R[1] is set by no program here; it is zero
+        R"(error 3: IRL has no signals with computed numbers
+           warning 3: R[1] is not set by any program here; it is zero
            out_2 = 1
            out_3 = 1)"},
        {"IF with its action",
         tp_with("IF DI[R[1]]=ON,JMP LBL[1] ;\nDO[1]=ON ;\nLBL[1] ;\nDO[2]=ON ;\n"),
-        R"(error 3: IRL has no signals whose number is computed
-           warning 3: R[1] is set by no program here; it is zero
+        R"(error 3: IRL has no signals with computed numbers
+           warning 3: R[1] is not set by any program here; it is zero
            out_1 = 1
            out_2 = 1)"},
        {"SELECT",
@@ -370,7 +370,7 @@ TEST(ReaderRule, TpConditionsThatAreNotReadKeepWhatDependsOnThem) {
            out_5 = 1
            out_2 = 1)"},
        {"FOR", tp_with("FOR R[1]=1 TO LPOS ;\nDO[1]=ON ;\nENDFOR ;\nDO[2]=ON ;\n"),
-        R"(error 3: IRL has no place where the robot is
+        R"(error 3: IRL has no present position of the robot
            out_2 = 1)"},
        {"a label behind a line of nothing",
         {{"main.ls",
@@ -455,9 +455,9 @@ end
        {"numbers of a list are any",
         {{"p.script", "def p():\n  l=[1,2]\n  l[0]=1.5\n  sleep(l[0])\nend\n"}},
         "wait 1.5"},
-       {"a value of another kind",
+       {"a value of a different kind",
         {{"p.script", "def p():\n  x=1\n  x=\"a\"\n  sleep(x)\nend\n"}},
-        R"(error 3: a whole number belongs here, and this is a text
+        R"(error 3: a whole number is expected here, but this is a text
            wait 1)"},
        {"arguments that are not carried out",
         {{"p.script",
@@ -466,7 +466,7 @@ end
           "  set_digital_out(1)\n  set_flag(1,True)\n  mine(3)\nend\n"}},
         R"(error 2: an arc that keeps its orientation to the path (mode = 1) is not read
            error 3: movej has no argument speed that is read
-           error 4: movel has more arguments than are read
+           error 4: movel has more arguments than are supported
            error 5: set_digital_out is not read with these arguments
            error 6: IRL has no counterpart of set_flag
            error 7: mine is not among the files; an empty routine replaces it
@@ -478,7 +478,7 @@ end
           "  else:\n    set_digital_out(2,True)\n  end\n  while 3 x:\n"
           "    set_digital_out(3,True)\n  end\n  sleep(1)\nend\n"}},
         R"(error 2: IRL has no counterpart of force
-           error 7: ":" belongs here
+           error 7: ":" is expected here
            out_2 = 1
            wait 1)"}});
 }
@@ -518,17 +518,17 @@ TEST(ReaderRule, MelfaSettingsHoldFromWhereTheyAreMade) {
         program(
             "1 Spd M_NSpd\n2 Cnt 1,10,20\n3 Mvs P1 Type 1,0\n4 Ovrd 50,20\n5 Accel 50,80\n6 Mvs "
             "P1\n"),
-        R"(error 1: the greatest speed of the controller (M_NSpd) is not known
-           error 2: IRL has one distance for the end of a motion and the beginning of the next, and these differ
-           error 3: IRL does not choose how the tool turns on a motion (Type)
+        R"(error 1: the controller's maximum speed (M_NSpd) is unknown
+           error 2: IRL has one distance for the end of a motion and the start of the next, but these differ
+           error 3: IRL cannot choose how the tool rotates during a motion (Type)
            error 4: overrides of upward and downward motions are not read
-           warning 5: IRL brakes as it accelerates; the deceleration is left out
+           warning 5: IRL decelerates as it accelerates; the deceleration is left out
            lin (500,0,300))"},
        {"a pulse, and arms of Select that are not read",
         program(
             "1 M_Out(3)=1 Dly 0.5\n2 M1=7\n3 Select M1\n4 Case Is > 3\n5 M_Out(1)=1\n6 Break\n7 "
             "Default\n8 M_Out(2)=1\n9 End Select\n"),
-        R"(warning 1: the program waits for the end of this pulse; the controller does not
+        R"(warning 1: the IRL program waits for the end of this pulse; the controller does not
            error 4: Case Is is not read
            out_3 = 1
            wait 0.5
@@ -609,10 +609,10 @@ TEST(ReaderRule, Val3ToolsFramesAndDescriptorsAsTheyAreThen) {
         {{"di", 0}}},
        {"an element that is computed, of frames that differ",
         val3_with("movel(pA[n],tG,mS)\nsetMonitorSpeed(50)\n", ""),
-        R"(error 2: the elements of pA are in different frames, and which one is meant is computed
+        R"(error 2: the elements of pA are in different frames, and the index is computed
            error 3: IRL has no counterpart of setMonitorSpeed)"},
        {"a point that would lose its frame", val3_with("pB=pA[0]\n", ""),
-        "error 2: this point would move to another frame, which is not read"},
+        "error 2: assigning this point would change its frame, which is not read"},
        {"a condition that is not read keeps its body",
         val3_with(
             "if isPowered()\n  n=2\nelse\n  delay(1)\nendIf\nfor n=1 to getSpeed()\n  delay(2)\n"
@@ -648,19 +648,19 @@ TEST(ReaderRule, GcodeModesAndWords) {
            error 5: G41 is not read
            error 6: offsets and homes of the machine (G10) are not read
            error 7: G81 is not read
-           error 8: no G0, G1, G2 or G3 says how this goes
-           error 10: no G0, G1, G2 or G3 says how this goes
+           error 8: no G0, G1, G2 or G3 sets the type of this motion
+           error 10: no G0, G1, G2 or G3 sets the type of this motion
            error 11: M6 is not read
            error 12: parameters, expressions and subroutines of G-code are not read
            error 13: parameters, expressions and subroutines of G-code are not read
            ptp (0,0,0))"},
                            {"words that no code uses",
                             program("G0 X0 Y0 Z0\nG1 X1 R5 F60\nG1 X1 I2\nX3 P2\nH2\nG0 X4 E1\n"),
-                            R"(error 2: R5 belongs to no code of this line
-           error 3: I2 belongs to no code of this line
-           error 4: P2 belongs to no code of this line
-           error 5: H2 belongs to no code of this line
-           error 6: IRL has no extruder (E); it is left out here and in all lines behind
+                            R"(error 2: R5 does not belong to any code of this line
+           error 3: I2 does not belong to any code of this line
+           error 4: P2 does not belong to any code of this line
+           error 5: H2 does not belong to any code of this line
+           error 6: IRL has no extruder (E); it is left out here and in all later lines
            ptp (0,0,0)
            ptp (4,0,0))"},
                            {"the spindle", program("M3 S1000\nS500\nM4\nM5\n"),
@@ -674,7 +674,7 @@ TEST(ReaderRule, GcodeModesAndWords) {
            spindle = 0)"},
                            {"a line that was not read leaves the place where it ends",
                             program("G1 X0 Y0 Z0 F60\nG2 X10 Y0 Z5 I5 J0\nG1 X20\n"),
-                            R"(error 2: a helix is not said in IRL
+                            R"(error 2: a helix has no counterpart in IRL
            lin (0,0,0) speed 1
            lin (20,0,5) speed 1)"}});
 }

@@ -197,14 +197,14 @@ LOOP
 END
 )"}});
   EXPECT_EQ(read_faults(*p),
-            "2:5 error XHOME is declared nowhere; its values are zero here.\n"
-            "3:5 error components without a value stay as they are, which IRL does not say.\n"
+            "2:5 error XHOME is not declared; its values are zero here.\n"
+            "3:5 error components without a value keep their values, which IRL cannot express.\n"
             "4:1 error IRL has no angle of an arc (CA).\n"
-            "5:6 error n is declared nowhere.\n"
-            "6:17 error a comparison of truth values beside AND or OR has no parentheses.\n"
+            "5:6 error n is not declared.\n"
+            "6:17 error a comparison of truth values next to AND or OR has no parentheses.\n"
             "8:1 error other is not among the files; an empty routine replaces it.\n"
             "9:1 error IRL has no counterpart of this statement.\n"
-            "10:1 error this ends nothing that is open.\n"
+            "10:1 error no block is open here.\n"
             "12:1 error a block has no endloop above.\n");
   expect_lines(*p, R"(
 { not read: LIN (Z 50) }
@@ -226,9 +226,9 @@ DECL E6AXIS XHOME={A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}
 ENDDAT
 )"}});
   // PDEFAULT and FHOME are in no file, and the approximation of PDEFAULT is used.
-  EXPECT_EQ(read_faults(*p),
-            "7:1 error $APO.CPTP is not set before this place: here it is what the controller "
-            "has.\n");
+  EXPECT_EQ(
+      read_faults(*p),
+      "7:1 error $APO.CPTP is not set before this point: here the controller's value applies.\n");
   expect_lines(*p, R"(
 MAIN_JOINT: XHOME := MAIN_JOINT(0.0, -90.0, 90.0, 0.0, 0.0, 0.0);
 R_SPEED_PTP := 100.0;
@@ -521,17 +521,16 @@ P[2:"above"]{
 TEST(ProgramReaders, TpBecomesIrl) {
   const auto p = read_with(read_tp, kTp);
   // One element of PR[1] is set, and R[1] goes on from what the controller has.
-  EXPECT_EQ(read_faults(*p),
-            "6:18 error PR[2] is set on the controller; it is zero here.\n"
-            "8:6 error UTOOL[2] is set on the controller; it is zero here.\n"
-            "10:6 error this straight motion to joints is that of the robot's present tool, not of "
-            "UTOOL.\n"
-            "10:42 error PR[1] is set on the controller; it is zero here.\n"
-            "11:6 error this straight motion to joints is that of the robot's present tool, not of "
-            "UTOOL.\n"
-            "16:8 warning R[1] is set by no program here; it is zero.\n"
-            "30:6 error this straight motion to joints is that of the robot's present tool, not of "
-            "UTOOL.\n");
+  EXPECT_EQ(
+      read_faults(*p),
+      "6:18 error PR[2] is set on the controller; it is zero here.\n"
+      "8:6 error UTOOL[2] is set on the controller; it is zero here.\n"
+      "10:6 error this straight motion to joint values uses the robot's present tool, not UTOOL.\n"
+      "10:42 error PR[1] is set on the controller; it is zero here.\n"
+      "11:6 error this straight motion to joint values uses the robot's present tool, not UTOOL.\n"
+      "16:8 warning R[1] is not set by any program here; it is zero.\n"
+      "30:6 error this straight motion to joint values uses the robot's present tool, not "
+      "UTOOL.\n");
   expect_lines(*p, R"(
 ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(600.0, 0.0, 400.0), ORIZYX(30.0, -10.0, 180.0)), 5, [0, 0, 0, 0, 0, -1], ADD_JOINT(0.0));
 MAIN_JOINT: P_2_above := MAIN_JOINT(0.0, 0.0, -20.0, 0.0, -70.0, 0.0);
@@ -636,14 +635,15 @@ P[2]{
 };
 /END
 )"}});
-  EXPECT_EQ(read_faults(*second),
-            "5:6 error UTOOL[1] is set on the controller; it is zero here.\n"
-            "6:6 error the joints of further groups in position registers are not read; they stay "
-            "where they are.\n"
-            "6:8 error PR[4] is set on the controller; it is zero here.\n"
-            "8:1 error another group of this position has no joints but a place, which is not "
-            "read.\n"
-            "16:1 error this position is of another group than the first, which alone is read.\n");
+  EXPECT_EQ(
+      read_faults(*second),
+      "5:6 error UTOOL[1] is set on the controller; it is zero here.\n"
+      "6:6 error the joints of further groups in position registers are not read; they keep their "
+      "positions.\n"
+      "6:8 error PR[4] is set on the controller; it is zero here.\n"
+      "8:1 error another group of this position has a Cartesian position, which is not read.\n"
+      "16:1 error this position belongs to a group other than the first, and only the first is "
+      "read.\n");
   expect_lines(
       *second,
       "ROBTARGET: P_1 := ROBTARGET(POSE(POSITION(1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)), 0, "
@@ -675,20 +675,19 @@ TEST(ProgramReaders, TpJumpsTimersAlarmsAndWhatIsDoneAtAPoint) {
 /POS
 /END
 )"}});
-  EXPECT_EQ(
-      read_faults(*p),
-      "3:8 warning IRL has no counterpart of TIMER.\n"
-      "5:8 error PR[5] is set on the controller; it is zero here.\n"
-      "6:16 warning R[2] is set by no program here; it is zero.\n"
-      "8:6 error which UFRAME is active here is set on the controller; none is taken.\n"
-      "8:25 warning what is done a time before the point is done at the point.\n"
-      "12:55 error PR[6] is set on the controller; it is zero here.\n"
-      "16:29 warning what is done a way before the point is done at the point.\n"
-      "17:29 error what is done after a point while the next motion goes is not said in IRL; it is "
-      "left out.\n"
-      "19:8 warning an alarm of the user is a line of text and PAUSE; its text and what it does "
-      "else are set on the controller.\n"
-      "21:8 error this label is there already.\n");
+  EXPECT_EQ(read_faults(*p),
+            "3:8 warning IRL has no counterpart of TIMER.\n"
+            "5:8 error PR[5] is set on the controller; it is zero here.\n"
+            "6:16 warning R[2] is not set by any program here; it is zero.\n"
+            "8:6 error which UFRAME is active here is set on the controller; none is taken.\n"
+            "8:25 warning an action set a time before the point is executed at the point.\n"
+            "12:55 error PR[6] is set on the controller; it is zero here.\n"
+            "16:29 warning an action set a distance before the point is executed at the point.\n"
+            "17:29 error an action after a point during the next motion has no counterpart in IRL; "
+            "it is left out.\n"
+            "19:8 warning a user alarm becomes a line of text and PAUSE; its text and its other "
+            "effects are set on the controller.\n"
+            "21:8 error this label already exists.\n");
   expect_lines(*p, R"(
 PR[5].POS.Z := 12.0;
 IF ROUND(R[2]) = 1 THEN GOTO lbl_1; ENDIF;
@@ -906,7 +905,7 @@ Return
             "3:6 error which UFRAME is active here is set on the controller; none is taken.\n"
             "3:8 error PR[4] is set on the controller; it is zero here.\n"
             "5:8 error PR[5] is set on the controller; it is zero here.\n"
-            "5:22 warning R[3] is set by no program here; it is zero.\n");
+            "5:22 warning R[3] is not set by any program here; it is zero.\n");
 }
 
 const std::vector<RobotFile> kGcode{{"part.ngc", R"(%
@@ -1119,8 +1118,8 @@ count = 0
 TEST(ProgramReaders, AsBecomesIrl) {
   const auto p = read_with(read_as, kAsCell);
   EXPECT_EQ(read_faults(*p),
-            "46:3 error HOME is the controller's own, and is not read.\n"
-            "47:3 warning WEIGHT neither moves nor switches; it was left out.\n");
+            "46:3 error HOME is specific to the controller and is not read.\n"
+            "47:3 warning WEIGHT neither moves a robot nor switches a signal; it was left out.\n");
   expect_lines(*p, R"(
 PROGRAM cell;
 MAIN_JOINT: safe := MAIN_JOINT(0.0, 0.0, -90.0, 0.0, -90.0, 0.0);
@@ -1175,24 +1174,22 @@ TEST(ProgramReaders, AsSettingsOfTheNextMotionStayWithIt) {
   };
   // The motion behind is another one where the condition holds.
   EXPECT_EQ(faults_of("SPEED 50\nIF SIG(1001) THEN\nLMOVE a\nEND\nLMOVE a\n"),
-            "5:1 error whether the next motion is within the block or behind it is not known.\n");
+            "5:1 error it is unknown whether the next motion is within the block or after it.\n");
   EXPECT_EQ(faults_of("SPEED 50\nIF SIG(1001) THEN\nLMOVE a\nELSE\nJMOVE a\nEND\n"), "");
   EXPECT_EQ(faults_of("SPEED 50\nCALL q\nLMOVE a\n"),
             "3:1 error a setting for the next motion comes before a jump, a label or a call.\n");
   EXPECT_EQ(faults_of("IF SIG(1001) THEN\nSPEED 50\nEND\nLMOVE a\n"),
-            "4:1 error a setting for the next motion is within a block, and the motion is "
-            "behind the block.\n");
-  EXPECT_EQ(
-      faults_of("XMOVE a TILL 1001\n"),
-      "2:1 error XMOVE without /LVL waits for a change of the signal; UNTIL of IRL looks at its "
-      "value.\n");
-  EXPECT_EQ(
-      faults_of("RIGHTY\nJMOVE a\n"),
-      "3:1 error the configuration is set in part: RIGHTY or LEFTY, ABOVE or BELOW, and UWRIST "
-      "or DWRIST belong together.\n");
+            "4:1 error a setting for the next motion is within a block, but the motion follows the "
+            "block.\n");
+  EXPECT_EQ(faults_of("XMOVE a TILL 1001\n"),
+            "2:1 error XMOVE without /LVL waits for a change of the signal; UNTIL of IRL tests its "
+            "level.\n");
+  EXPECT_EQ(faults_of("RIGHTY\nJMOVE a\n"),
+            "3:1 error the configuration is set only in part: RIGHTY or LEFTY, ABOVE or BELOW, and "
+            "UWRIST or DWRIST belong together.\n");
   EXPECT_EQ(faults_of("LMOVE b\n"), "2:7 error b has no value in this file; it is zero here.\n");
   EXPECT_EQ(faults_of("SIGNAL n + 1\nn = 4\n"),
-            "2:1 error IRL has no signals whose number is computed.\n");
+            "2:1 error IRL has no signals with computed numbers.\n");
 }
 
 TEST(ProgramReaders, BinaryNumbersHaveTheirDigitsAndAtMost31Bits) {
@@ -1213,7 +1210,7 @@ TEST(ProgramReaders, BinaryNumbersHaveTheirDigitsAndAtMost31Bits) {
   EXPECT_NE(melfa("&B" + std::string(40, '0') + "101")->files()[0].text.find("M1 := 5"),
             std::string_view::npos);
   for (const auto& p : {as("^B102"), pac("&B102"), melfa("&B102")})
-    EXPECT_NE(read_faults(*p).find("B102 is no binary number."), std::string::npos)
+    EXPECT_NE(read_faults(*p).find("B102 is not a binary number."), std::string::npos)
         << read_faults(*p);
   for (const auto& p : {as("^B" + many), pac("&B" + many), melfa("&B" + many)})
     EXPECT_NE(read_faults(*p).find("has more than 31 bits."), std::string::npos) << read_faults(*p);
@@ -1310,10 +1307,10 @@ END weld
 TEST(ProgramReaders, Pdl2BecomesIrl) {
   const auto p = read_with(read_pdl2, kPdl2Weld);
   EXPECT_EQ(read_faults(*p),
-            "78:3 error handlers of conditions are not read.\n"
+            "78:3 error condition handlers are not read.\n"
             "82:8 error taught has no value in this program; it is zero here.\n"
             "84:3 error grip is not among the files; an empty routine replaces it.\n"
-            "85:3 error POS_SHIFT is the controller's own, and is not read.\n");
+            "85:3 error POS_SHIFT is specific to the controller and is not read.\n");
   expect_lines(*p, R"(
 PROGRAM weld;
 INT: rounds := 3;
@@ -1433,10 +1430,10 @@ TEST(ProgramReaders, PacScriptBecomesIrl) {
   const auto p = read_with(read_pacscript, files);
   EXPECT_EQ(
       read_faults(*p),
-      "25:5 warning with Next the controller continues while the robot moves; here the motion ends "
-      "first.\n"
-      "35:5 warning a pulse is waited for here; the controller continues meanwhile.\n"
-      "49:3 error ArchMove is the controller's own, and is not read.\n"
+      "25:5 warning with Next the controller continues while the robot moves; in IRL the motion "
+      "ends first.\n"
+      "35:5 warning the IRL program waits for the end of this pulse; the controller continues.\n"
+      "49:3 error ArchMove is specific to the controller and is not read.\n"
       "51:14 error P11 has no value in this program; it is zero here.\n");
   expect_lines(*p, R"(
 PROGRAM pick;
@@ -1539,7 +1536,7 @@ P1=(1,2,3,0,0,0)(7,0)
 P2=(0,0,10,0,0,0)(7,0)
 )"}});
   EXPECT_EQ(read_faults(*p),
-            "6:1 error IRL does not choose how the tool turns on a motion (Type).\n");
+            "6:1 error IRL cannot choose how the tool rotates during a motion (Type).\n");
   expect_lines(*p, R"(
 PT.STATUS := -1;
 PT.TURNS := [-128, -128, -128, -128, -128, -128];
@@ -1614,7 +1611,7 @@ link(pTo, fTable)
 endIf
 movel(pTo, tGrip, mSlow)
 )"))),
-            "7:1 error which frame pTo is in is not known here.\n");
+            "7:1 error which frame pTo uses is unknown here.\n");
 }
 
 // ---- Yaskawa, Movemaster, CRCL, JointTrajectory ----
@@ -1705,10 +1702,10 @@ END
 // Pulses are those of the test's settings: 1000, 1000, 1000, 800, 800, 500 a degree, 100 a mm.
 TEST(ProgramReaders, InformBecomesIrl) {
   const auto p = read_with(read_inform, kInformJobs);
-  EXPECT_EQ(read_faults(*p),
-            "29:5 warning variables begin with 0: what they hold is on the controller.\n"
-            "11:3 warning the program waits for the end of the pulse, which the controller does "
-            "not.\n");
+  EXPECT_EQ(
+      read_faults(*p),
+      "29:5 warning variables start at 0: their values are stored on the controller.\n"
+      "11:3 warning the IRL program waits for the end of the pulse; the controller does not.\n");
   expect_lines(*p, R"(
 OUTPUT INT: out_9_8 AT 9, 8;
 PROCEDURE job_DROP_1 ();
@@ -1747,22 +1744,23 @@ TEST(ProgramReaders, InformSaysWhatItDoesNotRead) {
   const std::string pose =
       "///TOOL 3\n///POSTYPE USER\n///USER 2\n///RCONF 1,0,0,1,0,0,0,0\n"
       "C00000=1,2,3,4,5,6\n";
-  EXPECT_EQ(read_faults(*read_with(read_inform, job(pose, "MOVL C00000 V=10.0 PL=0\n"))),
-            "8:1 error an axis of this position is beyond 180 degrees, and RCONF does not say "
-            "which side; turn 0 is taken.\n"
-            "11:1 error where tool 3 is, only the controller knows; zero is taken.\n"
-            "11:1 error where user frame 2 is, only the controller knows; zero is taken.\n");
+  EXPECT_EQ(
+      read_faults(*read_with(read_inform, job(pose, "MOVL C00000 V=10.0 PL=0\n"))),
+      "8:1 error an axis of this position is beyond 180 degrees, but RCONF does not give the side; "
+      "turn 0 is assumed.\n"
+      "11:1 error the value of tool 3 is known only to the controller; zero is assumed.\n"
+      "11:1 error the value of user frame 2 is known only to the controller; zero is assumed.\n");
   EXPECT_EQ(
       read_faults(*read_with(
           read_inform, job("",
                            "ARCON ASF#(1)\nMOVL P001 V=1.0\nMOVJ C00009 VJ=1.00\nCALL JOB:OTHER\n"
                            "JUMP *NONE\nDOUT OT#(*) ON\nTIMER T=1.00 NWAIT\nMOVC C00000 V=1.0\n"))),
-      "6:1 error ARCON is not read: IRL has no counterpart of it.\n"
-      "7:6 error what position variable P1 holds is on the controller.\n"
+      "6:1 error ARCON is not read: IRL has no counterpart.\n"
+      "7:6 error the value of position variable P1 is stored on the controller.\n"
       "8:6 error the job has no position C9.\n"
       "9:1 error job OTHER is not among the files.\n"
       "10:1 error the label *NONE is not in this job.\n"
-      "11:10 error signals whose number is computed are not read.\n"
+      "11:10 error signals with computed numbers are not read.\n"
       "12:14 error \"NWAIT\" of this instruction is not read.\n"
       "13:6 error the job has no position C0.\n");
 }
@@ -1830,10 +1828,10 @@ RETURN;
       "1:7 error position 7 is not defined in this file (PD).\n"
       "2:1 error DW is not read.\n"
       "3:7 error line 99 is not in this program.\n"
-      "4:1 error \"XX\" is no command of the Movemaster RV-M1.\n"
-      "5:7 error OB takes + to switch a bit on or - to switch it off.\n"
-      "6:1 error NX ends no loop (RC).\n"
-      "7:1 error RT is met outside of a subroutine (GS).\n");
+      "4:1 error \"XX\" is not a command of the Movemaster RV-M1.\n"
+      "5:7 error OB needs + to switch a bit on or - to switch it off.\n"
+      "6:1 error NX has no loop (RC).\n"
+      "7:1 error RT is outside a subroutine (GS).\n");
 }
 
 const std::vector<RobotFile> kCrclProgram{{"lift.xml", R"(<?xml version="1.0" encoding="UTF-8"?>
@@ -1886,13 +1884,13 @@ MOVE PTP MAIN_JOINT(10.0, 20.0, 30.0, 40.0, 50.0, 60.0);
                                    command("MoveToType", "<MoveStraight>true</MoveStraight>") +
                                    command("DwellType", "<DwellTime>soon</DwellTime>") +
                                    command("MessageType", "<Message>a</Message><Colour/>")))),
-            "2:1 error OpenToolChangerType is not read: IRL has no counterpart of it.\n"
+            "2:1 error OpenToolChangerType is not read: IRL has no counterpart.\n"
             "3:1 error MoveToType has no element EndPosition.\n"
-            "4:33 error DwellTime is a number, and not \"soon\".\n"
+            "4:33 error DwellTime must be a number, not \"soon\".\n"
             "5:55 error the element Colour of MessageType is not read.\n");
   EXPECT_EQ(read_faults(*read_with(read_crcl, {{"p.xml", "<a><b></a>"}})),
-            "1:1 error there is nothing of a program in this file.\n"
-            "1:10 error this is no XML that can be read: the element b is not ended here.\n");
+            "1:1 error this file contains no program.\n"
+            "1:10 error this XML cannot be read: the element b is not closed here.\n");
 }
 
 const std::vector<RobotFile> kTrajectoryMessage{{"go.yaml", R"(# as ros2 topic echo shows it
@@ -1923,8 +1921,8 @@ points:
 TEST(ProgramReaders, JointTrajectoryBecomesIrl) {
   const auto p = read_with(read_joint_trajectory, kTrajectoryMessage);
   EXPECT_EQ(read_faults(*p),
-            "19:15 warning velocities are not written: a run goes through the points at their "
-            "times by its own cubics.\n");
+            "19:15 warning velocities are not written: a run passes through the points at their "
+            "times on its own cubics.\n");
   // Radians are degrees, and times those between points.
   expect_lines(*p, R"(
 MOVE PTP MAIN_JOINT(0.0, 28.6478897565, -57.2957795131) TIME := 1.5 C_PASS := TRUE;
@@ -1949,10 +1947,10 @@ MOVE PTP MAIN_JOINT(5.72957795131, 34.3774677078, -63.0253574644) TIME := 0.5;
                                      "effort: [3, 4]}\n"
                                      "- {positions: [1, x], time_from_start: 3}\n"}})),
             "3:15 error this point has 1 positions, and joint_names 2.\n"
-            "4:51 error efforts are not in IRL.\n"
-            "5:19 error a number belongs here, and not \"x\".\n");
+            "4:51 error IRL has no efforts.\n"
+            "5:19 error a number is expected here, not \"x\".\n");
   EXPECT_NE(read_faults(*read_with(read_joint_trajectory, {{"a.yaml", "a: &b 1\n"}}))
-                .find("1:4 error this is no YAML or JSON that can be read: the sign & of YAML is "
+                .find("1:4 error this YAML or JSON cannot be read: the sign & of YAML is "
                       "not read in messages.\n"),
             std::string::npos);
 }
@@ -1976,15 +1974,15 @@ END p
 )"}})),
             "6:3 error IRL has no counterpart of OPEN.\n"
             "9:3 error FROBNICATE is neither a statement nor a routine of this program.\n"
-            "10:21 error the name nowhere is declared nowhere here.\n");
+            "10:21 error the name nowhere is not declared here.\n");
   EXPECT_EQ(read_faults(*read_with(read_pacscript, {{"p.pcs", R"(Sub Main
   Frobnicate 1, 2
   Frobnicate(1)
   Call other(1)
 End Sub
 )"}})),
-            "2:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
-            "3:3 error Frobnicate is neither a statement that is read nor a procedure here.\n"
+            "2:3 error Frobnicate is neither a supported statement nor a procedure here.\n"
+            "3:3 error Frobnicate is neither a supported statement nor a procedure here.\n"
             "4:3 error other is not among the files; an empty routine replaces it.\n");
   EXPECT_EQ(read_faults(*read_with(read_as, {{"p.as", R"(.*=== AS GROUP ===
 .*USER IF AS
@@ -1993,7 +1991,7 @@ End Sub
   FROBNICATE 1
 .END
 )"}})),
-            "5:3 error FROBNICATE is the controller's own, and is not read.\n");
+            "5:3 error FROBNICATE is specific to the controller and is not read.\n");
 }
 
 struct Language {
@@ -2077,7 +2075,7 @@ TEST(ProgramReaders, KrlPlacesWithoutAnglesKeepTheOrientation) {
   const auto written =
       read_with(read_krl, {{"p.src", "DEF p( )\nLIN XP1\nXP1.Z=5\nEND\n"},
                            {"p.dat", "DEFDAT p PUBLIC\nDECL FRAME XP1={X 1,Y 2,Z 3}\nENDDAT\n"}});
-  EXPECT_NE(read_faults(*written).find("XP1 has no A, B, C where it is declared, and is assigned"),
+  EXPECT_NE(read_faults(*written).find("XP1 has no A, B, C in its declaration, but is assigned"),
             std::string::npos)
       << read_faults(*written);
 }
@@ -2105,7 +2103,8 @@ TEST(ProgramReaders, KrlMotionsThatAnInterruptEndsAreUntil) {
                                           "DEF p( )\nINTERRUPT DECL 5 WHEN $IN[3] DO stop( )\n"
                                           "INTERRUPT ON 5\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\nEND\n" +
                                               stop}});
-  EXPECT_NE(read_faults(*here).find("is not one motion in a routine of its own"), std::string::npos)
+  EXPECT_NE(read_faults(*here).find("does not stop a single motion in a separate routine"),
+            std::string::npos)
       << read_faults(*here);
   // Without RESUME the motion goes on behind the routine.
   const auto held =
@@ -2132,13 +2131,13 @@ TEST(ProgramReaders, WordsOfTheMakerAreNoRoutinesOfUsers) {
        {"p.mod",
         "MODULE p\nPROC main()\nIOEnable;\nEOffsOff;\nWrite "
         "\"on\";\nmine;\nENDPROC\nENDMODULE\n"},
-       "3:1 error IOEnable is the controller's own, and is not read.\n"
-       "4:1 error EOffsOff is the controller's own, and is not read.\n"
-       "5:1 warning Write is the controller's own and moves nothing; it was left out.\n"
+       "3:1 error IOEnable is specific to the controller and is not read.\n"
+       "4:1 error EOffsOff is specific to the controller and is not read.\n"
+       "5:1 warning Write is specific to the controller and moves nothing; it was left out.\n"
        "6:1 error mine is not among the files; an empty routine replaces it.\n"},
       {read_krl,
        {"p.src", "DEF p()\nSYNCMD(1)\nmine()\nEND\n"},
-       "2:1 error SYNCMD is the controller's own, and is not read.\n"
+       "2:1 error SYNCMD is specific to the controller and is not read.\n"
        "3:1 error mine is not among the files; an empty routine replaces it.\n"}};
   for (const Case& c : cases)
     EXPECT_EQ(read_faults(*read_with(c.read, {c.file})), c.faults) << c.file.text;
@@ -2208,7 +2207,7 @@ TEST(ProgramReaders, GcodeBeginsWhereTheRobotIs) {
   const auto p = read_with(
       read_gcode,
       {{"p.ngc", "G21 G90 F600\nG0 Z50\nG91 G1 X-5\nG90 G2 X10 Y10 R20\nG0 X1 Y2\nG1 Z5\nM2\n"}});
-  EXPECT_EQ(read_faults(*p), "4:1 error where the machine is before this arc is not known.\n");
+  EXPECT_EQ(read_faults(*p), "4:1 error the start of this arc is unknown.\n");
   expect_lines(*p, R"(
 MOVE PTP POSITION(R_ROBTARGET_ACT.PSE.POS.X, R_ROBTARGET_ACT.PSE.POS.Y, 50.0);
 MOVE LIN POSITION(R_ROBTARGET_ACT.PSE.POS.X - 5.0, R_ROBTARGET_ACT.PSE.POS.Y, 50.0) SPEED := 10.0;
@@ -2220,7 +2219,7 @@ MOVE LIN POSITION(1.0, 2.0, 5.0) SPEED := 10.0;
 TEST(ProgramReaders, GcodeArcsWithoutAnEndGoAllTheWayRound) {
   const auto p = read_with(
       read_gcode, {{"p.ngc", "G21 G90 F600\nG0 X20 Y10 Z5\nG2 I-10 J0\nI0 J5\nG2 R4\nM2\n"}});
-  EXPECT_EQ(read_faults(*p), "5:1 error no arc of this radius goes there.\n");
+  EXPECT_EQ(read_faults(*p), "5:1 error no arc with this radius reaches the end point.\n");
   expect_lines(*p, R"(
 MOVE PTP POSITION(20.0, 10.0, 5.0);
 MOVE CIRCLE POSITION(10.0, 0.0, 5.0), POSITION(0.0, 10.0, 5.0) SPEED := 10.0;
@@ -2232,7 +2231,7 @@ MOVE CIRCLE POSITION(25.0, 15.0, 5.0), POSITION(20.0, 10.0, 5.0) SPEED := 10.0;
 
 TEST(ProgramReaders, GcodeDwellsOfManySecondsAreTold) {
   EXPECT_EQ(read_faults(*read_with(read_gcode, {{"p.ngc", "G4 P500\nG4 P9\nM2\n"}})),
-            "1:4 warning P of a dwell is taken as seconds, as LinuxCNC and Grbl do.\n");
+            "1:4 warning P of a dwell is taken as seconds, as in LinuxCNC and Grbl.\n");
   EXPECT_EQ(read_faults(*read_with(read_gcode, {{"p.ngc", "G4 P0.5\nG4 S20\nM2\n"}})), "");
 }
 

@@ -259,7 +259,7 @@ TEST_F(ProgramRefresh, ABreakpointWithoutAPlaceIsKeptAndSaid) {
   edit("WRITELN('end');\nWAIT 0.1 SEC;\n", "");
   refresh();
   EXPECT_EQ(notes_with("breakpoint 1 stops nowhere: program \"count\": there is no statement in "
-                       "line 12 or behind it"),
+                       "line 12 or after it"),
             1U);
   EXPECT_EQ(call("run.breakpoints", {{"id", live_}}).as_list()->size(), 1U);
   call("program.set_file", {{"id", "count"}, {"name", "count.irl"}, {"text", source}});

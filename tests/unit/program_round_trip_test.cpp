@@ -204,7 +204,8 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"as two_robots structured",
-     "49: a program of AS moves one robot: this motion is of right, and that in line 29 of left"},
+     "49: a program of AS moves one robot: this motion belongs to right, and that in line 29 of "
+     "left"},
     {"c arc_weld flat", "posted"},
     {"c arc_weld structured", "posted"},
     {"c hanoi flat", "posted"},
@@ -217,7 +218,8 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"c two_robots structured",
-     "49: a program of C moves one robot: this motion is of right, and that in line 29 of left"},
+     "49: a program of C moves one robot: this motion belongs to right, and that in line 29 of "
+     "left"},
     {"crcl arc_weld flat", "21: CRCL has no WAIT FOR with a TIMEOUT"},
     {"crcl arc_weld structured", "form: CRCL takes no structured program"},
     {"crcl hanoi flat", "posted"},
@@ -235,17 +237,17 @@ const std::map<std::string, std::string> kHeld{
     {"fanuc_tp hanoi flat", "posted"},
     {"fanuc_tp hanoi structured", "65: FANUC TP has no values in messages"},
     {"fanuc_tp palletising flat", "posted"},
-    {"fanuc_tp palletising structured",
-     "22: FANUC TP has no poses that are computed while it runs"},
+    {"fanuc_tp palletising structured", "22: FANUC TP has no poses computed at run time"},
     {"fanuc_tp pick_and_place flat",
-     "31: where this increment leads is not known, since the pose before it is not"},
+     "31: the target of this increment is unknown, since the pose before it is unknown"},
     {"fanuc_tp pick_and_place structured",
-     "31: where this increment leads is not known, since the pose before it is not"},
+     "31: the target of this increment is unknown, since the pose before it is unknown"},
     {"fanuc_tp two_robots flat",
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"fanuc_tp two_robots structured",
-     "49: a program of FANUC TP moves one robot: this motion is of right, and that in line 29 of "
+     "49: a program of FANUC TP moves one robot: this motion belongs to right, and that in line 29 "
+     "of "
      "left"},
     {"gcode arc_weld flat", "posted"},
     {"gcode arc_weld structured", "form: G-code takes no structured program"},
@@ -253,7 +255,7 @@ const std::map<std::string, std::string> kHeld{
     {"gcode hanoi structured", "form: G-code takes no structured program"},
     {"gcode palletising flat", "posted"},
     {"gcode palletising structured", "form: G-code takes no structured program"},
-    {"gcode pick_and_place flat", "28: G-code has no motions that end by a condition (UNTIL)"},
+    {"gcode pick_and_place flat", "28: G-code has no motions that end on a condition (UNTIL)"},
     {"gcode pick_and_place structured", "form: G-code takes no structured program"},
     {"gcode two_robots flat",
      "49: the processes bring and take both move, and "
@@ -266,7 +268,7 @@ const std::map<std::string, std::string> kHeld{
     {"inform palletising flat", "posted"},
     {"inform palletising structured", "form: INFORM takes no structured program"},
     {"inform pick_and_place flat",
-     "31: where this increment leads is not known, since the pose before it is not"},
+     "31: the target of this increment is unknown, since the pose before it is unknown"},
     {"inform pick_and_place structured", "form: INFORM takes no structured program"},
     {"inform two_robots flat",
      "49: the processes bring and take both move, and "
@@ -280,7 +282,7 @@ const std::map<std::string, std::string> kHeld{
     {"joint_trajectory palletising structured",
      "form: JointTrajectory takes no structured program"},
     {"joint_trajectory pick_and_place flat",
-     "28: JointTrajectory has no motions that end by a condition (UNTIL)"},
+     "28: JointTrajectory has no motions that end on a condition (UNTIL)"},
     {"joint_trajectory pick_and_place structured",
      "form: JointTrajectory takes no structured program"},
     {"joint_trajectory two_robots flat",
@@ -299,7 +301,8 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"krl two_robots structured",
-     "49: a program of KUKA KRL moves one robot: this motion is of right, and that in line 29 of "
+     "49: a program of KUKA KRL moves one robot: this motion belongs to right, and that in line 29 "
+     "of "
      "left"},
     {"melfa4 arc_weld flat", "posted"},
     {"melfa4 arc_weld structured", "posted"},
@@ -313,7 +316,8 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"melfa4 two_robots structured",
-     "49: a program of MELFA-BASIC IV moves one robot: this motion is of right, and that in line "
+     "49: a program of MELFA-BASIC IV moves one robot: this motion belongs to right, and that in "
+     "line "
      "29 of left"},
     {"melfa5 arc_weld flat", "posted"},
     {"melfa5 arc_weld structured", "posted"},
@@ -327,10 +331,11 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"melfa5 two_robots structured",
-     "49: a program of MELFA-BASIC V moves one robot: this motion is of right, and that in line 29 "
+     "49: a program of MELFA-BASIC V moves one robot: this motion belongs to right, and that in "
+     "line 29 "
      "of left"},
     {"movemaster arc_weld flat",
-     "18: the hand would lean out of the plane of the arm by 11.72 degrees: the Movemaster has "
+     "18: the hand would tilt out of the plane of the arm by 11.72 degrees: the Movemaster has "
      "five axes"},
     {"movemaster arc_weld structured", "form: Movemaster RV-M1 takes no structured program"},
     {"movemaster hanoi flat", "posted"},
@@ -338,7 +343,7 @@ const std::map<std::string, std::string> kHeld{
     {"movemaster palletising flat", "posted"},
     {"movemaster palletising structured", "form: Movemaster RV-M1 takes no structured program"},
     {"movemaster pick_and_place flat",
-     "18: the hand would lean out of the plane of the arm by -82.3 degrees: the Movemaster has "
+     "18: the hand would tilt out of the plane of the arm by -82.3 degrees: the Movemaster has "
      "five axes"},
     {"movemaster pick_and_place structured", "form: Movemaster RV-M1 takes no structured program"},
     {"movemaster two_robots flat",
@@ -351,14 +356,15 @@ const std::map<std::string, std::string> kHeld{
     {"pa10 hanoi structured", "posted"},
     {"pa10 palletising flat", "posted"},
     {"pa10 palletising structured", "posted"},
-    {"pa10 pick_and_place flat", "28: C for the PA-10 has no motions that end by a condition"},
+    {"pa10 pick_and_place flat", "28: C for the PA-10 has no motions that end on a condition"},
     {"pa10 pick_and_place structured",
-     "28: C for the PA-10 has no motions that end by a condition"},
+     "28: C for the PA-10 has no motions that end on a condition"},
     {"pa10 two_robots flat",
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"pa10 two_robots structured",
-     "49: a program of C for the PA-10 moves one robot: this motion is of right, and that in line "
+     "49: a program of C for the PA-10 moves one robot: this motion belongs to right, and that in "
+     "line "
      "29 of left"},
     {"pacscript arc_weld flat", "posted"},
     {"pacscript arc_weld structured", "posted"},
@@ -372,7 +378,8 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"pacscript two_robots structured",
-     "49: a program of PacScript moves one robot: this motion is of right, and that in line 29 of "
+     "49: a program of PacScript moves one robot: this motion belongs to right, and that in line "
+     "29 of "
      "left"},
     {"pdl2 arc_weld flat", "posted"},
     {"pdl2 arc_weld structured", "posted"},
@@ -406,11 +413,11 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"urscript two_robots structured",
-     "49: a program of URScript moves one robot: this motion is of right, and that in line 29 of "
+     "49: a program of URScript moves one robot: this motion belongs to right, and that in line 29 "
+     "of "
      "left"},
     {"val3 arc_weld flat", "posted"},
-    {"val3 arc_weld structured",
-     "23: VAL3 has no circles through places that are computed while it runs"},
+    {"val3 arc_weld structured", "23: VAL3 has no circles through points computed at run time"},
     {"val3 hanoi flat", "posted"},
     {"val3 hanoi structured", "posted"},
     {"val3 palletising flat", "posted"},
@@ -421,7 +428,8 @@ const std::map<std::string, std::string> kHeld{
      "49: the processes bring and take both move, and "
      "their order depends on "},
     {"val3 two_robots structured",
-     "49: a program of VAL3 moves one robot: this motion is of right, and that in line 29 of left"},
+     "49: a program of VAL3 moves one robot: this motion belongs to right, and that in line 29 of "
+     "left"},
 };
 
 /// Round trips that are not equal, and why not.
@@ -519,8 +527,8 @@ TEST_F(Losses, MotionsOfTwoRobotsAreAnErrorInEveryTargetAndThoseOfOneAreNone) {
   for (const std::string& to : targets()) {
     const std::string two = said(of_robots(left, right), to);
     if (to == "rapid" || to == "pdl2") {  // a task for each robot, but no task moves two
-      EXPECT_NE(two.find("error 7: the program itself moves left and, here, right, which have a "
-                         "controller each. Move each robot by another process."),
+      EXPECT_NE(two.find("error 7: the program itself moves left and, here, right, each with its "
+                         "own controller. Move each robot in a separate process."),
                 std::string::npos)
           << two;
       continue;
@@ -528,7 +536,7 @@ TEST_F(Losses, MotionsOfTwoRobotsAreAnErrorInEveryTargetAndThoseOfOneAreNone) {
     EXPECT_NE(two.find("error 7: a program of "), std::string::npos) << to << "\n" << two;
     EXPECT_NE(
         two.find(
-            " moves one robot: this motion is of right, and that in line 6 of left. "
+            " moves one robot: this motion belongs to right, and that in line 6 of left. "
             "Post a part for each robot (only_robot, --only-robot), or write a program for each."),
         std::string::npos)
         << to << "\n"

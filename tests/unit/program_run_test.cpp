@@ -194,8 +194,8 @@ TEST_F(ProgramRun, WhatCannotPassStopsAndSaysSo) {
       "SIGNAL OUTPUT BOOL: go AT 1;\n");
   const RecordingPtr r = run({{"sample_time", 0.001}});
   ASSERT_TRUE(r);
-  EXPECT_TRUE(has_note(r, "C_PASS is left out where no PTP of one target with a TIME follows"));
-  EXPECT_TRUE(has_note(r, "C_PASS without C_CP or C_PTP is carried out in PTP of one target"));
+  EXPECT_TRUE(has_note(r, "C_PASS is ignored if no PTP to one target with a TIME follows"));
+  EXPECT_TRUE(has_note(r, "C_PASS without C_CP or C_PTP is executed only in PTP to one target"));
 }
 
 TEST_F(ProgramRun, TargetsThatJointsCannotPassInTimeAreErrorsAndExcessIsANote) {
@@ -222,16 +222,17 @@ TEST_F(ProgramRun, TargetsThatJointsCannotPassInTimeAreErrorsAndExcessIsANote) {
   world(1, 100);
   put("fast", source(20, 80, 90));
   EXPECT_NE(fault().find("program \"fast\", fast.irl:5:1: TIME of 1 s of the motion to the target "
-                         "in line 4 is too short: joint 1 of \"arm\" would go at 60 degrees/s, and "
-                         "its greatest is 57.3. Give TIME of 1.048 s or more."),
+                         "in line 4 is too short: joint 1 of \"arm\" would move at 60 degrees/s, "
+                         "but its maximum is 57.3. Give TIME of 1.048 s or more."),
             std::string::npos)
       << fault();
   // From 20 degrees/s to 60 between the middles of 1 s each: 40 degrees/s^2.
   world(10, 0.5);
   put("bent", source(10, 70, 90));
-  EXPECT_NE(fault().find("joint 1 of \"arm\" would be accelerated at 50 degrees/s^2, and its "
-                         "greatest is 28.65"),
-            std::string::npos)
+  EXPECT_NE(
+      fault().find(
+          "joint 1 of \"arm\" would be accelerated at 50 degrees/s^2, but its maximum is 28.65"),
+      std::string::npos)
       << fault();
   // The points ask for 2 * 20 degrees/s^2 at most, the cubic from rest has 6 * 20 - 2 * 20.
   world(10, 1);
@@ -239,8 +240,8 @@ TEST_F(ProgramRun, TargetsThatJointsCannotPassInTimeAreErrorsAndExcessIsANote) {
   const RecordingPtr r = run();
   ASSERT_TRUE(r);
   EXPECT_TRUE(has_note(r,
-                       "joint 1 of \"arm\" is accelerated at 80 degrees/s^2, and its greatest "
-                       "is 57.3: so it passes targets in their TIMEs (C_PASS, line "))
+                       "joint 1 of \"arm\" is accelerated at 80 degrees/s^2, but its maximum is "
+                       "57.3: so it passes targets in their TIMEs (C_PASS, line "))
       << r->notes.back();
   // Alone it has no target to pass.
   world(1, 0.1);
@@ -530,7 +531,7 @@ TEST_F(ProgramRun, FaultsNameProgramFileLineAndColumn) {
   EXPECT_NEAR(column(run({{"duration", 5}}), "time").back(), 5, 1e-9);
   call("world.remove_program", {{"id", cell_}, {"name", "never"}});
   put("busy", "LOOP\nENDLOOP;\n");
-  EXPECT_NE(fault().find("computes without end"), std::string::npos);
+  EXPECT_NE(fault().find("loops endlessly"), std::string::npos);
   call("world.remove_program", {{"id", cell_}, {"name", "busy"}});
   put("stuck", "WAIT FOR a;\n", "SIGNAL INPUT BOOL: a AT 1;\n");
   EXPECT_NE(fault({{"unbound", "free"}}).find("can never come true"), std::string::npos);
@@ -563,10 +564,10 @@ TEST_F(ProgramRun, WaitsThatNothingEndsSayWhatTheyWaitFor) {
   for (const char* part : {"program \"stuck\", stuck.irl:15:1 waits for the semaphore turn",
                            "program \"stuck\", process side is held by STOP",
                            "program \"stuck\", process other, stuck.irl:9:3 waits for variables",
-                           "which can never come true", "Let another process RELEASE it.",
-                           "Let another process CONTINUE it.", "or give the wait a TIMEOUT."})
+                           "which can never come true", "RELEASE it in another process.",
+                           "CONTINUE it in another process.", "or give the wait a TIMEOUT."})
     EXPECT_NE(said.find(part), std::string::npos) << part << "\n" << said;
-  EXPECT_EQ(said.find("Let a task set"), std::string::npos) << said;
+  EXPECT_EQ(said.find("Make a task set"), std::string::npos) << said;
 }
 
 TEST_F(ProgramRun, ARobotsNumberThatTheProgramHasNotIsRefused) {

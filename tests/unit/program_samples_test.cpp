@@ -361,21 +361,20 @@ TEST(ProgramTrace, WhatDependsOnAnInputIsAnErrorAtItsLine) {
       "PROCEDURE d;\nBEGIN\nENDPROC;\nBEGIN\n";
   const std::string tail = "\nENDPROGRAM;\n";
   EXPECT_EQ(failed_trace(head + "IF part_here THEN i := 1; ENDIF;" + tail),
-            "p.irl:12:1: the flow depends on the input part_here, whose value is not known. Give a "
-            "value for part_here, or look at it in WAIT FOR or UNTIL only.");
+            "p.irl:12:1: the flow depends on the input part_here, which has no known value. Give a "
+            "value for part_here, or use it in WAIT FOR or UNTIL only.");
   EXPECT_NE(failed_trace(head + "WAIT FOR f();" + tail).find("p.irl:6:3: the flow depends on"),
             std::string::npos);
   EXPECT_EQ(failed_trace(
                 head + "WAIT FOR part_here TIMEOUT 1.0;\nIF R_TIMEOUT THEN i := 1; ENDIF;" + tail),
-            "p.irl:13:1: the flow depends on whether the WAIT FOR in line 12 ran out of time. Give "
+            "p.irl:13:1: the flow depends on whether the WAIT FOR in line 12 timed out. Give "
             "values for the inputs of its condition.");
   EXPECT_NE(failed_trace(head + "MOVE LIN q UNTIL part_here DO d;" + tail)
                 .find("p.irl:12:1: the flow depends on the condition of UNTIL"),
             std::string::npos);
   EXPECT_NE(failed_trace(head + "IF g THEN i := 1; ENDIF;" + tail).find("the output g"),
             std::string::npos);
-  EXPECT_NE(failed_trace(head + "READLN(i);" + tail).find("what the operator types"),
-            std::string::npos);
+  EXPECT_NE(failed_trace(head + "READLN(i);" + tail).find("operator input"), std::string::npos);
   EXPECT_NE(
       failed_trace(head + "WAIT FOR i = 1;" + tail).find("p.irl:12:1: the program waits here"),
       std::string::npos);

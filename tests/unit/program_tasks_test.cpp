@@ -73,7 +73,7 @@ TEST_F(ProgramTasks, ATaskThatRunsIsNotStartedAgainAndThatIsSaid) {
   const auto r = run();
   ASSERT_TRUE(r);
   EXPECT_EQ(rises(r, "signal.horn").size(), 1U);
-  EXPECT_TRUE(has_note(r, "t = 0.2 s: hasty does not start task \"feed\", which runs still"));
+  EXPECT_TRUE(has_note(r, "t = 0.2 s: hasty does not start task \"feed\", which is still running"));
 }
 
 TEST_F(ProgramTasks, AProgramThatRunsAloneTakesItsTasksAlong) {

@@ -109,7 +109,7 @@ TEST(RecordGraph, TrajectoriesAndTasksInACircleAreRefused) {
   EXPECT_EQ(
       refusal(d, a, run_again(b)),
       "trajectory \"a\" cannot refer to trajectory \"b\", which refers to it in turn (b > a). "
-      "Take one of these references out first.");
+      "Remove one of these references first.");
   EXPECT_EQ(refusal(d, a, run_again(c)).substr(0, 52),
             "trajectory \"a\" cannot refer to trajectory \"c\", which");
   EXPECT_EQ(refusal(d, a, run_again(a)), "trajectory \"a\" cannot refer to itself.");
@@ -117,7 +117,7 @@ TEST(RecordGraph, TrajectoriesAndTasksInACircleAreRefused) {
   const auto outer = make(d, "outer", call(inner));
   EXPECT_EQ(refusal(d, inner, call(outer)),
             "task \"inner\" cannot refer to task \"outer\", which refers to it in turn (outer > "
-            "inner). Take one of these references out first.");
+            "inner). Remove one of these references first.");
   // The callee comes before its caller, whatever their ids.
   const auto late = make(d, "late", model::Task{});
   EXPECT_EQ(refusal(d, inner, call(late)), "");

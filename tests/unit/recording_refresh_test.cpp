@@ -235,7 +235,8 @@ TEST_F(RecordingRefresh, PostsFollowEdits) {
   EXPECT_EQ(eval("#recording.watched()"), "1");
   const std::string first = bytes("LIFT.src");
   EXPECT_NE(first.find("0.08"), std::string::npos) << first;
-  run("lift:set_file{name = 'lift.irl', text = " + source("90.0") + "}; recording.watched{wait = true}");
+  run("lift:set_file{name = 'lift.irl', text = " + source("90.0") +
+      "}; recording.watched{wait = true}");
   EXPECT_EQ(eval("recording.watched()[1].state"), "current")
       << eval("recording.watched()[1].fault");
   EXPECT_NE(bytes("LIFT.src").find("0.09"), std::string::npos) << bytes("LIFT.src");
@@ -349,7 +350,8 @@ TEST_F(RecordingRefresh, ValuesOfOnesOwnMakeARecordingLikeAnyOther) {
   EXPECT_NE(refused("{name = 'a', values = {1, 'x'}}").find("entry 2"), std::string::npos)
       << refused("{name = 'a', values = {1, 'x'}}");
   EXPECT_NE(refused("{name = 'a', values = {{1, 2}, {3}}}").find("row 2"), std::string::npos);
-  EXPECT_NE(refused("{name = 'a', values = 3}").find("is no list of numbers"), std::string::npos);
+  EXPECT_NE(refused("{name = 'a', values = 3}").find("is not a list of numbers"),
+            std::string::npos);
   EXPECT_NE(refused("{name = 'a', unit = 'furlong', values = {1}}").find("furlong"),
             std::string::npos);
   EXPECT_NE(refused("{name = 'a', units = 'm', values = {1}}").find("no field \"units\""),

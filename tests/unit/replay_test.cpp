@@ -486,7 +486,8 @@ TEST_F(ReplayTest, WhatCannotBeReplayedIsTold) {
   EXPECT_NE(told(lame).find("poses"), std::string::npos);
   recording::Column other{"other", "", "", {1, 2}};
   request.columns = {&other};
-  EXPECT_NE(told(playback()).find("\"other\" has another number of samples"), std::string::npos);
+  EXPECT_NE(told(playback()).find("\"other\" has a different number of samples"),
+            std::string::npos);
   request.columns.clear();
   request.frame_rate = 1e9;
   Playback dense = playback();

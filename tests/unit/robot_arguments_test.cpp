@@ -36,29 +36,29 @@ arm = robot.get("arm"))~");
 TEST_F(RobotArguments, WhatBelongsToAnotherArgumentIsRefusedWithoutIt) {
   run(R"~(
 local zero = {0, 0, 0, 0, 0, 0}
-refused("influence is of the objective clearance, and the objective is none", arm.solve_goals, arm,
+refused("influence belongs to the objective clearance, but the objective is none", arm.solve_goals, arm,
   {goals = {{target = arm:fk{q = q}.pose}}, influence = 0.1})
 refused("and the objective is limits", arm.solve_goals, arm,
   {goals = {{target = arm:fk{q = q}.pose}}, objective = "limits", influence = 0.1})
 local cell = world.create{name = "cell"}
 cell:add_robot{robot = arm}
-refused("whose obstacles count with the objective clearance only", arm.solve_goals, arm,
+refused("but obstacles are used with the objective clearance only", arm.solve_goals, arm,
   {goals = {{target = arm:fk{q = q}.pose}}, world = "cell"})
 cell:add_trajectory{trajectory = trajectory.create{name = "way", segments = {
   {shape = "ptp", joints = {zero, q}}}}}
-refused("influence is of the objective clearance", cell.inverse_kinematics, cell,
+refused("influence belongs to the objective clearance", cell.inverse_kinematics, cell,
   {robot = "arm", trajectory = "way", influence = 0.1})
-refused("a point is on a link or at a tip", arm.point_velocity, arm, {q = q, qd = zero, link = 2, tip = "tool"})
-refused("a tip is named, and no wrench acts at it", arm.inverse_dynamics, arm, {q = q, tip = "tool"})
+refused("a point is either on a link or at a tip", arm.point_velocity, arm, {q = q, qd = zero, link = 2, tip = "tool"})
+refused("a tip is named, but no wrench acts at it", arm.inverse_dynamics, arm, {q = q, tip = "tool"})
 arm:inverse_dynamics{q = q, tip = "tool", tip_force = {1, 0, 0}}
 local function inverse(args)
   args.robot, args.trajectory = "arm", "way"
   return cell:inverse_dynamics(args)
 end
-refused("a tip is named, and no force acts at it", inverse, {tip = "tool"})
-refused("tip_columns is of a recording, and no tip_wrench is given", inverse, {tip_force = {1, 0, 0}, tip_columns = {"a"}})
+refused("a tip is named, but no force acts at it", inverse, {tip = "tool"})
+refused("tip_columns belongs to a recording, but no tip_wrench is given", inverse, {tip_force = {1, 0, 0}, tip_columns = {"a"}})
 refused("tip_over is of a recording", inverse, {tip_over = "path"})
-refused("it has 2 numbers, and three are needed", inverse, {tip_force = {1, 0}})
+refused("it has 2 numbers, but three are needed", inverse, {tip_force = {1, 0}})
 refused("there is no q1 here", inverse, {tip_force = {1, 0, "1 N * q1"}})
 refused("is neither a number nor an expression", inverse, {tip_moment = {1, 0, true}})
 refused("is not a recording", inverse, {tip_wrench = 3})
@@ -72,8 +72,8 @@ for i, t in ipairs(plain:values("time")) do
   assert(math.abs(pushed:values("wrench3")[i] + 20 * math.sin(2 * t)) < 1e-9)
 end
 refused("placed is the robot's name in a world", arm.workspace, arm, {samples = 100, placed = "arm"})
-refused("its com counts for nothing", arm.set_payload, arm, {com = {0, 0, 0.1}})
-refused("its inertia counts for nothing", arm.set_payload, arm, {mass = 0, inertia = {1, 1, 1, 0, 0, 0}})
+refused("its com has no effect", arm.set_payload, arm, {com = {0, 0, 0.1}})
+refused("its inertia has no effect", arm.set_payload, arm, {mass = 0, inertia = {1, 1, 1, 0, 0, 0}})
 arm:set_payload{mass = 2, com = {0, 0, 0.1}}
 local with = arm:mass().mass
 arm:set_payload{}                                        -- takes it off
@@ -90,11 +90,11 @@ TEST_F(RobotArguments, FieldsThatAJointHasNoUseForAreNamed) {
       "1},\n"
       "  axis = {1, 0, 0}, mass = 1}}}");
   EXPECT_EQ(said("unused_fields"),
-            "link \"ball\": its joint is spherical, for which axis counts for nothing.");
+            "link \"ball\": its joint is spherical, for which axis has no effect.");
   run("robot.get('fixed_end'):set_link{link = 'plate', joint = 'revolute', upper = 2}\n"
       "assert(robot.get('fixed_end'):joints()[2].upper == 2)");
   EXPECT_EQ(said("unused_fields"),
-            "link \"ball\": its joint is spherical, for which axis counts for nothing.");
+            "link \"ball\": its joint is spherical, for which axis has no effect.");
 }
 
 TEST_F(RobotArguments, JointValuesBeyondLimitsAndOpenLoopsAreShownAndSaid) {
@@ -224,7 +224,7 @@ TEST_F(RobotArguments, ATableOfRowsIsTypedAsOneAndReadFromAnother) {
 refused("columns", robot.create, {name = "a", links = {{0, 90, 0.3, 0}}})
 refused("3 numbers", robot.create, {name = "a", links = {{0, 90, 0.3}}, columns = {"theta", "alpha deg", "a", "d"}})
 refused("no column \"angle\"", robot.create, {name = "a", links = {{0}}, columns = {"angle"}})
-refused("there twice", robot.create, {name = "a", links = {{0, 1}}, columns = {"a", "a"}})
+refused("appears twice", robot.create, {name = "a", links = {{0, 1}}, columns = {"a", "a"}})
 refused("not a unit", robot.create, {name = "a", links = {{0}}, columns = {"a furlongs"}})
 -- PUMA 560 (Corke and Armstrong-Helouvry 1994): theta, d, a, alpha.
 local puma = robot.create{name = "table", columns = {"theta", "d", "a [mm]", "alpha (deg)"}, links = {

@@ -189,8 +189,9 @@ TEST_F(RobotMotion, AMoveIsPutInWhereThePathBeginsElsewhere) {
   const auto r = run(t);
   ASSERT_TRUE(r.ok()) << r.error().sentence();
   ASSERT_EQ((*r)->notes.size(), 1U);
-  EXPECT_EQ((*r)->notes[0],
-            "A move of the joints was put in at t = 2 s: the path does not begin where they are.");
+  EXPECT_EQ(
+      (*r)->notes[0],
+      "A joint move was inserted at t = 2 s: the path does not start at the present joint values.");
   EXPECT_NEAR((*r)->find("y")->values.back(), to.p[1], 1e-9);
 }
 
@@ -229,7 +230,7 @@ TEST_F(RobotMotion, JointSegmentsHandTheirMotionOn) {
   // Who must begin at rest says so, in joints and in space.
   auto wrong = ways(std::vector<double>(7, 0.6));
   wrong.segments[1].shape.name = "ptp";
-  EXPECT_NE(run(wrong).error().sentence().find("ptp goes from rest to rest"), std::string::npos)
+  EXPECT_NE(run(wrong).error().sentence().find("ptp moves from rest to rest"), std::string::npos)
       << run(wrong).error().sentence();
   Pose to = tip(middle);
   to.p[2] += 0.05;
@@ -257,8 +258,8 @@ TEST_F(RobotMotion, LimitsThatARobotLacksAreAssumedAndTold) {
   ASSERT_TRUE(r.ok()) << r.error().sentence();
   ASSERT_EQ((*r)->notes.size(), 1U);
   EXPECT_EQ((*r)->notes[0],
-            "The robot lacks limits: velocity of all joints and jerk of all joints. Moves of the "
-            "joints go as if it had 1 rad/s (m/s) and full acceleration after 0.25 s.");
+            "The robot lacks limits: velocity of all joints and jerk of all joints. Joint moves "
+            "use these defaults: 1 rad/s (m/s) and full acceleration after 0.25 s.");
 }
 
 // What a segment gives stands in where the robot has no limit, and is not below an assumed one.
@@ -284,7 +285,7 @@ TEST_F(RobotMotion, LimitsOfASegmentStandInForThoseThatTheRobotLacks) {
   EXPECT_NEAR(a, 20, 1e-6);
   ASSERT_EQ((*r)->notes.size(), 1U);
   EXPECT_EQ((*r)->notes[0],
-            "The robot lacks limits: jerk of all joints. Moves of the joints go as if it had full "
+            "The robot lacks limits: jerk of all joints. Joint moves use these defaults: full "
             "acceleration after 0.25 s.");
 }
 
@@ -301,7 +302,7 @@ TEST_F(RobotMotion, AWayOfJointsThatBeginsElsewhereGetsAnApproachThatIsTold) {
   ASSERT_TRUE(r.ok()) << r.error().sentence();
   ASSERT_FALSE((*r)->notes.empty());
   EXPECT_NE((*r)->notes[0].find("An approach of "), std::string::npos) << (*r)->notes[0];
-  EXPECT_NE((*r)->notes[0].find("start = \"path\" begins there"), std::string::npos);
+  EXPECT_NE((*r)->notes[0].find("start = \"path\" starts there"), std::string::npos);
   const auto* approach = (*r)->find(recording::kApproachColumn);
   ASSERT_NE(approach, nullptr);
   const auto& times = (*r)->find("time")->values;
@@ -371,9 +372,9 @@ TEST_F(RobotMotion, ASegmentToWhereTheJointsAreIsNoError) {
 TEST_F(RobotMotion, WrongInputIsToldByPlace) {
   model::Trajectory t;
   t.segments.push_back(joints({{0.1, 0.2}}));
-  EXPECT_NE(
-      run(t).error().sentence().find("segment 1: joint vector 1 has 2 values, the robot 7 joints."),
-      std::string::npos)
+  EXPECT_NE(run(t).error().sentence().find(
+                "segment 1: joint vector 1 has 2 values, but the robot has 7 joints."),
+            std::string::npos)
       << run(t).error().sentence();
   Pose far = tip(home), farther = far;
   far.p[0] += 0.05, farther.p[0] += 3;
@@ -464,7 +465,7 @@ TEST_F(TimeOptimal, LimitsAreKeptAlongACurveAndTorquesToo) {
   limit(1.5, 6, 5);
   const auto weak = fastest(t, {}, 0.01);
   ASSERT_FALSE(weak.ok());
-  EXPECT_NE(weak.error().sentence().find("to stand still"), std::string::npos)
+  EXPECT_NE(weak.error().sentence().find("to hold still"), std::string::npos)
       << weak.error().sentence();
 }
 

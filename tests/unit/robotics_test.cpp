@@ -311,7 +311,7 @@ TEST(BuildModel, FaultsNameRobotAndLink) {
   r.links[3].lower = 1, r.links[3].upper = -1;
   EXPECT_EQ(refusal(r),
             "robot \"arm\", link 4 \"link 4\": its lower limit 57.3 deg is above its upper limit "
-            "-57.3 deg. Exchange the two limits.");
+            "-57.3 deg. Swap the two limits.");
   r = puma();
   r.links[5].given->mass = -2;
   EXPECT_EQ(

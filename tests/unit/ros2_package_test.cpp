@@ -164,8 +164,7 @@ TEST_F(Ros2Package, NamesThatRosDoesNotTakeAreRefused) {
   refused("arm:export_ros2{folder = folder, samples = 0, group = 'a b'}", "group");
   refused("arm:export_ros2{folder = folder, samples = 0, email = 'nobody'}", "e-mail");
   refused("arm:export_ros2{folder = folder, samples = 0, version = '1.0'}", "version");
-  refused("arm:export_ros2{folder = folder, samples = 0, hardware = 'x'}",
-          "plugin of ros2_control");
+  refused("arm:export_ros2{folder = folder, samples = 0, hardware = 'x'}", "ros2_control plugin");
   run("odd = robot.create{name = 'odd', convention = 'dh', links = {{name = 'first link', a = 1, "
       "mass = 1}}}");
   refused("odd:export_ros2{folder = folder, samples = 0}", "first link");

@@ -108,7 +108,7 @@ TEST_F(RunCommands, WhatCannotBeRunIsSaidInASentence) {
   expect_refused("cell:start_run('swim', {})", "tasks");
   expect_refused("cell:start_run('tasks')", "no task");
   expect_refused("cell:start_run('recording', {recording = 3})", "no recording");
-  expect_refused("fall:play(0)", "does not play");
+  expect_refused("fall:play(0)", "cannot be played");
   expect_refused("fall:play('fast')", "is not a speed");
   expect_refused("fall:seek(-1)", "time");
   run("fall:stop()");

@@ -343,7 +343,7 @@ TEST_F(ServerTest, ARateIsKeptAndTheReserveFillsAgain) {
   for (int i = 0; i < 200; ++i) {
     const Map a = c.answer();
     if (is_ok(a)) ++answered;
-    else if (sentence(a).find("more than 20 requests a second") != std::string::npos) ++refused;
+    else if (sentence(a).find("more than 20 requests per second") != std::string::npos) ++refused;
   }
   EXPECT_GE(answered, 20);
   EXPECT_GT(refused, 0);

@@ -271,7 +271,7 @@ TEST_F(SessionJobs, OfTwoJobsThatEditTheSecondIsBroughtTogetherOrRefusedWithWhat
     EXPECT_EQ(r2.error().code, ErrorCode::conflict);
     EXPECT_EQ(r2.error().sentence(),
               "material \"b\" was changed by session \"test\" (slow.edit b) while slow.edit c was "
-              "at work. Nothing was changed. Run it again.");
+              "running. Nothing was changed. Run it again.");
     EXPECT_EQ(density(c), 1);
   }
   // Refused for certain: the edit comes from elsewhere while the job waits.

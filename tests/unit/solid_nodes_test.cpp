@@ -149,7 +149,7 @@ TEST_F(SolidNodes, MovesThatMakeNoTreeAreRefused) {
     return refusal("solid.move_node", {{"id", "plate"}, {"node", node}, {"parent", parent}});
   };
   EXPECT_EQ(move("cut", "holes"),
-            "solid \"plate\": node \"cut\" is the root. Move others out of it instead.");
+            "solid \"plate\": node \"cut\" is the root. Move other nodes out of it instead.");
   EXPECT_NE(move("holes", "holes").find("cannot be moved into itself"), std::string::npos);
   EXPECT_NE(move("bore", "body").find("box \"body\" cannot have children"), std::string::npos);
   call("solid.wrap", {{"id", "plate"}, {"node", "bore"}, {"kind", "union"}, {"name", "inner"}});
@@ -224,11 +224,11 @@ TEST_F(SolidNodes, ModifiersHoldOneNode) {
   EXPECT_EQ(solid().parametric.expressions.at("fillet.radius"), "r/5");
   const Map ball{{"kind", "sphere"}, {"radius", 1}};
   EXPECT_NE(refusal("solid.add_node", {{"id", "plate"}, {"parent", "fillet"}, {"node", ball}})
-                .find("works on one node"),
+                .find("takes one node"),
             std::string::npos);
-  EXPECT_NE(refusal("solid.duplicate_node", {{"id", "plate"}, {"node", "body"}})
-                .find("works on one node"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal("solid.duplicate_node", {{"id", "plate"}, {"node", "body"}}).find("takes one node"),
+      std::string::npos);
   EXPECT_NE(refusal("solid.set", {{"id", "plate"}, {"path", "fillet.select"}, {"value", "upwards"}})
                 .find("\"upwards\""),
             std::string::npos);

@@ -262,7 +262,7 @@ for i = 1, 3 do
   assert((tool[i] - arm:inverse_dynamics{q = Q[i], tip_force = f, tip_moment = m}):norm() < 1e-9)
 end
 local good, why = pcall(arm.inverse_dynamics, arm, {q = Q, tip_force = {{1, 0, 0}, {0, 1, 0}}})
-assert(not good and tostring(why):find("it has 2 rows, and there are 3 states"), tostring(why))
+assert(not good and tostring(why):find("it has 2 rows, but there are 3 states"), tostring(why))
 good, why = pcall(arm.energy, arm, {q = Q[1], tip_force = {1, 0, 0}})
 assert(not good)
 good, why = pcall(arm.dynamics_derivatives, arm, {q = Q[1], tip_force = F})
@@ -316,7 +316,7 @@ refused(function() bar:gravity_torques{q = Q} end, 'loop "pin" is open by', "row
 refused(function() bar:inertia{q = Q} end, "row 7")
 refused(function() bar:energy{q = Q[7]} end, 'loop "pin"')
 refused(function() bar:inverse_dynamics{q = Q[1], qd = {1, 0, 0}} end, "speeds pull the closed loops apart")
-refused(function() bar:dynamics_derivatives{q = Q[1]} end, "derivatives of the torques of closed loops")
+refused(function() bar:dynamics_derivatives{q = Q[1]} end, "derivatives of torques with closed loops")
 ioci.provide("robomosp.robot_code/1", "plain", {generate = function() return {} end})
 refused(function() bar:generate_code{folder = ".", parts = {"inertia"}, provider = "plain"} end, "closed loops", "plain")
 refused(function() bar:constraint_forces{q = Q[1], tau = {1, 0, 0}, qdd = {1, 0, 0}} end, "torques and accelerations"))~");
@@ -332,7 +332,7 @@ TEST_F(StateBatch, WhatIsWrongIsSaidWithItsRow) {
   says("arm:inverse_dynamics{q = linalg.zeros(4, 5)}",
        {"q: 5 columns are given", "the robot has 6 joints"});
   says("arm:inverse_dynamics{q = Q, qd = linalg.zeros(3, 6)}",
-       {"qd: 3 rows are given; q has 4", "one row a state"});
+       {"qd: 3 rows are given; q has 4", "one row per state"});
   says("arm:forward_dynamics{q = Q, tau = linalg.zeros(4, 7)}", {"tau: 7 columns are given"});
   says("arm:fk{q = {good, {1, 2, 3}}}", {"q[2]: 3 numbers are given", "6 joints"});
   says("arm:fk{q = {good, 5}}", {"q[2]: 5 is not a row of numbers"});
@@ -342,14 +342,14 @@ TEST_F(StateBatch, WhatIsWrongIsSaidWithItsRow) {
        {"q[2][2]: 1e+300 is too large to calculate with"});
   says("arm:gravity_torques{q = {{}}}", {"q[1]: 0 numbers are given"});
   says("arm:gravity_torques{q = {}}", {"q", "0 joint values are given"});
-  says("arm:energy{q = Q}", {"q: one state is taken, and a matrix of 4 is given"});
+  says("arm:energy{q = Q}", {"q: one state is expected, but a matrix of 4 is given"});
   says("arm:regressor{q = good, qd = {good, good}}", {"qd: one state is taken"});
   // Matrices without rows come from other clients only.
   const auto none = app().dispatch(
       session_, "robot.fk", Map{{"id", "arm"}, {"q", NumericArray(std::vector<double>(), 0, 6)}});
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.error().sentence(),
-            "q: a matrix without rows holds no state. Give one row a state.");
+            "q: a matrix without rows contains no state. Give one row per state.");
   std::vector<double> bad(60'000, 0.1);
   bad[6 * 8123 + 2] = kNan;
   const auto nan = app().dispatch(session_, "robot.inverse_dynamics",

@@ -707,7 +707,7 @@ TEST_F(MechanismMoves, FollowersKeepTheirLimitsAndToolsOfMechanismsAreRefused) {
     world.tasks = {{name, make(bench.document, name, model::Task{"", {s}}), "hand"}};
     return fault();
   };
-  EXPECT_NE(alone("reach", target({0, 0, 0.1}, {})).find("tasks cannot lead its tool to a pose"),
+  EXPECT_NE(alone("reach", target({0, 0, 0.1}, {})).find("tasks cannot move its tool to a pose"),
             std::string::npos);
   const std::string wide = alone("wide", joints({0.3}));
   EXPECT_NE(wide.find("task \"wide\", step 1 (move)"), std::string::npos) << wide;

@@ -265,7 +265,7 @@ TEST_F(TipLoads, BeyondTheRowsOfARecordingTheNearestActsAndANoteTells) {
   ASSERT_TRUE(r);
   EXPECT_EQ(value_in_row(r, "wrench1", r->rows() - 1), 8);
   const auto told = [&](const std::string& note) {
-    return note.find("beyond its rows the nearest one acts") != std::string::npos;
+    return note.find("outside its rows the nearest row applies") != std::string::npos;
   };
   EXPECT_TRUE(std::any_of(r->notes.begin(), r->notes.end(), told));
 }
@@ -523,7 +523,7 @@ TEST_F(TipLoads, TorquesOfAPushedMotionAreThoseThatMovedIt) {
   const std::vector<std::string> power{"power"};
   const auto none = sim::with_quantities(simulator, *moved, power, progress, along);
   ASSERT_FALSE(none.ok());
-  EXPECT_NE(none.error().sentence().find("Ask for the quantity torque"), std::string::npos)
+  EXPECT_NE(none.error().sentence().find("Request the quantity torque"), std::string::npos)
       << none.error().sentence();
   recording::Recording bad = *moved;
   for (recording::Column& c : bad.columns)
@@ -600,7 +600,7 @@ TEST_F(TipLoads, RecordedForcesStayAtTheirTip) {
   const std::vector<std::string> torque{"torque"};
   const auto unclear = sim::with_quantities(simulator, bare, torque, progress);
   ASSERT_FALSE(unclear.ok());
-  EXPECT_NE(unclear.error().sentence().find("do not name the tip"), std::string::npos)
+  EXPECT_NE(unclear.error().sentence().find("do not specify the tip"), std::string::npos)
       << unclear.error().sentence();
   TipLoad named;
   named.recorded = std::make_shared<const recording::Recording>(bare);

@@ -198,10 +198,9 @@ TEST_F(TrajectoryCommands, TellWhatCannotBeRunInOneSentence) {
             "trajectory \"way\", index: there is no segment 3. Segments are numbered 1 to 2.");
   EXPECT_EQ(refused("t:move_segment(1, 5)"),
             "trajectory \"way\", to: there is no segment 5. Segments are numbered 1 to 2.");
-  EXPECT_EQ(
-      refused("t:set_transition(1, 'none')"),
-      "trajectory \"way\", index: nothing comes before segment 1. A transition belongs to the "
-      "segment that it leads to; give 2 or more.");
+  EXPECT_EQ(refused("t:set_transition(1, 'none')"),
+            "trajectory \"way\", index: nothing comes before segment 1. A transition belongs to "
+            "the following segment; give 2 or more.");
   EXPECT_EQ(refused("t:set_transition{index = 2, kind = 'none', speed = 1}"),
             "trajectory \"way\": no transition has a distance or a speed. Leave them out, or give "
             "kind = \"smooth\".");
@@ -212,13 +211,12 @@ TEST_F(TrajectoryCommands, TellWhatCannotBeRunInOneSentence) {
   EXPECT_EQ(refused("t:set_segment(1, {law = 'trapezoidal', duration = 1})"),
             "trajectory \"way\", segment 1: a duration of 1 s is too short for the limits. The "
             "shortest is 4.1 s.");
-  EXPECT_EQ(
-      refused("t:set_segment(1, {law = 'trapezoidal', start_speed = 2})"),
-      "trajectory \"way\", segment 1: the speed at an end is 2 m/s, above the greatest of 0.1 "
-      "m/s. Lower it, or raise the speed.");
+  EXPECT_EQ(refused("t:set_segment(1, {law = 'trapezoidal', start_speed = 2})"),
+            "trajectory \"way\", segment 1: the speed at an end is 2 m/s, above the maximum of 0.1 "
+            "m/s. Lower it, or raise the speed.");
   EXPECT_EQ(
       refused("t:set_segment(1, {law = 'trapezoidal', speed = 9, start_speed = 8})"),
-      "trajectory \"way\", segment 1: to change from 8 m/s to 0 m/s takes 32 m, and the way is "
+      "trajectory \"way\", segment 1: to change from 8 m/s to 0 m/s takes 32 m, but the path is "
       "0.4 m. Raise the acceleration (and jerk), or bring the speeds at the ends together.");
   EXPECT_EQ(refused("t:set_segment(1, {sped = 1})"),
             "trajectory \"way\", segment: \"line\" has no parameter \"sped\". Did you mean "

@@ -507,7 +507,7 @@ TEST_F(WebTest, ABrowserWithoutATokenLooksAndWithOneDoesWhatThatMay) {
   EXPECT_TRUE(has(hello, R"("scripts":false)")) << hello;
   EXPECT_TRUE(has(a.call("material.list"), "\"result\""));
   EXPECT_TRUE(has(a.call("material.create", R"({"name":"a","density":1})"), "permission"));
-  EXPECT_TRUE(has(a.call("lua.eval", R"({"code":"return 1"})"), "runs no scripts"));
+  EXPECT_TRUE(has(a.call("lua.eval", R"({"code":"return 1"})"), "does not run scripts"));
   ASSERT_EQ(server_->clients().size(), 1U);
   EXPECT_EQ(server_->clients().front().protocol, "websocket");
   Peer b(where());

@@ -125,7 +125,7 @@ TEST_F(WorldLoad, NamesThatClashGoByTheUsersChoice) {
   EXPECT_EQ(load({{"file", "arm.rbt"}, {"name", "arm"}}), List{Value("arm")});
   EXPECT_EQ(
       refusal({{"file", "crate.csg"}, {"name", "arm"}, {"clash", "replace"}}),
-      "world \"cell\": member \"arm\" is of another kind and cannot be replaced. Give another "
+      "world \"cell\": member \"arm\" is of a different kind and cannot be replaced. Give another "
       "name, or clash = \"rename\".");
   // Replaced without a place given it stands where the old one stood.
   call("solid.create",
@@ -157,18 +157,18 @@ TEST_F(WorldLoad, AllThatAnotherWorldHoldsIsTakenOver) {
   EXPECT_EQ(list("world.robots").size(), 1U);
   call("world.add_signal", {{"id", "cell"}, {"name", "ready"}, {"kind", "analogue"}});
   EXPECT_EQ(refusal({{"file", "corner.wld"}}),
-            "world \"cell\": signal \"ready\" is there already and differs in kind, unit or first "
-            "value. Tasks name signals, so it is not renamed; change one of the two.");
+            "world \"cell\": signal \"ready\" already exists and differs in kind, unit or first "
+            "value. Tasks refer to signals by name, so it is not renamed; change one of the two.");
 }
 
 TEST_F(WorldLoad, WhatHasNoPlaceOrIsNotThereIsRefusedInASentence) {
   call("material.create", {{"name", "brass"}, {"density", 8500}});
   call("material.save", {{"id", "brass"}, {"file", "brass.mtr"}});
   EXPECT_EQ(refusal({{"file", "brass.mtr"}}),
-            "\"brass.mtr\" holds a material. Only what has a place can be in a world; file.load "
-            "reads materials.");
+            "\"brass.mtr\" holds a material. Only elements with a placement can be in a world; "
+            "load materials with file.load.");
   EXPECT_EQ(refusal({{"file", "crate.csg"}, {"q", List{1}}}),
-            "q: q is for a robot, and the file holds a solid. Leave it out.");
+            "q: q is for a robot, but the file contains a solid. Leave it out.");
   EXPECT_NE(refusal({{"file", "none.rbt"}}).find("none.rbt"), std::string::npos);
   EXPECT_NE(refusal({{"file", "notes.txt"}}).find(".txt cannot be imported"), std::string::npos);
   call("world.save", {{"id", "cell"}, {"file", "cell.wld"}});

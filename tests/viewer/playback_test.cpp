@@ -52,7 +52,7 @@ TEST(Playback, AnUnusableOneIsToldInASentence) {
   EXPECT_TRUE(check(p).ok());
   p.times = {2.0, 1.0};
   EXPECT_EQ(check(p).error().sentence(),
-            "time number 2 of the playback is not larger than the one before. Give finite, "
+            "time number 2 of the playback is not larger than the previous one. Give finite, "
             "strictly increasing times in seconds.");
   p = half_turn();
   p.poses.pop_back();

@@ -149,9 +149,9 @@ TEST_F(RenderCommand, WrongArgumentsAreToldBeforeAnyFileIsMade) {
   expect({{"size", List{64}}}, "two whole numbers of pixels in 16..8192");
   expect({{"size", List{64, 9000}}}, "two whole numbers of pixels in 16..8192");
   expect({{"style", "cartoon"}}, "hidden_line");
-  expect({{"eye", List{1, 2, 3}}}, "eye and target go together");
+  expect({{"eye", List{1, 2, 3}}}, "eye and target must be given together");
   expect({{"eye", List{1, 2, 3}}, {"target", List{1, 2, 3}}}, "no direction to look");
-  expect({{"section", "w"}}, "is no axis");
+  expect({{"section", "w"}}, "is not an axis");
   expect({{"section", Map{{"normal", List{0, 0, 0}}}}}, "zero");
   expect({{"section", Map{{"axis", "x"}, {"normal", List{0, 0, 1}}}}},
          "either an axis or a normal");
@@ -167,7 +167,7 @@ TEST_F(RenderCommand, WithoutARendererOneSentenceSaysSo) {
     app_->registry.remove("robomosp.renderer/2", info.name);
   EXPECT_EQ(refused({}),
             "cannot draw a picture, because no renderer is installed. Install the desktop package "
-            "of this program, which brings the plugin render_osg.");
+            "of this program, which contains the plugin render_osg.");
 }
 
 TEST_F(RenderCommand, AMarkOfMassNeedsAMassAndSaysSo) {
@@ -284,7 +284,7 @@ TEST_F(RenderCommand, ARecordingOfARobotAloneIsDrawnFilmedAndReplayed) {
   EXPECT_FALSE(fs::exists(file("c.gif")));
   run("robot.remove", {{"id", robot}});
   EXPECT_NE(fails("recording.video", {{"id", made}, {"file", file("d.gif")}})
-                .find("which is no longer there"),
+                .find("which no longer exists"),
             std::string::npos);
 }
 
@@ -313,8 +313,9 @@ TEST_F(RenderCommand, MapsStandAroundTheirRobot) {
     EXPECT_NE(done.error().sentence().find(part), std::string::npos) << done.error().sentence();
   };
   told(Map{{"recording", recording}, {"robot", "right"}}, "left");
-  told(Map{{"recording", recording}, {"cut", "w"}}, "is no axis");
-  told(Map{{"recording", recording}, {"cut", Map{{"axis", "x"}, {"offset", -9}}}}, "no voxel left");
+  told(Map{{"recording", recording}, {"cut", "w"}}, "is not an axis");
+  told(Map{{"recording", recording}, {"cut", Map{{"axis", "x"}, {"offset", -9}}}},
+       "no visible voxel");
   told(Map{{"recording", recording}, {"column", "manipulabilty"}}, "manipulability");
   told(Map{{"recording", recording}, {"low", 2}, {"high", 1}}, "low and high");
   a.set("section", "x");

@@ -162,7 +162,7 @@ Error stale(const Handle& h) {
 Error caught(std::string_view command, std::string what) {
   return error(ErrorCode::internal,
                std::string(command) + " failed unexpectedly: " + std::move(what),
-               "The document is as before. Please report this.");
+               "The document is unchanged. Please report this.");
 }
 
 /// Whether a text is among arguments, at any depth.
@@ -571,7 +571,7 @@ Result<void> Application::Call::start() {
     return error(ErrorCode::permission,
                  "what called " + spec_.name + " may have the effects " + ctx_.allowed_.text() +
                      " only, and " + spec_.name + " has " + spec_.effect.text(),
-                 "The plugin's command has to declare them.");
+                 "The plugin's command must declare them.");
   if ((spec_.effect | Effect::reads).meets(denied_))
     for (const Effect e : (spec_.effect | Effect::reads).list()) {
       if (session_.denied_to(spec_.name).has(e))
@@ -580,7 +580,7 @@ Result<void> Application::Call::start() {
         return error(ErrorCode::permission,
                      "a solver that came with a file may not run " + spec_.name + ", which " +
                          std::string(phrase(e)),
-                     "Such a solver computes, and reads the document; nothing else.");
+                     "Such a solver may only compute and read the document.");
     }
   const PermitScope permitted(&permit_);
   const bool has_edits = all_.has(Effect::edits);
@@ -661,7 +661,7 @@ Result<Value> Application::Call::compute() {
     return stale(gone.handle);
   } catch (const std::bad_alloc&) {
     return error(ErrorCode::internal, spec_.name + " ran out of memory",
-                 "The document is as before.");
+                 "The document is unchanged.");
   } catch (const std::exception& e) {
     return caught(spec_.name, e.what());
   } catch (...) {
@@ -799,7 +799,7 @@ Result<Handle> Application::run_async(Session& session, const CommandSpec& spec,
     return error(ErrorCode::conflict, "a job cannot start while a group of edits is open",
                  "Finish the group first.", spec.name);
   if (spec.own_transaction)
-    return error(ErrorCode::usage, spec.name + " works on the history and is done at once",
+    return error(ErrorCode::usage, spec.name + " works on the history and cannot be a job",
                  "Call it without a job.", spec.name);
   struct Job {
     Job(Application& app, Session& session, const CommandSpec& spec, Map given)
@@ -836,7 +836,7 @@ Result<Value> Application::update_gesture(Session& session, std::uint64_t gestur
     return error(ErrorCode::unknown_name,
                  "there is no open gesture " + std::to_string(gesture) + " of session " +
                      text::quote(session.name()),
-                 "gesture.begin opens one.");
+                 "Open one with gesture.begin.");
   const Restored<std::uint64_t> updating(session.gesture_, gesture);
   return dispatch(session, name, args);
 }
@@ -1020,7 +1020,8 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
     } else if (const HandleKinds::Entry* entry = handle_kinds.find(h.kind)) {
       if (!entry->name_of(h.number)) return stale(h);
     } else {
-      return error(ErrorCode::invalid_argument, "there is nothing of kind " + text::quote(h.kind));
+      return error(ErrorCode::invalid_argument,
+                   "there is no record of kind " + text::quote(h.kind));
     }
     return h;
   };

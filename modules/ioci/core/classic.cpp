@@ -154,7 +154,7 @@ Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& s
     };
     while (next < order.size() && is_passed(order[next])) ++next;
     if (next >= order.size())
-      return error(ErrorCode::usage, "the word " + text::quote(word) + " is one too many",
+      return error(ErrorCode::usage, "the word " + text::quote(word) + " is one argument too many",
                    "help(\"" + spec.name + "\") lists the arguments.", spec.name);
     if (const Extra* extra = order[next].extra) {
       if (extra->name == kTorqueFlag) has_torques = word == "1";
@@ -205,10 +205,10 @@ Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& s
     ++next;
   }
   if (has_torques == true && !args.find("tau"))
-    return error(ErrorCode::usage, "the torque flag is 1, and no torques are given",
-                 "Give the file of the torques behind it, or 0.", spec.name);
+    return error(ErrorCode::usage, "the torque flag is 1, but no torques are given",
+                 "Give the torque file after it, or 0.", spec.name);
   if (has_torques == false && args.find("tau"))
-    return error(ErrorCode::usage, "the torque flag is 0, and torques are given",
+    return error(ErrorCode::usage, "the torque flag is 0, but torques are given",
                  "Write 1, or leave the torques out.", spec.name);
   return out;
 }
@@ -434,7 +434,7 @@ Result<Value> Application::dispatch_classic(Session& session, std::string_view l
     return run_loaded(*spec, std::move(read));
   }
   if (words.size() == 2 && commands.find_classic(words[0], words[1]))
-    return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name it works on",
+    return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name of its record",
                  "Write " + words[0] + " <name> " + words[1] + ".");
   if (commands.unknown_classic(words[0], word(2)).message.starts_with("there is no classic") &&
       words[0].find('.') != std::string::npos)

@@ -104,7 +104,7 @@ Result<std::vector<Event>> Events::take(std::uint64_t token, std::size_t at_most
   const auto at = subscriptions_.find(token);
   if (at == subscriptions_.end())
     return error(ErrorCode::unknown_name, "there is no subscription " + std::to_string(token),
-                 "event.subscribe makes one.");
+                 "Create one with event.subscribe.");
   auto& waiting = at->second.waiting;
   const auto count = static_cast<std::ptrdiff_t>(std::min(at_most, waiting.size()));
   std::vector<Event> out(std::make_move_iterator(waiting.begin()),

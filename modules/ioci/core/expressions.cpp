@@ -139,7 +139,7 @@ Result<void> GivenExpressions::keep(document::Transaction& edits) const {
     const std::string shown = edits.now().describe(id);
     if (!model::parametric_of(record->body))
       return error(ErrorCode::unsupported,
-                   shown + " cannot hold the expression " + text::quote(found[0].second),
+                   shown + " cannot be set by the expression " + text::quote(found[0].second),
                    "Records of this kind have plain numbers.");
     RMP_TRY(edits.edit(id, [&](model::Record& r) -> Result<void> {
       auto& expressions = model::parametric_of(r.body)->expressions;
@@ -150,10 +150,10 @@ Result<void> GivenExpressions::keep(document::Transaction& edits) const {
   }
   for (const std::string& text : marks_.texts())
     if (std::find(kept.begin(), kept.end(), text) == kept.end())
-      return error(ErrorCode::unsupported,
-                   "the expression " + text::quote(text) +
-                       " is not kept: this command computes with the number",
-                   "Give the number itself, or set the numbers of the record with record.set.");
+      return error(
+          ErrorCode::unsupported,
+          "the expression " + text::quote(text) + " is not kept: this command uses the number only",
+          "Give the number itself, or set the numbers of the record with record.set.");
   return {};
 }
 
@@ -378,7 +378,7 @@ Result<model::Parameter> given_parameter(const model::Parameter* before, const s
     } else {
       if (unit && !q.fits_any && !same_kind(unit->dimension, q.dimension))
         return error(ErrorCode::invalid_argument,
-                     quote(e.text()) + " is " + units::kind_of(q.dimension) + ", and the unit is " +
+                     quote(e.text()) + " is " + units::kind_of(q.dimension) + ", but the unit is " +
                          quote(text_of(given, "unit")),
                      "Leave the unit out, or give one that fits.");
       v.unit = unit ? units::si_name(unit->dimension) : q.fits_any ? v.unit : unit_of(q);
@@ -494,7 +494,7 @@ Result<model::Parametric> read_parameters(const document::Snapshot& snapshot,
   model::Body body = std::move(s);
   auto resolved = model::resolve(body, {}, worlds);
   if (!resolved.ok()) return std::move(resolved).error().in(where);
-  return error(ErrorCode::conflict, "parameters depend on each other in a circle", {},
+  return error(ErrorCode::conflict, "parameters depend on each other in a cycle", {},
                std::string(where));
 }
 

@@ -104,7 +104,7 @@ Result<std::uint64_t> own_gesture(CommandContext& ctx, const Map& args) {
   return error(ErrorCode::unknown_name,
                "there is no open gesture " + std::to_string(wanted) + " of session " +
                    text::quote(ctx.session.name()),
-               "gesture.begin opens one.");
+               "Open one with gesture.begin.");
 }
 
 Result<Value> update_gesture(CommandContext& ctx, const Map& args) {

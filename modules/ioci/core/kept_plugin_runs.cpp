@@ -63,7 +63,7 @@ Result<void> keep_plugin_run(const std::filesystem::path& file, const PluginRun&
     return error(ErrorCode::io, "there is no home folder to keep the choice in",
                  "Set HOME or XDG_CONFIG_HOME, or leave keep out.");
   if (file.string().find('\n') != std::string::npos)
-    return error(ErrorCode::unsupported, "a file whose name has more than one line is not kept",
+    return error(ErrorCode::unsupported, "a file name with more than one line cannot be kept",
                  "Rename it.");
   auto kept = kept_plugin_runs();
   if (run.in_process) kept.erase(file);

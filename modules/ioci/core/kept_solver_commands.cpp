@@ -26,15 +26,15 @@ Result<KeptEntry> kept_one(CommandContext& ctx, const Map& args) {
     if (e.solver.interface == id && e.solver.name == name) return e;
   return error(ErrorCode::unknown_name,
                "the document keeps no solver " + text::quote(name) + " of " + text::quote(id),
-               all.empty() ? "provider.keep keeps one."
+               all.empty() ? "Keep one with provider.keep."
                            : "It keeps " + text::enumerate(names_of(all)) + ".");
 }
 
 /// Those that the arguments name: one, all of an interface, or all.
 Result<std::vector<KeptEntry>> kept_some(CommandContext& ctx, const Map& args) {
   if (has(args, "name") && !has(args, "interface"))
-    return error(ErrorCode::invalid_argument, "a name alone may mean several solvers",
-                 "Give the interface, too.", "interface");
+    return error(ErrorCode::invalid_argument, "the name is ambiguous: several solvers have it",
+                 "Give the interface too.", "interface");
   if (has(args, "name")) {
     RMP_TRY_ASSIGN(auto one, kept_one(ctx, args));
     return std::vector<KeptEntry>{std::move(one)};
@@ -49,7 +49,7 @@ Result<std::vector<KeptEntry>> kept_some(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::unknown_name,
                  "the document keeps no solvers in Lua" +
                      (id.empty() ? std::string() : " of " + text::quote(id)),
-                 "provider.keep keeps one.");
+                 "Keep one with provider.keep.");
   return all;
 }
 
@@ -80,9 +80,10 @@ Result<std::vector<AnyId>> keepers(CommandContext& ctx, const Map& args,
   for (const AnyId id : ctx.snapshot().list())
     if (model::chooses(ctx.snapshot().find(id)->body, interface, name)) out.push_back(id);
   if (!out.empty()) return out;
-  return error(ErrorCode::invalid_argument,
-               "no record chooses the solver " + text::quote(name) + ", so none would carry it",
-               "Give the record that is to keep it: with = ...", "with");
+  return error(
+      ErrorCode::invalid_argument,
+      "no record chooses the solver " + text::quote(name) + ", so no record would carry it",
+      "Give the record that should keep it: with = ...", "with");
 }
 
 Result<Value> keep(CommandContext& ctx, const Map& args) {
@@ -93,8 +94,8 @@ Result<Value> keep(CommandContext& ctx, const Map& args) {
   for (const ProviderInfo& p : ctx.app.registry.list(s.interface))
     if (p.name == s.name && !p.is_script)
       return error(ErrorCode::conflict,
-                   text::quote(s.name) + " of " + text::quote(s.interface) + " is there from " +
-                       text::quote(p.origin),
+                   text::quote(s.name) + " of " + text::quote(s.interface) +
+                       " already exists, from " + text::quote(p.origin),
                    "Give the solver another name.", "name");
   RMP_TRY_ASSIGN(const auto with, keepers(ctx, args, s.interface, s.name));
   for (const KeptEntry& e : ctx.app.kept_solvers->list()) {
@@ -104,10 +105,9 @@ Result<Value> keep(CommandContext& ctx, const Map& args) {
     for (const AnyId id : e.keepers)
       if (e.solver.text != s.text && std::find(with.begin(), with.end(), id) == with.end())
         return error(ErrorCode::conflict,
-                     ctx.snapshot().describe(id) + " keeps another text of the solver " +
+                     ctx.snapshot().describe(id) + " keeps a different text of the solver " +
                          text::quote(s.name),
-                     "Give this one another name, or let that record forget its own: "
-                     "provider.forget.",
+                     "Give this one another name, or remove the other one with provider.forget.",
                      "name");
   }
   RMP_TRY(ctx.app.kept_solvers->try_out(s));
@@ -162,10 +162,10 @@ Result<Value> trust(CommandContext& ctx, const Map& args) {
   const bool remember = flag(args, "remember");
   if (remember && (!ctx.session.may(Effect::files_write) || ctx.session.files()))
     return error(ErrorCode::permission,
-                 ctx.session.files() ? "this session writes files in its folder only, and what is "
-                                       "trusted is remembered in the user's settings"
+                 ctx.session.files() ? "this session writes files in its folder only, but trust is "
+                                       "stored in the user's settings"
                                      : "this session may not write files",
-                 "Give remember = false, and it holds for this run.", "remember");
+                 "Give remember = false to trust it for this run only.", "remember");
   List out;
   for (const KeptEntry& e : some) {
     RMP_TRY(ctx.app.kept_solvers->trust(e.solver.text, remember));
@@ -176,10 +176,10 @@ Result<Value> trust(CommandContext& ctx, const Map& args) {
 
 Result<Value> distrust(CommandContext& ctx, const Map& args) {
   if (ctx.session.files())
-    return error(ErrorCode::permission,
-                 "this session writes files in its folder only, and what is trusted is remembered "
-                 "in the user's settings",
-                 "Take the trust back in a session of the program itself.");
+    return error(
+        ErrorCode::permission,
+        "this session writes files in its folder only, but trust is stored in the user's settings",
+        "Withdraw the trust in a session of the program itself.");
   RMP_TRY_ASSIGN(const auto some, kept_some(ctx, args));
   List out;
   for (const KeptEntry& e : some) {

@@ -216,7 +216,7 @@ Result<void> KeptSolvers::trust(const std::string& text, bool remember) {
   if (remember && !is_remembered(text)) {
     const std::filesystem::path file = file_of(text);
     if (file.empty())
-      return error(ErrorCode::io, "there is no home folder to remember in what is trusted",
+      return error(ErrorCode::io, "there is no home folder to store what is trusted",
                    "Set HOME or XDG_CONFIG_HOME, or give remember = false.");
     std::error_code failed;
     std::filesystem::create_directories(file.parent_path(), failed);  // write_file says what failed
@@ -239,8 +239,8 @@ Result<void> KeptSolvers::distrust(const std::string& text) {
     if (failed)
       return error(ErrorCode::io,
                    "the file " + text::quote(file_of(text).string()) +
-                       " that remembers it cannot be removed: " + failed.message(),
-                   "Remove it yourself.");
+                       " that stores it cannot be removed: " + failed.message(),
+                   "Remove it manually.");
   }
   {
     const std::lock_guard lock(mutex_);

@@ -30,7 +30,7 @@ Result<Param> param_of(const Value& v) {
   if (const double* x = v.as_real()) return Param(*x);
   if (const std::string* s = v.as_string()) return Param(*s);
   if (const NumericArray* a = v.as_array()) return Param(a->data());
-  return error(ErrorCode::invalid_argument, v.text() + " is no value of a setting");
+  return error(ErrorCode::invalid_argument, v.text() + " is not a value of a setting");
 }
 
 const PluginSettings* settings_in(const document::Snapshot& snapshot, std::string_view module) {
@@ -116,7 +116,7 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
     return error(
         ErrorCode::unsupported,
         "the plugin " + text::quote(name) + " is not loaded, so its settings cannot be checked",
-        "They are kept as they are until it is.");
+        "They are kept unchanged until it is.");
   }
   RMP_TRY_ASSIGN(const ParamSpec* spec, setting_named(*m, setting));
   std::optional<Param> value;

@@ -60,7 +60,7 @@ Result<Effects> effects_of(const char* words) {
     std::vector<std::string> known;
     for (const Effect e : kAllEffects) known.emplace_back(to_string(e));
     return error(ErrorCode::plugin_refused,
-                 "its effect " + text::quote(word) + " is none of " + text::enumerate(known));
+                 "its effect " + text::quote(word) + " is not one of " + text::enumerate(known));
   }
   return out;
 }
@@ -123,7 +123,7 @@ class HostCall final : public ModuleCall {
                 "what called " + spec->name + " may have the effects " + allowed_.text() +
                     " only, and with these arguments " + spec->name + " has others (" +
                     beyond.text() + ")",
-                "The plugin's command has to declare them.");
+                "The plugin's command must declare them.");
     if (e.where.find(who()) != std::string::npos) return e;  // it called itself
     return std::move(e).in(who());
   }
@@ -140,7 +140,7 @@ class HostCall final : public ModuleCall {
     return error(ErrorCode::stale_handle,
                  reference.type() == ModuleValue::Type::reference
                      ? h.kind + "#" + std::to_string(h.number) + " no longer exists"
-                     : "what is not a reference has no name",
+                     : "a value that is not a reference has no name",
                  {}, who());
   }
   Result<std::shared_ptr<const RobotModel>> robot_model(const ModuleValue& robot) override {
@@ -188,7 +188,7 @@ Result<Value> run_command(const LoadedModule& m, const std::string& name, const 
     return error(
         ErrorCode::unsupported,
         name + " is a command of the plugin " + text::quote(m.name) + ", which is disabled",
-        "provider.enable(\"module\", " + text::quote(m.name) + ") brings it back.");
+        "provider.enable(\"module\", " + text::quote(m.name) + ") enables it again.");
   HostCall call(m, ctx, name, effects);
   const ModuleValue given = to_module(Value(args));
   auto made = call_module(m.name, [&] { return run(*m.module, given, call); });
@@ -239,7 +239,7 @@ Result<CommandSpec> spec_of(const LoadedModule& m, const ModuleCommand& row) {
   for (std::size_t i = 0; i < spec.params.size(); ++i)
     if (spec.params[i].name == "id" && (i != 0 || !spec.params[i].type.starts_with("ref:")))
       return error(ErrorCode::plugin_refused,
-                   "its parameter id is not the first, or no ref:<kind>");
+                   "its parameter id is not the first, or not a ref:<kind>");
   if (!spec.params.empty() && spec.params.front().name == "id" &&
       !kinds_include(std::string_view(spec.params.front().type).substr(4),
                      spec.name.substr(0, spec.name.find('.'))))
@@ -298,7 +298,7 @@ Result<LoadedModule> read_module(const ProviderInfo& info, std::shared_ptr<const
     if (!s.default_value)
       return refused("has the setting " + text::quote(s.name) + " without a default");
   }
-  if (t->runs & ~kAllRuns) return refused("wants to hear of runs that this program does not know");
+  if (t->runs & ~kAllRuns) return refused("subscribes to runs unknown to this program");
   m.runs = t->runs;
   return m;
 }
@@ -325,7 +325,7 @@ std::vector<std::string> module_faults(const Registry& registry, const ProviderI
   std::set<std::string> own;
   for (const CommandSpec& spec : commands_of(*read, faults)) {
     const CommandSpec* known = commands.find(spec.name);
-    if (!own.insert(spec.name).second) faults.push_back(skipped(spec.name, "it is there twice"));
+    if (!own.insert(spec.name).second) faults.push_back(skipped(spec.name, "it appears twice"));
     else if (known && known->plugin != info.name)
       faults.push_back(skipped(
           spec.name, known->plugin.empty()

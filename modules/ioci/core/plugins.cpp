@@ -68,27 +68,24 @@ Result<Value> list_plugins(CommandContext& ctx, const Map&) {
 /// Machine code does what it likes, wherever its file lies.
 Result<void> check_code_may_run(const CommandContext& ctx) {
   if (!ctx.session.files()) return {};
-  return error(ErrorCode::permission,
-               "a session whose files lie in a folder loads no plugins, since nothing could keep "
-               "their code to it",
-               "Load the plugin in another session, or when the program starts.");
+  return error(
+      ErrorCode::permission,
+      "a session confined to a folder cannot load plugins, since their code could not be confined",
+      "Load the plugin in another session, or when the program starts.");
 }
 
 Result<Value> load(CommandContext& ctx, const Map& args) {
   RMP_TRY(check_code_may_run(ctx));
   if (const std::string file = text_of(args, "file"); file.ends_with(".lua"))
-    return error(ErrorCode::unsupported, text::quote(file) + " is a script, and no shared library",
+    return error(ErrorCode::unsupported, text::quote(file) + " is a script, not a shared library",
                  "Run it: dofile(" + text::quote(file) +
-                     "). In a folder of plugins it is run when the program starts.",
+                     "). In a plugin folder it is run when the program starts.",
                  "file");
   if (const std::string file = text_of(args, "file"); file.ends_with(".post"))
     return error(ErrorCode::unsupported,
-                 text::quote(file) +
-                     " is a pack of templates, and no "
-                     "shared library",
+                 text::quote(file) + " is a pack of templates, not a shared library",
                  "program.add_target(" + text::quote(file) +
-                     ") adds it. In a folder of plugins it is a target whenever the program "
-                     "starts.",
+                     ") adds it. In a plugin folder it is a target whenever the program starts.",
                  "file");
   const bool keeps = text_of(args, "keep") == "user";
   const bool is_said = has(args, "run_in_process");
@@ -99,7 +96,7 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
                  "Give run_in_process = false or true.", "run_in_process");
   if (keeps && !ctx.session.may(Effect::files_write))
     return error(ErrorCode::permission, "this session may not write files",
-                 "Leave keep out, and the choice holds for this run.", "keep");
+                 "Leave keep out to apply the choice to this run only.", "keep");
   PluginRun run;
   if (is_said) {
     run.in_process = flag(args, "run_in_process");
@@ -232,10 +229,10 @@ Result<Value> provider_default(CommandContext& ctx, const Map& args) {
   }
   if (keep == "user" && (!ctx.session.may(Effect::files_write) || ctx.session.files()))
     return error(ErrorCode::permission,
-                 ctx.session.files() ? "this session writes files in its folder only, and the "
-                                       "choice is kept in the user's settings"
+                 ctx.session.files() ? "this session writes files in its folder only, but the "
+                                       "choice is stored in the user's settings"
                                      : "this session may not write files",
-                 "Leave keep out, and the choice holds for this run.", "keep");
+                 "Leave keep out to apply the choice to this run only.", "keep");
   if (keep == "user") {
     RMP_TRY(ctx.app.registry.set_user_default(id, text_of(args, "name")));
     RMP_TRY(keep_chosen_provider(id, text_of(args, "name")));

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 Error none_there() {
   return error(ErrorCode::not_found, "there is no unsaved work to restore",
-               "recovery.list lists what was found.");
+               "recovery.list lists the work found.");
 }
 
 /// The journal that `file` names; the newest one without it.
@@ -35,8 +35,7 @@ Result<fs::path> wanted(CommandContext& ctx, const Map& args) {
 Result<void> check_may_look(const CommandContext& ctx) {
   if (!ctx.session.files()) return {};
   return error(ErrorCode::permission,
-               "unsaved work of earlier runs is not in the folder that the files of this session "
-               "lie in",
+               "unsaved work of earlier runs is outside the folder of this session's files",
                "Restore it in a session of the program itself.");
 }
 

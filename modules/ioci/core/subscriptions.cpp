@@ -62,7 +62,7 @@ Result<std::uint64_t> own_subscription(CommandContext& ctx, const Map& args) {
   return error(ErrorCode::unknown_name,
                "there is no subscription " + std::to_string(token) + " of session " +
                    text::quote(ctx.session.name()),
-               "event.subscribe makes one.");
+               "Create one with event.subscribe.");
 }
 
 Result<Value> take(CommandContext& ctx, const Map& args) {

@@ -41,8 +41,8 @@ Result<void> check_new(const std::vector<ExportedFile>& files, const fs::path& f
   if (there.empty()) return {};
   return error(ErrorCode::conflict,
                text::enumerate_some(there, 4) + (there.size() == 1 ? " is" : " are") +
-                   " there already, and nothing was written",
-               "overwrite = true replaces what is there.", file.parent_path().string());
+                   " already present, and nothing was written",
+               "overwrite = true replaces existing files.", file.parent_path().string());
 }
 
 }  // namespace robomosp::ioci

@@ -50,7 +50,7 @@ Result<std::string> decoded(const Map& args) {
   if (size && *size > static_cast<std::size_t>(kMostBytes))
     return fault("there are " + std::to_string(*size) + " bytes; at most " +
                      std::to_string(kMostBytes) + " are written at once",
-                 "Write the first ones, and the others with append = true.");
+                 "Write the first bytes, then the others with append = true.");
   std::string bytes(size.value_or(0), '\0');
   if (!size || !base64::decode(*coded, bytes.data()))
     return fault("this is not base64", "Give the bytes in the standard alphabet with padding.");

@@ -50,7 +50,7 @@ Result<Value> save_all(CommandContext& ctx, const Map& args) {
   const std::filesystem::path folder = text_of(args, "folder");
   if (file_kind(folder) != FileKind::folder)
     return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
-                 "Make it first. One record is saved to a file by its own command, such as "
+                 "Create it first. One record is saved to a file by its own command, such as "
                  "robot.save.");
   const auto library =
       flag(args, "library") ? std::vector<std::filesystem::path>{} : library_folders(ctx.app);

@@ -79,7 +79,7 @@ Result<Chosen<I>> provider_for(const CommandContext& ctx, const std::string& wan
                  "plugin.list lists the plugins that were found.");
   return error(ErrorCode::invalid_argument,
                wanted.empty()
-                   ? std::string("the format of the file cannot be told from its extension")
+                   ? std::string("the format of the file cannot be determined from its extension")
                    : "files with the extension ." + wanted + " cannot be " + verb + "ed",
                "Known: " + text::enumerate(known) + ".", "file");
 }
@@ -171,7 +171,7 @@ void tell_files(CommandContext& ctx, const std::string& file, const Imported& im
 Result<CsgGeometry> merged_mesh(const CommandContext& ctx, Imported imported,
                                 const std::string& path) {
   if (imported.records.empty())
-    return error(ErrorCode::unsupported, "it holds no mesh", "Check the file.");
+    return error(ErrorCode::unsupported, "it contains no mesh", "Check the file.");
   io::MemoryFiles files;
   for (ImportedGeometry& g : imported.geometries) {
     RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)));
@@ -201,7 +201,7 @@ Result<CsgGeometry> merged_mesh(const CommandContext& ctx, Imported imported,
     if (!solid || solid->nodes.empty() || !solid->nodes[0].geometry ||
         solid->nodes[0].geometry->form != CsgGeometry::Form::mesh)
       return error(ErrorCode::unsupported, "it is not a mesh file",
-                   "Links take meshes such as STL, OBJ and COLLADA.");
+                   "Links accept meshes such as STL, OBJ and COLLADA.");
     const CsgGeometry& g = *solid->nodes[0].geometry;
     const auto first = static_cast<std::uint32_t>(out.points.size() / 3);
     for (std::size_t i = 0; i + 2 < g.points.size(); i += 3) {
@@ -289,7 +289,7 @@ Result<void> read_foreign(CommandContext& ctx, Imported& imported,
     ctx.progress.report(static_cast<double>(++done) / static_cast<double>(files.size()),
                         "reading " + std::filesystem::path(f.path).filename().string());
   });
-  if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "the import was stopped");
+  if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "the import was cancelled");
   for (std::size_t i = 0; i < imported.foreign.size(); ++i) {
     const ForeignGeometry& f = imported.foreign[i];
     const Result<CsgGeometry>& mesh = files[file_of[i]].mesh;
@@ -466,7 +466,7 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(Imported imported, read_file(ctx, args, std::move(values), importer));
   if (imported.records.empty())
     return imported.profile.loops.empty()
-               ? error(ErrorCode::unsupported, text::quote(file) + " holds nothing to import")
+               ? error(ErrorCode::unsupported, text::quote(file) + " contains nothing to import")
                : error(ErrorCode::unsupported, text::quote(file) + " is a drawing without solids",
                        "Use import_profile, and its profile in a prism or revolution.");
   std::vector<std::string> unread;
@@ -518,7 +518,7 @@ Result<Value> import_profile(CommandContext& ctx, const Map& args) {
     std::string why;
     for (const std::string& n : imported.notes) why += (why.empty() ? "" : " ") + n;
     return error(ErrorCode::unsupported,
-                 text::quote(text_of(args, "file")) + " holds no closed outline", why);
+                 text::quote(text_of(args, "file")) + " contains no closed outline", why);
   }
   report_notes(ctx, imported);
   return profile_value(imported.profile);
@@ -688,7 +688,7 @@ class Items {
     }
     if (outlines.empty())
       return error(ErrorCode::invalid_argument, "the plane cuts nothing",
-                   "Give plane= a pose whose x and y axes run through the solid.", "plane");
+                   "Give plane= a pose with x and y axes through the solid.", "plane");
     items = std::move(outlines);
     return {};
   }
@@ -865,7 +865,7 @@ Result<Pose> drawing_plane(CommandContext& ctx, const Map& args, AnyId id) {
     if (const auto pose = pose_from(*given)) return *pose;
   if (id.kind != Kind::solid && id.kind != Kind::object)
     return error(ErrorCode::invalid_argument, "plane is missing",
-                 "Give the pose of the plane to cut at, or as = \"mesh\".", "plane");
+                 "Give the pose of the cutting plane, or as = \"mesh\".", "plane");
   RMP_TRY_ASSIGN(const auto box, ctx.app.derived.bounds(ctx.snapshot(), id, ctx.progress));
   Pose plane;
   plane.p[2] = 0.5 * (box[0][2] + box[1][2]);

@@ -20,7 +20,8 @@ Result<std::map<std::string, program::SignalValue>> read_inputs(const Value* giv
   if (!given || given->is_nil()) return out;
   const Map* map = given->as_map();
   if (!map)
-    return error(ErrorCode::invalid_argument, "values is a table with the names of inputs as keys",
+    return error(ErrorCode::invalid_argument,
+                 "values must be a table with the names of inputs as keys",
                  "Give inputs = {part_here = true}.", std::string(path));
   for (const auto& [name, value] : *map) {
     program::SignalValue v;
@@ -48,7 +49,8 @@ Result<std::vector<std::vector<std::string>>> read_lines(const Value* given,
   const auto texts = [&](const Value& value) -> Result<std::vector<std::string>> {
     const List* list = value.as_list();
     if (!list)
-      return error(ErrorCode::invalid_argument, "lines are a list of texts, not " + value.text(),
+      return error(ErrorCode::invalid_argument,
+                   "lines must be a list of texts, not " + value.text(),
                    "Give lines = {\"12\", \"yes\"}.", std::string(path));
     std::vector<std::string> all;
     for (const Value& one : *list) {
@@ -72,7 +74,7 @@ Result<std::vector<std::vector<std::string>>> read_lines(const Value* given,
   if (const List* list = given->as_list(); given->as_map() || (list && list->empty())) return out;
   if (names.size() != 1)
     return error(ErrorCode::invalid_argument,
-                 "lines are for one program, and " + std::to_string(names.size()) + " run",
+                 "lines are for one program, but " + std::to_string(names.size()) + " run",
                  "Give them by name: lines = {program_name = {...}}.", std::string(path));
   RMP_TRY_ASSIGN(out.front(), texts(*given));
   return out;
@@ -89,7 +91,7 @@ Result<std::shared_ptr<const CompiledProgram>> compile_now(Application& app, con
                                                            Progress& progress) {
   const auto now = app.document.now();
   const model::Program* p = program_in(*now, AnyId{program_kind(), handle.number});
-  if (!p) return error(ErrorCode::stale_handle, "the program is not there any more");
+  if (!p) return error(ErrorCode::stale_handle, "the program no longer exists");
   RMP_TRY_ASSIGN(const ProviderInfo info, app.registry.find(Language::kInterfaceId, p->language));
   RMP_TRY_ASSIGN(const auto language, app.registry.create<Language>(info.name));
   model::ProviderChoice choice;
@@ -119,14 +121,14 @@ class Collector final : public program::Operator {
     if (text.size() + piece.size() > most_)
       return error(ErrorCode::unsupported,
                    "the program has written more than " + std::to_string(most_) + " bytes",
-                   "Let it write less, or run it with `robomosp irl`, which passes them on.");
+                   "Make it write less, or run it with `robomosp irl`, which has no such limit.");
     text += piece;
     return {};
   }
   Result<std::string> line() override {
     if (at_ < lines_.size()) return lines_[at_++];
     return error(ErrorCode::not_found,
-                 "READ asks for line " + std::to_string(at_ + 1) + ", and " +
+                 "READ needs line " + std::to_string(at_ + 1) + ", and " +
                      std::to_string(lines_.size()) + " were given",
                  "Give more lines.");
   }
@@ -137,7 +139,7 @@ class Collector final : public program::Operator {
     constexpr std::size_t kMost = 100'000;
     if (trace.size() >= kMost)
       return error(ErrorCode::unsupported,
-                   "the program has done more than " + std::to_string(kMost) + " actions",
+                   "the program has executed more than " + std::to_string(kMost) + " actions",
                    "Run it without trace, or with `robomosp irl --trace`.");
     trace.emplace_back(Map{
         {"time", now}, {"file", file}, {"line", static_cast<std::int64_t>(line)}, {"what", what}});
@@ -154,7 +156,7 @@ class Collector final : public program::Operator {
   static Error no_files(std::string_view name) {
     return error(ErrorCode::unsupported,
                  "the program opens the file " + text::quote(std::string(name)),
-                 "Run it with `robomosp irl`, where its files are those of its folder.");
+                 "Run it with `robomosp irl`, which uses the files of its folder.");
   }
   const std::vector<std::string> lines_;
   const std::size_t most_;

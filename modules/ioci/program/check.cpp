@@ -393,9 +393,10 @@ Result<void> alone(CommandContext& ctx, const Map& args, AnyId id, CheckedProgra
   // The scratch records are those that are published: what is edited here must be among them.
   for (const AnyId used : {id, ref(args, "robot")})
     if (ctx.base()->find(used) != ctx.snapshot().find(used))
-      return error(ErrorCode::unsupported,
-                   "a program without a world is not checked in the group of edits that changes it",
-                   "Give it a world (world.add_program), or end the group before.");
+      return error(
+          ErrorCode::unsupported,
+          "a program without a world cannot be checked in the group of edits that changes it",
+          "Give it a world (world.add_program), or end the group first.");
   RMP_TRY_ASSIGN(auto scratch, ctx.app.document.begin("check of a program"));
   scratch.base_on(ctx.base());
   model::World world;
@@ -628,10 +629,10 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
   } else {
     if (places.empty())
       return error(ErrorCode::invalid_argument, "no world has this program",
-                   "Give robot = one that it runs on, alone; or place it with world.add_program.",
+                   "Give robot to run it alone, or place it with world.add_program.",
                    name_in(ctx, id));
     if (has(args, "robot"))
-      return error(ErrorCode::invalid_argument, "the program has a world already",
+      return error(ErrorCode::invalid_argument, "the program already has a world",
                    "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
     RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
     out.world = place.world, out.name = place.placed->name;

@@ -581,7 +581,7 @@ Result<std::map<std::string, program::SignalValue>> input_values(const rmp_code&
     if (!symbol) {
       if (names.empty())
         return error(ErrorCode::invalid_argument,
-                     "the program has no input " + text::quote(name) + ", and none at all",
+                     "the program has no input " + text::quote(name) + ", and no others",
                      "Leave inputs out.", "inputs");
       Error e = unknown_name("input", name, names);
       e.where = "inputs";
@@ -962,20 +962,18 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
   std::vector<std::string> targets;
   for (const Value& each : *args.find("targets")->as_list()) {
     if (!each.as_string())
-      return error(ErrorCode::invalid_argument, each.text() + " is no name of a target",
+      return error(ErrorCode::invalid_argument, each.text() + " is not the name of a target",
                    "Such as targets = {\"krl\", \"rapid\"}, or names of controllers.", "targets");
     if (std::find(targets.begin(), targets.end(), *each.as_string()) != targets.end())
-      return error(ErrorCode::invalid_argument,
-                   text::quote(*each.as_string()) +
-                       " is given twice, and a target is compared "
-                       "with others",
-                   "Give each once; a controller's name beside its target's is another.",
-                   "targets");
+      return error(
+          ErrorCode::invalid_argument,
+          text::quote(*each.as_string()) + " is given twice, but a target is compared with others",
+          "Give each once; a controller's name counts as a separate target.", "targets");
     targets.push_back(*each.as_string());
   }
   if (targets.size() < 2 || targets.size() > 6)
     return error(ErrorCode::invalid_argument,
-                 std::to_string(targets.size()) + " targets are given, and 2 to 6 are compared",
+                 std::to_string(targets.size()) + " targets are given, but 2 to 6 can be compared",
                  "Such as targets = {\"krl\", \"rapid\"}.", "targets");
   const std::string file = has(args, "file") ? text_of(args, "file") : "";
   const bool is_html = file.ends_with(".html"), is_markdown = file.ends_with(".md"),
@@ -983,7 +981,7 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
   if (!file.empty() && !is_html && !is_markdown && !is_text)
     return error(ErrorCode::invalid_argument,
                  text::quote(file) + " is neither a .html, .md nor .txt file",
-                 "Give one of these endings.", "file");
+                 "Give one of these extensions.", "file");
   RMP_TRY_ASSIGN(const Comparison c, compared(ctx, args, targets));
   std::string title = ctx.snapshot().find(ref(args, "id"))->name + ":";
   for (const Side& s : c.sides) title += (&s == &c.sides.front() ? " " : ", ") + s.label;

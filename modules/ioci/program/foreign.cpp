@@ -160,8 +160,8 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
   const std::string source = as_utf8(bytes);  // read_foreign tells what it was in
   if (source.starts_with("robomosp program "))
-    return error(ErrorCode::invalid_argument, "it is a program of our own, saved by program.save",
-                 "program.load reads it.", path.filename().string());
+    return error(ErrorCode::invalid_argument, "it is a program saved by program.save",
+                 "Read it with program.load.", path.filename().string());
   const std::string file = path.filename().string();
   std::int32_t most = 0;
   std::vector<std::string> best;
@@ -179,8 +179,8 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
           makers += (makers.empty() ? "" : ", ") + std::string(f.controller);
     return error(
         ErrorCode::unsupported,
-        "a file ." + extension + " is read as a program of " + makers + ", and this one is none",
-        "language = ... names a reader that is to take it all the same.", file);
+        "a file ." + extension + " is read as a program of " + makers + ", but this is not one",
+        "language = ... selects a reader to read it anyway.", file);
   }
   if (candidates.size() == 1) return candidates[0].name;
   if (best.size() == 1) {
@@ -197,9 +197,10 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
   }
   std::string list;
   for (const std::string& b : best) list += (list.empty() ? "" : " or ") + b;
-  return error(ErrorCode::invalid_argument,
-               "its extension is of several controllers, and the text does not show which",
-               "Give language = " + list + ".", file);
+  return error(
+      ErrorCode::invalid_argument,
+      "its extension is used by several controllers, and the text does not show which one applies",
+      "Give language = " + list + ".", file);
 }
 
 Result<std::optional<std::string>> source_beside(CommandContext& ctx,
@@ -345,8 +346,9 @@ Result<Value> read(CommandContext& ctx, const Map& args) {
   const std::filesystem::path path = text_of(args, "file");
   RMP_TRY_ASSIGN(const std::string reader, reader_of(ctx, path, text_of(args, "language")));
   if (reader.empty())
-    return error(ErrorCode::unsupported, "no reader takes " + text::quote(path.filename().string()),
-                 "Files of IRL are taken by program.import; provider.list{interface = "
+    return error(ErrorCode::unsupported,
+                 "no reader accepts " + text::quote(path.filename().string()),
+                 "IRL files are read by program.import; provider.list{interface = "
                  "\"robomosp.program_reader/1\"} lists the readers.",
                  "file");
   RMP_TRY_ASSIGN(const Foreign made, read_foreign(ctx, path, reader, args));

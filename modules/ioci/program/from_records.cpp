@@ -55,8 +55,8 @@ Result<Arm> arm_of(CommandContext& ctx, const World& w, std::size_t which) {
   a.base_T_world = spatial::inverse(spatial::compose(mounting, a.model->base));
   if (const std::string why = robotics::why_not_single_joints(*a.model); !why.empty())
     return error(ErrorCode::unsupported,
-                 "robot " + quote(a.name) + ": " + why + ", which programs do not know",
-                 "Take another robot.");
+                 "robot " + quote(a.name) + ": " + why + ", which programs do not support",
+                 "Use another robot.");
   return a;
 }
 
@@ -187,8 +187,8 @@ class Motions {
   Result<void> write(const model::Trajectory& t, const Pose& base_T, int depth = 0) {
     constexpr int kDeepest = 60;
     if (depth > kDeepest)
-      return error(ErrorCode::conflict, "its stored trajectories run each other",
-                   "Take one of them out.");
+      return error(ErrorCode::conflict, "its stored trajectories refer to each other",
+                   "Remove one of them.");
     for (std::size_t i = 0; i < t.segments.size(); ++i) {
       const auto done = segment(t.segments[i], base_T, depth);
       if (!done.ok()) return Error(done.error()).in("segment " + std::to_string(i + 1));
@@ -208,8 +208,8 @@ class Motions {
       line += " C_CP := " + irl_real(kMm * next->distance);
     } else if (next && next->is_smooth) {
       source_.note(
-          "Where segments do not meet, the program stops: transitions of the trajectory without a "
-          "distance have no word in the language.");
+          "Where segments do not meet, the program stops: transitions without a distance have no "
+          "counterpart in the language.");
     }
     source_.body.add(line + ";");
   }
@@ -234,13 +234,13 @@ class Motions {
                (law.empty() || law == "constant_speed")) {
       attributes = " SPEED := " + irl_real(kMm * *speed);
       source_.note(
-          "Segments at constant speed come to it from rest in the program, which takes longer, "
-          "except where they pass on to each other.");
+          "Segments at constant speed start and end at rest in the program, which takes longer, "
+          "except where they are blended.");
     } else {
       attributes = " TIME := " + irl_real(duration);
       if (!law.empty() && law != "trapezoidal")
         source_.note("Segments of the law " + quote(law) +
-                     " keep their time, and go by a trapezoid in it.");
+                     " keep their duration, with a trapezoidal profile.");
     }
     std::vector<PathSample> at(1);
     const double begin = 0;
@@ -281,7 +281,7 @@ class Motions {
       attributes = " SPEED_PTP := " + irl_real(kPercent * *share);
     if (s.shape.name != "ptp")
       source_.note("Segments of the shape " + quote(s.shape.name) +
-                   " are joint motions from one of their places to the next.");
+                   " are joint motions from one of their points to the next.");
     std::vector<std::string> places;
     for (const auto& q : s.joints) {
       RMP_TRY_ASSIGN(std::string to, source_.joints(q));
@@ -498,8 +498,8 @@ class TaskWriter {
     if (names_robot && who != source_.arm().name)
       return error(ErrorCode::unsupported,
                    who.empty() ? "it names no robot"
-                               : "it is one of robot " + quote(who) + ", but the program is for " +
-                                     quote(source_.arm().name),
+                               : "it is a task of robot " + quote(who) +
+                                     ", but the program is for " + quote(source_.arm().name),
                    "A program is for one robot; make a task for each.");
     switch (s.kind) {
       case StepKind::move: RMP_TRY(move(s, out)); break;
@@ -507,12 +507,12 @@ class TaskWriter {
         has_led_ = has_led_ || !s.tcp.empty();
         if (!s.tcp.empty())
           source_.note("The tool centre point " + quote(s.tcp) + " of " + quote(s.object) +
-                       " leads moves of the task; the program keeps the robot's tool.");
+                       " is moved by the task; the program uses the robot's tool.");
         if (s.reach > 0)
           source_.note("The grip of " + quote(s.object) + " reaches " +
                        text::print_rounded(s.reach * 1000) +
-                       " mm in the task; program.bind{kind = \"grip\", reach = ...} gives the "
-                       "program's grip the same.");
+                       " mm in the task; program.bind{kind = \"grip\", reach = ...} sets the same "
+                       "for the program's grip.");
         grip(out, true, s.object);
         break;
       case StepKind::detach: grip(out, false, s.object); break;
@@ -520,7 +520,7 @@ class TaskWriter {
         const auto own = signals_.find(s.signal);
         if (own == signals_.end())
           return error(ErrorCode::unknown_name, "the world has no signal " + quote(s.signal),
-                       "world.add_signal adds one.");
+                       "Add one with world.add_signal.");
         used_.insert(s.signal), written_.insert(s.signal);
         RMP_TRY_ASSIGN(const Expression e, Expression::compile(s.expression));
         if (own->second.is_bool && e.is_literal()) {
@@ -534,7 +534,7 @@ class TaskWriter {
         if (own->second.is_bool)
           return error(ErrorCode::unsupported,
                        "the digital signal " + quote(s.signal) +
-                           " is set to a number that is computed, and a program has it as a BOOL",
+                           " is set to a computed number, but in a program it is a BOOL",
                        "Use two steps in an if.");
         RMP_TRY_ASSIGN(const std::string value, expression(s.expression));
         out.add(own->second.name + " := " + value + ";");
@@ -629,7 +629,7 @@ class TaskWriter {
     if (!has_gripper_) {
       gripper_ = source_.names.name("gripper", "gripper");
       has_gripper_ = true;
-      source_.note("Objects are taken and let go by the output " + gripper_ + ".");
+      source_.note("Objects are grasped and released with the output " + gripper_ + ".");
     }
     out.add(gripper_ + " := " + (takes ? "TRUE; " : "FALSE; ") +
             irl_comment((takes ? "takes " : "lets go ") + object));
@@ -713,8 +713,8 @@ class TaskWriter {
           stand.q && is_known ? rehearsal_.from(*stand.q, s) : std::optional<Rehearsal::Went>{};
       std::string own = attributes;
       if (is_other && s.duration > 0) {
-        source_.note("Motions of the joints by the profile " + profile +
-                     " keep their time in the program, and go by a trapezoid in it.");
+        source_.note("Joint motions with the profile " + profile +
+                     " keep their duration in the program, with a trapezoidal profile.");
       } else if (is_other) {
         TaskStep plain = s;
         plain.profile = "trapezoidal";
@@ -722,15 +722,13 @@ class TaskWriter {
         constexpr double kSame = 1e-9;  // [s]
         if (went && least && went->time >= least->time - kSame) {
           if (went->time > kSame) own = " TIME := " + irl_real(went->time);
-          source_.note("Motions of the joints by the profile " + profile +
-                       " keep their time in the program, and go by a trapezoid in it.");
+          source_.note("Joint motions with the profile " + profile +
+                       " keep their duration in the program, with a trapezoidal profile.");
         } else {
-          source_.note(
-              "Motions of the joints by the profile " + profile +
-              " are trapezoidal in the program, and take another time" +
-              (went ? ""
-                    : " where it is not known from where they go; a step with a time keeps it") +
-              ".");
+          source_.note("Joint motions with the profile " + profile +
+                       " are trapezoidal in the program and take a different time" +
+                       (went ? "" : " if their start is unknown; a step with a time keeps it") +
+                       ".");
         }
       }
       lines.push_back(motion + own + ";" + behind);
@@ -759,7 +757,7 @@ class TaskWriter {
   Result<void> move(const TaskStep& s, IrlLines& out) {
     if (!s.link.empty())
       return error(ErrorCode::unsupported,
-                   quote(s.link) + " goes to the target, and a program moves the robot's tool",
+                   quote(s.link) + " goes to the target, but a program moves the robot's tool",
                    "Make it the robot's tool, or leave the step's tool out.");
     if (s.trajectory) {
       Pose base_T = source_.arm().base_T_world;
@@ -824,7 +822,7 @@ class TaskWriter {
         return model::pose(o.placement);
       }
     return error(ErrorCode::unknown_name, "the world has no frame or object " + quote(name),
-                 "world.add_frame adds one.");
+                 "Add one with world.add_frame.");
   }
 
   CommandContext& ctx_;
@@ -856,7 +854,7 @@ Result<Value> from_task(CommandContext& ctx, const Map& args) {
       robot = task->steps[i].robot;
     if (robot.empty())
       return error(ErrorCode::invalid_argument, "no step names a robot",
-                   "Give the task one in the world.", where + ", task " + quote(placed.name));
+                   "Give the task a robot in the world.", where + ", task " + quote(placed.name));
   }
   RMP_TRY_ASSIGN(const std::size_t arm_at,
                  find_robot(ctx, typed<World>(args, "world"), Value(robot), where));
@@ -927,12 +925,12 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
   const World* w = ctx.snapshot().get(r->world);
   if (!w)
     return error(ErrorCode::stale_handle, "the world of the recording no longer exists",
-                 "Take a recording of a world that is open.", "recording");
+                 "Use a recording of an open world.", "recording");
   const std::string where = name_in(ctx, AnyId(r->world));
   std::string name = has(args, "robot") ? text_of(args, "robot") : r->robot;
   if (name.empty() && w->robots.size() == 1) name = w->robots[0].name;
   if (name.empty())
-    return error(ErrorCode::invalid_argument, "the recording is of several robots",
+    return error(ErrorCode::invalid_argument, "the recording contains several robots",
                  "Name it: robot = ...", "robot");
   RMP_TRY_ASSIGN(const std::size_t arm_at, find_robot(ctx, r->world, Value(name), where));
   RMP_TRY_ASSIGN(const Arm arm, arm_of(ctx, *w, arm_at));
@@ -946,7 +944,7 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
   }
   if (!time || time->values.empty() || q.size() != arm.model->joints.size())
     return error(ErrorCode::invalid_argument,
-                 "the recording has not all joints of robot " + quote(name) + " over the time",
+                 "the recording lacks joints of robot " + quote(name) + " over the time",
                  "Simulate it again, or name another robot.", "recording");
   for (std::size_t i = 0; i < time->values.size(); ++i)
     for (const recording::Column* c : q)
@@ -954,14 +952,13 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
         return error(
             ErrorCode::invalid_argument,
             "row " + std::to_string(i + 1) + " of the recording has no number in " + quote(c->name),
-            "Take a recording without gaps.", "recording");
+            "Use a recording without gaps.", "recording");
   for (std::size_t i = 1; i < time->values.size(); ++i)
     if (!(time->values[i] > time->values[i - 1]))
-      return error(ErrorCode::invalid_argument,
-                   "row " + std::to_string(i + 1) +
-                       " of the recording is not later than the one "
-                       "before it",
-                   "Take a recording whose time rises.", "recording");
+      return error(
+          ErrorCode::invalid_argument,
+          "row " + std::to_string(i + 1) + " of the recording is not later than the previous one",
+          "Use a recording with increasing times.", "recording");
   Source source(arm);
   source.body.in();
   const std::vector<std::size_t> rows = kept_rows(q, time->values, real(args, "tolerance"));
@@ -977,7 +974,7 @@ Result<Value> from_recording(CommandContext& ctx, const Map& args) {
     source.body.add(line + ";");
   }
   source.note(std::to_string(rows.size()) + " of " + std::to_string(time->values.size()) +
-              " rows are kept, and passed without a stop; the joints stay within " +
+              " rows are kept and passed without a stop; the joints stay within " +
               irl_real(kDegreesPerRadian * real(args, "tolerance")) + " degrees (" +
               irl_real(kMm * real(args, "tolerance")) + " mm of sliding joints) of the others.");
   const std::string title = r->title.empty() ? "recording" : r->title;

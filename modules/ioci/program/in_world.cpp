@@ -92,7 +92,7 @@ Result<void> read_expressions(const Map& args, const char* name, const char* uni
   if (all.size() != out.size())
     return error(
         ErrorCode::invalid_argument,
-        std::string(name) + " has three numbers or expressions, and this is " + given.text(),
+        std::string(name) + " must be three numbers or expressions, but this is " + given.text(),
         "Such as {0, 0, \"height + 50 mm\"}.", name);
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (const std::string* text = all[i].as_string()) {
@@ -147,8 +147,9 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
   RMP_TRY(only("to", b.kind != BindingKind::free));
   if (has(args, "robot")) {
     if (b.kind != BindingKind::grip && b.kind != BindingKind::point)
-      return error(ErrorCode::invalid_argument, "only a grip and a point have a robot besides",
-                   "Give the robot as to.", "robot");
+      return error(ErrorCode::invalid_argument,
+                   "only a grip and a point can have an additional robot", "Give the robot as to.",
+                   "robot");
     b.joint = text_of(args, "robot");
   }
   RMP_TRY(only("at", b.kind == BindingKind::point));
@@ -246,7 +247,7 @@ Result<Value> run_program(CommandContext& ctx, const Map& args) {
         "Give robot = ... to run it alone in a new world, or place it with world.add_program.",
         name_in(ctx, id));
   } else if (has(args, "robot")) {
-    return error(ErrorCode::invalid_argument, "the program has a world already",
+    return error(ErrorCode::invalid_argument, "the program already has a world",
                  "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
   }
   RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
@@ -341,9 +342,9 @@ Result<ProgramPlace> place_of(CommandContext& ctx, const Map& args) {
   const std::string where = name_in(ctx, id);
   if (known.empty())
     return error(ErrorCode::not_found, "no world has this program",
-                 "world.add_program gives one it.", where);
+                 "Add it to one with world.add_program.", where);
   if (fit.empty())
-    return error(ErrorCode::not_found, "the program has no such place in a world",
+    return error(ErrorCode::not_found, "the program has no such placement in a world",
                  "It is there as " + text::enumerate(known) + ".", where);
   return error(ErrorCode::invalid_argument,
                "the program is in worlds " + std::to_string(fit.size()) + " times",
@@ -357,8 +358,8 @@ Result<std::vector<program::Preset>> read_presets(const Value* given, std::strin
   const Map* map = given->as_map();
   if (!map)
     return error(ErrorCode::invalid_argument,
-                 "values is a table with the names of variables as keys", "Give values = {n = 3}.",
-                 std::string(path));
+                 "values must be a table with the names of variables as keys",
+                 "Give values = {n = 3}.", std::string(path));
   for (const auto& [name, value] : *map) {
     std::string text;
     if (const bool* b = value.as_bool()) text = *b ? "TRUE" : "FALSE";
@@ -405,7 +406,7 @@ Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto values, read_presets(args.find("values"), "values"));
   if (!values.empty() && programs.size() != 1)
     return error(ErrorCode::invalid_argument,
-                 "values are for one program, and " + std::to_string(programs.size()) + " run",
+                 "values are for one program, but " + std::to_string(programs.size()) + " run",
                  "Name the one with program = ...", "values");
   std::vector<std::string> names;
   for (const ProgramPlace& p : programs) names.push_back(p.placed->name);

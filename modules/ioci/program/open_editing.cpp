@@ -206,7 +206,7 @@ class ByTables final : public EditedProgram {
   [[nodiscard]] Error lacks(const std::string& what) const {
     return error(
         ErrorCode::unsupported, "the language " + text::quote(name_) + " gives editors no " + what,
-        "Its provider has not the extension " + std::string(LanguageEditing::kExtensionId) + ".");
+        "Its provider lacks the extension " + std::string(LanguageEditing::kExtensionId) + ".");
   }
   [[nodiscard]] std::optional<SourceRange> range(const Tables& t, const rmp_span& s) const {
     if (s.file >= t.files.size() || t.files[s.file] == RMP_NONE) return std::nullopt;

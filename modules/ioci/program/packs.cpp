@@ -24,12 +24,11 @@ Result<std::string> read_plain(const fs::path& file, std::uint64_t most) {
   std::error_code failed;
   const auto size = fs::file_size(file, failed);
   if (failed)
-    return error(ErrorCode::io, "it is no file that can be read",
-                 "Check its name and permissions.");
+    return error(ErrorCode::io, "it is not a readable file", "Check its name and permissions.");
   if (size > most)
     return error(ErrorCode::unsupported,
                  "it is larger than " + std::to_string(most >> 20U) + " MiB",
-                 "A pack is a template a construct; programs do not belong into it.");
+                 "A pack contains one template per construct; programs do not belong in it.");
   std::ifstream in(file, std::ios::binary);
   std::string all{std::istreambuf_iterator<char>(in), {}};
   if (!in.good() && !in.eof())
@@ -110,8 +109,8 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
         refuse(file, std::string("it is a folder without a file ") + kPackFile + ".");
       else if (is_called_so)
         refuse(file, fs::is_symlink(file, none) && is != fs::file_type::fifo
-                         ? "it leads to nothing that can be read."
-                         : "it is no file.");
+                         ? "it does not lead to a readable file."
+                         : "it is not a file.");
     }
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files) {

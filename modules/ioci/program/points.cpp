@@ -60,9 +60,8 @@ class Binder {
       default:
         return error(ErrorCode::invalid_argument,
                      quote(variable->name) +
-                         " is no place: points are POSE, ROBTARGET, POSITION "
-                         "or ORIENTATION",
-                     "Declare it so, or bind a number with kind = \"value\".");
+                         " is not a point: points are POSE, ROBTARGET, POSITION or ORIENTATION",
+                     "Declare it as one of these, or bind a number with kind = \"value\".");
     }
     return out;
   }
@@ -95,10 +94,10 @@ class Binder {
       if (o.name != name) continue;
       for (const model::Attachment& held : world_.attachments)
         if (held.object == name)
-          return error(
-              ErrorCode::unsupported,
-              quote(name) + " is held by robot " + quote(held.robot) + ", and has no fixed place",
-              "Bind the point to an object or frame at rest.");
+          return error(ErrorCode::unsupported,
+                       quote(name) + " is held by robot " + quote(held.robot) +
+                           ", and has no fixed placement",
+                       "Bind the point to an object or frame at rest.");
       return Place{model::pose(o.placement), &ctx_.snapshot().find(o.what)->body, {}, o.what};
     }
     for (const model::PlacedFrame& f : world_.frames)
@@ -178,7 +177,7 @@ class Binder {
     if (robot.empty())
       return error(
           ErrorCode::invalid_argument,
-          "the point is of no robot: the world has " + std::to_string(world_.robots.size()),
+          "the point belongs to no robot: the world has " + std::to_string(world_.robots.size()),
           "Give the binding robot = one of them.");
     std::vector<std::string> known;
     for (const model::PlacedRobot& r : world_.robots) {
@@ -208,13 +207,13 @@ class Binder {
                          std::pow(180 / std::numbers::pi, found->dimension[kAngle]);
     if (!std::isfinite(value))
       return error(ErrorCode::invalid_argument,
-                   quote(b.expression) + " is beyond the numbers of the language", {},
+                   quote(b.expression) + " is outside the range of numbers of the language", {},
                    "expression");
     if (variable.type == RMP_TYPE_REAL) return irl_real(value);
     if (variable.type != RMP_TYPE_INT)
       return error(ErrorCode::invalid_argument,
-                   quote(variable.name) + " is no number: values are for REAL and INT",
-                   "A place is bound with kind = \"point\".");
+                   quote(variable.name) + " is not a number: values are for REAL and INT",
+                   "Bind a placement with kind = \"point\".");
     constexpr double kMost = 2147483647.0;
     const double whole = std::round(value);
     if (std::fabs(value - whole) > 1e-9 * std::max(1.0, std::fabs(value)) ||

@@ -135,7 +135,7 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   for (const auto& r : points.remarks) out.fault(r.severity, r.span, r.message, r.hint);
   for (const std::string& message : asked.contradictions)
     out.fault(RMP_FAULT_WARNING, row<rmp_code_routine>(code.routines, 0).span, message,
-              "Take sign, offset and joint out of the profile's axis, or correct the robot's axes "
+              "Remove sign, offset and joint from the profile's axis, or correct the robot's axes "
               "(robot.set_axes).");
   PostTask task;
   task.code = &legal.tables->code();
@@ -571,7 +571,8 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
           ErrorCode::unsupported,
           "a run finds " + std::to_string(run_errors) + (run_errors == 1 ? " error" : " errors") +
               ", and nothing is written; the first: " + *first.find("text")->as_string(),
-          "program.check_run lists them; without run_check the program is posted as it is.", where);
+          "program.check_run lists them; without run_check the program is posted unchecked.",
+          where);
     }
   }
   std::optional<RunBeside> beside;
@@ -594,14 +595,14 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
   }
   List files;
   if (flag(args, "watch") && (flag(args, "check") || !has(args, "folder")))
-    return error(ErrorCode::invalid_argument, "nothing is written that could be kept up to date",
+    return error(ErrorCode::invalid_argument, "no files are written that could be kept up to date",
                  "Give a folder for the files, and leave check out.", "watch");
   if (errors == 0) {
     const bool is_written = has(args, "folder") && !flag(args, "check");
     const std::filesystem::path folder = text_of(args, "folder");
     if (is_written && file_kind(folder) != FileKind::folder)
       return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
-                   "Make it first.", "folder");
+                   "Create it first.", "folder");
     for (const auto& [name, bytes] : out.files) {
       if (!is_written) {
         files.emplace_back(Map{{"name", name}, {"text", bytes}});

@@ -107,9 +107,10 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
     if (lead && (lead->record != found->record ||
                  !post::same_place(lead->base_T_frame, found->base_T_frame) ||
                  !post::same_place(lead->flange_T_tool, found->flange_T_tool)))
-      return error(ErrorCode::invalid_argument,
-                   "the program has other robots, frames or tools as " + of + " and as " + there,
-                   "Give world or name_there.", name_in(ctx, id));
+      return error(
+          ErrorCode::invalid_argument,
+          "the program has different robots, frames or tools as " + of + " and as " + there,
+          "Give world or name_there.", name_in(ctx, id));
     if (lead) continue;
     lead = std::move(*found);
     of = there;

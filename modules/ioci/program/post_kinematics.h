@@ -70,7 +70,7 @@ class HostKinematics final : public PostKinematics {
   Result<void> check(std::span<const double> q) const {
     if (q.size() == model_->coordinate_count()) return {};
     return error(ErrorCode::invalid_argument, "the target has " + std::to_string(q.size()) +
-                                                  " joints, and the robot " +
+                                                  " joints, but the robot " +
                                                   std::to_string(model_->coordinate_count()));
   }
   std::shared_ptr<const RobotModel> model_;

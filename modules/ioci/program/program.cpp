@@ -35,8 +35,8 @@ Result<void> check_file_name(const std::string& name) {
   if (!name.empty() && name.find_first_of("/\\") == std::string::npos && name != "." &&
       name != "..")
     return {};
-  return error(ErrorCode::invalid_argument, text::quote(name) + " is no name of a file",
-               "Names of a program's files have no folders, such as \"cell.ssi\".", "name");
+  return error(ErrorCode::invalid_argument, text::quote(name) + " is not the name of a file",
+               "File names of a program have no folders, such as \"cell.ssi\".", "name");
 }
 std::vector<std::string> file_names(const Program& p) {
   std::vector<std::string> out;
@@ -57,9 +57,9 @@ Result<std::vector<BoundValue>> values_of(CommandContext& ctx,
       first = x, out = std::move(values);
     } else if (values != out) {
       return error(ErrorCode::invalid_argument,
-                   "the points of the program are others as " + describe(ctx.snapshot(), *first) +
+                   "the points of the program differ as " + describe(ctx.snapshot(), *first) +
                        " and as " + describe(ctx.snapshot(), x),
-                   "Give world or name_there, or take the program out of all places but one.");
+                   "Give world or name_there, or remove the program from all placements but one.");
     }
   }
   return out;
@@ -70,7 +70,7 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlac
   const Program& p = program_of(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   if (p.files.empty())
-    return error(ErrorCode::invalid_argument, "it has no source", "Give it one: program.set_file.",
+    return error(ErrorCode::invalid_argument, "it has no source", "Set it with program.set_file.",
                  where);
   RMP_TRY_ASSIGN(const ProviderInfo info,
                  ctx.app.registry.find(Language::kInterfaceId, p.language));
@@ -103,7 +103,7 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlac
     return error(ErrorCode::unsupported,
                  "the language " + text::quote(info.name) +
                      " does not support values from outside the program",
-                 "Take the bindings of points and values away: program.unbind.", where);
+                 "Remove the bindings of points and values: program.unbind.", where);
   std::vector<GivenValue> values;
   for (const BoundValue& v : *found) values.push_back({v.name, v.field, v.text, {}});
   task.values = values;
@@ -302,7 +302,7 @@ Result<Value> export_files(CommandContext& ctx, const Map& args) {
   const Program& p = program_of(ctx, args);
   if (file_kind(folder) != FileKind::folder)
     return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
-                 "Make it first.", "folder");
+                 "Create it first.", "folder");
   for (const ProgramFile& f : p.files) {
     // Names come from files, too.
     RMP_TRY(check_file_name(f.name));
@@ -339,7 +339,7 @@ Result<Value> remove_file(CommandContext& ctx, const Map& args) {
     if (!f) return unknown_name("file", name, file_names(p));
     if (f == p.files.data())
       return error(ErrorCode::conflict, text::quote(name) + " is the program itself",
-                   "program.set_file gives it another text.", "name");
+                   "Change its text with program.set_file.", "name");
     p.files.erase(p.files.begin() + (f - p.files.data()));
     return {};
   }));

@@ -49,7 +49,7 @@ struct Editing {
 Result<Editing> open(CommandContext& ctx, const Map& args) {
   const Program& p = program_of(ctx, args);
   if (p.files.empty())
-    return error(ErrorCode::invalid_argument, "it has no source", "Give it one: program.set_file.",
+    return error(ErrorCode::invalid_argument, "it has no source", "Set it with program.set_file.",
                  name_in(ctx, ref(args, "id")));
   RMP_TRY_ASSIGN(const ProviderInfo info,
                  ctx.app.registry.find(Language::kInterfaceId, p.language));
@@ -89,7 +89,7 @@ Result<std::uint32_t> place_of(const Editing& e, std::uint32_t file, const Map& 
     const std::size_t end = all.find('\n', begin);
     if (end == std::string::npos)
       return error(ErrorCode::invalid_argument,
-                   e.names[file] + " has " + std::to_string(n) + " lines, and no line " +
+                   e.names[file] + " has " + std::to_string(n) + " lines, but no line " +
                        std::to_string(line),
                    {}, "line");
     begin = end + 1;
@@ -98,7 +98,7 @@ Result<std::uint32_t> place_of(const Editing& e, std::uint32_t file, const Map& 
   if (static_cast<std::uint64_t>(column) > end - begin + 1)
     return error(ErrorCode::invalid_argument,
                  "line " + std::to_string(line) + " of " + e.names[file] + " has " +
-                     std::to_string(end - begin) + " bytes, and no column " +
+                     std::to_string(end - begin) + " bytes, but no column " +
                      std::to_string(column),
                  {}, "column");
   return static_cast<std::uint32_t>(begin + static_cast<std::size_t>(column) - 1);

@@ -561,7 +561,7 @@ Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
     most = sure, best = std::move(reader), of = info;
   }
   if (!best) {
-    out.not_read = "no reader takes ." + extension;
+    out.not_read = "no reader accepts ." + extension;
     return out;
   }
   RMP_TRY_ASSIGN(const auto params,

@@ -30,11 +30,11 @@ Result<SourceBytes> source_of_bytes(std::string_view bytes) {
         "line " + std::to_string(line_of(bytes, bad)) +
         " is no UTF-8, so that the file was read as ISO 8859-1 (Latin-1); it is kept in UTF-8";
   if (const std::size_t zero = out.text.find('\0'); zero != std::string::npos)
-    return error(
-        ErrorCode::invalid_argument,
-        "line " + std::to_string(line_of(out.text, zero)) + " has a zero byte, and no text has one",
-        "A program is a file of text. If this is one in UTF-16, save it in UTF-8, or with "
-        "its byte order mark.");
+    return error(ErrorCode::invalid_argument,
+                 "line " + std::to_string(line_of(out.text, zero)) +
+                     " has a zero byte, which is not allowed in a text",
+                 "A program must be a text file. If this one is in UTF-16, save it as UTF-8, or "
+                 "with a byte order mark.");
   return out;
 }
 

@@ -112,14 +112,15 @@ class Translation {
  private:
   Error unlike_truth(const std::string& name) const {
     return error(ErrorCode::unsupported,
-                 "the digital signal " + text::quote(name) + " is more than compared with 0 or 1",
-                 "A program has it as a BOOL; write " + name + " == 1.");
+                 "the digital signal " + text::quote(name) +
+                     " is used other than in a comparison with 0 or 1",
+                 "In a program it is a BOOL; write " + name + " == 1.");
   }
   Error no_word(const std::string& what) const {
     return error(ErrorCode::unsupported,
-                 "the language has no word for " + text::quote(what) + " in " +
+                 "the language has no counterpart of " + text::quote(what) + " in " +
                      text::quote(std::string(text_)),
-                 "Programs know signals, numbers and sqrt, abs of them.");
+                 "Programs support signals, numbers and their sqrt and abs.");
   }
   void put(const std::string& token) {
     if (!out_.empty() && out_.back() != '(' && token != ")" && token != ",") out_ += ' ';

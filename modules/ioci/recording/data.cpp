@@ -57,7 +57,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
     for (std::size_t i = 1; i < time->values.size(); ++i)
       if (!(time->values[i] > time->values[i - 1]))
         return error(ErrorCode::invalid_argument,
-                     "the time does not rise from row " + std::to_string(i) + " to row " +
+                     "the time does not increase from row " + std::to_string(i) + " to row " +
                          std::to_string(i + 1),
                      "Sort the rows by time, or give the column another name.", "columns");
   RMP_TRY(give_robot(ctx, args, r));
@@ -85,7 +85,7 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     r.title = file.stem().string();
     RMP_TRY(give_robot(ctx, args, r));
   } else if (has(args, "robot") || has(args, "world")) {
-    return error(ErrorCode::invalid_argument, "a *.rec names its robot itself",
+    return error(ErrorCode::invalid_argument, "a *.rec contains its robot's name",
                  "Leave world and robot out.", "robot");
   } else {
     auto read = recording::recording_from_text(bytes, ctx.progress);
@@ -146,7 +146,7 @@ Result<Value> compare(CommandContext& ctx, const Map& args) {
   const auto other =
       h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : recording::RecordingPtr{};
   if (!other)
-    return error(ErrorCode::invalid_argument, (with ? with->text() : "nil") + " is no recording",
+    return error(ErrorCode::invalid_argument, (with ? with->text() : "nil") + " is not a recording",
                  "Give the recording to compare with.", "with");
   RMP_TRY_ASSIGN(const auto columns, word_list(args, "columns"));
   RMP_TRY_ASSIGN(const auto all, recording::compare(*recording_of(ctx, args), *other, columns));

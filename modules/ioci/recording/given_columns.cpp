@@ -13,20 +13,21 @@ namespace {
 Result<NumericArray> numbers_of(const Value& given, const std::string& where) {
   const auto refused = [&](const std::string& what) {
     return error(ErrorCode::invalid_argument, what,
-                 "Give numbers: a list, an array, or a matrix with a row a sample.", where);
+                 "Give numbers: a list, an array, or a matrix with one row per sample.", where);
   };
   if (const NumericArray* a = given.as_array()) return *a;
   const List* list = given.as_list();
-  if (!list) return refused(given.text() + " is no list of numbers");
+  if (!list) return refused(given.text() + " is not a list of numbers");
   if (!list->empty() && ((*list)[0].as_list() || (*list)[0].as_array())) {  // rows of a matrix
     std::vector<double> all;
     std::size_t width = 0;
     for (std::size_t i = 0; i < list->size(); ++i) {
       if (!(*list)[i].as_list() && !(*list)[i].as_array())
-        return refused("row " + std::to_string(i + 1) + " is no list of numbers");
+        return refused("row " + std::to_string(i + 1) + " is not a list of numbers");
       RMP_TRY_ASSIGN(const NumericArray row, numbers_of((*list)[i], where));
       if (row.is_matrix() || row.size() == 0 || (i > 0 && row.size() != width))
-        return refused("row " + std::to_string(i + 1) + " has another length than row 1, or none");
+        return refused("row " + std::to_string(i + 1) +
+                       " is empty or has a different length than row 1");
       width = row.size();
       for (const double v : row.data()) all.push_back(v);
     }
@@ -37,7 +38,7 @@ Result<NumericArray> numbers_of(const Value& given, const std::string& where) {
   for (const Value& v : *list) {
     if (!v.as_real() && !v.as_int())
       return refused("entry " + std::to_string(values.size() + 1) + ", " + v.text() +
-                     ", is no number");
+                     ", is not a number");
     values.push_back(v.number());
   }
   return NumericArray(std::move(values));
@@ -55,17 +56,17 @@ Result<std::vector<ColumnUnit>> units_of_columns(const std::string& typed, std::
   const std::string here = where + ".unit";
   if (typed.find(" or ") != std::string::npos)
     return error(ErrorCode::invalid_argument,
-                 text::quote(typed) + " leaves open which unit the numbers are in",
-                 "Give one unit, or for a matrix one a column, such as unit = \"rad, m, rad\".",
+                 text::quote(typed) + " does not determine the unit of the numbers",
+                 "Give one unit, or for a matrix one per column, such as unit = \"rad, m, rad\".",
                  here);
   const std::vector<std::string_view> names = units::entries(typed);
   if (names.size() > 1 && names.size() != count)
     return error(
         ErrorCode::invalid_argument,
-        count == 1 ? "a column has one unit, and its numbers are in " + text::quote(typed)
+        count == 1 ? "a column has one unit, but its numbers are in " + text::quote(typed)
                    : "there are " + std::to_string(names.size()) + " units, " + text::quote(typed) +
                          ", for " + std::to_string(count) + " columns",
-        "Give a matrix with one row a sample and one column a unit, or name one unit.", here);
+        "Give a matrix with one row per sample and one column per unit, or name one unit.", here);
   std::vector<ColumnUnit> out;
   for (const std::string_view name : names) {
     auto unit = units::parse(name == "1" ? std::string_view() : name);
@@ -93,7 +94,7 @@ Result<void> add_columns(const Value& entry, const std::string& where, recording
   const std::string& stem = *name->as_string();
   if (text::trim(stem).empty() || text::read_real(stem))
     return error(ErrorCode::invalid_argument, text::quote(stem) + " is not the name of a column",
-                 "Names are not empty, and are no numbers.", where);
+                 "Names must not be empty, and must not be numbers.", where);
   RMP_TRY_ASSIGN(const NumericArray values, numbers_of(*given, where + ".values"));
   const Value* named = field->find("unit");
   const std::string typed =
@@ -120,7 +121,7 @@ Result<void> add_columns(const Value& entry, const std::string& where, recording
                    "the column " + text::quote(column.name) + " has " +
                        std::to_string(column.values.size()) + " values, but " +
                        text::quote(out.columns.front().name) + " has " + std::to_string(out.rows()),
-                   "Give as many to each.", where);
+                   "Give the same number to each.", where);
     out.columns.push_back(std::move(column));
   }
   return {};
@@ -140,8 +141,8 @@ Result<void> give_robot(CommandContext& ctx, const Map& args, recording::Recordi
   const bool has_world = has(args, "world");
   if (!has(args, "robot")) {
     if (!has_world) return {};
-    return error(ErrorCode::invalid_argument, "a world is given and no robot",
-                 "Name the robot whose joints the columns are.", "robot");
+    return error(ErrorCode::invalid_argument, "a world is given but no robot",
+                 "Name the robot of the joint columns.", "robot");
   }
   const std::string name = text_of(args, "robot");
   RobotId id;
@@ -157,14 +158,14 @@ Result<void> give_robot(CommandContext& ctx, const Map& args, recording::Recordi
     id = RobotId{found->number};
   } else {
     return error(ErrorCode::unknown_name, "there is no robot " + text::quote(name),
-                 "robot.list names those there are.", "robot");
+                 "robot.list lists the existing ones.", "robot");
   }
   RMP_TRY_ASSIGN(const auto model,
                  ctx.app.derived.robot_model(ctx.snapshot(), id, {0, 0, -9.81}, ctx.progress));
   r.robot = name;
   r.dof = model->dof();
   if (!r.find("q1"))
-    return error(ErrorCode::invalid_argument, "a robot is named and there is no column \"q1\"",
+    return error(ErrorCode::invalid_argument, "a robot is named, but there is no column \"q1\"",
                  "Name the columns of its joints q1, q2 and so on, or leave the robot out.",
                  "columns");
   for (const recording::Column& c : r.columns)

@@ -47,8 +47,8 @@ Result<Value> append(CommandContext& ctx, const Map& args) {
     if (values[k].empty())
       return error(ErrorCode::invalid_argument,
                    "the rows have no values of column " + text::quote(names[k]),
-                   "Give all columns. Those that recording.compute and recording.watch add are for "
-                   "recordings that do not grow, such as a recording.part of this one.",
+                   "Give all columns. Columns added by recording.compute and recording.watch are "
+                   "for recordings that do not grow, such as a recording.part of this one.",
                    "columns");
   RMP_TRY_ASSIGN(const std::size_t rows, ctx.app.recordings.append(number, values));
   // What a command made is no longer what it would make.
@@ -62,7 +62,7 @@ Result<Value> part(CommandContext& ctx, const Map& args) {
   const recording::Column* const time = r->find("time");
   if (!time)
     return error(ErrorCode::invalid_argument, "the recording has no time",
-                 "Parts are by time: it needs a column \"time\".");
+                 "Parts are selected by time: it needs a column \"time\".");
   const auto index = [&](const char* name, bool is_end) {
     const auto& t = time->values;
     if (!has(args, name)) return is_end ? t.size() : std::size_t{0};

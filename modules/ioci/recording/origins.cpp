@@ -186,7 +186,7 @@ void note_if_stale(Application& app, const document::Snapshot& snapshot, std::ui
   if (changes.empty()) return;
   app.messages.post(Severity::info, "stale_recording",
                     work + ": recording#" + std::to_string(number) + " is older than " +
-                        text::enumerate(changes) + "; recording.refresh makes it again.",
+                        text::enumerate(changes) + "; recording.refresh updates it.",
                     "recording");
 }
 

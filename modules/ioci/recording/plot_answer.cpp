@@ -41,7 +41,7 @@ Result<Value> plot_answer(CommandContext& ctx, recording::PlotRequest request, c
   }
   if (as != "text")
     return error(ErrorCode::invalid_argument,
-                 "a plot is written to a file or returned, and both are requested",
+                 "a plot is either written to a file or returned, but both are requested",
                  "Leave out file or as; a file's extension selects its format.", "as");
   const std::string file = text_of(args, "file");
   RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(drawn, file));

@@ -36,7 +36,7 @@ Result<std::vector<recording::RecordingPtr>> recordings_in(CommandContext& ctx, 
     const Handle* h = v.as_handle();
     auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
     if (!found)
-      return error(ErrorCode::invalid_argument, v.text() + " is no recording",
+      return error(ErrorCode::invalid_argument, v.text() + " is not a recording",
                    "Give a recording or a list of recordings.", path);
     out.push_back(std::move(found));
     return {};
@@ -120,7 +120,7 @@ Result<Value> overview(CommandContext& ctx, const Map& args) {
   if (r->notes.size() > kMostNotes)
     note("", std::to_string(r->notes.size() - kMostNotes) + " more, which recording.notes lists");
   if (const auto changes = changes_of(ctx, number); !changes.empty())
-    note("stale", "older than " + text::enumerate(changes) + "; recording.refresh makes it again");
+    note("stale", "older than " + text::enumerate(changes) + "; recording.refresh updates it");
   return Value(std::move(out));
 }
 
@@ -149,7 +149,7 @@ Result<Value> notes(CommandContext& ctx, const Map& args) {
   const auto changes = changes_of(ctx, args.find("id")->as_handle()->number);
   if (!changes.empty())
     out.emplace_back("It is older than " + text::enumerate(changes) +
-                     "; recording.refresh makes it again.");
+                     "; recording.refresh updates it.");
   return Value(std::move(out));
 }
 
@@ -213,7 +213,7 @@ Result<Value> heat_map(CommandContext& ctx, const Map& args) {
       for (std::size_t i = 0; i < points->rows(); ++i)
         o.curve.push_back({points->at(i, 0), points->at(i, 1)});
     else if (!given->as_list() || !given->as_list()->empty())
-      return error(ErrorCode::invalid_argument, "the curve is no table of two columns",
+      return error(ErrorCode::invalid_argument, "the curve is not a table of two columns",
                    "Give the field curve of robot.joint_slice.", "curve");
   }
   o.width = static_cast<int>(integer(args, "width"));

@@ -45,7 +45,7 @@ Result<Value> refresh(CommandContext& ctx, const Map& args) {
   const std::string who = "recording#" + std::to_string(number);
   if (const std::string why = why_not(origin); !why.empty())
     return error(ErrorCode::unsupported, who + " cannot be made again: " + why,
-                 "Make a new one by the command that is meant.");
+                 "Make a new one with its command.");
   const auto changes = changes_since(ctx.app, ctx.snapshot(), origin->inputs);
   const auto answer = [&](bool made, std::size_t rows) {
     return Value(Map{{"made", made},
@@ -61,7 +61,7 @@ Result<Value> refresh(CommandContext& ctx, const Map& args) {
           return error(ErrorCode::not_found,
                        who + " cannot be made again: " + h->kind + " " + text::quote(record->name) +
                            " is gone",
-                       "Undo brings it back.");
+                       "Undo enables it again.");
   // Its files lie where those of the session that made it do, whoever asks now; a session that has
   // a folder of its own keeps to that.
   Permit as_made = *current_permit();
@@ -122,7 +122,7 @@ Result<Value> unwatch(CommandContext& ctx, const Map& args) {
   });
   if (ended == 0 && (recording != 0 || number != 0 || !file.empty()))
     return error(ErrorCode::unknown_name, "that is not watched",
-                 "recording.watched() lists what is.");
+                 "recording.watched() lists the watched ones.");
   return Value(ended);
 }
 

@@ -93,7 +93,7 @@ Result<void> RecordingWatchers::add_recording(std::uint64_t number) {
     return error(ErrorCode::unsupported,
                  "recording#" + std::to_string(number) + " cannot follow edits: " +
                      (origin ? origin->fixed : std::string("no command of this run made it")),
-                 "Watch what a simulation records.", "watch");
+                 "Watch a recording made by a simulation.", "watch");
   const std::lock_guard lock(mutex_);
   for (const Watch& w : watches_)
     if (w.status.what == "recording" && w.status.recording == number) return {};
@@ -193,7 +193,7 @@ Result<Value> RecordingWatchers::work(Progress& progress) {
       if (w.status.state == "working") w.status.state = "waiting";  // it was cancelled
     job_ = 0;
     if (progress.cancelled())
-      return error(ErrorCode::cancelled, "the update of what is watched was cancelled");
+      return error(ErrorCode::cancelled, "the update of watched recordings was cancelled");
     return Value();
   }
 }

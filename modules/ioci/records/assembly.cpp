@@ -191,12 +191,12 @@ Result<CsgFeature> choose(const Features& all, const Value& given, Wanted&& want
       return error(ErrorCode::unknown_name,
                    whose + " has " + std::to_string(all.size()) + " features, so there is no " +
                        text::print(index),
-                   "The list of features counts from 1.", std::string(path));
+                   "Features are numbered from 1.", std::string(path));
     const CsgFeature& f = all[static_cast<std::size_t>(index) - 1];
     if (wanted(f)) return f;
     return error(ErrorCode::invalid_argument,
                  "feature " + text::print(index) + " of " + whose + " is a " +
-                     std::string(kind_word_of(f.kind)) + ", and this mate needs " +
+                     std::string(kind_word_of(f.kind)) + ", but this mate needs " +
                      std::string(wanted_words),
                  {}, std::string(path));
   }
@@ -206,9 +206,10 @@ Result<CsgFeature> choose(const Features& all, const Value& given, Wanted&& want
   const std::string words(text::trim(*given.as_string()));
   if (const auto fixed = datum(words)) {
     if (wanted(*fixed)) return *fixed;
-    return error(ErrorCode::invalid_argument,
-                 text::quote(words) + " does not do; this mate needs " + std::string(wanted_words),
-                 {}, std::string(path));
+    return error(
+        ErrorCode::invalid_argument,
+        text::quote(words) + " is not suitable; this mate needs " + std::string(wanted_words), {},
+        std::string(path));
   }
   RMP_TRY_ASSIGN(const Selector s, read_selector(words, path));
   std::vector<const CsgFeature*> left;
@@ -435,7 +436,7 @@ Result<Value> move_part(CommandContext& ctx, const Map& args) {
       return error(ErrorCode::invalid_argument,
                    "there is no place " + std::to_string(to) + " among " +
                        std::to_string(o.parts.size()) + " parts",
-                   "Places count from 1.");
+                   "Places are numbered from 1.");
     const auto first = o.parts.begin();
     const auto target = static_cast<std::size_t>(to - 1);
     const auto f = static_cast<std::ptrdiff_t>(from), t = static_cast<std::ptrdiff_t>(target);

@@ -263,7 +263,7 @@ class Reader {
                     const std::string& path) const {
     if (f.is_read_only)
       return error(ErrorCode::unsupported, text::quote(path) + " cannot be set",
-                   "It follows from the content.");
+                   "It is computed from the content.");
     if (component != model::kNoComponent) {
       RMP_TRY_ASSIGN(const Value x,
                      checked("real", f.unit_of(owner, component, alternative), f, v, path));

@@ -38,8 +38,8 @@ Result<Sym3> read_inertia(const Value& value) {
   }
   for (const double x : v)
     if (!std::isfinite(x))
-      return error(ErrorCode::invalid_argument, "an element of the inertia is no finite number", {},
-                   "inertia");
+      return error(ErrorCode::invalid_argument, "an element of the inertia is not a finite number",
+                   {}, "inertia");
   if (v.size() == 6) return Sym3{v[0], v[1], v[2], v[3], v[4], v[5]};
   if (v.size() == 9 && (list || (array && array->rows() == 3))) {
     const auto differs = [&](std::size_t i, std::size_t j) {

@@ -41,7 +41,8 @@ Result<void> append(CommandContext& ctx, Object& o, FreshNames& taken, const Map
     return error(part.name != wanted ? ErrorCode::conflict : ErrorCode::invalid_argument,
                  part.name != wanted ? "there are two parts named " + text::quote(wanted)
                                      : text::quote(wanted) + " cannot name a part",
-                 "Names are unique within an object and hold no dot.", std::string(path));
+                 "Names must be unique within an object and must not contain a dot.",
+                 std::string(path));
   ctx.expressions.keep(o.parametric, part.name);
   o.parts.push_back(std::move(part));
   return {};

@@ -109,7 +109,7 @@ Result<Value> tree(CommandContext& ctx, const Map& args) {
     if (depth[i] > kDeepestTree)
       return error(ErrorCode::unsupported,
                    "its nodes are nested deeper than " + std::to_string(kDeepestTree) + " levels",
-                   "solid.text gives the whole tree as text.", name_in(ctx, ref(args, "id")));
+                   "solid.text returns the whole tree as text.", name_in(ctx, ref(args, "id")));
   }
   // From the last node to the first, each hands itself to its parent; no recursion.
   std::vector<List> children(s.nodes.size());

@@ -54,7 +54,7 @@ Result<std::size_t> nearest(const std::vector<CsgEdge>& all, const Vec3& p, std:
       return error(ErrorCode::invalid_argument,
                    "the edges " + std::to_string(std::min(i, best) + 1) + " and " +
                        std::to_string(std::max(i, best) + 1) + " are equally near",
-                   "Give a place amid the edge, or its number.", std::string(path));
+                   "Give a point near the middle of the edge, or its number.", std::string(path));
   return best;
 }
 

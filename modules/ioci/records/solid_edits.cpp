@@ -22,8 +22,8 @@ Result<void> check_room(const Solid& s, std::size_t parent) {
     return error(ErrorCode::conflict, shown(p) + " cannot have children",
                  "Wrap it in an operation first: solid.wrap.");
   if (csg_info(p.kind).children == CsgChildren::one && !model::children_of(s, parent).empty())
-    return error(ErrorCode::conflict, shown(p) + " works on one node and has it",
-                 "Wrap that in a union first: solid.wrap.");
+    return error(ErrorCode::conflict, shown(p) + " takes one node and already has it",
+                 "Wrap it in a union first: solid.wrap.");
   return {};
 }
 
@@ -60,7 +60,7 @@ Result<Branch> wanted_branch(CommandContext& ctx, const Map& args, const char* t
   const bool is_copy = has(args, "copy");
   if (is_copy == has(args, table))
     return error(ErrorCode::invalid_argument,
-                 is_copy ? "there is both a node to copy and a new one" : "no node is given",
+                 is_copy ? "both a node to copy and a new node are given" : "no node is given",
                  "Give " + std::string(table) + " = {kind = ...}, or copy = \"name\".");
   if (!is_copy) return read_tree(ctx, *args.find(table), taken, table);
   const bool is_other = has(args, "from") && ref(args, "from") != ref(args, "id");
@@ -236,7 +236,7 @@ Result<Value> move_node(CommandContext& ctx, const Map& args) {
     const std::string name = s.nodes[at].name;
     if (at == 0)
       return error(ErrorCode::conflict, "node " + text::quote(name) + " is the root",
-                   "Move others out of it instead.");
+                   "Move other nodes out of it instead.");
     const auto from = static_cast<std::size_t>(s.nodes[at].parent);
     RMP_TRY_ASSIGN(const std::size_t to, has(args, "parent") ? need_node(s, text_of(args, "parent"))
                                                              : Result<std::size_t>(from));
@@ -244,8 +244,8 @@ Result<Value> move_node(CommandContext& ctx, const Map& args) {
       return error(ErrorCode::conflict,
                    to == at ? "node " + text::quote(name) + " cannot be moved into itself"
                             : "node " + text::quote(s.nodes[to].name) + " is inside " +
-                                  text::quote(name) + ", which is to be moved into it",
-                   "Choose an operation outside of it.");
+                                  text::quote(name) + ", which would be moved into it",
+                   "Choose an operation outside it.");
     if (to != from) {
       RMP_TRY(check_leaves(s, at, ""));
       RMP_TRY(check_room(s, to));
@@ -290,7 +290,7 @@ Result<Value> unwrap(CommandContext& ctx, const Map& args) {
                    shown(op) + " has " + std::to_string(children.size()) + " nodes, and " +
                        (op.parent < 0 ? std::string("a solid has a single root")
                                       : shown(s.nodes[static_cast<std::size_t>(op.parent)]) +
-                                            " works on one"),
+                                            " takes one node"),
                    "Move or remove the others first.");
     std::vector<Pose> places;
     for (const std::size_t c : children) places.push_back(model::solid_T_node(s, c));
@@ -327,8 +327,7 @@ Result<Value> wrap(CommandContext& ctx, const Map& args) {
   Branch with;
   if (has(args, "with")) {
     if (info->children == CsgChildren::one)
-      return error(ErrorCode::invalid_argument,
-                   std::string(info->name) + " works on one node, so there is no place for another",
+      return error(ErrorCode::invalid_argument, std::string(info->name) + " takes one node only",
                    "Leave with out.", name_in(ctx, ref(args, "id")));
     RMP_TRY_ASSIGN(with, read_tree(ctx, *args.find("with"), taken, "with"));
   }

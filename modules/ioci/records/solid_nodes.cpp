@@ -113,11 +113,11 @@ Result<io::GeometryPtr> read_geometry(CommandContext& ctx, const Map& given,
         const Value triangles,
         check_value(field("", "matrix", "", ""), *given.find("triangles"), path + ".triangles"));
     if (points.as_array()->cols() != 3 || triangles.as_array()->cols() != 3)
-      return refuse("points and triangles have three numbers each");
+      return refuse("points and triangles must have three numbers each");
     g.points = points.as_array()->data();
     for (const double v : triangles.as_array()->data()) {
       if (!(v >= 1 && v <= 4e9 && v == std::floor(v)))
-        return refuse(text::print(v) + " is not the number of a point, counted from 1");
+        return refuse(text::print(v) + " is not the number of a point, numbered from 1");
       g.triangles.push_back(static_cast<std::uint32_t>(v - 1));
     }
   } else {
@@ -155,7 +155,7 @@ Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::i
     node.name = text_of(args, "name");
     if (!taken.take(node.name))
       return error(ErrorCode::conflict, "there are two nodes named " + text::quote(node.name),
-                   "Names are unique within a solid.", path);
+                   "Names must be unique within a solid.", path);
   } else {
     node.name = taken.fresh(word_of(kind));
   }
@@ -253,7 +253,7 @@ Result<Branch> read_tree(CommandContext& ctx, const Value& root, FreshNames take
     if (csg_info(kind).children == CsgChildren::one && children->size() != 1)
       return error(
           ErrorCode::invalid_argument,
-          what + " has " + std::to_string(children->size()) + " children; it works on exactly one",
+          what + " has " + std::to_string(children->size()) + " children; it needs exactly one",
           "Put them into a union.", open.path);
     for (std::size_t i = children->size(); i-- > 0;)
       stack.push_back(
@@ -269,8 +269,7 @@ Result<Branch> read_operation(CommandContext& ctx, CsgKind kind, const Map& fiel
   for (const auto& [key, v] : fields) table.set(key, v);
   if (const Value* inner = fields.find("children"); inner && !inner->is_nil())
     return error(ErrorCode::invalid_argument, "the operation's children are given twice",
-                 "The node that is wrapped is its first; give others as with = {...}.",
-                 std::string(path));
+                 "The wrapped node is the first; give others as with = {...}.", std::string(path));
   RMP_TRY(read_node(ctx, kind, table, -1, taken, std::string(path), branch));
   return branch;
 }

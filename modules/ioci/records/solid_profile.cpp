@@ -138,14 +138,14 @@ class ProfileReader {
     if (word == "rectangle" || word == "slot") {
       const auto two = items_of(v);
       if (!two || two->size() != 2)
-        return fault(here, word == "slot" ? "a slot has a length and a radius"
-                                          : "a rectangle has two sides");
+        return fault(here, word == "slot" ? "a slot needs a length and a radius"
+                                          : "a rectangle needs two sides");
       return word == "slot" ? slot((*two)[0], (*two)[1], here)
                             : rectangle((*two)[0], (*two)[1], here);
     }
     static const std::vector<std::string> known{"start",   "circle",    "polygon",
                                                 "regular", "rectangle", "slot"};
-    Error e = fault(path, text::quote(word) + " is no kind of loop");
+    Error e = fault(path, text::quote(word) + " is not a kind of loop");
     if (const std::string meant = text::did_you_mean(word, known); !meant.empty())
       e.hint = meant + " " + e.hint;
     return e;
@@ -164,9 +164,9 @@ class ProfileReader {
       c.kind = word == "arc" ? CsgCurve::Kind::arc : CsgCurve::Kind::spline;
       RMP_TRY(points(v, c.points, here));
       if (word == "arc" && c.points.size() != 2)
-        return fault(here, "an arc has two points, one on the arc and its end");
+        return fault(here, "an arc needs two points, one on the arc and its end");
     } else {
-      return fault(path, text::quote(word) + " is no kind of curve");
+      return fault(path, text::quote(word) + " is not a kind of curve");
     }
     l.curves.push_back(std::move(c));
     return {};
@@ -174,7 +174,7 @@ class ProfileReader {
 
   Result<void> circle(const Value& v, const std::string& path) {
     const auto two = items_of(v);
-    if (!two || two->size() != 2) return fault(path, "a circle has a centre and a radius");
+    if (!two || two->size() != 2) return fault(path, "a circle needs a centre and a radius");
     RMP_TRY_ASSIGN(const Point centre, point((*two)[0], path + "[1]"));
     RMP_TRY_ASSIGN(const double radius,
                    number((*two)[1], "radius",
@@ -186,7 +186,7 @@ class ProfileReader {
   Result<void> polygon(const Value& v, const std::string& path) {
     std::vector<Point> corners;
     RMP_TRY(points(v, corners, path));
-    if (corners.size() < 3) return fault(path, "a polygon has at least three corners");
+    if (corners.size() < 3) return fault(path, "a polygon needs at least three corners");
     CsgLoop l;
     l.start = corners[0];
     for (std::size_t i = 1; i < corners.size(); ++i)
@@ -219,7 +219,7 @@ class ProfileReader {
     const Value* sides = map ? map->find("sides") : nullptr;
     const Value* radius = map ? map->find("radius") : nullptr;
     if (!sides || !radius || map->size() != 2)
-      return fault(path, "a regular polygon has sides and a radius");
+      return fault(path, "a regular polygon needs sides and a radius");
     RMP_TRY_ASSIGN(const Value checked, check_value(between(field("", "int", "", ""), 3, 10000),
                                                     *sides, path + ".sides"));
     const auto n = static_cast<int>(checked.number());

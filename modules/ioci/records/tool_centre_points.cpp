@@ -31,7 +31,7 @@ Result<Value> remove_tcp(CommandContext& ctx, const Map& args) {
         return error(
             ErrorCode::conflict,
             "the centre point " + text::quote(name) + " is the tool of " + name_in(ctx, other),
-            "Choose another there with robot.change_tool.", name_in(ctx, id));
+            "Choose another one there with robot.change_tool.", name_in(ctx, id));
   }
   auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
     std::vector<std::string> known;
@@ -81,13 +81,14 @@ Result<void> append_tcp(CommandContext& ctx, Object& o, const Map& checked, cons
   ToolCentrePoint t;
   t.name = text_of(checked, "name");
   if (t.name.find('.') != std::string::npos)
-    return error(ErrorCode::invalid_argument, text::quote(t.name) + " has a dot",
-                 "A centre point is named behind a dot, as in torch.tip, and holds none.",
-                 std::string(path));
+    return error(
+        ErrorCode::invalid_argument, text::quote(t.name) + " has a dot",
+        "A centre point is named after a dot, as in torch.tip, so its name cannot contain a dot.",
+        std::string(path));
   if (std::any_of(o.tcps.begin(), o.tcps.end(), [&](const auto& k) { return k.name == t.name; }))
     return error(ErrorCode::conflict,
                  "there are two tool centre points named " + text::quote(t.name),
-                 "Names are unique within an object.", std::string(path));
+                 "Names must be unique within an object.", std::string(path));
   RMP_TRY_ASSIGN(t.placement, read_placement_fields(given, path));
   ctx.expressions.keep(o.parametric, "tcps." + t.name);
   o.tcps.push_back(std::move(t));

@@ -32,7 +32,8 @@ Result<AttachedTool*> find_attached(Robot& r, const std::string& name) {
     known.push_back(t.name);
   }
   if (known.empty())
-    return error(ErrorCode::unknown_name, "nothing is attached to it", "robot.attach does that.");
+    return error(ErrorCode::unknown_name, "nothing is attached to it",
+                 "Attach a tool with robot.attach.");
   return unknown_name("attached tool", name, known);
 }
 
@@ -45,7 +46,7 @@ Result<AttachedTool*> which_attached(Robot& r, const std::string& name, const ch
   std::vector<std::string> known;
   for (const AttachedTool& t : r.attached) known.push_back(t.name);
   return error(ErrorCode::invalid_argument,
-               text::enumerate(known) + " are attached, and none of them is the robot's tool",
+               text::enumerate(known) + " are attached, but none of them is the robot's tool",
                std::string("Name one with ") + argument + ".");
 }
 
@@ -55,8 +56,8 @@ Result<std::optional<std::string>> wanted_point(const Map& args) {
   if (!v || v->is_nil()) return std::optional<std::string>{};
   if (const bool* b = v->as_bool(); b && !*b) return std::optional(std::string());
   if (const std::string* s = v->as_string(); s && !s->empty()) return std::optional(*s);
-  return error(ErrorCode::invalid_argument, v->text() + " is no centre point",
-               "Give the name of one, such as \"tip\", or false for the robot's own tool frame.",
+  return error(ErrorCode::invalid_argument, v->text() + " is not a centre point",
+               "Give the name of one, such as \"tip\", or false for the robot's tool frame.",
                "tcp");
 }
 
@@ -65,10 +66,10 @@ Result<std::optional<std::string>> wanted_point(const Map& args) {
 Result<void> lead(const CommandContext& ctx, Robot& r, const AttachedTool& t,
                   const std::optional<std::string>& point) {
   if (t.link != static_cast<std::int32_t>(r.links.size()) - 1)
-    return error(ErrorCode::invalid_argument,
-                 "tool " + quote(t.name) + " is not on the last link, where the robot's tool is",
-                 "Name its centre points as tip instead, such as tip = " + quote(t.name) + ".",
-                 "tcp");
+    return error(
+        ErrorCode::invalid_argument,
+        "tool " + quote(t.name) + " is not on the last link, which carries the robot's tool",
+        "Name its centre points as tip instead, such as tip = " + quote(t.name) + ".", "tcp");
   const auto& points = evaluation::tool_centre_points(ctx.snapshot(), t.what);
   if (!point) {
     r.tcp = points.empty() ? t.name : t.name + "." + points.front().name;
@@ -91,7 +92,7 @@ Result<void> lead(const CommandContext& ctx, Robot& r, const AttachedTool& t,
   if (known.empty())
     return error(ErrorCode::unknown_name,
                  name_in(ctx, t.what) + " has no tool centre point " + quote(name),
-                 "It has none; object.add_tcp adds one.", "tcp");
+                 "It has none; Add one with object.add_tcp.", "tcp");
   return unknown_name("tool centre point", name, known).in("tcp");
 }
 
@@ -191,9 +192,9 @@ Result<Value> change_tool(CommandContext& ctx, const Map& args) {
   const bool brings = has(args, "tool");
   if (!brings && !point)
     return error(ErrorCode::invalid_argument, "neither tool nor tcp is given",
-                 "Give the object that is mounted instead, or another centre point.");
+                 "Give the object to mount, or another centre point.");
   if (!brings && has(args, "name"))
-    return error(ErrorCode::invalid_argument, "name is for a tool that is mounted",
+    return error(ErrorCode::invalid_argument, "name is for a tool being mounted",
                  "Give tool as well, or leave name out.", "name");
   std::optional<AttachedTool> mounted;
   std::string leads;

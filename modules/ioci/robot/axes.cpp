@@ -74,8 +74,8 @@ Result<Value> set_axes(CommandContext& ctx, const Map& args) {
 }
 
 Error no_axes(CommandContext& ctx, const Map& args) {
-  return error(ErrorCode::not_found, "the maker's axes of this robot are not known",
-               "robot.set_axes gives it names, signs and offsets of its axes.",
+  return error(ErrorCode::not_found, "the maker's axes of this robot are unknown",
+               "Set their names, signs and offsets with robot.set_axes.",
                name_in(ctx, ref(args, "id")));
 }
 

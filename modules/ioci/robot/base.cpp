@@ -29,7 +29,7 @@ Result<const model::PlacedTrajectory*> base_way(const CommandContext& ctx, const
   return error(ErrorCode::conflict,
                "its base follows no trajectory in world " +
                    text::quote(ctx.snapshot().find(AnyId(s.world))->name),
-               "robot.set_base gives it one, and so does PRobot <id> AddBaseTjc <trajectory>.",
+               "Set one with robot.set_base, or with PRobot <id> AddBaseTjc <trajectory>.",
                name_in(ctx, ref(args, "id")));
 }
 
@@ -106,7 +106,7 @@ Result<Value> set_base(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::usage, "neither kind nor trajectory is given", "Give one of them.",
                  name_in(ctx, ref(args, "id")));
   if (way && kind == BaseKind::fixed)
-    return error(ErrorCode::invalid_argument, "a fixed base follows no trajectory",
+    return error(ErrorCode::invalid_argument, "a fixed base cannot follow a trajectory",
                  "Make it free_flying, free_floating or serpentine, or leave the trajectory out.",
                  name_in(ctx, ref(args, "id")));
   std::string now;

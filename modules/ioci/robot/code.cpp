@@ -70,7 +70,7 @@ Result<Value> generate_code(CommandContext& ctx, const Map& args) {
                    std::string("its ") + p.name +
                        " would be that of the tree without its closed "
                        "loops, which generator " +
-                       text::quote(info.name) + " does not know",
+                       text::quote(info.name) + " does not support",
                    "Choose the parts forward_kinematics and jacobian.", where);
   if (!knows_loops && !has(args, "parts"))
     ctx.app.messages.post(Severity::info, "open_tree",

@@ -36,7 +36,7 @@ Result<std::vector<double>> rates_of(const Map& args, std::string_view name, con
     return error(ErrorCode::invalid_argument,
                  count_given(out.size(), "number") + "; the robot has " + std::to_string(m.dof()) +
                      " velocities",
-                 "Give one number a joint, three of a ball joint, six of a free one.",
+                 "Give one number per joint, three for a ball joint, six for a free joint.",
                  std::string(name));
   RMP_TRY(check_size(out, name));
   return out;
@@ -168,8 +168,8 @@ Result<std::pair<std::int32_t, Vec3>> read_point(CommandContext& ctx, const Map&
   Pose carried;
   if (has(args, "link") && has(args, "tip"))
     return error(ErrorCode::invalid_argument,
-                 "a point is on a link or at a tip, and both are given", "Leave one of them out.",
-                 "tip");
+                 "a point is either on a link or at a tip, but both are given",
+                 "Leave one of them out.", "tip");
   if (has(args, "link")) {
     const Robot& r = content<Robot>(ctx, args);
     RMP_TRY_ASSIGN(const std::int32_t link, read_link(r, *args.find("link"), false, "link"));
@@ -392,7 +392,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   RMP_TRY(check_objective_fields(ctx, args));
   if (has(args, "world") && batch.objective != IkObjective::clearance)
     return error(ErrorCode::invalid_argument,
-                 "a world is given, whose obstacles count with the objective clearance only",
+                 "a world is given, but obstacles are used with the objective clearance only",
                  "Give objective = \"clearance\", or leave it out.", "world");
   std::shared_ptr<const collision::CollisionModel> collision;
   std::unique_ptr<collision::AskedClearance> field;
@@ -405,7 +405,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
       const auto& shown = ctx.snapshot().get(WorldId{ref(args, "world").number})->robots;
       while (member < shown.size() && !(shown[member].robot == typed<Robot>(args))) ++member;
       if (member >= collision->robots().size())
-        return error(ErrorCode::conflict, "the world does not show this robot", "Add it first.",
+        return error(ErrorCode::conflict, "the world does not contain this robot", "Add it first.",
                      "world");
     } else {
       RMP_TRY_ASSIGN(collision,
@@ -426,11 +426,11 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   if (batch.goals.size() == 1)
     report_singular(*m, static_cast<std::size_t>(batch.goals[0].tip), batch.goals[0].parts, result);
   if (result.status != IkStatus::solved && !flag(args, "partial"))
-    return error(ErrorCode::unreachable,
-                 result.detail.empty() ? "no configuration meets the goals" : result.detail,
-                 "Move the targets, ask for less of them, or give partial = true to get the "
-                 "closest configuration.",
-                 "robot " + text::quote(m->name));
+    return error(
+        ErrorCode::unreachable,
+        result.detail.empty() ? "no configuration meets the goals" : result.detail,
+        "Move the targets, relax them, or give partial = true to get the closest configuration.",
+        "robot " + text::quote(m->name));
   const std::size_t n = m->coordinate_count();
   Map out{{"status", goal_status_word(result.status)}};
   if (!result.q.empty()) {

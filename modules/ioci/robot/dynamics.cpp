@@ -125,7 +125,7 @@ Result<std::vector<double>> read_wrench_part(const Map& args, const char* name, 
 Result<void> read_wrench(const Map& args, Instant& c, bool takes_rows) {
   const bool is_given = has(args, "tip_force") || has(args, "tip_moment");
   if (has(args, "tip") && !is_given)
-    return error(ErrorCode::invalid_argument, "a tip is named, and no wrench acts at it",
+    return error(ErrorCode::invalid_argument, "a tip is named, but no wrench acts at it",
                  "Give tip_force or tip_moment, or leave the tip out.", "tip");
   if (!is_given) return {};
   RMP_TRY_ASSIGN(std::vector<double> force, read_wrench_part(args, "tip_force", "N", takes_rows));
@@ -138,9 +138,9 @@ Result<void> read_wrench(const Map& args, Instant& c, bool takes_rows) {
     if (own == 1 || own == rows) continue;
     if (rows > 1 || c.rows > 0)
       return error(ErrorCode::invalid_argument,
-                   "it has " + std::to_string(own) + " rows, and there are " +
+                   "it has " + std::to_string(own) + " rows, but there are " +
                        std::to_string(rows) + " states",
-                   "Give one row a state, or one for all.", name);
+                   "Give one row per state, or one for all.", name);
     rows = c.rows = own;  // one state under many wrenches
     for (States* s : {&c.q, &c.qd, &c.qdd, &c.tau})
       if (s->count() > 0) s->repeat(rows);
@@ -205,8 +205,7 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c, Loop
   }
   const bool follows = flag(args, "close"), of_tree = flag(args, "tree");
   if (follows && of_tree)
-    return error(ErrorCode::invalid_argument,
-                 "loops are to be closed and to be left out of account",
+    return error(ErrorCode::invalid_argument, "close and tree exclude each other",
                  "Give close = true or tree = true.", "tree");
   if (of_tree) return {};
   if (loops != Loops::closed && !follows) return {};
@@ -365,8 +364,9 @@ Result<Value> dynamics_derivatives(CommandContext& ctx, const Map& args) {
   Map out;
   if (text_of(args, "of") == "accelerations") {
     if (flag(args, "tree"))
-      return error(ErrorCode::invalid_argument, "accelerations are those of the closed mechanism",
-                   "Leave tree out, or ask for the derivatives of torques.", "tree");
+      return error(ErrorCode::invalid_argument,
+                   "accelerations are always those of the closed mechanism",
+                   "Leave tree out, or request the derivatives of torques.", "tree");
     RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
     RMP_TRY_ASSIGN(auto d, sim::derivatives(bound, c.batch, ctx.progress));
     out.set("by_q", matrix(std::move(d.by_q)));
@@ -405,12 +405,11 @@ Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
   const bool of_motion = has(args, "qdd");
   if (of_motion && has(args, "tau"))
     return error(ErrorCode::invalid_argument, "torques and accelerations are given",
-                 "Give tau, or the motion's qdd, for which the motors' torques are found.", "qdd");
+                 "Give tau, or the motion's qdd to compute the motors' torques.", "qdd");
   RMP_TRY(read_instant(ctx, args, c, of_motion ? Loops::closed : Loops::pulled));
   if (c.model->loops.empty())
-    return error(ErrorCode::invalid_argument,
-                 "it has no closed loops, which the forces would be of", "Add one: robot.add_loop.",
-                 "robot " + text::quote(c.model->name));
+    return error(ErrorCode::invalid_argument, "it has no closed loops, so there are no loop forces",
+                 "Add one: robot.add_loop.", "robot " + text::quote(c.model->name));
   std::vector<double> tau(c.batch.tau.begin(), c.batch.tau.end());
   tau.resize(c.model->dof());
   if (of_motion) {

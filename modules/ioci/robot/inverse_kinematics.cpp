@@ -138,7 +138,7 @@ class Question {
     std::vector<std::string> quoted;
     for (const std::string& name : others) quoted.push_back(text::quote(name));
     return error(ErrorCode::unsupported,
-                 "the solver " + text::quote(bound.provider) + " makes no use of " + argument,
+                 "the solver " + text::quote(bound.provider) + " does not use " + argument,
                  quoted.empty() ? "No solver of this robot does: leave it out."
                                 : "Of this robot's solvers " + text::enumerate(quoted) +
                                       (quoted.size() == 1 ? " does" : " do") +
@@ -469,7 +469,7 @@ Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
     IkResult& result = results.front();
     if (result.status == IkStatus::solved && !take_branch(asked, result))
       return error(ErrorCode::unreachable, "target 1: " + result.detail,
-                   "Begin on one of those, or move the target.", asked.where);
+                   "Start from one of those, or move the target.", asked.where);
     if (result.status == IkStatus::solved) first = result.q;
     if (!first.empty()) batch.seeds = first;
   }

@@ -151,7 +151,7 @@ Result<void> apply_place(const Map& args, Link& l, const std::string& path) {
   }
   if (has(args, "axis")) {
     if (!l.origin)
-      return error(ErrorCode::invalid_argument, "an axis counts only with an origin",
+      return error(ErrorCode::invalid_argument, "an axis can be given only with an origin",
                    "The axis of a row is z; give an origin too.", path + ".axis");
     l.axis = vec3(args, "axis");
   }
@@ -184,7 +184,7 @@ Result<void> read_mimic(const CommandContext& ctx, const Value& v, const Robot& 
       defaulted("offset", "real", unit, 0.0, "Added to that.")};
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, v, path + ".mimic"));
   if (m.link >= index)
-    return error(ErrorCode::conflict, "a joint follows that of a link before it",
+    return error(ErrorCode::conflict, "a joint can only follow that of an earlier link",
                  "Order the links so that the followed one comes first.", path + ".mimic.link");
   m.ratio = real(checked, "ratio");
   m.offset = real(checked, "offset");
@@ -242,7 +242,7 @@ Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot
   if (has(args, "parent")) {
     RMP_TRY_ASSIGN(l.parent, read_link(robot, *args.find("parent"), true, path + ".parent"));
     if (l.parent >= index)
-      return error(ErrorCode::conflict, "the parent of a link is a link before it",
+      return error(ErrorCode::conflict, "the parent of a link must be an earlier link",
                    "Order the links so that parents come first.", path + ".parent");
   }
   if (has(args, "joint")) {
@@ -343,7 +343,7 @@ Result<Value> entry_of(const Column& column, const Value& entry, const std::stri
     for (std::size_t i = 0; i < model::kJointWords.size(); ++i)
       if (type == static_cast<double>(i)) return Value(std::string(model::kJointWords[i]));
     return error(ErrorCode::invalid_argument, entry.text() + " is not the type of a joint",
-                 "0 is revolute, 1 is prismatic; or give its word.", where);
+                 "0 is revolute, 1 is prismatic; or give its name.", where);
   }
   if (column.unit.empty() || !entry.is_number()) return entry;
   return Value(text::print(entry.number()) + " " + column.unit);
@@ -359,9 +359,10 @@ const List* numbers_of(const Value& row, List& made) {
 }
 
 Error no_columns() {
-  return error(ErrorCode::invalid_argument, "a row of numbers needs the names of its columns",
-               "Books order them differently. Give such as columns = {\"theta deg\", \"d\", "
-               "\"a\", \"alpha deg\"}, or rows such as {d = 0.4, alpha = \"-90 deg\"}.");
+  return error(
+      ErrorCode::invalid_argument, "a row of numbers needs the names of its columns",
+      "Textbooks order them differently. Give for example columns = {\"theta deg\", \"d\", "
+      "\"a\", \"alpha deg\"}, or rows such as {d = 0.4, alpha = \"-90 deg\"}.");
 }
 
 }  // namespace
@@ -373,7 +374,7 @@ Result<List> links_given(const Value& links, const Value* columns) {
     const Value* found = table->find("rows");
     if (found) rows = found;
     else if (!table->empty())
-      return error(ErrorCode::invalid_argument, "links is a table of names, not a list",
+      return error(ErrorCode::invalid_argument, "links is a table with names, not a list",
                    "Give a list of links such as {{a = 0.3}, {a = 0.2}}.", "links");
     const Value* angles = table->find("angles");
     if (angles && angles->as_string() && *angles->as_string() == "degrees")
@@ -401,8 +402,8 @@ Result<List> links_given(const Value& links, const Value* columns) {
       RMP_TRY_ASSIGN(Column column, read_column((*given_names)[i], where));
       for (const Column& before : read)
         if (before.field == column.field)
-          return error(ErrorCode::invalid_argument,
-                       "the column " + column.field + " is there twice", {}, where);
+          return error(ErrorCode::invalid_argument, "the column " + column.field + " appears twice",
+                       {}, where);
       read.push_back(std::move(column));
     }
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -415,7 +416,7 @@ Result<List> links_given(const Value& links, const Value* columns) {
       return error(ErrorCode::invalid_argument,
                    count_given(numbers->size(), "number") + "; there are " +
                        std::to_string(read.size()) + " columns",
-                   "Give one number a column.", where);
+                   "Give one number per column.", where);
     Map link;
     for (std::size_t j = 0; j < read.size(); ++j) {
       RMP_TRY_ASSIGN(Value entry, entry_of(read[j], (*numbers)[j], where + "." + read[j].field));
@@ -448,7 +449,7 @@ Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::
   RMP_TRY(apply_link(ctx, checked, r, index, l, path));
   if (!names.insert(l.name).second)
     return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
-                 "Names are unique within a robot.", path);
+                 "Names must be unique within a robot.", path);
   ctx.expressions.keep(r.parametric, l.name);
   r.links.push_back(std::move(l));
   return {};
@@ -513,7 +514,7 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
     for (std::size_t i = 0; i < r.links.size(); ++i)
       if (static_cast<std::int32_t>(i) != index && r.links[i].name == l.name)
         return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
-                     "Names are unique within a robot.");
+                     "Names must be unique within a robot.");
     if (checked.find("inertia")) report_inertia(ctx, name_in_document(ctx, args), l);
     if (checked.find("parts") && !l.parts.empty() && !l.visible)
       ctx.app.messages.post(Severity::info, "visible",
@@ -551,7 +552,7 @@ Result<void> nothing_holds(const Robot& r, std::int32_t index) {
     if (l.mimic && l.mimic->link == index)
       return error(ErrorCode::conflict,
                    "the joint of link " + text::quote(l.name) + " follows that of " + link,
-                   "Give that mimic = false first.");
+                   "Set mimic = false for it first.");
   for (const auto& t : r.tools)
     if (t.link == index) return held("tool " + text::quote(t.name));
   for (const auto& t : r.attached)
@@ -613,7 +614,7 @@ Result<Value> dh_table(CommandContext& ctx, const Map& args) {
     if (l.origin)
       return error(ErrorCode::unsupported,
                    "link " + text::quote(l.name) + " is placed by an origin and has no DH row",
-                   "robot.links gives origins and axes.", name_in(ctx, ref(args, "id")));
+                   "robot.links returns origins and axes.", name_in(ctx, ref(args, "id")));
   for (const Link& l : r.links) {
     const double type = type_number(l.joint);
     const double alpha = l.row.alpha / unit, theta = l.row.theta / unit;
@@ -652,7 +653,7 @@ Result<Value> link_row(CommandContext& ctx, const Map& args) {
   if (l.origin)
     return error(ErrorCode::unsupported,
                  "link " + text::quote(l.name) + " is placed by an origin and has no DH row",
-                 "robot.link gives its origin and axis.", name_in(ctx, ref(args, "id")));
+                 "robot.link returns its origin and axis.", name_in(ctx, ref(args, "id")));
   return Value(NumericArray({l.row.alpha, l.row.a, l.row.theta, l.row.d, type_number(l.joint)}));
 }
 

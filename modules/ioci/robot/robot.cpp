@@ -99,7 +99,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   std::unordered_set<std::string> names;
   const auto go_on = [&]() -> Result<void> {
     if (!ctx.progress.cancelled()) return {};
-    return error(ErrorCode::cancelled, "the robot was not created: stopped");
+    return error(ErrorCode::cancelled, "the robot was not created: cancelled");
   };
   for (std::size_t i = 0; i < links.size(); ++i) {
     if (i % 256 == 0) RMP_TRY(go_on());

@@ -39,10 +39,10 @@ std::vector<ParamSpec> objective_fields(const std::string& more) {
 Result<void> check_objective_fields(const CommandContext& ctx, const Map& args) {
   if (objective_of(args) == IkObjective::clearance) return {};
   if (!ctx.given("influence")) return {};
-  return error(
-      ErrorCode::invalid_argument,
-      "influence is of the objective clearance, and the objective is " + text_of(args, "objective"),
-      "Give objective = \"clearance\", or leave it out.", "influence");
+  return error(ErrorCode::invalid_argument,
+               "influence belongs to the objective clearance, but the objective is " +
+                   text_of(args, "objective"),
+               "Give objective = \"clearance\", or leave it out.", "influence");
 }
 
 IkObjective objective_of(const Map& args) {
@@ -190,15 +190,15 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
                  count_given(q.size(), "joint value") + "; the robot has " +
                      std::to_string(units.size()) + (one_each ? " joint" : " coordinate") +
                      (units.size() == 1 ? "" : "s"),
-                 one_each ? "Give one value a joint."
-                          : "Give one value a coordinate; robot.coordinates lists them.",
+                 one_each ? "Give one value per joint."
+                          : "Give one value per coordinate; robot.coordinates lists them.",
                  where);
   RMP_TRY(check_size(q, where));
   for (std::size_t i = 0; i + 3 < q.size(); i += units[i].empty() ? 4 : 1)
     if (units[i].empty() &&
         !(std::hypot(std::hypot(q[i], q[i + 1]), std::hypot(q[i + 2], q[i + 3])) > 1e-9))
-      return error(ErrorCode::invalid_argument, "a quaternion is zero", "1 0 0 0 is no rotation.",
-                   where + "[" + std::to_string(i + 1) + "]");
+      return error(ErrorCode::invalid_argument, "a quaternion is zero",
+                   "Use 1 0 0 0 for no rotation.", where + "[" + std::to_string(i + 1) + "]");
   if (one_each && joints.size() == q.size()) note();
   return q;
 }
@@ -367,7 +367,7 @@ Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& close
   if (!closed.is_closed)
     return error(ErrorCode::unreachable,
                  "loop " + text::quote(m.loops[closed.worst_loop].name) +
-                     " cannot be closed there: it stays open by " +
+                     " cannot be closed there: it remains open by " +
                      text::print_rounded(closed.residual, 4) + " m or rad",
                  "Move its joints with motors, or start from another configuration.", where);
   if (closed.outside < 0) return {};

@@ -38,12 +38,11 @@ Result<ShownRobot> shown_robot(const CommandContext& ctx, const Map& args) {
   }
   const std::string where = name_in(ctx, id);
   if (found.empty())
-    return error(ErrorCode::conflict,
-                 "no world contains it, so that it has no present joint values",
+    return error(ErrorCode::conflict, "no world contains it, so it has no present joint values",
                  "Add it to a world first: world.add_robot.", where);
   if (found.size() > 1)
-    return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds),
-                 "Use world.set_robot_q, which names the one meant.", where);
+    return error(ErrorCode::conflict, "it is placed more than once: " + text::enumerate(worlds),
+                 "Use world.set_robot_q to select one.", where);
   ShownRobot s = found.front();
   if (s.q.empty()) s.q = robotics::home_joint_values(content<model::Robot>(ctx, args));
   return s;

@@ -44,13 +44,13 @@ bool has_rows(const Value& value, std::size_t width) {
 }
 
 Error no_rows(std::string_view name) {
-  return error(ErrorCode::invalid_argument, "a matrix without rows holds no state",
-               "Give one row a state.", std::string(name));
+  return error(ErrorCode::invalid_argument, "a matrix without rows contains no state",
+               "Give one row per state.", std::string(name));
 }
 Error wrong_width(std::size_t given, const Counted& c, std::string where, const char* noun) {
   return error(ErrorCode::invalid_argument,
                count_given(given, noun) + "; the robot has " + c.of_robot,
-               "Give one row a state with one number a " + c.one_each + ".", std::move(where));
+               "Give one row per state with one number per " + c.one_each + ".", std::move(where));
 }
 
 /// The numbers of a matrix, each within what can be calculated with.
@@ -78,7 +78,8 @@ Result<std::vector<double>> list_rows(const List& list, const Counted& c, std::s
     const NumericArray* array = one.as_array();
     if (!numbers && (!array || array->is_matrix()))
       return error(ErrorCode::invalid_argument, one.text() + " is not a row of numbers",
-                   "Give one row a state with one number a " + c.one_each + ".", row_path(name, i));
+                   "Give one row per state with one number per " + c.one_each + ".",
+                   row_path(name, i));
     const std::size_t width = numbers ? numbers->size() : array->size();
     if (width != c.width) return wrong_width(width, c, row_path(name, i), "number");
     const bool is_plain = !numbers || std::all_of(numbers->begin(), numbers->end(),
@@ -108,8 +109,8 @@ Result<void> check_quaternions(std::span<const double> q, const RobotModel& m,
     for (std::size_t i = 0; i + 3 < units.size(); i += units[i].empty() ? 4 : 1) {
       const double* x = &q[row * units.size() + i];
       if (units[i].empty() && !(std::hypot(std::hypot(x[0], x[1]), std::hypot(x[2], x[3])) > 1e-9))
-        return error(ErrorCode::invalid_argument, "a quaternion is zero", "1 0 0 0 is no rotation.",
-                     row_path(row_path(name, row), i));
+        return error(ErrorCode::invalid_argument, "a quaternion is zero",
+                     "Use 1 0 0 0 for no rotation.", row_path(row_path(name, row), i));
     }
   return {};
 }
@@ -131,7 +132,7 @@ Result<std::vector<double>> read_rate(const Value& value, std::string_view name,
     return error(ErrorCode::invalid_argument,
                  count_given(out.size(), "number") + "; the robot has " + std::to_string(m.dof()) +
                      " velocities",
-                 "Give one number a velocity: three of a ball joint, six of a free one.",
+                 "Give one number per velocity: three for a ball joint, six for a free joint.",
                  std::string(name));
   RMP_TRY(check_size(out, name));
   return out;
@@ -220,7 +221,7 @@ Result<std::size_t> share_rows(std::initializer_list<States*> all) {
       return error(ErrorCode::invalid_argument,
                    count_given(s->count(), "row") + "; " + first->name() + " has " +
                        std::to_string(first->count()),
-                   "Give one row a state, or one list of numbers for all of them.", s->name());
+                   "Give one row per state, or one list of numbers for all of them.", s->name());
   }
   if (!first) return std::size_t{0};
   for (States* s : all)
@@ -238,8 +239,8 @@ Result<void> refuse_rows(const Map& args, std::initializer_list<const char*> nam
                                                    : 1;
     if (rows != 1)
       return error(ErrorCode::invalid_argument,
-                   "one state is taken, and a matrix of " + std::to_string(rows) + " is given",
-                   "Call it once a state.", name);
+                   "one state is expected, but a matrix of " + std::to_string(rows) + " is given",
+                   "Call it once per state.", name);
   }
   return {};
 }

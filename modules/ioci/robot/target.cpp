@@ -38,12 +38,13 @@ Result<OneJoint> one_joint(CommandContext& ctx, const Map& args) {
   const auto at = static_cast<std::size_t>(link);
   const robotics::LinkJoints joint = robotics::link_joints(r)[at];
   if (joint.q_count != 1)
-    return error(ErrorCode::unsupported,
-                 joint.q_count == 0 ? "its link " + text::quote(r.links[at].name) +
-                                          " has no independent joint value"
-                                    : "the joint of link " + text::quote(r.links[at].name) +
-                                          " has " + std::to_string(joint.q_count) + " values",
-                 "robot.set_joints sets all values of the robot.", name_in(ctx, ref(args, "id")));
+    return error(
+        ErrorCode::unsupported,
+        joint.q_count == 0
+            ? "its link " + text::quote(r.links[at].name) + " has no independent joint value"
+            : "the joint of link " + text::quote(r.links[at].name) + " has " +
+                  std::to_string(joint.q_count) + " values",
+        "Set all values of the robot with robot.set_joints.", name_in(ctx, ref(args, "id")));
   const auto q = static_cast<std::size_t>(joint.q);
   const std::string unit(robotics::coordinate_units(r)[q]);
   return OneJoint{at, q, unit == "rad", unit};
@@ -61,8 +62,9 @@ Result<Value> change_joint(CommandContext& ctx, const Map& args,
   RMP_TRY_ASSIGN(ShownRobot s, shown_robot(ctx, args));
   if (joint.q >= s.q.size())
     return error(ErrorCode::conflict,
-                 "the world shows it with " + std::to_string(s.q.size()) + " joint values",
-                 "robot.set_joints sets all values of the robot.", name_in(ctx, ref(args, "id")));
+                 "the world places it with " + std::to_string(s.q.size()) + " joint values",
+                 "Set all values of the robot with robot.set_joints.",
+                 name_in(ctx, ref(args, "id")));
   Value given = *args.find("value");
   std::optional<double> bare;
   if (given.is_number()) bare = given.number();
@@ -78,8 +80,9 @@ Result<Value> joint_value(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const ShownRobot s, shown_robot(ctx, args));
   if (joint.q >= s.q.size())
     return error(ErrorCode::conflict,
-                 "the world shows it with " + std::to_string(s.q.size()) + " joint values",
-                 "robot.set_joints sets all values of the robot.", name_in(ctx, ref(args, "id")));
+                 "the world places it with " + std::to_string(s.q.size()) + " joint values",
+                 "Set all values of the robot with robot.set_joints.",
+                 name_in(ctx, ref(args, "id")));
   return joint_answer(args, joint, s.q[joint.q]);
 }
 
@@ -114,13 +117,13 @@ Result<Value> link_parameters(CommandContext& ctx, const Map& args) {
   if (l.origin)
     return error(ErrorCode::unsupported,
                  "link " + text::quote(l.name) + " is placed by an origin and has no DH row",
-                 "robot.link gives its origin and axis.", where);
+                 "robot.link returns its origin and axis.", where);
   const robotics::LinkJoints joint = robotics::link_joints(r)[at];
   const bool turns = l.joint == model::JointKind::revolute;
   if (!turns && l.joint != model::JointKind::prismatic)
     return error(ErrorCode::unsupported,
                  "link " + text::quote(l.name) + " is neither Revolute nor Prismatic",
-                 "robot.link gives all that it holds.", where);
+                 "robot.link returns all its data.", where);
   const std::vector<double> home = robotics::home_joint_values(r);
   const auto nest = std::find_if(r.poses.begin(), r.poses.end(),
                                  [](const model::NamedPose& p) { return p.name == "nest"; });
@@ -187,10 +190,10 @@ Result<std::vector<double>> solve_target(CommandContext& ctx, const Map& args,
         found.q.begin(), found.q.begin() + static_cast<std::ptrdiff_t>(m->coordinate_count()));
   const std::string world = ctx.snapshot().find(AnyId(s.world))->name;
   return error(ErrorCode::unreachable,
-               "it cannot bring its tool to the target of world " + text::quote(world) +
+               "it cannot reach the target of world " + text::quote(world) +
                    (found.detail.empty() ? "" : ": " + found.detail),
                "Move the target: world.place{id = " + text::quote(world) +
-                   ", member = \"target\", ...}, after world.add_frame when there is none.",
+                   ", member = \"target\", ...}, after world.add_frame if there is none.",
                name_in(ctx, ref(args, "id")));
 }
 

@@ -65,7 +65,7 @@ Result<Value> set_tool(CommandContext& ctx, const Map& args) {
       if (!r.tcp.empty())
         return error(ErrorCode::conflict,
                      "its tool is the centre point " + text::quote(r.tcp) + " of an attached tool",
-                     "Move that with object.set, or take the tool off with robot.detach.");
+                     "Move it with object.set, or remove the tool with robot.detach.");
       r.tool = placement;
       return {};
     }
@@ -103,7 +103,7 @@ Result<Value> remove_tool(CommandContext& ctx, const Map& args) {
     for (const model::AttachedTool& t : r.attached)
       if (t.name == text_of(args, "name"))
         return error(ErrorCode::invalid_argument, text::quote(t.name) + " is an attached tool",
-                     "robot.detach removes it.");
+                     "Remove it with robot.detach.");
     RMP_TRY_ASSIGN(const RobotTool* t, find_tool(r, text_of(args, "name")));
     r.tools.erase(r.tools.begin() + (t - r.tools.data()));
     return {};
@@ -114,10 +114,9 @@ Result<Value> set_payload(CommandContext& ctx, const Map& args) {
   const bool has_mass = has(args, "mass") && real(args, "mass") > 0;
   for (const char* name : {"com", "inertia"})
     if (has(args, name) && !has_mass)
-      return error(
-          ErrorCode::invalid_argument,
-          std::string("the payload has no mass, so that its ") + name + " counts for nothing",
-          "Give its mass, or nothing to take the payload off.", name);
+      return error(ErrorCode::invalid_argument,
+                   std::string("the payload has no mass, so its ") + name + " has no effect",
+                   "Give its mass, or give nothing to remove the payload.", name);
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     std::optional<MassProperties>* payload = &r.payload;
     if (!is_main(args)) {

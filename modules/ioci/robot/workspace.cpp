@@ -65,7 +65,7 @@ Result<Asked> asked(CommandContext& ctx, const Map& args) {
   }
   if (has(args, "placed") && !has(args, "world"))
     return error(ErrorCode::invalid_argument,
-                 "placed is the robot's name in a world, and no world is given",
+                 "placed is the robot's name in a world, but no world is given",
                  "Give the world, or leave it out.", "placed");
   if (has(args, "world")) {
     RMP_TRY_ASSIGN(a.contact, contact_in_world(ctx, args));
@@ -94,7 +94,7 @@ Result<robotics::Workspace> workspace_of(CommandContext& ctx, const Map& args, c
   o.part = twist_part_of(args);
   o.length = real(args, "length");
   if (has(args, "lower") != has(args, "upper"))
-    return error(ErrorCode::invalid_argument, "a region has two corners",
+    return error(ErrorCode::invalid_argument, "a region needs two corners",
                  "Give both lower and upper, or neither.");
   if (has(args, "lower")) o.region = {vec3(args, "lower"), vec3(args, "upper")};
   if (a.contact) o.filter = sim::without_collisions(*a.contact, ctx.progress);
@@ -193,7 +193,8 @@ Result<robotics::SliceAxis> read_axis(const RobotModel& m, const Map& args, cons
     const std::vector<double> given = reals(args, range);
     if (!given.empty()) {
       if (given.size() != 2 || !(given[0] < given[1]))
-        return error(ErrorCode::invalid_argument, "a range is two numbers, the lesser one first",
+        return error(ErrorCode::invalid_argument,
+                     "a range must be two numbers, the smaller one first",
                      "Give one such as {-1, 1}.", range);
       limits = {given[0], given[1]};
     }

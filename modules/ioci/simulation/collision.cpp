@@ -46,7 +46,7 @@ Result<std::vector<double>> configuration(CommandContext& ctx, const Map& args,
     if (m.robots().size() != 1)
       return error(ErrorCode::invalid_argument,
                    "the world has " + std::to_string(m.robots().size()) +
-                       " robots, and the joint values name none of them",
+                       " robots, but the joint values name none of them",
                    "Give a table such as {arm = {0, 0.5, 0}}.", "q");
     RMP_TRY(put(m.robots().front(), *given, "q"));
     return q;
@@ -99,8 +99,8 @@ Result<std::vector<std::int32_t>> bodies_named(CommandContext& ctx, const Map& a
   const auto& shapeless = m.shapeless();
   if (std::find(shapeless.begin(), shapeless.end(), name) != shapeless.end())
     return error(ErrorCode::invalid_argument,
-                 text::quote(name) + " has no shape, so that nothing can touch it",
-                 "Give it a part.", name_in(ctx, ref(args, "id")));
+                 text::quote(name) + " has no shape, so nothing can touch it", "Give it a part.",
+                 name_in(ctx, ref(args, "id")));
   return unknown_name("body", name, known).in(name_in(ctx, ref(args, "id")));
 }
 
@@ -123,8 +123,8 @@ Result<std::optional<std::vector<CollisionPair>>> pairs_asked(CommandContext& ct
     for (const std::int32_t y : b)
       if (x != y) out.push_back({x, y});
   if (out.empty())
-    return error(ErrorCode::invalid_argument, "that is one body, which has no distance from itself",
-                 "Name two bodies.", name_in(ctx, ref(args, "id")));
+    return error(ErrorCode::invalid_argument, "both names are the same body", "Name two bodies.",
+                 name_in(ctx, ref(args, "id")));
   return std::optional(std::move(out));
 }
 
@@ -163,7 +163,7 @@ Result<Value> clearance(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto nearest, m->clearance(q, tolerance, ctx.progress));
   if (nearest.front().pair.a < 0)
     return error(ErrorCode::invalid_argument, "nothing in it can touch, so there is no distance",
-                 "Add an object or a robot, or let fewer pairs touch.",
+                 "Add an object or a robot, or allow fewer pairs to touch.",
                  name_in(ctx, ref(args, "id")));
   const PairDistance& at = nearest.front().at;
   // Two points of the bodies are so far apart; rounding is no bound.
@@ -184,7 +184,7 @@ struct Waypoints {
 Result<Waypoints> waypoints(CommandContext& ctx, const Map& args, const CollisionModel& m) {
   Waypoints w;
   if (has(args, "recording") == has(args, "path"))
-    return error(ErrorCode::invalid_argument, "a path is either a recording or a list",
+    return error(ErrorCode::invalid_argument, "a path must be either a recording or a list",
                  "Give one of recording and path.");
   if (has(args, "recording")) {
     const auto recording = ctx.recording(*args.find("recording")->as_handle());
@@ -200,10 +200,10 @@ Result<Waypoints> waypoints(CommandContext& ctx, const Map& args, const Collisio
   }
   if (!robot && has(args, "robot")) return unknown_name("robot", text_of(args, "robot"), known);
   if (!robot)
-    return error(ErrorCode::invalid_argument,
-                 "the world has " + std::to_string(known.size()) +
-                     " robots, and none of them is named as the one that moves",
-                 "Give robot, its name in the world.");
+    return error(
+        ErrorCode::invalid_argument,
+        "the world has " + std::to_string(known.size()) + " robots, but no moving robot is named",
+        "Give robot, its name in the world.");
   const List* list = args.find("path")->as_list();
   if (!list || list->empty())
     return error(ErrorCode::invalid_argument, "the path is not a list of joint values",
@@ -314,7 +314,7 @@ Result<Value> forget_pair(CommandContext& ctx, const Map& args) {
         if (std::erase_if(rules, [&](const auto& r) { return is_pair(r, a, b); }) == 0)
           return error(ErrorCode::unknown_name,
                        "there is no rule for " + text::quote(a) + " and " + text::quote(b),
-                       "Rules are made by allow_pair, forbid_pair and find_allowed_pairs.");
+                       "Rules are created by allow_pair, forbid_pair and find_allowed_pairs.");
         return {};
       }));
   return Value();

@@ -92,8 +92,9 @@ Result<Made> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
   if (simulation == all.end()) return unknown_name("simulation", entry.of, words_of(all));
   Map args = entry.with;
   if (flag(args, "watch"))
-    return error(ErrorCode::invalid_argument, "a live run is not watched",
-                 "run:refresh() takes edits over; watch belongs to what records at once.", "with");
+    return error(ErrorCode::invalid_argument, "a live run cannot be watched",
+                 "Apply edits with run:refresh(); watch is for commands that record at once.",
+                 "with");
   args.set("id", entry.subject);
   if (simulation->live) {
     const CommandSpec& spec = *ctx.app.commands.find(simulation->command);
@@ -248,8 +249,8 @@ Result<double> speed_of(const Value& given) {
     return error(ErrorCode::invalid_argument, given.text() + " is not a speed",
                  "Give a number, 1 = real time, or \"max\".", "speed");
   if (std::isnan(speed) || speed == 0 || speed == -sim::kAsFastAsPossible)
-    return error(ErrorCode::invalid_argument, "a speed of " + given.text() + " does not play",
-                 "run.pause stops the time; a negative speed runs backwards.", "speed");
+    return error(ErrorCode::invalid_argument, "a speed of " + given.text() + " cannot be played",
+                 "Use run.pause to stop; a negative speed plays backwards.", "speed");
   return speed;
 }
 

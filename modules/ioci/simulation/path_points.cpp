@@ -86,7 +86,7 @@ Result<Value> show_at(CommandContext& ctx, const Map& args) {
       const Pose tool = robotics::tip_pose(*m, 0, frames);
       for (std::size_t i = 0; i < times.size() && !here; ++i) {
         if (ctx.progress.cancelled())
-          return error(ErrorCode::cancelled, "it was stopped", "", where);
+          return error(ErrorCode::cancelled, "it was cancelled", "", where);
         RMP_TRY_ASSIGN(const Pose there, target(i));
         if (spatial::norm(spatial::sub(there.p, tool.p)) < kSamePlace &&
             spatial::norm(spatial::rotation_difference(there.R, tool.R)) < kSamePlace)
@@ -96,7 +96,7 @@ Result<Value> show_at(CommandContext& ctx, const Map& args) {
     const std::string names =
         "robot " + text::quote(placed.name) + ", trajectory " + text::quote(way.name);
     if (!here)
-      return error(ErrorCode::conflict, "the tool is at no point of the trajectory",
+      return error(ErrorCode::conflict, "the tool is not at a point of the trajectory",
                    "Show it at the first or the last point, and continue from there.",
                    where + ", " + names);
     if (to == "next" ? *here + 1 >= times.size() : *here == 0)

@@ -257,7 +257,7 @@ Result<std::optional<sim::PhysicsRun>> task_physics(CommandContext& ctx, const M
   const bool* is_wanted = given.as_bool();
   if (is_wanted && !*is_wanted) return out;
   if (!is_wanted && !given.as_map())
-    return error(ErrorCode::invalid_argument, "it is true, false or a table",
+    return error(ErrorCode::invalid_argument, "it must be true, false or a table",
                  "Give physics = true, or physics = {friction = 0.3}.", "physics");
   RMP_TRY_ASSIGN(const Map m,
                  read_map(ctx, task_physics_fields(), is_wanted ? Value(Map{}) : given, "physics"));

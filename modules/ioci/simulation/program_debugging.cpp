@@ -28,7 +28,7 @@ LiveRunPtr run_of(CommandContext& ctx, const Map& args) {
 Result<std::shared_ptr<task::ProgramWatch>> watch_of(const LiveRunEntry& entry) {
   if (auto watch = entry.watch()) return watch;
   return error(
-      ErrorCode::unsupported, "run " + text::quote(entry.title) + " has no programs to look at",
+      ErrorCode::unsupported, "run " + text::quote(entry.title) + " has no programs",
       "Start one of a world with programs: cell:start_run(\"tasks\"). With solvers written "
       "in Lua a run is computed whole, without a debugger.");
 }
@@ -42,10 +42,11 @@ Result<std::size_t> program_at(const task::ProgramWatch& watch, const Map& args)
   if (has(args, "program")) return unknown_name("program", text_of(args, "program"), known);
   if (watch.is_stopped) return watch.stopped_at;
   if (watch.programs.size() == 1) return std::size_t{0};
-  return error(
-      ErrorCode::invalid_argument, "the run has " + std::to_string(known.size()) + " programs",
-      known.empty() ? "It has not begun." : "Give program, one of " + text::enumerate(known) + ".",
-      "program");
+  return error(ErrorCode::invalid_argument,
+               "the run has " + std::to_string(known.size()) + " programs",
+               known.empty() ? "It has not started."
+                             : "Give program, one of " + text::enumerate(known) + ".",
+               "program");
 }
 
 std::uint32_t process_of(const Machine& machine, const Map& args) {
@@ -183,8 +184,8 @@ Result<void> read_hits(const std::string& given, program::Breakpoint& b) {
     if (is_number) n = n * 10 + static_cast<std::uint64_t>(c - '0');
   }
   const auto wrong = [&] {
-    return error(ErrorCode::invalid_argument, text::quote(given) + " does not say which hits",
-                 "Write a number from 1 on, alone or behind =, <, <=, >, >= or %.", "hits");
+    return error(ErrorCode::invalid_argument, text::quote(given) + " does not define which hits",
+                 "Write a number of at least 1, alone or after =, <, <=, >, >= or %.", "hits");
   };
   if (!is_number || n == 0) return wrong();
   if (op.empty() || op == "=" || op == "==") b.ignore = n - 1, b.until = n;
@@ -207,7 +208,7 @@ Result<Value> set_breakpoint(CommandContext& ctx, const Map& args) {
   one.what.file = text_of(args, "source");
   one.what.routine = text_of(args, "routine");
   if (has(args, "line") == has(args, "routine"))
-    return error(ErrorCode::invalid_argument, "a breakpoint is at a line or at a routine",
+    return error(ErrorCode::invalid_argument, "a breakpoint must be at a line or at a routine",
                  "Give line, or routine.", "line");
   if (has(args, "line")) one.what.line = static_cast<std::uint32_t>(integer(args, "line"));
   one.what.log = text_of(args, "log");
@@ -274,8 +275,8 @@ Result<Value> go_on(CommandContext& ctx, const Map& args, std::optional<program:
   if (has(args, "speed")) {
     RMP_TRY_ASSIGN(const double speed, speed_of(*args.find("speed")));
     if (speed < 0)
-      return error(ErrorCode::invalid_argument, "a program does not run backwards",
-                   "run.step_recorded goes back over what is recorded.", "speed");
+      return error(ErrorCode::invalid_argument, "a program cannot run backwards",
+                   "Use run.step_recorded to step back through the recording.", "speed");
     Map from;
     {
       const std::lock_guard lock(watch->mutex);
@@ -391,7 +392,8 @@ Result<Value> set_variable(CommandContext& ctx, const Map& args) {
   const std::lock_guard lock(watch->mutex);
   RMP_TRY_ASSIGN(const Looked at, looked_at(*watch, *entry, args));
   if (!at.is_now)
-    return error(ErrorCode::conflict, "the run shows the past, whose variables stay as they were",
+    return error(ErrorCode::conflict,
+                 "the run shows the past, and past variables cannot be changed",
                  "Seek to its last row first.");
   Machine& machine = watch->programs[at.program].machine();
   const std::uint32_t process = process_of(machine, args);
@@ -412,18 +414,18 @@ Result<Value> input(CommandContext& ctx, const Map& args) {
     return error(
         ErrorCode::invalid_argument,
         line.size() > kMostLine ? "a line of " + std::to_string(line.size()) + " bytes is too long"
-                                : std::string("a line has no end of line in it"),
+                                : std::string("a line must not contain an end of line"),
         line.size() > kMostLine ? "Give at most 1048576." : "Give one line after the other.",
         "text");
   const task::ProgramActor& program = watch->programs[at];
   if (program.is_over())
     return error(ErrorCode::conflict,
-                 "program " + text::quote(program.name()) + " is over and reads nothing",
-                 "run.reset begins again.");
+                 "program " + text::quote(program.name()) + " has ended and reads nothing",
+                 "run.reset starts it again.");
   std::vector<std::string>& lines = watch->lines[program.name()];
   if (lines.size() >= kMostLines)
-    return error(ErrorCode::unsupported, "the program was given 100000 lines already",
-                 "Let it read a file.");
+    return error(ErrorCode::unsupported, "the program already has 100000 lines of input",
+                 "Make it read a file.");
   lines.push_back(line);
   return Value(Map{{"program", program.name()},
                    {"unread", static_cast<std::int64_t>(lines.size() - program.lines_read())}});

@@ -219,7 +219,7 @@ Result<Value> step_recorded(CommandContext& ctx, const Map& args) {
   std::unique_lock lock(watch->mutex);
   RMP_TRY_ASSIGN(const std::size_t program, program_at(*watch, args));
   if (watch->rows.empty())
-    return error(ErrorCode::conflict, "nothing is recorded yet", "Let the run begin first.");
+    return error(ErrorCode::conflict, "nothing is recorded yet", "Start the run first.");
   const bool is_back = flag(args, "back");
   const std::string kind = text_of(args, "to");
   // What is now is behind the last row, unless it is that row.
@@ -240,7 +240,7 @@ Result<Value> step_recorded(CommandContext& ctx, const Map& args) {
   std::optional<std::size_t> found;
   for (std::size_t row = at; !found && (is_back ? row > 0 : row + 1 < watch->rows.size());) {
     row = is_back ? row - 1 : row + 1;
-    if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "the search was given up");
+    if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "the search was cancelled");
     if (fits(row)) found = row;
   }
   const std::size_t end = is_back ? 0 : watch->rows.size() - 1;

@@ -24,7 +24,7 @@ Result<void> read_load_numbers(const Map& args, const char* name, const char* un
   if (const std::size_t count = list ? list->size() : array ? array->size() : 3; count != 3)
     return error(
         ErrorCode::invalid_argument,
-        "it has " + std::to_string(count) + " numbers, and three are needed",
+        "it has " + std::to_string(count) + " numbers, but three are needed",
         "Give one for each of x, y and z, such as {0, 0, \"-20 N * sin(2 rad/s * time)\"}.", name);
   if (!list) return take(given);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -137,14 +137,14 @@ Result<sim::TipLoad> read_tip_load(const CommandContext& ctx, const Map& args) {
   if (!load.recorded && (load.is_over_path || !load.columns.empty()))
     return error(ErrorCode::invalid_argument,
                  std::string(load.is_over_path ? "tip_over" : "tip_columns") +
-                     " is of a recording, and no tip_wrench is given",
+                     " belongs to a recording, but no tip_wrench is given",
                  "Give tip_wrench, or leave it out.");
   const std::string axes = text_of(args, "tip_axes");
   load.axes = static_cast<sim::LoadAxes>(
       std::find(sim::kLoadAxes.begin(), sim::kLoadAxes.end(), axes) - sim::kLoadAxes.begin());
   load.tip = text_of(args, "tip");
   if (!load.tip.empty() && !has_tip_load(args))
-    return error(ErrorCode::invalid_argument, "a tip is named, and no force acts at it",
+    return error(ErrorCode::invalid_argument, "a tip is named, but no force acts at it",
                  "Give tip_force, tip_moment or tip_wrench, or leave the tip out.", "tip");
   return load;
 }

@@ -123,7 +123,7 @@ Result<void> only_joint_segments(const CommandContext& ctx, TrajectoryId id) {
                      motion::providers_of(ctx.app.registry, segments[i], where));
       if (!providers.is_joint())
         return error(ErrorCode::invalid_argument, "it moves the tool, not the joints",
-                     "world.inverse_kinematics runs such a trajectory.", where);
+                     "Run such a trajectory with world.inverse_kinematics.", where);
     }
   }
   return {};

@@ -127,7 +127,7 @@ Result<void> append(const CommandContext& ctx, const Value& value, const std::st
                     std::int32_t parent, std::size_t depth, std::vector<TaskStep>& out) {
   if (depth > kDeepest)
     return error(ErrorCode::invalid_argument,
-                 "more than " + std::to_string(kDeepest) + " blocks are inside each other",
+                 "more than " + std::to_string(kDeepest) + " blocks are nested",
                  "Call a task instead.", path);
   RMP_TRY_ASSIGN(const StepKind kind, kind_of(value, path));
   List inner;

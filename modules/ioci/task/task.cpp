@@ -89,7 +89,7 @@ void erase(Task& t, std::size_t begin, std::size_t end) {
 Result<Value> add_step(CommandContext& ctx, const Map& args) {
   if (has(args, "before") && has(args, "parent"))
     return error(ErrorCode::invalid_argument,
-                 "a step is inserted before another or at the end of one: give one of both",
+                 "a step is inserted either before a step or at the end of a block",
                  "Give before or parent, not both.");
   std::size_t at = 0;
   RMP_TRY_ASSIGN(const Value none, change_task(ctx, args, [&](Task& t) -> Result<void> {
@@ -104,7 +104,7 @@ Result<Value> add_step(CommandContext& ctx, const Map& args) {
                        return error(ErrorCode::invalid_argument,
                                     "step " + std::to_string(block + 1) + " is " +
                                         text::quote(to_string(t.steps[block].kind)) +
-                                        " and holds no steps",
+                                        " and contains no steps",
                                     "Blocks are repeat, if and else.", "parent");
                      parent = static_cast<std::int32_t>(block);
                      at = end_of(t, block);

@@ -105,10 +105,9 @@ Result<Pose> frame_at(const CsgEdgePoint& p, const Stance& stance, std::size_t n
     return error(ErrorCode::invalid_argument,
                  stance.from
                      ? "edge " + std::to_string(number + 1) +
-                           " runs along the direction that the "
-                           "tool is to come from"
+                           " runs along the approach direction of the tool"
                      : "edge " + std::to_string(number + 1) + " has no side between its faces",
-                 "Give the direction that the tool comes from, across the edge.", "from");
+                 "Give an approach direction of the tool across the edge.", "from");
   const Vec3 z = scale(spatial::unit(out), -1), y = cross(z, p.tangent);
   Pose t;
   for (std::size_t r = 0; r < 3; ++r) {
@@ -308,7 +307,7 @@ Result<Value> along_edges(CommandContext& ctx, const Map& args) {
     path.from = vec3(args, "from");
     if (path.from == Vec3{})
       return error(ErrorCode::invalid_argument, "from has no direction: its length is 0",
-                   "Give the direction that the tool comes from, or leave from out.", "from");
+                   "Give the approach direction of the tool, or leave from out.", "from");
   }
   for (const auto& [word, number] : {std::pair<const char*, double*>{"tilt", &path.tilt},
                                      {"lead", &path.lead},

@@ -12,7 +12,7 @@ namespace {
 using model::Trajectory;
 using model::TrajectorySegment;
 
-/// The argument `name`, counted from 1, as an index; `count` are allowed.
+/// The argument `name`, numbered from 1, as an index; `count` are allowed.
 Result<std::size_t> index_of(const Map& args, const char* name, std::size_t count) {
   const auto i = integer(args, name);
   if (i >= 1 && i <= static_cast<std::int64_t>(count)) return static_cast<std::size_t>(i - 1);
@@ -58,8 +58,7 @@ Result<Value> set_transition(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(const auto i, index_of(args, "index", t.segments.size()));
     if (i == 0)
       return error(ErrorCode::invalid_argument, "nothing comes before segment 1",
-                   "A transition belongs to the segment that it leads to; give 2 or more.",
-                   "index");
+                   "A transition belongs to the following segment; give 2 or more.", "index");
     model::Transition& transition = t.segments[i].transition;
     transition = {};
     transition.is_smooth = text_of(args, "kind") != "none";

@@ -189,7 +189,7 @@ Result<std::vector<double>> read_joint_vector(const Value& row, const std::strin
   }
   if (q.empty())
     return error(ErrorCode::invalid_argument, row.text() + " is not a joint vector",
-                 "Give one number a joint.", path);
+                 "Give one number per joint.", path);
   return q;
 }
 
@@ -221,7 +221,7 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
     } else if (key == "turning") {
       RMP_TRY(read_choice(v, out.turning, turning, here));
       if (out.turning.name.empty())
-        return error(ErrorCode::invalid_argument, "the law of turning has no name",
+        return error(ErrorCode::invalid_argument, "the rotation timing law has no name",
                      "Give turning = \"cubic\" or {name = \"cubic\", ...}.", here);
       if (out.turning.name == "none") out.turning.name.clear();
     } else if (key == "transition") {
@@ -238,9 +238,10 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
                                  "orientation", "turning", "transition", "params"};
   RMP_TRY(read_params(providers.owners(), std::move(words), params, out.shape, path));
   if (!providers.is_curve() && !(law.empty() && orientation.empty()))
-    return error(ErrorCode::invalid_argument,
-                 text::quote(out.shape.name) + " is not a curve and brings its law and orientation",
-                 "Leave these tables out.", path);
+    return error(
+        ErrorCode::invalid_argument,
+        text::quote(out.shape.name) + " is not a curve and has its own law and orientation",
+        "Leave these tables out.", path);
   // In a table of its own, a parameter is that provider's, also where others have one of its name.
   RMP_TRY(read_params(std::array{&std::as_const(providers.law)}, {"name"}, law, out.law,
                       path + ".law"));

@@ -47,8 +47,8 @@ Result<Value> scene_of(CommandContext& ctx, const Map& args) {
   if (const Value* given = args.find("meshes"); given && given->as_list())
     for (const Value& key : *given->as_list()) {
       if (!key.as_string())
-        return error(ErrorCode::invalid_argument, "a key of a mesh is a text",
-                     "Give those that the header of a scene named.", "meshes");
+        return error(ErrorCode::invalid_argument, "a key of a mesh must be a text",
+                     "Give keys from the header of a scene.", "meshes");
       kept.insert(*key.as_string());
     }
   const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};

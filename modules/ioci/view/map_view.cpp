@@ -46,7 +46,7 @@ Result<Pose> mounting_of(const CommandContext& ctx, const recording::Recording& 
   }
   if (!name.empty()) return unknown_name("robot", name, known);
   return error(ErrorCode::invalid_argument,
-               "the world has no robot " + text::quote(r.robot) + ", which the map is of",
+               "the world has no robot " + text::quote(r.robot) + ", to which the map belongs",
                "Name one of its robots in the field robot.", "map");
 }
 
@@ -82,12 +82,12 @@ Result<Plane> read_plane(const Map& s, const Vec3& through, std::string_view pat
   Plane plane;
   double along = 1;  // offsets of -x count along x
   if (has(s, "axis") == has(s, "normal"))
-    return error(ErrorCode::invalid_argument, "a plane has either an axis or a normal",
+    return error(ErrorCode::invalid_argument, "a plane must have either an axis or a normal",
                  "Give one of them.", std::string(path));
   if (has(s, "axis")) {
     const auto axis = read_axis(text_of(s, "axis"));
     if (!axis)
-      return error(ErrorCode::invalid_argument, text::quote(text_of(s, "axis")) + " is no axis",
+      return error(ErrorCode::invalid_argument, text::quote(text_of(s, "axis")) + " is not an axis",
                    "Axes are x, y, z, -x, -y and -z.", at("axis"));
     plane.normal[axis->first] = axis->second;
     along = axis->second;
@@ -100,7 +100,7 @@ Result<Plane> read_plane(const Map& s, const Vec3& through, std::string_view pat
     return error(ErrorCode::invalid_argument, "the normal is zero, so it has no direction",
                  "Give one that is not zero.", at("normal"));
   if (has(s, "point") && has(s, "offset"))
-    return error(ErrorCode::invalid_argument, "a plane has either a point or an offset",
+    return error(ErrorCode::invalid_argument, "a plane must have either a point or an offset",
                  "Give one of them.", std::string(path));
   if (has(s, "point")) plane.point = vec3(s, "point");
   else if (has(s, "offset"))

@@ -63,7 +63,8 @@ Result<void> read_size(const Map& args, render::Options& options) {
                           return x >= 16 && x <= 8192 && x == std::floor(x);
                         });
   if (!is_whole)
-    return error(ErrorCode::invalid_argument, "a size is two whole numbers of pixels in 16..8192",
+    return error(ErrorCode::invalid_argument,
+                 "a size must be two whole numbers of pixels in 16..8192",
                  "Give a width and a height such as {800, 600}.", "size");
   options.width = static_cast<int>(size[0]);
   options.height = static_cast<int>(size[1]);
@@ -122,7 +123,7 @@ Result<Camera> read_camera(const Map& args) {
   camera.perspective = text_of(args, "projection") == "perspective";
   camera.zoom = real(args, "zoom");
   if (has(args, "eye") != has(args, "target"))
-    return error(ErrorCode::invalid_argument, "eye and target go together, and only one is given",
+    return error(ErrorCode::invalid_argument, "eye and target must be given together",
                  "Give both, or a view.", has(args, "eye") ? "eye" : "target");
   if (!has(args, "eye")) return camera;
   const Vec3 eye = vec3(args, "eye"), target = vec3(args, "target");
@@ -214,9 +215,9 @@ Result<std::shared_ptr<render::Renderer>> renderer(Application& app) {
   const std::lock_guard lock(app.renderer_mutex);
   if (app.renderer && app.renderer_revision == revision) return app.renderer;
   if (app.registry.list(render::Renderer::kInterfaceId).empty())
-    return error(ErrorCode::unsupported, "cannot draw a picture, because no renderer is installed",
-                 "Install the desktop package of this program, which brings the plugin "
-                 "render_osg.");
+    return error(
+        ErrorCode::unsupported, "cannot draw a picture, because no renderer is installed",
+        "Install the desktop package of this program, which contains the plugin render_osg.");
   RMP_TRY_ASSIGN(app.renderer, app.registry.create<render::Renderer>(""));
   app.renderer_revision = revision;
   return app.renderer;
@@ -229,7 +230,7 @@ Result<render::Image> draw_image(const render::Renderer& drawer, const render::S
   if (!image.ok()) return std::move(image).error();
   if (image->rgba.size() !=
       4 * static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height))
-    return error(ErrorCode::plugin_failed, "the renderer made a picture of another size",
+    return error(ErrorCode::plugin_failed, "the renderer made a picture of a different size",
                  "Report it to the provider's author or choose another provider.");
   return image;
 }

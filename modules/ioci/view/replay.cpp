@@ -45,7 +45,7 @@ Result<Show> show_of(CommandContext& ctx, const Map& args) {
   const recording::Recording& r = *show.recording;
   if (r.columns.empty() || r.columns.front().name != "time")
     return error(ErrorCode::invalid_argument,
-                 "the recording " + text::quote(r.title) + " is no motion over time",
+                 "the recording " + text::quote(r.title) + " is not a motion over time",
                  "Give a recording of a simulation.", "id");
   AnyId world = r.world;
   if (has(args, "world")) {
@@ -60,9 +60,9 @@ Result<Show> show_of(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::not_found,
                  "the recording " + text::quote(r.title) +
                      (r.world.number == 0 && !r.robot.empty()
-                          ? " is of a robot " + text::quote(r.robot) + ", which is no longer there"
-                          : " belongs to no world that is open"),
-                 "Give the world whose robot it moves.", "world");
+                          ? " is of a robot " + text::quote(r.robot) + ", which no longer exists"
+                          : " does not belong to an open world"),
+                 "Give the world of the robot it moves.", "world");
   const scene::Source source{snapshot, ctx.app.derived, ctx.app.registry};
   RMP_TRY_ASSIGN(show.playback,
                  scene::build_playback(source, WorldId{world.number}, r, ctx.progress));
@@ -197,7 +197,7 @@ Result<FrameTimes> frame_times(const scene::Playback& playback, const Map& args,
                  "from " + text::print_rounded(t.from) + " s to " + text::print_rounded(to) +
                      " s is not within the recording, " + text::print_rounded(start) + " s to " +
                      text::print_rounded(end) + " s",
-                 "Give times within it, from before to.", has(args, "from") ? "from" : "to");
+                 "Give times within it, with from before to.", has(args, "from") ? "from" : "to");
   t.step = real(args, "speed") / fps;
   const double count = std::floor((to - t.from) / t.step + 1e-6) + 1;
   if (count > kMostFrames)
@@ -219,7 +219,7 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
     RMP_TRY(check_new_file(file, ".gif", ""));
     if (real(args, "fps") > kMostGifRate)
       return error(ErrorCode::invalid_argument,
-                   "a GIF shows at most 50 pictures a second; viewers slow faster ones down",
+                   "a GIF shows at most 50 pictures a second; viewers slow down faster ones",
                    "Give an fps of 50 or less, or an .mp4.", "fps");
   } else if (has_file) {
     RMP_TRY(check_new_file(file, ".mp4", "Films are written as .mp4 or .gif."));

@@ -64,7 +64,7 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
       return error(ErrorCode::invalid_argument,
                    "the recording " + text::quote(recording->title) + " is not one of " +
                        name_in(ctx, id) + " alone",
-                   "Draw the world that it was made in.", "recording");
+                   "Draw the world in which it was made.", "recording");
     RMP_TRY_ASSIGN(LoneRobot made, LoneRobot::make(ctx, RobotId{id.number}, *recording));
     alone.emplace(std::move(made));
     id = AnyId(alone->world());
@@ -82,8 +82,8 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
   }
   RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress));
   if (has(args, "at") && !has(args, "recording"))
-    return error(ErrorCode::invalid_argument, "a time needs a recording to be looked up in",
-                 "Give recording too.", "at");
+    return error(ErrorCode::invalid_argument, "a time needs a recording", "Give recording too.",
+                 "at");
   if (has(args, "recording")) {
     const Handle* h = args.find("recording")->as_handle();
     const auto recording = ctx.recording(*h);
@@ -160,7 +160,8 @@ Result<Value> picture_of(CommandContext& ctx, const Map& args) {
   if (drawn.png.size() > kLongestPicture)
     return error(ErrorCode::unsupported,
                  "the picture takes " + std::to_string(drawn.png.size() >> 20) +
-                     " MiB, and an answer holds one of " + std::to_string(kLongestPicture >> 20),
+                     " MiB, but a reply can contain at most " +
+                     std::to_string(kLongestPicture >> 20),
                  "Make it smaller, or draw it to a file (render).", "size");
   std::string text;
   base64::append(text, drawn.png);

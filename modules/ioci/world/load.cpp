@@ -41,9 +41,10 @@ class Elements {
       const auto old = std::find_if(members.begin(), members.end(),
                                     [&](const auto& m) { return m.name == wanted; });
       if (old == members.end())
-        return error(ErrorCode::conflict,
-                     "member " + text::quote(wanted) + " is of another kind and cannot be replaced",
-                     "Give another name, or clash = \"rename\".");
+        return error(
+            ErrorCode::conflict,
+            "member " + text::quote(wanted) + " is of a different kind and cannot be replaced",
+            "Give another name, or clash = \"rename\".");
       if constexpr (requires { made.placement; })
         if (keeps_places_) made.placement = old->placement;
       members[static_cast<std::size_t>(old - members.begin())] = std::move(made);
@@ -139,9 +140,8 @@ class Elements {
     if (same->kind == s.kind && same->unit == s.unit && same->initial == s.initial) return {};
     return error(ErrorCode::conflict,
                  "signal " + text::quote(s.name) +
-                     " is there already and differs in kind, unit or "
-                     "first value",
-                 "Tasks name signals, so it is not renamed; change one of the two.");
+                     " already exists and differs in kind, unit or initial value",
+                 "Tasks refer to signals by name, so it is not renamed; change one of the two.");
   }
 
   World& world_;
@@ -177,7 +177,7 @@ Result<void> only_for(const Map& args, const char* name, Kind kind, Kind given) 
   if (!has(args, name) || kind == given) return {};
   return error(ErrorCode::invalid_argument,
                std::string(name) + " is for a " + std::string(to_string(kind)) +
-                   ", and the file holds a " + std::string(to_string(given)),
+                   ", but the file contains a " + std::string(to_string(given)),
                "Leave it out.", name);
 }
 
@@ -200,10 +200,11 @@ Result<Value> load_element(CommandContext& ctx, const Map& args) {
                  "Give the file of an element.", name_in(ctx, world));
   const model::Record record = *ctx.snapshot().find(id);
   if (id.kind == Kind::material)
-    return error(ErrorCode::invalid_argument, text::quote(file) + " holds a material",
-                 "Only what has a place can be in a world; file.load reads materials.");
+    return error(
+        ErrorCode::invalid_argument, text::quote(file) + " holds a material",
+        "Only elements with a placement can be in a world; load materials with file.load.");
   if (id.kind == Kind::world && has(args, "name"))
-    return error(ErrorCode::invalid_argument, "the elements of a world have different names",
+    return error(ErrorCode::invalid_argument, "the elements of a world need different names",
                  "Leave name out.", "name");
   std::vector<double> q;
   if (id.kind == Kind::robot) {

@@ -159,7 +159,7 @@ Result<std::string> member_name(const World& w, const Map& args, const std::stri
                    "Give a name or leave it out.");
     if (has_member(w, name))
       return error(ErrorCode::conflict, "there is already a member named " + text::quote(name),
-                   "Names are unique within a world.");
+                   "Names must be unique within a world.");
     return name;
   }
   return free_member_name(w, wanted);

@@ -15,7 +15,7 @@ Result<Value> active(CommandContext& ctx, const Map&) {
   const auto all = ctx.snapshot().list(Kind::world);
   if (all.empty())
     return error(ErrorCode::not_found, "there is no world",
-                 "Make one with world.create, or load one with world.load.");
+                 "Create one with world.create, or load one with world.load.");
   return Value(Application::handle(all.back()));
 }
 
@@ -36,7 +36,7 @@ Result<Value> robot_by_description(CommandContext& ctx, const Map& args) {
   if (found.empty()) return unknown_name("robot of description", wanted, known).in(where);
   return error(ErrorCode::conflict,
                text::enumerate(found) + " all have the description " + text::quote(wanted),
-               "Give more of it, or use the names.", where);
+               "Give more of the description, or use the names.", where);
 }
 
 Result<Value> target_transform(CommandContext& ctx, const Map& args) {

@@ -24,7 +24,7 @@ Result<Value> pack(CommandContext& ctx, const Map& args) {
 
 Error wrong(std::string what, std::string where) {
   return error(ErrorCode::invalid_argument, std::move(what),
-               "Give the table as world.pack gave it.", std::move(where));
+               "Give the table returned by world.pack.", std::move(where));
 }
 
 Result<Value> unpack(CommandContext& ctx, const Map& args) {

@@ -288,7 +288,7 @@ Result<Placement> placed_by(const AngleElements& e, const Pose& parent, const Vi
       const double squares = o[0] * o[0] + o[1] * o[1] + o[2] * o[2];
       if (!(squares <= 1 + 1e-12))
         return error(ErrorCode::invalid_argument, "the quaternion would be longer than 1",
-                     "O1, O2 and O3 are its x, y and z; w makes it of length 1.", "value");
+                     "O1, O2 and O3 are its x, y and z; w completes it to length 1.", "value");
       const double w = std::sqrt(std::max(0.0, 1 - squares)),
                    length = std::hypot(w, std::sqrt(squares));
       t.R = spatial::from_quaternion({w / length, o[0] / length, o[1] / length, o[2] / length});
@@ -405,7 +405,7 @@ Result<Value> put(CommandContext& ctx, const Map& args, bool add) {
       return error(
           ErrorCode::conflict,
           "the tool is the centre point " + text::quote(robot->tcp) + " of an attached tool",
-          "Move that with object.set, or take the tool off with robot.detach.");
+          "Move it with object.set, or remove the tool with robot.detach.");
     if (auto* robot = std::get_if<model::Robot>(&r.body))
       (s.member == "base" ? robot->base : robot->tool) = s.placement;
     else if (auto* world = std::get_if<model::World>(&r.body)) {

@@ -93,7 +93,7 @@ Result<Value> add_objects(CommandContext& ctx, const Map& args) {
                      if (is_named[i] && taken.is_taken(o.name))
                        return error(ErrorCode::conflict,
                                     "there is already a member named " + text::quote(o.name),
-                                    "Names are unique within a world.",
+                                    "Names must be unique within a world.",
                                     "objects[" + std::to_string(i + 1) + "]");
                      o.name = taken.fresh(o.name);
                      names.emplace_back(o.name);
@@ -359,7 +359,7 @@ Result<Value> evaluate(CommandContext& ctx, const Map& args) {
                         "evaluating solids");
   });
   if (ctx.progress.cancelled())
-    return error(ErrorCode::cancelled, "the evaluation was stopped", {},
+    return error(ErrorCode::cancelled, "the evaluation was cancelled", {},
                  name_in(ctx, ref(args, "id")));
   List out;
   for (Map& row : rows) out.emplace_back(std::move(row));

@@ -138,7 +138,7 @@ Result<Value> ChildHost::ask(wire::Ask what, std::string_view name, Value args) 
                  "what is given to " + std::string(name) + " is more than " +
                      std::to_string(wire::kLongestRequest >> 20) + " MiB or " +
                      std::to_string(wire::kMostValues) + " values",
-                 "Give it in parts, or numbers as an array.");
+                 "Pass it in parts, or pass numbers as an array.");
   wire::Frame frame = link_.receive();
   Map* m = frame.kind == wire::Kind::answer ? frame.value.as_map() : nullptr;
   if (!m) ::_exit(1);
@@ -211,7 +211,7 @@ Result<void> ChildHost::may_print(std::size_t bytes) {
   return error(ErrorCode::script_failed,
                "the script prints more than the " + std::to_string(most_output_ >> 10) +
                    " KiB that one call may",
-               "Print less, or return what is wanted.");
+               "Print less, or return the result.");
 }
 
 void ChildHost::print(std::string_view text) {

@@ -31,7 +31,7 @@ constexpr bool kIsSanitized = false;
 
 Error failed(const std::string& what, int number) {
   return error(ErrorCode::unsupported, what + ": " + std::strerror(number),
-               "Untrusted scripts need a Linux with seccomp filters.");
+               "Untrusted scripts need Linux with seccomp filters.");
 }
 
 bool limit(__rlimit_resource what, std::uint64_t value) {

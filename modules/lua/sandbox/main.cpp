@@ -71,7 +71,7 @@ Map answer_of(LuaState& lua, ChildHost& host, const Map& call) {
   } catch (const std::bad_alloc&) {
     out = {};
     out.set("error", wire::error_value(error(ErrorCode::script_failed, "there is not enough memory",
-                                             "Work on less at once.")));
+                                             "Process less data at once.")));
   }
   return out;
 }

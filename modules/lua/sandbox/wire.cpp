@@ -255,7 +255,8 @@ std::optional<Value> read_value(std::string_view bytes) {
 
 Result<std::optional<Frame>> Inbox::take() {
   const auto broken = [](const char* why) {
-    return error(ErrorCode::plugin_failed, std::string("what came is no message: ") + why);
+    return error(ErrorCode::plugin_failed,
+                 std::string("the received data are not a message: ") + why);
   };
   const std::string_view rest = std::string_view(bytes_).substr(taken_);
   if (rest.size() < kHeader) return std::optional<Frame>();
@@ -271,7 +272,7 @@ Result<std::optional<Frame>> Inbox::take() {
     case Kind::request:
     case Kind::print:
     case Kind::done: break;
-    default: return broken("it is of no known kind");
+    default: return broken("it is of unknown kind");
   }
   if (rest.size() - kHeader < length) return std::optional<Frame>();
   auto value = read_value(rest.substr(kHeader, length));
@@ -296,13 +297,13 @@ Value error_value(const Error& e) {
 
 Error error_from(const Value& v) {
   const Map* m = v.as_map();
-  if (!m) return error(ErrorCode::script_failed, "the script failed and did not say how");
+  if (!m) return error(ErrorCode::script_failed, "the script failed without an error message");
   Error e;
   e.code = code_from(text_of(*m, "code"));
   e.message = text_of(*m, "message");
   e.where = text_of(*m, "where");
   e.hint = text_of(*m, "hint");
-  if (e.message.empty()) e.message = "the script failed and did not say how";
+  if (e.message.empty()) e.message = "the script failed without an error message";
   return e;
 }
 

@@ -66,10 +66,10 @@ Result<std::string> by_gnuplot(const Drawing& drawing, bool is_pdf) {
   auto bytes = run_process(run, none);
   if (bytes.ok() && !bytes->empty()) return bytes;
   if (!bytes.ok() && bytes.error().code == ErrorCode::permission) return bytes;
-  return error(
-      ErrorCode::io,
-      "gnuplot made no picture: " + (said.empty() && !bytes.ok() ? bytes.error().message : said),
-      "Write an .svg plot instead.");
+  return error(ErrorCode::io,
+               "gnuplot produced no picture: " +
+                   (said.empty() && !bytes.ok() ? bytes.error().message : said),
+               "Write an .svg plot instead.");
 }
 
 }  // namespace

@@ -48,7 +48,8 @@ Result<HeatMap::Axis> axis_of(const Column& c, double step) {
   for (const double x : v)
     if (std::fabs((x - axis.first) / step - std::round((x - axis.first) / step)) > 1e-3)
       return error(ErrorCode::invalid_argument, "the values are not evenly spaced",
-                   "Maps are drawn of voxels and of joint slices; plot other recordings.", c.name);
+                   "Maps can be drawn of voxels and joint slices; use plots for other recordings.",
+                   c.name);
   return axis;
 }
 
@@ -275,8 +276,8 @@ Result<HeatMap> heat_map(const Recording& r, const HeatMapRequest& o) {
     if (third && index_of(depth, third->values[i]) != layer) continue;
     const std::size_t cell = index_of(m.y, y->values[i]) * m.x.count + index_of(m.x, x->values[i]);
     if (std::exchange(is_taken[cell], 1))
-      return error(ErrorCode::invalid_argument, "several rows are at one place of the map",
-                   "Choose axes that tell the rows apart.");
+      return error(ErrorCode::invalid_argument, "several rows are at the same position of the map",
+                   "Choose axes that distinguish the rows.");
     if (collision && collision->values[i] > 0.5) {
       m.has_collisions = true;
       continue;

@@ -38,12 +38,12 @@ BrokerWish read_broker(Table& config) {
     out.key_file = t.text("key_file", "");
     out.status_topic = t.text("status_topic", "");
     if (out.ca_file.empty() && !(out.certificate_file.empty() && out.key_file.empty()))
-      t.fault("is missing, and files of TLS are given.", "ca_file");
+      t.fault("is missing, although TLS files are given.", "ca_file");
     if (out.certificate_file.empty() != out.key_file.empty())
-      t.fault("is missing; certificate_file and key_file go together.",
+      t.fault("is missing; certificate_file and key_file must be given together.",
               out.key_file.empty() ? "key_file" : "certificate_file");
     if (!out.password.empty() && out.username.empty())
-      t.fault("is missing, and a password is given.", "username");
+      t.fault("is missing, although a password is given.", "username");
     t.done();
   }
   if (out.client_id.empty()) out.client_id = "robomosp-" + std::to_string(::getpid());
@@ -116,11 +116,11 @@ void Broker::run() {
     }
     if (stop_) break;
     if (is_connected_.exchange(false))
-      log_.say("The connection to the broker at " + where + " is lost: " + reason(code) +
-               ". It is tried again.");
+      log_.say("The connection to the broker at " + where + " was lost: " + reason(code) +
+               ". Retrying.");
     else
-      log_.often("broker", "The broker at " + where + " cannot be reached: " + reason(code) +
-                               ". It is tried again.");
+      log_.often("broker",
+                 "The broker at " + where + " cannot be reached: " + reason(code) + ". Retrying.");
     wait(pause);
     pause = std::min(2 * pause, kLongestPause);
   }
@@ -140,14 +140,14 @@ void Broker::connected(mosquitto* client, void* self, int code) {
   const std::string where = me.wish_.host + ":" + std::to_string(me.wish_.port);
   if (code != 0) {
     me.log_.often("refused", "The broker at " + where +
-                                 " refuses the connection: " + mosquitto_connack_string(code));
+                                 " rejected the connection: " + mosquitto_connack_string(code));
     return;
   }
   me.is_connected_ = true;
   me.log_.say("Connected to the broker at " + where + ".");
   for (const Subscription& s : me.subscriptions_)
     if (const int failed = mosquitto_subscribe(client, nullptr, s.topic.c_str(), s.qos))
-      me.log_.say("\"" + s.topic + "\" cannot be subscribed: " + reason(failed) + ".");
+      me.log_.say("\"" + s.topic + "\" cannot be subscribed to: " + reason(failed) + ".");
   if (!me.wish_.status_topic.empty())
     (void)me.publish(me.wish_.status_topic, "{\"online\":true}", true);
 }
@@ -155,7 +155,7 @@ void Broker::connected(mosquitto* client, void* self, int code) {
 void Broker::disconnected(mosquitto*, void* self, int code) {
   auto& me = *static_cast<Broker*>(self);
   if (code != 0 && me.is_connected_.exchange(false))
-    me.log_.say("The broker ended the connection: " + reason(code) + ". It is tried again.");
+    me.log_.say("The broker closed the connection: " + reason(code) + ". Retrying.");
   me.is_connected_ = false;
 }
 

@@ -70,14 +70,14 @@ Source read_source(Table& t) {
   if (t.has("time")) {
     Table time = t.table("time");
     s.time = read_field(time, "");
-    if (s.time->count) time.fault("is a list; the time is one number.", "count");
+    if (s.time->count) time.fault("is a list; the time must be one number.", "count");
     const std::string unit = time.text("unit", "s");
     const double factor = unit == "s"    ? 1
                           : unit == "ms" ? 1e-3
                           : unit == "us" ? 1e-6
                           : unit == "ns" ? 1e-9
                                          : 0;
-    if (factor == 0) time.fault("is none of s, ms, us and ns.", "unit");
+    if (factor == 0) time.fault("is not one of s, ms, us and ns.", "unit");
     s.time->scale[0] *= factor;
     s.time->offset[0] *= factor;
     time.done();
@@ -91,7 +91,7 @@ Source read_source(Table& t) {
     s.fields.push_back(std::move(field));
     c.done();
   }
-  if (s.recording.columns.empty()) t.fault("is missing: which field is which column.", "columns");
+  if (s.recording.columns.empty()) t.fault("is missing: it maps fields to columns.", "columns");
   t.done();
   return s;
 }
@@ -113,9 +113,9 @@ Config read(const char* file) {
       each.fault("needs one of robot (its joint values) and parameter (a number of the world).");
     s.field = read_field(each, s.robot.empty() ? "/value" : "/q");
     if (!s.robot.empty() && !s.field.count)
-      each.fault("is missing: how many joint values.", "count");
+      each.fault("is missing: the number of joint values.", "count");
     if (s.robot.empty() && s.field.count)
-      each.fault("is given, and a parameter is one number.", "count");
+      each.fault("is given, but a parameter is one number.", "count");
     each.done();
     out.setters.push_back(std::move(s));
   }
@@ -130,13 +130,13 @@ Config read(const char* file) {
     o.period = 1 / each.number("rate", 10, 0.001, 1000);
     o.retain = each.flag("retain", false);
     if (mosquitto_pub_topic_check(o.topic.c_str()) != MOSQ_ERR_SUCCESS)
-      each.fault("is no topic that can be published to.", "topic");
+      each.fault("is not a topic that can be published to.", "topic");
     each.done();
     out.outlets.push_back(std::move(o));
   }
   t.done();
   if (out.sources.empty() && out.setters.empty() && out.outlets.empty())
-    throw ConfigFault("The configuration asks for nothing: give recordings, publish or set.");
+    throw ConfigFault("The configuration requests nothing: give recordings, publish or set.");
   return out;
 }
 
@@ -244,7 +244,7 @@ class Bridge {
     if (dropped > told_dropped_) {
       log_.often("dropped", std::to_string(dropped) +
                                 " rows were dropped so far, the oldest first: " +
-                                std::to_string(config_.server.queue) + " wait at most.");
+                                std::to_string(config_.server.queue) + " can wait at most.");
       told_dropped_ = dropped;
     }
   }

@@ -20,7 +20,7 @@ std::vector<double> numbers(Table& t, const char* key, std::size_t count, double
   std::vector<double> out;
   for (const Json& each : *v) {
     if (!each.is_number() || !std::isfinite(each.get<double>()))
-      t.fault("holds what is no number.", key);
+      t.fault("holds what is not a number.", key);
     out.push_back(each.get<double>());
   }
   return out;
@@ -28,9 +28,11 @@ std::vector<double> numbers(Table& t, const char* key, std::size_t count, double
 
 /// `value` is handed out only when it is a finite number.
 double finite(const Json& value, const std::string& name) {
-  if (!value.is_number()) throw PayloadFault("\"" + name + "\" holds what is no number");
+  if (!value.is_number())
+    throw PayloadFault("\"" + name + "\" contains a value that is not a number");
   const double v = value.get<double>();
-  if (!std::isfinite(v)) throw PayloadFault("\"" + name + "\" holds a number that is not finite");
+  if (!std::isfinite(v))
+    throw PayloadFault("\"" + name + "\" contains a number that is not finite");
   return v;
 }
 
@@ -42,7 +44,7 @@ FieldMap read_field(Table& t, const std::string& field_when_left_out) {
   try {
     out.field = Json::json_pointer(out.name);
   } catch (const Json::exception&) {
-    t.fault("is no JSON pointer, such as \"/joints/position\" or \"/q/0\".", "field");
+    t.fault("is not a JSON pointer, such as \"/joints/position\" or \"/q/0\".", "field");
   }
   if (t.has("count"))
     out.count =
@@ -64,7 +66,7 @@ std::vector<double> read_payload(std::string_view payload,
     throw PayloadFault("it has " + std::to_string(payload.size()) + " bytes, more than " +
                        std::to_string(kLongestPayload));
   const Json message = Json::parse(payload, nullptr, false);
-  if (message.is_discarded()) throw PayloadFault("it is no JSON");
+  if (message.is_discarded()) throw PayloadFault("it is not JSON");
   std::vector<double> out;
   for (const FieldMap* f : fields) {
     const Json* at = nullptr;
@@ -79,7 +81,7 @@ std::vector<double> read_payload(std::string_view payload,
       continue;
     }
     if (!at->is_array())
-      throw PayloadFault("\"" + f->name + "\" is no list of " + std::to_string(*f->count));
+      throw PayloadFault("\"" + f->name + "\" is not a list of " + std::to_string(*f->count));
     if (at->size() != *f->count)
       throw PayloadFault("\"" + f->name + "\" has " + std::to_string(at->size()) +
                          " entries, not " + std::to_string(*f->count));

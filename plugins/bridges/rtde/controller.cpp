@@ -40,9 +40,8 @@ void Controller::run() {
     if (fd_ >= 0 && worked) (void)send(package(Package::pause));
     close();
     if (*stop_) return;
-    if (worked)
-      log_.say("The controller at " + where + " is lost: " + why + ". It is tried again.");
-    else log_.often(why, "The controller at " + where + ": " + why + ". It is tried again.");
+    if (worked) log_.say("The controller at " + where + " was lost: " + why + ". Retrying.");
+    else log_.often(why, "The controller at " + where + ": " + why + ". Retrying.");
     if (worked) pause = kFirstPause;
     for (int passed = 0; passed < pause && !*stop_; passed += 50) std::this_thread::sleep_for(50ms);
     pause = std::min(2 * pause, kLongestPause);
@@ -55,7 +54,7 @@ std::string Controller::connect() {
   addrinfo* found = nullptr;
   if (const int failed =
           ::getaddrinfo(wish_.host.c_str(), std::to_string(wish_.port).c_str(), &hints, &found))
-    return std::string("its address is not known: ") + ::gai_strerror(failed);
+    return std::string("its address is unknown: ") + ::gai_strerror(failed);
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> all(found, ::freeaddrinfo);
   std::string why = "it has no address";
   for (const addrinfo* a = found; a && fd_ < 0; a = a->ai_next) {
@@ -108,9 +107,9 @@ std::string Controller::receive(Clock::time_point until) {
       reader_.add({bytes.data(), static_cast<std::size_t>(got)});
       return {};
     }
-    if (got == 0) return "it ended the connection";
+    if (got == 0) return "it closed the connection";
     if (errno != EAGAIN && errno != EINTR) return std::strerror(errno);
-    if (Clock::now() > until) return "it says nothing";
+    if (Clock::now() > until) return "it sends no data";
     pollfd ready{fd_, POLLIN, 0};
     ::poll(&ready, 1, 50);
   }
@@ -119,7 +118,7 @@ std::string Controller::receive(Clock::time_point until) {
 
 void Controller::say_message(std::string_view content) {
   if (const auto text = text_message(content))
-    log_.often("message", "The controller says: " + *text);
+    log_.often("message", "Message of the controller: " + *text);
 }
 
 std::string Controller::answer(Package kind, std::string& content) {
@@ -133,7 +132,7 @@ std::string Controller::answer(Package kind, std::string& content) {
       if (found->kind == static_cast<std::uint8_t>(Package::text_message))
         say_message(found->content);
     }
-    if (reader_.is_broken()) return "it speaks no RTDE";
+    if (reader_.is_broken()) return "it does not speak RTDE";
     if (std::string why = receive(until); !why.empty()) return why;
   }
 }
@@ -141,7 +140,7 @@ std::string Controller::answer(Package kind, std::string& content) {
 std::string Controller::negotiate(Recipe& found, std::vector<Type>& types) {
   std::string content;
   const auto ask = [&](const std::string& request, Package kind) -> std::string {
-    return send(request) ? answer(kind, content) : "it ended the connection";
+    return send(request) ? answer(kind, content) : "it closed the connection";
   };
   if (std::string why = ask(request_version(), Package::protocol_version); !why.empty()) return why;
   if (!accepted(content).value_or(false)) return "it does not speak version 2 of RTDE";
@@ -155,21 +154,21 @@ std::string Controller::negotiate(Recipe& found, std::vector<Type>& types) {
     return why;
   const auto recipe_given = recipe(content);
   if (!recipe_given || recipe_given->types.size() != wish_.variables.size())
-    return "its answer to the variables asked for is none";
+    return "its reply to the requested variables is invalid";
   found = *recipe_given;
   for (std::size_t i = 0; i < found.types.size(); ++i) {
     const auto type = type_named(found.types[i]);
     if (!type)
       return found.types[i] == "NOT_FOUND"
                  ? "it has no variable \"" + wish_.variables[i] + "\""
-                 : "the type of \"" + wish_.variables[i] + "\" is not known";
+                 : "the type of \"" + wish_.variables[i] + "\" is unknown";
     if (wish_.entries[i] != 0 && entries_of(*type) != wish_.entries[i])
       return "\"" + wish_.variables[i] + "\" has " + std::to_string(entries_of(*type)) +
              " entries, not " + std::to_string(wish_.entries[i]);
     types.push_back(*type);
   }
   if (std::string why = ask(package(Package::start), Package::start); !why.empty()) return why;
-  if (!accepted(content).value_or(false)) return "it does not start to send";
+  if (!accepted(content).value_or(false)) return "it does not start sending";
   log_.say("The controller at " + wish_.host + ", version " + version.value_or("unknown") +
            ", sends its states.");
   return {};
@@ -189,14 +188,14 @@ std::string Controller::session(bool& worked) {
       if (found->kind != static_cast<std::uint8_t>(Package::data)) continue;
       auto values = data(found->content, with.number, types);
       if (!values) {
-        log_.often("data", "A data package of the controller has another length than its recipe.");
+        log_.often("data", "The length of a data package differs from its recipe.");
         continue;
       }
       worked = true;
       silent = Clock::now() + kSilentTime;
       on_state_(std::move(*values));
     }
-    if (reader_.is_broken()) return "it sends what is no package of RTDE";
+    if (reader_.is_broken()) return "it sends data that are not RTDE packages";
     if (std::string why = receive(silent); !why.empty()) return why;
   }
   return {};

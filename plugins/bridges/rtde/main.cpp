@@ -57,7 +57,8 @@ Config read(const char* file) {
   out.recording = read_recording(recording);
   for (Table& c : recording.tables("columns")) {
     const std::string variable = c.text("variable");
-    if (variable.find(',') != std::string::npos) c.fault("is no name of a variable.", "variable");
+    if (variable.find(',') != std::string::npos)
+      c.fault("is not the name of a variable.", "variable");
     add(variable, c.text("column"), c.text("unit", ""),
         static_cast<std::size_t>(c.number("count", 6, 1, 6)));
     c.done();
@@ -86,7 +87,7 @@ void bridge(const Config& config) {
           return;
         }
         ++refused;
-        log.often("finite", "A state of the controller holds a number that is not finite.");
+        log.often("finite", "A state of the controller contains a number that is not finite.");
       },
       log, &stop_asked);
   std::thread reader([&] { controller.run(); });
@@ -105,7 +106,7 @@ void bridge(const Config& config) {
     if (queue.dropped() > told) {
       told = queue.dropped();
       log.often("dropped", std::to_string(told) + " rows were dropped so far, the oldest first: " +
-                               std::to_string(config.server.queue) + " wait at most.");
+                               std::to_string(config.server.queue) + " can wait at most.");
     }
   };
   while (!stop_asked) flush(wait);

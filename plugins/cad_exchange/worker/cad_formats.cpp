@@ -23,7 +23,7 @@ std::string thrown_by_library() {
     return e.GetMessageString() && *e.GetMessageString() ? e.GetMessageString()
                                                          : e.DynamicType()->Name();
   } catch (...) {
-    return "it threw something unknown";
+    return "it threw an unknown exception";
   }
 }
 

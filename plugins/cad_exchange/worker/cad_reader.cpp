@@ -132,7 +132,7 @@ class CadReader {
       if (XCAFDoc_ShapeTool::IsAssembly(definition)) {
         if (!set_pose(node, at)) {
           note("The assembly " + quote(node.name) +
-               " is mirrored or scaled where it is placed; it was left out.");
+               " is placed mirrored or scaled; it was left out.");
           continue;
         }
         if (!node.paint.known) node.paint = paint_of(definition);
@@ -150,7 +150,7 @@ class CadReader {
     join_left_over();
     if (count_faces_only_ > 0)
       note(std::to_string(count_faces_only_) +
-           (count_faces_only_ == 1 ? " thing that is" : " things that are") +
+           (count_faces_only_ == 1 ? " item that is" : " items that are") +
            " only points, curves or texts " + (count_faces_only_ == 1 ? "was" : "were") +
            " left out.");
     return std::move(scene_);
@@ -222,7 +222,7 @@ class CadReader {
       node.pose = {};
       key += "/" + std::to_string(++baked_count_);
       note("The part " + quote(node.name) +
-           " is mirrored or scaled where it is placed; this copy became a part of its own.");
+           " is placed mirrored or scaled; this copy became a separate part.");
     }
     auto [it, is_new] = parts_.try_emplace(key);
     if (is_new) it->second = make_part(definition, node.name, baked);
@@ -326,7 +326,8 @@ class CadReader {
       return found;
     }
     if (!heal_) {
-      note(quote(name) + " has " + faces(loose) + " that belong to no solid; they were left out.");
+      note(quote(name) + " has " + faces(loose) +
+           " that do not belong to a solid; they were left out.");
       return found;
     }
     Sewn sewn = sew_groups(shape);
@@ -463,7 +464,7 @@ class CadReader {
         body.Reverse();
       }
       volume = signed_volume_of(body);
-      note("The solid " + quote(name) + " was inside out and was turned over.");
+      note("The solid " + quote(name) + " was inside out and was flipped.");
     }
     if (!(volume > kLeastVolume) || !std::isfinite(volume)) {
       note("The solid " + quote(name) + " encloses no volume; it was left out.");
@@ -495,7 +496,8 @@ class CadReader {
 
 Error not_read(IFSelect_ReturnStatus status, const char* format) {
   if (status == IFSelect_RetVoid)
-    return error(ErrorCode::syntax, std::string("the file holds nothing that ") + format + " knows",
+    return error(ErrorCode::syntax,
+                 std::string("the file contains nothing readable by ") + format + " knows",
                  "Check that it is complete.");
   return error(ErrorCode::syntax, std::string("the file is not readable as ") + format,
                "Check that it is complete and really of this format.");

@@ -82,7 +82,7 @@ class CadWriter {
       BRep_Builder builder;
       BRepTools::Read(shape, text, builder);
       if (shape.IsNull())
-        return error(ErrorCode::internal, "the solid \"" + s.name + "\" was handed over damaged");
+        return error(ErrorCode::internal, "the solid \"" + s.name + "\" was transferred damaged");
       const TDF_Label label = shapes_->AddShape(shape, Standard_False);
       set_name(label, s.name);
       paint(label, s.paint);
@@ -179,7 +179,7 @@ Result<std::string> write_cad(const Scene& given, const WriteOptions& options, P
   RMP_TRY_ASSIGN(const Handle(TDocStd_Document) document, writer.run());
   const TemporaryFile file;
   if (!file.ok())
-    return error(ErrorCode::io, "there is no room for a temporary file", "Free some disk space.");
+    return error(ErrorCode::io, "there is no space for a temporary file", "Free some disk space.");
   bool written = false;
   if (options.format == "iges") {
     // Solids (entity 186); the default would be loose faces.

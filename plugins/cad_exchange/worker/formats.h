@@ -19,7 +19,7 @@ std::string thrown_by_library();
 /// The answer of a program to a format that another one is for.
 inline Error not_here(const std::string& format) {
   return error(ErrorCode::unsupported, "this program does not know the format \"" + format + "\"",
-               "Install the program again; its parts do not fit.");
+               "Reinstall the program; its parts do not match.");
 }
 /// The unit of a file that states none.
 inline ReadOptions with_unit(ReadOptions o) {

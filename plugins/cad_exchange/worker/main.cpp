@@ -102,7 +102,7 @@ Result<Scene> read(const std::string& path, const Options& given, Progress& prog
   if (scene.shapes.empty() && scene.profile.loops.empty()) {
     std::string why;
     for (const std::string& n : scene.notes) why += (why.empty() ? "" : " ") + n;
-    return error(ErrorCode::unsupported, "the file holds no solid", why);
+    return error(ErrorCode::unsupported, "the file contains no solid", why);
   }
   return scene;
 }
@@ -144,13 +144,13 @@ std::string guarded_answer(int argc, char** argv, Progress& progress) {
   try {
     return answer_to(argc, argv, progress);
   } catch (const std::bad_alloc&) {
-    what = "it needs more memory than it may have";
+    what = "it needs more memory than allowed";
   } catch (const std::exception& e) {
     what = e.what();
   } catch (...) {
     what = thrown_by_library();
   }
-  return encode(error(ErrorCode::plugin_failed, "the library for this format gave up: " + what,
+  return encode(error(ErrorCode::plugin_failed, "the library for this format failed: " + what,
                       "Check the file in the program it comes from."));
 }
 

@@ -88,7 +88,7 @@ Result<MeshTree> tree_of(const aiScene& in, bool is_linear) {
       }
       for (unsigned c = 0; c < 3; ++c) {
         if (face.mIndices[c] >= mesh.mNumVertices)
-          return error(ErrorCode::syntax, "a triangle names a corner that is not there",
+          return error(ErrorCode::syntax, "a triangle refers to a missing corner",
                        "Check that the file is complete.");
         m.triangles.push_back(face.mIndices[c]);
       }
@@ -136,7 +136,7 @@ Result<Scene> read_meshes(const std::string& path, const ReadOptions& options, P
   const std::string head = head_of(path);
   if (!begins_like(options.format, head))
     return error(ErrorCode::syntax,
-                 "the file does not begin like one of the format " + options.format,
+                 "the beginning of the file is not that of the format " + options.format,
                  "Its extension may be wrong: the unit depends on the format.");
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);

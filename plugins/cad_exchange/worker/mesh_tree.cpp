@@ -39,7 +39,7 @@ class TreeReader {
       const Affine here = open.above * open.node.at;
       if (!std::all_of(here.m.begin(), here.m.end(), [](double x) { return std::isfinite(x); }) ||
           std::abs(determinant(here.m)) < 1e-30) {
-        scene_.notes.push_back("A part that is flattened to nothing where it stands was left out.");
+        scene_.notes.push_back("A part placed with zero scale was left out.");
         continue;
       }
       const Pose rigid = rigid_part(here);
@@ -60,8 +60,8 @@ class TreeReader {
     if (scene_.shapes.empty()) {
       std::string why;
       for (const std::string& n : in_.notes) why += n + " ";
-      return error(ErrorCode::unsupported, "the file holds no solid",
-                   why + "Surfaces that enclose nothing cannot be imported.");
+      return error(ErrorCode::unsupported, "the file contains no solid",
+                   why + "Surfaces that enclose no volume cannot be imported.");
     }
     return std::move(scene_);
   }

@@ -77,7 +77,7 @@ std::string Package::find(std::string_view name) const {
 Result<void> Package::read(const std::string& name,
                            const std::function<Result<void>(std::string_view)>& take) const {
   const auto it = parts_.find(plain(name));
-  if (it == parts_.end()) return damaged("the part \"" + name + "\" is not there");
+  if (it == parts_.end()) return damaged("the part \"" + name + "\" is missing");
   zip_stat_t stat;
   if (zip_stat_index(zip_.get(), it->second.index, 0, &stat) == 0 &&
       (stat.valid & ZIP_STAT_ENCRYPTION_METHOD) != 0 && stat.encryption_method != ZIP_EM_NONE)

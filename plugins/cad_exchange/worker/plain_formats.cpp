@@ -54,6 +54,6 @@ Result<std::string> write_format(const Scene&, const WriteOptions& o, Progress&)
   return not_here(o.format);
 }
 
-std::string thrown_by_library() { return "it threw something unknown"; }
+std::string thrown_by_library() { return "it threw an unknown exception"; }
 
 }  // namespace robomosp::cad_exchange

@@ -180,7 +180,7 @@ class XmlReader {
     part_ = part;
     const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
         XML_ParserCreate(nullptr), &XML_ParserFree);
-    if (!parser) return error(ErrorCode::plugin_failed, "it needs more memory than it may have");
+    if (!parser) return error(ErrorCode::plugin_failed, "it needs more memory than allowed");
     parser_ = parser.get();
     XML_SetUserData(parser_, this);
     XML_SetElementHandler(parser_, &on_start, &on_end);
@@ -191,7 +191,7 @@ class XmlReader {
       if (failed_) return *failed_;
       if (status != XML_STATUS_OK)
         return error(ErrorCode::syntax,
-                     place() + "this is no XML: " + XML_ErrorString(XML_GetErrorCode(parser_)),
+                     place() + "this is not XML: " + XML_ErrorString(XML_GetErrorCode(parser_)),
                      "Check that the file is complete.");
       return {};
     }));
@@ -306,7 +306,7 @@ class ModelReader final : public XmlReader {
     Element next = Element::other;
     if (stack_.empty()) {
       if (!is_core || name != "model")
-        return refuse(ErrorCode::syntax, "this is no 3MF model but " + quoted_word(name),
+        return refuse(ErrorCode::syntax, "this is not a 3MF model but " + quoted_word(name),
                       "Check that the file is really of this format.");
       model(a);
       next = Element::model;
@@ -369,8 +369,8 @@ class ModelReader final : public XmlReader {
         {"inch", 0.0254}, {"foot", 0.3048}, {"meter", 1}};
     const auto known = kUnits.find(unit);
     if (known == kUnits.end())
-      return refuse(ErrorCode::syntax, quoted_word(unit) + " is no unit of 3MF",
-                    "It is one of micron, millimeter, centimeter, inch, foot and meter.");
+      return refuse(ErrorCode::syntax, quoted_word(unit) + " is not a unit of 3MF",
+                    "Use micron, millimeter, centimeter, inch, foot or meter.");
     out.unit = known->second;
     for (std::string_view rest = trimmed(a.text("requiredextensions")); !rest.empty();
          rest = trimmed(rest)) {
@@ -379,7 +379,7 @@ class ModelReader final : public XmlReader {
       if (!space)
         return refuse(ErrorCode::syntax, "it requires the extension " +
                                              quoted_word(rest.substr(0, length)) +
-                                             " and does not say which that is");
+                                             " without declaring it");
       if (extension_of(*space) == Extension::unknown)
         return refuse(
             ErrorCode::unsupported,
@@ -510,7 +510,7 @@ class ModelReader final : public XmlReader {
         const auto v = take_number(rest);
         if (!v || (i == 11 && !trimmed(rest).empty()))
           return refuse(ErrorCode::syntax,
-                        quoted_word(text) + " is no placement, which has twelve numbers");
+                        quoted_word(text) + " is not a placement of twelve numbers");
         if (i < 9) r.at.m[3 * (i % 3) + i / 3] = *v;
         else r.at.t[i - 9] = *v * out.unit;
       }
@@ -586,7 +586,7 @@ class ThreemfReader {
     }
     for (const std::string& name : package_.names())
       if (name.ends_with(".model")) {
-        tree_.notes.push_back("The package does not say which part is its model; " +
+        tree_.notes.push_back("The package does not declare which part is its model; " +
                               quoted_word(name) + " was read.");
         return name;
       }
@@ -606,10 +606,11 @@ class ThreemfReader {
     for (const std::uint32_t id : model.order)
       if (!used.count({root, id})) items.push_back({root, id, {}});
     if (items.empty())
-      return error(ErrorCode::unsupported, "the file holds no solid", "Its model has no objects.");
-    tree_.notes.push_back("The file says of no object that it is built; " +
+      return error(ErrorCode::unsupported, "the file contains no solid",
+                   "Its model has no objects.");
+    tree_.notes.push_back("The file lists no object to build; " +
                           count(items.size(), "object was", "objects were") +
-                          " read where they lie.");
+                          " read at their own positions.");
     return items;
   }
 
@@ -619,8 +620,7 @@ class ThreemfReader {
     if (model == models_.end() || !model->second.objects.count(r.id))
       return error(ErrorCode::syntax,
                    quoted_word(from) + " places object " + std::to_string(r.id) +
-                       (r.path == from ? "" : " of " + quoted_word(r.path)) +
-                       ", which is not there",
+                       (r.path == from ? "" : " of " + quoted_word(r.path)) + ", which is missing",
                    "Check that the file is complete.");
     const std::string& type = model->second.objects.at(r.id).type;
     if (type == "support" || type == "solidsupport") {
@@ -648,8 +648,8 @@ class ThreemfReader {
       const std::string what =
           object.name.empty() ? "Object " + std::to_string(key.second) : quoted_word(object.name);
       if (!object.foreign.empty())
-        tree_.notes.push_back(what + " has a shape in words of another extension (" +
-                              object.foreign + "), which was left out.");
+        tree_.notes.push_back(what + " has a shape in another extension (" + object.foreign +
+                              "), which was left out.");
       if (object.beams > 0)
         tree_.notes.push_back(what + " has a lattice of " + count(object.beams, "beam", "beams") +
                               ", which was left out" +
@@ -738,8 +738,7 @@ class ThreemfReader {
     for (const auto& [path, model] : models_) units.insert(model.unit);
     if (units.size() > 1)
       tree_.notes.push_back(
-          "The parts of the package have different units; each was read in its "
-          "own.");
+          "The parts of the package have different units; each was read in its unit.");
     if (supports_ > 0)
       tree_.notes.push_back(
           count(supports_, "support for printing was", "supports for printing were") +
@@ -756,9 +755,9 @@ class ThreemfReader {
            {"negative_part", "modifier_part", "support_blocker", "support_enforcer",
             "ParameterModifier", "NegativeVolume", "SupportBlocker", "SupportEnforcer"})
         if (settings->find(word) != std::string::npos) {
-          tree_.notes.push_back("A slicer marked bodies of this file as modifiers (" +
-                                std::string(word) +
-                                "); they came as solids like the others: remove what is none.");
+          tree_.notes.push_back(
+              "A slicer marked bodies of this file as modifiers (" + std::string(word) +
+              "); they were imported as solids like the others: remove those that are not.");
           break;
         }
     }
@@ -781,7 +780,7 @@ Result<Scene> read_3mf(const std::string& path, Progress& progress) {
   std::string head(2, '\0');
   std::ifstream(path, std::ios::binary).read(head.data(), 2);
   if (head != "PK")
-    return error(ErrorCode::syntax, "the file does not begin like one of the format 3mf",
+    return error(ErrorCode::syntax, "the beginning of the file is not that of the format 3mf",
                  "Its extension may be wrong: the unit depends on the format.");
   RMP_TRY_ASSIGN(const Package package, Package::open(path));
   return ThreemfReader(package, progress).run();

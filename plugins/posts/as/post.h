@@ -93,7 +93,7 @@ class AsWriter final : public brand::BrandWriter {
     const bool is_local = symbol(s).kind == RMP_SYMBOL_PARAMETER ||
                           (symbol(s).routine != RMP_NONE && symbol(s).routine != 0);
     if (k == Kind::string && is_local) {
-      cannot("strings that belong to a procedure", "Declare the variable in the program.");
+      cannot("local strings of a procedure", "Declare the variable in the program.");
       return "$" + n;
     }
     return k == Kind::string ? "$" + n : is_local ? "." + n : n;
@@ -404,7 +404,7 @@ class AsWriter final : public brand::BrandWriter {
     }
     if (x.incremental) {
       if (!x.frame.text.empty()) {
-        cannot("increments in a frame that is computed", "Give them in the base's axes.");
+        cannot("increments in a computed frame", "Give them in the base's axes.");
         return;
       }
       // SHIFT is along the base's axes.
@@ -452,13 +452,13 @@ class AsWriter final : public brand::BrandWriter {
     }
     if (x.is_ptp || x.goals.size() != 1 || x.incremental || e->op != RMP_EXPR_SYMBOL ||
         e->symbol == RMP_NONE || symbol(e->symbol).kind != RMP_SYMBOL_INPUT) {
-      fail("AS ends straight motions early by one input only",
+      fail("AS can end a straight motion early on one input only",
            "Write MOVE LIN ... UNTIL signal or UNTIL NOT signal.");
       return;
     }
     Signal s = signal(e->symbol);
     if (s.type != RMP_TYPE_BOOL) {
-      fail("AS ends motions early by an input of one bit");
+      fail("AS can end a motion early only on a one-bit input");
       return;
     }
     s.inverted = s.inverted != is_not;

@@ -199,7 +199,7 @@ class BrandWriter : public Writer {
     else if (r == RMP_ROLE_POSITION) p.number = x.symbol;
     else if (kind(p.type) == Kind::transform) {
       cannot("parts of an orientation",
-             "Keep the angles in variables, and make the orientation of them.");
+             "Keep the angles in variables, and build the orientation from them.");
       p.bad = true;
       return;
     } else {
@@ -240,7 +240,7 @@ class BrandWriter : public Writer {
   void declare(std::uint32_t s, std::uint32_t r) override {
     at_ = home(s);
     if (symbol(s).kind == RMP_SYMBOL_ROBOT) {
-      cannot("variables of robots", "Take it out: the robot is that of the controller.");
+      cannot("variables of robots", "Remove it: the controller has one robot.");
       return;
     }
     const auto all = leaves(symbol(s).type);
@@ -264,7 +264,7 @@ class BrandWriter : public Writer {
     std::int64_t n = 1;
     for (const Bounds& b : l.bounds) n *= std::min<std::int64_t>(b.size(), 100'000);
     if (n > 10'000) {
-      fail(std::string("the array ") + symbol(s).name + " has too many values to be written",
+      fail(std::string("the array ") + symbol(s).name + " has too many values to write",
            "Make it smaller, or post the flattened program (form = \"flat\").");
       return;
     }
@@ -303,8 +303,8 @@ class BrandWriter : public Writer {
         }
       }
       if (x.op != RMP_EXPR_MAKE || i >= operands.size()) {
-        fail("a variable's first value that is copied from another variable cannot be posted",
-             "Write the values where it is declared, or assign them in statements.");
+        fail("an initial value copied from another variable cannot be posted",
+             "Write the values in the declaration, or assign them in statements.");
         return zero(k);
       }
       e = operands[i];
@@ -393,7 +393,7 @@ class BrandWriter : public Writer {
     if (!p) {
       if (e.op == RMP_EXPR_FIELD && role(expression(object).type) == RMP_ROLE_POSITION)
         return {component(within(expr(object), 100), e.symbol)};
-      cannot("parts of a value that is computed", "Keep it in a variable first.");
+      cannot("parts of a computed value", "Keep it in a variable first.");
       return {};
     }
     if (!p->bad) extend(*p, e);
@@ -437,8 +437,8 @@ class BrandWriter : public Writer {
   virtual std::string function(std::string_view) { return ""; }
   Text compose(std::uint32_t a, std::uint32_t b, const rmp_code_expression& e) override {
     if (role(e.type) == RMP_ROLE_POSITION) {
-      cannot("positions that are moved by @ while it runs",
-             "Write POSE(position, orientation) @ and use the pose that comes out.");
+      cannot("positions transformed by @ at run time",
+             "Write POSE(position, orientation) @ and use the resulting pose.");
       return {};
     }
     return product_of(a, b);
@@ -482,12 +482,12 @@ class BrandWriter : public Writer {
     for (const double x : p.p)
       if (!std::isfinite(x) || std::fabs(x) > 1e6) {
         fail(std::isfinite(x) ? "a target is more than 1000 km away" : "a target is not finite",
-             "Check the numbers that it is made of.");
+             "Check the numbers it is built from.");
         return false;
       }
     for (const double x : p.R)
       if (!std::isfinite(x)) {
-        fail("the orientation of a target is not finite", "Check the numbers that it is made of.");
+        fail("the orientation of a target is not finite", "Check the numbers it is built from.");
         return false;
       }
     return true;
@@ -497,9 +497,8 @@ class BrandWriter : public Writer {
     g.point = t.point;
     const bool is_joints = t.role == RMP_ROLE_JOINT || t.role == RMP_ROLE_MAIN_JOINT;
     if (t.role == RMP_ROLE_ADD_JOINT) {
-      fail("a motion of additional joints alone cannot be posted",
-           "Give the robot's target with it (JOINT or ROBTARGET), or switch the gripper by a "
-           "signal.");
+      fail("a motion of additional joints only cannot be posted",
+           "Add the robot's target (JOINT or ROBTARGET), or switch the gripper with a signal.");
       return std::nullopt;
     }
     if (t.role == RMP_ROLE_POSITION) {
@@ -510,13 +509,13 @@ class BrandWriter : public Writer {
     if (t.point) g.external = outer(*t.point);
     if (is_joints) {
       if (!t.point) {
-        fail("joints that are computed while the program runs cannot be posted",
-             "Make the target of constants, or post the flattened program (form = \"flat\").");
+        fail("joint values computed at run time cannot be posted",
+             "Build the target from constants, or post the flattened program (form = \"flat\").");
         return std::nullopt;
       }
       if (is_ptp || !t.point->has_pose) {
         if (!is_ptp) {
-          fail("a straight motion to joints needs their pose, which is not known",
+          fail("a straight motion to joint values needs their pose, which is unknown",
                "Name the robot: program.post{robot = ...}.");
           return std::nullopt;
         }
@@ -524,7 +523,8 @@ class BrandWriter : public Writer {
         g.axes = axes(*t.point);
         for (const double x : g.axes)
           if (!std::isfinite(x) || std::fabs(x) > 1e7) {
-            fail("a joint of this target is not a sane number", "Check what it is made of.");
+            fail("a joint value of this target is not a usable number",
+                 "Check what it is built from.");
             return std::nullopt;
           }
         if (g.axes.empty()) return std::nullopt;
@@ -538,7 +538,7 @@ class BrandWriter : public Writer {
       return g;
     }
     if (t.role != RMP_ROLE_POSE) {
-      fail("a target of this kind that is computed while the program runs cannot be posted",
+      fail("a target of this kind cannot be posted if it is computed at run time",
            "Make it a POSE, or post the flattened program (form = \"flat\").");
       return std::nullopt;
     }
@@ -557,7 +557,7 @@ class BrandWriter : public Writer {
                  : std::string(caps_.title) + " has no external axes in targets",
              has_external()
                  ? "Add axes with is_external = true to the profile."
-                 : "Move them by signals, or take them out of the profile and the target.");
+                 : "Move them with signals, or remove them from the profile and the target.");
       return {};
     }
     // A target without additional joints leaves them where they are.
@@ -575,11 +575,11 @@ class BrandWriter : public Writer {
     const std::string title(caps_.title);
     if ((m[RMP_ATTR_TIME].known && *m[RMP_ATTR_TIME].known >= 0) ||
         (!m[RMP_ATTR_TIME].known && m[RMP_ATTR_TIME].expression != RMP_NONE))
-      fail(title + " has no motions of a given time", "Give SPEED instead of TIME.");
+      fail(title + " has no motions with a given duration", "Give SPEED instead of TIME.");
     if (is_given(m, RMP_ATTR_WOBBLE, 0))
-      fail(title + " has no weaving here", "Take WOBBLE out, and weave by the welding equipment.");
+      fail(title + " has no weaving here", "Remove WOBBLE, and weave with the welding equipment.");
     if (is_given(m, RMP_ATTR_DEVICE, 1) || is_given(m, RMP_ATTR_ADAX_CONTROL, 0))
-      fail(title + " has no DEVICE or ADAX_CONTROL", "Take the attribute out.");
+      fail(title + " has no DEVICE or ADAX_CONTROL", "Remove the attribute.");
     if ((m[RMP_ATTR_C_SPEED].known && *m[RMP_ATTR_C_SPEED].known != 100) ||
         (!m[RMP_ATTR_C_SPEED].known && m[RMP_ATTR_C_SPEED].expression != RMP_NONE))
       warn("the speed in the transition (C_SPEED) is left to the controller");
@@ -594,18 +594,17 @@ class BrandWriter : public Writer {
     check(out.speed, out.is_ptp, "speed");
     if (out.acc.known && !(*out.acc.known > 0 && *out.acc.known <= 100))
       fail("an acceleration of " + trimmed(*out.acc.known, 3) + " % is outside 0 to 100",
-           "Give a share of the greatest.");
-    if (out.blend.known && *out.blend.known < 0) fail("a distance of blending is negative");
+           "Give a percentage of the maximum.");
+    if (out.blend.known && *out.blend.known < 0) fail("a blending distance is negative");
     if (m[RMP_ATTR_C_PASS].given && !m[RMP_ATTR_C_PASS].known)
-      fail("C_PASS that is computed while the program runs cannot be posted",
-           "Write TRUE or FALSE.");
+      fail("C_PASS cannot be posted if it is computed at run time", "Write TRUE or FALSE.");
     const bool pass = m[RMP_ATTR_C_PASS].known && *m[RMP_ATTR_C_PASS].known != 0;
     out.passes = pass || !out.blend.text.empty() || (out.blend.known && *out.blend.known > 0);
     if (pass && out.blend.known && *out.blend.known == 0) {
       out.blend.known = number_option("pass", out.is_ptp ? 10 : 5);
       note("C_PASS without a distance is posted as " + trimmed(*out.blend.known, 3) +
                (out.is_ptp ? " %" : " mm"),
-           "Give C_CP or C_PTP, or the option pass of the profile.");
+           "Give C_CP or C_PTP, or set the profile's option pass.");
     }
     out.tool = placing(m[RMP_ATTR_TOOL], profile_.tool, profile_.tools);
     out.frame = placing(m[RMP_ATTR_FRAME], profile_.frame, profile_.frames);
@@ -618,7 +617,7 @@ class BrandWriter : public Writer {
     }
     if (m.incremental && !is_translation(out)) return;
     if (m.interpolation == RMP_MOVE_CIRCLE && (out.goals.size() != 2 || m.incremental)) {
-      fail("a circle has a place that it goes through and an end, both absolute");
+      fail("a circle needs a via point and an end point, both absolute");
       return;
     }
     if (errors_ == errors) write_move(m, out);
@@ -627,10 +626,10 @@ class BrandWriter : public Writer {
     if (!n.known) return;
     if (!(*n.known > 0))
       fail(std::string("a ") + what + " of " + trimmed(*n.known, 6) + " moves nothing",
-           "Give one that is above zero.");
+           "Give a value above zero.");
     else if (is_ptp && *n.known > 100)
-      fail(std::string("a ") + what + " of " + trimmed(*n.known, 3) + " % is more than there is",
-           "SPEED_PTP is a share of the greatest, up to 100.");
+      fail(std::string("a ") + what + " of " + trimmed(*n.known, 3) + " % exceeds 100 %",
+           "SPEED_PTP is a percentage of the maximum, up to 100.");
     else if (!is_ptp && profile_.max_speed > 0 && *n.known > profile_.max_speed)
       fail(std::string("a ") + what + " of " + trimmed(*n.known, 3) +
                " mm/s is above the robot's " + trimmed(profile_.max_speed, 3),
@@ -642,7 +641,7 @@ class BrandWriter : public Writer {
       for (std::size_t i = 0; straight && i < 9; ++i)
         straight = std::fabs(g.pose->R[i] - (i % 4 == 0 ? 1.0 : 0.0)) < 1e-12;
       if (straight) continue;
-      fail("an increment of joints, of an orientation, or one that is not known, cannot be posted",
+      fail("an increment of joints or of an orientation, or an unknown increment, cannot be posted",
            "Write the target itself, or post the flattened program (form = \"flat\").");
       return false;
     }
@@ -660,14 +659,14 @@ class BrandWriter : public Writer {
     const double full = number_option("c_ptp_mm", 100);
     if (!m.blend.known) {
       note("C_PTP is posted as a distance, 100 % being " + trimmed(full, 3) + " mm",
-           "The option c_ptp_mm of the profile says how many.");
+           "The profile's option c_ptp_mm sets this distance.");
       return {std::nullopt, "(" + m.blend.text + ") * " + trimmed(full / 100, 6, 1)};
     }
     Number mm;
     mm.known = *m.blend.known * full / 100;
     note("C_PTP of " + trimmed(*m.blend.known, 3) + " % is posted as " + trimmed(*mm.known, 3) +
              " mm",
-         "The option c_ptp_mm of the profile says how many mm 100 % are.");
+         "The profile's option c_ptp_mm sets the distance for 100 %.");
     return mm;
   }
   static std::string plain(double v) {
@@ -688,9 +687,11 @@ class BrandWriter : public Writer {
   Text call_function(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
     if (has_functions()) return Writer::call_function(r, arguments);
     if (!may_call_) {
-      fail("a function of the program in a condition that is asked again cannot be posted, since " +
-               std::string(caps_.title) + " has no functions",
-           "Assign its value to a variable before, and at the end of the loop.");
+      fail(
+          "a function of the program cannot be posted in a condition that is evaluated repeatedly, "
+          "since " +
+              std::string(caps_.title) + " has no functions",
+          "Assign its value to a variable before, and at the end of the loop.");
       return {};
     }
     const std::string all = list(arguments);
@@ -701,9 +702,9 @@ class BrandWriter : public Writer {
   /// Routines that none of these languages has within a program.
   void refuse_beside(std::uint32_t r) {
     if (routine(r).kind == RMP_ROUTINE_PROCESS)
-      cannot("parallel processes", "Post them as programs of their own.");
+      cannot("parallel processes", "Post them as separate programs.");
     if (routine(r).kind == RMP_ROUTINE_INTERRUPT)
-      cannot("interrupts", "Ask for the condition in the program.");
+      cannot("interrupts", "Test the condition in the program.");
   }
   void call(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
     std::string all = list(arguments);
@@ -803,7 +804,7 @@ class BrandWriter : public Writer {
     for (const char c : s)
       if (c == quote || c == '\\' || c < ' ' || c > '~') {
         cannot("strings with quotes, backslashes or characters beyond ASCII",
-               "Write it otherwise.");
+               "Rewrite it without them.");
         return {};
       }
     return {quote + std::string(s) + quote};

@@ -116,7 +116,7 @@ class CWriter final : public post::Writer {
       const std::uint32_t p = x.first_parameter + k;
       const bool is_out = symbol(p).mode != RMP_MODE_IN;
       if (type(symbol(p).type).kind == RMP_TYPE_ARRAY && !is_out)
-        cannot("arrays that are handed over by value", "Make the parameter INOUT.");
+        cannot("arrays passed by value", "Make the parameter INOUT.");
       s += (k ? ", " : "") + (is_out ? declared(symbol(p).type, "(*" + name(p) + ")")
                                      : declared(symbol(p).type, name(p)));
     }
@@ -375,7 +375,7 @@ class CWriter final : public post::Writer {
         if (n == 0) return at + ".pse";
         if (n == 1) return at + ".status";
         if (n == 3) return at;
-        cannot("turns of targets", "They follow from the joints.");
+        cannot("turn numbers of targets", "They follow from the joints.");
         return at;
       default: return at + "." + field_name(t, n);
     }
@@ -389,7 +389,7 @@ class CWriter final : public post::Writer {
   std::string at(const Pose& p) {
     for (const double x : p.p)
       if (!(std::fabs(x) < 1e6))
-        fail("a position here is beyond what a robot reaches", "Check what it is computed from.");
+        fail("a position here is beyond the reach of any robot", "Check what it is computed from.");
     return "rmp_at(" + post::with_unit_digits(p.p[0] * 1000) + ", " +
            post::with_unit_digits(p.p[1] * 1000) + ", " + post::with_unit_digits(p.p[2] * 1000) +
            ")";
@@ -606,7 +606,7 @@ class CWriter final : public post::Writer {
         case RMP_TYPE_CHAR: format += "%c"; break;
         default:
           if (x.op != RMP_EXPR_SYMBOL && x.op != RMP_EXPR_INDEX && x.op != RMP_EXPR_FIELD) {
-            cannot("messages with " + type_name(x.type) + " that is computed there",
+            cannot("messages with " + type_name(x.type) + " computed in place",
                    "Assign it to a variable.");
             return;
           }
@@ -689,22 +689,22 @@ class CWriter final : public post::Writer {
     if (m[RMP_ATTR_ADAX_CONTROL].given && m[RMP_ATTR_ADAX_CONTROL].known != 0.0)
       cannot("control of additional axes");
     if (m[RMP_ATTR_TOOL].given)
-      cannot("tools of motions (TOOL, or the tool that the robot has in its world)",
+      cannot("tools of motions (TOOL, or the robot's tool in its world)",
              "Multiply the targets by INV of the tool, or post for a controller with tools.");
     if ((caps_.features & kPostTime) == 0 && m[RMP_ATTR_TIME].given &&
         !(m[RMP_ATTR_TIME].known && *m[RMP_ATTR_TIME].known < 0))
-      cannot("motions in a given time");
+      cannot("motions with a given duration");
     const auto blends = [&](std::uint32_t a) {
       return (m[a].known && *m[a].known > 0) || (!m[a].known && m[a].expression != RMP_NONE);
     };
     if (blends(m.interpolation == RMP_MOVE_PTP ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP) ||
         (m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0))
-      note("C stops at this target: the functions that it calls do not blend");
+      note("C stops at this target: the library's motion functions do not blend");
     if (m[RMP_ATTR_C_SPEED].given && m[RMP_ATTR_C_SPEED].known != 100.0)
-      warn("C_SPEED is not written: the functions that C calls do not blend", "Take it out.");
+      warn("C_SPEED is not written: the library's motion functions do not blend", "Take it out.");
     if ((caps_.features & kPostUntil) == 0 && !std::exchange(told_speed_, true))
-      warn("the library's own speeds count: its functions for speeds are not called",
-           "Set the speeds at the arm, or in the profile's prologue.");
+      warn("the library uses its own speeds: its speed functions are not called",
+           "Set the speeds on the arm, or in the profile's prologue.");
     return "(rmp_move){" + number_of(m, RMP_ATTR_SPEED, 250) + ", " +
            number_of(m, RMP_ATTR_SPEED_ORI, 90) + ", " + number_of(m, RMP_ATTR_ACC, 100) + ", " +
            number_of(m, RMP_ATTR_TIME, -1) + ", " + number_of(m, RMP_ATTR_C_CP, 0) + ", " +
@@ -725,11 +725,11 @@ class CWriter final : public post::Writer {
   std::string until(const Motion& m) {
     if (m.until == RMP_NONE) return "NULL";
     if ((caps_.features & kPostUntil) == 0) {
-      cannot("motions that end by a condition", "The library has none.");
+      cannot("motions that end on a condition", "The library has none.");
       return "NULL";
     }
     if (is_local(m.until)) {
-      fail("C asks this condition from outside of the routine, where its variables are not known",
+      fail("C evaluates this condition outside the routine, where its local variables are unknown",
            "Use variables of the program.");
       return "NULL";
     }
@@ -755,7 +755,7 @@ class CWriter final : public post::Writer {
       return;
     const std::uint32_t op = expression(t.expression).op;
     if (op != RMP_EXPR_SYMBOL && op != RMP_EXPR_INDEX && op != RMP_EXPR_FIELD) {
-      cannot("additional joints of a target that is computed here", "Assign it to a variable.");
+      cannot("additional joints of a target computed in place", "Assign it to a variable.");
       return;
     }
     line("rmp_additional(" + place(t.expression) + ".add, RMP_MOST_JOINTS);");
@@ -788,7 +788,7 @@ class CWriter final : public post::Writer {
     else if (t.role == RMP_ROLE_POSE && t.point) {
       const auto o = post::orientation(t.point->pose.R, post::Orientation::rotation_vector);
       if (std::hypot(o[0], o[1], o[2]) > 1e-9)
-        cannot("increments that turn the tool", "Move to the pose that is meant.");
+        cannot("increments that turn the tool", "Move to the target pose itself.");
       by = at(t.point->pose);
     } else {
       cannot("increments of this kind", "Give a POSITION.");
@@ -798,7 +798,7 @@ class CWriter final : public post::Writer {
       // The frame turns the step.
       const PostPoint* f = point(m[RMP_ATTR_FRAME].expression);
       if (!f || !f->has_pose) {
-        cannot("increments in a frame that is computed", "Give them in the base.");
+        cannot("increments in a computed frame", "Give them in the base.");
         return;
       }
       Pose turn;
@@ -813,8 +813,8 @@ class CWriter final : public post::Writer {
   bool moves_straight_to_poses() const { return (caps_.features & kPostUntil) == 0; }
   void goes_straight() {
     warn(
-        "this PTP goes on a straight line: the library of the PA-10 moves to poses straight, and "
-        "the joints of this target are not known",
+        "this PTP becomes a straight line: the PA-10 library moves straight to poses, and the "
+        "joint values of this target are unknown",
         "Name the robot (program.post{robot = ...}), or give MAIN_JOINT.");
   }
   void ptp(const Motion& m) override {
@@ -837,7 +837,7 @@ class CWriter final : public post::Writer {
     action(m);
   }
   void circle(const Motion& m) override {
-    if (m.incremental) return cannot("incremental circles", "Give both places from the base.");
+    if (m.incremental) return cannot("incremental circles", "Give both points in the base frame.");
     if (m.targets.size() != 2) return fail("a circle has two targets");
     line("rmp_circle(" + pose(m, m.targets[0]) + ", " + pose(m, m.targets[1]) + behind(m));
     action(m);

@@ -65,8 +65,8 @@ class DeclaredWriter : public Writer {
     if (x.kind == RMP_TYPE_ARRAY) {
       const std::int64_t n = std::int64_t{x.upper} - x.lower + 1;
       if (n > kMost) {
-        fail("an array of " + std::to_string(n) + " elements would be set one by one",
-             "Up to 10000 are.");
+        fail("an array of " + std::to_string(n) + " elements would be assigned one by one",
+             "At most 10000 are supported.");
         return;
       }
       if (value != RMP_NONE && !is_made) {

@@ -52,14 +52,14 @@ class MoveWriter : public Writer {
       cannot(what, hint);
       fine = false;
     };
-    refuse(RMP_ATTR_WOBBLE, "weaving (WOBBLE)", 0, "Write the weave as motions of its own.");
+    refuse(RMP_ATTR_WOBBLE, "weaving (WOBBLE)", 0, "Write the weave as separate motions.");
     refuse(RMP_ATTR_DEVICE, "choice of a device (DEVICE)", 1,
            "Post a program for each device, or leave DEVICE out.");
     refuse(RMP_ATTR_ADAX_CONTROL, "control of additional axes (ADAX_CONTROL)", 0,
            "Leave ADAX_CONTROL out.");
     if (m[RMP_ATTR_C_SPEED].given && m[RMP_ATTR_C_SPEED].known.value_or(0) != 100)
       warn("C_SPEED is not written: the controller chooses its speed in transitions",
-           "Take C_SPEED out, or give the motion a lower SPEED.");
+           "Remove C_SPEED, or give the motion a lower SPEED.");
     return fine;
   }
   /// The number of an attribute; nothing where it is not known, not given, or wrong (then said).
@@ -92,8 +92,8 @@ class MoveWriter : public Writer {
     const PostPoint* p = point(m[a].expression);
     if (p && p->has_pose && usable(p->pose)) return p->pose;
     if (!p || !p->has_pose)
-      fail(std::string(name) + " of this motion is not known before the program runs",
-           "Make it of constants, or post the flattened program (form = \"flat\").");
+      fail(std::string(name) + " of this motion is unknown before run time",
+           "Build it from constants, or post the flattened program (form = \"flat\").");
     return std::nullopt;
   }
   /// Whether a controller could take this position at all; says it if not.
@@ -158,18 +158,19 @@ class MoveWriter : public Writer {
     auto out = goal(m, t);
     if (out) return usable(*out) ? out : std::nullopt;
     if (m.incremental)
-      fail("where this increment leads is not known, since the pose before it is not",
+      fail("the target of this increment is unknown, since the pose before it is unknown",
            "Move to the pose itself (MOVE), or name the robot: program.post{robot = ...}.");
     else if (t.point && t.role == RMP_ROLE_POSITION)
-      fail("a position alone keeps the orientation, and the one before is not known",
+      fail("a position without an orientation keeps the previous one, which is unknown",
            "Begin with a motion to a pose, or give a POSE.");
     else if (t.point && is_joints(t.role))
-      fail("the pose of these joints is not known", "Name the robot: program.post{robot = ...}.");
+      fail("the pose at these joint values is unknown",
+           "Name the robot: program.post{robot = ...}.");
     else if (t.role == RMP_ROLE_ADD_JOINT)
-      cannot("motions of additional axes alone", "Give a JOINT or a ROBTARGET with all axes.");
+      cannot("motions of additional axes only", "Give a JOINT or a ROBTARGET with all axes.");
     else
-      fail("this target is not known before the program runs",
-           "Post the flattened program (form = \"flat\"), or make it of constants.");
+      fail("this target is unknown before run time",
+           "Post the flattened program (form = \"flat\"), or build it from constants.");
     return std::nullopt;
   }
   void arrived(std::optional<Pose> at) { last_ = std::move(at); }
@@ -181,7 +182,7 @@ class MoveWriter : public Writer {
     for (const double x : p->external)
       if (x != 0) {
         cannot("additional joints, and here one is at " + trimmed(x, 4),
-               "Drive the gripper by an OUTPUT, and an axis by its own controller.");
+               "Drive the gripper with an OUTPUT, and an axis with its own controller.");
         return;
       }
     if (!std::exchange(told_external_, true))
@@ -195,7 +196,7 @@ class MoveWriter : public Writer {
         if (p.number >= 0) return p.number;
         fail(
             "the profile's " + std::string(what) + " \"" + std::string(p.name) + "\" has no number",
-            "Give it the number that it has on the controller.");
+            "Give it its number on the controller.");
         return std::nullopt;
       }
     fail("the profile has no " + std::string(what) + " with this placement",

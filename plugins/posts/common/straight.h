@@ -25,7 +25,7 @@ class StraightWriter : public MoveWriter {
   std::optional<double> output_value(const Signal& s, std::uint32_t value) {
     const auto v = known(value);
     if (!v) {
-      cannot("values that are computed", "Post the flattened program (form = \"flat\").");
+      cannot("computed values", "Post the flattened program (form = \"flat\").");
       return std::nullopt;
     }
     if (s.type == RMP_TYPE_INT && (*v < 0 || *v >= std::pow(2.0, s.width))) {
@@ -54,7 +54,7 @@ class StraightWriter : public MoveWriter {
   std::optional<double> seconds(std::uint32_t e, double most) {
     const auto v = known(e);
     if (!v) {
-      cannot("times that are computed", "Post the flattened program (form = \"flat\").");
+      cannot("computed times", "Post the flattened program (form = \"flat\").");
       return std::nullopt;
     }
     if (!(*v >= 0 && *v <= most)) {
@@ -96,7 +96,7 @@ class StraightWriter : public MoveWriter {
   }
   bool no_until(const Motion& m) {
     if (m.until == RMP_NONE) return true;
-    cannot("motions that end by a condition (UNTIL)",
+    cannot("motions that end on a condition (UNTIL)",
            "Post to a language that has them, or move in steps.");
     return false;
   }

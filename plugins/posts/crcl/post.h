@@ -41,7 +41,7 @@ class CrclWriter final : public brand::BrandWriter {
     for (const char c : s) {
       const auto u = static_cast<unsigned char>(c);
       if (u < 32 && c != '\t') {
-        fail("a message has a character that XML has none of", "Take it out.");
+        fail("a message has a character that XML does not allow", "Take it out.");
         return {};
       }
       out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
@@ -82,7 +82,7 @@ class CrclWriter final : public brand::BrandWriter {
     setting("SetLengthUnitsType", "UnitName", "millimeter");
     setting("SetAngleUnitsType", "UnitName", "degree");
     if (!profile_.prologue.empty() || !profile_.epilogue.empty())
-      warn("the profile's prologue and epilogue are left out: CRCL has commands only");
+      warn("the profile's prologue and epilogue are omitted: CRCL has commands only");
   }
   void routine_begin(std::uint32_t r) override {
     if (r != 0) cannot("procedures, functions or processes");
@@ -145,21 +145,20 @@ class CrclWriter final : public brand::BrandWriter {
   // ---- statements ----
   void wait_time(std::uint32_t seconds) override {
     const auto k = known(seconds);
-    if (!k) cannot("times that are computed");
+    if (!k) cannot("computed times");
     else setting("DwellType", "DwellTime", number(*k, 6));
   }
   void halt() override {
     begin_command("StopMotionType");
     element("StopCondition", "Normal");
     end_command();
-    warn("commands behind HALT follow in the file: CRCL has no end but the last command");
+    warn("commands after HALT remain in the file: CRCL ends only with its last command");
   }
   void message(std::span<const std::uint32_t> values, bool) override {
     std::string all;
     for (const std::uint32_t v : values) {
       if (expression(v).constant == RMP_NONE) {
-        cannot("messages of values that are computed",
-               "Post the flattened program (form = \"flat\").");
+        cannot("messages with computed values", "Post the flattened program (form = \"flat\").");
         return;
       }
       all += text(v);
@@ -170,7 +169,7 @@ class CrclWriter final : public brand::BrandWriter {
   void set_output(const Signal& s, std::uint32_t value) override {
     const auto k = known(value);
     if (!k) {
-      cannot("outputs that are computed", "Post the flattened program (form = \"flat\").");
+      cannot("computed outputs", "Post the flattened program (form = \"flat\").");
       return;
     }
     if (s.kind == "gripper" && s.type == RMP_TYPE_BOOL) {
@@ -188,7 +187,7 @@ class CrclWriter final : public brand::BrandWriter {
     close("</ParameterSetting>");
     end_command();
     if (!told_)
-      note("outputs are posted as parameters of the robot, which CRCL leaves to it",
+      note("outputs are posted as robot parameters, which the robot interprets",
            "In the profile, target is the parameter's name; kind = \"gripper\" makes one a "
            "gripper's.");
     told_ = true;
@@ -221,13 +220,13 @@ class CrclWriter final : public brand::BrandWriter {
     const brand::Goal& g = x.goals[0];
     if ((!g.pose && !g.is_joints) || !x.speed.known || !x.speed_ori.known || !x.acc.known ||
         !x.blend.known || !x.tool.text.empty() || !x.frame.text.empty()) {
-      cannot("motions that are computed", "Post the flattened program (form = \"flat\").");
+      cannot("computed motions", "Post the flattened program (form = \"flat\").");
       return;
     }
     // The controlled point is the tool's; poses are in the workstation.
     const Pose tool = x.tool.pose.value_or(Pose{});
     if (tools_.changes(tool_text(tool)) && !is_identity(tool))
-      note("CRCL has no command for a tool: its tip has to be the controlled point of the robot");
+      note("CRCL has no command for a tool: set its tip as the robot's controlled point");
     if (g.is_joints) {
       joints(g, x);
       return;
@@ -286,8 +285,8 @@ class CrclWriter final : public brand::BrandWriter {
                            (task_.robot->joints[i].type == JointType::prismatic ? 1000 : kDegree),
                        4));
       else if (*x.speed.known != 100 && i == 0)
-        warn("SPEED_PTP is left to the robot, whose speeds of joints are not known here",
-             "Name a robot whose joints have greatest speeds.");
+        warn("SPEED_PTP is left to the robot, since its joint speed limits are unknown",
+             "Name a robot with joint speed limits.");
       close("</JointDetails>");
       close("</ActuateJoint>");
     }

@@ -116,9 +116,9 @@ class TpWriter final : public MoveWriter {
       const std::int32_t most = profile_.max_lines > 0 ? profile_.max_lines : caps_.max_lines;
       if (n_line > static_cast<std::size_t>(most)) {
         at_ = head;
-        fail(n + " has " + std::to_string(n_line) + " lines, and the controller takes " +
+        fail(n + " has " + std::to_string(n_line) + " lines, and the controller allows " +
                  std::to_string(most),
-             "Divide it into procedures, or say in the profile (max_lines) what it takes.");
+             "Split it into procedures, or set the controller's limit in the profile (max_lines).");
       }
       all.append(p.lines);
       all.add("/POS", &head);
@@ -168,8 +168,8 @@ class TpWriter final : public MoveWriter {
     if (count > most || first + count - 1 > most) {
       fail("the program needs more " + std::string(kNames[k]) + " than the " +
                std::to_string(most) + " that the controller has",
-           "Make its variables smaller, or say in the profile (option " + std::string(kNames[k]) +
-               ") how many there are.");
+           "Make its variables smaller, or set their number in the profile (option " +
+               std::string(kNames[k]) + ") how many there are.");
       return first;
     }
     next_[k] += count;
@@ -340,13 +340,13 @@ class TpWriter final : public MoveWriter {
     if (const auto p = pose_part(object, n)) return {*p};
     if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0)), space_of(e.type)))
       return {slot_text(*s)};
-    cannot("such part of a value while it runs", "Use numbers, or post the flattened program.");
+    cannot("such part of a value at run time", "Use numbers, or post the flattened program.");
     return {"R[1]"};
   }
   Text index(std::uint32_t, std::uint32_t, const rmp_code_expression& e) override {
     if (const auto s = slot(static_cast<std::uint32_t>(&e - &expression(0)), space_of(e.type)))
       return {slot_text(*s)};
-    cannot("such element while it runs", "Use an ARRAY of numbers, or post the flattened program.");
+    cannot("such element at run time", "Use an ARRAY of numbers, or post the flattened program.");
     return {"R[1]"};
   }
   void assign_pose(std::int64_t to, std::uint32_t value) {
@@ -368,7 +368,7 @@ class TpWriter final : public MoveWriter {
       put(pr + "]=PR[" + std::to_string(base_of(x.symbol, poses)) + "]");
       return;
     }
-    cannot("poses that are computed while it runs",
+    cannot("poses computed at run time",
            "Assign X, Y and Z of a pose, or post the flattened program (form = \"flat\").");
   }
   static std::string signed_number(const std::string& s) {
@@ -427,7 +427,7 @@ class TpWriter final : public MoveWriter {
       if (t != RMP_TYPE_INT && t != RMP_TYPE_REAL && t != RMP_TYPE_BOOL) return nullptr;
       if ((e.op == RMP_EXPR_AND || e.op == RMP_EXPR_OR) && &o != &links(e.first, e.count)[0] &&
           expression(o).op == RMP_EXPR_INDEX)
-        warn("both sides of AND and OR are looked at: TP computes elements before the line");
+        warn("both sides of AND and OR are evaluated: TP computes elements before the line");
     }
     return Writer::operation(e);
   }
@@ -437,8 +437,8 @@ class TpWriter final : public MoveWriter {
       return {std::to_string(k.integer), k.integer < 0 ? 0 : 100};
     if (k.kind == RMP_CONSTANT_REAL) {
       if (!(std::fabs(k.real) < 1e7)) {
-        fail("the number " + shortest(k.real) + " is none that a register takes",
-             "Registers have some 7 digits.");
+        fail("the number " + shortest(k.real) + " does not fit a register",
+             "Registers have about 7 digits.");
         return {"0"};
       }
       const std::string s = trimmed(k.real, 6);
@@ -486,7 +486,7 @@ class TpWriter final : public MoveWriter {
     }
     const auto v = known(value);
     if (!v) {
-      cannot("INT on single outputs while it runs",
+      cannot("INT on single outputs at run time",
              "Make a group of them, and give the profile its number with kind G.");
       return;
     }
@@ -657,7 +657,7 @@ class TpWriter final : public MoveWriter {
     }
     const auto v = known(timeout);
     if (!v || !(*v >= 0 && *v <= 327)) {
-      cannot(v ? "TIMEOUT of " + shortest(*v) + " s" : "TIMEOUT that is computed",
+      cannot(v ? "TIMEOUT of " + shortest(*v) + " s" : "a computed TIMEOUT",
              "Give a constant from 0 to 327 s.");
       return;
     }
@@ -711,7 +711,7 @@ class TpWriter final : public MoveWriter {
   }
   std::string config(const PostPoint* p) {
     if (!p || (p->q.empty() && !p->has_status)) {
-      warn("the configuration of this target is not known and is written as N U T, 0, 0, 0",
+      warn("the configuration of this target is unknown and is written as N U T, 0, 0, 0",
            "Name the robot: program.post{robot = ...}, or give a ROBTARGET.");
       return "N U T, 0, 0, 0";
     }
@@ -733,8 +733,7 @@ class TpWriter final : public MoveWriter {
     const auto t = axis_turn(p, axis);
     if (!t && !p.turns.empty())
       warn(
-          "TURNS of this target are written as 0, since they are not known of the controller's "
-          "axes",
+          "TURNS of this target are written as 0, since those of the controller's axes are unknown",
           "Name the robot: program.post{robot = ...}.");
     return t.value_or(0);
   }
@@ -782,8 +781,8 @@ class TpWriter final : public MoveWriter {
     if (RMP_HAS(&task_, axes_are_unknown) && task_.axes_are_unknown != 0 &&
         !std::exchange(told_j3_, true))
       note(
-          "J3 is written as the robot's third joint counts, and this controller counts it from the "
-          "horizontal",
+          "J3 is written as the angle of the robot's third joint, but this controller measures it "
+          "from the horizontal",
           "Give the robot its maker's axes (robot.set_axes).");
     std::vector<bool> slides;
     for (const PostAxis& a : profile_.axes)
@@ -804,7 +803,7 @@ class TpWriter final : public MoveWriter {
         return {};
       }
       if (!t.point) {
-        cannot("joints that are computed while it runs", "Post the flattened program.");
+        cannot("joint values computed at run time", "Post the flattened program.");
         return {};
       }
       return joint_position(*t.point);
@@ -827,27 +826,27 @@ class TpWriter final : public MoveWriter {
       if (!is_ptp && v > 0) {
         cnt = std::clamp(std::round(cnt), 1.0, 100.0);
         note("C_CP of " + trimmed(v, 2) + " mm is written as CNT" + fixed(cnt, 0),
-             "The profile's option cnt_mm says how many mm are CNT100.");
+             "The profile's option cnt_mm sets the distance in mm for CNT100.");
       }
     } else if (m[a].expression != RMP_NONE) {
-      cannot("C_CP and C_PTP that are computed", "Give constants.");
+      cannot("computed C_CP and C_PTP", "Give constants.");
     }
     if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0 && cnt == 0) {
       cnt = 100;
       if (m.until == RMP_NONE)
-        note("C_PASS without a distance is written as CNT100, and in a run the robot " +
+        note("C_PASS without a distance is written as CNT100, and the simulated robot " +
                  post::at_c_pass_in_a_run(*task_.code, m),
              std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
     }
     cnt = std::clamp(std::round(cnt), 0.0, 100.0);
     if (m.until != RMP_NONE && cnt > 0) {
-      warn("a motion with UNTIL is not blended", "Take C_CP and C_PTP out.");
+      warn("a motion with UNTIL is not blended", "Remove C_CP and C_PTP.");
       cnt = 0;
     }
     std::string out = cnt > 0 ? " CNT" + fixed(cnt, 0) : " FINE";
     const std::uint32_t acc = is_ptp && !m[RMP_ATTR_ACC].given ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC;
     if (!m[acc].known && m[acc].expression != RMP_NONE)
-      cannot("accelerations that are computed", "Give a constant.");
+      cannot("computed accelerations", "Give a constant.");
     const double v = number_of(m, acc, "the acceleration", 0, 150).value_or(100);
     if (v != 100) out += " ACC" + fixed(v, 0);
     return out;
@@ -856,7 +855,7 @@ class TpWriter final : public MoveWriter {
     if (has_time(m)) {
       const auto t = time_of(m);
       if (!t) {
-        if (!m[RMP_ATTR_TIME].known) cannot("TIME that is computed", "Give a constant.");
+        if (!m[RMP_ATTR_TIME].known) cannot("a computed TIME", "Give a constant.");
         return " 100%";
       }
       std::string s = fixed(*t, 1);
@@ -875,7 +874,7 @@ class TpWriter final : public MoveWriter {
                                          : RMP_ATTR_SPEED;
     const char* unit = is_ptp ? "%" : turns_only ? "deg/sec" : "mm/sec";
     if (!is_ptp && !turns_only && m[RMP_ATTR_SPEED_ORI].given)
-      warn("SPEED_ORI is not written: the tool turns along with the path",
+      warn("SPEED_ORI is not written: the tool rotates with the path",
            "Give TIME, or a lower SPEED.");
     if (!m[a].known) {
       if (m[a].expression == RMP_NONE) return is_ptp ? " 100%" : " 250mm/sec";
@@ -935,8 +934,8 @@ class TpWriter final : public MoveWriter {
     if (m.until == RMP_NONE) return {};
     const auto t = signal_test(m.until);
     if (!t || t->signal.type != RMP_TYPE_BOOL) {
-      cannot("UNTIL with other conditions than one BOOL signal",
-             "Let a signal stand for the condition.");
+      cannot("UNTIL with conditions other than one BOOL signal",
+             "Use one signal for the condition.");
       return {};
     }
     put("SKIP CONDITION " + condition(m.until));

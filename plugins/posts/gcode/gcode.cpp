@@ -27,7 +27,7 @@ class GWriter final : public StraightWriter {
     line("(" + plain_text(task_.name, '(') + ")");
     line("G21 G90 G94 G17 G40 G49");
     if (profile_.frame >= 0)
-      note("positions are written in the robot's base: no coordinate system is chosen");
+      note("positions are written in the robot's base: no coordinate system is selected");
     if (!profile_.prologue.empty()) lines_.add_lines(profile_.prologue);
   }
   void finish() override {
@@ -83,7 +83,7 @@ class GWriter final : public StraightWriter {
     }
     for (std::size_t i = 0; i < 9; ++i)
       if (!(std::fabs(p.R[i] - (*orientation_)[i]) < 1e-5)) {
-        cannot("other orientations than the first on three axes",
+        cannot("orientation changes on three axes",
                "Keep the orientation, or give the profile the option rotary = ABC.");
         return false;
       }
@@ -96,21 +96,24 @@ class GWriter final : public StraightWriter {
     std::string mode = "G61.1";  // each target is a stop; G61 goes on where two are in line
     if (r > 0 && !is_ptp) {
       mode = "G64 P" + length(r);
-      note("C_CP is written as a tolerance: G64 leaves the path by at most so much");
+      note("C_CP is written as the tolerance of G64: the largest deviation from the path");
     } else if (r > 0 || m[RMP_ATTR_C_PASS].known.value_or(0) != 0) {
       mode = "G64";
-      note("the transition is written as G64: how far it leaves the path is the machine's choice");
+      note(
+          "the transition is written as G64: the machine chooses how far it deviates from the "
+          "path");
     }
     if (blend_.changes(mode)) line(mode);
     const std::uint32_t acc = is_ptp && !m[RMP_ATTR_ACC].given ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC;
     if (certain(m, acc, "the acceleration", 100) != 100)
-      warn("accelerations are not written: the machine has its own", "Take ACC out.");
+      warn("accelerations are not written: the machine uses its own", "Take ACC out.");
     return true;
   }
   void ptp(const Motion& m) override {
     if (!prepare(m, true)) return;
     if (m[RMP_ATTR_SPEED_PTP].given && certain(m, RMP_ATTR_SPEED_PTP, "SPEED_PTP", 100) != 100)
-      warn("SPEED_PTP is not written: G0 is as fast as the machine is", "Use LIN with SPEED.");
+      warn("SPEED_PTP is not written: G0 moves at the machine's rapid speed",
+           "Use LIN with SPEED.");
     if (has_time(m)) {
       cannot("TIME of PTP motions", "Use LIN.");
       return;
@@ -126,7 +129,7 @@ class GWriter final : public StraightWriter {
     if (has_time(m)) {
       const auto t = time_of(m);
       if (!t) {
-        cannot("TIME that is computed", "Post the flattened program (form = \"flat\").");
+        cannot("a computed TIME", "Post the flattened program (form = \"flat\").");
         return "";
       }
       if (!inverse_) line("G93");
@@ -136,7 +139,7 @@ class GWriter final : public StraightWriter {
     if (inverse_) line("G94");
     inverse_ = false;
     if (m[RMP_ATTR_SPEED_ORI].given)
-      warn("SPEED_ORI is not written: the tool turns along with the path", "Give a lower SPEED.");
+      warn("SPEED_ORI is not written: the tool rotates with the path", "Give a lower SPEED.");
     return " F" +
            number(60 * certain(m, RMP_ATTR_SPEED, "SPEED", 250, 0.001, 1e6), profile_.speed_digits);
   }
@@ -174,7 +177,7 @@ class GWriter final : public StraightWriter {
     const auto via = certain_goal(m, m.targets[0]), to = certain_goal(m, m.targets[1]);
     if (!via || !to || !held(*via) || !held(*to)) return;
     if (!last()) {
-      fail("where this circle starts is not known", "Begin with a motion to a pose.");
+      fail("the start of this circle is unknown", "Begin with a motion to a pose.");
       return;
     }
     // Centre of the circle through three points, in mm.
@@ -211,8 +214,8 @@ class GWriter final : public StraightWriter {
       double trace = 0;
       for (std::size_t i = 0; i < 9; ++i) trace += there[i] * via->R[i];
       if (!(std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0)) * kDegree < 0.01)) {
-        cannot("circles with an orientation of its own at the via point",
-               "Give all three places one orientation, or write it as LIN.");
+        cannot("circles with a separate orientation at the via point",
+               "Give all three points the same orientation, or write it as LIN.");
         return;
       }
     }
@@ -236,7 +239,8 @@ class GWriter final : public StraightWriter {
   }
   void chords(const Pose& to, const Vec3& c, const Vec3& n, double size, const std::string& f) {
     if (rotary_ || inverse_) {
-      cannot("circles out of the three planes with rotary axes or TIME", "Write them as LIN.");
+      cannot("circles outside the three coordinate planes with rotary axes or TIME",
+             "Write them as LIN.");
       return;
     }
     const double r = std::hypot(c[0], c[1], c[2]);
@@ -257,7 +261,7 @@ class GWriter final : public StraightWriter {
     const double pieces = std::ceil(angle / std::max(one, 1e-4));
     note("the circle is written as " + fixed(pieces, 0) + " straight pieces, at most " +
              trimmed(chord_mm_, 4) + " mm away from it",
-         "The profile's option chord_mm says how far.");
+         "The profile's option chord_mm sets this deviation.");
     for (double k = 1; k <= pieces; ++k) {
       const double a = angle * k / pieces;
       Pose p = to;
@@ -271,7 +275,7 @@ class GWriter final : public StraightWriter {
   void set_output(const Signal& s, std::uint32_t value) override {
     for (const auto& [n, on] : bits(s, value)) {
       if (n < 0 || n > 63) {
-        fail("signal " + std::to_string(n) + " is none of the digital ones, 0 to 63",
+        fail("signal " + std::to_string(n) + " is not one of the digital signals, 0 to 63",
              "Give the profile a number for it.");
         return;
       }
@@ -285,8 +289,8 @@ class GWriter final : public StraightWriter {
     const auto t = signal_test(c);
     if (!t || t->signal.type != RMP_TYPE_BOOL || t->signal.is_output || t->signal.number < 0 ||
         t->signal.number > 63) {
-      cannot("WAIT FOR other conditions than one BOOL input, 0 to 63",
-             "Let a signal stand for the condition, and give the profile its number.");
+      cannot("WAIT FOR with conditions other than one BOOL input, 0 to 63",
+             "Use one signal for the condition, and set its number in the profile.");
       return;
     }
     double most = 1e6;
@@ -295,7 +299,7 @@ class GWriter final : public StraightWriter {
       if (!v) return;
       most = *v;
     } else {
-      note("a wait without TIMEOUT ends after 1000000 s: M66 wants a time");
+      note("a wait without TIMEOUT ends after 1000000 s: M66 requires a time");
     }
     line("M66 P" + std::to_string(t->signal.number) + (wanted(*t) ? " L3 Q" : " L4 Q") +
          trimmed(most, 3));

@@ -42,7 +42,7 @@ class InformWriter final : public StraightWriter {
     pulses_ = wish.empty() ? all : upper(wish) == "PULSE";
     if (pulses_ && !all)
       fail("the profile has no pulses for each axis of the robot",
-           "Give its axes pulses a degree (or mm), or the option postype = BASE.");
+           "Give its axes pulses per degree (or mm), or set the option postype = BASE.");
     tool_ = profile_.tool >= 0 && static_cast<std::size_t>(profile_.tool) < profile_.tools.size()
                 ? profile_.tools[static_cast<std::size_t>(profile_.tool)].number
                 : 0;
@@ -80,9 +80,9 @@ class InformWriter final : public StraightWriter {
     const std::size_t most =
         static_cast<std::size_t>(profile_.max_points > 0 ? profile_.max_points : caps_.max_points);
     if (job.points.size() > most)
-      fail("the job has " + std::to_string(job.points.size()) + " positions, and a job takes " +
+      fail("the job has " + std::to_string(job.points.size()) + " positions, and a job allows " +
                std::to_string(most),
-           "Divide the program, or say in the profile (max_points) what it takes.");
+           "Split the program, or set the controller's limit in the profile (max_points).");
     const rmp_span head = routine(r).span;
     File all(0);
     const auto add = [&](const std::string& s) { all.add(s, &head); };
@@ -139,7 +139,7 @@ class InformWriter final : public StraightWriter {
     bool has_external = false;
     for (const PostAxis& a : profile_.axes) has_external = has_external || a.external;
     if (has_external) {
-      cannot("additional axes (BC, EC) by this post", "Take them out of the profile.");
+      cannot("additional axes (BC, EC) by this post", "Remove them from the profile.");
       return {};
     }
     no_external(t.point);
@@ -161,7 +161,7 @@ class InformWriter final : public StraightWriter {
         const auto at = certain_goal(m, t);
         if (!at) return {};
         if (!task_.kinematics || !task_.robot) {
-          fail("the joints of this target are not known, since no robot is named",
+          fail("the joint values of this target are unknown, since no robot is named",
                "Name the robot: program.post{robot = ...}, or post BASE positions.");
           return {};
         }
@@ -183,7 +183,7 @@ class InformWriter final : public StraightWriter {
         if (a.external) continue;
         if (a.pulses == 0) {
           fail("axis " + std::string(a.name) + " of the profile has no pulses",
-               "Joints are written in pulses: give the axis its pulses a degree.");
+               "Joints are written in pulses: give the axis its pulses per degree.");
           return {};
         }
         const double v = values[i++] * a.pulses;
@@ -196,7 +196,7 @@ class InformWriter final : public StraightWriter {
       }
       if (numbers.empty()) {
         fail("joints are written in pulses, and the profile has no axes",
-             "Give its axes pulses a degree.");
+             "Give its axes pulses per degree.");
         return {};
       }
       return add("PULSE", "", numbers);
@@ -220,13 +220,13 @@ class InformWriter final : public StraightWriter {
         turns += turn != 0 ? ",1" : ",0";
         if (turn < -1 || turn > 1)
           warn("the axis makes " + std::to_string(turn) +
-                   " turns, and RCONF tells only that it is beyond 180 degrees",
-               "Post positions of pulses (postype = PULSE).");
+                   " turns, and RCONF states only that it is beyond 180 degrees",
+               "Post positions in pulses (postype = PULSE).");
       }
       if (t.point->q.empty() && !t.point->turns.empty() && t.point->turns_from != kTurnsFrom)
         no_turns(t.point);
     } else {
-      warn("the configuration of this target is not known and is written as 1,0,0,0,0,0,0,0",
+      warn("the configuration of this target is unknown and is written as 1,0,0,0,0,0,0,0",
            "Name the robot: program.post{robot = ...}, or give a ROBTARGET.");
     }
     const std::string conf = std::string((status & kPostWristFlipped) ? "0" : "1") +
@@ -245,10 +245,10 @@ class InformWriter final : public StraightWriter {
       pl = std::clamp(static_cast<int>(std::ceil(level - 1e-9)), 1, 8);
       note((is_ptp ? "C_PTP of " : "C_CP of ") + trimmed(r, 2) + (is_ptp ? " %" : " mm") +
                " is written as PL=" + std::to_string(pl),
-           "The profile's option pl_mm says how many mm a level has.");
+           "The profile's option pl_mm sets the distance in mm per level.");
     } else if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0) {
       pl = 8;
-      note("C_PASS without a distance is written as PL=8, and in a run the robot " +
+      note("C_PASS without a distance is written as PL=8, and the simulated robot " +
                post::at_c_pass_in_a_run(*task_.code, m),
            std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
     }
@@ -264,7 +264,7 @@ class InformWriter final : public StraightWriter {
       return " VJ=" + fixed(v, 2);
     }
     if (m[RMP_ATTR_SPEED_ORI].given)
-      warn("SPEED_ORI is not written: the tool turns along with the path", "Give a lower SPEED.");
+      warn("SPEED_ORI is not written: the tool rotates with the path", "Give a lower SPEED.");
     const double v = certain(m, RMP_ATTR_SPEED, "SPEED", 250, 0.1, 1500);
     if (std::fabs(v * 10 - std::round(v * 10)) > 1e-9)
       warn("a speed of " + trimmed(v, 4) + " mm/s is rounded to tenths");
@@ -274,8 +274,8 @@ class InformWriter final : public StraightWriter {
     if (!plain(m)) return false;
     if (has_other_tool_) start_.clear();
     tool_now_ = tool_;
-    tool_pose_ = profile_.tool >= 0 ? profile_.tools[static_cast<std::size_t>(profile_.tool)].pose
-                                    : Pose{};
+    tool_pose_ =
+        profile_.tool >= 0 ? profile_.tools[static_cast<std::size_t>(profile_.tool)].pose : Pose{};
     if (m[RMP_ATTR_TOOL].given) {
       const auto p = pose_of(m, RMP_ATTR_TOOL, "TOOL");
       if (!p) return false;
@@ -290,8 +290,8 @@ class InformWriter final : public StraightWriter {
     if (m.until == RMP_NONE) return {};
     const auto t = signal_test(m.until);
     if (!t || t->signal.type != RMP_TYPE_BOOL || m.action != RMP_NONE) {
-      cannot("UNTIL with other conditions than one BOOL signal, or with DO",
-             "Let a signal stand for the condition.");
+      cannot("UNTIL with conditions other than one BOOL signal, or with DO",
+             "Use one signal for the condition.");
       return {};
     }
     return " UNTIL " + place(t->signal) + "=" + (wanted(*t) ? "ON" : "OFF");
@@ -315,8 +315,8 @@ class InformWriter final : public StraightWriter {
       return;
     }
     if (start_.empty()) {
-      fail("a circle begins at a position of the job, and there is none before it",
-           "Begin with a MOVE to where the circle starts.");
+      fail("a circle begins at the job's previous position, and there is none",
+           "Begin with a MOVE to the start of the circle.");
       return;
     }
     const std::string via = target(m, m.targets[0]), to = target(m, m.targets[1]);
@@ -332,7 +332,7 @@ class InformWriter final : public StraightWriter {
   }
   std::string place(const Signal& s) {
     if (s.number < 1 || s.number > 1024)
-      fail("signal " + std::to_string(s.number) + " is none of the general ones, 1 to 1024",
+      fail("signal " + std::to_string(s.number) + " is not one of the general signals, 1 to 1024",
            "Give the profile a number for this signal.");
     return std::string(s.is_output ? "OT#(" : "IN#(") + std::to_string(s.number) + ")";
   }
@@ -341,10 +341,10 @@ class InformWriter final : public StraightWriter {
       const auto v = output_value(s, value);
       if (!v) return;
       if (s.number < 1 || s.number > 40)
-        fail("signal " + std::to_string(s.number) + " is none of the analogue ones, 1 to 40",
+        fail("signal " + std::to_string(s.number) + " is not one of the analogue signals, 1 to 40",
              "Give the profile a number for this signal.");
       if (!(std::fabs(*v) <= 14))
-        fail("an analogue output of " + trimmed(*v, 3) + " V", "It is from -14 to 14 V.");
+        fail("an analogue output of " + trimmed(*v, 3) + " V", "The range is -14 to 14 V.");
       line("AOUT AO#(" + std::to_string(s.number) + ") " + fixed(*v, 2));
       return;
     }
@@ -365,8 +365,8 @@ class InformWriter final : public StraightWriter {
   void wait_for(std::uint32_t c, std::uint32_t timeout) override {
     const auto t = signal_test(c);
     if (!t || t->signal.type != RMP_TYPE_BOOL) {
-      cannot("WAIT FOR other conditions than one BOOL signal",
-             "Let a signal stand for the condition.");
+      cannot("WAIT FOR with conditions other than one BOOL signal",
+             "Use one signal for the condition.");
       return;
     }
     std::string s = "WAIT " + place(t->signal) + "=" + (wanted(*t) ? "ON" : "OFF");

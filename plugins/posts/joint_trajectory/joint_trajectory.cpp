@@ -31,16 +31,18 @@ class TrajectoryWriter final : public StraightWriter {
            "step_mm and step_deg are at least 0.01, joint_speed is above 0, start_s at least "
            "0.001.");
     if (!task_.robot) {
-      fail("joints are written, and no robot is named",
+      fail("joint values are written, and no robot is named",
            "Name the robot: program.post{robot = ...}.");
     }
     if (std::any_of(profile_.axes.begin(), profile_.axes.end(), [](const PostAxis& a) {
           return is_of_robot(a) && (a.sign != 1 || a.offset != 0 || !a.coupled.empty());
         }))
-      note("positions are those of the robot's joints, as in its URDF, not of its maker's axes");
+      note(
+          "positions are those of the robot's joints, as in its URDF, not those of its maker's "
+          "axes");
     if (!profile_.prologue.empty() || !profile_.epilogue.empty())
-      warn("prologue and epilogue are not written: a message has no lines of a language",
-           "Take them out of the profile.");
+      warn("prologue and epilogue are not written: a message has no program lines",
+           "Remove them from the profile.");
   }
   void declare(std::uint32_t s, std::uint32_t) override {
     at_ = symbol(s).span;
@@ -76,7 +78,7 @@ class TrajectoryWriter final : public StraightWriter {
     }
     std::set<std::string> unique(names.begin(), names.end());
     if (unique.size() != names.size())
-      fail("two joints have one name", "Give the profile's axes names of their own.");
+      fail("two joints have the same name", "Give the profile's axes distinct names.");
     if (!has_steps_) {
       if (points_.empty()) warn("the trajectory is empty: the program has no motions");
       give(std::string(task_.name), names);
@@ -152,7 +154,7 @@ class TrajectoryWriter final : public StraightWriter {
       const double own = task_.robot->joints[i].max_velocity;
       if (std::isfinite(own) && own > 0) return own;
       if (!std::exchange(told_speed_, true))
-        note("the robot has no speed limits: 100 % are taken as " + trimmed(joint_speed_, 2) +
+        note("the robot has no speed limits: 100 % is taken as " + trimmed(joint_speed_, 2) +
                  " degrees/s",
              "Give its joints limits, or the profile the option joint_speed.");
     }
@@ -188,7 +190,7 @@ class TrajectoryWriter final : public StraightWriter {
     if (t.point && !moved && !t.point->q.empty()) {
       q.assign(t.point->q.begin(), t.point->q.end());
     } else if (t.point && !moved && !t.point->has_pose) {
-      fail(*t.point->q_missing ? t.point->q_missing : "the joints of this target are not known",
+      fail(*t.point->q_missing ? t.point->q_missing : "the joint values of this target are unknown",
            "Name the robot: program.post{robot = ...}.");
       return std::nullopt;
     } else {
@@ -221,7 +223,7 @@ class TrajectoryWriter final : public StraightWriter {
         here_.empty() ? std::vector<double>(task_.robot->coordinate_count(), 0.0) : here_;
     auto found = task_.kinematics->inverse(product(at, inverse(tool_)), seed, -1);
     if (!found.ok()) {
-      fail("the robot does not reach a place of this motion: " + found.error().message,
+      fail("the robot does not reach a point of this motion: " + found.error().message,
            "Move the target, or choose another start.");
       return std::nullopt;
     }
@@ -239,17 +241,17 @@ class TrajectoryWriter final : public StraightWriter {
     }
     if (certain(m, is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP, "C_CP and C_PTP", 0) > 0 ||
         m[RMP_ATTR_C_PASS].known.value_or(0) != 0)
-      note("the target is reached exactly: a trajectory passes all of its points");
+      note("the target is reached exactly: a trajectory passes through all its points");
     const std::uint32_t acc = is_ptp && !m[RMP_ATTR_ACC].given ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC;
     if (certain(m, acc, "the acceleration", 100) != 100)
-      warn("accelerations are not written: positions and times are", "Take ACC out.");
+      warn("accelerations are not written, only positions and times", "Take ACC out.");
     return true;
   }
   double asked_time(const Motion& m, double otherwise) {
     if (!has_time(m)) return otherwise;
     const auto t = time_of(m);
     if (!t && !m[RMP_ATTR_TIME].known)
-      cannot("TIME that is computed", "Post the flattened program (form = \"flat\").");
+      cannot("a computed TIME", "Post the flattened program (form = \"flat\").");
     return t.value_or(otherwise);
   }
   void ptp(const Motion& m) override {
@@ -266,9 +268,8 @@ class TrajectoryWriter final : public StraightWriter {
     arrive(m, m.targets[0], *q);
   }
   void start(const std::vector<double>& q) {
-    note("where the robot begins is not known: it has " + trimmed(start_s_, 3) +
-             " s for the first motion",
-         "The profile's option start_s gives it more.");
+    note("the robot's start is unknown: it has " + trimmed(start_s_, 3) + " s for the first motion",
+         "The profile's option start_s sets this time.");
     add(q, start_s_);
   }
   void arrive(const Motion& m, const Target& t, const std::vector<double>& q) {
@@ -324,7 +325,7 @@ class TrajectoryWriter final : public StraightWriter {
     }
     const auto to = certain_goal(m, m.targets[0]);
     if (!to || !last()) {
-      if (to) fail("where this line starts is not known", "Begin with a motion to a pose.");
+      if (to) fail("the start of this line is unknown", "Begin with a motion to a pose.");
       return;
     }
     const Pose from = *last();
@@ -350,7 +351,7 @@ class TrajectoryWriter final : public StraightWriter {
     const auto q = joints(m, m.targets[1]);
     if (!via || !to || !q) return;
     if (!last() || here_.empty()) {
-      fail("where this circle starts is not known", "Begin with a motion to a pose.");
+      fail("the start of this circle is unknown", "Begin with a motion to a pose.");
       return;
     }
     const Pose from = *last();
@@ -420,7 +421,7 @@ class TrajectoryWriter final : public StraightWriter {
   std::optional<std::string> asked(std::uint32_t e, int depth = 0) {
     const auto& x = expression(e);
     if (depth > 60) {
-      cannot("conditions that are nested so deep", "Split the condition.");
+      cannot("conditions nested this deep", "Split the condition.");
       return std::nullopt;
     }
     if (x.op == RMP_EXPR_SYMBOL && x.symbol != RMP_NONE &&

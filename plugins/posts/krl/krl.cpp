@@ -333,7 +333,7 @@ class KrlWriter final : public post::DeclaredWriter {
     }
   }
   void begins_with(const std::string&, std::uint32_t) override {
-    fail("an array can only begin with its elements", "Write them as [a, b, c].");
+    fail("an initial value of an array must list its elements", "Write them as [a, b, c].");
   }
   std::string first_value(std::uint32_t value) override {
     const PostPoint* p = point(value);
@@ -357,8 +357,7 @@ class KrlWriter final : public post::DeclaredWriter {
     const auto p = post::placed(pose, post::Orientation::zyx);
     for (const double x : p.mm)
       if (std::isfinite(x) && std::fabs(x) > 1e9)
-        fail("a position here is beyond what a controller takes",
-             "Check what it is computed from.");
+        fail("a position here is beyond the controller's range", "Check what it is computed from.");
     static constexpr const char* kWords[] = {"{X ", ",Y ", ",Z ", ",A ", ",B ", ",C "};
     std::string s;
     for (std::size_t i = 0; i < 3; ++i) s += kWords[i] + length(p.mm[i]);
@@ -424,7 +423,7 @@ class KrlWriter final : public post::DeclaredWriter {
       for (std::size_t i = 0; i < n; ++i)
         if (std::fabs(a[i]) >= 360)
           warn("axis " + std::to_string(i + 1) + " would be at " + post::trimmed(a[i], 3) +
-                   " degrees, and T tells its sign only",
+                   " degrees, and T gives its sign only",
                "Move to joints (MAIN_JOINT) where the turn matters.");
     } else if (p.turns_first == 0) {
       n = p.turns.size();
@@ -441,8 +440,9 @@ class KrlWriter final : public post::DeclaredWriter {
     if (n > 0) return ",T " + std::to_string(turns);
     for (const std::int32_t t : p.turns)
       if (t != 0) {
-        warn("TURNS of this target are not written: T is the sign of each axis, which is not known",
-             "Name the robot: program.post{robot = ...}.");
+        warn(
+            "TURNS of this target are not written: T holds the sign of each axis, which is unknown",
+            "Name the robot: program.post{robot = ...}.");
         break;
       }
     return "";
@@ -483,7 +483,7 @@ class KrlWriter final : public post::DeclaredWriter {
     std::string out = "\"";
     for (const char c : s) {
       if (c == '"' || static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126)
-        fail("this text has characters that KUKA KRL has not", "Use letters of ASCII.");
+        fail("this text has characters that KUKA KRL does not have", "Use letters of ASCII.");
       out += c;
     }
     return {out + "\""};
@@ -526,9 +526,7 @@ class KrlWriter final : public post::DeclaredWriter {
         break;
       case RMP_ROLE_MAIN_JOINT: return "A" + std::to_string(number + 1);
       case RMP_ROLE_ADD_JOINT: return "E" + std::to_string(number + 1);
-      case RMP_ROLE_ROBTARGET:
-        cannot("such part of a target", "Only its PSE is there.");
-        return "S";
+      case RMP_ROLE_ROBTARGET: cannot("such part of a target", "Only its PSE exists."); return "S";
       case RMP_ROLE_ORIENTATION:
         cannot("quaternions", "Use ANGLEX, ANGLEY and ANGLEZ of the mode 'ZYX' instead.");
         return "A";
@@ -545,7 +543,7 @@ class KrlWriter final : public post::DeclaredWriter {
     const auto& o = expression(object);
     if (o.op == RMP_EXPR_CALL || o.op == RMP_EXPR_MAKE || o.op == RMP_EXPR_COMPOSE ||
         o.op == RMP_EXPR_INTRINSIC) {
-      fail("KUKA KRL takes parts of variables only", "Assign the value to a variable before.");
+      fail("KUKA KRL can access parts of variables only", "Assign the value to a variable first.");
       return {"0"};
     }
     return {place(row_of(x))};
@@ -649,9 +647,9 @@ class KrlWriter final : public post::DeclaredWriter {
     for (char& c : said) {
       if (static_cast<unsigned char>(c) < 32) c = ' ';
       if (static_cast<unsigned char>(c) > 126)
-        fail("this text has characters that KUKA KRL has not", "Use letters of ASCII.");
+        fail("this text has characters that KUKA KRL does not have", "Use letters of ASCII.");
     }
-    warn("KUKA KRL writes no texts by itself; this one stands there as a comment",
+    warn("KUKA KRL cannot write texts by itself; this one becomes a comment",
          "Call a message program of the controller in its place.");
     line("; WRITE " + said);
   }
@@ -725,10 +723,10 @@ class KrlWriter final : public post::DeclaredWriter {
     if (name != "BRAKE") return Writer::intrinsic_call(name, of);
     const bool holds = of.size() == 1 && known(of[0]) == 1.0;
     if (!holds)
-      return cannot("BRAKE that ends a motion or is of another robot",
-                    "BRAKE(1) in an INTERRUPT holds it there, and UNTIL ends it.");
+      return cannot("BRAKE that ends a motion or belongs to another robot",
+                    "BRAKE(1) in an INTERRUPT pauses the motion, and UNTIL ends it.");
     if (routine(in_routine_).kind != RMP_ROUTINE_INTERRUPT)
-      return cannot("BRAKE outside of an interrupt", "Write it in the INTERRUPT itself.");
+      return cannot("BRAKE outside an interrupt", "Write it in the INTERRUPT itself.");
     line("BRAKE");
   }
 
@@ -752,15 +750,15 @@ class KrlWriter final : public post::DeclaredWriter {
   }
   void common(const Motion& m) {
     if (m[RMP_ATTR_TIME].given && !(m[RMP_ATTR_TIME].known && *m[RMP_ATTR_TIME].known < 0))
-      cannot("motions in a given time", "Give SPEED instead.");
+      cannot("motions with a given duration", "Give SPEED instead.");
     else if (!m[RMP_ATTR_TIME].known && m[RMP_ATTR_TIME].expression != RMP_NONE)
-      cannot("motions in a given time (R_MOVE_TIME)", "Give SPEED instead.");
+      cannot("motions with a given duration (R_MOVE_TIME)", "Give SPEED instead.");
     if (m[RMP_ATTR_WOBBLE].given && m[RMP_ATTR_WOBBLE].known != 0.0) cannot("weaving");
     if (m[RMP_ATTR_DEVICE].given && m[RMP_ATTR_DEVICE].known != 1.0) cannot("other devices");
     if (m[RMP_ATTR_ADAX_CONTROL].given && m[RMP_ATTR_ADAX_CONTROL].known != 0.0)
       cannot("control of additional axes");
     if (m[RMP_ATTR_C_SPEED].given && m[RMP_ATTR_C_SPEED].known != 100.0)
-      warn("C_SPEED is not said in KUKA KRL: the controller chooses the speed of transitions",
+      warn("C_SPEED is not written: in KUKA KRL the controller chooses the speed of transitions",
            "Tune $APO.CVEL by hand.");
     place_attribute(m[RMP_ATTR_TOOL], tool_, "$TOOL");
     place_attribute(m[RMP_ATTR_FRAME], base_, "$BASE");
@@ -817,15 +815,15 @@ class KrlWriter final : public post::DeclaredWriter {
     }
     if (!passes(m)) return "";
     note(
-        "C_PASS without C_CP is written as C_VEL: the robot passes as $APO.CVEL says, and in a run "
-        "it stops here",
+        "C_PASS without C_CP is written as C_VEL: the controller blends by $APO.CVEL, and the "
+        "simulated robot stops here",
         "Give C_CP.");
     return " C_VEL";
   }
   bool passes(const Motion& m) {
     const auto& p = m[RMP_ATTR_C_PASS];
     if (!p.given) return false;
-    if (!p.known) cannot("C_PASS of a value that is computed");
+    if (!p.known) cannot("a computed C_PASS");
     return p.known != 0.0;
   }
   std::string joint(const Motion& m) {
@@ -843,8 +841,8 @@ class KrlWriter final : public post::DeclaredWriter {
     }
     if (!passes(m)) return "";
     note(
-        "C_PASS without C_PTP is written as C_PTP: the robot passes as $APO.CPTP says, and in a "
-        "run it " +
+        "C_PASS without C_PTP is written as C_PTP: the controller blends by $APO.CPTP, and the "
+        "simulated robot " +
             post::at_c_pass_in_a_run(*task_.code, m),
         "Give C_PTP.");
     return " C_PTP";
@@ -852,7 +850,7 @@ class KrlWriter final : public post::DeclaredWriter {
   std::string percent(const post::Attribute& a) {
     if (!a.known) return text(a.expression);
     if (*a.known < 0 || *a.known > 100)
-      fail("a percentage is " + post::shortest(*a.known), "It is from 0 to 100.");
+      fail("a percentage is " + post::shortest(*a.known), "The range is 0 to 100.");
     if (std::floor(*a.known) != *a.known)
       warn("KUKA KRL takes whole percentages: " + post::shortest(*a.known) + " is rounded");
     return post::fixed(*a.known, 0);
@@ -885,7 +883,7 @@ class KrlWriter final : public post::DeclaredWriter {
       sees_all = sees_all && (t.point || is_copied || !uses_locals(t.expression));
     }
     if (!sees_all) {
-      cannot("UNTIL in a routine with a condition or a target of its own variables",
+      cannot("UNTIL in a routine with a condition or a target that uses its local variables",
              "Use variables of the program.");
       return;
     }
@@ -898,8 +896,8 @@ class KrlWriter final : public post::DeclaredWriter {
     line(move + "( )");
     line("INTERRUPT OFF " + number);
     if (m.action != RMP_NONE) {
-      warn("the procedure behind UNTIL ... DO is called only where the condition holds at the end",
-           "Check that the signal stays.");
+      warn("the procedure after UNTIL ... DO is called only if the condition holds at the end",
+           "Check that the signal stays on.");
       open("IF " + text(m.until) + " THEN");
       line(routine_name(m.action) + "( )");
       close("ENDIF");
@@ -955,13 +953,13 @@ class KrlWriter final : public post::DeclaredWriter {
   void circle(const Motion& m) override {
     const std::string tail = cartesian(m);
     if (m.incremental) {
-      cannot("incremental circles", "Give both places from the base.");
+      cannot("incremental circles", "Give both points in the base frame.");
       return;
     }
     if (m.targets.size() != 2) return fail("a circle has two targets");
     const std::string via = target(m.targets[0]);
     if (!m.targets[0].point && !m.targets[1].point && via == "RMP_T") {
-      cannot("circles of two computed poses", "Assign them to variables before.");
+      cannot("circles through two computed poses", "Assign them to variables first.");
       return;
     }
     const std::string end = target(m.targets[1]);
@@ -970,7 +968,7 @@ class KrlWriter final : public post::DeclaredWriter {
   std::string increment(const Motion& m) {
     const PostPoint* p = m.targets[0].point;
     if (!p) {
-      cannot("increments that are computed", "Add to a pose, and move there.");
+      cannot("computed increments", "Add to a pose, and move there.");
       return "{X 0.0}";
     }
     if (p->role == RMP_ROLE_JOINT || p->role == RMP_ROLE_MAIN_JOINT) {
@@ -993,7 +991,7 @@ class KrlWriter final : public post::DeclaredWriter {
     }
     const auto o = post::orientation(p->pose.R, post::Orientation::rotation_vector);
     if (std::hypot(o[0], o[1], o[2]) > 1e-9)
-      cannot("increments that turn the tool", "Move to the pose that is meant.");
+      cannot("increments that turn the tool", "Move to the target pose itself.");
     return "{X " + length(p->pose.p[0] * 1000) + ",Y " + length(p->pose.p[1] * 1000) + ",Z " +
            length(p->pose.p[2] * 1000) + "}";
   }

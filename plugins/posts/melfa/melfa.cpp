@@ -45,7 +45,7 @@ class MelfaWriter final : public MoveWriter {
     }
     const auto& x = routine(r);
     if (x.kind == RMP_ROUTINE_PROCESS)
-      cannot("parallel processes within a program", "Post it as a program for a slot of its own.");
+      cannot("parallel processes within a program", "Post it as a program for a separate slot.");
     if (x.kind == RMP_ROUTINE_INTERRUPT) cannot("interrupts of this kind", "Use UNTIL.");
     if (is_part(r)) {
       main_ = std::exchange(program_, {});
@@ -84,15 +84,15 @@ class MelfaWriter final : public MoveWriter {
       at_ = p.lines.spans()[n - 1].file != RMP_NONE ? p.lines.spans()[n - 1] : routine(r).span;
       fail("this becomes a line of " + std::to_string(s.size()) + " characters, and " +
                std::string(caps_.title) + " takes " + std::to_string(longest),
-           "Compute parts of it before, or give shorter names.");
+           "Compute parts of it beforehand, or use shorter names.");
     }
     const std::size_t most =
         static_cast<std::size_t>(profile_.max_lines > 0 ? profile_.max_lines : caps_.max_lines);
     at_ = routine(r).span;
     if (n > most)
-      fail("the program has " + std::to_string(n) + " lines, and the controller takes " +
+      fail("the program has " + std::to_string(n) + " lines, and the controller allows " +
                std::to_string(most),
-           "Divide it, or say in the profile (max_lines) what it takes.");
+           "Split it, or set the controller's limit in the profile (max_lines).");
     for (const std::string& s : p.positions) p.lines.add(s);
     p.lines.give(output_, (r == 0 ? std::string(task_.name) : routine_name(r)) + ".prg", true);
   }
@@ -276,14 +276,14 @@ class MelfaWriter final : public MoveWriter {
     if (const auto p = place(static_cast<std::uint32_t>(&e - &expression(0))))
       return {place_text(*p)};
     if (role(expression(object).type) == RMP_ROLE_ROBTARGET && n == 0) return expr(object);
-    cannot("such part of a value while it runs",
+    cannot("such part of a value at run time",
            "Read X, Y and Z, or post the flattened program (form = \"flat\").");
     return {"M1"};
   }
   Text index(std::uint32_t, std::uint32_t, const rmp_code_expression& e) override {
     if (const auto p = place(static_cast<std::uint32_t>(&e - &expression(0))))
       return {place_text(*p)};
-    cannot("such element while it runs", "Use an ARRAY of the program.");
+    cannot("such element at run time", "Use an ARRAY of the program.");
     return {"M1"};
   }
   void assign(std::uint32_t to, std::uint32_t value) override {
@@ -347,8 +347,8 @@ class MelfaWriter final : public MoveWriter {
     if (x.op == RMP_EXPR_NOT) return compare(o[0], !is_true);
     if (x.op == RMP_EXPR_AND || x.op == RMP_EXPR_OR) {
       if (matters(o[1]))
-        warn("both sides of AND and OR are looked at in MELFA-BASIC",
-             "Write an IF within an IF where the right side must not be.");
+        warn("MELFA-BASIC evaluates both sides of AND and OR",
+             "Nest IF statements if the right side must not be evaluated.");
       const bool is_and = (x.op == RMP_EXPR_AND) == is_true;
       const int b = is_and ? 3 : 1;
       const std::string left = within(compare(o[0], is_true), b);
@@ -407,7 +407,7 @@ class MelfaWriter final : public MoveWriter {
   }
   std::string real_literal(double v) override {
     if (!(std::fabs(v) < 1e15)) {
-      fail("the number " + shortest(v) + " is too large to be written", "Use another unit.");
+      fail("the number " + shortest(v) + " is too large to write", "Use another unit.");
       return "0";
     }
     return trimmed(v, 9, 1);
@@ -432,7 +432,7 @@ class MelfaWriter final : public MoveWriter {
         return {t};
       }
       case RMP_ROLE_ROBTARGET:
-        warn("status and turns of a target that is computed while it runs are not written",
+        warn("status and turns of a target computed at run time are not written",
              "Move to a known target first.");
         return expr(o[0]);
       default: return Writer::make(o, e);
@@ -535,12 +535,12 @@ class MelfaWriter final : public MoveWriter {
       }
       if (of->q.empty() && !of->turns.empty() && of->turns_from != kTurnsFrom)
         warn(
-            "TURNS of this target are not written: how they are counted does not tell MELFA's "
-            "turns",
+            "TURNS of this target are not written: MELFA's turn numbers cannot be derived from "
+            "them",
             "Name the robot: program.post{robot = ...}.");
     } else if (is_motion && !told_status_) {
       told_status_ = true;
-      warn("the configuration of targets is not known and is written as 7: right, above, non-flip",
+      warn("the configuration of targets is unknown and is written as 7: right, above, non-flip",
            "Name the robot: program.post{robot = ...}, or give ROBTARGETs.");
     }
     return constant_position(s + ")(" + std::to_string(f1) + "," + std::to_string(f2) + ")");
@@ -691,7 +691,7 @@ class MelfaWriter final : public MoveWriter {
     for (const std::uint32_t v : values) {
       const auto& x = expression(v);
       if (x.constant == RMP_NONE) {
-        cannot("values in messages", "Write constant texts, or take the statement out.");
+        cannot("values in messages", "Write constant texts, or remove the statement.");
         return;
       }
       const auto& k = constant(x.constant);
@@ -699,7 +699,7 @@ class MelfaWriter final : public MoveWriter {
     }
     line("' " + plain_text(all, '\0'));
     warn("WRITE is written as a comment: MELFA-BASIC shows no messages",
-         "Give a signal to what shows it.");
+         "Send a signal to a device that shows it.");
   }
   void if_begin(std::uint32_t c) override { line("If " + condition(c) + " Then"); }
   void else_() override { line("Else"); }
@@ -846,9 +846,8 @@ class MelfaWriter final : public MoveWriter {
                static_cast<std::size_t>(profile_.tool) < profile_.tools.size()) {
       set_tool(profile_.tools[static_cast<std::size_t>(profile_.tool)].pose);
     } else if (had_tool_) {
-      fail(
-          "this motion has no TOOL while one before it has, and the tool at the start is not known",
-          "Give it a TOOL, or the profile the tool that is in use.");
+      fail("this motion has no TOOL, an earlier one has, and the initial tool is unknown",
+           "Give it a TOOL, or set the initial tool in the profile.");
       return false;
     }
     if (is_ptp) {
@@ -858,7 +857,7 @@ class MelfaWriter final : public MoveWriter {
       const std::string v = value(m, RMP_ATTR_SPEED, "SPEED", 0.01, 10'000, 2, 250);
       set(speed_, v, m[RMP_ATTR_SPEED].known.has_value(), "Spd " + v);
       if (m[RMP_ATTR_SPEED_ORI].given)
-        warn("SPEED_ORI is not written: the tool turns along with the path", "Give a lower SPEED.");
+        warn("SPEED_ORI is not written: the tool rotates with the path", "Give a lower SPEED.");
     }
     const std::uint32_t acc = is_ptp && !m[RMP_ATTR_ACC].given ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC;
     const std::string a = value(m, acc, "the acceleration", 1, 100, 0, 100);
@@ -870,7 +869,7 @@ class MelfaWriter final : public MoveWriter {
       if (is_ptp && r > 0) {
         note("C_PTP of " + trimmed(r, 2) + " % is written as " + trimmed(ptp_radius_ * r / 100, 2) +
                  " mm",
-             "The profile's option ptp_radius says what 100 % are.");
+             "The profile's option ptp_radius sets the radius for 100 %.");
         r *= ptp_radius_ / 100;
       }
       if (r > 0) blend = "Cnt 1," + fixed(r, 2) + "," + fixed(r, 2);
@@ -878,8 +877,8 @@ class MelfaWriter final : public MoveWriter {
         blend = "Cnt 1";
         if (m.until == RMP_NONE)
           note(
-              "C_PASS without a distance is written as Cnt 1: how far the robot stays away is the "
-              "controller's, and in a run it " +
+              "C_PASS without a distance is written as Cnt 1: the controller chooses the distance, "
+              "and the simulated robot " +
                   post::at_c_pass_in_a_run(*task_.code, m),
               std::string("Give ") + (is_ptp ? "C_PTP." : "C_CP."));
       }
@@ -889,7 +888,7 @@ class MelfaWriter final : public MoveWriter {
       blend = "Cnt 1," + r + "," + r;
     }
     if (m.until != RMP_NONE && blend != "Cnt 0") {
-      warn("a motion with UNTIL is not blended", "Take C_CP and C_PTP out.");
+      warn("a motion with UNTIL is not blended", "Remove C_CP and C_PTP.");
       blend = "Cnt 0";
     }
     set(blend_, blend, m[c].known.has_value(), blend);
@@ -905,7 +904,7 @@ class MelfaWriter final : public MoveWriter {
       return text(t.expression);
     }
     if (t.role == RMP_ROLE_ADD_JOINT) {
-      cannot("motions of additional axes alone", "Give a JOINT or a ROBTARGET with all axes.");
+      cannot("motions of additional axes only", "Give a JOINT or a ROBTARGET with all axes.");
       return {};
     }
     if (const auto at = goal(m, t)) {
@@ -915,13 +914,12 @@ class MelfaWriter final : public MoveWriter {
     if (m.incremental) {
       const auto by = step(m, t);
       if (t.role != RMP_ROLE_POSITION && (!by || !same_place({by->R, {}}, Pose{}))) {
-        cannot("increments that turn from a pose that is not known",
-               "Begin with a motion to a pose.");
+        cannot("increments that rotate from an unknown pose", "Begin with a motion to a pose.");
         return {};
       }
       if (!m[RMP_ATTR_FRAME].given) return "P_Curr+" + within(expr(t.expression), 7);
       if (!by) {
-        cannot("increments in a frame that are computed", "Give them in the base's axes.");
+        cannot("computed increments in a frame", "Give them in the base's axes.");
         return {};
       }
       return "P_Curr+" + pose_name(*by, nullptr, false);

@@ -30,7 +30,7 @@ class MovemasterWriter final : public StraightWriter {
       Pose along;
       along.p[2] = t.p[2];
       if (!same_place(t, along) || z < 0 || z > 300)
-        fail("the tool at the start is not one of the Movemaster",
+        fail("the initial tool is not one that the Movemaster supports",
              "A tool there is a length along the hand, 0 to 300 mm (TL).");
       else put("TL " + fixed(z, 0));
       if (std::fabs(z - std::round(z)) > 1e-6)
@@ -48,14 +48,14 @@ class MovemasterWriter final : public StraightWriter {
     const auto limit = [&](std::size_t n, std::int32_t own, std::int32_t there, const char* what) {
       const auto most = static_cast<std::size_t>(own > 0 ? own : there);
       if (n > most)
-        fail("the program has " + std::to_string(n) + " " + what + ", and the Movemaster takes " +
+        fail("the program has " + std::to_string(n) + " " + what + ", and the Movemaster allows " +
                  std::to_string(most),
-             "Divide the program.");
+             "Split the program.");
     };
     limit(points_.size(), profile_.max_points, caps_.max_points, "positions");
     limit(lines_.size(), profile_.max_lines, caps_.max_lines, "lines");
     if (points_.size() > 0)
-      note("positions are rounded to 0.1 mm and 0.1 degrees: the Movemaster has no more");
+      note("positions are rounded to 0.1 mm and 0.1 degrees, the resolution of the Movemaster");
     File all(0);
     for (const auto& [s, from] : positions_) all.add(s, &from);
     all.append(lines_);
@@ -71,7 +71,7 @@ class MovemasterWriter final : public StraightWriter {
     no_turns(t.point);
     if (is_joints(t.role) && !m.incremental && t.point && t.point->has_pose &&
         !std::exchange(told_joints_, true))
-      note("joints are written as the pose that they give: MJ moves by angles only");
+      note("joint values are written as the resulting pose: MJ moves by angles only");
     const auto at = certain_goal(m, t);
     if (!at) return 0;
     const Vec3& p = at->p;
@@ -82,7 +82,7 @@ class MovemasterWriter final : public StraightWriter {
     const Vec3 a{r[2], r[5], r[8]}, y{r[1], r[4], r[7]};
     const double out = -s * a[0] + c * a[1];
     if (std::fabs(out) > 0.0018) {
-      fail("the hand would lean out of the plane of the arm by " +
+      fail("the hand would tilt out of the plane of the arm by " +
                trimmed(std::asin(std::clamp(out, -1.0, 1.0)) * kDegree, 2) +
                " degrees: the Movemaster has five axes",
            "Turn the tool into the plane through the waist.");
@@ -110,7 +110,7 @@ class MovemasterWriter final : public StraightWriter {
     if (std::fabs(exact - level) > 1e-9)
       note("the speed is written as SP " + std::to_string(level) +
                ", the nearest of the ten of the Movemaster",
-           "The profile's option speed says how many mm/s are SP 9.");
+           "The profile's option speed sets the mm/s of SP 9.");
     if (sp_.changes(level)) put("SP " + std::to_string(level));
   }
   bool prepare(const Motion& m) {
@@ -121,7 +121,7 @@ class MovemasterWriter final : public StraightWriter {
     }
     if (certain(m, RMP_ATTR_C_CP, "C_CP", 0) > 0 || certain(m, RMP_ATTR_C_PTP, "C_PTP", 0) > 0 ||
         m[RMP_ATTR_C_PASS].known.value_or(0) != 0)
-      warn("the target is a stop: the Movemaster does not blend", "Take C_CP and C_PTP out.");
+      warn("the target is a stop: the Movemaster does not blend", "Remove C_CP and C_PTP.");
     if (certain(m, RMP_ATTR_ACC, "ACC", 100) != 100 ||
         certain(m, RMP_ATTR_ACC_PTP, "ACC_PTP", 100) != 100)
       warn("accelerations are not written: the Movemaster chooses its own", "Take ACC out.");
@@ -138,10 +138,10 @@ class MovemasterWriter final : public StraightWriter {
   void lin(const Motion& m) override {
     if (!prepare(m)) return;
     if (m[RMP_ATTR_SPEED_ORI].given)
-      warn("SPEED_ORI is not written: the hand turns along with the path", "Give a lower SPEED.");
+      warn("SPEED_ORI is not written: the hand rotates with the path", "Give a lower SPEED.");
     const double v = certain(m, RMP_ATTR_SPEED, "SPEED", 250, 0.01, 1e5);
     if (v > speed_)
-      warn("a speed of " + trimmed(v, 2) + " mm/s is written as the greatest, SP 9",
+      warn("a speed of " + trimmed(v, 2) + " mm/s is written as the maximum, SP 9",
            "Give a lower SPEED.");
     select(std::min(1.0, v / speed_));
     const auto at = goal(m, m.targets[0]);
@@ -165,7 +165,7 @@ class MovemasterWriter final : public StraightWriter {
     }
     for (const auto& [n, on] : bits(s, value)) {
       if (n < 0 || n > 7) {
-        fail("signal " + std::to_string(n) + " is none of the Movemaster's, 0 to 7",
+        fail("signal " + std::to_string(n) + " is not one of the Movemaster's signals, 0 to 7",
              "Give the profile a number for it, or the kind hand.");
         return;
       }
@@ -181,14 +181,14 @@ class MovemasterWriter final : public StraightWriter {
   }
   void wait_for(std::uint32_t c, std::uint32_t timeout) override {
     if (timeout != RMP_NONE) {
-      cannot("WAIT FOR with a TIMEOUT", "Take the TIMEOUT out.");
+      cannot("WAIT FOR with a TIMEOUT", "Remove the TIMEOUT.");
       return;
     }
     const auto t = signal_test(c);
     if (!t || t->signal.type != RMP_TYPE_BOOL || t->signal.is_output || t->signal.number < 0 ||
         t->signal.number > 7) {
-      cannot("WAIT FOR other conditions than one BOOL input, 0 to 7",
-             "Let a signal stand for the condition, and give the profile its number.");
+      cannot("WAIT FOR with conditions other than one BOOL input, 0 to 7",
+             "Use one signal for the condition, and set its number in the profile.");
       return;
     }
     // Read the inputs, and again while the bit is the other way.
@@ -199,7 +199,7 @@ class MovemasterWriter final : public StraightWriter {
   }
   void message(std::span<const std::uint32_t> values, bool) override {
     if (constant_text(values))
-      warn("WRITE is not written: the Movemaster shows no messages", "Take the statement out.");
+      warn("WRITE is not written: the Movemaster shows no messages", "Remove the statement.");
   }
   void pause(std::uint32_t text_of) override {
     if (text_of != RMP_NONE) {

@@ -301,7 +301,7 @@ class PacWriter final : public brand::BrandWriter {
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
     const auto all = message_text(values, "; ");
     if (!all) return;
-    if (!ends_line) note("each message of PacScript is a line of its own");
+    if (!ends_line) note("PacScript writes each message on a separate line");
     line("PrintDbg " + (all->empty() ? "\"\"" : *all));
   }
 
@@ -318,7 +318,7 @@ class PacWriter final : public brand::BrandWriter {
       if (is_output == s.is_output) continue;
       if (!std::exchange(is_told, true))
         fail("IO[" + std::to_string(n) +
-                 "] would be an input and an output: PacScript has one row of numbers for both",
+                 "] would be an input and an output: PacScript numbers both in one sequence",
              "Give one of the two signals another number in the profile.");
       return false;
     }
@@ -328,8 +328,9 @@ class PacWriter final : public brand::BrandWriter {
     if (!is_in_one_row(s)) return {};
     if (s.type == RMP_TYPE_INT) {
       if (!may_call_) {
-        fail("a signal of several bits in a condition that is asked again cannot be posted",
-             "Assign it to a variable before, and at the end of the loop.");
+        fail(
+            "a signal of several bits cannot be posted in a condition that is evaluated repeatedly",
+            "Assign it to a variable before, and at the end of the loop.");
         return {};
       }
       const std::string to = temporary(Kind::integer);
@@ -372,7 +373,7 @@ class PacWriter final : public brand::BrandWriter {
       const std::int32_t turn = axis_turn(*g.point, i).value_or(0);
       if (turn < -1 || turn > 1)
         warn("axis " + std::to_string(i + 1) +
-                 " would be more than one and a half turns away, and a figure counts one",
+                 " would be more than one and a half turns away, and a figure allows one",
              "Move to joints (MAIN_JOINT) where the turn matters.");
       if (turn != 0) out |= i == 3 ? 8 : 16;
     }
@@ -396,7 +397,7 @@ class PacWriter final : public brand::BrandWriter {
   }
   void write_move(const Motion& m, const brand::Move& x) override {
     if (m.until != RMP_NONE) {
-      cannot("motions that end early (UNTIL)", "Go in steps, and ask for the signal between them.");
+      cannot("motions that end early (UNTIL)", "Move in steps, and test the signal between them.");
       return;
     }
     std::string speed;
@@ -404,7 +405,7 @@ class PacWriter final : public brand::BrandWriter {
       speed = shown(x.speed, profile_.speed_digits);
     } else {
       if (!(profile_.max_speed > 0)) {
-        fail("speeds of PacScript are shares of the greatest, which the profile does not give",
+        fail("PacScript speeds are percentages of the maximum, which the profile does not set",
              "Give max_speed [mm/s] in the profile.");
         return;
       }
@@ -418,11 +419,11 @@ class PacWriter final : public brand::BrandWriter {
     if (x.passes) {
       const brand::Number mm = blend_mm(x);
       if (mm.known && *mm.known < 1)
-        note("a blending below 1 mm is posted as @P, the controller's own");
+        note("blending below 1 mm is posted as @P, the controller's default");
       if (!mm.known)
-        warn("a blending that is computed while it runs is posted as @P, the controller's own");
+        warn("blending computed at run time is posted as @P, the controller's default");
       else if (*mm.known != std::round(*mm.known) && *mm.known >= 1)
-        note("the blending is rounded to whole mm");
+        note("the blending distance is rounded to whole mm");
       arrive = mm.known && *mm.known >= 1 ? "@" + number(*mm.known, 0) + " " : "@P ";
     }
     std::vector<std::string> goals;

@@ -211,7 +211,7 @@ class Pdl2Writer final : public brand::BrandWriter {
   Text inverse_of(const Text& a) override { return {"POS_INV(" + a.text + ")"}; }
   std::string component(const std::string& of, std::size_t axis) override {
     if (of.empty() || of[0] == '(' || of.back() == ')') {
-      cannot("parts of a position that is computed", "Keep it in a variable first.");
+      cannot("parts of a computed position", "Keep it in a variable first.");
       return "0";
     }
     return of + "." + "XYZ"[axis];
@@ -408,7 +408,7 @@ class Pdl2Writer final : public brand::BrandWriter {
     if (x.is_ptp) with.push_back("$PROG_SPD_OVR = " + shown(x.speed, 0));
     else with.push_back("$LIN_SPD = " + per_thousand(x.speed, profile_.speed_digits + 3));
     if (x.is_ptp && x.speed.known && *x.speed.known != std::round(*x.speed.known))
-      note("the share of the speed is rounded to whole %");
+      note("the speed percentage is rounded to whole %");
     if (!x.is_ptp && m[RMP_ATTR_SPEED_ORI].given)
       with.push_back("$ROT_SPD = " + (x.speed_ori.known ? number(*x.speed_ori.known / kDegree, 6)
                                                         : "(" + x.speed_ori.text + ") / 57.29578"));
@@ -438,7 +438,7 @@ class Pdl2Writer final : public brand::BrandWriter {
       std::string p = g.pose ? position(*g.pose, configuration(g)) : g.text;
       if (!g.external.empty()) {
         if (x.goals.size() > 1) {
-          cannot("circles with external axes", "Take the additional joints out of the targets.");
+          cannot("circles with external axes", "Remove the additional joints from the targets.");
           return;
         }
         extended(p, g);
@@ -452,7 +452,8 @@ class Pdl2Writer final : public brand::BrandWriter {
     if (x.passes) s += " ADVANCE";
     if (m.until != RMP_NONE) {
       if (!is_of_signals_only(m.until)) {
-        fail("PDL2 ends motions early by signals only", "Write UNTIL with inputs and constants.");
+        fail("PDL2 can end motions early on signals only",
+             "Write UNTIL with inputs and constants.");
         return;
       }
       s += " TIL " + text(m.until);

@@ -147,7 +147,7 @@ class RapidWriter final : public post::DeclaredWriter {
       for (std::uint32_t k = 0; k < x.field_count; ++k) {
         const std::uint32_t of = field_row(x.first_field + k).type;
         if (type(of).kind == RMP_TYPE_ARRAY)
-          cannot("arrays within records", "Make an array of its own.");
+          cannot("arrays within records", "Make it a separate array.");
         data_.add(rapid_type(of) + " " + field_name(t, k) + ";", &at_);
       }
       data_.out();
@@ -303,7 +303,7 @@ class RapidWriter final : public post::DeclaredWriter {
   }
   std::string plain(double v, int digits) {
     if (!(std::fabs(v) < 1e9))
-      fail(std::isfinite(v) ? "a number here is beyond what a controller takes"
+      fail(std::isfinite(v) ? "a number here is beyond the controller's range"
                             : "a number here is not finite",
            "Check what it is computed from.");
     return post::trimmed(v, digits);
@@ -349,9 +349,9 @@ class RapidWriter final : public post::DeclaredWriter {
                             : 0U;
     if (p.q.empty()) {
       const std::string out = "[0,0,0," + std::to_string(cfx) + "]";
-      warn(std::string(*p.q_missing ? p.q_missing : "the joints of this target are not known") +
+      warn(std::string(*p.q_missing ? p.q_missing : "the joint values of this target are unknown") +
                ": its configuration is written as " + out +
-               ", and ConfJ\\Off lets the controller take the nearest one",
+               ", and ConfJ\\Off makes the controller use the nearest one",
            "Name the robot (program.post{robot = ...}), or check the target.");
       return out;
     }
@@ -409,12 +409,12 @@ class RapidWriter final : public post::DeclaredWriter {
   Text string_literal(std::string_view s) override {
     std::string out = "\"";
     if (s.size() > 80)
-      fail("this text is longer than the 80 letters of a string in ABB RAPID", "Cut it in two.");
+      fail("this text is longer than the 80 letters of a string in ABB RAPID", "Split it in two.");
     for (const char c : s) {
       if (static_cast<unsigned char>(c) < 32)
         fail("this text has a control character", "Take it out.");
       if (static_cast<unsigned char>(c) > 126)
-        fail("this text has characters that ABB RAPID has not", "Use letters of ASCII.");
+        fail("this text has characters that ABB RAPID does not have", "Use letters of ASCII.");
       out += c;
       if (c == '"' || c == '\\') out += c;
     }
@@ -478,7 +478,7 @@ class RapidWriter final : public post::DeclaredWriter {
     if (x.op == RMP_EXPR_SYMBOL) return variable(x.symbol).text;
     if (x.op == RMP_EXPR_INDEX) return indexed(e);
     if (x.op != RMP_EXPR_FIELD) {
-      fail("ABB RAPID takes parts of variables only", "Assign the value to a variable before.");
+      fail("ABB RAPID can access parts of variables only", "Assign the value to a variable first.");
       return "x";
     }
     const std::uint32_t object = links(x.first, x.count)[0];
@@ -489,7 +489,7 @@ class RapidWriter final : public post::DeclaredWriter {
     const std::string word = part(of, x.symbol);
     if (word.empty()) {
       cannot("such part of " + type_name(expression(object).type),
-             "PSE and the additional joints of a target are there.");
+             "Only PSE and the additional joints of a target exist.");
       return "x";
     }
     return place(object) + "." + word;
@@ -594,8 +594,7 @@ class RapidWriter final : public post::DeclaredWriter {
       }
       const PostPoint* p = point(value);
       if (!p) {
-        fail("the pose of a target takes the value of a variable",
-             "Assign the value to a variable before.");
+        fail("the pose of a target must be a variable", "Assign the value to a variable first.");
         return;
       }
       line(target + ".trans:=" + place_text(p->pose) + ";");
@@ -696,7 +695,7 @@ class RapidWriter final : public post::DeclaredWriter {
     if (m[RMP_ATTR_ADAX_CONTROL].given && m[RMP_ATTR_ADAX_CONTROL].known != 0.0)
       cannot("control of additional axes");
     if (m[RMP_ATTR_C_SPEED].given && m[RMP_ATTR_C_SPEED].known != 100.0)
-      warn("C_SPEED is not said in ABB RAPID: the controller chooses the speed of transitions");
+      warn("C_SPEED is not written: in ABB RAPID the controller chooses the speed of transitions");
     const auto& acc = m[m.interpolation == RMP_MOVE_PTP ? RMP_ATTR_ACC_PTP : RMP_ATTR_ACC];
     if (is_set(acc) && (acc.given || acc.known != 100.0 || changed_acc_)) {
       changed_acc_ = true;
@@ -739,7 +738,7 @@ class RapidWriter final : public post::DeclaredWriter {
     const auto& time = m[RMP_ATTR_TIME];
     if (is_set(time) && !(time.known && *time.known < 0)) {
       if (!time.known) {
-        cannot("motions in a time that is computed", "Give a number of seconds.");
+        cannot("motions with a computed duration", "Give a number of seconds.");
         return s;
       }
       s += "\\T:=" + plain(*time.known, 6);
@@ -750,7 +749,7 @@ class RapidWriter final : public post::DeclaredWriter {
     const bool is_ptp = m.interpolation == RMP_MOVE_PTP;
     const auto& c = m[is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP];
     const auto& pass = m[RMP_ATTR_C_PASS];
-    if (pass.given && !pass.known) cannot("C_PASS of a value that is computed");
+    if (pass.given && !pass.known) cannot("a computed C_PASS");
     std::string r;
     if (is_set(c) && !(c.known && *c.known <= 0)) {
       // Of PTP in % of the way; RAPID has mm: the profile's zone at 100 %.
@@ -759,9 +758,9 @@ class RapidWriter final : public post::DeclaredWriter {
     } else if (pass.given && pass.known != 0.0) {
       r = plain(number_option("zone_pass", 10), 3);
       note("C_PASS without a distance is written as a zone of " + r +
-               " mm, and in a run the robot " + post::at_c_pass_in_a_run(*task_.code, m),
+               " mm, and the simulated robot " + post::at_c_pass_in_a_run(*task_.code, m),
            std::string("Give ") + (is_ptp ? "C_PTP" : "C_CP") +
-               "; the profile's option zone_pass is the zone.");
+               "; the profile's option zone_pass sets the zone.");
     } else {
       return "fine";
     }
@@ -800,23 +799,23 @@ class RapidWriter final : public post::DeclaredWriter {
   void increment(const Motion& m, const char* word) {
     const PostPoint* p = m.targets[0].point;
     if (m.targets[0].role != RMP_ROLE_POSE && m.targets[0].role != RMP_ROLE_POSITION) {
-      cannot("increments of joints", "Move to the joints that are meant.");
+      cannot("increments of joints", "Move to the target joints themselves.");
       return;
     }
     if (m.targets[0].role == RMP_ROLE_POSE) {
       if (!p) {
-        cannot("increments that are computed, as POSE", "Give a POSITION.");
+        cannot("computed increments, as POSE", "Give a POSITION.");
         return;
       }
       const auto o = post::orientation(p->pose.R, post::Orientation::rotation_vector);
       if (std::hypot(o[0], o[1], o[2]) > 1e-9) {
-        cannot("increments that turn the tool", "Move to the pose that is meant.");
+        cannot("increments that turn the tool", "Move to the target pose itself.");
         return;
       }
     }
     if (passed_)
-      warn("the motion before passes its target, so that the robot may not be there yet",
-           "Take its C_CP or C_PTP away.");
+      warn("the previous motion blends past its target, so the robot may not be there yet",
+           "Remove its C_CP or C_PTP.");
     // From the place that was reached last.
     const std::string by = p ? mm(p->pose.p[0]) + "," + mm(p->pose.p[1]) + "," + mm(p->pose.p[2])
                              : place(m.targets[0].expression) + ".x," +
@@ -858,8 +857,8 @@ class RapidWriter final : public post::DeclaredWriter {
   }
   bool until_is_said(const Motion& m) {
     if (m.until == RMP_NONE) return true;
-    cannot("motions of this kind that end by a condition",
-           "A straight motion may end by an input (UNTIL part_here).");
+    cannot("motions of this kind that end on a condition",
+           "A straight motion may end on an input (UNTIL part_here).");
     return false;
   }
   void lin(const Motion& m) override {
@@ -891,7 +890,7 @@ class RapidWriter final : public post::DeclaredWriter {
     common(m);
     places(m);
     if (!until_is_said(m)) return;
-    if (m.incremental) return cannot("incremental circles", "Give both places from the base.");
+    if (m.incremental) return cannot("incremental circles", "Give both points in the base frame.");
     if (m.targets.size() != 2) return fail("a circle has two targets");
     const std::string via = target(m.targets[0]);
     line("MoveC " + via + "," + target(m.targets[1]) + behind(m));

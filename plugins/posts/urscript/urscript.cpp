@@ -30,7 +30,7 @@ class UrWriter final : public MoveWriter {
     texts_.resize(c_.routines.count);
     calls_.resize(c_.routines.count);
     if (profile_.frame >= 0)
-      note("poses are written in the robot's base: URScript has no frame that is in use");
+      note("poses are written in the robot's base: URScript has no active frame");
   }
   double model_speed() const {
     double least = std::numeric_limits<double>::infinity();
@@ -459,8 +459,7 @@ class UrWriter final : public MoveWriter {
         return {std::string(helper("rmp_pose")) + "(" + zeros + ", " + text(object) + ")"};
       case RMP_ROLE_ROBTARGET:
         if (n == 0) return expr(object);
-        cannot("status, turns and additional joints of a target while it runs",
-               "Read its PSE only.");
+        cannot("status, turns and additional joints of a target at run time", "Read its PSE only.");
         return {"x"};
       case RMP_ROLE_MAIN_JOINT: return {"r2d(" + element(text(object), n) + ")"};
       case RMP_ROLE_JOINT:
@@ -468,7 +467,7 @@ class UrWriter final : public MoveWriter {
         cannot("additional joints", "Use M_JOINT only.");
         return {"x"};
       default:
-        cannot("parts of an orientation while it runs", "Compute them with constants.");
+        cannot("parts of an orientation at run time", "Compute them with constants.");
         return {"x"};
     }
   }
@@ -506,7 +505,7 @@ class UrWriter final : public MoveWriter {
     if (of == RMP_ROLE_JOINT || of == RMP_ROLE_ROBTARGET ||
         role(expression(object).type) == RMP_ROLE_ROBTARGET) {
       if (x.symbol != 0) {
-        cannot("status, turns and additional joints while it runs", "Assign the pose only.");
+        cannot("status, turns and additional joints at run time", "Assign the pose only.");
         return;
       }
     }
@@ -616,9 +615,9 @@ class UrWriter final : public MoveWriter {
     if (e.op == RMP_EXPR_MOD) helper("rmp_mod");
     if ((e.op == RMP_EXPR_AND || e.op == RMP_EXPR_OR) && matters(operands[1]))
       warn(
-          "the right side of AND and OR may be looked at always: whether URScript does is not "
-          "stated",
-          "Write an IF within an IF where it must not be.");
+          "the right side of AND and OR may always be evaluated: URScript's manual does not "
+          "specify it",
+          "Nest IF statements if it must not be evaluated.");
     return Writer::operation(e);
   }
   /// Whether evaluating an expression does or refuses something.
@@ -708,8 +707,8 @@ class UrWriter final : public MoveWriter {
       case RMP_ROLE_JOINT: return expr(o[0]);
       case RMP_ROLE_ROBTARGET:
         warn(
-            "status and turns of a target that is computed while it runs are not written: the "
-            "robot keeps the configuration that it is in",
+            "status and turns of a target computed at run time are not written: the robot keeps "
+            "its present configuration",
             "Move to a known target first.");
         return expr(o[0]);
       default: break;
@@ -781,15 +780,15 @@ class UrWriter final : public MoveWriter {
                                                            : 0;
     }
     if (count == 0) {
-      fail("\"" + kind + "\" is no kind of signal of URScript",
+      fail("\"" + kind + "\" is not a signal kind of URScript",
            "Give the profile standard, configurable, tool or register.");
       return false;
     }
     const bool bits = s.type == RMP_TYPE_INT && kind != "register";
     const std::int64_t last = s.number + (bits ? s.width : 1) - 1;
     if (s.number >= 0 && last < count) return true;
-    fail("signal " + std::to_string(s.number < 0 ? s.number : last) + " is none of the " +
-             std::to_string(count) + " " + kind + " ones of the controller, from 0",
+    fail("signal " + std::to_string(s.number < 0 ? s.number : last) + " is not one of the " +
+             std::to_string(count) + " " + kind + " signals of the controller, numbered from 0",
          "Map it in the profile: a number, and standard, configurable, tool or register as kind.");
     return false;
   }
@@ -800,7 +799,7 @@ class UrWriter final : public MoveWriter {
     std::string v = text(value);
     if (s.inverted) {
       if (s.type != RMP_TYPE_BOOL) {
-        fail("an inverted signal is a BOOL", "Take inverted out of the profile.");
+        fail("an inverted signal must be BOOL", "Remove inverted from the profile.");
         return;
       }
       v = v == "True" ? "False" : v == "False" ? "True" : "not (" + v + ")";
@@ -881,8 +880,7 @@ class UrWriter final : public MoveWriter {
     Writer::intrinsic_call(f, a);
   }
   void message(std::span<const std::uint32_t> values, bool ends_line) override {
-    if (!ends_line)
-      note("WRITE becomes an entry of the log of its own: URScript has no unfinished lines");
+    if (!ends_line) note("WRITE becomes a separate log entry: URScript has no partial lines");
     if (values.empty()) {
       line("textmsg(\"\")");
       return;
@@ -1006,7 +1004,7 @@ class UrWriter final : public MoveWriter {
   void process(std::uint32_t op, std::uint32_t r, std::uint32_t priority) override {
     if (priority != RMP_NONE || routine(r).priority != RMP_NONE)
       warn("the priority of a process is not written: threads of URScript have none",
-           "Take PRIORITY out.");
+           "Remove PRIORITY.");
     const auto [it, is_new] = handles_.try_emplace(r);
     if (is_new) {
       it->second = names_.unique("rmp_handle");
@@ -1044,7 +1042,7 @@ class UrWriter final : public MoveWriter {
       } else if (m[RMP_ATTR_TIME].given) {
         out = ", t=" + text(m[RMP_ATTR_TIME].expression);
       } else {
-        fail("R_MOVE_TIME is assigned while the program runs, and -1 would be no time",
+        fail("R_MOVE_TIME is assigned at run time, where -1 would mean no time",
              "Give TIME at the motions.");
       }
       return ", a=" + trimmed(is_ptp ? joint_acceleration_ * kRadian : acceleration_ / 1000, 6, 1) +
@@ -1070,7 +1068,7 @@ class UrWriter final : public MoveWriter {
     if (m.until != RMP_NONE) {
       const std::uint32_t a = is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP;
       if (m[a].given && m[a].known.value_or(1) != 0)
-        warn("a motion with UNTIL is not blended", "Take C_CP and C_PTP out.");
+        warn("a motion with UNTIL is not blended", "Remove C_CP and C_PTP.");
       return {};
     }
     const std::uint32_t a = is_ptp ? RMP_ATTR_C_PTP : RMP_ATTR_C_CP;
@@ -1087,7 +1085,7 @@ class UrWriter final : public MoveWriter {
       const double radius = ptp_radius_ * r / 100;
       note("C_PTP of " + trimmed(r, 2) + " % is written as a blend radius of " +
                trimmed(radius, 2) + " mm",
-           "The profile's option ptp_radius says what 100 % are.");
+           "The profile's option ptp_radius sets the radius for 100 %.");
       r = radius;
     }
     if (m[RMP_ATTR_C_PASS].known.value_or(0) != 0 && r == 0)
@@ -1106,10 +1104,8 @@ class UrWriter final : public MoveWriter {
       wanted = pose_text(profile_.tools[static_cast<std::size_t>(profile_.tool)].pose);
     } else {
       if (had_tool_)
-        fail(
-            "this motion has no TOOL while one before it has, and the tool at the start is not "
-            "known",
-            "Give it a TOOL, or the profile the tool that is in use.");
+        fail("this motion has no TOOL, an earlier one has, and the initial tool is unknown",
+             "Give it a TOOL, or set the initial tool in the profile.");
       return;
     }
     had_tool_ = had_tool_ || m[RMP_ATTR_TOOL].given;
@@ -1122,7 +1118,7 @@ class UrWriter final : public MoveWriter {
   /// What the motion goes to, as a pose or joints there; empty = said.
   std::string target(const Motion& m, const Target& t, bool is_ptp) {
     if (t.role == RMP_ROLE_ADD_JOINT) {
-      cannot("additional joints", "Drive them by an OUTPUT or by their own controller.");
+      cannot("additional joints", "Drive them with an OUTPUT or with their own controller.");
       return {};
     }
     if (m.incremental) {
@@ -1135,7 +1131,7 @@ class UrWriter final : public MoveWriter {
         return "pose_add(" + text(t.expression) + ", get_target_tcp_pose())";
       const auto by = step(m, t);
       if (!by) {
-        cannot("increments in a frame that are computed", "Give them in the base's axes.");
+        cannot("computed increments in a frame", "Give them in the base's axes.");
         return {};
       }
       return "pose_add(" + pose_text(*by) + ", get_target_tcp_pose())";
@@ -1154,10 +1150,8 @@ class UrWriter final : public MoveWriter {
     }
     if (!is_ptp || !t.point || !t.point->has_status) return pose;
     if (t.point->q.empty()) {
-      warn(
-          "the status of this target is not written: the robot keeps the configuration that it "
-          "is in",
-          "Name the robot: program.post{robot = ...}.");
+      warn("the status of this target is not written: the robot keeps its present configuration",
+           "Name the robot: program.post{robot = ...}.");
       return pose;
     }
     return "get_inverse_kin(" + pose + ", qnear=" + joints_text(*t.point) + ")";
@@ -1173,9 +1167,9 @@ class UrWriter final : public MoveWriter {
   void simple(const Motion& m, bool is_ptp) {
     if (!plain(m) || m.targets.size() != 1) return;
     const Target& t = m.targets[0];
-    if (!is_ptp && is_joints(t.role)) note("LIN to joints: the line to where they are");
+    if (!is_ptp && is_joints(t.role)) note("LIN to joint values: the line leads to their pose");
     if (!is_ptp && m[RMP_ATTR_SPEED_ORI].given)
-      warn("SPEED_ORI is not written: URScript turns the tool along with the path",
+      warn("SPEED_ORI is not written: URScript rotates the tool with the path",
            "Give TIME, or a lower SPEED.");
     tool(m);
     const std::string to = target(m, t, is_ptp);
@@ -1192,7 +1186,7 @@ class UrWriter final : public MoveWriter {
         return;
       }
     if (m[RMP_ATTR_SPEED_ORI].given)
-      warn("SPEED_ORI is not written: URScript turns the tool along with the path",
+      warn("SPEED_ORI is not written: URScript rotates the tool with the path",
            "Give a lower SPEED.");
     if (has_time(m)) {
       cannot("TIME of circles", "Give SPEED.");
@@ -1222,7 +1216,7 @@ class UrWriter final : public MoveWriter {
     const rmp_span here = at_;
     at_ = x.span;
     warn("the blend radius of " + trimmed(x.r, 3) + " mm is written as " + trimmed(most, 3) +
-             " mm: half of the way to the next target",
+             " mm: half the distance to the next target",
          "Give a smaller C_CP or C_PTP.");
     at_ = here;
     x.r = most;
@@ -1267,7 +1261,7 @@ class UrWriter final : public MoveWriter {
     // What the motion is made of is computed here: a thread does not see variables of a routine.
     std::string in_thread = move;
     if (uses_locals(m)) {
-      cannot("UNTIL in a routine with targets, speeds or times of its own variables",
+      cannot("UNTIL in a routine with targets, speeds or times that use its local variables",
              "Use variables of the program, or constants.");
       return;
     }

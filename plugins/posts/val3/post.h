@@ -156,7 +156,7 @@ class Val3Writer final : public brand::BrandWriter {
     out_ = &p.code;
     result_.clear();
     if (routine(r).kind == RMP_ROUTINE_INTERRUPT || routine(r).kind == RMP_ROUTINE_DATA_LIST) {
-      cannot("interrupts", "Ask for the condition in the program, or in a process.");
+      cannot("interrupts", "Test the condition in the program, or in a process.");
       return;
     }
     if (check_parameters(r))
@@ -308,7 +308,7 @@ class Val3Writer final : public brand::BrandWriter {
   /// of a negative one.
   Text truncated(const Text& x) {
     if (x.text.size() > 1000) {
-      fail("DIV and TRUNC within each other are too long for VAL3, which has them by sel()",
+      fail("nested DIV and TRUNC are too long for VAL3, which expresses them with sel()",
            "Assign the inner ones to variables first.");
       return {};
     }
@@ -348,7 +348,7 @@ class Val3Writer final : public brand::BrandWriter {
   Text inverse_of(const Text& a) override { return {"!" + within(a, 8), 8}; }
   std::string component(const std::string& of, std::size_t axis) override {
     if (of.empty() || of[0] == '{' || of[0] == '(') {
-      cannot("parts of a transform that is computed", "Keep it in a variable first.");
+      cannot("parts of a computed transform", "Keep it in a variable first.");
       return "0";
     }
     return of + "." + "xyz"[axis];
@@ -433,8 +433,10 @@ class Val3Writer final : public brand::BrandWriter {
   /// The value of a signal that one expression has several times.
   Text read_once(const std::string& read) {
     if (!may_call_) {
-      fail("a signal within DIV or TRUNC, in a condition that is asked again, cannot be posted",
-           "Assign its value to a variable before, and at the end of the loop.");
+      fail(
+          "a signal within DIV or TRUNC cannot be posted in a condition that is evaluated "
+          "repeatedly",
+          "Assign its value to a variable before, and at the end of the loop.");
       return {};
     }
     settle();
@@ -486,7 +488,7 @@ class Val3Writer final : public brand::BrandWriter {
                   ? "toString(\"\", sel(" + t + ", 1, 0))"
                   : "toString(\"" + std::string(k == Kind::real ? ".6" : "") + "\", " + t + ")");
     }
-    if (!ends_line) note("each message of VAL3 is a line of its own");
+    if (!ends_line) note("VAL3 writes each message on a separate line");
     settle();
     line("logMsg(" + (all.empty() ? "\"\"" : all) + ")");
   }
@@ -587,7 +589,7 @@ class Val3Writer final : public brand::BrandWriter {
             attributes(*g.pose) + (is_rs ? "" : config(g)) + " fatherId=\"" + frame + "[0]\""));
       } else {
         if (x.goals.size() > 1) {
-          cannot("circles through places that are computed while it runs");
+          cannot("circles through points computed at run time");
           return;
         }
         point_variable();

@@ -88,14 +88,14 @@ class ClothoidFactory final : public CurveFactory {
     if (points.size() != 1)
       return error(
           ErrorCode::invalid_argument,
-          "a clothoid starts at one pose, " + std::to_string(points.size()) + " were given",
+          "a clothoid starts at one pose; " + std::to_string(points.size()) + " were given",
           "Give the pose of its start; the tool's x axis points along it.");
     for (const double x : points[0].p)
       if (!std::isfinite(x))
         return error(ErrorCode::invalid_argument, "the start is not finite", "Give numbers.");
     const double length = params.real("length");
     if (!(length > 0))
-      return error(ErrorCode::invalid_argument, "the length is not above 0", "Give it in metres.");
+      return error(ErrorCode::invalid_argument, "the length is not positive", "Give it in metres.");
     return std::unique_ptr<Curve>(new Clothoid(points[0], length, params.real("start_curvature"),
                                                params.real("end_curvature")));
   }

@@ -236,7 +236,7 @@ class KestrelWriter final : public post::Writer {
   }
   void wait_time(std::uint32_t e) override {
     const auto s = known(e);
-    if (!s) return cannot("times that are computed", "Give a number of seconds.");
+    if (!s) return cannot("computed times", "Give a number of seconds.");
     if (!(*s >= 0 && *s <= 3600))
       return fail("a delay of " + post::shortest(*s) + " s is not from 0 to 3600 s",
                   "Give another time.");
@@ -245,7 +245,8 @@ class KestrelWriter final : public post::Writer {
     line("DELAY " + post::fixed(*s * 1000, 0));
   }
   void wait_for(std::uint32_t condition, std::uint32_t timeout) override {
-    if (timeout != RMP_NONE) return cannot("WAIT FOR with a TIMEOUT", "Ask in a LOOP.");
+    if (timeout != RMP_NONE)
+      return cannot("WAIT FOR with a TIMEOUT", "Test the condition in a LOOP.");
     line("HOLD " + text(condition));
   }
   void show(std::uint32_t value) {
@@ -255,7 +256,7 @@ class KestrelWriter final : public post::Writer {
     const std::string said(constant(x.constant).text, constant(x.constant).text_size);
     for (const char c : said)
       if (c < 32 || c > 126 || c == '"')
-        return cannot("way to write every letter of this text",
+        return cannot("notation for every letter of this text",
                       "Use plain letters without quotes.");
     line("SHOW \"" + said + "\"");
   }
@@ -272,8 +273,8 @@ class KestrelWriter final : public post::Writer {
   // ---- motions ----
   /// What no step says is an error; what the controller chooses itself, a warning.
   void look_at(const Motion& m) {
-    if (m.until != RMP_NONE) cannot("motions that end by a condition (UNTIL)");
-    if (m.incremental) cannot("increments", "Move to the pose that is meant.");
+    if (m.until != RMP_NONE) cannot("motions that end on a condition (UNTIL)");
+    if (m.incremental) cannot("increments", "Move to the target pose itself.");
     struct Row {
       std::uint32_t attribute;
       const char* word;
@@ -311,7 +312,7 @@ class KestrelWriter final : public post::Writer {
     double round = *r;
     if (round == 0 && m[RMP_ATTR_C_PASS].given && m[RMP_ATTR_C_PASS].known != 0.0) {
       round = 1;
-      note("C_PASS without a distance is written as R1.0, and in a run the robot " +
+      note("C_PASS without a distance is written as R1.0, and the simulated robot " +
                post::at_c_pass_in_a_run(*task_.code, m),
            m.interpolation == RMP_MOVE_PTP ? "Give C_PTP." : "Give C_CP.");
     }
@@ -326,13 +327,13 @@ class KestrelWriter final : public post::Writer {
   std::string place(const post::Target& t, bool by_joints) {
     const PostPoint* p = t.point;
     if (!p) {
-      cannot("targets that are computed");
+      cannot("computed targets");
       return {};
     }
     std::string numbers;
     const auto add = [&](double v) {
       if (!(std::fabs(v) <= 100'000))
-        fail("a target here is beyond what the Kestrel takes", "Check what it is computed from.");
+        fail("a target here is beyond the Kestrel's range", "Check what it is computed from.");
       numbers += " " + post::fixed(v, 3);
     };
     if (by_joints) {
@@ -371,7 +372,7 @@ class KestrelWriter final : public post::Writer {
   }
   void circle(const Motion& m) override {
     if (m.targets.size() != 2)
-      return fail("a circle has two targets", "Give a point on it and its end.");
+      return fail("a circle has two targets", "Give a via point and an end point.");
     const std::string via = place(m.targets[0], false), to = place(m.targets[1], false);
     line("CIRC " + via + " " + to + how(m, RMP_ATTR_SPEED, 5000, RMP_ATTR_C_CP));
   }

@@ -59,7 +59,8 @@ class PayloadMargin final : public Module {
     RMP_TRY_ASSIGN(model, call.robot_model(robot));
     const std::string where = "robot \"" + model->name + "\"";
     if (!model->is_simple() || !model->loops.empty())
-      return error(ErrorCode::unsupported, "it has followers, loops or joints of many coordinates",
+      return error(ErrorCode::unsupported,
+                   "it has followers, loops or joints with several coordinates",
                    "Payloads of open chains are studied only.", where);
     if (model->dof() > std::size(kPrimes))
       return error(ErrorCode::unsupported, "it has more than 16 joints", {}, where);
@@ -137,7 +138,7 @@ Result<ModuleValue> margin(const Module& module, const ModuleValue& args, Module
       }));
   if (!std::isfinite(least))
     return error(ErrorCode::unsupported, "its torques cannot be compared with its limits",
-                 "Look for masses or limits that are zero or too great.",
+                 "Look for masses or limits that are zero or too large.",
                  "robot \"" + model->name + "\"");
   return ModuleValue::map()
       .set("margin", least)
@@ -162,7 +163,7 @@ Result<ModuleValue> greatest(const Module& module, const ModuleValue& args, Modu
         }
       }));
   if (!std::isfinite(most))
-    return error(ErrorCode::unsupported, "no payload loads a joint that has a limit",
+    return error(ErrorCode::unsupported, "no payload loads a joint with a limit",
                  "Give the drives of its other joints limits.", "robot \"" + model->name + "\"");
   return ModuleValue(most);
 }

@@ -87,20 +87,20 @@ class PythonCode final : public RobotCodeGenerator {
                                          std::uint32_t parts, const Params&,
                                          Progress& progress) const override {
     if (!is_module_name(name))
-      return error(ErrorCode::invalid_argument,
-                   "\"" + std::string(name) + "\" is no name of a Python module",
-                   "Give letters, digits and underscores, a letter first, and no word of Python.");
+      return error(
+          ErrorCode::invalid_argument,
+          "\"" + std::string(name) + "\" is not a valid name of a Python module",
+          "Use letters, digits and underscores, starting with a letter, and no Python keyword.");
     if ((parts & kCodeAll) == 0)
-      return error(ErrorCode::invalid_argument, "no part was chosen", "Choose at least one.");
-    if (progress.cancelled()) return error(ErrorCode::cancelled, "writing the code was stopped");
+      return error(ErrorCode::invalid_argument, "no part was selected", "Choose at least one.");
+    if (progress.cancelled()) return error(ErrorCode::cancelled, "code generation was cancelled");
     if (!model.is_simple())
       return refused(model, "it has joints of several coordinates, or joints that follow others",
                      "Choose the generator c99.");
     if ((parts & (kCodeInverseDynamics | kCodeInertia | kCodeForwardDynamics)) &&
         !model.loops.empty())
       return refused(model,
-                     "its dynamics have closed loops to meet, and the code would be that of the "
-                     "tree without them",
+                     "its dynamics include closed loops, which the generated code would ignore",
                      "Choose the parts forward_kinematics and jacobian.");
 
     std::string text = python_code::kHead;

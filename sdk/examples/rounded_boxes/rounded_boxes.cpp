@@ -113,7 +113,7 @@ Result<Zonotope> zonotope_of(const Shape& s, bool takes_boxes_around) {
     case ShapeKind::mesh:
       if (!takes_boxes_around) break;
       if (s.kind == ShapeKind::mesh && s.mesh && !is_closed(*s.mesh))
-        return bad("a mesh is open, so that nothing says what is inside", "Close it.");
+        return bad("a mesh is open, so its inside is undefined", "Close it.");
       return around(s.mesh);
   }
   return error(
@@ -169,18 +169,18 @@ class Scene final : public CollisionScene {
     const std::size_t n = bodies_.size(), samples = n == 0 ? 0 : poses.size() / n;
     if (poses.size() != samples * n || answers != samples * pairs.size())
       return bad(
-          "the numbers of poses, pairs and answers do not fit the " + std::to_string(n) + " bodies",
-          "Give a pose a body and an answer a pair, for each sample.");
+          "the numbers of poses, pairs and results do not fit the " + std::to_string(n) + " bodies",
+          "Give one pose per body and one result per pair, for each sample.");
     for (const CollisionPair& p : pairs)
       if (p.a < 0 || p.b < 0 || p.a == p.b || std::cmp_greater_equal(std::max(p.a, p.b), n))
-        return bad("a pair names a body twice or one that does not exist",
+        return bad("a pair names the same body twice or a body that does not exist",
                    "Give two of the " + std::to_string(n) + " bodies.");
     for (const Pose& p : poses)
-      if (!is_rigid(p, 1e-6)) return bad("a body's pose is no rigid placement", "Correct it.");
+      if (!is_rigid(p, 1e-6)) return bad("a body's pose is not a rigid placement", "Correct it.");
     std::vector<std::vector<Zonotope>> placed(n);
     for (std::size_t s = 0; s < samples; ++s) {
       if (s % kPerCheck == 0 && progress.cancelled())
-        return error(ErrorCode::cancelled, "the distances were stopped");
+        return error(ErrorCode::cancelled, "the distance computation was cancelled");
       for (std::size_t b = 0; b < n; ++b) {
         placed[b].clear();
         for (const Zonotope& z : bodies_[b].parts) placed[b].push_back(moved(z, poses[s * n + b]));
@@ -207,7 +207,7 @@ class Engine : public CollisionEngine {
       for (const Shape& s : bodies[b].shapes) {
         const std::string where = "body " + std::to_string(b + 1);
         if (!is_rigid(s.pose))
-          return bad("a shape's pose is no rigid placement", "Correct it.", where);
+          return bad("a shape's pose is not a rigid placement", "Correct it.", where);
         auto zonotope = zonotope_of(s, takes_boxes_around_);
         if (!zonotope.ok()) return std::move(zonotope).error().in(where);
         made[b].parts.push_back(moved(*zonotope, s.pose));

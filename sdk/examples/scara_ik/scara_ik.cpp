@@ -45,7 +45,7 @@ class ScaraIk final : public IkSolver {
   // not matter. A robot that is none is refused with one sentence.
   Result<void> prepare(const RobotModel& model, const Params&) override {
     const auto refused = [&](const std::string& why) -> Error {
-      return error(ErrorCode::unsupported, "it is no SCARA: " + why, "Choose another provider.",
+      return error(ErrorCode::unsupported, "it is not a SCARA: " + why, "Choose another provider.",
                    "robot \"" + model.name + "\"");
     };
     if (!model.is_serial() || !model.is_simple() || model.joints.size() != 4 ||
@@ -56,7 +56,7 @@ class ScaraIk final : public IkSolver {
     for (std::size_t i = 0; i < 4; ++i) {
       const bool slides = model.joints[i].type == JointType::prismatic;
       if (slides != (i == 2))
-        return refused("its joints are not turning, turning, sliding, turning");
+        return refused("its joints are not revolute, revolute, prismatic, revolute");
       at = times(at, model.joints[i].placement);
       points[i] = at.p;
       if (i == 0) up_ = column(at, 2), x_ = column(at, 0);
@@ -112,12 +112,12 @@ class ScaraIk final : public IkSolver {
       return error(ErrorCode::invalid_argument, what, "Correct the call.");
     };
     if (!batch.goals.empty() || batch.objective != IkObjective::none || !batch.arm_angles.empty())
-      return error(ErrorCode::unsupported, "this solver takes whole poses and nothing else",
+      return error(ErrorCode::unsupported, "this solver accepts full poses only",
                    "Choose another provider.");
     const std::size_t count = batch.targets.size();
-    if (results != count) return bad("there is not one result a target");
+    if (results != count) return bad("there must be one result per target");
     if (!batch.seeds.empty() && batch.seeds.size() != 4 && batch.seeds.size() != 4 * count)
-      return bad("the seeds are not four numbers, for all or for each target");
+      return bad("the seeds must be four numbers, for all targets or for each");
     if (batch.tip != 0) return bad("there is only one tip");
     for (const Pose& t : batch.targets) {
       for (const double x : t.R)
@@ -201,7 +201,7 @@ class ScaraIk final : public IkSolver {
     } else if (found[0].outside > 0) {
       out.status = IkStatus::joint_limit;
       out.limiting_joint = static_cast<std::int32_t>(found[0].worst);
-      out.detail = "a limit of joint \"" + model_->joints[found[0].worst].name + "\" is in the way";
+      out.detail = "a limit of joint \"" + model_->joints[found[0].worst].name + "\" prevents it";
     } else {
       out.status = IkStatus::out_of_reach;
       out.detail = "a SCARA cannot tilt its tool";

@@ -56,9 +56,10 @@ TEST(Scara, AnArmThatIsNoneIsRefusedWithTheReason) {
   const auto provider = find_provider<IkSolver>(kFile, "scara");
   const auto r = create<IkSolver>(**provider)->prepare(puma560(), TableParams(**provider));
   ASSERT_FALSE(r.ok());
-  EXPECT_EQ(r.error().sentence(),
-            "robot \"puma560\": it is no SCARA: it is not a chain of four joints. Choose another "
-            "provider.");
+  EXPECT_EQ(
+      r.error().sentence(),
+      "robot \"puma560\": it is not a SCARA: it is not a chain of four joints. Choose another "
+      "provider.");
 }
 
 }  // namespace

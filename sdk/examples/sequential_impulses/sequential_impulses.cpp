@@ -135,10 +135,10 @@ class World final : public PhysicsWorld {
     if (!forces.empty() && forces.size() != given_joints_)
       return bad(std::to_string(forces.size()) + " forces are given for " +
                      std::to_string(given_joints_) + " joints",
-                 "Give one force a joint, or none.");
+                 "Give one force per joint, or none.");
     for (std::int32_t s = 0; s < steps; ++s) {
       if (s % 16 == 0 && progress.cancelled())
-        return error(ErrorCode::cancelled, "the simulation was stopped");
+        return error(ErrorCode::cancelled, "the simulation was cancelled");
       RMP_TRY(one_step(dt, forces));
     }
     for (Body& b : bodies_) b.force = b.torque = {};
@@ -175,7 +175,8 @@ class World final : public PhysicsWorld {
   Result<void> release(std::int32_t attachment) override {
     const auto i = given_joints_ + static_cast<std::size_t>(std::max(attachment, 0));
     if (attachment < 0 || i >= joints_.size() || !joints_[i].is_alive)
-      return bad("there is no such attachment", "Give a number that attach() gave and that holds.");
+      return bad("there is no such attachment",
+                 "Give a number returned by attach() that is still attached.");
     joints_[i].is_alive = false;
     return {};
   }
@@ -184,7 +185,7 @@ class World final : public PhysicsWorld {
     if (!exists(b) || body(b).is_movable())
       return bad("only bodies without mass can be placed", "Give the number of a body of mass 0.");
     if (!is_rigid(pose) || !is_finite(velocity) || !is_finite(angular_velocity))
-      return bad("the place or velocity is not valid", "Correct it.");
+      return bad("the placement or velocity is not valid", "Correct it.");
     body(b).pose = pose, body(b).v = velocity, body(b).w = angular_velocity;
     return {};
   }
@@ -232,7 +233,7 @@ class World final : public PhysicsWorld {
     b.given = given;
     b.pose = given.pose;
     if (!is_rigid(given.pose) || !is_finite(given.mass) || !(given.mass.mass >= 0))
-      return bad("its place or mass is not valid", "Correct it.");
+      return bad("its placement or mass is not valid", "Correct it.");
     if (b.is_movable() && !is_positive(given.mass.inertia))
       return bad("its inertia is not positive", "Give that of a solid.");
     if (!b.is_movable()) b.given.mass = {};
@@ -494,7 +495,7 @@ class World final : public PhysicsWorld {
       // What turns freely keeps its angular momentum, not its angular velocity.
       b.w = multiply(inverse(rotate(b.pose, b.given.mass.inertia)), momentum);
       if (!is_finite(b.pose.p) || !is_finite(b.w))
-        return bad("it flew off to infinity", "Use a shorter step, or softer forces.",
+        return bad("it diverged to infinity", "Use a shorter step, or softer forces.",
                    numbered("body ", i));
     }
     for (Joint& j : joints_)

@@ -375,12 +375,12 @@ class CsgEngine {
   /// lines, arcs and circles are exact, other curves are splines within `chord` [m].
   virtual Result<CsgProfile> section(const CsgShape&, const Pose& /*plane*/, double /*chord*/,
                                      Progress&) const {
-    return error(ErrorCode::unsupported, "this CSG engine makes no sections");
+    return error(ErrorCode::unsupported, "this CSG engine does not compute sections");
   }
   /// The solid as CsgGeometry in its own frame: exact (brep), or the triangles of an engine with
   /// the tag "mesh", closed as all that it evaluates to. `digest` is left 0.
   virtual Result<CsgGeometry> geometry(const CsgShape&, Progress&) const {
-    return error(ErrorCode::unsupported, "this CSG engine hands out no geometry");
+    return error(ErrorCode::unsupported, "this CSG engine does not export geometry");
   }
 };
 

@@ -143,7 +143,7 @@ struct CsgLinks {
       return {};
     case CsgKind::mirror:
       if (std::hypot(s[0], s[1], s[2]) < 1e-9)
-        return bad("mirror normal is (0, 0, 0); it must point somewhere");
+        return bad("mirror normal is (0, 0, 0); it must not be zero");
       return {};
     case CsgKind::circular_pattern: return check_angle(s[1]);
     case CsgKind::scale:
@@ -215,7 +215,7 @@ struct CsgLinks {
     stretch[i] = {stretch[i].least * least, stretch[i].greatest * greatest};
     if (stretch[i].least < 1 / kCsgScalesTogether * (1 - 1e-9) ||
         stretch[i].greatest > kCsgScalesTogether * (1 + 1e-9))
-      return bad("the scales within each other multiply to " +
+      return bad("the nested scales multiply to " +
                  csg_number_text(stretch[i].greatest > kCsgScalesTogether ? stretch[i].greatest
                                                                           : stretch[i].least) +
                  "; they must stay between 1e-6 and 1e6");

@@ -110,7 +110,7 @@ inline bool take_select_point(std::string_view& s, Vec3& point) {
     if (word == "parallel") {
       const std::string_view axis = detail::take_select_word(rest);
       if (axis != "x" && axis != "y" && axis != "z")
-        return refuse("\"parallel\" in the selection " + whole + " needs x, y or z behind it");
+        return refuse("\"parallel\" in the selection " + whole + " must be followed by x, y or z");
       test.kind = axis == "x"   ? CsgEdgeTest::Kind::parallel_x
                   : axis == "y" ? CsgEdgeTest::Kind::parallel_y
                                 : CsgEdgeTest::Kind::parallel_z;
@@ -119,21 +119,21 @@ inline bool take_select_point(std::string_view& s, Vec3& point) {
       test.kind = CsgEdgeTest::Kind::near;
       if (!detail::take_select_point(rest, test.point))
         return refuse("\"near\" in the selection " + whole +
-                      " needs a point such as (0.1, 0, 0.02) behind it");
+                      " must be followed by a point such as (0.1, 0, 0.02)");
       is_known = true;
     }
     if (!is_known) {
       if (word.empty() && rest.empty())
         return refuse("the selection " + whole + " ends where a condition is expected");
       const std::string what(word.empty() ? rest.substr(0, rest.find(' ')) : word);
-      return refuse("\"" + what + "\" in the selection " + whole + " is no condition of an edge");
+      return refuse("\"" + what + "\" in the selection " + whole + " is not an edge condition");
     }
     tests.push_back(test);
     word = detail::take_select_word(rest);
     if (word.empty() && rest.empty()) return tests;
     if (word != "and") {
       const std::string what(word.empty() ? rest.substr(0, rest.find(' ')) : word);
-      return refuse("\"" + what + "\" in the selection " + whole + " stands where \"and\" belongs");
+      return refuse("\"" + what + "\" in the selection " + whole + " is where \"and\" is expected");
     }
     word = detail::take_select_word(rest);
   }

@@ -132,7 +132,8 @@ class ForwardDynamics {
   virtual Result<void> constrained(const DynamicsBatch&, std::span<double> qdd,
                                    std::span<double> forces, Progress&) const {
     (void)qdd, (void)forces;
-    return error(ErrorCode::unsupported, "this provider of forward dynamics knows no closed loops",
+    return error(ErrorCode::unsupported,
+                 "this provider of forward dynamics does not support closed loops",
                  "Choose a provider with the tag \"loops\", such as constrained.");
   }
   /// Partial derivatives of qdd: count matrices of dof * dof, row-major, row = entry of qdd.

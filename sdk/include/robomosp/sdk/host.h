@@ -39,7 +39,8 @@ class Host {
   template <class Interface>
   [[nodiscard]] Result<std::unique_ptr<Interface>> create(const std::string& name = {}) const {
     if (!host_ || !RMP_HAS(host_, create) || !host_->create)
-      return error(ErrorCode::unsupported, "this program hands out no other providers",
+      return error(ErrorCode::unsupported,
+                   "this program gives plugins no access to other providers",
                    "Update it; the plugin is newer.");
     std::array<char, 512> why{};
     void* made = host_->create(Interface::kInterfaceId, name.c_str(), why.data(),

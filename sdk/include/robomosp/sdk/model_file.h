@@ -96,12 +96,12 @@ class Line {
       for (std::size_t k = 0; k < 3; ++k) {
         double dot = 0;
         for (std::size_t c = 0; c < 3; ++c) dot += p.R[3 * i + c] * p.R[3 * k + c];
-        if (!(std::fabs(dot - (i == k ? 1 : 0)) < 1e-6)) fault("its R is no rotation");
+        if (!(std::fabs(dot - (i == k ? 1 : 0)) < 1e-6)) fault("its R is not a rotation");
       }
     return p;
   }
   void end() {
-    if (!word().empty()) fault("there is more than was expected");
+    if (!word().empty()) fault("there is unexpected text at the end");
   }
   void fault(const std::string& what) {
     if (fault_.empty()) fault_ = "line " + std::to_string(number_) + ": " + what;
@@ -130,7 +130,7 @@ inline void read_line(Line& line, RobotModel& m) {
     const std::string type = line.word();
     std::size_t t = 0;
     while (t < std::size(kTypes) && kTypes[t] != type) ++t;
-    if (t == std::size(kTypes)) return line.fault("\"" + type + "\" is no type of joint");
+    if (t == std::size(kTypes)) return line.fault("\"" + type + "\" is not a joint type");
     j.type = static_cast<JointType>(t);
     j.parent = line.integer(-1, joints - 1);
     m.joints.push_back(std::move(j));
@@ -182,7 +182,7 @@ inline void read_line(Line& line, RobotModel& m) {
       j.spring.stiffness = line.number();
       j.spring.rest = line.number();
     } else {
-      return line.fault("\"" + what + "\" is no word of a model");
+      return line.fault("\"" + what + "\" is not a keyword of a model");
     }
   }
   line.end();
@@ -264,12 +264,14 @@ inline void read_line(Line& line, RobotModel& m) {
   for (const JointModel& j : m.joints) {
     if (!j.is_coupled()) continue;
     if (static_cast<std::size_t>(j.coupling.of) >= m.joints.size())
-      return error(ErrorCode::syntax, "joint \"" + j.name + "\" follows one that is not there");
+      return error(ErrorCode::syntax,
+                   "joint \"" + j.name + "\" follows a joint that does not exist");
     const JointModel& of = m.joints[static_cast<std::size_t>(j.coupling.of)];
     if (of.is_coupled() || coordinate_count(of.type) != 1 || coordinate_count(j.type) != 1)
-      return error(ErrorCode::syntax, "joint \"" + j.name +
-                                          "\" follows one that is coupled itself or has no single "
-                                          "coordinate");
+      return error(
+          ErrorCode::syntax,
+          "joint \"" + j.name +
+              "\" follows a joint that is itself coupled or does not have a single coordinate");
   }
   if (m.tips.empty()) return error(ErrorCode::syntax, "it has no tip");
   m.number_coordinates();

@@ -64,7 +64,7 @@ struct ConstructCase {
     return frame;
   };
   const auto wrong = [](std::uint32_t line, const char* what) {
-    return error(ErrorCode::syntax, what, "post_constructs.h tells the form.",
+    return error(ErrorCode::syntax, what, "See post_constructs.h for the format.",
                  "constructs.txt:" + std::to_string(line));
   };
   std::vector<ConstructCase> out;

@@ -9,7 +9,7 @@
 
 namespace robomosp::post {
 
-/// What is wrong with a file's name, such as "named a file outside of its folder"; "" = nothing.
+/// What is wrong with a file's name, such as "named a file outside its folder"; "" = nothing.
 /// Folders are allowed ("app/app.pjx"), ways out of the folder are not.
 [[nodiscard]] inline std::string_view file_name_fault(std::string_view name) {
   if (name.empty() || !name.data()) return "named a file \"\"";
@@ -17,12 +17,12 @@ namespace robomosp::post {
   for (std::size_t from = 0; from <= name.size();) {
     const std::size_t end = std::min(name.find('/', from), name.size());
     const std::string_view part = name.substr(from, end - from);
-    if (part.empty() || part == "." || part == "..") return "named a file outside of its folder";
+    if (part.empty() || part == "." || part == "..") return "named a file outside its folder";
     from = end + 1;
   }
   for (const char c : name)
     if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '\\' || c == ':')
-      return "named a file with signs that names of files do not have";
+      return "named a file with characters not allowed in file names";
   return {};
 }
 

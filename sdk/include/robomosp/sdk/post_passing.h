@@ -27,7 +27,8 @@ namespace robomosp::post {
   for (const Target& t : m.targets)
     is_alone = is_alone && t.role != RMP_ROLE_ADD_JOINT && !(t.point && !t.point->external.empty());
   return std::string("passes this target at its TIME, each joint by a cubic, if a PTP of one ") +
-         "target with a TIME follows at once" + (is_alone ? "" : " and no other device goes along");
+         "target with a TIME follows at once" +
+         (is_alone ? "" : " and no other device moves with it");
 }
 
 }  // namespace robomosp::post

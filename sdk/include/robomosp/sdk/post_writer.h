@@ -472,7 +472,7 @@ class Writer {
       if (r < locals.size() && is_local_of(s, r)) locals[r].push_back(s);
     }
     for (const std::uint32_t r : order) {
-      if (progress_.cancelled()) return error(ErrorCode::cancelled, "the post was stopped");
+      if (progress_.cancelled()) return error(ErrorCode::cancelled, "posting was cancelled");
       progress_.report(static_cast<double>(r) / std::max(1U, c_.routines.count), "writing");
       in_routine_ = r;
       at_ = routine(r).span;
@@ -487,7 +487,7 @@ class Writer {
     }
     at_ = c_.routines.count > 0 ? routine(0).span : rmp_span{};
     finish();
-    if (progress_.cancelled()) return error(ErrorCode::cancelled, "the post was stopped");
+    if (progress_.cancelled()) return error(ErrorCode::cancelled, "posting was cancelled");
     return {};
   }
 
@@ -518,7 +518,7 @@ class Writer {
     cannot(std::string(name));
   }
   virtual void message(std::span<const std::uint32_t> /*values*/, bool /*ends_line*/) {
-    cannot("messages (WRITE)", "Take the statement out, or post the flattened program.");
+    cannot("messages (WRITE)", "Remove the statement, or post the flattened program.");
   }
   virtual void if_begin(std::uint32_t /*condition*/) { cannot("IF"); }
   virtual void else_if(std::uint32_t /*condition*/) { cannot("ELSIF"); }
@@ -608,7 +608,7 @@ class Writer {
   }
   virtual Text intrinsic(std::string_view name, std::span<const std::uint32_t> /*arguments*/,
                          const rmp_code_expression&) {
-    cannot(std::string(name) + "() while it runs",
+    cannot(std::string(name) + "() at run time",
            "Compute the value with constants, or post the flattened program.");
     return {};
   }
@@ -628,7 +628,7 @@ class Writer {
     return {};
   }
   virtual Text compose(std::uint32_t /*a*/, std::uint32_t /*b*/, const rmp_code_expression&) {
-    cannot("operator @ while it runs",
+    cannot("operator @ at run time",
            "Post the flattened program, or compute the pose with constants.");
     return {};
   }
@@ -740,7 +740,7 @@ class Writer {
   /// An error here: the target has no such thing.
   void cannot(std::string what, std::string hint = {}) {
     say(RMP_FAULT_ERROR, std::string(caps_.title) + " has no " + what,
-        hint.empty() ? "Write it otherwise, or post the flattened program (form = \"flat\")."
+        hint.empty() ? "Rewrite it, or post the flattened program (form = \"flat\")."
                      : std::move(hint));
   }
   void fail(std::string message, std::string hint = {}) {
@@ -772,8 +772,8 @@ class Writer {
     note(std::string(own) + " is called " + there + " there: the name is " +
              (own.size() > static_cast<std::size_t>(std::max(caps_.max_name, 4))
                   ? std::string("too long")
-                  : std::string("taken, or has letters that no name has")),
-         "Give it another name where operators look for it.");
+                  : std::string("taken, or has characters not allowed in names")),
+         "Rename it if operators look for it.");
     at_ = before;
   }
   std::string routine_name(std::uint32_t r) {
@@ -838,7 +838,7 @@ class Writer {
     const auto r = std::from_chars(s.data(), s.data() + s.size(), v);
     if (r.ec != std::errc() || r.ptr != s.data() + s.size() || !std::isfinite(v)) {
       fail("the profile's option " + std::string(name) + " is \"" + std::string(s) +
-               "\", which is no number",
+               "\", which is not a number",
            "Give a number in the profile.");
       return otherwise;
     }
@@ -862,16 +862,17 @@ class Writer {
         std::exchange(told_axes_, true))
       return;
     warn(
-        "how the controller counts its axes is not known: joint values, turns and configurations "
-        "are written as the robot's joints count",
-        "Give the robot its maker's axes (robot.set_axes), or the profile's axes sign and offset.");
+        "the controller's axis convention is unknown: joint values, turns and configurations are "
+        "written in the robot's joint convention",
+        "Give the robot its maker's axes (robot.set_axes), or set sign and offset of the profile's "
+        "axes.");
   }
   /// Values of the controller's axes for the robot's joints at a point, external ones not counted
   /// [degrees or mm]. Where they are not known it is said, and they are empty.
   std::vector<double> axes(const PostPoint& p) {
     std::vector<double> out;
     if (p.q.empty()) {
-      fail(*p.q_missing ? p.q_missing : "the joints of this target are not known",
+      fail(*p.q_missing ? p.q_missing : "the joint values of this target are unknown",
            "Name the robot: program.post{robot = ...}.");
       return out;
     }
@@ -937,7 +938,7 @@ class Writer {
     for (const std::int32_t t : p->turns)
       if (!is_any_turn(t) && (t != 0 || p->turns_from != kTurnsFrom)) {
         warn("TURNS of this target are not written: " + std::string(caps_.title) +
-                 " has none, and the robot goes the shortest way",
+                 " has none, and the robot takes the shortest path",
              "Move to joints (MAIN_JOINT) where the turn matters.");
         return;
       }
@@ -970,8 +971,8 @@ class Writer {
       if (p.external.empty() || !has_additional_joints()) return out;
       if (!std::exchange(told_plain_external_, true))
         note(
-            "additional joints are written as the external axes of the same numbers, in degrees or "
-            "mm as the program has them, since the profile names none",
+            "additional joints are written as the external axes with the same numbers, in the "
+            "program's degrees or mm, since the profile names none",
             "Give the profile its external axes (is_external = true).");
       return {p.external.begin(), p.external.end()};
     }
@@ -982,14 +983,14 @@ class Writer {
           }))
         fail("additional joint " + std::to_string(i + 1) + " of this target is at " +
                  trimmed(p.external[i], 4) + ", and the profile has no external axis for it",
-             "Give the profile an axis with is_external = true and this joint.");
+             "Add an axis with is_external = true and this joint to the profile.");
     for (const PostAxis& a : profile_.axes) {
       if (!a.external) continue;
       if (a.of_robot != 0) {
         const auto v = axis_value(a, p.q, task_.robot);
         if (!v)
           fail("external axis " + std::string(a.name) +
-                   " is a joint of the robot, and the joints of this target are not known",
+                   " is a joint of the robot, and the joint values of this target are unknown",
                *p.q_missing ? std::string(p.q_missing) + "." : "Name the robot.");
         else within_limits(a, *v);
         out.push_back(v.value_or(0));
@@ -1372,7 +1373,7 @@ class Writer {
     if (asked)
       note(
           "the motion ends at its target: an output, a wait, a text or a motion with UNTIL follows",
-          "Blending is between motions; take C_CP, C_PTP and C_PASS out here.");
+          "Blending needs a following motion; remove C_CP, C_PTP and C_PASS here.");
   }
 
   void move(const rmp_code_statement& s) {
@@ -1407,7 +1408,7 @@ class Writer {
 
   void block(std::uint32_t first, int depth) {
     if (first != RMP_NONE && depth > kDeepest) {
-      fail("statements are nested too deep to be posted", "Make procedures of the inner ones.");
+      fail("statements are nested too deep to post", "Move the inner ones into procedures.");
       return;
     }
     std::uint32_t n = 0;

@@ -231,13 +231,13 @@ class Strict {
     }
     for (const rmp_code_operand* o : {&i.a, &i.b})
       if ((o->kind == RMP_OPERAND_TEMPORARY || o->kind == RMP_OPERAND_REFERENCE) && !is_set(*o))
-        return "a temporary is used that was not set with this type before";
+        return "a temporary is used before it was set with this type";
     if (i.op == RMP_OP_STORE && i.r.kind == RMP_OPERAND_REFERENCE && !is_set(i.r))
-      return "a place is used that was not set with this type before";
+      return "a place is used before it was set with this type";
     const bool takes = i.op == RMP_OP_CALL || i.op == RMP_OP_INTRINSIC || i.op == RMP_OP_MAKE;
     const bool gives = i.op == RMP_OP_ARGUMENT || i.op == RMP_OP_ARGUMENT_PLACE;
     if (!takes && !gives && !arguments_.empty())
-      return "arguments stand right before the CALL, INTRINSIC or MAKE that takes them";
+      return "arguments must come directly before the CALL, INTRINSIC or MAKE that takes them";
     const char* wrong = one(i);
     if (takes) arguments_.clear();
     if (gives) arguments_.push_back(i);
@@ -248,8 +248,8 @@ class Strict {
   }
   /// At the end of a routine.
   [[nodiscard]] const char* fault_at_end() const {
-    if (!arguments_.empty()) return "arguments stand before no CALL, INTRINSIC or MAKE";
-    return targets_ > 0 ? "targets stand before no MOVE" : nullptr;
+    if (!arguments_.empty()) return "arguments are not followed by a CALL, INTRINSIC or MAKE";
+    return targets_ > 0 ? "targets are not followed by a MOVE" : nullptr;
   }
 
  private:
@@ -569,7 +569,7 @@ class Reader {
     }
     for (std::uint32_t t = 0; t < p_->types.size(); ++t)
       if (p_->types[t].element != RMP_NONE && p_->types[t].element >= t)
-        return fail("type " + type_text(t) + " is made of one that comes later");
+        return fail("type " + type_text(t) + " is made of a later type");
     p_->seal();
     return std::move(p_);
   }
@@ -613,8 +613,8 @@ class Reader {
   Result<std::uint32_t> index(std::string_view f, char prefix) const {
     std::uint32_t n = 0;
     if (f.empty() || f[0] != prefix || !number(f.substr(1), n) || n > kMost)
-      return fail("\"" + std::string(f) + "\" stands where a number behind \"" +
-                  std::string(1, prefix) + "\" belongs");
+      return fail("\"" + std::string(f) + "\" is where a number after \"" + std::string(1, prefix) +
+                  "\" belongs");
     return n;
   }
   Result<std::uint32_t> type(std::string_view f) const {
@@ -624,12 +624,12 @@ class Reader {
   }
   Result<std::string> name(std::string_view f) const {
     if (f.size() >= 2 && f[0] == '\'') return unquoted(f);
-    return fail("\"" + std::string(f) + "\" stands where a name in quotes belongs");
+    return fail("\"" + std::string(f) + "\" is where a quoted name is expected");
   }
   Result<void> one(std::string_view (&f)[4]) {
     if (in_routine_) return inside(f);
     if (!p_->routines.empty() && f[0] != "ROUTINE")
-      return fail("declarations stand before the first routine");
+      return fail("declarations must come before the first routine");
     if (f[0] == "PROGRAM") {
       RMP_TRY_ASSIGN(const std::string n, name(f[1]));
       p_->set_name(n);
@@ -650,7 +650,7 @@ class Reader {
       if (t.kind == RMP_TYPE_ARRAY &&
           (dots == std::string_view::npos || !number(f[1].substr(0, dots), t.lower) ||
            !number(f[1].substr(dots + 2), t.upper) || t.upper < t.lower))
-        return fail("\"" + std::string(f[1]) + "\" are no bounds of an array", "Such as 1..3.");
+        return fail("\"" + std::string(f[1]) + "\" are not valid array bounds", "Such as 1..3.");
       const std::uint64_t length =
           t.kind == RMP_TYPE_ARRAY ? static_cast<std::uint64_t>(std::int64_t{t.upper} - t.lower + 1)
                                    : 1;
@@ -675,10 +675,9 @@ class Reader {
       return {};
     }
     if (f[0] == "MEMBER") {
-      if (p_->types.back().kind != RMP_TYPE_RECORD)
-        return fail("a MEMBER stands behind its RECORD");
+      if (p_->types.back().kind != RMP_TYPE_RECORD) return fail("a MEMBER must follow its RECORD");
       RMP_TRY_ASSIGN(const std::uint32_t t, type(f[2]));
-      if (t + 1 >= p_->types.size()) return fail("a record cannot hold itself");
+      if (t + 1 >= p_->types.size()) return fail("a record cannot contain itself");
       RMP_TRY_ASSIGN(const std::string n, name(f[3]));
       p_->fields.push_back({p_->keep(n), t, {}});
       ++p_->types.back().field_count;
@@ -689,14 +688,14 @@ class Reader {
     }
     if (f[0] == "ROUTINE") return routine(f);
     if (f[0] == "AT") {
-      if (last_symbol_ == RMP_NONE) return fail("AT stands behind its INPUT or OUTPUT");
+      if (last_symbol_ == RMP_NONE) return fail("AT must follow its INPUT or OUTPUT");
       std::int32_t address = 0, width = 0;
       if (f[1].empty() || f[1][0] != '#' || !number(f[1].substr(1), address) || f[2].empty() ||
           f[2][0] != '#' || !number(f[2].substr(1), width))
         return fail("AT needs a number and a width", "Such as: AT #3 #1 -");
       const rmp_code_symbol& signal = p_->symbols[last_symbol_];
       if (signal.kind != RMP_SYMBOL_INPUT && signal.kind != RMP_SYMBOL_OUTPUT)
-        return fail("AT stands behind its INPUT or OUTPUT");
+        return fail("AT must follow its INPUT or OUTPUT");
       constexpr std::int32_t kWidest = 64;
       if (address < 0 || width < 1 || width > kWidest ||
           (signal.type == RMP_TYPE_BOOL && width != 1))
@@ -706,7 +705,7 @@ class Reader {
       return {};
     }
     if (f[0] == "OF") {
-      if (last_symbol_ == RMP_NONE) return fail("OF stands behind its VARIABLE");
+      if (last_symbol_ == RMP_NONE) return fail("OF must follow its VARIABLE");
       RMP_TRY_ASSIGN(const std::uint32_t r, index(f[1], 'r'));
       p_->symbols[last_symbol_].routine = r;
       routines_used_.emplace(line_, r);
@@ -716,8 +715,8 @@ class Reader {
       if (f[0] == kSymbols[k]) return symbol(k, 0, f);
     if (f[0] == "PARAMETER_OUT") return symbol(RMP_SYMBOL_PARAMETER, RMP_MODE_OUT, f);
     if (f[0] == "PARAMETER_INOUT") return symbol(RMP_SYMBOL_PARAMETER, RMP_MODE_INOUT, f);
-    return fail("\"" + std::string(f[0]) + "\" is no line of code outside a routine",
-                "Instructions stand between ROUTINE and END.");
+    return fail("\"" + std::string(f[0]) + "\" is not allowed outside a routine",
+                "Instructions belong between ROUTINE and END.");
   }
   Result<void> symbol(std::uint32_t kind, std::uint32_t mode, const std::string_view (&f)[4]) {
     RMP_TRY_ASSIGN(const std::uint32_t at, index(f[1], 'v'));
@@ -739,7 +738,7 @@ class Reader {
     if ((kind == RMP_SYMBOL_INPUT || kind == RMP_SYMBOL_OUTPUT) && t != RMP_TYPE_BOOL &&
         t != RMP_TYPE_INT && t != RMP_TYPE_REAL)
       return fail("a signal is BOOL, INT or REAL");
-    if (!declared_.insert(at).second) return fail(std::string(f[1]) + " is there twice");
+    if (!declared_.insert(at).second) return fail(std::string(f[1]) + " appears twice");
     rmp_code_symbol gap = s;
     gap.kind = RMP_SYMBOL_IMPORT;
     gap.name = "";
@@ -797,7 +796,8 @@ class Reader {
     }
     if (f[0] == "END") {
       for (const std::uint32_t l : labels_used_)
-        if (!labels_set_.contains(l)) return fail("label L" + std::to_string(l) + " is nowhere");
+        if (!labels_set_.contains(l))
+          return fail("label L" + std::to_string(l) + " does not exist");
       r.instruction_count =
           static_cast<std::uint32_t>(p_->instructions.size()) - r.first_instruction;
       in_routine_ = false;
@@ -839,7 +839,7 @@ class Reader {
       double real = 0;
       if (number(f, whole)) return constant(p_->integer(whole));
       if (number(f, real) && std::isfinite(real)) return constant(p_->real(real));
-      return fail("\"" + std::string(f) + "\" is no number of 32 bits, and no REAL");
+      return fail("\"" + std::string(f) + "\" is neither a 32-bit number nor a REAL");
     }
     if (f.size() > 1 && f[1] >= '0' && f[1] <= '9') {
       switch (f[0]) {
@@ -897,7 +897,7 @@ class Reader {
       }
       return rmp_code_operand{RMP_OPERAND_INTRINSIC, 0, it->second};
     }
-    return fail("\"" + std::string(f) + "\" is no field of an instruction");
+    return fail("\"" + std::string(f) + "\" is not a field of an instruction");
   }
 
   std::unique_ptr<ProgramTables> p_ = std::make_unique<ProgramTables>();

@@ -28,7 +28,7 @@ namespace robomosp::conformance {
     if (!names.insert(c.name).second) return "two choices have the name " + std::string(c.name);
     for (const char* word : {c.positive, c.negative}) {
       if (!word || !*word) return std::string("the choice ") + c.name + " lacks a word";
-      if (!words.insert(word).second) return std::string("two ways have the word ") + word;
+      if (!words.insert(word).second) return std::string("two options have the word ") + word;
     }
   }
   Random random(seed);

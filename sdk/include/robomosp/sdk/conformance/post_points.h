@@ -125,7 +125,7 @@ class Points {
       } else if (with_robot && p.has_pose && t.role != RMP_ROLE_POSITION) {
         p.q = keep(*kinematics.inverse(p.pose, {}, -1));
       } else {
-        p.q_missing = "the joints of this target are not known, since no robot is named";
+        p.q_missing = "the joint values of this target are unknown, since no robot is named";
       }
       points.push_back(p);
     }

@@ -65,9 +65,9 @@ class PostConformance : public testing::TestWithParam<PostSubject> {
     }
     void from(std::string_view file, std::uint32_t line, const rmp_span& span) override {
       const auto it = lines_.find(file);
-      if (it == lines_.end()) return refuse("told of a line of a file that is not there");
+      if (it == lines_.end()) return refuse("reported a line of a missing file");
       if (line < 1 || line > it->second || span.file >= files_of_program_)
-        return refuse("told where a line comes from that is not there");
+        return refuse("reported the origin of a missing line");
       ++mapped;
     }
     void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
