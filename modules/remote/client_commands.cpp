@@ -112,20 +112,21 @@ Result<Value> list(CommandContext& ctx, const Map&) {
 }
 
 ParamSpec which() {
-  return between(needed("connection", "int", "", "Its number, as connection.open gave it."), 1,
-                 9e15);
+  return between(needed("connection", "int", "", "Its number, from connection.open."), 1, 9e15);
 }
 ParamSpec patience(const char* doc, double usual) {
   return between(defaulted("timeout", "real", "s", usual, doc), 0, 1e9);
 }
 
 std::vector<ParamSpec> connection_fields() {
-  return {field("connection", "int", "", "Its number."),
-          field("address", "string", "", "Where it leads."),
-          field("is_open", "bool", "", "Whether it has not been lost."),
-          field("generation", "int", "",
-                "Counts up when a reconnect finds another program; handles of before are refused."),
-          field("server", "map", "", "What the server said of itself and of what is allowed.")};
+  return {
+      field("connection", "int", "", "Its number."),
+      field("address", "string", "", "Address of the server."),
+      field("is_open", "bool", "", "Whether it is still connected."),
+      field("generation", "int", "",
+            "Incremented when a reconnect finds another program; older handles are then rejected."),
+      field("server", "map", "",
+            "The server's description of itself and of the permitted commands.")};
 }
 
 }  // namespace
@@ -136,22 +137,23 @@ RMP_COMMANDS(client_commands) {
   all.push_back(
       {.name = "connection.open",
        .classic = "",
-       .summary = "Connects to another program that serves.",
-       .details = "Scripts use it by require \"remote\", whose connect gives what feels like the "
-                  "commands here. At most 64 are open. The connection belongs to the session.",
+       .summary = "Connects to another program that runs a server.",
+       .details = "Scripts use it by require \"remote\"; its connect returns an object with the "
+                  "same commands as here. At most 64 connections can be open. A connection belongs "
+                  "to its session.",
        .example = "local ok, why = pcall(connection.open, {address = \"unix:nobody-listens\"})\n"
                   "assert(not ok and why.code == \"io\")",
        .params = {needed("address", "string", "", "HOST:PORT, [IPv6]:PORT or unix:PATH."),
                   optional("token", "string", "", "The secret that server.grant printed."),
                   optional("tls", "bool", "",
-                           "Whether TLS is spoken; left out: with other machines than this one."),
+                           "Whether TLS is used; by default for all hosts except this machine."),
                   optional("certificate", "path", "",
-                           "PEM file with certificates to trust, such as the server's own; left "
-                           "out: the authorities of the system."),
+                           "PEM file with certificates to trust, such as that of the server; by "
+                           "default the authorities of the system."),
                   defaulted("client", "string", "", "robomosp", "A name for the server's lists."),
-                  patience("What connecting may take.", 10),
+                  patience("Time limit for connecting.", 10),
                   between(defaulted("longest_answer", "int", "bytes", 268'435'456,
-                                    "A server that sends a longer one is not believed."),
+                                    "Longest message accepted from the server."),
                           1024, 1e10)},
        .returns = {"map", "", "The connection.", connection_fields()},
        .effect = effect,
@@ -160,43 +162,45 @@ RMP_COMMANDS(client_commands) {
   all.push_back(
       {.name = "connection.call",
        .classic = "",
-       .summary = "Calls a method of the program at the other end.",
-       .details = "Its error is raised here. Ctrl-C and the time limit cancel what runs over "
-                  "there. Handles of the other program are tables {[\"$handle\"] = {kind, number, "
-                  "name, generation}}. Not within a group of edits, which could not take it back.",
+       .summary = "Calls a method of the connected program.",
+       .details =
+           "Its error is raised here. Ctrl-C and the time limit cancel the call on the server. "
+           "Handles of the other program are tables {[\"$handle\"] = {kind, number, name, "
+           "generation}}. Not allowed within a group of edits, which could not undo the call.",
        .example = "assert(not pcall(connection.call, {connection = 1, method = \"version\"}))",
        .params = {which(), needed("method", "string", "", "A command or another method."),
-                  optional("params", "map", "", "Its arguments by name."),
-                  optional("arguments", "list", "", "Or by place."),
-                  defaulted("job", "bool", "", false, "Goes on as a job over there."),
-                  patience("What it may take; 0 = as long as it takes.", 0)},
-       .returns = {"any", "", "What the method gives.", {}},
+                  optional("params", "map", "", "Its arguments, by name."),
+                  optional("arguments", "list", "", "Arguments by position, instead."),
+                  defaulted("job", "bool", "", false, "Runs as a job on the server."),
+                  patience("Time limit; 0 = none.", 0)},
+       .returns = {"any", "", "Result of the method.", {}},
        .effect = effect,
        .run = call});
   all.push_back(
       {.name = "connection.events",
        .classic = "",
-       .summary = "Gives what came for subscriptions of a connection.",
-       .details = "connection.call of the method server.subscribe makes one.",
+       .summary = "Returns the received events of a connection's subscriptions.",
+       .details = "connection.call of the method server.subscribe creates a subscription.",
        .example = "assert(not pcall(connection.events, 1))",
-       .params = {which(), patience("How long to wait for the first; 0 = not at all.", 0)},
+       .params = {which(), patience("Time to wait for the first event; 0 = do not wait.", 0)},
        .returns = {"map",
                    "",
-                   "What came.",
-                   {field("events", "list", "", "As event.take gives them, oldest first."),
-                    field("seconds", "real", "s", "For how long it was waited.")}},
+                   "The events.",
+                   {field("events", "list", "", "As returned by event.take, oldest first."),
+                    field("seconds", "real", "s", "Time waited.")}},
        .effect = effect,
        .run = events});
-  all.push_back({.name = "connection.reopen",
-                 .classic = "",
-                 .summary = "Connects again, after the connection was lost or to begin anew.",
-                 .details = "Handles hold on where the program over there is still the same. "
-                            "Subscriptions are gone.",
-                 .example = "assert(not pcall(connection.reopen, 1))",
-                 .params = {which(), patience("For how long it is tried while nobody answers.", 0)},
-                 .returns = {"map", "", "The connection.", connection_fields()},
-                 .effect = effect,
-                 .run = reopen});
+  all.push_back(
+      {.name = "connection.reopen",
+       .classic = "",
+       .summary = "Reconnects after the connection was lost, or to start afresh.",
+       .details =
+           "Handles stay valid if the server is still the same program. Subscriptions are lost.",
+       .example = "assert(not pcall(connection.reopen, 1))",
+       .params = {which(), patience("Time to keep trying while there is no answer.", 0)},
+       .returns = {"map", "", "The connection.", connection_fields()},
+       .effect = effect,
+       .run = reopen});
   all.push_back({.name = "connection.close",
                  .classic = "",
                  .summary = "Ends a connection.",

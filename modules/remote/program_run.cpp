@@ -294,41 +294,36 @@ RMP_COMMANDS(program_run_remote_commands) {
        .summary = "Runs a program here, in a world that another program serves.",
        .details =
            "The world is fetched (world.pack) and the program runs in the copy, so that motions "
-           "and "
-           "recording are those of program.run. The robots over there follow 25 times a second of "
-           "the program's time, held objects and signals as they change, and signals that others "
-           "set "
-           "there count here from the next row on. Whatever else is changed there meanwhile counts "
-           "in the next run. When the connection is lost the run ends with an error that says "
-           "where "
-           "the program was; over there everything stays as it was told last. The copy stays for "
-           "the "
-           "recording's sake; undo takes it away, and nothing over there. Notes are messages of "
-           "the code program_note while it runs.",
+           "and recording are those of program.run. The robots on the server follow 25 times per "
+           "second of the program's time, held objects and signals at each change, and signals "
+           "that others set on the server are used from the next row on. Other changes on the "
+           "server take effect in the next run. If the connection is lost the run ends with an "
+           "error that gives the program's place; the server keeps the last state it received. The "
+           "copy is kept for the recording; undo removes it, but changes nothing on the server. "
+           "Notes are messages of the code program_note during the run.",
        .example = "local nop = program.create{name = \"nop\", source = \"PROGRAM nop; "
                   "BEGIN ENDPROGRAM;\"}\n"
                   "assert(not pcall(program.run_remote, {id = nop, connection = 1}))",
-       .params = {self("program"),
-                  between(needed("connection", "int", "", "As connection.open gave it."), 1, 9e15),
-                  optional("world", "string", "",
-                           "Its name over there; the only one when left out."),
-                  optional(
-                      "robot", "string", "",
-                      "The robot of that world that motions mean which name none; the only one "
-                      "when left out."),
-                  optional("frame", "string", "", "Frame or object that targets are in."),
-                  optional("tool", "string", "", "Tool that targets are for."),
-                  optional("bindings", "list", "",
-                           "What names mean there: tables with the arguments of program.bind."),
-                  choice("unbound", {"error", "free"},
-                         "Signals without a binding are an error, or the program's own."),
-                  values_field(),
-                  defaulted("real_time", "bool", "", true,
-                            "Whether a second of the program takes one; else it goes as fast as it "
-                            "can, and waits only where nothing but a signal can let it go on."),
-                  above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
-                  above_zero(defaulted("most_time", "real", "s", 3600.0,
-                                       "A run that takes longer is an error."))},
+       .params =
+           {self("program"),
+            between(needed("connection", "int", "", "Number from connection.open."), 1, 9e15),
+            optional("world", "string", "",
+                     "Name of the world on the server; by default the only one."),
+            optional("robot", "string", "",
+                     "Robot of that world for motions that name none; by default the only robot."),
+            optional("frame", "string", "", "Frame or object in which targets are given."),
+            optional("tool", "string", "", "Tool for targets."),
+            optional("bindings", "list", "",
+                     "Bindings of names in that world: tables with the arguments of program.bind."),
+            choice("unbound", {"error", "free"},
+                   "Whether signals without a binding are an error or belong to the program."),
+            values_field(),
+            defaulted("real_time", "bool", "", true,
+                      "True: a second of the program takes one second; false: it runs as fast as "
+                      "it can, and waits only if nothing but a signal can continue it."),
+            above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
+            above_zero(defaulted("most_time", "real", "s", 3600.0,
+                                 "Limit: a run that takes longer is an error."))},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates | Effect::edits | Effect::administers,
        .run = run_remote});

@@ -219,30 +219,30 @@ Result<Value> list_tokens(CommandContext& ctx, const Map& args) {
 
 ParamSpec token_file_param() {
   return optional("token_file", "path", "",
-                  "Where tokens are kept; left out: that of the server that runs, else "
+                  "File of the tokens; by default that of the running server, otherwise "
                   "robomosp/tokens.json in the user's folder of settings.");
 }
 ParamSpec effects_param(const char* whose) {
   return optional("effects", "any", "",
                   std::string("What ") + whose +
-                      " may do: words of reads, edits, simulates, files_read, files_write, "
-                      "processes, providers; left out: reads, edits and simulates.");
+                      " may do: some of reads, edits, simulates, files_read, files_write, "
+                      "processes, providers; by default reads, edits and simulates.");
 }
 ParamSpec commands_param() {
-  return optional("commands", "any", "",
-                  "Commands granted by name, whatever their effects: those that load code, stop "
-                  "the program or administer are granted so only; \"lua.eval\" runs scripts in "
-                  "the program.");
+  return optional(
+      "commands", "any", "",
+      "Commands granted by name, whatever their effects: commands that load code, stop the program "
+      "or administer can only be granted by name; \"lua.eval\" runs scripts in the program.");
 }
 
 std::vector<ParamSpec> server_fields() {
-  return {field("addresses", "list", "", "Where it listens, with the ports that were chosen."),
+  return {field("addresses", "list", "", "Its addresses, with the chosen ports."),
           field("has_tls", "bool", "", "Whether it has a certificate."),
-          field("needs_token", "bool", "", "Whether clients of this machine need a token, too."),
-          field("browser", "bool", "", "Whether it gives browsers its page."),
-          field("token_file", "string", "", "Where its tokens are kept."),
-          field("clients", "int", "", "Connections that are there."),
-          field("threads", "int", "", "Threads that serve them."),
+          field("needs_token", "bool", "", "Whether clients on this machine need a token, too."),
+          field("browser", "bool", "", "Whether it serves its page to browsers."),
+          field("token_file", "string", "", "File of its tokens."),
+          field("clients", "int", "", "Number of open connections."),
+          field("threads", "int", "", "Number of threads that serve them."),
           field("limits", "map", "", "All limits by name.")};
 }
 
@@ -253,54 +253,56 @@ RMP_COMMANDS(server_commands) {
   all.push_back(
       {.name = "server.start",
        .classic = "",
-       .summary = "Lets other programs connect and work on this world.",
-       .details = "They speak JSON-RPC or classic lines, as the page on the protocol says; each is "
-                  "a session with its own undo. On an address of this machine neither TLS nor a "
-                  "token is needed; any other address needs both.",
+       .summary = "Starts a server: other programs can connect and work on this world.",
+       .details = "They use JSON-RPC or classic lines, as described on the page about the "
+                  "protocol; each is a session with its own undo. On an address of this machine "
+                  "neither TLS nor a token is needed; any other address needs both.",
        .example = "local s = server.start{addresses = {\"127.0.0.1:0\"}}\n"
                   "assert(#s.addresses == 1 and s.clients == 0)\nserver.stop()",
-       .params = {optional("addresses", "any", "",
-                           "A text or a list of texts HOST:PORT, [IPv6]:PORT or unix:PATH; port 0 "
-                           "takes a free one; left out: 127.0.0.1:7007."),
-                  optional("certificate", "path", "",
-                           "PEM file with the certificate and its chain."),
-                  optional("key", "path", "", "PEM file with the private key, mode 600."),
-                  defaulted("tls_everywhere", "bool", "", false,
-                            "TLS also on addresses of this machine."),
-                  token_file_param(),
-                  defaulted("needs_token", "bool", "", false,
-                            "Clients of this machine need a token, too."),
-                  effects_param("who has no token"), commands_param(),
-                  optional("folder", "path", "",
-                           "Where who has no token reads and writes files; left out: anywhere."),
-                  optional("limits", "map", "",
-                           "Limits by name, such as {seconds = 60}; server.status shows all."),
-                  defaulted("browser", "bool", "", false,
-                            "Browsers are let in, too: a page at the same address shows the world, "
-                            "and WebSockets carry the protocol. Without a token they only look."),
-                  optional("origins", "any", "",
-                           "A text or a list of texts: pages from elsewhere that may connect, such "
-                           "as https://robots.example, which is also a name of this server."),
-                  optional("audit", "path", "",
-                           "File to which a line of JSON is added for each request.")},
+       .params =
+           {optional("addresses", "any", "",
+                     "A string or a list of strings HOST:PORT, [IPv6]:PORT or unix:PATH; port 0 "
+                     "takes a free one; default: 127.0.0.1:7007."),
+            optional("certificate", "path", "", "PEM file with the certificate and its chain."),
+            optional("key", "path", "", "PEM file with the private key, mode 600."),
+            defaulted("tls_everywhere", "bool", "", false,
+                      "TLS also on addresses of this machine."),
+            token_file_param(),
+            defaulted("needs_token", "bool", "", false,
+                      "Clients on this machine need a token, too."),
+            effects_param("a client without a token"), commands_param(),
+            optional("folder", "path", "",
+                     "Folder in which clients without a token read and write files; by default "
+                     "anywhere."),
+            optional("limits", "map", "",
+                     "Limits by name, such as {seconds = 60}; server.status shows all."),
+            defaulted("browser", "bool", "", false,
+                      "Browsers can connect, too: a page at the same address shows the world, and "
+                      "WebSockets carry the protocol. Without a token they can only view."),
+            optional("origins", "any", "",
+                     "A string or a list of strings: origins of other pages that may connect, such "
+                     "as https://robots.example, which is also a name of this server."),
+            optional("audit", "path", "",
+                     "File to which a line of JSON is appended for each request.")},
        .returns = {"map", "", "The server.", server_fields()},
        .effect = Effect::administers | Effect::simulates,
        .sometimes = Effect::files_read | Effect::files_write,
        .run = start});
   all.push_back({.name = "server.stop",
                  .classic = "",
-                 .summary = "Says goodbye to all clients and ends the server.",
-                 .details = "What they run is cancelled; their jobs, too.",
+                 .summary = "Notifies all clients and stops the server.",
+                 .details = "Their running commands and jobs are cancelled.",
                  .example = "assert(server.stop() == false)  -- none was running",
                  .params = {},
-                 .returns = {"bool", "", "Whether one was running.", {}},
+                 .returns = {"bool", "", "Whether a server was running.", {}},
                  .effect = Effect::administers | Effect::simulates,
                  .run = stop});
   auto fields = server_fields();
-  fields.push_back(field("is_running", "bool", "", "Whether there is a server; alone when not."));
+  fields.push_back(field("is_running", "bool", "",
+                         "Whether there is a server; all other fields are absent if not."));
   all.push_back({.name = "server.status",
                  .classic = "",
-                 .summary = "Where the server listens, and its limits.",
+                 .summary = "Returns the addresses of the server, and its limits.",
                  .details = "",
                  .example = "assert(not server.status().is_running)",
                  .params = {},
@@ -316,86 +318,91 @@ RMP_COMMANDS(server_commands) {
                  .returns = {"list",
                              "",
                              "One entry for each.",
-                             {field("number", "int", "", "For server.kick."),
-                              field("session", "int", "", "Under which its changes appear."),
-                              field("name", "string", "", "As the client calls itself."),
+                             {field("number", "int", "", "Number for server.kick."),
+                              field("session", "int", "",
+                                    "Name of the session that its changes are listed under."),
+                              field("name", "string", "", "Name given by the client."),
                               field("token", "string", "", "Name of its token."),
-                              field("peer", "string", "", "Where it comes from."),
+                              field("peer", "string", "", "Address of the client."),
                               field("protocol", "string", "",
-                                    "json, classic or websocket; empty before its hello."),
+                                    "json, classic or websocket; empty before its first message."),
                               field("has_tls", "bool", "", "Whether it is encrypted."),
-                              field("seconds", "real", "s", "Since it connected."),
-                              field("requests", "int", "", "That it sent."),
-                              field("bytes_in", "int", "", "That came from it."),
-                              field("bytes_out", "int", "", "That were sent to it."),
-                              field("waiting", "int", "", "Requests that wait their turn.")}},
+                              field("seconds", "real", "s", "Time since it connected."),
+                              field("requests", "int", "", "Number of requests received."),
+                              field("bytes_in", "int", "", "Bytes received."),
+                              field("bytes_out", "int", "", "Bytes sent."),
+                              field("waiting", "int", "", "Number of queued requests.")}},
                  .effect = Effect::administers,
                  .run = clients});
   all.push_back({.name = "server.kick",
                  .classic = "",
                  .summary = "Closes a connection.",
-                 .details = "What it runs is cancelled. With its token it may come back; "
-                            "server.revoke takes that away.",
+                 .details = "Its running commands are cancelled. With its token it may reconnect; "
+                            "server.revoke prevents this.",
                  .example = "assert(not pcall(server.kick, 1))  -- nobody is connected",
                  .params = {between(needed("client", "int", "", "Its number."), 1, 9e15),
                             defaulted("reason", "string", "", "Closed by the operator.",
-                                      "What the client is told.")},
+                                      "Reason given to the client.")},
                  .returns = {},
                  .effect = Effect::administers | Effect::simulates,
                  .run = kick});
   all.push_back(
       {.name = "server.grant",
        .classic = "",
-       .summary = "Makes a token, with which a client may connect, and gives its secret.",
-       .details = "The secret is shown this once: only its hash is kept, in a file that its owner "
-                  "alone may read. It holds at once, also for a server of another program that "
-                  "uses the file.",
+       .summary = "Creates a token that lets a client connect, and returns its secret.",
+       .details = "The secret is shown only this once: only its hash is kept, in a file that only "
+                  "its owner may read. It is valid at once, also for a server of another program "
+                  "that uses the file.",
        .example = "local file = os.tmpname() .. \".tokens\"\n"
                   "local secret = server.grant{name = \"student\", valid_for = 3600, token_file = "
                   "file}\n"
                   "assert(#secret == 47)\n"
                   "server.revoke{name = \"student\", token_file = file}\nos.remove(file)\n"
                   "os.remove(file .. \".lock\")",
-       .params =
-           {needed("name", "string", "", "Letters, digits, - _ and . up to 64."),
-            effects_param("it"), commands_param(),
-            optional("folder", "path", "", "Where files are read and written; left out: anywhere."),
-            between(defaulted("rate", "int", "", 0, "Requests a second; 0 as the server's limit."),
-                    0, 1e7),
-            between(optional("valid_for", "real", "s", "Until it expires; left out: never."), 1,
-                    kLongestValidity),
-            token_file_param()},
+       .params = {needed("name", "string", "", "Letters, digits, - _ and . up to 64."),
+                  effects_param("it"), commands_param(),
+                  optional("folder", "path", "",
+                           "Folder for files to read and write; by default anywhere."),
+                  between(defaulted("rate", "int", "", 0,
+                                    "Requests per second; 0 means the server's limit."),
+                          0, 1e7),
+                  between(optional("valid_for", "real", "s",
+                                   "Time until it expires; by default never."),
+                          1, kLongestValidity),
+                  token_file_param()},
        .returns = {"string", "", "The secret.", {}},
        .effect = Effect::administers | Effect::files_write,
        .run = grant});
   all.push_back({.name = "server.revoke",
                  .classic = "",
-                 .summary = "Takes a token back and closes its connections.",
+                 .summary = "Revokes a token and closes its connections.",
                  .details = "",
                  .example = "assert(not pcall(server.revoke, {name = \"nobody\", token_file = "
                             "os.tmpname() .. \".tokens\"}))",
-                 .params = {needed("name", "string", "", "Of the token."), token_file_param()},
-                 .returns = {"int", "", "How many connections were closed.", {}},
+                 .params = {needed("name", "string", "", "Name of the token."), token_file_param()},
+                 .returns = {"int", "", "Number of connections closed.", {}},
                  .effect = Effect::administers | Effect::files_write,
                  .run = revoke});
-  all.push_back({.name = "server.tokens",
-                 .classic = "",
-                 .summary = "Lists the tokens.",
-                 .details = "",
-                 .example = "assert(#server.tokens{token_file = \"none_here\"} == 0)",
-                 .params = {token_file_param()},
-                 .returns = {"list",
-                             "",
-                             "One entry for each.",
-                             {field("name", "string", "", "Its name."),
-                              field("effects", "list", "", "What it may do."),
-                              field("commands", "list", "", "Granted by name."),
-                              field("folder", "string", "", "Empty = anywhere."),
-                              field("rate", "int", "", "Requests a second; 0 as the server's."),
-                              field("created", "int", "", "Seconds since 1970."),
-                              field("expires", "int", "", "The same; absent = never.")}},
-                 .effect = Effect::administers | Effect::files_read,
-                 .run = list_tokens});
+  all.push_back(
+      {.name = "server.tokens",
+       .classic = "",
+       .summary = "Lists the tokens.",
+       .details = "",
+       .example = "assert(#server.tokens{token_file = \"none_here\"} == 0)",
+       .params = {token_file_param()},
+       .returns = {"list",
+                   "",
+                   "One entry for each.",
+                   {field("name", "string", "", "Its name."),
+                    field("effects", "list", "", "Its permitted effects."),
+                    field("commands", "list", "", "Commands granted by name."),
+                    field("folder", "string", "", "Its folder for files; empty = anywhere."),
+                    field("rate", "int", "", "Requests per second; 0 means the server's limit."),
+                    field("created", "int", "", "Seconds since 1970."),
+                    field("expires", "int", "",
+                          "Time of expiry, in seconds since 1970; absent = never.")}},
+       .effect = Effect::administers | Effect::files_read,
+       .run = list_tokens});
   return all;
 }
 

@@ -377,32 +377,30 @@ RMP_COMMANDS(signal_commands) {
        .classic = "",
        .summary = "Waits until a signal of a world has a value.",
        .details =
-           "Several programs, or consoles, work together by it: one sets a signal with "
-           "world.set_signal, the other waits for it. Of a client of the server it is answered "
-           "when it comes true, beside its other requests, and rpc.cancel ends it; as many wait "
-           "at a time as the limit waits says. Clients send it as a request of its own: in "
-           "batches, "
-           "jobs and scripts of theirs it is refused, unless it is true already. A value that is "
-           "there for less than it takes to "
-           "look may be missed, so let who waits take it back.",
+           "It synchronises programs or consoles: one sets a signal with world.set_signal, the "
+           "other waits for it. A client of the server gets the answer when the condition becomes "
+           "true, and can send other requests meanwhile; rpc.cancel ends the wait; the limit "
+           "`waits` sets how many can wait at a time. Clients send it as a separate request: in "
+           "batches, jobs and scripts it is refused, unless the condition is already true. A value "
+           "that exists only briefly may be missed, so let the program that waits reset it.",
        .example = "local cell = world.create{name = \"cell\"}\n"
                   "cell:add_signal{name = \"ready\"}\ncell:set_signal(\"ready\", 1)\n"
                   "assert(server.wait{signal = \"ready\"} == 1)\n"
                   "assert(not pcall(server.wait, {signal = \"ready\", value = 0, timeout = 0}))",
        .params = {needed("signal", "string", "", "Its name."),
-                  optional("value", "real", "", "What it is to be, in SI; 1 when left out."),
-                  optional("at_least", "real", "", "In place of value: a lower bound."),
-                  optional("at_most", "real", "", "In place of value: an upper bound."),
+                  optional("value", "real", "", "Value to wait for, in SI; 1 if omitted."),
+                  optional("at_least", "real", "", "Instead of value: a lower bound."),
+                  optional("at_most", "real", "", "Instead of value: an upper bound."),
                   optional("world", "ref:world", "",
-                           "Left out: the only world with such a signal."),
+                           "By default the only world with such a signal."),
                   between(defaulted("timeout", "real", "s", 60.0,
-                                    "After that it is an error; 0 = look only."),
+                                    "After this time it is an error; 0 = check only."),
                           0, kLongestSignalWait),
                   optional("client", "string", "",
-                           "Who is to set it: give up when no client of this name, or with a "
-                           "token of this name, is connected."),
+                           "Client that sets the signal: give up if no client of this name, or "
+                           "with a token of this name, is connected."),
                   between(defaulted("absent", "real", "s", 5.0,
-                                    "How long it may be away, to start or to connect again."),
+                                    "Time for which it may be absent, to start or to reconnect."),
                           0, kLongestSignalWait)},
        .returns = {"real", "", "The value of the signal, in SI.", {}},
        .effect = Effect::reads,

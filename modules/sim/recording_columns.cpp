@@ -44,22 +44,21 @@ constexpr double kSamePlace = 1e-6;
 constexpr std::array<RecordedQuantity, 12> kQuantities{
     {{"torque", "tau1, ..., tau_external1, ...",
       "of the motors, by inverse dynamics from q, qd and qdd, with the force and moment at a tip "
-      "of "
-      "wrench1 to wrench6 or of the arguments"},
+      "from wrench1 to wrench6 or the arguments"},
      {"jerk", "qddd1, ...", "derivative of the accelerations"},
      {"power", "power1, ..., total_power", "of the motors: torque by velocity, and their sum"},
      {"work", "work", "of all motors since the first row: the integral of their power"},
      {"energy", "kinetic, potential, energy", "of bodies, motors and springs"},
      {"axes", "axis_<name>, ...",
-      "joints as the robot's maker counts them, in rad and m: sense, zero and coupling of its "
+      "joints as the robot's maker counts them, in rad and m: direction, zero and coupling of its "
       "axes"},
      {"pose", "x, y, z, roll, pitch, yaw", "of the tool in the world, angles without jumps"},
      {"velocity", "vx, vy, vz, speed, wx, wy, wz", "of the tool in the world's axes"},
      {"force", "fx, fy, fz, mx, my, mz",
-      "what acts on the tool so that the motors' torques give this motion, world's axes"},
+      "force and moment on the tool for which the motors' torques give this motion, world axes"},
      {"manipulability", "manipulability", "Yoshikawa's measure of the tool"},
      {"limits", "used_q1, ..., used_tau1, ..., limits_used",
-      "shares of the limits, 1 = at one, and the greatest of all"},
+      "shares of the limits, 1 = at the limit, and the greatest of all"},
      {"clearance", "clearance", "least distance of the robot's bodies to each other and to all"}}};
 
 /// What a recording's numbers belong to.

@@ -202,18 +202,19 @@ Result<model::Placement> read_placement(const Value* value, std::string_view pat
 
 Schema placement_fields(std::string frame) {
   return {
-      optional("placement", "pose", "",
-               "Where it stands in " + frame + "; or give position and angles."),
+      optional("placement", "pose", "", "Placement in " + frame + "; or give position and angles."),
       optional("position", "vec3", "m", "Its origin in " + frame + "."),
-      optional("cylindrical", "vec3", "m, rad, m", "Radius, angle about z from x, and z instead."),
+      optional("cylindrical", "vec3", "m, rad, m",
+               "Instead of position: radius, angle about z measured from x, and z."),
       optional("spherical", "vec3", "m, rad, rad",
-               "Radius, angle about z from x, and angle from z instead."),
+               "Instead of position: radius, angle about z measured from x, and angle from z."),
       optional("rpy", "vec3", "rad", "Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."),
-      optional("xyz", "vec3", "rad", "Angles about the moving x, y and z axes instead."),
-      optional("zyz", "vec3", "rad", "Angles about the moving z, y and z axes instead."),
-      optional("quaternion", "real[]", "", "Rotation w, x, y, z of any length but zero instead."),
+      optional("xyz", "vec3", "rad", "Instead of rpy: angles about the moving x, y and z axes."),
+      optional("zyz", "vec3", "rad", "Instead of rpy: angles about the moving z, y and z axes."),
+      optional("quaternion", "real[]", "",
+               "Instead of rpy: rotation w, x, y, z of any length except zero."),
       optional("axis_angle", "any", "",
-               "Rotation {x, y, z, angle} or {axis = {x, y, z}, angle = angle} instead.")};
+               "Instead of rpy: rotation {x, y, z, angle} or {axis = {x, y, z}, angle = angle}.")};
 }
 
 Result<model::Placement> read_placement_fields(const Map& table, std::string_view path) {

@@ -11,7 +11,7 @@ namespace robomosp::ioci {
 /// The argument `first` of what counts: the number of the first one, 0, or 1 as in lines of the
 /// program of 2006.
 [[nodiscard]] inline ParamSpec first_field() {
-  return between(defaulted("first", "int", "", 0, "The number of the first one: 0 or 1."), 0, 1);
+  return between(defaulted("first", "int", "", 0, "Number of the first one: 0 or 1."), 0, 1);
 }
 
 /// The place in a list of `count` that the argument `index` names; an error tells the numbers.

@@ -125,8 +125,8 @@ RMP_COMMANDS(document_commands) {
                  .run = referrers});
   all.push_back({.name = "document.clear",
                  .classic = "",
-                 .summary = "Forgets all records and the history.",
-                 .details = "This cannot be taken back. Recordings stay.",
+                 .summary = "Removes all records and the history from the document.",
+                 .details = "This cannot be undone. Recordings are kept.",
                  .example = "material.create{name = \"brass\", density = "
                             "8500}\ndocument.clear()\nassert(#document.list() == 0)",
                  .params = {},
@@ -136,32 +136,34 @@ RMP_COMMANDS(document_commands) {
                  .own_transaction = true});
   all.push_back({.name = "document.digest",
                  .classic = "",
-                 .summary = "Gives a text that is equal for documents of equal content.",
-                 .details = "Ids and revisions do not matter for it; names, files and content do.",
+                 .summary = "Returns a text that is equal for documents with equal content.",
+                 .details = "It depends on names, files and content, not on ids and revisions.",
                  .example = "local before = document.digest()\nmaterial.create{name = \"brass\", "
                             "density = 8500}\ndocument.undo()\nassert(document.digest() == before)",
                  .params = {},
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
                  .run = digest});
-  all.push_back({.name = "cache.stats",
-                 .classic = "",
-                 .summary = "Reports how often computed values were found or had to be made.",
-                 .details = "",
-                 .example = "local s = cache.stats()\nassert(s.entries >= 0)",
-                 .params = {},
-                 .returns = {"map",
-                             "",
-                             "",
-                             {field("hits", "int", "", "Values found."),
-                              field("misses", "int", "", "Values made."),
-                              field("entries", "int", "", "Values kept."),
-                              field("bytes", "int", "", "Memory they take.")}},
-                 .effect = Effect::reads,
-                 .run = cache_stats});
+  all.push_back(
+      {.name = "cache.stats",
+       .classic = "",
+       .summary =
+           "Reports how often computed values were found in the cache or had to be computed.",
+       .details = "",
+       .example = "local s = cache.stats()\nassert(s.entries >= 0)",
+       .params = {},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("hits", "int", "", "Values found."),
+                    field("misses", "int", "", "Values computed."),
+                    field("entries", "int", "", "Values kept."),
+                    field("bytes", "int", "", "Memory used by the values.")}},
+       .effect = Effect::reads,
+       .run = cache_stats});
   all.push_back({.name = "cache.clear",
                  .classic = "",
-                 .summary = "Drops all computed values; they are made again when needed.",
+                 .summary = "Drops all computed values; they are computed again on demand.",
                  .details = "",
                  .example = "cache.clear()\nassert(cache.stats().entries == 0)",
                  .params = {},
@@ -172,44 +174,47 @@ RMP_COMMANDS(document_commands) {
       {.name = "cache.kept",
        .classic = "",
        .summary = "Shows the folder and the size of the geometry cache.",
-       .details = "Meshes, moments and shapes for collision are kept in files by a fingerprint of "
-                  "all that they were computed from, so that the next run finds them; results are "
-                  "the same to the last bit. The program's option --no-cache and the environment "
-                  "variable ROBOMOSP_CACHE=off turn it off; ROBOMOSP_CACHE may name another "
-                  "folder, ROBOMOSP_CACHE_MIB another limit.",
+       .details = "Meshes, moments and collision shapes are kept in files under a fingerprint of "
+                  "all the data they were computed from, so that the next run finds them; results "
+                  "are identical to the last bit. The option --no-cache of the program and the "
+                  "environment variable ROBOMOSP_CACHE=off disable the cache; ROBOMOSP_CACHE may "
+                  "also name another folder, ROBOMOSP_CACHE_MIB another limit.",
        .example = "local kept = cache.kept()\nassert(kept.bytes >= 0)",
        .params = {},
        .returns = {"map",
                    "",
                    "",
-                   {field("on", "bool", "", "Whether anything is kept."),
-                    field("folder", "string", "", "Where; empty when off."),
-                    field("files", "int", "", "Values kept there, by this run and others."),
-                    field("bytes", "int", "", "What they take on the disk."),
+                   {field("on", "bool", "", "Whether the cache is enabled."),
+                    field("folder", "string", "", "Its folder; empty if disabled."),
+                    field("files", "int", "",
+                          "Values in the cache, stored by this run and others."),
+                    field("bytes", "int", "", "Their size on disk."),
                     field("limit", "int", "",
-                          "Bytes from which those go that were used longest ago."),
+                          "Size limit: beyond it the least recently used values are removed."),
                     field("found", "int", "", "Values that this run found."),
-                    field("written", "int", "", "Values that this run has kept."),
-                    field("refused", "int", "", "Files that were damaged, and removed.")}},
+                    field("written", "int", "", "Values that this run has stored."),
+                    field("refused", "int", "", "Damaged files that were removed.")}},
        .effect = Effect::reads,
        .run = cache_kept});
-  all.push_back({.name = "cache.clear_kept",
-                 .classic = "",
-                 .summary = "Removes the geometry that is kept from run to run.",
-                 .details = "What is in memory stays (cache.clear). Other files in that folder are "
-                            "left alone.",
-                 .example = "assert(cache.clear_kept() >= 0)\nassert(cache.kept().files == 0)",
-                 .params = {},
-                 .returns = {"int", "", "How many files were removed.", {}},
-                 .effect = Effect::files_write,
-                 .run = cache_clear_kept});
+  all.push_back(
+      {.name = "cache.clear_kept",
+       .classic = "",
+       .summary = "Removes the geometry that is kept between runs.",
+       .details =
+           "Values in memory are kept (see cache.clear). Other files in the folder are left alone.",
+       .example = "assert(cache.clear_kept() >= 0)\nassert(cache.kept().files == 0)",
+       .params = {},
+       .returns = {"int", "", "Number of files removed.", {}},
+       .effect = Effect::files_write,
+       .run = cache_clear_kept});
   all.push_back(
       {.name = "cache.enable",
        .classic = "",
-       .summary = "Turns the remembering of computed values on or off.",
-       .details = "Results are the same either way; without it everything is computed anew.",
+       .summary = "Turns the cache of computed values on or off.",
+       .details = "Results are the same with and without it; without the cache everything is "
+                  "computed again.",
        .example = "cache.enable(false)\ncache.enable(true)",
-       .params = {defaulted("on", "bool", "", true, "Whether values are remembered.")},
+       .params = {defaulted("on", "bool", "", true, "Whether computed values are cached.")},
        .returns = {},
        .effect = Effect::simulates,
        .run = cache_enable});
@@ -220,18 +225,20 @@ RMP_COMMANDS(document_commands) {
        .details = "",
        .example = "material.create{name = \"brass\", density = 8500}\nlocal all = "
                   "message.list()\nassert(all[#all].code == \"audit\")",
-       .params = {between(defaulted("at_most", "int", "", 100, "How many are looked through."), 1,
-                          100000),
+       .params = {between(
+                      defaulted("at_most", "int", "", 100, "Number of messages to look through."),
+                      1, 100000),
                   choice("severity", {"debug", "info", "warning", "error"},
-                         "Leave out what is less severe.")},
+                         "Least severity to list.")},
        .returns = {"list",
                    "",
                    "",
                    {field("severity", "string", "", "debug, info, warning or error."),
-                    field("code", "string", "", "Stable word for the sort of message."),
-                    field("text", "string", "", "The sentence."),
+                    field("code", "string", "", "Stable identifier of the type of message."),
+                    field("text", "string", "", "The text of the message."),
                     field("source", "string", "", "The part of the program that posted it."),
-                    field("repeated", "int", "", "How often the same was left out before it.")}},
+                    field("repeated", "int", "",
+                          "Number of identical messages left out before this one.")}},
        .effect = Effect::reads,
        .run = message_list});
   return all;

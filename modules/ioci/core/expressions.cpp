@@ -322,8 +322,8 @@ Result<bool> set_component(CommandContext& ctx, AnyId id, const std::string& pat
 
 ParamSpec parameters_field() {
   return optional("parameters", "map", "",
-                  "Named quantities that its expressions may use: {bore = \"20 mm\", wall = {value "
-                  "= \"bore/4 + 2 mm\", description = \"...\"}}.");
+                  "Named quantities for the expressions of this record: {bore = \"20 mm\", wall = "
+                  "{value = \"bore/4 + 2 mm\", description = \"...\"}}.");
 }
 
 namespace {

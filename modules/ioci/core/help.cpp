@@ -211,78 +211,79 @@ Result<Value> quit(CommandContext& ctx, const Map&) {
 
 RMP_COMMANDS(help_commands) {
   std::vector<CommandSpec> all;
-  all.push_back({.name = "help",
-                 .classic = "help",
-                 .summary = "Explains a command, or lists those of a topic.",
-                 .details = "",
-                 .example = "assert(help(\"robot.dh_table\"):find(\"mGetDHP\"))",
-                 .params = {defaulted("topic", "string", "", "",
-                                      "A command, a method by its name alone such as "
-                                      "\"solve_ik\", a classic spelling such as "
-                                      "\"PRobot mGetDHP\", or the part before the dot.")},
-                 .returns = {"string", "", "Markdown.", {}},
-                 .effect = Effect::reads,
-                 .run = help});
   all.push_back(
-      {.name = "apropos",
-       .classic = "apropos",
-       .summary = "Lists the commands that have to do with all the words given, best first.",
-       .details = "Names and summaries count most, then what the help says. Words that mean the "
-                  "same are found too (\"film\" finds recording.video), and beginnings and "
-                  "misspellings of words where nothing has them as they are.",
-       .example = "assert(#apropos(\"inverse kinematic\") >= 2)\n"
-                  "assert(#apropos(\"jacobain\") > 0)",
-       .params = {needed("words", "string", "", "Words, separated by blanks.")},
+      {.name = "help",
+       .classic = "help",
+       .summary = "Explains a command, or lists the commands of a topic.",
+       .details = "",
+       .example = "assert(help(\"robot.dh_table\"):find(\"mGetDHP\"))",
+       .params = {defaulted(
+           "topic", "string", "", "",
+           "A command, a method by its name alone such as \"solve_ik\", a classic spelling such as "
+           "\"PRobot mGetDHP\", or the part of a command before the dot.")},
+       .returns = {"string", "", "Markdown.", {}},
+       .effect = Effect::reads,
+       .run = help});
+  all.push_back({.name = "apropos",
+                 .classic = "apropos",
+                 .summary = "Lists the commands that match all the given words, best match first.",
+                 .details = "Names and summaries count most, then the rest of the help. Synonyms "
+                            "are found too (\"film\" finds recording.video), and so are beginnings "
+                            "of words and misspelled words if no exact match exists.",
+                 .example = "assert(#apropos(\"inverse kinematic\") >= 2)\n"
+                            "assert(#apropos(\"jacobain\") > 0)",
+                 .params = {needed("words", "string", "", "Words, separated by blanks.")},
+                 .returns = {"list",
+                             "",
+                             "",
+                             {field("name", "string", "", "The command."),
+                              field("summary", "string", "", "Its summary.")}},
+                 .effect = Effect::reads,
+                 .run = apropos});
+  all.push_back(
+      {.name = "ioci.describe",
+       .classic = "",
+       .summary = "Returns the command table as data.",
+       .details = "Front ends and editors build their menus and completion from it.",
+       .example = "local t = ioci.describe(\"robot.fk\")\nassert(t[1].params[1].name == \"id\")",
+       .params = {defaulted("command", "string", "", "", "Only this command.")},
        .returns = {"list",
                    "",
                    "",
                    {field("name", "string", "", "The command."),
-                    field("summary", "string", "", "What it does.")}},
-       .effect = Effect::reads,
-       .run = apropos});
-  all.push_back(
-      {.name = "ioci.describe",
-       .classic = "",
-       .summary = "Gives the command table as data.",
-       .details = "Front ends and editors build their menus and completion from it.",
-       .example = "local t = ioci.describe(\"robot.fk\")\nassert(t[1].params[1].name == \"id\")",
-       .params = {defaulted("command", "string", "", "", "Only this command.")},
-       .returns =
-           {"list",
-            "",
-            "",
-            {field("name", "string", "", "The command."),
-             field("classic", "string", "",
-                   "Lines of the 2006 program that name it, separated by |; in parentheses the "
-                   "order of its words where it is not that of the arguments."),
-             field("plugin", "string", "", "Whose command it is; empty = the program's."),
-             field("summary", "string", "", "One sentence."),
-             field("details", "string", "", "More."), field("example", "string", "", "Lua."),
-             field("effects", "list", "", "What it does besides returning a value."),
-             field("sometimes", "list", "", "What it does with some arguments only."),
-             field("params", "list", "",
-                   "Name, type, unit, doc, required, default, min, max and choices of each "
-                   "argument."),
-             field("returns", "map", "", "Type, unit, doc and fields of the result.")}},
+                    field("classic", "string", "",
+                          "Lines of the 2006 program that call it, separated by |; in parentheses "
+                          "the order of its words if it differs from that of the arguments."),
+                    field("plugin", "string", "",
+                          "Plugin that adds the command; empty = built in."),
+                    field("summary", "string", "", "One sentence about the command."),
+                    field("details", "string", "", "More."), field("example", "string", "", "Lua."),
+                    field("effects", "list", "", "Its effects besides returning a value."),
+                    field("sometimes", "list", "", "Effects that it has with some arguments only."),
+                    field("params", "list", "",
+                          "Name, type, unit, doc, required, default, min, max and choices of each "
+                          "argument."),
+                    field("returns", "map", "", "Type, unit, doc and fields of the result.")}},
        .effect = Effect::reads,
        .run = table});
-  all.push_back({.name = "version",
-                 .classic = "version",
-                 .summary = "Reports the versions of the program and of its plugin interface.",
-                 .details = "",
-                 .example = "assert(version().version ~= \"\")",
-                 .params = {},
-                 .returns = {"map",
-                             "",
-                             "",
-                             {field("version", "string", "", "Version of the program."),
-                              field("sdk", "int", "", "Revision of the plugin interface."),
-                              field("abi_tag", "string", "", "What a plugin must be built with.")}},
-                 .effect = Effect::reads,
-                 .run = version});
+  all.push_back(
+      {.name = "version",
+       .classic = "version",
+       .summary = "Reports the versions of the program and of its plugin interface.",
+       .details = "",
+       .example = "assert(version().version ~= \"\")",
+       .params = {},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("version", "string", "", "Version of the program."),
+                    field("sdk", "int", "", "Revision of the plugin interface."),
+                    field("abi_tag", "string", "", "The interface a plugin must be built with.")}},
+       .effect = Effect::reads,
+       .run = version});
   all.push_back({.name = "quit",
                  .classic = "quit|exit",
-                 .summary = "Ends the program once the running script is done.",
+                 .summary = "Ends the program when the running script has finished.",
                  .details = "",
                  .example = "quit()",
                  .params = {},

@@ -140,18 +140,18 @@ Result<Value> list_sessions(CommandContext& ctx, const Map&) {
 
 const std::vector<ParamSpec> kCommitFields{
     field("label", "string", "", "The step that was undone or redone."),
-    field("revision", "int", "", "Revision of the document now."),
-    field("changed", "list", "", "Handles of the records that changed and still exist.")};
+    field("revision", "int", "", "Revision of the document after it."),
+    field("changed", "list", "", "Handles of the changed records that still exist.")};
 
 ParamSpec step_param() {
   return between(optional("step", "int", "",
-                          "That step, by its number of document.history: an own one, or one of a "
-                          "session that has ended; the newest own one when left out."),
+                          "Number of the step in document.history: one of this session or of a "
+                          "session that has ended; by default the newest one of this session."),
                  1, 9e15);
 }
 
 ParamSpec gesture_param() {
-  return between(needed("gesture", "int", "", "What gesture.begin returned."), 1, 9e15);
+  return between(needed("gesture", "int", "", "Number returned by gesture.begin."), 1, 9e15);
 }
 
 }  // namespace
@@ -162,11 +162,10 @@ RMP_COMMANDS(history_commands) {
       {.name = "document.undo",
        .classic = "",
        .summary = "Undoes the last step of this session.",
-       .details =
-           "Every command that edits is one step, and so is a transaction group or a gesture. "
-           "Steps of other sessions stay; a step can be undone while the records that it changed "
-           "are as it left them, otherwise the error names who changed what. What came from the "
-           "library stays as well.",
+       .details = "Every editing command is one step, and so is a transaction group or a gesture. "
+                  "Steps of other sessions are not affected. A step can be undone as long as the "
+                  "records it changed are still as it left them; otherwise the error names who "
+                  "changed what. Records loaded from the library stay as well.",
        .example = "local bolt = material.create{name = \"bolt steel\", density = "
                   "7850}\ndocument.undo()\nassert(#material.list() == 0)",
        .params = {step_param()},
@@ -176,8 +175,8 @@ RMP_COMMANDS(history_commands) {
        .own_transaction = true});
   all.push_back({.name = "document.redo",
                  .classic = "",
-                 .summary = "Redoes the step of this session that was undone last.",
-                 .details = "A new step of this session ends what it could redo.",
+                 .summary = "Redoes the last undone step of this session.",
+                 .details = "A new step of this session clears its list of steps to redo.",
                  .example =
                      "material.create{name = \"brass\", density = "
                      "8500}\ndocument.undo()\ndocument.redo()\nassert(#material.list() == 1)",
@@ -189,35 +188,35 @@ RMP_COMMANDS(history_commands) {
   all.push_back(
       {.name = "document.history",
        .classic = "",
-       .summary = "Lists the steps that were made, by whom, and what can be undone and redone.",
-       .details = "The history is bounded by memory (document.history_memory); the oldest steps "
-                  "are forgotten first.",
+       .summary = "Lists the steps with their sessions, and which can be undone and redone.",
+       .details = "The memory of the history is limited (document.history_memory); the oldest "
+                  "steps are dropped first.",
        .example =
            "material.create{name = \"brass\", density = 8500}\nlocal h = document.history()\n"
            "assert(h.undo[1] == \"material.create\")\n"
            "assert(h.steps[#h.steps].label == \"material.create\" and h.steps[#h.steps].mine)",
-       .params = {between(defaulted("at_most", "int", "", 1000, "How many of the newest steps."), 1,
-                          1e9)},
-       .returns = {"map",
-                   "",
-                   "",
-                   {field("undo", "list", "", "Labels of own steps, the next to undo first."),
-                    field("redo", "list", "", "Labels of own steps, the next to redo first."),
-                    field("steps", "list", "",
-                          "Of all sessions, oldest first: step (its number), session, "
-                          "session_number, mine, label, undone, changed (handles)."),
-                    field("forgotten", "int", "", "Steps forgotten to stay within the memory."),
-                    field("bytes", "int", "", "Memory that the history takes, about."),
-                    field("memory", "int", "", "Memory that it may take."),
-                    field("revision", "int", "", "Counts up with every change.")}},
+       .params = {between(
+           defaulted("at_most", "int", "", 1000, "Number of the newest steps to list."), 1, 1e9)},
+       .returns =
+           {"map",
+            "",
+            "",
+            {field("undo", "list", "", "Labels of this session's steps, the next to undo first."),
+             field("redo", "list", "", "Labels of this session's steps, the next to redo first."),
+             field("steps", "list", "",
+                   "Of all sessions, oldest first: step (its number), session, "
+                   "session_number, mine, label, undone, changed (handles)."),
+             field("forgotten", "int", "", "Steps dropped to stay within the memory limit."),
+             field("bytes", "int", "", "Approximate memory used by the history."),
+             field("memory", "int", "", "Memory limit."),
+             field("revision", "int", "", "Incremented by every change.")}},
        .effect = Effect::reads,
        .run = history});
   all.push_back(
       {.name = "document.history_memory",
        .classic = "",
-       .summary = "Reports or sets the memory that the history may take.",
-       .details = "The oldest steps beyond it are forgotten; the newest one is kept in "
-                  "any case.",
+       .summary = "Reports or sets the memory limit of the history.",
+       .details = "The oldest steps beyond the limit are dropped; the newest one is always kept.",
        .example = "document.history_memory(document.history_memory())",
        .params = {between(optional("bytes", "int", "", "The new limit, in bytes."), 0, 9e15)},
        .returns = {"int", "", "The limit, in bytes.", {}},
@@ -228,18 +227,18 @@ RMP_COMMANDS(history_commands) {
   all.push_back(
       {.name = "gesture.begin",
        .classic = "",
-       .summary = "Begins a gesture: updates that all see at once and that become one step.",
-       .details = "For dragging and sliders. Until it is committed or cancelled, nothing of it "
-                  "enters the history, redo included, and no other session changes what it "
-                  "changed. A session has one gesture at a time; it is cancelled when the session "
-                  "ends.",
+       .summary = "Begins a gesture: updates that everybody sees at once and that become one step.",
+       .details = "For dragging and sliders. Until the gesture is committed or cancelled, its "
+                  "updates do not enter the history (nor clear the steps to redo), and other "
+                  "sessions cannot change the same records. A session has one gesture at a time; "
+                  "it is cancelled when the session ends.",
        .example =
            "material.create{name = \"brass\", density = 8500}\n"
            "local g = gesture.begin(\"density\")\n"
            "for d = 8501, 8510 do\n  gesture.update{gesture = g, command = \"material.set\", "
            "arguments = {id = \"brass\", density = d}}\nend\n"
            "gesture.commit(g)\nassert(#document.history().undo == 2)",
-       .params = {needed("label", "string", "", "What its step is called.")},
+       .params = {needed("label", "string", "", "Label of its step.")},
        .returns = {"int", "", "Its number.", {}},
        .effect = Effect::edits,
        .run = begin_gesture,
@@ -249,23 +248,22 @@ RMP_COMMANDS(history_commands) {
        .classic = "",
        .summary = "Runs a command as an update of a gesture.",
        .details =
-           "What it edits is published at once, as a preview. Commands that edit nothing run "
-           "as they always do.",
+           "Edits are published at once, as a preview. Commands that edit nothing run as usual.",
        .example = "material.create{name = \"brass\", density = 8500}\n"
                   "local g = gesture.begin(\"density\")\n"
                   "gesture.update{gesture = g, command = \"material.set\", arguments = {id = "
                   "\"brass\", density = 8600}}\n"
                   "assert(material.describe(\"brass\").density == 8600)\ngesture.cancel(g)",
        .params = {gesture_param(), needed("command", "string", "", "Name of the command."),
-                  optional("arguments", "map", "", "Its arguments by name.")},
-       .returns = {"any", "", "What the command returns.", {}},
+                  optional("arguments", "map", "", "Its arguments, by name.")},
+       .returns = {"any", "", "The result of the command.", {}},
        .effect = Effect::edits,
        .run = update_gesture,
        .own_transaction = true});
   all.push_back({.name = "gesture.commit",
                  .classic = "",
                  .summary = "Ends a gesture as one step.",
-                 .details = "One that changed nothing leaves no step.",
+                 .details = "A gesture that changed nothing leaves no step.",
                  .example = "local g = gesture.begin(\"drag\")\ngesture.commit(g)\n"
                             "assert(#document.history().undo == 0)",
                  .params = {gesture_param()},
@@ -275,8 +273,8 @@ RMP_COMMANDS(history_commands) {
                  .own_transaction = true});
   all.push_back({.name = "gesture.cancel",
                  .classic = "",
-                 .summary = "Ends a gesture and puts back all that it changed.",
-                 .details = "Undo and redo are as before it began.",
+                 .summary = "Ends a gesture and reverts all its changes.",
+                 .details = "Undo and redo are the same as before it began.",
                  .example =
                      "material.create{name = \"brass\", density = 8500}\n"
                      "local g = gesture.begin(\"density\")\n"
@@ -288,23 +286,24 @@ RMP_COMMANDS(history_commands) {
                  .effect = Effect::edits,
                  .run = cancel_gesture,
                  .own_transaction = true});
-  all.push_back({.name = "session.list",
-                 .classic = "",
-                 .summary = "Lists the sessions: consoles, scripts, connections and windows.",
-                 .details = "Each has its own undo. Ended ones are listed as well, since their "
-                            "steps are still in the history.",
-                 .example = "local s = session.list()\nassert(s[#s].mine and s[#s].open)",
-                 .params = {},
-                 .returns = {"list",
-                             "",
-                             "",
-                             {field("number", "int", "", "Counts up, never reused."),
-                              field("name", "string", "", "Its name."),
-                              field("kind", "string", "", "console, script, connection or window."),
-                              field("mine", "bool", "", "True for the session that called this."),
-                              field("open", "bool", "", "Whether it has not ended.")}},
-                 .effect = Effect::reads,
-                 .run = list_sessions});
+  all.push_back(
+      {.name = "session.list",
+       .classic = "",
+       .summary = "Lists the sessions: consoles, scripts, connections and windows.",
+       .details = "Each has its own undo. Ended sessions are listed as well, since their steps are "
+                  "still in the history.",
+       .example = "local s = session.list()\nassert(s[#s].mine and s[#s].open)",
+       .params = {},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("number", "int", "", "Incremented for each session, never reused."),
+                    field("name", "string", "", "Its name."),
+                    field("kind", "string", "", "console, script, connection or window."),
+                    field("mine", "bool", "", "True for the calling session."),
+                    field("open", "bool", "", "Whether it is still open.")}},
+       .effect = Effect::reads,
+       .run = list_sessions});
   return all;
 }
 

@@ -39,14 +39,14 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(job_commands) {
   std::vector<CommandSpec> all;
   const std::vector<ParamSpec> status{
-      field("id", "handle", "", "The job."), field("label", "string", "", "What it does."),
+      field("id", "handle", "", "The job."), field("label", "string", "", "Label of the job."),
       field("state", "string", "", "waiting, running, done, failed or cancelled."),
-      field("fraction", "real", "", "How far it is, 0 to 1."),
-      field("what", "string", "", "What it does just now.")};
+      field("fraction", "real", "", "Progress, 0 to 1."),
+      field("what", "string", "", "Its present activity.")};
   all.push_back({.name = "job.list",
                  .classic = "",
-                 .summary = "Lists the jobs of the program, those of all sessions.",
-                 .details = "Of those that have ended, the last 256.",
+                 .summary = "Lists the jobs of all sessions.",
+                 .details = "Of the jobs that have ended, the last 256 are kept.",
                  .example = "start(\"world.list\"):wait()\nassert(#job.list() >= 1)",
                  .params = {},
                  .returns = {"list", "", "", status},
@@ -54,7 +54,7 @@ RMP_COMMANDS(job_commands) {
                  .run = list_jobs});
   all.push_back({.name = "job.progress",
                  .classic = "",
-                 .summary = "Gives the state of a job and how far it is.",
+                 .summary = "Returns the state and the progress of a job.",
                  .details = "",
                  .example = "local job = start(\"world.list\")\njob:wait()\n"
                             "assert(job:progress().state == \"done\")",
@@ -64,9 +64,9 @@ RMP_COMMANDS(job_commands) {
                  .run = progress});
   all.push_back({.name = "job.wait",
                  .classic = "",
-                 .summary = "Waits for the end of a job and gives what its command returns.",
-                 .details = "An error of the job is an error here. The result can be read again "
-                            "later. When the wait is interrupted, the job continues.",
+                 .summary = "Waits for the end of a job and returns the result of its command.",
+                 .details = "An error of the job becomes an error of this command. The result can "
+                            "be read again later. If the wait is interrupted, the job continues.",
                  .example = "material.create{name = \"brass\", density = 8500}\n"
                             "local job = start(\"material.list\")\nassert(#job:wait() == 1)",
                  .params = {self("job")},
@@ -76,12 +76,11 @@ RMP_COMMANDS(job_commands) {
   all.push_back({.name = "job.cancel",
                  .classic = "",
                  .summary = "Cancels a job.",
-                 .details =
-                     "A job that ends so leaves document and recordings as they were; one that "
-                     "is past that point ends with its result.",
+                 .details = "A cancelled job leaves document and recordings unchanged; a job that "
+                            "is already past that point ends with its result.",
                  .example = "for _, j in ipairs(job.list()) do\n  job.cancel(j.id)\nend",
                  .params = {self("job")},
-                 .returns = {"bool", "", "False when it was finished already.", {}},
+                 .returns = {"bool", "", "False if it had already finished.", {}},
                  .effect = Effect::simulates,
                  .run = cancel});
   return all;

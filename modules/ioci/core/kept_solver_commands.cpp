@@ -235,28 +235,28 @@ RMP_COMMANDS(kept_solver_commands) {
       needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");
   const ParamSpec name = needed("name", "string", "", "Name of the solver.");
   const ParamSpec some_interface =
-      optional("interface", "string", "", "Only those of this interface; all when left out.");
-  const ParamSpec some_name = optional("name", "string", "", "Only this one.");
+      optional("interface", "string", "", "Only those of this interface; all if omitted.");
+  const ParamSpec some_name = optional("name", "string", "", "Only this solver.");
   const ReturnSpec records{"list", "", "The records.", {}};
-  const ReturnSpec named{"list", "", "What it was done with, a line each.", {}};
+  const ReturnSpec named{"list", "", "What was done, one line each.", {}};
   all.push_back(
       {.name = "provider.keep",
        .classic = "",
-       .summary = "Keeps a solver written in Lua with records, whose files carry it.",
+       .summary = "Stores a Lua solver with records, so that their files contain it.",
        .details =
            "The text is a script that calls ioci.provide, or that returns the function or table; "
-           "it must do so by itself, without what else the session has made. Left out, it is what "
-           "this session provided the solver with: the console's input, or the file. The records "
-           "are those that choose the solver, or the one given. Who loads such a file is shown the "
-           "text on request and has to trust it once (provider.trust) before anything of it runs; "
-           "it can compute and read the document, and reaches no files, programs or plugins. "
-           "Saving, undo and duplicates take it along.",
+           "it must work by itself, without anything else the session has defined. By default it "
+           "is the text with which this session provided the solver: the console's input, or the "
+           "file. By default the records are those that select the solver. Whoever loads such a "
+           "file can read the text and must trust it once (provider.trust) before any of it runs; "
+           "it can compute and read the document, but has no access to files, programs or plugins. "
+           "Saving, undo and duplicates include the text.",
        .example = with_kept("assert(provider.kept()[1].name == \"weightless\")"),
        .params = {interface, name,
                   optional("with", "ref:any", "",
-                           "The record; those that choose it when left out."),
+                           "The record; by default all that select the solver."),
                   optional("text", "string", "", "The solver's text."),
-                  optional("file", "path", "", "Or the file that it is in.")},
+                  optional("file", "path", "", "Or the file that contains it.")},
        .returns = records,
        .effect = Effect::edits | Effect::providers | Effect::loads_code,
        .sometimes = Effect::files_read | Effect::files_write,
@@ -264,71 +264,69 @@ RMP_COMMANDS(kept_solver_commands) {
   all.push_back(
       {.name = "provider.kept",
        .classic = "",
-       .summary = "Lists the solvers in Lua that the document's records keep.",
+       .summary = "Lists the Lua solvers that are stored with the document's records.",
        .details = "",
        .example = with_kept("assert(provider.kept()[1].trusted)"),
        .params = {},
        .returns = {"list",
                    "",
                    "",
-                   {field("interface", "string", "", "What it solves."),
+                   {field("interface", "string", "", "Its interface."),
                     field("name", "string", "", "Name of the solver."),
-                    field("with", "list", "", "Records that keep it."),
+                    field("with", "list", "", "Records that contain it."),
                     field("trusted", "bool", "", "Whether it may run."),
-                    field("running", "bool", "", "Whether it can be chosen."),
-                    field("lines", "int", "", "Of its text."),
+                    field("running", "bool", "", "Whether it can be selected."),
+                    field("lines", "int", "", "Number of lines of its text."),
                     field("other_texts", "list", "",
-                          "Records that keep another text under this name, which is not used."),
-                    field("fault", "string", "", "Why it is trusted and does not run.")}},
+                          "Records that contain another text under this name, which is not used."),
+                    field("fault", "string", "", "Why it does not run although it is trusted.")}},
        .effect = Effect::reads,
        .run = kept});
   all.push_back({.name = "provider.text",
                  .classic = "",
-                 .summary = "Gives the text of a solver in Lua that a record keeps.",
-                 .details = "Nothing of it is run.",
+                 .summary = "Returns the text of a Lua solver that a record contains.",
+                 .details = "The text is not run.",
                  .example = with_kept("assert(provider.text(\"inverse_dynamics\", "
                                       "\"weightless\"):find(\"return\"))"),
                  .params = {interface, name},
                  .returns = {"string", "", "The text.", {}},
                  .effect = Effect::reads,
                  .run = text_of_kept});
-  all.push_back(
-      {.name = "provider.trust",
-       .classic = "",
-       .summary = "Lets solvers in Lua run that came with the document.",
-       .details =
-           "Read them first: provider.text. The text is remembered, so that it is not asked about "
-           "again, whichever file it comes with; a changed text is another one.",
-       .example = with_kept("provider.distrust(\"inverse_dynamics\", \"weightless\")\n"
-                            "assert(#provider.trust{remember = false} == 1)"),
-       .params = {some_interface, some_name,
-                  defaulted("remember", "bool", "", true,
-                            "In every run of yours; false is for this run.")},
-       .returns = named,
-       .effect = Effect::providers | Effect::loads_code,
-       .sometimes = Effect::files_write,
-       .run = trust});
+  all.push_back({.name = "provider.trust",
+                 .classic = "",
+                 .summary = "Allows Lua solvers that are stored in the document to run.",
+                 .details = "Read them first: provider.text. The text is remembered as trusted, "
+                            "whichever file contains it; a changed text must be trusted again.",
+                 .example = with_kept("provider.distrust(\"inverse_dynamics\", \"weightless\")\n"
+                                      "assert(#provider.trust{remember = false} == 1)"),
+                 .params = {some_interface, some_name,
+                            defaulted("remember", "bool", "", true,
+                                      "True: in every run of this user; false: in this run only.")},
+                 .returns = named,
+                 .effect = Effect::providers | Effect::loads_code,
+                 .sometimes = Effect::files_write,
+                 .run = trust});
   all.push_back(
       {.name = "provider.distrust",
        .classic = "",
-       .summary = "Lets solvers in Lua that came with the document run no longer.",
-       .details = "They are withdrawn, and asked about again when next loaded.",
+       .summary = "Forbids Lua solvers that are stored in the document to run.",
+       .details = "They are withdrawn, and must be trusted again when they are loaded next.",
        .example = with_kept("provider.distrust()\nassert(not provider.kept()[1].trusted)"),
        .params = {some_interface, some_name},
        .returns = named,
        .effect = Effect::providers | Effect::files_write,
        .run = distrust});
-  all.push_back({.name = "provider.forget",
-                 .classic = "",
-                 .summary = "Takes a solver in Lua out of the records that keep it.",
-                 .details = "",
-                 .example = with_kept("provider.forget(\"inverse_dynamics\", \"weightless\")\n"
-                                      "assert(#provider.kept() == 0)"),
-                 .params = {interface, name,
-                            optional("with", "ref:any", "", "The record; all when left out.")},
-                 .returns = records,
-                 .effect = Effect::edits,
-                 .run = forget});
+  all.push_back(
+      {.name = "provider.forget",
+       .classic = "",
+       .summary = "Removes a Lua solver from the records that contain it.",
+       .details = "",
+       .example = with_kept("provider.forget(\"inverse_dynamics\", \"weightless\")\n"
+                            "assert(#provider.kept() == 0)"),
+       .params = {interface, name, optional("with", "ref:any", "", "The record; all if omitted.")},
+       .returns = records,
+       .effect = Effect::edits,
+       .run = forget});
   return all;
 }
 

@@ -181,39 +181,38 @@ RMP_COMMANDS(module_setting_commands) {
       {.name = "plugin.settings",
        .classic = "",
        .summary = "Lists the settings of plugins that are saved with the document.",
-       .details = "Those of a plugin that is not loaded are kept as they were given; nothing is "
-                  "known of them but their values. They are records of kind settings, in files of "
-                  "their own (file.save_all, file.load).",
+       .details = "Settings of a plugin that is not loaded are kept as they were set; only their "
+                  "values are known. They are records of kind settings, each with its own file "
+                  "(file.save_all, file.load).",
        .example = "for _, s in ipairs(plugin.settings()) do\n  assert(s.plugin ~= \"\")\nend",
-       .params = {defaulted("plugin", "string", "", "", "Only those of this one.")},
+       .params = {defaulted("plugin", "string", "", "", "Only settings of this plugin.")},
        .returns = {"list",
                    "",
                    "",
                    {field("plugin", "string", "", "The plugin's module."),
                     field("setting", "string", "", "Name of the setting."),
                     field("loaded", "bool", "", "Whether the plugin is loaded."),
-                    field("value", "any", "", "What holds: as given, or the default."),
-                    field("given", "bool", "", "Whether the document has a value."),
-                    field("default", "any", "", "What holds where nothing is given."),
+                    field("value", "any", "", "The value in effect: as set, or the default."),
+                    field("given", "bool", "", "Whether the document sets the value."),
+                    field("default", "any", "", "The value in effect if none is set."),
                     field("unit", "string", "", "SI unit."),
-                    field("doc", "string", "", "What it means."),
-                    field("text", "string", "", "All that in a line.")}},
+                    field("doc", "string", "", "Its description."),
+                    field("text", "string", "", "All of this in one line.")}},
        .effect = Effect::reads,
        .run = settings});
-  all.push_back(
-      {.name = "plugin.set",
-       .classic = "",
-       .summary = "Sets a setting of a plugin in the document.",
-       .details = "Without a value it has its default again; without a setting all of the plugin "
-                  "have, also of one that is not loaded.",
-       .example = "local ok, e = pcall(plugin.set, \"no_such_plugin\", \"margin\", 0.1)\n"
-                  "assert(not ok)",
-       .params = {needed("plugin", "string", "", "The plugin's module."),
-                  optional("setting", "string", "", "Name of the setting."),
-                  optional("value", "any", "", "Its value; texts may have units.")},
-       .returns = {},
-       .effect = Effect::edits,
-       .run = set});
+  all.push_back({.name = "plugin.set",
+                 .classic = "",
+                 .summary = "Sets a setting of a plugin in the document.",
+                 .details = "Without a value the setting returns to its default; without a "
+                            "setting, all settings of the plugin do, even if it is not loaded.",
+                 .example = "local ok, e = pcall(plugin.set, \"no_such_plugin\", \"margin\", 0.1)\n"
+                            "assert(not ok)",
+                 .params = {needed("plugin", "string", "", "The plugin's module."),
+                            optional("setting", "string", "", "Name of the setting."),
+                            optional("value", "any", "", "Its value; strings may have units.")},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = set});
   return all;
 }
 

@@ -276,38 +276,40 @@ RMP_COMMANDS(plugin_commands) {
   const std::vector<ParamSpec> report{
       field("file", "string", "", "The file."),
       field("loaded", "bool", "", "Whether it was accepted."),
-      field("id", "string", "", "Its identity."),
+      field("id", "string", "", "Its identifier."),
       field("version", "string", "", "Its version."),
       field("license", "string", "", "Its licence."),
-      field("summary", "string", "", "What it is."),
-      field("providers", "list", "", "What it offers, \"robomosp.ik/1 numeric\"."),
-      field("remarks", "list", "", "Providers and commands left out and why."),
-      field("refusal", "string", "", "Why it was refused."),
+      field("summary", "string", "", "Its description."),
+      field("providers", "list", "", "Its providers, such as \"robomosp.ik/1 numeric\"."),
+      field("remarks", "list", "", "Providers and commands left out, with the reason."),
+      field("refusal", "string", "", "Why it was rejected."),
       field("run_in_process", "bool", "",
-            "Whether its code runs in the program; false: in a separate process only."),
-      field("apart", "list", "", "Providers in that process, if not all of them."),
-      field("seconds", "real", "s", "After which a call of that process without a word ends it."),
+            "Whether its code runs in this program; false: only in a separate process."),
+      field("apart", "list", "", "Providers that run in that process, if not all of them."),
+      field("seconds", "real", "s",
+            "Timeout: a call of that process without a sign of life for this time ends it."),
       field("memory", "real", "", "Address space of that process [MiB]."),
-      field("confined", "bool", "", "Whether that process reaches no files, programs or network."),
-      field("process", "int", "", "Number of that process; 0 = none is needed now."),
-      field("starts", "int", "", "How many such processes were started.")};
+      field("confined", "bool", "",
+            "Whether that process is kept from files, programs and the network."),
+      field("process", "int", "", "Id of that process; 0 = none is running now."),
+      field("starts", "int", "", "How often such a process was started.")};
   const ParamSpec interface =
       needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");
   const ParamSpec name = needed("name", "string", "", "Name of the provider.");
-  ParamSpec seconds =
-      optional("seconds", "real", "s",
-               "A call of that process without an answer for this time ends it; 60 when left out.");
+  ParamSpec seconds = optional(
+      "seconds", "real", "s",
+      "Timeout: a call of that process without an answer for this time ends it; 60 if omitted.");
   seconds.min = 0.01;
   seconds.max = 1e6;
   ParamSpec memory =
-      optional("memory", "real", "", "Address space of that process [MiB]; 4096 when left out.");
+      optional("memory", "real", "", "Address space of that process [MiB]; 4096 if omitted.");
   memory.min = 256;
   memory.max = 1e6;
   all.push_back(
       {.name = "plugin.list",
        .classic = "",
-       .summary = "Lists the plugin files that were looked at and what became of each.",
-       .details = "The fields of a process are those of plugins that run in one.",
+       .summary = "Lists the plugin files that were found, and whether each was loaded.",
+       .details = "The fields about a process apply to plugins that run in one.",
        .example = "for _, p in ipairs(plugin.list()) do\n  assert(p.loaded or p.refusal)\nend",
        .params = {},
        .returns = {"list", "", "", report},
@@ -318,13 +320,13 @@ RMP_COMMANDS(plugin_commands) {
        .classic = "",
        .summary = "Loads a plugin.",
        .details =
-           "A plugin stays until the program ends. With `run_in_process = false` its code never "
-           "runs in the program: its providers are called in a process of their own, whose crash "
-           "or hang is an error that names them, and the next call starts it anew. One that is "
-           "loaded already is moved, unless it adds commands; solvers that are in use finish where "
-           "they are. With `providers` only those run there, the others in the program, which "
-           "opens "
-           "the file, too. `keep = \"user\"` holds whenever the file is found from then on.",
+           "A plugin stays loaded until the program ends. With `run_in_process = false` its code "
+           "never runs in this program: its providers are called in a separate process; a crash or "
+           "a hang of that process is an error that names the plugin, and the next call starts it "
+           "again. A plugin that is already loaded is moved, unless it adds commands; solvers in "
+           "use finish where they are. With `providers` only those run there and the others in "
+           "this program, which then opens the file as well. `keep = \"user\"` makes the choice "
+           "apply whenever the file is found later.",
        .example = "local ok, e = pcall(plugin.load, \"no_such_plugin\")\nassert(not ok)\n"
                   "local p = plugin.load{file = \"ik_numeric\", run_in_process = false}\n"
                   "assert(not p.run_in_process)\n"
@@ -332,19 +334,19 @@ RMP_COMMANDS(plugin_commands) {
                   "{\"ik numeric\"}}\n"
                   "assert(p.apart[1] == \"robomosp.ik/1 numeric\")\n"
                   "plugin.load{file = \"ik_numeric\", run_in_process = true}",
-       .params = {needed("file", "string", "", "A name looked for in the search path, or a path."),
+       .params = {needed("file", "string", "", "A name to look for in the search path, or a path."),
                   optional("run_in_process", "bool", "",
-                           "false: its providers run in a separate process; true: in the program; "
-                           "left out: as it was kept, else in the program."),
+                           "false: its providers run in a separate process; true: in this program; "
+                           "if omitted: as kept earlier, otherwise in this program."),
                   optional("providers", "list", "",
-                           "With run_in_process = false: only these of its providers, such as "
-                           "\"numeric\" or \"ik numeric\"."),
+                           "With run_in_process = false: only these providers, such as \"numeric\" "
+                           "or \"ik numeric\"."),
                   seconds, memory,
                   optional("confined", "bool", "",
                            "Whether that process is kept from files, programs and the network; "
-                           "true when left out."),
+                           "true if omitted."),
                   choice("keep", {"session", "user"},
-                         "How long the choice holds: this run, or every run of the user's.")},
+                         "Scope of the choice: this run, or every run of this user.")},
        .returns = {"map", "", "", report},
        .effect = Effect::loads_code | Effect::providers,
        // Files of strangers are tried in a process first, and some stay in one.
@@ -353,10 +355,12 @@ RMP_COMMANDS(plugin_commands) {
   all.push_back(
       {.name = "plugin.check",
        .classic = "",
-       .summary = "Reports whether a plugin would be accepted, without making it available.",
-       .details = "The file's code is loaded for it.",
+       .summary =
+           "Reports whether a plugin would be accepted, without making its providers available.",
+       .details = "The code of the file is loaded for this check.",
        .example = "assert(plugin.check(\"no_such_plugin\").refusal)",
-       .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")},
+       .params = {needed("file", "string", "",
+                         "A name to look for in the search path, or a path.")},
        .returns = {"map", "", "", report},
        .effect = Effect::loads_code,
        .sometimes = Effect::processes,
@@ -364,28 +368,28 @@ RMP_COMMANDS(plugin_commands) {
   all.push_back(
       {.name = "provider.list",
        .classic = "",
-       .summary = "Lists the providers of an interface, or of all.",
+       .summary = "Lists the providers of one interface, or of all.",
        .details = "",
        .example = "for _, p in ipairs(provider.list()) do\n  assert(p.name ~= \"\")\nend",
        .params = {defaulted("interface", "string", "", "",
-                            "Such as \"ik\" or \"robomosp.ik/1\"; all when left out.")},
+                            "Such as \"ik\" or \"robomosp.ik/1\"; all if omitted.")},
        .returns = {"list",
                    "",
                    "",
                    {field("interface", "string", "", "The interface."),
                     field("name", "string", "", "Name of the provider."),
-                    field("summary", "string", "", "What it does."),
+                    field("summary", "string", "", "Its summary."),
                     field("origin", "string", "", "Plugin file, or lua."),
-                    field("version", "string", "", "Of the plugin."),
-                    field("tags", "list", "", "Abilities and needs."),
-                    field("enabled", "bool", "", "Whether it may be chosen."),
-                    field("shipped", "bool", "", "Whether it came with the program."),
+                    field("version", "string", "", "Version of the plugin."),
+                    field("tags", "list", "", "Capabilities and requirements."),
+                    field("enabled", "bool", "", "Whether it may be selected."),
+                    field("shipped", "bool", "", "Whether it is shipped with the program."),
                     field("run_in_process", "bool", "",
-                          "Whether it runs in the program; false: in a process of its plugin's."),
-                    field("default", "bool", "", "Whether it is taken where none is named."),
+                          "Whether it runs in this program; false: in a process of its plugin."),
+                    field("default", "bool", "", "Whether it is used if no provider is named."),
                     field(
                         "chosen", "string", "",
-                        "What made it the default: session, document, user (kept), or nothing.")}},
+                        "Where the default was set: session, document, user (kept), or nothing.")}},
        .effect = Effect::reads,
        .run = provider_list});
   all.push_back({.name = "provider.params",
@@ -400,36 +404,37 @@ RMP_COMMANDS(plugin_commands) {
                              {field("name", "string", "", "The parameter."),
                               field("type", "string", "", "Its type."),
                               field("unit", "string", "", "SI unit."),
-                              field("doc", "string", "", "What it means."),
-                              field("label", "string", "", "Shown for the name; may be empty."),
-                              field("group", "string", "", "Heading it is shown under."),
-                              field("required", "bool", "", "Whether it must be given."),
+                              field("doc", "string", "", "Its description."),
+                              field("label", "string", "",
+                                    "Label to show instead of the name; may be empty."),
+                              field("group", "string", "", "Heading to show it under."),
+                              field("required", "bool", "", "Whether a value is required."),
                               field("default", "any", "", "Its default."),
-                              field("text", "string", "", "All that in a line.")}},
+                              field("text", "string", "", "All of this in one line.")}},
                  .effect = Effect::reads,
                  .run = provider_params});
-  all.push_back({.name = "provider.default",
-                 .classic = "",
-                 .summary = "Reports or sets the provider that is taken where none is named.",
-                 .details = "What is only found is never the default: it is the program's own "
-                            "provider until another is chosen: for this run, with the document "
-                            "(`keep = \"document\"`: saved, loaded and undone with it) or for "
-                            "good (`keep = \"user\"`). The choice for this run is the strongest, "
-                            "then the document's. A document's provider that is not there is an "
-                            "error where it would be taken, and no other one computes in its "
-                            "place. An empty name takes the choice back.",
-                 .example = "provider.default(\"ik\", provider.default(\"ik\"))",
-                 .params = {interface, optional("name", "string", "", "The new default."),
-                            choice("keep", {"session", "document", "user"},
-                                   "How long the choice holds: this run, with the document, or "
-                                   "every run of the user's.")},
-                 .returns = {"string", "", "The default.", {}},
-                 .effect = Effect::reads,
-                 .sometimes = Effect::providers | Effect::files_write | Effect::edits,
-                 .run = provider_default});
+  all.push_back(
+      {.name = "provider.default",
+       .classic = "",
+       .summary = "Reports or sets the provider that is used if none is named.",
+       .details = "A provider never becomes the default just by being found: the built-in provider "
+                  "stays the default until another is set for this run, with the document (`keep = "
+                  "\"document\"`: saved, loaded and undone with it) or permanently (`keep = "
+                  "\"user\"`). The setting for this run has the highest priority, then that of the "
+                  "document. If the document's provider is missing, using it is an error; no other "
+                  "one is used instead. An empty name removes the setting.",
+       .example = "provider.default(\"ik\", provider.default(\"ik\"))",
+       .params = {interface, optional("name", "string", "", "The new default."),
+                  choice(
+                      "keep", {"session", "document", "user"},
+                      "Scope of the choice: this run, the document, or every run of this user.")},
+       .returns = {"string", "", "The default.", {}},
+       .effect = Effect::reads,
+       .sometimes = Effect::providers | Effect::files_write | Effect::edits,
+       .run = provider_default});
   all.push_back({.name = "provider.enable",
                  .classic = "",
-                 .summary = "Lets a provider be chosen again.",
+                 .summary = "Allows a provider to be selected again.",
                  .details = "",
                  .example = "provider.enable(\"ik\", provider.default(\"ik\"))",
                  .params = {interface, name},
@@ -438,7 +443,7 @@ RMP_COMMANDS(plugin_commands) {
                  .run = provider_enable});
   all.push_back({.name = "provider.disable",
                  .classic = "",
-                 .summary = "Keeps a provider from being chosen.",
+                 .summary = "Prevents a provider from being selected.",
                  .details = "Solvers that are in use finish their work.",
                  .example = "local name = provider.default(\"ik\")\nprovider.disable(\"ik\", "
                             "name)\nprovider.enable(\"ik\", name)",

@@ -84,7 +84,7 @@ Result<Value> discard(CommandContext& ctx, const Map& args) {
 
 ParamSpec which_recovery() {
   return optional("file", "string", "",
-                  "The journal, as recovery.list names it; the newest one when left out.");
+                  "The journal, named as in recovery.list; the newest one if omitted.");
 }
 
 }  // namespace
@@ -95,39 +95,38 @@ RMP_COMMANDS(recovery_commands) {
       {.name = "recovery.list",
        .classic = "",
        .summary = "Lists the unsaved work of earlier runs.",
-       .details =
-           "Whatever is edited is written to a journal beside it, at most 5 s later. It is still "
-           "there after a crash, a kill or a power cut, and where unsaved work was kept when a "
-           "console was left; otherwise the program removes it when it ends.",
+       .details = "Every edit is written to a journal file, at most 5 s later. The journal remains "
+                  "after a crash, a kill or a power cut, and if unsaved work was kept when a "
+                  "console was left; otherwise the program removes it when it ends.",
        .example = "for _, j in ipairs(recovery.list()) do\n  assert(j.records > 0)\nend",
        .params = {},
        .returns = {"list",
                    "",
                    "Oldest first.",
                    {field("file", "string", "", "The journal."),
-                    field("program", "string", "", "What wrote it."),
-                    field("time", "string", "", "When it was written last."),
-                    field("records", "int", "", "Records that it holds."),
+                    field("program", "string", "", "Program that wrote it."),
+                    field("time", "string", "", "Time of the last write."),
+                    field("records", "int", "", "Records that it contains."),
                     field("unread", "int", "", "Bytes at its end that were cut off.")}},
        .effect = Effect::files_read,
        .run = list_recoverable});
   all.push_back(
       {.name = "recovery.restore",
        .classic = "",
-       .summary = "Loads unsaved work that was found into the document, as one step.",
-       .details = "Records keep their files, so saving writes where they were. A record whose name "
-                  "is taken gets another one. The journal stays until this program ends as it "
-                  "should.",
+       .summary = "Loads recovered unsaved work into the document, as one step.",
+       .details =
+           "Records keep their files, so saving writes to the original places. A record is renamed "
+           "if its name is taken. The journal stays until this program ends normally.",
        .example = "if #recovery.list() > 0 then\n  recovery.restore()\nend",
        .params = {which_recovery()},
-       .returns = {"list", "", "Handles of what was restored.", {}},
+       .returns = {"list", "", "Handles of the restored records.", {}},
        .effect = Effect::files_read | Effect::edits,
        .run = restore,
        .own_transaction = true});
   all.push_back({.name = "recovery.discard",
                  .classic = "",
-                 .summary = "Drops unsaved work that was found.",
-                 .details = "It cannot be restored after that.",
+                 .summary = "Deletes recovered unsaved work.",
+                 .details = "It cannot be restored afterwards.",
                  .example = "local none = pcall(recovery.discard, \"no_such.journal\")\n"
                             "assert(not none)",
                  .params = {which_recovery()},

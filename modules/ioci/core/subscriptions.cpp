@@ -81,7 +81,7 @@ Result<Value> unsubscribe(CommandContext& ctx, const Map& args) {
 }
 
 ParamSpec which_subscription() {
-  return between(needed("subscription", "int", "", "What event.subscribe returned."), 1, 9e15);
+  return between(needed("subscription", "int", "", "Number returned by event.subscribe."), 1, 9e15);
 }
 
 }  // namespace
@@ -91,12 +91,12 @@ RMP_COMMANDS(event_commands) {
   all.push_back(
       {.name = "event.subscribe",
        .classic = "",
-       .summary = "Subscribes to what happens: changes of the document, messages, jobs, runs, "
-                  "recordings.",
-       .details = "Events wait until event.take fetches them, in order and each once. When too "
-                  "many wait, changes are merged into one, which says of how many commits it is, "
-                  "and the oldest messages are left out, which the next event says. Of "
-                  "rows that are appended to a recording the newest event waits. A "
+       .summary =
+           "Subscribes to events: changes of the document, messages, jobs, runs, recordings.",
+       .details = "Events are queued until event.take fetches them, in order and each once. If too "
+                  "many are queued, changes are merged into one event, which gives the number of "
+                  "merged commits, and the oldest messages are dropped, which the next event "
+                  "reports. Of the rows appended to a recording only the newest event is queued. A "
                   "subscription ends with its session.",
        .example = "local s = event.subscribe{topics = {\"change\"}, kinds = {\"material\"}}\n"
                   "material.create{name = \"brass\", density = 8500}\n"
@@ -104,19 +104,20 @@ RMP_COMMANDS(event_commands) {
                   "local all = event.take(s)\n"
                   "assert(#all == 2 and #all[1].added == 1 and #all[2].edited == 1)",
        .params = {optional("topics", "list", "",
-                           "Of change, message, job, run, recording; all when left out."),
+                           "Some of change, message, job, run, recording; all if omitted."),
                   optional("kinds", "list", "",
-                           "Kinds of records whose changes are wanted; all when left out."),
+                           "Kinds of records to report changes of; all if omitted."),
                   optional("records", "list", "",
-                           "Only changes of these and of what they depend on."),
-                  defaulted("own", "bool", "", true, "With changes that this session makes."),
-                  defaulted("previews", "bool", "", true, "With the updates of gestures."),
+                           "Only changes of these records and of those they depend on."),
+                  defaulted("own", "bool", "", true, "Include changes made by this session."),
+                  defaulted("previews", "bool", "", true, "Include the updates of gestures."),
                   choice("severity", {"info", "debug", "warning", "error"},
-                         "Messages that are less severe are left out."),
-                  between(defaulted("most", "int", "", 256, "How many events wait."), 2, 1e6),
+                         "Least severity of the messages to report."),
+                  between(defaulted("most", "int", "", 256, "Greatest number of queued events."), 2,
+                          1e6),
                   between(defaulted("rate", "real", "1/s", kUsualRate,
-                                    "How often the state of a run that plays is an event; one that "
-                                    "waits is replaced by the next."),
+                                    "Greatest rate of events about the state of a playing run; a "
+                                    "queued one is replaced by the next."),
                           1e-3, kHighestRate)},
        .returns = {"int", "", "The subscription.", {}},
        .effect = Effect::reads,
@@ -124,38 +125,41 @@ RMP_COMMANDS(event_commands) {
   all.push_back(
       {.name = "event.take",
        .classic = "",
-       .summary = "Fetches the events of a subscription that wait.",
+       .summary = "Fetches the queued events of a subscription.",
        .details = "",
        .example = "local s = event.subscribe{}\nmaterial.create{name = \"brass\", density = 8500}\n"
                   "assert(event.take(s)[1].kind == \"edit\" and #event.take(s) <= 1)",
-       .params = {which_subscription(),
-                  between(defaulted("at_most", "int", "", 1000, "How many are fetched."), 1, 1e6)},
-       .returns = {"list",
-                   "",
-                   "Oldest first.",
-                   {field("topic", "string", "", "change, message, job, run or recording."),
-                    field("revision", "int", "", "Of a change: the document's after it."),
-                    field("first_revision", "int", "", "Of the first commit that it is made of."),
-                    field("commits", "int", "", "How many commits it is made of; 1 unless merged."),
-                    field("kind", "string", "",
-                          "edit, load, save, undo, redo, preview, kept (a gesture became a step), "
-                          "cancelled, clear; of the last commit. Of a recording: added, appended, "
-                          "replaced (its rows and columns may be others), removed."),
-                    field("label", "string", "", "Of the last commit, or of a job."),
-                    field("session", "string", "", "Who made the last commit."),
-                    field("session_number", "int", "", "Its number."),
-                    field("added", "list", "", "Handles."),
-                    field("removed", "list", "", "Tables with id and name."),
-                    field("edited", "list", "", "Tables with id and the fields that differ."),
-                    field("left_out", "int", "", "Messages that were left out before it."),
-                    field("severity", "string", "",
-                          "Of a message; with code, text, source, repeated."),
-                    field("id", "handle", "", "Of a job, run or recording."),
-                    field("title", "string", "", "Of a recording."),
-                    field("rows", "int", "", "That a recording has."),
-                    field("state", "any", "",
-                          "Of a job: a word, with fraction and what; of a run: what "
-                          "run.state gives.")}},
+       .params = {which_subscription(), between(defaulted("at_most", "int", "", 1000,
+                                                          "Greatest number of events to fetch."),
+                                                1, 1e6)},
+       .returns =
+           {"list",
+            "",
+            "Oldest first.",
+            {field("topic", "string", "", "change, message, job, run or recording."),
+             field("revision", "int", "", "Of a change: revision of the document after it."),
+             field("first_revision", "int", "", "Revision of the first commit merged into it."),
+             field("commits", "int", "", "Number of commits merged into it; 1 unless merged."),
+             field("kind", "string", "",
+                   "Of the last commit: edit, load, save, undo, redo, preview, kept (a gesture "
+                   "became a step), cancelled, clear. Of a recording: added, appended, replaced "
+                   "(rows and columns may differ), removed."),
+             field("label", "string", "", "Label of the last commit, or of a job."),
+             field("session", "string", "", "Session that made the last commit."),
+             field("session_number", "int", "", "Its number."),
+             field("added", "list", "", "Handles."),
+             field("removed", "list", "", "Removed records: tables with id and name."),
+             field("edited", "list", "",
+                   "Edited records: tables with id and the fields that differ."),
+             field("left_out", "int", "", "Number of messages dropped before it."),
+             field("severity", "string", "",
+                   "Severity of a message, which also has code, text, source and repeated."),
+             field("id", "handle", "", "The job, run or recording."),
+             field("title", "string", "", "Title of a recording."),
+             field("rows", "int", "", "Number of rows of a recording."),
+             field("state", "any", "",
+                   "Of a job: its state, with fraction and what; of a run: the result of "
+                   "run.state.")}},
        .effect = Effect::reads,
        .run = take});
   all.push_back({.name = "event.unsubscribe",

@@ -98,18 +98,19 @@ Result<Value> remove(CommandContext&, const Map& args) {
 
 RMP_COMMANDS(file_byte_commands) {
   std::vector<CommandSpec> all;
-  ParamSpec offset = defaulted("offset", "int", "", 0, "Where to begin [bytes].");
+  ParamSpec offset = defaulted("offset", "int", "", 0, "First byte to read.");
   offset.min = 0;
   offset.max = kFarthest;
-  ParamSpec length = defaulted("length", "int", "", kUsualBytes, "How many bytes at most.");
+  ParamSpec length =
+      defaulted("length", "int", "", kUsualBytes, "Greatest number of bytes to read.");
   length.min = 1;
   length.max = static_cast<double>(kMostBytes);
   all.push_back(
       {.name = "file.read",
        .classic = "",
        .summary = "Reads bytes of a file.",
-       .details = "For programs that are connected: a picture or an export as it lies on the "
-                  "server's disk, piece by piece. file.load reads files of records.",
+       .details = "For connected programs: fetches a picture or an export from the server's disk, "
+                  "piece by piece. file.load reads files of records.",
        .example = "file.write{file = \"a.bin\", base64 = \"AAEC/w==\"}\n"
                   "local a = file.read{file = \"a.bin\", offset = 1}\n"
                   "assert(a.base64 == \"AQL/\" and a.size == 4 and a.is_end)",
@@ -118,31 +119,30 @@ RMP_COMMANDS(file_byte_commands) {
                    "",
                    "",
                    {field("base64", "string", "", "The bytes, in base64 (RFC 4648)."),
-                    field("size", "int", "", "Of the whole file [bytes]."),
-                    field("is_end", "bool", "", "Whether the file has no bytes behind these.")}},
+                    field("size", "int", "", "Size of the whole file [bytes]."),
+                    field("is_end", "bool", "", "Whether these are the last bytes of the file.")}},
        .effect = Effect::files_read,
        .run = read});
   all.push_back(
       {.name = "file.write",
        .classic = "",
        .summary = "Writes bytes to a file.",
-       .details = "The file is replaced as a whole or not at all; with append, the bytes go behind "
-                  "those that it has, and a file that is not there is made. At most 16 MiB are "
-                  "written at once.",
+       .details = "The file is replaced as a whole or not at all. With append the bytes are added "
+                  "at its end, and a missing file is created. At most 16 MiB are written at once.",
        .example = "file.write{file = \"a.bin\", base64 = \"AAE=\"}\n"
                   "assert(file.write{file = \"a.bin\", base64 = \"Av8=\", append = true} == 4)",
        .params = {needed("file", "path", "", "The file."),
                   needed("base64", "string", "", "The bytes, in base64 (RFC 4648)."),
-                  defaulted("append", "bool", "", false, "Behind the bytes that the file has.")},
+                  defaulted("append", "bool", "", false, "Append the bytes to the file.")},
        .returns = {"int", "", "Size of the file [bytes].", {}},
        .effect = Effect::files_write,
        .run = write});
   all.push_back(
       {.name = "file.list",
        .classic = "",
-       .summary = "Lists what lies in a folder.",
-       .details = "By name. Links are listed as what they lead to, and as other where that may not "
-                  "be known. At most 100,000 names.",
+       .summary = "Lists the contents of a folder.",
+       .details = "Sorted by name. A link is listed as its target, or as other if the target must "
+                  "not be revealed. At most 100,000 names.",
        .example = "file.write{file = \"a.bin\", base64 = \"AAE=\"}\n"
                   "for _, f in ipairs(file.list()) do\n"
                   "  if f.name == \"a.bin\" then assert(f.kind == \"file\" and f.size == 2) end\n"
@@ -151,16 +151,16 @@ RMP_COMMANDS(file_byte_commands) {
        .returns = {"list",
                    "",
                    "",
-                   {field("name", "string", "", "Without the folder."),
+                   {field("name", "string", "", "Name without the folder."),
                     field("kind", "string", "", "file, folder or other."),
-                    field("size", "int", "", "Of a file [bytes].")}},
+                    field("size", "int", "", "Size of a file [bytes].")}},
        .effect = Effect::files_read,
        .run = list});
   all.push_back({.name = "file.remove",
                  .classic = "",
                  .summary = "Removes a file or an empty folder.",
-                 .details = "Of a link, the link itself. Records that came from the file stay in "
-                            "the document.",
+                 .details = "A link itself is removed, not its target. Records loaded from the "
+                            "file stay in the document.",
                  .example = "file.write{file = \"a.bin\", base64 = \"AAE=\"}\n"
                             "file.remove(\"a.bin\")",
                  .params = {needed("file", "path", "", "The file.")},

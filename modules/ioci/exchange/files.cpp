@@ -96,33 +96,33 @@ RMP_COMMANDS(file_commands) {
   all.push_back(
       {.name = "library.list",
        .classic = "",
-       .summary = "Lists the names that the library has of a kind.",
-       .details = "robot.get(name) and its like load them.",
+       .summary = "Lists the names of a kind in the library.",
+       .details = "robot.get(name) and the corresponding commands of other kinds load them.",
        .example = "for _, name in ipairs(library.list(\"robot\")) do\n  assert(#name > 0)\nend",
        .params = {choice("kind", kinds, "Kind of record.")},
        .returns = {"list", "", "Names.", {}},
        .effect = Effect::reads,
        .run = library_list});
-  all.push_back({.name = "library.folders",
-                 .classic = "",
-                 .summary = "Lists the folders of the library.",
-                 .details = "From the command line, ROBOMOSP_LIBRARY, or beside the program.",
-                 .example = "assert(#library.folders() >= 1)",
-                 .params = {},
-                 .returns = {"list", "", "Paths.", {}},
-                 .effect = Effect::reads,
-                 .run = library_folders_of});
+  all.push_back(
+      {.name = "library.folders",
+       .classic = "",
+       .summary = "Lists the folders of the library.",
+       .details = "Set on the command line, by ROBOMOSP_LIBRARY, or found beside the program.",
+       .example = "assert(#library.folders() >= 1)",
+       .params = {},
+       .returns = {"list", "", "Paths.", {}},
+       .effect = Effect::reads,
+       .run = library_folders_of});
   all.push_back(
       {.name = "file.load",
        .classic = "",
        .summary = "Loads a file of any kind and everything it refers to.",
-       .details =
-           "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
-           ".wld. Files of ROBOMOSP 1.4 (2006), worlds and .stn among them, are recognised "
-           "by their content; a .csg of several materials becomes an object "
-           "(solid.load makes one solid of it). All or nothing, as one step. A file that is in "
-           "the document already is not loaded again unless reload is true; when it was "
-           "changed on the disk since, a message says so.",
+       .details = "The extension determines the kind: .mtr, .csg, .part, .rbt, .tjc, .wld. Files "
+                  "of ROBOMOSP 1.4 (2006), including worlds and .stn files, are recognised by "
+                  "their content; a .csg with several materials becomes an object (solid.load "
+                  "makes one solid of it). The load succeeds completely or changes nothing, and is "
+                  "one step. A file that is already in the document is not loaded again unless "
+                  "reload is true; a message reports if it has changed on disk since.",
        .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
                   "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
                   "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
@@ -134,53 +134,51 @@ RMP_COMMANDS(file_commands) {
       {.name = "file.export_2006",
        .classic = "",
        .summary = "Writes a material, solid or object as files of ROBOMOSP 1.4 (2006).",
-       .details = "They go below the folder, which stands for that program's installation: "
-                  "Saves/Materials, Saves/CSGs, Saves/Objects, with all that is referred to. What "
-                  "the format cannot express is an error that names the node, and nothing is "
-                  "written. Masses, overlap and parameters have no place there.",
+       .details = "They are written below the folder, which corresponds to the installation of "
+                  "that program: Saves/Materials, Saves/CSGs, Saves/Objects, with all records they "
+                  "refer to. If the format cannot express something, an error names the node and "
+                  "nothing is written. Masses, overlap and parameters are not part of the format.",
        .example = "material.create{name = \"brass\", density = 8500}\nsolid.create{name = \"pin\", "
                   "material = \"brass\", root = {kind = \"cylinder\", radius = 0.01, height = "
                   "0.05}}\nassert(#file.export_2006{id = solid.get(\"pin\"), folder = \".\"} == "
                   "2)\ndocument.clear()\nassert(solid.load(\"Saves/CSGs/pin.csg\").name == "
                   "\"pin\")",
-       .params = {needed("id", "ref:material|solid|object", "", "What to write."),
-                  needed("folder", "path", "", "The folder; it must be there."),
-                  defaulted("overwrite", "bool", "", false,
-                            "Replace files that are there with another content.")},
-       .returns = {"list", "", "Paths of the files written, its own last.", {}},
+       .params = {needed("id", "ref:material|solid|object", "", "The record to write."),
+                  needed("folder", "path", "", "The folder; it must exist."),
+                  defaulted("overwrite", "bool", "", false, "Replace existing files that differ.")},
+       .returns = {"list", "", "Paths of the files written, that of the record last.", {}},
        .effect = Effect::files_write,
        .run = export_2006});
   const auto saving = [](ParamSpec folder) {
     return Schema{
         std::move(folder),
-        defaulted("library", "bool", "", false, "Also write back what came from the library."),
+        defaulted("library", "bool", "", false, "Also save records that came from the library."),
         overwrite_field()};
   };
   all.push_back(
       {.name = "document.save",
        .classic = "",
        .summary = "Saves every record of the document.",
-       .details = "A record goes to the file it came from, one that was never saved into the "
-                  "folder, as its name with the extension of its kind. What came from the library "
-                  "is left alone unless asked for. Nothing is written when another program changed "
-                  "one of the files since it was read or saved here. world.pack writes a world "
-                  "with all that it needs as one file.",
+       .details = "A record is saved to the file it came from; a record that was never saved goes "
+                  "to the folder, as its name with the extension of its kind. Records from the "
+                  "library are skipped unless requested. Nothing is written if another program "
+                  "changed one of the files since it was read or saved here. world.pack writes a "
+                  "world with everything it needs as one file.",
        .example =
            "material.create{name = \"brass\", density = 8500}\nassert(#document.save() == 1)",
        .params = saving(defaulted("folder", "path", "", ".",
-                                  "Folder for records that were never saved; it must be there.")),
+                                  "Folder for records that were never saved; it must exist.")),
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write | Effect::edits,
        .run = save_all});
   all.push_back(
       {.name = "file.save_all",
        .classic = "",
-       .summary = "Saves every record of the document, as document.save does into a given folder.",
-       .details = "A record goes to the file it came from, else into the folder given. What came "
-                  "from the library is left alone unless asked for. Nothing is written when "
-                  "another program changed one of the files since it was read or saved here; a "
-                  "file that is replaced and held something of another program is named in a "
-                  "message.",
+       .summary = "Saves every record of the document, as document.save does with a folder.",
+       .details = "A record is saved to the file it came from, otherwise to the given folder. "
+                  "Records from the library are skipped unless requested. Nothing is written if "
+                  "another program changed one of the files since it was read or saved here. A "
+                  "message names each replaced file that contained other data of another program.",
        .example =
            "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\".\") == 1)",
        .params = saving(needed("folder", "path", "", "Folder for records that were never saved.")),

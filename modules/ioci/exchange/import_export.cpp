@@ -1043,12 +1043,12 @@ ParamSpec maybe_choice(std::string name, std::vector<std::string> choices, std::
 }
 
 constexpr const char* kOptions =
-    "Parameters of the format's own provider by name; `provider.params` lists them.";
+    "Parameters of the format's provider by name; `provider.params` lists them.";
 
 Schema export_params(ParamSpec first) {
   ParamSpec plane = optional("plane", "pose", "",
-                             "Of a drawing: where it is cut, x and y in the plane; default: level "
-                             "at half the height.");
+                             "Of a drawing: the section plane, cut along its x and y; by default "
+                             "horizontal at half the height.");
   return {std::move(first),
           needed("file", "path", "", "The file; its extension selects the format."),
           maybe_choice("unit", {"mm", "cm", "m", "in", "ft"},
@@ -1056,21 +1056,22 @@ Schema export_params(ParamSpec first) {
           maybe_choice("schema", {"ap214", "ap203", "ap242"},
                        "Application protocol of a STEP file; default: ap214."),
           above_zero(optional("chord", "real", "m",
-                              "How far triangles, or curves of a drawing, may be off; default: the "
-                              "chord of each solid.")),
-          choice("as", {"section", "mesh"}, "What a DXF file holds."),
+                              "Greatest deviation of triangles, or of curves in a drawing; by "
+                              "default the chord of each solid.")),
+          choice("as", {"section", "mesh"}, "Content of a DXF file."),
           optional("options", "map", "", kOptions),
           std::move(plane)};
 }
 
 const char* const kFormats =
-    "| extension | holds |\n|---|---|\n"
+    "| extension | content |\n"
+    "|---|---|\n"
     "| `.step`, `.stp` | exact solids, names, colours, assemblies with shared parts |\n"
     "| `.iges`, `.igs` | exact solids, names, colours |\n"
-    "| `.stl`, `.obj`, `.ply` | one mesh; no unit is stated in the file |\n"
+    "| `.stl`, `.obj`, `.ply` | one mesh; the file states no unit |\n"
     "| `.glb` | meshes, names, colours, assemblies; metres, y up |\n"
     "| `.3mf` | meshes, names, colours, assemblies |\n"
-    "| `package.xml` | a package of ROS 2: `robot.export_ros2`, but for the pairs that need no "
+    "| `package.xml` | a ROS 2 package as of `robot.export_ros2`, without the pairs that need no "
     "check; `provider.params` of `ros2_package` |\n"
     "| `.urdf` | one robot: links, joints, masses, limits, shapes; `provider.params` of `urdf` |\n"
     "| `.dxf` | the section at a plane (lines, arcs, circles, splines), or the mesh as faces |\n";
@@ -1089,39 +1090,37 @@ RMP_COMMANDS(exchange_commands) {
        .classic = "",
        .summary = "Reads solids from a CAD or mesh file, or a robot from URDF, MJCF or SDF.",
        .details =
-           "Exact solids come from STEP (AP203, AP214, AP242) and IGES, meshes from STL, "
-           "OBJ, "
-           "PLY, glTF, GLB, DAE (COLLADA), 3MF and DXF; plugins may add formats. Each part becomes "
-           "a "
-           "solid with one `imported` node, an assembly an object, copies share their solid. Files "
-           "are read in a process of its own; nothing is made when it fails, and all is one step. "
-           "What was repaired, left out or assumed is reported in messages. A mesh that is no "
-           "clean "
-           "solid (open, or cutting itself) is drawn and collides as it is, and has the mass that "
-           "its triangles enclose; a message says so of each, and `solid.mesh_faults` shows the "
-           "places.\n\n"
-           "Masses in such files are not trusted. Each colour becomes a material with the density "
-           "of "
-           "aluminium unless `density` or `material` is given; a message says so.\n\n"
+           "Exact solids come from STEP (AP203, AP214, AP242) and IGES, meshes from STL, OBJ, PLY, "
+           "glTF, GLB, DAE (COLLADA), 3MF and DXF; plugins may add formats. Each part becomes a "
+           "solid with one `imported` node, an assembly becomes an object, and copies share their "
+           "solid. Files are read in a separate process; if it fails nothing is created, and a "
+           "successful import is one step. Messages report what was repaired, left out or assumed. "
+           "A mesh that does not bound a clean solid (open or self-intersecting) is drawn and "
+           "collides unchanged, and has the mass that its triangles enclose; a message reports "
+           "each such mesh, and `solid.mesh_faults` shows the places.\n\n"
+           "Masses in such files are ignored. Each colour becomes a material with the density of "
+           "aluminium unless `density` or `material` is given; a message reports this.\n\n"
            "Robots come from URDF (`.urdf`), MJCF (`.xml`, `.mjcf`) and SDF (`.sdf`), with the "
-           "masses, limits and friction that the file gives; the meshes it names are read with it, "
-           "and a message names every file that was read.",
+           "masses, limits and friction given in the file; meshes are read from the files it "
+           "names, and a message lists every file that was read.",
        .example =
            with_block("block:export(\"example.step\")\nlocal made = import{file = "
                       "\"example.step\", name = \"copy\"}\nassert(made[1].name == \"copy\")"),
        .params = {needed("file", "path", "", "The file; its extension selects the format."),
-                  optional("name", "string", "", "Name of what is made; default: the file's."),
+                  optional("name", "string", "",
+                           "Name of the new record; by default that of the file."),
                   maybe_choice("unit", {"auto", "mm", "cm", "m", "in", "ft"},
                                "Length unit of a file that does not state one (STL, OBJ, PLY, some "
                                "DXF); default: mm, with a message."),
-                  optional("material", "ref:material", "", "Material of all solids made."),
+                  optional("material", "ref:material", "", "Material of all imported solids."),
                   above_zero(optional("density", "real", "kg/m^3",
-                                      "Density of the materials made of the file's colours.")),
-                  optional("heal", "bool", "", "Repair what is faulty; default: true."),
-                  maybe_choice("shapes", {"visual", "collision"},
-                               "Of a robot's file: which shapes its links get; default: visual."),
+                                      "Density of the materials created from the file's colours.")),
+                  optional("heal", "bool", "", "Repair faulty geometry; default: true."),
+                  maybe_choice(
+                      "shapes", {"visual", "collision"},
+                      "Of a robot's file: the shapes that its links get; default: visual."),
                   optional("options", "map", "", kOptions)},
-       .returns = {"list", "", "Handles of all that was made, the main one first.", {}},
+       .returns = {"list", "", "Handles of all new records, the main one first.", {}},
        .effect = Effect::files_read | Effect::edits,
        .sometimes = Effect::processes,
        .run = import_file});
@@ -1129,10 +1128,9 @@ RMP_COMMANDS(exchange_commands) {
       {.name = "import_profile",
        .classic = "",
        .summary = "Reads the closed outlines of a drawing (DXF) as a profile.",
-       .details = "The profile is what prisms and revolutions take. LINE, ARC, CIRCLE, ELLIPSE, "
-                  "LWPOLYLINE, "
-                  "POLYLINE and SPLINE are read, also in blocks; pieces are joined end to end in "
-                  "any order.",
+       .details = "Prisms and revolutions take such a profile. LINE, ARC, CIRCLE, ELLIPSE, "
+                  "LWPOLYLINE, POLYLINE and SPLINE are read, also in blocks; pieces are joined end "
+                  "to end in any order.",
        .example = with_block("block:export(\"example.dxf\")\nlocal profile = import_profile{file = "
                              "\"example.dxf\"}\nassert(#profile == 1)"),
        .params = {needed("file", "path", "", "The file, *.dxf."),
@@ -1144,28 +1142,27 @@ RMP_COMMANDS(exchange_commands) {
        .sometimes = Effect::processes,
        .run = import_profile});
   const std::vector<ParamSpec> fields{
-      field("file", "string", "", "The file."), field("parts", "int", "", "Parts in it."),
-      field("triangles", "int", "", "Triangles in it."),
-      field("others", "list", "", "Files written beside it."),
-      field("notes", "list", "", "What was changed or left out, a sentence each.")};
+      field("file", "string", "", "The file."), field("parts", "int", "", "Number of parts in it."),
+      field("triangles", "int", "", "Number of triangles in it."),
+      field("others", "list", "", "Additional files written."),
+      field("notes", "list", "", "Changes and omissions, one sentence each.")};
   const auto add = [&](std::string name, std::string what, ParamSpec first, std::string example,
                        auto run) {
-    all.push_back(
-        {.name = std::move(name),
-         .classic = "",
-         .summary = "Writes " + what + " as a CAD or mesh file.",
-         .details = std::string(kFormats) +
-                    "\nMeshes are as fine as the `chord` of their solids, or as `chord` here."
-                    " Generated bodies of robots keep their own.",
-         .example = std::move(example),
-         .params = export_params(std::move(first)),
-         .returns = {"map", "", "", fields},
-         .effect = Effect::files_write,
-         .sometimes = Effect::processes,
-         .run = run});
+    all.push_back({.name = std::move(name),
+                   .classic = "",
+                   .summary = "Writes " + what + " as a CAD or mesh file.",
+                   .details = std::string(kFormats) +
+                              "\nMeshes are as fine as the `chord` of their solids, or as `chord` "
+                              "here. Generated bodies of robots keep their chord.",
+                   .example = std::move(example),
+                   .params = export_params(std::move(first)),
+                   .returns = {"map", "", "", fields},
+                   .effect = Effect::files_write,
+                   .sometimes = Effect::processes,
+                   .run = run});
   };
   add("export", "a solid, object, robot or world",
-      needed("what", "ref:solid|object|robot|world", "", "What to write."),
+      needed("what", "ref:solid|object|robot|world", "", "The record to write."),
       with_block("assert(export{what = block, file = \"example.step\"}.parts == 1)"), export_what);
   add("solid.export", "a solid", self("solid"),
       with_block("assert(block:export(\"example.stl\").triangles == 12)"), export_id);
@@ -1180,32 +1177,32 @@ RMP_COMMANDS(exchange_commands) {
   all.push_back(
       {.name = "robot.export_urdf",
        .classic = "",
-       .summary = "Writes the robot as a URDF file, with its meshes beside it.",
-       .details =
-           "Links, joints, limits, masses, friction and followers are said in URDF's own words, "
-           "boxes, cylinders and spheres exactly; other bodies become STL files in a folder "
-           "`<file>_meshes`. What URDF has no words for stands in an element `<robomosp>` of the "
-           "joint, which other programs pass over (motor inertia, springs, passive joints, uneven "
-           "friction, limits of acceleration), or is left out (closed loops, poses). `notes` tells "
-           "all of it, a sentence each. Masses are those that solvers see, payloads included. "
-           "`import` reads the file back: with equal poses and torques, but for what notes tell.",
+       .summary = "Writes the robot as a URDF file with separate mesh files.",
+       .details = "Links, joints, limits, masses, friction and followers are written as URDF "
+                  "elements; boxes, cylinders and spheres are exact, other bodies become STL files "
+                  "in a folder `<file>_meshes`. Properties that URDF cannot express are written in "
+                  "an element `<robomosp>` of the joint, which other programs ignore (motor "
+                  "inertia, springs, passive joints, uneven friction, limits of acceleration), or "
+                  "are left out (closed loops, poses). `notes` lists all of these, one sentence "
+                  "each. Masses are those used by the solvers, payloads included. `import` reads "
+                  "the file back with equal poses and torques, except as listed in `notes`.",
        .example = with_arm("local done = arm:export_urdf{file = \"example.urdf\"}\n"
                            "assert(done.joints >= 6)\nlocal back = import{file = \"example.urdf\", "
                            "name = \"back\"}\nassert(back[1].name == \"back\")"),
        .params = {self("robot"), needed("file", "path", "", "The file, *.urdf."),
-                  optional("package", "string", "",
-                           "ROS package that the file is for: meshes are then named "
-                           "package://<package>/..."),
+                  optional(
+                      "package", "string", "",
+                      "ROS package of the file: meshes are then named package://<package>/..."),
                   defaulted("bodies", "bool", "", true,
-                            "False leaves out the shapes: joints and masses only.")},
+                            "False omits the shapes: only joints and masses are written.")},
        .returns = {"map",
                    "",
                    "",
                    {field("file", "string", "", "The file."),
-                    field("links", "int", "", "Links in it."),
-                    field("joints", "int", "", "Joints in it, fixed ones too."),
+                    field("links", "int", "", "Number of links in it."),
+                    field("joints", "int", "", "Number of joints in it, including fixed ones."),
                     field("meshes", "list", "", "The mesh files written."),
-                    field("notes", "list", "", "What was changed or left out, a sentence each.")}},
+                    field("notes", "list", "", "Changes and omissions, one sentence each.")}},
        .effect = Effect::files_write,
        .sometimes = Effect::processes,
        .run = export_urdf});
@@ -1216,49 +1213,51 @@ RMP_COMMANDS(exchange_commands) {
        .details =
            "A folder with package.xml, CMakeLists.txt, the URDF with its meshes and a ros2_control "
            "system (mock components unless `hardware` names another plugin), an SRDF with groups, "
-           "named poses and the pairs of links that need no check for collision, settings of "
+           "named poses and the pairs of links that need no collision check, settings of "
            "controllers, joint limits and kinematics, and a launch file. Pairs are found as by "
-           "`robot.find_allowed_pairs`: Adjacent, Never and Always, and User where the robot's "
-           "rules say so; a pair that touched in none of the samples may still do so between them. "
-           "Names that ROS 2 does not take are refused, and so are files that are there, unless "
-           "overwrite = true. Other options are those of the provider ros2_package.",
+           "`robot.find_allowed_pairs`: Adjacent, Never and Always, and User for the robot's "
+           "rules; a pair that touched in none of the samples may still touch between them. Names "
+           "that ROS 2 does not accept are rejected, and so are existing files unless overwrite = "
+           "true. The provider ros2_package has further options.",
        .example = with_arm("local done = arm:export_ros2{folder = \"ros2\", samples = 100}\n"
                            "assert(done.package == \"arm_description\" and #done.files >= 8)\n"
                            "assert(done.joints >= 6)"),
-       .params = {self("robot"),
-                  needed("folder", "path", "",
-                         "Where the package's folder goes, such as src of a workspace."),
-                  optional("package", "string", "",
-                           "Its name; that of the robot with _description when left out."),
-                  defaulted("overwrite", "bool", "", false, "Replace files that are there."),
-                  defaulted("bodies", "bool", "", true,
-                            "False leaves out the shapes: joints and masses only."),
-                  between(defaulted("samples", "int", "", 10000,
-                                    "Random configurations in which pairs are checked; 0 = none "
-                                    "are looked for."),
-                          0, 10000000),
-                  defaulted("seed", "int", "", 1, "Of the random numbers."),
-                  optional("group", "string", "", "Name of the planning group; manipulator."),
-                  optional("hardware", "string", "",
-                           "Plugin of ros2_control; mock_components/GenericSystem."),
-                  maybe_choice("command", {"position", "velocity", "effort"},
-                               "Interface that commands go to; position."),
-                  optional("rate", "real", "Hz", "Of the controllers; 100 Hz."),
-                  optional("description", "string", "", "Its description in package.xml."),
-                  optional("maintainer", "string", "", "Name in package.xml."),
-                  optional("email", "string", "", "Address of the maintainer."),
-                  optional("licence", "string", "", "Of the package."),
-                  optional("version", "string", "", "Of the package, such as 0.1.0.")},
+       .params =
+           {self("robot"),
+            needed("folder", "path", "",
+                   "Folder in which the package's folder is created, such as src of a workspace."),
+            optional("package", "string", "",
+                     "Name of the package; by default that of the robot followed by _description."),
+            defaulted("overwrite", "bool", "", false, "Replace existing files."),
+            defaulted("bodies", "bool", "", true,
+                      "False omits the shapes: only joints and masses are written."),
+            between(
+                defaulted(
+                    "samples", "int", "", 10000,
+                    "Random configurations in which pairs are checked; 0 = no pairs are searched."),
+                0, 10000000),
+            defaulted("seed", "int", "", 1, "Seed of the random numbers."),
+            optional("group", "string", "", "Name of the planning group; default: manipulator."),
+            optional("hardware", "string", "",
+                     "Plugin of ros2_control; default: mock_components/GenericSystem."),
+            maybe_choice("command", {"position", "velocity", "effort"},
+                         "Command interface of the joints; default: position."),
+            optional("rate", "real", "Hz", "Update rate of the controllers; default: 100 Hz."),
+            optional("description", "string", "", "Description of the package in package.xml."),
+            optional("maintainer", "string", "", "Name of the maintainer in package.xml."),
+            optional("email", "string", "", "Email address of the maintainer."),
+            optional("licence", "string", "", "Licence of the package."),
+            optional("version", "string", "", "Version of the package, such as 0.1.0.")},
        .returns = {"map",
                    "",
                    "",
                    {field("package", "string", "", "Its name."),
-                    field("folder", "string", "", "Its folder."),
-                    field("files", "list", "", "All that was written."),
-                    field("links", "int", "", "Links of the URDF."),
-                    field("joints", "int", "", "Joints of it, fixed ones too."),
-                    field("disabled_pairs", "int", "", "Pairs that need no check."),
-                    field("notes", "list", "", "What was changed or left out, a sentence each.")}},
+                    field("folder", "string", "", "Folder of the package."),
+                    field("files", "list", "", "All files written."),
+                    field("links", "int", "", "Number of links of the URDF."),
+                    field("joints", "int", "", "Number of its joints, including fixed ones."),
+                    field("disabled_pairs", "int", "", "Number of pairs that need no check."),
+                    field("notes", "list", "", "Changes and omissions, one sentence each.")}},
        .effect = Effect::files_write,
        .sometimes = Effect::processes,
        .run = export_ros2});

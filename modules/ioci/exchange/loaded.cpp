@@ -10,8 +10,8 @@ namespace robomosp::ioci {
 
 ParamSpec reload_field() {
   return defaulted("reload", "bool", "", false,
-                   "Of a file that is in the document already: read it again, and those it refers "
-                   "to that were changed on the disk. Their records get what the files hold.");
+                   "Reread a file that is already in the document, and those it refers to that "
+                   "have changed on disk; their records are updated from the files.");
 }
 
 ParamSpec overwrite_field() {

@@ -82,9 +82,9 @@ Result<std::vector<std::vector<std::string>>> read_lines(const Value* given,
 
 ParamSpec lines_field() {
   return optional("lines", "any", "",
-                  "What READ gets, one line after the other: a list for the only program, or a "
-                  "table of lists by the names of programs. Where they end, a live run waits for "
-                  "run.input, and others end with an error.");
+                  "Input lines for READ, in order: a list for the only program, or a table of "
+                  "lists by the names of programs. When they are used up, a live run waits for "
+                  "run.input, and other runs end with an error.");
 }
 
 Result<std::shared_ptr<const CompiledProgram>> compile_now(Application& app, const Handle& handle,
@@ -198,10 +198,10 @@ RMP_COMMANDS(program_alone_commands) {
   all.push_back(
       {.name = "program.run_alone",
        .classic = "",
-       .summary = "Runs a program without a world, and gives what it wrote and switched.",
+       .summary = "Runs a program without a world, and returns its output and its signals.",
        .details = "Motions take no time and reach their targets, waits end at once, PAUSE "
-                  "continues. Inputs have the given values; reading one without a value is an "
-                  "error, and so is what needs a robot. program.run runs it with one.",
+                  "continues. Inputs have the given values; reading an input without a value is an "
+                  "error, and so is any use of a robot. program.run runs it with one.",
        .example = "local twice = program.create{name = \"twice\", source = [[\n"
                   "PROGRAM twice;\n"
                   "VAR\n"
@@ -214,23 +214,22 @@ RMP_COMMANDS(program_alone_commands) {
                   "assert(twice:run_alone{values = {n = 5}}.text == \"10\\n\")",
        .params = {self("program"),
                   optional("inputs", "map", "", "Values of inputs, by their names."),
-                  values_field(),
-                  optional("lines", "list", "", "What READ gets, one after the other."),
-                  defaulted("trace", "bool", "", false, "Also gives what it does, step by step."),
+                  values_field(), optional("lines", "list", "", "Input lines for READ, in order."),
+                  defaulted("trace", "bool", "", false, "Also return a trace of its steps."),
                   between(defaulted("most_instructions", "int", "", 2'000'000'000,
-                                    "A program that takes more is an error."),
+                                    "Limit: a program that takes more is an error."),
                           1, 9e15)},
        .returns = {"map",
                    "",
-                   "How it went.",
-                   {field("text", "string", "", "What it wrote."),
-                    field("is_halted", "bool", "", "Whether HALT ended it."),
-                    field("time", "real", "s", "Of its waits."),
-                    field("motions", "int", "", "How many it began."),
-                    field("instructions", "int", "", "How many it took."),
-                    field("outputs", "map", "", "What it set, as it was last."),
+                   "A summary of the run.",
+                   {field("text", "string", "", "Its output."),
+                    field("is_halted", "bool", "", "Whether HALT ended the run."),
+                    field("time", "real", "s", "Total time of its waits."),
+                    field("motions", "int", "", "Number of motions begun."),
+                    field("instructions", "int", "", "Number of instructions executed."),
+                    field("outputs", "map", "", "The last values of its outputs."),
                     field("trace", "list", "",
-                          "Where it was wanted: time, file, line, and what was done.")}},
+                          "The trace, if requested: time, file, line, and action.")}},
        .effect = Effect::reads,
        .run = run_alone});
   return all;

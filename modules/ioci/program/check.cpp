@@ -584,30 +584,33 @@ Map fault_row(const CheckedProgram& c, const Fault& f) {
 
 Schema check_params() {
   return {
-      optional("world", "ref:world", "", "Which of its worlds is meant."),
-      optional("name_there", "string", "", "Its name there, where it is in worlds several times."),
+      optional("world", "ref:world", "", "The world, if several have the program."),
+      optional("name_there", "string", "", "Its name there, if the world has it several times."),
       optional("robot", "ref:robot", "",
-               "For a program that no world has: this robot runs it alone."),
+               "For a program that is in no world: the robot that runs it alone."),
       optional("profile", "ref:controller", "",
-               "A controller: its axes' limits count, and its greatest speeds bound the cycle "
-               "time."),
+               "A controller: the limits of its axes are checked, and its greatest speeds limit "
+               "the cycle time."),
       defaulted("alone", "bool", "", false,
                 "Runs it without the other programs and tasks of its world."),
       choice("unbound", {"error", "free"},
-             "Signals without a binding are an error, or the program's own."),
+             "Whether signals without a binding are an error or belong to the program."),
       between(defaulted("clearance", "real", "m", 0.005,
-                        "What comes nearer is a warning; 0 looks for contacts only."),
+                        "A smaller clearance is a warning; 0 finds contacts only."),
               0, 10),
-      between(defaulted("condition", "real", "", 100.0,
-                        "Condition number of the Jacobian, lengths in the robot's reach, "
-                        "above which straight motions are too near a singularity."),
-              1, 1e12),
-      defaulted("contacts", "bool", "", true, "Looks for contacts and clearances."),
+      between(
+          defaulted("condition", "real", "", 100.0,
+                    "Limit of the condition number of the Jacobian, with lengths divided by the "
+                    "robot's reach: above it, straight motions are too close to a singularity."),
+          1, 1e12),
+      defaulted("contacts", "bool", "", true, "Checks contacts and clearances."),
       defaulted("torques", "bool", "", true, "Compares torques with their limits."),
       above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
+      above_zero(defaulted("most_time", "real", "s", 3600.0,
+                           "The run ends at this time, with a message.")),
       above_zero(
-          defaulted("most_time", "real", "s", 3600.0, "The run is ended then, with a message.")),
-      above_zero(optional("duration", "real", "s", "Likewise, of programs without an end."))};
+          optional("duration", "real", "s",
+                   "Limit for programs without an end; the run ends there, with a message."))};
 }
 
 Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
@@ -709,16 +712,16 @@ RMP_COMMANDS(program_check_commands) {
   c.name = "program.check_run";
   c.summary = "Checks a program by a run in a copy of its world, before it is posted.";
   c.details =
-      "The program runs with all other programs and tasks of its world, and goes on behind its "
-      "faults: a motion that fails leaves the robot at its target where that is reached, and a "
-      "wait that nobody ends is passed. Looked at are reach, limits of the joints (position, "
+      "The program runs with all other programs and tasks of its world, and continues after "
+      "faults: after a failed motion the robot is placed at its target if that can be reached, and "
+      "a wait that nothing ends is skipped. Checked are reach, limits of the joints (position, "
       "velocity, acceleration, torque, and those of a controller's axes), contacts and clearance "
-      "along the motions, nearness to a singularity and changes of the configuration on straight "
-      "motions, waits that nobody ends or that run out of time, grips that find nothing, faults of "
-      "the program itself, and lines that did not run. The document does not change.\n"
-      "Faults of one kind and line are one, told by the worst, with how often it came. The picture "
-      "shows the tool's way with its faults in colours, the plot joints against their limits and "
-      "the clearance over time.";
+      "along the motions, closeness to a singularity and changes of the configuration on straight "
+      "motions, waits that nothing ends or that time out, grips that find nothing, faults of the "
+      "program itself, and lines that did not run. The document does not change.\nFaults of the "
+      "same kind and line are merged into one, described by the worst, with their number. The "
+      "picture shows the tool's path with its faults in colours, the plot shows the joints against "
+      "their limits and the clearance over time.";
   c.example = with_arm(
       "local far = program.create{name = \"far\", source = [[\n"
       "PROGRAM far;\n"
@@ -733,10 +736,10 @@ RMP_COMMANDS(program_check_commands) {
       "assert(not c.correct and c.faults[1].kind == \"reach\" and c.faults[1].line == 6)");
   c.params = {self("program")};
   for (ParamSpec& p : check_params()) c.params.push_back(std::move(p));
-  c.params.push_back(between(
-      defaulted("most", "int", "", std::int64_t{200},
-                "Faults, motions, targets and lines that are listed; left_out counts the others."),
-      1, 100000));
+  c.params.push_back(between(defaulted("most", "int", "", std::int64_t{200},
+                                       "Greatest number of faults, motions, targets and lines "
+                                       "listed; left_out counts the others."),
+                             1, 100000));
   c.params.push_back(optional("picture", "path", "", "A picture of the tool's path, *.png."));
   c.params.push_back(optional("plot", "path", "", "A plot over time: *.svg, *.png or *.pdf."));
   c.params.push_back(defaulted("record", "bool", "", false, "Keeps the run as a recording."));
@@ -747,31 +750,33 @@ RMP_COMMANDS(program_check_commands) {
       "",
       "",
       {field("correct", "bool", "", "Whether there are no errors."),
-       field("errors", "int", "", "How many."), field("warnings", "int", "", "How many."),
-       field("notes", "int", "", "How many."),
+       field("errors", "int", "", "Number of errors."),
+       field("warnings", "int", "", "Number of warnings."),
+       field("notes", "int", "", "Number of notes."),
        field("faults", "list", "",
              "Tables, errors first: severity, kind (reach, joint_limit, speed, acceleration, "
              "torque, contact, clearance, singularity, configuration, motion, controller, signal, "
              "timeout, grip, until, program, ignored); file, line, column; message and hint; "
-             "process, calls (innermost first), run (how often its line had begun), times; time, "
+             "process, calls (innermost first), run (how often its line had started), times; time, "
              "from and to [s]; robot, joint, value, limit, excess and unit; bodies a and b; "
-             "signals; position [m]; text, a sentence with all that."),
+             "signals; position [m]; text, a sentence with all of this."),
        field("cycle_time", "map", "",
-             "total, moving, waiting [s]; complete; slowed, motions that the controller's speeds "
-             "slow; lines, a table each: file, line, motions, duration."),
+             "total, moving, waiting [s]; complete; slowed, motions slowed by the controller's "
+             "speed limits; lines, one table each: file, line, motions, duration."),
        field("motions", "list", "",
              "Tables, as carried out: file, line, run, kind, robot, start, duration, end, "
              "speed_share (of the joints' velocity limits), clearance, nearest, condition, "
              "manipulability, worst."),
        field("targets", "list", "",
-             "What computed targets came to: file, line, run, time, position, pose, q, reached."),
-       field("statements", "int", "", "Of the program."),
-       field("statements_run", "int", "", "That ran."),
-       field("not_run", "list", "", "Lines that did not: file, from, to, routine, never_called."),
-       field("not_checked", "list", "", "What could not be looked at, a sentence each."),
+             "Values of computed targets: file, line, run, time, position, pose, q, reached."),
+       field("statements", "int", "", "Statements of the program."),
+       field("statements_run", "int", "", "Statements that ran."),
+       field("not_run", "list", "",
+             "Lines that did not run: file, from, to, routine, never_called."),
+       field("not_checked", "list", "", "What could not be checked, one sentence each."),
        field("thresholds", "map", "", "clearance, touch [m], condition, sample_time [s]."),
-       field("left_out", "map", "", "How many rows each list lacks; empty: none."),
-       field("report", "string", "", "A line for each error and warning."),
+       field("left_out", "map", "", "Number of rows missing in each list; empty: none."),
+       field("report", "string", "", "One line for each error and warning."),
        field("picture", "string", "", "The file."), field("plot", "string", "", "The file."),
        field("recording", "handle", "", "The run.")}};
   c.effect = Effect::simulates;

@@ -1057,14 +1057,14 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(program_compare_commands) {
   CommandSpec c;
   c.name = "program.compare_targets";
-  c.summary = "Shows a program for several controllers side by side, and what differs.";
+  c.summary = "Compares the code of a program for several controllers, side by side.";
   c.details =
-      "By the lines of the source: what each target says, what one cannot say or says otherwise, "
-      "and lines that only one has. Where an independent reader takes a target's files, they are "
-      "read back and run through, and motions, points, configurations, speeds and blends are "
-      "compared with each other and with the program, outputs and waits for a time with the "
-      "program. What languages say in different units is named and not compared. A name in targets "
-      "is a target or a controller's.";
+      "For each line of the source: the code of each target, what one target cannot express or "
+      "expresses differently, and lines that only one has. If an independent reader supports a "
+      "target, its files are read back and run, and motions, points, configurations, speeds and "
+      "blends are compared with each other and with the program, and outputs and waits for a time "
+      "with the program. Quantities that languages give in different units are listed but not "
+      "compared. A name in targets is a target or a controller.";
   c.example =
       "local lift = program.create{name = \"lift\", source = [[\n"
       "PROGRAM lift;\n"
@@ -1081,37 +1081,40 @@ RMP_COMMANDS(program_compare_commands) {
       needed("targets", "list", "", "Two to six targets, or names of controllers."),
       optional("robot", "ref:robot", "", "The robot that moves."),
       optional("world", "ref:world", "",
-               "Which of its worlds says where its targets are and which tool it moves."),
-      optional("name_there", "string", "", "Its name there, where it is in worlds several times."),
-      choice("form", {"automatic", "structured", "flat"}, "As of program.post."),
-      optional("inputs", "map", "", "Values of the program's inputs by name, of their types."),
-      optional("file", "path", "", "A page with both codes side by side: *.html, *.md or *.txt."),
-      between(defaulted("width", "int", "", std::int64_t{44}, "Of a column of the text."), 12, 400),
-      between(defaulted("most", "int", "", std::int64_t{500}, "Differences and rows listed."), 1,
-              1000000)};
+               "World that defines the frames of its targets and the tool it moves."),
+      optional("name_there", "string", "", "Its name there, if the world has it several times."),
+      choice("form", {"automatic", "structured", "flat"}, "As in program.post."),
+      optional("inputs", "map", "",
+               "Values of the program's inputs by name, of the declared types."),
+      optional("file", "path", "", "A page with the codes side by side: *.html, *.md or *.txt."),
+      between(defaulted("width", "int", "", std::int64_t{44}, "Width of a column of the text."), 12,
+              400),
+      between(defaulted("most", "int", "", std::int64_t{500},
+                        "Greatest number of differences and rows listed."),
+              1, 1000000)};
   c.returns = {
       "map",
       "",
       "",
       {field("targets", "list", "",
              "Tables: target, title, profile, form, correct, errors, warnings; reader that read it "
-             "back, or not_read, why not; not_said, how much of it the reader could not say; "
-             "compared, most_distance and most_angle with the program's own points."),
+             "back, or not_read, the reason; not_said, the part of it that the reader could not "
+             "express; compared, most_distance and most_angle from the program's points."),
        field("differences", "list", "",
              "Tables by line: kind (cannot, otherwise, missing, form, unread, motion, "
              "point, configuration, speed, blend, output), file, line, target, text."),
        field("rows", "list", "",
-             "Tables, a line of the source each: file, line, source, says (a text each target), "
+             "Tables, one per line of the source: file, line, source, says (one text per target), "
              "differs."),
        field("compared", "int", "",
-             "Points of two targets that were compared; 0 says nothing of the distances."),
-       field("most_distance", "real", "m", "Between them."),
-       field("most_angle", "real", "rad", "Between them."),
-       field("points", "string", "", "The same in sentences, and what was not looked at."),
-       field("not_compared", "list", "", "Sentences: what is said in different units."),
-       field("not_traced", "string", "", "Why the program itself could not be run through."),
-       field("left_out", "map", "", "How many rows each list lacks."),
-       field("text", "string", "", "All of it as text."),
+             "Number of points compared between two targets; 0 means that distances are unknown."),
+       field("most_distance", "real", "m", "Greatest distance between them."),
+       field("most_angle", "real", "rad", "Greatest distance between them."),
+       field("points", "string", "", "The comparison in sentences, and what was not checked."),
+       field("not_compared", "list", "", "Sentences: quantities given in different units."),
+       field("not_traced", "string", "", "Why the program itself could not be run."),
+       field("left_out", "map", "", "Number of rows missing in each list."),
+       field("text", "string", "", "Everything as text."),
        field("file", "string", "", "The page.")}};
   c.effect = Effect::reads;
   c.sometimes = Effect::files_write;

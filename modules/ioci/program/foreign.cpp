@@ -389,10 +389,9 @@ RMP_COMMANDS(foreign_program_commands) {
       {.name = "program.read_foreign",
        .classic = "",
        .summary = "Reads a controller's program to IRL and lists what IRL cannot express.",
-       .details =
-           "Nothing is changed; program.import makes a program of the same. Files that belong "
-           "to it are taken from its folder. The faults are at places of the files that were "
-           "read; a statement that was not read is a comment in the IRL.",
+       .details = "Nothing is changed; program.import creates a program from the file. Other files "
+                  "of the program are taken from its folder. Faults are located in the files that "
+                  "were read; a statement that was not read becomes a comment in the IRL.",
        .example = "program.create{name = \"m\", file_name = \"move.ngc\", source = \"G21 G90\\nG1 "
                   "X10 Y5 Z2 "
                   "F600\\nM2\\n\"}:export{folder = \".\", overwrite = true}\n"
@@ -400,24 +399,25 @@ RMP_COMMANDS(foreign_program_commands) {
                   "assert(read.errors == 0 and read.language == \"gcode\")",
        .params = {needed("file", "path", "", "The file, such as .src, .mod, .script, .ls, .jbi."),
                   optional("language", "string", "",
-                           "Its reader (robomosp.program_reader/1), where the extension is of "
-                           "several controllers."),
+                           "Its reader (robomosp.program_reader/1), if several controllers use the "
+                           "extension."),
                   optional("settings", "map", "", "Values of the reader's parameters."),
                   optional("profile", "ref:controller", "",
-                           "The controller, whose pulses and options are the reader's.")},
-       .returns = {"map",
-                   "",
-                   "",
-                   {field("language", "string", "", "The reader."),
-                    field("read", "list", "", "Names of the files read."),
-                    field("errors", "int", "", "Places where the IRL means something else."),
-                    field("warnings", "int", "",
-                          "Places that IRL cannot express, with no effect on motions and outputs."),
-                    field("files", "list", "", "The IRL: name, text of each file."),
-                    field("faults", "list", "",
-                          "A table each: severity, file, line, column, message, hint."),
-                    field("lines", "list", "",
-                          "Where lines of the first file come from: irl_line, file, line.")}},
+                           "The controller: its pulses and options are used by the reader.")},
+       .returns =
+           {"map",
+            "",
+            "",
+            {field("language", "string", "", "The reader."),
+             field("read", "list", "", "Names of the files read."),
+             field("errors", "int", "", "Places where the meaning of the IRL differs."),
+             field("warnings", "int", "",
+                   "Places that IRL cannot express and that do not affect motions and outputs."),
+             field("files", "list", "", "The IRL: name, text of each file."),
+             field("faults", "list", "",
+                   "One table each: severity, file, line, column, message, hint."),
+             field("lines", "list", "",
+                   "Source of each line of the first file: irl_line, file, line.")}},
        .effect = Effect::files_read,
        .run = read});
   return all;

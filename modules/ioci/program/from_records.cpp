@@ -999,17 +999,16 @@ std::string with_cell_of_task(const char* rest) {
 RMP_COMMANDS(program_from_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec name =
-      optional("name", "string", "", "Name of the program; that of what it is made of otherwise.");
+      optional("name", "string", "", "Name of the program; by default that of its source.");
   all.push_back(
       {.name = "program.from_task",
        .classic = "",
-       .summary = "Makes a program of a task of a world.",
-       .details =
-           "Moves, grips, signals, waits, calls and blocks become statements of the language, "
-           "targets poses in the robot's base. What the language has no word for is an error that "
-           "names the step: other robots' steps, conditions over places and time, tools of a "
-           "step's own. What is said in another way is told by messages, and at the head of the "
-           "source.",
+       .summary = "Makes a program from a task of a world.",
+       .details = "Moves, grips, signals, waits, calls and blocks become statements of the "
+                  "language, targets become poses in the robot's base. A step that the language "
+                  "cannot express is an error that names it: steps of other robots, conditions "
+                  "over places and time, tools of single steps. Messages and the head of the "
+                  "source list what is expressed differently.",
        .example = with_cell_of_task("local p = program.from_task{world = cell, task = \"serve\"}\n"
                                     "assert(p:check().correct)\n"
                                     "assert(p:source():find(\"WAIT FOR ready = TRUE\"))"),
@@ -1021,10 +1020,10 @@ RMP_COMMANDS(program_from_commands) {
   all.push_back(
       {.name = "program.from_trajectory",
        .classic = "",
-       .summary = "Makes a program of a trajectory of a world, for one of its robots.",
-       .details = "Lines become MOVE LIN, arcs MOVE CIRCLE, motions of joints MOVE PTP, other "
-                  "curves MOVE PATH through points of theirs. Where a segment begins elsewhere, "
-                  "the robot goes there first. Speeds or times are those of the segments.",
+       .summary = "Makes a program from a trajectory of a world, for one of its robots.",
+       .details = "Lines become MOVE LIN, arcs MOVE CIRCLE, joint motions MOVE PTP, and other "
+                  "curves MOVE PATH through points on them. If a segment begins elsewhere, the "
+                  "robot moves there first. Speeds or times are those of the segments.",
        .example = example_run("local p = program.from_trajectory{world = cell, robot = \"arm\",\n"
                               "  trajectory = \"stroke\"}\n"
                               "assert(p:check().correct and p:source():find(\"MOVE LIN\"))"),
@@ -1032,7 +1031,7 @@ RMP_COMMANDS(program_from_commands) {
                   needed("robot", "any", "", "Robot of it, by name."),
                   needed("trajectory", "any", "", "Trajectory of it, by name."),
                   between(defaulted("points", "int", "", 20,
-                                    "Points of a curve that is neither line nor arc."),
+                                    "Number of points for a curve that is neither line nor arc."),
                           2, 100'000),
                   name},
        .returns = {"handle", "", "", {}},
@@ -1041,19 +1040,18 @@ RMP_COMMANDS(program_from_commands) {
   all.push_back(
       {.name = "program.from_recording",
        .classic = "",
-       .summary = "Makes a program of the joints' motion in a recording.",
-       .details =
-           "As few rows are kept as give the motion within the tolerance; each is a MOVE PTP "
-           "that takes the time between the rows and passes without a stop.",
+       .summary = "Makes a program from the joint motion in a recording.",
+       .details = "It keeps as few rows as reproduce the motion within the tolerance; each becomes "
+                  "a MOVE PTP that takes the time between the rows and passes without a stop.",
        .example = example_run("local run = cell:inverse_kinematics{robot = \"arm\", trajectory = "
                               "\"stroke\"}\n"
                               "local p = program.from_recording{recording = run}\n"
                               "assert(p:check().correct and p:source():find(\"C_PASS\"))"),
        .params = {needed("recording", "ref:recording", "", "The recording."),
-                  optional("robot", "string", "", "Of several robots in it."),
-                  above_zero(defaulted("tolerance", "real", "", 1e-3,
-                                       "How far joints may be off between the rows kept [rad or "
-                                       "m].")),
+                  optional("robot", "string", "", "The robot, if the recording has several."),
+                  above_zero(
+                      defaulted("tolerance", "real", "", 1e-3,
+                                "Greatest error of the joints between the kept rows [rad or m].")),
                   name},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,

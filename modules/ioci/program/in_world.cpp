@@ -278,10 +278,9 @@ std::string with_cell(const char* rest) {
 }  // namespace
 
 ParamSpec values_field() {
-  return optional(
-      "values", "map", "",
-      "Values of variables of the program, behind its declarations and before its first "
-      "statement: numbers, true and false, or expressions of the language.");
+  return optional("values", "map", "",
+                  "Values of variables of the program, assigned after its declarations and before "
+                  "its first statement: numbers, true and false, or expressions of the language.");
 }
 
 const Program* program_in(const document::Snapshot& snapshot, AnyId id) {
@@ -444,21 +443,20 @@ RMP_COMMANDS(program_in_world_commands) {
                    .effect = effect,
                    .run = run});
   };
-  const ParamSpec world = optional("world", "ref:world", "", "Which of its worlds is meant."),
+  const ParamSpec world =
+                      optional("world", "ref:world", "", "The world, if several have the program."),
                   there = optional("name_there", "string", "",
-                                   "Its name there, where it is in worlds several times.");
-  add("world.add_program", "Gives a world a program.",
-      "The world keeps what its names mean there (program.bind). A program may be in several "
+                                   "Its name there, if the world has it several times.");
+  add("world.add_program", "Adds a program to a world.",
+      "The world stores the bindings of its names (program.bind). A program may be in several "
       "worlds, and several times in one.",
       with_cell("assert(cell:programs()[1].name == \"there\")"),
       {self("world"), needed("program", "ref:program", "", "The program."),
-       optional("name", "string", "",
-                "Its name in the world; the name of the program when left out."),
+       optional("name", "string", "", "Its name in the world; by default that of the program."),
        optional("robot", "string", "",
-                "The robot of the world that its motions mean which name none; the only one when "
-                "left out.")},
+                "Robot of the world for motions that name none; by default the only robot.")},
       {"string", "", "Its name in the world.", {}}, Effect::edits, add_to_world);
-  add("world.remove_program", "Takes a program out of a world.", "The program itself stays.",
+  add("world.remove_program", "Removes a program from a world.", "The program itself stays.",
       with_cell("cell:remove_program(\"there\")\nassert(#cell:programs() == 0)"),
       {self("world"), needed("name", "string", "", "Its name in the world.")}, {}, Effect::edits,
       remove_program);
@@ -466,95 +464,97 @@ RMP_COMMANDS(program_in_world_commands) {
       with_cell("assert(cell:programs()[1].program == \"there\")"), {self("world")},
       {"list",
        "",
-       "A table each.",
-       {field("name", "string", "", "In the world."),
+       "One table each.",
+       {field("name", "string", "", "Name in the world."),
         field("program", "string", "", "The program."),
-        field("robot", "string", "", "Whom its motions mean which name none."),
-        field("bindings", "int", "", "How many it has there.")}},
+        field("robot", "string", "", "Robot for motions that name none."),
+        field("bindings", "int", "", "Number of its bindings there.")}},
       Effect::reads, list_programs);
   add("program.bind",
       "Binds a name of a program to a robot, signal, task, place or value of its world.",
-      "Without a binding names mean what has the same name in the world, in any letter case; an "
-      "output BOOL gripper that the world has no signal for grips, and so does the first "
-      "additional joint (0 is open, 1 is shut). A name has one binding; the new one takes its "
-      "place. robot: a ROBOT of the cell by name or number, or the program's own. Targets are then "
-      "in `frame` (its base when left out) and for `tool`. signal: a signal of the world. grip: an "
-      "output, or an additional joint by its number, whose change to TRUE takes the object whose "
-      "box is nearest to the tool and no farther than `reach`, and to FALSE lets it go. joint: an "
-      "additional joint by its number, as a joint of a robot or mechanism. task: an output BOOL, "
-      "whose change to TRUE starts a task of the world, which then begins in no other way; an "
-      "input BOOL is TRUE from the task's end until it is started again. free: nothing in the "
-      "world; an input then has `value`. "
-      "point: a variable POSE, ROBTARGET (its pose), POSITION or ORIENTATION begins where an "
-      "object or frame of the world has it: at its frame, or `at` a centre point, part, node or "
-      "feature of it, moved by `position` and turned by `rpy` there. A feature's z axis is its "
-      "outward normal or axis. value: a REAL or INT begins with an expression, in mm, degrees, kg "
-      "and s. Both know the parameters of the object, or of the world for its frames, and "
-      "parameters of worlds as `cell.height`; what is bound stands in the program wherever it is "
-      "run, checked or posted, and follows every change.",
+      "A name without a binding refers to the member of the world with the same name, in any "
+      "letter case; an output BOOL gripper without such a signal grips, and so does the first "
+      "additional joint (0 is open, 1 is shut). A name has one binding; a new one replaces it. "
+      "robot: a ROBOT of the cell by name or number, or the program's robot. Targets are then in "
+      "`frame` (by default its base) and for `tool`. signal: a signal of the world. grip: an "
+      "output, or an additional joint by its number; its change to TRUE takes the object with the "
+      "bounding box nearest to the tool and no farther than `reach`, its change to FALSE releases "
+      "it. joint: an additional joint by its number, as a joint of a robot or mechanism. task: an "
+      "output BOOL that starts a task of the world when it changes to TRUE, which is then the only "
+      "start of that task; or an input BOOL that is TRUE from the task's end until it is started "
+      "again. "
+      "free: nothing in the world; an input then has `value`. point: a variable POSE, ROBTARGET "
+      "(its pose), POSITION or ORIENTATION starts with the pose of an object or frame of the "
+      "world: its frame, or a centre point, part, node or feature of it named by `at`, moved by "
+      "`position` and turned by `rpy` there. The z axis of a feature is its outward normal or "
+      "axis. value: a REAL or INT starts with the value of an expression, in mm, degrees, kg and "
+      "s. Both kinds know the parameters of the object, or of the world for its frames, and "
+      "parameters of worlds as `cell.height`. Bound values are used wherever the program is run, "
+      "checked or posted, and follow every change.",
       with_cell("assert(there:bindings()[1].to == \"ready\")"),
-      {self("program"), world, there,
-       choice("kind", binding_words(), "What the name is bound to.", true),
-       optional("name", "string", "", "In the program; left out, its own robot."),
-       optional(
-           "to", "string", "",
-           "In the world: robot, signal, task, the object that a grip takes, the object or frame "
-           "that a point is on, or the object whose parameters a value has; the world's own "
-           "when left out."),
-       optional("frame", "string", "", "Frame or object of the world that targets are in."),
+      {self("program"), world, there, choice("kind", binding_words(), "Kind of the binding.", true),
+       optional("name", "string", "", "Name in the program; if omitted, the program's robot."),
+       optional("to", "string", "",
+                "Name in the world: robot, signal, task, the object that a grip takes, the object "
+                "or frame that a point is on, or the object that has the parameters of a value; if "
+                "omitted, the world's parameters."),
+       optional("frame", "string", "", "Frame or object of the world in which targets are given."),
        optional("tool", "string", "", "Tool, link, or held object with its tool centre point."),
-       optional("joint", "string", "", "Of the robot: name or number."),
+       optional("joint", "string", "", "Name or number of the robot's joint."),
        optional("robot", "string", "",
-                "Whose tool a grip is, or whose target a point; the program's own when left out."),
-       above_zero(optional("reach", "real", "m", "Of a grip; 5 mm when left out.")),
-       optional("value", "real", "", "Of a free input."),
+                "Robot with the tool of a grip or the target of a point; by default the program's "
+                "robot."),
+       above_zero(optional("reach", "real", "m", "Reach of a grip; 5 mm if omitted.")),
+       optional("value", "real", "", "Value of a free input."),
        optional("at", "string", "",
                 "Of a point: a centre point or part of the object, a node of the solid, or a "
-                "feature by number or words (object.place); its frame when left out."),
+                "feature by number or description (object.place); its frame if omitted."),
        optional("position", "any", "m",
-                "Of a point: from there, three numbers or expressions in its axes."),
+                "Of a point: offset from there, three numbers or expressions along its axes."),
        optional("rpy", "any", "rad",
                 "Of a point: roll, pitch, yaw there, three numbers or expressions."),
-       optional("expression", "string", "", "Of a value, over parameters: \"bore/2 + 3 mm\".")},
+       optional("expression", "string", "",
+                "Expression of a value over parameters: \"bore/2 + 3 mm\".")},
       {}, Effect::edits, bind);
-  add("program.unbind", "Takes a binding of a program away.",
-      "The name then means what has the same name in the world.",
+  add("program.unbind", "Removes a binding of a program.",
+      "The name then refers to the member of the world with the same name.",
       with_cell("there:unbind(\"done\")\nassert(#there:bindings() == 0)"),
-      {self("program"), needed("name", "string", "", "In the program."), world, there}, {},
+      {self("program"), needed("name", "string", "", "Name in the program."), world, there}, {},
       Effect::edits, unbind);
-  add("program.bindings", "Lists what names of a program mean in its worlds.", "",
+  add("program.bindings", "Lists the bindings of a program's names in its worlds.", "",
       with_cell("assert(there:bindings()[1].kind == \"signal\")"), {self("program"), world, there},
       {"list",
        "",
-       "A table each.",
+       "One table each.",
        {field("name_there", "string", "", "The program's name in the world."),
         field("world", "handle", "", "The world."),
-        field("kind", "string", "", "What the name is bound to."),
-        field("name", "string", "", "In the program."), field("to", "string", "", "In the world."),
-        field("frame", "string", "", "What targets are in."),
-        field("tool", "string", "", "What targets are for, or what takes."),
-        field("joint", "string", "", "Of the robot."),
-        field("robot", "string", "", "Whose tool a grip is, or whose target a point."),
-        field("reach", "real", "m", "Of a grip; 0 is 5 mm."),
-        field("value", "real", "", "Of a free input."),
-        field("at", "string", "", "Where on the object a point is."),
-        field("position", "list", "", "Expressions of a point, [m]; empty is 0."),
-        field("rpy", "list", "", "Expressions of a point, [rad]; empty is 0."),
-        field("expression", "string", "", "Of a value.")}},
+        field("kind", "string", "", "Kind of the binding."),
+        field("name", "string", "", "Name in the program."),
+        field("to", "string", "", "Name in the world."),
+        field("frame", "string", "", "Frame in which targets are given."),
+        field("tool", "string", "", "Tool for targets, or tool that grips."),
+        field("joint", "string", "", "Joint of the robot."),
+        field("robot", "string", "", "Robot with the tool of a grip or the target of a point."),
+        field("reach", "real", "m", "Reach of a grip; 0 means 5 mm."),
+        field("value", "real", "", "Value of a free input."),
+        field("at", "string", "", "Place of a point on the object."),
+        field("position", "list", "", "Offset expressions of a point [m]; empty means 0."),
+        field("rpy", "list", "", "Angle expressions of a point [rad]; empty means 0."),
+        field("expression", "string", "", "Expression of a value.")}},
       Effect::reads, bindings);
-  add("program.set_profile", "Names the profile of the controller that a program is meant for.", "",
+  add("program.set_profile", "Sets the controller profile that a program is written for.", "",
       with_cell("there:set_profile(\"kr_c4\")\nassert(there:profile() == \"kr_c4\")"),
-      {self("program"), needed("profile", "string", "", "Its name; empty is none.")}, {},
-      Effect::edits, set_profile);
-  add("program.profile", "Gives the profile of the controller that a program is meant for.", "",
+      {self("program"), needed("profile", "string", "", "Name of the profile; empty means none.")},
+      {}, Effect::edits, set_profile);
+  add("program.profile", "Returns the controller profile that a program is written for.", "",
       with_cell("assert(there:profile() == \"\")"), {self("program")},
-      {"string", "", "Its name; empty is none.", {}}, Effect::reads, profile);
+      {"string", "", "Name of the profile; empty means none.", {}}, Effect::reads, profile);
   all.push_back(
       {.name = "program.run",
        .classic = "",
        .summary = "Runs a program alone in its world, and records it.",
-       .details = "A program that no world has is placed in a new one with the robot that is given "
-                  "and nothing else. Recording and errors are those of world.run_task.",
+       .details = "A program that is in no world is placed in a new one that contains only the "
+                  "given robot. Recording and errors are those of world.run_task.",
        .example = with_arm("local rest = program.create{name = \"rest\", source = [[\n"
                            "PROGRAM rest;\n"
                            "BEGIN\n"
@@ -564,15 +564,15 @@ RMP_COMMANDS(program_in_world_commands) {
                            "]]}\nlocal r = rest:run{robot = arm}\n"
                            "assert(r:notes()[1] == \"t = 0.5 s: rest: done\")"),
        .params = {self("program"), world, there,
-                  optional("robot", "ref:robot", "", "For a program that no world has."),
-                  choice("unbound", {"error", "free"},
-                         "Signals without a binding are an error, or the program's own."),
+                  optional("robot", "ref:robot", "", "For a program that is in no world."),
+                  choice(
+                      "unbound", {"error", "free"},
+                      "Whether signals without a binding are an error or belong to the program."),
                   values_field(), lines_field(), files_field(),
                   above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
                   above_zero(defaulted("most_time", "real", "s", 3600.0,
-                                       "A run that takes longer is an error.")),
-                  above_zero(
-                      optional("duration", "real", "s", "What is not over by then ends there.")),
+                                       "Limit: a run that takes longer is an error.")),
+                  above_zero(optional("duration", "real", "s", "The run ends at this time.")),
                   task_physics_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates | Effect::edits,

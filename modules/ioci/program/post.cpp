@@ -767,86 +767,84 @@ RMP_COMMANDS(post_commands) {
       {.name = "program.post",
        .classic = "",
        .summary = "Writes a program in the language of a controller.",
-       .details =
-           "What the target cannot say is rewritten where there is a way (CASE to IF, FOR to "
-           "WHILE, REPEAT to jumps), and else an error at its line, with the way round: nothing is "
-           "left out. With a robot, targets get joints, configuration and turns by its inverse "
-           "kinematics, each beginning at the one before in the text.\n"
-           "In a world the program has the robot, frame and tool of its run: targets are written "
-           "in the frame that it is bound to and for the tool that the robot has there, by the "
-           "controller's own means; where those are missing the post is refused.\n"
-           "A profile is a record of kind controller (record.create, or the library's): its axes, "
-           "signals, tools, limits.",
+       .details = "Constructs that the target cannot express are rewritten if possible (CASE to "
+                  "IF, FOR to WHILE, REPEAT to jumps); otherwise they are an error at the line, "
+                  "with a workaround: nothing is omitted. With a robot, targets get joints, "
+                  "configuration and turns from its inverse kinematics, each starting at the one "
+                  "before in the text.\nIn a world the program has the robot, frame and tool of "
+                  "its run: targets are written in the frame it is bound to and for the tool that "
+                  "the robot has there, by the controller's own means; if these are missing, the "
+                  "post is refused.\nA profile is a record of kind controller (record.create, or "
+                  "from the library) with its axes, signals, tools and limits.",
        .example = with_moves("local out = lift:post{target = \"krl\"}\n"
                              "assert(out.files[1].text:find(\"LIN XPLACE\"))"),
        .params =
            {self("program"),
             optional("target", "string", "",
-                     "Provider of robomosp.post/1, such as krl; the profile's when left "
-                     "out. program.targets lists them."),
-            optional("profile", "ref:controller", "", "The controller."),
+                     "Provider of robomosp.post/1, such as krl; the profile's if omitted. "
+                     "program.targets lists them."),
+            optional("profile", "ref:controller", "", "The controller profile."),
             optional("robot", "ref:robot", "", "The robot that moves."),
             optional("only_robot", "string", "",
-                     "A ROBOT of a program of several: the part for its controller is "
+                     "A ROBOT of a program for several robots: the part for its controller is "
                      "posted (program.part_of_robot)."),
             optional("folder", "path", "",
-                     "An existing folder for the files; their texts are returned when left "
-                     "out."),
+                     "An existing folder for the files; if omitted, their texts are returned."),
             choice("form", {"automatic", "structured", "flat"},
-                   "The program as it was written, or what it does in a run without inputs; "
-                   "automatic takes the second if the target cannot express the first."),
+                   "structured: the program as written; flat: its actions in a run without inputs; "
+                   "automatic: flat if the target cannot express the program as written."),
             optional("inputs", "map", "",
-                     "Values of inputs by name, of a program that is flattened: those that "
-                     "its flow depends on."),
+                     "Values of inputs by name for a program that is flattened: those that its "
+                     "flow depends on."),
             between(optional("most_steps", "int", "",
-                             "Instructions after which flattening gives up; 2e9 when left "
-                             "out."),
+                             "Limit of instructions for flattening; 2e9 if omitted."),
                     1, 1e15),
             optional("name", "string", "",
-                     "Name of the program there; the profile's or its own when left out."),
-            defaulted("check", "bool", "", false, "Only lists what is wrong; writes nothing."),
+                     "Name of the program on the controller; by default that of the profile or the "
+                     "program."),
+            defaulted("check", "bool", "", false,
+                      "Only lists errors and warnings; writes nothing."),
             defaulted("run_check", "bool", "", false,
-                      "Checks it by a run as well (program.check_run), in its world or alone "
-                      "with the robot, and refuses where that has errors. Then the posted files "
-                      "are read back where a reader takes them, run in the same place, and "
-                      "compared: places of the tool in the world, joints, time, signals; other "
-                      "places or signals are errors. Those in C are compiled by the user's "
+                      "Checks the program by a run as well (program.check_run), in its world or "
+                      "alone with the robot, and refuses the post if the run has errors. Then the "
+                      "posted files are read back if a reader supports them, run in the same "
+                      "place, and compared: tool poses in the world, joints, time, signals; "
+                      "different poses or signals are errors. C files are compiled by the user's "
                       "compiler (ROBOMOSP_CC, else cc) and run in a separate process."),
-            optional("world", "ref:world", "", "Which of its worlds it is posted and checked for."),
+            optional("world", "ref:world", "",
+                     "World that it is posted and checked for, if it is in several."),
             optional("name_there", "string", "",
-                     "Its name there, where it is in worlds several times."),
+                     "Its name there, if the world has it several times."),
             optional("contacts", "bool", "",
-                     "With run_check: false does not look for contacts, which takes most of its "
-                     "time."),
+                     "With run_check: false skips contacts, which take most of its time."),
             optional("picture", "path", "", "With run_check: a picture of the tool's path, *.png."),
             optional("plot", "path", "",
                      "With run_check: a plot over time, *.svg, *.png or *.pdf."),
-            defaulted("overwrite", "bool", "", false, "Whether files are replaced."),
+            defaulted("overwrite", "bool", "", false, "Whether existing files are replaced."),
             watch_file_field(),
             defaulted("source_map", "bool", "", false,
-                      "Whether the lines that lines come from are returned."),
+                      "Whether the source line of each posted line is returned."),
             optional("params", "map", "", "Parameters of the target.")},
        .returns = {"map",
                    "",
                    "",
                    {field("target", "string", "", "The provider."),
-                    field("form", "string", "", "The form that was posted."),
+                    field("form", "string", "", "The posted form."),
                     field("correct", "bool", "", "Whether there are no errors."),
-                    field("files", "list", "", "A table each: name, text or path."),
+                    field("files", "list", "", "One table each: name, text or path."),
                     field("faults", "list", "",
-                          "A table each: severity, file, line, column, message, hint; of "
+                          "One table each: severity, file, line, column, message, hint; of "
                           "run_check also kind."),
-                    field("run", "map", "", "With run_check: what program.check_run gives."),
+                    field("run", "map", "", "With run_check: the result of program.check_run."),
                     field("read_back", "map", "",
-                          "With run_check, where neither has errors: the posted files run beside "
-                          "the program. compared, or why_not; reader; motions and read_motions; "
-                          "ends that were compared; most_distance [m] and most_angle [rad] of the "
-                          "tool in the world, most_joint [degrees or mm]; time and read_time [s], "
-                          "where the target has_times; "
-                          "changes and read_changes of signals; not_said, what the reader left "
-                          "out; text."),
+                          "With run_check, if neither run has errors: comparison of the posted "
+                          "files with the program. compared, or why_not; reader; motions and "
+                          "read_motions; ends, the number compared; most_distance [m] and "
+                          "most_angle [rad] of the tool in the world, most_joint [degrees or mm]; "
+                          "time and read_time [s], if the target has_times; changes and "
+                          "read_changes of signals; not_said, what the reader left out; text."),
                     field("source_map", "list", "",
-                          "A table a line: file, line, source, source_line.")}},
+                          "One table per line: file, line, source, source_line.")}},
        .effect = Effect::reads,
        .sometimes =
            Effects(Effect::files_write) | Effect::simulates | Effect::edits | Effect::processes,
@@ -854,16 +852,15 @@ RMP_COMMANDS(post_commands) {
   all.push_back(
       {.name = "program.part_of_robot",
        .classic = "",
-       .summary = "Makes the part of a program of several robots that is for the controller of "
-                  "one.",
+       .summary =
+           "Makes the part of a program for several robots that runs on the controller of one.",
        .details =
-           "The program and its processes run on the controller of the robot that each moves; one "
-           "that moves nothing where it shares most. Semaphores, BOOL and INT that two controllers "
-           "share become lines between them, which the profile names among its signals: "
-           "NAME_released and NAME_acquired of a semaphore, the name of a variable, and "
-           "NAME_starts "
-           "of both robots. Whatever else they share is an error at its line. program.post with "
-           "only_robot posts the same.",
+           "The program and its processes run on the controller of the robot that each moves; a "
+           "process that moves nothing runs where it shares the most. Semaphores, BOOL and INT "
+           "that two controllers share become lines between them, which the profile lists among "
+           "its signals: NAME_released and NAME_acquired of a semaphore, the name of a variable, "
+           "and NAME_starts of both robots. Anything else they share is an error at its line. "
+           "program.post with only_robot posts the same.",
        .example =
            "local both = program.create{name = \"both\", source = [[\n"
            "PROGRAM both;\n"
@@ -887,26 +884,25 @@ RMP_COMMANDS(post_commands) {
        .params = {self("program"), needed("robot", "string", "", "A ROBOT of the program."),
                   needed("name", "string", "", "Name of the part, unique among programs."),
                   optional("profile", "ref:controller", "",
-                           "The controller, whose signals may be lines to another one.")},
+                           "The controller; its signals may be lines to another one.")},
        .returns = {"map",
                    "",
                    "",
                    {field("program", "handle", "", "The part."),
-                    field("faults", "list", "",
-                          "What is to be known of it; a table each: severity, file, line, column, "
-                          "message, hint.")}},
+                    field(
+                        "faults", "list", "",
+                        "Remarks, one table each: severity, file, line, column, message, hint.")}},
        .effect = Effect::edits,
        .run = part_of_robot});
   all.push_back(
       {.name = "program.add_target",
        .classic = "",
-       .summary = "Adds a target that is made of templates, without a compiler.",
-       .details =
-           "A text file with a template for each construct; "
-           "docs/plugin_author/post_templates.md tells the form. What is missing for the "
-           "features that it claims is said at once, a sentence each with its place. Read again it "
-           "replaces itself. It is there until the program ends; a pack in a folder of plugins is "
-           "there whenever the program starts.",
+       .summary = "Adds a post target that is made of templates, without a compiler.",
+       .details = "A text file with one template per construct; "
+                  "docs/plugin_author/post_templates.md describes the form. Templates that are "
+                  "missing for the features it claims are reported at once, one sentence each with "
+                  "its place. A pack that is read again replaces itself. It stays until the "
+                  "program ends; a pack in a folder of plugins is loaded at every start.",
        .example = "io.open(\"acme.post\", \"w\"):write([[\n"
                   "robomosp target 1\n"
                   "name: acme\n"
@@ -928,24 +924,23 @@ RMP_COMMANDS(post_commands) {
                   "]]):close()\n"
                   "assert(program.add_target(\"acme.post\") == \"acme\")",
        .params = {needed("file", "path", "", "The pack: a file, or a folder with pack.post.")},
-       .returns = {"string", "", "Its name, to be given as target.", {}},
+       .returns = {"string", "", "Its name, to be used as a target.", {}},
        .effect = Effect::files_read | Effect::providers,
        .run = add_target});
-  all.push_back(
-      {.name = "program.targets",
-       .classic = "",
-       .summary = "Lists the languages of controllers that programs can be posted to.",
-       .details = "",
-       .example = "assert(#program.targets() >= 1)",
-       .params = {},
-       .returns = {"list",
-                   "",
-                   "A table each: name, title, extensions, structured, flat, speed, "
-                   "blending, external_axes, longest_name, lacks, several_robots, by (plugin "
-                   "or templates), origin (its file).",
-                   {}},
-       .effect = Effect::reads,
-       .run = targets});
+  all.push_back({.name = "program.targets",
+                 .classic = "",
+                 .summary = "Lists the controller languages that programs can be posted to.",
+                 .details = "",
+                 .example = "assert(#program.targets() >= 1)",
+                 .params = {},
+                 .returns = {"list",
+                             "",
+                             "One table each: name, title, extensions, structured, flat, speed, "
+                             "blending, external_axes, longest_name, lacks, several_robots, by "
+                             "(plugin or templates), origin (its file).",
+                             {}},
+                 .effect = Effect::reads,
+                 .run = targets});
   return all;
 }
 

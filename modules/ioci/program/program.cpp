@@ -586,20 +586,21 @@ RMP_COMMANDS(program_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec language =
       optional("language", "string", "",
-               "Provider of the language (robomosp.language/1); the default one when left out.");
+               "Provider of the language (robomosp.language/1); the default one if omitted.");
   all.push_back(
       {.name = "program.create",
        .classic = "",
-       .summary = "Makes a program of a robot from its source.",
-       .details = "The source is kept as it is, right or wrong; program.check tells what is wrong. "
-                  "A program needs no cell: without SYSTEM_SPECIFICATION it is one for a robot of "
-                  "six axes with a gripper. Files that it names are added by program.set_file.",
+       .summary = "Makes a robot program from its source.",
+       .details = "The source is stored unchanged even if it has errors; program.check lists them. "
+                  "A program needs no cell: without SYSTEM_SPECIFICATION it is for a robot of six "
+                  "axes with a gripper. program.set_file adds the files that it names.",
        .example = with_program("assert(lift:check().correct)"),
        .params = {needed("name", "string", "", "Name, unique among programs."),
                   needed("source", "string", "", "The text of the program."),
-                  optional("file_name", "string", "",
-                           "Name of its file, which faults name; made of the name when left out."),
-                  language, optional("description", "string", "", "What it is for.")},
+                  optional(
+                      "file_name", "string", "",
+                      "Name of its file, as used in faults; derived from the name if omitted."),
+                  language, optional("description", "string", "", "Purpose of the program.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
        .run = create});
@@ -608,39 +609,38 @@ RMP_COMMANDS(program_commands) {
        .classic = "",
        .summary = "Makes a program from a file of IRL or of a controller's language.",
        .details =
-           "The files that it names (system specification .ssi, lists of data .dls, modules) "
-           "are taken from the same folder; one that is not there is reported. Where it names no "
-           "list of "
-           "data, datalist.dls of that folder is taken. Text that is "
-           "no UTF-8 is read as ISO 8859-1. A controller's program (.src, .mod, .script, .ls, "
-           ".jbi, "
-           "..., or .xml of CRCL and .yaml of ROS) "
-           "becomes IRL, with its own files behind it; what IRL does not say of it is reported, "
-           "and program.read_foreign gives the same as a table.",
+           "The files that it names (system specification .ssi, lists of data .dls, modules) are "
+           "taken from the same folder; a missing one is reported. If it names no list of data, "
+           "datalist.dls of that folder is used. Text that is not UTF-8 is read as ISO 8859-1. A "
+           "controller's program (.src, .mod, .script, .ls, .jbi, ..., or .xml of CRCL and .yaml "
+           "of ROS) is translated to IRL and its original files are kept; messages report what IRL "
+           "cannot express, and program.read_foreign returns the same as a table.",
        .example =
            with_program("lift:export{folder = \".\", overwrite = true}\n"
                         "local again = program.import{file = \"lift.irl\", name = \"again\"}\n"
                         "assert(again:source() == lift:source())"),
        .params = {needed("file", "path", "", "The file."),
-                  optional("name", "string", "", "Name of the program; the file's when left out."),
-                  optional("language", "string", "",
-                           "Provider of the language (robomosp.language/1), or of a controller's "
-                           "reader (robomosp.program_reader/1); by the extension when left out."),
+                  optional("name", "string", "", "Name of the program; the file's if omitted."),
+                  optional(
+                      "language", "string", "",
+                      "Provider of the language (robomosp.language/1), or of a controller's reader "
+                      "(robomosp.program_reader/1); selected by the extension if omitted."),
                   optional("settings", "map", "", "Values of the reader's parameters."),
                   optional("profile", "ref:controller", "",
-                           "The controller, whose pulses and options are the reader's.")},
+                           "The controller: its pulses and options are used by the reader.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits | Effect::files_read,
        .run = import});
   all.push_back(
       {.name = "program.export",
        .classic = "",
-       .summary = "Writes the files of a program's source to a folder.",
+       .summary = "Writes the source files of a program to a folder.",
        .details = "The bytes are those that were imported, with text in UTF-8.",
        .example = with_program("local written = lift:export{folder = \".\", overwrite = true}\n"
                                "assert(#written == 1)"),
        .params = {self("program"), defaulted("folder", "path", "", ".", "An existing folder."),
-                  defaulted("overwrite", "bool", "", false, "Whether files are replaced.")},
+                  defaulted("overwrite", "bool", "", false,
+                            "Whether existing files are replaced.")},
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write,
        .run = export_files});
@@ -648,7 +648,7 @@ RMP_COMMANDS(program_commands) {
       {.name = "program.set_file",
        .classic = "",
        .summary = "Sets the text of a file of a program; a missing file is added.",
-       .details = "The first file is the program; the others are what it may name: system "
+       .details = "The first file is the program; the others are files it may name: system "
                   "specifications (.ssi), modules (.irl), lists of data (.dls).",
        .example = with_program("lift:set_file{name = \"datalist.dls\", text = \"rounds := 5;\"}\n"
                                "assert(#lift:files() == 2)"),
@@ -661,7 +661,7 @@ RMP_COMMANDS(program_commands) {
   all.push_back({.name = "program.remove_file",
                  .classic = "",
                  .summary = "Removes a file from a program.",
-                 .details = "The first one is the program and stays.",
+                 .details = "The first file is the program and cannot be removed.",
                  .example = with_program("lift:set_file{name = \"spare.irl\", text = \"\"}\n"
                                          "lift:remove_file(\"spare.irl\")\n"
                                          "assert(#lift:files() == 1)"),
@@ -675,7 +675,7 @@ RMP_COMMANDS(program_commands) {
                  .details = "",
                  .example = with_program("assert(lift:files()[1].name == \"lift.irl\")"),
                  .params = {self("program")},
-                 .returns = {"list", "", "A table a file: name, lines.", {}},
+                 .returns = {"list", "", "One table per file: name, lines.", {}},
                  .effect = Effect::reads,
                  .run = files});
   all.push_back(
@@ -685,7 +685,7 @@ RMP_COMMANDS(program_commands) {
        .details = "",
        .example = with_program("assert(lift:source():find(\"PROGRAM lift\"))"),
        .params = {self("program"), optional("name", "string", "",
-                                            "Name of the file; the program itself when left out.")},
+                                            "Name of the file; the program itself if omitted.")},
        .returns = {"string", "", "The text.", {}},
        .effect = Effect::reads,
        .run = source});
@@ -693,8 +693,8 @@ RMP_COMMANDS(program_commands) {
       {.name = "program.check",
        .classic = "",
        .summary = "Checks a program and lists every fault with its place and a hint.",
-       .details = "Names, types, places that may be written to, values that are known before it "
-                  "runs, targets and attributes of motions. Up to 100 errors are reported.",
+       .details = "Checked are names, types, assignable places, constant values, and targets and "
+                  "attributes of motions. Up to 100 errors are reported.",
        .example =
            with_program("local wrong = lift:source():gsub(\"rounds := 3\", \"rounds := 3.5\")\n"
                         "lift:set_file{name = \"lift.irl\", text = wrong}\n"
@@ -704,23 +704,22 @@ RMP_COMMANDS(program_commands) {
                    "",
                    "",
                    {field("correct", "bool", "", "Whether it has no errors."),
-                    field("errors", "int", "", "How many."),
-                    field("warnings", "int", "", "How many."),
+                    field("errors", "int", "", "Number of errors."),
+                    field("warnings", "int", "", "Number of warnings."),
                     field("faults", "list", "",
-                          "A table each: severity, file, line, column, length, message, hint.")}},
+                          "One table each: severity, file, line, column, length, message, hint.")}},
        .effect = Effect::reads,
        .run = check_source});
   all.push_back(
       {.name = "program.tree",
        .classic = "",
-       .summary =
-           "Gives a program as its compiler understands it: symbols with their types, routines "
-           "with their statements.",
+       .summary = "Returns a program as its compiler understands it: symbols with their types, "
+                  "routines with their statements.",
        .details =
-           "Statements are tables with `statement` (its kind), `line`, and what it has: `a`, "
-           "`b` and `c` are its expressions as the source has them, `type` that of `a`, "
-           "`statements` what is within; motions have `interpolation`, `incremental`, "
-           "`targets`, `attributes` and `until`. A program with errors has no tree.",
+           "Statements are tables with `statement` (its kind), `line`, and its parts: `a`, `b` and "
+           "`c` are its expressions as in the source, `type` is that of `a`, `statements` contains "
+           "nested statements; motions have `interpolation`, `incremental`, `targets`, "
+           "`attributes` and `until`. A program with errors has no tree.",
        .example = with_program("local go = lift:tree().routines[2]\n"
                                "assert(go.name == \"go\" and go.statements[1].interpolation == "
                                "\"LIN\")"),
@@ -728,22 +727,22 @@ RMP_COMMANDS(program_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("name", "string", "", "Of the program."),
+                   {field("name", "string", "", "Name of the program."),
                     field("symbols", "list", "",
-                          "A table each: name, kind, type, scope, line, value."),
+                          "One table each: name, kind, type, scope, line, value."),
                     field("routines", "list", "",
-                          "A table each: name, kind, parameters, result, recursive, line, "
+                          "One table each: name, kind, parameters, result, recursive, line, "
                           "statements. The first is the program.")}},
        .effect = Effect::reads,
        .run = tree});
   all.push_back({.name = "program.code",
                  .classic = "",
-                 .summary = "Gives a program as three-address code, or writes it to a file.",
+                 .summary = "Returns a program as three-address code, or writes it to a file.",
                  .details = "Four fields a line; docs/plugin_author/language.md describes the "
                             "form. program.read_code reads such a file.",
                  .example = with_program("assert(lift:code():find(\"MOVE LIN\"))"),
                  .params = {self("program"), optional("file", "path", "", "The file to write.")},
-                 .returns = {"string", "", "The code, or the file written.", {}},
+                 .returns = {"string", "", "The code, or the path of the written file.", {}},
                  .effect = Effect::reads,
                  .sometimes = Effect::files_write,
                  .run = code});
@@ -751,18 +750,17 @@ RMP_COMMANDS(program_commands) {
       {.name = "program.read_code",
        .classic = "",
        .summary = "Reads a file of three-address code and lists its contents.",
-       .details =
-           "Every number in it leads to something that is there: variables, types, labels and "
-           "routines. Faults name the line.",
+       .details = "Every number in it must refer to an existing variable, type, label or routine. "
+                  "Faults name the line.",
        .example = with_program("lift:code{file = \"lift.code\"}\n"
                                "assert(#program.read_code{file = \"lift.code\"}.routines == 2)"),
        .params = {needed("file", "path", "", "The file.")},
        .returns = {"map",
                    "",
                    "",
-                   {field("name", "string", "", "Of the program."),
-                    field("instructions", "int", "", "How many."),
-                    field("routines", "list", "", "A table each: name, instructions.")}},
+                   {field("name", "string", "", "Name of the program."),
+                    field("instructions", "int", "", "Number of instructions."),
+                    field("routines", "list", "", "One table each: name, instructions.")}},
        .effect = Effect::files_read,
        .run = read_code});
   return all;

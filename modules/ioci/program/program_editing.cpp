@@ -275,12 +275,11 @@ std::vector<ParamSpec> with_place(std::vector<ParamSpec> more = {}) {
       self("program"), between(needed("line", "int", "", "Line, 1 is the first."), 1, kMost),
       between(needed("column", "int", "", "Byte of the line, 1 is the first."), 1, kMost)};
   for (ParamSpec& p : more) out.push_back(std::move(p));
-  out.push_back(
-      optional("name", "string", "", "Name of the file; the program itself when left out."));
+  out.push_back(optional("name", "string", "", "Name of the file; the program itself if omitted."));
   return out;
 }
 std::vector<ParamSpec> piece(std::vector<ParamSpec> before) {
-  before.push_back(field("line", "int", "", "Of its first byte."));
+  before.push_back(field("line", "int", "", "Column of its first byte."));
   before.push_back(field("column", "int", "", "Byte of the line, 1 is the first."));
   before.push_back(field("length", "int", "", "Bytes."));
   return before;
@@ -291,65 +290,66 @@ std::vector<ParamSpec> piece(std::vector<ParamSpec> before) {
 RMP_COMMANDS(program_editing_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec file =
-      optional("name", "string", "", "Name of the file; the program itself when left out.");
+      optional("name", "string", "", "Name of the file; the program itself if omitted.");
   all.push_back(
       {.name = "program.tokens",
        .classic = "",
-       .summary = "Gives the words of a program with what each is, for colours.",
+       .summary = "Returns the tokens of a program with their kinds, for syntax colouring.",
        .details = "Kinds are keyword, number, string, comment, sign, constant, variable, "
                   "parameter, signal, robot, type, field, procedure, function, process, label, "
-                  "attribute, program; name is one of nothing that is known, and unknown is none "
-                  "of the language. Works on programs with errors.",
+                  "attribute, program; name is an identifier that is not declared, and unknown is "
+                  "no token of the language. Works on programs with errors.",
        .example = with_edited_program("assert(lift:tokens()[2].kind == \"program\")"),
        .params = {self("program"), file},
-       .returns = {"list", "", "A table each, in order.",
-                   piece({field("kind", "string", "", "What it is."),
-                          field("declaration", "bool", "", "Whether it is declared here."),
-                          field("predefined", "bool", "", "Whether it is of the language.")})},
+       .returns = {"list", "", "One table each, in order.",
+                   piece({field("kind", "string", "", "Its kind."),
+                          field("declaration", "bool", "", "Whether this is its declaration."),
+                          field("predefined", "bool", "", "Whether it belongs to the language.")})},
        .effect = Effect::reads,
        .run = tokens});
   all.push_back(
       {.name = "program.complete",
        .classic = "",
        .summary = "Lists the completions at a place of a program.",
-       .details = "The best first. A word that has been begun is completed: the bytes that "
-                  "`insert` replaces are those at `line`, `column`. The line itself need not be "
-                  "whole.",
+       .details = "The best first. A partly typed word is completed: the bytes that `insert` "
+                  "replaces are those at `line`, `column`. The line need not be complete.",
        .example = with_edited_program("assert(lift:complete{line = 4, column = 20}[1].label == "
                                       "\"rounds\")"),
        .params = with_place(),
-       .returns = {"list", "", "A table each.",
+       .returns = {"list", "", "One table each.",
                    piece({field("label", "string", "", "The name or word."),
-                          field("kind", "string", "", "As of program.tokens."),
+                          field("kind", "string", "", "Kind as in program.tokens."),
                           field("detail", "string", "", "Its declaration."),
-                          field("doc", "string", "", "The comment beside that, or what it does."),
-                          field("insert", "string", "", "What replaces the bytes.")})},
+                          field("doc", "string", "",
+                                "The comment beside its declaration, or its description."),
+                          field("insert", "string", "", "Text that replaces the bytes.")})},
        .effect = Effect::reads,
        .run = complete});
   all.push_back(
       {.name = "program.hover",
        .classic = "",
        .summary = "Describes the name or word at a place of a program.",
-       .details = "Nothing where no word is.",
+       .details = "Empty if there is no word.",
        .example = with_edited_program("assert(lift:hover{line = 4, column = 18}.detail == "
                                       "\"VAR INT: rounds := 3\")"),
        .params = with_place(),
        .returns = {"map", "", "",
-                   piece(
-                       {field("detail", "string", "", "Its declaration."),
-                        field("doc", "string", "", "The comment beside that, or what it does.")})},
+                   piece({field("detail", "string", "", "Its declaration."),
+                          field("doc", "string", "",
+                                "The comment beside its declaration, or its description.")})},
        .effect = Effect::reads,
        .run = hover});
   all.push_back(
       {.name = "program.definition",
        .classic = "",
        .summary = "Returns the place where the name at a place of a program is declared.",
-       .details = "Nothing for names of the language. The name of a file leads to it.",
+       .details =
+           "Empty for names of the language. For the name of a file it is the start of that file.",
        .example = with_edited_program("assert(lift:definition{line = 4, column = 18}[1].line "
                                       "== 2)"),
        .params = with_place(),
-       .returns = {"list", "", "A table each.",
-                   piece({field("file", "string", "", "Of the program.")})},
+       .returns = {"list", "", "One table each.",
+                   piece({field("file", "string", "", "A file of the program.")})},
        .effect = Effect::reads,
        .run = definition});
   all.push_back(
@@ -359,61 +359,61 @@ RMP_COMMANDS(program_editing_commands) {
        .details = "",
        .example = with_edited_program("assert(#lift:references{line = 4, column = 18} == 2)"),
        .params = with_place(),
-       .returns = {"list", "", "A table each.",
-                   piece({field("file", "string", "", "Of the program."),
-                          field("declaration", "bool", "", "Whether it is declared here.")})},
+       .returns = {"list", "", "One table each.",
+                   piece({field("file", "string", "", "A file of the program."),
+                          field("declaration", "bool", "", "Whether this is its declaration.")})},
        .effect = Effect::reads,
        .run = references});
   all.push_back(
       {.name = "program.rename_symbol",
        .classic = "",
-       .summary = "Gives what is named at a place of a program another name, in all of its files.",
-       .details = "Refused where the program would mean something else, have an error more, or "
-                  "where it has errors in lines with that name.",
+       .summary = "Renames the symbol at a place of a program in all of its files.",
+       .details = "Refused if the program would change its meaning or get another error, or if "
+                  "lines with that name have errors.",
        .example = with_edited_program("lift:rename_symbol{line = 2, column = 10, to = \"n\"}\n"
                                       "assert(lift:source():find(\"TO n\"))"),
        .params = with_place({needed("to", "string", "", "The new name.")}),
        .returns = {"map",
                    "",
                    "",
-                   {field("changed", "int", "", "How many places."),
-                    field("places", "list", "", "Where they were: file, line, column, length.")}},
+                   {field("changed", "int", "", "Number of places changed."),
+                    field("places", "list", "",
+                          "The changed places: file, line, column, length.")}},
        .effect = Effect::edits,
        .run = rename});
   all.push_back(
       {.name = "program.format",
        .classic = "",
-       .summary = "Gives a program's files the usual layout.",
-       .details = "Lines stay lines; blanks and empty lines change. Comments keep every byte, and "
-                  "the program is the same.",
+       .summary = "Formats a program's files in the usual layout.",
+       .details = "Lines stay lines; only blanks and empty lines change. Comments keep every byte, "
+                  "and the program keeps its meaning.",
        .example = with_edited_program("assert(lift:format{check = true}.changed)\nlift:format()\n"
                                       "assert(lift:source():find(\"\\n    WAIT\"))"),
-       .params = {self("program"),
-                  optional("name", "string", "", "Name of the file; all when left out."),
-                  between(defaulted("indent", "int", "", 2, "Blanks a level."), 0, 16),
-                  choice("keywords", {"keep", "upper", "lower"}, "Case of reserved words."),
-                  defaulted("check", "bool", "", false,
-                            "Only reports whether the layout would change.")},
+       .params =
+           {self("program"), optional("name", "string", "", "Name of the file; all if omitted."),
+            between(defaulted("indent", "int", "", 2, "Indentation per level, in blanks."), 0, 16),
+            choice("keywords", {"keep", "upper", "lower"}, "Case of reserved words."),
+            defaulted("check", "bool", "", false, "Only report whether the layout would change.")},
        .returns = {"map",
                    "",
                    "",
-                   {field("changed", "bool", "", "Whether the layout was another one."),
-                    field("files", "list", "", "Names of those files.")}},
+                   {field("changed", "bool", "", "Whether the layout differed."),
+                    field("files", "list", "", "Names of the files that differed.")}},
        .effect = Effect::edits,
        .run = format});
   all.push_back(
       {.name = "program.outline",
        .classic = "",
-       .summary = "Lists what a file of a program declares, routines with what is within.",
+       .summary = "Lists the declarations in a file of a program, routines with their contents.",
        .details = "Works on programs with errors.",
        .example = with_edited_program("assert(lift:outline()[2].name == \"rounds\")"),
        .params = {self("program"), file},
-       .returns = {"list", "", "A table each; what is within another comes behind it.",
+       .returns = {"list", "", "One table each; nested entries follow the one that contains them.",
                    piece({field("name", "string", "", "Its name."),
-                          field("kind", "string", "", "As of program.tokens."),
+                          field("kind", "string", "", "Kind as in program.tokens."),
                           field("detail", "string", "", "Its declaration."),
-                          field("parent", "int", "", "Number of the entry that it is within."),
-                          field("last_line", "int", "", "Where it ends.")})},
+                          field("parent", "int", "", "Number of the entry that contains it."),
+                          field("last_line", "int", "", "Its last line.")})},
        .effect = Effect::reads,
        .run = outline});
   return all;

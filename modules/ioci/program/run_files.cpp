@@ -70,10 +70,9 @@ std::shared_ptr<const task::ProgramFolder> program_folder(const Map& args) {
 }
 
 ParamSpec files_field() {
-  return optional(
-      "files", "path", "",
-      "The folder in which programs open, write and close files; that of a session that "
-      "has one when left out, and otherwise they open none.");
+  return optional("files", "path", "",
+                  "The folder in which programs open, write and close files. If omitted, the "
+                  "folder of the session is used; if it has none, programs cannot open files.");
 }
 
 }  // namespace robomosp::ioci

@@ -180,8 +180,8 @@ RMP_COMMANDS(recording_data_commands) {
        .classic = "",
        .summary = "Saves a recording, or exports it for other programs.",
        .details = "*.rec is the program's own lossless text, *.csv a table with a header line, "
-                  "*.json one object, *.npz an archive that numpy.load reads: an array for every "
-                  "column, and columns, units, docs and title.",
+                  "*.json one object, *.npz an archive for numpy.load: an array for every column, "
+                  "and columns, units, docs and title.",
        .example = with_recorded_data("run:save(\"example.rec\")\nrun:save(\"example.npz\")\n"
                                      "assert(run:save(\"example.json\").rows == 21)"),
        .params = {self("recording"),
@@ -196,20 +196,20 @@ RMP_COMMANDS(recording_data_commands) {
   all.push_back(
       {.name = "recording.create",
        .classic = "",
-       .summary = "Makes a recording of values of your own, for plots, tables and files.",
-       .details = "Columns are {name =, values =, unit =, doc =}. Values are a list, an array or a "
-                  "matrix, whose columns become name1, name2 and so on; all have as many rows. "
-                  "They are in the unit that is named, else in that of the array, and are brought "
-                  "to SI; of a matrix unit may be a list, such as \"rad, m, rad\". A column "
-                  "\"time\" must rise; without one the first column is the "
-                  "horizontal axis of plots.",
+       .summary = "Makes a recording from given values, for plots, tables and files.",
+       .details =
+           "Columns are {name =, values =, unit =, doc =}. Values are a list, an array or a matrix "
+           "(its columns become name1, name2 and so on); all have the same number of rows. They "
+           "are in the given unit, otherwise in that of the array, and are converted to SI; for a "
+           "matrix, unit may be a list, such as \"rad, m, rad\". A column \"time\" must increase; "
+           "without one the first column is the horizontal axis of plots.",
        .example = "local r = recording.create{title = \"drops\", columns = {\n"
                   "  {name = \"height\", unit = \"mm\", values = {100, 200, 400}},\n"
                   "  {name = \"duration\", unit = \"s\", values = {0.143, 0.202, 0.286}}}}\n"
                   "assert(math.abs(r:values(\"height\")[3] - 0.4) < 1e-12)\n"
                   "r:plot{file = \"drops.svg\", log = \"xy\"}\n"
                   "r:csv{file = \"drops.csv\"}",
-       .params = {needed("columns", "list", "", "The columns, in their order."),
+       .params = {needed("columns", "list", "", "The columns, in order."),
                   defaulted("title", "string", "", std::string(), "Title of plots and files."),
                   robot_of_columns_field(), world_of_columns_field()},
        .returns = {"handle", "", "The recording.", {}},
@@ -218,12 +218,12 @@ RMP_COMMANDS(recording_data_commands) {
   all.push_back(
       {.name = "recording.load",
        .classic = "",
-       .summary = "Loads a recording that was saved, or measured values from a table.",
+       .summary = "Loads a saved recording, or measured values from a table.",
        .details =
-           "A *.rec belongs to the world of its name again where that is open. A *.csv has "
-           "a header line of names with units, such as `time [s],q1 [deg]`; values are "
-           "brought to SI, empty fields are no values. A *.plot is a result of the program of "
-           "2006: torques, or positions, velocities and accelerations of the joints.",
+           "A *.rec is attached to the world of its name again if that is open. A *.csv has a "
+           "header line of names with units, such as `time [s],q1 [deg]`; values are converted to "
+           "SI, empty fields are missing values. A *.plot is a result of the program of 2006: "
+           "torques, or positions, velocities and accelerations of the joints.",
        .example = with_recorded_data("run:save(\"example.rec\")\n"
                                      "local again = recording.load(\"example.rec\")\n"
                                      "assert(again:values(\"q2\")[21] == run:values(\"q2\")[21])"),
@@ -232,71 +232,70 @@ RMP_COMMANDS(recording_data_commands) {
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::files_read | Effect::simulates,
        .run = load});
-  Schema compute_params{self("recording"),
-                        needed("quantities", "any", "", "A name or a list of names."),
-                        optional("robot", "string", "",
-                                 "Of a recording of several, such as of tasks: whose columns.")};
+  Schema compute_params{
+      self("recording"), needed("quantities", "any", "", "A name or a list of names."),
+      optional("robot", "string", "",
+               "The robot, if the recording has several, as recordings of tasks do.")};
   for (ParamSpec& p : tip_load_fields("the path length of the tip since the first row"))
     compute_params.push_back(std::move(p));
   all.push_back(
       {.name = "recording.compute",
        .classic = "",
-       .summary = "Adds columns that follow from the recorded ones and the robot.",
+       .summary = "Adds columns that are computed from the recorded ones and the robot.",
        .details =
            quantities +
-           ". The robot is that of now; one that was changed is reported. Torques count the force "
-           "that the columns wrench1 to wrench6 hold (world's axes). tip_force, tip_moment or "
-           "tip_wrench take the place of these columns; tip_force = {0, 0, 0} leaves the force "
-           "out.",
+           ". The present robot is used; a message reports if it has changed since. Torques "
+           "include the force in the columns wrench1 to wrench6 (world axes). tip_force, "
+           "tip_moment or tip_wrench replace these columns; tip_force = {0, 0, 0} omits the force.",
        .example = with_recorded_data(
            "run:compute{\"power\", \"velocity\", \"limits\"}\n"
            "assert(run:values(\"speed\")[21] > 0)\n"
            "run:compute{quantities = \"torque\", tip_force = {0, 0, \"-20 N - 5 N/m * path\"}}\n"
            "assert(run:values(\"wrench3\")[1] == -20)"),
        .params = compute_params,
-       .returns = {"list", "", "Names of the columns that are new.", {}},
+       .returns = {"list", "", "Names of the new columns.", {}},
        .effect = Effect::simulates,
        .run = compute});
   all.push_back(
       {.name = "recording.watch",
        .classic = "",
-       .summary = "Adds a column by an expression over the others, with its unit checked.",
-       .details = "Expressions are those of parameters: + - * / ^, functions, numbers with units.",
+       .summary = "Adds a column computed by an expression over the others, and checks its unit.",
+       .details = "The syntax is that of parameters: + - * / ^, functions, numbers with units.",
        .example = with_recorded_data(
            "run:watch{name = \"power1\", expression = \"tau1*qd1\", unit = \"W\"}\n"
            "local w = run:watch{name = \"turned\", expression = \"abs(qd2)\", take = "
            "\"integral\"}\n"
            "assert(w[21] > 0 and run:columns()[#run:columns()].unit == \"rad\")"),
        .params = {self("recording"), needed("name", "string", "", "Name of the column."),
-                  needed("expression", "string", "", "Such as tau1*qd1."),
-                  optional("unit", "string", "", "SI unit of the result; found when left out."),
+                  needed("expression", "string", "", "The expression, such as tau1*qd1."),
+                  optional("unit", "string", "", "SI unit of the result; derived if omitted."),
                   choice("take", {"value", "rate", "integral"},
-                         "The value itself, its rate of change, or its integral over the time.")},
+                         "The value itself, its rate of change, or its integral over time.")},
        .returns = {"array", "", "The column.", {}},
        .effect = Effect::simulates,
        .run = watch});
   all.push_back(
       {.name = "recording.compare",
        .classic = "",
-       .summary = "Reports how far another recording differs, column by column.",
-       .details = "Where the times differ the other one is interpolated linearly at the times of "
-                  "this one, over the time that both cover. The correlation is Pearson's, as in "
-                  "table 1 of the paper of 2006; a column that does not vary has none.",
+       .summary = "Reports the differences to another recording, column by column.",
+       .details = "If the times differ, the other recording is interpolated linearly at the times "
+                  "of this one, over the time that both cover. The correlation is Pearson's, as in "
+                  "table 1 of the paper of 2006; a constant column has none.",
        .example = with_recorded_data(
            "local finer = arm:simulate{q = \"ready\", duration = 0.2, sample_time = 0.001}\n"
            "local d = run:compare{with = finer, columns = {\"q2\"}}[1]\n"
            "assert(d.max < 1e-9 and d.correlation > 0.999999)"),
        .params = {self("recording"), needed("with", "any", "", "The other recording."),
                   optional("columns", "any", "",
-                           "A name or a list of names; \"tau\" means tau1, tau2 and so on. What "
-                           "both have when left out.")},
+                           "A name or a list of names; \"tau\" means tau1, tau2 and so on. All "
+                           "common columns if omitted.")},
        .returns = {"list",
                    "",
                    "",
                    {field("name", "string", "", "The column."),
-                    field("unit", "string", "", "Its unit."),
-                    field("max", "real", "", "Greatest amount of the difference."),
-                    field("at", "real", "s", "Time of it; without time the row."),
+                    field("unit", "string", "", "Unit of the column."),
+                    field("max", "real", "", "Greatest absolute difference."),
+                    field("at", "real", "s", "Its time; without time its row."),
                     field("rms", "real", "", "Root mean square of the difference."),
                     field("mean", "real", "", "Mean of the other minus this."),
                     field("deviation", "real", "", "Standard deviation of the difference."),

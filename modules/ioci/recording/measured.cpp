@@ -205,16 +205,13 @@ RMP_COMMANDS(measured_recording_commands) {
   all.push_back(
       {.name = "recording.append",
        .classic = "",
-       .summary =
-           "Adds rows at the end of a recording, such as what a controller has measured since.",
-       .details =
-           "Columns are given as to recording.create, all that the recording has, in any order; "
-           "their units are brought to SI. The time has to rise, all rows come or none. The work "
-           "is "
-           "that of the rows, however many there are; a recording holds up to 268,435,456 numbers. "
-           "Who has read the recording keeps the rows of then. Recordings are outside the "
-           "document: "
-           "undo takes no rows away, recording.part leaves some out.",
+       .summary = "Adds rows at the end of a recording, such as new measurements of a controller.",
+       .details = "Columns are given as to recording.create, all that the recording has, in any "
+                  "order; they are converted to SI. The time must increase, and either all rows "
+                  "are added or none. The effort depends on the new rows only, not on the length "
+                  "of the recording; a recording holds up to 268,435,456 numbers. Readers that "
+                  "already have the recording keep the rows they have read. Recordings are outside "
+                  "the document: undo does not remove rows, recording.part leaves some out.",
        .example = with_measured(
            "measured:append{columns = {{name = \"time\", unit = \"ms\", values = {210, 220}},\n"
            "  {name = \"q\", unit = \"deg\", values = {{1, 2, 3, 4, 5, 6}, {1, 2, 3, 4, 5, 6}}}}}\n"
@@ -226,21 +223,22 @@ RMP_COMMANDS(measured_recording_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("rows", "int", "", "It has now."),
-                    field("appended", "int", "", "Of them new.")}},
+                   {field("rows", "int", "", "Number of rows it now has."),
+                    field("appended", "int", "", "Number of new rows.")}},
        .effect = Effect::simulates,
        .run = append});
   all.push_back(
       {.name = "recording.part",
        .classic = "",
-       .summary = "Copies the rows of a time from a recording.",
-       .details = "Such as the last seconds of one that grows.",
+       .summary = "Copies the rows of a time interval from a recording.",
+       .details = "For example the last seconds of a growing one.",
        .example = with_measured("assert(#measured:part{from = 0.1}:values(\"time\") == 11)\n"
                                 "assert(measured:part{last = 0.05}:values(\"time\")[1] > 0.14)"),
        .params = {self("recording"),
-                  optional("from", "real", "s", "The first time; the beginning when left out."),
-                  optional("to", "real", "s", "The last time; the end when left out."),
-                  above_zero(optional("last", "real", "s", "Only so much before the end."))},
+                  optional("from", "real", "s", "The first time; the beginning if omitted."),
+                  optional("to", "real", "s", "The last time; the end if omitted."),
+                  above_zero(optional("last", "real", "s",
+                                      "Length of the interval before the end, instead."))},
        .returns = {"handle", "", "The new recording.", {}},
        .effect = Effect::simulates,
        .run = part});
@@ -250,20 +248,19 @@ RMP_COMMANDS(measured_recording_commands) {
         "",
         "",
         {field("recording", "handle", "",
-               "Columns such as q_residual1 over the measured times, to be plotted and saved."),
+               "Columns such as q_residual1 over the measured times, for plots and files."),
          field("columns", "list", "",
-               "For each of them name, unit, mean, rms (root mean square), deviation (standard "
-               "deviation), max (greatest amount), at (its time) and samples."),
+               "One table per column: name, unit, mean, rms (root mean square), deviation "
+               "(standard deviation), max (greatest absolute value), at (its time) and samples."),
          field("shift", "real", "s", shift), field("rows", "int", "", "Rows of the recording.")}};
   };
   all.push_back(
       {.name = "recording.residual",
        .classic = "",
-       .summary = "Returns the measured columns minus those of a model, over the time.",
-       .details =
-           "Over the time that both cover; the model is interpolated linearly at the measured "
-           "times. Clocks of controllers begin elsewhere: shift says by how much the model is "
-           "later, find_shift looks for the shift at which both fit best.",
+       .summary = "Returns the measured columns minus those of a model, over time.",
+       .details = "Covers the time that both have; the model is interpolated linearly at the "
+                  "measured times. Clocks of controllers start at other times: shift is the delay "
+                  "of the model, find_shift searches for the shift with the best fit of both.",
        .example = with_measured(
            "local time = run:values(\"time\"):table()\n"
            "for i = 1, #time do time[i] = time[i] + 0.03 end\n"
@@ -274,38 +271,37 @@ RMP_COMMANDS(measured_recording_commands) {
            "assert(math.abs(fit.shift + 0.03) < 1e-4 and fit.columns[2].rms < 1e-4)\n"
            "fit.recording:plot{file = \"residual.svg\"}"),
        .params = {self("recording"), needed("with", "ref:recording", "", "The model's recording."),
-                  optional(
-                      "columns", "any", "",
-                      "A name or a list of names; \"q\" means q1, q2 and so on. What both have "
-                      "when left out."),
+                  optional("columns", "any", "",
+                           "A name or a list of names; \"q\" means q1, q2 and so on. All common "
+                           "columns if omitted."),
                   defaulted("shift", "real", "s", 0.0,
-                            "Added to the measured times before the model is looked up."),
+                            "Added to the measured times before the model is evaluated."),
                   above_zero(optional("find_shift", "real", "s",
-                                      "Look for the shift up to so much in both directions."))},
-       .returns = answer("The shift that was used."),
+                                      "Search for the shift within plus and minus this time."))},
+       .returns = answer("The shift used."),
        .effect = Effect::simulates,
        .run = residual});
   Schema residual_params{
       self("recording"),
       above_zero(optional("window", "real", "s",
-                          "Time of the samples about each that are fitted together; "
-                          "1000 of them at most.")),
+                          "Time window of the samples around each one that are fitted together; at "
+                          "most 1000 samples.")),
       optional("torque_per_current", "real[]", "",
-               "Of each joint, in N m/A (N/A where it slides): the torques are then "
-               "those of the columns current1, current2 and so on, in A.")};
+               "Torque constant of each joint in N m/A (N/A for a prismatic one): torques are then "
+               "computed from the columns current1, current2 and so on, in A.")};
   for (ParamSpec& p : tip_load_fields("the path length of the tip since the first row"))
     residual_params.push_back(std::move(p));
   all.push_back(
       {.name = "recording.torque_residual",
        .classic = "",
        .summary =
-           "Gives measured torques minus those that the model needs for the measured motion.",
-       .details =
-           "Inverse dynamics of the recording's robot at the measured q1, q2 and so on, with the "
-           "velocities and accelerations that were measured, else their derivatives. Noise grows "
-           "with each derivative: window fits parabolas to what is within it. A force at a tip is "
-           "that of the columns wrench1 to wrench6 or of the arguments. What remains is "
-           "friction, payload or inertia that the model does not know, or a touch.",
+           "Returns the measured torques minus those that the model needs for the measured motion.",
+       .details = "Inverse dynamics of the recording's robot at the measured q1, q2 and so on, "
+                  "with the measured velocities and accelerations, or with derivatives if these "
+                  "were not measured. Noise grows with each derivative: window fits parabolas to "
+                  "the samples within it. A force at a tip is taken from the columns wrench1 to "
+                  "wrench6 or from the arguments. The residual is friction, payload or inertia "
+                  "that the model does not include, or a contact.",
        .example = with_measured(
            "run:compute(\"torque\")\n"
            "local torques = recording.create{robot = \"arm\", columns = {\n"

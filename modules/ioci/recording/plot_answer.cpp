@@ -10,8 +10,8 @@ namespace robomosp::ioci {
 
 ParamSpec plot_answer_field() {
   return choice("as", {"text", "svg", "png"},
-                "What is returned without a file: characters, the text of an SVG picture, or the "
-                "bytes of a PNG as base64 (through gnuplot).");
+                "Result without a file: characters, the text of an SVG picture, or the bytes of a "
+                "PNG as base64 (through gnuplot).");
 }
 
 Result<Value> plot_answer(CommandContext& ctx, recording::PlotRequest request, const Map& args,

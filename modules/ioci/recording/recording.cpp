@@ -277,24 +277,25 @@ RMP_COMMANDS(recording_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec picked = optional("columns", "any", "",
                                     "A name or a list of names; \"tau\" means tau1, tau2 and so "
-                                    "on. All but the time when left out.");
+                                    "on. All except the time if omitted.");
   all.push_back(
       {.name = "recording.list",
        .classic = "",
-       .summary = "Lists what simulations have recorded.",
-       .details = "Recordings live as long as the program runs, outside the document.",
+       .summary = "Lists the recordings of simulations and measurements.",
+       .details = "Recordings exist until the program ends, outside the document.",
        .example = with_recording("assert(#recording.list() == 1)"),
        .params = {},
-       .returns = {"list",
-                   "",
-                   "",
-                   {field("recording", "handle", "", "The recording."),
-                    field("title", "string", "", "What it shows."),
-                    field("stale", "bool", "",
-                          "Whether the records changed since; recording.is_stale lists them."),
-                    field("robot", "string", "", "The robot's name in the world."),
-                    field("trajectory", "string", "", "The trajectory's name in the world."),
-                    field("samples", "int", "", "Number of samples.")}},
+       .returns =
+           {"list",
+            "",
+            "",
+            {field("recording", "handle", "", "The recording."),
+             field("title", "string", "", "Its content in a few words."),
+             field("stale", "bool", "",
+                   "Whether the records have changed since; recording.is_stale lists the changes."),
+             field("robot", "string", "", "The robot's name in the world."),
+             field("trajectory", "string", "", "The trajectory's name in the world."),
+             field("samples", "int", "", "Number of samples.")}},
        .effect = Effect::reads,
        .run = list});
   all.push_back({.name = "recording.columns",
@@ -308,31 +309,31 @@ RMP_COMMANDS(recording_commands) {
                              "",
                              {field("name", "string", "", "Name of the column."),
                               field("unit", "string", "", "SI unit."),
-                              field("doc", "string", "", "What it holds.")}},
+                              field("doc", "string", "", "Description of the column.")}},
                  .effect = Effect::reads,
                  .run = columns});
-  all.push_back(
-      {.name = "recording.notes",
-       .classic = "",
-       .summary = "Reports what happened while a recording was made, a sentence each.",
-       .details =
-           "Such as limits met and with which speed, torques that were cut, when "
-           "joints came to rest and went on, steps of the integrator; and what changed since "
-           "of what it was made from.",
-       .example = with_recording("assert(type(run:notes()) == \"table\")"),
-       .params = {self("recording")},
-       .returns = {"list", "", "Sentences.", {}},
-       .effect = Effect::reads,
-       .run = notes});
+  all.push_back({.name = "recording.notes",
+                 .classic = "",
+                 .summary = "Reports what happened while a recording was made, one sentence each.",
+                 .details = "Such as limits reached and at which speed, torques that were cut, "
+                            "when joints came to rest and moved again, steps of the integrator; "
+                            "and changes since then of the records it was made from.",
+                 .example = with_recording("assert(type(run:notes()) == \"table\")"),
+                 .params = {self("recording")},
+                 .returns = {"list", "", "Sentences.", {}},
+                 .effect = Effect::reads,
+                 .run = notes});
   all.push_back(
       {.name = "recording.values",
        .classic = "",
-       .summary = "Gives the numbers of one or several columns.",
+       .summary = "Returns the numbers of one or several columns.",
        .details = "",
        .example = with_recording("assert(#run:values(\"tau1\") == #run:values(\"time\"))"),
        .params = {self("recording"), picked},
-       .returns =
-           {"array", "", "One column as a vector; several as a matrix with one row a sample.", {}},
+       .returns = {"array",
+                   "",
+                   "One column as a vector; several as a matrix with one row per sample.",
+                   {}},
        .effect = Effect::reads,
        .run = values});
   all.push_back(
@@ -346,7 +347,7 @@ RMP_COMMANDS(recording_commands) {
                    "",
                    "",
                    {field("file", "string", "", "The file."),
-                    field("rows", "int", "", "Lines after the header."),
+                    field("rows", "int", "", "Number of lines after the header."),
                     field("columns", "int", "", "Columns.")}},
        .effect = Effect::files_write,
        .run = csv});
@@ -354,7 +355,7 @@ RMP_COMMANDS(recording_commands) {
       {.name = "recording.overview",
        .classic = "",
        .summary = "Shows the contents of a recording on one screen: samples, columns, notes.",
-       .details = "What the console shows of a recording.",
+       .details = "This is what the console prints for a recording.",
        .example = with_recording("assert(run:overview():find(\"q1 to q6 [rad]\", 1, true))"),
        .params = {self("recording")},
        .returns = {"string", "", "Markdown.", {}},
@@ -364,12 +365,10 @@ RMP_COMMANDS(recording_commands) {
       {.name = "recording.plot",
        .classic = "",
        .summary = "Draws columns against time or another column, or a path in space.",
-       .details =
-           "*.svg is written by the program itself, *.png and *.pdf through gnuplot; without a "
-           "file the plot is returned: in characters for the console, or as the argument as says. "
-           "Columns of one unit share a "
-           "panel. Several recordings are drawn over each other: one colour a column, dashed by "
-           "recording.",
+       .details = "*.svg is written by the program itself, *.png and *.pdf through gnuplot; "
+                  "without a file the plot is returned: in characters for the console, or in the "
+                  "format set by `as`. Columns of one unit share a panel. Several recordings are "
+                  "drawn over each other: one colour per column, line dashes by recording.",
        .example = with_recording(
            "run:plot{file = \"example.svg\", columns = {\"tau\"}}\n"
            "run:plot{file = \"limits.svg\", columns = {\"q1\", \"q2\"}, limits = true}\n"
@@ -381,28 +380,29 @@ RMP_COMMANDS(recording_commands) {
            "assert(run:plot{columns = \"y\", as = \"svg\"}:find(\"<svg\"))"),
        .params = {self("recording"),
                   optional("file", "path", "",
-                           "The picture, *.svg, *.png or *.pdf; as text when left out."),
+                           "The picture, *.svg, *.png or *.pdf; text if omitted."),
                   picked,
                   choice("kind", {"curves", "path"},
-                         "Columns over x, or the path of three columns in space (x, y, z of the "
-                         "tool when left out) with its projections."),
+                         "Columns over x, or the path of three columns in space (by default x, y, "
+                         "z of the tool) with its projections."),
                   optional("x", "string", "",
-                           "The column along the horizontal axis; else time, or the first column "
-                           "where there is none."),
+                           "The column for the horizontal axis; otherwise time, or the first "
+                           "column if there is no time."),
                   optional("with", "any", "", "Another recording or a list, drawn over this one."),
                   choice("panels", {"unit", "column"},
-                         "A panel for the columns of each unit, or one with a separate scale for "
-                         "every column, so that small values are read beside large ones."),
+                         "One panel for all columns of a unit, or one panel with a separate scale "
+                         "for every column, so that small values can be read beside large ones."),
                   choice("log", {"none", "x", "y", "xy"},
-                         "Axes by powers of ten. Samples of 0 and below have no place there: a "
-                         "warning counts them, and a column without any other is an error."),
+                         "Logarithmic axes. Samples of 0 and below cannot be drawn: a warning "
+                         "counts them, and a column without any other sample is an error."),
                   defaulted("limits", "bool", "", false,
-                            "Show what the values should stay within, such as joint limits: bands "
-                            "of what is beyond. Columns of different limits get a panel each."),
-                  optional("title", "string", "", "Title; that of the recording when left out."),
+                            "Show limits of the values, such as joint limits, as bands beyond "
+                            "them. Columns of different limits get a panel each."),
+                  optional("title", "string", "", "Title; by default that of the recording."),
                   between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
-                  between(optional("height", "int", "", "Pixels; what the panels need."), 100,
-                          10000),
+                  between(optional("height", "int", "",
+                                   "Height in pixels; by default as the panels need."),
+                          100, 10000),
                   watch_file_field(), plot_answer_field()},
        .returns = {"string", "", "The file, or the plot itself.", {}},
        .effect = Effect::reads,
@@ -412,64 +412,68 @@ RMP_COMMANDS(recording_commands) {
       {.name = "recording.heat_map",
        .classic = "",
        .summary = "Draws a section through voxels, or a joint slice, with a colour bar.",
-       .details = "The colours are equally far apart to the eye. Of slices, nodes in collision are "
+       .details = "The colour scale is perceptually uniform. In slices, nodes in collision are "
                   "grey. *.svg is written by the program itself, *.png and *.pdf through gnuplot.",
        .example =
            "local arm = robot.get(\"twolink\")\n"
            "local s = arm:joint_slice{part = \"translation\", count = 20}\n"
            "assert(s.recording:heat_map{file = \"slice.svg\", curve = s.curve}.cells == 400)",
-       .params = {self("recording"),
-                  needed("file", "path", "", "The picture, *.svg, *.png or *.pdf."),
-                  optional("column", "string", "",
-                           "The value; share, else manipulability when left out."),
-                  optional("x", "string", "", "Column along the horizontal axis; the first one."),
-                  optional("y", "string", "",
-                           "Column along the vertical axis; of voxels z, else the second one."),
-                  optional("at", "real", "m",
-                           "Of voxels: place of the section along the third axis, 0 when left out; "
-                           "the nearest layer is taken."),
-                  optional("low", "real", "", "Value of the lowest colour."),
-                  optional("high", "real", "", "Value of the highest colour."),
-                  defaulted("log", "bool", "", false, "Colours by powers of ten."),
-                  optional("curve", "any", "", "Points to mark: curve of robot.joint_slice."),
-                  optional("title", "string", "", "Title; that of the recording when left out."),
-                  between(defaulted("width", "int", "", 720, "Pixels."), 300, 10000),
-                  between(defaulted("height", "int", "", 560, "Pixels."), 200, 10000)},
+       .params =
+           {self("recording"), needed("file", "path", "", "The picture, *.svg, *.png or *.pdf."),
+            optional(
+                "column", "string", "",
+                "The value to draw; by default share, or manipulability if there is no share."),
+            optional("x", "string", "",
+                     "Column for the horizontal axis; the first one if omitted."),
+            optional(
+                "y", "string", "",
+                "Column for the vertical axis; by default z for voxels, otherwise the second one."),
+            optional("at", "real", "m",
+                     "For voxels: position of the section along the third axis, 0 if omitted; the "
+                     "nearest layer is drawn."),
+            optional("low", "real", "", "Value of the lowest colour."),
+            optional("high", "real", "", "Value of the highest colour."),
+            defaulted("log", "bool", "", false, "Logarithmic colour scale."),
+            optional("curve", "any", "", "Points to mark: curve of robot.joint_slice."),
+            optional("title", "string", "", "Title; by default that of the recording."),
+            between(defaulted("width", "int", "", 720, "Pixels."), 300, 10000),
+            between(defaulted("height", "int", "", 560, "Pixels."), 200, 10000)},
        .returns = {"map",
                    "",
                    "",
                    {field("file", "string", "", "The picture."),
-                    field("cells", "int", "", "That have a value."),
+                    field("cells", "int", "", "Number of cells that have a value."),
                     field("low", "real", "", "Value of the lowest colour."),
                     field("high", "real", "", "Value of the highest colour."),
-                    field("at", "real", "m", "Of voxels: the layer that is shown.")}},
+                    field("at", "real", "m", "For voxels: position of the drawn layer.")}},
        .effect = Effect::files_write,
        .sometimes = Effect::processes,
        .run = heat_map});
-  all.push_back({.name = "recording.summary",
-                 .classic = "",
-                 .summary = "Gives least, greatest and root-mean-square value of every column.",
-                 .details = "",
-                 .example = with_recording("assert(run:summary()[1].min == 0)"),
-                 .params = {self("recording"),
-                            defaulted("approach", "bool", "", true,
-                                      "Counts rows of moves that were put before the trajectory "
-                                      "or a part of it (those with 1 in the column approach).")},
-                 .returns = {"list",
-                             "",
-                             "",
-                             {field("name", "string", "", "The column."),
-                              field("unit", "string", "", "Its unit."),
-                              field("min", "real", "", "Least value."),
-                              field("max", "real", "", "Greatest value."),
-                              field("rms", "real", "", "Root mean square."),
-                              field("first", "real", "", "First value."),
-                              field("last", "real", "", "Last value.")}},
-                 .effect = Effect::reads,
-                 .run = summary});
+  all.push_back(
+      {.name = "recording.summary",
+       .classic = "",
+       .summary = "Returns the least, greatest and root-mean-square value of every column.",
+       .details = "",
+       .example = with_recording("assert(run:summary()[1].min == 0)"),
+       .params = {self("recording"),
+                  defaulted("approach", "bool", "", true,
+                            "Counts rows of moves that were put before the trajectory "
+                            "or a part of it (those with 1 in the column approach).")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "The column."),
+                    field("unit", "string", "", "Unit of the column."),
+                    field("min", "real", "", "Least value."),
+                    field("max", "real", "", "Greatest value."),
+                    field("rms", "real", "", "Root mean square."),
+                    field("first", "real", "", "First value."),
+                    field("last", "real", "", "Last value.")}},
+       .effect = Effect::reads,
+       .run = summary});
   all.push_back({.name = "recording.remove",
                  .classic = "",
-                 .summary = "Forgets a recording.",
+                 .summary = "Deletes a recording.",
                  .details = "",
                  .example = with_recording("run:remove()\nassert(#recording.list() == 0)"),
                  .params = {self("recording")},

@@ -144,31 +144,32 @@ RMP_COMMANDS(recording_refresh_commands) {
   all.push_back(
       {.name = "recording.refresh",
        .classic = "",
-       .summary = "Makes a recording again from the records as they are now.",
-       .details = "By the same command with the same arguments; columns that were added "
-                  "(recording.compute, recording.watch) are added again. The handle stays. Where "
-                  "nothing changed that it was made from, nothing is done.",
+       .summary = "Makes a recording again from the present records.",
+       .details = "Runs the same command with the same arguments; columns that were added "
+                  "(recording.compute, recording.watch) are added again. The handle stays valid. "
+                  "If nothing it was made from has changed, nothing is done.",
        .example = with_run("assert(not run:refresh().made)\n"
                            "arm:set_payload{mass = 1}\n"
                            "assert(run:refresh().made)"),
        .params = {self("recording"),
-                  defaulted("always", "bool", "", false, "Also where nothing changed.")},
+                  defaulted("always", "bool", "", false, "Also if nothing has changed.")},
        .returns = {"map",
                    "",
                    "",
                    {field("made", "bool", "", "Whether it was made again."),
-                    field("changed", "list", "", "What is not as it was, a sentence each."),
-                    field("command", "string", "", "That made it."),
-                    field("rows", "int", "", "It has now.")}},
+                    field("changed", "list", "", "The changes, one sentence each."),
+                    field("command", "string", "", "Command that made it."),
+                    field("rows", "int", "", "Number of rows it now has.")}},
        .effect = Effect::simulates,
        .sometimes = Effect::files_read | Effect::files_write | Effect::processes,
        .run = refresh});
   all.push_back(
       {.name = "recording.is_stale",
        .classic = "",
-       .summary = "Reports whether the records changed that a recording was made from.",
-       .details = "Records that its command named count, and all that these refer to; so do the "
-                  "document's settings and default providers, and other recordings that it used.",
+       .summary = "Reports whether the records that a recording was made from have changed.",
+       .details =
+           "The records named by its command are compared, with all records they refer to, the "
+           "document's settings and default providers, and other recordings that it used.",
        .example = with_run("assert(not run:is_stale().stale)\n"
                            "arm:set_payload{mass = 1}\n"
                            "assert(run:is_stale().stale)"),
@@ -176,17 +177,18 @@ RMP_COMMANDS(recording_refresh_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("stale", "bool", "", "Whether it would be another one now."),
-                    field("changed", "list", "", "What is not as it was, a sentence each."),
+                   {field("stale", "bool", "",
+                          "Whether making it again would give another result."),
+                    field("changed", "list", "", "The changes, one sentence each."),
                     field("can_refresh", "bool", "", "Whether recording.refresh can make it."),
                     field("why_not", "string", "", "Why it cannot."),
-                    field("command", "string", "", "That made it.")}},
+                    field("command", "string", "", "Command that made it.")}},
        .effect = Effect::reads,
        .run = is_stale});
   all.push_back({.name = "recording.follow",
                  .classic = "",
                  .summary = "Makes a recording again after each edit from now on.",
-                 .details = "As the argument watch does of the command that makes it.",
+                 .details = "The same as the argument watch of the command that makes it.",
                  .example = with_run("run:follow()\nassert(#recording.watched() == 1)"),
                  .params = {self("recording")},
                  .returns = {},
@@ -196,8 +198,8 @@ RMP_COMMANDS(recording_refresh_commands) {
       {.name = "recording.watched",
        .classic = "",
        .summary = "Lists the recordings and files that follow edits.",
-       .details = "They are brought up to date by a job after each edit; what is computed when the "
-                  "next edit comes is given up. A failure is a message and no failure of the edit.",
+       .details = "A job updates them after each edit; unfinished work is abandoned when the next "
+                  "edit comes. A failure is reported as a message and does not affect the edit.",
        .example = with_run("run:follow()\nassert(recording.watched{wait = true}[1].state == "
                            "\"current\")"),
        .params = {defaulted("wait", "bool", "", false, "Wait until they are up to date.")},
@@ -206,21 +208,22 @@ RMP_COMMANDS(recording_refresh_commands) {
                    "",
                    {field("watch", "int", "", "Its number."),
                     field("what", "string", "", "recording, or the command that draws."),
-                    field("recording", "handle", "", "The recording; none of records alone."),
-                    field("file", "string", "", "That is drawn."),
+                    field("recording", "handle", "",
+                          "The recording; none for a file drawn from records only."),
+                    field("file", "string", "", "The file that is drawn."),
                     field("state", "string", "", "current, waiting, working or failed."),
-                    field("fault", "string", "", "Of the last attempt.")}},
+                    field("fault", "string", "", "Error of the last attempt.")}},
        .effect = Effect::reads,
        .run = watched});
   all.push_back({.name = "recording.unwatch",
                  .classic = "",
-                 .summary = "Ends that recordings and files follow edits.",
-                 .details = "All of them, or those that the arguments name.",
+                 .summary = "Ends the updates of recordings and files after edits.",
+                 .details = "Ends all of them, or those that the arguments name.",
                  .example = with_run("run:follow()\nassert(recording.unwatch() == 1)"),
-                 .params = {optional("recording", "ref:recording", "", "Those of this one."),
+                 .params = {optional("recording", "ref:recording", "", "Those of this recording."),
                             optional("file", "string", "", "The one that draws this file."),
-                            optional("watch", "int", "", "The one of this number.")},
-                 .returns = {"int", "", "How many ended.", {}},
+                            optional("watch", "int", "", "The one with this number.")},
+                 .returns = {"int", "", "Number of updates ended.", {}},
                  .effect = Effect::simulates,
                  .run = unwatch});
   return all;

@@ -41,17 +41,17 @@ class RecordingWatchers::Pass final : public Progress {
 
 ParamSpec watch_field() {
   return defaulted("watch", "bool", "", false,
-                   "Make it again after each edit of what it was made from; recording.unwatch ends "
-                   "that.");
+                   "Make it again after each edit of the records it was made from; "
+                   "recording.unwatch ends this.");
 }
 Schema with_watch(Schema params) {
   params.push_back(watch_field());
   return params;
 }
 ParamSpec watch_file_field() {
-  return defaulted("watch", "bool", "", false,
-                   "Draw the file again after each edit of what it shows; recording.unwatch ends "
-                   "that.");
+  return defaulted(
+      "watch", "bool", "", false,
+      "Draw the file again after each edit of its records; recording.unwatch ends this.");
 }
 
 Result<void> watch_drawing(CommandContext& ctx, const std::string& command, const Map& checked) {

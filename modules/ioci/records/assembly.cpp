@@ -497,12 +497,12 @@ ReturnSpec features_returns() {
   return {"list",
           "",
           "Faces, edges, corners.",
-          {field("index", "int", "", "What selectors may name it by."),
+          {field("index", "int", "", "Number for selectors."),
            field("kind", "string", "",
                  "plane, cylinder, cone, sphere, torus, line, circle, corner or other."),
            field("point", "vec3", "m", "Centroid, centre, or the middle on the axis."),
            field("direction", "vec3", "", "Outward normal, axis, or direction of an edge."),
-           field("radius", "real", "m", "Of what is round."),
+           field("radius", "real", "m", "Radius of a round feature."),
            field("size", "real", "", "Area of a face [m^2], length of an edge [m]."),
            field("inward", "bool", "", "True for the wall of a hole.")}};
 }
@@ -529,8 +529,8 @@ RMP_COMMANDS(assembly_commands) {
   all.push_back({.name = "object.features",
                  .classic = "",
                  .summary = "Lists faces, edges and corners of an object or of one of its parts.",
-                 .details = "In the object's frame, or in the part's own when a part is named. "
-                            "The order is the same as long as the solids are.",
+                 .details = "In the frame of the object, or of the part if one is named. The order "
+                            "stays the same as long as the solids do not change.",
                  .example = with_stack("assert(#stack:features{part = \"pin\"} >= 3)"),
                  .params = {self("object"), optional("part", "string", "", "One of its parts.")},
                  .returns = features_returns(),
@@ -541,18 +541,19 @@ RMP_COMMANDS(assembly_commands) {
        .classic = "",
        .summary = "Places a part on another, by a face, an axis or a point of each.",
        .details =
-           "face: the part's face lies flush against the other, their centres on each other "
-           "(centre = false: it only moves across the plane), flip lets both look the same way, "
-           "offset is the gap. axis: the part's cylinder, hole, circle or straight edge comes onto "
-           "the other's axis, their points on each other, offset along it, flip turns it round. "
-           "point: it moves so that both points meet. The part turns as little as it can, then by "
-           "angle about the other's normal or axis. The placement is computed once and stored; "
-           "later changes of either part do not move it.\n\nA selector is an index of "
-           "object.features{part = ...}, or words: top, bottom, left, right, front, back (faces "
-           "by the part's own axes), largest, smallest, plane, cylinder, hole, shaft, cone, "
-           "sphere, torus, circle, line, corner, radius 5 mm, near (x, y, z), such as \"largest "
-           "plane\" or \"hole radius 10 mm\"; or origin, x axis, xy plane and their like, which "
-           "are those of the frame. It must mean one feature.",
+           "face: the part's face is placed flush against the other, centre on centre (with centre "
+           "= false it only moves across the plane); flip makes both normals point in the same "
+           "direction, "
+           "offset is the gap. axis: the axis of the part's cylinder, hole, circle or straight "
+           "edge is aligned with the other axis, point on point, offset along it; flip reverses "
+           "it. point: the part moves so that both points coincide. The part is rotated as little "
+           "as possible, then by angle about the other's normal or axis. The placement is computed "
+           "once and stored; later changes of either part do not move it.\n\nA selector is an "
+           "index of object.features{part = ...}, or a description: top, bottom, left, right, "
+           "front, back (faces by the part's own axes), largest, smallest, plane, cylinder, hole, "
+           "shaft, cone, sphere, torus, circle, line, corner, radius 5 mm, near (x, y, z), such as "
+           "\"largest plane\" or \"hole radius 10 mm\"; or an element of the frame such as origin, "
+           "x axis, xy plane. It must match exactly one feature.",
        .example = with_stack(
            "stack:place{part = \"pin\", feature = \"bottom\", on = \"plate\", on_feature = "
            "\"top\"}\nassert(math.abs(stack:describe().parts[2].placement.position[3] - 0.02) < "
@@ -561,15 +562,16 @@ RMP_COMMANDS(assembly_commands) {
            "mm\"}\nassert(math.abs(stack:describe().parts[2].placement.position[1] - 0.03) < "
            "1e-12)"),
        .params = {self("object"), needed("part", "string", "", "The part that moves."),
-                  needed("feature", "any", "", "Selector of what is on it."),
+                  needed("feature", "any", "", "Selector of the feature on it."),
                   optional("on", "string", "",
-                           "The part that stays; the object's own frame when left out."),
-                  needed("on_feature", "any", "", "Selector of what is on that."),
-                  choice("mate", {"face", "axis", "point"}, "What comes together."),
-                  defaulted("flip", "bool", "", false, "The other way round."),
-                  defaulted("offset", "real", "m", 0.0, "Along the other's normal or axis."),
-                  defaulted("angle", "real", "rad", 0.0, "Turn about it."),
-                  defaulted("centre", "bool", "", true, "Faces: centre on centre.")},
+                           "The part that stays; by default the object's frame."),
+                  needed("on_feature", "any", "", "Selector of the feature on that part."),
+                  choice("mate", {"face", "axis", "point"}, "The features to align."),
+                  defaulted("flip", "bool", "", false, "Reverse the direction."),
+                  defaulted("offset", "real", "m", 0.0,
+                            "Distance along the other's normal or axis."),
+                  defaulted("angle", "real", "rad", 0.0, "Rotation about it."),
+                  defaulted("centre", "bool", "", true, "For faces: centre on centre.")},
        .returns = {"map",
                    "",
                    "Pose of the part in the object.",
@@ -582,8 +584,8 @@ RMP_COMMANDS(assembly_commands) {
   all.push_back(
       {.name = "object.move_part",
        .classic = "",
-       .summary = "Moves a part to another place of the list.",
-       .details = "Volume that parts share counts for the part listed first.",
+       .summary = "Moves a part to another place in the list.",
+       .details = "Volume shared by several parts belongs to the part listed first.",
        .example = with_stack(
            "stack:move_part{part = \"pin\", to = 1}\nassert(stack:describe().parts[1].name == "
            "\"pin\")"),
@@ -596,17 +598,17 @@ RMP_COMMANDS(assembly_commands) {
       {.name = "object.duplicate_part",
        .classic = "",
        .summary = "Adds copies of a part that share its solid or object.",
-       .details = "Each copy is moved by step from the one before, and turned by turn about the "
+       .details = "Each copy is moved by step from the one before, and rotated by turn about the "
                   "object's z axis: rows and rings.",
        .example = with_stack(
            "local names = stack:duplicate_part{part = \"pin\", count = 3, step = {0.02, 0, "
            "0}}\nassert(#names == 3 and "
            "math.abs(stack:describe().parts[5].placement.position[1] - 0.06) < 1e-12)"),
        .params = {self("object"), needed("part", "string", "", "Its name."),
-                  between(defaulted("count", "int", "", std::int64_t{1}, "How many copies."), 1,
+                  between(defaulted("count", "int", "", std::int64_t{1}, "Number of copies."), 1,
                           10000),
-                  optional("step", "vec3", "m", "From one copy to the next."),
-                  defaulted("turn", "real", "rad", 0.0, "From one copy to the next.")},
+                  optional("step", "vec3", "m", "Translation from one copy to the next."),
+                  defaulted("turn", "real", "rad", 0.0, "Translation from one copy to the next.")},
        .returns = {"list", "", "Names of the copies.", {}},
        .effect = Effect::edits,
        .run = duplicate_part});

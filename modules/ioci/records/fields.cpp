@@ -90,7 +90,7 @@ std::string with_brass(const char* rest) { return std::string(kBrass) + rest; }
 
 ParamSpec record_field() { return needed("id", "ref:any", "", "A record of any kind."); }
 ParamSpec kind_field() {
-  return needed("kind", "string", "", "Such as \"robot\"; record.kinds lists them.");
+  return needed("kind", "string", "", "Kind such as \"robot\"; record.kinds lists them.");
 }
 
 }  // namespace
@@ -108,13 +108,12 @@ RMP_COMMANDS(field_commands) {
        .run = kinds},
       {.name = "record.schema",
        .classic = "",
-       .summary = "Reports what can be in a record of a kind.",
-       .details = "Each field has name, label, doc, type and since (the version of the files that "
-                  "has it first); where it applies unit, min or above, max, infinite, choices, "
+       .summary = "Describes the fields of a kind of record.",
+       .details = "Each field has name, label, doc, type and since (the first version of the files "
+                  "that has it); if applicable, unit, min or above, max, infinite, choices, "
                   "default, optional, needed, read_only, expression (its numbers may be "
-                  "expressions), names "
-                  "(it names an element of that list) and fields, those of what it holds. A "
-                  "property palette can be drawn of it.",
+                  "expressions), names (it names an element of that list) and fields, those of its "
+                  "elements. A property palette can be generated from it.",
        .example =
            "local about = record.schema(\"material\")\n"
            "assert(about.extension == \".mtr\")\n"
@@ -126,9 +125,10 @@ RMP_COMMANDS(field_commands) {
                    "",
                    "",
                    {field("kind", "string", "", "The kind."),
-                    field("extension", "string", "", "Of its files."),
-                    field("folder", "string", "", "Of a library that holds such records."),
-                    field("fields", "list", "", "What is in it.")}},
+                    field("extension", "string", "", "Extension of its files."),
+                    field("folder", "string", "",
+                          "Folder of a library that contains such records."),
+                    field("fields", "list", "", "Its fields.")}},
        .effect = Effect::reads,
        .run = schema},
       {.name = "record.create",
@@ -144,24 +144,23 @@ RMP_COMMANDS(field_commands) {
        .run = create_of_kind},
       {.name = "record.describe",
        .classic = "",
-       .summary = "Gives everything a record holds as nested tables, whatever its kind.",
-       .details = "Lengths in metres, angles in radians; references are names.",
+       .summary = "Returns all fields of a record of any kind as nested tables.",
+       .details = "Lengths are in metres, angles in radians; references are names.",
        .example = with_brass("assert(record.describe(\"brass\").density == 8500)"),
        .params = {record_field()},
-       .returns = {"map", "", "Its values by field; record.schema explains them.", {}},
+       .returns = {"map", "", "Its values by field; record.schema describes them.", {}},
        .effect = Effect::reads,
        .run = describe_fields},
       {.name = "record.set",
        .classic = "",
        .summary = "Changes one value of a record of any kind.",
-       .details =
-           "The path is the name of a field, then of what is in it: `density`, "
-           "`links[2].joint`, `elbow.drive.gear_ratio`, `tools.camera.position.x`. Elements "
-           "of lists are named by their place from 1 or by their name; nil takes out what is "
-           "optional. Lists and tables are replaced as a whole.",
+       .details = "The path starts with a field, followed by fields inside it: `density`, "
+                  "`links[2].joint`, `elbow.drive.gear_ratio`, `tools.camera.position.x`. Elements "
+                  "of lists are given by their place from 1 or by their name; nil removes an "
+                  "optional value. Lists and tables are replaced as a whole.",
        .example = with_brass("record.set{id = \"brass\", path = \"density\", value = \"8.4 "
                              "g/cm^3\"}\nassert(material.describe(\"brass\").density == 8400)"),
-       .params = {record_field(), needed("path", "string", "", "What to change."),
+       .params = {record_field(), needed("path", "string", "", "Path of the value."),
                   optional("value", "any", "", "Its new value.")},
        .returns = {},
        .effect = Effect::edits,
@@ -170,7 +169,7 @@ RMP_COMMANDS(field_commands) {
       {.name = "record.save",
        .classic = "",
        .summary = "Saves a record of any kind.",
-       .details = "Records it refers to that were never saved are saved beside it.",
+       .details = "Records it refers to that were never saved are saved to the same folder.",
        .example = with_brass("assert(#record.save{id = \"brass\", file = \"brass.mtr\"} == 1)"),
        .params = {record_field(), needed("file", "path", "", "The file."), overwrite_field()},
        .returns = {"list", "", "Paths of the files written.", {}},

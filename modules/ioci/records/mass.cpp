@@ -138,25 +138,25 @@ RMP_COMMANDS(mass_commands) {
   all.push_back(
       {.name = "object.mass_table",
        .classic = "",
-       .summary = "Lists what each solid of an object adds to its computed mass.",
-       .details = "In order of listing, nested objects resolved (\"gripper.finger\"). Where "
-                  "overlaps count once, the volume is what no earlier part claimed. The rows add "
-                  "up to the mass.",
+       .summary = "Lists the contribution of each solid to the computed mass of an object.",
+       .details = "In the order of the parts, with nested objects resolved (\"gripper.finger\"). "
+                  "If overlaps count once, the volume excludes what earlier parts already cover. "
+                  "The rows add up to the mass.",
        .example = with_pin("local t = bolt:mass_table()\nassert(#t == 2 and math.abs(t[1].mass + "
                            "t[2].mass - bolt:mass().mass) < 1e-12)"),
        .params = {self("object")},
        .returns = {"list",
                    "",
-                   "One row a solid.",
+                   "One row per solid.",
                    {field("part", "string", "", "Name of the part."),
-                    field("solid", "string", "", "The solid it is."),
-                    field("material", "string", "", "What it is made of; nil without one."),
-                    field("density", "real", "kg/m^3", "Of the material."),
+                    field("solid", "string", "", "Its solid."),
+                    field("material", "string", "", "Its material; nil if it has none."),
+                    field("density", "real", "kg/m^3", "Density of the material."),
                     field("volume", "real", "m^3", "Volume that counts."),
                     field("mass", "real", "kg", "Mass."),
                     field("com", "vec3", "m", "Centre of mass in the object's frame."),
                     field("inertia", "matrix", "kg m^2",
-                          "About that, in the axes of the object's frame.")}},
+                          "Inertia about that centre, in the axes of the object's frame.")}},
        .effect = Effect::reads,
        .run = mass_table});
   for (const char* kind : {"solid", "object"}) {
@@ -165,10 +165,10 @@ RMP_COMMANDS(mass_commands) {
     all.push_back(
         {.name = std::string(kind) + ".set_measured",
          .classic = "",
-         .summary = "Gives " + article + " the mass that was measured on the real part.",
-         .details = "It counts instead of the computed one wherever this is used; " +
+         .summary = "Sets the mass of " + article + " to that measured on the real part.",
+         .details = "It replaces the computed mass wherever this record is used; " +
                     std::string(kind) +
-                    ".mass shows both. In the frame of the record. What is left out stays as "
+                    ".mass shows both. In the frame of the record. Omitted values stay as "
                     "computed, the inertia in proportion to the mass.",
          .example =
              with_pin((name + ":set_measured{mass = 0.2, source = \"scales\"}\nassert(" + name +
@@ -179,14 +179,15 @@ RMP_COMMANDS(mass_commands) {
                     optional("inertia", "any", "kg m^2",
                              "About the centre of mass: {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a 3x3 "
                              "matrix, elements of the tensor."),
-                    optional("source", "string", "", "How and by whom it was measured.")},
+                    optional("source", "string", "",
+                             "Source of the measurement: method and person.")},
          .returns = {},
          .effect = Effect::edits,
          .run = set_measured});
     all.push_back(
         {.name = std::string(kind) + ".clear_measured",
          .classic = "",
-         .summary = "Lets the computed mass of " + article + " count again.",
+         .summary = "Restores the computed mass of " + article + ".",
          .details = "",
          .example = with_pin((name + ":set_measured{mass = 0.2}\n" + name +
                               ":clear_measured()\nassert(" + name + ":mass().computed == nil)")
@@ -199,12 +200,12 @@ RMP_COMMANDS(mass_commands) {
   all.push_back(
       {.name = "robot.link_mass",
        .classic = "",
-       .summary = "Gives the mass of a link in its own frame with its ten inertial parameters.",
-       .details = "By the robot's mass source: the published values, or the designed parts put "
-                  "together (measured masses of them counted, volume that they share once, as in "
-                  "an object). parameters is m, m rx, m ry, m rz, "
-                  "Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the origin of the link's frame: the torques "
-                  "are linear in them. Drives are in robot.dynamics.",
+       .summary = "Returns the mass of a link in its frame with its ten inertial parameters.",
+       .details =
+           "By the robot's mass source: the published values, or the designed parts together (with "
+           "their measured masses if any, and shared volume counted once, as in an object). "
+           "parameters is m, m rx, m ry, m rz, Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the origin of "
+           "the link's frame: the torques are linear in them. robot.dynamics returns the drives.",
        .example = with_arm("local m = arm:link_mass(1)\nassert(m.mass == 5 and #m.parameters == "
                            "10)"),
        .params = {self("robot"), needed("link", "any", "", "Name or number of the link.")},
@@ -215,12 +216,13 @@ RMP_COMMANDS(mass_commands) {
                     field("source", "string", "", "given, designed or none."),
                     field("mass", "real", "kg", "Mass."),
                     field("com", "vec3", "m", "Centre of mass in the link's frame."),
-                    field("inertia", "matrix", "kg m^2", "About the centre of mass."),
-                    field("inertia_origin", "matrix", "kg m^2", "About the frame's origin."),
+                    field("inertia", "matrix", "kg m^2", "Inertia about the centre of mass."),
+                    field("inertia_origin", "matrix", "kg m^2",
+                          "Inertia about the frame's origin."),
                     field("first_moment", "vec3", "kg m", "Mass times centre of mass."),
                     field("parameters", "array", "", "The ten parameters, SI."),
-                    field("given", "map", "", "The published values, when there are."),
-                    field("designed", "map", "", "Those of the parts, when they have mass.")}},
+                    field("given", "map", "", "The published values, if any."),
+                    field("designed", "map", "", "Values of the parts, if they have mass.")}},
        .effect = Effect::reads,
        .run = link_mass});
   return all;

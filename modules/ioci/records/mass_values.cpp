@@ -12,27 +12,28 @@
 namespace robomosp::ioci {
 
 std::vector<ParamSpec> body_mass_fields() {
-  return {field("mass", "real", "kg", "Mass; the measured one, where there is one."),
-          field("com", "vec3", "m", "Centre of mass in the frame of the record, or in `about`."),
-          field("inertia", "matrix", "kg m^2",
-                "Inertia tensor about the centre of mass; off the diagonal minus the products of "
-                "inertia."),
-          field("inertia_origin", "matrix", "kg m^2", "The same about the origin of the frame."),
-          field("principal_moments", "vec3", "kg m^2",
-                "Eigenvalues of the tensor about the centre of mass, ascending."),
-          field("principal_axes", "matrix", "", "Their axes, one a column."),
-          field("radii_of_gyration", "vec3", "m",
-                "sqrt(I / m) for the frame's axes through the centre of mass."),
-          field("principal_radii", "vec3", "m", "The same for the principal axes."),
-          field("volume", "real", "m^3",
-                "Volume; where parts overlap it counts once unless the object sums."),
-          field("area", "real", "m^2", "Surface area, the sum over the parts."),
-          field("overlap", "real", "m^3", "Volume that parts share."),
-          field("exact", "bool", "", "True when it comes from the analytic surfaces."),
-          field("relative_error", "real", "", "Bound for mass and volume when not exact."),
-          field("measured", "map", "", "The measured mass, com, inertia and source, if any."),
-          field("computed", "map", "", "Then what was computed: mass, com, inertia."),
-          field("notes", "list", "", "Remarks such as parts without a material.")};
+  return {
+      field("mass", "real", "kg", "Mass; the measured one, if there is one."),
+      field("com", "vec3", "m", "Centre of mass in the frame of the record, or in `about`."),
+      field("inertia", "matrix", "kg m^2",
+            "Inertia tensor about the centre of mass; its off-diagonal elements are minus the "
+            "products of inertia."),
+      field("inertia_origin", "matrix", "kg m^2", "Inertia tensor about the origin of the frame."),
+      field("principal_moments", "vec3", "kg m^2",
+            "Eigenvalues of the tensor about the centre of mass, ascending."),
+      field("principal_axes", "matrix", "", "Their axes, one per column."),
+      field("radii_of_gyration", "vec3", "m",
+            "sqrt(I / m) for the frame's axes through the centre of mass."),
+      field("principal_radii", "vec3", "m", "sqrt(I / m) for the principal axes."),
+      field("volume", "real", "m^3",
+            "Volume; overlaps of parts count once unless the object sums them."),
+      field("area", "real", "m^2", "Surface area, the sum over the parts."),
+      field("overlap", "real", "m^3", "Volume that parts share."),
+      field("exact", "bool", "", "True if it is computed from the analytic surfaces."),
+      field("relative_error", "real", "", "Error bound of mass and volume if not exact."),
+      field("measured", "map", "", "The measured mass, com, inertia and source, if any."),
+      field("computed", "map", "", "If measured: the computed mass, com, inertia."),
+      field("notes", "list", "", "Remarks such as parts without a material.")};
 }
 
 Map body_mass_map(const evaluation::BodyMass& b, const Pose& about) {
@@ -77,8 +78,8 @@ Map body_mass_map(const evaluation::BodyMass& b, const Pose& about) {
 
 ParamSpec about_field() {
   return optional("about", "pose", "",
-                  "A frame in the record's frame: com, inertia and inertia_origin are given in "
-                  "its axes and about its origin instead.");
+                  "A frame in the record's frame: com, inertia and inertia_origin are then given "
+                  "in its axes and about its origin.");
 }
 
 Pose about_of(const Map& args) {

@@ -13,20 +13,20 @@ Schema look_and_mass(bool creating) {
     return p;
   };
   return {
-      density(optional("density", "real", "kg/m^3", "Density; 0 is a look without mass.")),
-      optional(
-          "colour", "any", "",
-          "Base colour, \"#rrggbb\" or {r, g, b} from 0 to 1 (sRGB); a fourth part is opacity."),
-      between(optional("opacity", "real", "", "0 not to be seen to 1 opaque."), 0, 1),
+      density(optional("density", "real", "kg/m^3", "Density; 0 for an appearance without mass.")),
+      optional("colour", "any", "",
+               "Base colour, \"#rrggbb\" or {r, g, b} from 0 to 1 (sRGB); a fourth component is "
+               "opacity."),
+      between(optional("opacity", "real", "", "0 invisible to 1 opaque."), 0, 1),
       between(optional("shininess", "real", "", "0 matt to 1 mirror-like."), 0, 1),
       between(optional("metalness", "real", "", "0 paint or plastic to 1 bare metal."), 0, 1),
       optional("ambient", "any", "",
-               "Colour in the shade, as colour; \"\" is the base colour again."),
+               "Colour in the shade, given like colour; \"\" returns to the base colour."),
       optional("specular", "any", "",
-               "Colour of highlights, as colour; \"\" is that of metalness again."),
-      optional("emission", "any", "", "Light that it emits, as colour; black is none."),
-      optional("description", "string", "", "What it is."),
-      optional("source", "string", "", "Where the density comes from.")};
+               "Colour of highlights, given like colour; \"\" returns to that of metalness."),
+      optional("emission", "any", "", "Emitted light, given like colour; black is none."),
+      optional("description", "string", "", "Its description."),
+      optional("source", "string", "", "Source of the density.")};
 }
 
 /// A colour that "" takes away.
@@ -106,8 +106,8 @@ RMP_COMMANDS(material_commands) {
   all.push_back(
       {.name = "material.set",
        .classic = "",
-       .summary = "Changes what is given of a material.",
-       .details = "Everything made of it gets its new mass or look at once.",
+       .summary = "Changes the given properties of a material.",
+       .details = "The mass and the appearance of everything made of it follow at once.",
        .example = "local steel = material.create{name = \"steel\", density = \"7.85 "
                   "g/cm^3\"}\nsteel:set{density = 7900}\nassert(steel:describe().density == 7900)",
        .params = std::move(set_params),

@@ -15,7 +15,7 @@ using model::ObjectPart;
 Schema part_schema() {
   Schema s{needed("what", "ref:solid|object", "", "A solid or another object."),
            optional("name", "string", "",
-                    "Name of the part within the object; that of the solid otherwise."),
+                    "Name of the part within the object; by default that of the solid."),
            optional("material", "ref:material", "", "Replaces the solid's own material.")};
   for (ParamSpec& p : placement_fields("the object")) s.push_back(std::move(p));
   return s;
@@ -55,7 +55,7 @@ model::Overlap overlap_of(const Map& args) {
 ParamSpec overlap_spec() {
   return choice(
       "overlap", {"once", "sum"},
-      "Whether volume that parts share counts once (for the part listed first) or for every part.");
+      "Whether volume shared by parts counts once (for the part listed first) or for every part.");
 }
 
 Result<Value> create_object(CommandContext& ctx, const Map& args) {
@@ -208,23 +208,24 @@ Result<std::size_t> find_part(const model::Object& o, std::string_view name) {
 
 RMP_COMMANDS(object_commands) {
   std::vector<CommandSpec> all;
-  all.push_back({.name = "object.create",
-                 .classic = "",
-                 .summary = "Makes an object, an assembly of solids and other objects.",
-                 .details = "A part is a table: what (a solid or object), name, placement or "
-                            "position with angles, and a material that replaces the solid's own.",
-                 .example = with_bolt("assert(#bolt:describe().parts == 2)"),
-                 .params = {needed("name", "string", "", "Name, unique among objects."),
-                            optional("parts", "list", "", "Its parts."),
-                            optional("tcps", "list", "",
-                                     "Tool centre points: tables with name and placement, as in "
-                                     "object.add_tcp."),
-                            overlap_spec(), optional("description", "string", "", "What it is."),
-                            parameters_field()},
-                 .returns = {"handle", "", "", {}},
-                 .effect = Effect::edits,
-                 .run = create_object,
-                 .takes_expressions = true});
+  all.push_back(
+      {.name = "object.create",
+       .classic = "",
+       .summary = "Makes an object, an assembly of solids and other objects.",
+       .details = "A part is a table: what (a solid or object), name, placement or position with "
+                  "angles, and a material that replaces that of the solid.",
+       .example = with_bolt("assert(#bolt:describe().parts == 2)"),
+       .params = {needed("name", "string", "", "Name, unique among objects."),
+                  optional("parts", "list", "", "Its parts."),
+                  optional("tcps", "list", "",
+                           "Tool centre points: tables with name and placement, as in "
+                           "object.add_tcp."),
+                  overlap_spec(), optional("description", "string", "", "Its description."),
+                  parameters_field()},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create_object,
+       .takes_expressions = true});
   Schema part = part_schema();
   part.insert(part.begin(), self("object"));
   all.push_back({.name = "object.add_part",
@@ -242,7 +243,7 @@ RMP_COMMANDS(object_commands) {
       {.name = "object.remove_part",
        .classic = "",
        .summary = "Removes a part from an object.",
-       .details = "The solid itself stays.",
+       .details = "The solid itself is kept.",
        .example = with_bolt("bolt:remove_part(\"head\")\nassert(#bolt:describe().parts == 1)"),
        .params = {self("object"), needed("part", "string", "", "Its name.")},
        .returns = {},
@@ -254,11 +255,11 @@ RMP_COMMANDS(object_commands) {
        .summary = "Changes one field of an object or of a part.",
        .details = "The path is overlap or description, or a part's name and one of its fields: "
                   "\"head.position\", \"head.position.z\", \"head.rpy\", \"head.material\", "
-                  "\"head.what\", \"head.name\"; or any other of record.set.",
+                  "\"head.what\", \"head.name\"; or any other path of record.set.",
        .example =
            with_bolt("bolt:set{path = \"head.position.z\", value = \"60 "
                      "mm\"}\nassert(bolt:describe().parts[2].placement.position[3] == 0.06)"),
-       .params = {self("object"), needed("path", "string", "", "What to change."),
+       .params = {self("object"), needed("path", "string", "", "Path of the value."),
                   needed("value", "any", "", "The new value.")},
        .returns = {},
        .effect = Effect::edits,
@@ -266,8 +267,8 @@ RMP_COMMANDS(object_commands) {
        .takes_expressions = true});
   all.push_back({.name = "object.mass",
                  .classic = "",
-                 .summary = "Returns mass, centre of mass and inertia of an object, with its rule "
-                            "for overlapping volume.",
+                 .summary = "Returns mass, centre of mass and inertia of an object, following its "
+                            "rule for overlapping volume.",
                  .details = "",
                  .example = with_bolt(
                      "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
@@ -278,8 +279,8 @@ RMP_COMMANDS(object_commands) {
   all.push_back(
       {.name = "object.dynamics_vector",
        .classic = "PObject vGetDynamicp",
-       .summary =
-           "Gives the dynamic parameters of an object as the program of 2006 did, 15 numbers.",
+       .summary = "Returns the dynamic parameters of an object as 15 numbers, in the order of the "
+                  "program of 2006.",
        .details = "mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, Ixz, Jm, G, B, Tc+, Tc-. Inertia "
                   "about the centre of mass, elements of the tensor; an object has no motor, so Jm "
                   "= 0, G = 1 and no friction.",

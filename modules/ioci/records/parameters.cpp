@@ -184,10 +184,10 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
   all.push_back(
       {.name = kind + ".set_parameter",
        .classic = "",
-       .summary = "Gives a parameter of " + record + " a value, an expression, or makes it.",
+       .summary = "Sets a parameter of " + record + " to a value or an expression, or adds it.",
        .details = std::string("The value is a number, a quantity such as \"20 mm\", or an "
                               "expression over other parameters such as \"bore/4 + 2 mm\". All "
-                              "that depends on it follows in the same step.") +
+                              "dependent values are updated in the same step.") +
                   (is_world ? " Expressions of other records use it as "
                               "\"cell.bore\", with the world's name in front."
                             : ""),
@@ -195,9 +195,9 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
                   " - 0.012) < 1e-12)",
        .params = {id, name, optional("value", "any", "", "A number, a quantity, or an expression."),
                   optional("unit", "string", "",
-                           "Unit of a plain number, or what an expression must be in; without "
-                           "one that of the parameter, or of the expression."),
-                  optional("description", "string", "", "What it is.")},
+                           "Unit of a plain number, or required unit of an expression; by default "
+                           "that of the parameter, or of the expression."),
+                  optional("description", "string", "", "Its description.")},
        .returns = {},
        .effect = Effect::edits,
        .run = run_set_parameter});
@@ -205,26 +205,26 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
   if (kind != "trajectory")
     all.push_back({.name = kind + ".parameters",
                    .classic = "",
-                   .summary = "Gives the parameters of " + record + " by name.",
-                   .details = "In a form that " + kind + ".create takes as its parameters.",
+                   .summary = "Returns the parameters of " + record + " by name.",
+                   .details = "In the form that " + kind + ".create takes as its parameters.",
                    .example = make + "local wall = " + list_call +
                               ".wall\nassert(wall.expression == \"bore/4 + 2 mm\" and "
                               "math.abs(wall.value - 0.007) < 1e-12 and wall.unit == \"m\")",
                    .params = {id},
                    .returns = {"map",
                                "",
-                               "One row a parameter.",
+                               "One row per parameter.",
                                {field("value", "real", "", "Its value."),
                                 field("unit", "string", "", "Unit of the value, in SI."),
-                                field("text", "string", "", "Value and unit to read."),
-                                field("expression", "string", "", "What it is computed from."),
-                                field("description", "string", "", "What it is."),
-                                field("uses", "list", "", "Where expressions use it.")}},
+                                field("text", "string", "", "Value and unit as text."),
+                                field("expression", "string", "", "Its expression."),
+                                field("description", "string", "", "Its description."),
+                                field("uses", "list", "", "Expressions that use it.")}},
                    .effect = Effect::reads,
                    .run = list_parameters});
   all.push_back({.name = kind + ".remove_parameter",
                  .classic = "",
-                 .summary = "Removes a parameter of " + record + "; refused while it is used.",
+                 .summary = "Removes a parameter of " + record + "; refused while it is in use.",
                  .details = "",
                  .example = make + call("set_parameter") + "\"spare\", 3)\n" +
                             call("remove_parameter") + "\"spare\")\nassert(not " + list_call +
@@ -237,7 +237,7 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
   all.push_back(
       {.name = kind + ".rename_parameter",
        .classic = "",
-       .summary = "Gives a parameter of " + record + " another name, in all expressions as well.",
+       .summary = "Renames a parameter of " + record + ", in all expressions as well.",
        .details = "",
        .example = make + call("rename_parameter") + "\"bore\", \"hole\")\nassert(" + list_call +
                   ".wall.expression == \"hole/4 + 2 mm\")",

@@ -189,9 +189,8 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
       {.name = kind + ".get",
        .classic = "",
        .summary = "Finds " + a + " by name, in the document or else in the library.",
-       .details =
-           "What comes from the library is loaded with everything it refers to; that is no step "
-           "of the history, and undo leaves it there.",
+       .details = "A record from the library is loaded with everything it refers to; this is not a "
+                  "step of the history, and undo does not remove it.",
        .example = make + "\nassert(" + kind + ".get(" + quoted + ").name == " + quoted + ")",
        .params = {needed("name", "string", "", "Its name.")},
        .returns = {"handle", "", "", {}},
@@ -211,8 +210,8 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
   all.push_back(
       {.name = kind + ".rename",
        .classic = "",
-       .summary = "Gives " + a + " another name.",
-       .details = "References are by identity and stay. The file it was saved to stays as well.",
+       .summary = "Renames " + a + ".",
+       .details = "References use ids and stay valid. The file it was saved to does not change.",
        .example = make + "\n" + kind + ".rename(" + quoted + ", \"another\")\nassert(" + kind +
                   ".get(\"another\"))",
        .params = {self(kind), needed("name", "string", "", "The new name, unique among its kind.")},
@@ -227,22 +226,22 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
        .example = make + "\nlocal copy = " + kind + ".duplicate(" + quoted + ")\nassert(#" + kind +
                   ".list() == 2)",
        .params = {self(kind), optional("name", "string", "",
-                                       "Name of the copy; a free one is chosen otherwise.")},
+                                       "Name of the copy; a free one is chosen if omitted.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
        .run = duplicate});
   all.push_back(
       {.name = kind + ".describe",
        .classic = world ? "World Show" : "",
-       .summary = "Gives everything " + a + " holds as nested tables.",
-       .details = "Lengths in metres, angles in radians; references are names.",
+       .summary = "Returns all fields of " + a + " as nested tables.",
+       .details = "Lengths are in metres, angles in radians; references are names.",
        .example = make + "\nassert(" + kind + ".describe(" + quoted + ").name == " + quoted + ")",
        .params = {self(kind)},
        .returns = {"map",
                    "",
                    "",
                    {field("name", "string", "", "Its name."),
-                    field("file", "string", "", "Where it was loaded from or saved to.")}},
+                    field("file", "string", "", "File it was loaded from or saved to.")}},
        .effect = Effect::reads,
        .run = run_describe_record});
   all.push_back(
@@ -250,9 +249,9 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
        .classic = world ? "Worlds Open" : "",
        .summary = "Loads " + a + " and everything it refers to from a " + extension + " file.",
        .details =
-           std::string("All or nothing, as one step. A file that is in the document already "
-                       "is not loaded again unless reload is true; when it was changed on the "
-                       "disk since, a message says so.") +
+           std::string("The load succeeds completely or changes nothing, and is one step. A file "
+                       "that is already in the document is not loaded again unless reload is true; "
+                       "a message reports if it has changed on disk since.") +
            (of <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are recognised by their content "
                                  "and read as well (.mtr, .csg, .obj)."
                                : ""),
@@ -267,13 +266,13 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
       {.name = kind + ".save",
        .classic = world ? "World Save" : "",
        .summary = "Saves " + a + " to a " + extension + " file.",
-       .details = "Records it refers to that were never saved are saved beside it. That "
-                  "a record is saved is no step of the history: undo leaves it saved. "
-                  "Its file is not written when another program changed it meanwhile.",
+       .details = "Records it refers to that were never saved are saved to the same folder. Saving "
+                  "is not a step of the history: undo leaves the record saved. Nothing is written "
+                  "if another program changed the file meanwhile.",
        .example = make + "\nlocal written = " + kind + ".save{id = " + quoted +
                   ", file = \"example" + extension + "\"}\nassert(#written >= 1)",
        .params = {self(kind),
-                  optional("file", "path", "", "The file; the one it came from when left out."),
+                  optional("file", "path", "", "The file; by default the one it came from."),
                   overwrite_field()},
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write | Effect::edits,
@@ -281,7 +280,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
   all.push_back(
       {.name = kind + ".text",
        .classic = "",
-       .summary = "Gives the text that saving " + a + " would write.",
+       .summary = "Returns the text that saving " + a + " would write.",
        .details = "",
        .example = (of == Kind::object ? "local dir = \"example\"\n" + make +
                                             "\nsolid.save{id = \"pin\", file = dir .. \".csg\"}"

@@ -14,11 +14,10 @@ using model::Solid;
 using model::SolidNode;
 
 Schema solid_fields() {
-  return {
-      optional("material", "ref:material", "", "What it is made of; without one it has no mass."),
-      above_zero(
-          optional("chord", "real", "m", "Greatest distance of a mesh chord from the surface.")),
-      optional("description", "string", "", "What it is.")};
+  return {optional("material", "ref:material", "", "Its material; without one it has no mass."),
+          above_zero(optional("chord", "real", "m",
+                              "Greatest distance of a mesh chord from the surface.")),
+          optional("description", "string", "", "Its description.")};
 }
 
 void apply_fields(const Map& args, Solid& s) {
@@ -181,11 +180,13 @@ std::string with_plate(const char* rest) { return std::string(kPlate) + rest; }
 RMP_COMMANDS(solid_commands) {
   std::vector<CommandSpec> all;
   std::string kinds =
-      "A node is a table: kind, an optional name, where it stands in its parent (placement, or "
+      "A node is a table: kind, an optional name, its placement in its parent (placement, or "
       "position, cylindrical or spherical with rpy, xyz, zyz, quaternion or axis_angle; frame = "
-      "\"global\" counts from the solid's frame), and then what the table lists; with centred = "
-      "true a primitive that stands on z = 0 has its frame at half its height instead.\n\n"
-      "| kind | fields | meaning |\n|---|---|---|\n";
+      "\"global\" makes it relative to the solid's frame), and then the fields in the following "
+      "table; with centred = true the frame of a primitive that starts at z = 0 is at half its "
+      "height instead.\n\n"
+      "| kind | fields | meaning |\n"
+      "|---|---|---|\n";
   for (const CsgNodeInfo& p : kCsgNodes) {
     kinds += "| " + std::string(p.name) + " | ";
     for (std::size_t i = 0; i < csg_size_count(p.kind); ++i)
@@ -204,13 +205,13 @@ RMP_COMMANDS(solid_commands) {
   }
   kinds += profile_help();
   kinds +=
-      "\nselect chooses edges of the node inside: \"all\", or conditions joined by \"and\": "
-      "parallel x (or y, z), straight, round, convex, concave, top, bottom, left, right, front, "
-      "back (wholly at the greatest or least z, x, y), near (x, y, z) in metres.\n\n"
+      "\n"
+      "select chooses edges of the node inside: \"all\", or conditions joined by \"and\": parallel "
+      "x (or y, z), straight, round, convex, concave, top, bottom, left, right, front, back "
+      "(entirely at the greatest or least z, x, y), near (x, y, z) in metres.\n\n"
       "primitive is the name of a provider of robomosp.primitive/1, or {name = \"gear\", params = "
       "{teeth = 20}}; its numbers may be expressions. geometry is {solid = name, node = name} of "
-      "an imported node, or {points = "
-      "{{x, y, z}, ...}, triangles = {{1, 2, 3}, ...}} of a mesh.\n";
+      "an imported node, or {points = {{x, y, z}, ...}, triangles = {{1, 2, 3}, ...}} of a mesh.\n";
   Schema create_params{needed("name", "string", "", "Name, unique among solids."),
                        needed("root", "map", "", "The tree, a nested table of nodes.")};
   for (ParamSpec& p : solid_fields()) create_params.push_back(std::move(p));
@@ -233,10 +234,10 @@ RMP_COMMANDS(solid_commands) {
            "The path is material, chord or description, or a node's name and one of its fields: "
            "\"bore.radius\", \"body.position\", \"body.position.z\", \"body.rpy\", \"body.frame\", "
            "\"body.name\", \"soft.select\", \"web.profile\", \"web.profile.1.3.x\", "
-           "\"wheel.primitive.teeth\"; or any other of record.set.",
+           "\"wheel.primitive.teeth\"; or any other path of record.set.",
        .example = with_plate("plate:set{path = \"bore.radius\", value = \"12 "
                              "mm\"}\nassert(plate:tree().children[2].radius == 0.012)"),
-       .params = {self("solid"), needed("path", "string", "", "What to change."),
+       .params = {self("solid"), needed("path", "string", "", "Path of the value."),
                   needed("value", "any", "", "The new value; lengths in metres, or with a unit.")},
        .returns = {},
        .effect = Effect::edits,
@@ -245,8 +246,8 @@ RMP_COMMANDS(solid_commands) {
   all.push_back(
       {.name = "solid.tree",
        .classic = "",
-       .summary = "Gives the tree as the nested table that solid.create takes.",
-       .details = "Trees of more than 100 levels are refused; `solid.text` gives those.",
+       .summary = "Returns the tree as the nested table that solid.create takes.",
+       .details = "Trees of more than 100 levels are refused; `solid.text` writes those.",
        .example = with_plate("local twin = solid.create{name = \"twin\", root = "
                              "plate:tree()}\nassert(twin:tree().children[1].x == 0.2)"),
        .params = {self("solid")},
@@ -256,24 +257,25 @@ RMP_COMMANDS(solid_commands) {
                    {field("kind", "string", "", "Operation or primitive."),
                     field("name", "string", "", "Name of the node."),
                     field("placement", "map", "", "Pose in its parent."),
-                    field("expressions", "map", "", "Numbers that are expressions, by path."),
-                    field("children", "list", "", "Of an operation: its nodes.")}},
+                    field("expressions", "map", "", "Numbers given by expressions, by path."),
+                    field("children", "list", "", "Child nodes of an operation.")}},
        .effect = Effect::reads,
        .run = tree});
-  all.push_back({.name = "solid.mass",
-                 .classic = "",
-                 .summary = "Gives mass, centre of mass and inertia of a solid.",
-                 .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
-                 .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
-                                       "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
-                 .params = {self("solid"), about_field()},
-                 .returns = {"map", "", "", body_mass_fields()},
-                 .effect = Effect::reads,
-                 .run = solid_mass});
+  all.push_back(
+      {.name = "solid.mass",
+       .classic = "",
+       .summary = "Returns mass, centre of mass and inertia of a solid.",
+       .details = "Exact to rounding: computed from the analytic surfaces, not from the mesh.",
+       .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
+                             "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
+       .params = {self("solid"), about_field()},
+       .returns = {"map", "", "", body_mass_fields()},
+       .effect = Effect::reads,
+       .run = solid_mass});
   all.push_back(
       {.name = "solid.moments",
        .classic = "",
-       .summary = "Gives volume, area and the first and second moments of a solid about its "
+       .summary = "Returns volume, area and the first and second moments of a solid about its "
                   "frame's origin.",
        .details = "",
        .example = with_plate("assert(plate:moments().exact)"),
@@ -285,8 +287,9 @@ RMP_COMMANDS(solid_commands) {
                     field("area", "real", "m^2", "Surface area."),
                     field("first", "vec3", "m^4", "Integrals of x, y, z."),
                     field("second", "matrix", "m^5", "Integrals of the products of x, y, z."),
-                    field("exact", "bool", "", "From the analytic surface."),
-                    field("relative_error", "real", "", "Estimate when not exact.")}},
+                    field("exact", "bool", "",
+                          "Whether it is computed from the analytic surfaces."),
+                    field("relative_error", "real", "", "Error estimate if not exact.")}},
        .effect = Effect::reads,
        .run = moments});
   const std::vector<ParamSpec> bounds_fields{field("min", "vec3", "m", "Least coordinates."),
@@ -294,7 +297,7 @@ RMP_COMMANDS(solid_commands) {
                                              field("size", "vec3", "m", "Their difference.")};
   all.push_back({.name = "solid.bounds",
                  .classic = "",
-                 .summary = "Gives the box around a solid, along the axes of its frame.",
+                 .summary = "Returns the box around a solid, along the axes of its frame.",
                  .details = "",
                  .example = with_plate("assert(math.abs(plate:bounds().size[1] - 0.2) < 1e-6)"),
                  .params = {self("solid")},
@@ -314,14 +317,13 @@ RMP_COMMANDS(solid_commands) {
                               field("triangles", "int", "", "Triangles."),
                               field("faces", "int", "", "Faces of the solid."),
                               field("edges", "int", "", "Feature edges."),
-                              field("notes", "list", "",
-                                    "What is to be known of it: why it is an approximation.")}},
+                              field("notes", "list", "", "Remarks: why it is an approximation.")}},
                  .effect = Effect::reads,
                  .run = mesh_info});
   all.push_back(
       {.name = "object.bounds",
        .classic = "",
-       .summary = "Gives the box around an object, along the axes of its frame.",
+       .summary = "Returns the box around an object, along the axes of its frame.",
        .details = "",
        .example = with_plate("local o = object.create{name = \"o\", parts = {{what = "
                              "\"plate\"}}}\nassert(math.abs(o:bounds().size[1] - 0.2) < 1e-6)"),

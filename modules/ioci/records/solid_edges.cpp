@@ -138,43 +138,44 @@ Result<std::vector<std::size_t>> read_edges(const std::vector<CsgEdge>& all, con
 
 RMP_COMMANDS(solid_edge_commands) {
   std::vector<CommandSpec> all;
-  ParamSpec kind = field("kind", "enum", "", "Only these.");
+  ParamSpec kind = field("kind", "enum", "", "Only edges of this type.");
   kind.choices.assign(std::begin(kWords), std::end(kWords));
   all.push_back(
       {.name = "solid.edges",
        .classic = "",
        .summary = "Lists the edges of a solid as curves, with the normals of their two faces.",
-       .details = "For ways along them, see trajectory.along_edges. The numbers stay the same as "
-                  "long as the tree does.",
+       .details = "trajectory.along_edges makes paths along them. The numbers stay the same as "
+                  "long as the tree does not change.",
        .example = "local plate = solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y "
                   "= 0.1, z = 0.01}}\n"
                   "local rim = plate:edges{near = {0.1, 0, 0.01}}[1]\n"
                   "assert(rim.kind == \"line\" and math.abs(rim.length - 0.1) < 1e-12)\n"
                   "assert(rim.start_normals[1][1] + rim.start_normals[2][1] == 1)",
        .params = {self("solid"), kind,
-                  optional("near", "vec3", "m", "Only the one nearest to this place."),
+                  optional("near", "vec3", "m", "Only the edge nearest to this place."),
                   above_zero(optional("chord", "real", "m",
                                       "Greatest distance of a chord between two points from the "
-                                      "edge; the solid's own when left out."))},
-       .returns = {"list",
-                   "",
-                   "",
-                   {field("index", "int", "", "Its number in the whole list."),
-                    field("kind", "string", "", "line, circle (or a part of one) or curve."),
-                    field("length", "real", "m", "Along it."),
-                    field("is_closed", "bool", "", "It ends where it starts."),
-                    field("start", "vec3", "m", "Where it starts."),
-                    field("finish", "vec3", "m", "Where it ends."),
-                    field("start_tangent", "vec3", "", "Its direction there, of length 1."),
-                    field("finish_tangent", "vec3", "", "Its direction there, of length 1."),
-                    field("start_normals", "matrix", "",
-                          "Outward normals of its two faces, a row each."),
-                    field("finish_normals", "matrix", "", "The same where it ends."),
-                    field("points", "matrix", "m", "Places on it, from start to end, a row each."),
-                    field("centre", "vec3", "m", "Of a circle."),
-                    field("axis", "vec3", "", "Of a circle, which runs counterclockwise about it."),
-                    field("radius", "real", "m", "Of a circle."),
-                    field("angle", "real", "rad", "That a circle runs.")}},
+                                      "edge; by default the chord of the solid."))},
+       .returns =
+           {"list",
+            "",
+            "",
+            {field("index", "int", "", "Its number in the whole list."),
+             field("kind", "string", "", "line, circle (or a part of one) or curve."),
+             field("length", "real", "m", "Length along it."),
+             field("is_closed", "bool", "", "Whether it ends at its start."),
+             field("start", "vec3", "m", "Its first point."),
+             field("finish", "vec3", "m", "Its last point."),
+             field("start_tangent", "vec3", "", "Its direction there, a unit vector."),
+             field("finish_tangent", "vec3", "", "Its direction there, a unit vector."),
+             field("start_normals", "matrix", "",
+                   "Outward normals of its two faces at the start, one row each."),
+             field("finish_normals", "matrix", "", "The same at its end."),
+             field("points", "matrix", "m", "Points on it, from start to end, one row each."),
+             field("centre", "vec3", "m", "Centre of a circle."),
+             field("axis", "vec3", "", "Axis of a circle, which runs counterclockwise about it."),
+             field("radius", "real", "m", "Centre of a circle."),
+             field("angle", "real", "rad", "Angle covered by a circle.")}},
        .effect = Effect::reads,
        .run = edges});
   return all;

@@ -357,7 +357,7 @@ std::string with_edited_plate(const char* rest) { return std::string(kEditedPlat
 
 ParamSpec index_field() {
   ParamSpec p =
-      optional("index", "int", "", "Its number among the nodes there; the last when left out.");
+      optional("index", "int", "", "Its number among the nodes there; by default the last.");
   p.min = 1;
   return p;
 }
@@ -368,22 +368,22 @@ RMP_COMMANDS(solid_node_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec copy =
       optional("copy", "string", "", "Name of a node to copy, with all below it, instead.");
-  const ParamSpec from = optional("from", "ref:solid", "",
-                                  "The solid that has the node to copy; this one when left out.");
+  const ParamSpec from =
+      optional("from", "ref:solid", "", "The solid of the node to copy; by default this one.");
   all.push_back(
       {.name = "solid.add_node",
        .classic = "",
-       .summary = "Adds a node, or a whole tree of them, below an operation.",
-       .details = "Names of a copy that are taken get a number. A copy keeps expressions over "
-                  "parameters; from another solid only those over worlds' parameters.",
+       .summary = "Adds a node, or a whole tree of nodes, below an operation.",
+       .details = "Nodes of a copy are numbered if their names are taken. A copy within the solid "
+                  "keeps its expressions over parameters; a copy from another solid keeps only "
+                  "those over parameters of worlds.",
        .example = with_edited_plate(
            "plate:add_node{node = {kind = \"cylinder\", name = \"second\", radius = 0.005, height "
            "= 0.03, position = {0.05, 0, -0.01}}}\n"
            "plate:add_node{copy = \"second\", name = \"third\", index = 2}\n"
            "assert(plate:tree().children[2].name == \"third\")"),
        .params = {self("solid"), optional("node", "map", "", "The node, as in solid.create."),
-                  optional("parent", "string", "",
-                           "Name of the operation; the root when left out."),
+                  optional("parent", "string", "", "Name of the operation; the root if omitted."),
                   index_field(), copy, from, optional("name", "string", "", "Name of the copy.")},
        .returns = {"string", "", "Name of the node.", {}},
        .effect = Effect::edits,
@@ -402,7 +402,7 @@ RMP_COMMANDS(solid_node_commands) {
                  .run = remove_node});
   all.push_back({.name = "solid.duplicate_node",
                  .classic = "",
-                 .summary = "Copies a node and all below it right behind itself.",
+                 .summary = "Copies a node and all below it, and inserts the copy after it.",
                  .details = "Its expressions are copied, too.",
                  .example = with_edited_plate(
                      "local name = plate:duplicate_node(\"bore\")\nplate:set{path = name "
@@ -413,32 +413,31 @@ RMP_COMMANDS(solid_node_commands) {
                  .returns = {"string", "", "Name of the copy.", {}},
                  .effect = Effect::edits,
                  .run = duplicate_node});
-  all.push_back(
-      {.name = "solid.replace_node",
-       .classic = "",
-       .summary = "Puts another node, or a tree of them, in the place of a node.",
-       .details = "The new node stands where the old one stood and has its name unless it brings "
-                  "its own.",
-       .example =
-           with_edited_plate("plate:replace_node{node = \"bore\", with = {kind = \"box\", x = "
-                             "0.02, y = 0.02, z = 0.03}}\n"
-                             "local t = plate:tree().children[2]\n"
-                             "assert(t.kind == \"box\" and t.name == \"bore\" and "
-                             "t.placement.position[3] == -0.01)"),
-       .params = {self("solid"), needed("node", "string", "", "The node that goes."),
-                  optional("with", "map", "", "The node that comes, as in solid.create."), copy,
-                  from, optional("name", "string", "", "Its name.")},
-       .returns = {"string", "", "Name of the new node.", {}},
-       .effect = Effect::edits,
-       .run = replace_node,
-       .takes_expressions = true});
+  all.push_back({.name = "solid.replace_node",
+                 .classic = "",
+                 .summary = "Replaces a node by another node, or a tree of nodes.",
+                 .details = "The new node has the placement of the old one, and its name unless it "
+                            "has a name itself.",
+                 .example = with_edited_plate(
+                     "plate:replace_node{node = \"bore\", with = {kind = \"box\", x = "
+                     "0.02, y = 0.02, z = 0.03}}\n"
+                     "local t = plate:tree().children[2]\n"
+                     "assert(t.kind == \"box\" and t.name == \"bore\" and "
+                     "t.placement.position[3] == -0.01)"),
+                 .params = {self("solid"), needed("node", "string", "", "The node to remove."),
+                            optional("with", "map", "", "The new node, as in solid.create."), copy,
+                            from, optional("name", "string", "", "Its name.")},
+                 .returns = {"string", "", "Name of the new node.", {}},
+                 .effect = Effect::edits,
+                 .run = replace_node,
+                 .takes_expressions = true});
   all.push_back(
       {.name = "solid.move_node",
        .classic = "",
-       .summary = "Moves a node, with all below it, to another operation or another place in its "
-                  "own.",
-       .details = "Order matters in a difference: its first node is what the others are taken "
-                  "from.",
+       .summary = "Moves a node, with all below it, to another operation or to another place in "
+                  "its operation.",
+       .details =
+           "Order matters in a difference: the other nodes are subtracted from the first one.",
        .example = with_edited_plate(
            "plate:wrap{node = \"bore\", kind = \"union\", name = \"holes\"}\n"
            "plate:add_node{node = {kind = \"sphere\", name = \"ball\", radius = 0.02}}\n"
@@ -446,19 +445,18 @@ RMP_COMMANDS(solid_node_commands) {
            "assert(plate:tree().children[2].children[1].name == \"ball\")"),
        .params = {self("solid"), needed("node", "string", "", "Its name."),
                   optional("parent", "string", "",
-                           "Name of the operation; the one it is in when left out."),
+                           "Name of the operation; by default the present one."),
                   index_field(),
-                  defaulted("stay", "bool", "", Value(true),
-                            "It keeps its place in the solid; else the numbers of its "
-                            "placement.")},
+                  defaulted(
+                      "stay", "bool", "", Value(true),
+                      "True keeps its place in the solid, false the numbers of its placement.")},
        .returns = {},
        .effect = Effect::edits,
        .run = move_node});
   all.push_back(
       {.name = "solid.wrap",
        .classic = "",
-       .summary = "Puts an operation or a modifier around a node, with another node beside it if "
-                  "wanted.",
+       .summary = "Puts an operation or a modifier around a node, optionally with a second node.",
        .details = "",
        .example = "local pin = solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = "
                   "0.01, height = 0.05}}\n"
@@ -468,8 +466,8 @@ RMP_COMMANDS(solid_node_commands) {
                   "assert(pin:tree().distance == 0.001)",
        .params = {self("solid"), choice("kind", kind_words(false), "The operation.", true),
                   optional("node", "string", "",
-                           "The node that becomes its first child; the root when left out."),
-                  optional("with", "map", "", "A further child, as in solid.create."),
+                           "The node that becomes its first child; the root if omitted."),
+                  optional("with", "map", "", "A second child, as in solid.create."),
                   optional("name", "string", "", "Name of the operation."),
                   optional("fields", "map", "",
                            "Its other fields, as in solid.create: sizes, select, placement.")},
@@ -488,7 +486,8 @@ RMP_COMMANDS(solid_node_commands) {
                                     "assert(plate:tree().children[2].placement.position[1] == "
                                     "0.05)"),
        .params = {self("solid"),
-                  optional("node", "string", "", "Its name; the root when left out.")},
+                  optional("node", "string", "",
+                           "Name of the operation or modifier; the root if omitted.")},
        .returns = {},
        .effect = Effect::edits,
        .run = unwrap});

@@ -162,15 +162,15 @@ RMP_COMMANDS(solid_feature_commands) {
   all.push_back(
       {.name = "solid.features",
        .classic = "",
-       .summary = "Lists the faces, edges and corners of a solid that parts can be placed on.",
-       .details = "The numbers stay the same as long as the tree does.",
+       .summary = "Lists the faces, edges and corners of a solid to which parts can be mated.",
+       .details = "The numbers stay the same as long as the tree does not change.",
        .example = std::string(kFeaturePlate) +
                   "local holes = plate:features{kind = \"cylinder\"}\n"
                   "assert(#holes == 1 and holes[1].inward and math.abs(holes[1].radius - 0.01) < "
                   "1e-12)",
        .params = {self("solid"),
                   [] {
-                    ParamSpec p = field("kind", "enum", "", "Only these.");
+                    ParamSpec p = field("kind", "enum", "", "Only features of this type.");
                     p.choices = {"plane", "cylinder", "cone",   "sphere", "torus",
                                  "line",  "circle",   "corner", "other"};
                     return p;
@@ -184,19 +184,20 @@ RMP_COMMANDS(solid_feature_commands) {
                           "(edges; other as well), corner."),
                     field("point", "vec3", "m",
                           "Centroid of a plane, middle of a line, centre of a circle, sphere or "
-                          "torus, a point amid the axis of a cylinder or cone."),
+                          "torus, a point in the middle of the axis of a cylinder or cone."),
                     field("direction", "vec3", "",
                           "Outward normal of a plane, axis, or direction of a line."),
-                    field("radius", "real", "m", "Radius; of a torus that of its ring."),
+                    field("radius", "real", "m", "Radius; for a torus that of its ring."),
                     field("size", "real", "", "Area of a face [m^2], length of an edge [m]."),
-                    field("inward", "bool", "", "The wall of a hole.")}},
+                    field("inward", "bool", "", "Whether it is the wall of a hole.")}},
        .effect = Effect::reads,
        .run = features});
   all.push_back(
       {.name = "solid.section",
        .classic = "",
-       .summary = "Gives what a plane cuts out of a solid, as a profile in the plane's x and y.",
-       .details = "The loops are what a prism takes as its profile. Lines, arcs and circles are "
+       .summary =
+           "Returns the section of a solid with a plane, as a profile in the plane's x and y.",
+       .details = "The loops can be used as the profile of a prism. Lines, arcs and circles are "
                   "exact, other curves are within the chord.",
        .example =
            std::string(kFeaturePlate) +
@@ -205,15 +206,17 @@ RMP_COMMANDS(solid_feature_commands) {
            "< 1e-9)\n"
            "solid.create{name = \"copy\", root = {kind = \"prism\", height = 0.01, profile = "
            "cut.loops}}",
-       .params = {self("solid"),
-                  needed("plane", "pose", "", "The plane z = 0 of this frame, in the solid's."),
-                  above_zero(optional("chord", "real", "m",
-                                      "Greatest distance of a chord from a curve; the solid's "
-                                      "own when left out."))},
+       .params =
+           {self("solid"),
+            needed("plane", "pose", "", "The plane z = 0 of this frame, relative to the solid."),
+            above_zero(optional(
+                "chord", "real", "m",
+                "Greatest distance of a chord from a curve; by default the chord of the solid."))},
        .returns = {"map",
                    "",
                    "",
-                   {field("loops", "list", "", "Closed outlines; one within another is a hole."),
+                   {field("loops", "list", "",
+                          "Closed outlines; an outline within another is a hole."),
                     field("area", "real", "m^2", "Area of the section.")}},
        .effect = Effect::reads,
        .run = section});

@@ -34,7 +34,7 @@ ParamSpec size_spec(const CsgSize& size) {
 }
 
 ParamSpec frame_spec() {
-  return choice("frame", {"parent", "global"}, "What the placement counts from.");
+  return choice("frame", {"parent", "global"}, "Reference frame of the placement.");
 }
 
 ParamSpec centred_spec() {
@@ -48,7 +48,7 @@ bool is_edge_work(CsgKind kind) { return kind == CsgKind::fillet || kind == CsgK
 Schema node_schema(CsgKind kind) {
   Schema s{choice("kind", kind_words(), "An operation or a primitive.", true),
            optional("name", "string", "", "Name of the node within the solid."),
-           optional("expressions", "map", "", "Its numbers that are expressions, by path.")};
+           optional("expressions", "map", "", "Its numbers given by expressions, by path.")};
   for (ParamSpec& p : placement_fields("its parent")) s.push_back(std::move(p));
   s.push_back(frame_spec());
   for (std::size_t i = 0; i < csg_size_count(kind); ++i)
@@ -56,7 +56,7 @@ Schema node_schema(CsgKind kind) {
   if (model::height_of(kind)) s.push_back(centred_spec());
   if (is_edge_work(kind)) s.push_back(optional("select", "string", "", "The edges."));
   if (is_drawn(kind)) s.push_back(needed("profile", "any", "", "The outline."));
-  if (kind == CsgKind::imported) s.push_back(needed("geometry", "map", "", "What it holds."));
+  if (kind == CsgKind::imported) s.push_back(needed("geometry", "map", "", "Its geometry."));
   if (kind == CsgKind::custom)
     s.push_back(needed("primitive", "any", "", "The plugin's primitive."));
   if (!is_primitive(kind)) s.push_back(optional("children", "list", "", "The nodes it works on."));

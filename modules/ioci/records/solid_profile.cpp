@@ -271,12 +271,12 @@ Value profile_value(const CsgProfile& profile) {
 }
 
 std::string profile_help() {
-  return "\nA profile is a list of closed loops; one within another is a hole. A loop is\n\n"
+  return "\n"
+         "A profile is a list of closed loops; a loop within another is a hole. A loop is\n\n"
          "- `{start = {0, 0}, curves = {{line = {0.1, 0}}, {arc = {{0.12, 0.02}, {0.1, 0.04}}}, "
-         "{spline = {{0.05, 0.05}, {0, 0.04}}}}}`: each curve begins where the one before ended; "
-         "an "
-         "arc goes over a point on its way to its end, a straight line closes the loop; the same "
-         "may be written `{{start = {0, 0}}, {line = {0.1, 0}}, ...}`;\n"
+         "{spline = {{0.05, 0.05}, {0, 0.04}}}}}`: each curve begins at the end of the one before; "
+         "an arc passes through a point before its end, a straight line closes the loop; "
+         "the same may be written `{{start = {0, 0}}, {line = {0.1, 0}}, ...}`;\n"
          "- `{circle = {{0.05, 0.02}, \"8 mm\"}}`: centre and radius;\n"
          "- `{rectangle = {\"40 mm\", \"20 mm\"}}` about the origin, `{polygon = {{x, y}, ...}}`, "
          "`{slot = {length, radius}}` with its half circles about (-length/2, 0) and (length/2, "

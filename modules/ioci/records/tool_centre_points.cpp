@@ -102,9 +102,9 @@ RMP_COMMANDS(tool_centre_point_commands) {
   all.push_back(
       {.name = "object.add_tcp",
        .classic = "",
-       .summary = "Adds a tool centre point, which makes a tool of an object.",
+       .summary = "Adds a tool centre point, which makes an object a tool.",
        .details = "robot.attach mounts the object by its own frame, z away from the flange; its "
-                  "centre points are then tips of the robot. The first one is the usual one. Its "
+                  "centre points are then tips of the robot. The first one is the default. Its "
                   "numbers may be expressions: object.set(\"tcps.tip.position.z\", ...).",
        .example = with_torch("torch:add_tcp{name = \"nozzle\", position = {0, 0, 0.2}}\n"
                              "assert(#torch:tcps() == 2)"),
@@ -116,7 +116,7 @@ RMP_COMMANDS(tool_centre_point_commands) {
   all.push_back({.name = "object.remove_tcp",
                  .classic = "",
                  .summary = "Removes a tool centre point.",
-                 .details = "One that is the tool of a robot stays.",
+                 .details = "A centre point that a robot uses as its tool cannot be removed.",
                  .example = with_torch("torch:remove_tcp(\"tip\")\nassert(#torch:tcps() == 0)"),
                  .params = {self("object"), needed("name", "string", "", "Its name.")},
                  .returns = {},
@@ -138,7 +138,7 @@ RMP_COMMANDS(tool_centre_point_commands) {
                     field("position", "vec3", "m", "Position."),
                     field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
                     field("quaternion", "real[]", "", "w, x, y, z."),
-                    field("placement", "map", "", "As it was written.")}},
+                    field("placement", "map", "", "The placement as it was written.")}},
        .effect = Effect::reads,
        .run = tcps});
   return all;

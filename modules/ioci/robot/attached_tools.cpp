@@ -223,25 +223,26 @@ RMP_COMMANDS(attached_tool_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec point = optional(
       "tcp", "any", "",
-      "Centre point that is the robot's tool from now on: what inverse kinematics and "
-      "trajectories lead. False: the robot's own tool frame stays. Left out: the first centre "
-      "point of the tool, if it is on the last link and no other tool's point leads.");
+      "Centre point that becomes the robot's tool, as used by inverse kinematics and trajectories. "
+      "False: the robot keeps its own tool frame. If omitted: the first centre point of the tool, "
+      "if it is on the last link and no centre point of another tool is the robot's tool.");
   Schema params{self("robot"),
-                needed("tool", "ref:object|solid", "", "What is mounted, by its own frame."),
-                optional("name", "string", "", "Of the tool on this robot; that of the object."),
+                needed("tool", "ref:object|solid", "", "The tool, mounted by its own frame."),
+                optional("name", "string", "",
+                         "Name of the tool on this robot; by default that of the object."),
                 optional("link", "any", "",
-                         "Number or name of the link, or \"base\"; the last one if left out."),
+                         "Number or name of the link, or \"base\"; by default the last one."),
                 point};
   for (ParamSpec& p : placement_fields("the link")) params.push_back(std::move(p));
   all.push_back(
       {.name = "robot.attach",
        .classic = "",
-       .summary = "Mounts an object as a tool: its body, mass and centre points in one.",
+       .summary = "Mounts an object as a tool: body, mass and centre points together.",
        .details = "Without a placement a tool on the last link is mounted at the robot's own tool "
-                  "frame (robot.set_tool), where its flange is. The body moves, is drawn, weighs "
-                  "and collides as a part of that link. The mass comes from the object, whatever "
-                  "the robot's own masses are, and follows its edits. Every centre point is a tip "
-                  "such as \"torch.tip\", and \"torch\" is the object's own frame.",
+                  "frame (robot.set_tool), its flange. The body moves, is drawn, weighs and "
+                  "collides as a part of that link. The mass comes from the object, whatever the "
+                  "robot's own masses are, and follows its edits. Every centre point is a tip such "
+                  "as \"torch.tip\", and \"torch\" is the object's own frame.",
        .example = with_torch("local before = arm:mass().mass\narm:attach{tool = torch}\n"
                              "assert(arm:tool().position[3] == 0.215)\n"
                              "assert(math.abs(arm:mass().mass - before - torch:mass().mass) < "
@@ -251,25 +252,27 @@ RMP_COMMANDS(attached_tool_commands) {
        .effect = Effect::edits,
        .run = attach,
        .takes_expressions = true});
-  all.push_back({.name = "robot.detach",
-                 .classic = "",
-                 .summary = "Takes an attached tool off.",
-                 .details = "Where its centre point was the robot's tool, the robot's own tool "
-                            "frame counts again. The object stays.",
-                 .example = with_torch("arm:attach{tool = torch}\narm:detach()\n"
-                                       "assert(arm:tool().position[3] == 0)"),
-                 .params = {self("robot"),
-                            optional("tool", "string", "",
-                                     "Name of the tool; the one that is the robot's tool, or the "
-                                     "only one, when left out.")},
-                 .returns = {},
-                 .effect = Effect::edits,
-                 .run = detach});
+  all.push_back(
+      {.name = "robot.detach",
+       .classic = "",
+       .summary = "Removes an attached tool.",
+       .details = "If its centre point was the robot's tool, the robot's own tool frame is used "
+                  "again. The object is kept.",
+       .example = with_torch("arm:attach{tool = torch}\narm:detach()\n"
+                             "assert(arm:tool().position[3] == 0)"),
+       .params =
+           {self("robot"),
+            optional(
+                "tool", "string", "",
+                "Name of the tool; by default the one that is the robot's tool, or the only one.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = detach});
   all.push_back(
       {.name = "robot.change_tool",
        .classic = "",
-       .summary = "Mounts another object where a tool was, or makes another centre point the "
-                  "robot's tool.",
+       .summary =
+           "Replaces a tool by another object, or makes another centre point the robot's tool.",
        .details = "With tool, the new one takes link and placement of the old one; body, mass and "
                   "centre point change together, as one undo step. With tcp alone (\"tip\", or "
                   "\"camera.lens\" of another attached tool) nothing is mounted.",
@@ -279,12 +282,12 @@ RMP_COMMANDS(attached_tool_commands) {
            "assert(arm:change_tool{tool = pen} == \"pen.point\")\n"
            "assert(arm:tool().position[3] == 0.2)\nassert(arm:change_tool{tcp = false} == "
            "\"tool\")"),
-       .params = {self("robot"),
-                  optional("tool", "ref:object|solid", "", "What is mounted instead."), point,
+       .params = {self("robot"), optional("tool", "ref:object|solid", "", "The new tool."), point,
                   optional("from", "string", "",
-                           "Name of the tool that is replaced; the one that is the robot's tool, "
-                           "or the only one, when left out."),
-                  optional("name", "string", "", "Of the new tool; that of the object.")},
+                           "Name of the tool to replace; by default the one that is the robot's "
+                           "tool, or the only one."),
+                  optional("name", "string", "",
+                           "Name of the new tool; by default that of the object.")},
        .returns =
            {"string", "", "The robot's tool now: \"torch.tip\", or \"tool\" for its own.", {}},
        .effect = Effect::edits,

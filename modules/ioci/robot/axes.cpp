@@ -25,13 +25,15 @@ Schema maker_axis_schema(AxisUnit unit) {
   return Schema{
       needed("name", "string", "", "The maker's name, such as A1."),
       needed("link", "any", "", "Name or number of the link that its joint moves."),
-      between(defaulted("sign", "int", "", 1, "1, or -1 if the axis counts the other way."), -1, 1),
+      between(
+          defaulted("sign", "int", "", 1, "1, or -1 if the axis counts in the opposite direction."),
+          -1, 1),
       of_unit(defaulted("offset", "real", "rad", 0.0, "Value of the axis at joint value 0."), unit),
-      optional("coupled", "list", "", "Further joints that it counts: {link = ..., ratio = 1}."),
-      choice("unit", {"deg", "mm"}, "mm for a joint that slides."),
+      optional("coupled", "list", "", "Coupled joints: {link = ..., ratio = 1}."),
+      choice("unit", {"deg", "mm"}, "mm for a prismatic joint."),
       defaulted("external", "bool", "", false, "Whether it is an external axis of the controller."),
       of_unit(
-          unbounded(optional("lower", "real", "rad", "Least value; the joint's when left out.")),
+          unbounded(optional("lower", "real", "rad", "Least value; by default that of the joint.")),
           unit),
       of_unit(unbounded(optional("upper", "real", "rad", "Greatest value.")), unit)};
 }
@@ -55,7 +57,7 @@ Result<MakerAxis> read_maker_axis(const CommandContext& ctx, const Robot& r, con
   if (has(checked, "upper")) a.upper = real(checked, "upper");
   if (!has(checked, "coupled")) return a;
   static const Schema kCoupled{
-      needed("link", "any", "", "Name or number of the link whose joint it is."),
+      needed("link", "any", "", "Name or number of the link moved by the coupled joint."),
       defaulted("ratio", "real", "", 1.0, "Factor of that joint's value.")};
   const List& list = *checked.find("coupled")->as_list();
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -156,33 +158,33 @@ RMP_COMMANDS(robot_axes_commands) {
   all.push_back(
       {.name = "robot.set_axes",
        .classic = "",
-       .summary = "Gives a robot its axes as the maker names and counts them.",
+       .summary = "Sets the axes of a robot as its maker names and counts them.",
        .details =
-           "Value = sign * joint + offset, and the coupled joints times their ratios: FANUC's J3 "
-           "counts from the horizontal, whatever J2 is. Controllers show these values, and posts, "
-           "limits and configurations use them. In the controller's order; every joint has one "
-           "axis. An empty list takes them out: not known.",
+           "Value = sign * joint + offset, plus the coupled joints times their ratios: FANUC's J3 "
+           "is measured from the horizontal, whatever J2 is. Controllers show these values, and "
+           "posts, limits and configurations use them. The axes are in the controller's order; "
+           "every joint has one. An empty list removes them: they are then unknown.",
        .example = fanuc + "assert(math.abs(arm:axes{q = {0, 0, math.pi/2}}[3].value) < 1e-9)",
        .params = {self("robot"),
                   needed("axes", "list", "",
-                         "A table each: name, link, sign, offset (rad or m; \"90 deg\"), coupled, "
-                         "unit (deg or mm), external, lower, upper.")},
+                         "One table each: name, link, sign, offset (rad or m; \"90 deg\"), "
+                         "coupled, unit (deg or mm), external, lower, upper.")},
        .returns = {},
        .effect = Effect::edits,
        .run = set_axes});
   all.push_back(
       {.name = "robot.axes",
        .classic = "",
-       .summary = "Gives the maker's axes of a robot with their values, as its controller shows "
-                  "them.",
-       .details = "Values, offsets and limits are in degrees and mm. The list is empty where the "
-                  "axes are not known.",
+       .summary =
+           "Returns the maker's axes of a robot with their values, as its controller shows them.",
+       .details = "Values, offsets and limits are in degrees and mm. The list is empty if the axes "
+                  "are not known.",
        .example = fanuc + "local a = arm:axes{q = {0, \"31.324 deg\", \"92.018 deg\"}}\n"
                           "assert(a[3].name == \"J3\" and math.abs(a[3].value + 33.342) < 1e-9)",
        .params = {self("robot"),
                   optional("q", "any", "rad or m",
-                           "Joint values, one a joint, or the name of a pose; those at which the "
-                           "only world that has the robot shows it, or its home, when left out."),
+                           "Joint values, one per joint, or the name of a pose; by default those "
+                           "at which the only world with the robot shows it, or its home."),
                   shown_world()},
        .returns = {"list",
                    "",
@@ -190,23 +192,23 @@ RMP_COMMANDS(robot_axes_commands) {
                    {field("name", "string", "", "The maker's name."),
                     field("value", "real", "deg or mm", "Its value."),
                     field("unit", "string", "", "deg or mm."),
-                    field("link", "string", "", "The link that its joint moves."),
-                    field("sign", "int", "", "1 or -1."),
+                    field("link", "string", "", "Link moved by its joint."),
+                    field("sign", "int", "", "Sign of the joint value, 1 or -1."),
                     field("offset", "real", "deg or mm", "Its value at joint value 0."),
                     field("external", "bool", "", "Whether it is an external axis."),
-                    field("coupled", "list", "", "Further joints: link, ratio."),
-                    field("lower", "real", "deg or mm", "Least value; none is unlimited."),
+                    field("coupled", "list", "", "Coupled joints: link, ratio."),
+                    field("lower", "real", "deg or mm", "Least value; absent if unlimited."),
                     field("upper", "real", "deg or mm", "Greatest value.")}},
        .effect = Effect::reads,
        .run = axes});
   all.push_back({.name = "robot.joints_from_axes",
                  .classic = "",
-                 .summary = "Gives the joint values of a robot at values of the maker's axes.",
-                 .details = "The inverse of robot.axes: values of a pendant become q.",
+                 .summary = "Returns the joint values of a robot at values of the maker's axes.",
+                 .details = "The inverse of robot.axes: converts values of a teach pendant to q.",
                  .example = fanuc + "local q = arm:joints_from_axes{0, 31.324, -33.342}\n"
                                     "assert(math.abs(q[3] - math.rad(92.018)) < 1e-12)",
                  .params = {self("robot"), needed("values", "any", "deg or mm",
-                                                  "One value an axis, in their order.")},
+                                                  "One value per axis, in their order.")},
                  .returns = {"array", "rad or m", "", {}},
                  .effect = Effect::reads,
                  .run = joints_from_axes});

@@ -138,41 +138,41 @@ RMP_COMMANDS(robot_base_commands) {
   };
   std::vector<std::string> kinds(model::kBaseWords.begin(), model::kBaseWords.end());
   ParamSpec kind = choice("kind", std::move(kinds),
-                          "How it is held; as it is when left out, but free_flying when a "
+                          "How the base is held; unchanged if omitted, but free_flying if a "
                           "trajectory is given to a fixed one.");
   kind.default_value.reset();
   all.push_back(
       {.name = "robot.set_base",
        .classic = "PRobot AddBaseTjc(trajectory)",
        .summary = "Sets how a world holds the base of a robot, and its trajectory.",
-       .details =
-           "Runs along trajectories and forward dynamics move the mounting along it: its frame is "
-           "that of the mounting. Everything else, pictures and collision too, shows the robot "
-           "where it is placed. The kinds are words; what moves the base makes no difference.",
+       .details = "Runs along trajectories and forward dynamics move the mounting frame along it. "
+                  "All other commands, including pictures and collision checks, use the placement "
+                  "of the robot. The kinds are only names; they do not change the computation.",
        .example = moving("assert(arm:base_type() == \"Free Flying\")"),
        .params = {self("robot"),
                   optional("trajectory", "any", "",
-                           "Of the world: name or record; or a file *.tjc, which is loaded into "
-                           "the world first."),
+                           "A trajectory of the world, by name or record; or a file *.tjc, which "
+                           "is loaded into the world first."),
                   kind, world},
-       .returns = {"string", "", "Name of the trajectory it follows now, or nothing.", {}},
+       .returns = {"string", "", "Name of the trajectory it follows now; empty if none.", {}},
        .effect = Effect::edits,
        .sometimes = Effect::files_read,
        .run = set_base});
-  all.push_back({.name = "robot.base_trajectory",
-                 .classic = "PRobot GetBaseTjcId",
-                 .summary = "Gives the name of the trajectory that the base follows in its world.",
-                 .details = "",
-                 .example = moving("assert(arm:base_trajectory() == \"drive\")"),
-                 .params = {self("robot"), world},
-                 .returns = {"string", "", "Name of the member.", {}},
-                 .effect = Effect::reads,
-                 .run = base_trajectory});
+  all.push_back(
+      {.name = "robot.base_trajectory",
+       .classic = "PRobot GetBaseTjcId",
+       .summary = "Returns the name of the trajectory that the base follows in its world.",
+       .details = "",
+       .example = moving("assert(arm:base_trajectory() == \"drive\")"),
+       .params = {self("robot"), world},
+       .returns = {"string", "", "Name of the member.", {}},
+       .effect = Effect::reads,
+       .run = base_trajectory});
   all.push_back(
       {.name = "robot.base_points",
        .classic = "PRobot GetBaseTjc",
-       .summary = "Gives where the mounting of a robot is along the trajectory of its base.",
-       .details = "At the trajectory's sample times, in the world.",
+       .summary = "Returns the poses of a robot's mounting frame along the trajectory of its base.",
+       .details = "At the trajectory's sample times, in the world frame.",
        .example = moving("local p = arm:base_points()\nassert(math.abs(p[#p][2] - 0.3) < 1e-12)"),
        .params = {self("robot"), world},
        .returns = {"matrix", "", "Columns: time [s], x, y, z [m], roll, pitch, yaw [rad].", {}},

@@ -111,43 +111,41 @@ RMP_COMMANDS(robot_code_commands) {
       {.name = "robot.generate_code",
        .classic = "",
        .summary = "Writes the robot's kinematics and dynamics as source code for a controller.",
-       .details =
-           "C99 without dependencies and without allocation: each function for one sample and for "
-           "batches. The robot's rows and masses are constants in it, so write it anew when they "
-           "change. Gravity is that of a robot that stands upright. Parts: forward_kinematics, "
-           "jacobian, inverse_dynamics, inertia, forward_dynamics; all when left out. Of robots "
-           "with closed loops the first two are functions of all coordinates, the others those of "
-           "the closed mechanism, and a generator that knows no loops leaves them out with a "
-           "message.\nThe solvers `compiled` of inverse and forward dynamics run "
-           "the same code within the program.",
+       .details = "C99 without dependencies and without allocation: each function for one sample "
+                  "and for batches. The robot's rows and masses are constants in the code, so "
+                  "generate it again after changes. Gravity is that of an upright robot. Parts: "
+                  "forward_kinematics, jacobian, inverse_dynamics, inertia, forward_dynamics; all "
+                  "if omitted. For robots with closed loops the first two are functions of all "
+                  "coordinates, the others those of the closed mechanism; a generator that does "
+                  "not support loops leaves them out with a message.\nThe solvers `compiled` of "
+                  "inverse and forward dynamics run the same code within the program.",
        .example =
            with_arm("local code = arm:generate_code{folder = \".\", name = \"example_arm\"}\n"
                     "assert(#code.files == 2)"),
-       .params = {self("robot"), defaulted("folder", "path", "", ".", "An existing folder."),
-                  optional(
-                      "name", "string", "",
-                      "Start of all names in the code and of the files'; the robot's name when "
-                      "left out."),
-                  optional("parts", "list", "", "Names of the parts; all when left out."),
-                  optional("provider", "any", "", "The generator, such as \"c99\".")},
+       .params =
+           {self("robot"), defaulted("folder", "path", "", ".", "An existing folder."),
+            optional(
+                "name", "string", "",
+                "Prefix of all names in the code and of the files; the robot's name if omitted."),
+            optional("parts", "list", "", "Names of the parts; all if omitted."),
+            optional("provider", "any", "", "The generator, such as \"c99\".")},
        .returns = {"map",
                    "",
                    "",
                    {field("files", "list", "", "The files written."),
-                    field("name", "string", "", "Start of all names."),
+                    field("name", "string", "", "Prefix of all names."),
                     field("provider", "string", "", "The generator.")}},
        .effect = Effect::files_write,
        .run = generate_code});
   all.push_back(
       {.name = "robot.save_model",
        .classic = "",
-       .summary =
-           "Writes the mechanism that solvers get for this robot, for the suites of the SDK.",
-       .details =
-           "Joints, bodies, drives, tips and closed loops as plain text in SI units, to the bit "
-           "(robomosp/sdk/model_file.h tells the form): `robomosp plugin test FILE "
-           "--model ROBOT.model` runs the suites on this robot. It is no file of the robot: "
-           "record.save writes that.",
+       .summary = "Writes the mechanism that solvers receive for this robot, for the conformance "
+                  "suites of the SDK.",
+       .details = "Joints, bodies, drives, tips and closed loops as plain text in SI units, exact "
+                  "to the bit (robomosp/sdk/model_file.h describes the format): `robomosp plugin "
+                  "test FILE --model ROBOT.model` runs the suites on this robot. It is not a robot "
+                  "file: record.save writes that.",
        .example = with_arm("arm:save_model{file = \"example_arm.model\"}"),
        .params = {self("robot"), needed("file", "path", "", "The file to write.")},
        .returns = {"map", "", "", {field("file", "string", "", "The file written.")}},

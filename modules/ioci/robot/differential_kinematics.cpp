@@ -331,13 +331,13 @@ Result<std::uint32_t> read_goal_parts(const Value* given, const std::string& pat
 }
 
 Schema goal_fields() {
-  return {
-      optional("tip", "string", "", "Name of the tip; the tool of the last link when left out."),
-      needed("target", "pose", "", "Where it shall be, in the mounting frame."),
-      optional("parts", "any", "",
-               "What counts, one word or a list: pose, position, rotation, axis (the tip's z "
-               "axis), position_and_axis, x, y, z, turn_x, turn_y, turn_z (axes of the target)."),
-      above_zero(defaulted("weight", "real", "", 1.0, "Against the other goals."))};
+  return {optional("tip", "string", "", "Name of the tip; by default the tool of the last link."),
+          needed("target", "pose", "", "Target pose, in the mounting frame."),
+          optional("parts", "any", "",
+                   "Parts of the pose that count, one word or a list: pose, position, rotation, "
+                   "axis (the tip's z axis), position_and_axis, x, y, z, turn_x, turn_y, turn_z "
+                   "(axes of the target)."),
+          above_zero(defaulted("weight", "real", "", 1.0, "Weight relative to the other goals."))};
 }
 
 std::string_view goal_status_word(IkStatus s) {
@@ -468,9 +468,9 @@ Result<Value> convert_rotation(CommandContext& ctx, const Map& args) {
   };
   if (has(args, "euler")) {
     ++given;
-    const Schema fields{
-        needed("sequence", "string", "", "Such as rzyx (turning axes) or sxyz (fixed axes)."),
-        needed("angles", "vec3", "rad", "In the order of the sequence.")};
+    const Schema fields{needed("sequence", "string", "",
+                               "Sequence such as rzyx (moving axes) or sxyz (fixed axes)."),
+                        needed("angles", "vec3", "rad", "Angles in the order of the sequence.")};
     RMP_TRY_ASSIGN(const Map e, read_map(ctx, fields, *args.find("euler"), "euler"));
     const auto s = spatial::euler_sequence(text_of(e, "sequence"));
     if (!s) {
@@ -551,15 +551,15 @@ Result<Value> convert_rotation(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(robot_kinematics_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q = needed("q", "any", "rad or m", "Joint values, or the name of a pose.");
-  const ParamSpec qd =
-      optional("qd", "real[]", "rad/s or m/s", "Joint speeds; zeros when left out.");
+  const ParamSpec qd = optional("qd", "real[]", "rad/s or m/s", "Joint speeds; zeros if omitted.");
   const ParamSpec qdd =
-      optional("qdd", "real[]", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
+      optional("qdd", "real[]", "rad/s^2 or m/s^2", "Joint accelerations; zeros if omitted.");
   const ParamSpec tip =
       optional("tip", "string", "",
-               "Name of the tip in a branched robot; the tool of the last link when left out.");
-  const ParamSpec part = choice("part", {"all", "translation", "rotation"},
-                                "The whole motion of the tool, or its point or its turning alone.");
+               "Name of the tip in a branched robot; by default the tool of the last link.");
+  const ParamSpec part =
+      choice("part", {"all", "translation", "rotation"},
+             "The whole motion of the tool, or only its translation or rotation.");
   const auto add = [&](std::string name, std::string summary, std::string details,
                        std::string example, Schema params, ReturnSpec returns,
                        Result<Value> (*run)(CommandContext&, const Map&)) {
@@ -573,77 +573,77 @@ RMP_COMMANDS(robot_kinematics_commands) {
                    .effect = Effect::reads,
                    .run = run});
   };
-  add("robot.jacobian_rate", "Gives the time derivative of the tool's geometric Jacobian.",
-      "Six rows (v, w) as of robot.jacobian, one column a joint speed, so that the tool's "
+  add("robot.jacobian_rate", "Returns the time derivative of the tool's geometric Jacobian.",
+      "Six rows (v, w) as in robot.jacobian, one column per joint speed, so that the tool's "
       "acceleration is J qdd + rate qd.",
       with_arm("local rate = arm:jacobian_rate{q = \"ready\", qd = {0.5, 0, 0.3, 0, 0, "
                "0}}\nassert(#rate == 6 and #rate[1] == 6)"),
       {self("robot"), q, needed("qd", "real[]", "rad/s or m/s", "Joint speeds."),
-       choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip},
+       choice("frame", {"base", "tool"}, "Axes in which velocities are expressed."), tip},
       {"matrix", "1/s", "6 x joints.", {}}, jacobian_rate);
   add("robot.analytical_jacobian",
-      "Gives the Jacobian whose lower rows are the rates of a representation of the orientation.",
-      "Rows: three of the tool's velocity, then the rates of the representation's numbers (of the "
+      "Returns the Jacobian with the rates of an orientation representation as its lower rows.",
+      "Rows: three for the tool's velocity, then the rates of the representation's numbers (of the "
       "tool in the mounting frame). Representations: rpy, quaternion (w, x, y, z), "
-      "rotation_vector, the sequences of rotation.convert such as rzyx. Where a sequence is "
-      "singular the error says so.",
+      "rotation_vector, the sequences of rotation.convert such as rzyx. At a singularity of a "
+      "sequence the command fails.",
       with_arm(
           "local a = arm:analytical_jacobian{q = \"ready\", representation = "
           "\"quaternion\"}\nassert(#a.jacobian == 7)\nlocal e = arm:analytical_jacobian{q = "
           "\"ready\", representation = \"rzyz\", qd = {0.1, 0, 0, 0, 0, 0}}\nassert(#e.rate == 6)"),
       {self("robot"), q, qd,
-       defaulted("representation", "string", "", "rpy", "How the orientation is written."),
-       choice("frame", {"base", "tool"}, "Axes of the three rows of the velocity."), tip},
+       defaulted("representation", "string", "", "rpy", "Representation of the orientation."),
+       choice("frame", {"base", "tool"}, "Axes of the three velocity rows."), tip},
       {"map",
        "",
        "",
-       {field("jacobian", "matrix", "", "6 or 7 rows, one column a joint speed."),
+       {field("jacobian", "matrix", "", "6 or 7 rows, one column per joint speed."),
         field("rate", "matrix", "1/s", "Its time derivative at qd."),
         field("orientation", "real[]", "", "The numbers of the representation now [rad]."),
-        field("position", "vec3", "m", "The tool's.")}},
+        field("position", "vec3", "m", "Position of the tool.")}},
       analytical_jacobian);
   const ParamSpec link =
-      optional("link", "any", "", "Number or name of the link; the tool when left out.");
+      optional("link", "any", "", "Number or name of the link; the tool if omitted.");
   const ParamSpec point =
       between(optional("point", "vec3", "m",
-                       "The point in the link's or the tool's frame; its origin when left out."),
+                       "The point in the link's or the tool's frame; its origin if omitted."),
               -kMostOfAJoint, kMostOfAJoint);
   const std::vector<ParamSpec> speeds{
-      field("position", "vec3", "m", "Of the point, in the mounting frame."),
-      field("velocity", "vec3", "m/s", "Of the point."),
-      field("angular_velocity", "vec3", "rad/s", "Of its link.")};
-  add("robot.point_velocity", "Gives the velocity of any point of any link.",
-      "In the axes of the frame the robot is mounted in.",
+      field("position", "vec3", "m", "Position of the point, in the mounting frame."),
+      field("velocity", "vec3", "m/s", "Velocity of the point."),
+      field("angular_velocity", "vec3", "rad/s", "Angular velocity of its link.")};
+  add("robot.point_velocity", "Returns the velocity of any point of any link.",
+      "In the axes of the mounting frame.",
       with_arm(
           "local p = arm:point_velocity{q = \"ready\", qd = {1, 0, 0, 0, 0, 0}, link = 2, point "
           "= {0, 0, 0.1}}\nassert(math.abs(p.angular_velocity[3] - 1) < 1e-12)"),
       {self("robot"), q, needed("qd", "real[]", "rad/s or m/s", "Joint speeds."), link, point, tip},
       {"map", "", "", speeds}, point_velocity);
   auto accelerations = speeds;
-  accelerations.push_back(field("acceleration", "vec3", "m/s^2", "Of the point."));
-  accelerations.push_back(field("angular_acceleration", "vec3", "rad/s^2", "Of its link."));
-  add("robot.point_acceleration", "Gives the acceleration of any point of any link.",
-      "In the axes of the frame the robot is mounted in, gravity not counted.",
+  accelerations.push_back(field("acceleration", "vec3", "m/s^2", "Velocity of the point."));
+  accelerations.push_back(
+      field("angular_acceleration", "vec3", "rad/s^2", "Angular velocity of its link."));
+  add("robot.point_acceleration", "Returns the acceleration of any point of any link.",
+      "In the axes of the mounting frame, without gravity.",
       with_arm("local p = arm:point_acceleration{q = {0, 0, 0, 0, 0, 0}, qd = {2, 0, 0, 0, 0, 0}}\n"
                "assert(math.abs(p.acceleration[1] + 4 * p.position[1]) < 1e-12)"),
       {self("robot"), q, qd, qdd, link, point, tip}, {"map", "", "", accelerations},
       point_acceleration);
   add("robot.dexterity",
-      "Gives how well the tool moves: measures of its Jacobian and the ellipsoids of velocity and "
-      "force.",
-      "The velocity ellipsoid holds the tool's velocities for joint speeds of unit length, the "
-      "force "
-      "ellipsoid its forces for joint torques of unit length: the same axes, inverse half lengths. "
-      "view.render draws them with ellipsoid = \"velocity\" or \"force\". With closed loops the "
-      "speeds are those of the motors, all other joints following; what the tool can do with the "
-      "motors at rest counts as infinitely fast.",
+      "Measures the mobility of the tool: manipulability, condition, and the ellipsoids of "
+      "velocity and force.",
+      "The velocity ellipsoid contains the tool's velocities for joint speeds of unit length, the "
+      "force ellipsoid its forces for joint torques of unit length: the same axes, inverse half "
+      "lengths. view.render draws them with ellipsoid = \"velocity\" or \"force\". With closed "
+      "loops the speeds are those of the motors, and all other joints follow; motions of the tool "
+      "that are possible with the motors at rest count as infinitely fast.",
       with_arm("local d = arm:dexterity{q = \"ready\"}\nassert(math.abs(d.yoshikawa - "
                "arm:manipulability{q = \"ready\"}) < 1e-9)\nassert(d.condition > 1 and "
                "math.abs(d.translation.velocity[1] * d.translation.force[1] - 1) < 1e-9)"),
       {self("robot"), q, part,
        between(optional("length", "real", "m",
-                        "Linear speeds are divided by it, so that they count like angular ones; "
-                        "1 m when left out."),
+                        "Linear speeds are divided by this length to make them comparable with "
+                        "angular ones; 1 m if omitted."),
                1e-6, 1e6),
        tip},
       {"map",
@@ -653,21 +653,22 @@ RMP_COMMANDS(robot_kinematics_commands) {
         field("condition", "real", "", "Greatest over least singular value; 1 is isotropic."),
         field("least", "real", "", "Least singular value."),
         field("singular_values", "real[]", "", "Descending."),
-        field("weakest", "real[]", "", "Unit twist (v, w) of the least one, mounting axes."),
+        field("weakest", "real[]", "",
+              "Unit twist (v, w) of the least singular value, mounting axes."),
         field("translation", "map", "", "axes (columns), velocity and force: half lengths."),
-        field("rotation", "map", "", "The same of angular velocity and moment."),
-        field("jacobian", "matrix", "", "What they are of: twists (v, w) for rates of the motors."),
-        field("motors", "list", "", "Numbers in qd that its columns belong to.")}},
+        field("rotation", "map", "", "The same for angular velocity and moment."),
+        field("jacobian", "matrix", "",
+              "The analysed Jacobian: twists (v, w) for rates of the motors."),
+        field("motors", "list", "", "Indices in qd of its columns.")}},
       dexterity);
   add("robot.singularity",
-      "Reports whether a configuration is singular, and what the tool cannot do there.",
-      "rank is that of the tool's Jacobian here, full_rank the greatest it has elsewhere: a robot "
-      "of "
-      "four joints has 4. lost has a unit twist (v, w) a row, mounting axes, at the tool: it is "
-      "perpendicular to all that the tool can do, lengths counted in the reach of the robot. With "
-      "closed loops only motions count that keep them closed, and a configuration is singular as "
-      "well where the mechanism can move with its motors at rest (gained, loose), or where its "
-      "loops leave it more motions than elsewhere.",
+      "Reports whether a configuration is singular, and which motions the tool cannot make there.",
+      "rank is that of the tool's Jacobian here, full_rank the greatest rank it has elsewhere: a "
+      "robot of four joints has 4. lost contains one unit twist (v, w) per row, mounting axes, at "
+      "the tool: it is perpendicular to all motions the tool can make, with lengths divided by the "
+      "reach of the robot. With closed loops only motions that keep them closed count, and a "
+      "configuration is also singular if the mechanism can move with its motors at rest (gained, "
+      "loose), or if its loops allow more motions than elsewhere.",
       with_arm("local s = arm:singularity{q = {0, -0.9, 0.6, 0.4, 0, 0}}\nassert(s.singular and "
                "#s.words == 1)\nassert(not arm:singularity{q = \"ready\"}.singular)"),
       {self("robot"), q, part,
@@ -678,30 +679,31 @@ RMP_COMMANDS(robot_kinematics_commands) {
       {"map",
        "",
        "",
-       {field("singular", "bool", "", "Whether anything is lost."),
-        field("rank", "int", "", "Of the Jacobian here."),
-        field("full_rank", "int", "", "The greatest elsewhere."),
+       {field("singular", "bool", "", "Whether the configuration is singular."),
+        field("rank", "int", "", "Rank of the Jacobian here."),
+        field("full_rank", "int", "", "Greatest rank elsewhere."),
         field("least", "real", "", "Least singular value that counts, over the greatest."),
-        field("lost", "matrix", "", "Lost twists, one a row; an empty list when there are none."),
+        field("lost", "matrix", "", "Lost twists, one per row; an empty list if there are none."),
         field("words", "list", "",
-              "The same in words: cannot move along ..., cannot turn about ...; can move along ... "
+              "The same as text: cannot move along ..., cannot turn about ...; can move along ... "
               "with the motors at rest."),
-        field("idle", "matrix", "", "Joint speeds that do not move the tool, one a row."),
+        field("idle", "matrix", "", "Joint speeds that do not move the tool, one per row."),
         field("mobility", "int", "", "Independent motions that keep the loops closed."),
         field("hold", "real", "",
-              "Least speed of the motors for joint speeds of length 1: 0 = they do not hold it."),
+              "Least speed of the motors for joint speeds of length 1: 0 = the motors do not hold "
+              "the mechanism."),
         field("gained", "matrix", "",
-              "Unit twists of the tool with the motors at rest, zeros where it stays, one a row."),
-        field("loose", "matrix", "", "Joint speeds for them, one a row.")}},
+              "Unit twists of the tool with the motors at rest, zeros if it stays, one per row."),
+        field("loose", "matrix", "", "Joint speeds for them, one per row.")}},
       singularity);
   const auto objective_params =
       objective_fields("away from obstacles: of the world, or the robot's own links");
   add("robot.solve_goals",
-      "Finds joint values that meet several goals at once, or goals that leave something free.",
-      "Each goal brings a tip to a target in whole or in part; the freedom that is left serves the "
-      "objective. Closed loops stay closed. Without an answer the error says why: out of reach by "
-      "how much, the limit of which joint, or which direction is lost; partial = true returns the "
-      "closest configuration.",
+      "Finds joint values that meet several goals at once, or goals that leave freedom.",
+      "Each goal brings a tip to a target, completely or in part; the remaining freedom serves the "
+      "objective. Closed loops stay closed. If there is no solution the error gives the reason: "
+      "distance beyond reach, the joint at its limit, or the lost direction; partial = true "
+      "returns the closest configuration.",
       with_arm(
           "local at = arm:fk{q = \"ready\"}.pose\nlocal s = arm:solve_goals{goals = {{target = "
           "at, parts = \"position\"}}, objective = \"centre\"}\nassert(s.status == \"solved\" and "
@@ -711,47 +713,47 @@ RMP_COMMANDS(robot_kinematics_commands) {
       {self("robot"), needed("goals", "list", "", "Tables {target =, tip =, parts =, weight =}."),
        optional("seed", "any", "rad or m", "Joint values to start from, or the name of a pose."),
        objective_params[0],
-       optional("world", "ref:world", "", "With clearance: whose objects are kept away from."),
+       optional("world", "ref:world", "", "With clearance: world with the obstacles."),
        objective_params[1],
-       defaulted("all", "bool", "", false, "Every solution that the solver can distinguish."),
-       defaulted("partial", "bool", "", false, "Return the closest configuration when not solved."),
-       above_zero(
-           defaulted("position_tolerance", "real", "m", 1e-9, "When a position is reached.")),
-       above_zero(
-           defaulted("rotation_tolerance", "real", "rad", 1e-9, "When a rotation is reached.")),
+       defaulted("all", "bool", "", false,
+                 "Return every solution that the solver can distinguish."),
+       defaulted("partial", "bool", "", false, "Return the closest configuration if not solved."),
+       above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
+                            "Tolerance for reaching a position.")),
+       above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
+                            "Tolerance for reaching a rotation.")),
        optional("provider", "any", "",
-                "Name of the solver, or {name = ..., params = {...}}; when left out the robot's "
-                "own if it takes goals, else numeric.")},
+                "Name of the solver, or {name = ..., params = {...}}; by default the robot's own "
+                "if it supports goals, otherwise numeric.")},
       {"map",
        "",
        "",
        {field("status", "string", "", "solved, out_of_reach, joint_limit or not_converged."),
         field("q", "real[]", "rad or m", "The (first) solution, or the closest configuration."),
-        field("solutions", "matrix", "", "One row a solution."),
-        field("position_error", "real", "m", "The greatest over the goals."),
-        field("rotation_error", "real", "rad", "The greatest over the goals."),
+        field("solutions", "matrix", "", "One row per solution."),
+        field("position_error", "real", "m", "Greatest error over the goals."),
+        field("rotation_error", "real", "rad", "Greatest error over the goals."),
         field("detail", "string", "",
-              "Reason when not solved, or a remark that q is next to a singular configuration (one "
+              "Reason if not solved, or a remark that q is close to a singular configuration (one "
               "goal)."),
-        field("shortfall", "real", "m", "Out of reach by this much; 0 = not known."),
-        field("limiting_joint", "string", "", "The joint with the limit that prevents it."),
+        field("shortfall", "real", "m", "Distance out of reach; 0 = not known."),
+        field("limiting_joint", "string", "", "The joint that prevents the solution by its limit."),
         field("lost_direction", "real[]", "", "Unit twist (v, w) that is lost, mounting axes."),
-        field("iterations", "int", "", "Steps of the solver."),
+        field("iterations", "int", "", "Iterations of the solver."),
         field("provider", "string", "", "The solver.")}},
       solve_goals);
   add("rotation.convert",
-      "Shows one rotation as matrix, quaternion, axis and angle, roll-pitch-yaw and in all 24 "
-      "sequences of angles, and names the singular ones.",
-      "A sequence's name begins with s for fixed (static) or r for turning (rotating) axes: sxyz "
-      "turns about the fixed x, then y, then z, and is roll-pitch-yaw; rzyx about z, then the new "
-      "y, "
-      "then the new x. Three letters alone turn.",
+      "Shows a rotation as matrix, quaternion, axis and angle, roll-pitch-yaw and all 24 angle "
+      "sequences, and names the singular ones.",
+      "A sequence's name begins with s for fixed (static) or r for moving (rotating) axes: sxyz "
+      "rotates about the fixed x, then y, then z, and is roll-pitch-yaw; rzyx about z, then the "
+      "new y, then the new x. Three letters alone mean moving axes.",
       "local c = rotation.convert{euler = {sequence = \"rzyz\", angles = {0.1, 0.2, "
       "0.3}}}\nassert(math.abs(c.euler.rzyz[2] - 0.2) < 1e-12)\nassert(#rotation.convert{rpy = {0, "
       "\"90 deg\", 0}}.singular > 0)",
       {optional("euler", "map", "", "{sequence = \"rzyx\", angles = {a, b, c}}."),
        optional("rpy", "vec3", "rad", "Roll, pitch, yaw."),
-       optional("quaternion", "real[]", "", "w, x, y, z of any length but zero."),
+       optional("quaternion", "real[]", "", "w, x, y, z of any length except zero."),
        optional("axis_angle", "real[]", "", "Axis x, y, z and angle [rad]."),
        optional("rotation_vector", "vec3", "rad", "Axis times angle."),
        optional("matrix", "matrix", "", "3x3 rotation matrix.")},
@@ -764,7 +766,8 @@ RMP_COMMANDS(robot_kinematics_commands) {
         field("rotation_vector", "vec3", "rad", "Axis times angle."),
         field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
         field("euler", "map", "", "Three angles by the name of each of the 24 sequences [rad]."),
-        field("singular", "list", "", "Sentences about what is not defined by the rotation.")}},
+        field("singular", "list", "",
+              "Sentences about values that the rotation does not define.")}},
       convert_rotation);
   return all;
 }

@@ -473,50 +473,51 @@ std::string with_linkage(const char* rest) {
 RMP_COMMANDS(robot_dynamics_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q =
-      needed("q", "any", "rad or m", "Joint values, one a coordinate, or the name of a pose.");
+      needed("q", "any", "rad or m", "Joint values, one per coordinate, or the name of a pose.");
   // Of the commands that answer a row a state.
-  const ParamSpec q_rows = needed("q", "any", "rad or m",
-                                  "Joint values, one a coordinate, the name of a pose, or a matrix "
-                                  "with a row a state.");
+  const ParamSpec q_rows = needed(
+      "q", "any", "rad or m",
+      "Joint values, one per coordinate, the name of a pose, or a matrix with one row per state.");
   const auto with_rows = [](ParamSpec p) {
-    p.doc = p.doc.substr(0, p.doc.find(';')) + ", or a row a state" + p.doc.substr(p.doc.find(';'));
+    p.doc =
+        p.doc.substr(0, p.doc.find(';')) + ", or one row per state" + p.doc.substr(p.doc.find(';'));
     return p;
   };
   const std::string rows_details =
-      "With a matrix of states the answer has a row for each; what is given as one state counts "
-      "for all rows.";
-  const ParamSpec tip = optional(
-      "tip", "string", "", "Name of the tip that the wrench acts at; the first when left out.");
+      "With a matrix of states the result has one row per state; an argument given as one state "
+      "applies to all rows.";
+  const ParamSpec tip = optional("tip", "string", "",
+                                 "Name of the tip at which the wrench acts; the first if omitted.");
   const ParamSpec gravity =
       between(optional("gravity", "vec3", "m/s^2",
-                       "In the frame the robot is mounted in; {0, 0, -9.81} when left out."),
+                       "In the robot's mounting frame; {0, 0, -9.81} if omitted."),
               -kMostOfAJoint, kMostOfAJoint);
-  const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros when left out.");
+  const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros if omitted.");
   const ParamSpec qdd =
-      optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
+      optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros if omitted.");
   const ParamSpec qdd_of_motion =
       optional("qdd", "any", "rad/s^2 or m/s^2",
-               "Joint accelerations of a motion whose forces are wanted, instead of tau.");
+               "Instead of tau: joint accelerations of a motion; the forces for it are computed.");
   const ParamSpec tau =
-      optional("tau", "any", "N m or N", "Joint torques and forces; zeros when left out.");
+      optional("tau", "any", "N m or N", "Joint torques and forces; zeros if omitted.");
   const ParamSpec force =
       optional("tip_force", "any", "N", "Force that acts on the robot at the tip: x, y and z.");
   const ParamSpec moment =
       optional("tip_moment", "any", "N m", "Moment that acts on the robot about the tip's origin.");
   const auto wrench_rows = [](ParamSpec p) {
-    p.doc.insert(p.doc.size() - 1, "; one for all, or a row a state");
+    p.doc.insert(p.doc.size() - 1, "; one for all, or one row per state");
     return p;
   };
   const ParamSpec tip_axes =
       choice("tip_axes", {"base", "tool"},
-             "Axes of force and moment: of the frame the robot is mounted in, or the tip's own.");
-  const ParamSpec terms = optional("terms", "list", "",
-                                   "Which terms: gravity, inertial, velocity, friction, external, "
-                                   "spring; all when left out.");
-  const ParamSpec base_a =
-      between(optional("base_acceleration", "vec3", "m/s^2",
-                       "Of the base's origin, without gravity, in the mounting frame's axes."),
-              -kMostOfAJoint, kMostOfAJoint);
+             "Axes of force and moment: those of the mounting frame, or the tip's own.");
+  const ParamSpec terms = optional(
+      "terms", "list", "",
+      "Terms to include: gravity, inertial, velocity, friction, external, spring; all if omitted.");
+  const ParamSpec base_a = between(
+      optional("base_acceleration", "vec3", "m/s^2",
+               "Acceleration of the base's origin, without gravity, in the mounting frame's axes."),
+      -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec base_w =
       between(optional("base_angular_velocity", "vec3", "rad/s",
                        "Angular velocity of the base, in the mounting frame's axes."),
@@ -527,72 +528,72 @@ RMP_COMMANDS(robot_dynamics_commands) {
               -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec close =
       defaulted("close", "bool", "", false,
-                "First closes the loops: joints without motors move to where those with motors, as "
-                "given, put them, and their speeds and accelerations follow.");
-  const ParamSpec tree =
-      defaulted("tree", "bool", "", false,
-                "Of the tree that is left where closed loops are cut, with forces at all its "
-                "joints; loops may be open.");
-  const ParamSpec provider = optional(
-      "provider", "any", "",
-      "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
+                "First closes the loops: joints without motors move to the positions given by the "
+                "joints with motors, and their speeds and accelerations follow.");
+  const ParamSpec tree = defaulted("tree", "bool", "", false,
+                                   "Of the open tree after cutting the closed loops, with forces "
+                                   "at all its joints; loops may be open.");
+  const ParamSpec provider =
+      optional("provider", "any", "",
+               "Name of the solver, or {name = ..., params = {...}}; by default the robot's own.");
 
   all.push_back(
       {.name = "robot.inverse_dynamics",
        .classic = "",
-       .summary = "Gives the joint torques and forces for a motion.",
-       .details =
-           "The sum of the terms gravity, inertial, velocity, friction, external and spring, or of "
-           "those asked for. The wrench at the tip is what acts on the robot. With closed loops "
-           "the torques are those of the motors that move the closed mechanism, of more motors "
-           "than needed the least ones; joints without motors have 0. q, qd and qdd keep the loops "
-           "closed, or are made so by `close`. robot.constraint_forces gives the forces in the "
-           "loops for the same motion. A joint no faster than 1e-9 rad/s or m/s "
-           "rests: what static friction holds of its torque is not known, and none is counted. " +
-           rows_details,
+       .summary = "Computes the joint torques and forces for a motion.",
+       .details = "The sum of the terms gravity, inertial, velocity, friction, external and "
+                  "spring, or of the requested terms. The wrench at the tip acts on the robot. "
+                  "With closed loops the torques are those of the motors that move the closed "
+                  "mechanism; with more motors than necessary the smallest ones are chosen; joints "
+                  "without motors have 0. q, qd and qdd must keep the loops closed, or are "
+                  "adjusted by `close`. robot.constraint_forces returns the forces in the loops "
+                  "for the same motion. A joint no faster than 1e-9 rad/s or m/s is at rest: the "
+                  "share of static friction in its torque is unknown, and none is counted. " +
+                  rows_details,
        .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
                            "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
        .params = {self("robot"), q_rows, with_rows(qd), with_rows(qdd), terms, gravity,
                   wrench_rows(force), wrench_rows(moment), provider, tip, base_a, base_w, base_wd,
                   tip_axes, close, tree},
-       .returns = {"array", "N m or N", "One value a velocity; of a batch a row a state.", {}},
+       .returns =
+           {"array", "N m or N", "One value per velocity; for a batch one row per state.", {}},
        .effect = Effect::reads,
        .run = inverse_dynamics});
   all.push_back(
       {.name = "robot.gravity_torques",
        .classic = "",
-       .summary = "Gives the joint torques and forces that hold the robot still.",
+       .summary = "Computes the joint torques and forces that hold the robot still.",
        .details = "With closed loops those of the motors. " + rows_details,
        .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
        .params = {self("robot"), q_rows, gravity, provider, close, tree},
-       .returns = {"array", "N m or N", "One value a velocity; of a batch a row a state.", {}},
+       .returns =
+           {"array", "N m or N", "One value per velocity; for a batch one row per state.", {}},
        .effect = Effect::reads,
        .run = gravity_torques});
   all.push_back(
       {.name = "robot.inertia",
        .classic = "",
-       .summary = "Gives the joint-space inertia matrix, motors included.",
-       .details = "With closed loops the one that the motors feel, with zeros for joints without "
-                  "motors: rates that keep the loops closed have the same kinetic energy. Of a "
-                  "matrix of states each row of the answer is one matrix, row after row: "
-                  "m[i]:reshape(n, n).",
+       .summary = "Computes the joint-space inertia matrix, including motors.",
+       .details =
+           "With closed loops it is the inertia at the motors, with zeros for joints without "
+           "motors: rates that keep the loops closed have the same kinetic energy. For a matrix of "
+           "states each row of the result is one matrix, row after row: m[i]:reshape(n, n).",
        .example = with_arm(
            "local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
        .params = {self("robot"), q_rows, provider, close, tree},
        .returns =
-           {"matrix", "", "Velocities x velocities, symmetric; of a batch a row a state.", {}},
+           {"matrix", "", "Velocities x velocities, symmetric; for a batch one row per state.", {}},
        .effect = Effect::reads,
        .run = inertia});
   all.push_back(
       {.name = "robot.forward_dynamics",
        .classic = "",
-       .summary = "Gives the joint accelerations that torques cause.",
-       .details = "Robots with closed loops take the solver `constrained` when none is chosen; "
-                  "gaps of their "
-                  "loops are pulled together. Others with 24 velocities or more take "
-                  "`articulated_body`, whose time grows with their number, if no joint follows "
-                  "another one. " +
-                  rows_details,
+       .summary = "Computes the joint accelerations caused by torques.",
+       .details =
+           "For robots with closed loops the default solver is `constrained`; gaps of their loops "
+           "are pulled together. For others with 24 velocities or more it is `articulated_body`, "
+           "with a run time linear in their number, if no joint follows another one. " +
+           rows_details,
        .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, "
                            "qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau "
                            "= tau, provider = \"articulated_body\"}\nassert(math.abs(qdd[1] - 1) < "
@@ -600,16 +601,18 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .params = {self("robot"), q_rows, with_rows(qd), with_rows(tau), gravity, wrench_rows(force),
                   wrench_rows(moment), provider, terms, tip, base_a, base_w, base_wd, close,
                   tip_axes},
-       .returns =
-           {"array", "rad/s^2 or m/s^2", "One value a velocity; of a batch a row a state.", {}},
+       .returns = {"array",
+                   "rad/s^2 or m/s^2",
+                   "One value per velocity; for a batch one row per state.",
+                   {}},
        .effect = Effect::reads,
        .run = forward_dynamics});
   all.push_back(
       {.name = "robot.energy",
        .classic = "",
-       .summary = "Gives the kinetic and potential energy of the moving links.",
-       .details = "Motors count to the kinetic energy, springs to the potential; the weight's is 0 "
-                  "at the base's origin.",
+       .summary = "Computes the kinetic and potential energy of the moving links.",
+       .details = "Kinetic energy includes the motors, potential energy the springs; the potential "
+                  "energy of weight is 0 at the base's origin.",
        .example = with_arm("local e = arm:energy{q = \"ready\", qd = {1, 0, 0, 0, 0, 0}}\nlocal m "
                            "= arm:inertia{q = \"ready\"}\nassert(math.abs(e.kinetic - m[1][1] / 2) "
                            "< 1e-12)"),
@@ -617,15 +620,15 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("kinetic", "real", "J", "Of links and motors."),
-                    field("potential", "real", "J", "Of weight and springs."),
+                   {field("kinetic", "real", "J", "Kinetic energy of links and motors."),
+                    field("potential", "real", "J", "Potential energy of weight and springs."),
                     field("total", "real", "J", "Their sum.")}},
        .effect = Effect::reads,
        .run = energy});
   all.push_back({.name = "robot.momentum",
                  .classic = "",
-                 .summary = "Gives the momentum of the moving links and their centre of mass.",
-                 .details = "In the axes of the frame the robot is mounted in, about its origin.",
+                 .summary = "Computes the momentum of the moving links and their centre of mass.",
+                 .details = "In the axes of the mounting frame, about its origin.",
                  .example = with_arm("local p = arm:momentum{q = \"ready\", qd = {0, 0, 0, 0, 0, "
                                      "0}}\nassert(p.linear[1] == 0 and p.com[3] > 0)"),
                  .params = {self("robot"), q, qd, provider, close, tree},
@@ -640,11 +643,13 @@ RMP_COMMANDS(robot_dynamics_commands) {
   all.push_back(
       {.name = "robot.dynamics_derivatives",
        .classic = "",
-       .summary = "Gives the partial derivatives of torques or accelerations by the state.",
-       .details = "Row = what changes, column = by what. For ball and free joints \"by q\" is by "
-                  "small turns and ways along the moving frame. Solvers that compute none are "
-                  "differentiated: central differences of order four. With closed loops there are "
-                  "those of accelerations, and with `tree` those of the open tree's torques.",
+       .summary = "Computes the partial derivatives of torques or accelerations with respect to "
+                  "the state.",
+       .details = "Row = result, column = variable. For ball and free joints \"by q\" means by "
+                  "small rotations and translations along the moving frame. If a solver computes "
+                  "no derivatives, central differences of order four are used. With closed loops, "
+                  "derivatives of accelerations are available, and with `tree` those of the open "
+                  "tree's torques.",
        .example =
            with_arm("local d = arm:dynamics_derivatives{q = \"ready\"}\nlocal m = arm:inertia{q = "
                     "\"ready\"}\nassert(d.by_qdd[2][3] == m[2][3] and not d.numerical)\nlocal f = "
@@ -661,22 +666,23 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("by_q", "matrix", "", "By joint values."),
-                    field("by_qd", "matrix", "", "By joint speeds."),
-                    field("by_qdd", "matrix", "", "Of torques: by accelerations, the inertia."),
-                    field("by_tau", "matrix", "", "Of accelerations: by torques."),
-                    field("numerical", "bool", "", "By differences.")}},
+                   {field("by_q", "matrix", "", "Derivatives by joint values."),
+                    field("by_qd", "matrix", "", "Derivatives by joint speeds."),
+                    field("by_qdd", "matrix", "",
+                          "Derivatives of torques by accelerations: the inertia."),
+                    field("by_tau", "matrix", "", "Derivatives of accelerations by torques."),
+                    field("numerical", "bool", "", "Whether they were computed by differences.")}},
        .effect = Effect::reads,
        .run = dynamics_derivatives});
   all.push_back(
       {.name = "robot.regressor",
        .classic = "",
-       .summary = "Gives the matrix that masses and inertias are multiplied with to give torques.",
-       .details =
-           "tau = Y pi for gravity, inertial and velocity terms without motors: what is "
-           "fitted to measured torques to identify a robot. Ten parameters a joint: m, m x, "
-           "m y, m z, then Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the joint frame's origin. With "
-           "closed loops tau is that of the motors.",
+       .summary = "Computes the regressor: the matrix that gives the torques when multiplied by "
+                  "masses and inertias.",
+       .details = "tau = Y pi for gravity, inertial and velocity terms without motors: fitted to "
+                  "measured torques, it identifies a robot. Ten parameters per joint: m, m x, m y, "
+                  "m z, then Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the joint frame's origin. With "
+                  "closed loops tau is that of the motors.",
        .example = with_arm(
            "local y = arm:regressor{q = \"ready\"}\nlocal tau = arm:gravity_torques{q = "
            "\"ready\"}\nlocal sum = 0\nfor k = 1, #y.parameters do sum = sum + y.matrix[2][k] * "
@@ -686,19 +692,20 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("matrix", "matrix", "", "Velocities x 10 parameters a joint."),
-                    field("parameters", "real[]", "", "The robot's own, as its model has them.")}},
+                   {field("matrix", "matrix", "", "Velocities x 10 parameters per joint."),
+                    field("parameters", "real[]", "",
+                          "The robot's own parameters, as in its model.")}},
        .effect = Effect::reads,
        .run = regressor});
   all.push_back(
       {.name = "robot.constraint_forces",
        .classic = "",
-       .summary = "Gives the forces that keep closed loops together, and the accelerations.",
+       .summary = "Computes the forces that keep closed loops together, and the accelerations.",
        .details =
-           "By Lagrange's multipliers. A loop's force and moment act on its frame b, in the "
-           "axes of frame a; with one turn fixed alone, the moment is what works on that "
-           "turn. Loops that hold more than is needed share their forces. With qdd instead of tau "
-           "the motors' torques for that motion are found first (robot.inverse_dynamics).",
+           "By Lagrange multipliers. The force and moment of a loop act on its frame b, in the "
+           "axes of frame a; if only one rotation is fixed, the moment is the component along that "
+           "rotation. Redundant loops share their forces. With qdd instead of tau the motors' "
+           "torques for that motion are computed first (robot.inverse_dynamics).",
        .example = with_linkage(
            "local c = bar:constraint_forces{q = \"home\", gravity = {0, -9.81, 0}, close = "
            "true}\nassert(#c.loops == 1 and math.abs(c.loops[1].gap[1]) < 1e-9)"),
@@ -708,8 +715,8 @@ RMP_COMMANDS(robot_dynamics_commands) {
                    "",
                    "",
                    {field("loops", "list", "",
-                          "Of each: name, force [N], moment [N m], and how far it is open, gap [m] "
-                          "and turn [rad]."),
+                          "One table per loop: name, force [N], moment [N m], and its errors gap "
+                          "[m] and turn [rad]."),
                     field("q", "real[]", "rad or m",
                           "The joint values; with close those of the closed loops."),
                     field("qdd", "real[]", "rad/s^2 or m/s^2", "The accelerations."),

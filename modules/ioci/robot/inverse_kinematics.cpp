@@ -535,47 +535,47 @@ RMP_COMMANDS(inverse_kinematics_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec tip =
       optional("tip", "string", "",
-               "Name of the tip in a branched robot; the tool of the last link when left out.");
-  const ParamSpec provider = optional(
-      "provider", "any", "",
-      "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out, "
-      "and where it has none a closed form that serves it, else the default.");
-  const ParamSpec branch =
-      optional("branch", "any", "",
-               "Of solvers that name branches: words such as \"left up no flip\", or a table "
-               "{shoulder = \"left\", elbow = \"up\", wrist = \"flip\"}; what is left out may "
-               "be either.");
+               "Name of the tip in a branched robot; by default the tool of the last link.");
+  const ParamSpec provider =
+      optional("provider", "any", "",
+               "Name of the solver, or {name = ..., params = {...}}; by default the robot's own, "
+               "otherwise a closed form that supports the robot, otherwise the default provider.");
+  const ParamSpec branch = optional(
+      "branch", "any", "",
+      "For solvers that name branches: a text such as \"left up no flip\", or a table {shoulder = "
+      "\"left\", elbow = \"up\", wrist = \"flip\"}; omitted parts may be either.");
   const ParamSpec limits =
       choice("limits", {"apply", "ignore"},
-             "Joint limits; ignore gives solutions beyond them, too, marked in within_limits.");
+             "Joint limits; ignore also returns solutions beyond them, marked in within_limits.");
   all.push_back(
       {.name = "robot.solve_ik",
        .classic = "PRobot LLRL IKine",
        .summary = "Finds joint values that bring the tool to a pose: inverse kinematics.",
-       .details = "The target is given in the frame the robot is mounted in. A target that cannot "
-                  "be reached is an error of code unreachable that tells how near one can get, "
-                  "unless partial = true.",
+       .details =
+           "The target is given in the mounting frame. A target that cannot be reached is an error "
+           "of code unreachable that gives the remaining distance, unless partial = true.",
        .example = with_arm("local target = arm:fk{q = \"ready\"}.pose\nlocal s = "
                            "arm:solve_ik{target = target, seed = {0, -0.8, 0.5, 0, 0.9, "
                            "0}}\nassert(s.status == \"solved\" and s.position_error < 1e-8)"),
        .params = {self("robot"),
                   optional("target", "pose", "",
-                           "Where the tool shall be; the target of the world that shows the robot "
-                           "when left out, from the joint values shown."),
+                           "Pose of the tool to reach; by default the target of the world that "
+                           "shows the robot, starting at the joint values shown."),
                   optional("seed", "any", "rad or m",
                            "Joint values to start from, or the name of a pose."),
                   defaulted("all", "bool", "", false,
-                            "Every solution that the solver can distinguish."),
+                            "Return every solution that the solver can distinguish."),
                   defaulted("partial", "bool", "", false,
-                            "Return the closest configuration when the target cannot be reached."),
+                            "Return the closest configuration if the target cannot be reached."),
                   above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
-                                       "When the position counts as reached.")),
+                                       "Tolerance for reaching the position.")),
                   above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
-                                       "When the rotation counts as reached.")),
+                                       "Tolerance for reaching the rotation.")),
                   provider, tip,
-                  optional("arm_angle", "real", "rad",
-                           "Of a 7-joint arm, with a solver tagged arm_angle: the elbow turned "
-                           "about the line from shoulder to wrist; 0 is the plane of axis 1."),
+                  optional(
+                      "arm_angle", "real", "rad",
+                      "For 7-joint arms, with a solver tagged arm_angle: rotation of the elbow "
+                      "about the line from shoulder to wrist; 0 is the plane of axis 1."),
                   branch, limits, shown_world()},
        .returns =
            {"map",
@@ -583,31 +583,31 @@ RMP_COMMANDS(inverse_kinematics_commands) {
             "",
             {field("status", "string", "", "solved, out_of_reach, joint_limit or not_converged."),
              field("q", "real[]", "rad or m", "The (first) solution."),
-             field("solutions", "matrix", "rad or m", "One row a solution."),
-             field("position_error", "real", "m", "What is left of the first."),
-             field("rotation_error", "real", "rad", "What is left of the first."),
-             field("iterations", "int", "", "Steps of the solver."),
+             field("solutions", "matrix", "rad or m", "One row per solution."),
+             field("position_error", "real", "m", "Remaining error of the first solution."),
+             field("rotation_error", "real", "rad", "Remaining error of the first solution."),
+             field("iterations", "int", "", "Iterations of the solver."),
              field(
                  "detail", "string", "",
-                 "Reason when not solved, or a remark that q is next to a singular configuration."),
+                 "Reason if not solved, or a remark that q is close to a singular configuration."),
              field("shortfall", "real", "m",
-                   "How far the target is out of reach, at least; 0 when not known."),
+                   "Least distance by which the target is out of reach; 0 if not known."),
              field("limiting_joint", "string", "",
-                   "The joint with the limit that prevents it, if known."),
+                   "The joint that prevents the solution by its limit, if known."),
              field("lost_direction", "real[]", "",
-                   "Where q is singular or next to it: the unit twist (vx, vy, vz, wx, wy, "
-                   "wz) that the "
-                   "tip has lost, axes of the mounting frame."),
-             field("branch", "string", "", "Of the first solution, where they are named."),
-             field("branches", "list", "", "The same of each solution."),
+                   "If q is singular or close to it: the unit twist (vx, vy, vz, wx, wy, wz) that "
+                   "the tip has lost, axes of the mounting frame."),
+             field("branch", "string", "",
+                   "Branch of the first solution, if the solver names branches."),
+             field("branches", "list", "", "Branch of each solution."),
              field("beyond_limits", "int", "",
-                   "How many solutions are beyond joint limits: with all = true, a branch, "
-                   "limits = \"ignore\", and where there is none within."),
+                   "Number of solutions beyond joint limits: with all = true, a branch, limits = "
+                   "\"ignore\", or if there is none within the limits."),
              field("beyond", "list", "",
-                   "Of each of them q, branch, the joint farthest beyond its limit, by how much, "
+                   "For each of them q, branch, the joint farthest beyond its limit, by how much, "
                    "its value and limit, and detail."),
              field("within_limits", "list", "",
-                   "With limits = \"ignore\": of each solution whether it keeps them."),
+                   "With limits = \"ignore\": whether each solution is within the limits."),
              field("provider", "string", "", "The solver.")}},
        .effect = Effect::reads,
        .run = solve_ik});
@@ -615,42 +615,43 @@ RMP_COMMANDS(inverse_kinematics_commands) {
       {.name = "robot.solve_ik_batch",
        .classic = "",
        .summary = "Finds joint values for many poses of the tool in one call.",
-       .details = "Poses are in the frame the robot is mounted in. An unreachable pose is no "
-                  "error: see status and detail; q is the closest configuration found.",
+       .details = "Poses are in the mounting frame. An unreachable pose is not an error: see "
+                  "status and detail; q is the closest configuration found.",
        .example = with_arm("local a = arm:fk{q = \"ready\"}.pose\nlocal b = arm:fk{q = {0.1, -0.8, "
                            "0.5, 0, 0.9, 0}}.pose\nlocal s = arm:solve_ik_batch{targets = {a, b}, "
                            "seed = \"ready\"}\nassert(s.solved == 2 and #s.q == 2)"),
-       .params = {self("robot"), needed("targets", "list", "", "Poses of the tool."),
-                  optional("seed", "any", "rad or m",
-                           "Joint values to start from, the name of a pose, or a list: one a "
-                           "target."),
-                  defaulted("continuous", "bool", "", false,
-                            "The poses are samples of one path: each starts from the one before."),
-                  optional(
-                      "arm_angle", "real[]", "rad",
-                      "Of 7-joint arms, see robot.solve_ik: one for all targets, or one each."),
-                  above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
-                                       "When the position counts as reached.")),
-                  above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
-                                       "When the rotation counts as reached.")),
-                  provider, tip, branch, limits},
+       .params =
+           {self("robot"), needed("targets", "list", "", "Poses of the tool."),
+            optional(
+                "seed", "any", "rad or m",
+                "Joint values to start from, the name of a pose, or a list with one per target."),
+            defaulted(
+                "continuous", "bool", "", false,
+                "The poses are samples of one path: each search starts from the solution before."),
+            optional("arm_angle", "real[]", "rad",
+                     "For 7-joint arms, see robot.solve_ik: one for all targets, or one each."),
+            above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
+                                 "Tolerance for reaching the position.")),
+            above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
+                                 "Tolerance for reaching the rotation.")),
+            provider, tip, branch, limits},
        .returns = {"map",
                    "",
                    "",
                    {field("solved", "int", "", "Number of targets reached."),
-                    field("q", "matrix", "rad or m", "One row a target."),
+                    field("q", "matrix", "rad or m", "One row per target."),
                     field("status", "list", "",
-                          "As status of robot.solve_ik, or other_branch: q is on another branch "
+                          "Status as in robot.solve_ik, or other_branch: q is on another branch "
                           "than requested."),
                     field("detail", "list", "", "Reasons as text."),
-                    field("position_error", "array", "m", "One a target."),
-                    field("rotation_error", "array", "rad", "One a target."),
-                    field("shortfall", "array", "m", "One a target; 0 when not known."),
-                    field("branches", "list", "", "One a target, where the solver names them."),
-                    field("branch_changes", "list", "",
-                          "With continuous: where the path goes over to another branch: target, "
-                          "from, to."),
-                    field("within_limits", "list", "", "With limits = \"ignore\", one a target."),
+                    field("position_error", "array", "m", "One per target."),
+                    field("rotation_error", "array", "rad", "One per target."),
+                    field("shortfall", "array", "m", "One per target; 0 if not known."),
+                    field("branches", "list", "", "One per target, if the solver names branches."),
+                    field(
+                        "branch_changes", "list", "",
+                        "With continuous: changes of the branch along the path: target, from, to."),
+                    field("within_limits", "list", "", "With limits = \"ignore\", one per target."),
                     field("provider", "string", "", "The solver.")}},
        .effect = Effect::reads,
        .run = solve_ik_batch});

@@ -322,58 +322,58 @@ Result<Value> joint_values(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(robot_motion_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q =
-      needed("q", "any", "rad or m", "Joint values, one a joint, or the name of a pose.");
+      needed("q", "any", "rad or m", "Joint values, one per joint, or the name of a pose.");
   const ParamSpec q_or_shown =
       optional("q", "any", "rad or m",
-               "Joint values, one a joint, or the name of a pose; those at which the only world "
-               "that has the robot shows it when left out.");
-  const ParamSpec q_rows_or_shown = optional(
-      "q", "any", "rad or m",
-      "Joint values, one a joint, the name of a pose, or a matrix with a row a state; those "
-      "at which the only world that has the robot shows it when left out.");
+               "Joint values, one per joint, or the name of a pose; by default those at which the "
+               "only world with the robot shows it.");
+  const ParamSpec q_rows_or_shown =
+      optional("q", "any", "rad or m",
+               "Joint values, one per joint, the name of a pose, or a matrix with one row per "
+               "state; by default those at which the only world with the robot shows it.");
   const ParamSpec tip =
       optional("tip", "string", "",
-               "Name of the tip in a branched robot; the tool of the last link when left out.");
+               "Name of the tip in a branched robot; by default the tool of the last link.");
   const std::vector<ParamSpec> pose_fields{field("pose", "pose", "", "4x4 homogeneous matrix."),
                                            field("position", "vec3", "m", "Position."),
                                            field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
                                            field("quaternion", "real[]", "", "w, x, y, z.")};
   auto fk_fields = pose_fields;
   fk_fields.push_back(
-      field("links", "list", "", "With all = true: the same of every link, and its name."));
+      field("links", "list", "", "With all = true: the frames and names of all links."));
   fk_fields.push_back(field("q", "real[]", "", "With close = true: the closed configuration."));
   const char* const mounting =
-      "In the frame the robot is mounted in, which is its base frame unless the robot has a base "
+      "In the robot's mounting frame, which is its base frame unless the robot has a base "
       "placement.";
 
   all.push_back(
       {.name = "robot.fk",
        .classic = "PRobot LLRL FKine|PRobot LLRL mGetOutHMT()",
-       .summary = "Gives the pose of the tool for given joint values.",
+       .summary = "Computes the pose of the tool for given joint values.",
        .details = std::string(mounting) +
-                  " With a matrix of states each field has a row a state: pose 16 numbers, row "
+                  " With a matrix of states each field has one row per state: pose 16 numbers, row "
                   "after row (t.pose[i]:reshape(4, 4)), position 3, rpy 3, quaternion 4.",
        .example =
            with_arm("local t = arm:fk{q = {0, 0, 0, 0, 0, 0}}\nassert(math.abs(t.position[1] - "
                     "0.5) < 1e-12)\nassert(#arm:fk{q = \"ready\", all = true}.links == 6)"),
        .params = {self("robot"), q_rows_or_shown,
-                  defaulted("all", "bool", "", false, "Also the frames of all links."), tip,
+                  defaulted("all", "bool", "", false, "Also return the frames of all links."), tip,
                   defaulted("close", "bool", "", false,
-                            "First closes the loops: joints without motors move to where those "
-                            "with motors, as given, put them.")},
+                            "First closes the loops: joints without motors move to the positions "
+                            "given by the joints with motors.")},
        .returns = {"map", "", "", fk_fields},
        .effect = Effect::reads,
        .run = fk});
   const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
   const ParamSpec q_optional =
-      optional("q", "any", "rad or m", "Joint values or the name of a pose; zeros when left out.");
+      optional("q", "any", "rad or m", "Joint values or the name of a pose; zeros if omitted.");
   const ParamSpec shown =
       defaulted("shown", "bool", "", false,
-                "Without q at the joint values at which a world shows the robot, else at home.");
+                "By default at the joint values at which a world shows the robot, or at home.");
   all.push_back(
       {.name = "robot.link_pose",
        .classic = "PRobot Link mGetGlobal(link, shown=true)",
-       .summary = "Gives the frame of one link.",
+       .summary = "Returns the frame of one link.",
        .details = std::string(mounting) + " Classic: `PRobot <id> Link <i> mGetGlobal`.",
        .example = with_arm("assert(math.abs(arm:link_pose{link = 1}.position[3] - 0.4) < 1e-12)"),
        .params = {self("robot"), link, q_optional,
@@ -397,31 +397,33 @@ RMP_COMMANDS(robot_motion_commands) {
       {.name = "robot.jacobian",
        .classic = "PRobot LLRL mJacobian|PRobot LLRL mJacobian Local(frame=tool, q)|PRobot LLRL "
                   "mJacobian Global(frame=base, q)",
-       .summary = "Gives the geometric Jacobian of the tool.",
+       .summary = "Returns the geometric Jacobian of the tool.",
        .details =
-           "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is "
-           "the tool's origin. Each joint counts as moving by itself, also in a robot with "
-           "closed loops; robot.dexterity counts the motions that keep those closed. Of a matrix "
-           "of states each row of the answer is one Jacobian, row after row: "
-           "j[i]:reshape(6, n).",
+           "Six rows (vx, vy, vz, wx, wy, wz), one column per joint; the reference point is the "
+           "tool's origin. Each joint moves independently, also in a robot with closed loops; "
+           "robot.dexterity considers the motions that keep loops closed. For a matrix of states "
+           "each row of the result is one Jacobian, row after row: j[i]:reshape(6, n).",
        .example =
            with_arm("local j = arm:jacobian{q = \"ready\", frame = \"tool\"}\nassert(#j == 6)"),
        .params = {self("robot"), q_rows_or_shown,
-                  choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip},
-       .returns = {"matrix", "", "6 x joints; of a batch a row a state.", {}},
+                  choice("frame", {"base", "tool"}, "Axes in which velocities are expressed."),
+                  tip},
+       .returns = {"matrix", "", "6 x joints; for a batch one row per state.", {}},
        .effect = Effect::reads,
        .run = jacobian});
   all.push_back(
       {.name = "robot.manipulability",
        .classic = "",
-       .summary = "Gives Yoshikawa's measure of how far the robot is from a singularity.",
+       .summary =
+           "Computes Yoshikawa's manipulability, a measure of the distance to a singularity.",
        .details = "sqrt(det(J J^T)), for fewer than six joints sqrt(det(J^T J)); 0 when singular.",
        .example = with_arm("assert(arm:manipulability{q = \"ready\"} > 0)"),
        .params = {self("robot"), q,
                   choice("measure", {"yoshikawa", "condition", "least"},
                          "Product of the singular values, the greatest over the least, or the "
-                         "least; robot.dexterity gives all of them."),
-                  choice("part", {"all", "translation", "rotation"}, "Of the tool's motion."), tip},
+                         "least; robot.dexterity returns all of them."),
+                  choice("part", {"all", "translation", "rotation"}, "Part of the tool's motion."),
+                  tip},
        .returns = {"real", "", "", {}},
        .effect = Effect::reads,
        .run = manipulability});
@@ -430,7 +432,7 @@ RMP_COMMANDS(robot_motion_commands) {
   const ParamSpec world = shown_world();
   all.push_back({.name = "robot.joint_values",
                  .classic = "PRobot LLRL mGetInJointp",
-                 .summary = "Gives the joint values at which a world shows the robot.",
+                 .summary = "Returns the joint values at which a world shows the robot.",
                  .details = "",
                  .example = with_arm((in_world + "assert(#arm:joint_values() == 6)").c_str()),
                  .params = {self("robot"), world},
@@ -445,7 +447,8 @@ RMP_COMMANDS(robot_motion_commands) {
        .example = with_arm(
            (in_world + "arm:set_joints(\"ready\")\nassert(arm:joint_values()[5] == 1)").c_str()),
        .params = {self("robot"), q, world, angle_unit()},
-       .returns = {"array", "rad or m", "The joint values now; angles by the argument.", {}},
+       .returns =
+           {"array", "rad or m", "The joint values now; angles in the unit set by `angles`.", {}},
        .effect = Effect::edits,
        .run = set_joints});
   all.push_back(
@@ -457,7 +460,8 @@ RMP_COMMANDS(robot_motion_commands) {
            (in_world + "arm:add_joints({0.1, 0, 0, 0, 0, 0})\nassert(arm:joint_values()[1] == 0.1)")
                .c_str()),
        .params = {self("robot"), q, world, angle_unit()},
-       .returns = {"array", "rad or m", "The joint values now; angles by the argument.", {}},
+       .returns =
+           {"array", "rad or m", "The joint values now; angles in the unit set by `angles`.", {}},
        .effect = Effect::edits,
        .run = add_joints});
   return all;

@@ -25,8 +25,9 @@ using model::Robot;
 namespace {
 
 constexpr const char* kJointDoc =
-    "How it moves. universal: turns about z, then the new x; cylindrical: slides along z and turns "
-    "about it; planar: slides along x and y, turns about z; spherical: a ball; free: all six.";
+    "Type of motion. universal: rotates about z, then the new x; cylindrical: slides along z and "
+    "rotates about it; planar: slides along x and y, rotates about z; spherical: a ball joint; "
+    "free: all six.";
 
 std::vector<std::string> joint_words() {
   return {model::kJointWords.begin(), model::kJointWords.end()};
@@ -44,41 +45,43 @@ Schema make_link_schema(bool is_prismatic, bool creating) {
                     force = is_prismatic ? "N" : "N m";
   Schema s{
       optional("name", "string", "", "Name of the link, unique in the robot."),
-      optional("parent", "any", "",
-               "Number or name of its parent link, \"base\" for the base; the link before when "
-               "left out."),
+      optional(
+          "parent", "any", "",
+          "Number or name of its parent link, \"base\" for the base; by default the link before."),
       creating ? choice("joint", joint_words(), kJointDoc)
                : one_of("joint", joint_words(), kJointDoc),
-      one_of("convention", {"dh", "mdh"}, "Of this row; the robot's when left out."),
+      one_of("convention", {"dh", "mdh"}, "Convention of this row; by default that of the robot."),
       optional("origin", "any", "",
-               "Instead of a row: where the link stands in its parent link's frame at rest: a "
-               "position such as {0.1, 0, 0}, a pose, or {position = ..., rpy = ...}. false goes "
-               "back to the row."),
+               "Instead of a row: placement of the link in its parent link's frame at joint value "
+               "0: a position such as {0.1, 0, 0}, a pose, or {position = ..., rpy = ...}. false "
+               "returns to the row."),
       optional("axis", "vec3", "",
-               "With an origin: the joint's axis in the link's frame; {0, 0, 1} when left out."),
+               "With an origin: the joint's axis in the link's frame; {0, 0, 1} if omitted."),
       optional("mimic", "any", "",
                "The joint follows another one: {link = ..., ratio = 1, offset = 0}; its value is "
-               "ratio times that one's value plus offset. false lets it move by itself."),
-      optional("passive", "bool", "", "It has no motor: springs, gravity or a loop move it."),
+               "ratio times the other value plus offset. false makes it independent."),
+      optional("passive", "bool", "",
+               "The joint has no motor: springs, gravity or a loop move it."),
       optional("a", "real", "m", "Link length."),
       optional("alpha", "real", "rad", "Link twist."),
-      optional("d", "real", "m", "Link offset; what a prismatic joint adds to."),
-      optional("theta", "real", "rad", "Joint angle; what a revolute joint adds to."),
+      optional("d", "real", "m", "Link offset; the value of a prismatic joint is added to it."),
+      optional("theta", "real", "rad",
+               "Joint angle; the value of a revolute joint is added to it."),
       unbounded(optional("lower", "real", unit, "Least joint value.")),
       unbounded(optional("upper", "real", unit, "Greatest joint value.")),
       unbounded(above_zero(optional("max_velocity", "real", rate, "Greatest joint speed."))),
       unbounded(
           above_zero(optional("max_acceleration", "real", rate2, "Greatest joint acceleration."))),
+      unbounded(above_zero(optional("max_jerk", "real", rate3, "Greatest jerk of the joint."))),
       unbounded(above_zero(
-          optional("max_jerk", "real", rate3, "Greatest change of the acceleration with time."))),
-      unbounded(above_zero(optional("max_force", "real", force,
-                                    "Greatest torque or force of the joint, behind the gear."))),
+          optional("max_force", "real", force,
+                   "Greatest torque or force of the joint, at the output of the gear."))),
       between(optional("motor_inertia", "real", "kg m^2",
-                       "Jm, of the rotor at the motor; gear_ratio^2 Jm at the joint."),
+                       "Jm, inertia of the rotor at the motor; gear_ratio^2 Jm at the joint."),
               0, std::numeric_limits<double>::infinity()),
       optional("gear_ratio", "real", "",
-               "G, turns of the motor for one of the joint (radians for one metre of a prismatic "
-               "one); negative where the motor turns against the joint."),
+               "G, revolutions of the motor per revolution of the joint (radians per metre for a "
+               "prismatic one); negative if the motor turns against the joint."),
       between(optional("viscous", "real", "N m s/rad",
                        "B, viscous friction at the motor; gear_ratio^2 B at the joint."),
               0, std::numeric_limits<double>::infinity()),
@@ -95,9 +98,9 @@ Schema make_link_schema(bool is_prismatic, bool creating) {
                   "joint."),
               -std::numeric_limits<double>::infinity(), 0),
       between(optional("stiffness", "real", is_prismatic ? "N/m" : "N m/rad",
-                       "Of a spring across the joint."),
+                       "Stiffness of a spring across the joint."),
               0, std::numeric_limits<double>::infinity()),
-      optional("rest", "real", unit, "Where the spring pulls to."),
+      optional("rest", "real", unit, "Joint value at which the spring is relaxed."),
       between(optional("mass", "real", "kg", "Published mass."), 0,
               std::numeric_limits<double>::infinity()),
       optional("com", "vec3", "m", "Published centre of mass in the link's frame."),
@@ -178,10 +181,10 @@ Result<void> read_mimic(const CommandContext& ctx, const Value& v, const Robot& 
       leader && robot.links[static_cast<std::size_t>(m.link)].joint == JointKind::prismatic;
   const std::string own_unit = unit, leader_unit = leader_slides ? "m" : "rad";
   const Schema schema{
-      needed("link", "any", "", "The link whose joint is followed."),
+      needed("link", "any", "", "The link with the joint that is followed."),
       defaulted("ratio", "real", own_unit == leader_unit ? "" : own_unit + "/" + leader_unit, 1.0,
-                "Times its value."),
-      defaulted("offset", "real", unit, 0.0, "Added to that.")};
+                "Factor of its value."),
+      defaulted("offset", "real", unit, 0.0, "Added to the product.")};
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, v, path + ".mimic"));
   if (m.link >= index)
     return error(ErrorCode::conflict, "a joint can only follow that of an earlier link",
@@ -759,7 +762,7 @@ RMP_COMMANDS(robot_link_commands) {
                  .takes_expressions = true});
   all.push_back({.name = "robot.set_link",
                  .classic = "",
-                 .summary = "Changes what is given of a link.",
+                 .summary = "Changes the given properties of a link.",
                  .details = by_type,
                  .example = with_arm("arm:set_link{link = 2, a = \"500 mm\", upper = \"120 "
                                      "deg\"}\nassert(arm:link(2).a == 0.5)"),
@@ -771,8 +774,8 @@ RMP_COMMANDS(robot_link_commands) {
   all.push_back(
       {.name = "robot.remove_link",
        .classic = "",
-       .summary = "Removes a link without child links, tools and parts that refer to it.",
-       .details = "Named poses lose the value of its joint, and the maker's axes its axis.",
+       .summary = "Removes a link that has no child links and that no tools or parts refer to.",
+       .details = "Named poses lose the value of its joint, and the maker's axes lose its axis.",
        .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"),
        .params = {self("robot"), link},
        .returns = {},
@@ -781,11 +784,11 @@ RMP_COMMANDS(robot_link_commands) {
   all.push_back(
       {.name = "robot.dh_table",
        .classic = "PRobot mGetDHP(angles=degrees)|PRobot LLRL mGetDHP",
-       .summary = "Gives the Denavit-Hartenberg table of a robot.",
-       .details = "The matrix has one row a link with the columns of the 2006 program: alpha, a "
-                  "[m], theta, d [m], type (0 revolute, 1 prismatic, 2 fixed, 3 universal, 4 "
-                  "cylindrical, 5 planar, 6 spherical, 7 free). The joint's "
-                  "variable adds to theta or d.",
+       .summary = "Returns the Denavit-Hartenberg table of a robot.",
+       .details =
+           "The matrix has one row per link with the columns of the 2006 program: alpha, a [m], "
+           "theta, d [m], type (0 revolute, 1 prismatic, 2 fixed, 3 universal, 4 cylindrical, 5 "
+           "planar, 6 spherical, 7 free). The joint's variable is added to theta or d.",
        .example = with_arm(
            "local t = arm:dh_table()\nassert(t.rows[1].d == 0.4 and t.columns[1] == \"alpha\")"),
        .params = {self("robot"), angle_unit()},
@@ -794,14 +797,14 @@ RMP_COMMANDS(robot_link_commands) {
                    "",
                    {field("convention", "string", "", "dh or mdh."),
                     field("columns", "list", "", "Names of the matrix' columns."),
-                    field("angles", "string", "", "\"degrees\" where they are in degrees."),
-                    field("matrix", "matrix", "", "One row a link."),
-                    field("rows", "list", "", "The same by names.")}},
+                    field("angles", "string", "", "\"degrees\" for columns in degrees."),
+                    field("matrix", "matrix", "", "One row per link."),
+                    field("rows", "list", "", "The same values by name.")}},
        .effect = Effect::reads,
        .run = dh_table});
   all.push_back({.name = "robot.links",
                  .classic = "",
-                 .summary = "Lists the links with everything they hold.",
+                 .summary = "Lists the links with all their fields.",
                  .details = "Limits that are missing are unlimited.",
                  .example = with_arm("assert(#arm:links() == 6)"),
                  .params = {self("robot")},
@@ -810,7 +813,7 @@ RMP_COMMANDS(robot_link_commands) {
                  .run = links});
   all.push_back({.name = "robot.link",
                  .classic = "PRobot Link Get",
-                 .summary = "Gives everything one link holds.",
+                 .summary = "Returns all fields of one link.",
                  .details = "Classic: `PRobot <id> Link <i> Get`.",
                  .example = with_arm("assert(arm:link(1).d == 0.4)"),
                  .params = {self("robot"), link},
@@ -819,8 +822,8 @@ RMP_COMMANDS(robot_link_commands) {
                  .run = link_of});
   all.push_back({.name = "robot.link_row",
                  .classic = "",
-                 .summary = "Gives alpha, a, theta, d and type of one link.",
-                 .details = "robot.link_parameters gives its limits as well.",
+                 .summary = "Returns alpha, a, theta, d and type of one link.",
+                 .details = "robot.link_parameters returns its limits as well.",
                  .example = with_arm("assert(arm:link_row(2)[2] == 0.45)"),
                  .params = {self("robot"), link},
                  .returns = {"array", "", "alpha [rad], a [m], theta [rad], d [m], type.", {}},
@@ -841,7 +844,7 @@ RMP_COMMANDS(robot_link_commands) {
                    {field("name", "string", "", "Name of its link."),
                     field("type", "string", "", "revolute, prismatic, spherical or free."),
                     field("unit", "string", "", "rad or m."),
-                    field("axis", "string", "", "The maker's axis, where it is known."),
+                    field("axis", "string", "", "The maker's axis, if known."),
                     field("lower", "real", "rad or m", "Least value."),
                     field("upper", "real", "rad or m", "Greatest value."),
                     field("max_velocity", "real", "rad/s or m/s", "Greatest speed."),
@@ -849,8 +852,9 @@ RMP_COMMANDS(robot_link_commands) {
                     field("max_jerk", "real", "rad/s^3 or m/s^3", "Greatest jerk."),
                     field("max_force", "real", "N m or N", "Greatest torque or force."),
                     field("follows", "string", "", "The joint it follows, with ratio and offset."),
-                    field("passive", "bool", "", "True when it has no motor."),
-                    field("stiffness", "real", "N m/rad or N/m", "Of its spring, with rest.")}},
+                    field("passive", "bool", "", "True if it has no motor."),
+                    field("stiffness", "real", "N m/rad or N/m",
+                          "Stiffness of its spring, relaxed at rest.")}},
        .effect = Effect::reads,
        .run = joints});
   all.push_back(
@@ -867,10 +871,10 @@ RMP_COMMANDS(robot_link_commands) {
        .returns = {"list",
                    "",
                    "",
-                   {field("name", "string", "", "Link, and which of its coordinates."),
-                    field("unit", "string", "", "rad, m, or nothing for a quaternion's."),
-                    field("neutral", "real", "", "Where it is when nothing moved."),
-                    field("passive", "bool", "", "True when its joint has no motor.")}},
+                   {field("name", "string", "", "Name of the link, and which of its coordinates."),
+                    field("unit", "string", "", "rad, m, or empty for a quaternion."),
+                    field("neutral", "real", "", "Value at rest, before any motion."),
+                    field("passive", "bool", "", "True if its joint has no motor.")}},
        .effect = Effect::reads,
        .run = coordinates});
   return all;

@@ -185,8 +185,8 @@ RMP_COMMANDS(robot_loop_commands) {
   std::vector<CommandSpec> all;
   const std::vector<std::string> kinds{model::kLoopWords.begin(), model::kLoopWords.end()};
   const char* const kind_doc =
-      "What stays together: point, the frames' origins (a ball joint); revolute, also their z axes "
-      "(a hinge); planar, the origins in x and y of frame a (a hinge of a plane mechanism); weld, "
+      "Constraint: point, the frames' origins coincide (a ball joint); revolute, also their z axes "
+      "(a hinge); planar, the origins in x and y of frame a (a hinge of a planar mechanism); weld, "
       "the whole frames.";
   const char* const side_doc =
       "A frame on a link: {link = name, number or \"base\", and position with angles or "
@@ -194,18 +194,19 @@ RMP_COMMANDS(robot_loop_commands) {
   const ParamSpec name = needed("name", "string", "", "Name of the loop, unique in the robot.");
   ParamSpec kind = choice("kind", kinds, kind_doc, true);
   kind.required = false;
-  all.push_back({.name = "robot.add_loop",
-                 .classic = "",
-                 .summary = "Closes a loop: a frame on one link stays with a frame on another.",
-                 .details = "The links of a robot are a tree; what a mechanism has beyond it are "
-                            "loops. The tree is cut at one joint of each loop, which becomes this "
-                            "closure. Joints without motors are marked with passive = true.",
-                 .example = with_four_bar("assert(#bar:loops() == 1)"),
-                 .params = {self("robot"), name, choice("kind", kinds, kind_doc, true),
-                            needed("a", "map", "", side_doc), needed("b", "map", "", side_doc)},
-                 .returns = {},
-                 .effect = Effect::edits,
-                 .run = add_loop});
+  all.push_back(
+      {.name = "robot.add_loop",
+       .classic = "",
+       .summary = "Closes a loop: a frame on one link stays together with a frame on another.",
+       .details = "The links of a robot form a tree; loops are additional constraints. The tree is "
+                  "cut at one joint of each loop, which becomes this closure. Joints without "
+                  "motors are marked with passive = true.",
+       .example = with_four_bar("assert(#bar:loops() == 1)"),
+       .params = {self("robot"), name, choice("kind", kinds, kind_doc, true),
+                  needed("a", "map", "", side_doc), needed("b", "map", "", side_doc)},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = add_loop});
   all.push_back({.name = "robot.set_loop",
                  .classic = "",
                  .summary = "Changes a loop.",
@@ -219,7 +220,7 @@ RMP_COMMANDS(robot_loop_commands) {
                  .run = set_loop});
   all.push_back({.name = "robot.remove_loop",
                  .classic = "",
-                 .summary = "Opens a loop for good.",
+                 .summary = "Removes a loop.",
                  .details = "",
                  .example = with_four_bar("bar:remove_loop(\"pin\")\nassert(#bar:loops() == 0)"),
                  .params = {self("robot"), name},
@@ -244,46 +245,44 @@ RMP_COMMANDS(robot_loop_commands) {
   all.push_back(
       {.name = "robot.loop_error",
        .classic = "",
-       .summary = "Reports how far the loops are open, and how that changes with the joints.",
-       .details = "The residual has one number a direction that a loop holds: in the axes of frame "
-                  "a, the way from its origin to that of frame b [m], then the rotation vector of "
-                  "frame b in frame a [rad]. The Jacobian is its derivative by the velocities.",
+       .summary = "Reports the errors of the loop closures, and their derivatives by the joints.",
+       .details =
+           "The residual has one number for each direction that a loop constrains: in the axes of "
+           "frame a, the vector from its origin to that of frame b [m], then the rotation vector "
+           "of frame b in frame a [rad]. The Jacobian is its derivative by the velocities.",
        .example = with_four_bar("local e = bar:loop_error{q = {0, 0, 0}}\n"
                                 "assert(math.abs(e.residual[1] - 0.2) < 1e-12)"),
-       .params = {self("robot"),
-                  optional("q", "any", "rad or m",
-                           "Configuration or name of a pose; \"home\" when left out.")},
+       .params = {self("robot"), optional("q", "any", "rad or m",
+                                          "Configuration or name of a pose; \"home\" if omitted.")},
        .returns = {"map",
                    "",
                    "",
-                   {field("residual", "real[]", "m or rad", "Zero where the loops are closed."),
+                   {field("residual", "real[]", "m or rad", "Zero if the loops are closed."),
                     field("jacobian", "matrix", "",
-                          "One row a number of the residual, one column "
-                          "a velocity.")}},
+                          "One row per number of the residual, one column per velocity.")}},
        .effect = Effect::reads,
        .run = loop_error});
   all.push_back(
       {.name = "robot.close",
        .classic = "",
        .summary = "Finds a configuration in which all loops are closed.",
-       .details =
-           "Joints with motors stay where q has them and the passive ones move; with joints, "
-           "exactly the joints named there are held and all others are free, so that the "
-           "motors of a platform are found from its pose as well. From the start the held "
-           "joints go to their values in small steps, and the others follow by Newton's "
-           "method, so that the branch of the start is kept.",
+       .details = "Joints with motors keep their values in q and the passive ones move; with "
+                  "`joints`, exactly the joints named there are held and all others are free, so "
+                  "that the motors of a platform can be computed from its pose as well. The held "
+                  "joints move from the start to their values in small steps, and the others "
+                  "follow by Newton's method, so that the branch of the start is kept.",
        .example = with_four_bar(
            "local c = bar:close{joints = {crank = \"90 deg\"}}\n"
            "assert(c.closed and c.residual < 1e-12 and math.abs(c.q[1] - math.pi / 2) < 1e-15)"),
        .params = {self("robot"),
                   optional("q", "any", "rad or m",
-                           "Start: a configuration or the name of a pose; \"home\" when left out."),
+                           "Start: a configuration or the name of a pose; \"home\" if omitted."),
                   optional("joints", "map", "",
-                           "Values of the joints to hold, by the names of their links; all numbers "
-                           "of a joint that has several."),
+                           "Values of the joints to hold, by the names of their links; for a joint "
+                           "of several coordinates, all of them."),
                   defaulted("partial", "bool", "", false,
-                            "Give the nearest configuration also when the loops cannot be closed "
-                            "or a joint leaves its limits.")},
+                            "Return the nearest configuration even if the loops cannot be closed "
+                            "or a joint exceeds its limits.")},
        .returns = {"map",
                    "",
                    "",

@@ -273,8 +273,8 @@ RMP_COMMANDS(robot_overview_commands) {
       {.name = "robot.overview",
        .classic = "",
        .summary = "Shows a robot on one screen: rows, limits, masses, tools, solvers.",
-       .details = "What the console shows of a robot. Angles are in degrees here; robot.dh_table, "
-                  "robot.joints and robot.links give the same as numbers in SI.",
+       .details = "This is what the console prints for a robot. Angles are in degrees here; "
+                  "robot.dh_table, robot.joints and robot.links return the same as numbers in SI.",
        .example = with_arm("assert(arm:overview():find(\"6 joints, standard Denavit\"))"),
        .params = {self("robot")},
        .returns = {"string", "", "Markdown.", {}},

@@ -25,13 +25,13 @@ Schema robot_fields() {
       choice("convention", {"dh", "mdh"}, "Standard or modified (Craig) Denavit-Hartenberg rows."),
       choice("mass_source", {"given", "designed"},
              "Masses from the links' published values, or from their designed parts."),
-      optional("base", "pose", "", "Pose of the base in the frame the robot is mounted in."),
+      optional("base", "pose", "", "Pose of the base in the robot's mounting frame."),
       optional("base_parts", "list", "",
                "Designed bodies of the base: {what = solid or object, placement or position with "
                "angles}."),
       optional("base_mass", "map", "",
                "Published mass of the base: mass, com and inertia about it in the base's frame, as "
-               "of a link. A mass of 0 removes it."),
+               "for a link. A mass of 0 removes it."),
       optional("tool", "pose", "", "The tool in the frame of the last link."),
       optional("ik", "any", "",
                "Inverse kinematics provider: name, or {name = ..., params = {...}}."),
@@ -40,8 +40,8 @@ Schema robot_fields() {
       optional("controller", "any", "", "Controller provider."),
       optional("skin_colour", "any", "", "Colour of the generated body, \"#rrggbb\"."),
       optional("skin_accent", "any", "", "Colour of its joints."),
-      optional("description", "string", "", "What it is."),
-      optional("source", "string", "", "Where the parameters come from.")};
+      optional("description", "string", "", "Its description."),
+      optional("source", "string", "", "Source of the parameters.")};
   return s;
 }
 
@@ -271,15 +271,15 @@ RMP_COMMANDS(robot_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q =
       optional("q", "any", "rad or m",
-               "Joint values, one a joint, or the name of a pose; zeros when left out.");
+               "Joint values, one per joint, or the name of a pose; zeros if omitted.");
   Schema create_params{
       needed("name", "string", "", "Name, unique among robots."),
       needed("links", "any", "",
              "Links, parents before children; fields as in robot.add_link. Or rows of numbers with "
-             "columns, or what robot.dh_table gives."),
+             "columns, or the result of robot.dh_table."),
       optional("columns", "list", "",
-               "What the numbers of a row are, with a unit if they are not in SI: {\"theta deg\", "
-               "\"d mm\", \"a mm\", \"alpha deg\"}. Any field of a link may be one.")};
+               "Meaning of the numbers in a row, with a unit if they are not in SI: {\"theta "
+               "deg\", \"d mm\", \"a mm\", \"alpha deg\"}. Any field of a link may be a column.")};
   for (ParamSpec& p : robot_fields()) create_params.push_back(std::move(p));
   create_params.push_back(
       optional("poses", "map", "", "Named joint vectors, such as {home = {0, 0, 0}}."));
@@ -290,10 +290,10 @@ RMP_COMMANDS(robot_commands) {
       {.name = "robot.create",
        .classic = "",
        .summary = "Makes a robot from its links.",
-       .details = "A link is a table of the fields that robot.add_link takes. Each stands on the "
-                  "one before it unless it names a parent, so that trees can be made as well. A "
-                  "Denavit-Hartenberg table can be typed as one, its columns named, as books order "
-                  "them differently: links = {{0, 0.4, 0, -90}, {0, 0, 0.45, 0}}, columns = "
+       .details = "A link is a table of the fields of robot.add_link. Each is mounted on the one "
+                  "before it unless it names a parent, so that trees can be made as well. A "
+                  "Denavit-Hartenberg table can be typed directly, with named columns, as books "
+                  "order them differently: links = {{0, 0.4, 0, -90}, {0, 0, 0.45, 0}}, columns = "
                   "{\"theta\", \"d\", \"a\", \"alpha deg\"}.",
        .example =
            "local arm = robot.create{name = \"shoulder\", convention = \"dh\", links = {\n"
@@ -315,7 +315,7 @@ RMP_COMMANDS(robot_commands) {
   }
   all.push_back({.name = "robot.set",
                  .classic = "",
-                 .summary = "Changes what is given of a robot.",
+                 .summary = "Changes the given properties of a robot.",
                  .details = "",
                  .example = with_arm("arm:set{mass_source = \"designed\", base = {0, 0, 0.1, 0, 0, "
                                      "0}}\nassert(arm:describe().mass_source == \"designed\")"),
@@ -326,26 +326,24 @@ RMP_COMMANDS(robot_commands) {
                  .takes_expressions = true});
   all.push_back({.name = "robot.dof",
                  .classic = "PRobot GetDOF",
-                 .summary = "Counts the independent velocities of its joints, loops not counted.",
+                 .summary = "Counts the independent joint velocities, not considering loops.",
                  .details = "",
                  .example = with_arm("assert(arm:dof() == 6)"),
                  .params = {self("robot")},
                  .returns = {"int", "", "", {}},
                  .effect = Effect::reads,
                  .run = dof});
-  all.push_back(
-      {.name = "robot.base_type",
-       .classic = "PRobot GetBaseType",
-       .summary = "Reports how the base is held.",
-       .details =
-           "Fixed where the world places it; Free Flying, Free Floating or Serpentine as the "
-           "world that shows it says (robot.set_base); or Floating: its first link has a "
-           "free joint.",
-       .example = with_arm("assert(arm:base_type() == \"Fixed\")"),
-       .params = {self("robot"), shown_world()},
-       .returns = {"string", "", "", {}},
-       .effect = Effect::reads,
-       .run = base_type});
+  all.push_back({.name = "robot.base_type",
+                 .classic = "PRobot GetBaseType",
+                 .summary = "Reports how the base is held.",
+                 .details = "Fixed: mounted where the world places it; Free Flying, Free Floating "
+                            "or Serpentine: as set in the world that shows it (robot.set_base); "
+                            "Floating: its first link has a free joint.",
+                 .example = with_arm("assert(arm:base_type() == \"Fixed\")"),
+                 .params = {self("robot"), shown_world()},
+                 .returns = {"string", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = base_type});
   all.push_back({.name = "robot.poses",
                  .classic = "",
                  .summary = "Lists the named poses of a robot.",
@@ -357,12 +355,12 @@ RMP_COMMANDS(robot_commands) {
                  .run = poses});
   ParamSpec q_needed = q;
   q_needed.required = true;
-  q_needed.doc = "Joint values, one a joint, or the name of a pose.";
+  q_needed.doc = "Joint values, one per joint, or the name of a pose.";
   all.push_back(
       {.name = "robot.set_pose",
        .classic = "",
-       .summary = "Names a joint vector.",
-       .details = "The pose \"home\" is what a world shows first.",
+       .summary = "Stores a joint vector under a name.",
+       .details = "A world shows the pose \"home\" first.",
        .example = with_arm("arm:set_pose{name = \"home\", q = {0, \"-45 deg\", 0, 0, 0, "
                            "0}}\nassert(math.abs(arm:poses().home[2] + math.pi / 4) < 1e-15)"),
        .params = {self("robot"), needed("name", "string", "", "Name of the pose."), q_needed},
@@ -372,7 +370,7 @@ RMP_COMMANDS(robot_commands) {
   all.push_back(
       {.name = "robot.remove_pose",
        .classic = "",
-       .summary = "Forgets a named pose.",
+       .summary = "Removes a named pose.",
        .details = "",
        .example = with_arm("arm:remove_pose(\"ready\")\nassert(arm:poses().ready == nil)"),
        .params = {self("robot"), needed("name", "string", "", "Name of the pose.")},
@@ -382,20 +380,19 @@ RMP_COMMANDS(robot_commands) {
   all.push_back(
       {.name = "robot.dynamics",
        .classic = "PRobot vGetDynamicp|PRobot vGetDynamic",
-       .summary = "Gives the dynamic parameters of every moving link.",
+       .summary = "Returns the dynamic parameters of every moving link.",
        .details =
            "The matrix has the columns of the 2006 program: mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, "
-           "Iyz, "
-           "Ixz, Jm, G, B, Tc+, Tc-; in the link's frame, inertia about the centre of mass, motor "
-           "and friction at the motor. Masses come from where mass_source says.",
+           "Iyz, Ixz, Jm, G, B, Tc+, Tc-; in the link's frame, with the inertia about the centre "
+           "of mass, and motor and friction at the motor. mass_source selects the masses.",
        .example = with_arm("assert(arm:dynamics().rows[1].mass == 5)"),
        .params = {self("robot")},
        .returns = {"map",
                    "",
                    "",
                    {field("columns", "list", "", "Names of the matrix' columns."),
-                    field("matrix", "matrix", "", "One row a moving link, SI."),
-                    field("rows", "list", "", "The same by names.")}},
+                    field("matrix", "matrix", "", "One row per moving link, SI."),
+                    field("rows", "list", "", "The same values by name.")}},
        .effect = Effect::reads,
        .run = dynamics});
   all.push_back(
@@ -403,29 +400,29 @@ RMP_COMMANDS(robot_commands) {
        .classic = "",
        .summary =
            "Returns mass, centre of mass and inertia of the robot at its present joint values.",
-       .details = "In the frame the robot is mounted in: links with payloads, what is fixed to the "
-                  "base, and the base itself: its designed parts where these count "
-                  "(mass_source), else its base_mass.",
+       .details = "In the robot's mounting frame: links with payloads, everything fixed to the "
+                  "base, and the base itself: its designed parts if these count (mass_source), "
+                  "otherwise its base_mass.",
        .example = with_arm("assert(math.abs(arm:mass().mass - 13.7) < 1e-12)"),
        .params = {self("robot"), q},
-       .returns = {"map",
-                   "",
-                   "",
-                   {field("mass", "real", "kg", "Mass."),
-                    field("com", "vec3", "m", "Centre of mass."),
-                    field("inertia", "matrix", "kg m^2", "Tensor about it."),
-                    field("moving", "real", "kg", "Mass of what moves."),
-                    field("standing", "real", "kg",
-                          "Mass of the base and what is fixed to it, as far as it is known.")}},
+       .returns =
+           {"map",
+            "",
+            "",
+            {field("mass", "real", "kg", "Mass."), field("com", "vec3", "m", "Centre of mass."),
+             field("inertia", "matrix", "kg m^2", "Inertia tensor about the centre of mass."),
+             field("moving", "real", "kg", "Mass of the moving links."),
+             field("standing", "real", "kg",
+                   "Mass of the base and everything fixed to it, as far as it is known.")}},
        .effect = Effect::reads,
        .run = mass});
   all.push_back(
       {.name = "robot.skin",
        .classic = "",
-       .summary = "Reports what bodies are drawn for links without designed parts.",
-       .details = "Each visible link without parts gets a generated body, which collides as it is "
-                  "drawn and has no mass; not a fixed one on a designed link. The base gets one "
-                  "where it has no parts and carries a link with one.",
+       .summary = "Reports the generated bodies of links without designed parts.",
+       .details = "Each visible link without parts gets a generated body, which is used for "
+                  "pictures and collisions and has no mass; a fixed link on a designed link gets "
+                  "none. The base gets one if it has no parts and carries a link that has one.",
        .example = "local rod = robot.create{name = \"rod\", links = {{name = \"swing\", joint = "
                   "\"revolute\", "
                   "a = 0.5}}}\n"
@@ -434,7 +431,7 @@ RMP_COMMANDS(robot_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("generated", "bool", "", "No link has designed parts."),
+                   {field("generated", "bool", "", "True if no link has designed parts."),
                     field("base", "int", "", "Generated pieces of the base."),
                     field("links", "list", "", "Generated pieces of each link."),
                     field("colour", "string", "", "Colour of the tubes."),

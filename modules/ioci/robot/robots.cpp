@@ -28,12 +28,13 @@ constexpr const char* kObjectives[] = {"none", "centre", "manipulability", "limi
 
 std::vector<ParamSpec> objective_fields(const std::string& more) {
   return {choice("objective", {std::begin(kObjectives), std::end(kObjectives)},
-                 "What the freedom that is left is used for: centre (joints near the middle of "
-                 "their limits), manipulability, limits (away from near ones), clearance (" +
+                 "Use of the remaining freedom: centre (joints near the middle of their limits), "
+                 "manipulability, limits (away from near ones), clearance (" +
                      more + ")."),
-          above_zero(defaulted("influence", "real", "m", 0.2,
-                               "With clearance: what is farther away does not count, nor pairs "
-                               "of the robot's own that are nearer however it stands."))};
+          above_zero(
+              defaulted("influence", "real", "m", 0.2,
+                        "With clearance: obstacles beyond this distance do not count, nor do pairs "
+                        "of the robot's own bodies that are nearer in every configuration."))};
 }
 
 Result<void> check_objective_fields(const CommandContext& ctx, const Map& args) {

@@ -19,7 +19,7 @@ namespace robomosp::ioci {
 namespace {}  // namespace
 
 ParamSpec shown_world() {
-  return optional("world", "ref:world", "", "The world, when several show the robot.");
+  return optional("world", "ref:world", "", "The world, if several show the robot.");
 }
 
 Result<ShownRobot> shown_robot(const CommandContext& ctx, const Map& args) {
@@ -100,7 +100,7 @@ Result<Value> put_joints(CommandContext& ctx, const Map& args, const ShownRobot&
 
 ParamSpec angle_unit() {
   return choice("angles", {"radians", "degrees"},
-                "What bare angles of joints are in, given and answered; lengths are metres.");
+                "Unit of bare joint angles, in arguments and results; lengths are in metres.");
 }
 
 bool in_degrees(const Map& args) {

@@ -271,8 +271,8 @@ RMP_COMMANDS(robot_target_commands) {
                                            field("quaternion", "real[]", "", "w, x, y, z.")};
   const ReturnSpec joints{"array", "rad or m", "The joint values now.", {}};
   const std::string target =
-      "The target is the frame \"target\" of the world that shows the robot, and the world's "
-      "origin while there is no such frame. ";
+      "The target is the frame \"target\" of the world that shows the robot, or the world's origin "
+      "if there is no such frame. ";
   all.push_back(
       {.name = "robot.set_joint",
        .classic = "PRobot Link Set(joint, value, angles=degrees)",
@@ -281,29 +281,29 @@ RMP_COMMANDS(robot_target_commands) {
        .example = example_cell("arm:set_joint{joint = 3, value = \"30 deg\"}\n"
                                "assert(math.abs(arm:joint_values()[3] - math.pi / 6) < 1e-15)"),
        .params = {self("robot"), joint,
-                  needed("value", "any", "rad or m", "The value, by the joint's type."), world,
-                  angle_unit()},
+                  needed("value", "any", "rad or m", "The value, in the unit of the joint's type."),
+                  world, angle_unit()},
        .returns = joints,
        .effect = Effect::edits,
        .run = set_joint});
-  all.push_back(
-      {.name = "robot.add_joint",
-       .classic = "PRobot Link Add(joint, value, angles=degrees)",
-       .summary = "Adds to the value of one joint at which a world shows the robot.",
-       .details = "",
-       .example = example_cell("arm:add_joint{joint = 3, value = 0.1}\n"
-                               "arm:add_joint{joint = 3, value = 0.1}\n"
-                               "assert(arm:joint_values()[3] == 0.2)"),
-       .params = {self("robot"), joint,
-                  needed("value", "any", "rad or m", "What is added, by the joint's type."), world,
-                  angle_unit()},
-       .returns = joints,
-       .effect = Effect::edits,
-       .run = add_joint});
+  all.push_back({.name = "robot.add_joint",
+                 .classic = "PRobot Link Add(joint, value, angles=degrees)",
+                 .summary = "Adds to the value of one joint at which a world shows the robot.",
+                 .details = "",
+                 .example = example_cell("arm:add_joint{joint = 3, value = 0.1}\n"
+                                         "arm:add_joint{joint = 3, value = 0.1}\n"
+                                         "assert(arm:joint_values()[3] == 0.2)"),
+                 .params = {self("robot"), joint,
+                            needed("value", "any", "rad or m",
+                                   "The increment, in the unit of the joint's type."),
+                            world, angle_unit()},
+                 .returns = joints,
+                 .effect = Effect::edits,
+                 .run = add_joint});
   all.push_back({.name = "robot.target_pose",
                  .classic = "PRobot LLRL mGetInHMT",
-                 .summary = "Gives the target of a world in the frame the robot is mounted in.",
-                 .details = target + "It is what robot.target_joints solves for.",
+                 .summary = "Returns the target of a world in the robot's mounting frame.",
+                 .details = target + "robot.target_joints solves for it.",
                  .example = with_target("assert(math.abs(arm:target_pose().position[3] - "
                                         "arm:fk().position[3] - 0.1) < 1e-12)"),
                  .params = {self("robot"), world},
@@ -312,19 +312,19 @@ RMP_COMMANDS(robot_target_commands) {
                  .run = target_pose});
   all.push_back({.name = "robot.target_joints",
                  .classic = "PRobot LLRL mGetOutJointp",
-                 .summary = "Gives joint values that bring the tool to the target of a world.",
-                 .details = target + "The search begins at the joint values shown.",
+                 .summary = "Computes joint values that bring the tool to the target of a world.",
+                 .details = target + "The search starts at the joint values shown.",
                  .example = with_target("local q = arm:target_joints()\nassert(math.abs(arm:fk{q = "
                                         "q}.position[3] - arm:fk().position[3] - 0.1) < 1e-8)"),
                  .params = {self("robot"), world},
-                 .returns = {"array", "rad or m", "One value a joint.", {}},
+                 .returns = {"array", "rad or m", "One value per joint.", {}},
                  .effect = Effect::reads,
                  .run = target_joints});
   all.push_back(
       {.name = "robot.follow_target",
        .classic = "PRobot FollowTarget(angles=degrees)",
        .summary = "Shows a robot with its tool at the target of its world.",
-       .details = target + "What cannot be reached is an error, and the robot stays.",
+       .details = target + "If it cannot be reached, this is an error and the robot does not move.",
        .example = with_target("arm:follow_target()\nassert(math.abs(arm:fk().position[3] - "
                               "arm:target_pose().position[3]) < 1e-8)"),
        .params = {self("robot"), world, angle_unit()},
@@ -334,91 +334,92 @@ RMP_COMMANDS(robot_target_commands) {
   all.push_back(
       {.name = "robot.set_target_pose",
        .classic = "PRobot LLRL mSetInHMT(pose)",
-       .summary = "Moves the target of a world, given in the frame the robot is mounted in.",
-       .details = target + "It is made when there is none.",
+       .summary = "Moves the target of a world; the pose is given in the robot's mounting frame.",
+       .details = target + "The target is created if it does not exist.",
        .example = with_target("arm:set_target_pose(pose(0.5, 0, 0.3))\n"
                               "assert(math.abs(arm:target_pose().position[1] - 0.5) < "
                               "1e-12)"),
-       .params = {self("robot"), needed("pose", "pose", "", "Where the target shall be."), world},
+       .params = {self("robot"), needed("pose", "pose", "", "The new pose of the target."), world},
        .returns = {},
        .effect = Effect::edits,
        .run = set_target_pose});
   all.push_back({.name = "robot.joint_value",
                  .classic = "PRobot Link GetAngle(joint, angles=degrees)|PRobot GetAngle(joint, "
                             "angles=degrees)",
-                 .summary = "Gives the value of one joint at which a world shows the robot.",
+                 .summary = "Returns the value of one joint at which a world shows the robot.",
                  .details = "",
                  .example = example_cell("arm:set_joint{joint = 3, value = 0.5}\n"
                                          "assert(arm:joint_value(3) == 0.5)"),
                  .params = {self("robot"), joint, world, angle_unit()},
-                 .returns = {"real", "", "rad or m; angles by the argument.", {}},
+                 .returns = {"real", "", "rad or m; angles in the unit set by `angles`.", {}},
                  .effect = Effect::reads,
                  .run = joint_value});
-  all.push_back(
-      {.name = "robot.joint_limit",
-       .classic = "PRobot Link GetMinAngle(joint, limit=lower, angles=degrees)|PRobot "
-                  "GetMinAngle(joint, limit=lower, angles=degrees)|PRobot Link "
-                  "GetMaxAngle(joint, limit=upper, angles=degrees)|PRobot GetMaxAngle(joint, "
-                  "limit=upper, angles=degrees)",
-       .summary = "Gives a limit of one joint.",
-       .details = "Infinite where it has none.",
-       .example = with_arm("assert(arm:joint_limit(1, \"upper\") == 3)"),
-       .params = {self("robot"), joint,
-                  choice("limit", {"lower", "upper"}, "Which of the two.", true), angle_unit()},
-       .returns = {"real", "", "rad or m; angles by the argument.", {}},
-       .effect = Effect::reads,
-       .run = joint_limit});
+  all.push_back({.name = "robot.joint_limit",
+                 .classic =
+                     "PRobot Link GetMinAngle(joint, limit=lower, angles=degrees)|PRobot "
+                     "GetMinAngle(joint, limit=lower, angles=degrees)|PRobot Link "
+                     "GetMaxAngle(joint, limit=upper, angles=degrees)|PRobot GetMaxAngle(joint, "
+                     "limit=upper, angles=degrees)",
+                 .summary = "Returns a limit of one joint.",
+                 .details = "Infinite if it has none.",
+                 .example = with_arm("assert(arm:joint_limit(1, \"upper\") == 3)"),
+                 .params = {self("robot"), joint,
+                            choice("limit", {"lower", "upper"}, "Which of the two limits.", true),
+                            angle_unit()},
+                 .returns = {"real", "", "rad or m; angles in the unit set by `angles`.", {}},
+                 .effect = Effect::reads,
+                 .run = joint_limit});
   all.push_back(
       {.name = "robot.pose_values",
        .classic = "PRobot LLRL mGetOriginAngles(name=home)|PRobot LLRL "
                   "mGetNestAngles(name=nest)",
-       .summary = "Gives the joint values of a named pose.",
-       .details = "\"home\" is zeros where the robot has no pose of that name.",
+       .summary = "Returns the joint values of a named pose.",
+       .details = "\"home\" is all zeros if the robot has no pose of that name.",
        .example = with_arm("assert(arm:pose_values(\"ready\")[5] == 1)"),
        .params = {self("robot"), needed("name", "string", "", "Name of the pose."), angle_unit()},
-       .returns = {"array", "rad or m", "One value a joint; angles by the argument.", {}},
+       .returns =
+           {"array", "rad or m", "One value per joint; angles in the unit set by `angles`.", {}},
        .effect = Effect::reads,
        .run = pose_values});
   all.push_back(
       {.name = "robot.link_parameters",
        .classic = "PRobot Link vGetDHp(link, angles=degrees)",
-       .summary = "Gives the row of one link, its limits and its values in two poses.",
+       .summary = "Returns the row of one link, its limits and its values in two poses.",
        .details = "Nine numbers as in the program of 2006: alpha, a [m], theta, d [m], minimum, "
-                  "maximum, origin (pose home), nest (pose nest, else home), type (0 revolute, 1 "
-                  "prismatic). The joint's value adds to theta or d.",
+                  "maximum, origin (pose home), nest (pose nest, otherwise home), type (0 "
+                  "revolute, 1 prismatic). The joint's value is added to theta or d.",
        .example = with_arm("local p = arm:link_parameters(2)\nassert(#p == 9 and p[2] == 0.45)"),
        .params = {self("robot"),
                   needed("link", "any", "", "Number, 1 is the first, or name of the link."),
                   angle_unit()},
-       .returns = {"array", "", "Nine numbers; angles by the argument.", {}},
+       .returns = {"array", "", "Nine numbers; angles in the unit set by `angles`.", {}},
        .effect = Effect::reads,
        .run = link_parameters});
   all.push_back(
       {.name = "robot.rotation_vector",
        .classic = "PRobot LLRL RotVec",
-       .summary = "Gives the orientation of the tool as a rotation vector: axis times angle.",
-       .details = "In the frame the robot is mounted in. spatial.convert gives the other notations "
-                  "of it.",
+       .summary = "Returns the orientation of the tool as a rotation vector: axis times angle.",
+       .details =
+           "In the robot's mounting frame. spatial.convert returns its other representations.",
        .example = example_cell(
            "local v = arm:rotation_vector()\nassert(math.abs(spatial.convert{rotation_vector = "
            "v}.quaternion[1] - arm:fk().quaternion[1]) < 1e-12)"),
        .params = {self("robot"),
-                  optional(
-                      "q", "any", "rad or m",
-                      "Joint values or the name of a pose; those shown when left out. Or the 9 "
-                      "or 16 numbers of a matrix, whose rotation vector is meant then."),
+                  optional("q", "any", "rad or m",
+                           "Joint values or the name of a pose; those shown if omitted. Or the 9 "
+                           "or 16 numbers of a matrix, to convert its rotation instead."),
                   world},
        .returns = {"vec3", "rad", "", {}},
        .effect = Effect::reads,
        .run = rotation_vector});
   all.push_back({.name = "robot.tool_transform",
                  .classic = "PRobot GetToolTransformId",
-                 .summary = "Gives the name by which the transform commands know a robot's tool.",
+                 .summary = "Returns the name of a robot's tool in the transform commands.",
                  .details = "",
                  .example = with_arm("transform.set(arm:tool_transform(), \"P3\", \"150 mm\")\n"
                                      "assert(arm:tool().position[3] == 0.15)"),
                  .params = {self("robot")},
-                 .returns = {"string", "", "Such as arm.tool.", {}},
+                 .returns = {"string", "", "A name such as arm.tool.", {}},
                  .effect = Effect::reads,
                  .run = tool_transform});
   return all;

@@ -160,10 +160,10 @@ Result<Value> tools(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(robot_tool_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec which = optional(
-      "tool", "string", "", "Name of a further tool; the one on the last link when left out.");
+      "tool", "string", "", "Name of an additional tool; by default the one on the last link.");
   all.push_back({.name = "robot.tool",
                  .classic = "PRobot mGetToolHMT",
-                 .summary = "Gives a tool's frame in the frame of its link.",
+                 .summary = "Returns a tool's frame in the frame of its link.",
                  .details = "",
                  .example = with_arm("assert(arm:tool().pose[4][4] == 1)"),
                  .params = {self("robot"), which},
@@ -174,19 +174,19 @@ RMP_COMMANDS(robot_tool_commands) {
                               field("position", "vec3", "m", "Position."),
                               field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
                               field("quaternion", "real[]", "", "w, x, y, z."),
-                              field("placement", "map", "", "As it was written.")}},
+                              field("placement", "map", "", "The placement as it was written.")}},
                  .effect = Effect::reads,
                  .run = tool});
   Schema tool_params{self("robot")};
   for (ParamSpec& p : placement_fields("its link")) tool_params.push_back(std::move(p));
   Schema add_params = tool_params;
   tool_params.push_back(which);
-  tool_params.push_back(optional("link", "any", "", "Another link for a further tool."));
+  tool_params.push_back(optional("link", "any", "", "Another link for an additional tool."));
   add_params.insert(
       add_params.begin() + 1,
       {needed("name", "string", "", "Name, unique among the robot's tools."),
        needed("link", "any", "", "Number or name of the link that carries it, or \"base\".")});
-  for (ParamSpec& p : mass_fields("Mass of what hangs there.", "the tool's frame"))
+  for (ParamSpec& p : mass_fields("Mass of the payload.", "the tool's frame"))
     add_params.push_back(std::move(p));
   all.push_back(
       {.name = "robot.set_tool",
@@ -212,7 +212,7 @@ RMP_COMMANDS(robot_tool_commands) {
                  .run = add_tool});
   all.push_back({.name = "robot.remove_tool",
                  .classic = "",
-                 .summary = "Removes a further tool.",
+                 .summary = "Removes an additional tool.",
                  .details = "",
                  .example = with_arm("arm:add_tool{name = \"camera\", link = 3}\n"
                                      "arm:remove_tool(\"camera\")\nassert(#arm:tools() == 1)"),
@@ -225,7 +225,7 @@ RMP_COMMANDS(robot_tool_commands) {
        .classic = "",
        .summary = "Lists the tools with their links and payloads.",
        .details = "The first is the one on the last link. Attached tools follow, each with its "
-                  "centre points behind it.",
+                  "centre points after it.",
        .example = with_arm("assert(arm:tools()[1].link == \"link6\")"),
        .params = {self("robot")},
        .returns = {"list",
@@ -233,15 +233,16 @@ RMP_COMMANDS(robot_tool_commands) {
                    "",
                    {field("name", "string", "", "Name; the first is called tool."),
                     field("link", "string", "", "The link that carries it."),
-                    field("placement", "map", "", "In the link's frame, as it was written."),
+                    field("placement", "map", "",
+                          "Placement in the link's frame, as it was written."),
                     field("payload", "map", "", "Mass, com and inertia in the tool's frame."),
                     field("tcp", "string", "",
-                          "Of the first: the centre point of an attached tool that it is."),
-                    field("what", "any", "", "Of an attached tool: the object or solid.")}},
+                          "Of the first tool: the centre point of an attached tool that it uses."),
+                    field("what", "any", "", "Object or solid of an attached tool.")}},
        .effect = Effect::reads,
        .run = tools});
   Schema payload_params{self("robot"), which};
-  for (ParamSpec& p : mass_fields("Mass; 0 or nothing removes the payload.", "the tool's frame"))
+  for (ParamSpec& p : mass_fields("Mass; 0 or no value removes the payload.", "the tool's frame"))
     payload_params.push_back(std::move(p));
   all.push_back(
       {.name = "robot.set_payload",

@@ -240,19 +240,21 @@ Result<Value> joint_slice(CommandContext& ctx, const Map& args) {
 }
 
 Schema shared_params(Schema first) {
-  first.push_back(optional("q", "any", "rad or m",
-                           "The joints that are not moved: values or a named pose; home when left "
-                           "out."));
-  first.push_back(optional("tip", "string", "", "Name of the tip; the first when left out."));
-  first.push_back(choice("part", {"all", "translation", "rotation"},
-                         "Of the velocity that the manipulability is of."));
   first.push_back(
-      above_zero(defaulted("length", "real", "m", 1.0, "That linear velocities are divided by.")));
-  first.push_back(defaulted("collisions", "bool", "", false,
-                            "Leaves out (in slices: marks) where the robot touches itself."));
-  first.push_back(optional("world", "ref:world", "",
-                           "Leaves out (marks) also where the robot touches what stands around it "
-                           "in this world; other robots are where the world shows them."));
+      optional("q", "any", "rad or m",
+               "Values of the joints that are not moved, or a named pose; home if omitted."));
+  first.push_back(optional("tip", "string", "", "Name of the tip; the first if omitted."));
+  first.push_back(choice("part", {"all", "translation", "rotation"},
+                         "Part of the velocity for the manipulability."));
+  first.push_back(
+      above_zero(defaulted("length", "real", "m", 1.0, "Length that divides linear velocities.")));
+  first.push_back(
+      defaulted("collisions", "bool", "", false,
+                "Leaves out (in slices: marks) configurations in which the robot touches itself."));
+  first.push_back(
+      optional("world", "ref:world", "",
+               "Also leaves out (marks) configurations in which the robot touches its surroundings "
+               "in this world; other robots are at the joint values shown."));
   first.push_back(optional("placed", "string", "",
                            "The robot's name in the world, if it is there several times."));
   return first;
@@ -262,32 +264,33 @@ Schema space_params(std::int64_t samples) {
   Schema s = shared_params({self("robot")});
   s.push_back(between(defaulted("samples", "int", "", samples, "Configurations."), 16, 1e7));
   s.push_back(above_zero(
-      optional("voxel", "real", "m", "Edge of a voxel; a fortieth of the extent when left out.")));
-  s.push_back(between(defaulted("seed", "int", "", 1, "Of the samples."), 0, 1e15));
-  s.push_back(optional("lower", "vec3", "m", "Least corner of the region looked at."));
-  s.push_back(optional("upper", "vec3", "m", "Greatest corner of the region looked at."));
+      optional("voxel", "real", "m", "Edge length of a voxel; 1/40 of the extent if omitted.")));
+  s.push_back(between(defaulted("seed", "int", "", 1, "Seed of the samples."), 0, 1e15));
+  s.push_back(optional("lower", "vec3", "m", "Least corner of the region considered."));
+  s.push_back(optional("upper", "vec3", "m", "Greatest corner of the region considered."));
   return s;
 }
 
 std::vector<ParamSpec> size_fields() {
   return {field("dimension", "int", "",
-                "3, or 2 of a tip that stays in a plane, 1 on a line or of a single joint."),
+                "3, or 2 if the tip stays in a plane, 1 if it stays on a line or there is a single "
+                "joint."),
           field("what", "string", "", "volume, area or length."),
-          field("size", "real", "", "Of what is reached [m^3, m^2 or m]."),
+          field("size", "real", "", "Size of the reached region [m^3, m^2 or m]."),
           field("error", "real", "",
-                "Of the size, in the same unit: half of the voxels on the surface; of a "
+                "Error of the size, in the same unit: half of the voxels on the surface; for a "
                 "single joint that of the ends of its curve."),
           field("half_size", "real", "", "The size after half of the samples."),
-          field("growth", "real", "", "By the second half of the samples, over the size."),
+          field("growth", "real", "", "Growth by the second half of the samples, over the size."),
           field("settled", "bool", "", "Whether that growth is less than the error and than 5 %."),
           field("reading", "string", "", "Size, error and growth in a sentence."),
-          field("voxels", "int", "", "Reached ones."),
-          field("surface", "int", "", "Of them, on the surface."),
-          field("voxel", "real", "m", "Edge of a voxel."),
+          field("voxels", "int", "", "Number of reached voxels."),
+          field("surface", "int", "", "Number of them on the surface."),
+          field("voxel", "real", "m", "Edge length of a voxel."),
           field("counted", "int", "", "Samples within the region and free of collisions."),
           field("lower", "vec3", "m", "Least corner of the box around the reached points."),
           field("upper", "vec3", "m", "Greatest corner of it."),
-          field("recording", "handle", "", "The voxels, a row each.")};
+          field("recording", "handle", "", "The voxels, one row each.")};
 }
 
 }  // namespace
@@ -297,9 +300,10 @@ RMP_COMMANDS(workspace_commands) {
   all.push_back(
       {.name = "robot.workspace",
        .classic = "",
-       .summary = "Samples where the tool can be: volume with its error, voxels, manipulability.",
-       .details = "Joints without limits turn once. The recording has x, y, z (mounting frame), "
-                  "samples, surface, manipulability and mean_manipulability of each voxel.",
+       .summary =
+           "Samples the workspace of the tool: volume with its error, voxels, manipulability.",
+       .details = "Joints without limits make one full turn. The recording has x, y, z (mounting "
+                  "frame), samples, surface, manipulability and mean_manipulability of each voxel.",
        .example = "local arm = robot.get(\"twolink\")\nlocal w = arm:workspace{samples = 4000}\n"
                   "assert(w.what == \"area\" and #w.recording:values(\"x\") == w.voxels)",
        .params = with_watch(space_params(2000000)),
@@ -308,30 +312,31 @@ RMP_COMMANDS(workspace_commands) {
        .run = workspace});
   Schema reach = space_params(50000);
   reach.push_back(between(
-      defaulted("directions", "int", "", 32, "Of the tool's z axis, evenly over the sphere."), 1,
-      10000));
+      defaulted("directions", "int", "", 32,
+                "Number of directions of the tool's z axis, evenly distributed over the sphere."),
+      1, 10000));
   reach.push_back(between(defaulted("rolls", "int", "", 4,
-                                    "Turns about the tool's z axis tried for each direction; 0 = "
-                                    "the turn is free."),
+                                    "Number of rotations about the tool's z axis tried for each "
+                                    "direction; 0 = the rotation is free."),
                           0, 360));
-  reach.push_back(optional("provider", "any", "", "Solver; the robot's own when left out."));
+  reach.push_back(optional("provider", "any", "", "Solver; by default the robot's own."));
   reach.push_back(above_zero(
-      defaulted("position_tolerance", "real", "m", 1e-6, "When a pose counts as reached.")));
+      defaulted("position_tolerance", "real", "m", 1e-6, "Tolerance for reaching a pose.")));
   reach.push_back(above_zero(
-      defaulted("rotation_tolerance", "real", "rad", 1e-6, "When a pose counts as reached.")));
+      defaulted("rotation_tolerance", "real", "rad", 1e-6, "Tolerance for reaching a pose.")));
   std::vector<ParamSpec> reach_fields = size_fields();
   for (ParamSpec& p : std::vector<ParamSpec>{
            field("mean_share", "real", "", "Mean share of the directions over the voxels."),
            field("dexterous", "real", "", "Share of the voxels with all directions."),
-           field("unreached", "real", "", "Share of the voxels with none."),
+           field("unreached", "real", "", "Share of the voxels with no direction."),
            field("provider", "string", "", "The solver.")})
     reach_fields.push_back(std::move(p));
   all.push_back(
       {.name = "robot.reachability",
        .classic = "",
-       .summary = "Maps the number of tool directions that are possible at each place.",
-       .details = "The voxels of robot.workspace, with the column share: of the directions, those "
-                  "that inverse kinematics reaches at the middle of the voxel.",
+       .summary = "Maps the number of possible tool directions at each place.",
+       .details = "The voxels of robot.workspace, with the column share: the share of the "
+                  "directions that inverse kinematics reaches at the centre of the voxel.",
        .example = "local arm = robot \"puma560\"\n"
                   "local m = arm:reachability{samples = 2000, voxel = 0.3, directions = 8}\n"
                   "assert(m.mean_share > 0 and m.mean_share < 1)",
@@ -343,9 +348,12 @@ RMP_COMMANDS(workspace_commands) {
                between(defaulted("a", "int", "", 1, "First joint, by its place in q."), 1, 1e6),
                between(defaulted("b", "int", "", 2, "Second joint, by its place in q."), 1, 1e6)};
   slice = shared_params(std::move(slice));
-  slice.push_back(optional("a_range", "real[]", "", "From and to; the limits when left out."));
-  slice.push_back(optional("b_range", "real[]", "", "From and to; the limits when left out."));
-  slice.push_back(between(defaulted("count", "int", "", 61, "Nodes along either."), 2, 2000));
+  slice.push_back(
+      optional("a_range", "real[]", "", "Range from and to; the joint limits if omitted."));
+  slice.push_back(
+      optional("b_range", "real[]", "", "Range from and to; the joint limits if omitted."));
+  slice.push_back(
+      between(defaulted("count", "int", "", 61, "Number of nodes along each axis."), 2, 2000));
   all.push_back(
       {.name = "robot.joint_slice",
        .classic = "",
@@ -361,10 +369,10 @@ RMP_COMMANDS(workspace_commands) {
                    "",
                    {field("rank", "int", "", "Greatest rank of the Jacobian's part."),
                     field("best", "real", "", "Greatest manipulability."),
-                    field("singular", "int", "", "Points of singular curves."),
-                    field("curve", "array", "", "Those points, one a row."),
-                    field("collisions", "int", "", "Nodes where the robot touches something."),
-                    field("recording", "handle", "", "The nodes, a row each.")}},
+                    field("singular", "int", "", "Number of points of singular curves."),
+                    field("curve", "array", "", "Those points, one per row."),
+                    field("collisions", "int", "", "Nodes in which the robot touches something."),
+                    field("recording", "handle", "", "The nodes, one row each.")}},
        .effect = Effect::simulates,
        .run = joint_slice});
   return all;

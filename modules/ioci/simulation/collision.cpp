@@ -386,39 +386,41 @@ RMP_COMMANDS(collision_commands) {
                   b_field = field("b", "string", "", "The other body.");
   const std::vector<ParamSpec> contact_fields{
       a_field, b_field,
-      field("distance", "real", "m",
-            "0 or less where they touch: minus the depth of convex shapes, 0 of meshes."),
+      field(
+          "distance", "real", "m",
+          "0 or less if they touch: minus the penetration depth for convex shapes, 0 for meshes."),
       field("on_a", "vec3", "m", "Nearest point of a, in the world."),
       field("on_b", "vec3", "m", "Nearest point of b, in the world.")};
-  const ParamSpec world_q =
-      optional("q", "any", "rad or m",
-               "Joint values or a named pose; of several robots a table by their names. As the "
-               "world shows them when left out.");
+  const ParamSpec world_q = optional("q", "any", "rad or m",
+                                     "Joint values or a named pose; for several robots a table by "
+                                     "their names. By default as the world shows them.");
   std::vector<ParamSpec> clearance_fields = contact_fields;
   clearance_fields.push_back(
-      field("bound", "real", "m", "The least distance is at most so much above the returned one."));
+      field("bound", "real", "m",
+            "Upper bound of the difference between the least distance and the returned one."));
   clearance_fields.push_back(field("exact", "bool", "", "Whether it is the least distance."));
   const ParamSpec exact = defaulted(
       "exact", "bool", "", false,
-      "Computes the least distance itself, which takes longer where meshes are near each other.");
+      "Computes the exact least distance, which takes longer if meshes are near each other.");
   const ParamSpec tolerance =
       between(defaulted("tolerance", "real", "m", 0.002,
-                        "How much less than the least distance may be told, but never less than "
-                        "half of it; nothing of it with exact."),
+                        "Greatest amount by which the result may be below the least distance; it "
+                        "is never below half of it. 0 with exact."),
               1e-9, 1e9);
   const std::string conservative =
-      "What is told is never more than the least distance, and may be less by `tolerance` where "
-      "meshes are near each other: `bound` says how much. With exact it is the least distance.";
+      "The result never exceeds the least distance, and may be smaller by up to `tolerance` if "
+      "meshes are near each other: `bound` gives the possible difference. With exact it is the "
+      "least distance.";
   const ParamSpec robot_q_spec =
-      optional("q", "any", "rad or m", "Joint values or a named pose; home when left out.");
+      optional("q", "any", "rad or m", "Joint values or a named pose; home if omitted.");
   const std::string what =
       "Bodies are objects (\"table\"), robots' bases (\"arm.base\") and links (\"arm.elbow\"). "
-      "Pairs that are never checked are listed by allowed_pairs.";
+      "allowed_pairs lists the pairs that are never checked.";
   const std::string any_pair =
-      " With a and b, any two bodies are asked for, whether they are checked or not; with one of "
-      "them, that body against all others.";
-  const ParamSpec one_body = optional("a", "string", "", "Only of this body, or robot."),
-                  other_body = optional("b", "string", "", "And this one.");
+      " With a and b, the result is for any two bodies, whether they are checked or not; with one "
+      "of them, for that body and all others.";
+  const ParamSpec one_body = optional("a", "string", "", "Only pairs with this body, or robot."),
+                  other_body = optional("b", "string", "", "And with this one.");
 
   add("world.collisions", "Lists the pairs of bodies that touch.", what + any_pair,
       with_table("assert(#cell:collisions() == 0)\n"
@@ -430,7 +432,7 @@ RMP_COMMANDS(collision_commands) {
       with_arm("assert(#arm:self_collisions{q = \"ready\"} == 0)"),
       {self("robot"), robot_q_spec, one_body, other_body},
       {"list", "", "Pairs.", {a_field, b_field}}, Effect::reads, collisions);
-  add("world.distances", "Lists how far bodies are apart, the nearest first.", what + any_pair,
+  add("world.distances", "Lists the distances of bodies, the nearest first.", what + any_pair,
       with_table("local d = cell:distances{within = 0.5}\n"
                  "assert(#d > 0 and d[1].distance <= d[#d].distance)\n"
                  "assert(#cell:distances{a = \"arm.base\", b = \"table\"} == 1)"),
@@ -438,15 +440,15 @@ RMP_COMMANDS(collision_commands) {
        above_zero(optional("within", "real", "m", "Only pairs nearer than this.")), one_body,
        other_body},
       {"list", "", "Pairs.", contact_fields}, Effect::reads, distances);
-  add("world.clearance", "Gives the least distance between bodies, with the nearest points.",
+  add("world.clearance", "Returns the least distance between bodies, with the nearest points.",
       conservative + " " + what,
       with_table("local c = cell:clearance{exact = true}\n"
                  "local d = 0\nfor i = 1, 3 do d = d + (c.on_a[i] - c.on_b[i])^2 end\n"
                  "assert(math.abs(math.sqrt(d) - c.distance) < 1e-9)"),
       {self("world"), world_q, exact, tolerance}, {"map", "", "", clearance_fields}, Effect::reads,
       clearance);
-  add("robot.clearance", "Gives the least distance between a robot's own bodies.",
-      conservative + " Neighbours and other pairs that may touch do not count.",
+  add("robot.clearance", "Returns the least distance between a robot's own bodies.",
+      conservative + " Neighbours and other pairs that are allowed to touch do not count.",
       with_arm("local told = arm:clearance{q = \"ready\"}\n"
                "local least = arm:clearance{q = \"ready\", exact = true}\n"
                "assert(told.distance > 0 and told.distance <= least.distance)\n"
@@ -454,26 +456,30 @@ RMP_COMMANDS(collision_commands) {
       {self("robot"), robot_q_spec, exact, tolerance}, {"map", "", "", clearance_fields},
       Effect::reads, clearance);
   std::vector<ParamSpec> path_fields{
-      field("is_free", "bool", "", "Nothing comes nearer than the tolerance."),
-      field("shapeless", "list", "", "Names of what has no shape, and so touches nothing."),
-      field("segment", "int", "", "Between which waypoints: 1 = the first and the second."),
-      field("share", "real", "", "How far along the segment, 0..1."),
-      field("time", "real", "s", "When, of a recording.")};
+      field("is_free", "bool", "", "True if nothing comes nearer than the tolerance."),
+      field("shapeless", "list", "",
+            "Names of members without a shape, which cannot touch anything."),
+      field("segment", "int", "",
+            "Segment between waypoints: 1 = between the first and the second."),
+      field("share", "real", "", "Position along the segment, 0..1."),
+      field("time", "real", "s", "Its time, for a recording.")};
   path_fields.insert(path_fields.end(), contact_fields.begin(), contact_fields.end());
   add("world.check_path",
-      "Checks a whole motion, between samples too, and gives the first contact.",
-      "Joints move evenly from sample to sample. An interval counts as free once the distances at "
-      "its ends add up to more than the bodies can move against each other meanwhile, so that thin "
-      "things are not passed through unseen.",
+      "Checks a whole motion, including the intervals between samples, and returns the first "
+      "contact.",
+      "Joints move uniformly from sample to sample. An interval counts as free once the distances "
+      "at its ends add up to more than the bodies can move against each other meanwhile, so that "
+      "thin bodies cannot be missed.",
       with_table("local r = cell:check_path{path = {\"ready\", {0, -0.3, 0.3, 0, 1, 0}}}\n"
                  "assert(not r.is_free and (r.a == \"table\" or r.b == \"table\"))\n"
                  "assert(cell:check_path{path = {\"ready\", {0.1, -0.9, 0.6, 0, 1, "
                  "0}}}.is_free)"),
       {self("world"), optional("recording", "ref:recording", "", "The motion."),
-       optional("path", "list", "", "Joint values or poses, one after the other, instead."),
+       optional("path", "list", "", "Instead: joint values or poses, in order."),
        optional("robot", "string", "", "Name in the world of the robot that moves along path."),
-       above_zero(defaulted("tolerance", "real", "m", 1e-4,
-                            "What comes nearer than this touches; smaller takes longer."))},
+       above_zero(
+           defaulted("tolerance", "real", "m", 1e-4,
+                     "Bodies nearer than this count as touching; smaller values take longer."))},
       {"map", "", "", path_fields}, Effect::reads, check_path);
 
   for (const bool of_world : {false, true}) {
@@ -484,14 +490,14 @@ RMP_COMMANDS(collision_commands) {
     const Schema pair{self(kind), needed("a", "string", "", "A body."),
                       needed("b", "string", "", "Another body.")};
     Schema rule = pair;
-    rule.push_back(optional("reason", "string", "", "Why, for people."));
-    const std::string names =
-        of_world ? "Names are \"table\", \"arm.elbow\", \"arm.base\"; \"arm\" is all of a robot."
-                 : "Names are \"base\" and those of the links.";
-    add(kind + ".allowed_pairs", "Lists the pairs that may touch and are not checked.",
-        "Neighbours (nothing but a joint or a closed loop between them) and pairs that touch in "
-        "every one of 64 sampled configurations are found anew each time; rules are made by "
-        "allow_pair and find_allowed_pairs, and undone by forget_pair.",
+    rule.push_back(optional("reason", "string", "", "Reason, for readers."));
+    const std::string names = of_world ? "Names are \"table\", \"arm.elbow\", \"arm.base\"; "
+                                         "\"arm\" means all bodies of a robot."
+                                       : "Names are \"base\" and those of the links.";
+    add(kind + ".allowed_pairs", "Lists the pairs that are allowed to touch and are not checked.",
+        "Neighbours (connected by a single joint or a closed loop) and pairs that touch in every "
+        "one of 64 sampled configurations are found anew each time; rules are made by allow_pair "
+        "and find_allowed_pairs, and removed by forget_pair.",
         example("assert(arm:allowed_pairs()[1].why == \"adjacent\")",
                 "assert(#cell:allowed_pairs() > 0)"),
         {self(kind)},
@@ -499,12 +505,12 @@ RMP_COMMANDS(collision_commands) {
          "",
          "",
          {a_field, b_field, field("why", "string", "", "adjacent, always or rule."),
-          field("reason", "string", "", "Of a rule.")}},
+          field("reason", "string", "", "Reason of a rule.")}},
         Effect::reads, allowed_pairs);
     add(kind + ".checked_pairs", "Lists the pairs that are checked.", names,
         example("assert(#arm:checked_pairs() > 0)", "assert(#cell:checked_pairs() > 0)"),
         {self(kind)}, {"list", "", "", {a_field, b_field}}, Effect::reads, checked_pairs);
-    add(kind + ".allow_pair", "Lets two bodies touch: they are not checked any more.", names,
+    add(kind + ".allow_pair", "Allows two bodies to touch: they are no longer checked.", names,
         example(
             "local p = arm:checked_pairs()[1]\narm:allow_pair{a = p.a, b = p.b, reason = "
             "\"a cable\"}\nfor _, r in ipairs(arm:checked_pairs()) do assert(not (r.a == p.a "
@@ -513,14 +519,14 @@ RMP_COMMANDS(collision_commands) {
             "0.3, 0, 1, 0}} == 0)"),
         rule, {}, Effect::edits, allow_pair);
     add(kind + ".forbid_pair",
-        "Has two bodies checked in any case, also neighbours and what never moves.", names,
+        "Checks two bodies in any case, even neighbours and bodies that never move.", names,
         example("local p = arm:allowed_pairs()[1]\narm:forbid_pair(p.a, p.b)\n"
                 "for _, r in ipairs(arm:allowed_pairs()) do assert(not (r.a == p.a and r.b == "
                 "p.b)) end",
                 "cell:allow_pair(\"arm\", \"table\")\ncell:forbid_pair(\"arm\", \"table\")\n"
                 "assert(#cell:collisions{q = {0, -0.3, 0.3, 0, 1, 0}} > 0)"),
         rule, {}, Effect::edits, forbid_pair);
-    add(kind + ".forget_pair", "Takes back a rule for two bodies.", names,
+    add(kind + ".forget_pair", "Removes a rule for two bodies.", names,
         example("local p = arm:checked_pairs()[1]\nlocal n = #arm:checked_pairs()\n"
                 "arm:allow_pair(p.a, p.b)\narm:forget_pair(p.a, p.b)\n"
                 "assert(#arm:checked_pairs() == n)",
@@ -532,21 +538,23 @@ RMP_COMMANDS(collision_commands) {
                                 "Number of random configurations within the limits.");
   samples.min = 100;
   samples.max = 1e7;
-  ParamSpec seed = defaulted("seed", "int", "", std::int64_t{1}, "Of the random numbers.");
+  ParamSpec seed = defaulted("seed", "int", "", std::int64_t{1}, "Seed of the random numbers.");
   seed.min = 0;
   seed.max = 4294967295.0;
   add("robot.find_allowed_pairs",
-      "Finds the pairs of a robot's bodies that touch never or always, and lets them touch.",
+      "Finds the pairs of a robot's bodies that never or always touch, and excludes them from "
+      "checks.",
       "Samples configurations within the joint limits and writes a rule for each such pair into "
-      "the robot. A pair that was seen touching never may still do so in a corner between the "
-      "samples: more samples make that less likely. Pairs that have a rule keep it.",
+      "the robot. A pair that never touched in the samples may still touch between them: more "
+      "samples make this less likely. Existing rules of pairs are kept.",
       with_arm("local n = #arm:checked_pairs()\nlocal found = arm:find_allowed_pairs{samples = "
                "200}\nassert(#arm:checked_pairs() == n - #found)"),
       {self("robot"), samples, seed},
       {"list",
        "",
-       "What was found.",
-       {a_field, b_field, field("always", "bool", "", "They touch always; false = never.")}},
+       "The new rules.",
+       {a_field, b_field,
+        field("always", "bool", "", "Whether they always touch; false = never.")}},
       Effect::edits, find_allowed_pairs);
   return all;
 }

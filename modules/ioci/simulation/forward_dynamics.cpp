@@ -197,52 +197,55 @@ LiveSource live(CommandContext& ctx, RobotId robot, sim::ForwardRun run) {
 }
 
 Schema run_params(Schema first, Schema references) {
-  first.push_back(above_zero(optional("duration", "real", "s",
-                                      "How long; that of the trajectory, or of the recording of "
-                                      "tau or reference, when left out.")));
+  first.push_back(above_zero(optional(
+      "duration", "real", "s",
+      "Duration; by default that of the trajectory, or of the recording in tau or reference.")));
   first.push_back(above_zero(
       defaulted("sample_time", "real", "s", 0.01, "Time between samples of the recording.")));
   first.push_back(optional("q", "any", "rad or m",
-                           "Joint values at the start, or the name of a pose; those of the "
-                           "reference or of the place when left out."));
-  first.push_back(optional("qd", "any", "rad/s or m/s",
-                           "Joint velocities at the start; those of the reference, else zeros."));
+                           "Joint values at the start, or the name of a pose; by default those of "
+                           "the reference or as shown."));
+  first.push_back(optional(
+      "qd", "any", "rad/s or m/s",
+      "Joint velocities at the start; by default those of the reference, otherwise zeros."));
   first.push_back(optional("tau", "any", "N m or N",
                            "Torques of the motors: one for each joint, or a recording with columns "
-                           "tau1, tau2 and so on. None when left out."));
+                           "tau1, tau2 and so on. None if omitted."));
   first.push_back(optional("controller", "any", "",
-                           "Controller that gives the torques instead: name, or {name = ..., "
-                           "params = {...}}; the robot's own where only a reference is given."));
+                           "Controller that computes the torques instead: name, or {name = ..., "
+                           "params = {...}}; the robot's own if only a reference is given."));
   for (ParamSpec& p : references) first.push_back(std::move(p));
   first.push_back(optional("reference", "any", "rad or m",
-                           "What the controller follows: a recording with columns q1, q2 and so "
+                           "Reference of the controller: a recording with columns q1, q2 and so "
                            "on, or joint values or a pose to hold."));
-  first.push_back(above_zero(defaulted("control_period", "real", "s", 0.001,
-                                       "Time for which the controller holds its torques.")));
+  first.push_back(
+      above_zero(defaulted("control_period", "real", "s", 0.001,
+                           "Update period of the controller; it holds its torques in between.")));
   for (ParamSpec& p : tip_load_fields("the path length of the tip along the reference"))
     first.push_back(std::move(p));
+  first.push_back(
+      optional("base_motion", "map", "",
+               "Motion of the robot's mounting frame relative to its placement, in its own axes: "
+               "smooth expressions of `time` for some of x, y, z, roll, pitch and yaw."));
   first.push_back(optional(
-      "base_motion", "map", "",
-      "How the robot's mounting moves from its place, in its own axes: expressions of `time` for "
-      "some of x, y, z, roll, pitch and yaw, smooth ones."));
-  first.push_back(optional("integrator", "any", "",
-                           "Integrator: name, or {name = ..., params = {...}}; the default when "
-                           "left out."));
+      "integrator", "any", "",
+      "Integrator: name, or {name = ..., params = {...}}; by default the default provider."));
   first.push_back(above_zero(defaulted(
       "relative_tolerance", "real", "", 1e-10,
-      "Of the variable-step integrator. With more than 1000 velocities both defaults are greater "
-      "by (velocities / 1000)^2, as rounding is.")));
-  first.push_back(above_zero(
-      defaulted("absolute_tolerance", "real", "", 1e-12, "Of the variable-step integrator.")));
-  first.push_back(above_zero(
-      defaulted("step", "real", "s", 0.001, "Of fixed-step integrators; first guess of others.")));
+      "Relative tolerance of a variable-step integrator. With more than 1000 velocities both "
+      "default tolerances are greater by (velocities / 1000)^2, like rounding errors.")));
+  first.push_back(above_zero(defaulted("absolute_tolerance", "real", "", 1e-12,
+                                       "Absolute tolerance of a variable-step integrator.")));
+  first.push_back(above_zero(defaulted(
+      "step", "real", "s", 0.001, "Step of a fixed-step integrator; first guess for others.")));
   first.push_back(defaulted("friction", "bool", "", true, "Whether the joints have friction."));
   first.push_back(between(
       defaulted("breakaway", "real", "", 1.0, "Static friction over Coulomb friction."), 1, 1000));
   first.push_back(choice("limits", {"stop", "report", "ignore"},
-                         "What joint limits do: stop the joint, add a note, or nothing."));
+                         "Action at a joint limit: stop the joint, add a note, or none."));
   first.push_back(between(
-      defaulted("restitution", "real", "", 0.0, "Speed after over speed before a stop."), 0, 1));
+      defaulted("restitution", "real", "", 0.0, "Ratio of the speeds after and before a stop."), 0,
+      1));
   first.push_back(watch_field());
   return first;
 }
@@ -278,18 +281,16 @@ RMP_COMMANDS(simulation_commands) {
   std::vector<CommandSpec> all;
   const std::string details =
       "Columns: time, q, qd, qdd, tau, tau_friction and tau_stop of the joints, kinetic, potential "
-      "and their sum energy, x, y, z of the tool, with a force at a tip wrench1 to wrench6 "
-      "(world's "
+      "and their sum energy, x, y, z of the tool, with a force at a tip wrench1 to wrench6 (world "
       "axes), and with a reference error of the joints and tip_error. Coulomb friction holds a "
-      "joint at rest up to its breakaway torque; torques are "
-      "cut at the joints' max_force. recording.notes tells limits met, where joints came to rest "
-      "and went "
-      "on, torques cut, what the integrator did, and the solver of a long chain that chose none.";
+      "joint at rest up to its breakaway torque; torques are limited to the joints' max_force. "
+      "recording.notes lists limits reached, joints that came to rest and moved again, torques "
+      "limited, remarks of the integrator, and the solver of a long chain without a selected one.";
   all.push_back(
       {.name = "world.simulate_dynamics",
        .classic = "World WorldFwdDynSim|World FwdDynWorldSim(robot, duration, qd, ~time_delay, "
                   "integrator, step, ~torque_flag, tau)|World WorldfDynSim(robot, tau, duration)",
-       .summary = "Lets a robot move under torques or a controller and records its motion.",
+       .summary = "Simulates a robot under torques or a controller and records its motion.",
        .details = details,
        .example = with_stroke(
            "local fall = cell:simulate_dynamics{robot = \"arm\", duration = 0.1}\n"
@@ -300,11 +301,11 @@ RMP_COMMANDS(simulation_commands) {
        .params = run_params(
            {self("world"),
             needed("robot", "any", "",
-                   "Name of the member, or the robot; may be left out where the world has one.")},
+                   "Name of the member, or the robot; may be omitted if the world has only one.")},
            {optional("trajectory", "any", "",
-                     "What the controller follows with the tool: a trajectory of the world."),
+                     "Reference of the tool for the controller: a trajectory of the world."),
             optional("base_trajectory", "any", "",
-                     "How the robot's mounting moves: a trajectory of the world.")}),
+                     "Motion of the robot's mounting frame: a trajectory of the world.")}),
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = simulate_in_world,
@@ -312,7 +313,8 @@ RMP_COMMANDS(simulation_commands) {
   all.push_back(
       {.name = "robot.simulate",
        .classic = "",
-       .summary = "Lets a robot alone move under torques or a controller and records its motion.",
+       .summary = "Simulates a robot without a world under torques or a controller and records its "
+                  "motion.",
        .details = "Gravity is 9.81 m/s^2 along -z of its mounting. " + details,
        .example = with_arm("local swing = arm:simulate{q = \"ready\", duration = 0.1}\n"
                            "local e = swing:values(\"energy\")\n"

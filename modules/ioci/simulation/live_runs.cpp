@@ -447,21 +447,22 @@ RMP_COMMANDS(run_commands) {
       "map",
       "",
       "",
-      {field("time", "real", "s", "That is shown."),
-       field("row", "int", "", "The last one at or before it, 1 = the first."),
-       field("rows", "int", "", "Recorded."), field("recorded", "real", "s", "Up to this time."),
-       field("speed", "real", "", "Of playing; 0 when it does not."),
-       field("is_playing", "bool", "", "The time runs."),
-       field("is_over", "bool", "", "It is shown to its end."),
-       field("is_complete", "bool", "", "Nothing is left to compute."),
+      {field("time", "real", "s", "Time shown."),
+       field("row", "int", "", "The last row at or before it, 1 = the first."),
+       field("rows", "int", "", "Recorded."),
+       field("recorded", "real", "s", "Time up to which rows exist."),
+       field("speed", "real", "", "Playback speed; 0 if not playing."),
+       field("is_playing", "bool", "", "Whether it is playing."),
+       field("is_over", "bool", "", "Whether it is shown to its end."),
+       field("is_complete", "bool", "", "Whether the computation is complete."),
        field("is_outdated", "bool", "",
-             "The world was edited since; run.refresh takes the edits over."),
-       field("lag", "real", "s", "How far the simulation is behind the clock."),
-       field("restarts", "int", "", "How often it began, or went on with an edited world."),
+             "Whether the world was edited since; run.refresh applies the edits."),
+       field("lag", "real", "s", "Time by which the simulation is behind the clock."),
+       field("restarts", "int", "", "Number of restarts, or continuations with an edited world."),
        field("error", "string", "", "Why it could not continue; absent if it could."),
-       field("values", "map", "", "The row: numbers by the columns' names."),
+       field("values", "map", "", "The row: numbers by column name."),
        field("joints", "map", "", "Joint values by robot."),
-       field("objects", "map", "", "Poses of the objects that move.")}};
+       field("objects", "map", "", "Poses of the moving objects.")}};
   const auto add = [&](const char* name, const char* summary, const char* details,
                        std::string example, Schema params, ReturnSpec returns, Effect effect,
                        Result<Value> (*run)(CommandContext&, const Map&)) {
@@ -479,44 +480,44 @@ RMP_COMMANDS(run_commands) {
   const ParamSpec with = optional("with", "map", "", "Arguments of the simulation.");
   const ParamSpec entry =
       choice("entry", {"run", "stop", "wait"},
-             "Programs run, or the first one stops before its first statement; where it waits, a "
-             "breakpoint that is set there meanwhile still stops it.");
+             "run: the programs run; stop: the first one stops before its first statement; wait: "
+             "it waits there, and a breakpoint that is set there meanwhile still stops it.");
   const ReturnSpec made{"handle", "", "The run, at its first row.", {}};
-  add("world.start_run", "Starts a simulation that is stepped, played and paused.",
+  add("world.start_run", "Starts a simulation that can be stepped, played and paused.",
       "It takes the arguments of the command of that simulation: physics those of "
       "world.simulate_physics, dynamics of world.simulate_dynamics, tasks of world.run_task, "
       "recording the recording itself. Physics, dynamics and tasks with programs are computed row "
-      "by "
-      "row while the run goes on; of the others, and with solvers written in Lua, the motion is "
-      "computed first and "
-      "then shown row by row.",
+      "by row while the run plays; other motions, and those with solvers written in Lua, are "
+      "computed first and then shown row by row.",
       with_fall("assert(fall:state().rows == 1)\nlocal s = fall:step(10)\n"
                 "assert(math.abs(s.time - 0.1) < 1e-9 and s.objects.box.position[3] < 0.5)"),
-      {self("world"), choice("of", words_of(kOfWorlds), "What is simulated.", true), with, entry},
+      {self("world"), choice("of", words_of(kOfWorlds), "Kind of simulation.", true), with, entry},
       made, Effect::simulates, start);
-  add("robot.start_run", "Starts a simulation of a robot alone that is stepped, played and paused.",
+  add("robot.start_run",
+      "Starts a simulation of a robot without a world that can be stepped, played and paused.",
       "It takes the arguments of robot.simulate, or a recording.",
       with_arm("local swing = arm:start_run(\"dynamics\", {q = \"ready\", duration = 0.1})\n"
                "assert(swing:finish().is_over)"),
-      {self("robot"), choice("of", words_of(kOfRobots), "What is simulated.", true), with}, made,
+      {self("robot"), choice("of", words_of(kOfRobots), "Kind of simulation.", true), with}, made,
       Effect::simulates, start);
   add("run.step", "Steps forward or back by rows or time, and pauses there.",
-      "What is not recorded yet is computed.",
+      "Rows that are not recorded yet are computed.",
       with_fall("assert(fall:step().row == 2)\nassert(fall:step{time = 0.1}.row == 12)\n"
                 "assert(fall:step(-11).row == 1)"),
-      {self("run"), defaulted("rows", "int", "", 1, "How many; back when negative."),
-       optional("time", "real", "s", "Instead of rows; back when negative.")},
+      {self("run"), defaulted("rows", "int", "", 1, "Number of rows; negative for backwards."),
+       optional("time", "real", "s", "Instead of rows: a time; negative for backwards.")},
       shown, Effect::simulates, step_run);
-  ParamSpec time = needed("time", "real", "s", "Where to; beyond the end it is the end.");
+  ParamSpec time = needed("time", "real", "s", "Time to go to; times beyond the end mean the end.");
   time.min = 0;
-  add("run.seek", "Goes to a time and pauses there.", "What is not recorded yet is computed.",
+  add("run.seek", "Goes to a time and pauses there.",
+      "Rows that are not recorded yet are computed.",
       with_fall("assert(fall:seek(0.2).row == 21)\nassert(fall:seek(0).rows == 21)"),
       {self("run"), std::move(time)}, shown, Effect::simulates, seek);
   add("run.finish", "Computes to the end and shows it.", "",
       with_fall("local s = fall:finish()\nassert(s.is_over and s.time == 0.5)"), {self("run")},
       shown, Effect::simulates, finish);
   add("run.play", "Starts playback of a run.",
-      "It returns at once. Backwards it goes over what is recorded, to the first row.",
+      "It returns at once. Backward playback shows recorded rows, down to the first one.",
       with_fall("assert(fall:play().is_playing)\nfall:pause()\nfall:play(\"max\")\n"
                 "fall:finish()\nassert(fall:play(-2).speed == -2)"),
       {self("run"),
@@ -529,59 +530,60 @@ RMP_COMMANDS(run_commands) {
                 "assert(fall:state().rows == rows and not fall:state().is_playing)"),
       {self("run")}, shown, Effect::simulates, pause);
   add("run.refresh", "Continues from the shown state with the present world.",
-      "Rows behind it are dropped. Objects and driven robots keep place and speed by name, "
-      "gripped objects stay gripped, new objects begin where they are placed. Motions that follow "
-      "from the time alone, as kinematic ones and tasks, are computed anew from their start and go "
-      "on at this time; programs come there without a stop, and stand where they stood. What "
-      "cannot go on there is an error, and the run stays as it was.",
+      "Later rows are dropped. Objects and driven robots keep place and speed by name, gripped "
+      "objects stay gripped, new objects start at their placements. Motions that depend on time "
+      "only, such as kinematic ones and tasks, are computed again from their start and continue at "
+      "this time; programs get there without a stop, and are at the same statement as before. If "
+      "something cannot continue there, this is an error and the run does not change.",
       with_fall("fall:seek(0.1)\ncell:add_object{what = \"box\", name = \"late\", position = "
                 "{0.5, 0, 0.3}}\n"
                 "assert(fall:state().is_outdated)\nlocal s = fall:refresh()\n"
                 "assert(s.objects.late.position[3] == 0.3 and s.objects.box.position[3] < 0.5)\n"
                 "assert(fall:step(5).objects.late.position[3] < 0.3)"),
       {self("run")}, shown, Effect::simulates, refresh);
-  add("run.reset", "Begins a run again from its start with the world as it is now.",
-      "It takes back no edit. Where it cannot begin, the run stays as it was.",
+  add("run.reset", "Restarts a run from its beginning with the present world.",
+      "No edit is undone. If the run cannot restart, it does not change.",
       with_fall("fall:finish()\ncell:place{member = \"box\", position = {0, 0, 0.2}}\n"
                 "local s = fall:reset()\n"
                 "assert(s.time == 0 and s.rows == 1 and s.objects.box.position[3] == 0.2)"),
       {self("run"), entry}, shown, Effect::simulates, reset);
-  add("run.state", "Reports what a run shows.", "",
+  add("run.state", "Reports the state of a run.", "",
       with_fall("assert(fall:state().values[\"box.z\"] == 0.5)"), {self("run")}, shown,
       Effect::reads, state);
-  add("run.rows", "Gives rows that a run has recorded, from one on.",
-      "So a client follows a run as it grows: it asks from its last row + 1 on, with the restarts "
-      "that the answer before named. After run.refresh or run.reset rows are others; the answer "
-      "then begins at the first of these, and takes the place of what was there.",
+  add("run.rows", "Returns recorded rows of a run, from a given one on.",
+      "A client can follow a growing run: it requests rows from its last row + 1, with the "
+      "restarts of the previous result. After run.refresh or run.reset rows differ; the result "
+      "then begins at the first changed row, and replaces the rows from there.",
       with_fall("fall:seek(0.1)\nlocal r = fall:rows{columns = {\"time\", \"box.z\"}}\n"
                 "assert(r.count == 11 and #r.columns[\"box.z\"] == 11)\nfall:seek(0.2)\n"
                 "local more = fall:rows{from = 12, restarts = r.restarts}\n"
                 "assert(more.from == 12 and more.count == 10)"),
       {self("run"),
-       between(defaulted("from", "int", "", 1, "The first row that is wanted, 1 = the first."), 1,
-               9e15),
-       between(optional("restarts", "int", "", "Of the rows that are known."), 0, 9e15),
-       between(
-           defaulted("most", "int", "", 10'000, "Rows at once, and no more than 1,000,000 values."),
-           1, static_cast<double>(kMostRunValues)),
-       optional("columns", "list", "", "Their names; all when left out.")},
+       between(defaulted("from", "int", "", 1, "The first row to return, 1 = the first."), 1, 9e15),
+       between(optional("restarts", "int", "",
+                        "The value of restarts for the rows that the caller has."),
+               0, 9e15),
+       between(defaulted("most", "int", "", 10'000,
+                         "Greatest number of rows, with at most 1,000,000 values."),
+               1, static_cast<double>(kMostRunValues)),
+       optional("columns", "list", "", "Their names; all if omitted.")},
       {"map",
        "",
        "",
-       {field("from", "int", "", "The first row that is given."),
-        field("count", "int", "", "How many are given."),
-        field("rows", "int", "", "How many there are."),
-        field("restarts", "int", "", "For the next call."),
-        field("columns", "map", "", "Arrays by the columns' names, in SI units.")}},
+       {field("from", "int", "", "The first row returned."),
+        field("count", "int", "", "Number of rows returned."),
+        field("rows", "int", "", "Number of existing rows."),
+        field("restarts", "int", "", "Value for the next call."),
+        field("columns", "map", "", "Arrays by column name, in SI units.")}},
       Effect::reads, rows);
-  add("run.recording", "Gives what a run has recorded so far, as a recording.",
+  add("run.recording", "Returns the rows of a run so far as a recording.",
       "The recording does not grow with the run.",
       with_fall("fall:seek(0.1)\nlocal r = fall:recording()\nassert(#r:values(\"time\") == 11)"),
       {self("run")}, {"handle", "", "The recording.", {}}, Effect::simulates, recording);
-  add("run.stop", "Ends the simulation of a run; what is recorded stays.", "",
+  add("run.stop", "Ends the simulation of a run and keeps the recording.", "",
       with_fall("fall:step(3)\nassert(fall:stop().rows == 4)"), {self("run")}, shown,
       Effect::simulates, stop);
-  add("run.remove", "Ends and forgets a run.", "",
+  add("run.remove", "Ends and deletes a run.", "",
       with_fall("local count = #run.list()\nfall:remove()\nassert(#run.list() == count - 1)"),
       {self("run")}, {}, Effect::simulates, remove);
   add("run.list", "Lists the live runs.", "",
@@ -589,11 +591,11 @@ RMP_COMMANDS(run_commands) {
       {"list",
        "",
        "",
-       {field("id", "handle", "", "The run."), field("title", "string", "", "What it is of."),
-        field("time", "real", "s", "That is shown."),
-        field("recorded", "real", "s", "Up to this time."),
-        field("is_playing", "bool", "", "The time runs."),
-        field("is_over", "bool", "", "It is shown to its end.")}},
+       {field("id", "handle", "", "The run."), field("title", "string", "", "Subject of the run."),
+        field("time", "real", "s", "Time shown."),
+        field("recorded", "real", "s", "Time up to which rows exist."),
+        field("is_playing", "bool", "", "Whether it is playing."),
+        field("is_over", "bool", "", "Whether it is shown to its end.")}},
       Effect::reads, list);
   return all;
 }

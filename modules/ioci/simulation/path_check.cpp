@@ -104,15 +104,15 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(path_check_commands) {
   CommandSpec c;
   c.name = "world.check";
-  c.summary = "Finds all places of a trajectory where a robot cannot follow, and draws them.";
+  c.summary = "Finds and draws all places of a trajectory that a robot cannot follow.";
   c.details =
-      "The robot follows by inverse kinematics and goes on where it fails. Where it is "
-      "reached, velocities, accelerations, jerks and torques are compared with the limits of the "
-      "joints, and the motion is checked for contact, as is the place where the robot stands "
-      "before it begins (kind start). A fault is a row of samples, told by "
-      "the worst of them. The picture shows the way in green where it is good, in orange beyond a "
-      "limit, in violet where bodies touch and in red out of reach; the robot stands at the last "
-      "good sample before the first fault.";
+      "The robot follows by inverse kinematics and continues after failures. Where it can follow, "
+      "velocities, accelerations, jerks and torques are compared with the limits of the joints, "
+      "and the motion is checked for contact, as is the robot's configuration before it begins "
+      "(kind start). A fault is a sequence of samples, described by the worst of them. The picture "
+      "shows the path in green if it is good, in orange beyond a limit, in violet if bodies touch "
+      "and in red if out of reach; the robot is drawn at the last good sample before the first "
+      "fault.";
   c.example =
       "local arm = robot.get(\"puma560\")\n"
       "local cell = world.create{name = \"cell\"}\n"
@@ -124,34 +124,34 @@ RMP_COMMANDS(path_check_commands) {
       "cell:add_trajectory{trajectory = \"out\"}\n"
       "local c = cell:check{robot = \"arm\", trajectory = \"out\"}\n"
       "assert(not c.is_good and c.faults[1].kind == \"unreachable\")";
-  c.params = {self("world"),
-              needed("robot", "any", "",
-                     "Name of the member, or the robot; may be left out where the world has one."),
-              needed("trajectory", "any", "", "Name of the member, or the trajectory."),
-              above_zero(optional("sample_time", "real", "s",
-                                  "Time between samples; the trajectory's own when left out.")),
-              choice("start", {"robot", "path"},
-                     "Where the joints start: as the robot stands, with an approach to a first "
-                     "segment of joints that begins elsewhere, or where that segment begins."),
-              defaulted("collisions", "bool", "", true, "Also checks for contact."),
-              optional("file", "path", "", "A picture of the places, *.png.")};
+  c.params = {
+      self("world"),
+      needed("robot", "any", "",
+             "Name of the member, or the robot; may be omitted if the world has only one."),
+      needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+      above_zero(optional("sample_time", "real", "s",
+                          "Time between samples; by default that of the trajectory.")),
+      choice(
+          "start", {"robot", "path"},
+          "Start of the joints. robot: the present configuration, with an approach if the first "
+          "segment is a joint motion that begins elsewhere; path: the beginning of that segment."),
+      defaulted("collisions", "bool", "", true, "Also checks for contact."),
+      optional("file", "path", "", "A picture of the places, *.png.")};
   for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))
     c.params.push_back(std::move(p));
-  c.returns = {
-      "map",
-      "",
-      "",
-      {field("is_good", "bool", "", "True where the robot follows all of it."),
-       field("samples", "int", "", "How many."), field("duration", "real", "s", "Of the motion."),
-       field("faults", "list", "",
-             "Tables, in order of time: kind (start, unreachable, limit, collision); the worst "
-             "sample, the "
-             "first and the last, from 1; time, from and to [s]; share of the motion; position "
-             "[m], where it is on the way; q; joint, excess and its unit, where known; bodies a "
-             "and b of a contact; why; "
-             "text, a sentence."),
-       field("notes", "list", "", "What was not checked."),
-       field("file", "string", "", "The picture.")}};
+  c.returns = {"map",
+               "",
+               "",
+               {field("is_good", "bool", "", "True if the robot can follow all of it."),
+                field("samples", "int", "", "Number of samples."),
+                field("duration", "real", "s", "Duration of the motion."),
+                field("faults", "list", "",
+                      "Tables, in order of time: kind (start, unreachable, limit, collision); the "
+                      "worst sample, the first and the last, from 1; time, from and to [s]; share "
+                      "of the motion; position [m] on the path; q; joint, excess and its unit, if "
+                      "known; bodies a and b of a contact; why; text, a sentence."),
+                field("notes", "list", "", "What was not checked."),
+                field("file", "string", "", "The picture.")}};
   c.effect = Effect::reads;
   c.sometimes = Effect::files_write;
   c.run = check;

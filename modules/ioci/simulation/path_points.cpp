@@ -148,27 +148,27 @@ RMP_COMMANDS(path_point_commands) {
                   "InvKineNextPoint(robot, trajectory, to=next, angles=degrees)|World "
                   "InvKinePrevPoint(robot, trajectory, to=previous, angles=degrees)",
        .summary = "Shows a robot with its tool at one sample of a trajectory.",
-       .details = "The first or last sample, or the one after or before that at which the tool is. "
-                  "The search begins at the joint values shown. What cannot be reached is an "
-                  "error, and the robot stays.",
+       .details = "The first or last sample, or the one after or before the tool's present one. "
+                  "The search starts at the joint values shown. If the sample cannot be reached, "
+                  "this is an error and the robot does not move.",
        .example = example_run(
            "local first = cell:show_at{robot = \"arm\", trajectory = \"stroke\", to = \"first\"}\n"
            "local second = cell:show_at{robot = \"arm\", trajectory = \"stroke\", to = \"next\"}\n"
            "assert(first.point == 1 and second.point == 2 and second.time > 0)"),
-       .params = {self("world"),
-                  needed(
-                      "robot", "any", "",
-                      "Name of the member, or the robot; may be left out where the world has one."),
-                  needed("trajectory", "any", "", "Name of the member, or the trajectory."),
-                  choice("to", {"first", "last", "next", "previous"}, "Which sample.", true),
-                  angle_unit()},
+       .params =
+           {self("world"),
+            needed("robot", "any", "",
+                   "Name of the member, or the robot; may be omitted if the world has only one."),
+            needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+            choice("to", {"first", "last", "next", "previous"}, "The sample to show.", true),
+            angle_unit()},
        .returns = {"map",
                    "",
                    "",
                    {field("point", "int", "", "Its number, 1 is the first."),
-                    field("points", "int", "", "How many there are."),
-                    field("time", "real", "s", "Its time."),
-                    field("q", "array", "", "Joint values; angles by the argument.")}},
+                    field("points", "int", "", "Number of samples."),
+                    field("time", "real", "s", "Time of the sample."),
+                    field("q", "array", "", "Joint values; angles in the unit set by `angles`.")}},
        .effect = Effect::edits,
        .run = show_at});
   return all;

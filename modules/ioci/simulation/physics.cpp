@@ -16,36 +16,37 @@ using model::Robot;
 using model::World;
 
 Schema object_fields() {
-  return {needed("name", "string", "", "Name of the object in the world."),
-          defaulted("fixed", "bool", "", false, "Stays where it is."),
-          between(optional("friction", "real", "", "Its Coulomb coefficient."), 0, 1e6),
-          between(optional("restitution", "real", "", "Its restitution."), 0, 1),
-          optional("velocity", "vec3", "m/s", "At the start, world axes."),
-          optional("angular_velocity", "vec3", "rad/s", "At the start, world axes.")};
+  return {
+      needed("name", "string", "", "Name of the object in the world."),
+      defaulted("fixed", "bool", "", false, "Whether it is fixed."),
+      between(optional("friction", "real", "", "Its Coulomb coefficient."), 0, 1e6),
+      between(optional("restitution", "real", "", "Its restitution."), 0, 1),
+      optional("velocity", "vec3", "m/s", "Velocity at the start, world axes."),
+      optional("angular_velocity", "vec3", "rad/s", "Angular velocity at the start, world axes.")};
 }
 Schema robot_fields() {
   return {needed("name", "string", "", "Name of the robot in the world."),
           choice("drive", {"moved", "controlled", "limp"},
-                 "Moved along its motion whatever it meets; driven by the torques of a controller; "
-                 "or without torques."),
+                 "Moved along its motion regardless of contacts; driven by the torques of a "
+                 "controller; or without torques."),
           optional("controller", "any", "",
-                   "Name, or {name = ..., params = {...}}; the robot's own when left out."),
+                   "Name, or {name = ..., params = {...}}; by default the robot's own."),
           between(optional("friction", "real", "", "Coulomb coefficient of its links."), 0, 1e6),
           between(optional("restitution", "real", "", "Restitution of its links."), 0, 1),
-          defaulted("self_contact", "bool", "", false,
-                    "Its links touch each other, but for pairs that collision checks pass over.")};
+          defaulted(
+              "self_contact", "bool", "", false,
+              "Whether its links touch each other, except for pairs that collision checks skip.")};
 }
 Schema action_fields() {
   ParamSpec time =
-      optional("time", "real", "s", "When it begins; when the action before ended, if left out.");
+      optional("time", "real", "s", "Start time; by default the end of the action before.");
   time.min = 0;
-  ParamSpec duration =
-      optional("duration", "real", "s",
-               "How long a move to q takes (as fast as the joints' velocities allow when left "
-               "out); of the others a pause.");
+  ParamSpec duration = optional("duration", "real", "s",
+                                "Duration of a move to q (by default as short as the joints' "
+                                "velocities allow); for other actions a pause.");
   duration.min = 0;
   ParamSpec speed = optional("speed", "real", "m/s or rad/s",
-                             "Of gripping; the joint's greatest velocity when left out.");
+                             "Speed of gripping; by default the joint's greatest velocity.");
   speed.min = 0;
   return {choice("action", {"move", "grasp", "grip", "release", "wait"},
                  "Grasping ties an object to the tool's link; gripping presses with a joint's "
@@ -54,17 +55,19 @@ Schema action_fields() {
           std::move(time),
           std::move(duration),
           optional("robot", "string", "",
-                   "The robot that acts; that of the action before, or the only one."),
-          optional("q", "any", "rad or m", "Where to: joint values or the name of a pose."),
+                   "The robot that acts; by default that of the action before, or the only one."),
+          optional("q", "any", "rad or m", "Goal: joint values or the name of a pose."),
           optional("recording", "ref:recording", "",
-                   "Along its columns q1, q2 and so on; of several robots, as of tasks and "
-                   "programs, along those of this one, as in left.q1."),
-          optional("trajectory", "string", "", "Along a trajectory of the world with the tool."),
+                   "Move along its columns q1, q2 and so on; if it has several robots, as "
+                   "recordings of tasks and programs do, along those of this one, as in left.q1."),
+          optional("trajectory", "string", "", "Move the tool along a trajectory of the world."),
           optional("object", "string", "",
-                   "To grasp: what the tool touches when left out. To release: all."),
-          optional("tool", "string", "", "Tool that grasps; the first when left out."),
+                   "Object to grasp, by default the one that the tool touches; or to release, by "
+                   "default all."),
+          optional("tool", "string", "", "Tool that grasps; by default the first."),
           optional("joint", "string", "", "Joint that grips, until the robot releases."),
-          optional("force", "real", "N or N m", "It grips with; positive where its value grows."),
+          optional("force", "real", "N or N m",
+                   "Force of the grip; positive in the direction of increasing joint value."),
           std::move(speed)};
 }
 
@@ -87,27 +90,30 @@ std::string fields_text(const Schema& fields) {
 
 ParamSpec friction_field() {
   return between(defaulted("friction", "real", "", 0.5,
-                           "Coulomb coefficient; of two bodies the geometric mean counts."),
+                           "Coulomb coefficient; for two bodies the geometric mean is used."),
                  0, 1e6);
 }
 ParamSpec restitution_field() {
-  return between(defaulted("restitution", "real", "", 0.0,
-                           "Speed after over speed before an impact; of two bodies the greater "
-                           "counts."),
-                 0, 1);
+  return between(
+      defaulted(
+          "restitution", "real", "", 0.0,
+          "Ratio of the speeds after and before an impact; for two bodies the greater is used."),
+      0, 1);
 }
 ParamSpec engine_field() {
-  return optional("engine", "any", "",
-                  "Engine: name, or {name = ..., params = {...}}; the default when left out.");
+  return optional(
+      "engine", "any", "",
+      "Engine: name, or {name = ..., params = {...}}; the default provider if omitted.");
 }
 ParamSpec objects_field() {
-  return optional("objects", "list", "",
-                  "Objects that differ from the others. " + fields_text(object_fields()));
+  return optional(
+      "objects", "list", "",
+      "Objects with settings that differ from the defaults. " + fields_text(object_fields()));
 }
 Schema task_physics_fields() {
   return {friction_field(), restitution_field(),
           above_zero(defaulted("step", "real", "s", 0.001,
-                               "Of the engine; made shorter so that rows fall on steps.")),
+                               "Step of the engine; shortened so that rows fall on steps.")),
           objects_field(), engine_field()};
 }
 
@@ -292,15 +298,14 @@ RMP_COMMANDS(physics_commands) {
   all.push_back(
       {.name = "world.simulate_physics",
        .classic = "",
-       .summary = "Lets the objects of a world fall, touch, slide and stack, and its robots move, "
-                  "grasp and carry them.",
-       .details =
-           "Objects have the mass of their solids' materials; those without mass and the fixed "
-           "ones stand still. Fixed steps: equal calls give equal bits. Columns: time, q, qd and, "
-           "of driven robots, tau of the robot that acts first (of others as `name.q1`), of each "
-           "object that can move `name.x`, `.y`, `.z`, the quaternion `.qw`, `.qx`, `.qy`, `.qz` "
-           "and `.contact_force`, and contacts and contact_force of all. view.render{recording, "
-           "at} and the desktop play it.",
+       .summary = "Simulates contact physics: objects fall, touch, slide and stack, and robots "
+                  "move, grasp and carry them.",
+       .details = "Objects have the mass of their solids' materials; fixed objects and those "
+                  "without mass do not move. Steps are fixed: equal calls give equal bits. "
+                  "Columns: time, q, qd and, for driven robots, tau of the robot that acts first "
+                  "(of others as `name.q1`), of each object that can move `name.x`, `.y`, `.z`, "
+                  "the quaternion `.qw`, `.qx`, `.qy`, `.qz` and `.contact_force`, and contacts "
+                  "and contact_force of all. view.render{recording, at} and the desktop play it.",
        .example =
            "material.create{name = \"wood\", density = 600}\n"
            "solid.create{name = \"floor\", root = {kind = \"box\", x = 2, y = 2, z = 0.1}}\n"
@@ -312,19 +317,20 @@ RMP_COMMANDS(physics_commands) {
            "local fall = cell:simulate_physics{duration = 0.5}\n"
            "local z = fall:values(\"box.z\")\n"
            "assert(math.abs(z[#z]) < 1e-3)",
-       .params = {self("world"),
-                  above_zero(optional("duration", "real", "s",
-                                      "How long; to the end of the last action when left out.")),
-                  optional("actions", "list", "",
-                           "What robots do, one after the other. " + fields_text(action_fields())),
-                  optional("robots", "list", "",
-                           "Robots that are not just moved. " + fields_text(robot_fields())),
-                  objects_field(), friction_field(), restitution_field(),
-                  above_zero(
-                      defaulted("step", "real", "s", 0.001, "Of the engine and of controllers.")),
-                  above_zero(defaulted("sample_time", "real", "s", 0.01,
-                                       "Time between samples of the recording, in whole steps.")),
-                  engine_field(), watch_field()},
+       .params =
+           {self("world"),
+            above_zero(optional("duration", "real", "s",
+                                "Duration; by default to the end of the last action.")),
+            optional("actions", "list", "",
+                     "Actions of robots, in order. " + fields_text(action_fields())),
+            optional("robots", "list", "",
+                     "Robots that are not driven kinematically. " + fields_text(robot_fields())),
+            objects_field(), friction_field(), restitution_field(),
+            above_zero(
+                defaulted("step", "real", "s", 0.001, "Step of the engine and of controllers.")),
+            above_zero(defaulted("sample_time", "real", "s", 0.01,
+                                 "Time between samples of the recording, a multiple of the step.")),
+            engine_field(), watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = simulate_physics,

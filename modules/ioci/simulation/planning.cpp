@@ -146,18 +146,18 @@ Result<Value> plan_path(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(planning_commands) {
   std::vector<CommandSpec> all;
   const std::string lengths =
-      "square root of the sum of (joint change times the reach of what it moves)^2";
+      "square root of the sum of (joint change times the reach of the moved links)^2";
   all.push_back(
       {.name = "world.plan_path",
        .classic = "",
        .summary = "Plans a motion of a robot around the obstacles of its world.",
        .details =
-           "A sampling planner searches a way, straight in the joints from point to point, between "
-           "which nothing comes nearer than the clearance; it is shortened, its corners are "
-           "rounded where there is room (it stops at others), and it is run as fast as the "
-           "joints' velocity and acceleration limits permit. Other robots stay where the world "
-           "shows them. The recording can be played, checked and followed by controllers; joints "
-           "and times make a trajectory segment of the shape joint_spline.",
+           "A sampling planner searches a collision-free path of straight motions in joint space, "
+           "checked between samples for the clearance; the path is shortened, its corners are "
+           "rounded if there is space (otherwise it stops there), and it is run as fast as the "
+           "joints' velocity and acceleration limits permit. Other robots stay as the world shows "
+           "them. The recording can be played, checked and followed by controllers; joints and "
+           "times make a trajectory segment of the shape joint_spline.",
        .example = "local rods = robot.create{name = \"rods\", convention = \"dh\", links = {\n"
                   "  {a = 0.5, lower = -3, upper = 3}, {a = 0.5, lower = -3, upper = 3}},\n"
                   "  poses = {left = {0.8, 0}, right = {-0.8, 0}}}\n"
@@ -172,61 +172,60 @@ RMP_COMMANDS(planning_commands) {
        .params =
            {self("world"),
             needed("robot", "string", "",
-                   "Name of the robot in the world; may be left out where that has one."),
-            optional("from", "any", "rad or m",
-                     "Joint values or a named pose at the start; as the world shows it when left "
-                     "out."),
+                   "Name of the robot in the world; may be omitted if the world has only one."),
+            optional(
+                "from", "any", "rad or m",
+                "Joint values or a named pose at the start; by default as the world shows it."),
             optional("to", "any", "rad or m", "Joint values or a named pose at the goal."),
             optional("target", "pose", "",
-                     "Or where the tool shall be in the world: any configuration will do."),
-            optional("targets", "list", "", "Or several such poses, any of which will do."),
+                     "Or the goal pose of the tool in the world, with any configuration."),
+            optional("targets", "list", "", "Or several such poses, of which one is reached."),
             above_zero(defaulted("clearance", "real", "m", 2e-3,
                                  "Bodies nearer than this count as a contact.")),
             optional("planner", "any", "",
-                     "Name, or {name = ..., params = {...}}; see provider.list(\"planner\"). The "
-                     "default when left out."),
-            optional("ik", "any", "", "Solver of targets; the robot's own when left out."),
-            optional("retimer", "any", "",
-                     "Provider that times the path; the default when left out."),
+                     "Planner: name, or {name = ..., params = {...}}; see "
+                     "provider.list(\"planner\"). The default if omitted."),
+            optional("ik", "any", "", "Solver for targets; by default the robot's own."),
+            optional("retimer", "any", "", "Provider that times the path; the default if omitted."),
             above_zero(defaulted("seconds", "real", "s", 10,
-                                 "Longest time to compute at the search and the shortcuts.")),
+                                 "Time limit for the search and the shortcuts.")),
             between(defaulted("seed", "int", "", 1, "The same seed gives the same motion."), 0,
                     4294967295.0),
-            between(defaulted("shortcuts", "int", "", 200, "How often a shortcut is tried."), 0,
+            between(defaulted("shortcuts", "int", "", 200, "Number of attempts at a shortcut."), 0,
                     100000),
             defaulted(
                 "timed", "bool", "", true,
                 "False: only the shortened path, without rounded corners, times and a recording."),
-            between(defaulted("share", "real", "", 1.0, "Share of the limits that is used."), 1e-3,
-                    1),
+            between(defaulted("share", "real", "", 1.0, "Share of the limits to use."), 1e-3, 1),
             defaulted("torque_limits", "bool", "", true,
-                      "Keep the limits of joint torques too, without what the robot carries."),
+                      "Respect the limits of joint torques too, without carried objects."),
             above_zero(defaulted("velocity", "real", "rad/s or m/s", 1.0,
                                  "Velocity limit of joints without one.")),
             above_zero(defaulted("ramp", "real", "s", 0.25,
-                                 "In which time joints without a limit of acceleration reach "
-                                 "their greatest velocity.")),
+                                 "Time in which joints without an acceleration limit reach their "
+                                 "greatest velocity.")),
             above_zero(defaulted("sample_time", "real", "s", 0.01,
                                  "Time between samples of the recording.")),
             watch_field()},
        .returns = {"map",
                    "",
                    "",
-                   {field("length", "real", "m", "Of the shortened way: " + lengths + "."),
-                    field("found_length", "real", "m", "Of the path as the planner found it."),
-                    field("goals", "int", "", "Free configurations that would have done."),
-                    field("waypoints", "matrix", "", "Corners of the shortened path, one a row."),
+                   {field("length", "real", "m", "Length of the shortened path: " + lengths + "."),
+                    field("found_length", "real", "m",
+                          "Length of the path as the planner found it."),
+                    field("goals", "int", "", "Number of free goal configurations."),
+                    field("waypoints", "matrix", "", "Corners of the shortened path, one per row."),
                     field("planner", "string", "", "The provider that searched."),
                     field("seed", "int", "", "As given, or the default."),
                     field("work", "map", "",
-                          "What it took: configurations checked, motions the planner asked for, "
-                          "exact distances of pairs of bodies, searches (more than one where a way "
-                          "was not free between its samples), shortcuts tried; and by the clock "
-                          "goal_seconds, search_seconds, proof_seconds (that the way is free), "
+                          "Effort: configurations checked, motions requested by the planner, exact "
+                          "distances of pairs of bodies, searches (more than one if a path was not "
+                          "free between its samples), shortcuts tried; and the times goal_seconds, "
+                          "search_seconds, proof_seconds (to prove that the path is free), "
                           "shortcut_seconds, timing_seconds."),
-                    field("notes", "string[]", "", "As of the recording."),
+                    field("notes", "string[]", "", "Notes, as those of the recording."),
                     field("recording", "handle", "", "time, q, qd, qdd, x, y, z; if timed."),
-                    field("duration", "real", "s", "Of the motion; if timed."),
+                    field("duration", "real", "s", "Duration of the motion; if timed."),
                     field("joints", "list", "",
                           "Joint values of the samples, for a joint_spline; if timed."),
                     field("times", "real[]", "s", "Their times; if timed.")}},

@@ -521,100 +521,101 @@ RMP_COMMANDS(program_debugging_commands) {
                    .run = run});
   };
   const ParamSpec any_frame = between(
-      defaulted("frame", "int", "", 1,
-                "Of the stack, 1 is the innermost; 0 is the variables of program and modules."),
+      defaulted(
+          "frame", "int", "", 1,
+          "Frame of the stack, 1 is the innermost; 0 gives the variables of program and modules."),
       0, 1e9);
-  const ParamSpec
-      program = optional("program", "string", "",
-                         "Its name in the world; the stopped one, or the only one, when left out."),
-      process = between(
-          optional("process", "int", "",
-                   "Number of its routine, 0 is the program; the stopped one when left out."),
-          0, 1e9);
+  const ParamSpec program = optional(
+                      "program", "string", "",
+                      "Its name in the world; by default the stopped one, or the only one."),
+                  process = between(
+                      optional(
+                          "process", "int", "",
+                          "Number of its process, 0 is the program; by default the stopped one."),
+                      0, 1e9);
   const ReturnSpec stood{
       "map",
       "",
       "",
-      {field("time", "real", "s", "That is shown."),
+      {field("time", "real", "s", "Time shown."),
        field("is_stopped", "bool", "", "True if a program is stopped at a line."),
-       field("is_complete", "bool", "", "Nothing is left to compute."),
+       field("is_complete", "bool", "", "Whether the computation is complete."),
        field("error", "string", "", "Why it could not continue; absent if it could."),
-       field("is_past", "bool", "", "It is computed farther than what is shown."),
-       field("program", "string", "", "The stopped one; likewise the next fields."),
+       field("is_past", "bool", "", "Whether rows after the shown time are already computed."),
+       field("program", "string", "", "The stopped program; the next fields refer to it."),
        field("reason", "string", "",
              "breakpoint, step, motion, pause (run.pause, or PAUSE), input (READ waits for "
              "run.input), entry or fault."),
-       field("process", "int", "", "Number of its routine, 0 is the program."),
-       field("file", "string", "", "Place where it is stopped."),
-       field("line", "int", "", "Place where it is stopped."),
-       field("column", "int", "", "Place where it is stopped."),
-       field("breakpoint", "int", "", "Its number, at one."),
+       field("process", "int", "", "Number of its process, 0 is the program."),
+       field("file", "string", "", "Place at which it is stopped."),
+       field("line", "int", "", "Place at which it is stopped."),
+       field("column", "int", "", "Place at which it is stopped."),
+       field("breakpoint", "int", "", "Number of the breakpoint, if it is at one."),
        field("message", "string", "",
              "The fault; the message of PAUSE; at a breakpoint, why its condition has no value.")}};
   const std::vector<ParamSpec> breakpoint_fields{
-      field("number", "int", "", "Of the breakpoint."),
+      field("number", "int", "", "Number of the breakpoint."),
       field("program", "string", "", "Its name in the world."),
-      field("source", "string", "", "Its file; empty is the program itself."),
-      field("line", "int", "", "Of the next statement at or behind what was given."),
-      field("column", "int", "", "Of that statement."),
-      field("routine", "string", "", "At whose begin it is, where one was given."),
-      field("condition", "string", "", "Where it stops; empty is always."),
+      field("source", "string", "", "Its file; empty for the program itself."),
+      field("line", "int", "", "Line of the first statement at or after the given line."),
+      field("column", "int", "", "Column of that statement."),
+      field("routine", "string", "", "Routine with the breakpoint at its start, if one was given."),
+      field("condition", "string", "", "Condition of the stop; empty means always."),
       field("ignore", "int", "", "Hits before it stops."),
       field("log", "string", "", "Message instead of a stop; empty: it stops."),
-      field("hits", "int", "", "So far.")};
+      field("hits", "int", "", "Hits so far.")};
   const std::vector<ParamSpec> variable_fields{
-      field("name", "string", "", "Or [3] of an element."),
-      field("type", "string", "", "As declared."),
-      field("value", "string", "", "As WRITE shows it."),
-      field("parts", "list", "", "Of records, arrays and lists, up to 200 each."),
-      field("part_count", "int", "", "How many there are."),
-      field("is_indexed", "bool", "", "They are elements, and no fields.")};
+      field("name", "string", "", "Or [3] for an element."),
+      field("type", "string", "", "Type as declared."),
+      field("value", "string", "", "Value as printed by WRITE."),
+      field("parts", "list", "", "Parts of records, arrays and lists, up to 200 each."),
+      field("part_count", "int", "", "Number of parts."),
+      field("is_indexed", "bool", "", "Whether they are elements rather than fields.")};
   const ParamSpec depth = between(
-      defaulted("depth", "int", "", 8, "How deep parts within parts are given; 0 is without."), 0,
-      8);
+      defaulted("depth", "int", "", 8, "Depth of nested parts to return; 0 returns none."), 0, 8);
   const ParamSpec speed =
       optional("speed", "any", "",
-               "It returns at once, and the run plays on so fast: 1 = real time, \"max\" = as "
-               "fast as it computes. run.place tells where it is.");
-  add("run.set_breakpoint", "Lets a live run stop where a program comes to a line.",
-      "The condition is an expression of the language over what is visible there, without calls. "
-      "Names and types that do not fit are refused here; a condition that has no value when it is "
-      "computed, as v[9] of eight elements, stops there, and message says why. "
-      "Breakpoints stay with the run, also after run.refresh and run.reset. A run starts with what "
-      "its programs do at time 0 done; run.reset begins again and stops there, too.",
+               "It returns at once, and the run plays at this speed: 1 = real time, \"max\" = as "
+               "fast as it computes. run.place reports its place.");
+  add("run.set_breakpoint", "Sets a breakpoint: a live run stops when a program comes to a line.",
+      "The condition is an expression of the language over the names visible there, without calls. "
+      "Wrong names and types are rejected here; a condition without a value when it is evaluated, "
+      "such as v[9] of eight elements, stops there, and message gives the reason. Breakpoints stay "
+      "with the run, also after run.refresh and run.reset. A run starts after the statements of "
+      "its programs at time 0; run.reset begins again and stops there, too.",
       with_run("local b = run:set_breakpoint{line = 5, condition = \"n = 3\"}\n"
                "assert(run:continue().line == 5 and b.line == 5)\n"
                "assert(run:evaluate(\"sum\").value == \"3\")"),
       {self("run"), between(optional("line", "int", "", "Line of the file."), 1, 1e9), program,
        optional("source", "string", "",
-                "Which of its files, such as a module; the program itself when left out."),
-       optional("condition", "string", "", "It stops where this is true."),
+                "File of the program, such as a module; by default the program itself."),
+       optional("condition", "string", "", "It stops if this is true."),
        between(defaulted("ignore", "int", "", 0, "Hits before it stops."), 0, 1e15),
-       optional("routine", "string", "", "Instead of line: where this routine begins."),
-       optional(
-           "hits", "string", "",
-           "At which hits it stops: \"5\" the fifth, \">= 3\" from the third on, \"% 2\" every "
-           "second; also =, <, <= and >."),
+       optional("routine", "string", "", "Instead of line: the start of this routine."),
+       optional("hits", "string", "",
+                "Hits at which it stops: \"5\" the fifth, \">= 3\" from the third on, \"% 2\" "
+                "every second; also =, <, <= and >."),
        optional("log", "string", "",
-                "It does not stop, and says this as a note, with the values of expressions in "
+                "Instead of stopping, it writes this note, with the values of expressions in "
                 "braces: \"n is {n}\".")},
       {"map", "", "", breakpoint_fields}, Effect::simulates, set_breakpoint);
-  add("run.clear_breakpoint", "Takes a breakpoint away.", "",
+  add("run.clear_breakpoint", "Removes a breakpoint.", "",
       with_run("local b = run:set_breakpoint{line = 5}\nrun:clear_breakpoint(b.number)\n"
                "assert(run:continue().is_complete)"),
-      {self("run"), needed("number", "int", "", "Of the breakpoint.")}, {}, Effect::simulates,
-      clear_breakpoint);
+      {self("run"), needed("number", "int", "", "Number of the breakpoint.")}, {},
+      Effect::simulates, clear_breakpoint);
   add("run.breakpoints", "Lists the breakpoints of a live run.", "",
       with_run("run:set_breakpoint{line = 5}\nassert(run:breakpoints()[1].line == 5)"),
-      {self("run")}, {"list", "", "A table each.", breakpoint_fields}, Effect::reads, breakpoints);
+      {self("run")}, {"list", "", "One table each.", breakpoint_fields}, Effect::reads,
+      breakpoints);
   add("run.continue", "Continues until a program stops at a breakpoint, or to the end.",
-      "run.play, run.step and run.seek stop there, too; the run then rests at that time.",
+      "run.play, run.step and run.seek stop at breakpoints, too; the run then pauses at that time.",
       with_run("run:set_breakpoint{line = 5, ignore = 2}\n"
                "assert(math.abs(run:continue().time - 0.3) < 1e-9)\n"
                "assert(run:continue().reason == \"breakpoint\")"),
       {self("run"), speed}, stood, Effect::simulates, continue_run);
-  add("run.step_into", "Steps to the next line of a process, also in a routine that it calls.",
-      "Other programs and processes continue meanwhile; a line that takes time is run through.",
+  add("run.step_into", "Steps to the next line of a process, entering routines that it calls.",
+      "Other programs and processes continue meanwhile; a line that takes time is completed.",
       with_run("run:set_breakpoint{line = 9}\nrun:continue()\n"
                "assert(run:step_into().line == 5)"),
       {self("run"), program, process, speed}, stood, Effect::simulates,
@@ -632,10 +633,10 @@ RMP_COMMANDS(program_debugging_commands) {
   add("run.to_motion", "Continues until a process is about to begin a motion.", "",
       with_run("assert(run:to_motion().is_complete)"), {self("run"), program, process, speed},
       stood, Effect::simulates, step_program<program::StepKind::motion>);
-  add("run.input", "Gives a program the next line that it reads.",
-      "A program of a live run that comes to READ without a line lets the run rest with the reason "
-      "input; run.continue goes on with the line. Lines that are given before are kept until they "
-      "are read, also over run.refresh.",
+  add("run.input", "Adds an input line for READ to a program.",
+      "If a program of a live run reaches READ without an input line, the run pauses with the "
+      "reason input; run.continue then continues with the line. Lines that are added in advance "
+      "are kept until they are read, also after run.refresh.",
       with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n"
                "local asks = program.create{name = \"asks\", source = [[\n"
                "PROGRAM asks;\n"
@@ -651,44 +652,43 @@ RMP_COMMANDS(program_debugging_commands) {
                "run:input(\"21\")\n"
                "run:continue()\n"
                "assert(run:recording():notes()[1] == \"t = 0 s: asks: 42\")"),
-      {self("run"), needed("text", "string", "", "The line, without its end."), program},
+      {self("run"), needed("text", "string", "", "The line, without its line end."), program},
       {"map",
        "",
        "",
-       {field("program", "string", "", "Whose line it is."),
-        field("unread", "int", "", "Lines that it has not read yet, with this one.")}},
+       {field("program", "string", "", "The program that reads it."),
+        field("unread", "int", "", "Number of unread lines, including this one.")}},
       Effect::simulates, input);
-  add("run.stack", "Lists the calls that a process of a program is in, innermost first.",
-      "At the time that the run shows; so run.variables and run.evaluate. Back in what is recorded "
-      "it is what was behind that row.",
+  add("run.stack", "Lists the active calls of a process of a program, innermost first.",
+      "At the time that the run shows, like run.variables and run.evaluate. In the recorded past "
+      "it is the state after that row.",
       with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
                "assert(run:stack()[1].routine:lower() == \"add\" and #run:stack() == 2)"),
       {self("run"), program, process},
       {"list",
        "",
-       "A table each.",
-       {field("routine", "string", "", "Its name."), field("file", "string", "", "Where it is."),
-        field("line", "int", "", "Where it is."), field("column", "int", "", "Where it is.")}},
+       "One table each.",
+       {field("routine", "string", "", "Its name."), field("file", "string", "", "Its file."),
+        field("line", "int", "", "Its file."), field("column", "int", "", "Its file.")}},
       Effect::reads, stack);
-  add("run.variables", "Lists the variables of a routine that a process is in.", "",
+  add("run.variables", "Lists the variables of an active routine of a process.", "",
       with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
                "assert(run:variables()[1].name:lower() == \"n\")\n"
                "assert(#run:variables{frame = 0} > 0)"),
       {self("run"), any_frame, program, process,
-       optional("of", "string", "", "The parts of this variable, instead of all variables."),
-       between(defaulted("from", "int", "", 1, "The first one that is wanted, 1 = the first."), 1,
-               9e15),
-       between(defaulted("most", "int", "", 200, "How many at most."), 1, 10'000), depth},
-      {"list", "", "A table each.", variable_fields}, Effect::reads, variables);
-  add("run.evaluate", "Gives the value of an expression as a program sees it.",
+       optional("of", "string", "", "List the parts of this variable instead of all variables."),
+       between(defaulted("from", "int", "", 1, "The first one to return, 1 = the first."), 1, 9e15),
+       between(defaulted("most", "int", "", 200, "Greatest number to return."), 1, 10'000), depth},
+      {"list", "", "One table each.", variable_fields}, Effect::reads, variables);
+  add("run.evaluate", "Evaluates an expression as a program sees it.",
       "Names, fields, indices, numbers, strings, operators and parentheses; no calls.",
       with_run("run:set_breakpoint{line = 5}\nrun:continue()\n"
                "assert(run:evaluate(\"n + 1\").value == \"3\")"),
-      {self("run"), needed("expression", "string", "", "In the program's language."), any_frame,
-       program, process, depth},
+      {self("run"), needed("expression", "string", "", "An expression in the program's language."),
+       any_frame, program, process, depth},
       {"map", "", "", variable_fields}, Effect::reads, evaluate);
-  add("run.set_variable", "Gives a variable of a program another value.",
-      "Not in the past. run.refresh and run.reset compute anew without it.",
+  add("run.set_variable", "Sets a variable of a program.",
+      "Not possible in the past. run.refresh and run.reset recompute without the change.",
       with_run("run:set_breakpoint{line = 5}\nrun:continue()\nrun:set_variable(\"sum\", \"100\")\n"
                "run:continue()\nassert(run:evaluate(\"sum\").value == \"102\")"),
       {self("run"), needed("variable", "string", "", "Name, with fields and indices."),

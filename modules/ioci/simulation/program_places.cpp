@@ -323,28 +323,28 @@ RMP_COMMANDS(program_places_commands) {
   };
   const ParamSpec program = optional(
                       "program", "string", "",
-                      "Its name in the world; the stopped one, or the only one, when left out."),
-                  source = optional("source", "string", "",
-                                    "Which of its files, such as a module; the program itself "
-                                    "when left out.");
+                      "Its name in the world; by default the stopped one, or the only one."),
+                  source = optional(
+                      "source", "string", "",
+                      "File of the program, such as a module; by default the program itself.");
   std::vector<ParamSpec> place_fields{
-      field("time", "real", "s", "That is shown."),
+      field("time", "real", "s", "Time shown."),
       field("is_stopped", "bool", "", "True if a program is stopped at a line."),
-      field("is_complete", "bool", "", "Nothing is left to compute."),
-      field("is_past", "bool", "", "It is computed farther than what is shown."),
+      field("is_complete", "bool", "", "Whether the computation is complete."),
+      field("is_past", "bool", "", "Whether rows after the shown time are already computed."),
       field("error", "string", "", "Why it could not continue; absent if it could."),
       field("program", "string", "",
-            "The one that is stopped or has the fault; likewise the next fields."),
+            "The program that is stopped or has the fault; the next fields refer to it."),
       field("reason", "string", "", "breakpoint, step, motion, pause, entry or fault."),
-      field("process", "int", "", "Number of its routine, 0 is the program."),
-      field("file", "string", "", "Place where it is."),
-      field("line", "int", "", "Place where it is."),
-      field("column", "int", "", "Place where it is."),
-      field("breakpoint", "int", "", "Its number, at one."),
-      field("message", "string", "", "What is wrong, at a fault.")};
+      field("process", "int", "", "Number of its process, 0 is the program."),
+      field("file", "string", "", "Its present place."),
+      field("line", "int", "", "Its present place."),
+      field("column", "int", "", "Its present place."),
+      field("breakpoint", "int", "", "Number of the breakpoint, if it is at one."),
+      field("message", "string", "", "Description of a fault.")};
   auto seen = place_fields;
-  seen.push_back(field("is_playing", "bool", "", "It is running."));
-  seen.push_back(field("notes", "int", "", "How many notes there are so far."));
+  seen.push_back(field("is_playing", "bool", "", "Whether the run is playing."));
+  seen.push_back(field("notes", "int", "", "Number of notes so far."));
   add("run.place", "Returns the places of the programs of a live run, also while they run.",
       "It returns at once; run.continue and the steps with a speed, and run.play, continue "
       "meanwhile.",
@@ -358,69 +358,70 @@ RMP_COMMANDS(program_places_commands) {
       {self("run")},
       {"list",
        "",
-       "A table each.",
-       {field("name", "string", "", "In the world."),
+       "One table each.",
+       {field("name", "string", "", "Name in the world."),
         field("state", "string", "", "runs, stopped, over or fault."),
         field("files", "list", "", "Names of its files, the program first."),
         field("processes", "list", "",
-              "Tables {number, name, file, line} of those that have begun and not ended; 0 is the "
-              "program.")}},
+              "Tables {number, name, file, line} of the active processes; 0 is the program.")}},
       Effect::reads, run_programs);
-  add("run.program_lines", "Lists where statements and routines of a program in a run begin.",
-      "True if a breakpoint is there.",
+  add("run.program_lines",
+      "Lists the first lines of statements and routines of a program in a run.",
+      "Whether there is a breakpoint.",
       with_run_of_program("local l = run:program_lines()\nassert(l.statements[1].line == 5)\n"
                           "assert(#l.routines == 2)"),
       {self("run"), program, source},
       {"map",
        "",
        "",
-       {field("statements", "list", "", "Tables {line, column}, of the file, in order."),
-        field("routines", "list", "", "Tables {name, file, line} of those that do something.")}},
+       {field("statements", "list", "", "Tables {line, column} in the file, in order."),
+        field("routines", "list", "", "Tables {name, file, line} of routines with statements.")}},
       Effect::reads, program_lines);
-  add("run.program_text", "Gives the text of a file of a program as the run computes with it.",
-      "What was edited since counts with run.refresh or run.reset.",
+  add("run.program_text", "Returns the text of a file of a program as used by the run.",
+      "Later edits take effect with run.refresh or run.reset.",
       with_run_of_program("assert(run:program_text():match(\"PROGRAM count\"))"),
       {self("run"), program, source}, {"string", "", "The text.", {}}, Effect::reads, program_text);
-  add("run.notes", "Gives what was noted and written in a live run so far.", "",
+  add("run.notes", "Returns the notes and the output of a live run so far.", "",
       with_run_of_program(
           "run:finish()\nlocal all = run:notes()\n"
           "assert(all[#all] == \"t = 0.5 s: count: sum 15\" and #run:notes(#all + 1) == 0)"),
       {self("run"),
-       between(defaulted("from", "int", "", 1, "The first note that is wanted, 1 = the first."), 1,
+       between(defaulted("from", "int", "", 1, "The first note to return, 1 = the first."), 1,
                9e15),
-       between(defaulted("most", "int", "", kMostNotes, "How many at most."), 1,
+       between(defaulted("most", "int", "", kMostNotes, "Greatest number to return."), 1,
                static_cast<double>(kMostNotes))},
       {"list", "", "Texts.", {}}, Effect::reads, run_notes);
   auto stood = place_fields;
-  stood.push_back(
-      field("is_found", "bool", "", "There is such a place; else the first or last row is shown."));
-  add("run.step_recorded", "Goes over what is recorded to another line of a program.",
-      "What is recorded is what was behind each row, and where programs stopped. Nothing is "
-      "computed; at the last row the steps of run.step_into and the like go on.",
+  stood.push_back(field("is_found", "bool", "",
+                        "Whether such a place exists; if not, the first or last row is shown."));
+  add("run.step_recorded", "Moves through the recorded past to another line of a program.",
+      "The record contains the state after each row, and the stops of programs. Nothing is "
+      "computed; at the last row run.step_into and the other steps continue.",
       with_run_of_program("run:set_breakpoint{line = 5, hits = \"3\"}\nrun:continue()\n"
                           "local back = run:step_recorded{back = true, to = \"over\"}\n"
                           "assert(back.is_past and run:evaluate(\"sum\").value == \"6\")\n"
                           "assert(not run:step_recorded{to = \"breakpoint\"}.is_past)"),
       {self("run"), defaulted("back", "bool", "", false, "Towards the start."),
        choice("to", {"into", "over", "out", "breakpoint"},
-              "Another line; not one in a routine that is called; where the routine is left; where "
-              "a breakpoint is."),
+              "into: another line; over: one that is not in a called routine; out: after leaving "
+              "the routine; breakpoint: a line with a breakpoint."),
        program,
        between(optional("process", "int", "",
-                        "Number of its routine, 0 is the program; the stopped one when left out."),
+                        "Number of its process, 0 is the program; by default the stopped one."),
                0, 1e9)},
       {"map", "", "", stood}, Effect::simulates, step_recorded);
-  add("run.recorded_at", "Lists when a program came to a line, as far as it is recorded.",
-      "Lines are seen behind rows and where programs stopped.",
+  add("run.recorded_at", "Lists the times at which a program came to a line, as far as recorded.",
+      "Lines are recorded after each row and at the stops of programs.",
       with_run_of_program(
           "run:set_breakpoint{line = 5, hits = \"< 3\"}\nrun:continue()\nrun:continue()\n"
           "assert(#run:recorded_at{line = 5} == 2)"),
-      {self("run"), between(needed("line", "int", "", "Of the file."), 1, 1e9), program, source},
+      {self("run"), between(needed("line", "int", "", "Line of the file."), 1, 1e9), program,
+       source},
       {"list",
        "",
        "The latest first, at most 200.",
-       {field("time", "real", "s", "For run.seek."),
-        field("process", "int", "", "Number of its routine, 0 is the program.")}},
+       {field("time", "real", "s", "Time for run.seek."),
+        field("process", "int", "", "Number of its process, 0 is the program.")}},
       Effect::reads, recorded_at);
   return all;
 }

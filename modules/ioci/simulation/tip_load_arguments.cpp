@@ -89,22 +89,21 @@ std::vector<ParamSpec> tip_load_fields(const std::string& path) {
               path +
               "; or the name of a provider of forces. In Lua also a function (time, path) that "
               "returns three numbers, or six with the moment."),
-      optional("tip_moment", "any", "N m", "Moment on the robot about its tip's origin, likewise."),
-      optional(
-          "tip_wrench", "any", "",
-          "A recording of force and moment, which is added: columns wrench1 to wrench6, or fx, "
-          "fy, fz, mx, my, mz, or those that tip_columns names. Linear between its rows; "
-          "beyond them the nearest row acts."),
+      optional("tip_moment", "any", "N m",
+               "Moment on the robot about its tip's origin, in the same form."),
+      optional("tip_wrench", "any", "",
+               "A recording of additional force and moment: columns wrench1 to wrench6, or fx, fy, "
+               "fz, mx, my, mz, or those named by tip_columns. Linear between its rows; beyond "
+               "them the nearest row is used."),
       optional(
           "tip_columns", "list", "",
           "Names of the columns of tip_wrench: three of the force, or six of force and moment."),
       choice("tip_over", {"time", "path"},
-             "What the rows of tip_wrench are over: its column time or path."),
-      choice(
-          "tip_axes", {"world", "base", "tool"},
-          "Axes of force and moment: the world's, those of the frame the robot is mounted in, or "
-          "the tip's own."),
-      optional("tip", "string", "", "Name of the tip that they act at; the first when left out.")};
+             "Independent variable of the rows of tip_wrench: its column time or path."),
+      choice("tip_axes", {"world", "base", "tool"},
+             "Axes of force and moment: those of the world, of the robot's mounting frame, or of "
+             "the tip."),
+      optional("tip", "string", "", "Name of the tip at which they act; the first if omitted.")};
 }
 
 bool has_tip_load(const Map& args) {

@@ -190,18 +190,19 @@ RMP_COMMANDS(world_run_commands) {
   Schema run_params{
       self("world"),
       needed("robot", "any", "",
-             "Name of the member, or the robot; may be left out where the world has one."),
+             "Name of the member, or the robot; may be omitted if the world has only one."),
       needed("trajectory", "any", "", "Name of the member, or the trajectory."),
       above_zero(optional("sample_time", "real", "s",
-                          "Time between samples; the trajectory's own when left out.")),
+                          "Time between samples; by default that of the trajectory.")),
       above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
-                           "When the position counts as reached.")),
+                           "Tolerance for reaching the position.")),
       above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
-                           "When the rotation counts as reached.")),
+                           "Tolerance for reaching the rotation.")),
       choice("start", {"robot", "path"},
-             "robot: the joints start as the robot stands. A trajectory whose first segment is a "
-             "way of several joint vectors gets an approach to where it begins, which a note and "
-             "the column approach tell. path: the joints start where that segment begins."),
+             "robot: the joints start at the present configuration. If the first segment of the "
+             "trajectory is a path through several joint vectors, an approach to its beginning is "
+             "added, which a note and the column approach report. path: the joints start at the "
+             "beginning of that segment."),
       defaulted("clearance", "bool", "", false,
                 "Also records the least distance between bodies, in the column clearance.")};
   for (ParamSpec& p :
@@ -218,11 +219,9 @@ RMP_COMMANDS(world_run_commands) {
                   "InvKineWorldSim(robot, trajectory, ~time_delay, ~kine_type)",
        .summary = "Moves a robot's tool along a trajectory and records joint values, "
                   "speeds and accelerations.",
-       .details = "Starts from the joint values at which the robot stands, or as start says. A "
-                  "sample that "
-                  "cannot be reached is an error that names its time. With an objective "
-                  "a solver that serves it follows the path where the robot's own does "
-                  "not.",
+       .details = "Starts from the robot's present joint values, or as set by `start`. A sample "
+                  "that cannot be reached is an error that gives its time. With an objective, a "
+                  "solver that supports it follows the path if the robot's own solver does not.",
        .example = example_run("local r = cell:inverse_kinematics{robot = \"arm\", "
                               "trajectory = \"stroke\"}\nassert(#r:values(\"time\") > 2)"),
        .params = run_params,
@@ -235,14 +234,11 @@ RMP_COMMANDS(world_run_commands) {
        .classic = "World WorldInvDynSim(robot, trajectory, ~time_delay, ~tau_option)|World "
                   "InvDynWorldSim(robot, trajectory, ~time_delay, ~tau_option)",
        .summary = "Moves a robot's tool along a trajectory and records the joint torques as well.",
-       .details =
-           "The torques come in total and as gravity, inertial, velocity and friction parts. With "
-           "a "
-           "force or moment on the robot at a tip, such as a tool's cut, tau counts it: the part "
-           "is "
-           "tau_external = -J^T F, and the columns wrench1 to wrench6 (world's axes) and path tell "
-           "what acted where. A run under forces that takes them as its tip_wrench goes the same "
-           "way.",
+       .details = "The torques are recorded as total and as gravity, inertial, velocity and "
+                  "friction parts. With a force or moment on the robot at a tip, such as a cutting "
+                  "force, tau includes it: this part is tau_external = -J^T F, and the columns "
+                  "wrench1 to wrench6 (world axes) and path show the load and the path length. A "
+                  "run under forces can use them again as its tip_wrench.",
        .example = example_run("local r = cell:inverse_dynamics{robot = \"arm\", trajectory = "
                               "\"stroke\"}\nassert(#r:values(\"tau1\") > 2)\n"
                               "local cut = cell:inverse_dynamics{robot = \"arm\", trajectory = "
@@ -258,12 +254,11 @@ RMP_COMMANDS(world_run_commands) {
        .runs = RunKind::simulation});
   auto optimal_params = loaded_params;
   optimal_params.push_back(
-      between(defaulted("share", "real", "", 1.0, "Share of the joints' limits that may be used."),
-              0.01, 1));
+      between(defaulted("share", "real", "", 1.0, "Share of the joints' limits to use."), 0.01, 1));
   optimal_params.push_back(
-      defaulted("torque_limits", "bool", "", true, "Keep the torque limits too."));
+      defaulted("torque_limits", "bool", "", true, "Respect the torque limits too."));
   optimal_params.push_back(
-      above_zero(defaulted("step", "real", "s", 0.01, "Between samples of the result.")));
+      above_zero(defaulted("step", "real", "s", 0.01, "Time between samples of the result.")));
   optimal_params.push_back(optional("retimer", "any", "",
                                     "Provider, see provider.list(\"retimer\"), by name or with "
                                     "its parameters."));
@@ -271,12 +266,11 @@ RMP_COMMANDS(world_run_commands) {
       {.name = "world.time_optimal",
        .classic = "",
        .summary = "Runs a trajectory's path as fast as the joints' limits allow, and records it.",
-       .details =
-           "The joints' path is found as in world.inverse_kinematics, at the trajectory's "
-           "sample time; how fast the trajectory itself is does not matter. Then it is run "
-           "from rest to rest within velocity, acceleration and torque limits. It stops at "
-           "corners of the joints' path. A force on the robot takes its part of the torques; "
-           "it may be a constant or depend on `path`, not on `time`.",
+       .details = "The joint path is computed as in world.inverse_kinematics, at the trajectory's "
+                  "sample time; the speed of the trajectory itself is ignored. The path is then "
+                  "run from rest to rest within velocity, acceleration and torque limits, with "
+                  "stops at corners of the joint path. A force on the robot needs its share of the "
+                  "torques; it may be a constant or depend on `path`, not on `time`.",
        .example = example_run("local slow = cell:inverse_kinematics{robot = \"arm\", trajectory = "
                               "\"stroke\"}\nlocal fast = cell:time_optimal{robot = \"arm\", "
                               "trajectory = \"stroke\"}\nlocal a, b = slow:values(\"time\"), "
@@ -289,10 +283,10 @@ RMP_COMMANDS(world_run_commands) {
   all.push_back(
       {.name = "world.simulate",
        .classic = "World WorldSimulate",
-       .summary = "Moves a robot's tool along a trajectory and records all that follows from it.",
+       .summary = "Moves a robot's tool along a trajectory and records joint motion and torques.",
        .details =
-           "Joint torques are recorded as well when links that move have masses or a force acts "
-           "at a tip: then it is world.inverse_dynamics, else world.inverse_kinematics.",
+           "Joint torques are recorded if moving links have masses or a force acts at a tip: it is "
+           "then the same as world.inverse_dynamics, otherwise as world.inverse_kinematics.",
        .example = example_run("local r = cell:simulate{robot = \"arm\", trajectory = "
                               "\"stroke\"}\nassert(#r:values(\"tau1\") > 2)"),
        .params = loaded_params,
@@ -304,7 +298,7 @@ RMP_COMMANDS(world_run_commands) {
       {.name = "world.forward_kinematics",
        .classic = "World WorldfKineSim",
        .summary =
-           "Moves a robot's joints along a joint trajectory and records where the tool goes.",
+           "Moves a robot's joints along a joint trajectory and records the motion of the tool.",
        .details = "All segments of the trajectory move joints (such as ptp or joint_spline). The "
                   "recording has q, qd and qdd of the joints, x, y, z, roll, pitch and yaw of the "
                   "tool in the world, and its velocities.",
@@ -322,20 +316,19 @@ RMP_COMMANDS(world_run_commands) {
       {.name = "world.trajectory_in_base",
        .classic = "World ComputeBaseTjc(robot, trajectory, step)",
        .summary = "Samples a trajectory of a world in the base frame of a robot.",
-       .details = "These are the poses that a controller of the robot is given.",
+       .details = "A controller of the robot takes these poses.",
        .example = example_run(
            "cell:place{member = \"arm\", position = {1, 0, 0}}\n"
            "local there, here = trajectory.points(\"stroke\"), cell:trajectory_in_base{robot = "
            "\"arm\", trajectory = \"stroke\"}\n"
            "assert(math.abs(there[1][2] - here[1][2] - 1) < 1e-12)"),
-       .params = {self("world"),
-                  needed(
-                      "robot", "any", "",
-                      "Name of the member, or the robot; may be left out where the world has one."),
-                  needed("trajectory", "any", "", "Name of the member, or the trajectory."),
-                  above_zero(optional("step", "real", "s",
-                                      "Time between samples; the trajectory's own when left "
-                                      "out."))},
+       .params =
+           {self("world"),
+            needed("robot", "any", "",
+                   "Name of the member, or the robot; may be omitted if the world has only one."),
+            needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+            above_zero(optional("step", "real", "s",
+                                "Time between samples; by default that of the trajectory."))},
        .returns = {"matrix", "", "Columns: time [s], x, y, z [m], roll, pitch, yaw [rad].", {}},
        .effect = Effect::reads,
        .run = trajectory_in_base});

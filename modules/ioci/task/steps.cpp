@@ -16,48 +16,49 @@ using model::TaskStep;
 constexpr std::size_t kDeepest = 60;  ///< blocks inside each other
 
 Schema step_schema(StepKind kind) {
-  const ParamSpec robot = optional("robot", "string", "", "Of the world.");
+  const ParamSpec robot = optional("robot", "string", "", "Robot of the world.");
   switch (kind) {
     case StepKind::move:
       return {robot,
-              optional("trajectory", "ref:trajectory", "", "To follow."),
+              optional("trajectory", "ref:trajectory", "", "Trajectory to follow."),
               optional("pose", "string", "", "A named pose of the robot."),
               optional("joints", "any", "", "Joint values."),
               optional("target", "any", "", "Pose of the tool, or of the trajectory."),
-              optional("frame", "string", "", "Frame or object of the world, of the target."),
-              optional("tool", "string", "", "Tool, link or held object that goes there."),
+              optional("frame", "string", "",
+                       "Frame or object of the world in which the target is given."),
+              optional("tool", "string", "", "Tool, link or held object to move."),
               choice("profile", {"quintic", "trapezoidal", "s_curve", "time_optimal"},
-                     "Of a joint move."),
-              choice("path", {"joint", "straight"}, "How the tool goes to a target."),
+                     "Profile of a joint move."),
+              choice("path", {"joint", "straight"}, "Motion of the tool to a target."),
               defaulted("speed", "real", "", 1.0, "Share of the joints' limits."),
-              optional("tool_speed", "real", "m/s", "Of a straight move."),
-              optional("duration", "real", "s", "Of the move.")};
+              optional("tool_speed", "real", "m/s", "Speed of a straight move."),
+              optional("duration", "real", "s", "Duration of the move.")};
     case StepKind::attach:
-      return {
-          robot, needed("object", "string", "", "Of the world."),
-          optional("link", "string", "", "Link or tool of the robot."),
-          optional("tcp", "string", "",
-                   "Centre point of the object that leads the robot's moves from now on."),
-          above_zero(optional("reach", "real", "m",
-                              "What is farther from the tool or link stays; 5 mm when left out."))};
-    case StepKind::detach: return {needed("object", "string", "", "Of the world.")};
+      return {robot, needed("object", "string", "", "Object of the world."),
+              optional("link", "string", "", "Link or tool of the robot."),
+              optional("tcp", "string", "",
+                       "Centre point of the object that the robot's moves use from then on."),
+              above_zero(optional(
+                  "reach", "real", "m",
+                  "An object farther from the tool or link is not attached; 5 mm if omitted."))};
+    case StepKind::detach: return {needed("object", "string", "", "Object of the world.")};
     case StepKind::set:
-      return {needed("signal", "string", "", "Of the world."),
+      return {needed("signal", "string", "", "Signal of the world."),
               needed("value", "any", "", "A number, or an expression like a condition.")};
     case StepKind::wait:
-      return {optional("time", "real", "s", "How long."),
-              optional("condition", "string", "", "Over signals, time and places."),
-              optional("timeout", "real", "s", "How long at most.")};
-    case StepKind::call: return {robot, needed("task", "ref:task", "", "Whose steps to do.")};
+      return {optional("time", "real", "s", "Time to wait."),
+              optional("condition", "string", "", "Condition over signals, time and places."),
+              optional("timeout", "real", "s", "Longest time to wait.")};
+    case StepKind::call: return {robot, needed("task", "ref:task", "", "The task to run.")};
     case StepKind::repeat:
-      return {needed("count", "int", "", "How often."),
+      return {needed("count", "int", "", "Number of repetitions."),
               defaulted("steps", "list", "", List{}, "What.")};
     case StepKind::when:
-      return {needed("condition", "string", "", "Over signals, time and places."),
-              defaulted("steps", "list", "", List{}, "What, if it is true.")};
+      return {needed("condition", "string", "", "Condition over signals, time and places."),
+              defaulted("steps", "list", "", List{}, "Steps if it is true.")};
     case StepKind::otherwise:
-      return {defaulted("steps", "list", "", List{}, "What, if the condition is not true.")};
-    case StepKind::message: return {needed("text", "string", "", "What to note.")};
+      return {defaulted("steps", "list", "", List{}, "Steps if the condition is not true.")};
+    case StepKind::message: return {needed("text", "string", "", "Text of the note.")};
   }
   return {};
 }
@@ -151,24 +152,20 @@ Value list_of(const Rows& rows, Fn&& fn) {
 }  // namespace
 
 const char* const kStepDoc =
-    "A step is a table: `step` says what it does, the rest how. `move`: `robot` and one of `pose` "
-    "(a named one), `joints` (all, or those with motors), `target` (a pose, in the world or in "
-    "`frame`; with path = \"straight\" in a straight line at `tool_speed`) or `trajectory` (placed "
-    "at `target`); `tool` names a tool or link of the robot, or an object that it holds, which "
-    "goes "
-    "there instead of the robot's tool; joint moves take `profile` quintic, trapezoidal, s_curve "
-    "or time_optimal, `speed` "
-    "(share of the joints' limits) and `duration`. `attach` and `detach`: `object`, `robot`, "
-    "`link` "
-    "(a link or tool); with `tcp`, a centre point of the object, that leads the moves that name no "
-    "`tool` until it is let go; an object farther than `reach` (5 mm) from the tool's point, or "
-    "from "
-    "the link and its bodies, stays where it is, which a note tells. `set`: `signal`, `value`. "
-    "`wait`: `time`, or `condition` with "
-    "`timeout`. "
-    "`call`: `task`. `repeat`: `count`, `steps`. `if`: `condition`, `steps`; `else`: `steps`. "
-    "`message`: `text`. Conditions are expressions over signals, `time`, the joints `left.q1` and "
-    "`left.qd1` of a robot, and the places `left.x` of its tool and `part.x` of an object.";
+    "A step is a table: `step` is its kind, the other fields are its parameters. `move`: `robot` "
+    "and one of `pose` (a named one), `joints` (all, or those with motors), `target` (a pose, in "
+    "the world or in `frame`; with path = \"straight\" in a straight line at `tool_speed`) or "
+    "`trajectory` (placed at `target`); `tool` names a tool or link of the robot, or an object "
+    "that it holds, which is moved there instead of the robot's tool; joint moves take `profile` "
+    "quintic, trapezoidal, s_curve or time_optimal, `speed` (share of the joints' limits) and "
+    "`duration`. `attach` and `detach`: `object`, `robot`, `link` (a link or tool); with `tcp`, a "
+    "centre point of the object, moves that name no `tool` move that point until the object is "
+    "released; an object farther than `reach` (5 mm) from the tool's point, or from the link and "
+    "its bodies, is not attached, which a note reports. `set`: `signal`, `value`. `wait`: `time`, "
+    "or `condition` with `timeout`. `call`: `task`. `repeat`: `count`, `steps`. `if`: `condition`, "
+    "`steps`; `else`: `steps`. `message`: `text`. Conditions are expressions over signals, `time`, "
+    "the joints `left.q1` and `left.qd1` of a robot, and the places `left.x` of its tool and "
+    "`part.x` of an object.";
 
 Result<std::vector<TaskStep>> read_steps(const CommandContext& ctx, const Value& value,
                                          const std::string& path) {

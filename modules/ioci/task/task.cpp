@@ -186,14 +186,14 @@ RMP_COMMANDS(task_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec index = needed("index", "int", "", "Number of the step, 1 is the first.");
   const ParamSpec step = needed("step", "map", "", "The step.");
-  const ParamSpec description = optional("description", "string", "", "What it is for.");
+  const ParamSpec description = optional("description", "string", "", "Purpose of the program.");
   all.push_back({.name = "task.create",
                  .classic = "",
                  .summary = "Makes a task of steps.",
                  .details = kStepDoc,
                  .example = with_task("assert(#shift:steps() == 3)"),
                  .params = {needed("name", "string", "", "Name, unique among tasks."),
-                            optional("steps", "list", "", "Its steps in order."), description,
+                            optional("steps", "list", "", "Its steps, in order."), description,
                             parameters_field()},
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::edits,
@@ -214,21 +214,21 @@ RMP_COMMANDS(task_commands) {
       {.name = "task.add_step",
        .classic = "",
        .summary = "Adds a step to a task.",
-       .details = std::string("It comes to the end of the task, to the end of the block `parent`, "
-                              "or before the step `before`. ") +
+       .details = std::string("It is added at the end of the task, at the end of the block "
+                              "`parent`, or before the step `before`. ") +
                   kStepDoc,
        .example = with_task("local at = shift:add_step{step = {step = \"message\", text = "
                             "\"once more\"}, parent = 2}\nassert(at == 4 and "
                             "shift:steps()[4].parent == 2)"),
        .params = {self("task"), step,
                   optional("parent", "int", "", "Number of a block; 0 is the task itself."),
-                  optional("before", "int", "", "Number of the step it comes before.")},
+                  optional("before", "int", "", "Number of the step that will follow it.")},
        .returns = {"int", "", "Its number.", {}},
        .effect = Effect::edits,
        .run = add_step});
   all.push_back({.name = "task.set_step",
                  .classic = "",
-                 .summary = "Puts another step in the place of one.",
+                 .summary = "Replaces a step by another one.",
                  .details = "A block without new steps keeps those of the old one.",
                  .example = with_task("shift:set_step(2, {step = \"repeat\", count = 5})\n"
                                       "assert(shift:steps()[2].count == 5 and #shift:steps() == "
@@ -239,19 +239,19 @@ RMP_COMMANDS(task_commands) {
                  .run = set_step});
   all.push_back({.name = "task.move_step",
                  .classic = "",
-                 .summary = "Moves a step, with what is in it, before another.",
+                 .summary = "Moves a step, with the steps in it, before another.",
                  .details = "",
                  .example = with_task("shift:move_step{index = 2, before = 1}\n"
                                       "assert(shift:steps()[1].step == \"repeat\" and "
                                       "shift:steps()[2].parent == 1)"),
                  .params = {self("task"), index,
-                            needed("before", "int", "", "Number of the step it comes before.")},
+                            needed("before", "int", "", "Number of the step that will follow it.")},
                  .returns = {},
                  .effect = Effect::edits,
                  .run = move_step});
   all.push_back({.name = "task.remove_step",
                  .classic = "",
-                 .summary = "Removes a step with what is in it.",
+                 .summary = "Removes a step with the steps in it.",
                  .details = "",
                  .example = with_task("shift:remove_step(2)\nassert(#shift:steps() == 1)"),
                  .params = {self("task"), index},
@@ -265,7 +265,7 @@ RMP_COMMANDS(task_commands) {
        .details = "The steps of a block follow it; parent is its number, 0 the task.",
        .example = with_task("assert(shift:steps()[3].time == 0.5)"),
        .params = {self("task")},
-       .returns = {"list", "", "A table a step: number, parent, step and its fields.", {}},
+       .returns = {"list", "", "One table per step: number, parent, step and its fields.", {}},
        .effect = Effect::reads,
        .run = steps});
   return all;

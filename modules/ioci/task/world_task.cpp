@@ -215,33 +215,34 @@ RMP_COMMANDS(world_task_commands) {
                 "assert(cell:frames()[1].placement.position[1] == 0.5)"),
       placed({self("world"), name}), made, add_frame, true);
   add("world.add_light", "Adds a light to a world.",
-      "A sun and a spot shine along -z of their frame, as bright at any distance. The lights of a "
-      "world light its pictures instead of the renderer's own lamp, under a weaker sky; without "
-      "any that lamp stays.",
+      "A sun and a spot shine along -z of their frame, with the same brightness at any distance. "
+      "The lights of a world replace the renderer's own lamp in its pictures, under a weaker sky; "
+      "without lights that lamp is used.",
       with_cell("cell:add_light{name = \"lamp\", kind = \"spot\", position = {0, 0, 2}, angle = "
                 "\"30 deg\"}\nassert(cell:lights()[1].kind == \"spot\")"),
-      placed(
-          {self("world"), name, choice("kind", {"point", "sun", "spot"}, "What it is."),
-           optional("colour", "any", "", "Its colour; white unless given."),
-           between(defaulted("intensity", "real", "", 1.0, "1 = as bright as the program's own."),
-                   0, 1e6),
-           above_zero(defaulted("angle", "real", "rad", 0.5, "Half the opening of a spot."))}),
+      placed({self("world"), name, choice("kind", {"point", "sun", "spot"}, "Its kind."),
+              optional("colour", "any", "", "Its colour; white unless given."),
+              between(defaulted("intensity", "real", "", 1.0,
+                                "1 = as bright as the program's own lamp."),
+                      0, 1e6),
+              above_zero(
+                  defaulted("angle", "real", "rad", 0.5, "Half the opening angle of a spot."))}),
       made, add_light, true);
-  add("world.add_task", "Gives a world a task.", "",
+  add("world.add_task", "Adds a task to a world.", "",
       with_cell("task.create{name = \"shift\", steps = {{step = \"move\", pose = \"ready\"}}}\n"
                 "cell:add_task{task = \"shift\", robot = \"arm\"}\n"
                 "assert(cell:tasks()[1].robot == \"arm\")"),
       {self("world"), needed("task", "ref:task", "", "The task."), name,
-       optional("robot", "string", "", "The robot that its steps mean when they name none.")},
+       optional("robot", "string", "", "Robot for its steps that name none.")},
       made, add_task, false);
   add("world.add_signal", "Adds a named signal between devices to a world.",
-      "Tasks set it and wait for it. Expressions use its name: a letter, then letters, digits and "
-      "_.",
+      "Tasks set it and wait for it. Its name is used in expressions: a letter, then letters, "
+      "digits and _.",
       with_cell("cell:add_signal{name = \"part_ready\", from = \"arm\"}\n"
                 "assert(cell:signals()[1].kind == \"digital\")"),
       {self("world"), needed("name", "string", "", "Its name."),
-       choice("kind", {"digital", "analogue"}, "0 or 1, or any number."),
-       optional("unit", "string", "", "SI unit of an analogue one."),
+       choice("kind", {"digital", "analogue"}, "digital: 0 or 1; analogue: any number."),
+       optional("unit", "string", "", "SI unit of an analogue signal."),
        defaulted("initial", "any", "", 0.0, "Value when a run starts, a number in the SI unit."),
        optional("from", "string", "", "The device that sets it."),
        optional("to", "string", "", "The device that reads it."),
@@ -252,26 +253,26 @@ RMP_COMMANDS(world_task_commands) {
                 "assert(#cell:signals() == 0)"),
       {self("world"), needed("signal", "string", "", "Its name.")}, {}, remove_signal, false);
   add("world.set_signal", "Sets a signal of a world.",
-      "Runs of tasks start with this value. Who waits for it by server.wait goes on, in this "
-      "program and in others that are connected.",
+      "Runs of tasks start with this value. Callers of server.wait that wait for it continue, in "
+      "this program and in connected ones.",
       with_cell("cell:add_signal{name = \"part_ready\"}\ncell:set_signal(\"part_ready\", 1)\n"
                 "assert(cell:signals()[1].initial == 1)"),
       {self("world"), needed("signal", "string", "", "Its name."),
-       needed("value", "any", "", "0 or 1, or any number of an analogue one, in the SI unit.")},
+       needed("value", "any", "", "0 or 1, or any number for an analogue signal, in the SI unit.")},
       {}, set_signal, false);
-  add("world.attach", "Lets a robot of a world hold an object when a run starts.",
+  add("world.attach", "Attaches an object to a robot of a world, from the start of each run.",
       "The placement is that of the object in the frame of the link or tool. An object that is "
-      "held already changes hands. Its mass counts in the dynamics of the robot: torques, "
-      "time-optimal and forward runs.",
+      "already held is taken over from its holder. Its mass counts in the dynamics of the robot: "
+      "torques, time-optimal and forward runs.",
       with_part("cell:attach{object = \"part\", robot = \"arm\", position = {0, 0, 0.02}}\n"
                 "assert(cell:attachments()[1].robot == \"arm\")"),
       placed({self("world"), needed("object", "string", "", "Name of the object in the world."),
               needed("robot", "string", "",
-                     "Name of the robot in the world; may be left out where that has one."),
-              optional("link", "string", "", "Link or tool; the robot's tool when left out.")}),
+                     "Name of the robot in the world; may be omitted if the world has only one."),
+              optional("link", "string", "", "Link or tool; by default the robot's tool.")}),
       {}, attach, false);
-  add("world.detach", "Lets go of an object that a robot of a world holds.",
-      "Its frame is where the world places it.",
+  add("world.detach", "Releases an object that a robot of a world holds.",
+      "Its frame is then its placement in the world.",
       with_part("cell:attach{object = \"part\", robot = \"arm\"}\ncell:detach(\"part\")\n"
                 "assert(#cell:attachments() == 0)"),
       {self("world"), needed("object", "string", "", "Name of the object in the world.")}, {},
@@ -282,18 +283,17 @@ RMP_COMMANDS(world_task_commands) {
        .summary = "Runs tasks and programs of a world, all on one clock, and records robots, "
                   "signals and held objects.",
        .details =
-           "Each task runs by itself; moves and waits take time, all other steps none. Tasks wait "
-           "for each other through signals. A condition over time or places ends a wait at the "
-           "instant it turns true; it must be true for longer than a row. The recording has the "
-           "columns <robot>.q1, <robot>.qd1, <robot>.qdd1, ..., signal.<name> and <object>.x, ...; "
-           "its notes tell what was taken, let go and said. recording.compute adds torques and "
-           "poses of a robot. A "
-           "wait that can never come true is an error that names its step. Programs run with what "
-           "their names mean in the world (program.bind); what they write are notes, and "
-           "<program>.line is the line that each is at. With physics, objects that have a mass and "
-           "are not held fall, touch and slide, and robots push them: conditions, grips and frames "
-           "see them where they are. The run ends with the last task and program; let one wait for "
-           "what is to come to rest.",
+           "Each task runs independently; moves and waits take time, all other steps take none. "
+           "Tasks synchronise through signals. A condition over time or places ends a wait at the "
+           "instant it becomes true; it must be true for longer than the time between rows. The "
+           "recording has the columns <robot>.q1, <robot>.qd1, <robot>.qdd1, ..., signal.<name> "
+           "and <object>.x, ...; its notes list objects taken and released, and messages. "
+           "recording.compute adds torques and poses of a robot. A wait that can never become true "
+           "is an error that names its step. Programs run with the bindings of their names in the "
+           "world (program.bind); their output becomes notes, and <program>.line is the present "
+           "line of each. With physics, objects that have a mass and are not held fall, touch and "
+           "slide, and robots push them: conditions, grips and frames use their actual places. The "
+           "run ends with the last task and program; let one wait until the objects are at rest.",
        .example = with_part(
            "task.create{name = \"shift\", steps = {\n  {step = \"attach\", object = \"part\"},\n  "
            "{step = \"move\", pose = \"ready\", duration = 2},\n  {step = \"detach\", object = "
@@ -302,16 +302,16 @@ RMP_COMMANDS(world_task_commands) {
            "2) < 1e-9)"),
        .params = {self("world"),
                   optional("task", "any", "",
-                           "Name or names; when task and program are left out, all of the world."),
+                           "Name or names; if task and program are omitted, all of the world."),
                   optional("program", "any", "", "Name or names of programs in the world."),
                   choice("unbound", {"error", "free"},
-                         "Signals of programs without a binding are an error, or their own."),
+                         "Whether signals of programs without a binding are an error, or belong to "
+                         "the programs."),
                   values_field(), lines_field(), files_field(),
                   above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
                   above_zero(defaulted("most_time", "real", "s", 3600.0,
-                                       "A run that takes longer is an error.")),
-                  above_zero(
-                      optional("duration", "real", "s", "What is not over by then ends there.")),
+                                       "Limit: a run that takes longer is an error.")),
+                  above_zero(optional("duration", "real", "s", "The run ends at this time.")),
                   task_physics_field(), watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
@@ -322,7 +322,7 @@ RMP_COMMANDS(world_task_commands) {
                         Result<Value> (*run)(CommandContext&, const Map&),
                         std::vector<ParamSpec> fields) {
     add(command, summary, "", with_part(make), {self("world")},
-        {"list", "", "A table each.", std::move(fields)}, run, false);
+        {"list", "", "One table each.", std::move(fields)}, run, false);
   };
   const ParamSpec its_name = field("name", "string", "", "Name in the world."),
                   its_place = field("placement", "map", "", "Pose in the world.");
@@ -333,28 +333,29 @@ RMP_COMMANDS(world_task_commands) {
        "cell:add_light{}\nassert(cell:lights()[1].name == \"light\")", member_list<lights_field>,
        {its_name, field("kind", "string", "", "sun, point or spot."), its_place,
         field("colour", "string", "", "Its colour."),
-        field("intensity", "real", "", "1 = as bright as the program's own."),
-        field("angle", "real", "rad", "Half the opening of a spot.")});
+        field("intensity", "real", "", "1 = as bright as the program's own lamp."),
+        field("angle", "real", "rad", "Half the opening angle of a spot.")});
   list("world.tasks", "Lists the tasks of a world.", "assert(#cell:tasks() == 0)",
        member_list<tasks_field>,
        {its_name, field("task", "string", "", "The task."),
-        field("robot", "string", "", "Whom its steps mean when they name no robot.")});
+        field("robot", "string", "", "Robot for its steps that name none.")});
   list("world.signals", "Lists the signals of a world.",
        "cell:add_signal{name = \"go\"}\nassert(cell:signals()[1].name == \"go\")",
        member_list<signals_field>,
        {field("name", "string", "", "Its name."),
         field("kind", "string", "", "digital or analogue."),
-        field("unit", "string", "", "SI unit of an analogue one."),
+        field("unit", "string", "", "SI unit of an analogue signal."),
         field("initial", "real", "", "Value when a run starts, in the SI unit."),
         field("from", "string", "", "The device that sets it."),
         field("to", "string", "", "The device that reads it."),
         field("description", "string", "", "Its text.")});
-  list("world.attachments", "Lists the objects that robots of a world hold.",
-       "assert(#cell:attachments() == 0)", member_list<attachments_field>,
-       {field("object", "string", "", "What is held."),
-        field("robot", "string", "", "The robot that holds it."),
-        field("link", "string", "", "At which link or tool; \"\" = the robot's tool."),
-        field("placement", "map", "", "Of the object in the frame of the link or tool.")});
+  list(
+      "world.attachments", "Lists the objects that robots of a world hold.",
+      "assert(#cell:attachments() == 0)", member_list<attachments_field>,
+      {field("object", "string", "", "The held object."),
+       field("robot", "string", "", "The robot that holds it."),
+       field("link", "string", "", "The link or tool; \"\" = the robot's tool."),
+       field("placement", "map", "", "Placement of the object in the frame of the link or tool.")});
   return all;
 }
 

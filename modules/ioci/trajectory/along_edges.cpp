@@ -396,13 +396,13 @@ RMP_COMMANDS(along_edges_commands) {
       {.name = "trajectory.along_edges",
        .classic = "",
        .summary = "Makes a trajectory that follows edges of a solid, for a seam, a bead or a burr.",
-       .details =
-           "In the solid's frame. The tool's x runs along the way, its z into the part, half way "
-           "between the two faces or from where `from` says, then turned by tilt and lead. Lines "
-           "and arcs are exact, other edges are splines through their points. At a corner the tool "
-           "stops and turns. When the solid changes, the segments are made again in the same "
-           "step of the history. If an edge is gone then, or if you edit the segments yourself, "
-           "they stay as they are and a message says that they no longer follow the solid.",
+       .details = "In the solid's frame. The tool's x axis points along the path, its z axis into "
+                  "the part, midway between the two faces or away from the direction in `from`, "
+                  "then rotated by tilt and lead. Lines and arcs are exact, other edges become "
+                  "splines through their points. At a corner the tool stops and turns. When the "
+                  "solid changes, the segments are made again in the same step of the history. If "
+                  "an edge no longer exists then, or if you edit the segments yourself, they stay "
+                  "unchanged and a message reports that they no longer follow the solid.",
        .example =
            "local plate = solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, "
            "z = 0.01}}\n"
@@ -411,40 +411,43 @@ RMP_COMMANDS(along_edges_commands) {
            "assert(math.abs(seam:length() - 0.3) < 1e-9)",
        .params =
            {needed("name", "string", "", "Name, unique among trajectories."),
-            needed("solid", "ref:solid", "", "Whose edges."),
+            needed("solid", "ref:solid", "", "The solid with the edges."),
             needed("edges", "list", "",
-                   "In their order: numbers of solid.edges, or places {x, y, z} [m], each for the "
-                   "edge nearest to it."),
-            above_zero(needed("speed", "real", "m/s", "Along the edges.")),
-            defaulted("reverse", "bool", "", false, "In the other direction."),
+                   "In order: numbers of solid.edges, or places {x, y, z} [m], each for the edge "
+                   "nearest to it."),
+            above_zero(needed("speed", "real", "m/s", "Speed along the edges.")),
+            defaulted("reverse", "bool", "", false, "Follow the edges in the other direction."),
             optional("from", "vec3", "",
-                     "Direction that the tool comes from, in the solid's frame."),
-            defaulted("tilt", "real", "rad", 0.0, "Turn of the tool about the path."),
+                     "Direction from which the tool comes, in the solid's frame."),
+            defaulted("tilt", "real", "rad", 0.0, "Rotation of the tool about the path."),
             defaulted("lead", "real", "rad", 0.0,
-                      "Turn about the tool's y after it: above 0 its tip points ahead."),
+                      "Subsequent rotation about the tool's y axis: positive values point its tip "
+                      "ahead."),
             length("stand_off",
                    "Distance from the edge, along the tool: so that the wire of a torch or the "
                    "drop of a nozzle does not count as a contact with the part."),
             length("lead_in", "Straight path before the first edge."),
-            length("lead_out", "Straight path behind the last edge."),
-            length("approach", "Path along the tool axis to the first place."),
-            length("retract", "Path along the tool axis from the last place."),
+            length("lead_out", "Straight path after the last edge."),
+            length("approach", "Path along the tool axis to the first point."),
+            length("retract", "Path along the tool axis from the last point."),
             above_zero(optional("travel_speed", "real", "m/s",
-                                "Of approach and retract; speed when left out.")),
+                                "Speed of approach and retract; by default speed.")),
             above_zero(optional("acceleration", "real", "m/s^2",
-                                "Where the speed begins and ends; the law's default when left "
-                                "out.")),
-            above_zero(optional("chord", "real", "m",
-                                "Of edges that are no lines or arcs: distance of a chord between "
-                                "two points from the edge; the solid's own when left out.")),
+                                "Acceleration at the start and end of the speed profile; by "
+                                "default that of the law.")),
+            above_zero(
+                optional("chord", "real", "m",
+                         "For edges that are not lines or arcs: greatest distance of a chord "
+                         "between two points from the edge; by default the chord of the solid.")),
             above_zero(optional("sample_time", "real", "s",
-                                "Time between samples of a run that gives none.")),
-            defaulted("follow", "bool", "", true,
-                      "Make the segments again when the solid changes; false keeps those of now."),
+                                "Time between samples of a run that sets none.")),
+            defaulted(
+                "follow", "bool", "", true,
+                "Make the segments again when the solid changes; false keeps them unchanged."),
             defaulted("replace", "bool", "", false,
-                      "Put the segments in place of those of a trajectory that has the name: "
-                      "worlds that run it run the new ones."),
-            optional("description", "string", "", "What it is.")},
+                      "Replace the segments of an existing trajectory with this name: worlds that "
+                      "run it then run the new ones."),
+            optional("description", "string", "", "Its description.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
        .run = along_edges});

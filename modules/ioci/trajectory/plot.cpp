@@ -129,17 +129,16 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
 
 RMP_COMMANDS(trajectory_plot_commands) {
   const ParamSpec step = above_zero(
-      optional("step", "real", "s", "Time between samples; the trajectory's own when left out."));
+      optional("step", "real", "s", "Time between samples; by default that of the trajectory."));
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "trajectory.record",
        .classic = "",
-       .summary = "Samples place, speed, acceleration and jerk over time into a recording.",
-       .details =
-           "Columns: time, x, y, z, speed, acceleration, jerk, turning, "
-           "angular_acceleration. The jerk is given within each piece; where the "
-           "acceleration jumps it has no value, and that beside the jump is given. What can be "
-           "done with recordings, such as plots and CSV, is in recording.*.",
+       .summary = "Samples position, speed, acceleration and jerk over time into a recording.",
+       .details = "Columns: time, x, y, z, speed, acceleration, jerk, turning, "
+                  "angular_acceleration. The jerk is that within each piece; at a jump of the "
+                  "acceleration it is undefined, and the value beside the jump is recorded. The "
+                  "commands recording.* make plots and CSV files of it.",
        .example = with_stroke("local r = stroke:record{step = 0.01}\n"
                               "assert(math.abs(r:values{\"speed\"}[50] - 0.1) < 1e-12)"),
        .params = {self("trajectory"), step, watch_field()},
@@ -149,26 +148,27 @@ RMP_COMMANDS(trajectory_plot_commands) {
   all.push_back(
       {.name = "trajectory.plot",
        .classic = "",
-       .summary = "Draws a trajectory: place, speed, acceleration and jerk over time, or its path.",
-       .details =
-           "*.svg is written by the program itself, *.png and *.pdf through gnuplot; without "
-           "a file the plot is returned: in characters for the console, or as the argument as "
-           "says.",
+       .summary =
+           "Draws a trajectory: position, speed, acceleration and jerk over time, or its path.",
+       .details = "*.svg is written by the program itself, *.png and *.pdf through gnuplot; "
+                  "without a file the plot is returned: in characters for the console, or in the "
+                  "format set by `as`.",
        .example = with_stroke("stroke:plot{file = \"stroke.svg\"}\n"
                               "stroke:plot{file = \"stroke_path.svg\", kind = \"path\"}\n"
                               "assert(stroke:plot{as = \"svg\"}:find(\"<svg\"))"),
        .params = {self("trajectory"),
                   optional("file", "path", "",
-                           "The picture, *.svg, *.png or *.pdf; as text when left out."),
+                           "The picture, *.svg, *.png or *.pdf; text if omitted."),
                   choice("kind", {"curves", "path"}, "Over time, or in space with projections."),
                   optional("columns", "list", "",
-                           "Columns as of trajectory.record; x, y, z, speed, acceleration and jerk "
-                           "over time when left out."),
+                           "Columns as in trajectory.record; x, y, z, speed, acceleration and jerk "
+                           "over time if omitted."),
                   step,
-                  optional("title", "string", "", "Title; the trajectory's name when left out."),
+                  optional("title", "string", "", "Title; by default the name of the trajectory."),
                   between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
-                  between(optional("height", "int", "", "Pixels; what the panels need."), 100,
-                          10000),
+                  between(optional("height", "int", "",
+                                   "Height in pixels; by default as the panels need."),
+                          100, 10000),
                   watch_file_field(), plot_answer_field()},
        .returns = {"string", "", "The file, or the plot itself.", {}},
        .effect = Effect::reads,

@@ -128,15 +128,15 @@ RMP_COMMANDS(trajectory_segment_commands) {
   all.push_back(
       {.name = "trajectory.set_segment",
        .classic = "",
-       .summary = "Changes what is given of a segment.",
-       .details = std::string("A new shape drops the parameters of the old one, another law or "
-                              "orientation those of its own; the rest stays. ") +
+       .summary = "Changes the given properties of a segment.",
+       .details = std::string("A new shape drops the parameters of the old one, and so do another "
+                              "law or orientation; the rest is kept. ") +
                   kSegmentDoc,
        .example = with_stroke(
            "stroke:set_segment(1, {speed = \"50 mm/s\"})\nassert(math.abs(stroke:duration() - 4) < "
            "1e-12)\nstroke:set_segment(1, {law = \"quintic\", duration = 3})\n"
            "assert(math.abs(stroke:duration() - 3) < 1e-12)"),
-       .params = {self("trajectory"), index, needed("segment", "map", "", "What changes.")},
+       .params = {self("trajectory"), index, needed("segment", "map", "", "The changes.")},
        .returns = {},
        .effect = Effect::edits,
        .run = set_segment});
@@ -149,53 +149,52 @@ RMP_COMMANDS(trajectory_segment_commands) {
            "stroke:insert_segment(1, {shape = \"line\", points = {{0.5, 0, 0.4, 0, 0, 0}, {0.5, 0, "
            "0.3, 0, 0, 0}}, law = \"quintic\"})\nassert(#stroke:describe().segments == 2)"),
        .params = {self("trajectory"),
-                  needed("index", "int", "", "The number that it gets, 1 is the first."),
+                  needed("index", "int", "", "The number that it will have, 1 is the first."),
                   needed("segment", "map", "", "The segment.")},
        .returns = {},
        .effect = Effect::edits,
        .run = insert_segment});
-  all.push_back(
-      {.name = "trajectory.move_segment",
-       .classic = "",
-       .summary = "Puts a segment at another place of the order.",
-       .details = "It takes its transition along.",
-       .example = with_corner("stroke:move_segment(1, 2)\n"
-                              "assert(stroke:segments()[1].length < 0.11)"),
-       .params = {self("trajectory"), index, needed("to", "int", "", "The number that it gets.")},
-       .returns = {},
-       .effect = Effect::edits,
-       .run = move_segment});
+  all.push_back({.name = "trajectory.move_segment",
+                 .classic = "",
+                 .summary = "Moves a segment to another place in the order.",
+                 .details = "Its transition moves with it.",
+                 .example = with_corner("stroke:move_segment(1, 2)\n"
+                                        "assert(stroke:segments()[1].length < 0.11)"),
+                 .params = {self("trajectory"), index,
+                            needed("to", "int", "", "The number that it will have.")},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = move_segment});
   all.push_back(
       {.name = "trajectory.set_transition",
        .classic = "",
-       .summary = "Reports how a segment follows the one before.",
-       .details = "Where the two do not meet in position, orientation or velocity, a smooth piece "
-                  "is put between them, unless there is to be none: then a gap is an error and the "
-                  "velocity may jump. What is not given is chosen by the neighbours.",
+       .summary = "Reports the transition of a segment from the one before.",
+       .details =
+           "If the two do not meet in position, orientation or velocity, a smooth piece is "
+           "inserted between them, unless transitions are disabled: then a gap is an error and the "
+           "velocity may jump. Parameters that are not given are chosen from the neighbours.",
        .example =
            with_corner("stroke:set_transition{index = 2, distance = \"5 mm\"}\n"
                        "assert(stroke:segments()[2].kind == \"transition\")\n"
                        "stroke:set_transition(2, \"none\")\nassert(#stroke:segments() == 2)"),
-       .params =
-           {self("trajectory"), needed("index", "int", "", "The segment that it leads to."),
-            choice("kind", {"smooth", "none"}, "Whether there is one."),
-            between(
-                optional(
-                    "distance", "real", "m",
-                    "Of the cut from the corner; no more than 45 % of a neighbour's time is cut."),
-                0, 1e6),
-            between(optional("speed", "real", "m/s",
-                             "Greatest speed within it; faster neighbours slow down to it."),
-                    0, 1e6)},
+       .params = {self("trajectory"), needed("index", "int", "", "The segment to which it leads."),
+                  choice("kind", {"smooth", "none"}, "Whether there is a transition."),
+                  between(optional("distance", "real", "m",
+                                   "Distance of the cut from the corner; at most 45 % of a "
+                                   "neighbour's time is cut."),
+                          0, 1e6),
+                  between(optional("speed", "real", "m/s",
+                                   "Greatest speed within it; faster neighbours slow down to it."),
+                          0, 1e6)},
        .returns = {},
        .effect = Effect::edits,
        .run = set_transition});
   all.push_back(
       {.name = "trajectory.segments",
        .classic = "",
-       .summary = "Lists the pieces that a trajectory runs, with the transitions put in.",
-       .details = "What runs a stored trajectory is as many rows as that has. With segments that "
-                  "move joints there are no times: they need a robot.",
+       .summary = "Lists the pieces of a trajectory, including the transitions.",
+       .details = "A segment that runs a stored trajectory gives as many rows as that has. With "
+                  "segments that move joints there are no times: these depend on a robot.",
        .example = with_corner("local rows = stroke:segments()\n"
                               "assert(#rows == 3 and rows[2].kind == \"transition\")\n"
                               "assert(rows[3].start > rows[2].start and rows[3].number == 2)"),
@@ -203,15 +202,16 @@ RMP_COMMANDS(trajectory_segment_commands) {
        .returns = {"list",
                    "",
                    "",
-                   {field("number", "int", "", "Of the segment, or that a transition leads to."),
+                   {field("number", "int", "",
+                          "Number of the segment, or of the segment to which a transition leads."),
                     field("kind", "string", "", "segment, transition or joint segment."),
-                    field("start", "real", "s", "When it begins."),
+                    field("start", "real", "s", "Time at which it begins."),
                     field("duration", "real", "s", "Time."),
-                    field("length", "real", "m", "Of the tool's path."),
-                    field("shape", "string", "", "Its shape."),
-                    field("law", "string", "", "Its law, when one is named."),
-                    field("orientation", "string", "", "Its orientation, when one is named."),
-                    field("turning", "string", "", "The law of its turn, when it has one."),
+                    field("length", "real", "m", "Length of the tool's path."),
+                    field("shape", "string", "", "Shape of the segment."),
+                    field("law", "string", "", "Motion law, if one is named."),
+                    field("orientation", "string", "", "Orientation, if one is named."),
+                    field("turning", "string", "", "Motion law of its rotation, if it has one."),
                     field("trajectory", "string", "", "The stored trajectory that it runs.")}},
        .effect = Effect::reads,
        .run = segments});

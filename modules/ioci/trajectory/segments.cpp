@@ -89,10 +89,11 @@ Result<model::Transition> read_transition(const CommandContext& ctx, const Value
                  "Give \"none\", \"smooth\" or {distance = ..., speed = ...}.", path);
   const Schema schema{
       between(
-          optional("distance", "real", "m",
-                   "Of the cut from the corner; no more than 45 % of a neighbour's time is cut."),
+          optional(
+              "distance", "real", "m",
+              "Distance of the cut from the corner; at most 45 % of a neighbour's time is cut."),
           0, 1e6),
-      between(optional("speed", "real", "m/s", "Greatest within it."), 0, 1e6)};
+      between(optional("speed", "real", "m/s", "Greatest speed within it."), 0, 1e6)};
   RMP_TRY_ASSIGN(const Map given, read_map(ctx, schema, v, path));
   if (has(given, "distance")) out.distance = real(given, "distance");
   if (has(given, "speed")) out.speed = real(given, "speed");
@@ -155,7 +156,7 @@ Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& give
   TrajectorySegment out;
   Schema schema = placement_fields("The trajectory's frame.");
   schema.push_back(needed("trajectory", "ref:trajectory", "", "The trajectory to run."));
-  schema.push_back(optional("transition", "any", "", "From the segment before."));
+  schema.push_back(optional("transition", "any", "", "Transition from the segment before."));
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), path));
   out.stored = typed<model::Trajectory>(checked, "trajectory");
   RMP_TRY_ASSIGN(out.placement, read_placement_fields(given, path));

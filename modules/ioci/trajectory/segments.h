@@ -48,9 +48,9 @@ Result<void> check_trajectory(const CommandContext&, const std::string& name,
 inline constexpr const char* kSegmentDoc =
     "A segment is a table: shape (a curve, see provider.list(\"curve\"), or a joint motion, see "
     "provider.list(\"joint_segment\")), points (poses, in the trajectory's frame) or joints (joint "
-    "vectors), law (how it is run, see provider.list(\"motion_law\")), orientation (see "
-    "provider.list(\"orientation\")), turning (a motion law of its own for the turn, its "
+    "vectors), law (its motion law, see provider.list(\"motion_law\")), orientation (see "
+    "provider.list(\"orientation\")), turning (a separate motion law for the rotation, its "
     "parameters in a table with its name), transition (\"none\", or {distance, speed}) and the "
-    "parameters of these. Or a stored trajectory run again: trajectory, placement.";
+    "parameters of these. Or a stored trajectory to run: trajectory, placement.";
 
 }  // namespace robomosp::ioci

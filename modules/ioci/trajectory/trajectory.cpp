@@ -175,29 +175,29 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(trajectory_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec sample_time = above_zero(
-      optional("sample_time", "real", "s", "Time between samples of a run that gives none."));
+      optional("sample_time", "real", "s", "Time between samples of a run that sets none."));
   all.push_back(
       {.name = "trajectory.create",
        .classic = "",
        .summary = "Makes a trajectory from segments, one after the other.",
-       .details = std::string(kSegmentDoc) + " Where a segment does not begin as the one before "
-                                             "ends, a smooth transition is put between.",
+       .details = std::string(kSegmentDoc) + " If a segment does not begin at the end of the one "
+                                             "before, a smooth transition is inserted.",
        .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
        .params = {needed("name", "string", "", "Name, unique among trajectories."),
                   needed("segments", "list", "", "Its segments."), sample_time,
-                  optional("description", "string", "", "What it is."), parameters_field()},
+                  optional("description", "string", "", "Its description."), parameters_field()},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
        .run = create});
   all.push_back(
       {.name = "trajectory.set",
        .classic = "",
-       .summary = "Changes what is given of a trajectory.",
+       .summary = "Changes the given properties of a trajectory.",
        .details = "",
        .example = with_stroke(
            "stroke:set{sample_time = \"5 ms\"}\nassert(stroke:describe().sample_time == 0.005)"),
        .params = {self("trajectory"), sample_time,
-                  optional("description", "string", "", "What it is.")},
+                  optional("description", "string", "", "Its description.")},
        .returns = {},
        .effect = Effect::edits,
        .run = set});
@@ -218,7 +218,7 @@ RMP_COMMANDS(trajectory_commands) {
       {.name = "trajectory.remove_segment",
        .classic = "",
        .summary = "Removes a segment.",
-       .details = "Its neighbours follow each other then, by the second one's transition.",
+       .details = "Its neighbours then follow each other, with the transition of the second one.",
        .example = with_stroke("stroke:remove_segment(1)\nassert(#stroke:describe().segments == 0)"),
        .params = {self("trajectory"), needed("index", "int", "", "Its number, 1 is the first.")},
        .returns = {},
@@ -230,15 +230,15 @@ RMP_COMMANDS(trajectory_commands) {
       field("position", "vec3", "m", "Position."),
       field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
       field("quaternion", "real[]", "", "w, x, y, z."),
-      field("velocity", "vec3", "m/s", "Of the tool's origin."),
+      field("velocity", "vec3", "m/s", "Velocity of the tool's origin."),
       field("angular_velocity", "vec3", "rad/s", "Angular velocity."),
-      field("acceleration", "vec3", "m/s^2", "Of the tool's origin."),
+      field("acceleration", "vec3", "m/s^2", "Velocity of the tool's origin."),
       field("angular_acceleration", "vec3", "rad/s^2", "Angular acceleration.")};
   all.push_back(
       {.name = "trajectory.sample",
        .classic = "",
-       .summary = "Gives pose, velocity and acceleration at a time.",
-       .details = "Times outside the trajectory are held at its ends.",
+       .summary = "Returns pose, velocity and acceleration at a time.",
+       .details = "Times outside the trajectory are clamped to its ends.",
        .example = with_stroke("assert(stroke:sample(stroke:duration()).position[2] == 0.2)"),
        .params = {self("trajectory"), needed("t", "real", "s", "Time from the start.")},
        .returns = {"map", "", "", sample_fields},
@@ -247,20 +247,19 @@ RMP_COMMANDS(trajectory_commands) {
   all.push_back(
       {.name = "trajectory.points",
        .classic = "",
-       .summary = "Gives time, place and angles of the tool along the whole trajectory.",
+       .summary = "Returns time, position and angles of the tool along the whole trajectory.",
        .details = "At 0, step, 2 step and so on, and at the very end.",
        .example =
            with_stroke("local p = stroke:points()\nassert(p[1][1] == 0 and p[#p][3] == 0.2)"),
        .params = {self("trajectory"),
-                  above_zero(
-                      optional("step", "real", "s",
-                               "Time between samples; the trajectory's own when left out."))},
+                  above_zero(optional("step", "real", "s",
+                                      "Time between samples; by default that of the trajectory."))},
        .returns = {"matrix", "", "Columns: time [s], x, y, z [m], roll, pitch, yaw [rad].", {}},
        .effect = Effect::reads,
        .run = points});
   all.push_back({.name = "trajectory.duration",
                  .classic = "",
-                 .summary = "Gives the time a trajectory takes.",
+                 .summary = "Returns the duration of a trajectory.",
                  .details = "",
                  .example = with_stroke("assert(stroke:duration() > 0)"),
                  .params = {self("trajectory")},
@@ -269,7 +268,7 @@ RMP_COMMANDS(trajectory_commands) {
                  .run = duration});
   all.push_back({.name = "trajectory.length",
                  .classic = "",
-                 .summary = "Gives the length of the tool's path.",
+                 .summary = "Returns the length of the tool's path.",
                  .details = "",
                  .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
                  .params = {self("trajectory")},
@@ -278,21 +277,21 @@ RMP_COMMANDS(trajectory_commands) {
                  .run = length});
   all.push_back({.name = "trajectory.parameters",
                  .classic = "PTrajectory GetParameters",
-                 .summary = "Gives duration, length, sampling and shapes of a trajectory.",
+                 .summary = "Returns duration, length, sampling and shapes of a trajectory.",
                  .details = "",
                  .example = with_stroke("assert(stroke:parameters().shapes[1] == \"line\")"),
                  .params = {self("trajectory")},
                  .returns = {"map",
                              "",
                              "",
-                             {field("description", "string", "", "What it is."),
+                             {field("description", "string", "", "Its description."),
                               field("duration", "real", "s", "Time."),
-                              field("length", "real", "m", "Of the tool's path."),
-                              field("sample_time", "real", "s", "Between samples."),
+                              field("length", "real", "m", "Length of the tool's path."),
+                              field("sample_time", "real", "s", "Time between samples."),
                               field("samples", "int", "", "Number of samples."),
                               field("shapes", "list", "", "Shape of each segment."),
                               field("parameters", "map", "",
-                                    "Its named parameters, as robot.parameters gives them.")}},
+                                    "Its named parameters, as in robot.parameters.")}},
                  .effect = Effect::reads,
                  .run = parameters});
   all.push_back({.name = "trajectory.point_count",
@@ -307,7 +306,7 @@ RMP_COMMANDS(trajectory_commands) {
   all.push_back(
       {.name = "trajectory.point",
        .classic = "PTrajectory GetGenPoint(index, first=1)",
-       .summary = "Gives one sample of a trajectory by its number.",
+       .summary = "Returns one sample of a trajectory by its number.",
        .details = "Numbers count from 0, or from first.",
        .example = with_stroke("assert(stroke:point(0).time == 0)"),
        .params = {self("trajectory"), needed("index", "int", "", "Its number."), first_field()},

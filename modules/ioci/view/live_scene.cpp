@@ -77,12 +77,12 @@ Result<Value> scene_of(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(live_scene_commands) {
   CommandSpec c;
   c.name = "view.scene";
-  c.summary = "Gives what is to be drawn to a program that draws it: all of it, or what changed.";
+  c.summary = "Returns a scene to a program that draws it: all of it, or only the changes.";
   c.details =
       "The header lists bodies, meshes, frames, lines and lights as JSON; the bytes hold their "
-      "numbers, as modules/scene/replay.h says, for the scripts in modules/scene/replay. Who names "
-      "the shape it knows is given the poses alone as long as nothing else changed, and else no "
-      "mesh that it keeps.";
+      "numbers in the format of modules/scene/replay.h, for the scripts in modules/scene/replay. A "
+      "caller that names the shape it has gets only the poses as long as nothing else changed, and "
+      "otherwise no mesh that it already keeps.";
   c.example =
       "local plate = solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, z = "
       "0.02}}\n"
@@ -93,22 +93,24 @@ RMP_COMMANDS(live_scene_commands) {
       "cell:place{member = \"plate\", position = {0, 0, 1}}\n"
       "local moved = view.scene{what = cell, known = all.shape}\n"
       "assert(not moved.header and moved.poses[1][3] == 1)";
-  c.params = {
-      needed("what", "ref:world|robot|object|solid|material", "", "What to draw."),
-      optional("known", "string", "", "The shape that was given last."),
-      optional("meshes", "list", "", "Keys of meshes that are kept, texts of headers before."),
-      optional("run", "ref:run", "", "A run of the world, which is shown where the run is.")};
+  c.params = {needed("what", "ref:world|robot|object|solid|material", "", "The record to draw."),
+              optional("known", "string", "", "The shape that was returned last."),
+              optional("meshes", "list", "",
+                       "Keys of the meshes that the caller keeps, from earlier headers."),
+              optional("run", "ref:run", "",
+                       "A run of the world, which is shown at the run's present time.")};
   for (ParamSpec& p : camera_params()) c.params.push_back(std::move(p));
   c.returns = {
       "map",
       "",
       "",
-      {field("shape", "string", "", "Stands for everything but the poses."),
+      {field("shape", "string", "", "Identifies everything except the poses."),
        field("poses", "array", "",
              "x, y, z [m], qw, qx, qy, qz of each body of the header, then of each frame."),
-       field("header", "string", "", "JSON; absent when the shape is known."),
+       field("header", "string", "", "JSON; absent if the caller has this shape."),
        field("bytes", "string", "", "The numbers as base64; absent with the header."),
-       field("left_out", "list", "", "Sentences about what could not be shown; the same.")}};
+       field("left_out", "list", "",
+             "Sentences about items that could not be shown; absent with the header.")}};
   c.effect = Effect::reads;
   c.run = scene_of;
   std::vector<CommandSpec> all;

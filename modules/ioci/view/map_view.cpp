@@ -17,15 +17,18 @@ std::optional<std::pair<std::size_t, double>> read_axis(std::string_view word) {
 }
 
 Schema map_fields() {
-  Schema s{needed("recording", "ref:recording", "", "Of robot.workspace or robot.reachability."),
-           optional("column", "string", "", "That colours; share, else manipulability."),
-           optional("cut", "any", "", "The plane; voxels on the side of its normal are left out."),
-           between(defaulted("opacity", "real", "", 1.0, "1 = solid."), 0.01, 1),
-           optional("low", "real", "", "Value of the lowest colour."),
-           optional("high", "real", "", "Value of the highest colour."),
-           optional("above", "real", "", "Voxels of a lesser value are left out."),
-           between(defaulted("bands", "int", "", 20, "Colours."), 2, 100),
-           optional("robot", "string", "", "Name of the robot in the world.")};
+  Schema s{
+      needed("recording", "ref:recording", "",
+             "Recording of robot.workspace or robot.reachability."),
+      optional("column", "string", "",
+               "Column for the colours; by default share, or manipulability if there is no share."),
+      optional("cut", "any", "", "The plane; voxels on the side of its normal are left out."),
+      between(defaulted("opacity", "real", "", 1.0, "1 = solid."), 0.01, 1),
+      optional("low", "real", "", "Value of the lowest colour."),
+      optional("high", "real", "", "Value of the highest colour."),
+      optional("above", "real", "", "Voxels with a smaller value are left out."),
+      between(defaulted("bands", "int", "", 20, "Colours."), 2, 100),
+      optional("robot", "string", "", "Name of the robot in the world.")};
   return s;
 }
 
@@ -53,10 +56,10 @@ Result<Pose> mounting_of(const CommandContext& ctx, const recording::Recording& 
 }  // namespace
 
 Schema plane_fields() {
-  return {optional("normal", "vec3", "", "Towards the side that is taken away."),
+  return {optional("normal", "vec3", "", "Normal towards the removed side."),
           optional("axis", "string", "",
-                   "x, y, z, -x, -y or -z instead of a normal: the side that is taken away."),
-          optional("point", "vec3", "m", "A point of the plane."),
+                   "x, y, z, -x, -y or -z instead of a normal: the removed side."),
+          optional("point", "vec3", "m", "A point on the plane."),
           optional("offset", "real", "m",
                    "Instead of a point: distance of the plane from the origin along the axis "
                    "(x and -x both count along x) or the normal.")};

@@ -135,15 +135,15 @@ RMP_COMMANDS(mesh_fault_commands) {
   CommandSpec c;
   c.name = "solid.mesh_faults";
   c.summary =
-      "Lists and shows the places where the imported meshes of a solid bound no clean solid.";
+      "Lists and shows the places at which imported meshes of a solid do not bound a clean solid.";
   c.details =
-      "Clean meshes are not listed. Of the others come the reason why operations on solids refuse "
-      "them and the places, the largest first: `open` is the rim of a hole, `cut` a place where "
-      "triangles cut each other (the first 1000), `overlap` one that the mesh encloses more than "
-      "once. `volume` is what the mesh counts with where it is all of its solid, in its own frame, "
-      "within `relative_error`; `is_hull` says that it is that of the convex hull.\n\n"
-      "With `file`, a picture is drawn of the solid, clear as glass, with rims as lines and other "
-      "places as crosses; the view is chosen as for `solid.render`.";
+      "Clean meshes are not listed. For the others it returns the reason why operations on solids "
+      "refuse them and the places, the largest first: `open` is the rim of a hole, `cut` a place "
+      "at which triangles intersect (the first 1000), `overlap` a region that the mesh encloses "
+      "more than once. `volume` is the volume used for the mesh if it is the whole solid, in its "
+      "own frame, within `relative_error`; `is_hull` means that it is that of the convex "
+      "hull.\n\nWith `file`, a picture is drawn of the solid, transparent like glass, with rims as "
+      "lines and other places as crosses; the view is chosen as for `solid.render`.";
   c.example =
       "local lid = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}\n"
       "local cup = solid.create{name = \"cup\", root = {kind = \"imported\", geometry = {\n"
@@ -157,9 +157,9 @@ RMP_COMMANDS(mesh_fault_commands) {
                "",
                "",
                {field("meshes", "list", "",
-                      "Of each mesh: node, why, open_edges, turned (triangles that face another "
-                      "way), volume [m^3], relative_error, is_hull, and places with kind, position "
-                      "[m] and size [m]."),
+                      "For each mesh: node, why, open_edges, turned (triangles with reversed "
+                      "orientation), volume [m^3], relative_error, is_hull, and places with kind, "
+                      "position [m] and size [m]."),
                 field("file", "string", "", "The picture, if requested.")}};
   c.sometimes = Effect::files_write;
   c.run = mesh_faults;

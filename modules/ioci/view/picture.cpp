@@ -168,8 +168,8 @@ Result<std::optional<render::Section>> read_section(const CommandContext& ctx, c
   const Value* given = args.find("section");
   if (!given || given->is_nil()) return Out{};
   Schema fields = plane_fields();
-  fields.push_back(optional("colour", "any", "", "Of the cut faces."));
-  fields.push_back(defaulted("hatch", "bool", "", true, "Lines across the cut faces."));
+  fields.push_back(optional("colour", "any", "", "Colour of the cut faces."));
+  fields.push_back(defaulted("hatch", "bool", "", true, "Hatching of the cut faces."));
   RMP_TRY_ASSIGN(const Map s, read_plane_map(ctx, fields, *given, "section"));
   RMP_TRY_ASSIGN(const Plane plane, read_plane(s, middle_of(scene), "section"));
   render::Section section;
@@ -243,27 +243,27 @@ Result<std::string> draw_png(const render::Renderer& drawer, const render::Scene
 
 Schema picture_params(const PictureAbilities& can) {
   Schema s{choice("view", words(kViews),
-                  "From where; isometric is the three-quarter view from the front right, and with "
-                  "orthographic the true isometric one.")};
+                  "View direction; isometric is the three-quarter view from the front right, and "
+                  "with orthographic the true isometric one.")};
   s.push_back(choice("style", words(kStyles),
                      "smooth and flat are shaded, wireframe shows all lines, hidden_line is a "
                      "drawing with white faces."));
   s.push_back(optional("size", "real[]", "", "Width and height [px], 16..8192; {800, 600}."));
   s.push_back(choice("quality", words(kQualities),
-                     "draft is simple light in a fraction of a second, normal has soft shadows, "
+                     "draft is simple lighting in a fraction of a second, normal has soft shadows, "
                      "high is for print."));
-  s.push_back(choice("projection", {"perspective", "orthographic"}, "How depth is shown."));
+  s.push_back(choice("projection", {"perspective", "orthographic"}, "Projection of depth."));
   s.push_back(between(defaulted("zoom", "real", "", 1.0, "1 fits everything into the picture."),
                       0.01, 100));
-  s.push_back(optional("eye", "vec3", "m", "Place of the camera, instead of a view."));
-  s.push_back(optional("target", "vec3", "m", "What the camera looks at, with eye."));
+  s.push_back(optional("eye", "vec3", "m", "Position of the camera, instead of a view."));
+  s.push_back(optional("target", "vec3", "m", "Point that the camera looks at, with eye."));
   s.push_back(defaulted("edges", "bool", "", true, "Dark lines along the edges."));
   s.push_back(defaulted("hidden", "bool", "", false,
-                        "With hidden_line: hidden edges dashed instead of left out."));
+                        "With hidden_line: draw hidden edges dashed instead of omitting them."));
   s.push_back(optional("section", "any", "",
                        "A plane that cuts everything open: an axis such as \"x\" or \"-z\" through "
                        "the middle, or a table with axis or normal, offset or point, colour and "
-                       "hatch. The side the axis or normal points to is taken away."));
+                       "hatch. The side the axis or normal points to is removed."));
   if (can.has_joints || can.moves)
     s.push_back(
         optional("map", "any", "",
@@ -273,48 +273,47 @@ Schema picture_params(const PictureAbilities& can) {
                  "low, high, bands, and in a world robot, its name there."));
   if (can.has_parts) {
     ParamSpec p = defaulted("explode", "real", "", 0.0,
-                            "Moves the parts outwards by this share of their distance.");
+                            "Explosion: moves the parts outwards by this share of their distance.");
     s.push_back(between(std::move(p), 0, 100));
   }
   if (can.has_mass)
     s.push_back(defaulted("com", "bool", "", false,
                           "Marks the centre of mass by a chequered ball, with the principal axes "
-                          "as long as the radii of gyration to either side."));
+                          "as long as the radii of gyration on both sides."));
   if (can.has_frames)
     s.push_back(defaulted("frames", "bool", "", false,
                           "Frames of nodes, parts or links, with their names."));
   if (can.has_joints)
     s.push_back(optional("q", "any", "",
-                         "Joint values or a named pose; the pose home or zeros when left out."));
+                         "Joint values or a named pose; the pose home or zeros if omitted."));
   if (can.has_joints || can.moves)
-    s.push_back(
-        choice("ellipsoid", {"none", "velocity", "force", "both"},
-               "At the tools of robots: the velocities for joint speeds, and the forces for "
-               "joint torques of unit length; the greatest half axis is a fifth of the "
-               "reach."));
+    s.push_back(choice("ellipsoid", {"none", "velocity", "force", "both"},
+                       "Ellipsoids at the tools of robots: the velocities for joint speeds of unit "
+                       "length, or the forces for joint torques of unit length; the greatest half "
+                       "axis is a fifth of the reach."));
   if (can.moves || can.records) {
-    s.push_back(optional("recording", "ref:recording", "",
-                         "Where the robot is, with at; for a robot, one of it alone."));
+    s.push_back(optional(
+        "recording", "ref:recording", "",
+        "Recording that places the robot, with at; for a robot, a recording without a world."));
     ParamSpec at = optional("at", "real", "s", "Time within the recording.");
     at.min = 0;
     s.push_back(std::move(at));
   }
   if (can.moves) {
+    s.push_back(choice(
+        "paths", words(kPaths),
+        "Display of trajectories, each including the items before it: the tool's path, arrowheads "
+        "along it, the control points as numbered balls, and their axes; or none."));
     s.push_back(
-        choice("paths", words(kPaths),
-               "What of trajectories is shown, each with what stands before it: the tool's way, "
-               "arrowheads along it, the control points as numbered balls, and their axes; or "
-               "none."));
-    s.push_back(optional("path_robot", "string", "",
-                         "The robot whose tool shows the trajectories of joints; the only one "
-                         "when left out."));
+        optional("path_robot", "string", "",
+                 "The robot with the tool that joint trajectories move; by default the only one."));
     s.push_back(defaulted("collisions", "bool", "", false,
-                          "Bodies that touch in red; where none do, the shortest line between two "
-                          "bodies with its length."));
+                          "Shows touching bodies in red; if none touch, the shortest line between "
+                          "two bodies with its length."));
   }
   s.push_back(optional("background", "any", "",
-                       "studio, white, transparent or a colour; studio for shaded styles and white "
-                       "for drawings when left out."));
+                       "studio, white, transparent or a colour; by default studio for shaded "
+                       "styles and white for drawings."));
   s.push_back(defaulted("grid", "bool", "", true, "Lines on the floor of the studio."));
   s.push_back(defaulted("axes", "bool", "", true, "The axes on the floor and in the corner."));
   s.push_back(defaulted("caption", "string", "", "", "Small text in the lower left corner."));

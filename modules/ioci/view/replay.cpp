@@ -297,8 +297,8 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
 
 ParamSpec world_field() {
   return optional("world", "ref:world", "",
-                  "The world that is shown; that of the recording when left out, and for a "
-                  "robot alone nothing but that.");
+                  "The world to show; by default that of the recording, or for a robot without a "
+                  "world the robot alone.");
 }
 
 std::string with_run(const char* rest) {
@@ -311,33 +311,34 @@ std::string with_run(const char* rest) {
 CommandSpec replay_command() {
   CommandSpec c;
   c.name = "recording.replay";
-  c.summary = "Writes a recording as one HTML page: the scene that moves, a timeline and plots.";
+  c.summary = "Writes a recording as one HTML page: an animated scene, a timeline and plots.";
   c.details =
       "The page opens in any browser with WebGL 2, loads nothing and needs no network. It shows "
-      "the world at every time between the samples, the way of every tool, and the chosen columns "
-      "with a cursor. Poses are kept to 1/65536 of the scene's size and 0.02 mrad.";
+      "the world at any time between the samples, the path of every tool, and the chosen columns "
+      "with a cursor. Poses are stored to 1/65536 of the scene's size and 0.02 mrad.";
   c.example = with_run(
       "local done = run:replay{file = \"run.html\", columns = {\"q\"}}\n"
       "assert(done.frames == 4 and done.bytes < 5e6)");
   c.params = {self("recording"),
               needed("file", "path", "", "The page, *.html."),
               optional("columns", "any", "",
-                       "What is plotted: a name or a list of names; {} is nothing. Joint values "
-                       "and torques when left out."),
-              optional("title", "string", "", "Title; that of the recording when left out."),
+                       "Columns to plot: a name or a list of names; {} plots none. Joint values "
+                       "and torques if omitted."),
+              optional("title", "string", "", "Title; by default that of the recording."),
               between(defaulted("fps", "real", "Hz", 30.0,
-                                "Poses kept a second, where the recording has as many."),
+                                "Poses stored per second, if the recording has as many."),
                       0.01, 1000),
               world_field()};
   for (ParamSpec& p : camera_params()) c.params.push_back(std::move(p));
   c.params.push_back(watch_file_field());
-  c.returns = {"map",
-               "",
-               "",
-               {field("file", "string", "", "The page."), field("bytes", "int", "", "Its length."),
-                field("duration", "real", "s", "How long it plays."),
-                field("frames", "int", "", "Poses kept of every body."),
-                field("left_out", "list", "", "Sentences about what could not be shown.")}};
+  c.returns = {
+      "map",
+      "",
+      "",
+      {field("file", "string", "", "The page."), field("bytes", "int", "", "Size of the page."),
+       field("duration", "real", "s", "Duration of the playback."),
+       field("frames", "int", "", "Poses stored for every body."),
+       field("left_out", "list", "", "Sentences about items that could not be shown.")}};
   c.effect = Effect::files_write;
   c.run = replay;
   return c;
@@ -347,10 +348,10 @@ CommandSpec replay_command() {
 CommandSpec replay_data_command() {
   CommandSpec c = replay_command();
   c.name = "recording.replay_data";
-  c.summary = "Gives a recording to a program that draws it: the scene, its motion and columns.";
+  c.summary = "Returns a recording to a program that draws it: the scene, its motion and columns.";
   c.details =
-      "No file is written. Header and bytes are those of the page that recording.replay writes, as "
-      "modules/scene/replay.h says, for the scripts in modules/scene/replay.";
+      "No file is written. Header and bytes are those of the page that recording.replay writes, in "
+      "the format of modules/scene/replay.h, for the scripts in modules/scene/replay.";
   c.example = with_run(
       "local data = run:replay_data{columns = {\"q\"}}\n"
       "assert(data.frames == 4 and #data.bytes > 1000)");
@@ -360,11 +361,11 @@ CommandSpec replay_data_command() {
   c.returns = {"map",
                "",
                "",
-               {field("header", "string", "", "JSON: what there is, in the order of the bytes."),
+               {field("header", "string", "", "JSON: the contents, in the order of the bytes."),
                 field("bytes", "string", "", "The numbers as base64 (RFC 4648)."),
-                field("duration", "real", "s", "How long it plays."),
-                field("frames", "int", "", "Poses kept of every body."),
-                field("left_out", "list", "", "Sentences about what could not be shown.")}};
+                field("duration", "real", "s", "Duration of the playback."),
+                field("frames", "int", "", "Poses stored for every body."),
+                field("left_out", "list", "", "Sentences about items that could not be shown.")}};
   c.effect = Effect::reads;
   c.run = replay_data_of;
   return c;
@@ -376,23 +377,23 @@ CommandSpec video_command() {
   c.summary = "Films a recording: an animated GIF, an MP4 video, or frames as PNG files.";
   c.details =
       "All frames are drawn by one renderer without a window. A GIF has 255 colours; an MP4 has "
-      "all, is a tenth as large and plays in every browser (H.264, by the library OpenH264). The "
-      "frames are kept when a folder is named for them. draft is quick, normal and high take up to "
-      "seconds a frame. A recording of a robot alone shows that robot.";
+      "all colours, is a tenth as large and plays in every browser (H.264, by the library "
+      "OpenH264). The frames are kept if a folder is named for them. draft is quick, normal and "
+      "high take up to seconds per frame. A recording of a robot without a world shows that robot.";
   c.example = with_run(
       "local done = run:video{file = \"run.gif\", fps = 20, size = {96, 64}}\n"
       "assert(done.frames == 3)\n"
       "run:video{file = \"run.mp4\", fps = 20, size = {96, 64}}");
-  c.params = {
-      self("recording"),
-      optional("file", "path", "", "The film: *.mp4 or *.gif."),
-      optional("frames", "path", "",
-               "Folder in which the frames are kept, frame_000001.png and so on."),
-      between(defaulted("fps", "real", "Hz", 25.0, "Frames a second."), 0.1, 240),
-      between(defaulted("speed", "real", "", 1.0, "2 shows it in half the time."), 1e-3, 1e3),
-      optional("from", "real", "s", "Time of the first frame; the start when left out."),
-      optional("to", "real", "s", "Time of the last frame; the end when left out."),
-      world_field()};
+  c.params = {self("recording"),
+              optional("file", "path", "", "The film: *.mp4 or *.gif."),
+              optional("frames", "path", "",
+                       "Folder in which the frames are kept, frame_000001.png and so on."),
+              between(defaulted("fps", "real", "Hz", 25.0, "Frames per second."), 0.1, 240),
+              between(defaulted("speed", "real", "", 1.0, "Speed: 2 plays it in half the time."),
+                      1e-3, 1e3),
+              optional("from", "real", "s", "Time of the first frame; the start if omitted."),
+              optional("to", "real", "s", "Time of the last frame; the end if omitted."),
+              world_field()};
   for (ParamSpec& p :
        picture_params({.has_mass = false, .has_frames = false, .has_parts = false})) {
     // Thousands of pictures: quick ones unless told otherwise.
@@ -407,9 +408,9 @@ CommandSpec video_command() {
                "",
                {field("file", "string", "", "The video, if requested."),
                 field("folder", "string", "", "The folder of the frames, if they were kept."),
-                field("frames", "int", "", "How many."),
-                field("duration", "real", "s", "How long the video plays."),
-                field("left_out", "list", "", "Sentences about what could not be drawn.")}};
+                field("frames", "int", "", "Number of frames."),
+                field("duration", "real", "s", "Duration of the video."),
+                field("left_out", "list", "", "Sentences about items that could not be drawn.")}};
   c.effect = Effect::files_write;
   c.run = video;
   return c;

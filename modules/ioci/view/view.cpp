@@ -181,10 +181,9 @@ CommandSpec render_command(std::string name, std::string summary, std::string ex
   c.name = std::move(name);
   c.summary = std::move(summary);
   c.details =
-      "Lengths are in metres and places in the frame of what is drawn. The picture is drawn "
-      "without "
-      "a window or display by a provider of robomosp.renderer/2, and the file appears only when it "
-      "is complete. In a world, what cannot be drawn is left out and told.";
+      "Lengths are in metres and places in the frame of the drawn record. The picture is drawn "
+      "without a window or display by a provider of robomosp.renderer/2, and the file appears only "
+      "when it is complete. In a world, items that cannot be drawn are left out with a message.";
   c.example = std::move(example);
   c.params = {std::move(what), needed("file", "path", "", "The picture, *.png.")};
   for (ParamSpec& p : picture_params(can)) c.params.push_back(std::move(p));
@@ -194,8 +193,9 @@ CommandSpec render_command(std::string name, std::string summary, std::string ex
       "",
       "",
       {field("file", "string", "", "The picture."), field("width", "int", "", "Its width [px]."),
-       field("height", "int", "", "Its height [px]."), field("items", "int", "", "Bodies in it."),
-       field("left_out", "list", "", "Sentences about what could not be drawn.")}};
+       field("height", "int", "", "Its height [px]."),
+       field("items", "int", "", "Number of bodies in it."),
+       field("left_out", "list", "", "Sentences about items that could not be drawn.")}};
   c.effect = Effect::files_write;
   c.run = render_what;
   return c;
@@ -206,7 +206,9 @@ CommandSpec picture_command(std::string name, std::string summary, std::string e
                             ParamSpec what, const PictureAbilities& can) {
   CommandSpec c =
       render_command(std::move(name), std::move(summary), std::move(example), std::move(what), can);
-  c.details = "For notebooks and programs elsewhere: no file is written. All else is as of render.";
+  c.details =
+      "For notebooks and remote programs: no file is written. Everything else is the same as in "
+      "render.";
   std::erase_if(c.params, [](const ParamSpec& p) { return p.name == "file" || p.name == "watch"; });
   c.returns.fields.front() =
       field("png", "string", "", "The bytes of a PNG file as base64 (RFC 4648).");
@@ -228,7 +230,8 @@ std::string with_plate(const std::string& rest) {
 RMP_COMMANDS(view_commands) {
   const std::string small = "size = {96, 64}, quality = \"draft\"}";
   std::vector<CommandSpec> all;
-  ParamSpec what = needed("what", "ref:world|robot|object|solid|material", "", "What to draw.");
+  ParamSpec what =
+      needed("what", "ref:world|robot|object|solid|material", "", "The record to draw.");
   const std::string is_png = "\nassert(p.width == 96 and p.png:sub(1, 11) == \"iVBORw0KGgo\")";
   all.push_back(render_command(
       "view.render", "Draws a world, robot, object, solid or material to a PNG file.",
@@ -267,40 +270,41 @@ RMP_COMMANDS(view_commands) {
           small,
       self("material"), {.has_mass = false, .has_frames = false, .has_parts = false}));
   all.push_back(picture_command(
-      "view.picture", "Draws a world, robot, object, solid or material and gives the PNG's bytes.",
+      "view.picture",
+      "Draws a world, robot, object, solid or material and returns the PNG's bytes.",
       with_plate("local p = view.picture{what = \"plate\", view = \"top\", " + small + is_png),
-      needed("what", "ref:world|robot|object|solid|material", "", "What to draw."),
+      needed("what", "ref:world|robot|object|solid|material", "", "The record to draw."),
       {.has_joints = true, .moves = true}));
   all.push_back(
-      picture_command("solid.picture", "Draws a solid and gives the PNG's bytes.",
+      picture_command("solid.picture", "Draws a solid and returns the PNG's bytes.",
                       with_plate("local p = plate:picture{section = \"-y\", " + small + is_png),
                       self("solid"), {.has_parts = false}));
   all.push_back(picture_command(
-      "object.picture", "Draws an object and gives the PNG's bytes.",
+      "object.picture", "Draws an object and returns the PNG's bytes.",
       with_plate("local stack = object.create{name = \"stack\", parts = {{what = \"plate\"}}}\n"
                  "local p = stack:picture{" +
                  small + is_png),
       self("object"), {}));
-  all.push_back(picture_command("robot.picture", "Draws a robot and gives the PNG's bytes.",
+  all.push_back(picture_command("robot.picture", "Draws a robot and returns the PNG's bytes.",
                                 "local arm = robot.get(\"twolink\")\n"
                                 "local p = arm:picture{q = {\"30 deg\", \"45 deg\"}, " +
                                     small + is_png,
                                 self("robot"), {.has_joints = true, .records = true}));
-  all.push_back(picture_command("world.picture", "Draws a world and gives the PNG's bytes.",
+  all.push_back(picture_command("world.picture", "Draws a world and returns the PNG's bytes.",
                                 "local cell = world.create{name = \"cell\"}\n"
                                 "local p = cell:picture{view = \"front\", " +
                                     small + is_png,
                                 self("world"), {.moves = true}));
   all.push_back(picture_command(
-      "material.picture", "Draws a material, on a sphere and a cone, and gives the PNG's bytes.",
+      "material.picture", "Draws a material, on a sphere and a cone, and returns the PNG's bytes.",
       "local brass = material.create{name = \"brass\", density = 8500, colour = \"#c8a44a\"}\n"
       "local p = brass:picture{" +
           small + is_png,
       self("material"), {.has_mass = false, .has_frames = false, .has_parts = false}));
   all.push_back({.name = "view.redraw",
                  .classic = "ForceReDraw",
-                 .summary = "Draws the scene again, where there is one.",
-                 .details = "The viewer follows every change by itself.",
+                 .summary = "Draws the scene again in viewers that show one.",
+                 .details = "Viewers follow every change automatically.",
                  .example = "view.redraw()",
                  .params = {},
                  .returns = {},

@@ -268,32 +268,30 @@ RMP_COMMANDS(world_load_commands) {
   std::vector<CommandSpec> all;
   Schema params{self("world"), needed("file", "path", "", "The file."),
                 optional("name", "string", "",
-                         "Name of the member; that of the record when left out. Not for a world."),
+                         "Name of the member; by default that of the record. Not for a world."),
                 choice("clash", {"rename", "replace", "refuse"},
-                       "When the world has a member of that name: number the new one, put it in "
-                       "the place of the old one, or stop with an error.")};
+                       "If the world has a member of that name: number the new one, replace the "
+                       "old one, or stop with an error.")};
   for (ParamSpec& p : placement_fields("the world")) params.push_back(std::move(p));
   params.push_back(
-      optional("q", "any", "rad or m", "Of a robot: joint values shown, or the name of a pose."));
-  params.push_back(optional("robot", "string", "",
-                            "Of a task or program: the robot that it means where it names none."));
+      optional("q", "any", "rad or m", "For a robot: joint values shown, or the name of a pose."));
+  params.push_back(
+      optional("robot", "string", "",
+               "For a task or program: the robot for its steps or motions that name none."));
   params.push_back(reload_field());
   all.push_back(
       {.name = "world.load_element",
        .classic = "",
-       .summary =
-           "Loads a file into a world: an object, robot, trajectory, task, program, or all that "
-           "another world holds.",
+       .summary = "Loads a file into a world: an object, robot, trajectory, task, program, or all "
+                  "members of another world.",
        .details =
            "Files are those of file.load (*.part, *.csg, *.rbt, *.tjc, *.tsk, *.prg, *.wld and "
-           "those of "
-           "ROBOMOSP 1.4) and of import (URDF, STEP, STL and the like). What is read and where it "
-           "is placed is one step to undo. A member that is replaced leaves its place to the new "
-           "one unless a place is given. A file that is in the document already is read again with "
-           "reload, and with clash = \"replace\" when it was changed on the disk; all that uses "
-           "its "
-           "record follows. Of another world come its members, signals, held objects "
-           "and pair rules, all moved by the place given; not its gravity and parameters.",
+           "those of ROBOMOSP 1.4) and of import (URDF, STEP, STL and so on). Loading and placing "
+           "are one step to undo. A member that is replaced passes its placement to the new one "
+           "unless a placement is given. A file that is already in the document is read again with "
+           "reload, and with clash = \"replace\" if it has changed on disk; everything that uses "
+           "its record follows. From another world it takes its members, signals, held objects and "
+           "pair rules, all moved by the given placement; not its gravity and parameters.",
        .example = example_cell(
            "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\n"
            "solid.save{id = \"table\", file = \"table.csg\"}\n"
@@ -302,7 +300,7 @@ RMP_COMMANDS(world_load_commands) {
            "assert(first[1] == \"table\" and second[1] == \"table_2\")\n"
            "document.undo()\nassert(#cell:objects() == 1)"),
        .params = std::move(params),
-       .returns = {"list", "", "Names of the members made.", {}},
+       .returns = {"list", "", "Names of the new members.", {}},
        .effect = Effect::files_read | Effect::edits,
        .sometimes = Effect::processes,
        .run = load_element});

@@ -49,7 +49,7 @@ RMP_COMMANDS(world_name_commands) {
   std::vector<CommandSpec> all;
   all.push_back({.name = "world.active",
                  .classic = "Worlds GetActiveWorld",
-                 .summary = "Gives the world that was made or loaded last and is still there.",
+                 .summary = "Returns the world that was created or loaded last and still exists.",
                  .details = "",
                  .example = "world.create{name = \"cell\"}\nlocal moon = world.create{name = "
                             "\"moon\"}\nassert(world.active().name == \"moon\")\n"
@@ -61,9 +61,10 @@ RMP_COMMANDS(world_name_commands) {
   all.push_back(
       {.name = "world.robot_by_description",
        .classic = "World GetPRobotIdDesc",
-       .summary = "Gives the name of the robot of a world that has a description.",
-       .details = "A robot whose description or name in the world is the text comes first; else "
-                  "the only one whose description has the text in it.",
+       .summary = "Returns the name of the robot of a world that has a description.",
+       .details =
+           "A robot has priority if its description or its name in the world equals the text; "
+           "otherwise the only one with the text in its description is returned.",
        .example = example_cell("arm:set{description = \"six joints, 5 kg\"}\n"
                                "assert(cell:robot_by_description(\"six joints\") == \"arm\")"),
        .params = {self("world"), needed("text", "string", "", "The description or a part of it.")},
@@ -73,13 +74,13 @@ RMP_COMMANDS(world_name_commands) {
   all.push_back(
       {.name = "world.target_transform",
        .classic = "World GetTargetId",
-       .summary = "Gives the name by which the transform commands know the target of a world.",
-       .details = "The target is the frame \"target\" of the world. While there is no such frame "
-                  "it is the world's origin; setting an element of it makes the frame.",
+       .summary = "Returns the name of a world's target in the transform commands.",
+       .details = "The target is the frame \"target\" of the world, or the world's origin if there "
+                  "is no such frame; setting an element of it creates the frame.",
        .example = example_cell("transform.set(cell:target_transform(), \"P1\", 0.5)\n"
                                "assert(cell:frames()[1].name == \"target\")"),
        .params = {self("world")},
-       .returns = {"string", "", "Such as cell.target.", {}},
+       .returns = {"string", "", "A name such as cell.target.", {}},
        .effect = Effect::reads,
        .run = target_transform});
   return all;

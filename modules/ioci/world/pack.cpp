@@ -77,16 +77,15 @@ RMP_COMMANDS(world_pack_commands) {
   all.push_back(
       {.name = "world.pack",
        .classic = "",
-       .summary = "Gives a world with all that it refers to as texts.",
-       .details =
-           "As they are now, whether they were saved or not. world.unpack makes the world of "
-           "them again, in this program or in another one of the same version.",
+       .summary = "Returns a world with everything it refers to as texts.",
+       .details = "In their present state, saved or not. world.unpack recreates the world from "
+                  "them, in this program or in another one of the same version.",
        .example = kExample,
        .params = {self("world")},
        .returns = {"map",
                    "",
                    "The texts.",
-                   {field("main", "string", "", "Which of the texts is the world."),
+                   {field("main", "string", "", "Index of the world's text."),
                     field("texts", "map", "", "The text of each record, by its name here."),
                     field("geometries", "map", "",
                           "The bytes of imported geometries, in base64 (RFC 4648).")}},
@@ -94,10 +93,10 @@ RMP_COMMANDS(world_pack_commands) {
        .run = pack});
   all.push_back({.name = "world.unpack",
                  .classic = "",
-                 .summary = "Makes a world of what world.pack gave.",
-                 .details = "Records whose names are taken get free ones. Nothing is written.",
+                 .summary = "Recreates a world from the result of world.pack.",
+                 .details = "Records are renamed if their names are taken. Nothing is written.",
                  .example = kExample,
-                 .params = {needed("main", "string", "", "Which of the texts is the world."),
+                 .params = {needed("main", "string", "", "Index of the world's text."),
                             needed("texts", "map", "", "The text of each record."),
                             optional("geometries", "map", "", "Bytes of geometries, in base64.")},
                  .returns = {"handle", "", "The world.", {}},

@@ -176,15 +176,14 @@ Result<Site> find_site(const CommandContext& ctx, const std::string& id) {
 }
 
 ParamSpec site_param() {
-  return needed(
-      "id", "string", "",
-      "\"<robot>.base\", \"<robot>.tool\", \"<world>.<member>\", or the member alone: of the "
-      "active world, else of the only world that has it.");
+  return needed("id", "string", "",
+                "\"<robot>.base\", \"<robot>.tool\", \"<world>.<member>\", or the member alone: of "
+                "the active world, otherwise of the only world that has it.");
 }
 ParamSpec element_param() {
   return choice("element", {"P1", "P2", "P3", "O1", "O2", "O3", "PType", "OType", "RType"},
                 "P1 to P3 position, O1 to O3 angles, PType and RType kind of position and "
-                "reference, OType notation.",
+                "reference, OType representation.",
                 true);
 }
 
@@ -442,17 +441,17 @@ RMP_COMMANDS(transform_commands) {
   all.push_back(
       {.name = "spatial.convert",
        .classic = "",
-       .summary = "Shows one rotation in every notation, side by side.",
-       .details =
-           "rpy is R = Rz(yaw) Ry(pitch) Rx(roll), xyz R = Rx Ry Rz, zyz R = Rz Ry Rz. Where a "
-           "notation is singular only the sum of two angles is defined and one of them is 0.",
+       .summary = "Shows one rotation in every representation, side by side.",
+       .details = "rpy is R = Rz(yaw) Ry(pitch) Rx(roll), xyz R = Rx Ry Rz, zyz R = Rz Ry Rz. At a "
+                  "singularity of a representation only the sum of two angles is defined and one "
+                  "of them is 0.",
        .example =
            "local c = spatial.convert{rpy = {0, 0, \"90 deg\"}}\nassert(math.abs(c.quaternion[4] - "
            "math.sqrt(0.5)) < 1e-15)\nassert(c.matrix[2][1] == 1)",
        .params = {optional("rpy", "vec3", "rad", "Roll, pitch, yaw."),
                   optional("xyz", "vec3", "rad", "Angles about the moving x, y and z axes."),
                   optional("zyz", "vec3", "rad", "Angles about the moving z, y and z axes."),
-                  optional("quaternion", "real[]", "", "w, x, y, z of any length but zero."),
+                  optional("quaternion", "real[]", "", "w, x, y, z of any length except zero."),
                   optional("axis_angle", "real[]", "", "Axis x, y, z and angle [rad]."),
                   optional("rotation_vector", "vec3", "rad", "Axis times angle."),
                   optional("matrix", "matrix", "", "3x3 rotation matrix."),
@@ -474,7 +473,7 @@ RMP_COMMANDS(transform_commands) {
       {.name = "spatial.compose",
        .classic = "",
        .summary =
-           "Composes two poses: b, given in frame a, as seen from the frame that a is given in.",
+           "Composes two poses: b, given in frame a, becomes relative to the parent frame of a.",
        .details = "",
        .example = "local t = spatial.compose({1, 0, 0, 0, 0, \"90 deg\"}, {1, 0, 0, 0, "
                   "0, 0})\nassert(math.abs(t.position[2] - 1) < 1e-15)",
@@ -485,7 +484,7 @@ RMP_COMMANDS(transform_commands) {
        .run = compose});
   all.push_back({.name = "spatial.invert",
                  .classic = "",
-                 .summary = "Gives the inverse of a pose.",
+                 .summary = "Returns the inverse of a pose.",
                  .details = "",
                  .example = "assert(spatial.invert({1, 0, 0, 0, 0, 0}).position[1] == -1)",
                  .params = {needed("pose", "pose", "", "The pose.")},
@@ -496,11 +495,11 @@ RMP_COMMANDS(transform_commands) {
       "Elements as in the program of 2006: P1 P2 P3 by PType (0 Cartesian; 1 cylindrical: radius, "
       "angle, z; 2 spherical: radius, angle about z, angle from z), O1 O2 O3 by OType (0 Euler "
       "XYZ; 1 Euler X: about z, x', z''; 2 Euler Y: about z, y', z''; 3 roll-pitch-yaw: R = Rz(O1) "
-      "Ry(O2) Rx(O3); 4 quaternion: x, y, z, with w >= 0), both by RType (0 local, 1 global). "
-      "Bare angles are by the argument angles. Setting a type keeps the transform.";
+      "Ry(O2) Rx(O3); 4 quaternion: x, y, z, with w >= 0), both by RType (0 local, 1 global). Bare "
+      "angles are in the unit set by `angles`. Setting a type keeps the transform.";
   all.push_back({.name = "transform.get",
                  .classic = "Transform Get(element, angles=degrees)",
-                 .summary = "Gives one element of a placement.",
+                 .summary = "Returns one element of a placement.",
                  .details = elements,
                  .example = with_arm("arm:set_tool{position = {0, 0, "
                                      "0.15}}\nassert(transform.get(\"arm.tool\", \"P3\") == 0.15)"),
@@ -526,14 +525,14 @@ RMP_COMMANDS(transform_commands) {
        .details = elements,
        .example = with_arm("transform.add(\"arm.tool\", \"P3\", 0.1)\ntransform.add(\"arm.tool\", "
                            "\"P3\", 0.1)\nassert(arm:tool().position[3] == 0.2)"),
-       .params = {site_param(), element_param(), needed("value", "any", "", "What is added."),
+       .params = {site_param(), element_param(), needed("value", "any", "", "The increment."),
                   angle_unit()},
        .returns = {},
        .effect = Effect::edits,
        .run = add});
   all.push_back({.name = "transform.local_pose",
                  .classic = "Transform mLocal|Transform Get mLocal",
-                 .summary = "Gives a placement as a pose in its parent.",
+                 .summary = "Returns a placement as a pose in its parent.",
                  .details = "",
                  .example = with_arm("assert(transform.local_pose(\"arm.tool\").pose[1][1] == 1)"),
                  .params = {site_param()},
@@ -544,8 +543,8 @@ RMP_COMMANDS(transform_commands) {
       {.name = "transform.global_pose",
        .classic = "Transform mGlobal|Transform Get mGlobal",
        .summary =
-           "Gives a placement as a pose in the frame of the world, or of the robot's mounting.",
-       .details = "A tool is given at the robot's pose \"home\", or at zeros.",
+           "Returns a placement as a pose in the frame of the world, or of the robot's mounting.",
+       .details = "For a tool, the robot's pose \"home\" is used, or zeros.",
        .example = with_arm(
            "assert(math.abs(transform.global_pose(\"arm.tool\").position[1] - 0.5) < 1e-12)"),
        .params = {site_param()},

@@ -25,7 +25,7 @@ using model::World;
 Schema world_fields() {
   return {optional("gravity", "vec3", "m/s^2",
                    "Gravity in the world's frame; {0, 0, -9.81} unless set."),
-          optional("description", "string", "", "What it is.")};
+          optional("description", "string", "", "Its description.")};
 }
 
 void apply_fields(const Map& args, World& w) {
@@ -68,7 +68,7 @@ Result<Value> add_object(CommandContext& ctx, const Map& args) {
 
 /// Many at once: one copy of the world, one check, one step.
 Result<Value> add_objects(CommandContext& ctx, const Map& args) {
-  Schema schema{needed("what", "ref:object|solid", "", "What is placed."),
+  Schema schema{needed("what", "ref:object|solid", "", "The object or solid to place."),
                 optional("name", "string", "", "Name of the member.")};
   for (ParamSpec& p : placement_fields("the world")) schema.push_back(std::move(p));
   const List& given = *args.find("objects")->as_list();
@@ -378,10 +378,9 @@ RMP_COMMANDS(world_commands) {
   };
   const ParamSpec member_name_spec =
       optional("name", "string", "",
-               "Name of the member, unique in the world; that of the record when left out.");
-  Schema create_params{optional("name", "string", "",
-                                "Name, unique among worlds; one made of \"world\" when left "
-                                "out.")};
+               "Name of the member, unique in the world; by default that of the record.");
+  Schema create_params{optional(
+      "name", "string", "", "Name, unique among worlds; one derived from \"world\" if omitted.")};
   Schema set_params{self("world")};
   for (const ParamSpec& p : world_fields()) {
     create_params.push_back(p);
@@ -401,7 +400,7 @@ RMP_COMMANDS(world_commands) {
                  .takes_expressions = true});
   all.push_back({.name = "world.set",
                  .classic = "",
-                 .summary = "Changes what is given of a world.",
+                 .summary = "Changes the given properties of a world.",
                  .details = "",
                  .example = "local cell = world.create{name = \"cell\"}\ncell:set{gravity = {0, 0, "
                             "0}}\nassert(cell:describe().gravity[3] == 0)",
@@ -414,11 +413,12 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.add_object",
        .classic = "",
        .summary = "Places an object or a solid in a world.",
-       .details = "It is at the world's origin unless a place is given.",
+       .details = "It is at the world's origin unless a placement is given.",
        .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
                   "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
                   "\"table\", position = {1, 0, 0}}\nassert(#cell:objects() == 1)",
-       .params = placed({self("world"), needed("what", "ref:object|solid", "", "What is placed."),
+       .params = placed({self("world"),
+                         needed("what", "ref:object|solid", "", "The object or solid to place."),
                          member_name_spec}),
        .returns = {"string", "", "Name of the member.", {}},
        .effect = Effect::edits,
@@ -428,17 +428,16 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.add_objects",
        .classic = "",
        .summary = "Places many objects or solids in a world, as one step.",
-       .details =
-           "Each entry is a table of the arguments of world.add_object; its numbers are plain "
-           "or texts with a unit, not expressions. All are placed, or none.",
+       .details = "Each entry is a table of the arguments of world.add_object; its numbers are "
+                  "plain or strings with a unit, not expressions. Either all are placed or none.",
        .example = "solid.create{name = \"brick\", root = {kind = \"box\", x = 0.2, y = 0.1, z = "
                   "0.05}}\nlocal cell = world.create{name = \"cell\"}\nlocal wall = {}\n"
                   "for i = 1, 100 do\n  wall[i] = {what = \"brick\", position = {0.2 * (i % 10), "
                   "0, 0.05 * (i // 10)}}\nend\ncell:add_objects(wall)\n"
                   "assert(#cell:objects() == 100)",
-       .params = {self("world"), needed("objects", "list", "",
-                                        "Tables of what, name, and a place "
-                                        "as world.add_object takes it.")},
+       .params = {self("world"),
+                  needed("objects", "list", "",
+                         "Tables of what, name, and a placement as in world.add_object.")},
        .returns = {"list", "", "Names of the members.", {}},
        .effect = Effect::edits,
        .run = add_objects});
@@ -446,8 +445,8 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.add_robot",
        .classic = "",
        .summary = "Places a robot in a world.",
-       .details = "The place is that of the frame it is mounted in, the world's origin unless "
-                  "given. Without joint values it is shown in its pose \"home\", or at zeros.",
+       .details = "The placement is that of its mounting frame, by default the world's origin. "
+                  "Without joint values it is shown in its pose \"home\", or at zeros.",
        .example = example_cell("assert(cell:robots()[1].name == \"arm\")"),
        .params =
            placed({self("world"), needed("robot", "ref:robot", "", "The robot."), member_name_spec,
@@ -456,20 +455,19 @@ RMP_COMMANDS(world_commands) {
        .effect = Effect::edits,
        .run = add_robot,
        .takes_expressions = true});
-  all.push_back(
-      {.name = "world.add_trajectory",
-       .classic = "",
-       .summary = "Places a trajectory in a world.",
-       .details = "The place is that of the trajectory's frame, the world's origin unless "
-                  "given. world.inverse_kinematics runs a robot along it.",
-       .example = example_run("assert(cell:trajectories()[1].name == \"stroke\")"),
-       .params =
-           placed({self("world"), needed("trajectory", "ref:trajectory", "", "The trajectory."),
-                   member_name_spec}),
-       .returns = {"string", "", "Name of the member.", {}},
-       .effect = Effect::edits,
-       .run = add_trajectory,
-       .takes_expressions = true});
+  all.push_back({.name = "world.add_trajectory",
+                 .classic = "",
+                 .summary = "Places a trajectory in a world.",
+                 .details = "The placement is that of the trajectory's frame, by default the "
+                            "world's origin. world.inverse_kinematics runs a robot along it.",
+                 .example = example_run("assert(cell:trajectories()[1].name == \"stroke\")"),
+                 .params = placed({self("world"),
+                                   needed("trajectory", "ref:trajectory", "", "The trajectory."),
+                                   member_name_spec}),
+                 .returns = {"string", "", "Name of the member.", {}},
+                 .effect = Effect::edits,
+                 .run = add_trajectory,
+                 .takes_expressions = true});
   all.push_back(
       {.name = "world.load_trajectory",
        .classic = "World LoadPTrajectory",
@@ -488,8 +486,8 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.remove_member",
        .classic = "",
        .summary =
-           "Takes a member out of a world: an object, robot, trajectory, frame, light or task.",
-       .details = "The record itself stays. An object that is held is let go.",
+           "Removes a member from a world: an object, robot, trajectory, frame, light or task.",
+       .details = "The record itself is kept. A held object is released.",
        .example = example_cell("cell:remove_member(\"arm\")\nassert(#cell:robots() == 0)"),
        .params = {self("world"), needed("member", "string", "", "Its name in the world.")},
        .returns = {},
@@ -501,8 +499,8 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.place",
        .classic = "",
        .summary = "Moves a member of a world to another place.",
-       .details = "Objects, robots, trajectories, frames and lights have one; what is not given of "
-                  "it is 0.",
+       .details = "For objects, robots, trajectories, frames and lights; omitted parts of the "
+                  "placement are 0.",
        .example = example_cell("cell:place{member = \"arm\", position = {0, 0, \"500 "
                                "mm\"}}\nassert(cell:robots()[1].placement.position[3] == 0.5)"),
        .params = std::move(place_params),
@@ -514,14 +512,14 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.set_robot_q",
        .classic = "",
        .summary = "Sets the joint values of a robot in a world.",
-       .details = "The teach pendant's jog.",
+       .details = "Like the jog keys of a teach pendant.",
        .example = example_cell(
            "cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
-       .params = {self("world"),
-                  needed(
-                      "robot", "any", "",
-                      "Name of the member, or the robot; may be left out where the world has one."),
-                  needed("q", "any", "rad or m", "Joint values, or the name of a pose.")},
+       .params =
+           {self("world"),
+            needed("robot", "any", "",
+                   "Name of the member, or the robot; may be omitted if the world has only one."),
+            needed("q", "any", "rad or m", "Joint values, or the name of a pose.")},
        .returns = {},
        .effect = Effect::edits,
        .run = set_robot_q});
@@ -573,7 +571,7 @@ RMP_COMMANDS(world_commands) {
   const std::string counts = "Numbers count from 0, or from first.";
   all.push_back({.name = "world.object_name",
                  .classic = "World GetPObjectId(index, first=1)",
-                 .summary = "Gives the name of the i-th object of a world.",
+                 .summary = "Returns the name of the i-th object of a world.",
                  .details = counts,
                  .example =
                      "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
@@ -585,7 +583,7 @@ RMP_COMMANDS(world_commands) {
                  .run = object_name});
   all.push_back({.name = "world.robot_name",
                  .classic = "World GetPRobotId(index, first=1)",
-                 .summary = "Gives the name of the i-th robot of a world.",
+                 .summary = "Returns the name of the i-th robot of a world.",
                  .details = counts,
                  .example = example_cell("assert(cell:robot_name(0) == \"arm\")"),
                  .params = {self("world"), index, first_field()},
@@ -594,7 +592,7 @@ RMP_COMMANDS(world_commands) {
                  .run = robot_name});
   all.push_back({.name = "world.trajectory_name",
                  .classic = "World GetPTrajectoryId(index, first=1)",
-                 .summary = "Gives the name of the i-th trajectory of a world.",
+                 .summary = "Returns the name of the i-th trajectory of a world.",
                  .details = counts,
                  .example = example_run("assert(cell:trajectory_name(0) == \"stroke\")"),
                  .params = {self("world"), index, first_field()},
@@ -604,21 +602,21 @@ RMP_COMMANDS(world_commands) {
   all.push_back(
       {.name = "world.robot_index",
        .classic = "World GetPRobotIndex(robot, first=1)",
-       .summary = "Gives the place of a robot in the list of a world.",
+       .summary = "Returns the index of a robot in the list of a world.",
        .details = counts,
        .example = example_cell("assert(cell:robot_index(\"arm\") == 0)"),
-       .params = {self("world"),
-                  needed(
-                      "robot", "any", "",
-                      "Name of the member, or the robot; may be left out where the world has one."),
-                  first_field()},
+       .params =
+           {self("world"),
+            needed("robot", "any", "",
+                   "Name of the member, or the robot; may be omitted if the world has only one."),
+            first_field()},
        .returns = {"int", "", "Its number.", {}},
        .effect = Effect::reads,
        .run = robot_index});
   all.push_back(
       {.name = "world.trajectory_index",
        .classic = "World GetPTrajectoryIndex(trajectory, first=1)",
-       .summary = "Gives the place of a trajectory in the list of a world.",
+       .summary = "Returns the index of a trajectory in the list of a world.",
        .details = counts,
        .example = example_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
        .params = {self("world"),
@@ -629,7 +627,7 @@ RMP_COMMANDS(world_commands) {
        .run = trajectory_index});
   all.push_back({.name = "world.name_at",
                  .classic = "Worlds GetWorldId(index, first=1)",
-                 .summary = "Gives the name of the i-th world.",
+                 .summary = "Returns the name of the i-th world.",
                  .details = counts,
                  .example = "world.create{name = \"cell\"}\nassert(world.name_at(0) == \"cell\")",
                  .params = {index, first_field()},
@@ -638,7 +636,7 @@ RMP_COMMANDS(world_commands) {
                  .run = world_name});
   all.push_back({.name = "world.index_of",
                  .classic = "Worlds GetWorldIndex(world, first=1)",
-                 .summary = "Gives the place of a world in the list of worlds.",
+                 .summary = "Returns the index of a world in the list of worlds.",
                  .details = counts,
                  .example = "world.create{name = \"cell\"}\nassert(world.index_of(\"cell\") == 0)",
                  .params = {needed("world", "ref:world", "", "The world."), first_field()},
@@ -648,8 +646,8 @@ RMP_COMMANDS(world_commands) {
   all.push_back(
       {.name = "world.evaluate",
        .classic = "",
-       .summary = "Computes mesh and volume of every solid a world shows, several at a time.",
-       .details = "Kept results take no time. A solid that cannot be computed is reported in its "
+       .summary = "Computes mesh and volume of every solid in a world, several in parallel.",
+       .details = "Cached results take no time. A solid that cannot be computed is reported in its "
                   "row; the others continue.",
        .example =
            "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\nlocal "
@@ -659,9 +657,9 @@ RMP_COMMANDS(world_commands) {
        .returns = {"map",
                    "",
                    "",
-                   {field("seconds", "real", "s", "Time for all."),
+                   {field("seconds", "real", "s", "Total time."),
                     field("solids", "list", "",
-                          "A table a solid: solid, seconds, triangles, volume, or error.")}},
+                          "One table per solid: solid, seconds, triangles, volume, or error.")}},
        .effect = Effect::reads,
        .run = evaluate});
   return all;

@@ -79,7 +79,11 @@ inline constexpr double kCsgFullTurn = 6.283185307179586;
 inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
     {CsgKind::union_, "union", CsgChildren::any, {}, "All children together."},
     {CsgKind::difference, "difference", CsgChildren::any, {}, "The first child minus all others."},
-    {CsgKind::intersection, "intersection", CsgChildren::any, {}, "What all children share."},
+    {CsgKind::intersection,
+     "intersection",
+     CsgChildren::any,
+     {},
+     "The common volume of all children."},
     {CsgKind::mirror,
      "mirror",
      CsgChildren::one,
@@ -89,7 +93,7 @@ inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
        {"offset", "m", CsgRange::any, false, 0},
        {"keep", "", CsgRange::not_negative, false, 1}}},
      "The child mirrored at the plane with the given normal, offset along it from the node's "
-     "origin; with the child itself, or without it when keep is 0."},
+     "origin; together with the child itself, or without it if keep is 0."},
     {CsgKind::linear_pattern,
      "linear_pattern",
      CsgChildren::one,
@@ -163,8 +167,8 @@ inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
      "wedge",
      CsgChildren::none,
      {{{"x", "m"}, {"y", "m"}, {"z", "m"}, {"top_x", "m", CsgRange::not_negative, false, 0}}},
-     "Block x by y by z whose side towards +x leans inwards, so that its top is top_x long "
-     "(0 = a sharp edge); the base is centred on the z axis."},
+     "Block x by y by z with an inclined side towards +x, so that its top is top_x long (0 = a "
+     "sharp edge); the base is centred on the z axis."},
     {CsgKind::pyramid,
      "pyramid",
      CsgChildren::none,
@@ -178,13 +182,13 @@ inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
      "prism",
      CsgChildren::none,
      {{{"height", "m"}}},
-     "The profile in the plane z = 0, drawn along z."},
+     "The profile in the plane z = 0, extruded along z."},
     {CsgKind::revolution,
      "revolution",
      CsgChildren::none,
      {{{"angle", "rad", CsgRange::positive, false, kCsgFullTurn}}},
      "The profile, its x to the right and its y along z, in the half plane x >= 0 of the xz "
-     "plane, turned about z by the angle."},
+     "plane, revolved about z by the angle."},
     {CsgKind::imported,
      "imported",
      CsgChildren::none,
@@ -194,7 +198,7 @@ inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
      "custom",
      CsgChildren::none,
      {},
-     "A primitive made by a plugin (robomosp.primitive/1) from parameters of its own."},
+     "A primitive made by a plugin (robomosp.primitive/1) from its own parameters."},
 }};
 
 /// The row of a kind. [any thread]
