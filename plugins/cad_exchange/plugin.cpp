@@ -25,22 +25,21 @@ namespace robomosp::cad_exchange {
 namespace {
 
 const rmp_param kImportParams[] = {
-    {"name", "string", "", "Name of the result; empty = the file's name.", "", nullptr, 1, 0},
+    {"name", "string", "", "Name of the new record; empty = that of the file.", "", nullptr, 1, 0},
     {"unit", "enum", "", "Length unit of a file that does not state one; auto = mm, with a note.",
      "auto", "auto|mm|cm|m|in|ft", 1, 0},
-    {"heal", "bool", "", "Repair faulty shapes, and report it.", "true", nullptr, 1, 0},
+    {"heal", "bool", "", "Repair faulty geometry, and report it.", "true", nullptr, 1, 0},
     {"materials", "bool", "", "Make a material for each colour.", "true", nullptr, 1, 0},
     {"density", "real", "kg/m^3", "Density of these materials; 0 = that of aluminium, with a note.",
      "0", nullptr, 0, 1e6},
-    {"seconds", "real", "s", "Reading is cancelled after this time.", "600", nullptr, 1, 86400},
-    {"memory", "int", "", "Reading is cancelled if it needs more memory than this.", "8", nullptr,
-     1, 1024},
+    {"seconds", "real", "s", "Time limit for reading.", "600", nullptr, 1, 86400},
+    {"memory", "int", "", "Memory limit for reading, in GiB.", "8", nullptr, 1, 1024},
 };
 const rmp_param kCadExportParams[] = {
     {"unit", "enum", "", "Length unit of the file.", "mm", "mm|m|in", 1, 0},
     {"schema", "enum", "", "Application protocol of STEP files.", "ap214", "ap203|ap214|ap242", 1,
      0},
-    {"seconds", "real", "s", "Writing is cancelled after this time.", "600", nullptr, 1, 86400},
+    {"seconds", "real", "s", "Time limit for writing.", "600", nullptr, 1, 86400},
 };
 const rmp_param kMeshExportParams[] = {
     {"unit", "enum", "", "Length unit of the file; GLB is always in metres.", "mm", "mm|cm|m|in|ft",
@@ -404,7 +403,7 @@ constexpr rmp_provider provider(const char* name, const char* summary, const cha
 using namespace robomosp::cad_exchange;
 
 RMP_PLUGIN("org.robomosp.cad_exchange", "0.1.0", "Apache-2.0",
-           "Import and export of CAD and mesh files, read in a separate process",
+           "Reads and writes CAD and mesh files; reads in a separate process",
            provider<CadImporter>("cad", "STEP and IGES: exact solids, names, colours, assemblies.",
                                  "exact,confined", kImportParams),
            provider<MeshImporter>("mesh", "STL, OBJ, PLY, glTF, GLB, COLLADA, 3MF: closed meshes.",

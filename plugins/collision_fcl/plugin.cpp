@@ -7,8 +7,8 @@
 namespace robomosp::collision_fcl {
 namespace {
 const rmp_param kParams[] = {
-    {"threads", "int", "", "Maximum number of threads of one call; 0 = one per core.", "0", nullptr,
-     0, 256},
+    {"threads", "int", "", "Greatest number of threads of one call; 0 = one per core.", "0",
+     nullptr, 0, 256},
 };
 }  // namespace
 }  // namespace robomosp::collision_fcl

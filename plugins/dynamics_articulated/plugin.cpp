@@ -24,7 +24,7 @@ using What = spatial::recursions::Task::What;
 
 const rmp_param kArticulatedParams[] = {
     {"instructions", "enum", "",
-     "The processor instructions to use: the widest available, or none wider than these.", "auto",
+     "Greatest instruction set of the processor to use; by default the widest it has.", "auto",
      "auto|avx512|avx2|baseline", 1, 0},
 };
 
@@ -153,24 +153,24 @@ const rmp_param kConstrainedParams[] = {
 };
 
 const rmp_param kDivideParams[] = {
-    {"threads", "int", "", "Maximum number of threads per robot; 0 = chosen by its length.", "0",
-     nullptr, 0, 64},
+    {"threads", "int", "",
+     "Greatest number of threads for one robot; 0 = as many as its length justifies.", "0", nullptr,
+     0, 64},
 };
 
 }  // namespace
 }  // namespace robomosp::articulated
 
-RMP_PLUGIN(
-    "org.robomosp.dynamics_articulated", "0.1.0", "Apache-2.0",
-    "Forward dynamics by articulated bodies, and of closed loops.",
-    RMP_PROVIDER(robomosp::articulated::ArticulatedBody, "articulated_body",
-                 "Articulated bodies in O(n): trees of all joint types, of any size.",
-                 "serial,tree,coupled,floating,batch,derivatives",
-                 robomosp::articulated::kArticulatedParams),
-    RMP_PROVIDER(robomosp::articulated::Constrained, "constrained",
-                 "Closed loops by Lagrange multipliers, with their closing forces; also trees.",
-                 "serial,tree,coupled,floating,loops,batch",
-                 robomosp::articulated::kConstrainedParams),
-    RMP_PROVIDER(robomosp::articulated::DivideAndConquer, "divide_and_conquer",
-                 "Halves of long serial chains put together in O(log n) depth, on all cores.",
-                 "serial,batch", robomosp::articulated::kDivideParams))
+RMP_PLUGIN("org.robomosp.dynamics_articulated", "0.1.0", "Apache-2.0",
+           "Forward dynamics by articulated bodies, and of closed loops.",
+           RMP_PROVIDER(robomosp::articulated::ArticulatedBody, "articulated_body",
+                        "Articulated bodies in O(n): trees of all joint types, of any size.",
+                        "serial,tree,coupled,floating,batch,derivatives",
+                        robomosp::articulated::kArticulatedParams),
+           RMP_PROVIDER(robomosp::articulated::Constrained, "constrained",
+                        "Closed loops by Lagrange multipliers, with the loop forces; trees too.",
+                        "serial,tree,coupled,floating,loops,batch",
+                        robomosp::articulated::kConstrainedParams),
+           RMP_PROVIDER(robomosp::articulated::DivideAndConquer, "divide_and_conquer",
+                        "Divides long serial chains into halves: O(log n) depth, on all cores.",
+                        "serial,batch", robomosp::articulated::kDivideParams))

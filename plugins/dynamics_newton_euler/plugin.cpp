@@ -22,11 +22,10 @@ using What = spatial::recursions::Task::What;
 
 const rmp_param kParams[] = {
     {"inertia_method", "enum", "",
-     "How the joint-space inertia is computed: composite bodies, or column by column from "
-     "Newton-Euler.",
+     "Method for the joint-space inertia: composite bodies, or column by column from Newton-Euler.",
      "composite", "composite|columns", 1, 0},
     {"instructions", "enum", "",
-     "The processor instructions to use: the widest available, or none wider than these.", "auto",
+     "Greatest instruction set of the processor to use; by default the widest it has.", "auto",
      "auto|avx512|avx2|baseline", 1, 0},
 };
 

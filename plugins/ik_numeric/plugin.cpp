@@ -17,14 +17,13 @@ namespace robomosp::ik_numeric {
 namespace {
 
 const rmp_param kParams[] = {
-    {"max_iterations", "int", "", "Maximum number of steps of one search.", "100", nullptr, 1,
+    {"max_iterations", "int", "", "Greatest number of steps of one search.", "100", nullptr, 1,
      100000},
-    {"restarts", "int", "", "Random restarts after the search from the seed has failed.", "100",
-     nullptr, 0, 100000},
+    {"restarts", "int", "", "Random starts after the seed has failed.", "100", nullptr, 0, 100000},
     {"damping", "real", "",
      "Damping per squared error; larger is more cautious far from the target.", "0.01", nullptr,
      1e-9, 1e3},
-    {"seed", "int", "", "Start of the random numbers; the same seed gives the same results.", "1",
+    {"seed", "int", "", "Seed of the random numbers; the same seed gives the same results.", "1",
      nullptr, 0, 4294967295.0},
 };
 

@@ -28,7 +28,7 @@ namespace {
 
 const rmp_param kParams[] = {
     {"turns", "bool", "",
-     "If all solutions are requested, include those a whole turn away within the limits.", "true",
+     "If all solutions are requested, include those a full turn away that limits allow.", "true",
      nullptr, 0, 0},
     {"switching", "bool", "",
      "On a path, continue with another configuration if a joint limit ends the present one; "

@@ -11,11 +11,11 @@ namespace {
 
 const rmp_param kDormandPrinceParams[] = {
     {"norm", "enum", "",
-     "How the errors of the state's numbers are combined: root mean square, or maximum.", "rms",
+     "Norm of the errors of the state's numbers: root mean square, or the greatest.", "rms",
      "rms|max", 1, 0},
-    {"max_step", "real", "s", "Longest step; 0 = chosen by the error.", "0", nullptr, 0, 1e9},
-    {"max_steps", "int", "", "A run with more steps than this is an error.", "1000000", nullptr, 1,
-     1e12},
+    {"max_step", "real", "s", "Longest step; 0 = only limited by the error.", "0", nullptr, 0, 1e9},
+    {"max_steps", "int", "", "A run that takes more steps than this is an error.", "1000000",
+     nullptr, 1, 1e12},
 };
 const rmp_param kSymplecticParams[] = {
     {"method", "enum", "",
@@ -36,5 +36,5 @@ RMP_PLUGIN("org.robomosp.integrators", "0.1.0", "Apache-2.0",
                                   "The classical Runge-Kutta method with a fixed step.",
                                   "fixed_step,order=4"),
            RMP_PROVIDER(robomosp::integrators::Symplectic, "symplectic",
-                        "Fixed step; keeps the energy of free motions in bounds.",
+                        "Fixed step; keeps the energy of free motions within bounds.",
                         "fixed_step,order=2,symplectic", robomosp::integrators::kSymplecticParams))

@@ -13,34 +13,39 @@ const rmp_param kSpeedShare{"speed_share", "real",  "", "Share of the velocity l
     kVelocity{"velocity",
               "real[]",
               "",
-              "Limits of this motion, one for all joints or one per joint [rad/s or m/s]; the "
-              "robot's limits apply if they are lower.",
+              "Limits of this motion, one for all joints or one per joint [rad/s or m/s]; lower "
+              "limits of the robot take precedence.",
               "{}",
               nullptr,
               1,
               0},
-    kAcceleration{"acceleration", "real[]", "", "Likewise [rad/s^2 or m/s^2].",
+    kAcceleration{"acceleration", "real[]", "", "The same for accelerations [rad/s^2 or m/s^2].",
                   "{}",           nullptr,  1,  0},
-    kJerk{"jerk", "real[]", "", "Likewise [rad/s^3 or m/s^3].", "{}", nullptr, 1, 0};
+    kJerk{"jerk", "real[]", "", "The same for jerks [rad/s^3 or m/s^3].", "{}", nullptr, 1, 0};
 
-const rmp_param kEndVelocity{
-    "end_velocity",
-    "real[]",
-    "",
-    "Of each joint [rad/s or m/s], passed to the next joint segment; at rest when left out.",
-    "{}",
-    nullptr,
-    1,
-    0},
-    kEndAcceleration{
-        "end_acceleration", "real[]", "", "Likewise [rad/s^2 or m/s^2].", "{}", nullptr, 1, 0};
+const rmp_param kEndVelocity{"end_velocity",
+                             "real[]",
+                             "",
+                             "Velocity of each joint [rad/s or m/s], passed on to the next joint "
+                             "segment; at rest if omitted.",
+                             "{}",
+                             nullptr,
+                             1,
+                             0},
+    kEndAcceleration{"end_acceleration",
+                     "real[]",
+                     "",
+                     "The same for accelerations [rad/s^2 or m/s^2].",
+                     "{}",
+                     nullptr,
+                     1,
+                     0};
 
 const rmp_param kPtpParams[] = {
-    {"profile", "enum", "", "How the speed changes.", "trapezoidal", "trapezoidal|s_curve|quintic",
-     1, 0},
+    {"profile", "enum", "", "Speed profile.", "trapezoidal", "trapezoidal|s_curve|quintic", 1, 0},
     {"joints_arrive", "enum", "",
-     "Together on a straight line in joint space, or each as fast as possible.", "together",
-     "together|each", 1, 0},
+     "Joints move together on a straight line in joint space, or each as fast as it can.",
+     "together", "together|each", 1, 0},
     {"duration", "real", "s", "Duration of the motion; 0 = as short as the limits allow.", "0",
      nullptr, 0, 1e9},
     kSpeedShare,
@@ -48,17 +53,15 @@ const rmp_param kPtpParams[] = {
     kAcceleration,
     kJerk};
 const rmp_param kSplineParams[] = {
-    {"degree", "enum", "", "Cubic: continuous acceleration; quintic: two derivatives more.", "3",
-     "3|5", 1, 0},
+    {"degree", "enum", "",
+     "Cubic: continuous acceleration; quintic: two more continuous derivatives.", "3", "3|5", 1, 0},
     {"ends", "enum", "",
      "clamped: at rest, or with the rates given there; natural: free; not_a_knot: one polynomial "
      "over the first and the last pieces; periodic: the last joint vector is the first, and the "
      "motion continues there as it began.",
      "clamped", "clamped|natural|not_a_knot|periodic", 1, 0},
     {"times", "real[]", "s",
-     "When each joint vector is passed; without, as fast as the limits "
-     "allow.",
-     "{}", nullptr, 1, 0},
+     "Times of the joint vectors; without them, as fast as the limits allow.", "{}", nullptr, 1, 0},
     kEndVelocity,
     kEndAcceleration,
     kSpeedShare,
@@ -80,14 +83,14 @@ const rmp_param kTimeOptimalParams[] = {
 
 namespace jm = robomosp::joint_motion;
 
-RMP_PLUGIN("org.robomosp.joint_motion", "0.1.0", "Apache-2.0", "Motions of all joints.",
-           RMP_PROVIDER(jm::PtpFactory, "ptp",
-                        "From joint vector to joint vector, at rest in each.", "points=2+",
-                        jm::kPtpParams),
-           RMP_PROVIDER(jm::SplineFactory, "joint_spline",
-                        "A spline through joint vectors, at given times or as fast as the limits "
-                        "allow.",
-                        "points=2+", jm::kSplineParams),
-           RMP_PROVIDER(jm::TimeOptimalFactory, "time_optimal",
-                        "The fastest motion with limited jerk from any state to any other.",
-                        "points=2", jm::kTimeOptimalParams))
+RMP_PLUGIN(
+    "org.robomosp.joint_motion", "0.1.0", "Apache-2.0", "Motions of all joints.",
+    RMP_PROVIDER(jm::PtpFactory, "ptp", "From joint vector to joint vector, at rest in each.",
+                 "points=2+", jm::kPtpParams),
+    RMP_PROVIDER(jm::SplineFactory, "joint_spline",
+                 "A spline through joint vectors, at given times or as fast as the limits "
+                 "allow.",
+                 "points=2+", jm::kSplineParams),
+    RMP_PROVIDER(jm::TimeOptimalFactory, "time_optimal",
+                 "The fastest motion with limited jerk from any state of motion to any other.",
+                 "points=2", jm::kTimeOptimalParams))

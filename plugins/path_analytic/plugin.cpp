@@ -16,13 +16,13 @@ const rmp_param kAxis{"axis", "real[]", "", "Direction of the axis.", "{0, 0, 1}
 const rmp_param kArcCentreParams[] = {
     kCentre,
     kAxis,
-    {"angle", "real", "rad", "Angle about the axis; negative reverses the direction.", nullptr,
+    {"angle", "real", "rad", "Angle about the axis; negative for the other direction.", nullptr,
      nullptr, -1e6, 1e6},
 };
 const rmp_param kHelixParams[] = {
     kCentre,
     kAxis,
-    {"turns", "real", "", "Number of turns; negative reverses the direction.", "1", nullptr, -1e6,
+    {"turns", "real", "", "Number of turns; negative for the other direction.", "1", nullptr, -1e6,
      1e6},
     {"pitch", "real", "m", "Distance along the axis per turn.", nullptr, nullptr, -1e6, 1e6},
 };
@@ -30,14 +30,14 @@ const rmp_param kHelixParams[] = {
 const rmp_param kSpeed{"speed", "real",  "m/s", "Maximum speed of the tool along the curve.",
                        "0.1",   nullptr, 0,     1e6},
     kAngularSpeed{
-        "angular_speed", "real",  "rad/s", "Maximum angular speed; the slower of the two applies.",
+        "angular_speed", "real",  "rad/s", "Greatest angular speed; the slower of the two counts.",
         "0.5",           nullptr, 0,       1e6},
-    kAcceleration{"acceleration", "real", "m/s^2", "Maximum acceleration along the curve.", "1",
+    kAcceleration{"acceleration", "real", "m/s^2", "Greatest acceleration along the curve.", "1",
                   nullptr,        0,      1e9},
     kAngularAcceleration{"angular_acceleration",
                          "real",
                          "rad/s^2",
-                         "Maximum angular acceleration.",
+                         "Greatest angular acceleration.",
                          "5",
                          nullptr,
                          0,
@@ -53,8 +53,8 @@ const rmp_param kConstantAccelerationParams[] = {
     kAngularAcceleration,
     kStartSpeed,
     kEndSpeed,
-    {"start_ratio", "real", "",
-     "Speed at the start over the mean speed, where a duration is given.", "0", nullptr, 0, 2},
+    {"start_ratio", "real", "", "Speed at the start over the mean speed, if a duration is given.",
+     "0", nullptr, 0, 2},
     kDuration};
 const rmp_param kTrapezoidalParams[] = {
     kSpeed, kAngularSpeed, kAcceleration, kAngularAcceleration, kStartSpeed, kEndSpeed, kDuration};
@@ -63,8 +63,8 @@ const rmp_param kSCurveParams[] = {
     kAngularSpeed,
     kAcceleration,
     kAngularAcceleration,
-    {"jerk", "real", "m/s^3", "Maximum jerk along the curve.", "10", nullptr, 0, 1e12},
-    {"angular_jerk", "real", "rad/s^3", "Maximum angular jerk.", "50", nullptr, 0, 1e12},
+    {"jerk", "real", "m/s^3", "Greatest jerk along the curve.", "10", nullptr, 0, 1e12},
+    {"angular_jerk", "real", "rad/s^3", "Greatest angular jerk.", "50", nullptr, 0, 1e12},
     kStartSpeed,
     kEndSpeed,
     kDuration};
@@ -72,24 +72,25 @@ const rmp_param kCycloidalParams[] = {kSpeed, kAngularSpeed, kAcceleration, kAng
                                       kDuration};
 
 const rmp_param kSlerpParams[] = {
-    {"from", "real", "", "Share of the way where the turn begins.", "0", nullptr, 0, 1},
-    {"to", "real", "", "Share of the way where it ends.", "1", nullptr, 0, 1},
-    {"ease", "enum", "", "How it changes in between: with the path, or smoothly from rest to rest.",
-     "way", "way|smooth", 1, 0},
+    {"from", "real", "", "Path parameter at which the rotation begins.", "0", nullptr, 0, 1},
+    {"to", "real", "", "Path parameter at which it ends.", "1", nullptr, 0, 1},
+    {"ease", "enum", "",
+     "Rotation in between: in proportion to the path, or smoothly from rest to rest.", "way",
+     "way|smooth", 1, 0},
 };
 const rmp_param kAnglesParams[] = {
-    {"first", "real[]", "rad",
-     "Roll, pitch, yaw at the start; those of the first pose when left out.", "{}", nullptr, 1, 0},
+    {"first", "real[]", "rad", "Roll, pitch, yaw at the start; by default those of the first pose.",
+     "{}", nullptr, 1, 0},
     {"last", "real[]", "rad",
-     "Roll, pitch, yaw at the end, full turns counted; those of the last pose, each by the shorter "
-     "rotation, when left out.",
+     "Roll, pitch, yaw at the end, including full turns; by default those of the last pose, each "
+     "by the shortest rotation.",
      "{}", nullptr, 1, 0},
 };
 const rmp_param kTangentParams[] = {
     {"axis", "enum", "", "The tool's axis that follows the tangent.", "x", "x|y|z", 1, 0},
     {"up", "real[]", "",
-     "Direction that the preceding axis leans to (z for x); the first pose's when left out.", "{}",
-     nullptr, 1, 0},
+     "Reference direction for the axis before it (z for x); by default that of the first pose.",
+     "{}", nullptr, 1, 0},
 };
 
 }  // namespace
@@ -102,7 +103,7 @@ RMP_PLUGIN(
     "Lines and arcs, motion laws and orientations.",
     RMP_PROVIDER_NO_PARAMS(
         pa::LineFactory, "line",
-        "Straight line between two poses; a rotation in place when their positions are the same.",
+        "Straight line between two poses; a rotation in place if their positions are equal.",
         "points=2"),
     RMP_PROVIDER_NO_PARAMS(pa::ArcFactory, "arc",
                            "Part of a circle from the first pose through the second to the third.",
@@ -117,14 +118,14 @@ RMP_PLUGIN(
     RMP_PROVIDER(pa::ConstantSpeedFactory, "constant_speed", "Constant speed.", "",
                  pa::kSpeedParams),
     RMP_PROVIDER(pa::ConstantAccelerationFactory, "constant_acceleration",
-                 "The speed changes evenly from start_speed to end_speed; without an end_speed, by "
-                 "the acceleration.",
+                 "The speed changes uniformly from start_speed to end_speed; without an end_speed, "
+                 "by the acceleration.",
                  "", pa::kConstantAccelerationParams),
     RMP_PROVIDER(pa::TrapezoidalFactory, "trapezoidal",
-                 "Accelerates, cruises and decelerates with constant acceleration.", "",
+                 "Trapezoidal: constant acceleration, constant speed, constant deceleration.", "",
                  pa::kTrapezoidalParams),
     RMP_PROVIDER(pa::SCurveFactory, "s_curve",
-                 "The same with a limited jerk, so that the acceleration has no steps.", "",
+                 "Trapezoidal with limited jerk, so that the acceleration is continuous.", "",
                  pa::kSCurveParams),
     RMP_PROVIDER(pa::CubicFactory, "cubic", "A polynomial of third degree in time.", "",
                  pa::kTrapezoidalParams),
@@ -132,19 +133,18 @@ RMP_PLUGIN(
                  "A polynomial of fifth degree in time: without acceleration at the ends.", "",
                  pa::kTrapezoidalParams),
     RMP_PROVIDER(pa::CycloidalFactory, "cycloidal",
-                 "x - sin(2 pi x) / (2 pi): at rest at both ends, without steps of acceleration.",
+                 "x - sin(2 pi x) / (2 pi): at rest at both ends, with continuous acceleration.",
                  "", pa::kCycloidalParams),
     RMP_PROVIDER_NO_PARAMS(pa::FixedFactory, "fixed", "Keeps the first pose's orientation.", ""),
     RMP_PROVIDER(pa::SlerpFactory, "slerp",
-                 "Turns about one axis from the first pose's orientation to the last one's.", "",
+                 "Rotates about one axis from the first pose's orientation to the last one's.", "",
                  pa::kSlerpParams),
     RMP_PROVIDER_NO_PARAMS(pa::SlerpPointsFactory, "slerp_points",
-                           "Turns from point to point, each at a constant rate.", ""),
+                           "Rotates from point to point, each at a constant rate.", ""),
     RMP_PROVIDER_NO_PARAMS(pa::SquadFactory, "squad",
-                           "Turns through every point's orientation without jumps of the rate.",
-                           ""),
+                           "Rotates through every point's orientation with a continuous rate.", ""),
     RMP_PROVIDER(pa::AnglesFactory, "angles",
-                 "Roll, pitch and yaw change in proportion, each by as many turns as given.", "",
+                 "Roll, pitch and yaw change in proportion, each by the given number of turns.", "",
                  pa::kAnglesParams),
     RMP_PROVIDER(pa::TangentFactory, "tangent", "One axis of the tool follows the tangent.", "",
                  pa::kTangentParams))

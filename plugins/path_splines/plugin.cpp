@@ -314,55 +314,66 @@ class TeachPointsFactory final : public CurveFactory {
 };
 
 const rmp_param kTimes{
-    "times", "real[]", "s", "When each point is passed; without, the motion law decides.",
+    "times", "real[]", "s", "Time of each point; if omitted, the motion law sets the times.",
     "{}",    nullptr,  1,   0};
 const rmp_param kSpacing{"spacing",
                          "enum",
                          "",
-                         "Without times, the parameter grows with the points' distances, or their "
-                         "roots (gentler at sharp corners).",
+                         "Without times, the parameter grows with the points' distances, or with "
+                         "their square roots (gentler at sharp corners).",
                          "chord",
                          "chord|centripetal",
                          1,
                          0};
 const char* const kEndsDoc =
-    "natural: free, as straight as possible; clamped: with the velocities given there, zero if "
-    "none is given; not_a_knot: one polynomial at either end; periodic: closed, without a jump "
-    "where the last point is the first; auto: clamped at an end with given values, else natural.";
+    "natural: free, as straight as possible; clamped: with the velocities given there, zero by "
+    "default; not_a_knot: one polynomial at either end; periodic: closed, without a jump where the "
+    "last point is the first; auto: clamped at an end with a given value, else natural.";
 const rmp_param kEnds{
     "ends", "enum", "", kEndsDoc, "auto", "auto|natural|clamped|not_a_knot|periodic", 1, 0},
     // A closed spline of an even degree with its knots at the points does not exist for every
     // number of points.
     kOpenEnds{"ends", "enum", "", kEndsDoc, "auto", "auto|natural|clamped|not_a_knot", 1, 0};
-const rmp_param kStart{
-    "start_velocity", "real[]", "m/s", "Velocity at the start; its direction without times.", "{}",
-    nullptr,          1,        0};
-const rmp_param kEnd{"end_velocity", "real[]", "m/s", "Velocity at the end, likewise.",
-                     "{}",           nullptr,  1,     0};
+const rmp_param kStart{"start_velocity",
+                       "real[]",
+                       "m/s",
+                       "Velocity at the start; without times only its direction counts.",
+                       "{}",
+                       nullptr,
+                       1,
+                       0};
+const rmp_param kEnd{"end_velocity",
+                     "real[]",
+                     "m/s",
+                     "Velocity at the end; without times only its direction counts.",
+                     "{}",
+                     nullptr,
+                     1,
+                     0};
 const rmp_param kSplineParams[] = {kTimes, kSpacing, kEnds, kStart, kEnd};
 const rmp_param kQuarticParams[] = {kTimes, kSpacing, kOpenEnds, kStart, kEnd};
-const rmp_param kQuinticParams[] = {
-    kTimes,
-    kSpacing,
-    kEnds,
-    kStart,
-    kEnd,
-    {"start_acceleration", "real[]", "m/s^2", "At the start, with times.", "{}", nullptr, 1, 0},
-    {"end_acceleration", "real[]", "m/s^2", "At the end, with times.", "{}", nullptr, 1, 0}};
+const rmp_param kQuinticParams[] = {kTimes,
+                                    kSpacing,
+                                    kEnds,
+                                    kStart,
+                                    kEnd,
+                                    {"start_acceleration", "real[]", "m/s^2",
+                                     "Acceleration at the start, with times.", "{}", nullptr, 1, 0},
+                                    {"end_acceleration", "real[]", "m/s^2",
+                                     "Acceleration at the end, with times.", "{}", nullptr, 1, 0}};
 const rmp_param kBSplineParams[] = {
     {"degree", "int", "", "Degree; degree - 1 derivatives are continuous.", "3", nullptr, 2, 9}};
 const rmp_param kBezierParams[] = {
     {"duration", "real", "s",
-     "Time for the whole, evenly in the parameter; 0 = the motion law decides.", "0", nullptr, 0,
-     1e9},
+     "Total duration, uniform in the parameter; 0 = set by the motion law.", "0", nullptr, 0, 1e9},
     {"start_velocity", "real[]", "m/s", "Velocity at the start: adds a control point.", "{}",
      nullptr, 1, 0},
     {"end_velocity", "real[]", "m/s", "Velocity at the end: adds a control point.", "{}", nullptr,
      1, 0}};
-const rmp_param kTeachParams[] = {
-    {"rounding", "real", "m",
-     "How far from a point its corner is cut; at most half the distance to its neighbours.", "0.01",
-     nullptr, 0, 1e6}};
+const rmp_param kTeachParams[] = {{"rounding", "real", "m",
+                                   "Distance from a point at which its corner is cut; at most half "
+                                   "the distance to its neighbours.",
+                                   "0.01", nullptr, 0, 1e6}};
 
 }  // namespace
 }  // namespace robomosp::path_splines
@@ -371,16 +382,16 @@ namespace ps = robomosp::path_splines;
 
 RMP_PLUGIN("org.robomosp.path_splines", "0.1.0", "Apache-2.0", "Splines and Bezier curves.",
            RMP_PROVIDER(ps::CubicSplineFactory, "cubic_spline",
-                        "Cubic spline through the points: curvature without jumps.", "points=2+",
+                        "Cubic spline through the points, with continuous curvature.", "points=2+",
                         ps::kSplineParams),
            RMP_PROVIDER(ps::QuarticSplineFactory, "quartic_spline",
                         "Quartic spline through the points.", "points=2+", ps::kQuarticParams),
            RMP_PROVIDER(ps::QuinticSplineFactory, "quintic_spline",
-                        "Quintic spline through the points: jerk without jumps.", "points=2+",
+                        "Quintic spline through the points, with continuous jerk.", "points=2+",
                         ps::kQuinticParams),
            RMP_PROVIDER(ps::BSplineFactory, "b_spline",
-                        "B-spline drawn by control points, from the first to the last.",
-                        "points=3+", ps::kBSplineParams),
+                        "B-spline with control points, from the first to the last.", "points=3+",
+                        ps::kBSplineParams),
            RMP_PROVIDER(ps::BezierFactory, "bezier",
                         "Bezier curve of any degree, from the first control point to the last.",
                         "points=2+", ps::kBezierParams),

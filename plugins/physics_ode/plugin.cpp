@@ -10,21 +10,22 @@ namespace {
 
 const rmp_param kParams[] = {
     {"solver", "enum", "",
-     "How contacts and joints are solved: exactly (Dantzig's method), or by sweeps for worlds with "
-     "many bodies.",
+     "Solver for contacts and joints: exact (Dantzig's method), or iterative, for worlds of many "
+     "bodies.",
      "exact", "exact|sweeps", 1, 0},
-    {"sweeps", "int", "", "Sweeps of a step.", "50", nullptr, 1, 10000},
-    {"erp", "real", "", "Fraction of a joint's drift corrected per step.", "0.2", nullptr, 0, 1},
+    {"sweeps", "int", "", "Iterations per step.", "50", nullptr, 1, 10000},
+    {"erp", "real", "", "Share of a joint's drift that a step corrects.", "0.2", nullptr, 0, 1},
     {"cfm", "real", "", "Softness of joints; 0 = rigid.", "1e-8", nullptr, 0, 1},
-    {"contact_erp", "real", "", "Share of a penetration that a step repairs.", "0.2", nullptr, 0,
+    {"contact_erp", "real", "", "Share of a penetration that a step corrects.", "0.2", nullptr, 0,
      1},
     {"contact_cfm", "real", "", "Softness of contacts.", "1e-7", nullptr, 0, 1},
     {"piles_from", "int", "",
-     "Of the exact solver: bodies without joints that touch at this many points are solved as a "
-     "pile, "
-     "by an equally exact method for sparse matrices; fewer are as fast in one dense system.",
+     "For the exact solver: bodies without joints that touch at this many points are solved as a "
+     "pile, by an equally exact method for sparse matrices; fewer are solved all at once, which is "
+     "as quick.",
      "17", nullptr, 0, 1000000},
-    {"most_contacts", "int", "", "Contact points of a pair of shapes.", "16", nullptr, 1, 64},
+    {"most_contacts", "int", "", "Greatest number of contact points of a pair of shapes.", "16",
+     nullptr, 1, 64},
 };
 
 class Ode final : public PhysicsEngine {

@@ -214,62 +214,62 @@ struct JointTrajectory {
   }
 };
 
-#define RMP_TCP_SPEED                                                              \
-  {                                                                                \
-    "tcp_speed", "real", "m/s",                                                    \
-        "Speed of the tool at 100 % of a joint motion, for controllers that give " \
-        "joint "                                                                   \
-        "motions in mm/s.",                                                        \
-        "1", nullptr, 0.001, 100                                                   \
+#define RMP_TCP_SPEED                                                                         \
+  {                                                                                           \
+    "tcp_speed", "real", "m/s",                                                               \
+        "Speed of the tool for 100 % of a joint motion, if a controller gives joint motions " \
+        "in mm/s.",                                                                           \
+        "1", nullptr, 0.001, 100                                                              \
   }
 const rmp_param kRapidParams[] = {RMP_TCP_SPEED};
 const rmp_param kAsParams[] = {
     RMP_TCP_SPEED,
     {"program", "string", "",
-     "Program of the file that is read, with those that it calls; empty = that of the file's name, "
-     "else main, else the first that nothing calls.",
+     "Program to read from the file, with those that it calls; empty = the one named like the "
+     "file, else main, else the first that nothing calls.",
      "", nullptr, 1, 0}};
-const rmp_param kPacParams[] = {
-    RMP_TCP_SPEED,
-    {"fig_xor", "int", "",
-     "Figure of the arm that reaches forward with its elbow up and its wrist not flipped.", "5",
-     nullptr, 0, 7}};
+const rmp_param kPacParams[] = {RMP_TCP_SPEED,
+                                {"fig_xor", "int", "",
+                                 "Configuration of the arm when it reaches forward with its elbow "
+                                 "up and its wrist not flipped.",
+                                 "5", nullptr, 0, 7}};
 const rmp_param kTpParams[] = {
     RMP_TCP_SPEED,
-    {"max_speed", "real", "m/s", "Speed of paths with max_speed: the limit of the controller.", "2",
+    {"max_speed", "real", "m/s", "Path speed for max_speed: the limit of the controller.", "2",
      nullptr, 0.001, 100}};
 #define RMP_JOINT_SPEED                                                                           \
   {                                                                                               \
     "joint_speed", "real", "rad/s", "Speed of the joints at 100 %.", "180 deg/s", nullptr, 0.001, \
         100                                                                                       \
   }
-#define RMP_C_PTP_MM                                                                    \
-  {                                                                                     \
-    "c_ptp_mm", "real", "m",                                                            \
-        "Distance from the target that 100 % of C_PTP are, where a controller gives a " \
-        "distance for a joint motion.",                                                 \
-        "100 mm", nullptr, 0.001, 10                                                    \
+#define RMP_C_PTP_MM                                                            \
+  {                                                                             \
+    "c_ptp_mm", "real", "m",                                                    \
+        "Distance from the target for 100 % of C_PTP, if a controller gives a " \
+        "distance for a joint motion.",                                         \
+        "100 mm", nullptr, 0.001, 10                                            \
   }
 const rmp_param kMelfaParams[] = {RMP_C_PTP_MM};
 const rmp_param kUrscriptParams[] = {RMP_JOINT_SPEED, RMP_C_PTP_MM};
 const rmp_param kInformParams[] = {
     {"pulses", "real[]", "",
-     "Pulses per degree (or mm) of each axis, then of additional ones; those of the controller's "
-     "record where one is given.",
+     "Pulses per degree (or mm) of each axis, then of additional ones; by default those of the "
+     "controller's record, if given.",
      nullptr, nullptr, 1, 0, RMP_OPTIONAL},
-    {"pl_mm", "real", "m", "Distance of a level PL of a path.", "10 mm", nullptr, 0, 1}};
+    {"pl_mm", "real", "m", "Distance of a positioning level PL of a path.", "10 mm", nullptr, 0,
+     1}};
 const rmp_param kMovemasterParams[] = {
     {"speed", "real", "m/s", "Speed of the hand on straight motions at SP 9.", "1 m/s", nullptr,
      0.001, 10},
-    {"roll", "real", "rad", "Roll that the drive unit shows where the tool's y axis is level.",
+    {"roll", "real", "rad", "Roll shown by the drive unit when the tool's y axis is level.",
      "0 deg", nullptr, -7, 7}};
 const rmp_param kCrclParams[] = {RMP_TCP_SPEED, RMP_JOINT_SPEED};
 const rmp_param kJointTrajectoryParams[] = {
     {"joints", "string", "",
-     "Names of the joints in the order of the robot, with commas; empty is the order of "
+     "Names of the joints in the order of the robot, separated by commas; empty: the order of "
      "joint_names.",
      "", nullptr, 1, 0},
-    {"linear", "string", "", "Names of the joints that are in m, with commas.", "", nullptr, 1, 0}};
+    {"linear", "string", "", "Names of the joints in m, separated by commas.", "", nullptr, 1, 0}};
 
 }  // namespace
 }  // namespace robomosp::readers
@@ -277,8 +277,8 @@ const rmp_param kJointTrajectoryParams[] = {
 using namespace robomosp::readers;
 
 RMP_PLUGIN("org.robomosp.program_readers", "1.0.0", "Apache-2.0",
-           "Programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi, Staubli, Kawasaki, Comau, "
-           "Denso and Yaskawa, G-code, CRCL and ROS, to IRL.",
+           "Reads programs of KUKA, ABB, Universal Robots, FANUC, Mitsubishi, Staubli, Kawasaki, "
+           "Comau, Denso and Yaskawa, G-code, CRCL and ROS as IRL.",
            RMP_PROVIDER_NO_PARAMS(Of<Krl>, "krl", "KUKA KRL: .src with its .dat.", ""),
            RMP_PROVIDER(Of<Rapid>, "rapid", "ABB RAPID: modules .mod, .prg, .sys; .pgf.", "",
                         kRapidParams),

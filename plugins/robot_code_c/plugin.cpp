@@ -247,7 +247,7 @@ RMP_PLUGIN("org.robomosp.robot_code_c", "0.1.0", "Apache-2.0",
                         "C99 without dependencies: constants folded, common terms shared, single "
                         "and batch.",
                         "serial,tree,loops,batch", kCodeParams),
-           compiled<CompiledInverse>("Inverse dynamics written for one robot as C, compiled by the "
-                                     "system's compiler when first used."),
-           compiled<CompiledForward>("Forward dynamics written for one robot as C, compiled by the "
-                                     "system's compiler when first used."))
+           compiled<CompiledInverse>("Inverse dynamics generated for one robot as C, compiled by "
+                                     "the system's compiler at first use."),
+           compiled<CompiledForward>("Forward dynamics generated for one robot as C, compiled by "
+                                     "the system's compiler at first use."))

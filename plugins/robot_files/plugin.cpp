@@ -18,37 +18,37 @@ namespace {
 constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{64} << 20;
 
 const rmp_param kImportParams[] = {
-    {"name", "string", "", "Name of the robot; empty = the file's name.", "", nullptr, 1, 0},
-    {"shapes", "enum", "", "Which shapes the links get.", "visual", "visual|collision", 1, 0},
-    {"outside", "bool", "", "Open files outside the robot's package too.", "false", nullptr, 1, 0},
+    {"name", "string", "", "Name of the robot; empty = that of the file.", "", nullptr, 1, 0},
+    {"shapes", "enum", "", "Shapes for the links.", "visual", "visual|collision", 1, 0},
+    {"outside", "bool", "", "Also open files outside the robot's package.", "false", nullptr, 1, 0},
 };
 
 const rmp_param kExportParams[] = {
     {"package", "string", "",
-     "ROS package that the file is for: meshes are then named package://<package>/...", "", nullptr,
-     1, 0},
-    {"bodies", "bool", "", "False leaves out the shapes: joints and masses only.", "true", nullptr,
-     1, 0},
+     "ROS package of the file: meshes are then named package://<package>/...", "", nullptr, 1, 0},
+    {"bodies", "bool", "", "False omits the shapes: only joints and masses are written.", "true",
+     nullptr, 1, 0},
 };
 
 const rmp_param kPackageParams[] = {
     {"package", "string", "", "Name of the package.", "", nullptr, 1, 0},
-    {"bodies", "bool", "", "False leaves out the shapes: joints and masses only.", "true", nullptr,
-     1, 0},
+    {"bodies", "bool", "", "False omits the shapes: only joints and masses are written.", "true",
+     nullptr, 1, 0},
     {"description", "string", "", "Description in package.xml.", "", nullptr, 1, 0},
-    {"maintainer", "string", "", "Name in package.xml.", "The maintainer", nullptr, 1, 0},
+    {"maintainer", "string", "", "Name of the maintainer in package.xml.", "The maintainer",
+     nullptr, 1, 0},
     {"email", "string", "", "Address of the maintainer in package.xml.", "maintainer@example.org",
      nullptr, 1, 0},
-    {"licence", "string", "", "Of the package.", "Proprietary", nullptr, 1, 0},
-    {"version", "string", "", "Of the package: three numbers.", "0.1.0", nullptr, 1, 0},
+    {"licence", "string", "", "Licence of the package.", "Proprietary", nullptr, 1, 0},
+    {"version", "string", "", "Version of the package: three numbers.", "0.1.0", nullptr, 1, 0},
     {"group", "string", "",
-     "Planning group of the SRDF; with several chains, the prefix of their names.", "manipulator",
+     "Planning group of the SRDF; for several chains the beginning of their names.", "manipulator",
      nullptr, 1, 0},
     {"hardware", "string", "", "Plugin of ros2_control that drives the joints.",
      "mock_components/GenericSystem", nullptr, 1, 0},
-    {"command", "enum", "", "Interface that receives the commands.", "position",
+    {"command", "enum", "", "Command interface of the joints.", "position",
      "position|velocity|effort", 1, 0},
-    {"rate", "real", "Hz", "Of the controllers.", "100", nullptr, 1, 10000},
+    {"rate", "real", "Hz", "Update rate of the controllers.", "100", nullptr, 1, 10000},
 };
 
 class RobotImporter final : public Importer {
@@ -198,7 +198,7 @@ using robomosp::robot_files::PackageExporter, robomosp::robot_files::RobotExport
     robomosp::robot_files::RobotImporter;
 
 RMP_PLUGIN("org.robomosp.robot_files", "0.1.0", "Apache-2.0",
-           "Robots from URDF, MJCF and SDF, and as URDF and packages of ROS 2.",
+           "Reads robots from URDF, MJCF and SDF, and writes URDF and packages of ROS 2.",
            RMP_PROVIDER(RobotImporter, "robot",
                         "URDF, MJCF (MuJoCo) and SDF (Gazebo): joints, masses, shapes.",
                         "robot,confined", robomosp::robot_files::kImportParams),

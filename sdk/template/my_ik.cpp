@@ -233,7 +233,8 @@ class MyIk final : public IkSolver {
 
 const rmp_param kParams[] = {
     {"restarts", "int", "", "Random starts tried after the given one.", "200", nullptr, 0, 100000},
-    {"iterations", "int", "", "Steps from each start at most.", "100", nullptr, 1, 100000},
+    {"iterations", "int", "", "Greatest number of steps from each start.", "100", nullptr, 1,
+     100000},
 };
 
 }  // namespace

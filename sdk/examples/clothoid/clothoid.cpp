@@ -103,15 +103,16 @@ class ClothoidFactory final : public CurveFactory {
 
 const rmp_param kParams[] = {
     {"length", "real", "m", "Length of the curve.", nullptr, nullptr, 0, 1e6},
-    {"start_curvature", "real", "1/m", "Curvature at the start; above 0 to the left.", "0", nullptr,
-     -1e6, 1e6},
+    {"start_curvature", "real", "1/m", "Curvature at the start; positive to the left.", "0",
+     nullptr, -1e6, 1e6},
     {"end_curvature", "real", "1/m", "Curvature at the end.", "1", nullptr, -1e6, 1e6},
 };
 
 }  // namespace
 
-RMP_PLUGIN("org.robomosp.example.clothoid", "0.1.0", "Apache-2.0", "A curve of one's own.",
-           RMP_PROVIDER(ClothoidFactory, "clothoid",
-                        "Curvature that grows evenly with the length, from the first pose on along "
-                        "its x axis.",
-                        "points=1", kParams))
+RMP_PLUGIN(
+    "org.robomosp.example.clothoid", "0.1.0", "Apache-2.0", "A custom curve.",
+    RMP_PROVIDER(
+        ClothoidFactory, "clothoid",
+        "Curvature that grows linearly with the length, from the first pose on along its x axis.",
+        "points=1", kParams))

@@ -136,5 +136,5 @@ const rmp_param kParams[] = {
 
 RMP_PLUGIN("org.example.involute_gear", "0.1.0", "Apache-2.0", "Spur gears as primitives",
            RMP_PROVIDER(InvoluteGear, "involute_gear",
-                        "Spur gear with involute teeth about z, standing on z = 0.", "gear,exact",
+                        "Spur gear with involute teeth about z, from z = 0 up.", "gear,exact",
                         kParams))

@@ -170,31 +170,32 @@ Result<ModuleValue> greatest(const Module& module, const ModuleValue& args, Modu
 
 const rmp_param kMargin[] = {
     {"id", "ref:robot", "", "The robot.", nullptr, nullptr, 1, 0},
-    {"payload", "real", "kg", "Mass at the first tool; the setting `payload` when left out.",
-     nullptr, nullptr, 0, 1e6, RMP_OPTIONAL},
-    {"samples", "int", "", "Configurations; the setting `samples` when left out.", nullptr, nullptr,
-     1, 1e7, RMP_OPTIONAL}};
+    {"payload", "real", "kg", "Mass at the first tool; the setting `payload` if omitted.", nullptr,
+     nullptr, 0, 1e6, RMP_OPTIONAL},
+    {"samples", "int", "", "Configurations; the setting `samples` if omitted.", nullptr, nullptr, 1,
+     1e7, RMP_OPTIONAL}};
 const rmp_param kMarginResult[] = {
-    {"margin", "real", "", "Least share of a torque limit that is left; below 0 it cannot hold.",
+    {"margin", "real", "", "Smallest remaining share of a torque limit; below 0 it cannot hold.",
      nullptr, nullptr, 1, 0},
-    {"joint", "string", "", "Whose limit that is.", nullptr, nullptr, 1, 0},
+    {"joint", "string", "", "Joint with that limit.", nullptr, nullptr, 1, 0},
     {"torque", "real", "N m", "Its torque (or force).", nullptr, nullptr, 1, 0},
     {"q", "real[]", "", "The configuration.", nullptr, nullptr, 1, 0}};
 const rmp_param kGreatest[] = {kMargin[0], kMargin[2]};
 
 const rmp_param kSettings[] = {
-    {"payload", "real", "kg", "What the robots are meant to carry.", "0 kg", nullptr, 0, 1e6},
-    {"reserve", "real", "", "Share of each torque limit that is to stay free.", "0.1", nullptr, 0,
-     1},
-    {"samples", "int", "", "Configurations that are looked at.", "2000", nullptr, 1, 1e7},
-    {"guard", "bool", "", "Whether simulations of robots that leave no such reserve are refused.",
+    {"payload", "real", "kg", "Payload that the robots are meant to carry.", "0 kg", nullptr, 0,
+     1e6},
+    {"reserve", "real", "", "Share of each torque limit to keep in reserve.", "0.1", nullptr, 0, 1},
+    {"samples", "int", "", "Number of configurations to check.", "2000", nullptr, 1, 1e7},
+    {"guard", "bool", "", "Whether simulations of robots without this reserve are refused.",
      "false", nullptr, 1, 0}};
 
 ModuleCommand margin_command() {
   ModuleCommand c;
   c.name = "robot.payload_margin";
-  c.summary = "Reports what a payload leaves of the torque limits of a robot at rest.";
-  c.details = "The least over configurations that are spread evenly over its joint limits.";
+  c.summary = "Reports the torque reserve of a robot at rest with a payload.";
+  c.details =
+      "The smallest reserve over configurations that are spread evenly over its joint limits.";
   c.example =
       "local left = robot(\"iiwa14\"):payload_margin{payload = 14}\n"
       "assert(left.margin > 0 and left.margin < 1)";
@@ -209,14 +210,14 @@ ModuleCommand margin_command() {
 ModuleCommand greatest_command() {
   ModuleCommand c;
   c.name = "robot.greatest_payload";
-  c.summary = "Gives the greatest payload that a robot holds still everywhere.";
-  c.details = "The setting `reserve` stays free of each torque limit.";
+  c.summary = "Returns the greatest payload that a robot can hold at rest in every configuration.";
+  c.details = "The setting `reserve` is kept free of each torque limit.";
   c.example = "assert(robot(\"iiwa14\"):greatest_payload() > 0)";
   c.sometimes = "processes";
   c.params = kGreatest;
   c.result_type = "real";
   c.result_unit = "kg";
-  c.result_doc = "Mass at the first tool; 0 when the robot does not even hold itself.";
+  c.result_doc = "Mass at the first tool; 0 if the robot cannot even hold itself.";
   c.run = &greatest;
   return c;
 }
@@ -281,6 +282,6 @@ Result<void> PayloadMargin::before_run(const ModuleRunNotice& run, ModuleCall& c
 }  // namespace
 
 RMP_PLUGIN("org.example.payload_margin", "0.1.0", "Apache-2.0",
-           "Payloads of robots, as an example of commands of a plugin's own.",
+           "Payloads of robots, as an example of commands that a plugin adds.",
            RMP_PROVIDER_NO_PARAMS(PayloadMargin, "payload_margin",
-                                  "What payloads leave of the torque limits of robots.", ""))
+                                  "Torque reserve of robots with payloads.", ""))

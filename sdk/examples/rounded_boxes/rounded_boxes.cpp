@@ -229,7 +229,7 @@ struct BoxesAround final : Engine {
 
 RMP_PLUGIN("org.example.rounded_boxes", "0.1.0", "Apache-2.0", "A collision engine as an example.",
            RMP_PROVIDER_NO_PARAMS(RoundedBoxes, "rounded_boxes",
-                                  "Spheres, capsules and boxes, exactly; refuses the rest.",
+                                  "Spheres, capsules and boxes, exactly; rejects all other shapes.",
                                   "exact,partial"),
            RMP_PROVIDER_NO_PARAMS(BoxesAround, "boxes_around",
                                   "The same, with the boxes around all other shapes.",

@@ -520,12 +520,12 @@ class World final : public PhysicsWorld {
 };
 
 const rmp_param kParams[] = {
-    {"sweeps", "int", "", "Sweeps over contacts and limits in a step, at the most.", "200", nullptr,
-     1, 100000},
-    {"repair", "real", "", "Share of a drift or of a depth that a step takes back.", "0.2", nullptr,
-     0, 1},
-    {"around", "bool", "", "Whether other shapes count as the boxes around them.", "false", nullptr,
-     1, 0},
+    {"sweeps", "int", "", "Greatest number of sweeps over contacts and limits in a step.", "200",
+     nullptr, 1, 100000},
+    {"repair", "real", "", "Share of a drift or of a penetration that a step corrects.", "0.2",
+     nullptr, 0, 1},
+    {"around", "bool", "", "Whether other shapes are replaced by the boxes around them.", "false",
+     nullptr, 1, 0},
 };
 
 class SequentialImpulses final : public PhysicsEngine {
