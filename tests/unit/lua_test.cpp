@@ -139,7 +139,7 @@ TEST_F(Lua, AMethodWithoutACallIsCompleteAndTellsWhatItIs) {
   eval("arm = robot.create{name = 'arm', links = {{a = 1}}}");
   EXPECT_FALSE(state_->is_incomplete("arm:fk\n"));
   EXPECT_NE(eval("arm:fk").find("robot.fk"), std::string::npos) << eval("arm:fk");
-  EXPECT_NE(eval("arm:fk?").find("Gives the pose of the tool"), std::string::npos);
+  EXPECT_NE(eval("arm:fk?").find("Computes the pose of the tool"), std::string::npos);
 }
 
 TEST_F(Lua, AnUnknownGlobalSuggestsTheNearestName) {

@@ -242,7 +242,7 @@ RMP_COMMANDS(kept_solver_commands) {
   all.push_back(
       {.name = "provider.keep",
        .classic = "",
-       .summary = "Stores a Lua solver with records, so that their files contain it.",
+       .summary = "Keeps a Lua solver with records, so that their files contain it.",
        .details =
            "The text is a script that calls ioci.provide, or that returns the function or table; "
            "it must work by itself, without anything else the session has defined. By default it "
@@ -264,7 +264,7 @@ RMP_COMMANDS(kept_solver_commands) {
   all.push_back(
       {.name = "provider.kept",
        .classic = "",
-       .summary = "Lists the Lua solvers that are stored with the document's records.",
+       .summary = "Lists the Lua solvers that the document's records contain.",
        .details = "",
        .example = with_kept("assert(provider.kept()[1].trusted)"),
        .params = {},
@@ -294,7 +294,7 @@ RMP_COMMANDS(kept_solver_commands) {
                  .run = text_of_kept});
   all.push_back({.name = "provider.trust",
                  .classic = "",
-                 .summary = "Allows Lua solvers that are stored in the document to run.",
+                 .summary = "Allows Lua solvers that the document contains to run.",
                  .details = "Read them first: provider.text. The text is remembered as trusted, "
                             "whichever file contains it; a changed text must be trusted again.",
                  .example = with_kept("provider.distrust(\"inverse_dynamics\", \"weightless\")\n"
@@ -309,7 +309,7 @@ RMP_COMMANDS(kept_solver_commands) {
   all.push_back(
       {.name = "provider.distrust",
        .classic = "",
-       .summary = "Forbids Lua solvers that are stored in the document to run.",
+       .summary = "Forbids Lua solvers that the document contains to run.",
        .details = "They are withdrawn, and must be trusted again when they are loaded next.",
        .example = with_kept("provider.distrust()\nassert(not provider.kept()[1].trusted)"),
        .params = {some_interface, some_name},

@@ -168,7 +168,7 @@ RMP_COMMANDS(trajectory_segment_commands) {
   all.push_back(
       {.name = "trajectory.set_transition",
        .classic = "",
-       .summary = "Reports the transition of a segment from the one before.",
+       .summary = "Sets the transition of a segment from the one before.",
        .details =
            "If the two do not meet in position, orientation or velocity, a smooth piece is "
            "inserted between them, unless transitions are disabled: then a gap is an error and the "
