@@ -21,7 +21,7 @@ enum class ShapeKind : std::int32_t {
   sphere = 2,    ///< sizes: radius
   cylinder = 3,  ///< sizes: radius, length along z; centred
   capsule = 4,   ///< sizes: radius, length of the straight part along z; centred
-  convex = 5,    ///< the convex hull of the mesh's vertices, or of corners_of() where there are any
+  convex = 5,    ///< the convex hull of the mesh's vertices, or of corners_of() if it has any
   /// sizes: radius at the lower end, at the upper end, length along z; centred. One radius may be
   /// 0. Only for engines with the tag "cones"; others get a hull.
   cone = 6,

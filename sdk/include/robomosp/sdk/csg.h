@@ -73,7 +73,7 @@ struct CsgNodeInfo {
 
 inline constexpr double kCsgFullTurn = 6.283185307179586;
 
-/// box, cylinder, cone, frustum, wedge, pyramid and prism stand on z = 0; all but the prism are
+/// box, cylinder, cone, frustum, wedge, pyramid and prism begin at z = 0; all but the prism are
 /// centred on the z axis; sphere, ellipsoid and torus are centred on the origin, the torus' axis is
 /// z.
 inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
@@ -225,7 +225,7 @@ inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
 struct CsgCurve {
   enum class Kind : std::int32_t {
     line,    ///< points: end
-    arc,     ///< points: a point on the way, end
+    arc,     ///< points: a point in between, end
     spline,  ///< points: those it passes through, the last is its end (cubic, C2, natural ends,
              ///< parameters by chord length)
     circle,  ///< alone in its loop; points: centre, {radius, 0}
@@ -254,7 +254,7 @@ struct CsgGeometry {
   enum class Form : std::int32_t {
     brep,  ///< `brep`: text of Open CASCADE's BREP format, in millimetres
     mesh,  ///< `points` and `triangles`: counter-clockwise from outside, closed where it was so or
-           ///< could be closed; what needs a closed one says so
+           ///< could be closed; operations that need a closed one refuse others
   };
   Form form = Form::brep;
   std::string brep;
@@ -262,7 +262,7 @@ struct CsgGeometry {
   std::vector<std::uint32_t> triangles;   ///< 3 vertex indices each
   std::array<std::uint64_t, 2> digest{};  ///< of the content; equal content, equal digest
   std::string source;                     ///< where it came from, for people
-  /// Of a mesh that stands for a curved solid: its triangles are within this distance of it [m];
+  /// Of a mesh that approximates a curved solid: its triangles are within this distance of it [m];
   /// 0 = the mesh is the solid.
   double deviation = 0;
 };
@@ -321,7 +321,7 @@ struct PlacedShape {
   Pose placement;
 };
 
-/// A face, edge or corner of a solid that other things can be placed on.
+/// A face, edge or corner of a solid on which other parts can be placed.
 struct CsgFeature {
   enum class Kind : std::int32_t {
     plane,     ///< point: centroid of the face, direction: outward normal
@@ -336,13 +336,13 @@ struct CsgFeature {
   };
   Kind kind = Kind::other;
   Vec3 point{};         ///< [m]
-  Vec3 direction{};     ///< unit length; zero where there is none
-  double radius = 0;    ///< [m]; 0 where there is none
+  Vec3 direction{};     ///< unit length; zero if it has none
+  double radius = 0;    ///< [m]; 0 if it has none
   double size = 0;      ///< area of a face [m^2], length of an edge [m], 0 of a corner
-  bool inward = false;  ///< cylinder, cone, sphere: a hole's wall, whose normal points to the axis
+  bool inward = false;  ///< cylinder, cone, sphere: a hole's wall, its normal points to the axis
 };
 
-/// Interface robomosp.csg/1. An engine whose provider has the tag "brep" is exact and refuses
+/// Interface robomosp.csg/1. An engine with a provider tagged "brep" is exact and refuses
 /// imported meshes (ErrorCode::unsupported); one with the tag "mesh" takes them and works on
 /// triangles throughout. [any thread]
 class CsgEngine {

@@ -22,7 +22,7 @@ inline constexpr double kCsgGreatestLength = 1e4;   ///< of sizes and placements
 inline constexpr double kCsgMostCount = 10'000;     ///< of sizes that are counts
 inline constexpr double kCsgSmallestFactor = 1e-3;  ///< of a scale
 inline constexpr double kCsgGreatestFactor = 1e3;   ///< of a scale
-inline constexpr double kCsgScalesTogether = 1e6;   ///< of scales within each other, either way
+inline constexpr double kCsgScalesTogether = 1e6;   ///< of nested scales, in both directions
 
 /// The children of each node in order: first_child[i], then next_sibling of that; 0 = none (the
 /// root is nobody's child).
@@ -165,7 +165,7 @@ struct CsgLinks {
 }
 
 /// The whole tree: parents first, operations with children, modifiers with one, primitives with
-/// none, placements whose rotations are orthonormal within `rotation_tolerance`, and
+/// none, placements with rotations orthonormal within `rotation_tolerance`, and
 /// check_csg_node() of every node. What an engine cannot make is for it to refuse.
 [[nodiscard]] inline Result<CsgLinks> check_csg_tree(const CsgTree& tree,
                                                      double rotation_tolerance = 1e-6) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an engine of robomosp.csg/1 may know besides features: its edges as curves, for seams and
-// other ways along them (layer: contract, std only).
+// other paths along them (layer: contract, std only).
 #pragma once
 
 #include <array>

@@ -16,8 +16,8 @@ namespace robomosp {
 
 /// Moments of a solid stretched along the axes from the origin by factors > 0: of volume, first and
 /// second moments the exact image, with the relative error that the solid's had. The area is what
-/// it is only where the factors are equal; elsewhere it is a bound from above, and `exact` tells of
-/// the other numbers.
+/// it is only where the factors are equal; elsewhere it is a bound from above, and `exact` refers
+/// to the other numbers.
 [[nodiscard]] inline Moments scaled_moments(const Moments& m, const Vec3& factors) {
   const auto [x, y, z] = factors;
   const double volume = x * y * z;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interface robomosp.curve/2: the geometry of a Cartesian segment, without its timing (layer:
 // contract, std only). A motion law (motion_law.h) runs the tool along it; an orientation
-// (orientation.h) turns the tool on the way.
+// (orientation.h) turns the tool along it.
 #pragma once
 
 #include <memory>
@@ -51,8 +51,8 @@ class CurveFactory {
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Builds a curve from its control poses, in the trajectory's frame; only their positions shape
-  /// it, except where the shape says otherwise. A wrong number of points, coincident or collinear
-  /// ones and sizes out of range are errors that say which. Points that are all at one place make a
+  /// it, unless the shape specifies otherwise. A wrong number of points, coincident or collinear
+  /// ones and sizes out of range are errors that name them. Points that are all at one place make a
   /// curve of no length only where the shape is a line (the tool turns on the spot). [any thread]
   virtual Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                               const Params&) const = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interfaces robomosp.inverse_dynamics/1 and robomosp.forward_dynamics/1, batch first
 // (layer: contract, std only). Vectors are laid out sample after sample: q[i * coordinate_count()
-// + k], qd[i * dof() + k] and so on; RobotModel says what an entry means.
+// + k], qd[i * dof() + k] and so on; RobotModel defines the entries.
 #pragma once
 
 #include <cstdint>

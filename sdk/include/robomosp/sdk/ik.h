@@ -69,7 +69,7 @@ struct IkBatch {
   std::span<const Pose> targets;  ///< base_T_tip, one a sample; one a goal and sample, goal-fastest
   std::span<const double> seeds;  ///< one configuration a sample; or one for all; or empty
   IkTolerance tolerance;
-  bool all_solutions = false;     ///< return every solution the solver can tell apart
+  bool all_solutions = false;     ///< return every solution the solver can distinguish
   bool continuous = false;        ///< samples are one path: start each from the one before
   std::int32_t tip = 0;           ///< index into RobotModel::tips, when there are no goals
   std::span<const IkGoal> goals;  ///< empty = the whole pose of `tip`
@@ -98,9 +98,9 @@ struct IkResult {
   double position_error = 0;  ///< of the first solution [m]
   double rotation_error = 0;  ///< of the first solution [rad]
   std::int32_t iterations = 0;
-  std::string detail;                ///< reason in words when not solved; may be empty
+  std::string detail;                ///< reason as text when not solved; may be empty
   double shortfall = 0;              ///< out of reach by this much at least [m]; 0 = not known
-  std::int32_t limiting_joint = -1;  ///< whose limit is in the way; -1 = none known
+  std::int32_t limiting_joint = -1;  ///< the joint that prevents it by its limit; -1 = none known
   /// Unit twist (v, w) in the base frame that the tip has lost at q, when q is singular; else 0.
   std::array<double, 6> lost_direction{};
   Room room{};
@@ -114,7 +114,7 @@ class IkSolver {
   virtual ~IkSolver() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
-  /// Binds the solver to one mechanism; a mechanism it cannot solve is an error that says why.
+  /// Binds the solver to one mechanism; a mechanism it cannot solve is an error with the reason.
   /// The model outlives the solver. [application thread or job]
   virtual Result<void> prepare(const RobotModel& model, const Params& params) = 0;
   /// Solves results.size() == batch.samples() targets; a goal or objective that it cannot serve is

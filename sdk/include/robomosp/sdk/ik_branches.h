@@ -10,7 +10,7 @@
 
 namespace robomosp {
 
-/// One of the choices that tell the configurations of one pose apart: two ways that meet where the
+/// A choice that distinguishes configurations of one pose: two branches that meet where the
 /// arm is singular. Constant data of the solver.
 struct IkBranchChoice {
   const char* name = nullptr;      ///< "shoulder"
@@ -27,11 +27,11 @@ class IkBranches {
   virtual ~IkBranches() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
-  /// The choices for one tip (index into RobotModel::tips); empty where its branches have no names.
+  /// The choices for one tip (index into RobotModel::tips); empty if its branches have no names.
   [[nodiscard]] virtual std::span<const IkBranchChoice> choices(std::int32_t tip) const = 0;
   /// Of configurations of RobotModel::coordinate_count() numbers one after the other: a number from
-  /// -1 to 1 a choice, whose sign says the way; 0 where both meet. The sign changes along a motion
-  /// only where the arm passes such a singular configuration. `out` has room for
+  /// -1 to 1 per choice: its sign is the branch, 0 where both meet. The sign changes along a motion
+  /// only where the arm passes such a singular configuration. `out` has space for
   /// choices(tip).size() numbers a configuration.
   virtual void measure(std::int32_t tip, std::span<const double> q,
                        std::span<double> out) const = 0;

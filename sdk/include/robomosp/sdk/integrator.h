@@ -26,12 +26,12 @@ class OdeSystem {
   virtual Result<void> rate(double t, std::span<const double> x, std::span<double> dx) = 0;
   /// Brings x back to where it belongs: quaternions of length 1, loops closed.
   virtual void project(std::span<double> x) = 0;
-  /// Functions whose zeros are events (a limit reached, a joint that stops): how many, and their
+  /// Functions with events as zeros (a limit reached, a joint that stops): how many, and their
   /// values.
   [[nodiscard]] virtual std::size_t events() const = 0;
   virtual void event_values(double t, std::span<const double> x, std::span<double> g) = 0;
-  /// At the zero of event `index`: may change x (a rebound, a stick) and then returns true to go
-  /// on, or false to end there.
+  /// At the zero of event `index`: may change x (a rebound, a stick) and then returns true to
+  /// continue, or false to end there.
   virtual bool at_event(double t, std::size_t index, std::span<double> x) = 0;
 };
 

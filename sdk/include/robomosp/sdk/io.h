@@ -29,7 +29,7 @@ struct ImportedGeometry {
   std::string name;  ///< as the records name it, e.g. "housing.brep"
   CsgGeometry geometry;
 };
-/// A geometry that stands in a mesh file of its own: the host has it read by the importer of that
+/// A geometry in a separate mesh file: the host has it read by the importer of that
 /// file's extension, as one mesh, which need not be closed. Where that fails, the solid that names
 /// it is left out.
 struct ForeignGeometry {
@@ -41,7 +41,7 @@ struct ForeignGeometry {
 struct Imported {
   std::vector<ImportedFile> records;  ///< the main one last
   std::vector<ImportedGeometry> geometries;
-  std::vector<std::string> notes;  ///< every repair and every thing left out, a sentence each
+  std::vector<std::string> notes;  ///< every repair and every omission, a sentence each
   CsgProfile profile;              ///< closed outlines of a flat drawing; else no loops
   std::vector<ForeignGeometry> foreign;
 };
@@ -78,7 +78,7 @@ struct ItemOfRobot {
   std::int32_t robot = -1;  ///< into ExportTask::robots
   std::int32_t joint = -1;  ///< of its model, which carries the link; -1 = its base
 };
-/// Of the item that stands for a link or a base: all below it is that link's body. Else nothing.
+/// Of the item of a link or a base: all below it is that link's body. Else nothing.
 [[nodiscard]] inline std::optional<ItemOfRobot> robot_part(const ExportItem& item) {
   if (item.room.words[0] == 0) return std::nullopt;
   return ItemOfRobot{static_cast<std::int32_t>(item.room.words[0]) - 1,
@@ -97,7 +97,7 @@ struct ExportPrimitive {
   Pose pose;     ///< item_T_centre; a cylinder's axis is z
   Vec3 sizes{};  ///< box: lengths; cylinder: radius, height; sphere: radius [m]
 };
-/// nullptr = only the mesh says what it is.
+/// nullptr = only the mesh defines it.
 [[nodiscard]] inline const ExportPrimitive* primitive(const ExportItem& item) {
   return reinterpret_cast<const ExportPrimitive*>(static_cast<std::uintptr_t>(item.room.words[2]));
 }
@@ -110,7 +110,7 @@ inline void set_primitive(ExportItem& item, const ExportPrimitive* p) {
   return (item.room.words[3] & 1U) != 0;
 }
 inline void set_only_drawn(ExportItem& item) { item.room.words[3] |= 1U; }
-/// The link of ExportMechanism::links that an item with a robot_part() stands for; -1 = the base.
+/// The link of ExportMechanism::links that an item with a robot_part() represents; -1 = the base.
 [[nodiscard]] inline std::int32_t link_of(const ExportItem& item) {
   return static_cast<std::int32_t>(item.room.words[4]) - 1;
 }
@@ -122,11 +122,11 @@ inline void set_link(ExportItem& item, std::int32_t link) {
 struct ExportLink {
   std::string name;              ///< may be empty
   std::int32_t parent = -1;      ///< into ExportMechanism::links, before this; -1 = the base
-  std::int32_t joint = -1;       ///< of the model, whose frame carries the link's; -1 = the base
+  std::int32_t joint = -1;       ///< of the model, its frame carries the link's; -1 = the base
   std::int32_t joint_count = 0;  ///< its own: `joint` and those right before it; 0 = it is fixed
   Pose joint_T_link;
   bool is_row = false;    ///< given by a Denavit-Hartenberg row
-  bool has_mass = false;  ///< also true of a fixed link, whose mass is part of the joint's body
+  bool has_mass = false;  ///< also true of a fixed link: its mass is part of the joint's body
   Room room{};
 };
 /// A frame on a link, such as a tool's.
@@ -140,7 +140,7 @@ struct ExportPose {
   std::string name;
   std::vector<double> q;
 };
-/// Two links whose bodies need no check for collision with each other.
+/// Two links with bodies that need no check for collision with each other.
 struct ExportPair {
   enum class Why : std::int32_t {
     adjacent,  ///< nothing but one joint between them
@@ -166,7 +166,7 @@ struct ExportMechanism {
 
 /// A robot in what is exported. Its links' bodies are among the items (robot_part).
 struct ExportRobot {
-  std::string name;                   ///< where it stands: in the world, else the record's
+  std::string name;                   ///< its name in the world, else the record's
   const RobotModel* model = nullptr;  ///< joints, limits, masses, as solvers see it
   Pose pose;                          ///< world_T_base
   std::vector<double> q;              ///< the configuration that the items are placed for
@@ -229,7 +229,7 @@ class Exporter {
   [[nodiscard]] virtual std::string_view extensions() const = 0;
   /// Whether files of this extension hold exact solids, so that items need their geometry.
   [[nodiscard]] virtual bool is_exact(std::string_view extension) const = 0;
-  /// The files: the main one, whose name is the task's, and any number beside it.
+  /// The files: the main one, with the task's name, and any number of others.
   virtual Result<std::vector<ExportedFile>> write(const ExportTask&, const Params&,
                                                   Progress&) const = 0;
 };

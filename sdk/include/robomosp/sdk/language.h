@@ -26,7 +26,7 @@ struct SourceFile {
 };
 
 /// A value that a variable or constant of the program begins with, in place of what its declaration
-/// says: of a point that follows an object. A compiler that knows them says so by
+/// has: of a point that follows an object. A compiler that supports them returns non-null from
 /// Language::extension(kGivenValues); to others none are given.
 struct GivenValue {
   std::string_view name;   ///< as the program declares it, behind VAR or CONST; letter case aside

@@ -56,7 +56,7 @@ struct SourceToken {
   Room room{};
 };
 
-/// What may stand at a place.
+/// A completion at a place.
 struct SourceCompletion {
   std::string label;   ///< what is shown
   std::string insert;  ///< what replaces the bytes [begin, end) of the file
@@ -68,10 +68,10 @@ struct SourceCompletion {
   Room room{};
 };
 
-/// What is told of the name or word at a place.
+/// The description of the name or word at a place.
 struct SourceHover {
   SourceRange range;   ///< of the word
-  std::string detail;  ///< its declaration in a line; "" = there is nothing to be said
+  std::string detail;  ///< its declaration in a line; "" = none
   std::string doc;     ///< sentences; may be ""
   Room room{};
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plugins with heavy libraries in two parts: a door that is all tables and opens at once, and the
+// Plugins with heavy libraries in two parts: a stub that is all tables and opens at once, and the
 // part with the providers, opened with the first of them that is made (layer: contract).
-// RMP_LAZY_DOOR compiles a plugin's entry as such a door; `robomosp_plugin(... LAZY)` does both.
+// RMP_LAZY_DOOR compiles a plugin's entry as such a stub; `robomosp_plugin(... LAZY)` does both.
 #pragma once
 
 #include <dlfcn.h>
@@ -43,7 +43,7 @@ inline const rmp_plugin& open_behind(const rmp_plugin* door) {
   return *behind;
 }
 
-/// Makes a provider by the row of the same number in the library behind the door.
+/// Makes a provider by the row of the same number in the library behind the stub.
 template <class T>
 void* create_later(const rmp_host* host, char* error, std::uint32_t error_size) {
   try {

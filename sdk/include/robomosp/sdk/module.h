@@ -22,7 +22,7 @@ namespace robomosp {
 /// What commands take and give: nothing, a bool, a number, a text, numbers as a vector or matrix, a
 /// list, a map in the order it was filled, or a reference to a record, recording, job or run.
 /// Numbers are SI and radians. A type that a later SDK adds has a number behind the last one here;
-/// its content then lies in the fields there are or in the room.
+/// its content is then in the existing fields or in `room`.
 class ModuleValue {
  public:
   enum class Type : std::uint32_t {
@@ -169,7 +169,7 @@ struct ModuleFields {
 class Module;
 class ModuleCall;
 
-/// One command; constant data. Rows of ModuleTable::commands, which says how long they are.
+/// One command; constant data. Rows of ModuleTable::commands, which has their length.
 struct ModuleCommand {
   /// "topic.verb", lower case: "payload.study". The topic may be one of the program's own; with a
   /// first parameter `id` of type ref:<topic> it is a method of such records: robot:reach{...}.
@@ -190,7 +190,7 @@ struct ModuleCommand {
   const char* result_doc = "";
   ModuleFields result_fields;  ///< of a map, or of each map in a list
   /// [any thread, several at once] It holds no lock; what takes longer than 50 ms reports to
-  /// call.progress() and ends with ErrorCode::cancelled once that says so.
+  /// call.progress() and ends with ErrorCode::cancelled once that requests it.
   Result<ModuleValue> (*run)(const Module& module, const ModuleValue& arguments,
                              ModuleCall& call) = nullptr;
 };
@@ -219,7 +219,7 @@ struct ModuleRunNotice {
   std::uint32_t kind = 0;                  ///< one of ModuleRun
   std::uint64_t number = 0;                ///< the same before and after
   std::string_view command;                ///< "world.simulate"
-  std::string_view session;                ///< whose it is
+  std::string_view session;                ///< its session
   const ModuleValue* arguments = nullptr;  ///< a map, checked, with defaults; never null
   bool is_job = false;                     ///< it runs as a job
 };
@@ -264,13 +264,13 @@ class Module {
   virtual ~Module() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
-  /// Asked once, when the plugin is loaded. A command whose name is taken, by the program or by
-  /// another plugin, is left out with a remark that says so; the others are there.
+  /// Called once, when the plugin is loaded. A command with a name that is taken, by the program or
+  /// by another plugin, is left out with a remark; the others are available.
   [[nodiscard]] virtual const ModuleTable& table() const = 0;
   /// An error refuses the run with its sentence.
   virtual Result<void> before_run(const ModuleRunNotice&, ModuleCall&) const { return {}; }
-  /// Called for every run that before_run let go, however it ended. An error becomes a message; the
-  /// run and its result stay as they are.
+  /// Called for every run that before_run permitted, however it ended. An error becomes a message;
+  /// the run and its result stay as they are.
   virtual Result<void> after_run(const ModuleRunNotice&, const ModuleRunEnd&, ModuleCall&) const {
     return {};
   }

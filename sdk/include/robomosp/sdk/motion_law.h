@@ -16,10 +16,10 @@ namespace robomosp {
 struct LawTask {
   std::uint32_t struct_size = sizeof(LawTask);  ///< see plugin.h
   double length = 0;  ///< of the curve [m]; 0 = the tool turns on the spot
-  double turn = 0;  ///< greatest |dR/dw| along it, w the share of the way: see orientation.h [rad]
+  double turn = 0;  ///< greatest |dR/dw| along it, w the path parameter: see orientation.h [rad]
 };
 
-/// Share of the way done, 0..1, and its derivatives with respect to time.
+/// Path parameter, 0..1, and its derivatives with respect to time.
 struct LawSample {
   double share = 0;
   double rate = 0;          ///< [1/s]

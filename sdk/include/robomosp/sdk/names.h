@@ -54,7 +54,7 @@ namespace name_rules {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
 
-/// Marks that stand on the letter before them do not begin a name (C11, annex D.2).
+/// Marks that combine with the letter before them do not begin a name (C11, annex D.2).
 [[nodiscard]] constexpr bool is_mark(std::uint32_t c) {
   return (c >= 0x300 && c <= 0x36F) || (c >= 0x1DC0 && c <= 0x1DFF) ||
          (c >= 0x20D0 && c <= 0x20FF) || (c >= 0xFE20 && c <= 0xFE2F) || c == 0x200C || c == 0x200D;
@@ -84,7 +84,7 @@ namespace name_rules {
   return true;
 }
 
-/// The text with "_" for every character that stands in no name, and for every byte that is no
+/// The text with "_" for every character that cannot be in a name, and for every byte that is no
 /// UTF-8.
 [[nodiscard]] inline std::string with_name_characters(std::string_view text) {
   std::string out;

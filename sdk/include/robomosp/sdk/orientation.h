@@ -15,8 +15,8 @@
 
 namespace robomosp {
 
-/// An orientation at a share w of the way, and how it changes with w. With the rotation matrix R:
-/// dR/dw = [turn]x R, so `turn` is the angular velocity at one way per second; both in the
+/// An orientation at a path parameter w, and how it changes with w. With the rotation matrix R:
+/// dR/dw = [turn]x R, so `turn` is the angular velocity at dw/dt = 1/s; both in the
 /// trajectory's frame.
 struct OrientationSample {
   std::array<double, 9> R{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
@@ -28,11 +28,11 @@ struct OrientationSample {
 struct OrientationTask {
   std::uint32_t struct_size = sizeof(OrientationTask);  ///< see plugin.h
   std::span<const Pose> points;                         ///< the control poses
-  std::span<const double> shares;  ///< of the way at each of them, rising from 0..1
+  std::span<const double> shares;  ///< path parameter at each of them, rising from 0..1
   const Curve* curve = nullptr;    ///< [borrowed for the call]
 };
 
-/// An orientation along a way. Immutable. [any thread]
+/// An orientation along a path. Immutable. [any thread]
 class Orientation {
  public:
   virtual ~Orientation() = default;

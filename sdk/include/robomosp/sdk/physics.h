@@ -77,7 +77,7 @@ class PhysicsWorld {
   virtual Result<void> read(const PhysicsState& out) const = 0;
   /// Contacts of the last step, in a fixed order.
   virtual void contacts(std::vector<PhysicsContact>& out) const = 0;
-  /// Ties two bodies as they stand (a gripper that holds); gives a number for release().
+  /// Ties two bodies at their present poses (a gripper that holds); gives a number for release().
   virtual Result<std::int32_t> attach(std::int32_t a, std::int32_t b) = 0;
   virtual Result<void> release(std::int32_t attachment) = 0;
   /// Places an immovable body and gives it the velocity that contacts see (a conveyor).

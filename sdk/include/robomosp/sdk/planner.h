@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.planner/1: a way for the joints from a start to a goal around obstacles
+// Interface robomosp.planner/1: a path of the joints from a start to a goal around obstacles
 // (layer: contract, std only).
 #pragma once
 
@@ -30,7 +30,7 @@ struct PlanProblem {
   std::function<bool(std::span<const double> a, std::span<const double> b)> is_free_between;
   double seconds = 10;     ///< greatest time to compute [s]
   std::uint64_t seed = 1;  ///< of random numbers: the same seed gives the same plan
-  /// How far a configuration is from what is in the way; nullptr = the host cannot tell.
+  /// Distance of a configuration from obstacles; nullptr = not known to the host.
   const ClearanceField* clearance = nullptr;
 };
 
@@ -49,7 +49,7 @@ class Planner {
   virtual ~Planner() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
-  /// A start or goals in collision, and no way found in time, are errors that say so. Cancelled by
+  /// A start or goals in collision, and no path found in time, are errors. Cancelled by
   /// its progress. [any thread; the functions are called on the same one]
   virtual Result<Plan> plan(const PlanProblem&, const Params&, Progress&) const = 0;
 };

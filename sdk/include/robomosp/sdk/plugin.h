@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The plugin door: one C function returning constant data (layer: contract).
+ * The plugin entry: one C function returning constant data (layer: contract).
  * A plugin is a shared library that exports rmp_plugin_entry_v1. Everything the host needs to
  * decide whether to trust the C++ interfaces behind it (ABI tag, versions, parameter tables) is
  * plain C data that can be read before any C++ of the plugin runs. Plugins are never unloaded. */
@@ -8,15 +8,15 @@
 #include <stdint.h>
 
 /** Number of the vocabulary that all interfaces share: the tables below, Result, Error, Params,
- *  Progress and the types of types.h. Interfaces have numbers of their own ("robomosp.ik/1"): one
- *  that changes takes the next, the host goes on taking the one before, and no plugin of another
+ *  Progress and the types of types.h. Interfaces have their own numbers ("robomosp.ik/1"): one
+ *  that changes takes the next, the host still supports the one before, and no plugin of another
  *  interface notices. How structs grow without either number:
  *  - those with `struct_size` at their end; whoever reads a field that came later asks for it first
  *    (RMP_HAS);
- *  - rows of tables here, whose tables say how long a row is;
- *  - elements of other arrays and spans in their `room`, or in arrays beside them;
+ *  - rows of tables here: the tables have the length of a row;
+ *  - elements of other arrays and spans in their `room`, or in parallel arrays;
  *  - interfaces through `extension(id)`, behind the destructor of each: a pointer to what the id
- *    stands for, or NULL where it is not known.
+ *    names, or NULL if it is not known.
  *  What a plugin makes and hands over by value never grows. */
 #define RMP_SDK_ABI 1
 /** Version of the SDK's source interface, semantic. */
@@ -72,7 +72,7 @@ extern "C" {
 #define RMP_DEFAULT_NULL
 #endif
 
-/** rmp_param::flags: may be left out though it has no default; Params::has() tells. */
+/** rmp_param::flags: may be left out though it has no default; see Params::has(). */
 #define RMP_OPTIONAL 1u
 
 /** One row of a parameter table. All constant data. */
@@ -90,8 +90,8 @@ typedef struct rmp_param {
   const char* group RMP_DEFAULT_NULL; /**< heading it is shown under; NULL = none */
 } rmp_param;
 
-/** A program that a provider has run in a process of its own, so that a crash, a hang or a memory
- *  bomb in it harms nothing else. The functions are called on the thread that asked, and may be
+/** A program that a provider has run in a separate process, so that a crash, a hang or a memory
+ *  bomb in it harms nothing else. The functions are called on the calling thread, and may be
  *  NULL except `output`; none may throw. */
 typedef struct rmp_program {
   uint32_t struct_size;
@@ -118,12 +118,12 @@ typedef struct rmp_host {
   /** severity: 0 debug, 1 info, 2 warning, 3 error. [any thread] */
   void (*log)(int32_t severity, const char* source, const char* text);
   /** Runs a program to its end. 0 = it went well; 1 = cancelled; else `error` (a sentence, cut at
-   *  error_size bytes) tells how it ended: missing, exit code, crash, limit. [any thread; blocks]
+   *  error_size bytes) reports how it ended: missing, exit code, crash, limit. [any thread; blocks]
    */
   int32_t (*run)(const rmp_program* program, char* error, uint32_t error_size);
   /** Makes a provider of any plugin: NULL or "" = the default one. Give it to whoever owns it as a
-   *  pointer to the class of the interface, whose virtual destructor deletes it. NULL = `error`
-   * says why. [any thread] */
+   *  pointer to the class of the interface: its virtual destructor deletes it. NULL = `error`
+   * gives the reason. [any thread] */
   void* (*create)(const char* interface_id, const char* name, char* error,
                   uint32_t error_size)RMP_DEFAULT_NULL;
   /** Calls `take` for every enabled provider of an interface. [any thread] */

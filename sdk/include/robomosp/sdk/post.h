@@ -18,8 +18,8 @@
 
 namespace robomosp {
 
-/// What a language can say, to be summed by `|`. What it cannot, the host rewrites where there is a
-/// way (passes of the command program.post), or says at its line of the program.
+/// What a language can express, to be summed by `|`. The rest is rewritten by the host if it can
+/// (passes of the command program.post), or is an error at its line of the program.
 enum PostFeature : std::uint64_t {
   kPostProcedures = 1ULL << 0U,
   kPostFunctions = 1ULL << 1U,      ///< of one result
@@ -65,7 +65,7 @@ enum PostFeature : std::uint64_t {
   kPostTime = 1ULL << 41U,            ///< attribute TIME
   kPostTeach = 1ULL << 42U,
   kPostShortCircuit = 1ULL << 43U,  ///< AND and OR look at their right side only where it counts
-  /// In a flattened program procedures are programs of their own in files of their own: one that is
+  /// In a flattened program procedures are separate programs in separate files: one that is
   /// too long is divided into such.
   kPostParts = 1ULL << 44U,
 };
@@ -132,10 +132,10 @@ struct PostCapabilities {
   std::string_view title;       ///< such as "KUKA KRL"
 };
 
-/// Bits of a configuration, and what there is to be told of them.
+/// Bits of a configuration, and their meaning.
 enum PostStatus : std::uint32_t {
   kPostShoulderBehind = 1,  ///< the wrist is behind the first axis
-  kPostElbowOther = 2,      ///< the elbow is bent the other way
+  kPostElbowOther = 2,      ///< the elbow is bent in the other direction
   kPostWristFlipped = 4,
 };
 
@@ -184,7 +184,7 @@ enum class PostAxisOrigin : std::int32_t {
   robot = 2,      ///< the maker's axes of the robot
 };
 /// How an axis of the controller is made of joints: value = sign * joint + offset, and the coupled
-/// joints times their factors. post_axes.h computes it, both ways.
+/// joints times their factors. post_axes.h computes it in both directions.
 struct PostAxis {
   std::string_view name;    ///< such as "A1"
   std::int32_t joint = -1;  ///< entry of q; of the additional joints where `external`
@@ -252,8 +252,8 @@ struct PostTask {
   const RobotModel* robot = nullptr;  ///< nullptr = no robot was named
   const PostKinematics* kinematics = nullptr;
   const PostProfile* profile = nullptr;  ///< never nullptr
-  /// 1 = neither robot nor profile say how the controller counts its axes: whoever writes joint
-  /// values, turns or a configuration warns. Check struct_size first.
+  /// 1 = neither robot nor profile define the axes of the controller: posts that write joint
+  /// values, turns or a configuration warn. Check struct_size first.
   std::uint32_t axes_are_unknown = 0;
 };
 
@@ -266,9 +266,9 @@ class PostOutput {
   virtual void file(std::string_view name, std::string_view bytes) = 0;
   /// Line `line` (1 is the first) of a file comes from there.
   virtual void from(std::string_view file, std::uint32_t line, const rmp_span& span) = 0;
-  /// rmp_fault_severity. With an error no file is kept. What a target cannot say is an error, with
-  /// the way round in `hint`; what it says otherwise than the program (rounded, nearest) is a
-  /// warning or a note.
+  /// rmp_fault_severity. With an error no file is kept. What a target cannot express is an error,
+  /// with a workaround in `hint`; a difference from the program (rounded, nearest) is a warning or
+  /// a note.
   virtual void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
                      std::string_view hint) = 0;
 };

@@ -79,7 +79,7 @@ namespace robomosp {
   const auto own_factor = [&](std::size_t i) {
     return own[i]->sign + (entry[i] < own[i]->coupled.size() ? own[i]->coupled[entry[i]] : 0.0);
   };
-  // An axis whose other joints are known gives its own.
+  // An axis with its other joints known gives its own.
   for (std::size_t before = n + 1; open.size() < before;) {
     before = open.size();
     std::erase_if(open, [&](std::size_t i) {

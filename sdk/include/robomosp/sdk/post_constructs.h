@@ -16,17 +16,17 @@ namespace robomosp::post {
 /// A statement, and a whole program around it.
 struct ConstructCase {
   std::string text;        ///< the statement, one line of IRL
-  std::string source;      ///< a program in which it stands
+  std::string source;      ///< a program that contains it
   std::string without;     ///< the same program without it
   std::string bare;        ///< of a motion with attributes: the program without these; "" = not so
-  std::uint32_t line = 0;  ///< where it stands in `source`
+  std::uint32_t line = 0;  ///< its line in `source`
 };
 
 /// A motion without its attributes; "" = it has none.
 [[nodiscard]] inline std::string without_attributes(const std::string& construct) {
   const std::size_t move = construct.find("MOVE");
   if (move == std::string::npos) return {};
-  // Attributes stand behind the targets: " SPEED := 80.0, C_CP := 5.0 UNTIL ready;"
+  // Attributes follow the targets: " SPEED := 80.0, C_CP := 5.0 UNTIL ready;"
   const std::size_t assigns = construct.find(" := ", move);
   if (assigns == std::string::npos) return {};
   const std::size_t begin = construct.rfind(' ', assigns - 1);

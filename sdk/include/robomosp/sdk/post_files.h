@@ -9,8 +9,8 @@
 
 namespace robomosp::post {
 
-/// What is wrong with a file's name, such as "named a file outside its folder"; "" = nothing.
-/// Folders are allowed ("app/app.pjx"), ways out of the folder are not.
+/// What is wrong with a file's name, such as "named a file outside of its folder"; "" = nothing.
+/// Folders are allowed ("app/app.pjx"), paths out of the folder are not.
 [[nodiscard]] inline std::string_view file_name_fault(std::string_view name) {
   if (name.empty() || !name.data()) return "named a file \"\"";
   if (name.size() > 1000) return "named a file with more than 1000 bytes";

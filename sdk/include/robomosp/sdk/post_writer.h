@@ -436,9 +436,9 @@ struct Signal {
   std::uint32_t type = RMP_TYPE_BOOL;
 };
 
-/// Walks through a program. Override what the target has: a construct whose hook is not overridden
-/// is an error at its line. Hooks write lines with line(); `at_` is where the present construct
-/// stands. The order: begin(), each routine (the program itself first, or last), finish().
+/// Walks through a program. Override what the target has: a construct without an overridden hook
+/// is an error at its line. Hooks write lines with line(); `at_` is the place of the present
+/// construct. The order: begin(), each routine (the program itself first, or last), finish().
 class Writer {
  public:
   Writer(const PostTask& task, PostOutput& output, const PostCapabilities& capabilities,
@@ -562,7 +562,7 @@ class Writer {
     cannot("interrupts");
   }
   virtual void teach(std::uint32_t /*symbol*/) { cannot("TEACH"); }
-  /// What is known of the controller's state holds no more: another way leads here.
+  /// What is known of the controller's state holds no more: another path leads here.
   virtual void forget() {}
 
   // ---- hooks: expressions ----
@@ -686,7 +686,7 @@ class Writer {
       return {o->spelling + within(expr(operands[0]), o->binding), o->binding};
     // Comparisons are not joined without parentheses.
     const bool compares = x.op >= RMP_EXPR_EQUAL && x.op <= RMP_EXPR_GREATER_EQUAL;
-    // The left side first: what it calls may write lines of its own.
+    // The left side first: what it calls may write its own lines.
     const std::string left = within(expr(operands[0]), o->binding + (compares ? 1 : 0));
     return {left + o->spelling + within(expr(operands[1]), o->binding + 1),
             o->outer > 0 ? o->outer : o->binding};
@@ -737,7 +737,7 @@ class Writer {
     if (severity == RMP_FAULT_ERROR) ++errors_;
     output_.fault(severity, at_, message, hint);
   }
-  /// An error here: the target has no such thing.
+  /// An error here: the target has no such construct.
   void cannot(std::string what, std::string hint = {}) {
     say(RMP_FAULT_ERROR, std::string(caps_.title) + " has no " + what,
         hint.empty() ? "Rewrite it, or post the flattened program (form = \"flat\")."
@@ -855,8 +855,8 @@ class Writer {
     return std::any_of(profile_.axes.begin(), profile_.axes.end(),
                        [](const PostAxis& a) { return !a.external; });
   }
-  /// A warning, once a program, where joint values, turns or a configuration are written and nobody
-  /// says how the controller counts its axes.
+  /// A warning, once a program, where joint values, turns or a configuration are written and the
+  /// axes of the controller are not known.
   void axes_are_needed() {
     if (!RMP_HAS(&task_, axes_are_unknown) || task_.axes_are_unknown == 0 ||
         std::exchange(told_axes_, true))
@@ -868,7 +868,7 @@ class Writer {
         "axes.");
   }
   /// Values of the controller's axes for the robot's joints at a point, external ones not counted
-  /// [degrees or mm]. Where they are not known it is said, and they are empty.
+  /// [degrees or mm]. If they are not known a warning reports it, and they are empty.
   std::vector<double> axes(const PostPoint& p) {
     std::vector<double> out;
     if (p.q.empty()) {
@@ -1129,7 +1129,7 @@ class Writer {
   std::uint32_t errors_ = 0;
 
  private:
-  std::set<std::uint32_t> named_;  ///< symbols whose names have been asked for
+  std::set<std::uint32_t> named_;  ///< symbols with names that were requested
   bool told_plain_external_ = false;
   std::optional<bool> has_additional_;
   static constexpr int kDeepest = 1200;
@@ -1362,7 +1362,7 @@ class Writer {
     }
     return false;
   }
-  /// Blending of a motion that ends before the next thing happens, taken out.
+  /// Blending of a motion that ends before the next action, taken out.
   void end_before_what_is_seen(Motion& m) {
     bool asked = false;
     for (const std::uint32_t a : {RMP_ATTR_C_CP, RMP_ATTR_C_PTP, RMP_ATTR_C_PASS}) {

@@ -2,7 +2,7 @@
  * Programs as their compiler hands them over: a typed, structured program and three-address code,
  * in flat tables of plain C (layer: contract). Whoever reads them needs neither C++ nor exceptions.
  *
- * Rows are named by their number; RMP_NONE is no row. Tables say how long a row is, so that rows
+ * Rows are named by their number; RMP_NONE is no row. Tables have the length of a row, so that rows
  * may grow at their end: read them with rmp_row(), and what came later after RMP_ROW_HAS.
  * Enumerators keep their numbers; new ones come at the end, and a reader refuses those that it does
  * not know. Lengths are in mm and angles in degrees, as programs of robots have them. */
@@ -30,7 +30,7 @@ static inline const void* rmp_row(const rmp_table* table, uint32_t i) {
 #define RMP_ROW_HAS(table, type, field) \
   (offsetof(type, field) + sizeof(((type*)0)->field) <= (table)->row_size)
 
-/** Where something stands in its source. Never grows. */
+/** A place in a source. Never grows. */
 typedef struct rmp_span {
   uint32_t file;         /**< of the files */
   uint32_t line, column; /**< of its first byte, 1 is the first */
@@ -141,7 +141,7 @@ typedef struct rmp_code_symbol {
   const char* name; /**< as it was declared */
   uint32_t type;
   uint32_t scope;
-  uint32_t routine;  /**< the routine that it stands for, or that it belongs to */
+  uint32_t routine;  /**< the routine that it names, or that it belongs to */
   uint32_t value;    /**< initial value, an expression; RMP_NONE = zero */
   uint32_t constant; /**< of a constant, where it is one value that is known */
   int32_t address;   /**< signal: its number */
@@ -215,7 +215,7 @@ typedef struct rmp_code_expression {
 enum rmp_statement_op {
   RMP_STMT_ASSIGN = 0, /**< a := b */
   RMP_STMT_CALL = 1,   /**< expression a */
-  RMP_STMT_IF = 2,     /**< arms: the first whose condition is true */
+  RMP_STMT_IF = 2,     /**< arms: the first with a true condition */
   RMP_STMT_ARM = 3,  /**< of IF: condition a, none = else; of CASE: labels are links, none = else */
   RMP_STMT_CASE = 4, /**< selector a, arms */
   RMP_STMT_WHILE = 5,  /**< condition a */
@@ -260,8 +260,7 @@ enum rmp_interpolation {
 typedef struct rmp_code_motion {
   uint32_t interpolation;
   uint32_t is_incremental; /**< targets are added to the pose before, in the base frame */
-  uint32_t first_target,
-      target_count; /**< links: expressions; their types' roles say what they are */
+  uint32_t first_target, target_count; /**< links: expressions; their types' roles define them */
   uint32_t first_attribute, attribute_count;
   uint32_t until;  /**< condition that ends it early */
   uint32_t action; /**< routine that is called then */
@@ -311,7 +310,7 @@ typedef struct rmp_code_operand {
   int64_t index;
 } rmp_code_operand;
 
-/** `a op b -> r` where nothing else is said. */
+/** `a op b -> r` unless documented otherwise. */
 enum rmp_instruction_op {
   RMP_OP_COPY = 0,    /**< r := a */
   RMP_OP_CONVERT = 1, /**< r := a as the type of r */
@@ -334,7 +333,7 @@ enum rmp_instruction_op {
   RMP_OP_FIELD = 18, /**< r: place of field number b in a */
   RMP_OP_ELEMENT =
       19,            /**< r: place of element b in a; outside the bounds is an error at run time */
-  RMP_OP_LOAD = 20,  /**< r := what stands at a */
+  RMP_OP_LOAD = 20,  /**< r := the value at a */
   RMP_OP_STORE = 21, /**< at r := a */
   RMP_OP_ARGUMENT = 22,       /**< a for the next CALL, INTRINSIC or MAKE */
   RMP_OP_ARGUMENT_PLACE = 23, /**< the same, a place (OUT, INOUT) */
@@ -352,10 +351,10 @@ enum rmp_instruction_op {
   RMP_OP_WAIT_TEST = 34, /**< where a is false and time is left: in the next cycle at r */
   RMP_OP_PAUSE = 35,
   RMP_OP_HALT = 36,
-  RMP_OP_TARGET = 37,     /**< a for the next MOVE */
-  RMP_OP_ATTRIBUTE = 38,  /**< attribute b is a, for the next MOVE */
-  RMP_OP_UNTIL = 39,      /**< the next MOVE ends early by the condition behind this; goes on at r;
-                             a = routine that is called then */
+  RMP_OP_TARGET = 37,    /**< a for the next MOVE */
+  RMP_OP_ATTRIBUTE = 38, /**< attribute b is a, for the next MOVE */
+  RMP_OP_UNTIL = 39,     /**< the next MOVE ends early by the condition behind this; continues at r;
+                            a = routine that is called then */
   RMP_OP_UNTIL_TEST = 40, /**< end of that condition: a */
   RMP_OP_MOVE = 41,       /**< interpolation a; b = 1 incremental */
   RMP_OP_START = 42,      /**< process a; priority b */

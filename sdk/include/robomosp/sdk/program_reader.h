@@ -19,7 +19,7 @@
 
 namespace robomosp {
 
-/// An extension that a reader takes, and whose it is. Constant data.
+/// An extension that a reader takes, and its controller. Constant data.
 struct ReaderFormat {
   const char* extension = "";   ///< lower-case, without dot: "src"
   const char* controller = "";  ///< what people call it: "KUKA KRL"
@@ -32,7 +32,7 @@ struct ProgramReaderTask {
   std::span<const SourceFile> files;
 };
 
-/// A file of IRL that a reader made. The texts stay as long as the object that tells of them.
+/// A file of IRL that a reader made. The texts stay as long as the object that refers to them.
 struct ReadFile {
   std::string_view name;  ///< without folders: "weld.irl"; the first file is the program
   std::string_view text;

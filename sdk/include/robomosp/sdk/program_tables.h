@@ -26,7 +26,7 @@
 
 namespace robomosp {
 
-/// Row `i` of a table, whose rows must be of this type.
+/// Row `i` of a table with rows of this type.
 template <class Row>
 [[nodiscard]] const Row& row(const rmp_table& table, std::uint32_t i) {
   return *static_cast<const Row*>(rmp_row(&table, i));
@@ -277,7 +277,7 @@ class Strict {
   [[nodiscard]] const rmp_code_type& type(std::uint32_t t) const { return p_.types[t]; }
   [[nodiscard]] std::uint32_t kind(const O& o) const { return type(o.type).kind; }
   [[nodiscard]] std::uint32_t role(const O& o) const { return type(o.type).role; }
-  /// Whether what is of type `a` may stand where one of `b` belongs.
+  /// Whether a value of type `a` may be used for one of type `b`.
   [[nodiscard]] bool fits(std::uint32_t a, std::uint32_t b) const {
     if (a == b) return true;
     const rmp_code_type &x = type(a), &y = type(b);
@@ -757,7 +757,7 @@ class Reader {
     x.kind = kind;
     x.scope = x.body = x.priority = x.condition = RMP_NONE;
     x.first_instruction = static_cast<std::uint32_t>(p_->instructions.size());
-    // Its name is a symbol of its own, behind those that have numbers in the text.
+    // Its name is a separate symbol, behind those that have numbers in the text.
     rmp_code_symbol s{};
     s.kind = RMP_SYMBOL_ROUTINE;
     s.name = p_->keep(n);
@@ -981,7 +981,7 @@ class Reader {
 }
 
 /// Three-address code from its text form. What a reader of the tables relies on holds: numbers are
-/// of rows that there are, and labels are set once. Errors name the line.
+/// of existing rows, and labels are set once. Errors name the line.
 [[nodiscard]] inline Result<std::unique_ptr<ProgramTables>> read_code_text(std::string_view text) {
   return code_text_detail::Reader().read(text);
 }

@@ -14,9 +14,10 @@
 namespace robomosp {
 
 /// Where turn 0 begins [degrees], unless the cell says otherwise: -180, so that 0 is up to half a
-/// turn either way. A cell may say R_TURNS_FROM := 0: turn 0 is 0 to 360, turn -1 what is negative.
+/// turn in either direction. A cell may set R_TURNS_FROM := 0: turn 0 is 0 to 360, turn -1 what is
+/// negative.
 inline constexpr double kTurnsFrom = -180;
-/// A turn that is not told: whichever is nearest (-100 and less).
+/// A turn that is not given: whichever is nearest (-100 and less).
 inline constexpr std::int32_t kAnyTurn = -128;
 [[nodiscard]] inline bool is_any_turn(std::int32_t turn) { return turn <= -100; }
 /// How far beyond a turn's ends an angle still counts as within [degrees]: digits that were

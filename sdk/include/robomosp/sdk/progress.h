@@ -12,7 +12,7 @@ class Progress {
   virtual ~Progress() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
-  /// Tells how far the work is; fraction in 0..1, `what` a few words for the user.
+  /// Reports how far the work is; fraction in 0..1, `what` a few words for the user.
   virtual void report(double fraction, std::string_view what) = 0;
   /// True once the user asked to stop; return ErrorCode::cancelled within 100 ms of that.
   [[nodiscard]] virtual bool cancelled() const = 0;

@@ -2,7 +2,7 @@
 // Interface robomosp.renderer/2: pictures of meshes, lines and frames, drawn without a window
 // (layer: contract, std only). Lengths in metres, world frame with z up, colours sRGB. Scene and
 // Options grow at their ends, Look at its own (it is the last of Options), elements of a scene in
-// their room; what lies within others by value (Camera, Section, Appearance) stays as it is.
+// their `room`; what lies within others by value (Camera, Section, Appearance) stays as it is.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ struct Appearance {
   float metalness = 0.0F;   ///< 0 paint or plastic .. 1 bare metal
   std::optional<Colour> ambient = std::nullopt;   ///< colour in the shade; none = the base colour
   std::optional<Colour> specular = std::nullopt;  ///< colour of highlights; none = by metalness
-  Colour emission{0, 0, 0, 1};                    ///< light of its own
+  Colour emission{0, 0, 0, 1};                    ///< emitted light
 };
 
 /// A mesh at a place. Items are matched between scenes by `id`.
@@ -79,7 +79,7 @@ struct Label {
 struct Legend {
   /// A mark beside the bar.
   struct Tick {
-    double share = 0;  ///< of the way up the bar, 0..1
+    double share = 0;  ///< position on the bar, 0..1
     std::string text;
   };
   std::string title;            ///< drawn above the bar, with the unit

@@ -32,7 +32,7 @@ enum class ErrorCode : std::int32_t {
   cancelled,       ///< stopped by the user
   unsupported,     ///< meaningful, but this provider or version cannot do it
   internal,        ///< a defect of this program
-  script_failed    ///< a script raised an error of its own
+  script_failed    ///< a script raised an error
 };
 
 [[nodiscard]] constexpr std::string_view to_string(ErrorCode c) {
@@ -86,8 +86,8 @@ struct Error {
   return Error{code, std::move(message), std::move(where), std::move(hint)};
 }
 
-/// Thrown where a Result is read without having been asked: the host names the provider that let it
-/// out and goes on.
+/// Thrown where a Result is read without a check: the host names the provider that let it
+/// out and continues.
 class ResultMisread : public std::logic_error {
  public:
   using std::logic_error::logic_error;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.retimer/1: the fastest way along a given joint path (layer: contract, std
+// Interface robomosp.retimer/1: the fastest motion along a given joint path (layer: contract, std
 // only).
 #pragma once
 

@@ -41,7 +41,7 @@ class RobotCodeGenerator {
   virtual ~RobotCodeGenerator() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
-  /// Self-contained source files, whose names start with `name`; it is an identifier and starts
+  /// Self-contained source files, with names that start with `name`; it is an identifier and starts
   /// every symbol, or is the module of all. Equal models give equal text. What the language or the
   /// provider cannot do is ErrorCode::unsupported.
   virtual Result<std::vector<CodeFile>> generate(const RobotModel& model, std::string_view name,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // RobotModel: the flat, constant description of a mechanism that every solver receives
 // (layer: contract, std only). It is free of DH conventions: the host has already turned rows of
-// either convention, offsets and fixed joints into joint frames whose z axis is the joint axis.
+// either convention, offsets and fixed joints into joint frames with the joint axis as z axis.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace robomosp {
 /// sequences of revolute and prismatic ones with massless bodies between.
 enum class JointType : std::int32_t {
   revolute = 0,   ///< q: angle about z [rad]
-  prismatic = 1,  ///< q: way along z [m]
+  prismatic = 1,  ///< q: translation along z [m]
   /// q: unit quaternion w x y z; velocity: angular, in the moving joint frame [rad/s]
   spherical = 2,
   /// q: position x y z in the placement's frame [m], then the quaternion w x y z; velocity: linear
@@ -47,7 +47,7 @@ struct JointSpring {
   double rest = 0;       ///< where it pulls to [rad or m]
 };
 
-/// A joint that follows another one: q = ratio * q_of + offset. It has no coordinate of its own;
+/// A joint that follows another one: q = ratio * q_of + offset. It has no coordinate itself;
 /// forces at it count for the joint that it follows, times the ratio.
 struct JointCoupling {
   std::int32_t of = -1;  ///< the joint followed (uncoupled, of one coordinate); -1 = none
@@ -55,7 +55,7 @@ struct JointCoupling {
   double offset = 0;     ///< [rad or m]
 };
 
-/// One joint and the body it moves. Joint frame i moves with body i; it stands at
+/// One joint and the body it moves. Joint frame i moves with body i; it is at
 /// `placement` in its parent's joint frame when the joint has not moved, and q moves it
 /// (JointType): parent_T_joint(q) = placement * J(q).
 struct JointModel {
@@ -154,7 +154,7 @@ struct RobotModel {
       if (joints[i].parent != static_cast<std::int32_t>(i) - 1) return false;
     return true;
   }
-  /// True when every joint is revolute or prismatic and has a coordinate of its own, so that entry
+  /// True when every joint is revolute or prismatic and has its own coordinate, so that entry
   /// i of q, qd and tau belongs to joint i.
   [[nodiscard]] bool is_simple() const {
     for (const JointModel& j : joints)

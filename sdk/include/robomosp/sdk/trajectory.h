@@ -41,7 +41,7 @@ class SegmentFactory {
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Builds a segment from its control poses. Wrong number of points, coincident or collinear
-  /// points and non-positive speeds are errors that say which. [any thread]
+  /// points and non-positive speeds are errors that name them. [any thread]
   virtual Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
                                                 const Params&) const = 0;
 };

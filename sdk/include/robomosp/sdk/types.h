@@ -37,8 +37,8 @@ struct Colour {
   float r = 0.8F, g = 0.8F, b = 0.8F, a = 1.0F;
 };
 
-/// Room in the elements of arrays and spans, which cannot grow at their end: what is added to such
-/// a struct later lies here, and zero means "not given". Plugins leave it alone.
+/// Reserved space in the elements of arrays and spans, which cannot grow at their end: what is
+/// added to such a struct later lies here, and zero means "not given". Plugins leave it alone.
 struct Room {
   std::array<std::uint64_t, 8> words{};
 };

@@ -28,7 +28,7 @@ inline void put_utf8(std::string& out, std::uint32_t code) {
   byte(0x80U | (code & 0x3FU));
 }
 
-/// UTF-16 without its byte order mark. Halves of a pair that stand alone, and half a letter at the
+/// UTF-16 without its byte order mark. Single halves of a pair, and half a letter at the
 /// end, become U+FFFD.
 [[nodiscard]] inline std::string utf8_from_utf16(std::string_view bytes, bool is_big) {
   constexpr std::uint32_t kUnknown = 0xFFFD;
@@ -79,7 +79,7 @@ struct Utf8Text {
   std::string text;  ///< without a byte order mark
   TextEncoding was = TextEncoding::utf8;
 };
-/// A byte order mark tells UTF-8 or UTF-16 and is taken off; other bytes that are no UTF-8 are
+/// A byte order mark identifies UTF-8 or UTF-16 and is taken off; other bytes that are no UTF-8 are
 /// taken as ISO 8859-1, which the declarations of older files name.
 [[nodiscard]] inline Utf8Text utf8_text(std::string_view bytes) {
   constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF", kLittle = "\xFF\xFE", kBig = "\xFE\xFF";

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conformance suite of robomosp.collision/1 (layer: contract helper for tests, GoogleTest,
 // header-only). A kind of shape that an engine refuses with ErrorCode::unsupported is left out; an
-// engine with the tag "approximate" may tell less room than there is, never more. Include it in one
-// file of a test program and instantiate it:
+// engine with the tag "approximate" may underestimate the clearance, never overestimate it. Include
+// it in one file of a test program and instantiate it:
 //   INSTANTIATE_TEST_SUITE_P(Mine, CollisionConformance,
 //                            testing::Values(CollisionCase{"mine.so", "mine"}));
 #pragma once
@@ -50,7 +50,7 @@ inline Mesh box_mesh(double x, double y, double z) {
                  2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
   return m;
 }
-/// A ball of triangles whose rings are pushed in and out by `bump`.
+/// A ball of triangles with rings pushed in and out by `bump`.
 inline Mesh ball_mesh(double radius, int rings, double bump = 0) {
   Mesh m;
   const int around = 2 * rings;
@@ -102,7 +102,7 @@ class CollisionConformance : public testing::TestWithParam<CollisionCase> {
     EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
     return made.ok() ? std::move(made).value() : nullptr;
   }
-  /// Whether the engine knows the kind; a refusal has to name the body and tell what to do.
+  /// Whether the engine knows the kind; a refusal has to name the body and give a hint.
   bool takes(ShapeKind kind) {
     static const Mesh cube = box_mesh(1, 1, 1);
     Shape s = shape_of(kind, 1, 1, 1);
@@ -153,7 +153,7 @@ class CollisionConformance : public testing::TestWithParam<CollisionCase> {
     for (double& x : p.p) x = random.uniform(-reach, reach);
     return p;
   }
-  /// A and B in the frame in which A stands at the origin, moved anywhere: what is known in one
+  /// A and B in the frame in which A is at the origin, moved anywhere: what is known in one
   /// frame must hold in all.
   void expect_distance(const Shape& a, const Shape& b, const Pose& a_T_b, double expected,
                        double tolerance = 1e-9) {
@@ -234,14 +234,14 @@ TEST_P(CollisionConformance, BoxesCylindersAndCapsulesHaveTheDistancesOfClosedFo
   expect_distance(can, pill, shift(0, 0, 1), 1 - 0.25 - 0.3 - 0.1);
   expect_distance(block, pill, shift(0.9, 0, 0), 0.6);
   expect_distance(block, pill, shift(0.2 + 0.3, 0.3 + 0.4, 0), 0.4);
-  // Depths: the least way out.
+  // Depths: the least distance out.
   expect_distance(block, block, shift(0.35, 0, 0), -0.05, 1e-5);
   expect_distance(block, can, shift(0, 0, 0.6), -0.05, 1e-5);
 }
 
 TEST_P(CollisionConformance, SpheresAndCapsulesAnywhereHaveTheDistancesOfPointsAndSegments) {
-  // Points to solids by clamping their coordinates; a segment is as far as the least of its points,
-  // whose distance to a convex solid is a convex function along it: halved by thirds.
+  // Points to solids by clamping their coordinates; a segment is as far as the nearest of its
+  // points; their distance to a convex solid is a convex function along it: halved by thirds.
   using enum ShapeKind;
   Random random(kSeed + 5);
   const auto in = [](const Pose& t, const Vec3& p) {  // t^-1 p
@@ -733,8 +733,9 @@ TEST_P(CollisionConformance, CancellingStopsWithinATenthOfASecond) {
   EXPECT_LT(progress.unheard(), 0.1) << "it computed for longer without asking";
 }
 
-// Between the planes through the nearest points, square to the way between, is nothing of either
-// body, to the digits that the points have; and projections in turn find no way that is shorter.
+// Between the planes through the nearest points, normal to the line between them, is nothing of
+// either body, to the digits that the points have; and alternating projections find no shorter
+// distance.
 TEST_P(CollisionConformance, ConesAreExact) {
   using enum ShapeKind;
   if (!takes(cone)) GTEST_SKIP() << "it takes no cones";
@@ -816,7 +817,7 @@ TEST_P(CollisionConformance, ConesAreExact) {
   }
   expect_distance(shape_of(cone, 0.3, 0, 0.4), shape_of(sphere, 0.1), shift(0, 0, 0.6), 0.3);
   expect_distance(shape_of(cone, 0.3, 0, 0.4), shape_of(sphere, 0.1), shift(0.5, 0, -0.2), 0.1);
-  // 0.05 below the middle of the side, whose normal is (0.8, 0.6): the least way out.
+  // 0.05 below the middle of the side with normal (0.8, 0.6): the least distance out.
   expect_distance(shape_of(cone, 0.3, 0, 0.4), shape_of(sphere, 0.01),
                   shift(0.15 - 0.05 * 0.8, 0, -0.05 * 0.6), -0.06);
 }

@@ -41,9 +41,9 @@ inline double point_to_ellipsoid(const Vec3& half, const Vec3& p) {
   return static_cast<double>(std::sqrt(squared));
 }
 
-/// Distance of two ellipsoids that are apart. The way z from one to the other is the least element
-/// of a convex set with the support function h_A + h_B - c.v, so that it maximizes
-/// c.v - h_A(v) - h_B(v) - v.v / 2, which is concave and smooth: Newton's method with halved steps.
+/// Distance of two ellipsoids that are apart. The vector z from one to the other is the least
+/// element of a convex set with the support function h_A + h_B - c.v, so that it maximizes c.v -
+/// h_A(v) - h_B(v) - v.v / 2, which is concave and smooth: Newton's method with halved steps.
 inline double ellipsoid_to_ellipsoid(const Vec3& half_a, const Pose& at_a, const Vec3& half_b,
                                      const Pose& at_b) {
   using Matrix = std::array<Vec3, 3>;
@@ -118,7 +118,7 @@ inline double ellipsoid_to_ellipsoid(const Vec3& half_a, const Pose& at_a, const
     if (!(share > 1e-12)) break;
     v = next;
   }
-  // By the planes square to the way, which is off by the square only of what the way is off.
+  // By the planes normal to that vector: their error is quadratic in the vector's error.
   const double length = std::sqrt(dot_of(v, v));
   return value({v[0] / length, v[1] / length, v[2] / length}) + 0.5;
 }
@@ -243,8 +243,8 @@ TEST_P(CollisionConformance, EllipsoidsMeetAndHoldWhatTheyShould) {
   using enum ShapeKind;
   if (!takes(ellipsoid)) GTEST_SKIP() << "it takes no ellipsoids";
   const Shape egg = shape_of(ellipsoid, 0.5, 0.3, 0.2), ball = shape_of(sphere, 0.1);
-  // A ball in the middle: the least way out. Off it along the longest axis, where the nearest point
-  // is not on the axis: x / (1 - (c / a)^2) of the surface above it.
+  // A ball in the middle: the least distance out. Off it along the longest axis, where the nearest
+  // point is not on the axis: x / (1 - (c / a)^2) of the surface above it.
   expect_distance(egg, ball, {}, -(0.1 + 0.2));
   expect_distance(egg, ball, shift(0.5, 0, 0), -0.1);
   expect_distance(egg, ball, shift(0, 0.31, 0), 0.01 - 0.1);

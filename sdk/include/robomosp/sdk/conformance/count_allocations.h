@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes a test program count allocations (allocations.h): include it in exactly one of its sources.
 // With the GNU C library it counts malloc and its like, which is what operator new and Eigen call;
-// with others operator new. Sanitizers have allocators of their own: under them nothing is counted.
+// with others operator new. Sanitizers have their own allocators: under them nothing is counted.
 #pragma once
 
 #include <cerrno>
@@ -71,7 +71,7 @@ __attribute__((visibility("default"))) void operator delete(void* p, std::size_t
 namespace robomosp::conformance {
 namespace {
 [[maybe_unused]] const bool kCountsAllocations = [] {
-  // Seen from a plugin: its malloc is this one, or nothing can be said.
+  // Seen from a plugin: its malloc is this one, or nothing can be counted.
   const long long before = allocations.load();
   ::operator delete(::operator new(16));
   counts_allocations = allocations.load() > before;

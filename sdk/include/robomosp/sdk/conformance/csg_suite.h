@@ -185,7 +185,7 @@ inline Moments sum(const Moments& a, const Moments& b, double factor = 1) {
   return m;
 }
 
-/// How far moments may be off, each on the scale of its own kind. A stated relative error e means:
+/// How far moments may be off, each on its own scale. A stated relative error e means:
 /// the volume within e V, the area within e S, the first moments within e sqrt(V T) and the second
 /// within e T, T being the trace of the second (|first| <= sqrt(V T), by Cauchy-Schwarz).
 struct MomentsBound {
@@ -227,7 +227,7 @@ inline void expect_moments(const Moments& got, const Moments& want, double relat
 }
 
 /// What a triangle mesh is as a closed surface. Triangles thinner than `chord` [m] are not asked
-/// for their direction: three neighbours on a curved edge may span one that lies any way.
+/// for their direction: three neighbours on a curved edge may span one of any direction.
 struct MeshFacts {
   double volume = 0;
   double area = 0;

@@ -121,7 +121,7 @@ double gauss5(double a, double b, F&& f) {
   return h * (128.0 / 225 * f(m) + wp * (f(m - h * p) + f(m + h * p)) +
               wq * (f(m - h * q) + f(m + h * q)));
 }
-/// Moments of a solid from 0 to h whose cross-section at z is flat(z), a polynomial in z.
+/// Moments of a solid from 0 to h with cross-section flat(z) at z, a polynomial in z.
 template <class F>
 Moments stacked(double h, F&& flat) {
   const auto total = [&](auto&& pick) { return gauss5(0, h, pick); };
@@ -499,7 +499,7 @@ TEST_P(CsgConformance, SelectedEdgesAreRoundedAndBevelled) {
     const Moments want = moments(intersect({along_z, along_y, along_x}));
     volume(chamfer(block, r), want.volume - 8 * r * r * r / 12, "chamfer all");
   }
-  // Round edges by Pappus: the lost corner of a cylinder's rim, whose centre of area is
+  // Round edges by Pappus: the lost corner of a cylinder's rim has its centre of area
   // r (10 - 3 pi) / (3 (4 - pi)) from the outside.
   const double R = 0.05, h = 0.08, inset = r * (10 - 3 * pi) / (3 * (4 - pi));
   const Csg can = cylinder(R, h);
@@ -702,7 +702,7 @@ TEST_P(CsgConformance, FeaturesAreTheFacesEdgesAndCorners) {
   }
   find(Kind::corner, {0.96, 1.95, 3});
 
-  // The same tree by another way: an edit there and back.
+  // The same tree by another path: an edit and its reversal.
   shape(subtract({box(0.1, 0.08, 0.06), cylinder(0.021, 0.2).at(0.01, 0, -0.1)}).at(place));
   const auto fresh = GetParam().make();
   const auto anew = fresh->evaluate(part.tree(), progress);

@@ -31,7 +31,7 @@ struct ScaleCase {
   bool is_polyhedral = false;
   bool is_exact = true;  ///< the child's own moments are
 };
-/// Children whose axes are those of the scale, and others.
+/// Children with the axes of the scale, and others.
 inline std::vector<ScaleCase> scale_cases() {
   const Pose askew = turned({1, 2, 3}, 0.8, {0.02, 0.01, -0.05});
   const Pose quarter = turned({1, 0, 0}, kPi / 2, {0.1, 0, 0.02});

@@ -15,7 +15,7 @@
 
 namespace robomosp::conformance {
 
-/// The first thing that is wrong with the branches of one tip, "" = nothing. Motions between random
+/// The first fault of the branches of one tip, "" = none. Motions between random
 /// configurations of the model are followed, straight in its joints.
 [[nodiscard]] inline std::string branch_fault(const IkBranches& branches, const RobotModel& model,
                                               std::int32_t tip, std::uint64_t seed = 20061) {
@@ -49,7 +49,7 @@ namespace robomosp::conformance {
       if (one[k] != all[i * m + k]) return which + " depends on what it is asked together with";
     }
   }
-  // Where a sign changes, two ways meet: a measure is 0 on both sides.
+  // Where a sign changes, two branches meet: a measure is 0 on both sides.
   constexpr double kMeet = 1e-3;
   std::vector<double> here(n), before(m), now(m);
   for (std::size_t motion = 0; motion < kMotions; ++motion) {
@@ -75,7 +75,7 @@ namespace robomosp::conformance {
           (is_before ? low : high) = share;
           (is_before ? a : b) = middle;
         }
-        // Ways may be told by others, as above and below are by the side: then those meet there.
+        // Branches may depend on others, as above and below on the side: then those meet there.
         bool meet = false;
         for (std::size_t other = 0; other < m; ++other)
           meet = meet || (std::fabs(a[other]) <= kMeet && std::fabs(b[other]) <= kMeet);

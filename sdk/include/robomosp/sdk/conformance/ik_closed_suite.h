@@ -384,7 +384,7 @@ TEST_P(IkClosedForm, ALimitInTheWayIsNamed) {
     IkBatch batch;
     batch.targets = target;
     const auto r = solve(batch);
-    if (r[0].status == IkStatus::solved) {  // another way round
+    if (r[0].status == IkStatus::solved) {  // another solution
       expect_within_limits(r[0]);
       continue;
     }

@@ -120,7 +120,7 @@ TEST_P(IkGoals, PartsOfATargetLeaveTheRestFree) {
   }
 }
 
-// Two rods whose second angle is half the first: a mechanism of one coordinate.
+// Two rods, the second angle half the first: a mechanism of one coordinate.
 TEST_P(IkGoals, FollowersMoveAlongAndKeepTheirOwnLimits) {
   RobotModel m = planar_rods();
   m.joints[1].coupling = {0, 0.5, 0.1};
@@ -246,7 +246,7 @@ TEST_P(IkGoals, FailureNamesTheShortfallTheJointAndTheLostDirection) {
   const auto far = solve(batch)[0];
   EXPECT_EQ(far.status, IkStatus::out_of_reach);
   EXPECT_NEAR(far.shortfall, 1.363 - 1.15, 1e-4);
-  // Stretched towards the target: what is lost is the way there.
+  // Stretched towards the target: the lost direction is the one towards it.
   EXPECT_NEAR(std::fabs(far.lost_direction[0]), std::cos(0.3), 2e-2);
   EXPECT_NEAR(std::fabs(far.lost_direction[1]), std::sin(0.3), 2e-2);
 

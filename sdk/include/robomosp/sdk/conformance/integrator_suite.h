@@ -26,7 +26,7 @@ namespace robomosp::conformance {
 
 struct IntegratorCase {
   std::string file, provider;
-  int order = 4;  ///< of convergence, of problems whose forces depend on positions
+  int order = 4;  ///< of convergence, for problems with forces that depend on positions
   std::vector<std::pair<std::string, std::string>> params;
   bool is_adaptive = false;
   std::string longest_step;  ///< parameter of an adaptive method that bounds its step

@@ -42,7 +42,7 @@ struct JointMotionTask {
     return {sizeof(JointLimits), lower, upper, velocity, acceleration, jerk};
   }
   [[nodiscard]] JointEnds ends() const { return {sizeof(JointEnds), v0, v1, a0, a1}; }
-  /// Two random vectors with room around them.
+  /// Two random vectors away from the limits.
   static JointMotionTask random(std::mt19937& generator, std::size_t dof) {
     const auto uniform = [&](double low, double high) {
       return std::uniform_real_distribution<double>(low, high)(generator);

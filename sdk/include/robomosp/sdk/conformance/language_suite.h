@@ -81,7 +81,7 @@ class LanguageConformance : public testing::TestWithParam<LanguageCase> {
       for (std::uint32_t k = 0; k < e.count; ++k)
         ASSERT_LT(row<std::uint32_t>(c.links, e.first + k), i) << "operands come before";
     }
-    // Its code is what its text form says, which is read again with checks of its own.
+    // Its code equals its text form, which is read back with its own checks.
     const std::string text = code_text(c);
     const auto again = read_code_text(text);
     ASSERT_TRUE(again.ok()) << again.error().sentence();

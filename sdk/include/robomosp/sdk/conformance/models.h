@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mechanisms for conformance suites, filled by hand from published tables, and a forward
-// kinematics of its own to judge solvers by (layer: contract helper for tests, header-only).
+// kinematics implementation to judge solvers by (layer: contract helper for tests, header-only).
 #pragma once
 
 #include <algorithm>
@@ -391,7 +391,7 @@ class Random {
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
     return low + (high - low) * static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
   }
-  /// A configuration within the limits (within one turn where there are none; free joints within
+  /// A configuration within the limits (within one turn if it has none; free joints within
   /// 1 m). Limits of coupled joints are not looked at.
   std::vector<double> configuration(const RobotModel& m) {
     std::vector<double> q;

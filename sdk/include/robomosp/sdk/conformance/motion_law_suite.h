@@ -100,7 +100,7 @@ TEST_P(MotionLawConformance, RatesAreDerivatives) {
     // A jump of the acceleration within a step of the sum is off by half a step.
     EXPECT_NEAR(s.rate, rate, 8 * h * most + 1e-9 / T) << "rate at " << T * (i + 1) / kSteps;
   }
-  // The jerk where it is smooth: between places whose differences agree.
+  // The jerk where it is smooth: between places with equal differences.
   for (int i = 1; i < 40; ++i) {
     const double t = T * (i + 0.137) / 41, d = T * 2e-5;
     const double back = (at(t).acceleration - at(t - d).acceleration) / d,

@@ -3,8 +3,8 @@
 // header-only): orientations are rotations, turn and bend their derivatives. Include it in one file
 // of a test program and instantiate OrientationConformance with OrientationCase values.
 //
-// The way is the helix (cos 2w, sin 2w, w/2), by the share w of its length; points are poses at
-// shares of it whose places are put on it.
+// The path is the helix (cos 2w, sin 2w, w/2), by the share w of its length; points are poses at
+// shares of it with their positions on it.
 #pragma once
 
 #include <array>

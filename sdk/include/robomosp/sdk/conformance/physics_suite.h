@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conformance suite of robomosp.physics/1: free motion and joints against closed forms, contact
-// against the laws it stands for (layer: contract helper for tests, header-only).
+// against the laws that it models (layer: contract helper for tests, header-only).
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ inline std::string physics_case_name(const testing::TestParamInfo<PhysicsCase>& 
   b.pose = pose;
   return b;
 }
-/// An immovable slab whose upper side is z = 0.
+/// An immovable slab with its upper side at z = 0.
 [[nodiscard]] inline PhysicsBody floor_body() {
   PhysicsBody b = box_body(0, {20, 20, 1}, shift(0, 0, -0.5));
   b.mass = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conformance suite of robomosp.planner/1 (layer: contract helper for tests, GoogleTest,
-// header-only): ways through walls whose shortest length is known, judged by checks of its own.
+// header-only): paths through walls with a known shortest length, judged by its own checks.
 // Include it in one file of a test program and instantiate PlannerConformance with PlannerCase
 // values.
 #pragma once
@@ -24,7 +24,7 @@ namespace robomosp::conformance {
 
 struct PlannerCase {
   std::string file, provider;
-  /// Greatest length of a way over the shortest one; infinity = it only looks for some way.
+  /// Greatest length of a path over the shortest one; infinity = it only looks for some path.
   double length = std::numeric_limits<double>::infinity();
 };
 inline void PrintTo(const PlannerCase& c, std::ostream* os) { *os << c.provider; }
@@ -44,7 +44,8 @@ struct BoxWorld {
   explicit BoxWorld(std::size_t joints) : dof(joints) {
     lower.assign(dof, 0), upper.assign(dof, 1), weight.assign(dof, 1);
   }
-  /// Whether the straight way from a to b meets no box: it is cut by one dimension after the other.
+  /// Whether the straight path from a to b meets no box: it is cut by one dimension after the
+  /// other.
   [[nodiscard]] bool is_free(std::span<const double> a, std::span<const double> b) const {
     return std::none_of(boxes.begin(), boxes.end(), [&](const Box& box) {
       double from = 0, to = 1;
@@ -72,7 +73,7 @@ struct BoxWorld {
     };
     return p;
   }
-  /// A wall across the square with a door 0.04 high in its middle; the start and the goal lie on
+  /// A wall across the square with a gap 0.04 high in its middle; the start and the goal lie on
   /// either side.
   static BoxWorld door() {
     BoxWorld w(2);
@@ -81,7 +82,7 @@ struct BoxWorld {
     w.goals = {0.9, 0.1};
     return w;
   }
-  /// The shortest way through the door bends around both of its lower corners.
+  /// The shortest path through the gap bends around both of its lower corners.
   static double door_length() { return 2 * std::hypot(0.35, 0.38) + 0.1; }
 };
 
@@ -170,7 +171,7 @@ TEST_P(PlannerConformance, SixJointsThroughAWindow) {
   EXPECT_GT(checked_length(w, *found), 3 * 1.6);
 }
 
-// Of three goals the first is within a box, the second in a closed room.
+// Of three goals the first is within a box, the second in a closed space.
 TEST_P(PlannerConformance, AnyOfTheGoalsWillDo) {
   BoxWorld w = BoxWorld::door();
   w.boxes.push_back({{0.7, 0.6}, {0.72, 0.9}});
@@ -260,8 +261,8 @@ TEST_P(PlannerConformance, CancelledInTheMidst) {
   EXPECT_EQ(r.error().code, ErrorCode::cancelled) << r.error().sentence();
 }
 
-// Who is asked whether a configuration is free may be told to stop at any moment, too, and then
-// says no to everything, to the start as well.
+// The function that tests a configuration may be cancelled at any moment, too, and then
+// returns false for everything, including the start.
 TEST_P(PlannerConformance, CancelledWhileAnyCheckIsMade) {
   class Stopped final : public Progress {
    public:

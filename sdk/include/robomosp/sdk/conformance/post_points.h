@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of a program for tests of posts, found by rules of their own and not as the host finds
-// them, and a robot whose inverse kinematics are exact (layer: contract helper for tests,
+// Points of a program for tests of posts, found by separate rules and not as the host finds
+// them, and a robot with exact inverse kinematics (layer: contract helper for tests,
 // header-only).
 #pragma once
 
@@ -49,7 +49,7 @@ inline std::array<double, 9> matrix(const Q& q) {
   return m;
 }
 
-/// A robot whose "joints" are the position [m] and the rotation vector of its tip: any pose is
+/// A robot with the position [m] and the rotation vector of its tip as "joints": any pose is
 /// reached, and exactly one configuration leads there.
 class PlainKinematics final : public PostKinematics {
  public:
@@ -72,7 +72,7 @@ class PlainKinematics final : public PostKinematics {
   }
 };
 
-/// Geometric values that are known, by rules of their own.
+/// Known geometric values, by separate rules.
 class Points {
  public:
   Points(const rmp_code& code, bool with_robot) : c_(code) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conformance suite of robomosp.post/1 (layer: contract helper for tests, GoogleTest, header-only):
-// every construct of the catalogue is said or refused at its line, and none is lost; equal programs
+// every construct of the catalogue is written or refused at its line, none is lost; equal programs
 // give equal files on any thread; files have legal names, and lines that come from the program;
 // values that no controller takes are refused; a wish to stop is heard; answers are bounded.
 // Programs are compiled by a plugin of a language, as the host compiles them, but not rewritten by
@@ -39,7 +39,7 @@ namespace robomosp::conformance {
 
 struct PostSubject {
   std::string file, provider;
-  std::string language;    ///< plugin whose first language compiles the programs: irl.so; "" = none
+  std::string language;    ///< plugin with the language of the programs: irl.so; "" = none
   std::string constructs;  ///< the catalogue: share/robomosp/post_test/constructs.txt
   /// Makes a post that is in no plugin file; empty = by `file` and `provider`.
   std::function<std::shared_ptr<Post>()> make;
@@ -341,7 +341,7 @@ TEST_P(PostConformance, EveryConstructIsSaidOrRefusedAtItsLine) {
     };
     const auto [it, is_new] = without.try_emplace(c.without);
     if (is_new) it->second = text_of(c.without);
-    // At the end of a program HALT and RETURN may say what its end says anyway.
+    // At the end of a program HALT and RETURN may have the effect of the end anyway.
     const bool is_lost = out.text() == it->second && out.faults.empty() &&
                          text_of(post::followed(c.source)) == text_of(post::followed(c.without));
     EXPECT_FALSE(is_lost) << "lost: the files are as without it, and nothing is said";

@@ -180,7 +180,7 @@ inline std::string TableParams::si_text(const std::string& text) {
   return out;
 }
 
-/// The provider `name` of `Interface` in a plugin file; an error says what is missing.
+/// The provider `name` of `Interface` in a plugin file; an error names what is missing.
 template <class Interface>
 Result<const rmp_provider*> find_provider(const std::string& file, const std::string& name) {
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);

@@ -26,7 +26,7 @@ struct RetimerCase {
 };
 inline void PrintTo(const RetimerCase& c, std::ostream* os) { *os << c.provider; }
 
-/// A joint path on a grid, with room for its tables.
+/// A joint path on a grid, with memory for its tables.
 struct RetimePath {
   std::size_t dof = 1;
   std::vector<double> s, q, q1, q2, velocity, acceleration, torque_a, torque_b, torque_c, torque;
@@ -89,7 +89,7 @@ class RetimerConformance : public testing::TestWithParam<RetimerCase> {
 };
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RetimerConformance);
 
-// A straight way of length L: bang-bang, T = 2 sqrt(L / A); with a speed limit V < sqrt(L A) a
+// A straight path of length L: bang-bang, T = 2 sqrt(L / A); with a speed limit V < sqrt(L A) a
 // trapezoid, T = L / V + V / A (any textbook; e.g. Siciliano et al., Robotics, section 4.2).
 TEST_P(RetimerConformance, StraightWaysTakeTheTimeOfTheTrapezoid) {
   const double L = 1.7, A = 2.5;

@@ -26,7 +26,7 @@
 
 namespace robomosp::conformance {
 
-/// Runs one function of code that stands in `folder` and whose names start with `name`. Inputs of
+/// Runs one function of the code in `folder`, with names that start with `name`. Inputs of
 /// all samples, one after the other: q, or (q, qd, qdd) of inverse_dynamics, or (q, qd, tau) of
 /// forward_dynamics; answers likewise: for each tip its rotation row by row and its origin; 6 rows
 /// of dof() numbers, (v, w) in the base's axes; dof() rows of dof() numbers.

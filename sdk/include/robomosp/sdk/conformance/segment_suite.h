@@ -180,7 +180,7 @@ TEST_P(SegmentConformance, NothingIsAllocatedForASample) {
     });
   };
   (void)of(in.size());  // what is made once
-  // A part of the work may have memory of its own.
+  // A part of the work may have its own memory.
   EXPECT_LT(of(in.size()) - of(1), static_cast<long long>(in.size() / 20));
 }
 

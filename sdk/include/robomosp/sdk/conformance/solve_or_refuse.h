@@ -19,7 +19,7 @@
 namespace robomosp::conformance {
 
 /// Serial arms, trees, a floating base with a ball joint and followers, a loop, a gantry, a chain
-/// of 40 joints, one joint, and a mechanism whose tip does not move.
+/// of 40 joints, one joint, and a mechanism with a fixed tip.
 [[nodiscard]] inline std::vector<RobotModel> all_mechanisms() {
   std::vector<RobotModel> all{
       puma560(),      pa10(),       tree(), floating_manipulator(), four_bar(4, 1, 3, 3),

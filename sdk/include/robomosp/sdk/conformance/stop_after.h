@@ -31,7 +31,7 @@ class StopAfter final : public Progress {
     const std::lock_guard lock(mutex_);
     return unheard_;
   }
-  /// What the calling thread has computed since it was told to stop [s]; 0 when it was not.
+  /// What the calling thread has computed since the request to stop [s]; 0 when it was not.
   [[nodiscard]] double since_told() const {
     (void)look();
     const std::lock_guard lock(mutex_);
