@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps retired words out of the pages and out of the help of commands and of providers, and their
-number in messages and in comments of headers from growing. Why they are retired: docs/style.md.
+"""Keeps retired words out of the pages, of messages, and of the help of commands and of providers, and
+their number in comments of headers from growing. Why they are retired: docs/style.md.
 
 usage: plain_english_test.py [--list] [WORD]   --list prints every place that is found, of WORD only
 """
@@ -61,11 +61,12 @@ OFFENDERS = [
     r" a (?:second|joint|sample|state|degree|vector|target)(?=[.,;]|$)",
 ]
 
-# Places not edited yet. Lower a number when you edit; never raise one.
-MOST_IN_MESSAGES = {"kernel": 1, "modules": 20, "plugins": 43, "sdk": 6, "viewer": 0}
-MOST_IN_HELP = 0
-MOST_IN_PAGES = {"docs/user/irl/readers.md": 12, "docs/user/irl/read_back.md": 3}
-# Comments of headers.
+# Pages that are not wrapped yet.
+WITH_LONG_LINES = ("docs/user/irl/readers.md", "docs/user/irl/read_back.md")
+
+FOLDERS_OF_MESSAGES = ("kernel", "modules", "plugins", "sdk", "viewer")
+
+# Comments of headers that are not edited yet. Lower a number when you edit; never raise one.
 MOST_IN_HEADERS = {"kernel": 79, "modules": 617, "plugins": 173, "sdk/include": 0, "viewer": 12}
 
 
@@ -150,8 +151,6 @@ def pages():
         for name in sorted(names):
             if name.endswith(".md"):
                 yield os.path.relpath(os.path.join(folder, name), ROOT).replace(os.sep, "/")
-
-
     for folder in ("plugin_author", "developer"):
         for name in sorted(os.listdir(os.path.join(ROOT, "docs", folder))):
             yield f"docs/{folder}/{name}"
@@ -258,7 +257,6 @@ class TheTest(unittest.TestCase):
         self.assertEqual([word for _, word in offenders_in(code)], ["is not said", "stands in"])
         self.assertEqual(offenders_in('// error("it stands in a line")\nauto s = "it goes on";'), [])
 
-
     def test_finds_retired_words_in_comments_and_parameters(self):
         code = '/// It stands\n/// at a place that tells.\nint x;  ///< a way\nauto s = "// way";'
         found = [(line, phrase) for start, text in comments_in(code)
@@ -344,14 +342,15 @@ class Messages(unittest.TestCase):
 
     def test_the_help_of_commands_has_no_more_retired_words(self):
         found = faults_of_help()
-        self.assertLessEqual(len(found), MOST_IN_HELP, "\n".join(found))
+        self.assertEqual(found, [], "\n".join(found))
 
 
 if __name__ == "__main__":
     if "--list" in sys.argv:
         word = sys.argv[-1] if sys.argv[-1] != "--list" else ""
-        for fault in ([f for page in pages() for f in faults_of(page)] + faults_of_messages("modules") +
-                      faults_of_messages("plugins") + faults_of_help() + faults_of_parameters() +
+        for fault in ([f for page in pages() for f in faults_of(page)] + faults_of_help() +
+                      [f for folder in FOLDERS_OF_MESSAGES for f in faults_of_messages(folder)] +
+                      faults_of_parameters() +
                       [f for folder in MOST_IN_HEADERS for f in faults_of_headers(folder)]):
             if f"\"{word}" in fault:
                 print(fault)
