@@ -122,7 +122,7 @@ Json read_config(const std::filesystem::path& file) {
   try {
     return Json::parse(text, nullptr, true, true);
   } catch (const Json::exception& e) {
-    throw ConfigFault("\"" + file.string() + "\" is no JSON: " + e.what());
+    throw ConfigFault("\"" + file.string() + "\" is not JSON: " + e.what());
   }
 }
 

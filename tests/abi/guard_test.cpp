@@ -692,7 +692,7 @@ TEST(Guard, ResultsOfInverseKinematicsHaveFieldsOfSense) {
   EXPECT_EQ(said([](IkResult& r) { r.limiting_joint = 7; }),
             "provider \"mine\" named a joint that the robot does not have");
   EXPECT_EQ(said([](IkResult& r) { r.status = static_cast<IkStatus>(77); }),
-            "provider \"mine\" answered with a state that is not one of its interface");
+            "provider \"mine\" returned a state that is not defined by its interface");
   for (const auto& spoil : std::vector<std::function<void(IkResult&)>>{
            [](IkResult& r) { r.shortfall = kNan; }, [](IkResult& r) { r.position_error = kNan; },
            [](IkResult& r) { r.lost_direction[5] = kNan; }})

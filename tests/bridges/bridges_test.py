@@ -259,7 +259,7 @@ class Mqtt(BridgeTest):
         controller.close()
         r.close()
         self.assertIn(f"3 rows recorded, {len(bad)} messages refused, 2 rows late, 0 dropped", bridge.end())
-        self.assertIn("is not used: it is no JSON", bridge.said())
+        self.assertIn("is not used: it is not JSON", bridge.said())
         self.assertNotIn("\\x00", bridge.said())
 
     def test_broker_and_server_may_go_and_come_again(self):
@@ -273,7 +273,7 @@ class Mqtt(BridgeTest):
         until(lambda: self.samples(r) == 50, what="the rows of before")
         controller.close()
         broker.end(signal.SIGKILL)
-        until(lambda: "is lost" in bridge.said() or "ended the connection" in bridge.said(), what="the loss")
+        until(lambda: "was lost" in bridge.said() or "closed the connection" in bridge.said(), what="the loss")
         self.broker(port)
         until(lambda: bridge.said().count("Connected to the broker") == 2, what="the second connection")
         controller = Peer(port, "controller")
@@ -373,7 +373,7 @@ class Mqtt(BridgeTest):
         self.bridge(port, recordings=[self.recording()], broker={"username": "ann", "password_file": secret})
         stranger = self.child("stranger", os.environ["ROBOMOSP_MQTT"],
                               self.config(recordings=[self.recording()], broker={"port": port}))
-        until(lambda: "refuses the connection" in stranger.said(), what="the refusal")
+        until(lambda: "rejected the connection" in stranger.said(), what="the refusal")
 
     def test_a_broker_with_tls_is_trusted_by_its_certificate(self):
         self.serve()
@@ -394,7 +394,7 @@ class Mqtt(BridgeTest):
     def test_faults_of_the_configuration_are_one_sentence(self):
         program = os.environ["ROBOMOSP_MQTT"]
         fine = {"recordings": [self.recording()]}
-        for text, part in (("", "no JSON"), ("[]", "no table in braces"), ("{}", "asks for nothing"),
+        for text, part in (("", "not JSON"), ("[]", "not a table in braces"), ("{}", "requests nothing"),
                            (json.dumps({**fine, "extra": 1}), "extra is not known"),
                            (json.dumps({**fine, "broker": {"port": 0}}), "broker.port is"),
                            (json.dumps({**fine, "broker": {"port": "x"}}), "is no number"),
@@ -403,11 +403,11 @@ class Mqtt(BridgeTest):
                            (json.dumps({"recordings": [{"topic": "t"}]}), "recordings[1].title is missing"),
                            (json.dumps({"recordings": [self.recording(columns=[])]}), "columns is missing"),
                            (json.dumps({"recordings": [self.recording(columns=[{"column": "q", "field": "q"}])]}),
-                            "no JSON pointer"),
-                           (json.dumps({"recordings": [self.recording(time={"field": "/t", "unit": "h"})]}), "none of s, ms"),
+                            "not a JSON pointer"),
+                           (json.dumps({"recordings": [self.recording(time={"field": "/t", "unit": "h"})]}), "not one of s, ms"),
                            (json.dumps({"recordings": [self.recording(
                                columns=[{"column": "q", "field": "/q", "count": 2, "sign": [1, 2]}])]}), "neither 1 nor -1"),
-                           (json.dumps({"publish": [{"topic": "a/#", "changes": True}]}), "no topic"),
+                           (json.dumps({"publish": [{"topic": "a/#", "changes": True}]}), "not a topic"),
                            (json.dumps({"set": [{"topic": "a", "world": "w"}]}), "needs one of robot")):
             said = self.refusal(program, text)
             self.assertIn(part, said)
@@ -469,7 +469,7 @@ class Rtde(BridgeTest):
         self.assertEqual(len(self.recordings(r)), 1)
         r.close()
         bridge.end()
-        self.assertIn("is lost: it closed the connection", bridge.said())
+        self.assertIn("was lost: it closed the connection", bridge.said())
 
     def test_numbers_that_are_none_and_clocks_that_begin_anew(self):
         def state(k):
@@ -527,7 +527,7 @@ class Rtde(BridgeTest):
     def test_faults_of_the_configuration_are_one_sentence(self):
         program = os.environ["ROBOMOSP_RTDE"]
         fine = {"controller": {"host": "h"}, "recording": {"title": "t"}}
-        for text, part in (("{", "no JSON"), ("{}", "recording is missing"),
+        for text, part in (("{", "not JSON"), ("{}", "recording is missing"),
                            (json.dumps({"recording": {"title": "t"}}), "controller is missing"),
                            (json.dumps({**fine, "controller": {"host": "h", "frequency": 1000}}), "frequency is 1000"),
                            (json.dumps({**fine, "recording": {"title": "t", "world": "w"}}), "recording.robot is missing"),

@@ -158,7 +158,7 @@ class Console(unittest.TestCase):
             out.write(secret + "\n")
         with Serving("--listen", "unix:" + socket, "--needs-token", "--token-file", tokens) as server:
             _, err = connect(server.address, "1\n", code=3)
-            self.assertIn("wants a token", err)
+            self.assertIn("requires a token", err)
             self.assertIn("--token-file", err)
             os.chmod(file, 0o644)
             _, err = connect(server.address, "1\n", "--token-file", file, code=1)

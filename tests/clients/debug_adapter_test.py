@@ -535,9 +535,9 @@ class Programs(Debugging):
         self.assertEqual(place["X"]["value"], "2.5")
         for wrong, why in (("nothing", "nothing that has a value is named NOTHING"),
                            ("many[301]", "outside 1..300"), ("n +", "is not a value"),
-                           ("add(1)", "a debugger calls nothing")):
+                           ("add(1)", "a debugger cannot call functions")):
             self.assertIn(why, e.refused("evaluate", expression=wrong, frameId=frame))
-        self.assertIn("belongs into the console", e.refused("evaluate", expression="sum := 1",
+        self.assertIn("are allowed only in the console", e.refused("evaluate", expression="sum := 1",
                                                             frameId=frame, context="hover"))
         self.assertIn("is INT", e.refused("setExpression", expression="sum", value="'x'",
                                           frameId=frame))
@@ -638,7 +638,7 @@ class Programs(Debugging):
         e.ask("setBreakpoints", source={"path": path}, breakpoints=[])
         e.ask("continue", threadId=thread)
         # Nobody pauses it: it is a fault.
-        self.assertIn("computes without end", e.stopped("exception")["text"])
+        self.assertIn("loops endlessly", e.stopped("exception")["text"])
         self.done(e)
 
     def test_restart_takes_what_was_edited(self):
@@ -719,10 +719,10 @@ class Extension(Debugging):
 class Requests(Debugging):
     def test_what_is_wrong_is_said(self):
         e = self.editor()
-        self.assertIn("comes once", e.refused("initialize"))
-        self.assertIn("launch or attach comes first", e.refused("threads"))
+        self.assertIn("may be sent only once", e.refused("initialize"))
+        self.assertIn("launch or attach must come first", e.refused("threads"))
         self.assertIn("no request", e.refused("nonsense"))
-        self.assertIn("is not served", e.refused("readMemory"))
+        self.assertIn("is not supported", e.refused("readMemory"))
         self.assertIn("launch needs program", e.refused("launch"))
         self.assertIn("program is a text", e.refused("launch", program=3))
         self.assertIn("nowhere.irl", e.refused("launch", program="/nowhere.irl"))
@@ -746,10 +746,10 @@ class Requests(Debugging):
         self.assertEqual((now["id"], now["verified"]), (early["id"], True))
         e.event("initialized")
         self.assertIn("already", e.refused("launch", program=path))
-        self.assertIn("have not begun", e.refused("continue", threadId=1))
+        self.assertIn("have not started", e.refused("continue", threadId=1))
         e.ask("configurationDone")
         thread = e.stopped("breakpoint")["threadId"]
-        self.assertIn("comes once", e.refused("configurationDone"))
+        self.assertIn("may be sent only once", e.refused("configurationDone"))
         self.assertIn("there is no thread 99", e.refused("stackTrace", threadId=99))
         self.assertIn("no threadId", e.refused("next"))
         self.assertIn("there is no frame 4711", e.refused("scopes", frameId=4711))
@@ -769,7 +769,7 @@ class Requests(Debugging):
         self.assertEqual([b["verified"] for b in got], [False] * 4)
         self.assertIn("no program of the run has a file".lower(), got[0]["message"].lower())
         self.assertIn("no such target", e.refused("goto", threadId=thread, targetId=1).lower())
-        self.assertIn("came to this line", e.refused("gotoTargets", source={"path": path}, line=1))
+        self.assertIn("reached this line", e.refused("gotoTargets", source={"path": path}, line=1))
         self.assertIn("no source 12", e.refused("source", sourceReference=12))
         self.assertEqual(e.ask("setExceptionBreakpoints", filters=["all"])["breakpoints"][0][
             "verified"], False)

@@ -232,7 +232,7 @@ class Connected(Folder):
         path = self.write("forever.irl", FOREVER)
         self.fails(irl(path, "--connect", "127.0.0.1:1"), 1, "127.0.0.1:1 cannot be reached")
         with FakeServer(hello={**HELLO, "version": "0.0.9"}) as old:
-            self.fails(irl(path, "--connect", old.address), 3, "0.0.9", "one version")
+            self.fails(irl(path, "--connect", old.address), 3, "0.0.9", "the same version")
         server = self.serve("")
         self.fails(irl(path, "--connect", server.address), 3, "no world")
         server = self.serve(SIGNALS + 'world.create{name = "other"}\n')

@@ -189,12 +189,12 @@ class Fakes(unittest.TestCase):
             self.assertIn("cannot be reached: Connection refused",
                           self.told("127.0.0.1:%d" % free.getsockname()[1]))
         self.assertIn("No such file", self.told("unix:/nowhere/at/all"))
-        self.assertIn("is no address", self.told("a:b:c"))
+        self.assertIn("is not an address", self.told("a:b:c"))
         for raw, sentence in ((b"HTTP/1.1 400 Bad Request\r\n\r\n", 'is not a ROBOMOSP server: it answered "HTTP/1.1 400'),
                               (b"220 mail\r\n", "220 mail"), (b"", "closed the connection without an answer"),
-                              (b"[" * 100_000 + b"\n", "is no ROBOMOSP server"), (b"null\n", "is no ROBOMOSP server"),
-                              (b'{"id":1,"result":{}}\n', "without saying that it is one"),
-                              (b'{"id":1,"result":{"$array":{"shape":[9999999999],"base64":""}}}\n', "is no ROBOMOSP"),
+                              (b"[" * 100_000 + b"\n", "is not a ROBOMOSP server"), (b"null\n", "is not a ROBOMOSP server"),
+                              (b'{"id":1,"result":{}}\n', "does not identify it as one"),
+                              (b'{"id":1,"result":{"$array":{"shape":[9999999999],"base64":""}}}\n', "is not a ROBOMOSP"),
                               (b'{"id":1,"error":{"code":-32601,"message":"Method not found"}}\n', "Method not found")):
             with FakeServer(raw=raw) as server:
                 out = self.told(server.address)

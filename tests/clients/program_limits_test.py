@@ -334,7 +334,7 @@ class LongMessages(Limits):
     def test_of_a_debugger(self):
         e = self.peer(Adapter)
         path = self.write("long.irl", lines_of(10))
-        self.assertIn("initialize comes once", e.refused("initialize", adapterID=LONG))
+        self.assertIn("initialize may be sent only once", e.refused("initialize", adapterID=LONG))
         self.assertIn("no request", e.refused(LONG))
         e.refused("launch", program=LONG)
         e.refused("launch", program=path, robot=LONG)

@@ -155,7 +155,7 @@ class Signals(unittest.TestCase):
                 outcome = work()[0]
             except robomosp.Error as e:
                 outcome = e
-            self.assertIn("would hold up others", str(outcome))
+            self.assertIn("would block others", str(outcome))
             self.assertLess(time.monotonic() - began, 15)
         self.assertEqual(self.b.batch([("server.wait", {"world": self.cell.name, "signal": "free", "value": 0})]), [0])
 

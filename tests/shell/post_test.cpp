@@ -349,9 +349,11 @@ TEST(PostPacks, WhatCannotBeReadIsSaidAndTheOthersAreThere) {
   EXPECT_EQ(std::count(o.out.begin(), o.out.end(), '\n'), 1) << o.out;
   for (const char* said :
        {"empty.post\" was left out: line 1, column 1: the first line is not",
-        "huge.post\" was left out: it is larger than 4 MiB. A pack is a template a construct;",
+        "huge.post\" was left out: it is larger than 4 MiB. A pack contains one template per "
+        "construct;",
         "broken.post\" was left out: line 18, column 8: \"halt\" has no variable \"now\".",
-        "dangling.post\" was left out: it leads to nothing", "round.post\" was left out: it leads",
+        "dangling.post\" was left out: it does not lead to a readable file",
+        "round.post\" was left out: it leads",
         "folder.post\" was left out: it is a folder without a file pack.post.",
         "pipe.post\" was left out: it is no file", "is not in the pack's folder"})
     EXPECT_TRUE(has(o.err, said)) << said << "\n" << o.err;

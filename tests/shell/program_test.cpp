@@ -677,7 +677,7 @@ TEST(CommandLine, AWrongInstructionSetIsWarnedOf) {
   const Environment set("ROBOMOSP_SIMD", "sse9");
   const auto r = run({"--color", "never", "eval", "return 1"});
   EXPECT_EQ(r.code, 0) << r.err;
-  EXPECT_NE(r.err.find("warning: ROBOMOSP_SIMD is \"sse9\", which names no instruction set"),
+  EXPECT_NE(r.err.find("warning: ROBOMOSP_SIMD is \"sse9\", which is not an instruction set"),
             std::string::npos)
       << r.err;
   const Environment right("ROBOMOSP_SIMD", "baseline");

@@ -234,7 +234,9 @@ TEST_F(Exchange, AVeryLargeSolidGetsAChordForItsSize) {
   bytes->replace(at, milli.size(), "SI_UNIT($,.METRE.)");
   const auto large = read(put("large.step", *bytes), Map{{"name", "large"}});
   ASSERT_TRUE(large.ok()) << large.error().sentence();
-  EXPECT_NE(all_notes(*large).find("mesh is coarser, as chord says: \"large\""), std::string::npos)
+  EXPECT_NE(
+      all_notes(*large).find("mesh of solids larger than 2 m is coarser, see chord: \"large\""),
+      std::string::npos)
       << all_notes(*large);
   const AnyId id = load(*large);
   EXPECT_NEAR(volume(id) / part.volume, 1e9, 1);
@@ -957,7 +959,7 @@ TEST_F(Exchange, WhatA3mfHasBesidesMeshesIsSaid) {
           package_3mf(model_3mf(
               "<z:thing a:b=\"1\"/><object id=\"1\" q:k=\"2\">" + box_3mf(10) + "</object>", ""))));
   ASSERT_TRUE(unbuilt.ok()) << unbuilt.error().sentence();
-  EXPECT_NE(all_notes(*unbuilt).find("1 object was read where they lie"), std::string::npos)
+  EXPECT_NE(all_notes(*unbuilt).find("1 object was read at their own positions"), std::string::npos)
       << all_notes(*unbuilt);
 }
 

@@ -239,7 +239,7 @@ TEST(IrlEditing, ANewNameGoesEverywhereAndChangesNoMeaning) {
             std::string::npos);
   // Where a line is not understood, it is not known what its names are.
   EXPECT_NE(renamed("PROGRAM p; VAR INT: a|; BEGIN a := 1; IF a + THEN ENDIF; ENDPROGRAM;", "n")
-                .find("it is not known whether \"a\" here is the same"),
+                .find("it is unknown whether \"a\" here is the same"),
             std::string::npos);
   // A fault elsewhere is no obstacle.
   EXPECT_EQ(renamed("PROGRAM p; VAR INT: a|; BEGIN a := 1; zzz := 2; ENDPROGRAM;", "n"),

@@ -429,7 +429,7 @@ TEST_F(LuaCollision, TellsDistancesTouchesAndWhatTouchesNothing) {
     off_thread = (*scene)->collisions(poses(1), pairs, hits, progress_);
     scene->reset();
   }).join();
-  expect_says(said(off_thread), {"plugin_failed", "busy with something else for 0.1 s"});
+  expect_says(said(off_thread), {"plugin_failed", "busy for 0.1 s"});
 }
 
 TEST_F(LuaCollision, WhatPrepareMakesIsWhatIsGivenLater) {

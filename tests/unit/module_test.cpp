@@ -166,7 +166,7 @@ TEST_F(ModuleTest, WhatCannotBeUsedIsLeftOutWithASentence) {
       << checked.text;
   EXPECT_EQ(*scripted.eval("return late"), "7") << "a script's own global stays";
   EXPECT_EQ(*scripted.eval("return ioci.call('late.echo', 8)"), "8");
-  EXPECT_TRUE(was_said("has no name of its own here, where late is something else"));
+  EXPECT_TRUE(was_said("has no global name here, since late is something else"));
 }
 
 TEST_F(ModuleTest, FaultsOfAModuleAreSentencesThatNameIt) {

@@ -388,7 +388,7 @@ TEST_F(Grip, TellsWhatIsWrong) {
   has(told([](PhysicsRun& r) { r.actions[0].joint = "right"; }), "follows \"left\"");
   has(told([](PhysicsRun& r) { r.actions[0].force = 0; }), "a force of 0");
   has(told([](PhysicsRun& r) { r.actions[0].speed = -1; }), "speed");
-  has(told([](PhysicsRun& r) { r.robots[0].drive = RobotDrive::limp; }), "is limp");
+  has(told([](PhysicsRun& r) { r.robots[0].drive = RobotDrive::limp; }), "is not driven");
   has(told([](PhysicsRun& r) {
         r.actions[0].kind = ActionKind::release;
         r.actions.pop_back();

@@ -389,7 +389,7 @@ TEST_F(Physics, TellsWhatIsWrong) {
   has(told([](PhysicsRun& r) { r.actions[2].object = "floor"; }), "cannot move");
   has(told([](PhysicsRun& r) { r.actions[2].tool = "claw"; }), "has no tool");
   has(told([](PhysicsRun& r) { r.actions[2].kind = Action::wait; }), "does not hold");
-  has(told([](PhysicsRun& r) { r.robots[0].drive = RobotDrive::limp; }), "is limp");
+  has(told([](PhysicsRun& r) { r.robots[0].drive = RobotDrive::limp; }), "is not driven");
   has(told([](PhysicsRun& r) { r.engine.name = "none"; }), "none");
 }
 

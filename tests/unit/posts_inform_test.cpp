@@ -128,10 +128,10 @@ TEST(InformPost, AnalogueOutputsAreVoltsWithinWhatTheControllerHas) {
   EXPECT_TRUE(has_text(with("3", "14.01").faults, "error 4: an analogue output of 14.01 V"));
   EXPECT_TRUE(has_text(with("3", "-1.0E300").faults, "error 4: an analogue output of "));
   EXPECT_TRUE(
-      has_text(with("41", "1.0").faults, "error 4: signal 41 is not one of the analogue ones"));
+      has_text(with("41", "1.0").faults, "error 4: signal 41 is not one of the analogue signals"));
   EXPECT_EQ(with("40", "1.0").errors, 0);
   EXPECT_TRUE(
-      has_text(with("0", "1.0").faults, "error 4: signal 0 is not one of the analogue ones"));
+      has_text(with("0", "1.0").faults, "error 4: signal 0 is not one of the analogue signals"));
 }
 
 TEST(InformPost, ThePageIsRight) {

@@ -932,7 +932,7 @@ TEST(Templates, WhatIsMissingOrUnknownIsSaidAtOnceASentenceEach) {
       {head + body + "== if_begin\nif\n",
        "14:4: the template \"if_begin\" is of the feature if, which the head does not list"},
       {head + "name: b\n" + body, "4:1: \"name\" is given twice"},
-      {head + "file: ../{{name}}\n" + body, "\"file\" is a name of a file in the folder"},
+      {head + "file: ../{{name}}\n" + body, "\"file\" must be the name of a file in the program"},
       {head + "points: file\n" + body, "there is no template \"point\""},
       {head + "line_numbers: 10\n" + body, "\"line_numbers\" is the first number and the step"},
       {head + "line_number: N{{line}}\n" + body, "\"line_number\" needs \"line_numbers\""},
@@ -1452,7 +1452,7 @@ TEST(Templates, APackWhoseTextCouldBeReadInTwoSensesIsRefused) {
        "the operators \"<\" and \"<=\" are both written \"<\""},
       {variables, operators("/ \"/\" 60\nDIV \"/\" 60\n"), ""},
       {variables + "decimal_sign: ,\n", operators("MOD \"MOD\" 99 call\n"),
-       "the operator \"MOD\" is a call, whose operands have a comma"},
+       "the operator \"MOD\" is a call, with commas between operands"},
       {variables, operators("MOD \"MOD\" 99 call\n"), ""},
       // Numbers of a template.
       {"", "", "the template \"lin\" writes {{x}} and {{y}} without a separator",
@@ -1604,9 +1604,9 @@ TEST(Posts, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
       "PROGRAM p;\nVAR POSE: a := POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 180.0, 0.0));\n"
       "VAR POSE: b := POSE(POSITION(500.0, 90.0, 300.0), ORIZYX(0.0, 180.0, 0.0));\nBEGIN\n";
   const std::string passes =
-      "in a run the robot passes this target at its TIME, each joint by a cubic, if a PTP of one "
+      "the simulated robot passes this target at its TIME, each joint by a cubic, if a PTP of one "
       "target with a TIME follows at once. Give C_PTP; the profile's option zone_pass is";
-  const std::string stops = "in a run the robot stops here. Give ";
+  const std::string stops = "the simulated robot stops here. Give ";
   const auto said = [&](const std::string& move) {
     return post_source(posts::Rapid(), head + move + " C_PASS := TRUE;\nMOVE PTP b TIME := 1.0;\n" +
                                            "ENDPROGRAM;\n")

@@ -774,11 +774,11 @@ TEST_F(ProgramCheck, ConfigurationsThatArePostedAreThoseOfTheJoints) {
         return std::to_string(static_cast<int>(std::floor(of_maker / 90)));
       };
       // ABB's cfx and KUKA's S count the sign of the axis itself.
-      EXPECT_NE(
-          rapid.find("[" + quarter(0) + "," + quarter(3) + "," + quarter(5) + "," +
-                     std::to_string(bit(is_behind, 4) + bit(is_bent_back, 2) + bit(degrees[4] < 0, 1)) +
-                     "]"),
-          std::string::npos)
+      EXPECT_NE(rapid.find("[" + quarter(0) + "," + quarter(3) + "," + quarter(5) + "," +
+                           std::to_string(bit(is_behind, 4) + bit(is_bent_back, 2) +
+                                          bit(degrees[4] < 0, 1)) +
+                           "]"),
+                std::string::npos)
           << what << "\n"
           << rapid;
       EXPECT_EQ(behind(post("krl"), ",S ", ","),
@@ -830,9 +830,8 @@ TEST_F(ProgramCheck, StraightMotionsArePostedInTheBranchTheyKeep) {
   bool is_told = false;
   for (const Value& f : *at(c, "faults").as_list())
     is_told =
-        is_told ||
-        at(f, "message").as_string()->find("keeps the branch it comes in, which is STATUS 0") !=
-            std::string::npos;
+        is_told || at(f, "message").as_string()->find("keeps its branch, which is STATUS 0") !=
+                       std::string::npos;
   EXPECT_TRUE(is_told);
   const std::string dat = *at((*at(c, "files").as_list())[1], "text").as_string();
   EXPECT_EQ(dat.find(",S 0"), std::string::npos) << dat;

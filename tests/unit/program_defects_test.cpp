@@ -127,7 +127,7 @@ TEST(DefectsOf2006, LinAndPtpOfThePa10DifferAndListsBeginWhereTheyWereDeclared) 
   EXPECT_FALSE(has_text(faults, "straight line")) << faults;
   // Without a robot the joints are not known, and the straight way is told.
   text_of("PTP", false, faults);
-  EXPECT_TRUE(has_text(faults, "warning 4: this PTP goes on a straight line")) << faults;
+  EXPECT_TRUE(has_text(faults, "warning 4: this PTP becomes a straight line")) << faults;
   // The library's calls behind them.
   const auto files = posts_test::posted(posts::Pa10(), "PROGRAM p;\nBEGIN\nENDPROGRAM;\n").files;
   const std::string& library = files.at("rmp_pa10.c");

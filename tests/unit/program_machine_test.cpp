@@ -138,7 +138,7 @@ TEST(Machine, WhatGoesWrongIsOneSentence) {
       {"MOVE LIN ROBTARGET(((1.0, 2.0, 3.0), ORIZYX(0.0, 0.0, 0.0)), z - 2, 0, 0.0);",
        "the STATUS of a target is -2, but it must not be negative"},
       {"MOVE LIN pose;", "the orientation of a target is not a unit quaternion: its length is 0.0"},
-      {"q := ANGLEX('RS', o);", "the orientation that ANGLEX gets is no unit quaternion"},
+      {"q := ANGLEX('RS', o);", "the orientation that ANGLEX gets is not a unit quaternion"},
       {"o := ORIZYX(1.0,2.0,3.0); q := ANGLEX('XXX', o);", "ANGLEX has no mode 'XXX'"},
       {"o := ORIMAT(POSITION(1.0,0.0,0.0), POSITION(0.0,1.0,0.0), POSITION(0.0,0.0,-1.0));",
        "ORIMAT gets axes that are not"},
@@ -861,7 +861,7 @@ ENDPROGRAM;)");
       loaded("PROGRAM p;\n" + kTwoRobots + "BEGIN WRITE(R_ACT_ROB.R_SPEED); ENDPROGRAM;");
   TestWorld other;
   EXPECT_EQ(fault_of(run_to_end(none, other)).substr(0, 60),
-            std::string("p.irl:7:7: R_ACT_ROB is not one of the robots yet. Choose one first")
+            std::string("p.irl:7:7: R_ACT_ROB has not been set to a robot yet. Choose one first")
                 .substr(0, 60));
 }
 

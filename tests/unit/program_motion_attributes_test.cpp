@@ -506,7 +506,7 @@ TEST_F(AdditionalAxes, WhatGoesAlongIsBrakedHeldAndGoesOnWithTheArm) {
 
 TEST_F(AdditionalAxes, WhatCannotBeIsAnErrorAtItsLine) {
   placed("none", "MOVE LIN ADD_JOINT(0.0, 0.0) ADAX_CONTROL := DEVICE_REL;\n", true, false);
-  EXPECT_NE(fault().find("none.irl:4:1: ADAX_CONTROL is DEVICE_REL, and no additional joint"),
+  EXPECT_NE(fault().find("none.irl:4:1: ADAX_CONTROL is DEVICE_REL, but no additional joint"),
             std::string::npos)
       << fault();
   take_out("none");
@@ -514,7 +514,7 @@ TEST_F(AdditionalAxes, WhatCannotBeIsAnErrorAtItsLine) {
   EXPECT_NE(fault().find("odd.irl:4:1: ADAX_CONTROL is 7"), std::string::npos) << fault();
   take_out("odd");
   placed("device", "MOVE PTP MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) DEVICE := 2;\n", true, false);
-  EXPECT_NE(fault().find("device.irl:4:1: DEVICE is 2, and the world has none"), std::string::npos)
+  EXPECT_NE(fault().find("device.irl:4:1: DEVICE is 2, but the world has none"), std::string::npos)
       << fault();
 }
 

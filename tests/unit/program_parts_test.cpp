@@ -531,9 +531,9 @@ TEST_F(Parts, WhatIsLeftOutAndWhatElseCountsIsSaid) {
            *at(f, "message").as_string() + "\n";
   for (const char* each :
        {"note 25 the part of right is posted, and the others are left out; of left are bring.",
-        "note 54 RELEASE of table_free waits there while left has not acquired the one before",
+        "note 54 RELEASE of table_free waits there while left has not acquired the previous one",
         "warning 67 HALT ends the part of right only.",
-        "warning 64 the part has one process, take, and is a program without processes"})
+        "warning 64 the part has one process, take, and becomes a program without processes"})
     EXPECT_NE(all.find(each), std::string::npos) << each << "\n" << all;
   const Error e =
       fails("program.post", {{"id", both}, {"only_robot", "middle"}, {"target", "krl"}});

@@ -2159,7 +2159,7 @@ TEST(ProgramReaders, TpRegistersThatAreSetInPartOrFromThemselvesAreUnknown) {
              ";\n6: PR[3,6]=0 ;\n" +
              move),
       "");
-  EXPECT_NE(faults("1: R[7]=R[7]+1 ;\n").find("warning R[7] is set by no program here"),
+  EXPECT_NE(faults("1: R[7]=R[7]+1 ;\n").find("warning R[7] is not set by any program here"),
             std::string::npos);
   EXPECT_EQ(faults("1: R[7]=0 ;\n2: R[7]=R[7]+1 ;\n"), "");
 }

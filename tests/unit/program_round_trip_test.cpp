@@ -278,7 +278,7 @@ const std::map<std::string, std::string> kHeld{
     {"joint_trajectory arc_weld structured", "form: JointTrajectory takes no structured program"},
     {"joint_trajectory hanoi flat", "posted"},
     {"joint_trajectory hanoi structured", "form: JointTrajectory takes no structured program"},
-    {"joint_trajectory palletising flat", "25: the robot does not reach a place of this motion"},
+    {"joint_trajectory palletising flat", "25: the robot does not reach a point of this motion"},
     {"joint_trajectory palletising structured",
      "form: JointTrajectory takes no structured program"},
     {"joint_trajectory pick_and_place flat",

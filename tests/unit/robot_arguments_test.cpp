@@ -38,7 +38,7 @@ TEST_F(RobotArguments, WhatBelongsToAnotherArgumentIsRefusedWithoutIt) {
 local zero = {0, 0, 0, 0, 0, 0}
 refused("influence belongs to the objective clearance, but the objective is none", arm.solve_goals, arm,
   {goals = {{target = arm:fk{q = q}.pose}}, influence = 0.1})
-refused("and the objective is limits", arm.solve_goals, arm,
+refused("but the objective is limits", arm.solve_goals, arm,
   {goals = {{target = arm:fk{q = q}.pose}}, objective = "limits", influence = 0.1})
 local cell = world.create{name = "cell"}
 cell:add_robot{robot = arm}
@@ -57,7 +57,7 @@ local function inverse(args)
 end
 refused("a tip is named, but no force acts at it", inverse, {tip = "tool"})
 refused("tip_columns belongs to a recording, but no tip_wrench is given", inverse, {tip_force = {1, 0, 0}, tip_columns = {"a"}})
-refused("tip_over is of a recording", inverse, {tip_over = "path"})
+refused("tip_over belongs to a recording", inverse, {tip_over = "path"})
 refused("it has 2 numbers, but three are needed", inverse, {tip_force = {1, 0}})
 refused("there is no q1 here", inverse, {tip_force = {1, 0, "1 N * q1"}})
 refused("is neither a number nor an expression", inverse, {tip_moment = {1, 0, true}})

@@ -551,7 +551,7 @@ TEST_F(RobotRoundTrip, AUrdfFileHoldsOneRobotAndSaysWhatItLeavesOut) {
        {{"name", "block"}, {"root", Map{{"kind", "box"}, {"x", 1}, {"y", 1}, {"z", 1}}}});
   call("world.create", {{"name", "cell"}});
   EXPECT_NE(fails("export", {{"what", "block"}, {"file", file}})
-                .message.find("holds one robot and there are 0"),
+                .message.find("contains one robot, but here are 0"),
             std::string::npos);
   call("world.add_robot", {{"id", "cell"}, {"robot", "gripper"}});
   call("world.add_object", {{"id", "cell"}, {"what", "block"}, {"name", "table"}});

@@ -343,7 +343,7 @@ TEST_F(StateBatch, WhatIsWrongIsSaidWithItsRow) {
   says("arm:gravity_torques{q = {{}}}", {"q[1]: 0 numbers are given"});
   says("arm:gravity_torques{q = {}}", {"q", "0 joint values are given"});
   says("arm:energy{q = Q}", {"q: one state is expected, but a matrix of 4 is given"});
-  says("arm:regressor{q = good, qd = {good, good}}", {"qd: one state is taken"});
+  says("arm:regressor{q = good, qd = {good, good}}", {"qd: one state is expected"});
   // Matrices without rows come from other clients only.
   const auto none = app().dispatch(
       session_, "robot.fk", Map{{"id", "arm"}, {"q", NumericArray(std::vector<double>(), 0, 6)}});

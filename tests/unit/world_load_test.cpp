@@ -157,7 +157,7 @@ TEST_F(WorldLoad, AllThatAnotherWorldHoldsIsTakenOver) {
   EXPECT_EQ(list("world.robots").size(), 1U);
   call("world.add_signal", {{"id", "cell"}, {"name", "ready"}, {"kind", "analogue"}});
   EXPECT_EQ(refusal({{"file", "corner.wld"}}),
-            "world \"cell\": signal \"ready\" already exists and differs in kind, unit or first "
+            "world \"cell\": signal \"ready\" already exists and differs in kind, unit or initial "
             "value. Tasks refer to signals by name, so it is not renamed; change one of the two.");
 }
 
