@@ -610,7 +610,7 @@ class ThreemfReader {
                    "Its model has no objects.");
     tree_.notes.push_back("The file lists no object to build; " +
                           count(items.size(), "object was", "objects were") +
-                          " read at their own positions.");
+                          " read in place.");
     return items;
   }
 
