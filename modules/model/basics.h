@@ -66,14 +66,14 @@ constexpr void fields(V& v, Of<Placement>) {
       .unit_by([](const void* p, std::size_t i) {
         return position_units(static_cast<const Placement*>(p)->coordinates)[i];
       })
-      .doc("Where the origin is, in the coordinates that are chosen.");
+      .doc("Position of the origin, in the selected coordinates.");
   v("angles", &Placement::angles)
       .in_paths([](const void* p) {
         return kAngleWords[static_cast<std::size_t>(static_cast<const Placement*>(p)->notation)];
       })
       .unit("rad")
-      .doc("The three angles of the rotation, in the convention that is chosen.");
-  v("notation", &Placement::notation).doc("How the three angles make a rotation.");
+      .doc("The three angles of the rotation, in the selected convention.");
+  v("notation", &Placement::notation).doc("Convention of the three angles.");
   v("coordinates", &Placement::coordinates)
       .doc("Whether the position is Cartesian (at), cylindrical or spherical.");
 }
@@ -90,11 +90,11 @@ struct Parameter {
 };
 template <class V>
 constexpr void fields(V& v, Of<Parameter>) {
-  v("name", &Parameter::name).needed().doc("By which expressions mean it.");
-  v("expression", &Parameter::expression).doc("What gives its value; empty for a plain number.");
+  v("name", &Parameter::name).needed().doc("Name for use in expressions.");
+  v("expression", &Parameter::expression).doc("Expression of its value; empty for a plain number.");
   v("unit", &Parameter::unit).doc("SI unit of its value; empty for a plain number.");
   v("value", &Parameter::value).doc("Its value in SI units.");
-  v("description", &Parameter::description).doc("What it is, for people.");
+  v("description", &Parameter::description).doc("Its description.");
 }
 
 /// Parameters of a record, and which of its numbers are expressions over them: path as in the set
@@ -107,8 +107,7 @@ struct Parametric {
 template <class V>
 constexpr void fields(V& v, Of<Parametric>) {
   v("parameters", &Parametric::parameters).doc("Named numbers for the record's expressions.");
-  v("expressions", &Parametric::expressions)
-      .doc("Expressions by the path of the number that each gives.");
+  v("expressions", &Parametric::expressions).doc("Expressions by the path of their numbers.");
 }
 
 template <class V>
@@ -117,7 +116,7 @@ constexpr void fields(V& v, Of<MassProperties>) {
   v("com", &MassProperties::com)
       .label("centre of mass")
       .unit("m")
-      .doc("The centre of mass in the frame that is stated.");
+      .doc("The centre of mass in the stated frame.");
   v("inertia", &MassProperties::inertia)
       .unit("kg m^2")
       .doc("Inertia about the centre of mass: xx, yy, zz, xy, yz, xz.");
@@ -130,8 +129,8 @@ struct MeasuredMass {
 };
 template <class V>
 constexpr void fields(V& v, Of<MeasuredMass>) {
-  v("mass", &MeasuredMass::mass).flat().doc("What was measured, in the record's frame.");
-  v("source", &MeasuredMass::source).doc("How and by whom it was measured.");
+  v("mass", &MeasuredMass::mass).flat().doc("Measured values, in the record's frame.");
+  v("source", &MeasuredMass::source).doc("Source of the measurement: method and person.");
 }
 
 /// A chosen provider with the values given for its parameters, by name. Empty name = the default.
@@ -143,7 +142,7 @@ struct ProviderChoice {
 };
 template <class V>
 constexpr void fields(V& v, Of<ProviderChoice>) {
-  v("name", &ProviderChoice::name).doc("Of the provider; empty for the default one.");
+  v("name", &ProviderChoice::name).doc("Name of the provider; empty for the default one.");
   v("params", &ProviderChoice::params)
       .flat()
       .doc("Values of the provider's parameters, in SI units.");
@@ -160,11 +159,11 @@ struct CollisionPairRule {
 };
 template <class V>
 constexpr void fields(V& v, Of<CollisionPairRule>) {
-  v("a", &CollisionPairRule::a).needed().doc("The one body.");
+  v("a", &CollisionPairRule::a).needed().doc("One body.");
   v("b", &CollisionPairRule::b).needed().doc("The other body.");
   v("is_allowed", &CollisionPairRule::is_allowed)
       .doc("True: the two may touch and are not checked; false: they are always checked.");
-  v("reason", &CollisionPairRule::reason).doc("Why, for people.");
+  v("reason", &CollisionPairRule::reason).doc("Reason, for readers.");
 }
 
 }  // namespace robomosp::model

@@ -27,17 +27,22 @@ struct ControllerAxis {
 };
 template <class V>
 constexpr void fields(V& v, Of<ControllerAxis>) {
-  v("name", &ControllerAxis::name).needed().doc("Such as A1.");
+  v("name", &ControllerAxis::name).needed().doc("Name such as A1.");
   v("joint", &ControllerAxis::joint)
       .range(1, 1000)
-      .doc("Of the robot, 1 is the first; of the additional joints where it is external.");
+      .doc(
+          "Number of the robot's joint, 1 is the first; of the additional joint if it is "
+          "external.");
   v("is_external", &ControllerAxis::is_external).doc("Whether it is an additional joint.");
   v("is_linear", &ControllerAxis::is_linear).doc("Whether it is in mm instead of degrees.");
-  v("sign", &ControllerAxis::sign).range(-1, 1).doc("1, or -1 where it turns the other way.");
+  v("sign", &ControllerAxis::sign)
+      .range(-1, 1)
+      .doc("1, or -1 if it turns in the opposite direction.");
   v("offset", &ControllerAxis::offset).doc("Added to the joint, degrees or mm.");
-  v("pulses", &ControllerAxis::pulses).doc("Of the encoder per degree or mm; 0 is not known.");
-  v("lower", &ControllerAxis::lower).doc("Limit, degrees or mm; counts where below upper.");
-  v("upper", &ControllerAxis::upper).doc("Limit, degrees or mm.");
+  v("pulses", &ControllerAxis::pulses)
+      .doc("Pulses of the encoder per degree or mm; 0 if not known.");
+  v("lower", &ControllerAxis::lower).doc("Lower limit, degrees or mm; applies if below upper.");
+  v("upper", &ControllerAxis::upper).doc("Upper limit, degrees or mm.");
 }
 
 /// How a signal of programs is called at the controller.
@@ -50,11 +55,13 @@ struct ControllerSignal {
 };
 template <class V>
 constexpr void fields(V& v, Of<ControllerSignal>) {
-  v("name", &ControllerSignal::name).needed().doc("In the program.");
-  v("target", &ControllerSignal::target).doc("Name at the controller; empty is by number.");
-  v("number", &ControllerSignal::number).at_least(-1).doc("There; -1 is as the program says.");
-  v("kind", &ControllerSignal::kind).doc("A word of the target, such as hand.");
-  v("is_inverted", &ControllerSignal::is_inverted).doc("Whether on there is off here.");
+  v("name", &ControllerSignal::name).needed().doc("Name in the program.");
+  v("target", &ControllerSignal::target).doc("Name at the controller; empty: by number.");
+  v("number", &ControllerSignal::number)
+      .at_least(-1)
+      .doc("Number at the controller; -1: as in the program.");
+  v("kind", &ControllerSignal::kind).doc("A keyword of the target, such as hand.");
+  v("is_inverted", &ControllerSignal::is_inverted).doc("Whether the signal is inverted.");
 }
 
 /// A tool or a frame that the controller keeps.
@@ -67,11 +74,11 @@ struct ControllerPlace {
 template <class V>
 constexpr void fields(V& v, Of<ControllerPlace>) {
   v("name", &ControllerPlace::name).needed().doc("Unique among its kind.");
-  v("number", &ControllerPlace::number).at_least(-1).doc("At the controller; -1 is none.");
+  v("number", &ControllerPlace::number).at_least(-1).doc("Number at the controller; -1 is none.");
   v("placement", &ControllerPlace::placement)
       .flat()
-      .doc("Of a tool on the flange; of a frame in the robot's base.");
-  v("mass", &ControllerPlace::mass).unit("kg").at_least(0).doc("Of a tool.");
+      .doc("Pose of a tool on the flange, or of a frame in the robot's base.");
+  v("mass", &ControllerPlace::mass).unit("kg").at_least(0).doc("Mass of a tool.");
 }
 
 /// Whatever else a target asks for.
@@ -80,8 +87,8 @@ struct ControllerOption {
 };
 template <class V>
 constexpr void fields(V& v, Of<ControllerOption>) {
-  v("name", &ControllerOption::name).needed().doc("As the target's page tells.");
-  v("value", &ControllerOption::value).doc("As text.");
+  v("name", &ControllerOption::name).needed().doc("Name, as listed on the target's page.");
+  v("value", &ControllerOption::value).doc("Value as text.");
 }
 
 struct Controller {
@@ -102,40 +109,46 @@ struct Controller {
 };
 template <class V>
 constexpr void fields(V& v, Of<Controller>) {
-  v("description", &Controller::description).doc("What it is, for people.");
+  v("description", &Controller::description).doc("Its description.");
   v("parametric", &Controller::parametric).flat().doc("Parameters and expressions.");
   v("target", &Controller::target).needed().doc("Post that writes its language, such as krl.");
-  v("program", &Controller::program).doc("Name of programs there; empty is the program's own.");
+  v("program", &Controller::program)
+      .doc("Name of programs on the controller; empty is that of the program.");
   v("axes", &Controller::axes)
       .by_names()
       .file("axis")
-      .doc("In the controller's order; without any the robot's joints count as they are.");
-  v("signals", &Controller::signals).by_names().doc("Names and numbers of signals there.");
-  v("tools", &Controller::tools).by_names().doc("That the controller keeps.");
-  v("frames", &Controller::frames).by_names().doc("That the controller keeps.");
-  v("tool", &Controller::tool)
-      .file("default_tool")
-      .doc("Of the tools: the one that programs begin with.");
-  v("frame", &Controller::frame)
-      .file("default_frame")
-      .doc("Of the frames: the one that programs begin with.");
-  v("prologue", &Controller::prologue).doc("Lines of its language behind a program's beginning.");
+      .doc("In the controller's order; without any the robot's joints are used unchanged.");
+  v("signals", &Controller::signals)
+      .by_names()
+      .doc("Names and numbers of signals at the controller.");
+  v("tools", &Controller::tools).by_names().doc("Tools stored in the controller.");
+  v("frames", &Controller::frames).by_names().doc("Frames stored in the controller.");
+  v("tool", &Controller::tool).file("default_tool").doc("The tool with which programs begin.");
+  v("frame", &Controller::frame).file("default_frame").doc("The frame with which programs begin.");
+  v("prologue", &Controller::prologue)
+      .doc("Lines of its language after the beginning of a program.");
   v("epilogue", &Controller::epilogue).doc("Lines of its language at a program's end.");
-  v("length_digits", &Controller::length_digits).range(0, 12).doc("Of mm, behind the point.");
-  v("angle_digits", &Controller::angle_digits).range(0, 12).doc("Of degrees, behind the point.");
-  v("speed_digits", &Controller::speed_digits).range(0, 12).doc("Of speeds, behind the point.");
-  v("max_points", &Controller::max_points).at_least(0).doc("Of a program; 0 is the target's own.");
-  v("max_lines", &Controller::max_lines).at_least(0).doc("Of a file; 0 is the target's own.");
-  v("max_bytes", &Controller::max_bytes).at_least(0).doc("Of a file; 0 is any number.");
+  v("length_digits", &Controller::length_digits).range(0, 12).doc("Decimals of lengths in mm.");
+  v("angle_digits", &Controller::angle_digits).range(0, 12).doc("Decimals of angles in degrees.");
+  v("speed_digits", &Controller::speed_digits).range(0, 12).doc("Decimals of speeds.");
+  v("max_points", &Controller::max_points)
+      .at_least(0)
+      .doc("Greatest number of points of a program; 0 is the target's own.");
+  v("max_lines", &Controller::max_lines)
+      .at_least(0)
+      .doc("Greatest number of lines of a file; 0 is the target's own.");
+  v("max_bytes", &Controller::max_bytes)
+      .at_least(0)
+      .doc("Greatest number of bytes of a file; 0 is any number.");
   v("max_speed", &Controller::max_speed)
       .unit("m/s")
       .at_least(0)
-      .doc("Of the tool; 0 is not known.");
+      .doc("Greatest speed of the tool; 0 if not known.");
   v("max_speed_ori", &Controller::max_speed_ori)
       .unit("rad/s")
       .at_least(0)
-      .doc("Of the tool's turning; 0 is not known.");
-  v("options", &Controller::options).by_names().doc("Whatever else its target asks for.");
+      .doc("Greatest angular speed of the tool; 0 if not known.");
+  v("options", &Controller::options).by_names().doc("Further options of the target.");
 }
 
 }  // namespace robomosp::model

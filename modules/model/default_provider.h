@@ -15,7 +15,7 @@ struct DefaultProvider {
 template <class V>
 constexpr void fields(V& v, Of<DefaultProvider>) {
   v("interface", &DefaultProvider::interface).needed().doc("The interface, such as robomosp.ik/1.");
-  v("provider", &DefaultProvider::provider).needed().doc("Taken where none is named.");
+  v("provider", &DefaultProvider::provider).needed().doc("Provider that is used if none is named.");
 }
 
 }  // namespace robomosp::model

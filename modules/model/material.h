@@ -26,16 +26,16 @@ struct Material {
 };
 template <class V>
 constexpr void fields(V& v, Of<Material>) {
-  v("description", &Material::description).doc("What it is, for people.");
-  v("source", &Material::source).doc("Where the density comes from.");
+  v("description", &Material::description).doc("Its description.");
+  v("source", &Material::source).doc("Source of the density.");
   v("parametric", &Material::parametric).flat().doc("Parameters and expressions.");
   v("density", &Material::density)
       .unit("kg/m^3")
       .at_least(0)
       .needed()
       .with_unit()
-      .doc("Mass of a volume; 0 is a look without mass.");
-  v("colour", &Material::colour).doc("Base colour in sRGB, with the opacity behind it.");
+      .doc("Mass per volume; 0 for an appearance without mass.");
+  v("colour", &Material::colour).doc("Base colour in sRGB, followed by the opacity.");
   v("shininess", &Material::shininess).range(0, 1).doc("From 0 matt to 1 mirror-like.");
   v("metalness", &Material::metalness)
       .range(0, 1)
@@ -46,7 +46,7 @@ constexpr void fields(V& v, Of<Material>) {
   v("specular", &Material::specular)
       .label("specular colour")
       .doc("Colour of highlights; none follows the metalness.");
-  v("emission", &Material::emission).doc("Colour of the light that it gives by itself.");
+  v("emission", &Material::emission).doc("Colour of the emitted light.");
 }
 
 }  // namespace robomosp::model

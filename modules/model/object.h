@@ -30,9 +30,9 @@ constexpr void fields(V& v, Of<ObjectPart>) {
       .refers_to({Kind::solid, Kind::object})
       .by_kind()
       .needed()
-      .doc("The solid or object that is there.");
+      .doc("The placed solid or object.");
   v("placement", &ObjectPart::placement).flat().doc("Its frame in the object's.");
-  v("material", &ObjectPart::material).doc("Instead of the solid's own.");
+  v("material", &ObjectPart::material).doc("Replaces the solid's own material.");
 }
 
 /// A place where an object works when it is a tool: the tip of a wire, the middle between fingers.
@@ -67,13 +67,13 @@ struct Object {
 };
 template <class V>
 constexpr void fields(V& v, Of<Object>) {
-  v("description", &Object::description).doc("What it is, for people.");
+  v("description", &Object::description).doc("Its description.");
   v("parametric", &Object::parametric).flat().doc("Parameters and expressions.");
   v("overlap", &Object::overlap)
-      .doc("Whether volume that parts share counts once, for the first of them, or for each.");
-  v("measured", &Object::measured).label("measured mass").doc("Mass measured on the real thing.");
-  v("parts", &Object::parts).by_names().doc("What it is made of.");
-  v("tcps", &Object::tcps).doc("Tool centre points; any make a tool of it.");
+      .doc("Whether volume shared by parts counts once, for the first of them, or for each.");
+  v("measured", &Object::measured).label("measured mass").doc("Mass measured on the real part.");
+  v("parts", &Object::parts).by_names().doc("Its parts.");
+  v("tcps", &Object::tcps).doc("Tool centre points; with any the object is a tool.");
 }
 
 }  // namespace robomosp::model

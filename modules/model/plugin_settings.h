@@ -11,7 +11,7 @@ struct PluginSettings {
 };
 template <class V>
 constexpr void fields(V& v, Of<PluginSettings>) {
-  v("of", &PluginSettings::of).needed().doc("The plugin's module, with what was set.");
+  v("of", &PluginSettings::of).needed().doc("The plugin's module, with the values that were set.");
 }
 
 }  // namespace robomosp::model

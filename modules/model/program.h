@@ -20,7 +20,7 @@ struct ProgramFile {
 };
 template <class V>
 constexpr void fields(V& v, Of<ProgramFile>) {
-  v("name", &ProgramFile::name).needed().doc("Of the file, without folders.");
+  v("name", &ProgramFile::name).needed().doc("Name of the file, without folders.");
   v("lines", &ProgramFile::lines).file("line").doc("Its text, line by line.");
 }
 
@@ -32,11 +32,11 @@ struct Program {
 };
 template <class V>
 constexpr void fields(V& v, Of<Program>) {
-  v("description", &Program::description).doc("What it is, for people.");
+  v("description", &Program::description).doc("Its description.");
   v("language", &Program::language).doc("Provider of its language; empty is the default one.");
   v("files", &Program::files)
       .by_names()
-      .doc("Its source: the program first, then what it names: cell, modules, lists of data.");
+      .doc("Its source: the program first, then the files it names: cell, modules, lists of data.");
   v("target_profile", &Program::target_profile)
       .doc("Profile of the controller that it is posted for; empty is none.");
 }

@@ -53,39 +53,43 @@ struct ProgramBinding {
 };
 template <class V>
 constexpr void fields(V& v, Of<ProgramBinding>) {
-  v("kind", &ProgramBinding::kind).needed().doc("What the name stands for.");
+  v("kind", &ProgramBinding::kind).needed().doc("Kind of the binding.");
   v("name", &ProgramBinding::name)
-      .doc("In the program; of an additional joint its number; empty is its own robot.");
+      .doc(
+          "Name in the program; for an additional joint its number; empty is the program's robot.");
   v("to", &ProgramBinding::to)
       .doc(
-          "Robot, signal or task of the world; of a grip the object that it takes, empty is the "
-          "nearest; what a point is on; whose parameters a value has, empty is the world's.");
+          "Robot, signal or task of the world; for a grip the object that it takes, empty is the "
+          "nearest; the object or frame of a point; the object with the parameters of a value, "
+          "empty is the world.");
   v("frame", &ProgramBinding::frame)
-      .doc("Frame or object of the world that the robot's targets are in; empty is its base.");
-  v("tool", &ProgramBinding::tool)
-      .doc("Link, tool or tool centre point that targets are for, or that takes.");
-  v("joint", &ProgramBinding::joint)
       .doc(
-          "Of the robot or mechanism: name or number; of a grip or point the robot that it is "
-          "of.");
+          "Frame or object of the world in which the robot's targets are given; empty is its "
+          "base.");
+  v("tool", &ProgramBinding::tool)
+      .doc("Link, tool or tool centre point for targets, or for a grip.");
+  v("joint", &ProgramBinding::joint)
+      .doc("Joint of the robot or mechanism: name or number; for a grip or point its robot.");
   v("reach", &ProgramBinding::reach)
       .unit("m")
       .at_least(0)
-      .doc("A grip takes nothing that is farther from its tool; 0 is 5 mm.");
-  v("value", &ProgramBinding::value).doc("Of a free input.");
+      .doc("A grip takes nothing farther from its tool; 0 is 5 mm.");
+  v("value", &ProgramBinding::value).doc("Value of a free input.");
   v("at", &ProgramBinding::at)
       .doc(
           "Of a point: centre point or part of the object, node of the solid, or a feature by "
-          "words or number; empty is its frame.");
-  v("x", &ProgramBinding::x).doc("Of a point: how far from there, an expression [m]; empty is 0.");
-  v("y", &ProgramBinding::y).doc("Likewise.");
-  v("z", &ProgramBinding::z).doc("Likewise.");
+          "description or number; empty is its frame.");
+  v("x", &ProgramBinding::x).doc("Of a point: offset from there, an expression [m]; empty is 0.");
+  v("y", &ProgramBinding::y).doc("The same along y.");
+  v("z", &ProgramBinding::z).doc("The same along z.");
   v("roll", &ProgramBinding::roll)
-      .doc("Of a point: turn Rz(yaw) Ry(pitch) Rx(roll) there, an expression [rad]; empty is 0.");
-  v("pitch", &ProgramBinding::pitch).doc("Likewise.");
-  v("yaw", &ProgramBinding::yaw).doc("Likewise.");
+      .doc(
+          "Of a point: rotation Rz(yaw) Ry(pitch) Rx(roll) there, an expression [rad]; empty is "
+          "0.");
+  v("pitch", &ProgramBinding::pitch).doc("The same for the pitch.");
+  v("yaw", &ProgramBinding::yaw).doc("The same for the yaw.");
   v("expression", &ProgramBinding::expression)
-      .doc("Of a value: over parameters of the object, or of worlds.");
+      .doc("Expression of a value, over parameters of the object, or of worlds.");
 }
 
 }  // namespace robomosp::model

@@ -71,9 +71,9 @@ constexpr void fields(V& v, Of<Drive>) {
   v("motor_inertia", &Drive::motor_inertia)
       .unit("kg m^2")
       .at_least(0)
-      .doc("Of the rotor, at the motor's side.");
+      .doc("Inertia of the rotor, at the motor.");
   v("gear_ratio", &Drive::gear_ratio)
-      .doc("Turns of the motor for one of the joint; negative when it reverses.");
+      .doc("Revolutions of the motor per revolution of the joint; negative if it reverses.");
   v("viscous", &Drive::viscous)
       .unit("N m s/rad")
       .label("viscous friction")
@@ -102,8 +102,8 @@ constexpr void fields(V& v, Of<Spring>) {
   v("stiffness", &Spring::stiffness)
       .unit("N m/rad|N/m")
       .at_least(0)
-      .doc("Torque for an angle, or force for a distance, from rest.");
-  v("rest", &Spring::rest).unit("rad|m").doc("Where the spring has no force.");
+      .doc("Torque per angle, or force per distance, from rest.");
+  v("rest", &Spring::rest).unit("rad|m").doc("Joint value without spring force.");
 }
 
 /// The joint follows the joint of an earlier link: q = ratio * q_of + offset.
@@ -115,9 +115,12 @@ struct Mimic {
 };
 template <class V>
 constexpr void fields(V& v, Of<Mimic>) {
-  v("link", &Mimic::link).index_of("links").needed().doc("The link whose joint is followed.");
-  v("ratio", &Mimic::ratio).doc("Of the joint's coordinate to that one.");
-  v("offset", &Mimic::offset).unit("rad|m").doc("Added to it.");
+  v("link", &Mimic::link)
+      .index_of("links")
+      .needed()
+      .doc("The link with the joint that is followed.");
+  v("ratio", &Mimic::ratio).doc("Ratio of the coordinates.");
+  v("offset", &Mimic::offset).unit("rad|m").doc("Added to the product.");
 }
 
 /// A designed body: an object or solid at a place in the link's frame.
@@ -131,7 +134,7 @@ constexpr void fields(V& v, Of<BodyPart>) {
       .refers_to({Kind::solid, Kind::object})
       .by_kind()
       .needed()
-      .doc("The solid or object that is there.");
+      .doc("The placed solid or object.");
   v("placement", &BodyPart::placement).flat().doc("Its frame in the link's.");
 }
 
@@ -164,18 +167,18 @@ constexpr void fields(V& v, Of<Link>) {
     return static_cast<const Link*>(l)->joint == JointKind::prismatic ? 1 : 0;
   });
   v("name", &Link::name).needed().doc("Unique within the robot.");
-  v("parent", &Link::parent).index_of("links").doc("The link that it moves in, or the base.");
-  v("joint", &Link::joint).doc("How it moves in its parent.");
+  v("parent", &Link::parent).index_of("links").doc("The parent link, or the base.");
+  v("joint", &Link::joint).doc("Type of the joint.");
   v("row", &Link::row)
       .flat()
       .flat_value()
       .counts_if([](const void* l) { return !static_cast<const Link*>(l)->origin; })
       .doc("Denavit-Hartenberg row.");
-  v("convention", &Link::convention).doc("Of this row; none is the robot's.");
+  v("convention", &Link::convention).doc("Convention of this row; none is that of the robot.");
   v("origin", &Link::origin).doc("Instead of a row: its frame at rest in the parent's.");
   v("axis", &Link::axis)
       .counts_if([](const void* l) { return static_cast<const Link*>(l)->origin.has_value(); })
-      .doc("Axis of the joint in the link's frame; counts with an origin.");
+      .doc("Axis of the joint in the link's frame; used with an origin.");
   v("mimic", &Link::mimic).doc("The joint follows that of an earlier link.");
   v("passive", &Link::passive).doc("Whether the joint has no motor.");
   v("lower", &Link::lower).unit("rad|m").infinite().doc("Least joint value.");
@@ -205,7 +208,7 @@ constexpr void fields(V& v, Of<Link>) {
   v("given", &Link::given)
       .flat()
       .doc("Published mass, centre of mass and inertia in the link's frame.");
-  v("parts", &Link::parts).doc("Bodies that the link is designed of.");
+  v("parts", &Link::parts).doc("Designed bodies of the link.");
   v("visible", &Link::visible).doc("Whether it is drawn.");
 }
 
@@ -224,8 +227,8 @@ struct NamedPose {
 };
 template <class V>
 constexpr void fields(V& v, Of<NamedPose>) {
-  v("name", &NamedPose::name).needed().doc("Such as home.");
-  v("q", &NamedPose::q).unit(kByJoint).needed().doc("Joint coordinates, by each joint's unit.");
+  v("name", &NamedPose::name).needed().doc("Name such as home.");
+  v("q", &NamedPose::q).unit(kByJoint).needed().doc("Joint coordinates, in each joint's unit.");
 }
 
 /// What a loop closure holds together, in the frame on link a.
@@ -249,10 +252,10 @@ struct LoopClosure {
 template <class V>
 constexpr void fields(V& v, Of<LoopClosure>) {
   v("name", &LoopClosure::name).needed().doc("Unique among the robot's loops.");
-  v("kind", &LoopClosure::kind).doc("What the joint that closes the loop holds together.");
-  v("link_a", &LoopClosure::link_a).index_of("links").doc("The one link, or the base.");
+  v("kind", &LoopClosure::kind).doc("Constraint of the joint that closes the loop.");
+  v("link_a", &LoopClosure::link_a).index_of("links").doc("One link, or the base.");
   v("link_b", &LoopClosure::link_b).index_of("links").doc("The other link, or the base.");
-  v("a", &LoopClosure::in_a).doc("Frame of the joint in the one link.");
+  v("a", &LoopClosure::in_a).doc("Frame of the joint in the first link.");
   v("b", &LoopClosure::in_b).doc("Frame of the joint in the other link.");
 }
 
@@ -269,9 +272,9 @@ constexpr void fields(V& v, Of<RobotTool>) {
   v("link", &RobotTool::link)
       .index_of("links")
       .needed()
-      .doc("The link that it is on, or the base.");
+      .doc("The link that carries it, or the base.");
   v("placement", &RobotTool::placement).flat().doc("Its frame in the link's.");
-  v("payload", &RobotTool::payload).doc("Mass that it carries, in its frame.");
+  v("payload", &RobotTool::payload).doc("Payload, in its frame.");
 }
 
 /// An object or solid that is mounted on a link as a tool: body, mass and centre points in one.
@@ -288,7 +291,7 @@ constexpr void fields(V& v, Of<AttachedTool>) {
       .refers_to({Kind::solid, Kind::object})
       .by_kind()
       .needed()
-      .doc("The object or solid that is the tool.");
+      .doc("The object or solid used as the tool.");
   v("link", &AttachedTool::link)
       .index_of("links")
       .needed()
@@ -309,7 +312,10 @@ struct AxisCoupling {
 };
 template <class V>
 constexpr void fields(V& v, Of<AxisCoupling>) {
-  v("link", &AxisCoupling::link).index_of("links").needed().doc("The link whose joint is added.");
+  v("link", &AxisCoupling::link)
+      .index_of("links")
+      .needed()
+      .doc("The link with the joint that is added.");
   v("ratio", &AxisCoupling::ratio).doc("Factor of that joint's value.");
 }
 
@@ -335,16 +341,18 @@ constexpr void fields(V& v, Of<MakerAxis>) {
   v("link", &MakerAxis::link)
       .index_of("links")
       .needed()
-      .doc("The link whose joint the axis moves.");
-  v("sign", &MakerAxis::sign).range(-1, 1).doc("1, or -1 if the axis counts the other way.");
+      .doc("The link with the joint of the axis.");
+  v("sign", &MakerAxis::sign)
+      .range(-1, 1)
+      .doc("1, or -1 if the axis counts in the opposite direction.");
   v("offset", &MakerAxis::offset).unit("rad|m").doc("Value of the axis at joint value 0.");
-  v("coupled", &MakerAxis::coupled).doc("Further joints that the axis counts.");
-  v("unit", &MakerAxis::unit).doc("deg, or mm for a joint that slides.");
-  v("external", &MakerAxis::external).doc("Whether the controller keeps it as an external axis.");
+  v("coupled", &MakerAxis::coupled).doc("Coupled joints of the axis.");
+  v("unit", &MakerAxis::unit).doc("deg, or mm for a prismatic joint.");
+  v("external", &MakerAxis::external).doc("Whether it is an external axis of the controller.");
   v("lower", &MakerAxis::lower)
       .unit("rad|m")
       .infinite()
-      .doc("Least value of the axis, where the joint's own limits do not say it.");
+      .doc("Least value of the axis, if it differs from the joint's own limits.");
   v("upper", &MakerAxis::upper).unit("rad|m").infinite().doc("Greatest value of the axis.");
 }
 
@@ -375,21 +383,22 @@ struct Robot {
 };
 template <class V>
 constexpr void fields(V& v, Of<Robot>) {
-  v("description", &Robot::description).doc("What it is, for people.");
-  v("source", &Robot::source).doc("Where the parameters come from.");
+  v("description", &Robot::description).doc("Its description.");
+  v("source", &Robot::source).doc("Source of the parameters.");
   v("parametric", &Robot::parametric).flat().doc("Parameters and expressions.");
-  v("convention", &Robot::convention).doc("Of its Denavit-Hartenberg rows: standard or modified.");
+  v("convention", &Robot::convention)
+      .doc("Convention of its Denavit-Hartenberg rows: standard or modified.");
   v("mass_source", &Robot::mass_source)
-      .doc("Whether the links' masses are the given ones or those of the designed parts.");
-  v("base", &Robot::base).doc("Frame of the base in that of the mounting.");
-  v("base_parts", &Robot::base_parts).doc("Bodies that the base is designed of.");
+      .doc("Whether the links' masses are the published ones or those of the designed parts.");
+  v("base", &Robot::base).doc("Pose of the base in the mounting frame.");
+  v("base_parts", &Robot::base_parts).doc("Designed bodies of the base.");
   v("base_mass", &Robot::base_mass)
       .doc("Published mass, centre of mass and inertia of the base in its frame.");
   v("links", &Robot::links).by_names().doc("Links with the joint before each, parents first.");
   v("tool", &Robot::tool).doc("Frame of the tool in that of the last link.");
-  v("payload", &Robot::payload).doc("Mass carried at the tool, in its frame.");
-  v("tools", &Robot::tools).doc("Further tools.");
-  v("attached", &Robot::attached).doc("Objects that are mounted as tools.");
+  v("payload", &Robot::payload).doc("Payload at the tool, in its frame.");
+  v("tools", &Robot::tools).doc("Additional tools.");
+  v("attached", &Robot::attached).doc("Objects mounted as tools.");
   v("tcp", &Robot::tcp)
       .doc("Centre point of an attached tool that is the robot's tool, such as torch.tip.");
   v("loops", &Robot::loops).doc("Joints that close kinematic loops.");

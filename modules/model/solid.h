@@ -34,27 +34,27 @@ constexpr std::span<const std::string_view> words(Of<CsgGeometry::Form>) { retur
 
 template <class V>
 constexpr void fields(V& v, Of<CsgCurve>) {
-  v("kind", &CsgCurve::kind).doc("What joins its points.");
+  v("kind", &CsgCurve::kind).doc("Type of the curve through its points.");
   v("points", &CsgCurve::points)
       .unit("m")
-      .doc("Points that it goes through, the last is its end; of a circle centre and radius.");
+      .doc("Points on it, the last is its end; for a circle centre and radius.");
 }
 template <class V>
 constexpr void fields(V& v, Of<CsgLoop>) {
-  v("start", &CsgLoop::start).unit("m").doc("Where the first curve begins.");
+  v("start", &CsgLoop::start).unit("m").doc("Start of the first curve.");
   v("curves", &CsgLoop::curves).doc("Curves, each from the end of the one before.");
 }
 template <class V>
 constexpr void fields(V& v, Of<CsgProfile>) {
-  v("loops", &CsgProfile::loops).doc("Closed outlines; one inside of another is a hole.");
+  v("loops", &CsgProfile::loops).doc("Closed outlines; an outline inside another is a hole.");
 }
 template <class V>
 constexpr void fields(V& v, Of<CsgGeometry>) {
   v("form", &CsgGeometry::form).read_only().doc("Exact (brep) or a triangle mesh.");
   v("digest", &CsgGeometry::digest)
       .read_only()
-      .doc("Of its content; equal content has an equal digest.");
-  v("source", &CsgGeometry::source).doc("Where it came from, for people.");
+      .doc("Digest of its content; equal content has an equal digest.");
+  v("source", &CsgGeometry::source).doc("Its origin, for readers.");
   v.stands_for(4);  // the digest for brep, points and triangles; deviation is never a record's
 }
 
@@ -76,8 +76,8 @@ struct SolidNode {
 template <class V>
 constexpr void fields(V& v, Of<SolidNode>) {
   v("kind", &SolidNode::kind).needed().doc("Primitive, operation or modifier.");
-  v("name", &SolidNode::name).needed().doc("Unique within the solid; how commands name the node.");
-  v("parent", &SolidNode::parent).index_of("nodes").doc("The node that it is in.");
+  v("name", &SolidNode::name).needed().doc("Unique within the solid; used by commands.");
+  v("parent", &SolidNode::parent).index_of("nodes").doc("The parent node.");
   v("placement", &SolidNode::placement).flat().doc("Its frame in the parent's.");
   v("sizes", &SolidNode::sizes)
       .flat()
@@ -87,16 +87,16 @@ constexpr void fields(V& v, Of<SolidNode>) {
       .component_by([](const void* n, std::size_t i) {
         return csg_info(static_cast<const SolidNode*>(n)->kind).sizes[i].name;
       })
-      .doc("Sizes by the kind of the node, such as radius and height.");
+      .doc("Sizes of the node's kind, such as radius and height.");
   v("profile", &SolidNode::profile).doc("Outline of a prism or revolution.");
-  v("geometry", &SolidNode::geometry).doc("What an imported node holds.");
-  v("select", &SolidNode::select).doc("Edges that a fillet or chamfer works on; empty is all.");
+  v("geometry", &SolidNode::geometry).doc("Geometry of an imported node.");
+  v("select", &SolidNode::select).doc("Edges for a fillet or chamfer; empty is all.");
   v("primitive", &SolidNode::primitive)
-      .doc("Primitive of a plugin that a custom node is, with its parameters.");
+      .doc("Primitive of a plugin for a custom node, with its parameters.");
   v("is_global", &SolidNode::is_global)
       .doc("Whether the placement is in the solid's frame instead of the parent's.");
   v("is_centred", &SolidNode::is_centred)
-      .doc("Whether a primitive that stands on z = 0 has its frame at half its height instead.");
+      .doc("Whether a primitive that begins at z = 0 has its frame at half its height instead.");
 }
 
 struct Solid {
@@ -109,14 +109,14 @@ struct Solid {
 };
 template <class V>
 constexpr void fields(V& v, Of<Solid>) {
-  v("description", &Solid::description).doc("What it is, for people.");
-  v("material", &Solid::material).doc("What it is made of; none has no mass.");
+  v("description", &Solid::description).doc("Its description.");
+  v("material", &Solid::material).doc("Its material; without one it has no mass.");
   v("chord", &Solid::chord)
       .unit("m")
       .above(0)
       .doc("Greatest distance of the displayed triangles from the surface.");
   v("parametric", &Solid::parametric).flat().doc("Parameters and expressions.");
-  v("measured", &Solid::measured).label("measured mass").doc("Mass measured on the real thing.");
+  v("measured", &Solid::measured).label("measured mass").doc("Mass measured on the real part.");
   v("nodes", &Solid::nodes).by_names().doc("The tree of solids and operations, parents first.");
 }
 

@@ -81,20 +81,19 @@ constexpr void fields(V& v, Of<TaskStep>) {
   constexpr auto is_move = [](const void* s) {
     return static_cast<const TaskStep*>(s)->kind == StepKind::move;
   };
-  v("kind", &TaskStep::kind).needed().doc("What the step does.");
-  v("parent", &TaskStep::parent).index_of("steps").doc("The block that it is in.");
-  v("robot", &TaskStep::robot).doc("Of the world; empty is the one that the world gives the task.");
-  v("trajectory", &TaskStep::trajectory).doc("What a move follows.");
-  v("pose", &TaskStep::pose).doc("Named pose that a move goes to.");
-  v("joints", &TaskStep::joints)
-      .unit(kByJoint)
-      .counts_if(is_move)
-      .doc("Joint vector that a move goes to.");
+  v("kind", &TaskStep::kind).needed().doc("Kind of the step.");
+  v("parent", &TaskStep::parent).index_of("steps").doc("The block that contains it.");
+  v("robot", &TaskStep::robot)
+      .doc("Robot of the world; empty is the one that the world assigns to the task.");
+  v("trajectory", &TaskStep::trajectory).doc("Trajectory of a move.");
+  v("pose", &TaskStep::pose).doc("Named pose of a move.");
+  v("joints", &TaskStep::joints).unit(kByJoint).counts_if(is_move).doc("Joint vector of a move.");
   v("target", &TaskStep::target)
       .counts_if(is_move)
-      .doc("Pose that a move goes to, or of the trajectory that it follows.");
-  v("frame", &TaskStep::frame).doc("Frame or object that the target is in; empty is the world.");
-  v("profile", &TaskStep::profile).doc("Law of a joint move; empty is quintic.");
+      .doc("Target pose of a move, or placement of its trajectory.");
+  v("frame", &TaskStep::frame)
+      .doc("Frame or object in which the target is given; empty is the world.");
+  v("profile", &TaskStep::profile).doc("Profile of a joint move; empty is quintic.");
   v("is_straight", &TaskStep::is_straight).doc("Whether the tool moves straight to the target.");
   v("speed", &TaskStep::speed)
       .counts_if(is_move)
@@ -105,7 +104,7 @@ constexpr void fields(V& v, Of<TaskStep>) {
       .counts_if(is_move)
       .unit("m/s")
       .at_least(0)
-      .doc("Of a straight move; 0 is 0.25 m/s.");
+      .doc("Speed of a straight move; 0 is 0.25 m/s.");
   v("duration", &TaskStep::duration)
       .counts_if([](const void* s) {
         const auto& step = *static_cast<const TaskStep*>(s);
@@ -114,18 +113,18 @@ constexpr void fields(V& v, Of<TaskStep>) {
       })
       .unit("s")
       .at_least(0)
-      .doc("Of a move, 0 is as fast as allowed; of a wait.");
-  v("object", &TaskStep::object).doc("That is attached or detached.");
+      .doc("Duration of a move, 0 is as fast as allowed; of a wait.");
+  v("object", &TaskStep::object).doc("Object to attach or detach.");
   v("link", &TaskStep::link).doc("Link or tool of the robot; empty is its tool.");
   v("tcp", &TaskStep::tcp)
-      .doc("Centre point of an attached object that leads the robot's moves; empty is none.");
+      .doc("Centre point of an attached object that the robot's moves use; empty is none.");
   v("reach", &TaskStep::reach)
       .counts_if(
           [](const void* s) { return static_cast<const TaskStep*>(s)->kind == StepKind::attach; })
       .unit("m")
       .at_least(0)
-      .doc("Of an attach: an object farther from tool or link stays; 0 is 5 mm.");
-  v("signal", &TaskStep::signal).doc("That is set.");
+      .doc("For an attach: an object farther from tool or link is not attached; 0 is 5 mm.");
+  v("signal", &TaskStep::signal).doc("Signal to set.");
   v("expression", &TaskStep::expression).doc("Value or condition over signals and numbers.");
   v("timeout", &TaskStep::timeout)
       .counts_if([](const void* s) {
@@ -134,10 +133,10 @@ constexpr void fields(V& v, Of<TaskStep>) {
       })
       .unit("s")
       .at_least(0)
-      .doc("Of a wait for a condition; 0 waits for ever.");
-  v("task", &TaskStep::task).doc("That is called.");
-  v("count", &TaskStep::count).range(0, 1'000'000).doc("How often a repeat runs its steps.");
-  v("text", &TaskStep::text).doc("Of a message.");
+      .doc("Timeout of a wait for a condition; 0 waits for ever.");
+  v("task", &TaskStep::task).doc("Task to call.");
+  v("count", &TaskStep::count).range(0, 1'000'000).doc("Number of repetitions.");
+  v("text", &TaskStep::text).doc("Text of a message.");
 }
 
 struct Task {
@@ -147,9 +146,9 @@ struct Task {
 };
 template <class V>
 constexpr void fields(V& v, Of<Task>) {
-  v("description", &Task::description).doc("What it is, for people.");
+  v("description", &Task::description).doc("Its description.");
   v("parametric", &Task::parametric).flat().doc("Parameters and expressions.");
-  v("steps", &Task::steps).doc("In order; the steps of a block follow it at once.");
+  v("steps", &Task::steps).doc("In order; the steps of a block follow it directly.");
 }
 
 }  // namespace robomosp::model

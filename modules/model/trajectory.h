@@ -33,7 +33,9 @@ constexpr void fields(V& v, Of<Transition>) {
       .counts_if(is_smooth)
       .unit("m")
       .at_least(0)
-      .doc("From the corner, along the path on both sides; 0 goes by the neighbours' lengths.");
+      .doc(
+          "Distance from the corner, along the path on both sides; 0 depends on the neighbours' "
+          "lengths.");
   v("speed", &Transition::speed)
       .counts_if(is_smooth)
       .unit("m/s")
@@ -67,25 +69,25 @@ constexpr void fields(V& v, Of<TrajectorySegment>) {
   };
   v("shape", &TrajectorySegment::shape)
       .counts_if(is_own)
-      .doc("Curve or motion of joints, with its parameters and those of its laws.");
-  v("law", &TrajectorySegment::law).counts_if(is_own).doc("How the tool runs along a curve.");
+      .doc("Curve or joint motion, with its parameters and those of its laws.");
+  v("law", &TrajectorySegment::law).counts_if(is_own).doc("Motion law of the tool along a curve.");
   v("orientation", &TrajectorySegment::orientation)
       .counts_if(is_own)
-      .doc("How the tool turns along a curve.");
+      .doc("Orientation of the tool along a curve.");
   v("turning", &TrajectorySegment::turning)
       .counts_if(is_own)
-      .doc("A motion law of its own for the turn.");
+      .doc("A separate motion law for the rotation.");
   v("points", &TrajectorySegment::points).counts_if(is_own).doc("Control poses.");
   v("joints", &TrajectorySegment::joints)
       .unit(kByJoint)
       .counts_if(is_own)
       .doc("Joint vectors of a segment that moves joints.");
-  v("stored", &TrajectorySegment::stored).doc("Another trajectory that is run instead.");
+  v("stored", &TrajectorySegment::stored).doc("Another trajectory to run instead.");
   v("placement", &TrajectorySegment::placement)
       .flat()
       .counts_if(is_stored)
       .doc("Frame of that one in the trajectory's.");
-  v("transition", &TrajectorySegment::transition).doc("From the segment before.");
+  v("transition", &TrajectorySegment::transition).doc("Transition from the segment before.");
 }
 
 /// Edges of a solid that a trajectory runs along, and how. Its segments are made of them again when
@@ -108,13 +110,13 @@ struct EdgePath {
 };
 template <class V>
 constexpr void fields(V& v, Of<EdgePath>) {
-  v("solid", &EdgePath::solid).needed().doc("The solid that has the edges.");
+  v("solid", &EdgePath::solid).needed().doc("The solid with the edges.");
   v("edges", &EdgePath::edges).doc("In order: numbers of solid.edges.");
-  v("is_reversed", &EdgePath::is_reversed).doc("The other way round.");
+  v("is_reversed", &EdgePath::is_reversed).doc("Follow the edges in the other direction.");
   v("from", &EdgePath::from)
-      .doc("Direction that the tool comes from, in the solid's frame; 0 is between the faces.");
-  v("tilt", &EdgePath::tilt).unit("rad").doc("Turn of the tool about the path.");
-  v("lead", &EdgePath::lead).unit("rad").doc("Turn about the tool's y after that.");
+      .doc("Direction from which the tool comes, in the solid's frame; 0 is between the faces.");
+  v("tilt", &EdgePath::tilt).unit("rad").doc("Rotation of the tool about the path.");
+  v("lead", &EdgePath::lead).unit("rad").doc("Subsequent rotation about the tool's y axis.");
   v("stand_off", &EdgePath::stand_off)
       .unit("m")
       .at_least(0)
@@ -135,19 +137,22 @@ constexpr void fields(V& v, Of<EdgePath>) {
       .unit("m")
       .at_least(0)
       .doc("Length along the tool from the last point.");
-  v("speed", &EdgePath::speed).unit("m/s").above(0).needed().doc("Along the edges.");
+  v("speed", &EdgePath::speed).unit("m/s").above(0).needed().doc("Speed along the edges.");
   v("travel_speed", &EdgePath::travel_speed)
       .unit("m/s")
       .at_least(0)
-      .doc("Of approach, retract and corners; 0 is the speed along the edges.");
+      .doc("Speed of approach, retract and corners; 0 is the speed along the edges.");
   v("acceleration", &EdgePath::acceleration)
       .unit("m/s^2")
       .at_least(0)
-      .doc("Where the speed begins and ends; 0 is the default of the motion law.");
+      .doc(
+          "Acceleration at the start and end of the speed profile; 0 is the default of the motion "
+          "law.");
   v("chord", &EdgePath::chord)
       .unit("m")
       .at_least(0)
-      .doc("Greatest distance of a chord from an edge that is no line or arc; 0 is the solid's.");
+      .doc(
+          "Greatest distance of a chord from an edge that is not a line or arc; 0 is the solid's.");
 }
 
 struct Trajectory {
@@ -159,10 +164,10 @@ struct Trajectory {
 };
 template <class V>
 constexpr void fields(V& v, Of<Trajectory>) {
-  v("description", &Trajectory::description).doc("What it is, for people.");
+  v("description", &Trajectory::description).doc("Its description.");
   v("parametric", &Trajectory::parametric).flat().doc("Parameters and expressions.");
   v("sample_time", &Trajectory::sample_time).unit("s").above(0).doc("Time between its samples.");
-  v("segments", &Trajectory::segments).doc("Run one after another.");
+  v("segments", &Trajectory::segments).doc("Segments, in order.");
   v("along", &Trajectory::along)
       .doc("Edges of a solid that the segments follow when the solid changes.");
 }

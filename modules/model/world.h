@@ -31,7 +31,7 @@ constexpr void fields(V& v, Of<PlacedObject>) {
       .refers_to({Kind::solid, Kind::object})
       .by_kind()
       .needed()
-      .doc("The solid or object that is there.");
+      .doc("The placed solid or object.");
   v("placement", &PlacedObject::placement).flat().doc("Its frame in the world's.");
 }
 
@@ -55,12 +55,12 @@ struct PlacedRobot {
 template <class V>
 constexpr void fields(V& v, Of<PlacedRobot>) {
   v("name", &PlacedRobot::name).needed().doc("Unique in the world.");
-  v("robot", &PlacedRobot::robot).needed().doc("The robot that is there.");
-  v("placement", &PlacedRobot::placement).flat().doc("Its mounting in the world.");
+  v("robot", &PlacedRobot::robot).needed().doc("The placed robot.");
+  v("placement", &PlacedRobot::placement).flat().doc("Its mounting frame in the world.");
   v("q", &PlacedRobot::q)
       .unit(kByJoint)
       .doc("Joint values shown; empty is the pose home, or zeros.");
-  v("base", &PlacedRobot::base).doc("How its mounting is held; what is not fixed may move.");
+  v("base", &PlacedRobot::base).doc("How its mounting is held; if not fixed it may move.");
   v("base_trajectory", &PlacedRobot::base_trajectory)
       .doc("Trajectory of the world that its mounting follows in runs; empty is none.");
 }
@@ -73,7 +73,7 @@ struct PlacedTrajectory {
 template <class V>
 constexpr void fields(V& v, Of<PlacedTrajectory>) {
   v("name", &PlacedTrajectory::name).needed().doc("Unique in the world.");
-  v("trajectory", &PlacedTrajectory::trajectory).needed().doc("The trajectory that is there.");
+  v("trajectory", &PlacedTrajectory::trajectory).needed().doc("The placed trajectory.");
   v("placement", &PlacedTrajectory::placement).flat().doc("Its frame in the world's.");
 }
 
@@ -109,13 +109,13 @@ constexpr void fields(V& v, Of<PlacedLight>) {
   v("name", &PlacedLight::name).needed().doc("Unique in the world.");
   v("kind", &PlacedLight::kind)
       .always_written()
-      .doc("Parallel light, or light from a point, to all sides or not.");
+      .doc("Parallel light, light from a point in all directions, or a spot.");
   v("placement", &PlacedLight::placement).flat().doc("Its frame in the world's.");
-  v("colour", &PlacedLight::colour).doc("In sRGB; the opacity is of no account.");
+  v("colour", &PlacedLight::colour).doc("Colour in sRGB; the opacity is ignored.");
   v("intensity", &PlacedLight::intensity)
       .at_least(0)
       .doc("1 is as bright as the program's own light.");
-  v("angle", &PlacedLight::angle).unit("rad").above(0).doc("Half the opening of a spot.");
+  v("angle", &PlacedLight::angle).unit("rad").above(0).doc("Half the opening angle of a spot.");
 }
 
 struct PlacedTask {
@@ -126,8 +126,8 @@ struct PlacedTask {
 template <class V>
 constexpr void fields(V& v, Of<PlacedTask>) {
   v("name", &PlacedTask::name).needed().doc("Unique in the world.");
-  v("task", &PlacedTask::task).needed().doc("The task that is there.");
-  v("robot", &PlacedTask::robot).doc("That steps mean which name none.");
+  v("task", &PlacedTask::task).needed().doc("The placed task.");
+  v("robot", &PlacedTask::robot).doc("Robot for steps that name none.");
 }
 
 enum class SignalKind : std::uint8_t { digital, analogue };
@@ -145,13 +145,13 @@ struct Signal {
 };
 template <class V>
 constexpr void fields(V& v, Of<Signal>) {
-  v("name", &Signal::name).needed().doc("A letter, then letters, digits and _.");
+  v("name", &Signal::name).needed().doc("Name: a letter, then letters, digits and _.");
   v("kind", &Signal::kind).always_written().doc("Digital is 0 or 1, analogue any number.");
   v("initial", &Signal::initial).doc("Value at the start.");
-  v("unit", &Signal::unit).doc("SI unit of an analogue one; empty is a plain number.");
-  v("from", &Signal::from).doc("What sets it; empty is any.");
-  v("to", &Signal::to).doc("What reads it; empty is any.");
-  v("description", &Signal::description).doc("What it is, for people.");
+  v("unit", &Signal::unit).doc("SI unit of an analogue signal; empty is a plain number.");
+  v("from", &Signal::from).doc("Device that sets it; empty is any.");
+  v("to", &Signal::to).doc("Device that reads it; empty is any.");
+  v("description", &Signal::description).doc("Its description.");
 }
 
 /// A program that runs in the world, and what its names mean there.
@@ -164,10 +164,10 @@ struct PlacedProgram {
 template <class V>
 constexpr void fields(V& v, Of<PlacedProgram>) {
   v("name", &PlacedProgram::name).needed().doc("Unique in the world.");
-  v("program", &PlacedProgram::program).needed().doc("The program that runs there.");
+  v("program", &PlacedProgram::program).needed().doc("The placed program.");
   v("robot", &PlacedProgram::robot)
-      .doc("That motions mean which name none; empty is the world's only one.");
-  v("bindings", &PlacedProgram::bindings).doc("What its names mean there.");
+      .doc("Robot for motions that name none; empty is the world's only one.");
+  v("bindings", &PlacedProgram::bindings).doc("Bindings of its names.");
 }
 
 /// An object that a robot holds when the world starts.
@@ -178,8 +178,8 @@ struct Attachment {
 };
 template <class V>
 constexpr void fields(V& v, Of<Attachment>) {
-  v("object", &Attachment::object).needed().doc("The object of the world that is held.");
-  v("robot", &Attachment::robot).needed().doc("The robot of the world that holds it.");
+  v("object", &Attachment::object).needed().doc("The held object.");
+  v("robot", &Attachment::robot).needed().doc("The robot that holds it.");
   v("link", &Attachment::link).doc("Link or tool of the robot; empty is its tool.");
   v("placement", &Attachment::tool_T_object)
       .flat()
@@ -203,10 +203,10 @@ struct World {
 };
 template <class V>
 constexpr void fields(V& v, Of<World>) {
-  v("description", &World::description).doc("What it is, for people.");
+  v("description", &World::description).doc("Its description.");
   v("parametric", &World::parametric)
       .flat()
-      .doc("Parameters, which all records know, and expressions.");
+      .doc("Parameters, available to all records, and expressions.");
   v("gravity", &World::gravity).unit("m/s^2").doc("Acceleration of free fall.");
   v("objects", &World::objects).by_names().doc("Placed objects and solids.");
   v("robots", &World::robots).by_names().doc("Placed robots.");
@@ -215,7 +215,7 @@ constexpr void fields(V& v, Of<World>) {
   v("lights", &World::lights).by_names().doc("Lights.");
   v("tasks", &World::tasks).doc("Placed tasks.");
   v("programs", &World::programs).doc("Placed programs.");
-  v("signals", &World::signals).doc("Wires between devices, which tasks set and wait for.");
+  v("signals", &World::signals).doc("Signals between devices, which tasks set and wait for.");
   v("attachments", &World::attachments).doc("Objects that robots hold at the start.");
   v("pair_rules", &World::pair_rules)
       .doc("Pairs of bodies that may touch, or that are always checked.");
