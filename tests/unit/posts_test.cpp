@@ -1202,8 +1202,8 @@ TEST(Templates, NothingOfAPlaceIsLost) {
             "a=1 2 3\nb=1 2 4\nBEGIN\n  GO a\n  GO b\nEND\n");
   EXPECT_NE(
       of_small(flat, declared, "MOVE LIN a;\nMOVE LIN c;")
-          .faults.find("error 7: the orientation of this pose is lost: its angle a is another "
-                       "than before"),
+          .faults.find("error 7: the orientation of this pose is lost: its angle a "
+                    "differs from the previous one"),
       std::string::npos);
   // Joints that a robot has, and the template has not.
   const std::string joints =
