@@ -8,6 +8,7 @@ namespace robomosp {
 namespace {
 
 thread_local std::weak_ptr<CallQueue> queue_here;
+thread_local std::size_t serving_here = 0;  ///< calls, one within another
 constexpr std::chrono::milliseconds kQueueLook{50};
 
 }  // namespace
@@ -46,6 +47,8 @@ CallQueue::Outcome CallQueue::call(const std::function<void()>& fn, std::chrono:
   return call.state == Call::State::done ? Outcome::done : Outcome::closed;
 }
 
+bool CallQueue::is_serving() { return serving_here > 0; }
+
 std::size_t CallQueue::serve() {
   std::size_t count = 0;
   std::unique_lock lock(mutex_);
@@ -55,7 +58,9 @@ std::size_t CallQueue::serve() {
     waiting_.fetch_sub(1, std::memory_order_release);
     call->state = Call::State::running;
     lock.unlock();
+    ++serving_here;
     (*call->fn)();
+    --serving_here;
     lock.lock();
     call->state = Call::State::done;
     done_.notify_all();

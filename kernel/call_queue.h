@@ -37,6 +37,8 @@ class CallQueue {
                              const std::function<bool()>& gives_up = {});
   /// Answers what waits; returns how many. [owner]
   std::size_t serve();
+  /// Whether this thread is just answering a call of another one.
+  [[nodiscard]] static bool is_serving();
   [[nodiscard]] bool has_calls() const { return waiting_.load(std::memory_order_acquire) > 0; }
   /// Somebody for whom the owner answers came or went; without one, what waits is refused, and all
   /// that comes. [owner]

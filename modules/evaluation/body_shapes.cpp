@@ -21,7 +21,7 @@ Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes_of(Solids& solids,
   fp.add(Solids::keys_of(e, tree).value).add(chord);
   const Fingerprint key = fp.finish();
   return solids.kept<std::vector<ShapePiece>>(
-      "shapes", e, key,
+      "shapes", e, key, progress,
       [&] {
         return shape_pieces(
             tree, [&](const CsgTree& part) { return solids.mesh(part, chord, progress); },

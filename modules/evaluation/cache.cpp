@@ -1,21 +1,79 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "evaluation/cache.h"
 
+#include <chrono>
 #include <iterator>
+
+#include "kernel/call_queue.h"
 
 namespace robomosp::evaluation {
 
-std::optional<Cache::Value> Cache::find(const Fingerprint& key, const Fingerprint& failure_key) {
+namespace {
+
+/// How often one who waits for a value looks whether it is cancelled.
+constexpr std::chrono::milliseconds kLook{20};
+/// Values that this thread makes, one within another.
+thread_local std::size_t made_here = 0;
+
+}  // namespace
+
+Cache::Turn Cache::begin(const Fingerprint& key, const Fingerprint& failure_key) {
+  Turn turn;
   const std::lock_guard lock(mutex_);
   if (is_enabled_)
     for (const Fingerprint& k : {key, failure_key})
       if (const auto it = index_.find(k); it != index_.end()) {
         entries_.splice(entries_.begin(), entries_, it->second);
         ++stats_.hits;
-        return it->second->value;
+        turn.found = it->second->value;
+        return turn;
       }
+  if (is_enabled_) {
+    std::shared_ptr<Flight>& flight = flights_[key];
+    if (!flight) {
+      turn.own = flight = std::make_shared<Flight>();
+      flight->maker = std::this_thread::get_id();
+    } else if (flight->maker != std::this_thread::get_id() &&
+               !(made_here > 0 && CallQueue::is_serving())) {
+      ++stats_.hits;
+      turn.other = flight;
+      return turn;
+    }
+    // Else nobody may be able to make it before this call returns: a thread that answers a call of
+    // another one, while it makes values itself, holds these up.
+  }
   ++stats_.misses;
-  return std::nullopt;
+  return turn;
+}
+
+Result<std::optional<Cache::Value>> Cache::wait(Flight& flight, const Progress& progress) {
+  std::unique_lock lock(mutex_);
+  ++flight.waiting;
+  while (!wait_serving(lock, landed_, kLook, [&] { return flight.has_landed; })) {
+    lock.unlock();
+    const bool is_cancelled = progress.cancelled();
+    lock.lock();
+    if (!is_cancelled || flight.has_landed) continue;
+    --flight.waiting;
+    return error(ErrorCode::cancelled, "cancelled");
+  }
+  --flight.waiting;
+  return flight.outcome;
+}
+
+Cache::Landing::Landing(Cache& cache, const Fingerprint& key, std::shared_ptr<Flight> flight)
+    : cache_(cache), key_(key), flight_(std::move(flight)) {
+  if (flight_) ++made_here;
+}
+
+Cache::Landing::~Landing() {
+  if (!flight_) return;
+  --made_here;
+  const std::lock_guard lock(cache_.mutex_);
+  flight_->outcome = std::move(outcome_);
+  flight_->has_landed = true;
+  cache_.flights_.erase(key_);
+  if (flight_->waiting > 0) cache_.landed_.notify_all();
 }
 
 std::shared_ptr<const void> Cache::keep(const Fingerprint& key, Value value, std::size_t bytes) {

@@ -100,8 +100,9 @@ struct CacheStats {
 /// Computes on demand through providers and remembers. Solids are made by the default CSG engine,
 /// those that hold an imported mesh by one with the tag "mesh"; that one also helps out where the
 /// default engine's result failed its check, with a note that it is an approximation. Failures are
-/// remembered too (except cancellation). Inputs that do not matter for a value are not part of its
-/// key: a colour edit meshes nothing. [any thread]
+/// remembered too (except cancellation). What several threads ask for at the same time is computed
+/// once, by the first of them; the others wait for it, each until it is cancelled. Inputs that do
+/// not matter for a value are not part of its key: a colour edit meshes nothing. [any thread]
 class Derived {
  public:
   explicit Derived(const Registry& registry, std::size_t budget_bytes = std::size_t{1} << 30);

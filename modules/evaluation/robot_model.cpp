@@ -58,7 +58,7 @@ Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const S
   }
   const model::Robot& robot = equipped ? *equipped : plain;
   const auto cached = [&](const Fingerprint& key, auto&& make) {
-    return solids.cache().get<RobotModel>(key, key, make, [](const RobotModel& m) {
+    return solids.cache().get<RobotModel>(key, key, progress, make, [](const RobotModel& m) {
       return sizeof(RobotModel) + sizeof(JointModel) * m.joints.size();
     });
   };

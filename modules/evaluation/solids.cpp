@@ -286,11 +286,12 @@ Result<ShapePtr> Solids::evaluated(const MadeSolid& s, Progress& progress) {
   Fingerprinter fp("evaluated shape/1"), failure("evaluated shape failure/1");
   fp.add(s.key);
   failure.add(keys_of(s.engine, known->tree).failure);
-  RMP_TRY_ASSIGN(
-      const auto found,
-      cache_.get<ShapePtr>(
-          fp.finish(), failure.finish(), [&] { return evaluate(s.engine, known->tree, progress); },
-          [&](const ShapePtr&) { return kShapeBytesPerNode * known->tree.nodes.size(); }));
+  RMP_TRY_ASSIGN(const auto found, cache_.get<ShapePtr>(
+                                       fp.finish(), failure.finish(), progress,
+                                       [&] { return evaluate(s.engine, known->tree, progress); },
+                                       [&](const ShapePtr&) {
+                                         return kShapeBytesPerNode * known->tree.nodes.size();
+                                       }));
   return *found;
 }
 
@@ -299,7 +300,7 @@ Result<MadeSolid> Solids::shape(SolidEngine e, const CsgTree& tree, Progress& pr
   RMP_TRY_ASSIGN(
       auto found,
       cache_.get<ShapePtr>(
-          keys.value, keys.failure,
+          keys.value, keys.failure, progress,
           [&]() -> Result<ShapePtr> {
             if (SolidFacts facts; from_files("solid", e, keys.value, facts))
               return ShapePtr(std::make_shared<const KnownShape>(std::move(facts), tree));
@@ -320,12 +321,13 @@ Result<MadeSolid> Solids::shape(SolidEngine e, const CsgTree& tree, Progress& pr
 
 Result<MadeSolid> Solids::shape(const CsgTree& tree, Progress& progress) {
   const auto found = engine_for(tree);
-  if (!found.ok()) return is_plain_mesh(tree) ? as_it_is(tree, found.error()) : found.error();
+  if (!found.ok())
+    return is_plain_mesh(tree) ? as_it_is(tree, found.error(), progress) : found.error();
   const SolidEngine& e = *found;
   if (e.is_mesh) {
     auto made = shape_of_triangles(e, tree, progress);
     if (made.ok() || made.error().code == ErrorCode::cancelled || !is_plain_mesh(tree)) return made;
-    return as_it_is(tree, made.error());
+    return as_it_is(tree, made.error(), progress);
   }
   auto made = shape(e, tree, progress);
   if (made.ok() || made.error().code != ErrorCode::plugin_failed) return made;
@@ -334,11 +336,11 @@ Result<MadeSolid> Solids::shape(const CsgTree& tree, Progress& progress) {
   return made;
 }
 
-Result<MadeSolid> Solids::as_it_is(const CsgTree& tree, const Error& why) {
+Result<MadeSolid> Solids::as_it_is(const CsgTree& tree, const Error& why, Progress& progress) {
   static const SolidEngine plain{plain_engine(), "plain mesh", "1", {}, true, true};
   const Keys keys = keys_of(plain, tree);
   RMP_TRY_ASSIGN(auto found, cache_.get<ShapePtr>(
-                                 keys.value, keys.failure,
+                                 keys.value, keys.failure, progress,
                                  [&]() -> Result<ShapePtr> { return plain_shape(tree, why); },
                                  [&](const ShapePtr&) {
                                    const CsgGeometry& g = *tree.nodes.back().geometry;
@@ -384,7 +386,7 @@ Result<std::shared_ptr<const CsgGeometry>> Solids::triangulated(const SolidEngin
   fp.add(s.key).add(chord);
   const Fingerprint key = fp.finish();
   return cache_.get<CsgGeometry>(
-      key, key,
+      key, key, progress,
       [&]() -> Result<CsgGeometry> {
         RMP_TRY_ASSIGN(const auto m, mesh(s, chord, progress));
         double farthest = 0;
@@ -436,7 +438,8 @@ Result<CsgTree> Solids::tree_of(const model::Solid& solid, Progress& progress) {
         }
         const Fingerprint key = fp.finish();
         return cache_.get<CsgTree>(
-            key, key, [&] { return built_primitive(registry_, info, node.primitive, progress); },
+            key, key, progress,
+            [&] { return built_primitive(registry_, info, node.primitive, progress); },
             [](const CsgTree& t) { return sizeof(CsgNode) * t.nodes.size(); });
       });
 }
@@ -453,7 +456,7 @@ Result<std::shared_ptr<const Mesh>> Solids::mesh(const MadeSolid& s, double chor
   quality.chord = chord;
   const Fingerprint key = mesh_key(s.key, quality);
   return kept<Mesh>(
-      "mesh", s.engine, key,
+      "mesh", s.engine, key, progress,
       [&]() -> Result<Mesh> {
         RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
         auto made =
@@ -484,7 +487,7 @@ Result<Moments> Solids::moments(const MadeSolid& s, Progress& progress) {
   RMP_TRY_ASSIGN(
       auto found,
       kept<Moments>(
-          "moments", s.engine, key,
+          "moments", s.engine, key, progress,
           [&]() -> Result<Moments> {
             RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
             auto made =
@@ -508,7 +511,7 @@ Result<std::shared_ptr<const std::vector<CsgFeature>>> Solids::features(const Ma
   fp.add(s.key);
   const Fingerprint key = fp.finish();
   return kept<std::vector<CsgFeature>>(
-      "features", s.engine, key,
+      "features", s.engine, key, progress,
       [&]() -> Result<std::vector<CsgFeature>> {
         RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
         return guarded(s.engine.name, [&] { return s.engine.csg->features(*own, progress); });
@@ -528,7 +531,7 @@ Result<std::shared_ptr<const std::vector<CsgEdge>>> Solids::edges(const MadeSoli
   fp.add(s.key).add(chord);
   const Fingerprint key = fp.finish();
   return cache_.get<std::vector<CsgEdge>>(
-      key, key,
+      key, key, progress,
       [&]() -> Result<std::vector<CsgEdge>> {
         RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
         return guarded(s.engine.name, [&] { return known->edges(*own, chord, progress); });
@@ -572,7 +575,7 @@ Result<std::shared_ptr<const CsgProfile>> Solids::section(const MadeSolid& s, co
   evaluation::feed(fp, plane);
   const Fingerprint key = fp.finish();
   return cache_.get<CsgProfile>(
-      key, key,
+      key, key, progress,
       [&]() -> Result<CsgProfile> {
         RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
         auto made = guarded(s.engine.name,
@@ -599,7 +602,7 @@ Result<std::shared_ptr<const CsgGeometry>> Solids::geometry(const MadeSolid& s,
   fp.add(s.key);
   const Fingerprint key = fp.finish();
   return cache_.get<CsgGeometry>(
-      key, key,
+      key, key, progress,
       [&]() -> Result<CsgGeometry> {
         RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
         auto made = guarded(s.engine.name, [&] { return s.engine.csg->geometry(*own, progress); });
@@ -636,7 +639,7 @@ Result<CsgEngine::Partition> Solids::partition(const std::vector<MadeSolid>& sha
   RMP_TRY_ASSIGN(
       auto found,
       kept<CsgEngine::Partition>(
-          "partition", e, key,
+          "partition", e, key, progress,
           [&]() -> Result<CsgEngine::Partition> {
             std::vector<PlacedShape> placed;
             for (std::size_t i = 0; i < shapes.size(); ++i) {

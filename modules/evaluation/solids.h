@@ -110,9 +110,10 @@ class Solids {
   /// (Result<T>).
   template <class T, class Make, class Bytes>
   Result<std::shared_ptr<const T>> kept(std::string_view kind, const SolidEngine& e,
-                                        const Fingerprint& key, Make&& make, Bytes&& bytes) {
+                                        const Fingerprint& key, const Progress& progress,
+                                        Make&& make, Bytes&& bytes) {
     return cache_.get<T>(
-        key, key,
+        key, key, progress,
         [&]() -> Result<T> {
           if (T found{}; from_files(kind, e, key, found)) return found;
           const auto begin = std::chrono::steady_clock::now();
@@ -168,7 +169,7 @@ class Solids {
   Result<MadeSolid> stand_in(const CsgTree& tree, const Error& why, Progress& progress);
   Result<MadeSolid> shape(SolidEngine e, const CsgTree& tree, Progress& progress);
   /// An imported mesh as it is, as `why` keeps it from being a solid.
-  Result<MadeSolid> as_it_is(const CsgTree& tree, const Error& why);
+  Result<MadeSolid> as_it_is(const CsgTree& tree, const Error& why, Progress& progress);
   /// The closed mesh of an exact solid in its own frame.
   Result<std::shared_ptr<const CsgGeometry>> triangulated(const SolidEngine& exact,
                                                           const CsgTree& branch,
