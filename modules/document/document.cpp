@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "document/digest.h"
+#include "document/draft.h"
 #include "document/graph.h"
 #include "document/history.h"
 #include "document/state.h"
@@ -54,6 +55,8 @@ struct Document::Impl {
   mutable std::mutex current_mutex;  ///< for a moment only: reading needs no application lock
   SnapshotPtr current = std::make_shared<const Snapshot>();  // guarded by current_mutex
   std::atomic<std::uint64_t> next_id{1};
+  /// Of all drafts, so that two of them, or a draft and the document, never show one number.
+  std::atomic<std::uint64_t> next_draft_revision{Draft::kFirstRevision};
   std::atomic<std::uint64_t> epoch{0};  ///< counts clear(): what was begun before cannot commit
   // Guarded by the application lock:
   History history;
@@ -321,8 +324,40 @@ Error cleared_meanwhile() {
 
 }  // namespace
 
+/// What a draft and the transactions on it share.
+struct Draft::Branch {
+  Branch(Document& d, std::string name, Author who)
+      : document(d), label(std::move(name)), author(std::move(who)), epoch(d.impl_->epoch) {
+    base = now = document.now();
+  }
+  Document& document;
+  const std::string label;
+  const Author author;
+  const std::uint64_t epoch;
+  SnapshotPtr base;
+  std::mutex mutex;
+  // Guarded by mutex:
+  enum class Phase : std::uint8_t { open, accepting, ended } phase = Phase::open;
+  SnapshotPtr now;
+  Snapshot::Reads reads;       ///< of the transactions that edited it
+  std::vector<AnyId> touched;  ///< in order of first touch
+  std::unordered_set<AnyId> is_touched;
+  std::unordered_map<AnyId, RecordPtr> outside;  ///< of the history
+  std::size_t commits = 0;
+
+  /// With mutex held.
+  [[nodiscard]] Result<void> usable() const {
+    if (phase == Phase::open) return {};
+    return error(ErrorCode::conflict,
+                 "the draft " + quote(label) +
+                     (phase == Phase::accepting ? " is being accepted" : " has ended"),
+                 "Open another one.");
+  }
+};
+
 struct Transaction::Work {
   Document::Impl* document = nullptr;
+  std::shared_ptr<Draft::Branch> branch;  ///< what it changes; null = the document
   std::string label, series;
   Author author;
   std::uint64_t gesture = 0;  ///< 0 = a step of its own
@@ -341,6 +376,9 @@ struct Transaction::Work {
   [[nodiscard]] Result<void> judge(const std::vector<RecordChange>& all,
                                    const Progress* progress) const;
   Result<void> rebase(std::shared_ptr<const Snapshot::State> onto, const Snapshot::Reads& reads);
+  /// Publishes it on its branch.
+  Result<Commit> commit_to_branch(std::vector<RecordChange> all, const Snapshot::Reads& reads,
+                                  const Progress* progress);
 
   Snapshot::State& state() {
     // Snapshot hands its state out as const; here it is ours as long as nobody shares it.
@@ -589,7 +627,10 @@ Result<void> Transaction::Work::rebase(std::shared_ptr<const Snapshot::State> on
   if (const auto found = reads.difference(*base, *onto)) {
     is_overtaken = true;
     return error(ErrorCode::conflict,
-                 found->what + (found->id ? " by " + document->culprit(found->id) : "") +
+                 found->what +
+                     (branch      ? " by another edit of the draft"
+                      : found->id ? " by " + document->culprit(found->id)
+                                  : "") +
                      " while " + label + " was running",
                  "Nothing was changed. Run it again.");
   }
@@ -633,6 +674,7 @@ Result<Commit> Transaction::commit(const Progress* progress) {
   RMP_TRY(go_on());
   RMP_TRY(w.judge(all, progress));
   RMP_TRY(go_on());
+  if (w.branch) return w.commit_to_branch(std::move(all), *reads, progress);
 
   const AppLock::Hold hold(*doc.lock, w.label);
   if (w.epoch != doc.epoch) return cleared_meanwhile();
@@ -677,6 +719,36 @@ Result<Commit> Transaction::commit(const Progress* progress) {
     doc.history.add(deed, w.series, std::move(step));
   }
   return doc.report(*now, w.label, w.author, kind, std::move(all));
+}
+
+Result<Commit> Transaction::Work::commit_to_branch(std::vector<RecordChange> all,
+                                                   const Snapshot::Reads& reads,
+                                                   const Progress* progress) {
+  SnapshotPtr old;  // let go after the mutex
+  const std::lock_guard lock(branch->mutex);
+  RMP_TRY(branch->usable());
+  if (const auto current = branch->now->state_; current != base) {
+    RMP_TRY(rebase(current, reads));
+    all = changes();
+    RMP_TRY(judge(all, progress));
+  }
+  for (const AnyId id : touched)
+    if (branch->is_touched.insert(id).second) branch->touched.push_back(id);
+  for (const auto& [id, record] : outside) branch->outside[id] = record;
+  branch->reads.join(reads);
+  state().revision = document->next_draft_revision++;
+  auto shown = std::make_shared<Snapshot>();
+  shown->state_ = now.state_;
+  old = std::exchange(branch->now, std::move(shown));
+  ++branch->commits;
+  Commit commit;
+  commit.revision = branch->now->revision();
+  commit.label = label;
+  commit.author = author;
+  for (const RecordChange& c : all) commit.changed.push_back(c.id);
+  commit.affected = affected_order(*branch->now, commit.changed);
+  commit.records = std::move(all);
+  return commit;
 }
 
 bool Transaction::is_overtaken() const { return work_->is_overtaken; }
@@ -864,15 +936,106 @@ void Document::on_commit(std::function<void(const Commit&)> listener) {
   impl_->listeners.push_back(std::move(listener));
 }
 
-std::string Document::content_digest() const {
-  const SnapshotPtr s = now();
+Draft::Draft(Document& document, std::string label, Author author)
+    : branch_(std::make_shared<Branch>(document, std::move(label), std::move(author))) {}
+Draft::~Draft() { (void)discard(); }
+
+const std::string& Draft::label() const { return branch_->label; }
+const Author& Draft::author() const { return branch_->author; }
+SnapshotPtr Draft::base() const { return branch_->base; }
+
+SnapshotPtr Draft::now() const {
+  const std::lock_guard lock(branch_->mutex);
+  return branch_->now;
+}
+
+std::size_t Draft::commits() const {
+  const std::lock_guard lock(branch_->mutex);
+  return branch_->commits;
+}
+
+bool Draft::is_open() const {
+  const std::lock_guard lock(branch_->mutex);
+  return branch_->phase != Branch::Phase::ended;
+}
+
+std::vector<RecordChange> Draft::changes() const {
+  std::vector<AnyId> touched;
+  SnapshotPtr after;
+  {
+    const std::lock_guard lock(branch_->mutex);
+    touched = branch_->touched;
+    after = branch_->now;
+  }
+  std::vector<RecordChange> all;
+  for (const AnyId id : touched) {
+    RecordChange c{id, branch_->base->share(id), after->share(id)};
+    if (!is_same(c.before, c.after)) all.push_back(std::move(c));
+  }
+  return all;
+}
+
+Result<Transaction> Draft::begin(std::string label) {
+  SnapshotPtr now;
+  {
+    const std::lock_guard lock(branch_->mutex);
+    RMP_TRY(branch_->usable());
+    now = branch_->now;
+  }
+  Transaction tx(branch_->document, std::move(label), branch_->author, {}, 0);
+  tx.work_->branch = branch_;
+  tx.work_->epoch = branch_->epoch;
+  tx.base_on(now);
+  return tx;
+}
+
+Result<Commit> Draft::accept(const Progress* progress) {
+  Branch& b = *branch_;
+  Transaction tx(b.document, b.label, b.author, {}, 0);
+  Transaction::Work& w = *tx.work_;
+  {
+    const std::lock_guard lock(b.mutex);
+    RMP_TRY(b.usable());
+    b.phase = Branch::Phase::accepting;  // nothing is added while it is published
+    w.epoch = b.epoch;
+    w.base = b.base->state_;
+    w.now.state_ = b.now->state_;
+    w.now.reads_->join(b.reads);
+    w.touched = b.touched;
+    w.is_touched = b.is_touched;
+    w.outside = b.outside;
+  }
+  struct Accepting {
+    Branch& branch;
+    Branch::Phase then = Branch::Phase::open;
+    ~Accepting() {
+      const std::lock_guard lock(branch.mutex);
+      branch.phase = then;
+    }
+  } accepting{b};
+  auto commit = tx.commit(progress);
+  if (commit.ok()) accepting.then = Branch::Phase::ended;
+  return commit;
+}
+
+bool Draft::discard() {
+  const std::lock_guard lock(branch_->mutex);
+  if (branch_->phase != Branch::Phase::open) return false;
+  branch_->phase = Branch::Phase::ended;
+  return true;
+}
+
+std::string Document::content_digest() const { return document::content_digest(*now()); }
+
+std::string content_digest(const Snapshot& snapshot) {
+  const Snapshot* s = &snapshot;
   std::vector<std::pair<std::pair<Kind, std::string_view>, AnyId>> records;
   for (const AnyId id : s->list()) records.push_back({{id.kind, s->find(id)->name}, id});
   std::sort(records.begin(), records.end());
   Fingerprinter fp("document/1");
   for (const auto& [key, id] : records) {
     fp.add(key.second);
-    feed(fp, s->find(id)->body, [&s](Fingerprinter& f, AnyId target) {
+    feed(fp, s->find(id)->body, [s](Fingerprinter& f, AnyId target) {
       f.add(to_string(target.kind)).add(std::string_view(s->find(target)->name));
     });
     feed(fp, s->find(id)->solvers);

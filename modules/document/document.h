@@ -22,6 +22,8 @@
 
 namespace robomosp::document {
 
+class Draft;
+
 using model::Record;
 using RecordPtr = std::shared_ptr<const Record>;
 
@@ -54,6 +56,7 @@ class Snapshot {
 
  private:
   friend class Document;
+  friend class Draft;
   friend class Transaction;
   struct State;
   struct Reads;
@@ -163,6 +166,7 @@ class Transaction {
 
  private:
   friend class Document;
+  friend class Draft;
   Transaction(Document&, std::string label, Author author, std::string series,
               std::uint64_t gesture);
   struct Work;
@@ -225,11 +229,14 @@ class Document {
   [[nodiscard]] std::string content_digest() const;
 
  private:
+  friend class Draft;
   friend class Transaction;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
+/// What Document::content_digest() is, of any snapshot.
+[[nodiscard]] std::string content_digest(const Snapshot&);
 /// `changed` and all that depends on it, each after what it refers to; what is gone comes first.
 [[nodiscard]] std::vector<AnyId> affected_order(const Snapshot& s,
                                                 const std::vector<AnyId>& changed);

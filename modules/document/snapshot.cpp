@@ -241,6 +241,24 @@ void Snapshot::Reads::users_of_worlds() {
   users_of_worlds_ = true;
 }
 
+void Snapshot::Reads::join(const Reads& more) {
+  if (&more == this) return;
+  const std::scoped_lock lock(mutex_, more.mutex_);
+  if (is_known_.size() < more.is_known_.size()) is_known_.resize(more.is_known_.size());
+  for (const AnyId id : more.records_) {
+    const auto n = static_cast<std::size_t>(id.number);
+    if (is_known_[n]) continue;
+    is_known_[n] = true;
+    records_.push_back(id);
+  }
+  referrers_.insert(referrers_.end(), more.referrers_.begin(), more.referrers_.end());
+  std::sort(referrers_.begin(), referrers_.end());
+  referrers_.erase(std::unique(referrers_.begin(), referrers_.end()), referrers_.end());
+  names_.insert(more.names_.begin(), more.names_.end());
+  lists_ |= more.lists_;
+  users_of_worlds_ = users_of_worlds_ || more.users_of_worlds_;
+}
+
 std::optional<Snapshot::Reads::Difference> Snapshot::Reads::difference(const State& before,
                                                                        const State& now) const {
   const auto called = [](const State& s, AnyId id) {

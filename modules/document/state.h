@@ -94,6 +94,7 @@ struct Snapshot::Reads {
   void referrers_of(AnyId id);
   void list(std::uint32_t kinds);  ///< bits by kind
   void users_of_worlds();
+  void join(const Reads& more);
   struct Difference {
     std::string what;  ///< `robot "pa10" was changed`
     AnyId id;          ///< of that record; number 0 where it is not one record
