@@ -23,6 +23,8 @@ constexpr std::chrono::milliseconds kLook{50};
 /// Listeners hear of progress no more often than this.
 constexpr std::chrono::milliseconds kTellEvery{20};
 
+thread_local std::uint64_t job_here = 0;
+
 bool is_finished(JobState s) {
   return s == JobState::done || s == JobState::failed || s == JobState::cancelled;
 }
@@ -60,6 +62,7 @@ struct Jobs::Job {
   Work work;                             // taken by the thread that does it
   std::shared_ptr<const Permit> permit;  // of whoever submitted it
   std::stop_source stop;
+  bool has_begun = false;               // guarded by mutex_; its work was called
   std::optional<Result<Value>> result;  // guarded by mutex_
 };
 
@@ -96,7 +99,13 @@ void Jobs::tell(const JobStatus& status) const {
   for (const auto& listener : all) (*listener)(status);
 }
 
+std::uint64_t Jobs::here() { return job_here; }
+
 std::uint64_t Jobs::submit(std::string label, Work work) {
+  return submit(std::move(label), {}, std::move(work));
+}
+
+std::uint64_t Jobs::submit(std::string label, JobOwner owner, Work work) {
   auto job = std::make_shared<Job>();
   job->work = std::move(work);
   job->permit = keep_permit();
@@ -106,6 +115,7 @@ std::uint64_t Jobs::submit(std::string label, Work work) {
     const std::lock_guard lock(mutex_);
     id = job->status.id = next_++;
     job->status.label = std::move(label);
+    job->status.owner = std::move(owner);
     jobs_.emplace(id, job);
     queue_.push_back(std::move(job));
     launched = next_locked();
@@ -161,6 +171,14 @@ bool Jobs::cancel(std::uint64_t id) {
   return true;
 }
 
+Jobs::Asked Jobs::ask_to_end(std::uint64_t id) {
+  const std::lock_guard lock(mutex_);
+  const auto it = jobs_.find(id);
+  if (it == jobs_.end() || is_finished(it->second->status.state)) return Asked::not_there;
+  it->second->stop.request_stop();
+  return it->second->has_begun ? Asked::was_told : Asked::will_not_begin;
+}
+
 void Jobs::cancel_all() {
   std::vector<std::uint64_t> ids;
   {
@@ -210,7 +228,14 @@ void Jobs::work_on(const std::shared_ptr<Job>& job) {
       tell(now());
   });
   const PermitScope permitted(job->permit.get());
-  Result<Value> result = guarded_work(job->work, job->status.label, progress);
+  const bool begins = [&] {
+    const std::lock_guard lock(mutex_);
+    return job->has_begun = !job->stop.stop_requested();
+  }();
+  const std::uint64_t outer = std::exchange(job_here, job->status.id);
+  Result<Value> result = begins ? guarded_work(job->work, job->status.label, progress)
+                                : Result<Value>(cancelled_error(job->status.label));
+  job_here = outer;
   job->work = {};  // releases what it captured before the job counts as finished
   JobStatus ended;
   {

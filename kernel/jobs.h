@@ -24,12 +24,21 @@ namespace robomosp {
 enum class JobState : std::uint8_t { waiting, running, done, failed, cancelled };
 [[nodiscard]] std::string_view to_string(JobState);
 
+/// The session that started a job, and what its edits join. Zeros and "": the program itself
+/// started it, and its edits are a separate step.
+struct JobOwner {
+  std::uint64_t session = 0;  ///< its number
+  std::string name;           ///< of the session
+  std::uint64_t gesture = 0, draft = 0;
+};
+
 struct JobStatus {
   std::uint64_t id = 0;
   std::string label;
   JobState state = JobState::waiting;
   double fraction = 0;
   std::string what;
+  JobOwner owner = {};
 };
 
 /// Work on threads of the executor, at most so many at once. It reads snapshots and calls providers
@@ -46,13 +55,24 @@ class Jobs {
 
   /// An exception of the work becomes an Error. Returns the job's id, never reused.
   std::uint64_t submit(std::string label, Work work);
+  std::uint64_t submit(std::string label, JobOwner owner, Work work);
   /// Asks it to end: work that does so answers with ErrorCode::cancelled, other work goes on to its
   /// end. What still waits for its turn ends at once. False if unknown or finished.
   bool cancel(std::uint64_t id);
+  enum class Asked : std::uint8_t {
+    not_there,       ///< unknown or finished
+    will_not_begin,  ///< it ends cancelled when its turn comes
+    was_told         ///< it runs, and ends as after cancel()
+  };
+  /// The same for threads that must not wait: takes the mutex for a moment, calls no listener and
+  /// frees nothing.
+  Asked ask_to_end(std::uint64_t id);
   void cancel_all();
   void end();  ///< cancels all and waits until nothing runs
   [[nodiscard]] Result<JobStatus> status(std::uint64_t id) const;
   [[nodiscard]] std::vector<JobStatus> list() const;
+  /// The job that this thread works on; 0 = none.
+  [[nodiscard]] static std::uint64_t here();
   /// Waits until the job is finished and gives its result; answers meanwhile what is handed to this
   /// thread. `gives_up` (may be empty) is asked every 50 ms; then it is an error of code cancelled,
   /// and the job goes on. Results of the last 256 finished jobs can still be asked for.

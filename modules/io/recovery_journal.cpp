@@ -452,14 +452,17 @@ Result<std::size_t> ClaimedJournal::unsaved(const std::vector<fs::path>& library
   return notes.size() + unsaved_records(tx.now(), library).size();
 }
 
+bool is_unsaved(const Snapshot& now, AnyId id, const std::vector<fs::path>& library) {
+  const std::string& file = now.find(id)->file;
+  if (file.empty()) return true;
+  const auto text = print(now, id, file, library);
+  return !text.ok() || !file_holds(file, *text);
+}
+
 std::vector<AnyId> unsaved_records(const Snapshot& now, const std::vector<fs::path>& library) {
   std::vector<AnyId> out;
-  for (const AnyId id : now.list()) {
-    const std::string& file = now.find(id)->file;
-    const auto text =
-        file.empty() ? Result<std::string>(std::string()) : print(now, id, file, library);
-    if (file.empty() || !text.ok() || !file_holds(file, *text)) out.push_back(id);
-  }
+  for (const AnyId id : now.list())
+    if (is_unsaved(now, id, library)) out.push_back(id);
   return out;
 }
 

@@ -77,6 +77,10 @@ class RecoveryJournal {
 [[nodiscard]] std::vector<AnyId> unsaved_records(const document::Snapshot&,
                                                  const std::vector<std::filesystem::path>& library);
 
+/// Whether a record that is there differs from its file, or has none.
+[[nodiscard]] bool is_unsaved(const document::Snapshot&, AnyId,
+                              const std::vector<std::filesystem::path>& library);
+
 /// A journal that no process keeps any more.
 struct FoundJournal {
   std::filesystem::path file;

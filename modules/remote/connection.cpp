@@ -13,6 +13,7 @@
 #include <asio/error_code.hpp>
 #include <asio/post.hpp>
 
+#include "ioci/core/secrets.h"
 #include "ioci/simulation/live_runs.h"
 #include "kernel/text.h"
 #include "remote/json.h"
@@ -167,7 +168,8 @@ struct Connection::Talk {
                  {"token", self.rights.name},
                  {"peer", owner.peer_},
                  {"method", text::shortened(std::string(method))}};
-        if (params && !params->empty()) line.append("params", brief(*params));
+        if (params && !params->empty())
+          line.append("params", brief(ioci::without_secrets(*params)));
         line.append("result", result.ok() ? "ok" : std::string(to_string(result.error().code)));
         owner.hall_.audit(std::move(line));
       };

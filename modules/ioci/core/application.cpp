@@ -8,17 +8,21 @@
 #include <thread>
 #include <utility>
 
+#include "document/draft.h"
 #include "document/validate.h"
 #include "io/native.h"
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/document_providers.h"
+#include "ioci/core/drafts.h"
 #include "ioci/core/handle_text.h"
 #include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/kept_solvers.h"
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/renamed_arguments.h"
+#include "ioci/core/secrets.h"
+#include "ioci/core/surroundings.h"
 #include "ioci/program/packs.h"
 #include "ioci/program/program_kind.h"
 #include "ioci/recording/origins.h"
@@ -43,6 +47,12 @@ constexpr Effects kEveryEffect = Effects::all();
 /// Effects outside the document, which are not taken back where an edit is refused or stopped.
 constexpr Effects kElsewhere = Effect::files_write | Effect::processes | Effect::providers |
                                Effect::loads_code | Effect::stops | Effect::simulates;
+/// What discarding a draft would not take back.
+constexpr Effects kNotOnDraft =
+    Effect::providers | Effect::loads_code | Effect::stops | Effect::administers;
+/// What is told by Surroundings.
+constexpr std::uint32_t kSurroundings =
+    bit(Topic::provider) | bit(Topic::unsaved) | bit(Topic::memory) | bit(Topic::setting);
 /// How often a short command is run that others overtake.
 constexpr int kMostAttempts = 8;
 
@@ -304,8 +314,14 @@ Result<void> Application::start() {
     follow_document_providers(*this);
     follow_ik_choices(*this);
     messages.subscribe([this](const Message& m) { events.publish(m); });
-    jobs.subscribe([this](const JobStatus& s) { events.publish(s); });
+    jobs.subscribe([this](const JobStatus& s) {
+      events.publish(s);
+      if (events.topics() & kSurroundings) kept<Surroundings>().look();
+    });
     recordings.observe([this](const recording::RecordingChange& c) { events.publish(c); });
+    document.on_commit([this](const document::Commit& commit) {
+      if (events.topics() & kSurroundings) kept<Surroundings>().committed(commit);
+    });
     document.on_commit([this](const document::Commit&) {
       if (document.forgotten_steps() == 0 || std::exchange(told_forgotten_, true)) return;
       messages.post(Severity::info, "history_forgets",
@@ -387,13 +403,14 @@ class Application::Call {
   /// `args` outlives it. What it edits joins `joined`, if there is one. `is_own_thread`: it
   /// computes on the session's thread, so that what a script does meanwhile joins it.
   Call(Application& app, Session& session, const CommandSpec& spec, const Map& args,
-       document::Transaction* joined, Progress& progress, bool is_own_thread,
-       Effects allowed = kEveryEffect)
+       document::Transaction* joined, Progress& progress, bool is_own_thread, Effects allowed,
+       Place place)
       : app_(app),
         session_(session),
         spec_(spec),
         args_(args),
         is_own_thread_(is_own_thread),
+        place_(std::move(place)),
         all_(spec.effect | spec.sometimes | Effect::reads),
         // The program's own commands are stopped by what they declare; of a plugin's that is a
         // right that it lacks.
@@ -401,16 +418,19 @@ class Application::Call {
         permit_{session.name(),
                 spec.name,
                 all_,
-                denied_ | beyond(spec, allowed, all_),
+                denied_ | beyond(spec, allowed, all_) | (place_.draft ? kNotOnDraft : Effects()),
                 false,
                 !denied_within().empty(),
                 files_of(session)},
         ctx_(app, session, progress) {
     ctx_.given_ = &args_;
     ctx_.allowed_ = spec.plugin.empty() ? allowed : narrowed(allowed, all_);
-    ctx_.base_ = app.document.now();
+    ctx_.base_ = records();
     ctx_.transaction_ = joined;
     ctx_.is_own_thread_ = is_own_thread;
+    ctx_.draft_ = place_.draft;
+    ctx_.draft_number_ = place_.number;
+    ctx_.gesture_ = place_.gesture;
   }
 
   Result<void> start();
@@ -433,6 +453,15 @@ class Application::Call {
  private:
   /// What finish() does before hooks are called.
   Result<Value> settle(Result<Value> result);
+  /// The records as they are now where it edits.
+  [[nodiscard]] document::SnapshotPtr records() const {
+    return place_.draft ? place_.draft->now() : app_.document.now();
+  }
+  /// Why it cannot run on a draft.
+  [[nodiscard]] Error not_on_draft(std::string_view why) const {
+    return error(ErrorCode::unsupported, spec_.name + " cannot run on a draft: " + std::string(why),
+                 "Run it outside of the draft, or accept the draft first.");
+  }
   /// Of the session; where it has none, of what this is a part of.
   [[nodiscard]] static std::shared_ptr<const FileRoot> files_of(const Session& session) {
     if (session.files()) return session.files();
@@ -460,6 +489,7 @@ class Application::Call {
   const Map& args_;
   const bool is_own_thread_;
   bool is_job_ = false;
+  const Place place_;
   const Effects all_;
   const Effects denied_;  ///< to the session, and to what runs here
   const Permit permit_;
@@ -537,9 +567,10 @@ Result<void> Application::Call::begin_edit(const std::string& series) {
     shared = label + "|" + (path ? path->text() : std::string()) + "|" + series;
   }
   if (!app_.document.gestures().empty()) app_.end_orphaned_gestures();
-  const std::uint64_t gesture = is_own_thread_ ? session_.gesture_ : 0;
-  auto begun = gesture ? app_.document.begin_update(gesture)
-                       : app_.document.begin(label, app_.author(session_), std::move(shared));
+  const std::uint64_t gesture = is_own_thread_ ? session_.gesture_ : place_.gesture;
+  auto begun = place_.draft ? place_.draft->begin(label)
+               : gesture    ? app_.document.begin_update(gesture)
+                            : app_.document.begin(label, app_.author(session_), std::move(shared));
   if (!begun.ok()) return std::move(begun).error().in(spec_.name);
   transaction_.emplace(std::move(*begun));
   transaction_->base_on(ctx_.base_);  // what the arguments are read from
@@ -582,6 +613,18 @@ Result<void> Application::Call::start() {
                          std::string(phrase(e)),
                      "Such a solver may only compute and read the document.");
     }
+  if (place_.draft) {
+    if (spec_.own_transaction)
+      return not_on_draft("it works on the document's history and not on records");
+    for (const Effect e : spec_.effect.list())
+      if (Effects(kNotOnDraft).has(e))
+        return not_on_draft("it " + std::string(phrase(e)) +
+                            ", which discarding the draft would not take back");
+    if (spec_.effect.has(Effect::edits) && spec_.effect.has(Effect::files_write))
+      return not_on_draft("it saves records, and those of a draft are not the document's yet");
+    if (const Value* watch = args_.find("watch"); watch && watch->as_bool() && *watch->as_bool())
+      return not_on_draft("what is watched follows the document");
+  }
   const PermitScope permitted(&permit_);
   const bool has_edits = all_.has(Effect::edits);
   std::string series;  // edits in a row with the same word share a step
@@ -680,7 +723,7 @@ Result<Value> Application::Call::finish(Result<Value> result) {
   if (!hooked_) return result;
   if (transaction_) {  // the records as they are now
     ctx_.transaction_ = nullptr;
-    ctx_.base_ = app_.document.now();
+    ctx_.base_ = records();
   }
   hooked_->end(result);
   return result;
@@ -688,6 +731,9 @@ Result<Value> Application::Call::finish(Result<Value> result) {
 
 Result<Value> Application::Call::settle(Result<Value> result) {
   if (!result.ok()) {
+    // What neither the session nor what runs here is denied, the draft is.
+    if (permit_.was_refused && place_.draft && !denied_.meets(all_))
+      return not_on_draft("with these arguments it changes more than records");
     if (!permit_.was_refused || result.error().code == ErrorCode::permission) return result;
     Error refused = std::move(result).error();
     refused.code = ErrorCode::permission;
@@ -701,6 +747,8 @@ Result<Value> Application::Call::settle(Result<Value> result) {
       if (auto followed = follow_edges(ctx_); !followed.ok()) return std::move(followed).error();
       auto commit = transaction_->commit(can_stop ? &ctx_.progress : nullptr);
       if (!commit.ok()) return std::move(commit).error();
+      if (place_.draft && !commit->changed.empty())
+        app_.kept<Drafts>().tell_edited(place_.number, *place_.draft, *commit);
     }
     if (all_ != Effects(Effect::reads))
       app_.messages.post(Severity::info, "audit", command_line(app_, spec_, args_),
@@ -713,12 +761,12 @@ Result<Value> Application::Call::settle(Result<Value> result) {
 
 Result<Value> Application::run(Session& session, const CommandSpec& spec, const Map& args,
                                document::Transaction* joined, Progress& progress,
-                               bool is_own_thread, Effects allowed) {
+                               bool is_own_thread, Effects allowed, const Place& place) {
   RMP_CHECK(!AppLock::is_any_held(), "a command was dispatched by who holds the application lock");
   // Commands with effects outside the document are done once and for all.
   const bool can_repeat = !(spec.effect | spec.sometimes).meets(kElsewhere);
   for (int attempt = 1;; ++attempt) {
-    Call call(*this, session, spec, args, joined, progress, is_own_thread, allowed);
+    Call call(*this, session, spec, args, joined, progress, is_own_thread, allowed, place);
     const auto begin = std::chrono::steady_clock::now();
     RMP_TRY(call.start());
     Result<Value> result = call.finish(call.compute());
@@ -767,6 +815,72 @@ Result<Value> for_session(const std::shared_ptr<const FileRoot>& root, Result<Va
 
 }  // namespace
 
+namespace {
+
+/// Commands that this thread runs, one within another.
+thread_local std::size_t running_here = 0;
+
+}  // namespace
+
+/// Tells those who want to know of a command that a session called, when it ends; what it
+/// dispatches itself is a part of it.
+class Application::Told {
+ public:
+  Told(Application& app, Session& session, const CommandSpec& spec, const Map& args,
+       const Place& place)
+      : app_(app), session_(session), spec_(spec), place_(place) {
+    if (running_here++ > 0) return;
+    topics_ = app.events.topics();
+    if (!(topics_ & bit(Topic::command))) return;
+    // Before it runs, as it may remove what its handles name.
+    line_ = lua_line(app, spec, args);
+    author_ = app.author(session);
+    begin_ = std::chrono::steady_clock::now();
+  }
+  ~Told() { --running_here; }
+  Told(const Told&) = delete;
+  Told& operator=(const Told&) = delete;
+  void end(const Result<Value>& result) {
+    if (running_here > 1) return;
+    if (topics_ & bit(Topic::command)) {
+      CommandRun run;
+      run.command = spec_.name;
+      run.line = std::move(line_.text);
+      run.is_whole = line_.is_whole;
+      run.author = author_;
+      run.seconds =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+      run.only_reads = (spec_.effect | spec_.sometimes | Effect::reads) == Effects(Effect::reads);
+      if (!result.ok()) run.failure = result.error();
+      run.job = Jobs::here();
+      run.gesture = place_.gesture;
+      run.draft = place_.number;
+      app_.events.publish(std::move(run));
+    }
+    if (topics_ & kSurroundings) app_.kept<Surroundings>().look();
+  }
+
+ private:
+  Application& app_;
+  Session& session_;
+  const CommandSpec& spec_;
+  const Place& place_;
+  std::uint32_t topics_ = 0;
+  LuaLine line_;
+  document::Author author_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+Result<Value> Application::run_outermost(Session& session, const CommandSpec& spec, const Map& args,
+                                         document::Transaction* joined, Progress& progress,
+                                         bool is_own_thread, const Place& place) {
+  Told told(*this, session, spec, args, place);
+  Result<Value> result = for_session(session.files_, run(session, spec, args, joined, progress,
+                                                         is_own_thread, kEveryEffect, place));
+  told.end(result);
+  return result;
+}
+
 Result<Value> Application::dispatch(Session& session, std::string_view name, const Map& args) {
   const CommandSpec* spec = commands.find(name);
   if (!spec) return text::shortened(commands.unknown(name));
@@ -775,15 +889,28 @@ Result<Value> Application::dispatch(Session& session, std::string_view name, con
 
 Result<Value> Application::dispatch(Session& session, const CommandSpec& spec, const Map& args) {
   SessionProgress progress(session);
-  return for_session(session.files_,
-                     run(session, spec, args, session.transaction_, progress, true));
+  return run_outermost(session, spec, args, session.transaction_, progress, true,
+                       {.gesture = session.gesture_});
+}
+
+Result<Value> Application::dispatch_on_draft(Session& session, std::uint64_t draft,
+                                             std::string_view name, const Map& args) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return text::shortened(commands.unknown(name));
+  if (session.transaction_)
+    return error(ErrorCode::conflict, "a draft cannot be edited while a group of edits is open",
+                 "Finish the group first.", spec->name);
+  RMP_TRY_ASSIGN(auto on, kept<Drafts>().own(session, draft));
+  SessionProgress progress(session);
+  return run_outermost(session, *spec, args, nullptr, progress, true,
+                       {.number = draft, .draft = std::move(on)});
 }
 
 Result<Value> Application::dispatch_beside(Session& session, std::string_view name, const Map& args,
                                            Progress& progress) {
   const CommandSpec* spec = commands.find(name);
   if (!spec) return text::shortened(commands.unknown(name));
-  return for_session(session.files_, run(session, *spec, args, nullptr, progress, false));
+  return run_outermost(session, *spec, args, nullptr, progress, false, Place());
 }
 
 Result<Value> Application::dispatch_within(CommandContext& outer, std::string_view name,
@@ -791,10 +918,12 @@ Result<Value> Application::dispatch_within(CommandContext& outer, std::string_vi
   const CommandSpec* spec = commands.find(name);
   if (!spec) return text::shortened(commands.unknown(name));
   return run(outer.session, *spec, args, outer.transaction_, outer.progress, outer.is_own_thread_,
-             outer.allowed_);
+             outer.allowed_,
+             {.gesture = outer.gesture_, .number = outer.draft_number_, .draft = outer.draft_});
 }
 
-Result<Handle> Application::run_async(Session& session, const CommandSpec& spec, Map args) {
+Result<Handle> Application::run_async(Session& session, const CommandSpec& spec, Map args,
+                                      Place place) {
   if (session.transaction_)
     return error(ErrorCode::conflict, "a job cannot start while a group of edits is open",
                  "Finish the group first.", spec.name);
@@ -802,22 +931,32 @@ Result<Handle> Application::run_async(Session& session, const CommandSpec& spec,
     return error(ErrorCode::usage, spec.name + " works on the history and cannot be a job",
                  "Call it without a job.", spec.name);
   struct Job {
-    Job(Application& app, Session& session, const CommandSpec& spec, Map given)
-        : args(std::move(given)), call(app, session, spec, args, nullptr, progress, false) {
+    Job(Application& app, Session& session, const CommandSpec& spec, Map given, Place where)
+        : args(std::move(given)),
+          place(std::move(where)),
+          call(app, session, spec, args, nullptr, progress, false, kEveryEffect, place) {
       call.set_job();
     }
     Map args;
+    const Place place;
     LateProgress progress;
     Call call;
   };
-  const auto job = std::make_shared<Job>(*this, session, spec, std::move(args));
+  const document::Author who = author(session);
+  JobOwner owner{who.session, who.name, place.gesture, place.number};
+  const auto job = std::make_shared<Job>(*this, session, spec, std::move(args), std::move(place));
   if (auto begun = job->call.start(); !begun.ok())
     return for_session(session.files_, std::move(begun).error()).error();
   const std::uint64_t id =
-      jobs.submit(job->call.label(), [job, files = session.files_](Progress& progress) {
-        job->progress.set(&progress);
-        return for_session(files, job->call.finish(job->call.compute()));
-      });
+      jobs.submit(job->call.label(), std::move(owner),
+                  [this, job, &session, &spec, files = session.files_](Progress& progress) {
+                    job->progress.set(&progress);
+                    // The session waits for its jobs before it ends.
+                    Told told(*this, session, spec, job->args, job->place);
+                    auto result = for_session(files, job->call.finish(job->call.compute()));
+                    told.end(result);
+                    return result;
+                  });
   session.jobs_ = shared_jobs_;
   std::erase_if(session.own_, [&](std::uint64_t old) {
     const auto status = jobs.status(old);
@@ -827,8 +966,8 @@ Result<Handle> Application::run_async(Session& session, const CommandSpec& spec,
   session.own_.push_back(id);
   return Handle{"job", id};
 }
-Result<Value> Application::update_gesture(Session& session, std::uint64_t gesture,
-                                          std::string_view name, const Map& args) {
+
+Result<void> Application::own_gesture(Session& session, std::uint64_t gesture) {
   const std::uint64_t own = author(session).session;
   const auto open = document.gestures();
   if (std::none_of(open.begin(), open.end(),
@@ -837,6 +976,12 @@ Result<Value> Application::update_gesture(Session& session, std::uint64_t gestur
                  "there is no open gesture " + std::to_string(gesture) + " of session " +
                      text::quote(session.name()),
                  "Open one with gesture.begin.");
+  return {};
+}
+
+Result<Value> Application::update_gesture(Session& session, std::uint64_t gesture,
+                                          std::string_view name, const Map& args) {
+  RMP_TRY(own_gesture(session, gesture));
   const Restored<std::uint64_t> updating(session.gesture_, gesture);
   return dispatch(session, name, args);
 }
@@ -844,6 +989,7 @@ Result<Value> Application::update_gesture(Session& session, std::uint64_t gestur
 document::Author Application::author(Session& session) {
   const AppLock::Hold hold(lock, "author");
   if (session.number_ == 0) {
+    session.alive_ = told_end(session, next_session_);
     if (sessions_.size() >= most_sessions_) forget_closed_sessions();
     session.number_ = next_session_++;
     sessions_.emplace_hint(
@@ -851,6 +997,19 @@ document::Author Application::author(Session& session) {
         KnownSession{{session.number_, session.name(), session.kind(), true}, session.alive_, {}});
   }
   return {session.number_, session.name()};
+}
+
+std::shared_ptr<const int> Application::told_end(const Session& session, std::uint64_t number) {
+  const auto tell = [this, name = session.name(), kind = session.kind(), number](const char* what) {
+    events.publish(Topic::session, {what, Map{{"session", name},
+                                              {"session_number", static_cast<std::int64_t>(number)},
+                                              {"kind", to_string(kind)}}});
+  };
+  lock.later([tell] { tell("opened"); });
+  return {new int(0), [tell, is_there = std::weak_ptr<Jobs>(shared_jobs_)](const int* flag) {
+            delete flag;
+            if (const auto held = is_there.lock()) tell("closed");
+          }};
 }
 
 void Application::forget_closed_sessions() {
@@ -958,7 +1117,20 @@ Result<Map> named_arguments(const CommandSpec& spec, std::span<const Value> args
 Result<Handle> Application::dispatch_async(Session& session, std::string_view name, Map args) {
   const CommandSpec* spec = commands.find(name);
   if (!spec) return text::shortened(commands.unknown(name));
-  return run_async(session, *spec, std::move(args));
+  return run_async(session, *spec, std::move(args), Place());
+}
+
+Result<Handle> Application::dispatch_async(Session& session, std::string_view name, Map args,
+                                           Joined joined) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return text::shortened(commands.unknown(name));
+  RMP_CHECK(joined.gesture == 0 || joined.draft == 0, "a job joined a gesture and a draft");
+  Place place{joined.gesture, joined.draft};
+  if (joined.gesture) RMP_TRY(own_gesture(session, joined.gesture));
+  if (joined.draft) {
+    RMP_TRY_ASSIGN(place.draft, kept<Drafts>().own(session, joined.draft));
+  }
+  return run_async(session, *spec, std::move(args), std::move(place));
 }
 
 Result<Handle> Application::dispatch_async_positional(Session& session, std::string_view name,
@@ -966,7 +1138,7 @@ Result<Handle> Application::dispatch_async_positional(Session& session, std::str
   const CommandSpec* spec = commands.find(name);
   if (!spec) return text::shortened(commands.unknown(name));
   RMP_TRY_ASSIGN(Map named, named_arguments(*spec, args));
-  return run_async(session, *spec, std::move(named));
+  return run_async(session, *spec, std::move(named), Place());
 }
 
 Result<Value> Application::dispatch_positional(Session& session, std::string_view name,
@@ -1143,6 +1315,7 @@ Result<void> write_reference(const CommandTable& table, const std::filesystem::p
 
 std::string command_line(const Application& app, const CommandSpec& spec, const Map& args) {
   constexpr std::size_t kLongest = 400;
+  if (has_secrets(args)) return command_line(app, spec, without_secrets(args));
   std::string out = spec.name;
   if (args.empty()) return out + "()";
   out += "{";

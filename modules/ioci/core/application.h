@@ -93,6 +93,17 @@ class Application {
   /// same as dispatch().
   Result<Value> update_gesture(Session&, std::uint64_t gesture, std::string_view name,
                                const Map& args);
+  /// A command on a draft of the session: it sees the draft's records, and what it edits stays
+  /// there until draft.accept. Refused of commands whose effects discarding the draft would not
+  /// take back.
+  Result<Value> dispatch_on_draft(Session&, std::uint64_t draft, std::string_view name,
+                                  const Map& args);
+  /// dispatch_async() whose edits join a gesture or a draft of the session; not both. It works on
+  /// the records of that, as they are now.
+  struct Joined {
+    std::uint64_t gesture = 0, draft = 0;  ///< numbers; 0 = none
+  };
+  Result<Handle> dispatch_async(Session&, std::string_view name, Map args, Joined joined);
   /// Who the document says that a session is; gives the session its number.
   [[nodiscard]] document::Author author(Session&);
   struct SessionInfo {
@@ -177,12 +188,25 @@ class Application {
  private:
   friend class CommandContext;
   class Call;
+  class Told;
+  /// What the edits of a command go to in place of the document.
+  struct Place {
+    std::uint64_t gesture = 0, number = 0;  ///< of the gesture, and of the draft
+    std::shared_ptr<document::Draft> draft = {};
+  };
   explicit Application(ApplicationOptions);
   Result<void> start();
   Result<Value> run(Session&, const CommandSpec&, const Map& args, document::Transaction* joined,
-                    Progress&, bool is_own_thread, Effects allowed = Effects::all());
+                    Progress&, bool is_own_thread, Effects allowed, const Place& place);
+  Result<Value> run_outermost(Session&, const CommandSpec&, const Map& args,
+                              document::Transaction* joined, Progress&, bool is_own_thread,
+                              const Place& place);
   Result<Value> dispatch_within(CommandContext&, std::string_view name, const Map& args);
-  Result<Handle> run_async(Session&, const CommandSpec&, Map args);
+  Result<Handle> run_async(Session&, const CommandSpec&, Map args, Place place);
+  [[nodiscard]] Result<void> own_gesture(Session&, std::uint64_t gesture);
+  /// Publishes that a session was opened, and when the returned pointer is released, that it was
+  /// closed.
+  [[nodiscard]] std::shared_ptr<const int> told_end(const Session&, std::uint64_t number);
   [[nodiscard]] std::optional<std::string> name_in(const document::Snapshot&, const Handle&) const;
   /// Cancels gestures whose sessions are gone.
   void end_orphaned_gestures();
@@ -211,7 +235,7 @@ class Application {
 void register_commands(CommandTable&);
 
 /// A command as one line of Lua, `robot.set_link{id = "pa10", link = 3, lower = -1}`; what the
-/// audit message shows. Long arguments are cut.
+/// audit message shows. Long arguments are cut, and secrets left out (secrets.h).
 [[nodiscard]] std::string command_line(const Application&, const CommandSpec&, const Map& args);
 
 }  // namespace robomosp::ioci

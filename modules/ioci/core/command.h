@@ -30,9 +30,14 @@
 #include "kernel/value.h"
 #include "recording/recording.h"
 
+namespace robomosp::document {
+class Draft;
+}
+
 namespace robomosp::ioci {
 
 class Application;
+class Drafts;
 class RecordingWatchers;
 
 /// What sits at the other end of a session.
@@ -86,6 +91,7 @@ class Session {
 
  private:
   friend class Application;
+  friend class Drafts;
   friend class RecordingWatchers;
   std::string name_;
   SessionKind kind_;
@@ -127,8 +133,8 @@ class CommandContext {
   [[nodiscard]] document::Transaction& edit();
   /// What this command began with: the document's records then, without those of an open group.
   [[nodiscard]] const document::SnapshotPtr& base() const { return base_; }
-  /// Whether it joins a group of edits that is not published yet.
-  [[nodiscard]] bool is_in_group() const { return transaction_ != nullptr; }
+  /// Whether it joins a group of edits that is not published yet, or runs on a draft.
+  [[nodiscard]] bool is_in_group() const { return transaction_ != nullptr || draft_; }
   /// Runs another command as a part of this one: it joins the transaction and shows its progress
   /// here.
   [[nodiscard]] Result<Value> dispatch(std::string_view name, const Map& args);
@@ -155,6 +161,10 @@ class CommandContext {
   Effects allowed_ = Effects::all();  ///< of the commands that it dispatches
   bool may_edit_ = false;
   bool is_own_thread_ = true;  ///< computes on the session's thread
+  /// What it edits, and the number that it is known by; null = the document.
+  std::shared_ptr<document::Draft> draft_ = {};
+  std::uint64_t draft_number_ = 0;
+  std::uint64_t gesture_ = 0;  ///< that a job joins
 };
 
 /// What comes back. For a map, `fields` gives the units that front ends print.

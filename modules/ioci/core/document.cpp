@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "io/recovery_journal.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/surroundings.h"
 #include "kernel/permit.h"
 
 namespace robomosp::ioci {
@@ -27,7 +29,27 @@ Result<Value> clear(CommandContext& ctx, const Map&) {
 }
 
 Result<Value> digest(CommandContext& ctx, const Map&) {
-  return Value(ctx.app.document.content_digest());
+  return Value(document::content_digest(ctx.snapshot()));
+}
+
+Result<Value> unsaved(CommandContext& ctx, const Map&) {
+  List out;
+  const document::Snapshot& now = ctx.snapshot();
+  for (const AnyId id : now.list()) {
+    if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+    const model::Record& r = *now.find(id);
+    if (!r.file.empty()) {
+      RMP_TRY(require(Effect::files_read));
+      const OwnWorkScope own;
+      if (!io::is_unsaved(now, id, ctx.app.library)) continue;
+    }
+    out.emplace_back(Map{{"id", Application::handle(id)},
+                         {"name", r.name},
+                         {"kind", to_string(id.kind)},
+                         {"file", r.file},
+                         {"why", r.file.empty() ? "no file" : "differs"}});
+  }
+  return Value(std::move(out));
 }
 
 Result<Value> cache_stats(CommandContext& ctx, const Map&) {
@@ -73,6 +95,7 @@ Result<Value> cache_clear_kept(CommandContext& ctx, const Map&) {
 
 Result<Value> cache_enable(CommandContext& ctx, const Map& args) {
   ctx.app.derived.set_enabled(flag(args, "on"));
+  tell_setting(ctx.app, ctx.session, "cache", flag(args, "on"));
   return Value();
 }
 
@@ -123,6 +146,29 @@ RMP_COMMANDS(document_commands) {
                  .returns = {"list", "", "Handles.", {}},
                  .effect = Effect::reads,
                  .run = referrers});
+  all.push_back(
+      {.name = "document.unsaved",
+       .classic = "",
+       .summary = "Lists the records that are not saved: those that differ from their files, or "
+                  "have none.",
+       .details = "A file that somebody else has changed or removed counts as different. The "
+                  "topic unsaved of event.subscribe reports when the list changes.",
+       .example = "material.create{name = \"brass\", density = 8500}\n"
+                  "local left = document.unsaved()\n"
+                  "assert(#left == 1 and left[1].name == \"brass\" and left[1].why == \"no "
+                  "file\")",
+       .params = {},
+       .returns = {"list",
+                   "",
+                   "In order of creation.",
+                   {field("id", "handle", "", "The record."),
+                    field("name", "string", "", "Its name."),
+                    field("kind", "string", "", "Its kind."),
+                    field("file", "string", "", "Its file; empty when it has none."),
+                    field("why", "string", "", "no file, or differs.")}},
+       .effect = Effect::reads,
+       .sometimes = Effect::files_read,
+       .run = unsaved});
   all.push_back({.name = "document.clear",
                  .classic = "",
                  .summary = "Removes all records and the history from the document.",

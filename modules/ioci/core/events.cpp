@@ -21,7 +21,6 @@ std::string_view word_of(RecordingChange::What what) {
   return "added";
 }
 
-std::uint32_t bit(Topic t) { return std::uint32_t{1} << static_cast<unsigned>(t); }
 std::uint32_t bit(Kind k) { return std::uint32_t{1} << static_cast<unsigned>(k); }
 
 /// `older` and then `newer` as one change.
@@ -58,6 +57,13 @@ std::string_view to_string(Topic t) {
     case Topic::job: return "job";
     case Topic::run: return "run";
     case Topic::recording: return "recording";
+    case Topic::command: return "command";
+    case Topic::provider: return "provider";
+    case Topic::session: return "session";
+    case Topic::unsaved: return "unsaved";
+    case Topic::setting: return "setting";
+    case Topic::memory: return "memory";
+    case Topic::draft: return "draft";
   }
   return "change";
 }
@@ -99,13 +105,31 @@ double Events::run_rate() const {
   return rate;
 }
 
+std::uint32_t Events::topics() const {
+  std::uint32_t all = 0;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [token, s] : subscriptions_) all |= s.filter.topics;
+  return all;
+}
+
 Result<std::vector<Event>> Events::take(std::uint64_t token, std::size_t at_most) {
   const std::lock_guard lock(mutex_);
   const auto at = subscriptions_.find(token);
   if (at == subscriptions_.end())
     return error(ErrorCode::unknown_name, "there is no subscription " + std::to_string(token),
                  "Create one with event.subscribe.");
-  auto& waiting = at->second.waiting;
+  return taken(at->second, at_most);
+}
+
+std::optional<std::vector<Event>> Events::try_take(std::uint64_t token, std::size_t at_most) {
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  if (!lock) return std::nullopt;
+  const auto at = subscriptions_.find(token);
+  return at == subscriptions_.end() ? std::vector<Event>() : taken(at->second, at_most);
+}
+
+std::vector<Event> Events::taken(Subscription& s, std::size_t at_most) {
+  auto& waiting = s.waiting;
   const auto count = static_cast<std::ptrdiff_t>(std::min(at_most, waiting.size()));
   std::vector<Event> out(std::make_move_iterator(waiting.begin()),
                          std::make_move_iterator(waiting.begin() + count));
@@ -113,8 +137,9 @@ Result<std::vector<Event>> Events::take(std::uint64_t token, std::size_t at_most
   return out;
 }
 
-/// Merges the changes that wait into one, keeps the newest state of each job, run and recording and
-/// the newest half of the messages.
+/// Merges the changes that wait into one, keeps the newest state of each job, run and recording,
+/// the newest of the states that have one, and the newest half of the messages, commands and
+/// notices.
 void Events::bound(Subscription& s) {
   std::deque<Event> kept;
   std::size_t messages = 0;
@@ -126,19 +151,27 @@ void Events::bound(Subscription& s) {
     return true;
   };
   std::size_t left_out = 0;
+  const auto keep_if_new = [&](const Event& e) {
+    if (messages >= s.filter.most / 2) {
+      ++left_out;
+      return;
+    }
+    ++messages;
+    kept.push_front(e);
+    kept.front().left_out = 0;
+  };
   for (auto it = s.waiting.rbegin(); it != s.waiting.rend(); ++it) {
     left_out += it->left_out;
     switch (it->topic) {
       case Topic::change: change = change ? merged(*it->change, *change) : it->change; break;
       case Topic::message:
-        if (messages < s.filter.most / 2) {
-          ++messages;
-          kept.push_front(*it);
-          kept.front().left_out = 0;
-        } else {
-          ++left_out;
-        }
-        break;
+      case Topic::command:
+      case Topic::provider:
+      case Topic::session:
+      case Topic::unsaved:
+      case Topic::setting:
+      case Topic::memory:
+      case Topic::draft: keep_if_new(*it); break;
       case Topic::job:
         if (is_new(jobs, it->job->id)) kept.push_front(*it);
         break;
@@ -173,6 +206,16 @@ void Events::push(Subscription& s, Event event) {
       if (!e->recording || e->recording->number != event.recording->number) continue;
       if (e->recording->what != kAppended) break;
       e->recording = std::move(event.recording);
+      return;
+    }
+  if (event.notice && event.notice->is_state)
+    if (const auto old = std::find_if(s.waiting.rbegin(), s.waiting.rend(),
+                                      [&](const Event& e) {
+                                        return e.topic == event.topic && e.notice &&
+                                               e.notice->is_state;
+                                      });
+        old != s.waiting.rend()) {
+      old->notice = std::move(event.notice);
       return;
     }
   if (s.waiting.size() >= s.filter.most) bound(s);
@@ -277,6 +320,30 @@ void Events::publish(const RecordingChange& recording) {
   });
 }
 
+void Events::publish(CommandRun run) {
+  const auto shared = std::make_shared<const CommandRun>(std::move(run));
+  deliver([&](const EventFilter& f) -> std::optional<Event> {
+    if (!(f.topics & bit(Topic::command))) return std::nullopt;
+    if (!f.reads && shared->only_reads && !shared->failure) return std::nullopt;
+    if (f.not_of != 0 && shared->author.session == f.not_of) return std::nullopt;
+    Event e;
+    e.topic = Topic::command;
+    e.command = shared;
+    return e;
+  });
+}
+
+void Events::publish(Topic topic, Notice notice) {
+  const auto shared = std::make_shared<const Notice>(std::move(notice));
+  deliver([&](const EventFilter& f) -> std::optional<Event> {
+    if (!(f.topics & bit(topic))) return std::nullopt;
+    Event e;
+    e.topic = topic;
+    e.notice = shared;
+    return e;
+  });
+}
+
 std::vector<std::string> changed_fields(const model::Record& before, const model::Record& after) {
   std::vector<std::string> out;
   if (before.name != after.name) out.emplace_back("name");
@@ -284,6 +351,14 @@ std::vector<std::string> changed_fields(const model::Record& before, const model
   for (std::string& path : model::differences(before.body, after.body))
     out.push_back(std::move(path));
   return out;
+}
+
+void append_owner(Map& out, const JobOwner& owner) {
+  if (owner.session == 0) return;
+  out.set("session", owner.name);
+  out.set("session_number", static_cast<std::int64_t>(owner.session));
+  if (owner.gesture) out.set("gesture", static_cast<std::int64_t>(owner.gesture));
+  if (owner.draft) out.set("draft", static_cast<std::int64_t>(owner.draft));
 }
 
 Map event_value(const Event& event) {
@@ -330,6 +405,7 @@ Map event_value(const Event& event) {
     out.set("state", to_string(j.state));
     out.set("fraction", j.fraction);
     out.set("what", j.what);
+    append_owner(out, j.owner);
   } else if (event.run) {
     out.set("id", Handle{"run", event.run->run});
     out.set("state", event.run->state);
@@ -339,6 +415,28 @@ Map event_value(const Event& event) {
     out.set("kind", word_of(r.what));
     out.set("title", r.title);
     if (r.what != RecordingChange::What::removed) out.set("rows", r.rows);
+  } else if (event.command) {
+    const CommandRun& c = *event.command;
+    out.set("command", c.command);
+    out.set("line", c.line);
+    if (!c.is_whole) out.set("whole", false);
+    out.set("session", c.author.name);
+    out.set("session_number", static_cast<std::int64_t>(c.author.session));
+    out.set("seconds", c.seconds);
+    out.set("only_reads", c.only_reads);
+    out.set("outcome", !c.failure                                ? "done"
+                       : c.failure->code == ErrorCode::cancelled ? "cancelled"
+                                                                 : "failed");
+    if (c.failure) {
+      out.set("code", to_string(c.failure->code));
+      out.set("text", c.failure->sentence());
+    }
+    if (c.job) out.set("job", Handle{"job", c.job});
+    if (c.gesture) out.set("gesture", static_cast<std::int64_t>(c.gesture));
+    if (c.draft) out.set("draft", static_cast<std::int64_t>(c.draft));
+  } else if (event.notice) {
+    out.set("what", event.notice->what);
+    for (const auto& [name, value] : event.notice->facts) out.set(name, value);
   }
   return out;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The history of edits: steps of sessions, undo and redo, gestures; and the sessions themselves.
 #include "ioci/core/commands.h"
+#include "ioci/core/surroundings.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -80,12 +81,14 @@ Result<Value> history(CommandContext& ctx, const Map& args) {
                    {"forgotten", static_cast<std::int64_t>(document.forgotten_steps())},
                    {"bytes", document.history_bytes()},
                    {"memory", document.history_budget()},
-                   {"revision", static_cast<std::int64_t>(ctx.snapshot().revision())}});
+                   {"revision", static_cast<std::int64_t>(ctx.app.document.now()->revision())}});
 }
 
 Result<Value> history_memory(CommandContext& ctx, const Map& args) {
-  if (has(args, "bytes"))
+  if (has(args, "bytes")) {
     RMP_TRY(ctx.app.document.set_history_budget(static_cast<std::size_t>(integer(args, "bytes"))));
+    tell_setting(ctx.app, ctx.session, "history_memory", ctx.app.document.history_budget());
+  }
   return Value(ctx.app.document.history_budget());
 }
 
@@ -112,6 +115,15 @@ Result<Value> update_gesture(CommandContext& ctx, const Map& args) {
   const Map none;
   return ctx.app.update_gesture(ctx.session, number(args, "gesture"), text_of(args, "command"),
                                 given && given->as_map() ? *given->as_map() : none);
+}
+
+Result<Value> start_in_gesture(CommandContext& ctx, const Map& args) {
+  const Value* given = args.find("arguments");
+  RMP_TRY_ASSIGN(Handle job,
+                 ctx.app.dispatch_async(ctx.session, text_of(args, "command"),
+                                        given && given->as_map() ? *given->as_map() : Map{},
+                                        {.gesture = number(args, "gesture"), .draft = 0}));
+  return Value(std::move(job));
 }
 
 Result<Value> commit_gesture(CommandContext& ctx, const Map& args) {
@@ -259,6 +271,23 @@ RMP_COMMANDS(history_commands) {
        .returns = {"any", "", "The result of the command.", {}},
        .effect = Effect::edits,
        .run = update_gesture,
+       .own_transaction = true});
+  all.push_back(
+      {.name = "gesture.start",
+       .classic = "",
+       .summary = "Starts a command as a job whose edits join a gesture.",
+       .details = "What it edits is published when it ends, as a preview. When the gesture has "
+                  "ended by then, the job fails and nothing of it stays.",
+       .example = "material.create{name = \"brass\", density = 8500}\n"
+                  "local g = gesture.begin(\"density\")\n"
+                  "gesture.start{gesture = g, command = \"material.set\", arguments = {id = "
+                  "\"brass\", density = 8600}}:wait()\n"
+                  "gesture.cancel(g)\nassert(material.describe(\"brass\").density == 8500)",
+       .params = {gesture_param(), needed("command", "string", "", "Name of the command."),
+                  optional("arguments", "map", "", "Its arguments by name.")},
+       .returns = {"handle", "", "The job.", {}},
+       .effect = Effect::edits,
+       .run = start_in_gesture,
        .own_transaction = true});
   all.push_back({.name = "gesture.commit",
                  .classic = "",

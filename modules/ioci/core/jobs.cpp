@@ -8,11 +8,13 @@ namespace {
 std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
 
 Map status_map(const JobStatus& s) {
-  return Map{{"id", Handle{"job", s.id}},
-             {"label", s.label},
-             {"state", to_string(s.state)},
-             {"fraction", s.fraction},
-             {"what", s.what}};
+  Map out{{"id", Handle{"job", s.id}},
+          {"label", s.label},
+          {"state", to_string(s.state)},
+          {"fraction", s.fraction},
+          {"what", s.what}};
+  append_owner(out, s.owner);
+  return out;
 }
 
 Result<Value> list_jobs(CommandContext& ctx, const Map&) {
@@ -39,10 +41,16 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(job_commands) {
   std::vector<CommandSpec> all;
   const std::vector<ParamSpec> status{
-      field("id", "handle", "", "The job."), field("label", "string", "", "Label of the job."),
+      field("id", "handle", "", "The job."),
+      field("label", "string", "", "Label of the job."),
       field("state", "string", "", "waiting, running, done, failed or cancelled."),
       field("fraction", "real", "", "Progress, 0 to 1."),
-      field("what", "string", "", "Its present activity.")};
+      field("what", "string", "", "Its present activity."),
+      field("session", "string", "",
+            "The session that started it; left out for the program's own."),
+      field("session_number", "int", "", "The number of that session."),
+      field("gesture", "int", "", "The gesture that its edits join, if any."),
+      field("draft", "int", "", "The draft that it works on, if any.")};
   all.push_back({.name = "job.list",
                  .classic = "",
                  .summary = "Lists the jobs of all sessions.",

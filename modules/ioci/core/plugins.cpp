@@ -5,6 +5,7 @@
 #include "ioci/core/interface_words.h"
 #include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/modules.h"
+#include "ioci/core/surroundings.h"
 #include "ioci/core/word_list.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
@@ -236,6 +237,8 @@ Result<Value> provider_default(CommandContext& ctx, const Map& args) {
   if (keep == "user") {
     RMP_TRY(ctx.app.registry.set_user_default(id, text_of(args, "name")));
     RMP_TRY(keep_chosen_provider(id, text_of(args, "name")));
+    tell_setting(ctx.app, ctx.session, "provider." + text_of(args, "interface"),
+                 text_of(args, "name"));
     RMP_TRY(ctx.app.registry.set_default(id, ""));  // which would be stronger
   } else if (has(args, "name")) {
     RMP_TRY(ctx.app.registry.set_default(id, text_of(args, "name")));

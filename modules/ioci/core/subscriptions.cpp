@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Subscriptions of front ends: event.subscribe, event.take, event.unsubscribe.
 #include "ioci/core/commands.h"
+#include "ioci/core/surroundings.h"
 #include "ioci/simulation/run_pulse.h"
 
 namespace robomosp::ioci {
 namespace {
 
-template <class T>
-std::uint32_t topic_bit(T t) {
-  return std::uint32_t{1} << static_cast<unsigned>(t);
-}
+std::uint32_t kind_bit(Kind kind) { return std::uint32_t{1} << static_cast<unsigned>(kind); }
 
 Result<Value> subscribe(CommandContext& ctx, const Map& args) {
   EventFilter f;
@@ -21,7 +19,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
       const std::string name = word.as_string() ? *word.as_string() : word.text();
       const auto at = std::find(known.begin(), known.end(), name);
       if (at == known.end()) return unknown_name("topic", name, known).in("topics");
-      f.topics |= topic_bit(kAllTopics[at - known.begin()]);
+      f.topics |= bit(kAllTopics[at - known.begin()]);
     }
   }
   if (const Value* kinds = args.find("kinds"); kinds && kinds->as_list()) {
@@ -32,7 +30,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
       const std::string name = word.as_string() ? *word.as_string() : word.text();
       const auto kind = kind_from(name);
       if (!kind) return unknown_name("kind", name, known).in("kinds");
-      f.kinds |= topic_bit(*kind);
+      f.kinds |= kind_bit(*kind);
     }
   }
   if (const Value* records = args.find("records"); records && records->as_list())
@@ -50,9 +48,12 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
     if (to_string(s) == least) f.severity = s;
   f.most = static_cast<std::size_t>(integer(args, "most"));
   f.rate = real(args, "rate");
+  f.reads = flag(args, "reads");
+  const std::uint32_t wanted = f.topics;
   const std::uint64_t token = ctx.app.events.subscribe(std::move(f));
   ctx.app.keep_subscription(ctx.session, token);
   ctx.app.kept<RunPulse>().wake();
+  ctx.app.kept<Surroundings>().begin(wanted);
   return Value(static_cast<std::int64_t>(token));
 }
 
@@ -91,34 +92,38 @@ RMP_COMMANDS(event_commands) {
   all.push_back(
       {.name = "event.subscribe",
        .classic = "",
-       .summary =
-           "Subscribes to events: changes of the document, messages, jobs, runs, recordings.",
+       .summary = "Subscribes to events: changes of the document, messages, jobs, runs, "
+                  "recordings, commands, providers, sessions, settings, drafts.",
        .details = "Events are queued until event.take fetches them, in order and each once. If too "
                   "many are queued, changes are merged into one event, which gives the number of "
                   "merged commits, and the oldest messages are dropped, which the next event "
                   "reports. Of the rows appended to a recording only the newest event is queued. A "
-                  "subscription ends with its session.",
+                  "subscription ends with its session. A command is reported when it ends, as a "
+                  "line of Lua that runs it again, without arguments named as tokens, passwords or "
+                  "secrets.",
        .example = "local s = event.subscribe{topics = {\"change\"}, kinds = {\"material\"}}\n"
                   "material.create{name = \"brass\", density = 8500}\n"
                   "material.set{id = \"brass\", density = 8600}\n"
                   "local all = event.take(s)\n"
                   "assert(#all == 2 and #all[1].added == 1 and #all[2].edited == 1)",
-       .params = {optional("topics", "list", "",
-                           "Some of change, message, job, run, recording; all if omitted."),
-                  optional("kinds", "list", "",
-                           "Kinds of records to report changes of; all if omitted."),
-                  optional("records", "list", "",
-                           "Only changes of these records and of those they depend on."),
-                  defaulted("own", "bool", "", true, "Include changes made by this session."),
-                  defaulted("previews", "bool", "", true, "Include the updates of gestures."),
-                  choice("severity", {"info", "debug", "warning", "error"},
-                         "Least severity of the messages to report."),
-                  between(defaulted("most", "int", "", 256, "Greatest number of queued events."), 2,
-                          1e6),
-                  between(defaulted("rate", "real", "1/s", kUsualRate,
-                                    "Greatest rate of events about the state of a playing run; a "
-                                    "queued one is replaced by the next."),
-                          1e-3, kHighestRate)},
+       .params =
+           {optional("topics", "list", "",
+                     "Some of change, message, job, run, recording, command, provider, session, "
+                     "unsaved, setting, memory, draft; all if omitted."),
+            optional("kinds", "list", "", "Kinds of records to report changes of; all if omitted."),
+            optional("records", "list", "",
+                     "Only changes of these records and of those they depend on."),
+            defaulted("own", "bool", "", true,
+                      "Include changes made by this session and commands that it calls."),
+            defaulted("previews", "bool", "", true, "Include the updates of gestures."),
+            defaulted("reads", "bool", "", false, "With commands that only read."),
+            choice("severity", {"info", "debug", "warning", "error"},
+                   "Least severity of the messages to report."),
+            between(defaulted("most", "int", "", 256, "Greatest number of queued events."), 2, 1e6),
+            between(defaulted("rate", "real", "1/s", kUsualRate,
+                              "Greatest rate of events about the state of a playing run; a "
+                              "queued one is replaced by the next."),
+                    1e-3, kHighestRate)},
        .returns = {"int", "", "The subscription.", {}},
        .effect = Effect::reads,
        .run = subscribe});
@@ -136,7 +141,7 @@ RMP_COMMANDS(event_commands) {
            {"list",
             "",
             "Oldest first.",
-            {field("topic", "string", "", "change, message, job, run or recording."),
+            {field("topic", "string", "", "Subject, as in event.subscribe."),
              field("revision", "int", "", "Of a change: revision of the document after it."),
              field("first_revision", "int", "", "Revision of the first commit merged into it."),
              field("commits", "int", "", "Number of commits merged into it; 1 unless merged."),
@@ -145,13 +150,36 @@ RMP_COMMANDS(event_commands) {
                    "became a step), cancelled, clear. Of a recording: added, appended, replaced "
                    "(rows and columns may differ), removed."),
              field("label", "string", "", "Label of the last commit, or of a job."),
-             field("session", "string", "", "Session that made the last commit."),
+             field("session", "string", "",
+                   "Session that made the last commit, called the command, started the job, opened "
+                   "the draft or changed the setting."),
              field("session_number", "int", "", "Its number."),
              field("added", "list", "", "Handles."),
              field("removed", "list", "", "Removed records: tables with id and name."),
              field("edited", "list", "",
                    "Edited records: tables with id and the fields that differ."),
-             field("left_out", "int", "", "Number of messages dropped before it."),
+             field("left_out", "int", "", "Number of events other than changes dropped before it."),
+             field("command", "string", "", "Name of a command."),
+             field("line", "string", "", "The call as Lua."),
+             field("whole", "bool", "",
+                   "false if the line cannot be run, because secrets or overlong values are left "
+                   "out of it."),
+             field("seconds", "real", "s", "Duration of the command."),
+             field("only_reads", "bool", "", "Whether the command changes nothing."),
+             field("outcome", "string", "", "done, failed (with code and text) or cancelled."),
+             field("job", "handle", "", "Job that the command ran in, if any."),
+             field("gesture", "int", "", "Gesture that the command or job was a part of, if any."),
+             field("draft", "int", "",
+                   "Draft that the command or job was a part of, if any; of a draft, its number."),
+             field("what", "string", "",
+                   "Of a provider: registered, withdrawn, replaced, enabled, disabled, "
+                   "default (with interface, name and who chose it, by). Of a session: "
+                   "opened, closed. Of unsaved: changed (with count, and handles in "
+                   "unsaved and saved). Of a setting: program or document (with name and "
+                   "value). Of memory: fine, low, critical (with bytes available, total, "
+                   "used). Of a draft: opened, edited, accepted, discarded (with handles "
+                   "in changed)."),
+
              field("severity", "string", "",
                    "Severity of a message, which also has code, text, source and repeated."),
              field("id", "handle", "", "The job, run or recording."),
