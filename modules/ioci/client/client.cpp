@@ -1,0 +1,695 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/client/client.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "ioci/core/drafts.h"
+#include "ioci/core/surroundings.h"
+#include "ioci/simulation/run_pulse.h"
+#include "kernel/check.h"
+#include "kernel/text.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Reports of how far a command is are kept no more often than this.
+constexpr std::chrono::milliseconds kShowEvery{20};
+/// Events that are fetched together.
+constexpr std::size_t kEventsTogether = 32;
+
+Error cancelled(const std::string& what, std::string_view why) {
+  return error(ErrorCode::cancelled, what + " was cancelled: " + std::string(why));
+}
+constexpr std::string_view kByHost = "its caller asked for that";
+constexpr std::string_view kByNewer = "a newer one took its place";
+constexpr std::string_view kByEnd = "the client has ended";
+
+bool is_over(JobState s) { return s != JobState::waiting && s != JobState::running; }
+
+}  // namespace
+
+struct Client::EditsState {
+  bool is_draft = false;
+  std::string label;
+  std::uint64_t id = 0;
+  // Guarded by State::mutex:
+  std::uint64_t number = 0;      ///< of the gesture or draft; 0 = not yet, or no more
+  std::optional<Error> failure;  ///< why it could not be opened
+};
+
+struct Client::Entry {
+  enum class What : std::uint8_t { command, open, commit, cancel };
+  What what = What::command;
+  std::string command{};  ///< or the label of edits
+  Map args{};             ///< of the client's thread, once it is called
+  std::shared_ptr<EditsState> in{};
+  bool as_job = false;
+  std::string slot{};
+  /// Of the host's thread:
+  Done done{};
+  Shown shown{};
+  const bool wants_progress = false;
+  // Guarded by State::mutex:
+  enum class At : std::uint8_t { queue, thread, job, end } at = At::queue;
+  std::uint64_t job = 0;
+  bool is_told_to_end = false, was_replaced = false;
+  std::optional<Result<Value>> result{};  ///< never changed once it is there
+  double fraction = 0;
+  std::string doing{};
+  bool has_news = false;  ///< fraction and doing are to be shown
+  Clock::time_point shown_at{};
+
+  [[nodiscard]] std::string text() const {
+    switch (what) {
+      case What::command: break;
+      case What::open: return in->is_draft ? "draft.open" : "gesture.begin";
+      case What::commit: return in->is_draft ? "draft.accept" : "gesture.commit";
+      case What::cancel: return in->is_draft ? "draft.discard" : "gesture.cancel";
+    }
+    return command;
+  }
+};
+
+/// What the host, the client's thread and the jobs' listener share. It may outlive the client, in
+/// answers and in a listener that is just called.
+struct Client::State : std::enable_shared_from_this<Client::State> {
+  State(Application& a, Options o) : app(a), options(std::move(o)) {}
+  using EntryPtr = std::shared_ptr<Entry>;
+
+  Application& app;
+  const Options options;
+  std::uint64_t events = 0, listener = 0;  ///< subscriptions
+  std::thread thread;
+  std::optional<Error> unprepared;  ///< why nothing may be called; the client's thread's
+
+  std::mutex wake_mutex;
+  bool may_wake = true;  // guarded by wake_mutex
+
+  mutable std::mutex mutex;  ///< for a moment only
+  std::condition_variable changed;
+  // Guarded by mutex:
+  std::deque<EntryPtr> queue;
+  EntryPtr running;                                ///< on the client's thread
+  std::map<std::uint64_t, EntryPtr> jobs;          ///< by number
+  std::deque<EntryPtr> told;                       ///< that have ended, or news of them
+  std::vector<std::shared_ptr<EditsState>> open;   ///< edits that may have to be taken back
+  std::vector<std::shared_ptr<const void>> trash;  ///< for the client's thread to destroy
+  Session* session = nullptr;                      ///< while it is there
+  std::uint64_t next_edits = 1;
+  bool is_woken = false;    ///< since deliver() was called last
+  bool has_events = false;  ///< some may wait
+  bool is_ending = false, is_closed = false;
+  bool is_host_gone = false;  ///< the client is destroyed
+
+  // --- any thread ---
+
+  /// Whether the host is to be woken; with mutex held.
+  [[nodiscard]] bool needs_wake() { return !std::exchange(is_woken, true); }
+  void wake() {
+    const std::lock_guard lock(wake_mutex);
+    if (may_wake && options.wake) options.wake();
+  }
+  /// With mutex held; true = wake() is to be called without it.
+  [[nodiscard]] bool end(const EntryPtr& e, Result<Value> result) {
+    if (e->at == Entry::At::end) return false;
+    e->at = Entry::At::end;
+    if (e->what == Entry::What::open && !result.ok()) e->in->failure = result.error();
+    e->result = std::move(result);
+    if (std::exchange(e->has_news, false)) std::erase(told, e);
+    told.push_back(e);
+    return needs_wake();
+  }
+  /// The same; of how far it is.
+  [[nodiscard]] bool show(const EntryPtr& e, double fraction, std::string_view doing) {
+    if (!e->wants_progress || e->at == Entry::At::end) return false;
+    const auto now = Clock::now();
+    if (e->shown_at != Clock::time_point{} && now - e->shown_at < kShowEvery) return false;
+    e->shown_at = now;
+    e->fraction = fraction >= 1 ? 1 : fraction > 0 ? fraction : 0;
+    e->doing = doing;
+    if (!std::exchange(e->has_news, true)) told.push_back(e);
+    return needs_wake();
+  }
+  /// With mutex held.
+  [[nodiscard]] bool cancel(const EntryPtr& e, std::string_view why) {
+    switch (e->at) {
+      case Entry::At::queue: std::erase(queue, e); return end(e, cancelled(e->text(), why));
+      case Entry::At::thread:
+        e->is_told_to_end = true;
+        if (session && running == e) session->interrupt();
+        return false;
+      case Entry::At::job:
+        e->is_told_to_end = true;
+        if (app.jobs.ask_to_end(e->job) != Jobs::Asked::will_not_begin) return false;
+        jobs.erase(e->job);
+        return end(e, cancelled(e->text(), why));
+      case Entry::At::end: return false;
+    }
+    return false;
+  }
+  /// Those that `which` names of all that wait or run; with mutex held.
+  template <class Which>
+  [[nodiscard]] bool cancel_all(std::string_view why, const Which& which) {
+    bool wakes = false;
+    std::vector<EntryPtr> all(queue.begin(), queue.end());
+    if (running) all.push_back(running);
+    for (const auto& [number, e] : jobs) all.push_back(e);
+    for (const EntryPtr& e : all)
+      if (which(*e)) wakes = cancel(e, why) || wakes;
+    return wakes;
+  }
+  [[nodiscard]] bool cancel_all(std::string_view why) {
+    return cancel_all(why, [](const Entry&) { return true; });
+  }
+  void job_changed(const JobStatus& s) {
+    EntryPtr entry;
+    bool wakes = false;
+    {
+      const std::lock_guard lock(mutex);
+      const auto at = jobs.find(s.id);
+      if (at == jobs.end()) return;
+      entry = at->second;
+      // A job that begins has reported nothing yet.
+      if (!is_over(s.state) && (s.fraction > 0 || !s.what.empty()))
+        wakes = show(entry, s.fraction, s.what);
+    }
+    if (is_over(s.state)) end_job(entry, s.id);
+    else if (wakes) wake();
+  }
+  /// Of a job that has ended; the first who sees that does it.
+  void end_job(const EntryPtr& entry, std::uint64_t job) {
+    auto result = app.jobs.wait(job);
+    bool wakes = false;
+    {
+      const std::lock_guard lock(mutex);
+      jobs.erase(job);
+      wakes = end(entry, std::move(result));
+    }
+    if (wakes) wake();
+  }
+
+  // --- the client's thread ---
+
+  void work() {
+    {
+      Session own(options.name, options.kind);
+      own.show_progress = [this](double fraction, std::string_view doing) {
+        bool wakes = false;
+        {
+          const std::lock_guard lock(mutex);
+          wakes = running && show(running, fraction, doing);
+        }
+        if (wakes) wake();
+      };
+      prepare(own);
+      std::unique_lock lock(mutex);
+      session = &own;
+      for (;;) {
+        changed.wait(lock, [this] { return is_ending || !queue.empty() || !trash.empty(); });
+        if (!trash.empty()) {
+          auto old = std::exchange(trash, {});
+          lock.unlock();
+          old.clear();
+          lock.lock();
+          continue;
+        }
+        if (queue.empty()) break;  // it ends
+        run_next(own, lock);
+      }
+      session = nullptr;
+      auto left = std::exchange(open, {});
+      lock.unlock();
+      own.clear_interrupt();
+      for (const auto& edits : left)
+        if (edits->number != 0) (void)take_back(own, *edits).ok();
+    }  // the session ends, and with it its jobs
+    // Their listener may still be about to tell of the last ones.
+    std::map<std::uint64_t, EntryPtr> ended;
+    {
+      const std::lock_guard lock(mutex);
+      ended = jobs;
+    }
+    for (const auto& [job, e] : ended) end_job(e, job);
+    bool wakes = false;
+    {
+      const std::lock_guard lock(mutex);
+      is_closed = true;
+      wakes = needs_wake();
+    }
+    if (wakes) wake();
+  }
+  void prepare(Session& own) {
+    if (!options.prepare) return;
+    try {
+      options.prepare(own);
+    } catch (const std::exception& e) {
+      unprepared =
+          error(ErrorCode::internal, "preparing the session threw: " + std::string(e.what()));
+    } catch (...) {
+      unprepared = error(ErrorCode::internal, "preparing the session threw an unknown exception");
+    }
+  }
+  void run_next(Session& own, std::unique_lock<std::mutex>& lock) {
+    const EntryPtr entry = queue.front();
+    queue.pop_front();
+    entry->at = Entry::At::thread;
+    running = entry;
+    own.clear_interrupt();
+    lock.unlock();
+    std::optional<Result<Value>> result;
+    try {
+      result = call(own, entry);
+    } catch (const std::exception& e) {
+      result = error(ErrorCode::internal, entry->text() + " threw: " + e.what());
+    } catch (...) {
+      result = error(ErrorCode::internal, entry->text() + " threw an unknown exception");
+    }
+    lock.lock();
+    running.reset();
+    if (result && end(entry, std::move(*result))) {
+      lock.unlock();
+      wake();
+      lock.lock();
+    }
+  }
+  /// nullopt = it goes on as a job.
+  std::optional<Result<Value>> call(Session& own, const EntryPtr& entry) {
+    if (unprepared) return Result<Value>(*unprepared);
+    const auto number = [&] {
+      const std::lock_guard lock(mutex);
+      return entry->in ? entry->in->number : 0;
+    }();
+    if (entry->in && entry->what != Entry::What::open && number == 0)
+      return Result<Value>(not_open(*entry->in).in(entry->text()));
+    switch (entry->what) {
+      case Entry::What::open: return open_edits(own, entry);
+      case Entry::What::commit:
+      case Entry::What::cancel: return close_edits(own, *entry);
+      case Entry::What::command: break;
+    }
+    const bool is_draft = entry->in && entry->in->is_draft;
+    const Map args = std::move(entry->args);
+    if (entry->as_job) return start(own, entry, args, is_draft, number);
+    if (!entry->in) return app.dispatch(own, entry->command, args);
+    return is_draft ? app.dispatch_on_draft(own, number, entry->command, args)
+                    : app.update_gesture(own, number, entry->command, args);
+  }
+  std::optional<Result<Value>> start(Session& own, const EntryPtr& entry, const Map& args,
+                                     bool is_draft, std::uint64_t number) {
+    Application::Joined joined;
+    (is_draft ? joined.draft : joined.gesture) = number;
+    auto job = app.dispatch_async(own, entry->command, args, joined);
+    if (!job.ok()) return Result<Value>(std::move(job).error());
+    bool wakes = false;
+    {
+      const std::lock_guard lock(mutex);
+      entry->at = Entry::At::job;
+      entry->job = job->number;
+      jobs.emplace(job->number, entry);
+      if (entry->is_told_to_end || is_ending) wakes = cancel(entry, is_ending ? kByEnd : kByHost);
+    }
+    if (wakes) wake();
+    // It may have ended before the listener knew it.
+    const auto status = app.jobs.status(job->number);
+    if (!status.ok() || is_over(status->state)) end_job(entry, job->number);
+    return std::nullopt;
+  }
+  [[nodiscard]] Error not_open(const EditsState& edits) {
+    const std::lock_guard lock(mutex);
+    if (edits.failure) return *edits.failure;
+    return error(ErrorCode::conflict,
+                 std::string(edits.is_draft ? "the draft " : "the gesture ") +
+                     text::quote(edits.label) + " has ended",
+                 "Begin another one.");
+  }
+  Result<Value> open_edits(Session& own, const EntryPtr& entry) {
+    auto made = app.dispatch(own, entry->text(), Map{{"label", entry->command}});
+    if (!made.ok()) return made;
+    const std::lock_guard lock(mutex);
+    entry->in->number = static_cast<std::uint64_t>(*made->as_int());
+    open.push_back(entry->in);
+    return made;
+  }
+  Result<Value> close_edits(Session& own, const Entry& entry) {
+    EditsState& edits = *entry.in;
+    auto done = entry.what == Entry::What::commit ? publish(own, edits) : take_back(own, edits);
+    // A gesture that could not be ended, and a draft in conflict, are still open.
+    if (!done.ok()) return done;
+    const std::lock_guard lock(mutex);
+    edits.number = 0;
+    std::erase(open, entry.in);
+    return done;
+  }
+  Result<Value> publish(Session& own, const EditsState& edits) {
+    return app.dispatch(own, edits.is_draft ? "draft.accept" : "gesture.commit", named(edits));
+  }
+  Result<Value> take_back(Session& own, const EditsState& edits) {
+    return app.dispatch(own, edits.is_draft ? "draft.discard" : "gesture.cancel", named(edits));
+  }
+  static Map named(const EditsState& edits) {
+    return Map{{edits.is_draft ? "draft" : "gesture", static_cast<std::int64_t>(edits.number)}};
+  }
+
+  // --- the host's thread ---
+
+  /// Hands what deliver() is done with to the client's thread; with mutex held.
+  void drop(std::shared_ptr<const void> old) {
+    if (is_closed) return;  // nobody is there to take it
+    trash.push_back(std::move(old));
+    changed.notify_all();
+  }
+  /// Tells the next call that has ended, or how far one is; false = there is none.
+  bool tell_next() {
+    Done done;
+    Shown shown;
+    EntryPtr entry;
+    double fraction = 0;
+    std::string doing;
+    bool has_ended = false;
+    {
+      const std::lock_guard lock(mutex);
+      if (told.empty()) return false;
+      entry = std::move(told.front());
+      told.pop_front();
+      has_ended = entry->at == Entry::At::end;
+      entry->has_news = false;
+      fraction = entry->fraction;
+      doing = entry->doing;
+    }
+    if (!has_ended) {
+      if (entry->shown) entry->shown(fraction, doing);
+      return true;
+    }
+    done = std::exchange(entry->done, {});
+    shown = std::exchange(entry->shown, {});
+    struct Dropped {
+      State& state;
+      EntryPtr& entry;
+      ~Dropped() {
+        const std::lock_guard lock(state.mutex);
+        state.drop(std::move(entry));
+      }
+    } dropped{*this, entry};
+    if (done) done(*entry->result);
+    return true;
+  }
+};
+
+// --- answers ---
+
+Client::Answer::Stage Client::Answer::stage() const {
+  if (!entry_) return Stage::ended;
+  const std::lock_guard lock(state_->mutex);
+  switch (entry_->at) {
+    case Entry::At::queue: return Stage::waiting;
+    case Entry::At::thread:
+    case Entry::At::job: return Stage::running;
+    case Entry::At::end: break;
+  }
+  return Stage::ended;
+}
+
+const Result<Value>* Client::Answer::result() const {
+  return entry_ && stage() == Stage::ended ? &*entry_->result : nullptr;
+}
+
+bool Client::Answer::was_replaced() const {
+  if (!entry_) return false;
+  const std::lock_guard lock(state_->mutex);
+  return entry_->was_replaced;
+}
+
+// --- the client ---
+
+Result<std::unique_ptr<Client>> Client::open(Application& app, Options options) {
+  const auto state = std::make_shared<State>(app, std::move(options));
+  const std::weak_ptr<State> weak = state;
+  try {
+    state->thread = std::thread([state = state.get()] { state->work(); });  // joined by the client
+  } catch (const std::system_error& e) {
+    return error(
+        ErrorCode::internal,
+        "the system gives no thread for " + text::quote(state->options.name) + ": " + e.what(),
+        "End something else first.");
+  }
+  std::unique_ptr<Client> client(new Client(state));
+  state->listener = app.jobs.subscribe([weak](const JobStatus& s) {
+    if (const auto held = weak.lock()) held->job_changed(s);
+  });
+  if (state->options.on_event) {
+    state->events = app.events.subscribe(state->options.events, [weak] {
+      const auto held = weak.lock();
+      if (!held) return;
+      bool wakes = false;
+      {
+        const std::lock_guard lock(held->mutex);
+        held->has_events = true;
+        wakes = held->needs_wake();
+      }
+      if (wakes) held->wake();
+    });
+    app.kept<RunPulse>().wake();
+    app.kept<Surroundings>().begin(state->options.events.topics);
+  }
+  return client;
+}
+
+Client::Client(std::shared_ptr<State> state) : state_(std::move(state)) {}
+
+Client::~Client() {
+  const std::shared_ptr<State> state = state_;
+  {
+    const std::lock_guard lock(state->wake_mutex);
+    state->may_wake = false;
+  }
+  close();
+  state->thread.join();
+  if (state->events) state->app.events.unsubscribe(state->events);
+  if (state->listener) state->app.jobs.unsubscribe(state->listener);
+  std::deque<State::EntryPtr> untold;
+  {
+    const std::lock_guard lock(state->mutex);
+    state->is_host_gone = true;
+    untold.swap(state->told);
+  }
+  // Whatever answers keep of them, callbacks end here, on the host's thread.
+  for (const auto& entry : untold) {
+    entry->done = {};
+    entry->shown = {};
+  }
+}
+
+Client::Answer Client::add(std::shared_ptr<Entry> entry) {
+  Answer answer;
+  answer.state_ = state_;
+  answer.entry_ = entry;
+  bool wakes = false;
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (state_->is_ending) {
+      wakes = state_->end(entry, cancelled(entry->text(), kByEnd));
+    } else {
+      auto& queue = state_->queue;
+      if (!entry->slot.empty())
+        for (auto it = queue.rbegin(); it != queue.rend() && !(*it)->slot.empty(); ++it)
+          if ((*it)->slot == entry->slot) {
+            const State::EntryPtr old = *it;
+            old->was_replaced = true;
+            wakes = state_->cancel(old, kByNewer);
+            break;
+          }
+      queue.push_back(std::move(entry));
+    }
+  }
+  state_->changed.notify_all();
+  if (wakes) state_->wake();
+  return answer;
+}
+
+Client::Answer Client::call(std::string command, Map args, Done done) {
+  return call(std::move(command), std::move(args), std::move(done), How());
+}
+
+Client::Answer Client::call(std::string command, Map args, Done done, How how) {
+  const bool wants_progress = static_cast<bool>(how.progress);
+  return add(std::make_shared<Entry>(Entry{.what = Entry::What::command,
+                                           .command = std::move(command),
+                                           .args = std::move(args),
+                                           .in = std::move(how.in.state_),
+                                           .as_job = how.job,
+                                           .slot = std::move(how.slot),
+                                           .done = std::move(done),
+                                           .shown = std::move(how.progress),
+                                           .wants_progress = wants_progress}));
+}
+
+Client::Answer Client::start(std::string command, Map args, Done done) {
+  How how;
+  how.job = true;
+  return call(std::move(command), std::move(args), std::move(done), std::move(how));
+}
+
+Client::Edits Client::open_edits(bool is_draft, std::string label, Done done) {
+  Edits edits;
+  edits.state_ = std::make_shared<EditsState>();
+  edits.state_->is_draft = is_draft;
+  edits.state_->label = label;
+  {
+    const std::lock_guard lock(state_->mutex);
+    edits.state_->id = state_->next_edits++;
+  }
+  (void)add(std::make_shared<Entry>(Entry{.what = Entry::What::open,
+                                          .command = std::move(label),
+                                          .in = edits.state_,
+                                          .done = std::move(done)}));
+  return edits;
+}
+
+Client::Edits Client::begin_gesture(std::string label, Done done) {
+  return open_edits(false, std::move(label), std::move(done));
+}
+
+Client::Edits Client::open_draft(std::string label, Done done) {
+  return open_edits(true, std::move(label), std::move(done));
+}
+
+Client::Answer Client::update(const Edits& edits, std::string command, Map args, Done done,
+                              std::string slot) {
+  RMP_CHECK(edits.state_ != nullptr, "an update of no gesture or draft");
+  How how;
+  how.in = edits;
+  how.slot = std::to_string(edits.state_->id) + "/" + (slot.empty() ? command : std::move(slot));
+  return call(std::move(command), std::move(args), std::move(done), std::move(how));
+}
+
+Client::Answer Client::commit(const Edits& edits, Done done) {
+  RMP_CHECK(edits.state_ != nullptr, "an end of no gesture or draft");
+  return add(std::make_shared<Entry>(
+      Entry{.what = Entry::What::commit, .in = edits.state_, .done = std::move(done)}));
+}
+
+Client::Answer Client::cancel(const Edits& edits, Done done) {
+  RMP_CHECK(edits.state_ != nullptr, "an end of no gesture or draft");
+  bool wakes = false;
+  {
+    const std::lock_guard lock(state_->mutex);
+    wakes = state_->cancel_all(kByHost, [&](const Entry& e) {
+      return e.in == edits.state_ && e.what == Entry::What::command;
+    });
+  }
+  if (wakes) state_->wake();
+  return add(std::make_shared<Entry>(
+      Entry{.what = Entry::What::cancel, .in = edits.state_, .done = std::move(done)}));
+}
+
+bool Client::cancel(const Answer& answer) {
+  if (!answer.entry_) return false;
+  bool wakes = false;
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (answer.entry_->at == Entry::At::end) return false;
+    wakes = state_->cancel(answer.entry_, kByHost);
+  }
+  if (wakes) state_->wake();
+  return true;
+}
+
+void Client::cancel_all() {
+  bool wakes = false;
+  {
+    const std::lock_guard lock(state_->mutex);
+    wakes = state_->cancel_all(kByHost);
+  }
+  if (wakes) state_->wake();
+}
+
+bool Client::deliver(std::chrono::microseconds at_most) {
+  const std::shared_ptr<State> state = state_;  // a callback may destroy this
+  const auto end = Clock::now() + at_most;
+  bool has_events = false;
+  {
+    const std::lock_guard lock(state->mutex);
+    state->is_woken = false;
+    has_events = std::exchange(state->has_events, false);
+  }
+  const auto is_over = [&] { return Clock::now() >= end; };
+  const auto is_gone = [&] {
+    const std::lock_guard lock(state->mutex);
+    return state->is_host_gone;
+  };
+  /// Comes back later, also when a callback throws.
+  struct Again {
+    State& state;
+    bool events = false, is_wanted = true;
+    ~Again() {
+      bool wakes = false;
+      {
+        const std::lock_guard lock(state.mutex);
+        state.has_events = state.has_events || events;
+        is_wanted = is_wanted && (state.has_events || !state.told.empty());
+        wakes = is_wanted && !state.is_host_gone && state.needs_wake();
+      }
+      if (wakes) state.wake();
+    }
+  } again{*state, has_events};
+
+  while (has_events && !is_gone()) {
+    auto taken = state->app.events.try_take(state->events, kEventsTogether);
+    if (!taken) break;  // somebody publishes just now
+    has_events = again.events = taken->size() == kEventsTogether;
+    const auto batch = std::make_shared<const std::vector<Event>>(std::move(*taken));
+    struct Dropped {
+      State& state;
+      std::shared_ptr<const void> batch;
+      ~Dropped() {
+        const std::lock_guard lock(state.mutex);
+        state.drop(std::move(batch));
+      }
+    } dropped{*state, batch};
+    for (const Event& e : *batch) {
+      state->options.on_event(e);
+      if (is_gone()) return false;
+    }
+    if (is_over()) break;
+  }
+  bool more = true;
+  do more = state->tell_next();
+  while (more && !is_over() && !is_gone());
+  const std::lock_guard lock(state->mutex);
+  return state->has_events || again.events || !state->told.empty();
+}
+
+void Client::close() {
+  bool wakes = false;
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->is_ending = true;
+    wakes = state_->cancel_all(kByEnd);
+  }
+  state_->changed.notify_all();
+  if (wakes) state_->wake();
+}
+
+bool Client::is_closed() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->is_closed;
+}
+
+std::size_t Client::waiting() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->queue.size();
+}
+
+}  // namespace robomosp::ioci
