@@ -85,7 +85,7 @@ class Checker {
       if (motions_of_[r].empty() && !is_additional) continue;
       RMP_TRY(limits(r));
       if (is_additional) continue;
-      controller_limits(r);
+      axis_limits(r);
       RMP_TRY(straight_motions(r));
     }
     events();
@@ -278,10 +278,11 @@ class Checker {
                                       {&JointModel::max_force, "torque"}}) {
       std::vector<std::string> without;
       for (std::size_t j = 0; j < joints.size(); ++j)
-        if (!std::isfinite(joints[j].*limit)) without.push_back(std::to_string(j + 1));
+        if (!std::isfinite(joints[j].*limit))
+          without.push_back(axes_[r].before_joint(j) + "joint " + std::to_string(j + 1));
       if (!without.empty() && without.size() < joints.size())
         out_.not_checked.push_back("Without a limit of the " + std::string(what) + ", of " + name +
-                                   ": joint " + text::enumerate(without) + ".");
+                                   ": " + text::enumerate(without) + ".");
     }
     if (!unlimited.empty())
       out_.not_checked.push_back("No joint of " + name + " has a limit of its " +
@@ -365,56 +366,83 @@ class Checker {
     return {};
   }
 
-  /// Joints against the axes of the controller's record.
-  void controller_limits(std::size_t r) {
+  /// Joints against the axes of the controller's record, and of the robot where these are limited
+  /// other than by the limits of their joints.
+  void axis_limits(std::size_t r) {
     const std::string& name = robot(r).name;
-    for (const AxisLimit& axis : options_.axes) {
-      if (axis.robot != name) continue;
-      const Column* c = nullptr;
-      std::vector<std::pair<const Column*, double>> terms;
-      for (const auto& [joint, factor] : axis.factors) {
-        const Column* each = out_.recording->find(name + ".q" + std::to_string(joint + 1));
-        if (joint == axis.joint) c = each;
-        if (each) terms.emplace_back(each, factor);
-        else
-          out_.not_checked.push_back(
-              "Axis " + axis.name + " of controller " + quote(options_.controller) +
-              " is of joint " + std::to_string(joint + 1) + ", which " + name + " does not have.");
-      }
-      if (!c || terms.size() < axis.factors.size() || !(axis.lower < axis.upper)) continue;
-      const double unit = c->unit == "rad" ? kDegree : 1e3;
-      const auto value_at = [&](std::size_t row) {
-        double sum = 0;
-        for (const auto& [each, factor] : terms) sum += factor * each->values[row];
-        return sum * unit + axis.offset;
-      };
-      std::map<std::size_t, std::pair<std::size_t, double>> worst;
-      for (std::size_t row = 0; row < c->values.size(); ++row) {
-        const std::size_t i = motion_at_[r][row];
-        if (i == kNone || is_jump_[row]) continue;
-        const double value = value_at(row);
-        const double excess = std::max(value - axis.upper, axis.lower - value);
-        if (!(excess > 1e-6)) continue;
-        auto& w = worst[i];
-        if (excess > w.second) w = {row, excess};
-      }
-      for (const auto& [i, w] : worst) {
-        Fault f = fault_of(i, FaultKind::controller, Severity::error);
-        f.at = time()[w.first];
-        f.joint = static_cast<std::int32_t>(axis.joint);
-        f.has_values = true;
-        f.value = value_at(w.first);
-        f.limit = f.value > axis.upper ? axis.upper : axis.lower;
-        f.excess = w.second;
-        f.unit = c->unit == "rad" ? "deg" : "mm";
-        f.message = "axis " + axis.name + " of controller " + quote(options_.controller) +
-                    " would be at " + print_rounded(f.value, 5) + " " + f.unit + ", " +
-                    print_rounded(f.excess, 4) + " " + f.unit + " beyond its limit of " +
-                    print_rounded(f.limit, 5);
-        f.hint = "Move the target, or correct the limit in the controller's record.";
-        place_of_tip(r, w.first, f);
-        add(std::move(f));
-      }
+    for (const AxisLimit& axis : options_.axes)
+      if (axis.robot == name) axis_limit(r, axis, quote(options_.controller));
+    const auto& joints = robot(r).model->joints;
+    for (const PostAxis& a : axes_[r].axes()) {
+      const auto entry = static_cast<std::size_t>(a.joint);
+      if (a.joint < 0 || entry >= joints.size() || !(a.lower < a.upper)) continue;
+      const double scale = axis_scale(a, nullptr);
+      double lower = a.sign * joints[entry].lower * scale + a.offset,
+             upper = a.sign * joints[entry].upper * scale + a.offset;
+      if (lower > upper) std::swap(lower, upper);
+      constexpr double kSameLimit = 1e-6;  // [degrees or mm]
+      if (a.coupled.empty() && a.lower <= lower + kSameLimit && a.upper >= upper - kSameLimit)
+        continue;
+      AxisLimit own{name, std::string(a.name), entry, {}, a.offset, a.lower, a.upper};
+      own.factors.emplace_back(entry, a.sign);
+      for (std::size_t k = 0; k < a.coupled.size(); ++k)
+        if (a.coupled[k] != 0) own.factors.emplace_back(k, a.coupled[k]);
+      axis_limit(r, own, {});
+    }
+  }
+
+  /// `controller`: with its quotes; "" = the axis is limited by the robot's record.
+  void axis_limit(std::size_t r, const AxisLimit& axis, const std::string& controller) {
+    const std::string& name = robot(r).name;
+    const Column* c = nullptr;
+    std::vector<std::pair<const Column*, double>> terms;
+    for (const auto& [joint, factor] : axis.factors) {
+      const Column* each = out_.recording->find(name + ".q" + std::to_string(joint + 1));
+      if (joint == axis.joint) c = each;
+      if (each) terms.emplace_back(each, factor);
+      else
+        out_.not_checked.push_back(
+            "Axis " + axis.name + " of " +
+            (controller.empty() ? "robot " + quote(name) : "controller " + controller) +
+            " is of joint " + std::to_string(joint + 1) + ", which " + name + " does not have.");
+    }
+    if (!c || terms.size() < axis.factors.size() || !(axis.lower < axis.upper)) return;
+    const double unit = c->unit == "rad" ? kDegree : 1e3;
+    const auto value_at = [&](std::size_t row) {
+      double sum = 0;
+      for (const auto& [each, factor] : terms) sum += factor * each->values[row];
+      return sum * unit + axis.offset;
+    };
+    std::map<std::size_t, std::pair<std::size_t, double>> worst;
+    for (std::size_t row = 0; row < c->values.size(); ++row) {
+      const std::size_t i = motion_at_[r][row];
+      if (i == kNone || is_jump_[row]) continue;
+      const double value = value_at(row);
+      const double excess = std::max(value - axis.upper, axis.lower - value);
+      if (!(excess > 1e-6)) continue;
+      auto& w = worst[i];
+      if (excess > w.second) w = {row, excess};
+    }
+    for (const auto& [i, w] : worst) {
+      Fault f = fault_of(i, controller.empty() ? FaultKind::joint_limit : FaultKind::controller,
+                         Severity::error);
+      f.at = time()[w.first];
+      f.joint = static_cast<std::int32_t>(axis.joint);
+      f.has_values = true;
+      f.value = value_at(w.first);
+      f.limit = f.value > axis.upper ? axis.upper : axis.lower;
+      f.excess = w.second;
+      f.unit = c->unit == "rad" ? "deg" : "mm";
+      f.message = "axis " + axis.name + " of " +
+                  (controller.empty() ? "robot " + quote(name) : "controller " + controller) +
+                  " would be at " + print_rounded(f.value, 5) + " " + f.unit + ", " +
+                  print_rounded(f.excess, 4) + " " + f.unit + " beyond its limit of " +
+                  print_rounded(f.limit, 5);
+      f.hint = "Move the target, or correct the limit in the " +
+               std::string(controller.empty() ? "robot's axes (robot.set_axes)."
+                                              : "controller's record.");
+      place_of_tip(r, w.first, f);
+      add(std::move(f));
     }
   }
 
@@ -451,8 +479,9 @@ class Checker {
         auto bound = sim::bind_ik(sim_.registry, model, who.ik);
         names = bound.ok() ? sim::BranchNames(*bound, 0) : sim::BranchNames();
         if (names.empty() && is_told_.insert("branches " + who.name).second)
-          out_.not_checked.push_back("Configurations of " + who.name +
-                                     ": its inverse kinematics has no named branches.");
+          out_.not_checked.push_back(
+              "Configurations of " + who.name +
+              ": its inverse kinematics does not tell them apart, so that it has no STATUS.");
       }
       std::vector<double> path;
       std::vector<std::size_t> rows;
@@ -508,7 +537,8 @@ class Checker {
         Fault f = fault_of(i, FaultKind::configuration, Severity::error);
         f.at = time()[rows[std::min(c.at, rows.size() - 1)]];
         f.message = "the straight motion changes the configuration of " + who.name + " from " +
-                    c.from + " to " + c.to + " on the path, which controllers reject";
+                    sim::configuration_change(names, path, c) +
+                    " on the path, which controllers reject";
         f.hint = "Move there with PTP, or give both ends of the path the same configuration.";
         place_of_tip(r, rows[std::min(c.at, rows.size() - 1)], f);
         add(std::move(f));
@@ -527,8 +557,8 @@ class Checker {
           f.message = "the straight motion ends with STATUS " + std::to_string(is) +
                       ", but its target has " + std::to_string(asked) + " (" +
                       names.status_words() + ")";
-          f.hint = "A straight motion keeps its branch: give the target STATUS " +
-                   std::to_string(is) + " or -1, or move to its start in the other branch.";
+          f.hint = "A straight motion keeps its configuration: give the target STATUS " +
+                   std::to_string(is) + " or -1, or move to its start in the other one.";
           add(std::move(f));
         }
       }

@@ -12,8 +12,16 @@
 namespace robomosp::recording {
 namespace {
 
-/// "tau3" belongs to the group "tau": letters (and underscores), then digits only.
+/// "tau3" belongs to the group "tau": letters (and underscores), then digits only. The group
+/// "axes", or "arm.axes", is that of the maker's axes: "axis_A1", "arm.axis_A1".
 bool is_member(std::string_view column, std::string_view group) {
+  constexpr std::string_view kAxes = "axes", kAxis = "axis_";
+  if (group.ends_with(kAxes)) {
+    const std::string_view robot = group.substr(0, group.size() - kAxes.size());
+    if ((robot.empty() || robot.ends_with('.')) && column.starts_with(robot) &&
+        column.substr(robot.size()).starts_with(kAxis))
+      return true;
+  }
   if (!column.starts_with(group) || column.size() == group.size()) return false;
   return std::all_of(column.begin() + static_cast<std::ptrdiff_t>(group.size()), column.end(),
                      [](char c) { return c >= '0' && c <= '9'; });

@@ -10,6 +10,7 @@
 #include "motion/provider_params.h"
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
+#include "robotics/maker_axes.h"
 #include "sim/closed_dynamics.h"
 #include "sim/dynamics_choice.h"
 #include "sim/index.h"
@@ -218,7 +219,9 @@ class Simulation {
 
   Result<RecordingPtr> operator()(Progress& progress) {
     RMP_TRY_ASSIGN(placed_, place_robot(sim_, run_, progress));
+    axes_ = robotics::MakerAxes::for_messages(placed_.record);
     auto done = simulate(progress);
+    if (!done.ok()) done = axes_->in_error(model(), std::move(done).error());
     if (!done.ok() && !done.error().where.starts_with(placed_.where))
       return std::move(done).error().in(placed_.where);
     return done;
@@ -479,7 +482,7 @@ class Simulation {
                        text::print_rounded(open, 3) + " m or rad remain open",
                    "Start from a configuration that closes them.");
     RMP_TRY(check_start(motion));
-    MotionTable table(motion);
+    MotionTable table(motion, *axes_);
     Sampler sampler(motion, table, times, publisher(motion, progress));
     RMP_TRY(run_.is_controlled ? run_controlled(motion, table, sampler, progress)
                                : run_open(motion, table, sampler, progress));
@@ -491,7 +494,7 @@ class Simulation {
     if (!sink_) return {};
     return [this, &motion, &progress](double t, std::span<const double> x,
                                       const MechanismMotion::Forces& forces) -> Result<void> {
-      MotionTable row(motion);
+      MotionTable row(motion, *axes_);
       row.add(t, x, forces);
       Recording part = described();
       RMP_TRY(add_columns(part, row, true, progress));
@@ -510,10 +513,14 @@ class Simulation {
       if (coordinate_count(joint.type) != 1) continue;
       const double q = spatial::joint_value(joint, x_.data());
       if (q >= joint.lower - 1e-9 && q <= joint.upper + 1e-9) continue;
-      return error(ErrorCode::invalid_argument,
-                   "joint " + text::quote(joint.name) + " starts at " + text::print_rounded(q) +
-                       ", outside its limits",
-                   "Start within the limits, or give limits = \"report\".");
+      return error(
+          ErrorCode::invalid_argument,
+          (joint.is_coupled() ? std::string()
+                              : axes_->before_place(index(joint.q_index),
+                                                    std::span(x_).first(motion.positions()))) +
+              "joint " + text::quote(joint.name) + " starts at " + text::print_rounded(q) +
+              ", outside its limits",
+          "Start within the limits, or give limits = \"report\".");
     }
     return {};
   }
@@ -707,6 +714,7 @@ class Simulation {
   RowSink* sink_;
   const RunState* from_;
   Placed placed_;
+  std::shared_ptr<const robotics::MakerAxes> axes_;
   std::optional<BasePath> base_;
   bool follows_own_base_ = false;  ///< that of the world, not one of the run
   std::optional<MotionReference> reference_;

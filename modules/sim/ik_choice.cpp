@@ -162,6 +162,37 @@ std::string BranchNames::status_words() const {
   return out;
 }
 
+std::string BranchNames::configuration(std::span<const double> q) const {
+  std::uint32_t known = 0;
+  const std::uint32_t is = status(q, known);
+  const std::vector<std::uint32_t> bits = status_bits(choices_);
+  const bool is_seen =
+      (known & kSeen) == kSeen && ik_.model && robotics::arm_status(*ik_.model, q).has_value();
+  std::string words;
+  for (std::size_t i = 0; i < choices_.size(); ++i) {
+    const bool second = (is & bits[i]) != 0;
+    words += words.empty() ? "" : ", ";
+    if (is_seen && bits[i] == robotics::kShoulderBehind) words += second ? "behind" : "in front";
+    else if (is_seen && bits[i] == robotics::kElbowBelow)
+      words += second ? "elbow down" : "elbow up";
+    else if (is_seen && bits[i] == robotics::kWristFlipped)
+      words += second ? "hand up" : "hand down";
+    else words += std::string(second ? choices_[i].negative : choices_[i].positive);
+  }
+  return "STATUS " + std::to_string(is) + (words.empty() ? "" : " (" + words + ")");
+}
+
+std::string configuration_change(const BranchNames& names, std::span<const double> q,
+                                 const BranchChange& change) {
+  const std::size_t m = names.measure(q).size() / std::max<std::size_t>(1, names.choices().size());
+  const std::size_t n = m > 0 ? q.size() / m : 0;
+  const auto at = [&](std::size_t sample) {
+    return sample < m ? names.configuration(q.subspan(sample * n, n)) : std::string();
+  };
+  const std::string from = at(change.before), to = at(change.at);
+  return from.empty() || from == to ? change.from + " to " + change.to : from + " to " + to;
+}
+
 std::string BranchNames::name(std::span<const double> measures) const {
   std::string out;
   for (std::size_t i = 0; i < choices_.size() && i < measures.size(); ++i) {
@@ -186,16 +217,21 @@ std::vector<BranchChange> branch_changes(const BranchNames& names, std::span<con
   const std::vector<double> all = names.measure(q);
   std::vector<double> held(all.begin(),
                            all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), m)));
+  std::size_t before = 0;
   for (std::size_t i = 1; (i + 1) * m <= all.size(); ++i) {
     std::vector<double> now = held;
-    bool changed = false;
+    bool changed = false, meets = false;
     for (std::size_t k = 0; k < m; ++k) {
       const double x = all[i * m + k];
-      if (std::fabs(x) < kBranchesMeet) continue;
+      if (std::fabs(x) < kBranchesMeet) {
+        meets = true;
+        continue;
+      }
       changed |= std::fabs(held[k]) >= kBranchesMeet && (x < 0) != (held[k] < 0);
       now[k] = x;
     }
-    if (changed && out.size() < most) out.push_back({i, names.name(held), names.name(now)});
+    if (changed && out.size() < most) out.push_back({i, before, names.name(held), names.name(now)});
+    if (!meets) before = i;
     held = std::move(now);
   }
   return out;

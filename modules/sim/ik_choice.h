@@ -48,6 +48,9 @@ class BranchNames {
   [[nodiscard]] std::uint32_t status(std::span<const double> q, std::uint32_t& known) const;
   /// Words for the bits of status(): "front or behind, elbow up or down, no flip or flip".
   [[nodiscard]] std::string status_words() const;
+  /// A configuration in the terms of STATUS: "STATUS 4 (in front, elbow up, hand up)"; of arms
+  /// whose STATUS is not geometry with the names of the solver's choices.
+  [[nodiscard]] std::string configuration(std::span<const double> q) const;
   /// "left up no flip".
   [[nodiscard]] std::string name(std::span<const double> measures) const;
   /// All words: "right or left, up or down, no flip or flip".
@@ -65,9 +68,14 @@ inline constexpr double kBranchesMeet = 1e-6;
 
 /// Where a path of configurations goes over to another branch.
 struct BranchChange {
-  std::size_t at = 0;  ///< the first sample on the new branch
-  std::string from, to;
+  std::size_t at = 0;      ///< the first sample on the new branch
+  std::size_t before = 0;  ///< the last sample before it that is not singular
+  std::string from, to;    ///< names of the branches
 };
+/// The change for messages: "STATUS 0 (in front, elbow up, hand down) to STATUS 4 (...)", or the
+/// solver's names of the branches if both have the same STATUS. `q`: the path of `change`.
+[[nodiscard]] std::string configuration_change(const BranchNames&, std::span<const double> q,
+                                               const BranchChange& change);
 /// `q`: configurations one after the other. Samples in which both ways of a choice meet count as
 /// the way before. At most `most`.
 std::vector<BranchChange> branch_changes(const BranchNames&, std::span<const double> q,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "document/document.h"
+#include "recording/recording.h"
 #include "robotics/maker_axes.h"
 
 namespace robomosp::sim {
@@ -19,6 +20,13 @@ namespace robomosp::sim {
       if (const model::Robot* record = r.name == robot ? now.get(r.robot) : nullptr)
         if (auto axes = robotics::MakerAxes::of(*record); axes.ok()) return std::move(*axes);
   return {};
+}
+
+/// Puts the axis before each joint of `model` in what the columns are documented with.
+inline void name_axes(recording::Recording& out, const RobotModel& model,
+                      const robotics::MakerAxes& axes) {
+  if (!axes.known()) return;
+  for (recording::Column& c : out.columns) c.doc = axes.in_text(model, c.doc);
 }
 
 }  // namespace robomosp::sim

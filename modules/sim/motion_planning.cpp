@@ -22,7 +22,9 @@
 #include "robotics/joint_sampler.h"
 #include "robotics/kinematics.h"
 #include "robotics/single_joints.h"
+#include "sim/ik_reason.h"
 #include "sim/joint_path.h"
+#include "sim/member_axes.h"
 #include "sim/provider_answer.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
@@ -211,6 +213,19 @@ class RobotSpace {
   std::unique_ptr<collision::SearchCheck> quick_;
 };
 
+/// A configuration with a joint beyond its limits, at the start or the goal.
+Error outside_limits(const RobotModel& m, const PlanTask& task, std::int32_t j,
+                     std::span<const double> q, const std::string& at, const std::string& hint) {
+  const auto i = static_cast<std::size_t>(j);
+  const std::string axis =
+      task.axes ? task.axes->before_place(static_cast<std::size_t>(m.joints[i].q_index), q)
+                : std::string();
+  return error(ErrorCode::invalid_argument,
+               axis + "joint " + std::to_string(i + 1) + " (" + m.joints[i].name +
+                   ") is outside its limits at the " + at,
+               hint);
+}
+
 Result<void> check(const CollisionRobot& robot, const PlanTask& task) {
   const RobotModel& m = *robot.model;
   if (m.dof() == 0)
@@ -223,11 +238,7 @@ Result<void> check(const CollisionRobot& robot, const PlanTask& task) {
     return error(ErrorCode::invalid_argument, "the clearance is not above 0",
                  "Give a length such as 2 mm.");
   if (const std::int32_t j = robotics::joint_outside_limits(m, task.start, 0); j >= 0)
-    return error(ErrorCode::invalid_argument,
-                 "joint " + std::to_string(j + 1) + " (" +
-                     m.joints[static_cast<std::size_t>(j)].name +
-                     ") is outside its limits at the start",
-                 "Start within them.");
+    return outside_limits(m, task, j, task.start, "start", "Start within them.");
   return {};
 }
 
@@ -265,7 +276,10 @@ Result<std::vector<double>> solutions(const Registry& registry, const CollisionR
     RMP_TRY_ASSIGN(const auto results, solve_ik(ik, batch, progress));
     for (const IkResult& r : results) {
       if (r.status != IkStatus::solved) {
-        if (reason.empty()) reason = r.detail;
+        if (reason.empty())
+          reason = task.axes ? ik_reason(registry, ik, task.ik, r, base_T_tip, task.start,
+                                         *task.axes, progress)
+                             : r.detail;
         continue;
       }
       for (std::size_t k = 0; k < r.q.size() / dof; ++k) {
@@ -338,7 +352,9 @@ RobotModel limited(const RobotModel& model, const PlanTask& task, std::vector<st
     if (!has_velocity) joint.max_velocity = task.velocity;
     if (!has_acceleration) joint.max_acceleration = joint.max_velocity / task.ramp;
     const std::string unit = joint.type == JointType::revolute ? " rad/s" : " m/s";
-    notes.push_back("Joint " + std::to_string(j + 1) + " (" + joint.name + ") has no limit for " +
+    const std::string axis = task.axes ? task.axes->before_joint(j) : std::string();
+    notes.push_back(axis + (axis.empty() ? "Joint " : "joint ") + std::to_string(j + 1) + " (" +
+                    joint.name + ") has no limit for " +
                     (has_velocity       ? ""
                      : has_acceleration ? "the velocity"
                                         : "velocity and acceleration") +
@@ -460,9 +476,7 @@ Result<std::vector<double>> find_way(const Registry& registry, const std::string
   }
 }
 
-}  // namespace
-
-Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel& model,
+Result<PlannedMotion> find_motion(const Registry& registry, const CollisionModel& model,
                                   const PlanTask& task, Progress& progress) {
   const CollisionRobot& robot = model.robots()[task.robot];
   const std::string where = "robot " + text::quote(robot.name);
@@ -485,15 +499,12 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
       RMP_TRY_ASSIGN(const auto found, solutions(registry, robot, task, progress).in(where));
       goals.insert(goals.end(), found.begin(), found.end());
     }
-    for (std::size_t i = 0; i < goals.size(); i += dof)
-      if (const std::int32_t j = robotics::joint_outside_limits(
-              *robot.model, std::span<const double>(goals).subspan(i, dof), 0);
-          j >= 0)
-        return error(ErrorCode::invalid_argument,
-                     "joint " + std::to_string(j + 1) + " (" +
-                         robot.model->joints[static_cast<std::size_t>(j)].name +
-                         ") is outside its limits at the goal",
-                     "Choose a goal within them.", where);
+    for (std::size_t i = 0; i < goals.size(); i += dof) {
+      const auto goal = std::span<const double>(goals).subspan(i, dof);
+      if (const std::int32_t j = robotics::joint_outside_limits(*robot.model, goal, 0); j >= 0)
+        return outside_limits(*robot.model, task, j, goal, "goal", "Choose a goal within them.")
+            .in(where);
+    }
     RMP_TRY_ASSIGN(goals, free_goals(space, goals, dof).in(where));
   }
   out.goals = goals.size() / dof;
@@ -535,7 +546,21 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
   return out;
 }
 
-Recording planned_recording(const CollisionRobot& robot, WorldId world, const PlannedMotion& plan) {
+}  // namespace
+
+Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel& model,
+                                  const PlanTask& task, Progress& progress) {
+  auto out = find_motion(registry, model, task, progress);
+  if (!task.axes) return out;
+  // Planners, retimers and solvers know joints only.
+  const RobotModel& robot = *model.robots()[task.robot].model;
+  if (!out.ok()) return task.axes->in_error(robot, std::move(out).error());
+  for (std::string& note : out->notes) note = task.axes->in_text(robot, note);
+  return out;
+}
+
+Recording planned_recording(const CollisionRobot& robot, WorldId world, const PlannedMotion& plan,
+                            const robotics::MakerAxes& axes) {
   const RobotModel& model = *robot.model;
   const RobotMotion& t = plan.motion;
   const std::size_t dof = model.dof();
@@ -571,6 +596,7 @@ Recording planned_recording(const CollisionRobot& robot, WorldId world, const Pl
     for (std::size_t k = 0; k < 3; ++k) tip[k].values.push_back(at[k]);
   }
   for (Column& c : tip) out.columns.push_back(std::move(c));
+  name_axes(out, model, axes);
   return out;
 }
 

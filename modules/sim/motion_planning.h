@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "collision/collision.h"
 #include "kernel/registry.h"
 #include "model/records.h"
+#include "robotics/maker_axes.h"
 #include "sim/retime.h"
 
 namespace robomosp::sim {
@@ -36,6 +38,8 @@ struct PlanTask {
   /// Of joints without limits of their own: greatest velocity [rad/s or m/s], and the time in which
   /// it is reached [s].
   double velocity = 1, ramp = 0.25;
+  /// Of the robot's maker, for errors and notes; null = not known.
+  std::shared_ptr<const robotics::MakerAxes> axes;
 };
 
 /// What a plan took.
@@ -71,6 +75,7 @@ Result<PlannedMotion> plan_motion(const Registry&, const collision::CollisionMod
 
 /// time, q, qd, qdd of the joints and x, y, z of the first tip in the world.
 [[nodiscard]] recording::Recording planned_recording(const collision::CollisionRobot&, WorldId,
-                                                     const PlannedMotion&);
+                                                     const PlannedMotion&,
+                                                     const robotics::MakerAxes&);
 
 }  // namespace robomosp::sim

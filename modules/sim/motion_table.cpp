@@ -33,8 +33,9 @@ std::string seconds(double t) { return text::print_rounded(t, 5) + " s"; }
 
 }  // namespace
 
-MotionTable::MotionTable(const MechanismMotion& motion)
+MotionTable::MotionTable(const MechanismMotion& motion, const robotics::MakerAxes& axes)
     : model_(motion.model()),
+      axes_(axes),
       has_friction_(motion.has_friction()),
       has_stops_(motion.has_stops()),
       has_loops_(!motion.model().loops.empty()),
@@ -80,9 +81,28 @@ void MotionTable::cut(std::size_t entry, double t, bool is_cut) {
   }
 }
 
-std::string MotionTable::label(std::size_t entry) const {
-  const JointModel& joint = model_.joints[joint_of_[entry]];
-  return "joint " + std::to_string(joint_of_[entry] + 1) + " (" + joint.name + ")";
+std::string MotionTable::label(std::size_t entry) const { return joint_label(joint_of_[entry]); }
+
+std::string MotionTable::joint_label(std::size_t joint) const {
+  const JointModel& j = model_.joints[joint];
+  const bool has_axis = !j.is_coupled() && coordinate_count(j.type) == 1;
+  return (has_axis ? axes_.before_joint(index(j.q_index)) : std::string()) + "joint " +
+         std::to_string(joint + 1) + " (" + j.name + ")";
+}
+
+std::string MotionTable::limit_label(const MotionEvent& e) const {
+  const JointModel& j = model_.joints[e.joint];
+  if (!axes_.known() || j.is_coupled() || coordinate_count(j.type) != 1 || times_.empty())
+    return joint_label(e.joint);
+  // An axis may count other joints, too: where they were in the nearest row.
+  const auto later = std::lower_bound(times_.begin(), times_.end(), e.time);
+  auto row = static_cast<std::size_t>(later - times_.begin());
+  if (row == times_.size() || (row > 0 && e.time - times_[row - 1] < times_[row] - e.time)) --row;
+  const auto there = q(row);
+  std::vector<double> at(there.begin(), there.end());
+  at[index(j.q_index)] = e.is_upper ? j.upper : j.lower;
+  return axes_.before_place(index(j.q_index), at) + "joint " + std::to_string(e.joint + 1) + " (" +
+         j.name + ")";
 }
 
 void MotionTable::add_entries(Recording& out, const std::string& stem, const std::string& what,
@@ -98,7 +118,8 @@ void MotionTable::add_joint_columns(Recording& out, bool all_stops) const {
   const std::size_t c = model_.coordinate_count();
   out.columns.push_back({"time", "s", "time", times_});
   std::vector<std::string> units(c), names(c);
-  for (const JointModel& joint : model_.joints) {
+  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+    const JointModel& joint = model_.joints[j];
     if (joint.is_coupled()) continue;
     const std::int32_t count = coordinate_count(joint.type);
     for (std::int32_t k = 0; k < count; ++k) {
@@ -106,12 +127,12 @@ void MotionTable::add_joint_columns(Recording& out, bool all_stops) const {
                                         : joint.type == JointType::prismatic     ? "m"
                                         : joint.type == JointType::free && k < 3 ? "m"
                                                                                  : "";
-      names[index(joint.q_index + k)] = joint.name;
+      names[index(joint.q_index + k)] = joint_label(j);
     }
   }
   for (std::size_t k = 0; k < c; ++k)
-    out.columns.push_back(every("q" + std::to_string(k + 1), units[k],
-                                "position of joint (" + names[k] + ")", q_, c, k));
+    out.columns.push_back(
+        every("q" + std::to_string(k + 1), units[k], "position of " + names[k], q_, c, k));
   add_entries(out, "qd", "velocity", "rad/s", "m/s", qd_);
   add_entries(out, "qdd", "acceleration", "rad/s^2", "m/s^2", qdd_);
   add_entries(out, "tau", "torque of the motor", "N m", "N", tau_);
@@ -238,8 +259,7 @@ void MotionTable::add_friction_notes(const MechanismMotion& motion,
       if (count > kMostTimes)
         when += " and " + std::to_string(count - kMostTimes) +
                 (count == kMostTimes + 1 ? " time more" : " times more");
-      notes.push_back("joint " + std::to_string(j + 1) + " (" + model_.joints[j].name + ")" +
-                      words + when);
+      notes.push_back(joint_label(j) + words + when);
     }
 }
 
@@ -261,7 +281,7 @@ void MotionTable::add_notes(Recording& out, const MechanismMotion& motion) const
   std::size_t left_out = 0;
   for (const MotionEvent& e : motion.happened()) {
     const JointModel& joint = model_.joints[e.joint];
-    const std::string who = "joint " + std::to_string(e.joint + 1) + " (" + joint.name + ")";
+    const std::string who = limit_label(e);
     const std::string unit = joint.type == JointType::prismatic ? " m/s" : " rad/s";
     const std::string limit = e.is_upper ? "upper limit" : "lower limit";
     switch (e.kind) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "recording/recording.h"
+#include "robotics/maker_axes.h"
 #include "sim/mechanism_motion.h"
 #include "sim/motion_reference.h"
 #include "sim/simulate.h"
@@ -16,7 +17,9 @@ namespace robomosp::sim {
 
 class MotionTable {
  public:
-  explicit MotionTable(const MechanismMotion& motion);
+  /// `axes` are those of the robot's maker, for notes and what columns are documented with; they
+  /// outlive the table.
+  MotionTable(const MechanismMotion& motion, const robotics::MakerAxes& axes);
 
   void add(double t, std::span<const double> x, const MechanismMotion::Forces& forces);
   /// Tells at rising times whether the torque of an entry is cut.
@@ -55,11 +58,16 @@ class MotionTable {
   /// When joints stuck and went on.
   void add_friction_notes(const MechanismMotion& motion, std::vector<std::string>& notes) const;
   [[nodiscard]] std::string label(std::size_t entry) const;
+  /// "joint 3 (elbow)" with its axis before it.
+  [[nodiscard]] std::string joint_label(std::size_t joint) const;
+  /// The same with the value and the range of the axis where the joint meets a limit.
+  [[nodiscard]] std::string limit_label(const MotionEvent& e) const;
   void add_entries(recording::Recording& out, const std::string& stem, const std::string& what,
                    const std::string& rotary, const std::string& linear,
                    std::span<const double> table) const;
 
   const RobotModel& model_;
+  const robotics::MakerAxes& axes_;
   bool has_friction_, has_stops_, has_loops_;
   std::vector<double> limits_;
   std::vector<std::size_t> joint_of_;  ///< by entry of qd

@@ -35,8 +35,7 @@ std::string PhysicsSimulation::body_name(std::size_t body) const {
     const std::size_t first = index(a.base_body), count = a.model->joints.size();
     if (body < first || body > first + count) continue;
     return "robot " + text::quote(a.placed->name) +
-           (body == first ? ", its base"
-                          : ", joint " + text::quote(a.model->joints[body - first - 1].name));
+           (body == first ? ", its base" : ", " + a.joint_words(body - first - 1));
   }
   return "body " + std::to_string(body + 1);
 }

@@ -139,6 +139,13 @@ double PhysicsActor::joint_value(std::size_t j, std::span<const double> of_q) co
   return m.is_coupled() ? m.coupling.ratio * value + m.coupling.offset : value;
 }
 
+std::string PhysicsActor::joint_words(std::size_t j) const {
+  const JointModel& m = model->joints[j];
+  const bool has_axis = axes && !m.is_coupled() && coordinate_count(m.type) == 1;
+  return (has_axis ? axes->before_joint(index(m.q_index)) : std::string()) + "joint " +
+         text::quote(m.name);
+}
+
 Result<std::size_t> PhysicsActor::grip_of(const std::string& name, double force, double speed) {
   std::vector<std::string> names;
   for (std::size_t j = 0; j < model->joints.size(); ++j) {
@@ -146,7 +153,7 @@ Result<std::size_t> PhysicsActor::grip_of(const std::string& name, double force,
     if (m.name == name) {
       if (m.is_coupled() || m.passive || !is_single(m))
         return error(ErrorCode::invalid_argument,
-                     "joint " + text::quote(name) +
+                     joint_words(j) +
                          (m.is_coupled()
                               ? " follows " + text::quote(model->joints[index(m.coupling.of)].name)
                           : m.passive ? std::string(" has no motor")
@@ -156,7 +163,7 @@ Result<std::size_t> PhysicsActor::grip_of(const std::string& name, double force,
       if (force == 0 || !std::isfinite(force) || std::fabs(force) > m.max_force)
         return error(ErrorCode::invalid_argument,
                      "a force of " + text::print_rounded(force) +
-                         " is not a valid grip force of joint " + text::quote(name),
+                         " is not a valid grip force of " + joint_words(j),
                      std::isfinite(m.max_force)
                          ? "Give a force up to " + text::print_rounded(m.max_force) +
                                ", positive if it increases the joint value."
@@ -199,8 +206,7 @@ Result<void> PhysicsActor::choose_dynamic() {
   for (std::size_t j = 0; j < joints.size(); ++j)
     if (is_dynamic[j] && (!is_single(joints[j]) || joints[j].passive))
       return error(ErrorCode::unsupported,
-                   "joint " + text::quote(joints[j].name) +
-                       " is carried by a gripping joint and has no motor to hold it",
+                   joint_words(j) + " is carried by a gripping joint and has no motor to hold it",
                    "Give drive = \"controlled\".", "robot " + text::quote(placed->name));
   return {};
 }
@@ -352,8 +358,8 @@ Result<void> PhysicsActor::control(double t, double step, MotionReference::Sampl
       if (const double x = tau[index(m.v_index) + static_cast<std::size_t>(k)];
           std::fabs(x) > kMostTorque)
         return error(ErrorCode::invalid_argument,
-                     "controller " + text::quote(controller.provider) + " requests for joint " +
-                         text::quote(m.name) + " a force of " + text::print_rounded(x) +
+                     "controller " + text::quote(controller.provider) + " requests for " +
+                         joint_words(j) + " a force of " + text::print_rounded(x) +
                          ": the motion has become unstable",
                      "Lower the gains or shorten the step.", "robot " + text::quote(placed->name));
   }

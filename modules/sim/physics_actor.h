@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,7 @@
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/physics.h>
 
+#include "robotics/maker_axes.h"
 #include "sim/motion_reference.h"
 #include "sim/physics.h"
 
@@ -72,6 +74,7 @@ Result<void> move_body(PhysicsWorld& world, const std::string& provider, std::in
 struct PhysicsActor {
   const model::PlacedRobot* placed = nullptr;
   const model::Robot* record = nullptr;
+  std::shared_ptr<const robotics::MakerAxes> axes;  ///< of the robot's maker, for messages
   std::shared_ptr<const RobotModel> model;
   PhysicsRobotSettings settings;
   Pose world_T_base;
@@ -91,6 +94,8 @@ struct PhysicsActor {
 
   [[nodiscard]] bool is_driven() const { return settings.drive != RobotDrive::moved; }
   [[nodiscard]] double joint_value(std::size_t j, std::span<const double> of_q) const;
+  /// `axis A2, joint "shoulder"`
+  [[nodiscard]] std::string joint_words(std::size_t j) const;
   /// Adds or finds the grip of a joint.
   Result<std::size_t> grip_of(const std::string& joint_name, double force, double speed);
   /// What the engine moves: all links of driven robots; of moved ones the joints that grip, what

@@ -144,6 +144,7 @@ Result<void> PhysicsSimulation::add_robots(Progress& progress) {
     a.acts = a.settings.drive != RobotDrive::moved;
     const std::string where = "robot " + text::quote(a.placed->name);
     a.record = sim_.snapshot.get(a.placed->robot);
+    a.axes = robotics::MakerAxes::for_messages(a.record);
     if (!a.record)
       return error(ErrorCode::stale_handle, "the robot no longer exists", "Add it again.", where);
     const Pose mounting = model::pose(a.placed->placement);

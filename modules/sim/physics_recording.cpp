@@ -157,20 +157,25 @@ void PhysicsSimulation::add_robot_columns(const Actor& a, const std::string& pre
     for (std::int32_t k = 0; k < coordinate_count(j.type); ++k) of_q[index(j.q_index + k)] = &j;
     for (std::int32_t k = 0; k < velocity_count(j.type); ++k) of_v[index(j.v_index + k)] = &j;
   }
+  const auto words = [&](const JointModel* j) {
+    return (coordinate_count(j->type) == 1 ? a.axes->before_joint(index(j->q_index))
+                                           : std::string()) +
+           "joint " + j->name;
+  };
   const auto slides = [](const JointModel* j) { return j->type == JointType::prismatic; };
   for (std::size_t i = 0; i < of_q.size(); ++i)
     add_column(prefix + "q" + std::to_string(i + 1),
                coordinate_count(of_q[i]->type) > 1 ? ""
                : slides(of_q[i])                   ? "m"
                                                    : "rad",
-               "position of joint " + of_q[i]->name);
+               "position of " + words(of_q[i]));
   for (std::size_t i = 0; i < of_v.size(); ++i)
     add_column(prefix + "qd" + std::to_string(i + 1), slides(of_v[i]) ? "m/s" : "rad/s",
-               "velocity of joint " + of_v[i]->name);
+               "velocity of " + words(of_v[i]));
   if (a.settings.drive == RobotDrive::moved) return;
   for (std::size_t i = 0; i < of_v.size(); ++i)
     add_column(prefix + "tau" + std::to_string(i + 1), slides(of_v[i]) ? "N" : "N m",
-               "force of the motor of joint " + of_v[i]->name);
+               "force of the motor of " + words(of_v[i]));
 }
 
 Result<void> PhysicsSimulation::sample(double t) {
@@ -252,8 +257,12 @@ RunStatePtr PhysicsSimulation::state(double t) const {
 }
 
 std::string PhysicsSimulation::name_of_entry(const Actor& a, std::size_t entry) {
-  for (const JointModel& j : a.model->joints)
-    if (!j.is_coupled() && index(j.v_index) == entry) return j.name;
+  for (std::size_t j = 0; j < a.model->joints.size(); ++j) {
+    const JointModel& m = a.model->joints[j];
+    if (!m.is_coupled() && entry >= index(m.v_index) &&
+        entry < index(m.v_index + velocity_count(m.type)))
+      return a.joint_words(j);
+  }
   return {};
 }
 
@@ -261,7 +270,7 @@ Result<recording::RecordingPtr> PhysicsSimulation::record() {
   for (const Actor& a : actors_)
     for (std::size_t j = 0; j < a.cut.size(); ++j)
       if (a.cut[j] > 0)
-        out_.notes.push_back("the torque of joint " + text::quote(name_of_entry(a, j)) + " of " +
+        out_.notes.push_back("the torque of " + name_of_entry(a, j) + " of " +
                              text::quote(a.placed->name) + " was cut in " +
                              std::to_string(a.cut[j]) + " of " + std::to_string(ticks_) + " steps");
   return std::make_shared<const Recording>(std::move(out_));

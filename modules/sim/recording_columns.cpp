@@ -21,6 +21,7 @@
 #include "sim/closed_dynamics.h"
 #include "sim/dynamics.h"
 #include "sim/joint_rates.h"
+#include "sim/member_axes.h"
 #include "sim/put_column.h"
 #include "spatial/euler.h"
 #include "spatial/pose.h"
@@ -342,8 +343,17 @@ Result<void> add_axes(Recording& out, const Actor& a) {
   std::vector<Column> made;
   for (const PostAxis& axis : a.axes.axes()) {
     std::string name = "axis_" + std::string(axis.name);
-    for (char& c : name)
-      if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+    for (char& c : name)  // letters of other languages stay
+      if (const auto byte = static_cast<unsigned char>(c); byte < 0x80 && !std::isalnum(byte))
+        c = '_';
+    const auto is_taken = [&](const std::string& wanted) {
+      return std::any_of(made.begin(), made.end(),
+                         [&](const Column& other) { return other.name == wanted; });
+    };
+    for (std::size_t n = 2; is_taken(name); ++n) {  // "J 1" and "J-1"
+      const std::string next = name + "_" + std::to_string(n);
+      if (!is_taken(next)) name = next;
+    }
     Column c{
         name, axis.linear ? "m" : "rad", "axis " + std::string(axis.name) + " of the maker", {}};
     const double scale = axis_scale(axis, nullptr);
@@ -653,6 +663,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
       RMP_TRY(add_manipulability(out, *actor, *tool));
     }
   }
+  if (actor) name_axes(out, *actor->model, actor->axes);
   return std::make_shared<const Recording>(std::move(out));
 }
 

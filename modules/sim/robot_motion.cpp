@@ -13,6 +13,7 @@
 #include "motion/segment.h"
 #include "robotics/kinematics.h"
 #include "sim/ik_choice.h"
+#include "sim/ik_reason.h"
 #include "sim/joint_rates.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
@@ -316,12 +317,18 @@ class Builder {
                                                   "full acceleration after 0.25 s"};
     for (std::size_t k = 0; k < assumed_.size(); ++k) {
       if (assumed_[k].empty()) continue;
-      std::vector<std::string> joints;
-      for (const std::size_t j : assumed_[k]) joints.push_back(std::to_string(j + 1));
+      std::vector<std::string> joints, axes;
+      for (const std::size_t j : assumed_[k]) {
+        joints.push_back(std::to_string(j + 1));
+        const PostAxis* const axis = task_.axes ? task_.axes->of_entry(j) : nullptr;
+        if (axis) axes.emplace_back(axis->name);
+      }
+      const std::string of_axes =
+          axes.size() > 1 ? "axes " + text::enumerate(axes) + ", " : std::string();
       lacking.push_back(std::string(kLimits[k]) + " of " +
                         (joints.size() == dof_ ? std::string("all joints")
                          : joints.size() == 1  ? "joint " + joints[0]
-                                               : "joints " + text::enumerate(joints)));
+                                               : of_axes + "joints " + text::enumerate(joints)));
       instead.emplace_back(kInstead[k]);
     }
     if (lacking.empty()) return;
@@ -446,8 +453,9 @@ class Builder {
             "at t = " + text::print_rounded(begin_ + times[i]) + " s (sample " +
                 std::to_string(before + i + (has_start ? 1 : 0)) + " of " +
                 std::to_string(before + results.size() - (has_start ? 0 : 1)) +
-                ") the robot cannot follow to " + place_text(targets[i].p) +
-                " from its base: " + (r.detail.empty() ? "the solver found no solution" : r.detail),
+                ") the robot cannot follow to " + place_text(targets[i].p) + " from its base: " +
+                why(r, targets[i],
+                    i > 0 ? std::span<const double>(q).last(dof_) : std::span<const double>(q0)),
             "Move the trajectory or the robot, or start from another configuration.", task_.where);
       q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
     }
@@ -493,11 +501,12 @@ class Builder {
       return {};
     };
     std::set<std::size_t> told;
-    for (const BranchChange& c : branch_changes(BranchNames(ik_, 0), q, kMost + 1)) {
+    const BranchNames names(ik_, 0);
+    for (const BranchChange& c : branch_changes(names, q, kMost + 1)) {
       told.insert(c.at);
       const std::string jumps = jump(c.at);
-      notes.push_back(when(c.at) + " the arm changes from the branch " + text::quote(c.from) +
-                      " to " + text::quote(c.to) +
+      notes.push_back(when(c.at) + " the arm changes its configuration from " +
+                      configuration_change(names, q, c) +
                       (jumps.empty() ? ", through a singular configuration." : ": " + jumps + "."));
     }
     for (std::size_t i = 1; i < times.size() && notes.size() <= kMost; ++i)
@@ -505,7 +514,7 @@ class Builder {
         notes.push_back(when(i) + " " + jumps + ": the configuration is not continuous.");
     if (notes.size() > kMost) {
       notes.resize(kMost);
-      notes.emplace_back("The path changes its branch or jumps more often than that.");
+      notes.emplace_back("The path changes its configuration or jumps more often than that.");
     }
     out_.notes.insert(out_.notes.end(), notes.begin(), notes.end());
   }
@@ -570,11 +579,18 @@ class Builder {
     RMP_TRY_ASSIGN(const auto results, std::move(found));
     const IkResult& r = results.front();
     if (r.status != IkStatus::solved)
-      return error(ErrorCode::unreachable,
-                   what + " cannot be reached: " +
-                       (r.detail.empty() ? "the solver found no solution" : r.detail),
+      return error(ErrorCode::unreachable, what + " cannot be reached: " + why(r, target, seed),
                    "Move the trajectory or the robot, or start from another configuration.", where);
     return std::vector<double>(r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
+  }
+
+  /// Why a pose is not reached, from where the joints are before.
+  [[nodiscard]] std::string why(const IkResult& r, const Pose& target,
+                                std::span<const double> seed) const {
+    const std::string reason =
+        task_.axes ? ik_reason(registry_, ik_, task_.ik, r, target, seed, *task_.axes, progress_)
+                   : r.detail;
+    return reason.empty() ? "the solver found no solution" : reason;
   }
 
   [[nodiscard]] static double distance(const std::vector<double>& a, const std::vector<double>& b) {
@@ -602,7 +618,12 @@ class Builder {
 
 Result<RobotMotion> robot_motion(const Registry& registry, const RobotMotionTask& task,
                                  Progress& progress) {
-  return Builder(registry, task, progress).build();
+  auto out = Builder(registry, task, progress).build();
+  if (!task.axes) return out;
+  // Solvers and providers of segments know joints only.
+  if (!out.ok()) return task.axes->in_error(*task.model, std::move(out).error());
+  for (std::string& note : out->notes) note = task.axes->in_text(*task.model, note);
+  return out;
 }
 
 }  // namespace robomosp::sim

@@ -18,6 +18,7 @@
 #include "model/records.h"
 #include "motion/cartesian_path.h"
 #include "motion/weave.h"
+#include "robotics/maker_axes.h"
 
 namespace robomosp::sim {
 
@@ -41,6 +42,8 @@ struct RobotMotionTask {
   const ClearanceField* clearance = nullptr;
   motion::FindTrajectory stored;
   std::optional<motion::Weave> weave;  ///< laid over its paths in space
+  /// Of the robot's maker, for errors and notes; null = not known.
+  std::shared_ptr<const robotics::MakerAxes> axes;
 };
 
 /// Samples at 0, step, 2 step, ... less the lead, and the very end; tables row-major, dof entries a

@@ -77,6 +77,7 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   setup.task.where = "world " + text::quote(world_name) + ", robot " + text::quote(run.robot) +
                      ", trajectory " + text::quote(run.trajectory);
   setup.task.ik = robot_record->ik;
+  setup.task.axes = robotics::MakerAxes::for_messages(robot_record);
   setup.inverse_dynamics = robot_record->inverse_dynamics;
   const Pose mounting = model::pose(robot->placement);
   RMP_TRY_ASSIGN(setup.model,
@@ -223,6 +224,7 @@ Result<Recording> kinematic_recording(const Run& run, const RunSetup& setup, con
     recording.columns.push_back({recording::kApproachColumn, "",
                                  "1 while the joints approach the trajectory, 0 along it",
                                  t.approach});
+  name_axes(recording, model, *setup.task.axes);
   mark_limits(recording, model);
   if (setup.base)
     recording.notes.push_back("The base moves along " + text::quote(setup.base_trajectory) +
@@ -435,8 +437,10 @@ Result<RecordingPtr> time_optimal(const Simulator& sim, const Run& run, const Re
     way = tip_way(*setup.model, bound->tip(), slow.times, slow.q, slow.qd, base, slow.approach);
     options.load = {&*bound, setup.world_T_base, way.length};
   }
-  RMP_TRY_ASSIGN(const RobotMotion t, retime(sim.registry, *setup.model, slow, &dynamics, options,
-                                             setup.task.where, progress));
+  auto timed =
+      retime(sim.registry, *setup.model, slow, &dynamics, options, setup.task.where, progress);
+  if (!timed.ok()) return setup.task.axes->in_error(*setup.model, std::move(timed).error());
+  const RobotMotion& t = *timed;
   RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": time-optimal";
   RMP_TRY(add_torques(sim, recording, load, setup, t, dynamics, progress));

@@ -9,6 +9,7 @@
 #include "kernel/text.h"
 #include "motion/cartesian_path.h"
 #include "robotics/kinematics.h"
+#include "sim/ik_reason.h"
 #include "sim/joint_rates.h"
 #include "sim/member_axes.h"
 #include "sim/recording_columns.h"
@@ -46,14 +47,15 @@ void each_stretch(std::size_t count, Excess&& excess, Found&& found) {
   }
 }
 
-void add(PathCheck& check, PathFault fault) {
+void add_fault(PathCheck& check, PathFault fault) {
   for (std::size_t i = fault.first; i <= fault.last; ++i)
     check.states[i] = std::max(check.states[i], fault.kind);
   check.faults.push_back(std::move(fault));
 }
 
-std::string reason_of(const IkResult& r, const RobotModel& model, const robotics::MakerAxes& axes) {
-  std::string why = r.detail;
+/// `why`: the reason of ik_reason().
+std::string reason_of(const IkResult& r, std::string why, const RobotModel& model,
+                      const robotics::MakerAxes& axes) {
   if (why.empty() && r.status == IkStatus::out_of_reach) why = "it is out of reach";
   if (why.empty()) why = "the solver found no solution";
   // The solver may have told the joint already.
@@ -90,18 +92,18 @@ void add_limits(PathCheck& check, const Recording& recording, const RobotModel& 
                    [&](std::size_t first, std::size_t last, std::size_t at) {
                      const double limit = c->values[at] > 0 ? c->upper : c->lower;
                      const double excess = std::fabs(c->values[at] - limit);
-                     add(check, {PathState::limit,
-                                 from + first,
-                                 from + last,
-                                 from + at,
-                                 joint_name(model, axes, j) + " exceeds its " + rate.what +
-                                     " limit of " + print_rounded(std::fabs(limit)) + " " +
-                                     c->unit + " by " + print_rounded(excess) + " " + c->unit,
-                                 static_cast<std::int32_t>(j),
-                                 excess,
-                                 c->unit,
-                                 {},
-                                 {}});
+                     add_fault(check, {PathState::limit,
+                                       from + first,
+                                       from + last,
+                                       from + at,
+                                       joint_name(model, axes, j) + " exceeds its " + rate.what +
+                                           " limit of " + print_rounded(std::fabs(limit)) + " " +
+                                           c->unit + " by " + print_rounded(excess) + " " + c->unit,
+                                       static_cast<std::int32_t>(j),
+                                       excess,
+                                       c->unit,
+                                       {},
+                                       {}});
                    });
     }
 }
@@ -121,10 +123,10 @@ Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Record
       return model->bodies()[static_cast<std::size_t>(body)].name;
     };
     const double depth = std::max(0.0, -c.at.distance);
-    add(check, {PathState::collision, from + first, from + last, from + at,
-                model->describe(c.pair) + " touch" +
-                    (depth > 0 ? ", " + print_rounded(depth, 3) + " m deep" : ""),
-                -1, depth, "m", name(c.pair.a), name(c.pair.b)});
+    add_fault(check, {PathState::collision, from + first, from + last, from + at,
+                      model->describe(c.pair) + " touch" +
+                          (depth > 0 ? ", " + print_rounded(depth, 3) + " m deep" : ""),
+                      -1, depth, "m", name(c.pair.a), name(c.pair.b)});
   };
   RMP_TRY_ASSIGN(const auto least, model->clearance(q, progress));
   bool is_at_sample = false;
@@ -249,18 +251,23 @@ Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& s
     if (r.status == IkStatus::solved) return 0.0;
     return std::max({r.shortfall, r.position_error, r.rotation_error, 1e-12});
   };
+  const auto why = [&](std::size_t i) {
+    const std::size_t seed = (i > 0 ? i - 1 : 0) * dof;
+    return ik_reason(sim.registry, ik, task.ik, results[i], targets[i],
+                     std::span<const double>(out.q).subspan(seed, dof), axes, progress);
+  };
   each_stretch(results.size(), shortfall, [&](std::size_t first, std::size_t last, std::size_t at) {
     const IkResult& r = results[at];
-    add(out, {PathState::unreachable,
-              first,
-              last,
-              at,
-              reason_of(r, *setup.model, axes),
-              r.limiting_joint,
-              std::max(r.shortfall, r.position_error),
-              "m",
-              {},
-              {}});
+    add_fault(out, {PathState::unreachable,
+                    first,
+                    last,
+                    at,
+                    reason_of(r, why(at), *setup.model, axes),
+                    r.limiting_joint,
+                    std::max(r.shortfall, r.position_error),
+                    "m",
+                    {},
+                    {}});
   });
   if (out.faults.empty()) return unreachable;  // such as an objective that failed
   // What is reached is checked stretch by stretch, each as a motion of its own.

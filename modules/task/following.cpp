@@ -11,6 +11,7 @@
 #include "motion/cartesian_path.h"
 #include "robotics/maker_axes.h"
 #include "robotics/single_joints.h"
+#include "sim/ik_reason.h"
 #include "sim/joint_rates.h"
 #include "spatial/passing.h"
 #include "spatial/pose.h"
@@ -194,14 +195,18 @@ Result<void> TaskExecutor::solve(const Following& f, const Actor& a, std::span<c
   for (std::size_t i = 0; i < results.size(); ++i) {
     const IkResult& r = results[i];
     if (r.status != IkStatus::solved) {
+      const std::span<const double> before =
+          out.q.empty() ? seed : std::span<const double>(out.q).last(a.start.size());
+      const std::string why = sim::ik_reason(sim_->registry, f.ik, a.record->ik, r, targets[i],
+                                             before, *a.maker, *f.progress);
       if (times[i] > f.end + kSameTime && i > 0) {  // the frame leaves with nobody's order
-        out.notes = {r.detail.empty() ? "it is out of reach" : r.detail};
+        out.notes = {why.empty() ? "it is out of reach" : why};
         break;
       }
       return error(ErrorCode::unreachable,
                    "robot " + quote(a.placed->name) + " cannot meet " + f.name +
                        " at t = " + text::print_rounded(times[i]) +
-                       " s: " + (r.detail.empty() ? "it is out of reach there" : r.detail),
+                       " s: " + (why.empty() ? "it is out of reach there" : why),
                    "Start the move when the frame is within reach, or make it move more slowly.");
     }
     out.times.push_back(times[i]);
@@ -217,7 +222,7 @@ Result<void> TaskExecutor::solve(const Following& f, const Actor& a, std::span<c
     const std::size_t j = jumping_joint(out, n, i);
     if (j == n) continue;
     const std::string why =
-        "joint " + quote(a.model->joints[j].name) + " would jump by " +
+        TaskExecutor::joint_words(a, j) + " would jump by " +
         text::print_rounded(std::fabs(out.q[i * n + j] - out.q[(i - 1) * n + j]), 3) +
         (TaskExecutor::is_rotary(a, j) ? " rad" : " m") + " into another configuration";
     if (out.times[i] > f.end + kSameTime) {
@@ -337,13 +342,11 @@ Result<sim::RobotMotion> TaskExecutor::followed(const Following& f, std::size_t 
   for (std::size_t k = 0; k < out.q.size(); ++k) {
     const JointModel& joint = a.model->joints[k % n];
     if (out.q[k] >= joint.lower - kSamePlace && out.q[k] <= joint.upper + kSamePlace) continue;
-    const auto axes = robotics::MakerAxes::of(*a.record);
     return error(ErrorCode::unreachable,
-                 (axes.ok() ? axes->before_place(k % n, std::span(out.q).subspan(k - k % n, n))
-                            : std::string()) +
-                     "joint " + quote(joint.name) + " of robot " + quote(a.placed->name) +
-                     " would come to " + text::print_rounded(out.q[k]) +
-                     ", beyond its limits, on its path to " + f.name,
+                 a.maker->before_place(k % n, std::span(out.q).subspan(k - k % n, n)) + "joint " +
+                     quote(joint.name) + " of robot " + quote(a.placed->name) + " would come to " +
+                     text::print_rounded(out.q[k]) + ", beyond its limits, on its path to " +
+                     f.name,
                  "Give a longer duration, or start from another configuration.");
   }
   return out;
@@ -501,8 +504,8 @@ Result<void> TaskExecutor::follow_on(std::size_t who, double t) {
   double when = 0;
   const double over = beyond_limits(a, m, 1, &joint, &when);
   if (over > kWithinLimits)
-    note(t, a.placed->name + " exceeds a limit of joint " + quote(a.model->joints[joint].name) +
-                " to follow " + f.name + ": " + text::print_rounded(100 * over, 4) +
+    note(t, a.placed->name + " exceeds a limit of " + joint_words(a, joint) + " to follow " +
+                f.name + ": " + text::print_rounded(100 * over, 4) +
                 " % of its velocity, or of the root of its acceleration, at t = " +
                 text::print_rounded(when) + " s");
   a.moves.erase(std::find_if(a.moves.begin(), a.moves.end(),

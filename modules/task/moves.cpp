@@ -128,7 +128,7 @@ Result<void> TaskExecutor::close(const Actor& a, const std::vector<double>& goal
     if (held[j]) continue;
     if (goal.size() == n && std::fabs(at[j] - goal[j]) > kSameBranch)
       return error(ErrorCode::unreachable,
-                   "joint " + quote(a.axes->joints[j].name) +
+                   a.maker->before_joint(j) + "joint " + quote(a.axes->joints[j].name) +
                        ", which has no motor, would move to " + text::print_rounded(at[j]) +
                        " and not to " + text::print_rounded(goal[j]),
                    "Give values only for the joints with motors.");
@@ -182,6 +182,7 @@ Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, st
     task.model = std::move(with_tool);
   }
   task.ik = a.record->ik;
+  task.axes = a.maker;
   task.is_at_start = true;
   task.trajectory = &trajectory;
   task.name = "move";

@@ -568,6 +568,18 @@ double ProgramCell::turned(const JointModel& joint, double q, double seed) {
   return best;
 }
 
+std::string ProgramCell::why_not(std::size_t who, const ProgramActor::Solver& solver,
+                                 const IkResult& r, const Pose& arm_T_target,
+                                 std::span<const double> seed) {
+  const TaskExecutor::Actor& robot = x_.actors_[who];
+  // Axes count the joints of a rail, too; the solver knows the arm behind it only.
+  const std::string reason = rail_of(who) > 0
+                                 ? robot.maker->in_text(*robot.model, r.detail)
+                                 : sim::ik_reason(x_.sim_->registry, solver.ik, robot.record->ik, r,
+                                                  arm_T_target, seed, *robot.maker, progress_);
+  return reason.empty() ? "there is no solution" : reason;
+}
+
 Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
                                                        const TaskExecutor::Grip& tip,
                                                        const Pose& base_T_target,
@@ -596,20 +608,20 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
     return error(ErrorCode::unreachable,
                  "robot " + quote(robot.placed->name) + " does not reach " +
                      place(base_T_target.p) +
-                     " from its base: " + (r.detail.empty() ? "there is no solution" : r.detail),
+                     " from its base: " + why_not(who, *s, r, arm_T_target, seed),
                  "Move the target or the robot.");
   }
   const bool has_status = target && target->status >= 0;
   if (has_status && s->branches.empty())
     note_once("STATUS is ignored: the inverse kinematics of " + robot.placed->name +
-              " has no named branches");
+              " does not tell configurations apart");
   std::uint32_t known = 0;
   (void)s->branches.status(seed, known);
   const auto mask = static_cast<std::int32_t>(known);
   if (has_status && !s->branches.empty() && (target->status & ~mask) != 0)
     return error(ErrorCode::invalid_argument,
                  "a target has STATUS " + std::to_string(target->status) + ", and robot " +
-                     quote(robot.placed->name) + " has no such branch (" +
+                     quote(robot.placed->name) + " has no such configuration (" +
                      s->branches.status_words() + ")",
                  "It is 0 to " + std::to_string(mask) + ", or -1 for any.");
   std::vector<double> best;

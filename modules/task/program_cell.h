@@ -24,6 +24,7 @@
 #include "robotics/grip.h"
 #include "robotics/kinematics.h"
 #include "sim/ik_choice.h"
+#include "sim/ik_reason.h"
 #include "sim/joint_rates.h"
 #include "spatial/passing.h"
 #include "spatial/pose.h"
@@ -148,6 +149,10 @@ class ProgramCell final : public program::World {
   [[nodiscard]] Pose base_T_carriage(std::size_t who, std::span<const double> q) const;
   /// parent_T_joint of a joint of one coordinate.
   static Pose moved_joint(const JointModel& joint, double q);
+  /// Why the solver of a robot does not reach a target, in its maker's axes.
+  [[nodiscard]] std::string why_not(std::size_t who, const ProgramActor::Solver& solver,
+                                    const IkResult& r, const Pose& arm_T_target,
+                                    std::span<const double> seed);
   /// A robot behind its rail: the joints that solvers of its arm move.
   [[nodiscard]] std::shared_ptr<RobotModel> arm_of(std::size_t who,
                                                    const TaskExecutor::Grip& tip) const;

@@ -7,6 +7,7 @@
 #include "robotics/grip.h"
 #include "robotics/maker_axes.h"
 #include "robotics/single_joints.h"
+#include "spatial/print.h"
 #include "task/program_cell.h"
 
 namespace robomosp::task {
@@ -32,9 +33,8 @@ Result<ProgramCell::Goal> ProgramCell::goal(const program::Motion& m, const Targ
       trouble_.joint = static_cast<std::int32_t>(j);
       trouble_.value = out.q[j];
       trouble_.excess = std::max(out.q[j] - joint.upper, joint.lower - out.q[j]);
-      const auto axes = robotics::MakerAxes::of(*x_.actors_[who].record);
       return error(ErrorCode::unreachable,
-                   (axes.ok() ? axes->before_place(j, out.q) : std::string()) + "joint " +
+                   x_.actors_[who].maker->before_place(j, out.q) + "joint " +
                        std::to_string(j - rail + 1) + " of " + quote(x_.actors_[who].placed->name) +
                        " cannot move to " + text::print_rounded(out.q[j] / unit),
                    "Its range is from " + text::print_rounded(joint.lower / unit) + " to " +
@@ -337,7 +337,8 @@ Result<void> ProgramCell::keeps_speeds(std::size_t who, const sim::RobotMotion& 
   trouble_.joint = static_cast<std::int32_t>(which);
   return error(
       ErrorCode::unreachable,
-      "TIME of " + text::print_rounded(time) + " s is too short: joint " +
+      "TIME of " + text::print_rounded(time) +
+          " s is too short: " + robot.maker->before_joint(which) + "joint " +
           std::to_string(which - std::min(which, rail_of(who)) + 1) + " of " +
           quote(robot.placed->name) + " would move at " + text::print_rounded(fastest / unit, 4) +
           word + ", but its maximum is " +
@@ -771,11 +772,17 @@ Result<void> ProgramCell::additional(const program::Motion& m, Beginning& b) {
       const double q =
           value * (TaskExecutor::is_rotary(other, use->second.joint) ? kDegree : kMillimetre);
       const JointModel& joint = other.model->joints[use->second.joint];
-      if (q < joint.lower - kSame || q > joint.upper + kSame)
+      if (q < joint.lower - kSame || q > joint.upper + kSame) {
+        std::vector<double> there = is_own ? b.rail_to : one->to;
+        if (use->second.joint < there.size()) there[use->second.joint] = q;
         return error(ErrorCode::unreachable,
                      "additional joint " + std::to_string(k + 1) + " cannot move to " +
                          text::print_rounded(value),
-                     "It is joint " + quote(joint.name) + " of " + quote(other.placed->name) + ".");
+                     "It is " + other.maker->before_place(use->second.joint, there) + "joint " +
+                         quote(joint.name) + " of " + quote(other.placed->name) +
+                         ", with the range " + spatial::print_joint_value(joint.lower, joint.type) +
+                         " to " + spatial::print_joint_value(joint.upper, joint.type) + ".");
+      }
       (is_own ? b.rail_to : one->to)[use->second.joint] = q;
     }
   }

@@ -113,8 +113,9 @@ Result<void> ProgramCell::keeps_limits(const ProgramActor::OpenMotion& open,
            text::print_rounded(w.limit / unit, 4);
   };
   const auto name = [&](const Worst& w) {
-    return "joint " + std::to_string(w.joint - std::min(w.joint, rail_of(open.actor)) + 1) +
-           " of " + quote(robot.placed->name);
+    return robot.maker->before_joint(w.joint) + "joint " +
+           std::to_string(w.joint - std::min(w.joint, rail_of(open.actor)) + 1) + " of " +
+           quote(robot.placed->name);
   };
   for (const auto* w : {&asked_speed, &asked_turn}) {
     if (w->share == kWithin) continue;

@@ -153,7 +153,7 @@ Result<double> ProgramCell::begin_tied(const Beginning& b, const std::vector<dou
       return error(ErrorCode::unreachable,
                    "robot " + quote(robot.placed->name) + " cannot follow at t = " +
                        text::print_rounded(times[i]) + " s of the motion, while additional axes " +
-                       "move: " + (r.detail.empty() ? "there is no solution" : r.detail),
+                       "move: " + why_not(who, *solves, r, targets[i], seed),
                    "Move the target or the robot, or move the axes elsewhere.");
     }
     q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(n));

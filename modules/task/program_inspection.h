@@ -17,6 +17,7 @@
 
 #include "model/basics.h"
 #include "program/machine.h"
+#include "robotics/maker_axes.h"
 
 namespace robomosp::task {
 
@@ -89,6 +90,7 @@ struct InspectedRobot {
   std::shared_ptr<const RobotModel> model;
   Pose world_T_base;
   model::ProviderChoice ik;
+  std::shared_ptr<const robotics::MakerAxes> maker;  ///< axes of its maker, for messages
 };
 
 /// Is filled while a program runs. Given to a run, a program goes on behind what would end it: a

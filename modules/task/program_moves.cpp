@@ -86,6 +86,7 @@ Result<sim::RobotMotion> TaskExecutor::driven(std::size_t who, const Drive& d,
     task.model = std::move(with_tool);
   }
   task.ik = a.record->ik;
+  task.axes = a.maker;
   task.is_at_start = true;
   task.trajectory = &d.trajectory;
   task.name = "motion";

@@ -215,7 +215,9 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
         const auto joint_number = text::read_int(b.joint);
         const auto found = std::find_if(joints.begin(), joints.end(),
                                         [&](const JointModel& j) { return j.name == b.joint; });
+        const PostAxis* const axis = x.actors_[use.at].maker->find(b.joint);
         if (found != joints.end()) use.joint = static_cast<std::size_t>(found - joints.begin());
+        else if (axis && axis->coupled.empty()) use.joint = static_cast<std::size_t>(axis->joint);
         else if (b.joint.empty()) use.joint = 0;
         else if (joint_number && *joint_number >= 1 &&
                  *joint_number <= static_cast<std::int64_t>(joints.size()))
@@ -304,7 +306,8 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
     for (const auto& [number, use] : out.names_->joints)
       if (!use.is_grip) out.inspection_->additional.push_back(use.at);
     for (const auto& a : x.actors_)
-      out.inspection_->robots.push_back({a.placed->name, a.model, a.world_T_base, a.record->ik});
+      out.inspection_->robots.push_back(
+          {a.placed->name, a.model, a.world_T_base, a.record->ik, a.maker});
   }
   return out;
 }

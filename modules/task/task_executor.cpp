@@ -65,6 +65,7 @@ Result<TaskExecutor> TaskExecutor::create(const sim::Simulator& sim, WorldId id,
     Actor a;
     a.placed = &placed;
     a.record = sim.snapshot.get(placed.robot);
+    a.maker = robotics::MakerAxes::for_messages(a.record);
     const Pose mounting = model::pose(placed.placement);
     RMP_TRY_ASSIGN(a.model, sim.derived.robot_model(
                                 sim.snapshot, placed.robot,
@@ -188,6 +189,13 @@ bool TaskExecutor::can_move(const Actor& a) {
 bool TaskExecutor::is_rotary(const Actor& a, std::size_t coordinate) {
   const auto& joints = a.axes ? a.axes->joints : a.model->joints;
   return joints[coordinate].type == JointType::revolute;
+}
+
+std::string TaskExecutor::joint_words(const Actor& a, std::size_t j) {
+  const JointModel& m = a.model->joints[j];
+  const bool has_axis = !m.is_coupled() && coordinate_count(m.type) == 1;
+  return (has_axis ? a.maker->before_joint(static_cast<std::size_t>(m.q_index)) : std::string()) +
+         "joint " + quote(m.name);
 }
 
 TaskExecutor::JointState TaskExecutor::sample(const Actor& a, double t) {
@@ -400,7 +408,8 @@ recording::Recording TaskExecutor::table(std::vector<double> at, std::size_t tol
         const std::string number = std::to_string(j + 1);
         recording::Column c{a.placed->name + stem + number,
                             (is_rotary(a, j) ? "rad" : "m") + std::string(rate),
-                            std::string(what) + " of joint " + number + " of " + a.placed->name,
+                            std::string(what) + " of " + a.maker->before_joint(j) + "joint " +
+                                number + " of " + a.placed->name,
                             {}};
         std::tie(c.lower, c.upper) = limits(joints[j]);
         out.columns.push_back(std::move(c));

@@ -18,6 +18,7 @@
 #include "motion/cartesian_path.h"
 #include "motion/weave.h"
 #include "robotics/build_model.h"
+#include "robotics/maker_axes.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"
 #include "sim/stepped_physics.h"
@@ -153,6 +154,7 @@ class TaskExecutor {
     /// A joint a coordinate, in a row: what a law needs to know of a robot whose joints follow
     /// others or close loops. Null for robots whose joints are their coordinates.
     std::shared_ptr<const RobotModel> axes;
+    std::shared_ptr<const robotics::MakerAxes> maker;  ///< axes of its maker, for messages
     Pose world_T_base;
     std::vector<double> start;
     std::vector<Move> moves;
@@ -293,6 +295,8 @@ class TaskExecutor {
   /// `left.q1`, `left.qd1`, `left.x` (of its tool), `part.x`.
   [[nodiscard]] Result<Quantity> member_value(const Expression::Name& name, double t) const;
   [[nodiscard]] static bool is_rotary(const Actor&, std::size_t coordinate);
+  /// `axis A2, joint "shoulder"` of joint `j` of its model.
+  [[nodiscard]] static std::string joint_words(const Actor&, std::size_t j);
   [[nodiscard]] static bool can_move(const Actor&);
   /// Joint values, rates and accelerations at a time.
   struct JointState {

@@ -133,7 +133,7 @@ TEST_F(ProgramRun, TimeIsBoundedByTheJointsAndTheAccelerationOnly) {
       refused("wrist",
               "MOVE LIN POSE(POSITION(500.0, -200.0, 300.0), ORIZYX(179.0, 180.0, 0.0)) "
               "TIME := 1.2;");
-  EXPECT_NE(joint.find("TIME of 1.2 s is too short: joint 6 of \"ur5\" would go at"),
+  EXPECT_NE(joint.find("TIME of 1.2 s is too short: axis wrist_3, joint 6 of \"ur5\" would go at"),
             std::string::npos)
       << joint;
   const auto at = joint.find("Give TIME of ");

@@ -178,7 +178,7 @@ Result<Value> run_alone(CommandContext& ctx, const Map& args) {
   constexpr std::size_t kMostText = std::size_t{16} << 20;
   Collector user(std::move(lines), kMostText);
   auto ended = program::run_alone(code, options, user, ctx.progress);
-  if (!ended.ok()) return std::move(ended).error().in(name_in(ctx, id));
+  if (!ended.ok()) return named_once(std::move(ended).error(), name_in(ctx, id));
   Map outputs;
   for (const auto& [name, value] : ended->outputs) outputs.append(name, value);
   Map out{{"text", std::move(user.text)},

@@ -24,6 +24,7 @@
 #include "scene/build.h"
 #include "scene/contacts.h"
 #include "scene/path_lines.h"
+#include "sim/member_axes.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -313,6 +314,7 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
   }
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   const auto panel = [&](const std::string& robot, const char* stem, const std::string& label) {
+    const robotics::MakerAxes axes = sim::member_axes(*c.snapshot, c.world, robot);
     recording::PlotPanel p;
     p.y_label = label;
     p.lower = -1, p.upper = 1;
@@ -323,7 +325,9 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
           !(column->upper > column->lower))
         continue;
       recording::PlotLine line;
-      line.name = "joint " + std::to_string(j);
+      const PostAxis* const axis = axes.of_entry(j - 1);
+      line.name =
+          (axis ? std::string(axis->name) + ", " : std::string()) + "joint " + std::to_string(j);
       line.colour = j - 1;
       line.x = time;
       const double middle = 0.5 * (column->upper + column->lower),
@@ -699,7 +703,7 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, *out.snapshot,
                                  &ctx.app.collision_models};
   auto done = program_check::check(simulator, std::move(run), checked, options, ctx.progress);
-  if (!done.ok()) return std::move(done).error().in(name_in(ctx, id));
+  if (!done.ok()) return named_once(std::move(done).error(), name_in(ctx, id));
   out.check = std::move(*done);
   if (flag(args, "alone"))
     out.check.not_checked.emplace_back(

@@ -374,6 +374,11 @@ Result<std::vector<program::Preset>> read_presets(const Value* given, std::strin
   return out;
 }
 
+Error named_once(Error e, const std::string& where) {
+  if (e.where == where || e.where.starts_with(where + ",")) return e;
+  return std::move(e).in(where);
+}
+
 Result<task::TaskRun> task_run(CommandContext& ctx, const Map& args) {
   task::TaskRun run;
   run.world = typed<model::World>(args);

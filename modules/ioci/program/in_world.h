@@ -22,6 +22,10 @@ namespace robomosp::ioci {
 Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext&, AnyId,
                                                                const ProgramPlace* = nullptr);
 
+/// The error with `where` before its place, unless it begins with that: runs and bindings name the
+/// program already.
+[[nodiscard]] Error named_once(Error e, const std::string& where);
+
 /// Programs of a world, in the order of its list; none where there is no such world.
 [[nodiscard]] std::vector<ProgramPlace> programs_of(const document::Snapshot&, WorldId);
 /// The places of a program in worlds, those of one world in a row; of `args`, world and name_there

@@ -431,7 +431,7 @@ Result<Posted> post_part(CommandContext& ctx, const Map& args, bool shares) {
                                   flattened.error().code == ErrorCode::invalid_argument) &&
                                  place_in(code, flattened.error().where);
       if (!flag(args, "check") || !is_of_program)
-        return std::move(flattened).error().in(name_in(ctx, ref(args, "id")));
+        return named_once(std::move(flattened).error(), name_in(ctx, ref(args, "id")));
       out.form = "flat";
       out.faults.push_back({RMP_FAULT_ERROR, *place_in(code, flattened.error().where),
                             flattened.error().message, flattened.error().hint});

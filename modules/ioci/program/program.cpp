@@ -88,16 +88,13 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlac
   LanguageTask task;
   task.files = files;
   auto made = language->compile(task, *params, ctx.progress);
-  if (!made.ok()) return std::move(made).error().in(where);
+  if (!made.ok()) return named_once(std::move(made).error(), where);
   out.program = std::move(made).value();
   if (out.code().has_errors) return out;
   auto found =
       values_of(ctx, place ? std::vector{*place} : places_of(ctx.snapshot(), ref(args, "id"), args),
                 out.code());
-  if (!found.ok()) {
-    Error e = std::move(found).error();
-    return e.where.starts_with(where) ? e : std::move(e).in(where);  // bindings know it
-  }
+  if (!found.ok()) return named_once(std::move(found).error(), where);  // bindings know it
   if (found->empty()) return out;
   if (!language->extension(kGivenValues))
     return error(ErrorCode::unsupported,
@@ -108,7 +105,7 @@ Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlac
   for (const BoundValue& v : *found) values.push_back({v.name, v.field, v.text, {}});
   task.values = values;
   made = language->compile(task, *params, ctx.progress);
-  if (!made.ok()) return std::move(made).error().in(where);
+  if (!made.ok()) return named_once(std::move(made).error(), where);
   out.program = std::move(made).value();
   return out;
 }

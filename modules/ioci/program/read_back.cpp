@@ -358,7 +358,8 @@ class Beside {
     out_.most_joint = std::max(out_.most_joint, most);
     if (most > kSameJoint)
       tell("configuration", a.place.span,
-           "joint " + std::to_string(which + 1) + " ends " + text::print_rounded(most, 4) +
+           own_.inspection->robots[a.robot].maker->before_joint(which) + "joint " +
+               std::to_string(which + 1) + " ends " + text::print_rounded(most, 4) +
                " degrees or mm from where the run has it");
   }
   void times() {
@@ -520,13 +521,18 @@ Result<void> run_c_beside(CommandContext& ctx, const Map& args, const PostedFile
   }
   const std::set<std::string> none;
   Beside(own.check, changes_of(*own.check.recording, others), read, none, profile, out).run();
+  const auto axis_of = [&](std::size_t joint) {
+    const auto& robots = own.check.inspection->robots;
+    return robots.size() == 1 ? robots.front().maker->before_joint(joint) : std::string();
+  };
   if (!c.rates.empty() && cell.robot)
     for (std::size_t i = 0; i < c.rates.size() && i < cell.robot->joints.size(); ++i) {
       const double most = cell.robot->joints[i].max_velocity;
       if (!std::isfinite(most) || !(most > 0) || c.rates[i] <= most * 1.01) continue;
       out.differences.push_back({"time", 0, 0,
-                                 "joint " + std::to_string(i + 1) + " goes from one of its " +
-                                     std::to_string(c.cycles) + " cycles to the next with " +
+                                 axis_of(i) + "joint " + std::to_string(i + 1) +
+                                     " goes from one of its " + std::to_string(c.cycles) +
+                                     " cycles to the next with " +
                                      text::print_rounded(100 * c.rates[i] / most, 4) +
                                      " % of its greatest speed, which the run keeps to"});
       break;

@@ -10,6 +10,7 @@
 #include "ioci/robot/robots.h"
 #include "robotics/analytical.h"
 #include "robotics/kinematics.h"
+#include "robotics/maker_axes.h"
 #include "robotics/singularity.h"
 #include "robotics/twist.h"
 #include "spatial/euler.h"
@@ -423,6 +424,8 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   if (field) RMP_TRY(field->outcome());
   RMP_TRY_ASSIGN(auto results, std::move(solved));
   IkResult& result = results.front();
+  result.detail =
+      robotics::MakerAxes::for_messages(&content<Robot>(ctx, args))->in_text(*m, result.detail);
   if (batch.goals.size() == 1)
     report_singular(*m, static_cast<std::size_t>(batch.goals[0].tip), batch.goals[0].parts, result);
   if (result.status != IkStatus::solved && !flag(args, "partial"))

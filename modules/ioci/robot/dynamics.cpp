@@ -11,6 +11,7 @@
 #include "robotics/closure.h"
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
+#include "robotics/maker_axes.h"
 #include "sim/batches.h"
 #include "sim/closed_dynamics.h"
 #include "sim/dynamics.h"
@@ -219,7 +220,8 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c, Loop
 }
 
 /// Says when joints without motors are left with forces that the motors cannot give.
-void report_missing_motor(CommandContext& ctx, const RobotModel& m, std::span<const double> tau) {
+void report_missing_motor(CommandContext& ctx, const Robot& robot, const RobotModel& m,
+                          std::span<const double> tau) {
   const auto missing = sim::missing_motor(m, tau);
   if (!missing) return;
   for (const JointModel& j : m.joints) {
@@ -232,8 +234,10 @@ void report_missing_motor(CommandContext& ctx, const RobotModel& m, std::span<co
                           "robot " + text::quote(m.name) +
                               ": its motors do not hold every motion that its loops allow; what "
                               "they lack is in the entries of joints without motors, " +
-                              text::print_rounded(missing->force, 4) + " at joint " +
-                              text::quote(j.name) + ".",
+                              text::print_rounded(missing->force, 4) + " at " +
+                              robotics::MakerAxes::for_messages(&robot)->before_joint(
+                                  static_cast<std::size_t>(j.q_index)) +
+                              "joint " + text::quote(j.name) + ".",
                           "ioci");
     return;
   }
@@ -290,7 +294,8 @@ Result<Value> torques_of(CommandContext& ctx, const Map& args, const Instant& c)
   return answered(c, 0, c.model->dof(), force_array_unit(*c.model),
                   [&](std::span<double> out) -> Result<void> {
                     RMP_TRY(sim::torques(bound, c.batch, out, ctx.progress));
-                    if (!flag(args, "tree")) report_missing_motor(ctx, *c.model, out);
+                    if (!flag(args, "tree"))
+                      report_missing_motor(ctx, content<Robot>(ctx, args), *c.model, out);
                     return {};
                   });
 }
@@ -417,7 +422,7 @@ Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
                    ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.model,
                                                     content<Robot>(ctx, args).inverse_dynamics));
     RMP_TRY_ASSIGN(tau, sim::torques(inverse, c.batch, ctx.progress));
-    report_missing_motor(ctx, *c.model, tau);
+    report_missing_motor(ctx, content<Robot>(ctx, args), *c.model, tau);
     c.batch.tau = tau;
     c.batch.qdd = {};
   }

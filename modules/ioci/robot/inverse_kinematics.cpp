@@ -93,6 +93,14 @@ class Question {
            robotics::excess_words(*model, excess);
   }
 
+  /// Whether the axis of a joint counts other joints, too: its value depends on where these are.
+  [[nodiscard]] bool counts_others(std::int32_t joint) const {
+    if (joint < 0 || model->joints[static_cast<std::size_t>(joint)].is_coupled()) return false;
+    const auto entry = model->joints[static_cast<std::size_t>(joint)].q_index;
+    const PostAxis* const axis = axes.of_entry(static_cast<std::size_t>(entry));
+    return axis && !axis->coupled.empty();
+  }
+
   [[nodiscard]] bool has_tag(std::string_view tag) const {
     return std::find(tags.begin(), tags.end(), tag) != tags.end();
   }
@@ -182,22 +190,27 @@ bool is_same_branch(const Solution& a, const Solution& b) {
 }
 
 /// "5 by joint 2 ("shoulder"), 12.3 deg at least; 1 by ..."
-std::string by_joints(const RobotModel& m, std::span<const Solution> beyond) {
+std::string by_joints(const RobotModel& m, const robotics::MakerAxes& axes,
+                      std::span<const Solution> beyond) {
   struct Count {
     std::size_t count = 0;
     double least = INFINITY;
+    const Solution* at = nullptr;  ///< with the least excess
   };
   std::map<std::int32_t, Count> joints;
   for (const Solution& s : beyond) {
     Count& c = joints[s.excess.joint];
     ++c.count;
-    c.least = std::min(c.least, s.excess.by);
+    if (s.excess.by < c.least) c.least = s.excess.by, c.at = &s;
   }
   std::string out;
   for (const auto& [joint, c] : joints) {
     const JointModel& j = m.joints[static_cast<std::size_t>(joint)];
-    out += (out.empty() ? "" : "; ") + std::to_string(c.count) + " by joint " +
-           std::to_string(joint + 1) + " (" + text::quote(j.name) + "), " +
+    out += (out.empty() ? "" : "; ") + std::to_string(c.count) + " by " +
+           (j.is_coupled() || !c.at
+                ? std::string()
+                : axes.before_place(static_cast<std::size_t>(j.q_index), c.at->q)) +
+           "joint " + std::to_string(joint + 1) + " (" + text::quote(j.name) + "), " +
            spatial::print_joint_value(c.least, j.type) + (c.count > 1 ? " at least" : "");
   }
   return out;
@@ -243,7 +256,7 @@ std::string limits_sentence(const Question& asked, std::span<const Solution> bey
           : beyond.size() == 1 ? "the only solution"
                                : "all " + n + " solutions") +
          who + (beyond.size() == 1 ? " is" : " are") +
-         " beyond the joint limits: " + by_joints(*asked.model, beyond);
+         " beyond the joint limits: " + by_joints(*asked.model, asked.axes, beyond);
 }
 
 List beyond_list(const Question& asked, std::span<const Solution> beyond) {
@@ -330,6 +343,7 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   }
   RMP_TRY_ASSIGN(auto results, sim::solve_ik(solver, batch, ctx.progress));
   IkResult& result = results.front();
+  result.detail = asked.axes.in_text(m, result.detail);
   report_singular(m, asked.tip, kIkPose, result);
   const bool is_solved = result.status == IkStatus::solved;
   const std::size_t n = m.coordinate_count();
@@ -340,7 +354,8 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
       if (s.excess.joint >= 0) beyond.push_back(s);
   } else if ((is_solved && batch.all_solutions) ||
              (result.status == IkStatus::joint_limit &&
-              (batch.all_solutions || asked.has_tag("closed_form")))) {
+              (batch.all_solutions || asked.has_tag("closed_form") ||
+               asked.counts_others(result.limiting_joint)))) {
     RMP_TRY_ASSIGN(beyond, beyond_limits(ctx, asked, batch, start,
                                          is_solved ? std::span<const Solution>(found)
                                                    : std::span<const Solution>(),
@@ -496,7 +511,7 @@ Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
         result.detail = asked.excess_words(excess, own);
     }
     status.emplace_back(std::string(is_other ? "other_branch" : status_word(result.status)));
-    detail.emplace_back(result.detail);
+    detail.emplace_back(asked.axes.in_text(m, result.detail));
     position.push_back(result.position_error);
     rotation.push_back(result.rotation_error);
     shortfall.push_back(result.shortfall);

@@ -12,6 +12,8 @@
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "robotics/maker_axes.h"
+#include "sim/ik_reason.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ioci {
@@ -173,6 +175,15 @@ Result<Value> target_pose(CommandContext& ctx, const Map& args) {
   return Value(pose_map(target_in_mounting(ctx, s)));
 }
 
+/// Why the robot's own solver did not reach `base_T_tip`, in the maker's axes; "" = it did not say.
+std::string ik_reason_of(CommandContext& ctx, const Map& args, const sim::Bound<IkSolver>& bound,
+                         const IkResult& found, const Pose& base_T_tip,
+                         std::span<const double> seed) {
+  const Robot& r = content<Robot>(ctx, args);
+  return sim::ik_reason(ctx.app.registry, bound, r.ik, found, base_T_tip, seed,
+                        *robotics::MakerAxes::for_messages(&r), ctx.progress);
+}
+
 /// Joint values with the tool at the target, from those shown.
 Result<std::vector<double>> solve_target(CommandContext& ctx, const Map& args,
                                          const ShownRobot& s) {
@@ -191,7 +202,8 @@ Result<std::vector<double>> solve_target(CommandContext& ctx, const Map& args,
   const std::string world = ctx.snapshot().find(AnyId(s.world))->name;
   return error(ErrorCode::unreachable,
                "it cannot reach the target of world " + text::quote(world) +
-                   (found.detail.empty() ? "" : ": " + found.detail),
+                   (found.detail.empty() ? "" : ": ") +
+                   ik_reason_of(ctx, args, bound, found, target, s.q),
                "Move the target: world.place{id = " + text::quote(world) +
                    ", member = \"target\", ...}, after world.add_frame if there is none.",
                name_in(ctx, ref(args, "id")));

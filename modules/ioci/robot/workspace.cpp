@@ -7,6 +7,8 @@
 #include "ioci/recording/watchers.h"
 #include "robotics/home.h"
 #include "robotics/joint_sampler.h"
+#include "robotics/maker_axes.h"
+#include "sim/member_axes.h"
 #include "sim/workspace_maps.h"
 
 namespace robomosp::ioci {
@@ -131,6 +133,16 @@ Map size_map(const robotics::Workspace& w) {
   return out;
 }
 
+/// Runs a command whose errors speak of joints, with the maker's axes in them.
+template <Result<Value> (*command)(CommandContext&, const Map&)>
+Result<Value> with_axes(CommandContext& ctx, const Map& args) {
+  auto done = command(ctx, args);
+  if (done.ok()) return done;
+  const auto axes = robotics::MakerAxes::for_messages(&content<Robot>(ctx, args));
+  const auto model = model_of(ctx, args);
+  return model.ok() ? axes->in_error(**model, std::move(done).error()) : std::move(done).error();
+}
+
 Result<Value> workspace(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Asked a, asked(ctx, args));
   RMP_TRY_ASSIGN(const auto w, workspace_of(ctx, args, a));
@@ -235,7 +247,9 @@ Result<Value> joint_slice(CommandContext& ctx, const Map& args) {
                        : Value(NumericArray(std::move(curve), slice.curve.size(), 2)));
   out.set("collisions", Value(static_cast<std::int64_t>(std::count(
                             slice.collides.begin(), slice.collides.end(), std::uint8_t{1}))));
-  out.set("recording", kept(ctx, sim::slice_recording(*a.model, o, slice)));
+  recording::Recording r = sim::slice_recording(*a.model, o, slice);
+  sim::name_axes(r, *a.model, *robotics::MakerAxes::for_messages(&content<Robot>(ctx, args)));
+  out.set("recording", kept(ctx, std::move(r)));
   return Value(std::move(out));
 }
 
@@ -309,7 +323,7 @@ RMP_COMMANDS(workspace_commands) {
        .params = with_watch(space_params(2000000)),
        .returns = {"map", "", "", size_fields()},
        .effect = Effect::simulates,
-       .run = workspace});
+       .run = with_axes<workspace>});
   Schema reach = space_params(50000);
   reach.push_back(between(
       defaulted("directions", "int", "", 32,
@@ -343,7 +357,7 @@ RMP_COMMANDS(workspace_commands) {
        .params = with_watch(std::move(reach)),
        .returns = {"map", "", "", std::move(reach_fields)},
        .effect = Effect::simulates,
-       .run = reachability});
+       .run = with_axes<reachability>});
   Schema slice{self("robot"),
                between(defaulted("a", "int", "", 1, "First joint, by its place in q."), 1, 1e6),
                between(defaulted("b", "int", "", 2, "Second joint, by its place in q."), 1, 1e6)};
@@ -374,7 +388,7 @@ RMP_COMMANDS(workspace_commands) {
                     field("collisions", "int", "", "Nodes in which the robot touches something."),
                     field("recording", "handle", "", "The nodes, one row each.")}},
        .effect = Effect::simulates,
-       .run = joint_slice});
+       .run = with_axes<joint_slice>});
   return all;
 }
 

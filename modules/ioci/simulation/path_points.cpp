@@ -9,7 +9,9 @@
 #include "motion/cartesian_path.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "robotics/maker_axes.h"
 #include "sim/base_motion.h"
+#include "sim/ik_reason.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
@@ -114,10 +116,15 @@ Result<Value> show_at(CommandContext& ctx, const Map& args) {
   batch.seeds = shown;
   RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
   const IkResult& found = results.front();
+  const std::string why =
+      found.status == IkStatus::solved
+          ? std::string()
+          : sim::ik_reason(ctx.app.registry, bound, robot.ik, found, goal, shown,
+                           *robotics::MakerAxes::for_messages(&robot), ctx.progress);
   if (found.status != IkStatus::solved)
     return error(ErrorCode::unreachable,
                  "point " + std::to_string(sample + 1) + " of " + std::to_string(times.size()) +
-                     " cannot be reached" + (found.detail.empty() ? "" : ": " + found.detail),
+                     " cannot be reached" + (why.empty() ? "" : ": " + why),
                  "Move the trajectory or the robot, or start from another configuration.",
                  where + ", robot " + text::quote(placed.name));
   std::vector<double> q(found.q.begin(),

@@ -56,6 +56,7 @@ Result<sim::PlanTask> read_task(CommandContext& ctx, const Map& args,
   }
   RMP_TRY(read_goals(ctx, args, robot, task));
   task.ik = record.ik;
+  task.axes = robotics::MakerAxes::for_messages(&record);
   if (has(args, "ik")) {
     RMP_TRY_ASSIGN(task.ik, read_provider(*args.find("ik"), "ik"));
   }
@@ -122,7 +123,8 @@ Result<Value> plan_path(CommandContext& ctx, const Map& args) {
     out.set("notes", Value(std::move(notes)));
     return Value(std::move(out));
   }
-  recording::Recording planned = sim::planned_recording(robot, typed<model::World>(args), *plan);
+  recording::Recording planned =
+      sim::planned_recording(robot, typed<model::World>(args), *plan, *task->axes);
   for (const model::PlacedRobot& r : content<model::World>(ctx, args).robots)
     if (auto stands = sim::note_on_standing_base(r, "planning does"))
       planned.notes.push_back(std::move(*stands));

@@ -216,7 +216,7 @@ Result<Value> set_breakpoint(CommandContext& ctx, const Map& args) {
   one.what.ignore = static_cast<std::uint64_t>(integer(args, "ignore"));
   if (has(args, "hits")) RMP_TRY(read_hits(text_of(args, "hits"), one.what));
   auto made = watch->programs[at].machine().set_breakpoint(one.what);
-  if (!made.ok()) return std::move(made).error().in("program " + text::quote(one.program));
+  if (!made.ok()) return named_once(std::move(made).error(), "program " + text::quote(one.program));
   one.own = made->number;
   one.what.line = made->line;
   one.what.file = made->file;
