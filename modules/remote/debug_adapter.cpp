@@ -1625,6 +1625,10 @@ class Adapter {
         std::size_t k = 0;
         for (const double q : numbers(*one))
           put("q" + std::to_string(++k), text::print_rounded(q), "rad, m", "");
+        // As the robot's pendant shows them.
+        const Map axes = r.path.starts_with("joints/") ? members(at(*state, "axes")) : Map();
+        for (const auto& [name, value] : members(axes.find(r.path.substr(slash + 1))))
+          put(name, text::print_rounded(value.number()), "deg, mm", "");
       }
     }
     Json out = Json::array();

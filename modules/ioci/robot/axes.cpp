@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The axes of a robot as its maker counts them: changed, shown, and joints from them.
+#include <cmath>
+#include <optional>
 #include <utility>
 
 #include "ioci/robot/array_units.h"
@@ -76,9 +78,65 @@ Result<Value> set_axes(CommandContext& ctx, const Map& args) {
 }
 
 Error no_axes(CommandContext& ctx, const Map& args) {
-  return error(ErrorCode::not_found, "the maker's axes of this robot are unknown",
-               "Set their names, signs and offsets with robot.set_axes.",
-               name_in(ctx, ref(args, "id")));
+  return no_maker_axes(ctx, typed<Robot>(args));
+}
+
+/// A value of an axis [degrees or mm]: a number as the pendant shows it, or a text with a unit.
+Result<double> axis_number(const PostAxis& a, const Value& given, const std::string& path) {
+  std::optional<double> bare;
+  if (given.is_number()) bare = given.number();
+  else if (const std::string* word = given.as_string()) bare = text::read_real(*word);
+  if (!bare) {
+    RMP_TRY_ASSIGN(const Value v,
+                   check_value(field("", "real", a.linear ? "m" : "rad", ""), given, path));
+    bare = v.number() * axis_scale(a, nullptr);
+  }
+  if (!std::isfinite(*bare))
+    return error(ErrorCode::invalid_argument, text::print(*bare) + " is not a finite number", {},
+                 path);
+  return *bare;
+}
+
+Error unknown_axis(const robotics::MakerAxes& maker, const std::string& name,
+                   const std::string& path) {
+  std::vector<std::string> known;
+  for (const PostAxis& a : maker.axes()) known.emplace_back(a.name);
+  Error e = unknown_name("axis", name, known);
+  if (e.hint.empty()) e.hint = "It has " + text::enumerate(known) + ".";
+  return std::move(e).in(path);
+}
+
+/// Moves one axis, as the keys of a pendant do: the other axes keep their values.
+Result<Value> jog(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const robotics::MakerAxes maker, robotics::MakerAxes::of(r));
+  if (!maker.known()) {
+    Error e = no_axes(ctx, args);
+    e.hint += " robot.add_joint moves a joint.";
+    return e;
+  }
+  const std::string where = name_in(ctx, ref(args, "id")), name = text_of(args, "axis");
+  const PostAxis* const axis = maker.find(name);
+  if (!axis) return unknown_axis(maker, name, "axis").in(where);
+  if (has(args, "to") == has(args, "by"))
+    return error(ErrorCode::invalid_argument,
+                 has(args, "to") ? "both to and by are given" : "neither to nor by is given",
+                 "Give to, the value of the axis, or by, what is added to it.", where);
+  const char* const how = has(args, "to") ? "to" : "by";
+  auto number = axis_number(*axis, *args.find(how), how);
+  if (!number.ok()) return std::move(number).error().in(where);
+  RMP_TRY_ASSIGN(const ShownRobot s, shown_robot(ctx, args));
+  const auto there = axis_value(*axis, s.q, nullptr);
+  if (!there)
+    return error(ErrorCode::conflict,
+                 "the world shows it with " + std::to_string(s.q.size()) + " joint values",
+                 "robot.set_joints sets all values of the robot.", where);
+  const double value = has(args, "to") ? *number : *there + *number;
+  auto q = read_axis_values(r, Value(Map{{name, value}}), s.q, how);
+  if (!q.ok()) return std::move(q).error().in(where);
+  const Map axes = axis_map(maker, *q);
+  RMP_TRY_ASSIGN(const Value joints, put_joints(ctx, args, s, std::move(*q)));
+  return Value(Map{{"axes", axes}, {"q", joints}});
 }
 
 Result<Value> axes(CommandContext& ctx, const Map& args) {
@@ -131,6 +189,76 @@ Result<Value> joints_from_axes(CommandContext& ctx, const Map& args) {
 }
 
 }  // namespace
+
+Map axis_map(const robotics::MakerAxes& maker, std::span<const double> q) {
+  Map out;
+  const std::vector<double> values = maker.values(q);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    out.set(std::string(maker.axes()[i].name), values[i]);
+  return out;
+}
+
+Error no_maker_axes(const CommandContext& ctx, RobotId robot) {
+  return error(ErrorCode::not_found, "the maker's axes of this robot are unknown",
+               "Set their names, signs and offsets with robot.set_axes.",
+               name_in(ctx, AnyId(robot)));
+}
+
+ParamSpec axis_values() {
+  return optional("axes", "any", "deg or mm",
+                  "Values of the maker's axes instead of q: a list of all in their order, or a "
+                  "table by name, in which axes left out keep their values.");
+}
+
+Result<void> one_of_joints_and_axes(const CommandContext& ctx, const Map& args, RobotId id,
+                                    const Robot& robot) {
+  if (has(args, "q") == has(args, "axes"))
+    return error(ErrorCode::invalid_argument,
+                 has(args, "q") ? "both q and axes are given" : "no joint values are given",
+                 robot.axes.empty() ? "Give q: joint values, or the name of a pose."
+                                    : "Give q, joint values or the name of a pose, or axes, values "
+                                      "of the maker's axes.",
+                 name_in(ctx, AnyId(id)));
+  if (has(args, "axes") && robot.axes.empty()) return no_maker_axes(ctx, id);
+  return {};
+}
+
+Result<std::vector<double>> read_axis_values(const Robot& robot, const Value& given,
+                                             std::span<const double> q, std::string_view path) {
+  const std::string at(path);
+  RMP_TRY_ASSIGN(const robotics::MakerAxes maker, robotics::MakerAxes::of(robot));
+  const std::size_t n = maker.axes().size();
+  std::vector<double> values = maker.values(q);
+  if (const Map* named = given.as_map()) {
+    for (const auto& [name, v] : *named) {
+      const PostAxis* const axis = maker.find(name);
+      if (!axis) return unknown_axis(maker, name, at);
+      RMP_TRY_ASSIGN(values[static_cast<std::size_t>(axis - maker.axes().data())],
+                     axis_number(*axis, v, at + "." + name));
+    }
+  } else {
+    List all;
+    if (const List* list = given.as_list()) all = *list;
+    else if (const NumericArray* a = given.as_array())
+      for (const double x : a->data()) all.emplace_back(x);
+    else if (given.is_number()) all.push_back(given);
+    if (all.size() != n)
+      return error(ErrorCode::invalid_argument,
+                   std::to_string(all.size()) + " values are given, and the robot has " +
+                       std::to_string(n) + " axes",
+                   "Give one value an axis, in degrees or mm, or a table of values by the names "
+                   "of the axes.",
+                   at);
+    for (std::size_t i = 0; i < n; ++i) {
+      RMP_TRY_ASSIGN(values[i],
+                     axis_number(maker.axes()[i], all[i], at + "[" + std::to_string(i + 1) + "]"));
+    }
+  }
+  auto joints = maker.joints(values);
+  if (!joints.ok()) return std::move(joints).error().in(at);
+  RMP_TRY(check_size(*joints, at));
+  return std::move(*joints);
+}
 
 Result<void> give_axes(const CommandContext& ctx, Robot& r, const Value& given) {
   std::vector<MakerAxis> all;
@@ -201,6 +329,30 @@ RMP_COMMANDS(robot_axes_commands) {
                     field("upper", "real", "deg or mm", "Greatest value.")}},
        .effect = Effect::reads,
        .run = axes});
+  all.push_back(
+      {.name = "robot.jog",
+       .classic = "",
+       .summary = "Moves one of the maker's axes at which a world shows the robot.",
+       .details = "As the keys of a pendant do: the other axes keep their values. Where an axis "
+                  "counts several joints, such as FANUC's J3, these move together.",
+       .example =
+           fanuc +
+           "world.create{name = \"cell\"}:add_robot{robot = arm}\n"
+           "arm:jog{axis = \"J2\", to = 30}\n"
+           "local now = arm:jog{axis = \"J2\", by = \"-10 deg\"}\n"
+           "assert(math.abs(now.axes.J2 - 20) < 1e-9 and math.abs(now.axes.J3 - 90) < 1e-9)\n"
+           "assert(math.abs(now.q[3] + math.rad(20)) < 1e-12)",
+       .params = {self("robot"), needed("axis", "string", "", "The maker's name, such as A2."),
+                  optional("to", "any", "deg or mm", "Its value; a text may have another unit."),
+                  optional("by", "any", "deg or mm", "Or what is added to its value."),
+                  shown_world()},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("axes", "map", "", "Values of all axes now by name [deg or mm]."),
+                    field("q", "real[]", "rad or m", "The joint values now.")}},
+       .effect = Effect::edits,
+       .run = jog});
   all.push_back({.name = "robot.joints_from_axes",
                  .classic = "",
                  .summary = "Returns the joint values of a robot at values of the maker's axes.",

@@ -293,7 +293,10 @@ Result<Value> manipulability(CommandContext& ctx, const Map& args) {
 Result<Value> set_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(const ShownRobot s, shown_robot(ctx, args));
-  RMP_TRY_ASSIGN(auto q, read_joints(args, *args.find("q"), content<Robot>(ctx, args), *m, "q"));
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY(one_of_joints_and_axes(ctx, args, typed<Robot>(args), r));
+  RMP_TRY_ASSIGN(auto q, has(args, "axes") ? read_axis_values(r, *args.find("axes"), s.q, "axes")
+                                           : read_joints(args, *args.find("q"), r, *m, "q"));
   return put_joints(ctx, args, s, std::move(q));
 }
 
@@ -446,7 +449,10 @@ RMP_COMMANDS(robot_motion_commands) {
        .details = "",
        .example = with_arm(
            (in_world + "arm:set_joints(\"ready\")\nassert(arm:joint_values()[5] == 1)").c_str()),
-       .params = {self("robot"), q, world, angle_unit()},
+       .params = {self("robot"),
+                  optional("q", "any", "rad or m",
+                           "Joint values, one per joint, or the name of a pose."),
+                  world, angle_unit(), axis_values()},
        .returns =
            {"array", "rad or m", "The joint values now; angles in the unit set by `angles`.", {}},
        .effect = Effect::edits,

@@ -37,12 +37,28 @@ Result<ShownRobot> shown_robot(const CommandContext& ctx, const Map& args) {
       }
   }
   const std::string where = name_in(ctx, id);
+  if (found.empty() && has(args, "world"))
+    return error(ErrorCode::conflict,
+                 "world " + text::quote(snapshot.find(ref(args, "world"))->name) +
+                     " does not contain it, so that it has no joint values there",
+                 "Add it to the world first: world.add_robot.", where);
   if (found.empty())
     return error(ErrorCode::conflict, "no world contains it, so it has no present joint values",
                  "Add it to a world first: world.add_robot.", where);
-  if (found.size() > 1)
+  if (found.size() > 1) {
+    const std::string first = snapshot.find(AnyId(found.front().world))->name;
+    const auto again = std::find_if(found.begin() + 1, found.end(), [&](const ShownRobot& s) {
+      return s.world == found.front().world;
+    });
+    const std::string& member =
+        snapshot.get(found.front().world)->robots[found.front().member].name;
     return error(ErrorCode::conflict, "it is placed more than once: " + text::enumerate(worlds),
-                 "Use world.set_robot_q to select one.", where);
+                 again == found.end()
+                     ? "Name the world: world = " + text::quote(first) + "."
+                     : "Name the member, such as world.set_robot_q{id = " + text::quote(first) +
+                           ", robot = " + text::quote(member) + ", q = ...}.",
+                 where);
+  }
   ShownRobot s = found.front();
   if (s.q.empty()) s.q = robotics::home_joint_values(content<model::Robot>(ctx, args));
   return s;

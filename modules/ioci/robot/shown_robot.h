@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ioci/core/commands.h"
+#include "robotics/maker_axes.h"
 
 namespace robomosp::ioci {
 
@@ -28,6 +29,22 @@ void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const doubl
 /// Shows the robot at `q` from now on; the answer is q, by the argument `angles` where there is one.
 [[nodiscard]] Result<Value> put_joints(CommandContext& ctx, const Map& args,
                                        const ShownRobot& shown, std::vector<double> q);
+/// q with the maker's axes at the values of `given`: a list of all in their order, or a table by
+/// name, in which axes that are not named keep the value that they have at `q`. Numbers are in
+/// degrees and mm, texts may have a unit. Errors name `path`.
+[[nodiscard]] Result<std::vector<double>> read_axis_values(const model::Robot& robot,
+                                                           const Value& given,
+                                                           std::span<const double> q,
+                                                           std::string_view path);
+/// Values of the maker's axes by name [degrees or mm] at q.
+[[nodiscard]] Map axis_map(const robotics::MakerAxes& maker, std::span<const double> q);
+/// The argument `axes` of commands that set joint values.
+[[nodiscard]] ParamSpec axis_values();
+/// Refuses arguments `q` and `axes` at once, none of them, and `axes` of a robot without axes.
+[[nodiscard]] Result<void> one_of_joints_and_axes(const CommandContext& ctx, const Map& args,
+                                                  RobotId id, const model::Robot& robot);
+/// Why the argument `axes` or `axis` does not fit the robot.
+[[nodiscard]] Error no_maker_axes(const CommandContext& ctx, RobotId robot);
 /// The target of the world that shows the robot, in the frame the robot is mounted in.
 [[nodiscard]] Pose target_in_mounting(const CommandContext& ctx, const ShownRobot& shown);
 /// The argument `q` where it is given, else the values at which a world shows the robot.

@@ -8,6 +8,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
 #include "ioci/recording/origins.h"
+#include "ioci/robot/shown_robot.h"
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/program_debugging.h"
 #include "ioci/simulation/run_pulse.h"
@@ -202,21 +203,26 @@ Map live_run_state(const Application& app, const LiveRunEntry& entry) {
           {"restarts", static_cast<std::int64_t>(s.restarts)}};
   if (s.failure) out.set("error", s.failure->sentence());
   out.set("values", row.all());
-  Map joints, objects;
-  const auto add_joints = [&](const std::string& robot) {
-    if (auto q = row.joints(robot); !q.empty()) joints.set(robot, NumericArray(std::move(q)));
-  };
+  Map joints, axes, objects;
   const document::SnapshotPtr snapshot = entry.snapshot();
+  const auto add_joints = [&](const std::string& robot, const model::Robot* placed) {
+    auto q = row.joints(robot);
+    if (q.empty()) return;
+    const auto maker = robotics::MakerAxes::for_messages(placed);
+    if (maker->known()) axes.set(robot, axis_map(*maker, q));
+    joints.set(robot, NumericArray(std::move(q)));
+  };
   if (const auto* record = snapshot->find(subject)) {
     if (const auto* world = std::get_if<model::World>(&record->body)) {
-      for (const auto& r : world->robots) add_joints(r.name);
+      for (const auto& r : world->robots) add_joints(r.name, snapshot->get(r.robot));
       for (const auto& o : world->objects)
         if (const auto pose = row.pose(o.name)) objects.set(o.name, pose_map(*pose));
     } else {
-      add_joints(head.robot);
+      add_joints(head.robot, std::get_if<model::Robot>(&record->body));
     }
   }
   out.set("joints", std::move(joints));
+  if (!axes.empty()) out.set("axes", std::move(axes));
   out.set("objects", std::move(objects));
   return out;
 }
@@ -462,6 +468,9 @@ RMP_COMMANDS(run_commands) {
        field("error", "string", "", "Why it could not continue; absent if it could."),
        field("values", "map", "", "The row: numbers by column name."),
        field("joints", "map", "", "Joint values by robot."),
+       field(
+           "axes", "map", "",
+           "Values of the maker's axes [deg or mm] by robot and name, of robots with known axes."),
        field("objects", "map", "", "Poses of the moving objects.")}};
   const auto add = [&](const char* name, const char* summary, const char* details,
                        std::string example, Schema params, ReturnSpec returns, Effect effect,

@@ -16,6 +16,8 @@
 #include "kernel/executor.h"
 #include "kernel/fresh_names.h"
 #include "kernel/quiet_progress.h"
+#include "robotics/home.h"
+#include "robotics/maker_axes.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -226,7 +228,13 @@ Result<Value> set_robot_q(CommandContext& ctx, const Map& args) {
   const RobotId robot = w.robots[at].robot;
   RMP_TRY_ASSIGN(const auto m,
                  ctx.app.derived.robot_model(ctx.snapshot(), robot, {0, 0, -9.81}, ctx.progress));
-  RMP_TRY_ASSIGN(const auto q, read_q(*args.find("q"), *ctx.snapshot().get(robot), m->joints, "q"));
+  const model::Robot& record = *ctx.snapshot().get(robot);
+  RMP_TRY(one_of_joints_and_axes(ctx, args, robot, record));
+  const std::vector<double> shown =
+      w.robots[at].q.empty() ? robotics::home_joint_values(record) : w.robots[at].q;
+  RMP_TRY_ASSIGN(const auto q, has(args, "axes")
+                                   ? read_axis_values(record, *args.find("axes"), shown, "axes")
+                                   : read_q(*args.find("q"), record, m->joints, "q"));
   note_shown_joints(ctx, robot, q);
   return change_world(ctx, args, [&](World& changed) -> Result<void> {
     changed.robots[at].q = q;
@@ -251,10 +259,14 @@ Result<Value> objects(CommandContext& ctx, const Map& args) {
 Result<Value> robots(CommandContext& ctx, const Map& args) {
   return rows(content<World>(ctx, args).robots, [&](const auto& m) {
     const model::Robot* robot = ctx.snapshot().get(m.robot);
-    return Map{{"name", m.name},
-               {"robot", Application::handle(m.robot)},
-               {"placement", placement_value(m.placement)},
-               {"q", NumericArray(m.q, robot ? joint_array_unit(*robot) : std::string())}};
+    Map row{{"name", m.name},
+            {"robot", Application::handle(m.robot)},
+            {"placement", placement_value(m.placement)},
+            {"q", NumericArray(m.q, robot ? joint_array_unit(*robot) : std::string())}};
+    if (robot && !robot->axes.empty())
+      row.set("axes", axis_map(*robotics::MakerAxes::for_messages(robot),
+                               m.q.empty() ? robotics::home_joint_values(*robot) : m.q));
+    return row;
   });
 }
 Result<Value> trajectories(CommandContext& ctx, const Map& args) {
@@ -512,14 +524,15 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.set_robot_q",
        .classic = "",
        .summary = "Sets the joint values of a robot in a world.",
-       .details = "Like the jog keys of a teach pendant.",
+       .details = "By joint values, or by the maker's axes. robot.jog moves one axis.",
        .example = example_cell(
            "cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
-       .params =
-           {self("world"),
-            needed("robot", "any", "",
-                   "Name of the member, or the robot; may be omitted if the world has only one."),
-            needed("q", "any", "rad or m", "Joint values, or the name of a pose.")},
+       .params = {self("world"),
+                  needed(
+                      "robot", "any", "",
+                      "Name of the member, or the robot; may be omitted if the world has only one."),
+                  optional("q", "any", "rad or m", "Joint values, or the name of a pose."),
+                  axis_values()},
        .returns = {},
        .effect = Effect::edits,
        .run = set_robot_q});
@@ -550,7 +563,10 @@ RMP_COMMANDS(world_commands) {
                              {field("name", "string", "", "Name in the world."),
                               field("robot", "handle", "", "The robot."), placement_field,
                               field("q", "real[]", "rad or m",
-                                    "Joint values shown; none means the pose \"home\" or zeros.")}},
+                                    "Joint values shown; none means the pose \"home\" or zeros."),
+                              field("axes", "map", "",
+                                    "Values of the maker's axes by name [deg or mm]; absent where "
+                                    "they are unknown.")}},
                  .effect = Effect::reads,
                  .run = robots});
   all.push_back(
