@@ -36,6 +36,11 @@ class ProgramFolder {
                                            bool adds) const = 0;
 };
 
+/// How a program counts an additional joint: value = sign * joint + offset [degrees or mm].
+struct CountedJoint {
+  double sign = 1, offset = 0;
+};
+
 /// A compiled program and what its names mean in a world.
 struct ProgramInWorld {
   std::shared_ptr<const CompiledProgram> code;
@@ -49,6 +54,12 @@ struct ProgramInWorld {
   std::vector<program::Preset> values = {};  ///< of variables, given before the first statement
   std::vector<std::string> lines = {};       ///< what READ gets, one after the other
   std::shared_ptr<const ProgramFolder> files = nullptr;  ///< null = it opens none
+  /// How it counts additional joints, by number from 1; of others the maker's axes count where its
+  /// cell says R_MAKER_AXES, else the joints.
+  std::map<std::size_t, CountedJoint> counted = {};
+  /// Poses are measured from the carriage, not from the fixed base of the rail: as on controllers
+  /// that do not know what carries their robot.
+  bool is_on_carriage = false;
 };
 
 struct TargetPlaces;
@@ -141,7 +152,11 @@ class ProgramActor {
     std::map<std::size_t, JointUse> joints;  ///< additional ones, from 1
     /// How many of a robot's first joints are additional ones: a rail. By actor.
     std::map<std::size_t, std::size_t> rails;
-    std::map<std::int64_t, RobotUse> devices;  ///< by number, for DEVICE
+    std::map<std::int64_t, RobotUse> devices;     ///< by number, for DEVICE
+    std::map<std::size_t, CountedJoint> counted;  ///< additional joints, from 1
+    bool is_on_carriage = false;                  ///< poses are measured from the carriage
+    /// The cell has no additional joints (R_NADDJ := 0): zeros of targets only fill their type.
+    bool has_no_additional = false;
   };
   /// Of a PTP under TIME with C_PASS, or behind one: each joint goes by a cubic.
   struct Passing {
@@ -191,6 +206,14 @@ class ProgramActor {
 
   ProgramActor(std::shared_ptr<const Names> names, program::Machine machine)
       : names_(std::move(names)), machine_(std::move(machine)) {}
+  /// The maker's axis of a joint where it counts that joint alone; null = there is none.
+  [[nodiscard]] static std::optional<CountedJoint> maker_counts(const TaskExecutor::Actor&,
+                                                                std::size_t joint,
+                                                                std::string* name = nullptr);
+  /// Additional joints that the user has not bound: those that the maker keeps as external axes and
+  /// that carry the robot, in the maker's order, where the program's MAIN_JOINT has the others.
+  static void bind_external_axes(const rmp_code&, const TaskExecutor::Actor&, std::size_t actor,
+                                 Names&);
   void note_line(double t);
   /// "towers.irl:12:3"
   [[nodiscard]] std::string place_text(const rmp_span&) const;

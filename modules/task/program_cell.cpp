@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "robotics/rail.h"
 #include "task/program_cell.h"
 
 namespace robomosp::task {
@@ -228,7 +229,8 @@ Result<Target> ProgramCell::forward(const Target& given, std::uint32_t) {
   auto made = [&]() -> Result<Target> {
     RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(RMP_NONE));
     RMP_TRY_ASSIGN(auto q, joints_of(use->actor, given.joints));
-    const auto now = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
+    auto now = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
+    set_rail(use->actor, given, now);
     q.insert(q.begin(), now.begin(),
              now.begin() + static_cast<std::ptrdiff_t>(rail_of(use->actor)));
     RMP_TRY_ASSIGN(Target out, state_at(*use, q));
@@ -243,8 +245,9 @@ Result<Target> ProgramCell::inverse(const Target& given, std::uint32_t) {
   auto made = [&]() -> Result<Target> {
     RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(RMP_NONE));
     RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, own_tip(*use));
-    RMP_TRY_ASSIGN(const Pose frame, base_T_frame(*use, nullptr));
-    const auto seed = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
+    auto seed = TaskExecutor::sample(x_.actors_[use->actor], now_).q;
+    set_rail(use->actor, given, seed);
+    RMP_TRY_ASSIGN(const Pose frame, base_T_frame(*use, nullptr, seed));
     RMP_TRY_ASSIGN(const auto q,
                    configuration(use->actor, tip, spatial::compose(frame, to_pose(given.pose)),
                                  seed, given.role == RMP_ROLE_ROBTARGET ? &given : nullptr));
@@ -371,13 +374,14 @@ Pose ProgramCell::base_T_tip(std::size_t who, const TaskExecutor::Grip& tip,
   return spatial::compose(frames[static_cast<std::size_t>(tip.joint)], tip.joint_T_grip);
 }
 
-Result<Pose> ProgramCell::base_T_frame(const ProgramActor::RobotUse& use,
-                                       const PlainPose* given) const {
+Result<Pose> ProgramCell::base_T_frame(const ProgramActor::RobotUse& use, const PlainPose* given,
+                                       std::span<const double> q) const {
   Pose out{};
   if (!use.frame.empty()) {
     RMP_TRY_ASSIGN(const Pose world_T_frame, x_.frame(use.frame, now_));
     out = spatial::compose(spatial::inverse(x_.actors_[use.actor].world_T_base), world_T_frame);
   }
+  if (n_.is_on_carriage) out = spatial::compose(base_T_carriage(use.actor, q), out);
   return given ? spatial::compose(out, to_pose(*given)) : out;
 }
 
@@ -445,27 +449,43 @@ std::size_t ProgramCell::rail_of(std::size_t who) const {
 }
 
 Pose ProgramCell::base_T_carriage(std::size_t who, std::span<const double> q) const {
-  Pose out{};
-  const RobotModel& model = *x_.actors_[who].model;
-  for (std::size_t j = 0; j < rail_of(who); ++j)
-    out = spatial::compose(out, moved_joint(model.joints[j], q[j]));
-  return out;
+  return robotics::base_T_carriage(*x_.actors_[who].model, rail_of(who), q);
 }
 
-Pose ProgramCell::moved_joint(const JointModel& joint, double q) {
-  Pose by{};
-  if (joint.type == JointType::prismatic) by.p = {0, 0, q};
-  else by.R = spatial::from_quaternion({std::cos(q / 2), 0, 0, std::sin(q / 2)});
-  return spatial::compose(joint.placement, by);
+double ProgramCell::joint_of_additional(std::size_t number, double value) const {
+  const ProgramActor::JointUse& use = n_.joints.at(number);
+  const double unit =
+      TaskExecutor::is_rotary(x_.actors_[use.at], use.joint) ? kDegree : kMillimetre;
+  const auto it = n_.counted.find(number);
+  return unit * (it == n_.counted.end() ? value : (value - it->second.offset) / it->second.sign);
+}
+
+double ProgramCell::additional_of_joint(std::size_t number, double q) const {
+  const ProgramActor::JointUse& use = n_.joints.at(number);
+  const double value =
+      q / (TaskExecutor::is_rotary(x_.actors_[use.at], use.joint) ? kDegree : kMillimetre);
+  const auto it = n_.counted.find(number);
+  return it == n_.counted.end() ? value : it->second.sign * value + it->second.offset;
+}
+
+void ProgramCell::set_rail(std::size_t who, const Target& given, std::span<double> q) const {
+  if (n_.has_no_additional) return;
+  for (const auto& [number, use] : n_.joints)
+    if (!use.is_grip && use.at == who && number <= given.additional.size())
+      q[use.joint] = joint_of_additional(number, given.additional[number - 1]);
+}
+
+std::int32_t ProgramCell::control_of(const program::Motion& m, std::size_t who) const {
+  constexpr std::int32_t kKeep = 1;
+  const std::int32_t given = m.attributes.additional_axes;
+  const bool is_controllers = counts_maker_axes(a_.machine_.code()) && !n_.is_on_carriage;
+  return given == 0 && is_controllers && rail_of(who) > 0 ? kKeep : given;
 }
 
 std::shared_ptr<RobotModel> ProgramCell::arm_of(std::size_t who,
                                                 const TaskExecutor::Grip& tip) const {
-  auto model = std::make_shared<RobotModel>(*x_.actors_[who].model);
   const auto rail = static_cast<std::int32_t>(rail_of(who));
-  model->joints.erase(model->joints.begin(), model->joints.begin() + rail);
-  for (JointModel& j : model->joints) j.parent = std::max(-1, j.parent - rail);
-  model->number_coordinates();
+  auto model = robotics::arm_behind_rail(*x_.actors_[who].model, rail_of(who));
   model->tips = {{"tool", std::max(-1, tip.joint - rail), tip.joint_T_grip}};
   return model;
 }
@@ -530,7 +550,7 @@ Result<Target> ProgramCell::state_at(const ProgramActor::RobotUse& use,
                                      const std::vector<double>& q) {
   const TaskExecutor::Actor& robot = x_.actors_[use.actor];
   RMP_TRY_ASSIGN(const TaskExecutor::Grip tip, own_tip(use));
-  RMP_TRY_ASSIGN(const Pose frame, base_T_frame(use, nullptr));
+  RMP_TRY_ASSIGN(const Pose frame, base_T_frame(use, nullptr, q));
   Target out;
   out.pose = to_plain(spatial::compose(spatial::inverse(frame), base_T_tip(use.actor, tip, q)));
   const std::size_t rail = rail_of(use.actor);
@@ -552,8 +572,7 @@ std::vector<double> ProgramCell::additional_now() const {
     if (use.is_grip) continue;
     if (out.size() < number) out.resize(number);
     const TaskExecutor::Actor& robot = x_.actors_[use.at];
-    out[number - 1] = TaskExecutor::sample(robot, now_).q[use.joint] /
-                      (TaskExecutor::is_rotary(robot, use.joint) ? kDegree : kMillimetre);
+    out[number - 1] = additional_of_joint(number, TaskExecutor::sample(robot, now_).q[use.joint]);
   }
   return out;
 }

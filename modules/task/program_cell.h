@@ -133,8 +133,9 @@ class ProgramCell final : public program::World {
 
   Result<const ProgramActor::RobotUse*> robot_of(std::uint32_t symbol);
   Pose base_T_tip(std::size_t who, const TaskExecutor::Grip& tip, std::span<const double> q) const;
-  /// Of what targets are in.
-  Result<Pose> base_T_frame(const ProgramActor::RobotUse& use, const PlainPose* given) const;
+  /// Of what targets are in; `q` has at least the joints of the rail as they are then.
+  Result<Pose> base_T_frame(const ProgramActor::RobotUse& use, const PlainPose* given,
+                            std::span<const double> q) const;
   /// Joint values [rad or m] behind the rail, of a target's [degrees or mm]: by the maker's axes
   /// where the program counts them. Steps have no offset.
   Result<std::vector<double>> joints_of(std::size_t who, const std::vector<double>& given,
@@ -143,12 +144,19 @@ class ProgramCell final : public program::World {
   const ProgramActor::CountedAxes& axes_of(std::size_t who);
   /// Value of an axis [degrees or mm] = first * joint + second, of a joint that turns.
   [[nodiscard]] std::pair<double, double> turned_by(std::size_t who, std::size_t joint);
+  /// A joint [rad or m] of the value that the program counts an additional joint with [degrees or
+  /// mm], and the other way.
+  [[nodiscard]] double joint_of_additional(std::size_t number, double value) const;
+  [[nodiscard]] double additional_of_joint(std::size_t number, double q) const;
+  /// Puts the joints of a robot's rail where a target says.
+  void set_rail(std::size_t who, const Target& given, std::span<double> q) const;
+  /// ADAX_CONTROL as it counts: controllers that know of the rail keep the tool's path straight in
+  /// the world, and so do programs of theirs without the attribute.
+  [[nodiscard]] std::int32_t control_of(const program::Motion& m, std::size_t who) const;
   /// How many of a robot's first joints are additional axes of the program: a rail.
   [[nodiscard]] std::size_t rail_of(std::size_t who) const;
   /// base_T_carriage: what the arm stands on, with the first joint values of `q`.
   [[nodiscard]] Pose base_T_carriage(std::size_t who, std::span<const double> q) const;
-  /// parent_T_joint of a joint of one coordinate.
-  static Pose moved_joint(const JointModel& joint, double q);
   /// Why the solver of a robot does not reach a target, in its maker's axes.
   [[nodiscard]] std::string why_not(std::size_t who, const ProgramActor::Solver& solver,
                                     const IkResult& r, const Pose& arm_T_target,

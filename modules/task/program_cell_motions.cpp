@@ -44,7 +44,7 @@ Result<ProgramCell::Goal> ProgramCell::goal(const program::Motion& m, const Targ
     return out;
   }
   if (t.role == RMP_ROLE_ADD_JOINT) {
-    if (b.is_tied() && m.attributes.additional_axes != 0) {
+    if (b.is_tied() && control_of(m, who) != 0) {
       out.pose = before.pose;  // the tool stays in what the path is in
       return out;
     }
@@ -137,8 +137,9 @@ Result<ProgramCell::Beginning> ProgramCell::beginning(const program::Motion& m) 
   } else {
     RMP_TRY_ASSIGN(out.tip, x_.tip(who, out.use->tool));
   }
-  RMP_TRY_ASSIGN(out.frame, base_T_frame(*out.use, at.frame ? &*at.frame : nullptr));
   RMP_TRY(additional(m, out));
+  // Targets are where they are when the rail has come to its end.
+  RMP_TRY_ASSIGN(out.frame, base_T_frame(*out.use, at.frame ? &*at.frame : nullptr, out.rail_to));
   RMP_TRY(tie(m, out));
   return out;
 }
@@ -146,8 +147,8 @@ Result<ProgramCell::Beginning> ProgramCell::beginning(const program::Motion& m) 
 Result<void> ProgramCell::tie(const program::Motion& m, Beginning& out) {
   constexpr std::int32_t kKeep = 1, kKeepRelative = 2, kOfDevice = 3;
   const MotionAttributes& at = m.attributes;
-  const std::int32_t control = at.additional_axes;
   const std::size_t who = out.use->actor;
+  const std::int32_t control = control_of(m, who);
   const std::vector<double> q = TaskExecutor::sample(x_.actors_[who], out.start).q;
   if (control < 0 || control > kOfDevice)
     return error(ErrorCode::invalid_argument,
@@ -732,6 +733,13 @@ Result<void> ProgramCell::additional(const program::Motion& m, Beginning& b) {
   std::vector<Along>& along = b.along;
   std::vector<double>& values = b.additional;
   values = a_.additional_;
+  // Joints are where they are, whatever the program has set: increments begin there.
+  for (const auto& [number, use] : n_.joints) {
+    if (use.is_grip) continue;
+    if (values.size() < number) values.resize(number);
+    values[number - 1] =
+        additional_of_joint(number, TaskExecutor::sample(x_.actors_[use.at], start).q[use.joint]);
+  }
   const std::size_t rail = rail_of(b.use->actor);
   if (rail > 0) {
     const auto now = TaskExecutor::sample(x_.actors_[b.use->actor], start).q;
@@ -753,6 +761,14 @@ Result<void> ProgramCell::additional(const program::Motion& m, Beginning& b) {
                            "\", to = ...} gives it a joint of the world.");
         continue;
       }
+      if (n_.has_no_additional && t.additional[k] == 0 && !use->second.is_grip) {
+        if (std::fabs(was) > kSameJoints)
+          note_once(
+              "the cell has no additional joints (R_NADDJ is 0), and zeros of targets do not move "
+              "joint " +
+              std::to_string(k + 1) + ", which is bound");
+        continue;
+      }
       values[k] = value;
       if (use->second.is_grip) {
         if ((was > 0.5) != (value > 0.5)) b.grips.emplace_back(use->second.at, value > 0.5);
@@ -769,8 +785,7 @@ Result<void> ProgramCell::additional(const program::Motion& m, Beginning& b) {
                        "Make one wait for a signal of the other.");
         one = along.insert(along.end(), {use->second.at, TaskExecutor::sample(other, start).q, {}});
       }
-      const double q =
-          value * (TaskExecutor::is_rotary(other, use->second.joint) ? kDegree : kMillimetre);
+      const double q = joint_of_additional(k + 1, value);
       const JointModel& joint = other.model->joints[use->second.joint];
       if (q < joint.lower - kSame || q > joint.upper + kSame) {
         std::vector<double> there = is_own ? b.rail_to : one->to;

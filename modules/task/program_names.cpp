@@ -2,9 +2,14 @@
 // What the names of a program mean in its world: bindings, and what goes without.
 #include <algorithm>
 #include <cctype>
+#include <numbers>
 #include <set>
 
+#include <robomosp/sdk/post_axes.h>
+#include <robomosp/sdk/program_turns.h>
+
 #include "kernel/text.h"
+#include "robotics/maker_axes.h"
 #include "robotics/single_joints.h"
 #include "task/members.h"
 #include "task/program_actor.h"
@@ -14,6 +19,8 @@ namespace {
 
 using model::BindingKind;
 using text::quote;
+
+constexpr double kDegreesOfRadian = 180 / std::numbers::pi;
 
 bool same(std::string_view a, std::string_view b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
@@ -38,6 +45,41 @@ bool names_devices(const rmp_code& c) {
 
 }  // namespace
 
+std::optional<CountedJoint> ProgramActor::maker_counts(const TaskExecutor::Actor& robot,
+                                                       std::size_t joint, std::string* name) {
+  const auto axes = robotics::MakerAxes::of(*robot.record);
+  const PostAxis* a = axes.ok() ? axes->of_entry(joint) : nullptr;
+  if (!a || !a->coupled.empty() || a->sign == 0) return std::nullopt;
+  if (name) *name = a->name;
+  // Of a joint in its own unit, whichever the maker's is.
+  const double unit = TaskExecutor::is_rotary(robot, joint) ? kDegreesOfRadian : 1000.0;
+  return CountedJoint{a->sign * axis_scale(*a, nullptr) / unit, a->offset};
+}
+
+void ProgramActor::bind_external_axes(const rmp_code& c, const TaskExecutor::Actor& robot,
+                                      std::size_t actor, Names& names) {
+  const auto axes = robotics::MakerAxes::of(*robot.record);
+  if (!axes.ok() || !axes->known()) return;
+  std::vector<std::size_t> joints;
+  for (const PostAxis& a : axes->axes())
+    if (a.external) joints.push_back(static_cast<std::size_t>(std::max(0, a.joint)));
+  std::size_t main = 0, greatest = 0;
+  for (std::uint32_t i = 0; i < c.types.count; ++i) {
+    const auto& t = *static_cast<const rmp_code_type*>(rmp_row(&c.types, i));
+    if (t.role == RMP_ROLE_MAIN_JOINT) main = t.field_count;
+  }
+  for (const std::size_t j : joints) greatest = std::max(greatest, j + 1);
+  if (joints.empty() || greatest != joints.size() ||
+      main + joints.size() != robot.model->joints.size() ||
+      !robotics::why_not_single_joints(*robot.model).empty())
+    return;
+  for (const auto& [number, use] : names.joints)
+    if (!use.is_grip && use.at == actor) return;  // bound by the user
+  for (std::size_t k = 0; k < joints.size(); ++k)
+    if (names.joints.contains(k + 1)) return;
+  for (std::size_t k = 0; k < joints.size(); ++k) names.joints[k + 1] = {false, actor, joints[k]};
+}
+
 Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld wanted,
                                           std::vector<std::string>& notes) {
   const model::PlacedProgram& placed = wanted.placement;
@@ -46,6 +88,8 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
   auto names = std::make_shared<Names>();
   names->name = placed.name;
   names->moves_flange = wanted.moves_flange;
+  names->is_on_carriage = wanted.is_on_carriage;
+  names->has_no_additional = cell_number(c, "R_NADDJ", 1) == 0;
   const auto known_actor = [&](const std::string& name) -> Result<std::size_t> {
     RMP_TRY_ASSIGN(const std::size_t at, find_member(x.actor_of_, name, "robot"));
     return at;
@@ -258,6 +302,7 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
                    known.empty() ? "It has none." : "It has " + text::enumerate(known) + ".",
                    where);
   }
+  if (names->own) bind_external_axes(c, x.actors_[names->own->actor], names->own->actor, *names);
   // By convention the first additional joint is a gripper: 0 is open, 1 is shut.
   if (!names->joints.contains(1) && names->own) {
     JointUse use;
@@ -291,6 +336,14 @@ Result<ProgramActor> ProgramActor::create(const TaskExecutor& x, ProgramInWorld 
   std::int64_t number_of_robot = 0;
   for (const auto& [robot_symbol, use] : names->robots)
     names->devices.try_emplace(++number_of_robot, use);
+  for (const auto& [number, use] : names->joints) {
+    if (use.is_grip) continue;
+    const auto given = wanted.counted.find(number);
+    std::optional<CountedJoint> count;
+    if (given != wanted.counted.end()) count = given->second;
+    else if (counts_maker_axes(c)) count = maker_counts(x.actors_[use.at], use.joint);
+    if (count) names->counted[number] = *count;
+  }
   auto machine = program::Machine::load(wanted.code);
   if (!machine.ok()) return std::move(machine).error().in(where);
   auto presets = program::Presets::make(*machine, wanted.values);

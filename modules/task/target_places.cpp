@@ -2,6 +2,7 @@
 #include "task/target_places.h"
 
 #include <algorithm>
+#include <numbers>
 
 #include "kernel/text.h"
 #include "robotics/grip.h"
@@ -42,6 +43,30 @@ Result<TargetPlaces> ProgramActor::target_places(const TaskExecutor& x, ProgramI
   out.frame = use->frame, out.tool = use->tool;
   out.frame_is_object = x.thing_of_.contains(use->frame);
   if (const auto it = names.rails.find(use->actor); it != names.rails.end()) out.rail = it->second;
+  for (const auto& [number, joint] : names.joints) {
+    if (joint.is_grip) continue;
+    const TaskExecutor::Actor& of = x.actors_[joint.at];
+    const JointModel& model = of.model->joints[joint.joint];
+    AdditionalJoint one;
+    one.number = number;
+    one.robot = of.placed->name, one.joint = model.name;
+    if (joint.at == use->actor) one.rail = static_cast<std::int32_t>(joint.joint);
+    one.is_rotary = TaskExecutor::is_rotary(of, joint.joint);
+    const double unit = one.is_rotary ? std::numbers::pi / 180 : 0.001;
+    one.start = of.start[joint.joint] / unit;
+    one.lower = model.lower / unit, one.upper = model.upper / unit;
+    if (const auto count = maker_counts(of, joint.joint, &one.axis)) one.maker = *count;
+    out.additional.push_back(std::move(one));
+  }
+  if (const auto it = x.thing_of_.find(use->frame); it != x.thing_of_.end()) {
+    const auto& held = x.things_[it->second].history.front();
+    const bool moves = held.is_held && held.joint >= 0 &&
+                       (held.actor == use->actor ||
+                        std::any_of(names.joints.begin(), names.joints.end(), [&](const auto& j) {
+                          return !j.second.is_grip && j.second.at == held.actor;
+                        }));
+    if (moves) out.frame_carrier = x.actors_[held.actor].placed->name;
+  }
   if (!use->frame.empty()) {
     auto world_T_frame = x.frame(use->frame, 0);
     if (!world_T_frame.ok()) return std::move(world_T_frame).error().in(where);
