@@ -1672,10 +1672,14 @@ class KrlReader final : public Reader {
       return e ? *e : real(0);
     };
     std::vector<Ex> external;
+    bool has_external = false;
     for (int i = 1; i <= 6; ++i) {
       const Ex* e = get_field(("e" + std::to_string(i)).c_str());
+      has_external = has_external || e;
       external.push_back(e ? *e : real(0));
     }
+    // Where the file moves external axes, E1 0 is a place of theirs.
+    has_external = has_external && learned_.external_axes > 0;
     while (!external.empty() && external.back().is_literal && external.back().v == 0)
       external.pop_back();
     bool is_joint = false;
@@ -1704,7 +1708,7 @@ class KrlReader final : public Reader {
     if (is_target && !is_relative && (place_parts < 3 || (turn_parts != 0 && turn_parts != 3)))
       return bad(at, "components without a value keep their values, which IRL cannot express",
                  "Give all of X, Y, Z, A, B, C.");
-    if (is_target && !is_relative && turn_parts == 0 && external.empty()) {
+    if (is_target && !is_relative && turn_parts == 0 && external.empty() && !has_external) {
       std::string list;
       for (const char* c : {"x", "y", "z"})
         list += (list.empty() ? "" : ", ") + as_real(take(c), at).s;
@@ -1718,7 +1722,7 @@ class KrlReader final : public Reader {
     const Ex* t = get_field("t");
     // Without S and T the controller keeps the configuration it is in.
     const std::vector<Ex> any_turns(6, integer(-128));
-    if (!s && !t && external.empty())
+    if (!s && !t && external.empty() && !has_external)
       return want && want->k == K::target ? target(p, integer(-1), any_turns, {}) : p;
     Ex status = s ? as_integer(*s, at) : integer(-1);
     if (s && status.ok && !status.is_literal)
