@@ -13,8 +13,11 @@
 #include <robomosp/sdk/post_axes.h>
 #include <robomosp/sdk/post_writer.h>
 
+#include "kernel/text.h"
+#include "program_post/carried.h"
 #include "program_post/vectors.h"
 #include "program_post/walk.h"
+#include "robotics/rail.h"
 
 namespace robomosp::program_post {
 namespace {
@@ -337,12 +340,14 @@ class Values {
 class Finder {
  public:
   Finder(const rmp_code& code, const RobotModel* robot, const PostKinematics* kinematics,
-         std::span<const double> start, const Pose& default_tool, std::span<const PostAxis> axes)
+         std::span<const double> start, const Pose& default_tool, std::span<const PostAxis> axes,
+         const Carrier* carrier)
       : c_(code),
         robot_(robot),
         kinematics_(kinematics),
         values_(code),
-        default_tool_(default_tool) {
+        default_tool_(default_tool),
+        carrier_(carrier) {
     turns_from_ = turns_from(code);
     if (counts_maker_axes(code)) axes_ = axes;
     for (std::uint32_t t = 0; t < code.types.count; ++t)
@@ -365,6 +370,7 @@ class Finder {
       number_[e] = static_cast<std::uint32_t>(out_.points.size());
       out_.points.push_back(p);
     }
+    if (carrier_) follow();
     for (std::uint32_t r = 0; r < c_.routines.count; ++r) {
       is_placed_ = false;  // who calls it has been anywhere
       block(row<rmp_code_routine>(c_.routines, r).body);
@@ -452,6 +458,81 @@ class Finder {
       default: return false;
     }
   }
+  // ---- additional joints ----
+  /// The joint [degrees or mm] at a value of the program; of a step how far it goes.
+  static double joint_of(const CarriedAxis& a, double value, bool is_step) {
+    return (is_step ? value : value - a.offset) / a.sign;
+  }
+  /// Where additional joints are at each motion; points count them as joints from here on.
+  void follow() {
+    std::vector<CarriedSetting> settings(c_.motions.count);
+    std::size_t slots = carrier_->slots;
+    for (const CarriedAxis& a : carrier_->axes) slots = std::max(slots, a.number);
+    std::vector<double> start(slots, 0.0);
+    for (const CarriedAxis& a : carrier_->axes) start[a.number - 1] = a.start;
+    for (std::uint32_t i = 0; i < c_.motions.count; ++i) {
+      const auto& m = row<rmp_code_motion>(c_.motions, i);
+      CarriedSetting& s = settings[i];
+      s.is_step = m.is_incremental != 0;
+      for (std::uint32_t k = 0; k < m.target_count; ++k) {
+        const std::uint32_t e = row<std::uint32_t>(c_.links, m.first_target + k);
+        const auto role =
+            row<rmp_code_type>(c_.types, row<rmp_code_expression>(c_.expressions, e).type).role;
+        if (role != RMP_ROLE_ADD_JOINT && role != RMP_ROLE_JOINT && role != RMP_ROLE_ROBTARGET)
+          continue;
+        if (number_[e] == RMP_NONE) {
+          s.is_unknown = true;
+          continue;
+        }
+        if (s.is_step) is_step_.insert(e);
+        const std::span<const double> given = out_.points[number_[e]].external;
+        for (std::size_t n = 0; n < given.size() && n < slots; ++n) {
+          const CarriedAxis* a = axis_of(n + 1);
+          if (a && carrier_->has_no_additional && given[n] == 0) continue;
+          s.values.emplace_back(n, a ? joint_of(*a, given[n], s.is_step) : given[n]);
+        }
+      }
+    }
+    for (PostPoint& p : out_.points) {
+      if (p.external.empty()) continue;
+      const bool is_step = is_step_.contains(p.expression);
+      std::vector<double> v(p.external.begin(), p.external.end());
+      for (std::size_t n = 0; n < v.size(); ++n)
+        if (const CarriedAxis* a = axis_of(n + 1)) v[n] = joint_of(*a, v[n], is_step);
+      p.external = keep(std::move(v));
+    }
+    out_.motions = follow_carried(c_, settings, std::move(start));
+  }
+  [[nodiscard]] const CarriedAxis* axis_of(std::size_t number) const {
+    for (const CarriedAxis& a : carrier_->axes)
+      if (a.number == number) return &a;
+    return nullptr;
+  }
+  /// base_T_carriage at the end of a motion; nothing = it is known at run time only.
+  [[nodiscard]] std::optional<Pose> carriage(std::uint32_t m) const {
+    if (!carrier_ || carrier_->rail == 0 || carrier_->is_on_carriage) return Pose{};
+    const auto& to = out_.motions[m].to;
+    if (!to) return std::nullopt;
+    return carriage_at(*carrier_, *to);
+  }
+  /// What is written of a target without additional joints of its own, and whether they go there.
+  void carry(PostPoint& p, std::uint32_t m) {
+    const auto& to = out_.motions[m].to;
+    if (!to) return;
+    p.external = keep(*to);
+    for (const CarriedAxis& a : carrier_->axes) {
+      const double v = (*to)[a.number - 1];
+      constexpr double kNear = 1e-6;
+      if (v >= a.lower - kNear && v <= a.upper + kNear) continue;
+      const char* unit = a.is_rotary ? " degrees" : " mm";
+      remark(row<rmp_code_expression>(c_.expressions, p.expression).span,
+             "additional joint " + std::to_string(a.number) + ", which is " + text::quote(a.name) +
+                 ", cannot go to " + text::print_rounded(v, 6) + unit,
+             "It goes from " + text::print_rounded(a.lower, 6) + " to " +
+                 text::print_rounded(a.upper, 6) + unit + ".");
+    }
+  }
+
   void block(std::uint32_t first) {
     const auto at = [&](std::uint32_t i) -> const rmp_code_statement& {
       return row<rmp_code_statement>(c_.statements, i);
@@ -477,7 +558,8 @@ class Finder {
       if (n == RMP_NONE) continue;
       PostPoint& p = out_.points[n];
       if (p.motion == RMP_NONE) p.motion = number;
-      if (!m.is_incremental) solve(p, tool, frame, m);
+      if (carrier_ && !m.is_incremental) carry(p, number);
+      if (!m.is_incremental) solve(p, tool, frame, m, carriage(number));
     }
   }
   /// Into the turns that the program asks for; false = the joints do not go there.
@@ -552,8 +634,9 @@ class Finder {
     p.status = status;
     p.status_known = known;
   }
+  /// `base`: base_T_carriage, which the arm is mounted on.
   void solve(PostPoint& p, const std::optional<Pose>& tool, const std::optional<Pose>& frame,
-             const rmp_code_motion& m) {
+             const rmp_code_motion& m, const std::optional<Pose>& base) {
     const bool is_joints = p.role == RMP_ROLE_JOINT || p.role == RMP_ROLE_MAIN_JOINT;
     const bool was_placed = std::exchange(is_placed_, false);
     if (!kinematics_ || !robot_) {
@@ -567,8 +650,8 @@ class Finder {
       is_placed_ = true;
       if (p.has_pose) return;
       if (auto found = kinematics_->forward(p.q); found.ok()) {
-        if (tool) p.pose = post::product(*found, *tool);
-        p.has_pose = tool.has_value();
+        if (tool && base) p.pose = post::product(*base, post::product(*found, *tool));
+        p.has_pose = tool && base;
       }
       place(p);
       return;
@@ -588,7 +671,17 @@ class Finder {
                         : "the joint values of this target are unknown, since its FRAME is unknown";
       return;
     }
-    const Pose tip = post::product(*frame, p.pose);
+    if (!base) {
+      const char* why =
+          "the joints of this target are not known, since the additional joints that carry the "
+          "robot are known at run time only";
+      p.q_missing = why;
+      remark(row<rmp_code_expression>(c_.expressions, p.expression).span, why,
+             "Give the target its additional joints as constants (ROBTARGET), or post the "
+             "flattened program (form = \"flat\").");
+      return;
+    }
+    const Pose tip = post::product(post::inverse(*base), post::product(*frame, p.pose));
     const Pose to = post::product(tip, post::inverse(*tool));
     // Motions along a path keep the branch that they begin in, whatever STATUS says.
     const bool keeps = was_placed && m.interpolation != RMP_MOVE_PTP;
@@ -649,14 +742,26 @@ class Finder {
   double turns_from_ = kTurnsFrom;
   std::span<const PostAxis> axes_;  ///< that joints and turns of the program count
   std::size_t joints_ = 0;          ///< of MAIN_JOINT
+  const Carrier* carrier_ = nullptr;
+  std::set<std::uint32_t> is_step_;  ///< expressions that motions add to where the robot is
 };
 
 }  // namespace
 
 KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
                          const PostKinematics* kinematics, std::span<const double> start,
-                         const Pose& default_tool, std::span<const PostAxis> axes) {
-  return Finder(code, robot, kinematics, start, default_tool, axes).run();
+                         const Pose& default_tool, std::span<const PostAxis> axes,
+                         const Carrier* carrier) {
+  return Finder(code, robot, kinematics, start, default_tool, axes, carrier).run();
+}
+
+Pose carriage_at(const Carrier& carrier, std::span<const double> additional) {
+  std::vector<double> q = carrier.start;
+  for (const CarriedAxis& a : carrier.axes)
+    if (a.rail >= 0 && a.number <= additional.size())
+      q[static_cast<std::size_t>(a.rail)] =
+          additional[a.number - 1] / (a.is_rotary ? post::kDegree : 1000.0);
+  return robotics::base_T_carriage(*carrier.chain, carrier.rail, q);
 }
 
 }  // namespace robomosp::program_post

@@ -5,6 +5,8 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include <robomosp/sdk/post.h>
@@ -14,13 +16,42 @@
 
 namespace robomosp::program_post {
 
+/// An additional joint that is a joint of the world.
+struct CarriedAxis {
+  std::size_t number = 0;  ///< in the program, from 1
+  std::int32_t rail = -1;  ///< entry of q of the chain before the arm; -1 = it carries no arm
+  bool is_rotary = true;
+  double start = 0;             ///< of the joint [degrees or mm]
+  double lower = 0, upper = 0;  ///< of the joint [degrees or mm]
+  double sign = 1, offset = 0;  ///< value in the program = sign * joint + offset
+  std::string name;             ///< of the joint
+};
+/// A robot whose first joints are additional ones of the program, such as a rail.
+struct Carrier {
+  std::shared_ptr<const RobotModel> chain;  ///< rail and arm
+  std::vector<double> start;                ///< of the chain [rad or m]
+  std::size_t rail = 0;                     ///< its joints that are additional ones
+  std::vector<CarriedAxis> axes;            ///< by number
+  std::size_t slots = 0;                    ///< numbers of ADD_JOINT
+  bool has_no_additional = false;           ///< zeros only fill the type (R_NADDJ := 0)
+  /// Frames of motions are those of the carriage at their ends, as after on_carriage().
+  bool is_on_carriage = false;
+};
+/// Additional joints of a motion [degrees or mm], as the joints count, by number; nothing = they
+/// are known at run time only.
+struct CarriedMotion {
+  std::optional<std::vector<double>> from, to;
+  [[nodiscard]] bool moves() const { return from && to && *from != *to; }
+};
+
 /// Owns what its points refer to; moved, they stay valid.
 struct KnownPoints {
   std::vector<PostPoint> points;  ///< by rising expression
   std::deque<std::vector<double>> numbers;
   std::deque<std::vector<std::int32_t>> turns;
   std::deque<std::string> words;
-  std::vector<Remark> remarks;  ///< targets that the run reaches otherwise than they say
+  std::vector<Remark> remarks;         ///< targets that the run reaches otherwise than they say
+  std::vector<CarriedMotion> motions;  ///< by motion, where there is a carrier
 };
 
 /// Values of all expressions of position, orientation, pose, joints and robot target that do not
@@ -34,11 +65,19 @@ struct KnownPoints {
 /// ROBTARGET has its STATUS (-1 = any) and its TURNS, which are those of the last joints, in turns
 /// that begin at R_TURNS_FROM of the cell. Where the cell says R_MAKER_AXES, joints and turns are
 /// those of `axes`. Joints: degrees and mm of the program become rad and m
-/// by the robot's types of joints (rad without a robot). Linear in the size of the tables.
+/// by the robot's types of joints (rad without a robot). With a `carrier` the robot, its kinematics
+/// and `start` are those of the arm, poses are in the base of the chain, and points of motions have
+/// the additional joints as they are there (`external`, as the joints count), also where the target
+/// gives none: a target without them leaves them where they are. Where they depend on the run, the
+/// target has no joints. Linear in the size of the tables.
 [[nodiscard]] KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
                                        const PostKinematics* kinematics,
                                        std::span<const double> start = {},
                                        const Pose& default_tool = {},
-                                       std::span<const PostAxis> axes = {});
+                                       std::span<const PostAxis> axes = {},
+                                       const Carrier* carrier = nullptr);
+
+/// base_T_carriage of a carrier at additional joints by number [degrees or mm], as joints count.
+[[nodiscard]] Pose carriage_at(const Carrier&, std::span<const double> additional);
 
 }  // namespace robomosp::program_post

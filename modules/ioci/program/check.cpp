@@ -25,6 +25,7 @@
 #include "scene/contacts.h"
 #include "scene/path_lines.h"
 #include "sim/member_axes.h"
+#include "task/target_places.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -419,6 +420,8 @@ void put_in_place(const InItsPlace* instead, task::ProgramInWorld& one, const mo
   one.code = instead->code;
   one.frees_unbound = true;
   one.moves_flange = instead->moves_flange;
+  one.counted = instead->counted;
+  one.is_on_carriage = instead->is_on_carriage;
   instead->bind(one.placement, world);
 }
 
@@ -670,6 +673,11 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
   if (has(args, "profile")) {
     const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
     const auto& c = std::get<model::OtherContent>(r->body).as<model::Controller>();
+    // Of a robot on a rail the profile counts the joints of the arm.
+    const sim::Simulator looks{ctx.app.registry, ctx.app.derived, *out.snapshot,
+                               &ctx.app.collision_models};
+    auto lead = task::target_places(looks, out.world, run.programs[checked], {}, ctx.progress);
+    if (!lead.ok() && lead.error().code == ErrorCode::cancelled) return std::move(lead).error();
     options.controller = r->name;
     options.most_speed = c.max_speed * 1000;
     options.most_speed_orientation = c.max_speed_ori * kDegreesPerRadian;
@@ -680,22 +688,30 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
       RMP_TRY(profile.fill());
       auto maker = robotics::MakerAxes::of(*out.snapshot->get(placed.robot));
       if (!maker.ok()) return std::move(maker).error().in("robot " + text::quote(placed.name));
-      (void)profile.use(std::move(*maker), placed.name);  // program.post tells contradictions
+      // What is wrong with bindings is the run's to say.
+      std::vector<robotics::RailJoint> rail;
+      if (lead.ok() && lead->robot == placed.name) {
+        rail.resize(lead->rail);
+        for (const task::AdditionalJoint& a : lead->additional)
+          if (a.rail >= 0) rail[static_cast<std::size_t>(a.rail)] = {a.number, a.is_rotary};
+      }
+      // program.post tells contradictions.
+      RMP_TRY(profile.use(std::move(*maker), placed.name, rail));
       for (const PostAxis& a : profile.axes) {
         const bool has_limits = std::any_of(c.axes.begin(), c.axes.end(), [&](const auto& own) {
           return own.name == a.name && own.lower < own.upper;
         });
-        if (!has_limits || !is_of_robot(a) || a.joint < 0) continue;
-        program_check::AxisLimit limit{placed.name,
-                                       std::string(a.name),
-                                       static_cast<std::size_t>(a.joint),
-                                       {},
-                                       a.offset,
-                                       a.lower,
-                                       a.upper};
+        auto joint = static_cast<std::size_t>(std::max(0, a.joint)) + rail.size();
+        if (!is_of_robot(a))
+          for (std::size_t k = 0; k < rail.size(); ++k)
+            if (rail[k].number == static_cast<std::size_t>(std::max(0, a.joint)) + 1) joint = k;
+        const bool is_there = is_of_robot(a) || joint < rail.size();
+        if (!has_limits || !is_there || a.joint < 0) continue;
+        program_check::AxisLimit limit{
+            placed.name, std::string(a.name), joint, {}, a.offset, a.lower, a.upper};
         limit.factors.emplace_back(limit.joint, a.sign);
         for (std::size_t k = 0; k < a.coupled.size(); ++k)
-          if (a.coupled[k] != 0) limit.factors.emplace_back(k, a.coupled[k]);
+          if (a.coupled[k] != 0) limit.factors.emplace_back(k + rail.size(), a.coupled[k]);
         options.axes.push_back(std::move(limit));
       }
     }

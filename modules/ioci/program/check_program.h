@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -14,6 +15,7 @@
 #include "ioci/core/commands.h"
 #include "model/world.h"
 #include "program_check/check.h"
+#include "task/program_actor.h"
 
 namespace robomosp::ioci {
 
@@ -33,6 +35,9 @@ struct InItsPlace {
   /// Makes the bindings of the place those of this program; its name stays.
   std::function<void(model::PlacedProgram&, const model::World&)> bind;
   bool moves_flange = true;  ///< motions without TOOL, else the tool that the robot has
+  /// How it counts additional joints, and whether it measures poses from the carriage of a rail.
+  std::map<std::size_t, task::CountedJoint> counted = {};
+  bool is_on_carriage = false;
 };
 /// Runs the program `id` of the arguments in its world, or alone with `robot`. The document stays
 /// as it is. `instead` runs in its place, with signals of its own where it binds none.

@@ -75,6 +75,34 @@ struct Reached {
   std::optional<std::int32_t> status;
   double speed = 0;  ///< of paths [mm/s], of PTP [%]
   double c_cp = 0, c_ptp = 0;
+  std::vector<double> additional;  ///< joints of the world by number [degrees or mm], if there are
+};
+/// How a program counts additional joints of the world.
+struct Carried {
+  const program_post::Carrier* carrier = nullptr;  ///< null = it has none
+  std::span<const PostAxis> axes;  ///< external ones of a controller, in its order; empty = own
+  bool is_controllers = false;     ///< they are read back
+  bool is_on_carriage = false;     ///< it measures poses from the carriage
+  bool has_no_additional = false;  ///< zeros only fill the type (R_NADDJ := 0)
+  /// Puts joints where a target says.
+  void set(const program::Target& t, bool is_step, std::vector<double>& now) const {
+    for (std::size_t k = 0; k < t.additional.size(); ++k) {
+      if (has_no_additional && t.additional[k] == 0) continue;
+      std::size_t number = k;
+      double sign = 1, offset = 0;
+      if (is_controllers && !axes.empty()) {
+        if (k >= axes.size()) continue;
+        number = static_cast<std::size_t>(axes[k].joint);
+        sign = axes[k].sign, offset = axes[k].offset;
+      } else if (!is_controllers) {
+        for (const program_post::CarriedAxis& a : carrier->axes)
+          if (a.number == k + 1) sign = a.sign, offset = a.offset;
+      }
+      if (number >= now.size()) now.resize(number + 1, 0.0);
+      const double v = (t.additional[k] - (is_step ? 0 : offset)) / sign;
+      now[number] = is_step ? now[number] + v : v;
+    }
+  }
 };
 program::PlainPose plain_pose(const Pose& p) {
   program::PlainPose out;
@@ -102,18 +130,31 @@ bool stops(const program::Trace& t, std::size_t i) {
   return true;
 }
 /// `cell`: what a world says of targets and tool, which a controller's program says itself.
-std::vector<Reached> reached(const program::Trace& t, const program_post::CellPlaces& cell) {
+std::vector<Reached> reached(const program::Trace& t, const program_post::CellPlaces& cell,
+                             const Carried& carried) {
   std::vector<Reached> out;
-  const program::PlainPose base_T_frame = plain_pose(cell.frame.value_or(Pose{}));
+  std::vector<double> additional;
+  if (carried.carrier)
+    for (const program_post::CarriedAxis& a : carried.carrier->axes) {
+      additional.resize(std::max(additional.size(), a.number), 0.0);
+      additional[a.number - 1] = a.start;
+    }
+  program::PlainPose base_T_frame = plain_pose(cell.frame.value_or(Pose{}));
   const program::PlainPose flange_T_tool = plain_pose(cell.tool.value_or(Pose{}));
   for (std::size_t i = 0; i < t.entries.size(); ++i) {
     const program::TraceEntry& e = t.entries[i];
     const auto* m = std::get_if<program::TracedMotion>(&e.what);
     if (!m) continue;
     const bool is_end = stops(t, i);
+    if (carried.carrier)
+      for (const program::Target& target : m->motion.targets)
+        carried.set(target, m->motion.is_incremental, additional);
+    if (carried.carrier && carried.is_on_carriage)
+      base_T_frame = plain_pose(program_post::carriage_at(*carried.carrier, additional));
     for (std::size_t k = 0; k < m->motion.targets.size(); ++k) {
       const program::Target& target = m->motion.targets[k];
       Reached one;
+      one.additional = additional;
       one.line = e.span.line;
       one.interpolation = m->motion.interpolation;
       one.tool = m->motion.attributes.tool.value_or(flange_T_tool);
@@ -229,6 +270,7 @@ struct SideFault {
 };
 struct Side {
   std::string target, title, profile, form;
+  ProviderInfo info;
   std::string label;  ///< what was asked for: the target, or the controller
   bool is_correct = false;
   std::vector<std::pair<std::string, std::string>> files;
@@ -249,8 +291,8 @@ struct Side {
 };
 
 struct Difference {
-  std::string kind;  ///< cannot, otherwise, missing, form, unread, motion, point, configuration,
-                     ///< speed, blend, output
+  std::string kind;  ///< cannot, otherwise, missing, form, unread, motion, point, additional,
+                     ///< configuration, speed, blend, output
   std::string file;
   std::uint32_t line = 0;
   std::size_t side = 0;
@@ -286,7 +328,7 @@ program::TraceOptions inputs_of(const rmp_code& program, const program::TraceOpt
 }
 
 /// Runs through what an independent reader makes of the files.
-Result<void> read_back(CommandContext& ctx, const rmp_code& program,
+Result<void> read_back(CommandContext& ctx, const rmp_code& program, const PostCell& cell,
                        const program::TraceOptions& options, Side& side) {
   RMP_TRY_ASSIGN(const ReadBack read,
                  read_posted(ctx, side.files, side.axes ? &side.axes->record : nullptr));
@@ -308,7 +350,19 @@ Result<void> read_back(CommandContext& ctx, const rmp_code& program,
     return {};
   }
   side.reader = read.reader;
-  side.reached = reached(*traced, {});
+  std::vector<PostAxis> externals;
+  Carried carried;
+  if (cell.carrier) {
+    carried.carrier = &*cell.carrier;
+    carried.is_controllers = true;
+    carried.has_no_additional = cell_number(read.program->code(), "R_NADDJ", 1) == 0;
+    RMP_TRY_ASSIGN(const auto kind, rail_kind(side.info, side.capabilities, side.axes->view));
+    carried.is_on_carriage = cell.is_on_rail() && kind != program_post::RailKind::base;
+    for (const PostAxis& a : side.axes->axes)
+      if (a.external && a.of_robot == 0 && a.joint >= 0) externals.push_back(a);
+    carried.axes = externals;
+  }
+  side.reached = reached(*traced, {}, carried);
   if (counts_maker_axes(read.program->code()) && side.axes)
     for (Reached& r : side.reached) {
       if (!r.is_joints || r.joints.empty()) continue;
@@ -340,7 +394,9 @@ std::vector<std::string> split_lines(const std::string& text) {
   return out;
 }
 
-Result<Side> post_side(CommandContext& ctx, const Map& args, const std::string& asked) {
+Result<Side> post_side(CommandContext& ctx, const Map& args, const PostCell& cell,
+                       const std::shared_ptr<const CompiledProgram>& program,
+                       const std::string& symbol, const std::string& asked) {
   Side out;
   Map post{{"id", *args.find("id")}, {"check", true}, {"source_map", true}};
   if (const auto profile = ctx.snapshot().find(controller_kind(), asked)) {
@@ -358,9 +414,14 @@ Result<Side> post_side(CommandContext& ctx, const Map& args, const std::string& 
     out.axes->record = std::get<model::OtherContent>(r->body).as<model::Controller>();
   }
   RMP_TRY(out.axes->fill());
-  if (has(args, "robot")) {
+  if (cell.is_placed) {
+    // Each side owns the names of its axes.
+    RMP_TRY_ASSIGN(PostCell own, post_cell(ctx, args, program, symbol));
+    RMP_TRY(out.axes->use(std::move(own.maker), own.robot_name, own.rail));  // the post tells
+  } else if (has(args, "robot")) {
     RMP_TRY_ASSIGN(auto maker, robotics::MakerAxes::of(content<model::Robot>(ctx, args, "robot")));
-    (void)out.axes->use(std::move(maker), name_in(ctx, ref(args, "robot")));  // the post tells
+    RMP_TRY(out.axes->use(std::move(maker), name_in(ctx, ref(args, "robot")),
+                          cell.rail));  // the post tells
   }
   RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.post", post));
   const Map& map = *found.as_map();
@@ -370,6 +431,11 @@ Result<Side> post_side(CommandContext& ctx, const Map& args, const std::string& 
   out.is_correct = *map.find("correct")->as_bool();
   RMP_TRY_ASSIGN(const auto made, ctx.app.registry.create<Post>(out.target));
   out.capabilities = made->capabilities();
+  RMP_TRY_ASSIGN(out.info, ctx.app.registry.find(Post::kInterfaceId, out.target));
+  if (cell.carrier) {
+    RMP_TRY_ASSIGN(const auto kind, rail_kind(out.info, out.capabilities, out.axes->view));
+    if (kind != program_post::RailKind::none) carry_axes(*out.axes, cell);
+  }
   out.title = std::string(out.capabilities.title);
   for (const Value& each : *map.find("faults")->as_list()) {
     const Map& f = *each.as_map();
@@ -481,6 +547,12 @@ void compare_motions(Comparison& c, const std::string& file, const Moves& left, 
              "the target in " + of_a + " is " + text::print_rounded(d.mm, 4) + " mm and " +
                  text::print_rounded(d.degrees, 4) + " degrees from that in " + of_b);
     }
+    for (std::size_t n = 0; n < a[k].additional.size() && n < b[k].additional.size(); ++n)
+      if (std::fabs(a[k].additional[n] - b[k].additional[n]) > kSameMm)
+        tell("additional", line,
+             "additional joint " + std::to_string(n + 1) + " goes to " +
+                 text::print_rounded(a[k].additional[n], 6) + " in " + of_a + " and to " +
+                 text::print_rounded(b[k].additional[n], 6) + " in " + of_b);
     if (a[k].status && b[k].status && *a[k].status != *b[k].status)
       tell("configuration", line,
            of_a + " says configuration " + std::to_string(*a[k].status) + ", " + of_b + " " +
@@ -628,18 +700,23 @@ Result<Comparison> compared(CommandContext& ctx, const Map& args,
     RMP_TRY_ASSIGN(options.inputs, input_values(made.code(), *given->as_map()));
   }
   const auto moved = program_post::robots_that_move(made.code());
-  RMP_TRY_ASSIGN(const PostCell cell, post_cell(ctx, args, made.program,
-                                                moved.size() == 1 ? moved.front() : std::string()));
+  const std::string symbol = moved.size() == 1 ? moved.front() : std::string();
+  RMP_TRY_ASSIGN(const PostCell cell, post_cell(ctx, args, made.program, symbol));
+  Carried carried;
+  if (cell.carrier) {
+    carried.carrier = &*cell.carrier;
+    carried.has_no_additional = cell.carrier->has_no_additional;
+  }
   auto traced = program::trace(made.program, options, &ctx.progress);
   if (traced.ok())
-    out.reached = reached(*traced, cell.places), out.bits = deeds(*traced, false),
+    out.reached = reached(*traced, cell.places, carried), out.bits = deeds(*traced, false),
     out.whole = deeds(*traced, true);
   else if (traced.error().code == ErrorCode::cancelled) return std::move(traced).error();
   else out.not_traced = traced.error().sentence();
   for (const std::string& each : targets) {
-    RMP_TRY_ASSIGN(Side side, post_side(ctx, args, each));
+    RMP_TRY_ASSIGN(Side side, post_side(ctx, args, cell, made.program, symbol, each));
     if (side.is_correct && !side.files.empty()) {
-      RMP_TRY(read_back(ctx, made.code(), options, side));
+      RMP_TRY(read_back(ctx, made.code(), cell, options, side));
     } else if (!side.is_correct) {
       side.not_read = "it cannot be posted";
     }
@@ -1102,7 +1179,8 @@ RMP_COMMANDS(program_compare_commands) {
              "express; compared, most_distance and most_angle from the program's points."),
        field("differences", "list", "",
              "Tables by line: kind (cannot, otherwise, missing, form, unread, motion, "
-             "point, configuration, speed, blend, output), file, line, target, text."),
+             "point, additional, configuration, speed, blend, output), file, line, target, "
+             "text."),
        field("rows", "list", "",
              "Tables, one per line of the source: file, line, source, says (one text per target), "
              "differs."),

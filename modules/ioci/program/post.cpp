@@ -30,6 +30,7 @@
 #include "motion/provider_params.h"
 #include "program/flatten.h"
 #include "program/trace.h"
+#include "program_post/carriage.h"
 #include "program_post/legalise.h"
 #include "program_post/part_of_robot.h"
 #include "program_post/points.h"
@@ -58,6 +59,11 @@ struct Asked {
     return p.tool < 0 ? Pose{} : p.tools[static_cast<std::size_t>(p.tool)].pose;
   }
   std::vector<std::string> contradictions;  ///< of the profile to the robot
+  /// What the controller does with additional joints of the world, and whether they are written.
+  program_post::RailKind rail = program_post::RailKind::none;
+  [[nodiscard]] bool carries() const {
+    return cell.carrier && (cell.carrier->rail > 0 || rail != program_post::RailKind::none);
+  }
 };
 
 /// A name that is an identifier.
@@ -94,6 +100,19 @@ std::pair<std::string, Controller> given_profile(CommandContext& ctx, const Map&
   return {r->name, std::get<model::OtherContent>(r->body).as<Controller>()};
 }
 
+/// Takes the additional joints of the world out of points, where the target has none and they stay.
+void hide_rail(const program_post::Carrier& carrier, program_post::KnownPoints& points) {
+  for (PostPoint& p : points.points) {
+    if (p.external.empty()) continue;
+    std::vector<double> left(p.external.begin(), p.external.end());
+    for (const program_post::CarriedAxis& a : carrier.axes)
+      if (a.number <= left.size()) left[a.number - 1] = 0;
+    const bool is_empty = std::all_of(left.begin(), left.end(), [](double v) { return v == 0; });
+    p.external = {};
+    if (!is_empty) p.external = points.numbers.emplace_back(std::move(left));
+  }
+}
+
 /// Writes it as one program, or as about so many parts besides; gives how many there are, and
 /// whether a limit of the controller is passed.
 struct Written {
@@ -105,12 +124,24 @@ Result<Written> write_in_parts(CommandContext& ctx, const Asked& asked, const rm
   const PostCapabilities& caps = asked.post->capabilities();
   out.is_flat = form == kPostFlat;
   out.has_robot = asked.cell.robot != nullptr;
+  std::optional<program_post::Carrier> carrier;
+  if (asked.carries()) carrier = asked.cell.carrier;
   const auto known = [&](const rmp_code& of) {
-    return program_post::known_points(of, asked.cell.robot.get(), asked.kinematics.get(),
-                                      asked.cell.start, asked.default_tool(),
-                                      asked.profile->view.axes);
+    auto found = program_post::known_points(
+        of, asked.cell.robot.get(), asked.kinematics.get(), asked.cell.start, asked.default_tool(),
+        asked.profile->view.axes, carrier ? &*carrier : nullptr);
+    if (carrier && asked.rail == program_post::RailKind::none) hide_rail(*carrier, found);
+    return found;
   };
-  const auto placed = program_post::in_cell(as_written, asked.cell.places);
+  auto placed = program_post::in_cell(as_written, asked.cell.places);
+  if (carrier && carrier->rail > 0) {
+    const rmp_code& whole = placed ? placed->code() : as_written;
+    std::vector<program_post::Remark> remarks;
+    auto carried = program_post::for_rail(whole, *carrier, known(whole), asked.rail, caps, remarks);
+    for (const auto& r : remarks) out.fault(r.severity, r.span, r.message, r.hint);
+    carrier->is_on_carriage = asked.rail != program_post::RailKind::base;
+    placed = std::move(carried);
+  }
   const rmp_code& code = placed ? placed->code() : as_written;
   program_post::LegaliseOptions options;
   program_post::KnownPoints before;
@@ -242,6 +273,39 @@ void settle_places(Asked& asked, const rmp_code& code) {
   if (asked.cell.is_placed) settle(asked.cell.places.frame, p.frame, p.frames, "frame");
 }
 
+/// What the controller does with the rail of a robot: by its target, or as the profile says.
+Result<void> settle_rail(Asked& asked, const rmp_code& code) {
+  using program_post::RailKind;
+  if (!asked.cell.carrier) return {};
+  RMP_TRY_ASSIGN(asked.rail,
+                 rail_kind(asked.info, asked.post->capabilities(), asked.profile->view));
+  if (!asked.cell.is_on_rail()) return {};
+  const program_post::Carrier& c = *asked.cell.carrier;
+  std::string what;
+  for (const program_post::CarriedAxis& a : c.axes)
+    if (a.rail >= 0)
+      what += (what.empty() ? "" : ", ") + ("additional joint " + std::to_string(a.number)) + " (" +
+              a.name + ")";
+  const rmp_span head = row<rmp_code_routine>(code.routines, 0).span;
+  if (asked.rail == RailKind::base)
+    asked.cell.remarks.push_back(
+        {RMP_FAULT_NOTE, head,
+         "the robot is carried by " + what +
+             ": targets are measured from the fixed base of the rail, and the controller has to "
+             "know that these axes carry the robot",
+         "The profile's option rail = carriage writes targets measured from the carriage."});
+  else
+    asked.cell.remarks.push_back(
+        {RMP_FAULT_NOTE, head,
+         "the robot is carried by " + what +
+             ": targets are measured from the carriage, since the controller does not know what "
+             "carries its robot",
+         asked.rail == RailKind::none
+             ? std::string("The rail stays where it is at the start.")
+             : std::string("The profile's option rail = base writes them from the fixed base.")});
+  return {};
+}
+
 Result<Asked> read_asked(CommandContext& ctx, const Map& args, const Compiled& made) {
   const rmp_code& code = made.code();
   Asked out;
@@ -274,12 +338,15 @@ Result<Asked> read_asked(CommandContext& ctx, const Map& args, const Compiled& m
     symbol = moved.front();
   RMP_TRY_ASSIGN(out.cell, post_cell(ctx, args, made.program, symbol));
   settle_places(out, code);
+  RMP_TRY(settle_rail(out, code));
   if (out.cell.robot) {
     RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, out.cell.robot, out.cell.ik));
     out.kinematics =
         std::make_unique<HostKinematics>(out.cell.robot, std::move(bound), ctx.progress);
-    out.contradictions = out.profile->use(std::move(out.cell.maker), out.cell.robot_name);
+    RMP_TRY_ASSIGN(out.contradictions,
+                   out.profile->use(std::move(out.cell.maker), out.cell.robot_name, out.cell.rail));
   }
+  if (out.carries() && out.rail != program_post::RailKind::none) carry_axes(*out.profile, out.cell);
   out.name = text_of(args, "name");
   if (out.name.empty()) out.name = out.profile->record.program;
   if (out.name.empty()) {

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/program/post_cell.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include <robomosp/sdk/post_writer.h>
+#include <robomosp/sdk/program_turns.h>
 
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
 #include "ioci/robot/robots.h"
 #include "robotics/grip.h"
 #include "robotics/home.h"
+#include "robotics/rail.h"
 #include "spatial/pose.h"
 #include "task/target_places.h"
 
@@ -53,7 +58,14 @@ void note_places(PostCell& cell, const rmp_code& code, const task::TargetPlaces&
             millimetres(*cell.places.tool) + " of the flange";
   if (!what.empty())
     cell.remarks.push_back({RMP_FAULT_NOTE, head(code), "as in " + world + ": " + what, {}});
-  if (lead.frame_is_object && cell.places.frame)
+  if (!lead.frame_carrier.empty())
+    cell.remarks.push_back(
+        {RMP_FAULT_ERROR, head(code),
+         "the frame " + text::quote(lead.frame) + " is an object that " +
+             text::quote(lead.frame_carrier) +
+             " carries, which the program moves: posts write frames that stay",
+         "Bind the program to a frame of the world, and give its targets there."});
+  else if (lead.frame_is_object && cell.places.frame)
     cell.remarks.push_back(
         {RMP_FAULT_WARNING, head(code),
          "the frame " + text::quote(lead.frame) +
@@ -61,7 +73,97 @@ void note_places(PostCell& cell, const rmp_code& code, const task::TargetPlaces&
          "Bind the program to a frame of the world, or check the post with run_check."});
 }
 
+/// Additional joints that are joints of the world. Of a robot on a rail what is left is the arm.
+void carry(PostCell& cell, const rmp_code& code, const task::TargetPlaces& lead) {
+  program_post::Carrier c;
+  c.rail = lead.rail;
+  c.start = cell.start;
+  c.has_no_additional = cell_number(code, "R_NADDJ", 1) == 0;
+  for (std::uint32_t i = 0; i < code.types.count; ++i)
+    if (const auto& t = row<rmp_code_type>(code.types, i); t.role == RMP_ROLE_ADD_JOINT)
+      c.slots = t.field_count;
+  const bool counts_axes = counts_maker_axes(code);
+  // A joint at 0.4 m is at 400 mm, and not beside it by a rounding.
+  const auto whole = [](double v) { return std::round(v * 1e9) / 1e9; };
+  cell.rail.resize(lead.rail);
+  for (const task::AdditionalJoint& a : lead.additional) {
+    program_post::CarriedAxis one;
+    one.number = a.number, one.rail = a.rail, one.is_rotary = a.is_rotary;
+    one.start = whole(a.start), one.lower = a.lower, one.upper = a.upper;
+    if (counts_axes) one.sign = a.maker.sign, one.offset = a.maker.offset;
+    one.name = a.joint + " of " + a.robot;
+    if (a.rail >= 0) cell.rail[static_cast<std::size_t>(a.rail)] = {a.number, a.is_rotary};
+    c.slots = std::max(c.slots, a.number);
+    c.axes.push_back(std::move(one));
+    cell.axis_names.push_back(a.axis);
+    cell.axis_counts.push_back(a.maker);
+  }
+  if (lead.rail > 0) {
+    c.chain = cell.robot;
+    cell.robot = robotics::arm_behind_rail(*c.chain, lead.rail);
+    cell.start.erase(cell.start.begin(),
+                     cell.start.begin() + static_cast<std::ptrdiff_t>(lead.rail));
+  }
+  cell.carrier = std::move(c);
+}
+
+/// The robot alone, as in a run of a program without a world: external axes of the maker that carry
+/// it are additional joints. Nothing = it has none, or it is edited right now.
+Result<std::optional<task::TargetPlaces>> alone_places(
+    CommandContext& ctx, RobotId record, const std::shared_ptr<const CompiledProgram>& program,
+    std::string_view symbol) {
+  const model::Robot& robot = *ctx.snapshot().get(record);
+  if (std::none_of(robot.axes.begin(), robot.axes.end(),
+                   [](const model::MakerAxis& a) { return a.external; }) ||
+      ctx.base()->find(AnyId(record)) != ctx.snapshot().find(AnyId(record)))
+    return std::optional<task::TargetPlaces>();
+  RMP_TRY_ASSIGN(auto scratch, ctx.app.document.begin("post of a program"));
+  scratch.base_on(ctx.base());
+  model::World world;
+  world.robots.push_back({"robot", record, {}, {}, model::BaseKind::fixed, {}});
+  RMP_TRY_ASSIGN(const WorldId id, scratch.add(scratch.free_name(Kind::world, "post"), world));
+  const document::Snapshot now = scratch.now();
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, now, &ctx.app.collision_models};
+  task::ProgramInWorld wanted;
+  wanted.code = program;
+  wanted.placement.name = program->code().name;
+  RMP_TRY_ASSIGN(auto found, task::target_places(simulator, id, wanted, symbol, ctx.progress));
+  return std::optional(std::move(found));
+}
+
+/// The tag of targets whose controllers know which external axis carries the robot.
+constexpr const char* kCarriedBase = "carried_base";
+
 }  // namespace
+
+Result<program_post::RailKind> rail_kind(const ProviderInfo& target, const PostCapabilities& caps,
+                                         const PostProfile& profile) {
+  using program_post::RailKind;
+  if (caps.external_axes <= 0) return RailKind::none;
+  const bool knows =
+      std::find(target.tags.begin(), target.tags.end(), kCarriedBase) != target.tags.end();
+  for (const PostOption& o : profile.options) {
+    if (o.name != "rail") continue;
+    if (o.value == "base") return RailKind::base;
+    if (o.value == "carriage") return RailKind::carriage;
+    return error(ErrorCode::invalid_argument,
+                 "the option rail is " + text::quote(o.value) + ", which is not base or carriage",
+                 "base: the controller knows which external axis carries the robot; carriage: it "
+                 "does not.",
+                 "controller " + text::quote(profile.name));
+  }
+  return knows ? RailKind::base : RailKind::carriage;
+}
+
+void carry_axes(ControllerProfile& profile, const PostCell& cell) {
+  std::vector<ControllerProfile::AdditionalAxis> bound;
+  for (std::size_t i = 0; i < cell.carrier->axes.size(); ++i) {
+    const program_post::CarriedAxis& a = cell.carrier->axes[i];
+    bound.push_back({a.number, !a.is_rotary, cell.axis_counts[i].sign, cell.axis_counts[i].offset,
+                     a.lower, a.upper, cell.axis_names[i]});
+  }
+  profile.carry(bound, cell.carrier->slots);
+}
 
 Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
                            std::shared_ptr<const CompiledProgram> program,
@@ -132,14 +234,6 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
     out.places = {program_post::unless_identity(lead->base_T_frame),
                   program_post::unless_identity(lead->flange_T_tool)};
     note_places(out, code, *lead, of);
-    if (lead->rail > 0) {
-      out.remarks.push_back({RMP_FAULT_WARNING, head(code),
-                             "robot " + text::quote(lead->robot) +
-                                 " is mounted on a rail of the program: joints and configurations "
-                                 "of its targets are not computed",
-                             "Give targets as joints where the configuration matters."});
-      return out;
-    }
   } else {
     const TipModel& tip = model->tips.front();
     if (tip.joint == flange.joint)
@@ -147,12 +241,17 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
           spatial::compose(spatial::inverse(flange.joint_T_link), tip.tool));
   }
   out.robot = of_flange(model, flange);
+  out.start = lead ? lead->start : robotics::home_joint_values(robot);
   out.ik = robot.ik;
   out.robot_name = now.find(record)->name;
   auto maker = robotics::MakerAxes::of(robot);
   if (!maker.ok()) return std::move(maker).error().in("robot " + text::quote(out.robot_name));
   out.maker = std::move(*maker);
-  out.start = lead ? lead->start : robotics::home_joint_values(robot);
+  if (!lead) {
+    RMP_TRY_ASSIGN(lead, alone_places(ctx, record, program, symbol));
+    if (lead) out.start = lead->start;
+  }
+  if (lead && !lead->additional.empty()) carry(out, code, *lead);
   return out;
 }
 

@@ -6,7 +6,9 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <numbers>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +20,7 @@
 #include "model/controller.h"
 #include "model/placement.h"
 #include "robotics/maker_axes.h"
+#include "robotics/rail.h"
 
 namespace robomosp::ioci {
 
@@ -34,6 +37,7 @@ struct ControllerProfile {
   model::Controller record;
   std::string name, prologue, epilogue;
   std::vector<PostAxis> axes;
+  std::deque<std::string> carried;  ///< names of axes that carry() adds
   std::vector<PostSignal> signals;
   std::vector<std::string> shared;  ///< names of the last of them
   std::string number, partner;      ///< values of options
@@ -98,11 +102,15 @@ struct ControllerProfile {
 
   /// Takes the maker's axes of the robot, which count instead of signs and offsets of the record;
   /// its names, pulses and limits stay. Returns a sentence for each contradiction.
-  std::vector<std::string> use(robotics::MakerAxes&& of_robot, const std::string& robot) {
+  /// With `rail` they are those of the arm behind its first joints, as axes_behind_rail() has them.
+  Result<std::vector<std::string>> use(robotics::MakerAxes&& of_robot, const std::string& robot,
+                                       std::span<const robotics::RailJoint> rail = {}) {
     std::vector<std::string> told;
     maker = std::move(of_robot);
     if (!maker.known()) return told;
     std::vector<PostAxis> all(maker.axes().begin(), maker.axes().end());
+    if (auto made = robotics::axes_behind_rail(all, rail); !made.ok())
+      return std::move(made).error().in("robot " + text::quote(robot));
     std::vector<bool> is_used(axes.size(), false);
     const auto same_name = [](std::string_view a, std::string_view b) {
       return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
@@ -118,8 +126,8 @@ struct ControllerProfile {
       for (std::size_t i = 0; i < axes.size(); ++i)
         if (!is_used[i] && same_name(axes[i].name, a.name)) return i;
       for (std::size_t i = 0; i < axes.size(); ++i)
-        if (!is_used[i] && !axes[i].external && !a.external && axes[i].joint == a.joint &&
-            !is_named(axes[i]))
+        if (!is_used[i] && axes[i].external == a.external && (a.of_robot & 1) == 0 &&
+            axes[i].joint == a.joint && !is_named(axes[i]))
           return i;
       return axes.size();
     };
@@ -136,7 +144,7 @@ struct ControllerProfile {
         differs += (differs.empty() ? "" : ", ") + what;
       };
       if (own.external != a.external) add(own.external ? "an external axis" : "no external axis");
-      else if (own.external || own.joint != a.joint)
+      else if ((own.external && a.of_robot != 0) || own.joint != a.joint)
         add((own.external ? "additional joint " : "joint ") + std::to_string(own.joint + 1) +
             " instead of joint " + std::to_string(a.joint + 1));
       if (given.sign && own.sign != a.sign)
@@ -146,7 +154,8 @@ struct ControllerProfile {
       if (!differs.empty())
         told.push_back("axis " + text::quote(own.name) + of + " has " + differs + " of robot " +
                        text::quote(robot) + ": the robot's counts");
-      if (own.external == a.external) a.name = own.name, a.of_robot += 2;
+      if (own.external == a.external) a.name = own.name;
+      if (own.external == a.external && is_of_robot(a)) a.of_robot += 2;
       a.pulses = own.pulses;
       if (own.lower < own.upper) a.lower = own.lower, a.upper = own.upper;
     }
@@ -161,6 +170,48 @@ struct ControllerProfile {
     axes = std::move(all);
     view.axes = axes;
     return told;
+  }
+
+  /// External axes for the additional joints that have none, behind those that are there, where the
+  /// record names none: E1, E2 and so on. `counts`: by number from 0; of `bound` joints only, or,
+  /// where no axis is external, of all `slots`.
+  struct AdditionalAxis {
+    std::size_t number = 0;  ///< from 1
+    bool is_linear = false;
+    double sign = 1, offset = 0;
+    double lower = 0, upper = 0;  ///< [degrees or mm]
+    std::string name;             ///< of the maker; empty = it has none
+  };
+  void carry(std::span<const AdditionalAxis> bound, std::size_t slots) {
+    if (std::any_of(record.axes.begin(), record.axes.end(),
+                    [](const model::ControllerAxis& a) { return a.is_external; }))
+      return;
+    const bool has_external =
+        std::any_of(axes.begin(), axes.end(), [](const PostAxis& a) { return a.external; });
+    for (std::size_t n = 1; n <= slots; ++n) {
+      const auto one = std::find_if(bound.begin(), bound.end(),
+                                    [&](const AdditionalAxis& a) { return a.number == n; });
+      if (has_external && one == bound.end()) continue;
+      if (std::any_of(axes.begin(), axes.end(), [&](const PostAxis& a) {
+            return a.external && a.of_robot == 0 && a.joint == static_cast<std::int32_t>(n) - 1;
+          }))
+        continue;
+      PostAxis a;
+      a.name = carried.emplace_back(
+          one != bound.end() && !one->name.empty() ? one->name : "E" + std::to_string(n));
+      a.joint = static_cast<std::int32_t>(n) - 1;
+      a.external = true;
+      if (one != bound.end()) {
+        a.linear = one->is_linear, a.sign = one->sign, a.offset = one->offset;
+        const double p = one->sign * one->lower + one->offset,
+                     q = one->sign * one->upper + one->offset;
+        if (std::isfinite(p) || std::isfinite(q))
+          a.lower = std::min(p, q), a.upper = std::max(p, q);
+        if (!one->name.empty()) a.origin = PostAxisOrigin::robot;
+      }
+      axes.push_back(a);
+    }
+    view.axes = axes;
   }
 
   /// Signals that are variables which programs share: with the one of that name. This is the

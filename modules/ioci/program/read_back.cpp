@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -21,6 +22,7 @@
 #include "ioci/program/run_c.h"
 #include "model/controller.h"
 #include "motion/provider_params.h"
+#include "program_post/part_of_robot.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 
@@ -101,11 +103,43 @@ std::string wire_of(const model::PlacedProgram& placed, const model::World& worl
   return {};
 }
 
+/// The external axes of a controller, in its order; `joint` is the number of the additional joint
+/// of the program, from 0.
+struct Externals {
+  std::vector<PostAxis> axes;
+  bool is_on_carriage = false;  ///< poses are measured from the carriage of a rail
+  bool is_none = false;         ///< the target has none: the rail stays where it is
+  std::vector<program_post::CarriedAxis> bound;  ///< additional joints of the world
+};
+Result<Externals> externals_of(CommandContext& ctx, const ProviderInfo& target,
+                               const model::Controller* record, PostCell& cell) {
+  Externals out;
+  ControllerProfile profile;
+  if (record) profile.record = *record;
+  RMP_TRY(profile.fill());
+  if (cell.carrier) {
+    out.bound = cell.carrier->axes;
+    RMP_TRY_ASSIGN(const auto post, ctx.app.registry.create<Post>(target.name));
+    RMP_TRY_ASSIGN(const auto kind, rail_kind(target, post->capabilities(), profile.view));
+    out.is_none = kind == program_post::RailKind::none;
+    out.is_on_carriage = cell.is_on_rail() && kind != program_post::RailKind::base;
+  }
+  // The post tells what the profile contradicts.
+  if (cell.robot) RMP_TRY(profile.use(std::move(cell.maker), cell.robot_name, cell.rail));
+  if (cell.carrier && !out.is_none) carry_axes(profile, cell);
+  // Names are the profile's, which ends here.
+  for (PostAxis a : profile.axes) {
+    a.name = {};
+    if (a.external && a.of_robot == 0 && a.joint >= 0) out.axes.push_back(a);
+  }
+  return out;
+}
+
 /// Bindings of a program that was read back, by those of the program itself; gives the outputs of
 /// the world that no name of it is found for.
 std::set<std::string> rebind(model::PlacedProgram& placed, const model::World& world,
                              const std::vector<Called>& own, const std::vector<Called>& read,
-                             bool keeps_tool) {
+                             bool keeps_tool, const Externals& externals) {
   std::set<std::string> missed;
   for (const Called& o : own)
     if (o.kind == RMP_SYMBOL_OUTPUT &&
@@ -121,10 +155,16 @@ std::set<std::string> rebind(model::PlacedProgram& placed, const model::World& w
       if (robot.to.empty()) robot.to = placed.robot;
       out.push_back(std::move(robot));
     }
-    // Additional joints go by their numbers.
+    // Additional joints go by their numbers, as the controller has them.
     const bool is_number =
         !b.name.empty() && b.name.find_first_not_of("0123456789") == std::string::npos;
-    if (is_number && b.kind != model::BindingKind::robot) out.push_back(b);
+    if (!is_number || b.kind == model::BindingKind::robot) continue;
+    if (externals.axes.empty()) out.push_back(b);
+    for (std::size_t k = 0; k < externals.axes.size(); ++k)
+      if (text::read_int(b.name) == externals.axes[k].joint + 1) {
+        out.push_back(b);
+        out.back().name = std::to_string(k + 1);
+      }
   }
   for (const Called& r : read) {
     const auto same =
@@ -225,12 +265,12 @@ class Beside {
   /// `own_changes`: of signals that both switch. `missed`: signals of the world that `read` has
   /// not.
   Beside(const program_check::Check& own, std::vector<Change> own_changes, const Reading& read,
-         const std::set<std::string>& missed, const model::Controller* profile, RunBeside& out)
+         const std::set<std::string>& missed, const Externals& externals, RunBeside& out)
       : own_(own),
         own_changes_(std::move(own_changes)),
         read_(read),
         missed_(missed),
-        profile_(profile),
+        externals_(externals),
         out_(out) {}
   void run() {
     motions();
@@ -326,18 +366,24 @@ class Beside {
       std::copy(given.begin(), given.end(), additional_.begin());
     }
     std::vector<double> wanted = a.additional;
-    if (profile_) {
+    // As the joints count; where the controller has none, they are not compared.
+    constexpr double kNotThere = std::numeric_limits<double>::quiet_NaN();
+    for (const program_post::CarriedAxis& each : externals_.bound)
+      if (each.number <= wanted.size())
+        wanted[each.number - 1] =
+            externals_.is_none ? kNotThere : (wanted[each.number - 1] - each.offset) / each.sign;
+    if (!read_.is_commanded && !externals_.axes.empty()) {
       // As the controller counts its external axes.
       std::vector<double> there;
-      for (const model::ControllerAxis& e : profile_->axes)
-        if (e.is_external && static_cast<std::size_t>(e.joint) <= wanted.size())
-          there.push_back(e.sign.value_or(1) * wanted[static_cast<std::size_t>(e.joint) - 1] +
-                          e.offset);
-      if (!there.empty()) wanted = std::move(there);
+      for (const PostAxis& e : externals_.axes) {
+        const auto n = static_cast<std::size_t>(e.joint);
+        there.push_back(n < wanted.size() ? e.sign * wanted[n] + e.offset : kNotThere);
+      }
+      wanted = std::move(there);
     }
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const double got = i < additional_.size() ? additional_[i] : 0;
-      if (std::fabs(got - wanted[i]) <= kSameJoint) continue;
+      if (!(std::fabs(got - wanted[i]) > kSameJoint)) continue;
       tell("additional", a.place.span,
            "additional joint " + std::to_string(i + 1) + " ends at " + text::print_rounded(got, 4) +
                ", and in the run at " + text::print_rounded(wanted[i], 4));
@@ -398,7 +444,7 @@ class Beside {
   std::vector<Change> own_changes_;
   const Reading& read_;
   const std::set<std::string>& missed_;  ///< signals of the world
-  const model::Controller* profile_;
+  const Externals& externals_;
   RunBeside& out_;
   std::vector<double> additional_;  ///< as they were read
   bool is_behind_cut_ = false;
@@ -443,9 +489,9 @@ const recording::Column* signal_column(const recording::Recording& r, const std:
 }
 
 /// A program in C: compiled and run beside the run of the program.
-Result<void> run_c_beside(CommandContext& ctx, const Map& args, const PostedFiles& files,
-                          bool is_pa10, const model::Controller* profile, const CheckedProgram& own,
-                          RunBeside& out) {
+Result<void> run_c_beside(CommandContext& ctx, const PostedFiles& files, bool is_pa10,
+                          const model::Controller* profile, const CheckedProgram& own,
+                          const PostCell& cell, const Externals& externals, RunBeside& out) {
   out.reader = is_pa10 ? "the C compiler and a recorder of the PA-10's library"
                        : "the C compiler and a recorder of ROBOMOSP's client";
   if (profile && !(profile->prologue.empty() && profile->epilogue.empty())) {
@@ -455,7 +501,6 @@ Result<void> run_c_beside(CommandContext& ctx, const Map& args, const PostedFile
   }
   const model::World& world = *own.snapshot->get(own.world);
   const model::PlacedProgram placed = placed_of(own);
-  RMP_TRY_ASSIGN(const PostCell cell, post_cell(ctx, args, own.code, ""));
   CInputs with;
   with.is_pa10 = is_pa10;
   std::unique_ptr<HostKinematics> kinematics;
@@ -498,6 +543,17 @@ Result<void> run_c_beside(CommandContext& ctx, const Map& args, const PostedFile
     m.motion.robot = robot;
     m.motion.q_target = e.q;
     m.motion.additional = e.additional;
+    if (cell.is_on_rail()) {
+      // Its joints are those of the arm; what it sets besides carries it.
+      const program_post::Carrier& carrier = *cell.carrier;
+      std::vector<double> rail(carrier.start.begin(),
+                               carrier.start.begin() + static_cast<std::ptrdiff_t>(carrier.rail));
+      for (const program_post::CarriedAxis& a : carrier.axes)
+        if (a.rail >= 0 && a.number <= e.additional.size())
+          rail[static_cast<std::size_t>(a.rail)] =
+              e.additional[a.number - 1] / (a.is_rotary ? post::kDegree : 1000.0);
+      m.motion.q_target.insert(m.motion.q_target.begin(), rail.begin(), rail.end());
+    }
     m.motion.is_carried_out = true;
     motions.push_back(std::move(m));
   }
@@ -520,7 +576,7 @@ Result<void> run_c_beside(CommandContext& ctx, const Map& args, const PostedFile
       read.changes.push_back({it->second.first, o.time, value});
   }
   const std::set<std::string> none;
-  Beside(own.check, changes_of(*own.check.recording, others), read, none, profile, out).run();
+  Beside(own.check, changes_of(*own.check.recording, others), read, none, externals, out).run();
   const auto axis_of = [&](std::size_t joint) {
     const auto& robots = own.check.inspection->robots;
     return robots.size() == 1 ? robots.front().maker->before_joint(joint) : std::string();
@@ -636,8 +692,14 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
   if (has(args, "robot") && places_of(ctx.snapshot(), id).empty())
     asked.set("robot", *args.find("robot"));
   RMP_TRY_ASSIGN(const CheckedProgram own, check_program(ctx, asked));
+  std::string symbol = text_of(args, "only_robot");
+  if (const auto moved = program_post::robots_that_move(own.code->code());
+      symbol.empty() && moved.size() == 1)
+    symbol = moved.front();
+  RMP_TRY_ASSIGN(PostCell cell, post_cell(ctx, args, own.code, symbol));
+  RMP_TRY_ASSIGN(const Externals externals, externals_of(ctx, target, profile, cell));
   if (is_c) {
-    RMP_TRY(run_c_beside(ctx, args, files, target.name == "pa10", profile, own, out));
+    RMP_TRY(run_c_beside(ctx, files, target.name == "pa10", profile, own, cell, externals, out));
     return out;
   }
   // What 100 % of a joint's speed are is the robot's: that of its slowest one.
@@ -656,8 +718,13 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
   const auto own_signals = signals_of(own.code->code(), profile),
              read_signals = signals_of(read.program->code(), nullptr);
   instead.bind = [&](model::PlacedProgram& placed, const model::World& world) {
-    missed = rebind(placed, world, own_signals, read_signals, !instead.moves_flange);
+    missed = rebind(placed, world, own_signals, read_signals, !instead.moves_flange, externals);
   };
+  if (cell.carrier) {
+    instead.is_on_carriage = externals.is_on_carriage;
+    for (std::size_t k = 0; k < externals.axes.size(); ++k)
+      instead.counted[k + 1] = {externals.axes[k].sign, externals.axes[k].offset};
+  }
   auto again = check_program(ctx, asked, &instead);
   if (!again.ok()) {
     if (again.error().code == ErrorCode::cancelled) return std::move(again).error();
@@ -667,7 +734,7 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
   }
   const Reading beside{again->check.motions, again->check,
                        changes_of(*again->check.recording, missed), again->check.duration, false};
-  Beside(own.check, changes_of(*own.check.recording, missed), beside, missed, profile, out).run();
+  Beside(own.check, changes_of(*own.check.recording, missed), beside, missed, externals, out).run();
   return out;
 }
 

@@ -6,4 +6,4 @@
 
 RMP_PLUGIN("org.robomosp.post_as", "1.0.0", "Apache-2.0", "Post-processor for Kawasaki AS.",
            RMP_PROVIDER_NO_PARAMS(robomosp::post::as::As, "as",
-                                  "Kawasaki AS: programs and points in one file.", ""))
+                                  "Kawasaki AS: programs and points in one file.", "carried_base"))

@@ -49,6 +49,7 @@ PostCapabilities both() {
   c.motions = kPostPtpJoints | kPostPtpPose | kPostLinPose | kPostCircle | kPostPtpIncrement |
               kPostLinIncrement;
   c.circle = PostCircle::via;
+  c.external_axes = 12;  // RMP_MOST_JOINTS of the runtime
   c.max_name = 31;
   c.case_matters = true;
   c.name_case = PostCase::lower;
@@ -66,7 +67,6 @@ const PostCapabilities& c_capabilities() {
   static const PostCapabilities c = [] {
     PostCapabilities all = both();
     all.features |= kPostUntil | kPostTime;
-    all.external_axes = 0;
     return all;
   }();
   return c;

@@ -6,4 +6,4 @@
 
 RMP_PLUGIN("org.robomosp.post_fanuc_tp", "1.0.0", "Apache-2.0", "Programs to FANUC TP.",
            RMP_PROVIDER_NO_PARAMS(robomosp::post::FanucTp, "fanuc_tp", "FANUC TP programs (.LS).",
-                                  ""))
+                                  "carried_base"))

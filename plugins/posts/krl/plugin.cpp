@@ -6,4 +6,4 @@
 
 RMP_PLUGIN("org.robomosp.post_krl", "1.0.0", "Apache-2.0", "Programs for KUKA controllers.",
            RMP_PROVIDER_NO_PARAMS(robomosp::posts::Krl, "krl",
-                                  "KUKA Robot Language: .src and .dat.", ""))
+                                  "KUKA Robot Language: .src and .dat.", "carried_base"))

@@ -6,4 +6,4 @@
 
 RMP_PLUGIN("org.robomosp.post_pdl2", "1.0.0", "Apache-2.0", "Post-processor for Comau PDL2.",
            RMP_PROVIDER_NO_PARAMS(robomosp::post::pdl2::Pdl2, "pdl2", "Comau PDL2: one program.",
-                                  "several_robots"))
+                                  "several_robots,carried_base"))

@@ -6,4 +6,4 @@
 
 RMP_PLUGIN("org.robomosp.post_rapid", "1.0.0", "Apache-2.0", "Programs for ABB controllers.",
            RMP_PROVIDER_NO_PARAMS(robomosp::posts::Rapid, "rapid", "ABB RAPID: a module, .mod.",
-                                  "several_robots"))
+                                  "several_robots,carried_base"))

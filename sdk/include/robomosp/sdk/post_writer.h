@@ -949,6 +949,9 @@ class Writer {
     return *has_additional_;
   }
   [[nodiscard]] bool uses_additional_joints() const {
+    // The profile's external axes are somewhere, also at 0.
+    for (const PostAxis& a : profile_.axes)
+      if (a.external && a.of_robot == 0) return true;
     for (const PostPoint& p : task_.points)
       for (const double x : p.external)
         if (x != 0) return true;
@@ -999,6 +1002,7 @@ class Writer {
       const auto i = static_cast<std::size_t>(a.joint);
       const double v = a.joint >= 0 && i < p.external.size() ? p.external[i] : 0.0;
       out.push_back(a.sign * v + a.offset);
+      within_limits(a, out.back());
     }
     return out;
   }
