@@ -83,6 +83,7 @@ class AloneWorld final : public World {
       }
       last = given;
     }
+    tools_[m.attributes.robot_symbol] = m.attributes.tool;
     if (m.has_until) last.reset();
     if (!options_.is_traced) return {};
     return does_at(m.span, std::string(m.is_incremental ? "MOVE_INC " : "MOVE ") +
@@ -99,6 +100,14 @@ class AloneWorld final : public World {
     Target out;
     out.pose = *at->second;
     return out;
+  }
+  Result<PlainPose> robot_flange(std::uint32_t robot, std::uint32_t) override {
+    const auto at = last_.find(robot);
+    if (at == last_.end() || !at->second) return needs_robot("where the robot is");
+    const auto tool = tools_.find(robot);
+    return tool == tools_.end() || !tool->second
+               ? *at->second
+               : compose_poses(*at->second, inverse_pose(*tool->second));
   }
   Result<double> robot_speed(std::uint32_t, std::uint32_t) override { return 0.0; }
   Result<Target> forward(const Target&, std::uint32_t) override { return needs_robot("TRAFO"); }
@@ -155,7 +164,8 @@ class AloneWorld final : public World {
   std::map<std::string, SignalValue> inputs_;
   std::map<std::uint32_t, std::pair<std::string, SignalValue>> outputs_;
   std::map<std::uint32_t, std::uint32_t> types_;
-  std::map<std::uint32_t, std::optional<PlainPose>> last_;  ///< base_T_tool, by robot
+  std::map<std::uint32_t, std::optional<PlainPose>> last_;   ///< base_T_tool, by robot
+  std::map<std::uint32_t, std::optional<PlainPose>> tools_;  ///< flange_T_tool of that motion
   std::set<std::uint32_t> pauses_;
   std::uint64_t motions_ = 0;
 };

@@ -70,6 +70,7 @@ constexpr FnRow kFns[] = {
     {"FOR_STEP", Fn::for_step, "i", "i"},
     {"R_JOINT_ACT", Fn::robot_joints, "", "J"},
     {"R_ROBTARGET_ACT", Fn::robot_target, "", "T"},
+    {"R_FLANGE_ACT", Fn::robot_flange, "", "P"},
     {"R_SPEED_ACT", Fn::robot_speed, "", "r"},
     {"R_ACT_ROB", Fn::act_robot, "", "R"},
     {"BRAKE", Fn::brake, "q", ""},

@@ -419,6 +419,15 @@ Run::Did Run::intrinsic(Process& p, const IntrinsicCall& c) {
       cost_ += 100;
       return put_target(c.result.type, *now, out()) ? Did::done : Did::failed;
     }
+    case Fn::robot_flange: {
+      if (must_wait(p)) return Did::waits;
+      const auto now = world_->robot_flange(p.robot, p.routine);
+      if (!now.ok()) return fail(now.error()), Did::failed;
+      cost_ += 100;
+      for (std::size_t k = 0; k < 3; ++k) r[k] = now->position[k];
+      for (std::size_t k = 0; k < 4; ++k) r[3 + k] = now->quaternion[k];
+      return reals(r, 7);
+    }
     case Fn::robot_speed: {
       if (must_wait(p)) return Did::waits;
       const auto speed = world_->robot_speed(p.robot, p.routine);

@@ -209,6 +209,7 @@ enum class Fn : std::uint8_t {
   for_step,      ///< STEP of a FOR that is computed: 0 is a fault
   robot_joints,  ///< R_JOINT_ACT, R_ROBTARGET_ACT, R_SPEED_ACT: what the process's robot does
   robot_target,
+  robot_flange,
   robot_speed,
   act_robot,  ///< R_ACT_ROB; with an argument it is chosen
   brake

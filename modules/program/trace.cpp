@@ -134,6 +134,7 @@ class Tracer final : public World, public Observer {
   Result<void> hold_motion(std::uint64_t) override { return {}; }
   Result<void> resume_motion(std::uint64_t) override { return {}; }
   Result<Target> robot_state(std::uint32_t, std::uint32_t) override { return needs_robot(); }
+  Result<PlainPose> robot_flange(std::uint32_t, std::uint32_t) override { return needs_robot(); }
   Result<double> robot_speed(std::uint32_t, std::uint32_t) override { return needs_robot(); }
   Result<Target> forward(const Target&, std::uint32_t) override { return needs_robot(); }
   Result<Target> inverse(const Target&, std::uint32_t) override { return needs_robot(); }

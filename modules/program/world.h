@@ -125,6 +125,8 @@ class World {
   /// What a robot does now: all members of Target but `role`. `robot` is a row of the symbols, or
   /// RMP_NONE = the process's own; so below.
   virtual Result<Target> robot_state(std::uint32_t robot, std::uint32_t process) = 0;
+  /// Pose of its flange now, in the frame of the targets [mm].
+  virtual Result<PlainPose> robot_flange(std::uint32_t robot, std::uint32_t process) = 0;
   /// Speed of its tool now [mm/s].
   virtual Result<double> robot_speed(std::uint32_t robot, std::uint32_t process) = 0;
   /// TRAFO: forward kinematics. `joints` and `additional` are given.

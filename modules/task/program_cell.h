@@ -109,6 +109,7 @@ class ProgramCell final : public program::World {
   Result<bool> same_robot(std::uint32_t a, std::uint32_t b) override;
 
   Result<Target> robot_state(std::uint32_t robot, std::uint32_t) override;
+  Result<program::PlainPose> robot_flange(std::uint32_t robot, std::uint32_t) override;
   Result<double> robot_speed(std::uint32_t robot, std::uint32_t) override;
   Result<Target> forward(const Target& given, std::uint32_t) override;
   Result<Target> inverse(const Target& given, std::uint32_t) override;

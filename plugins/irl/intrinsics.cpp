@@ -8,7 +8,7 @@
 namespace robomosp::irl {
 namespace {
 
-constexpr std::array<Intrinsic, 71> kAll{{
+constexpr std::array<Intrinsic, 72> kAll{{
     {"SIN", "r", "r", "Sine of an angle in degrees."},
     {"COS", "r", "r", "Cosine of an angle in degrees."},
     {"TAN", "r", "r", "Tangent of an angle in degrees; an error at odd multiples of 90."},
@@ -85,6 +85,8 @@ constexpr std::array<Intrinsic, 71> kAll{{
     {"R_JOINT_ACT", "", "J", "Present joints of the program's robot."},
     {"R_ROBTARGET_ACT", "", "T",
      "Present pose of the tool, in the frame of the targets, with status and turns."},
+    {"R_FLANGE_ACT", "", "P",
+     "Present pose of the flange, in the frame of the targets, whatever tool the robot has."},
     {"R_SPEED_ACT", "", "r", "Present speed of the tool [mm/s]."},
     {"R_ACT_ROB", "", "R",
      "Robot of this process's motions without ACT_ROB; may be assigned: R_ACT_ROB := arm."},

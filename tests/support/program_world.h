@@ -77,6 +77,11 @@ class TestWorld : public World {
     return {};
   }
   Result<Target> robot_state(std::uint32_t, std::uint32_t) override { return state; }
+  Result<PlainPose> robot_flange(std::uint32_t, std::uint32_t) override {
+    PlainPose out;
+    out.position = {1, 2, 3};
+    return out;
+  }
   Result<double> robot_speed(std::uint32_t, std::uint32_t) override { return 12.5; }
   Result<Target> forward(const Target& t, std::uint32_t) override {
     Target out;

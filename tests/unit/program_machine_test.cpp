@@ -847,6 +847,7 @@ BEGIN
   MOVE LIN a C_CP := 5.0;  { it is read behind the motion }
   j := R_JOINT_ACT; t := R_ROBTARGET_ACT;
   WRITE(j.M_JOINT.A2, ' ', R_JOINT_ACT.M_JOINT.A3, ' ', t.STATUS, ' ', R_ROBTARGET_ACT.PSE.POS.X, ' ', R_SPEED_ACT);
+  WRITE(' ', R_FLANGE_ACT.POS);
   R_ACT_ROB := hand;
   WRITE(' ', R_ACT_ROB.R_SPEED, ' ', R_ACT_ROB.R_JOINT_ACT.M_JOINT.A1);
 ENDPROGRAM;)");
@@ -855,7 +856,7 @@ ENDPROGRAM;)");
   w.state.status = 4;
   w.state.pose.position = {7, 8, 9};
   EXPECT_EQ(fault_of(run_to_end(m, w)), "");
-  EXPECT_EQ(w.text, "20.0 30.0 4 7.0 12.5 2.0 10.0");
+  EXPECT_EQ(w.text, "20.0 30.0 4 7.0 12.5 (1.0, 2.0, 3.0) 2.0 10.0");
   EXPECT_GE(w.now, 1);
   Machine none =
       loaded("PROGRAM p;\n" + kTwoRobots + "BEGIN WRITE(R_ACT_ROB.R_SPEED); ENDPROGRAM;");
