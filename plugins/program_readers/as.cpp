@@ -752,7 +752,10 @@ class AsReader final : public Reader {
                             decel = next_.decel ? next_.decel : always("decel");
     if (accel) m.attributes.emplace_back(is_joint ? "ACC_PTP" : "ACC", *accel);
     if (decel && (!accel || accel->s != decel->s) && !std::exchange(said_["decel"], true))
-      warn(at, "IRL has one number for acceleration and deceleration; the one of ACCEL is used");
+      warn(at,
+           std::string("IRL has one number for acceleration and deceleration; the one of ACCEL is "
+                       "used") +
+               kOtherTimes);
     const std::optional<Ex> mm = next_.accuracy ? next_.accuracy : always("accuracy");
     bool passes = m.until.empty() && !stops_here();
     if (passes && is_set("cp")) {
@@ -1322,9 +1325,11 @@ class AsReader final : public Reader {
     goal_.clear();
     assign_to(to, e, at);
   }
+  /// HERE place: it gets where the robot is.
   void here_(const At& at) {
-    (void)named();
-    bad(at, "the robot's present position is not read", "Give the position itself.");
+    const Named to = named();
+    const std::string low = to.is_local ? to.name.low.substr(1) : to.name.low;
+    assign_to(to, low.starts_with("#") ? present_joints() : as_pose(present_target(at), at), at);
   }
   void decompose(const At& at) {
     Named to = named();
@@ -1803,7 +1808,9 @@ class AsReader final : public Reader {
     if (t.low == "null") return next(), identity();
     if (t.low == "tool" && !is("[", 1)) return next(), get("tool", kPose, at);
     if (t.low == "base" && !is("[", 1)) return next(), get("frame", kPose, at);
-    if (t.low == "here" || t.low == "#here" || t.low == "dest" || t.low == "#dest") {
+    if (t.low == "here") return next(), as_pose(present_target(at), at);
+    if (t.low == "#here") return next(), present_joints();
+    if (t.low == "dest" || t.low == "#dest") {
       next();
       return bad(at, "the robot's present position is not read", "Give the position itself.");
     }

@@ -297,7 +297,8 @@ class CrclReader final : public Reader {
     if (t == "SetRotSpeedType") return speed(e, "RotSpeed", false);
     if (t == "SetTransAccelType") return acceleration(e, "TransAccel");
     if (t == "SetRotAccelType") {
-      left_out(RMP_FAULT_WARNING, e.at, "IRL has no angular accelerations of the tool");
+      left_out(RMP_FAULT_WARNING, e.at,
+               std::string("IRL has no angular accelerations of the tool") + kOtherTimes);
       return;
     }
     if (t == "SetEndPoseToleranceType") {
@@ -388,7 +389,7 @@ class CrclReader final : public Reader {
     const XmlElement* v = e.child(name);
     if (!v || !v->type.ends_with("RelativeType")) {
       left_out(RMP_FAULT_WARNING, e.at,
-               "IRL has no accelerations in m/s^2; the robot's defaults apply");
+               std::string("IRL has no accelerations in m/s^2") + kOtherTimes);
       return;
     }
     const auto n = number_in(*v, "Fraction");

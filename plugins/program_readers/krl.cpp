@@ -3,20 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "krl_backup.h"
 #include "reader.h"
 #include "readers.h"
 
 namespace robomosp::readers {
 namespace {
-
-const Style kKrlStyle{.comment = ";",
-                      .quotes = "\"",
-                      .name_first = "_$",
-                      .name_rest = "_$",
-                      .signs = {"==", "<>", "<=", ">="},
-                      .has_lines = true,
-                      .joins_in_brackets = false,
-                      .hex = {}};
 
 // Comparisons bind tighter than AND here, as their writers mean them; see special().
 constexpr Binary kKrlBinaries[] = {
@@ -36,13 +28,21 @@ class KrlReader final : public Reader {
 
   void run() override {
     name_ = std::string(stem(files_[0].name));
-    // Data first, so that the program finds them declared.
+    // Data first, so that the program finds them declared: what is global before what uses it.
+    for (const bool is_config : {true, false})
+      for (std::size_t f = 0; f < files_.size(); ++f)
+        if (is_data(f) && (!backup_.is_own(f)) == is_config) data_file(f);
     for (std::size_t f = 0; f < files_.size(); ++f)
-      if (extension(files_[f].name) == "dat") data_file(f);
+      if (!is_data(f) && !backup_.is_submit(f)) announce_all(f);
     for (std::size_t f = 0; f < files_.size(); ++f)
-      if (extension(files_[f].name) != "dat") announce_all(f);
+      if (!is_data(f) && !backup_.is_submit(f)) source_file(f);
     for (std::size_t f = 0; f < files_.size(); ++f)
-      if (extension(files_[f].name) != "dat") source_file(f);
+      if (backup_.is_submit(f)) submit_file(f);
+    if (!headers_.empty() && main_name_.empty() && !is_data(0))
+      note(headers_[0].at,
+           "the first routine, " + headers_[0].name +
+               ", takes or gives values, so that the program does nothing by itself",
+           "Read the program that calls it, or call it behind BEGIN.");
   }
 
  private:
@@ -125,7 +125,7 @@ class KrlReader final : public Reader {
     if (accept("enum")) {
       const Token name = next();
       types_named_[name.low] = kInt;
-      int n = 0;
+      // One number for each name: a name that two types have is the same value in both.
       do {
         const Token one = next();
         if (one.kind != Tk::name) {
@@ -134,7 +134,8 @@ class KrlReader final : public Reader {
         }
         if (globals_.contains("#" + one.low)) continue;
         Symbol& s = declare("#" + one.low, kInt, Symbol::constant);
-        constants_.push_back({"INT: " + s.irl + " := " + std::to_string(++n) + ";", one.at, true});
+        constants_.push_back(
+            {"INT: " + s.irl + " := " + std::to_string(++enumerators_) + ";", one.at, true});
       } while (accept(","));
       return;
     }
@@ -263,7 +264,14 @@ class KrlReader final : public Reader {
       bad(name.at, "the numbers of this signal are not a range of 1 to 32 signals");
       return;
     }
-    if (globals_.contains(name.low)) return;
+    const std::string place =
+        (is_out ? "out " : "in ") + std::to_string(a.v) + " " + std::to_string(width);
+    if (globals_.contains(name.low)) {
+      if (signal_places_[name.low] != place)
+        bad(name.at, std::string(name.raw) + " is declared twice");
+      return;
+    }
+    signal_places_[name.low] = place;
     Symbol& s =
         declare(name.raw, width > 1 ? kInt : kBool, is_out ? Symbol::output : Symbol::input);
     signals_.push_back({std::string(is_out ? "OUTPUT " : "INPUT ") + type_text(s.type) + ": " +
@@ -300,94 +308,28 @@ class KrlReader final : public Reader {
     });
     skip_line();
   }
-  /// Names that a line of data declares or gives a value.
-  std::vector<std::string> declared_here() const {
-    std::vector<std::string> out;
-    std::size_t i = 0;
-    const auto low = [&](std::size_t k) { return peek(k).kind == Tk::name ? peek(k).low : ""; };
-    while (is("decl", i) || is("global", i) || is("const", i) || is("public", i)) ++i;
-    const bool is_enum = is("enum", i);
-    if (is("signal", i) || is("struc", i) || is_enum) {
-      ++i;
-      while (is("global", i) || is("decl", i)) ++i;
-      out.push_back(low(i));
-      for (++i; is_enum && peek(i).kind != Tk::line && peek(i).kind != Tk::end; ++i)
-        out.push_back(low(i));
-      return out;
-    }
-    if (peek(i).kind == Tk::name && peek(i + 1).kind == Tk::name) ++i;  // behind the type
-    int depth = 0;
-    for (bool is_first = true; peek(i).kind != Tk::line && peek(i).kind != Tk::end; ++i) {
-      if (is("[", i) || is("{", i) || is("(", i)) ++depth;
-      else if (is("]", i) || is("}", i) || is(")", i)) --depth;
-      else if (depth == 0 && is(",", i)) is_first = true;
-      else if (depth == 0 && is_first && peek(i).kind == Tk::name) {
-        out.push_back(peek(i).low);
-        is_first = false;
-      }
-    }
-    return out;
-  }
-  /// Lines of $config.dat that the program uses, by their first bytes: what it names, and what
-  /// these lines name in turn.
-  std::set<std::uint32_t> used_lines(std::size_t f) {
+  bool is_data(std::size_t f) const { return extension(files_[f].name) == "dat"; }
+  void scan_file(std::size_t f) {
     const std::size_t kept = fault_count();
-    std::set<std::string> used;
-    for (std::size_t k = 0; k < files_.size(); ++k) {
-      if (k == f || lower(files_[k].name) == "$config.dat") continue;
-      scan(k, kKrlStyle);
-      for (const Token& t : tokens_)
-        if (t.kind == Tk::name) used.insert(t.low);
-    }
-    // Inline forms name tools and bases by their number.
-    if (used.contains("bas") || used.contains("fdat_act") || used.contains("stool2") ||
-        used.contains("sbase"))
-      used.insert({"tool_data", "base_data", "def_vel_ptp", "def_vel_cp", "def_vel_ori1",
-                   "def_apo_cptp", "def_apo_cdis", "def_apo_cvel"});
-    struct DataLine {
-      std::uint32_t begin;
-      std::vector<std::string> declared, named;
-      bool is_used = false;
-    };
-    std::vector<DataLine> lines;
     scan(f, kKrlStyle);
-    while (!at_end()) {
-      DataLine l{here().begin, declared_here(), {}, false};
-      while (!at_line_end()) {
-        if (peek().kind == Tk::name) l.named.push_back(peek().low);
-        next();
-      }
-      skip_line();
-      lines.push_back(std::move(l));
+    if (!backup_.is_own(f)) {
+      // What is wrong with text that the program does not use is not reported.
+      std::set<std::uint32_t> lines;
+      if (is_data(f))
+        for (const Token& t : tokens_)
+          if (backup_.lines(f).contains(t.at.begin)) lines.insert(t.at.line);
+      drop_faults(kept, [&](const At& at) {
+        return at.file == f &&
+               !(is_data(f) ? lines.contains(at.line) : backup_.is_in_used(f, at.begin));
+      });
     }
-    std::set<std::uint32_t> out;
-    for (bool again = true; again;) {
-      again = false;
-      for (DataLine& l : lines) {
-        if (l.is_used || std::none_of(l.declared.begin(), l.declared.end(),
-                                      [&](const std::string& n) { return used.contains(n); }))
-          continue;
-        l.is_used = again = true;
-        out.insert(l.begin);
-        used.insert(l.named.begin(), l.named.end());
-      }
-    }
-    // What is wrong with the text of other lines is said by nobody.
-    drop_faults(kept, [](const At&) { return true; });
-    return out;
+    backup_.rename(f, tokens_);
   }
   void data_file(std::size_t f) {
-    const bool is_config = lower(files_[f].name) == "$config.dat" && files_.size() > 1 && f > 0;
-    const std::set<std::uint32_t> used = is_config ? used_lines(f) : std::set<std::uint32_t>{};
-    const std::size_t kept = fault_count();
-    scan(f, kKrlStyle);
+    const bool is_config = !backup_.is_own(f);
+    const std::set<std::uint32_t>& used = backup_.lines(f);
+    scan_file(f);
     next_comment_ = comments_.size();
-    if (is_config) {
-      std::set<std::uint32_t> lines;
-      for (const Token& t : tokens_)
-        if (used.contains(t.at.begin)) lines.insert(t.at.line);
-      drop_faults(kept, [&](const At& at) { return at.file == f && !lines.contains(at.line); });
-    }
     while (!at_end()) {
       if (peek().kind == Tk::line || is("&") || is("defdat") || is("enddat") ||
           (is_config && !used.contains(here().begin))) {
@@ -469,16 +411,24 @@ class KrlReader final : public Reader {
     at_ = back;
     return h;
   }
+  bool is_header() const {
+    const std::size_t i = is("global") ? 1 : 0;
+    return is("def", i) || is("deffct", i);
+  }
   void announce_all(std::size_t f) {
-    scan(f, kKrlStyle);
+    scan_file(f);
     // Types and constants of headers come first.
     while (!at_end()) {
+      if (is_header() && !backup_.is_used(f, here().begin)) {
+        skip_line();
+        continue;
+      }
       auto h = header();
       if (!h) {
         skip_line();
         continue;
       }
-      h->is_main = headers_.empty() && h->parameters.empty() && h->result.k == K::none;
+      h->is_main = f == 0 && headers_.empty() && h->parameters.empty() && h->result.k == K::none;
       if (!h->is_main) announce(h->name, h->parameters, h->result);
       else main_name_ = lower(h->name);
       look_for_stop(lower(h->name));
@@ -538,8 +488,54 @@ class KrlReader final : public Reader {
       else if (b != std::string::npos && low.compare(b, 5, "fold ") == 0) c.text.erase(0, b + 5);
     }
   }
-  void source_file(std::size_t f) {
+  /// The submit interpreter runs beside the program and is not read; what it sets, the program may
+  /// not rely on.
+  void submit_file(std::size_t f) {
+    const std::size_t kept = fault_count();
     scan(f, kKrlStyle);
+    drop_faults(kept, [](const At&) { return true; });
+    const KrlFile names = krl_file(files_[f]);
+    const auto is_local = [&](const std::string& low) {
+      return std::any_of(names.routines.begin(), names.routines.end(),
+                         [&](const KrlRoutine& r) { return r.locals.contains(low); });
+    };
+    note(here(), files_[f].name.empty()
+                     ? std::string()
+                     : std::string(files_[f].name) +
+                           " runs beside the program on the controller, and is not read");
+    while (!at_end()) {
+      const Token t = peek();
+      std::size_t i = t.low == "pulse" && is("(", 1) ? 2 : 0;
+      const bool is_pulse = i > 0;
+      if (peek(i).kind == Tk::name && !is_local(peek(i).low)) {
+        std::string name = peek(i).low;
+        std::string shown(peek(i).raw);
+        ++i;
+        if (is("[", i) && peek(i + 1).kind == Tk::number && is("]", i + 2)) {
+          if (name.starts_with("$")) name += "[" + std::string(peek(i + 1).raw) + "]";
+          shown += "[" + std::string(peek(i + 1).raw) + "]";
+          i += 3;
+        }
+        while (is(".", i) && peek(i + 1).kind == Tk::name) i += 2;
+        if ((is_pulse || is("=", i)) && backup_.uses(name))
+          fail(t.at, "the submit interpreter sets " + shown + " here while the program runs",
+               "Write a PROCESS in the IRL that does the same, or take " + shown +
+                   " out of the program.");
+      }
+      skip_line();
+    }
+  }
+  /// Passes a routine that the program does not use.
+  void skip_routine() {
+    do {
+      skip_line();
+    } while (!at_end() && !is("end") && !is("endfct") && !is_header());
+    while (next_comment_ < comments_.size() && comments_[next_comment_].line <= here().line)
+      ++next_comment_;
+    if (!is_header()) skip_line();
+  }
+  void source_file(std::size_t f) {
+    scan_file(f);
     tidy_comments();
     bool is_open = false, is_main = false;
     while (!at_end()) {
@@ -551,9 +547,12 @@ class KrlReader final : public Reader {
         skip_line();
         continue;
       }
-      std::size_t i = is("global") ? 1 : 0;
-      if (is("def", i) || is("deffct", i)) {
+      if (is_header()) {
         const At at = here();
+        if (!is_open && !backup_.is_used(f, at.begin)) {
+          skip_routine();
+          continue;
+        }
         (void)header();
         if (is_open) fail(at, "the previous routine has no END");
         if (next_header_ >= headers_.size()) return;
@@ -572,14 +571,15 @@ class KrlReader final : public Reader {
       if (is("end") || is("endfct")) {
         comments_until(here());
         close_blocks(here());
-        if (!is_open) fail(here(), "END is outside a routine", kRoutine);
+        if (!is_open && backup_.is_own(f))
+          fail(here(), "END is outside a routine", kRoutine);
         is_open = false;
         close();
         skip_line();
         continue;
       }
       if (!is_open) {
-        fail(here(), "this is outside a routine", kRoutine);
+        if (backup_.is_own(f)) fail(here(), "this is outside a routine", kRoutine);
         skip_line();
         continue;
       }
@@ -673,7 +673,19 @@ class KrlReader final : public Reader {
     }
     assignment();
   }
+  /// A name that another file of the backup has for itself. True = that is reported.
+  bool is_hidden(const Token& t) {
+    const std::size_t dot = t.raw.find('.');
+    if (dot == std::string_view::npos || find(t.low)) return false;
+    bad(t.at,
+        std::string(t.raw.substr(0, dot)) +
+            " is declared in another file, which keeps it to "
+            "itself",
+        "There, a routine needs GLOBAL DEF, and data need DECL GLOBAL in a DEFDAT name PUBLIC.");
+    return true;
+  }
   void routine_call(const Token& name, const std::vector<Ex>& args, const At& at) {
+    if (is_hidden(name)) return;
     if (name.low == main_name_) {
       bad(at, "the program calls itself", "Move the called statements into a separate routine.");
       return;
@@ -1035,7 +1047,7 @@ class KrlReader final : public Reader {
                  key == "$gear_jerk" || key.starts_with("$collmon")) {
         if (!std::exchange(is_with_reported_, true))
           warn(what.at, "IRL has no loads, jerks and accelerations in m/s^2; WITH " +
-                            std::string(what.raw) + " is left out");
+                            std::string(what.raw) + " is left out" + kOtherTimes);
       } else {
         return unknown();
       }
@@ -1046,7 +1058,8 @@ class KrlReader final : public Reader {
     is_relative_ = is_relative;
     is_target_ = true;
     const Token t = peek();
-    if (t.kind == Tk::name && !find(t.low) && t.low[0] != '$' && peek(1).low != "(") {
+    if (t.kind == Tk::name && !find(t.low) && t.low[0] != '$' && peek(1).low != "(" &&
+        t.raw.find('.') == std::string_view::npos) {
       // Taught elsewhere, such as XHOME.
       const bool is_joint = t.low.starts_with("xhome");
       Symbol& s = declare(t.raw, is_joint ? kJoint : kTarget);
@@ -1409,6 +1422,11 @@ class KrlReader final : public Reader {
       emit("{ " + source_line(at) + " }", at);
       return;
     }
+    if (t.low == "$pos_act" || t.low == "$axis_act") {
+      skip_rest();
+      bad(at, std::string(t.raw) + " is where the robot is, and gets no value");
+      return;
+    }
     will_write(t.low);
     const Ex to = primary();
     if (!to.ok) {
@@ -1478,7 +1496,8 @@ class KrlReader final : public Reader {
     if (what.starts_with("$load") || what.starts_with("$jerk") || what.starts_with("$gear") ||
         what.starts_with("$acc_extax")) {
       skip_rest();
-      left_out(RMP_FAULT_WARNING, at, "IRL has no counterpart of " + std::string(t.raw));
+      left_out(RMP_FAULT_WARNING, at,
+               "IRL has no counterpart of " + std::string(t.raw) + kOtherTimes);
       return true;
     }
     if (what.starts_with("$timer") || what == "$red_vel" || what.starts_with("$tech") ||
@@ -1562,7 +1581,8 @@ class KrlReader final : public Reader {
     else if (what == "$apo.cvel") set("apo_cvel", e, at);
     else if (what == "$apo.cori") note_line(at, "no motion here is blended by its orientation");
     else if (what.starts_with("$acc.")) {
-      left_out(RMP_FAULT_WARNING, at, "IRL has accelerations in % of the maximum, not in m/s^2");
+      left_out(RMP_FAULT_WARNING, at, std::string("IRL has accelerations in % of the maximum, not in m/s^2") +
+                   kOtherTimes);
     } else {
       left_out(RMP_FAULT_ERROR, at, "IRL has no counterpart of " + what);
     }
@@ -1804,6 +1824,7 @@ class KrlReader final : public Reader {
       expect("]");
       return suffixes(numbered(t.low, i, at), at);
     }
+    if (is_hidden(t)) return failed();
     const Symbol* s = find(t.low);
     if (!s || s->kind == Symbol::data)
       return bad(at, std::string(t.raw) + " is not declared",
@@ -1928,6 +1949,8 @@ class KrlReader final : public Reader {
     if (t.low == "$nullframe" || t.low == "$world") return suffixes(identity(), at);
     if (t.low == "$tool" || t.low == "$base")
       return suffixes(get(t.low == "$tool" ? "tool" : "frame", kPose, at), at);
+    if (t.low == "$pos_act") return suffixes(present_target(at), at);
+    if (t.low == "$axis_act") return suffixes(present_joints(), at);
     while (is("[") || is(".")) {
       if (accept("[")) {
         if (!is("]")) (void)expression();
@@ -1953,6 +1976,7 @@ class KrlReader final : public Reader {
     }
     for (const Ex& a : args)
       if (!a.ok) return failed();
+    if (is_hidden(t)) return failed();
     const Symbol* s = find(t.low);
     const Type result = s && s->kind == Symbol::routine ? s->type : kReal;
     if (s && s->kind == Symbol::routine && result.k == K::none && !learned_.stubs.contains(t.low))
@@ -1964,6 +1988,9 @@ class KrlReader final : public Reader {
 
   std::map<std::string, Type> types_named_;
   std::map<std::string, double> known_;
+  std::map<std::string, std::string> signal_places_;
+  int enumerators_ = 0;
+  KrlBackup backup_{files_};
   std::vector<Header> headers_;
   std::size_t next_header_ = 0;
   std::string main_name_;

@@ -941,7 +941,8 @@ class MelfaReader final : public Reader {
     if (accept(",")) {
       const Ex down = as_real(expression(), at);
       if (a.ok && down.ok && a.s != down.s)
-        warn(at, "IRL decelerates as it accelerates; the deceleration is left out");
+        warn(at, std::string("IRL decelerates as it accelerates; the deceleration is left out") +
+                     kOtherTimes);
     }
     if (is(",")) {
       skip_rest();
@@ -1235,6 +1236,11 @@ class MelfaReader final : public Reader {
   void assignment(const At& at) {
     if (peek().kind == Tk::name && flags_of_here(at)) return;
     const Token name = peek();
+    if (name.low == "p_curr" || name.low == "j_curr") {
+      skip_rest();
+      bad(at, std::string(name.raw) + " is where the robot is, and gets no value");
+      return;
+    }
     if (const Symbol* s = find(name.low)) any_turns_.erase(s->irl);
     will_write(name.low);
     learned_.flags.insert("valued " + name.low);
@@ -1453,6 +1459,8 @@ class MelfaReader final : public Reader {
     if (t.low == "m_pi") return real(3.141592653589793);
     if (t.low == "m_on" || t.low == "m_off") return integer(t.low == "m_on");
     if (t.low == "p_tool") return get("tool", kPose, at);
+    if (t.low == "p_curr") return suffixes(present_target(at));
+    if (t.low == "j_curr") return suffixes(present_joints());
     if (t.low == "plt") {
       const Ex n = expression(25);
       if (!expect(",")) return failed();

@@ -403,7 +403,9 @@ class MovemasterReader final : public Reader {
       if (!takes(l, 1, 2)) return;
       if (const auto v = whole_at(l, 0, 0, 9)) set_speed(static_cast<double>(*v), l.at);
       if (l.operands.size() > 1)
-        left_out(RMP_FAULT_WARNING, l.at, "the acceleration rate (H, L) is not written in IRL");
+        left_out(
+            RMP_FAULT_WARNING, l.at,
+            std::string("the acceleration rate (H, L) is not written in IRL") + kOtherTimes);
       return;
     }
     if (w == "ti") {

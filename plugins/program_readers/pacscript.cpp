@@ -724,7 +724,9 @@ class PacReader final : public Reader {
   }
   void decels(const Ex&, const At& at) {
     if (!std::exchange(said_["decel"], true))
-      warn(at, "IRL has one number for acceleration and deceleration; the one of Accel is used");
+      warn(at, std::string("IRL has one number for acceleration and deceleration; the one of Accel is "
+                           "used") +
+                   kOtherTimes);
   }
   /// Tool n, place and Work n, place: what ChangeTool n and ChangeWork n choose.
   void tool(const At& at) {
@@ -1581,7 +1583,9 @@ class PacReader final : public Reader {
       const Symbol* s = io_here(at);
       return s ? place(s->irl, s->type) : failed();
     }
-    if (t.low == "curpos" || t.low == "curjnt" || t.low == "destpos" || t.low == "destjnt") {
+    if (t.low == "curpos") return next(), present_target(at);
+    if (t.low == "curjnt") return next(), present_joints();
+    if (t.low == "destpos" || t.low == "destjnt") {
       next();
       return bad(at, "the robot's present position is not read", "Give the position itself.");
     }

@@ -1585,6 +1585,7 @@ class Pdl2Reader final : public Reader {
       const std::string text = call(t.raw, args, at, result);
       return text.empty() ? failed() : value(text, result);
     }
+    if (t.low == "arm_jntp" && !is("(", 1)) return next(), present_joints();
     if (is("(", 1)) return function();
     next();
     return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is not declared here");
@@ -1597,6 +1598,7 @@ class Pdl2Reader final : public Reader {
     const auto a = arguments();
     for (const Ex& e : a)
       if (!e.ok) return failed();
+    if (t.low == "arm_jntp" && a.empty()) return present_joints();
     static const std::map<std::string, std::string, std::less<>> kMath{
         {"sin", "SIN"},   {"cos", "COS"},     {"tan", "TAN"},     {"asin", "ASIN"},
         {"acos", "ACOS"}, {"atan2", "ATAN2"}, {"sqrt", "SQRT"},   {"exp", "EXP"},

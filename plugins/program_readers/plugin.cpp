@@ -2,6 +2,7 @@
 // Plugin program_readers: programs of controllers to IRL, behind robomosp.program_reader/1.
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/program_reader.h>
+#include <robomosp/sdk/reader_offers.h>
 
 #include "reader.h"
 #include "readers.h"
@@ -17,8 +18,25 @@ std::int32_t claim(const SourceFile& file, std::initializer_list<const char*> wo
 }
 
 template <class Language>
+class Offers final : public ReaderOffers {
+ public:
+  [[nodiscard]] std::span<const char* const> folders() const override { return Language::kFolders; }
+  Result<std::vector<std::string>> offers(const SourceFile& file) const override {
+    return Language::offers(file);
+  }
+};
+
+template <class Language>
 class Of final : public ProgramReader {
  public:
+  [[nodiscard]] const void* extension(const char* id) const override {
+    if constexpr (requires { Language::kFolders; }) {
+      static const Offers<Language> kOffers;
+      if (std::string_view(id) == ReaderOffers::kExtensionId)
+        return static_cast<const ReaderOffers*>(&kOffers);
+    }
+    return nullptr;
+  }
   [[nodiscard]] std::span<const ReaderFormat> formats() const override {
     return Language::kFormats;
   }
@@ -42,11 +60,9 @@ struct Krl {
   static std::int32_t claims(const SourceFile& f) {
     return claim(f, {"def", "deffct", "defdat", "&access", "global def"});
   }
-  static std::vector<std::string> needs(const SourceFile& f) {
-    const std::string name(stem(f.name));
-    if (extension(f.name) == "src") return {name + ".dat", "System/$config.dat"};
-    return {};
-  }
+  static constexpr const char* kFolders[] = {"system", "program"};
+  static std::vector<std::string> needs(const SourceFile& f) { return krl_needs(f); }
+  static std::vector<std::string> offers(const SourceFile& f) { return krl_offers(f); }
   static Made read(const ProgramReaderTask& t, const Params& p, Progress& g) {
     return read_krl(t, p, g);
   }
@@ -57,9 +73,15 @@ struct Rapid {
                                               {"sys", "ABB RAPID, system module"},
                                               {"pgf", "ABB RAPID, list of a program's modules"}};
   static std::int32_t claims(const SourceFile& f) { return claim(f, {"module", "%%%", "proc"}); }
+  static constexpr const char* kFolders[] = {"progmod", "sysmod"};
+  static std::vector<std::string> offers(const SourceFile& f) {
+    return extension(f.name) == "pgf" ? std::vector<std::string>{} : rapid_offers(f);
+  }
   /// The modules of a .pgf; and of a module CalibData, where RobotStudio keeps tools and objects.
   static std::vector<std::string> needs(const SourceFile& f) {
-    if (extension(f.name) != "pgf") return {"CalibData.mod"};
+    if (extension(f.name) != "pgf" ||
+        lower(f.text.substr(0, 4000)).find("<program") == std::string::npos)
+      return rapid_needs(f);
     std::vector<std::string> out;
     const std::string low = lower(f.text);
     for (std::size_t at = low.find("<module>"); at != std::string::npos;

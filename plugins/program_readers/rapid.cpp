@@ -31,6 +31,34 @@ struct Aggregate {
   At at;
 };
 
+/// Names that a module declares outside of its routines, and all that it uses.
+struct RapidNames {
+  std::set<std::string> local, global, used;
+};
+RapidNames rapid_names(const std::vector<Token>& tokens) {
+  RapidNames out;
+  std::string end;  // of the routine that is open
+  for (std::size_t i = 0; i + 1 < tokens.size(); ++i) {
+    const Token& t = tokens[i];
+    if (t.kind != Tk::name) continue;
+    const bool is_part = i > 0 && (tokens[i - 1].low == "." || tokens[i - 1].low == "\\");
+    if (!is_part) out.used.insert(t.low);
+    if (!end.empty()) {
+      if (t.low == end) end.clear();
+      continue;
+    }
+    const bool is_routine = t.low == "proc" || t.low == "func" || t.low == "trap";
+    const bool is_data = t.low == "var" || t.low == "const" || t.low == "pers";
+    if (!is_routine && !is_data && t.low != "record" && t.low != "alias") continue;
+    std::size_t k = i + (t.low == "func" || is_data || t.low == "alias" ? 2 : 1);
+    if (k >= tokens.size() || tokens[k].kind != Tk::name) continue;
+    const bool is_local = i > 0 && tokens[i - 1].low == "local";
+    (is_local ? out.local : out.global).insert(tokens[k].low);
+    if (is_routine) end = "end" + t.low;
+  }
+  return out;
+}
+
 class RapidReader final : public Reader {
  public:
   using Reader::Reader;
@@ -40,6 +68,7 @@ class RapidReader final : public Reader {
   void run() override {
     name_ = std::string(stem(files_[0].name));
     starts_with("displacement", identity());
+    name_locals();
     for (is_announcing_ = true;; is_announcing_ = false) {
       for (std::size_t f = 0; f < files_.size(); ++f)
         if (!is_list_of_modules(f)) file(f);
@@ -104,8 +133,44 @@ class RapidReader final : public Reader {
 
   // ---- modules ----
 
-  void file(std::size_t f) {
+  /// A name that a module declares LOCAL and another module has, too, is one of its own:
+  /// "p1" of the module b is "p1.b".
+  void name_locals() {
+    if (files_.size() < 2) return;
+    std::vector<RapidNames> all;
+    std::map<std::string, int> files_with;
+    for (std::size_t f = 0; f < files_.size(); ++f) {
+      scan(f, kRapidStyle);
+      all.push_back(rapid_names(tokens_));
+      std::set<std::string> names;
+      for (const Token& t : tokens_)
+        if (t.kind == Tk::name) names.insert(t.low);
+      for (const std::string& n : names) ++files_with[n];
+    }
+    local_names_.resize(files_.size());
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      for (const std::string& n : all[f].local)
+        if (files_with[n] > 1) local_names_[f].insert(n);
+  }
+  void scan_module(std::size_t f) {
     scan(f, kRapidStyle);
+    if (f >= local_names_.size() || local_names_[f].empty()) return;
+    const std::string module(stem(files_[f].name));
+    for (std::size_t i = 0; i < tokens_.size(); ++i) {
+      Token& t = tokens_[i];
+      if (t.kind != Tk::name || !local_names_[f].contains(t.low) ||
+          (i > 0 && (tokens_[i - 1].low == "." || tokens_[i - 1].low == "\\")))
+        continue;
+      const std::string& text =
+          own_texts_
+              .try_emplace(std::string(t.raw) + "." + module, std::string(t.raw) + "." + module)
+              .first->second;
+      t.raw = text;
+      t.low = lower(text);
+    }
+  }
+  void file(std::size_t f) {
+    scan_module(f);
     looked_at_of_ = nullptr;
     if (is_announcing_) next_comment_ = comments_.size();
     if (is("%")) {
@@ -365,10 +430,13 @@ class RapidReader final : public Reader {
   }
   void handler(const std::string& end) {
     const At at = here();
+    if (is("error")) learned_.flags.insert("handlers");
     while (!at_end() && !is(end)) next();
     emit("{ not read: the handler " + source_line(at) + " }", at);
     warn(at, "error handlers are not read",
-         "IRL stops at the point where a controller would raise an error.");
+         "Without an error the program does the same; at the point where the controller would raise one and "
+         "carry "
+         "the handler out, a run stops.");
   }
 
   // ---- statements ----
@@ -482,7 +550,7 @@ class RapidReader final : public Reader {
         if (is("tload", i)) {
           skip_rest();
           accept(";");
-          left_out(RMP_FAULT_WARNING, at, "IRL has no loads of tools");
+          left_out(RMP_FAULT_WARNING, at, std::string("IRL has no loads of tools") + kOtherTimes);
           return;
         }
       will_write(t.low);
@@ -543,6 +611,26 @@ class RapidReader final : public Reader {
       return expression();
     const Type t = s->parameters[n].type;
     return built(aggregate(), {}, t);
+  }
+  /// CRobT(\Tool:=t \WObj:=w)
+  Ex present_place(const std::map<std::string, Ex>& options, const At& at) {
+    std::optional<Ex> tool, frame;
+    for (const auto& [name, e] : options) {
+      if (!e.ok) return failed();
+      if (e.type.k != K::pose || (name != "tool" && name != "wobj"))
+        return bad(at, "CRobT of another robot or task is not read");
+      (name == "tool" ? tool : frame) = e;
+    }
+    if (!tool || !frame)
+      return bad(at,
+                 "CRobT without \\Tool or \\WObj is in those of the last motion, which differ from "
+                 "motion to motion",
+                 "Write CRobT(\\Tool:=... \\WObj:=...).");
+    const Ex id = identity();
+    if (is_set("displacement"))
+      frame = binary(Op::compose, *frame, get("displacement", kPose, at), at);
+    else if (frame->s == id.s) frame.reset();
+    return present_target(tool, frame);
   }
   /// Behind t := CRobT(...): t.trans and t.rot get values in the next two statements.
   [[nodiscard]] bool is_placed_anew(const std::string& low) const {
@@ -1060,7 +1148,7 @@ class RapidReader final : public Reader {
     emit("WAIT FOR " + c.s + timeout + ";", at);
     // Without a flag the controller raises an error.
     if (!timeout.empty() && after_.empty()) {
-      if (uses("error") > 0)
+      if (learned_.flags.contains("handlers"))
         bad(at, "IRL has neither the error raised after the time nor its handler",
             "Use \\TimeFlag, and test it.");
       else emit("IF R_TIMEOUT THEN HALT; ENDIF;", at);
@@ -1171,7 +1259,7 @@ class RapidReader final : public Reader {
     }
     emit("R_ACC := " + a.s + ";", at);
     emit("R_ACC_PTP := " + a.s + ";", at);
-    if (has_ramp) warn(at, "IRL has no acceleration ramps");
+    if (has_ramp) warn(at, std::string("IRL has no acceleration ramps") + kOtherTimes);
   }
   void connect(const At& at) {
     const Token i = next();
@@ -1650,6 +1738,8 @@ class RapidReader final : public Reader {
           a[1].v >= 1 && a[1].v <= static_cast<double>(a[0].type.bounds.size()))
         return integer(a[0].type.bounds[static_cast<std::size_t>(a[1].v) - 1].second);
       if (t.low == "present") return boolean(false);
+      if (t.low == "cjointt" && a.empty() && options.empty()) return present_joints();
+      if (t.low == "crobt" && a.empty()) return present_place(options, at);
       static const std::set<std::string, std::less<>> kNone{
           "crobt",   "cjointt",      "cpos",       "cspeedoverride", "valtostr", "numtostr",
           "clkread", "calcrobt",     "calcjointt", "ctime",          "cdate",    "opmode",
@@ -1680,9 +1770,52 @@ class RapidReader final : public Reader {
   bool is_stopped_ = false;  ///< the last motion that was read stops at its target
   int both_frames_ = 0;      ///< of the last work object: 1 user frame, 2 object frame
   int nested_ = 0;
+  std::vector<std::set<std::string>> local_names_;  ///< of each file, that others have, too
+  std::map<std::string, std::string> own_texts_;
 };
 
 }  // namespace
+
+namespace {
+
+class RapidScan final : public Reader {
+ public:
+  using Reader::Reader;
+  void run() override {}
+  RapidNames names() {
+    scan(0, kRapidStyle);
+    return rapid_names(tokens_);
+  }
+
+ private:
+  Ex primary() override { return failed(); }
+};
+RapidNames names_of_module(const SourceFile& file) {
+  const SourceFile one[] = {file};
+  Learned learned;
+  const NoParams params;
+  NoProgress progress;
+  return RapidScan(one, learned, params, progress).names();
+}
+
+}  // namespace
+
+std::vector<std::string> rapid_needs(const SourceFile& file) {
+  std::vector<std::string> out{"CalibData.mod"};
+  const RapidNames names = names_of_module(file);
+  for (const std::string& n : names.used)
+    if (!names.local.contains(n) && !names.global.contains(n) && n != "main" &&
+        !maker_word(MakerLanguage::rapid, n))
+      out.push_back("@" + n);
+  return out;
+}
+std::vector<std::string> rapid_offers(const SourceFile& file) {
+  const RapidNames names = names_of_module(file);
+  std::vector<std::string> out;
+  for (const std::string& n : names.global)
+    if (n != "main") out.push_back(n);
+  return out;
+}
 
 Made read_rapid(const ProgramReaderTask& task, const Params& params, Progress& progress) {
   return passes<RapidReader>(task, params, progress);

@@ -226,7 +226,12 @@ const std::set<std::string, std::less<>>& taken() {
 
 std::string real_text(double v) {
   char buffer[40];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, v == 0 ? 0.0 : v).ptr;
+  // Without an exponent where a person writes none: 100000.0, and not 1.0e+05.
+  const double size = std::fabs(v);
+  const auto end =
+      size >= 1e-4 && size < 1e15
+          ? std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed).ptr
+          : std::to_chars(buffer, buffer + sizeof buffer, v == 0 ? 0.0 : v).ptr;
   std::string s(buffer, end);
   const std::size_t e = s.find('e');
   if (s.find('.') == std::string::npos) s.insert(e == std::string::npos ? s.size() : e, ".0");
@@ -1614,6 +1619,28 @@ std::string Reader::mode(std::string_view modal, const std::string& at_start, co
          : learned_.modal.contains(key)  ? ""
                                          : at_start;
 }
+std::optional<Ex> Reader::setting_here(const std::string& key, const At& at, bool is_relevant) {
+  use_setting(key, at, is_relevant, true);
+  if (!is_set(key) || learned_.unset_uses.contains({key, at.file, at.begin})) return std::nullopt;
+  declare_modal(key, kPose, at);
+  return place(find("%" + key)->irl, kPose);
+}
+Ex Reader::present_joints() {
+  learned_.turns = 6;  // the cell says whose the joints are
+  return value(learned_.external_axes > 0 ? "R_JOINT_ACT" : "R_JOINT_ACT.M_JOINT", kJoint);
+}
+Ex Reader::present_target(const std::optional<Ex>& tool, const std::optional<Ex>& frame) {
+  learned_.turns = 6;
+  if ((tool && !tool->ok) || (frame && !frame->ok)) return failed();
+  if (!tool && !frame) return value("R_ROBTARGET_ACT", kTarget);
+  std::string pose = tool ? "R_FLANGE_ACT @ " + within(*tool, kSign) : "R_ROBTARGET_ACT.PSE";
+  if (frame) pose = "INV(" + frame->s + ") @ " + pose;
+  return value(helper("with_pose") + "(R_ROBTARGET_ACT, " + pose + ")", kTarget);
+}
+Ex Reader::present_target(const At& at) {
+  const auto tool = setting_here("tool", at, true);
+  return present_target(tool, setting_here("frame", at, true));
+}
 void Reader::move(Motion m, const At& at) {
   std::string list;
   for (const Ex& t : m.targets) {
@@ -1626,14 +1653,8 @@ void Reader::move(Motion m, const At& at) {
   const bool has_place =
       m.word != "PTP" || std::any_of(m.targets.begin(), m.targets.end(),
                                      [](const Ex& t) { return t.type.k != K::joint; });
-  const auto set_here = [&](const char* key) -> std::optional<Ex> {
-    use_setting(key, at, has_place, true);
-    if (!is_set(key) || learned_.unset_uses.contains({key, at.file, at.begin})) return std::nullopt;
-    declare_modal(key, kPose, at);
-    return place(find("%" + std::string(key))->irl, kPose);
-  };
-  if (!m.tool && m.has_tool) m.tool = set_here("tool");
-  if (!m.frame && m.has_frames) m.frame = set_here("frame");
+  if (!m.tool && m.has_tool) m.tool = setting_here("tool", at, has_place);
+  if (!m.frame && m.has_frames) m.frame = setting_here("frame", at, has_place);
   if (m.tool) m.attributes.emplace_back("TOOL", *m.tool);
   if (m.frame) m.attributes.emplace_back("FRAME", *m.frame);
   std::map<std::string, std::string> given;

@@ -193,6 +193,9 @@ struct Routine {
   std::map<std::string, Symbol> symbols;
 };
 
+/// Ends the warning of a setting that changes neither paths nor signals.
+inline constexpr const char* kOtherTimes = "; the path stays the same, and times differ";
+
 /// Marks within lines of the IRL while it is read: a number between them is a use or a change of a
 /// setting.
 inline constexpr char kUseMark = '\x01', kChangeMark = '\x03', kMarkEnd = '\x02';
@@ -432,6 +435,13 @@ class Reader {
     std::optional<Ex> tool, frame;  ///< of this motion only, whatever is set
   };
   void move(Motion, const At&);
+  /// Where the robot is, as a target with its configuration: as a motion with this tool and frame
+  /// would name it. Without a tool it is the robot's own.
+  Ex present_target(const std::optional<Ex>& tool, const std::optional<Ex>& frame);
+  /// The same with the tool and the frame that are set here.
+  Ex present_target(const At&);
+  /// The axes where the robot is.
+  Ex present_joints();
   // Settings, such as "tool" and "frame", hold from where they are set on. A use of one that
   // nothing sets before is an error, since the controller's own value is unknown.
   /// The value of a setting when a program starts, where the language says it.
@@ -486,6 +496,8 @@ class Reader {
     std::string key, text;
     bool is_constant = false, is_part = false, is_unset = false;
   };
+  /// The tool or frame that is set here; nothing where nothing sets it before.
+  std::optional<Ex> setting_here(const std::string& key, const At&, bool is_relevant);
   /// The call of a function as a statement: a variable takes its value.
   std::string unused(const std::string& call, const Type&, const At&);
   /// Jumps that IRL refuses become faults.
@@ -539,6 +551,18 @@ Result<std::unique_ptr<ReadProgram>> passes(const ProgramReaderTask& task, const
     if (pass > 0 && (learned == before || pass == 7)) return reader.finish();
   }
 }
+
+/// Parameters of readers that only look at names.
+class NoParams final : public Params {
+ public:
+  [[nodiscard]] bool has(std::string_view) const override { return false; }
+  [[nodiscard]] double real(std::string_view) const override { return 0; }
+  [[nodiscard]] long long integer(std::string_view) const override { return 0; }
+  [[nodiscard]] bool boolean(std::string_view) const override { return false; }
+  [[nodiscard]] std::string_view text(std::string_view) const override { return {}; }
+  [[nodiscard]] std::span<const double> reals(std::string_view) const override { return {}; }
+  [[nodiscard]] Pose pose(std::string_view) const override { return {}; }
+};
 
 /// "x.src" gives "x"; letters and digits only, so that it names a program.
 [[nodiscard]] std::string_view stem(std::string_view file);

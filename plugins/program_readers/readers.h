@@ -21,6 +21,13 @@ using Made = Result<std::unique_ptr<ReadProgram>>;
 [[nodiscard]] Made read_crcl(const ProgramReaderTask&, const Params&, Progress&);
 [[nodiscard]] Made read_inform(const ProgramReaderTask&, const Params&, Progress&);
 [[nodiscard]] Made read_joint_trajectory(const ProgramReaderTask&, const Params&, Progress&);
+/// Files of a KUKA backup that belong to one, and names that others have to offer ("@weld").
+[[nodiscard]] std::vector<std::string> krl_needs(const SourceFile&);
+/// Routines and data that a file of a KUKA backup offers to the others.
+[[nodiscard]] std::vector<std::string> krl_offers(const SourceFile&);
+/// Modules of an ABB backup that a module needs, and names that it offers to the others.
+[[nodiscard]] std::vector<std::string> rapid_needs(const SourceFile&);
+[[nodiscard]] std::vector<std::string> rapid_offers(const SourceFile&);
 /// Whether a .prg is one of MELFA-BASIC, by its first lines.
 [[nodiscard]] bool looks_like_melfa(std::string_view text);
 /// Files that the project of a VAL3 application names.

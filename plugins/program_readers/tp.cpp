@@ -640,23 +640,9 @@ class TpReader final : public Reader {
       emit("WRITELN(" + string(words).s + ");", at);
       return;
     }
-    // PR[n]=LPOS and then all six elements: the position is those alone.
-    std::string packed;
-    for (const char c : body)
-      if (c != ' ' && c != '\t' && c != ';' && c != '\r') packed += lower(std::string(1, c));
-    if (present_) {
-      auto& [number, element, said] = *present_;
-      if (packed.starts_with("pr[" + number + "," + std::to_string(element) + "]=")) {
-        if (++element > 6) present_.reset();
-      } else {
-        left_out(RMP_FAULT_ERROR, said, "IRL has no present position of the robot");
-        present_.reset();
-      }
-    }
-    if (packed.size() > 9 && packed.starts_with("pr[") && packed.ends_with("]=lpos")) {
-      present_ = {packed.substr(3, packed.size() - 9), 1, at};
-      learned_.flags.insert("set pr " +
-                            packed.substr(3, packed.find_first_not_of("0123456789", 3) - 3));
+    if (const std::string number = register_of_present(body);
+        !number.empty() && sets_all_elements(f, s.end, number)) {
+      learned_.flags.insert("set pr " + number);
       return;
     }
     // Further lines begin with ":".
@@ -676,6 +662,38 @@ class TpReader final : public Reader {
         skip_rest();
       }
     });
+  }
+  /// A statement without blanks, line number and end, in lower case.
+  static std::string packed(std::string_view statement) {
+    std::string out;
+    for (const char c : statement)
+      if (std::string_view(" \t\r\n;").find(c) == std::string_view::npos)
+        out += lower(std::string_view(&c, 1));
+    std::size_t i = 0;
+    while (i < out.size() && out[i] >= '0' && out[i] <= '9') ++i;
+    while (i > 0 && i < out.size() && out[i] == ':') ++i;
+    return i > 0 && out[i - 1] == ':' ? out.substr(i) : out;
+  }
+  /// The number of a register in PR[n]=LPOS; "" = the statement is another one.
+  static std::string register_of_present(std::string_view statement) {
+    const std::string s = packed(statement);
+    if (!s.starts_with("pr[") || !s.ends_with("]=lpos")) return {};
+    const std::size_t end = s.find_first_not_of("0123456789", 3);
+    return end == 3 ? std::string() : s.substr(3, end - 3);
+  }
+  /// Whether the statements behind a place give all six elements of a register: what it had counts
+  /// for nothing then.
+  bool sets_all_elements(std::size_t f, std::size_t from, const std::string& number) const {
+    const std::string_view text = files_[f].text;
+    for (int k = 1; k <= 6; ++k) {
+      if (from < text.size() && text[from] == ';') ++from;
+      const std::size_t end = std::min(text.find(';', from), text.size());
+      if (from >= text.size() || !packed(text.substr(from, end - from))
+                                      .starts_with("pr[" + number + "," + std::to_string(k) + "]="))
+        return false;
+      from = end;
+    }
+    return true;
   }
   void act(const At& at) {
     const Token t = peek();
@@ -1267,7 +1285,7 @@ class TpReader final : public Reader {
       } else if (t.low.starts_with("acc") && (digits(3) >= 0 || t.low == "acc")) {
         Ex n = digits(3) >= 0 ? real(digits(3)) : primary();
         if (n.is_literal && n.v > 100) {
-          warn(t.at, "an acceleration above 100 % is taken as 100 %");
+          warn(t.at, std::string("an acceleration above 100 % is taken as 100 %") + kOtherTimes);
           n = real(100);
         }
         if (n.is_literal && n.v <= 0) bad(t.at, "this is not an acceleration");
@@ -1658,9 +1676,16 @@ class TpReader final : public Reader {
       expect("]");
       return frame_element(t.low == "utool", i, at, false);
     }
-    if (t.low == "lpos" || t.low == "jpos")
-      return bad(at, "IRL has no present position of the robot",
-                 "Keep the position in a variable.");
+    if (t.low == "lpos") {
+      // Seen from the user frame and with the tool that are active, as a motion is.
+      Motion m;
+      m.targets.push_back(identity());
+      if (!in_frames(m, {Taught{}}, at)) return failed();
+      return as_pose(present_target(m.tool, m.frame), at);
+    }
+    if (t.low == "jpos")
+      return bad(at, "position registers are Cartesian here, and JPOS is joints",
+                 "Use LPOS, or teach the position.");
     static const std::map<std::string, std::pair<bool, int>, std::less<>> kSignals{
         {"di", {false, 0}},    {"do", {true, 0}},    {"ri", {false, 1000}}, {"ro", {true, 1000}},
         {"ui", {false, 2000}}, {"uo", {true, 2000}}, {"si", {false, 3000}}, {"so", {true, 3000}},
@@ -1725,7 +1750,6 @@ class TpReader final : public Reader {
   /// What backups say of PR, R, UFRAME and UTOOL, in IRL.
   std::map<std::string, std::map<std::int64_t, std::string>> known_;
   /// PR[n]=LPOS was read: n, the element that is set next, where it stood.
-  std::optional<std::tuple<std::string, int, At>> present_;
   std::set<std::string> labels_, told_, placed_;
   std::string next_label_;
   std::string scope_;     ///< of the labels: of which point's logic they are

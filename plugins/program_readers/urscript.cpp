@@ -1163,8 +1163,9 @@ class UrscriptReader final : public Reader {
     }
     if (acc && !std::exchange(told_acceleration_, true))
       warn(at,
-           "accelerations in m/s^2 and rad/s^2 have no counterpart in IRL, which has them in % of "
-           "the maximum",
+           std::string("accelerations in m/s^2 and rad/s^2 have no counterpart in IRL, which has them in "
+                       "% of the maximum") +
+               kOtherTimes,
            "Set ACC and ACC_PTP manually.");
     m.has_frames = false;
     move(std::move(m), at);
@@ -1384,6 +1385,10 @@ class UrscriptReader final : public Reader {
         return value("TRAFOINV(" + target(a[0], integer(2), {}, {}).s + ").M_JOINT", kJoint);
       if (w == "get_forward_kin" && !a.empty() && a[0].type.k == K::joint)
         return as_pose(as_place(a[0]), at);
+      if ((w == "get_actual_tcp_pose" || w == "get_target_tcp_pose") && a.empty())
+        return as_pose(present_target(at), at);
+      if ((w == "get_actual_joint_positions" || w == "get_target_joint_positions") && a.empty())
+        return present_joints();
       if (w == "point_dist" && a.size() == 2 && a[0].type.k == K::pose && a[1].type.k == K::pose)
         return scaled(value(helper("distance") + "(" + a[0].s + ".POS, " + a[1].s + ".POS)", kReal),
                       0.001);

@@ -1236,6 +1236,7 @@ class Val3Reader final : public Reader {
       father_ = kept;
       return with_pose(a[0], binary(Op::compose, as_pose(a[2], at), as_pose(a[0], at), at));
     }
+    if (t.low == "herej" && a.empty()) return present_joints();
     if (t.low == "distance" && a.size() == 2) {
       const Ex x = as_pose(a[0], at), y = as_pose(a[1], at);
       return x.ok && y.ok ? value(helper("distance") + "(" + x.s + ".POS, " + y.s + ".POS)", kReal)

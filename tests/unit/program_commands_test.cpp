@@ -378,6 +378,50 @@ TEST_F(ProgramCommands, ABackupOfKukaGivesItsConfiguration) {
             std::string::npos);
 }
 
+// Programs of a backup that call each other: in folders of Program, by the routine's name.
+TEST_F(ProgramCommands, ProgramsOfABackupThatAreCalledAreReadWithIt) {
+  const std::string program = "KRC/R1/Program/";
+  std::filesystem::create_directories(folder_ / "KRC/R1/Program/Cell");
+  std::filesystem::create_directories(folder_ / "KRC/R1/Program/Lib/Deep");
+  std::filesystem::create_directories(folder_ / "KRC/R1/System");
+  const std::string frames = "$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}\n$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}\n";
+  write(program + "Cell/main.src",
+        "DEF main( )\n" + frames + "PTP XP1\nweld( )\ngrip(TRUE)\nLIN above\nEND\n");
+  write(program + "Cell/main.dat",
+        "DEFDAT main\nDECL FRAME XP1={X 500,Y 0,Z 300,A 0,B 90,C 0}\nENDDAT\n");
+  write(program + "weld.src", "DEF weld( )\nLIN XP1\nEND\n");
+  write(program + "weld.dat",
+        "DEFDAT weld\nDECL FRAME XP1={X 600,Y 0,Z 200,A 0,B 90,C 0}\nENDDAT\n");
+  write(program + "Lib/Deep/tools.src",
+        "DEF tools( )\nEND\nGLOBAL DEF grip(on:IN)\nDECL BOOL on\n$OUT[1]=on\nEND\n");
+  write(program + "Lib/points.dat",
+        "DEFDAT points PUBLIC\nDECL GLOBAL FRAME above={X 500,Y 0,Z 450,A 0,B 90,C 0}\nENDDAT\n");
+  write(program + "Lib/other.src", "DEF other( )\nTRIGGER\nEND\n");
+  const std::string file = (folder_ / "KRC/R1/Program/Cell/main.src").string();
+  const Value read = call("program.read_foreign", {{"file", file}});
+  EXPECT_EQ(at(read, "read").text(),
+            R"({"main.src", "main.dat", "points.dat", "tools.src", "weld.src", "weld.dat"})");
+  EXPECT_EQ(*at(read, "errors").as_int(), 0) << at(read, "faults").text();
+  const std::string irl = *at(at(read, "files").as_list()->at(0), "text").as_string();
+  EXPECT_NE(irl.find("MOVE LIN XP1_weld"), std::string::npos) << irl;
+  // The nearest of two that offer a name; where they are equally near, a warning.
+  write(program + "Cell/tools2.src",
+        "DEF tools2( )\nEND\nGLOBAL DEF grip(on:IN)\nDECL BOOL on\n$OUT[2]=on\nEND\n");
+  const Value near = call("program.read_foreign", {{"file", file}});
+  EXPECT_NE(at(near, "read").text().find("tools2.src"), std::string::npos);
+  write(program + "Cell/tools3.src", "GLOBAL DEF grip(on:IN)\nDECL BOOL on\nEND\n");
+  call("program.read_foreign", {{"file", file}});
+  std::string told;
+  for (const Message& m : app().messages.recent(1000))
+    if (m.code == "offered_twice") told = m.text;
+  EXPECT_NE(told.find("\"grip\" is declared in "), std::string::npos) << told;
+  // What is not in the backup is an error at its line.
+  std::filesystem::remove(folder_ / "KRC/R1/Program/weld.src");
+  const Value without = call("program.read_foreign", {{"file", file}});
+  EXPECT_EQ(*at(without, "errors").as_int(), 1) << at(without, "faults").text();
+  EXPECT_EQ(*at(at(without, "faults").as_list()->at(0), "line").as_int(), 5);
+}
+
 TEST_F(ProgramCommands, AnExtensionOfSeveralReadersSaysWhichTookIt) {
   const auto told = [&] {
     std::string all;

@@ -351,7 +351,7 @@ TEST(ReaderRule, TpConditionsThatAreNotReadKeepWhatDependsOnThem) {
   expect_rule(
       read_tp,
       {{"IF THEN",
-        tp_with("IF (DI[R[1]]=ON AND LPOS) THEN ;\nDO[1]=ON ;\nELSE ;\nDO[2]=ON ;\nENDIF ;\n"
+        tp_with("IF (DI[R[1]]=ON AND JPOS) THEN ;\nDO[1]=ON ;\nELSE ;\nDO[2]=ON ;\nENDIF ;\n"
                 "DO[3]=ON ;\n"),
         R"(error 3: IRL has no signals with computed numbers
            warning 3: R[1] is not set by any program here; it is zero
@@ -369,8 +369,8 @@ TEST(ReaderRule, TpConditionsThatAreNotReadKeepWhatDependsOnThem) {
         R"(error 3: IRL has no counterpart of TIMER
            out_5 = 1
            out_2 = 1)"},
-       {"FOR", tp_with("FOR R[1]=1 TO LPOS ;\nDO[1]=ON ;\nENDFOR ;\nDO[2]=ON ;\n"),
-        R"(error 3: IRL has no present position of the robot
+       {"FOR", tp_with("FOR R[1]=1 TO JPOS ;\nDO[1]=ON ;\nENDFOR ;\nDO[2]=ON ;\n"),
+        R"(error 3: position registers are Cartesian here, and JPOS is joints
            out_2 = 1)"},
        {"a label behind a line of nothing",
         {{"main.ls",
@@ -522,7 +522,7 @@ TEST(ReaderRule, MelfaSettingsHoldFromWhereTheyAreMade) {
            error 2: IRL has one distance for the end of a motion and the start of the next, but these differ
            error 3: IRL cannot choose how the tool rotates during a motion (Type)
            error 4: overrides of upward and downward motions are not read
-           warning 5: IRL decelerates as it accelerates; the deceleration is left out
+           warning 5: IRL decelerates as it accelerates; the deceleration is left out; the path stays the same, and times differ
            lin (500,0,300))"},
        {"a pulse, and arms of Select that are not read",
         program(
@@ -535,11 +535,11 @@ TEST(ReaderRule, MelfaSettingsHoldFromWhereTheyAreMade) {
            out_3 = 0
            out_2 = 1)"},
        {"a condition that is not read keeps what depends on it",
-        program("1 If P_Curr.X>3 Then M_Out(1)=1 Else M_Out(2)=1\n2 If J_Curr.J1>3 Then\n3 "
+        program("1 If P_Fbc.X>3 Then M_Out(1)=1 Else M_Out(2)=1\n2 If J_Fbc.J1>3 Then\n3 "
                 "M_Out(3)=1\n4 "
                 "Else\n5 M_Out(4)=1\n6 EndIf\n"),
-        R"(error 1: IRL has no counterpart of P_Curr
-           error 2: IRL has no counterpart of J_Curr
+        R"(error 1: IRL has no counterpart of P_Fbc
+           error 2: IRL has no counterpart of J_Fbc
            out_2 = 1
            out_4 = 1)"}});
 }

@@ -1512,7 +1512,10 @@ TEST(ProgramReaders, RapidComputedPlacesKeepTheNearestConfiguration) {
 ENDMODULE
 )"}});
   // Where the robot is stays unknown where its place counts.
-  EXPECT_EQ(read_faults(*p), "8:13 error IRL has no counterpart of CRobT.\n");
+  EXPECT_EQ(
+      read_faults(*p),
+      "8:13 error CRobT without \\Tool or \\WObj is in those of the last motion, which differ "
+      "from motion to motion.\n");
   expect_lines(*p, R"(
 t.STATUS := -1;
 t.TURNS := [-128, -128, -128, -128, -128, -128];
@@ -2239,6 +2242,269 @@ TEST(ProgramReaders, GcodeWaitsOfAMillionSecondsHaveNoEnd) {
   const auto p = read_with(read_gcode, {{"p.ngc", "M66 P2 L3 Q1000000\nM66 P2 L4 Q999\nM2\n"}});
   EXPECT_EQ(read_faults(*p), "");
   expect_lines(*p, "WAIT FOR in_2 = TRUE;\nWAIT FOR in_2 = FALSE TIMEOUT 999.0;\n");
+}
+
+// A backup: two programs with points of one name, a file of global routines, and global data.
+const std::vector<RobotFile> kKrlBackup{{"cell.src", R"(DEF cell( )
+DECL INT n
+$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}
+$BASE={X 1,Y 2,Z 3,A 0,B 0,C 0}
+n=2
+PTP XP1
+weld(n,5)
+LIN XP1
+n=twice(n)
+LIN above
+own()
+hidden()
+nowhere(n)
+LIN secret
+END
+DEF own( )
+$OUT[4]=TRUE
+END
+)"},
+                                        {"cell.dat", R"(DEFDAT cell
+DECL FRAME XP1={X 500,Y 0,Z 300,A 0,B 90,C 0}
+ENDDAT
+)"},
+                                        {"weld.src", R"(DEF weld(k:OUT,by:IN)
+DECL INT k,by
+LIN XP1
+k=k+by
+own()
+END
+DEF own( )
+$OUT[5]=TRUE
+END
+DEF never( )
+TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[9]=TRUE
+END
+)"},
+                                        {"weld.dat", R"(DEFDAT weld
+DECL FRAME XP1={X 600,Y 0,Z 200,A 0,B 90,C 0}
+DECL STRANGE_T nothing={A 1}
+DECL FRAME secret={X 1,Y 1,Z 1,A 0,B 0,C 0}
+ENDDAT
+)"},
+                                        {"lib.src", R"(DEF lib( )
+END
+GLOBAL DEFFCT INT twice(x:IN)
+DECL INT x
+RETURN 2*x
+ENDFCT
+DEF hidden( )
+END
+)"},
+                                        {"points.dat", R"(DEFDAT points PUBLIC
+DECL GLOBAL FRAME above={X 500,Y 0,Z 400,A 0,B 90,C 0}
+above.Z=450
+DECL FRAME own={X 9,Y 9,Z 9,A 0,B 0,C 0}
+ENDDAT
+)"}};
+
+TEST(ProgramReaders, KrlFilesOfABackupAreOneProgram) {
+  const auto p = read_with(read_krl, kKrlBackup);
+  EXPECT_EQ(read_faults(*p),
+            "12:1 error hidden is declared in another file, which keeps it to itself.\n"
+            "13:1 error nowhere is not among the files; an empty routine replaces it.\n"
+            "14:5 error secret is declared in another file, which keeps it to itself.\n");
+  expect_lines(*p, R"(
+POSE: above := POSE(POSITION(500.0, 0.0, 400.0), ORIZYX(0.0, 90.0, 0.0));
+POSE: XP1 := POSE(POSITION(500.0, 0.0, 300.0), ORIZYX(0.0, 90.0, 0.0));
+PROCEDURE own ();
+out_4 := TRUE;
+PROCEDURE weld (INOUT INT: k; IN INT: by);
+MOVE LIN XP1_weld TOOL := present_tool FRAME := present_frame;
+k := k + by;
+own_weld();
+PROCEDURE own_weld ();
+out_5 := TRUE;
+FUNCTION twice (IN INT: x): INT;
+RETURN 2 * x;
+above.POS.Z := 450.0;
+n := 2;
+MOVE PTP XP1 TOOL := present_tool FRAME := present_frame;
+weld(n, 5);
+MOVE LIN XP1 TOOL := present_tool FRAME := present_frame;
+n := twice(n);
+MOVE LIN above TOOL := present_tool FRAME := present_frame;
+own();
+)");
+  const std::string_view irl = p->files()[0].text;
+  EXPECT_NE(irl.find("XP1_weld := POSE(POSITION(600.0, 0.0, 200.0)"), std::string::npos) << irl;
+  EXPECT_EQ(irl.find("never"), std::string::npos) << irl;
+}
+
+TEST(ProgramReaders, KrlNamesOfABackupAreAskedForAndOffered) {
+  const auto joined = [](std::vector<std::string> all) {
+    std::sort(all.begin(), all.end());
+    std::string out;
+    for (const std::string& s : all) out += (out.empty() ? "" : " ") + s;
+    return out;
+  };
+  std::map<std::string, std::string> text;
+  for (const RobotFile& f : kKrlBackup) text[f.name] = f.text;
+  const auto offers = [&](const char* name) {
+    return joined(krl_offers(SourceFile{name, text[name], {}}));
+  };
+  EXPECT_EQ(offers("cell.src"), "cell");
+  EXPECT_EQ(offers("lib.src"), "lib twice");
+  EXPECT_EQ(offers("weld.dat"), "weld.dat");
+  EXPECT_EQ(offers("points.dat"), "above points.dat");
+  const auto needs = krl_needs(SourceFile{"cell.src", text["cell.src"], {}});
+  for (const char* n : {"cell.dat", "System/$config.dat", "@weld", "@twice", "@above", "@nowhere"})
+    EXPECT_NE(std::find(needs.begin(), needs.end(), n), needs.end()) << n;
+  for (const char* n : {"@n", "@own", "@cell"})
+    EXPECT_EQ(std::find(needs.begin(), needs.end(), n), needs.end()) << n;
+}
+
+TEST(ProgramReaders, KrlImportsEnumeratorsAndTheSubmitInterpreter) {
+  const auto p = read_with(read_krl, {{"a.src", R"(DEF a( )
+IMPORT FRAME mine IS /R1/b..theirs
+IF state==#GREEN THEN
+$OUT[3]=TRUE
+ENDIF
+IF other==#BLUE THEN
+$OUT[2]=flagged
+ENDIF
+LIN mine
+END
+)"},
+                                      {"b.dat", R"(DEFDAT b PUBLIC
+ENUM light RED,GREEN
+ENUM paint GREEN,BLUE
+DECL FRAME theirs={X 1,Y 2,Z 3,A 0,B 0,C 0}
+ENDDAT
+)"},
+                                      {"a.dat", R"(DEFDAT a
+ENUM light RED,GREEN
+ENUM paint GREEN,BLUE
+DECL light state=#RED
+DECL paint other=#BLUE
+DECL BOOL flagged=FALSE
+ENDDAT
+)"},
+                                      {"sps.sub", R"(DEF SPS ( )
+DECL INT own
+LOOP
+own=1
+$OUT[3]=$IN[7]
+$OUT[8]=TRUE
+flagged=$IN[8]
+ENDLOOP
+END
+)"}});
+  EXPECT_EQ(read_faults(*p),
+            "5:1 error the submit interpreter sets $OUT[3] here while the program runs.\n"
+            "7:1 error the submit interpreter sets flagged here while the program runs.\n");
+  expect_lines(*p, R"(
+INT: red := 1;
+INT: green := 2;
+INT: blue := 3;
+IF state = green THEN
+MOVE LIN theirs;
+)");
+}
+
+TEST(ProgramReaders, RapidLocalNamesAreThoseOfTheirModule) {
+  const auto p = read_with(read_rapid, {{"m.mod", R"(MODULE M
+  LOCAL CONST robtarget p1:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PROC main()
+    MoveL p1, v100, fine, tool0;
+    other;
+  ENDPROC
+ENDMODULE
+)"},
+                                        {"n.mod", R"(MODULE N
+  LOCAL CONST robtarget p1:=[[4,5,6],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PROC other()
+    MoveL p1, v100, fine, tool0;
+  ENDPROC
+ENDMODULE
+)"}});
+  EXPECT_EQ(read_faults(*p), "");
+  expect_lines(*p, R"(
+PROCEDURE other ();
+MOVE LIN p1_n SPEED := 100.0;
+MOVE LIN p1_m SPEED := 100.0;
+)");
+  const std::string m =
+      "MODULE M\nLOCAL VAR num a;\nVAR num b;\nPROC q()\nVAR num c;\nd;\nENDPROC\n"
+      "ENDMODULE\n";
+  EXPECT_EQ(rapid_offers(SourceFile{"m.mod", m, {}}), (std::vector<std::string>{"b", "q"}));
+  const auto needs = rapid_needs(SourceFile{"m.mod", m, {}});
+  EXPECT_NE(std::find(needs.begin(), needs.end(), "@d"), needs.end());
+  EXPECT_EQ(std::find(needs.begin(), needs.end(), "@a"), needs.end());
+}
+
+TEST(ProgramReaders, WhereTheRobotIsIsReadInTheToolAndFrameThatAreSet) {
+  struct Case {
+    const char* what;
+    Read read;
+    RobotFile file;
+    const char* faults;
+    const char* irl;
+  };
+  const std::string krl_head = "DEF p()\nDECL E6POS x\nDECL E6AXIS a\n";
+  const std::string krl_frames =
+      "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\n$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\n";
+  const std::string krl_reads =
+      "x=$POS_ACT\na=$AXIS_ACT\nIF $POS_ACT.Z>3 THEN\nENDIF\n$POS_ACT=x\n";
+  const std::string tp = "/PROG P\n/MN\n1:  UFRAME_NUM=0 ;\n2:  UTOOL_NUM=0 ;\n";
+  const Case cases[] = {
+      {"KRL with tool and base",
+       read_krl,
+       {"p.src", krl_head + krl_frames + krl_reads + "END\n"},
+       "10:1 error $POS_ACT is where the robot is, and gets no value.\n",
+       "x := with_pose(R_ROBTARGET_ACT, INV(present_frame) @ R_FLANGE_ACT @ present_tool);\n"
+       "a := R_JOINT_ACT.M_JOINT;\n"},
+      {"KRL with the robot's own tool",
+       read_krl,
+       {"p.src", krl_head + "x=$POS_ACT\nIF $POS_ACT.Z>3 THEN\nENDIF\nEND\n"},
+       "",
+       "x := R_ROBTARGET_ACT;\nIF R_ROBTARGET_ACT.PSE.POS.Z > 3 THEN\n"},
+      {"RAPID",
+       read_rapid,
+       {"p.mod",
+        "MODULE p\nPERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
+        "VAR robtarget r;\nVAR jointtarget j;\nPROC main()\nr:=CRobT(\\Tool:=t "
+        "\\WObj:=wobj0);\nj:=CJointT();\nENDPROC\nENDMODULE\n"},
+       "",
+       "r := with_pose(R_ROBTARGET_ACT, R_FLANGE_ACT @ t);\nj := R_JOINT_ACT.M_JOINT;\n"},
+      {"TP",
+       read_tp,
+       {"p.ls", tp + "3:  PR[1]=LPOS ;\n4:  PR[1,3]=PR[1,3]+10 ;\n/POS\n/END\n"},
+       "",
+       "PR[1] := with_pose(R_ROBTARGET_ACT, R_FLANGE_ACT @ POSE(POSITION(0.0, 0.0, 0.0), "
+       "ORIQUAT(1.0, 0.0, 0.0, 0.0))).PSE;\nPR[1].POS.Z := PR[1].POS.Z + 10;\n"},
+      {"MELFA-BASIC",
+       read_melfa,
+       {"p.prg", "1 P1=P_Curr\n2 P1.Z=P1.Z+10\n3 J1=J_Curr\n"},
+       "",
+       "P1 := R_ROBTARGET_ACT;\nJ1 := R_JOINT_ACT.M_JOINT;\n"},
+      {"URScript",
+       read_urscript,
+       {"p.script",
+        "def p():\n  a = get_actual_tcp_pose()\n  q = get_actual_joint_positions()\nend\n"},
+       "",
+       "a := R_ROBTARGET_ACT.PSE;\nq := R_JOINT_ACT.M_JOINT;\n"},
+      {"AS",
+       read_as,
+       {"p.as", ".PROGRAM p()\nHERE a\nHERE #b\n.END\n"},
+       "",
+       "a := R_ROBTARGET_ACT.PSE;\nb := R_JOINT_ACT.M_JOINT;\n"},
+      {"PacScript",
+       read_pacscript,
+       {"p.pcs", "Sub Main\nP1 = CurPos\nJ1 = CurJnt\nEnd Sub\n"},
+       "",
+       "P1 := R_ROBTARGET_ACT;\nJ1 := R_JOINT_ACT.M_JOINT;\n"}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.what);
+    const auto p = read_with(c.read, {c.file});
+    EXPECT_EQ(read_faults(*p), c.faults);
+    expect_lines(*p, c.irl);
+  }
 }
 
 TEST(ProgramReaders, TakeAnyTextWithoutACrash) {

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
+#include <map>
+#include <set>
 #include <utility>
 
 #include <robomosp/sdk/language.h>
 #include <robomosp/sdk/post_writer.h>
+#include <robomosp/sdk/reader_offers.h>
 
 #include "io/native.h"
 #include "ioci/program/program_files.h"
@@ -17,7 +21,10 @@
 namespace robomosp::ioci {
 namespace {
 
-constexpr std::size_t kMostFiles = 200;
+constexpr std::size_t kMostFiles = 2000;
+/// Of a backup, files whose names are looked at, and levels of folders below its root.
+constexpr std::size_t kMostOffering = 10'000;
+constexpr int kMostFoldersBelow = 8;
 constexpr std::size_t kMostForeignNames = 100'000;
 /// How many folders above the program's a folder such as System is looked for in.
 constexpr int kMostFoldersAbove = 8;
@@ -67,6 +74,8 @@ constexpr OtherFile kOtherFiles[] = {
     {"frw", "a cell of ROBOGUIDE (FANUC)",
      "Open it there, save the programs as ASCII, and give the listing .ls."},
     {"kop", "a package of options for KUKA controllers", kUnpack},
+    {"sub", "the program of a submit interpreter (KUKA), which runs beside the robot's",
+     "Give the .src of the robot's program."},
     {"wvs", "a project of WorkVisual (KUKA)",
      "Export the programs, and give the .src with its .dat beside it."},
     {"rspag", "a station of RobotStudio (ABB), packed",
@@ -120,10 +129,134 @@ std::filesystem::path found_above(const std::filesystem::path& program, const st
   return {};
 }
 
+/// Steps from one folder to another, up and down.
+std::size_t steps_between(const std::filesystem::path& a, const std::filesystem::path& b) {
+  auto i = a.begin(), k = b.begin();
+  while (i != a.end() && k != b.end() && *i == *k) {
+    ++i;
+    ++k;
+  }
+  return static_cast<std::size_t>(std::distance(i, a.end()) + std::distance(k, b.end()));
+}
+
+/// Files of a backup by the names of routines and data that they offer.
+class Backup {
+ public:
+  Backup(CommandContext& ctx, const ProgramReader& reader, const std::filesystem::path& program)
+      : ctx_(ctx), reader_(reader), program_(program) {}
+
+  /// The file that offers a name to a file in `folder`: one that is read already, else the nearest
+  /// one; empty = none does. Where two are equally near, the first by name, and a warning. Errors:
+  /// cancelled.
+  Result<std::filesystem::path> offering(const std::string& name,
+                                         const std::filesystem::path& folder,
+                                         const std::vector<std::filesystem::path>& read) {
+    RMP_TRY(look());
+    const auto it = files_.find(name);
+    if (it == files_.end()) return std::filesystem::path();
+    const auto& all = it->second;
+    for (const auto& each : all)
+      if (std::find(read.begin(), read.end(), each) != read.end()) return each;
+    std::size_t best = 0, least = 0, equal = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const std::size_t steps = steps_between(all[i].parent_path(), folder);
+      if (i == 0 || steps < least) {
+        best = i;
+        least = steps;
+      } else if (steps == least) {
+        equal = i;
+      }
+    }
+    if (equal > best && steps_between(all[equal].parent_path(), folder) == least &&
+        told_.insert(name).second)
+      ctx_.app.messages.post(Severity::warning, "offered_twice",
+                             text::quote(name) + " is declared in " + all[best].string() +
+                                 " and in " + all[equal].string() +
+                                 "; the program is read with "
+                                 "the first. Move the file that is not meant out of the folder.",
+                             "program");
+    return all[best];
+  }
+
+ private:
+  /// The root of the backup that the program lies in, else its folder.
+  std::filesystem::path root(const ReaderOffers& offers) const {
+    std::error_code failed;
+    const auto folder =
+        std::filesystem::absolute(program_, failed).lexically_normal().parent_path();
+    std::filesystem::path at = folder;
+    for (int i = 0; !failed && i <= kMostFoldersAbove && !at.empty(); ++i) {
+      for (const char* name : offers.folders())
+        if (!entry_named(at, name, FileKind::folder).empty()) return at;
+      if (at == at.parent_path()) break;
+      at = at.parent_path();
+    }
+    return folder;
+  }
+  Result<void> look() {
+    if (std::exchange(is_looked_at_, true)) return {};
+    const auto* offers =
+        static_cast<const ReaderOffers*>(reader_.extension(ReaderOffers::kExtensionId));
+    if (!offers) return {};
+    std::size_t files = 0;
+    std::deque<std::pair<std::filesystem::path, int>> folders{{root(*offers), 0}};
+    while (!folders.empty()) {
+      const auto [folder, depth] = std::move(folders.front());
+      folders.pop_front();
+      const auto listed = list_folder(folder, kMostForeignNames);
+      if (!listed.ok()) continue;
+      for (const FolderEntry& e : listed.value()) {
+        if (ctx_.progress.cancelled()) return error(ErrorCode::cancelled, "reading was stopped");
+        const std::filesystem::path path = folder / e.name;
+        if (e.kind == FileKind::folder && depth < kMostFoldersBelow)
+          folders.emplace_back(path, depth + 1);
+        const std::string extension = extension_of(path);
+        const auto formats = reader_.formats();
+        if (e.kind != FileKind::file ||
+            std::none_of(formats.begin(), formats.end(),
+                         [&](const ReaderFormat& f) { return extension == f.extension; }))
+          continue;
+        if (++files > kMostOffering) {
+          ctx_.app.messages.post(
+              Severity::warning, "many_files",
+              "The folder " + root(*offers).string() + " has more than " +
+                  std::to_string(kMostOffering) +
+                  " files of programs; routines and data of the others are not found. Copy the "
+                  "backup into a folder of its own.",
+              "program");
+          return {};
+        }
+        const auto bytes = io::read_file(path, kMostSource);
+        if (!bytes.ok()) continue;
+        const std::string source = as_utf8(*bytes);
+        const auto names = offers->offers(SourceFile{e.name, source, {}});
+        if (!names.ok()) continue;
+        for (const std::string& n : names.value()) {
+          auto& all = files_[n];
+          if (all.empty() || all.back() != path) all.push_back(path);
+        }
+      }
+    }
+    return {};
+  }
+
+  CommandContext& ctx_;
+  const ProgramReader& reader_;
+  std::filesystem::path program_;
+  bool is_looked_at_ = false;
+  std::map<std::string, std::vector<std::filesystem::path>> files_;
+  std::set<std::string> told_;
+};
+
 }  // namespace
 
 Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& path,
                               const std::string& name) {
+  if (file_kind(path) == FileKind::folder)
+    return error(ErrorCode::invalid_argument, "it is a folder, and no program",
+                 "Give the file of the program that begins; the files that it names are found from "
+                 "there.",
+                 path.filename().string());
   const auto all = ctx.app.registry.list(ProgramReader::kInterfaceId);
   if (!name.empty()) {
     for (const ProviderInfo& info : all)
@@ -299,35 +432,55 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
   RMP_TRY_ASSIGN(std::string text, told_source(ctx, path.filename().string(), bytes));
   out.files.push_back({path.filename().string(), std::move(text)});
-  // What belongs to it lies beside it, in whatever letters.
-  std::vector<FolderEntry> beside;
-  bool is_listed = false;
+  // What belongs to it lies beside it, in whatever letters, or is in its backup.
+  std::error_code failed;
+  std::vector<std::filesystem::path> paths{
+      std::filesystem::absolute(path, failed).lexically_normal()};
+  if (failed) paths[0] = path;
+  std::map<std::filesystem::path, std::vector<FolderEntry>> folders;
+  const auto entry_beside = [&](const std::filesystem::path& folder,
+                                const std::string& low) -> Result<std::filesystem::path> {
+    auto it = folders.find(folder);
+    if (it == folders.end()) {
+      RMP_TRY_ASSIGN(auto listed, list_folder(folder.empty() ? "." : folder, kMostForeignNames));
+      it = folders.emplace(folder, std::move(listed)).first;
+    }
+    for (const FolderEntry& e : it->second)
+      if (e.kind == FileKind::file && text::lower(e.name) == low) return folder / e.name;
+    return std::filesystem::path();
+  };
+  Backup backup(ctx, *reader, path);
   for (std::size_t i = 0; i < out.files.size(); ++i) {
     RMP_TRY_ASSIGN(const auto wanted,
                    reader->needs(SourceFile{out.files[i].name, out.files[i].text, {}}));
+    const std::filesystem::path own = paths[i].parent_path();
     for (const std::string& each : wanted) {
-      const std::string base = text::lower(std::filesystem::path(each).filename().string());
-      if (base.empty() || base == "." || base == "..") continue;
-      if (std::any_of(out.files.begin(), out.files.end(),
-                      [&](const ForeignFile& f) { return text::lower(f.name) == base; }))
-        continue;
-      if (!is_listed) {
-        const std::filesystem::path folder = path.parent_path();
-        RMP_TRY_ASSIGN(beside, list_folder(folder.empty() ? "." : folder, kMostForeignNames));
-        is_listed = true;
+      std::filesystem::path file;
+      if (each.starts_with('@')) {
+        RMP_TRY_ASSIGN(file, backup.offering(each.substr(1), own, paths));
+        if (std::find(paths.begin(), paths.end(), file) != paths.end()) continue;
+      } else {
+        const std::string base = text::lower(std::filesystem::path(each).filename().string());
+        if (base.empty() || base == "." || base == "..") continue;
+        RMP_TRY_ASSIGN(file, entry_beside(own, base));
+        if (file.empty() && own != paths[0].parent_path()) {
+          RMP_TRY_ASSIGN(file, entry_beside(paths[0].parent_path(), base));
+        }
+        if (file.empty()) file = found_above(paths[i], each);
+        // One file of a name: folders of a backup may hold copies.
+        if (std::any_of(out.files.begin(), out.files.end(),
+                        [&](const ForeignFile& f) { return text::lower(f.name) == base; }))
+          continue;
       }
-      const auto found = std::find_if(beside.begin(), beside.end(), [&](const FolderEntry& e) {
-        return e.kind == FileKind::file && text::lower(e.name) == base;
-      });
-      const std::filesystem::path file =
-          found == beside.end() ? found_above(path, each) : path.parent_path() / found->name;
       if (file.empty()) continue;  // the reader says what it misses
       if (out.files.size() >= kMostFiles)
         return error(ErrorCode::unsupported,
                      "it names more than " + std::to_string(kMostFiles) + " files", {},
                      path.filename().string());
       RMP_TRY_ASSIGN(auto more, source_beside(ctx, file));
-      if (more) out.files.push_back({file.filename().string(), std::move(*more)});
+      if (!more) continue;
+      out.files.push_back({file.filename().string(), std::move(*more)});
+      paths.push_back(file);
     }
   }
   std::vector<SourceFile> sources;
