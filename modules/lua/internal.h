@@ -266,6 +266,8 @@ void check_own_globals(Impl&, lua_State* L);
 /// What helps whoever wrote a name that is no global: a record of that name, one of the library, a
 /// near command. May be empty.
 [[nodiscard]] std::string hint_for_name(Impl&, lua_State* L, const std::string& name);
+/// The note on an input that is one undefined name; "" = it is no name.
+[[nodiscard]] std::string note_for_undefined(Impl&, lua_State* L, const std::string& name);
 /// Refuses what the session may not do; `what` is the function that would do it. (globals.cpp)
 [[nodiscard]] Result<void> script_may(const Impl&, Effect, std::string_view what);
 /// Files are those of the session's folder, if it has one, until the scope ends. (confined.cpp)

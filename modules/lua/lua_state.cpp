@@ -416,8 +416,8 @@ Result<std::string> LuaState::eval(std::string_view input) {
       out += (i > first ? "\n" : "") + result_text_of(*impl_, L, i);
     remember(L, first, last);
     if (first == last && lua_isnil(L, first) && word != "nil" && word != "_")
-      if (const std::string hint = hint_for_name(*impl_, L, word); !hint.empty())
-        impl_->host.note("undefined", word + " is not defined. " + hint);
+      if (const std::string note = note_for_undefined(*impl_, L, word); !note.empty())
+        impl_->host.note("undefined", note);
     if (is_lone_local(L, word))
       impl_->host.note("lone_local",
                        "A local variable ends with its line here. Omit local to keep it.");

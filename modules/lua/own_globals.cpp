@@ -90,6 +90,8 @@ std::string hint_for_name(Impl& impl, lua_State* L, const std::string& name) {
   lua_pop(L, 1);
   std::sort(globals.begin(), globals.end());
   if (std::string near = text::did_you_mean(name, globals); !near.empty()) return near;
+  const std::string leaving[] = {"exit"};
+  if (text::nearest(name, leaving)) return "quit() ends the program.";
   if (!commands.empty()) {
     constexpr std::size_t kMost = 4;
     if (commands.size() > kMost) commands.resize(kMost);
@@ -97,6 +99,12 @@ std::string hint_for_name(Impl& impl, lua_State* L, const std::string& name) {
   }
   const std::string meant = impl.host.unknown(name).hint;
   return meant.starts_with("Did you mean") ? meant : std::string();
+}
+
+std::string note_for_undefined(Impl& impl, lua_State* L, const std::string& name) {
+  if (!is_name(name)) return {};
+  const std::string hint = hint_for_name(impl, L, name);
+  return name + " is not defined." + (hint.empty() ? "" : " " + hint);
 }
 
 }  // namespace robomosp::lua
