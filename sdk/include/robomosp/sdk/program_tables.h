@@ -144,7 +144,12 @@ inline std::string quoted(std::string_view s) {
 }
 inline std::string real_text(double v) {
   char buffer[40];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, v).ptr;
+  // Without an exponent where a person writes none: 100000.0, and not 1e+05.
+  const double size = v < 0 ? -v : v;
+  const bool is_plain = size == 0 || (size >= 1e-4 && size < 1e15);
+  const auto end =
+      is_plain ? std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed).ptr
+               : std::to_chars(buffer, buffer + sizeof buffer, v).ptr;
   std::string s(buffer, end);
   return s.find_first_of(".e") == std::string::npos ? s + ".0" : s;
 }
