@@ -29,6 +29,8 @@ struct WorldNames {
 };
 /// Null where there is no world of that id.
 [[nodiscard]] inline std::shared_ptr<WorldNames> names_of(const Snapshot& snapshot, AnyId id);
+/// As changed_records() of changed.h.
+[[nodiscard]] inline std::vector<AnyId> differing(const Snapshot& before, const Snapshot& after);
 
 struct Snapshot::State {
   static constexpr std::size_t kChunk = 64;     ///< records a chunk
@@ -67,7 +69,11 @@ struct Snapshot::State {
     (void)snapshot.find(id);  // so that it counts as looked at
     return of(snapshot).find(id) ? of(snapshot).slot(id.number)->names : nullptr;
   }
+  friend std::vector<AnyId> differing(const Snapshot& before, const Snapshot& after) {
+    return differing_records(of(before), of(after));
+  }
   static const State& of(const Snapshot& snapshot) { return *snapshot.state_; }
+  static std::vector<AnyId> differing_records(const State& before, const State& after);
 
   /// Puts a record in (or with null takes it out) and keeps names and reverse references.
   void put(AnyId id, RecordPtr record);
