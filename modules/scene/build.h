@@ -4,7 +4,7 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,8 +17,8 @@
 #include "evaluation/derived.h"
 #include "kernel/registry.h"
 #include "recording/recording.h"
-#include "scene/ellipsoid.h"
-#include "scene/path_lines.h"
+#include "scene/extras.h"
+#include "scene/motion.h"
 #include "scene/playback.h"
 
 namespace robomosp::scene {
@@ -28,21 +28,6 @@ struct Source {
   const document::Snapshot& snapshot;
   evaluation::Derived& derived;
   const Registry& registry;
-};
-
-/// What a picture shows besides the bodies themselves.
-struct Extras {
-  bool com = false;                 ///< a MassMark for each solid, object and robot
-  bool frames = false;              ///< frames of nodes, parts and links, with their names
-  ShownEllipsoids ellipsoids = {};  ///< at the tools of robots
-  double explode = 0;  ///< parts are moved outwards by this share of their distance, >= 0
-  std::vector<double> q =
-      {};  ///< joint values of a robot on its own [rad or m]; empty = "home" or 0
-  /// Of robots of a world by name, instead of those that the world gives [rad or m].
-  std::map<std::string, std::vector<double>> robot_q = {};
-  ShownPath paths = ShownPath::line;  ///< of the trajectories of a world
-  /// Whose tool the trajectories of joints are drawn with; "" = the only robot, where there is one.
-  std::string path_robot = {};
 };
 
 /// A scene, and sentences about what could not be built and was left out.
@@ -55,8 +40,15 @@ struct Built {
 /// triad at each tool), a robot, object or solid on its own, or a material on a sphere and a cone.
 /// Of a solid that cannot be made, the operands of the failed operation are shown in the colour of
 /// a warning and the failure is reported; in a world, what cannot be built is left out, elsewhere
-/// it is the error.
-[[nodiscard]] Result<Built> build(const Source&, AnyId, const Extras&, Progress&);
+/// it is the error. `motion`, if any, moves robots and objects of a world to where a run has them,
+/// with their frames, marks and ellipsoids.
+[[nodiscard]] Result<Built> build(const Source&, AnyId, const Extras&, Progress&,
+                                  MotionPtr motion = nullptr);
+
+struct Frame;
+/// A frame as one scene, moved apart by `explode_by` (see Extras::explode). Where there is nothing
+/// to show, the frame's failure.
+[[nodiscard]] Result<Built> built_of(const Frame& frame, double explode_by);
 
 /// How the robots and objects of a recording move: robots along columns q1, ... (others than the
 /// recording's own along `<name>.q1`, ...), objects along `<name>.x .y .z .qw .qx .qy .qz`; ids are

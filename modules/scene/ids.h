@@ -22,6 +22,7 @@ namespace robomosp::scene {
 }
 // Numbers of bodies that no robot has.
 inline constexpr std::size_t kToolBody = 100000, kLineBody = 200000, kMarkBody = 300000,
-                             kFrameBody = 400000, kEllipsoidBody = 500000, kPlaceBody = 600000;
+                             kFrameBody = 400000, kEllipsoidBody = 500000, kPlaceBody = 600000,
+                             kNoteBody = 700000, kDimensionBody = 800000;
 
 }  // namespace robomosp::scene

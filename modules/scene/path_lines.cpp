@@ -81,12 +81,17 @@ struct PointFactory {
   const motion::FindTrajectory& stored;
   double size;
   bool has_frames;
+  std::vector<PointOf>* points;
   std::size_t count = 0;
 
   void add(const model::Trajectory& t, const Pose& world_T_trajectory, int depth) {
-    for (const model::TrajectorySegment& s : t.segments) {
-      for (const model::Placement& p : s.points)
-        add(spatial::compose(world_T_trajectory, model::pose(p)));
+    for (std::size_t i = 0; i < t.segments.size(); ++i) {
+      const model::TrajectorySegment& s = t.segments[i];
+      if (depth == 0) of.segment = static_cast<std::int32_t>(i);
+      for (std::size_t k = 0; k < s.points.size(); ++k) {
+        of.point = depth == 0 ? static_cast<std::int32_t>(k) : -1;
+        add(spatial::compose(world_T_trajectory, model::pose(s.points[k])));
+      }
       const model::Record* inner = s.stored && stored ? stored(s.stored) : nullptr;
       if (inner && depth < kDeepest)
         add(std::get<model::Trajectory>(inner->body),
@@ -97,6 +102,7 @@ struct PointFactory {
     // Neighbours share the point where they meet.
     if (count > 0 && spatial::distance(pose.p, last) < 1e-9) return;
     last = pose.p;
+    if (points) points->push_back(of);
     const double r = 0.45 * mark_size(size);
     scene.items.push_back(ellipsoid_item(item_id(member, kLineBody + 3, count), member, pose,
                                          {r, r, r}, kPointColour));
@@ -107,6 +113,7 @@ struct PointFactory {
     else scene.labels.push_back({pose.p, number});
   }
   Vec3 last{};
+  PointOf of{};
 };
 
 }  // namespace
@@ -123,7 +130,7 @@ double size_of(std::span<const Pose> poses) {
 }
 
 void add_path(render::Scene& scene, const std::string& member, std::span<const Pose> poses,
-              ShownPath shown) {
+              ShownPath shown, std::vector<std::size_t>* arrows) {
   if (shown == ShownPath::none) return;
   render::Line line;
   line.id = item_id(member, kLineBody, 0);
@@ -131,13 +138,16 @@ void add_path(render::Scene& scene, const std::string& member, std::span<const P
   for (const Pose& pose : poses) line.points.push_back(pose.p);
   scene.lines.push_back(std::move(line));
   if (shown >= ShownPath::arrows)
-    add_arrows(scene, member, poses, [](std::size_t) { return kPathColour; });
+    add_arrows(scene, member, poses, [arrows](std::size_t before) {
+      if (arrows) arrows->push_back(before);
+      return kPathColour;
+    });
 }
 
 void add_points(render::Scene& scene, const std::string& member, const model::Trajectory& t,
                 const Pose& world_T_trajectory, const motion::FindTrajectory& stored, double size,
-                bool has_frames) {
-  PointFactory{scene, member, stored, size, has_frames}.add(t, world_T_trajectory, 0);
+                bool has_frames, std::vector<PointOf>* points) {
+  PointFactory{scene, member, stored, size, has_frames, points}.add(t, world_T_trajectory, 0);
 }
 
 void mark_path(render::Scene& scene, const sim::PathCheck& check) {

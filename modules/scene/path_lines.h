@@ -24,14 +24,20 @@ enum class ShownPath : std::uint8_t {
   frames,  ///< and their axes
 };
 
-/// Adds the way along `poses` (world_T_tool) of a member of a world to a scene.
+/// Adds the way along `poses` (world_T_tool) of a member of a world to a scene. Where `arrows` is
+/// given, it gets for each arrowhead the pose before it.
 void add_path(render::Scene&, const std::string& member, std::span<const Pose> poses,
-              ShownPath shown);
+              ShownPath shown, std::vector<std::size_t>* arrows = nullptr);
+/// A control point of a trajectory, by the numbers of its segment and of itself, from 0; -1 = it
+/// belongs to a stored trajectory that the segment runs.
+struct PointOf {
+  std::int32_t segment = 0, point = -1;
+};
 /// Adds the control points of a trajectory that stands at `world_T_trajectory`; `size` is that of
-/// the path [m].
+/// the path [m]. Where `points` is given, it gets one element a point that is shown.
 void add_points(render::Scene&, const std::string& member, const model::Trajectory&,
                 const Pose& world_T_trajectory, const motion::FindTrajectory& stored, double size,
-                bool has_frames);
+                bool has_frames, std::vector<PointOf>* points = nullptr);
 /// Diagonal of the box around places [m].
 [[nodiscard]] double size_of(std::span<const Pose> poses);
 

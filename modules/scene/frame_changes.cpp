@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <map>
+#include <string_view>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "scene/frame.h"
+
+namespace robomosp::scene {
+namespace {
+
+bool same(const Pose& a, const Pose& b) { return a.R == b.R && a.p == b.p; }
+bool same(const Colour& a, const Colour& b) {
+  return a.r == b.r && a.g == b.g && a.b == b.b && a.a == b.a;
+}
+bool same(const std::optional<Colour>& a, const std::optional<Colour>& b) {
+  return a.has_value() == b.has_value() && (!a || same(*a, *b));
+}
+bool same(const render::Appearance& a, const render::Appearance& b) {
+  return same(a.colour, b.colour) && a.shininess == b.shininess && a.metalness == b.metalness &&
+         same(a.ambient, b.ambient) && same(a.specular, b.specular) && same(a.emission, b.emission);
+}
+/// Equal but for the pose.
+bool same(const render::Item& a, const render::Item& b) {
+  return a.mesh == b.mesh && a.name == b.name && same(a.appearance, b.appearance);
+}
+bool same(const render::Line& a, const render::Line& b) {
+  return a.points == b.points && same(a.colour, b.colour) && a.width == b.width;
+}
+bool same(const render::Triad& a, const render::Triad& b) {
+  return a.length == b.length && a.label == b.label && a.on_top == b.on_top;
+}
+bool same(const render::MassMark& a, const render::MassMark& b) {
+  return a.gyration == b.gyration && a.label == b.label;
+}
+bool same(const render::Label& a, const render::Label& b) {
+  return a.text == b.text && a.place == b.place;
+}
+bool same(const render::Legend& a, const render::Legend& b) {
+  if (a.title != b.title || a.colours.size() != b.colours.size() ||
+      a.ticks.size() != b.ticks.size())
+    return false;
+  for (std::size_t i = 0; i < a.colours.size(); ++i)
+    if (!same(a.colours[i], b.colours[i])) return false;
+  for (std::size_t i = 0; i < a.ticks.size(); ++i)
+    if (a.ticks[i].share != b.ticks[i].share || a.ticks[i].text != b.ticks[i].text) return false;
+  return true;
+}
+bool same(const render::Light& a, const render::Light& b) {
+  return a.kind == b.kind && same(a.colour, b.colour) && a.intensity == b.intensity &&
+         a.angle == b.angle;
+}
+template <class T>
+bool stands_still(const T& a, const T& b) {
+  if constexpr (requires { a.pose; }) return same(a.pose, b.pose);
+  else return true;
+}
+
+template <class See>
+void for_each_list_of_two(const Shape& a, const Shape& b, See&& see) {
+  see(ElementKind::item, a.items, b.items);
+  see(ElementKind::line, a.lines, b.lines);
+  see(ElementKind::triad, a.triads, b.triads);
+  see(ElementKind::mark, a.marks, b.marks);
+  see(ElementKind::label, a.labels, b.labels);
+  see(ElementKind::legend, a.legends, b.legends);
+  see(ElementKind::light, a.lights, b.lights);
+}
+
+/// Compares members that have one name.
+class Comparison {
+ public:
+  explicit Comparison(Changes& out) : out_(out) {}
+
+  /// Either may be null.
+  void members(const MemberPtr& before, const MemberPtr& after) {
+    static const auto kNothing = std::make_shared<const Shape>();
+    for (std::size_t layer = 0; layer < kShapeLayers; ++layer) {
+      const ShapePtr& a = before && before->shapes[layer] ? before->shapes[layer] : kNothing;
+      const ShapePtr& b = after && after->shapes[layer] ? after->shapes[layer] : kNothing;
+      for_each_list_of_two(*a, *b, [&](ElementKind kind, const auto& was, const auto& is) {
+        if (a == b) moved_only(kind, layer, before, after, is);
+        else lists(kind, layer, before, after, was, is);
+      });
+    }
+  }
+
+ private:
+  static ElementRef ref(ElementKind kind, std::size_t layer, std::size_t i, const MemberPtr& of) {
+    return {kind, static_cast<ShapeLayer>(layer), static_cast<std::uint32_t>(i), of};
+  }
+  static bool rests(const MemberPtr& before, std::int32_t was, const MemberPtr& after,
+                    std::int32_t is) {
+    return (was < 0 && is < 0) || same(before->world_T(was), after->world_T(is));
+  }
+  template <class List>
+  void moved_only(ElementKind kind, std::size_t layer, const MemberPtr& before,
+                  const MemberPtr& after, const List& list) {
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (!rests(before, list[i].body, after, list[i].body))
+        out_.moved.push_back(ref(kind, layer, i, after));
+  }
+  template <class List>
+  void lists(ElementKind kind, std::size_t layer, const MemberPtr& before, const MemberPtr& after,
+             const List& was, const List& is) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> old;
+    for (std::size_t i = 0; i < was.size(); ++i) old[{was[i].group, was[i].number}] = i;
+    for (std::size_t i = 0; i < is.size(); ++i) {
+      const auto at = old.find({is[i].group, is[i].number});
+      if (at == old.end()) {
+        out_.added.push_back(ref(kind, layer, i, after));
+        continue;
+      }
+      const auto& e = was[at->second];
+      if (!same(e.what, is[i].what)) {
+        out_.changed.push_back(ref(kind, layer, i, after));
+      } else if (!stands_still(e.what, is[i].what) || !rests(before, e.body, after, is[i].body)) {
+        out_.moved.push_back(ref(kind, layer, i, after));
+      }
+      old.erase(at);
+    }
+    for (const auto& [key, i] : old) out_.removed.push_back(ref(kind, layer, i, before));
+  }
+  Changes& out_;
+};
+
+void compare(Comparison& comparison, const MemberList& before, const MemberList& after) {
+  std::vector<MemberPtr> gone, come;  // where the lists differ
+  const std::size_t most = std::max(before.size(), after.size());
+  for (std::size_t i = 0; i < most; ++i) {
+    if (before.shares_block(after, i)) {
+      i += MemberList::kBlock - 1 - i % MemberList::kBlock;
+      continue;
+    }
+    const MemberPtr was = i < before.size() ? before[i] : nullptr;
+    const MemberPtr is = i < after.size() ? after[i] : nullptr;
+    if (was == is) continue;
+    if (was && is && was->name == is->name) {
+      comparison.members(was, is);
+      continue;
+    }
+    if (was) gone.push_back(was);
+    if (is) come.push_back(is);
+  }
+  std::unordered_map<std::string_view, const MemberPtr*> old;
+  for (const MemberPtr& m : gone) old[m->name] = &m;
+  for (const MemberPtr& m : come) {
+    const auto at = old.find(m->name);
+    const MemberPtr was = at == old.end() ? nullptr : *at->second;
+    if (was) old.erase(at);
+    if (was != m) comparison.members(was, m);
+  }
+  for (const MemberPtr& m : gone)
+    if (old.contains(m->name)) comparison.members(m, nullptr);
+}
+
+}  // namespace
+
+Changes changes_between(const Frame* from, const Frame& to) {
+  static const Frame kEmpty;
+  Changes out;
+  out.from = from ? from->number : 0;
+  out.to = to.number;
+  const Frame& before = from ? *from : kEmpty;
+  Comparison comparison(out);
+  compare(comparison, before.bodies, to.bodies);
+  compare(comparison, before.robots, to.robots);
+  compare(comparison, before.frames, to.frames);
+  compare(comparison, before.lights, to.lights);
+  compare(comparison, before.trajectories, to.trajectories);
+  compare(comparison, before.ghosts, to.ghosts);
+  return out;
+}
+
+}  // namespace robomosp::scene

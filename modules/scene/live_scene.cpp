@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/live_scene.h"
+
+#include <chrono>
+#include <utility>
+
+namespace robomosp::scene {
+
+/// Stops when something newer is wanted.
+class LiveScene::Interruptible final : public Progress {
+ public:
+  Interruptible(const LiveScene& scene, std::uint64_t version, bool yields)
+      : scene_(scene), version_(version), yields_(yields) {}
+  void report(double, std::string_view) override {}
+  [[nodiscard]] bool cancelled() const override {
+    const std::lock_guard lock(scene_.mutex_);
+    return scene_.is_ending_ || (yields_ && scene_.version_ != version_);
+  }
+
+ private:
+  const LiveScene& scene_;
+  std::uint64_t version_;
+  bool yields_;
+};
+
+LiveScene::LiveScene(evaluation::Derived& derived, const Registry& registry, AnyId what,
+                     Executor& executor)
+    : derived_(derived), registry_(registry), executor_(executor), model_(derived, registry, what) {
+  frame_ = model_.frame();
+}
+
+LiveScene::~LiveScene() {
+  std::unique_lock lock(mutex_);
+  is_ending_ = true;
+  changed_.wait(lock, [this] { return !is_working_; });
+}
+
+void LiveScene::want() {
+  ++version_;
+  if (is_working_ || !wanted_.snapshot) return;
+  is_working_ = true;
+  executor_.run([this] { work(); });
+}
+
+void LiveScene::follow(document::SnapshotPtr snapshot) {
+  const std::lock_guard lock(mutex_);
+  if (snapshot == wanted_.snapshot || !snapshot) return;
+  wanted_.snapshot.swap(snapshot);  // the old one goes without the lock
+  want();
+}
+
+void LiveScene::show(Extras extras) {
+  const std::lock_guard lock(mutex_);
+  std::swap(wanted_.extras, extras);
+  want();
+}
+
+Result<void> LiveScene::show_layer(std::string_view name, bool is_shown) {
+  const std::lock_guard lock(mutex_);
+  RMP_TRY(set_layer(wanted_.extras, name, is_shown));
+  want();
+  return {};
+}
+
+void LiveScene::move(MotionPtr motion) {
+  const std::lock_guard lock(mutex_);
+  if (motion == wanted_.motion) return;
+  wanted_.motion.swap(motion);
+  want();
+}
+
+void LiveScene::refresh() {
+  const std::lock_guard lock(mutex_);
+  is_to_forget_ = true;
+  want();
+}
+
+FramePtr LiveScene::frame() const {
+  const std::lock_guard lock(mutex_);
+  return frame_;
+}
+
+void LiveScene::on_frame(std::function<void()> wake) {
+  auto shared = wake ? std::make_shared<const std::function<void()>>(std::move(wake)) : nullptr;
+  const std::lock_guard lock(mutex_);
+  wake_.swap(shared);
+}
+
+void LiveScene::publish(const FramePtr& frame) {
+  std::shared_ptr<const std::function<void()>> wake;
+  FramePtr old;
+  {
+    const std::lock_guard lock(mutex_);
+    if (frame == frame_) return;
+    old = std::exchange(frame_, frame);
+    wake = wake_;
+  }
+  if (wake) (*wake)();
+}
+
+void LiveScene::work() {
+  for (;;) {
+    Wanted wanted;
+    std::uint64_t version = 0;
+    bool forgets = false;
+    {
+      const std::lock_guard lock(mutex_);
+      if (is_ending_ || shown_ == version_) {
+        is_working_ = false;
+        changed_.notify_all();  // with the lock: who waits may destroy this
+        return;
+      }
+      wanted = wanted_;
+      version = version_;
+      forgets = std::exchange(is_to_forget_, false);
+    }
+    if (forgets) model_.forget();
+    // The coarse one comes however fast wishes follow each other; the exact one gives way to them.
+    Interruptible coarse(*this, version, false), exact(*this, version, true);
+    auto frame = model_.update(wanted, Detail::coarse, coarse);
+    if (frame.ok()) {
+      publish(*frame);
+      if (!(*frame)->is_exact) {
+        frame = model_.update(wanted, Detail::exact, exact);
+        if (frame.ok()) publish(*frame);
+      }
+    }
+    const std::lock_guard lock(mutex_);
+    // What was stopped by something newer goes on with that; a provider that says it was stopped
+    // though nobody did is not asked again.
+    if (frame.ok() || version == version_) shown_ = version;
+    changed_.notify_all();
+  }
+}
+
+Result<FramePtr> LiveScene::settle(Progress& progress) {
+  std::unique_lock lock(mutex_);
+  while (wanted_.snapshot && shown_ != version_) {
+    if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+    changed_.wait_for(lock, std::chrono::milliseconds(50));
+  }
+  return frame_;
+}
+
+}  // namespace robomosp::scene
