@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene of a record for programs that draw it themselves and follow it, such as the page of the
 // server: what changed since they asked last.
+#include <algorithm>
+#include <list>
+#include <memory>
+#include <mutex>
 #include <set>
 #include <utility>
 
@@ -9,7 +13,9 @@
 #include "ioci/view/picture.h"
 #include "kernel/base64.h"
 #include "scene/build.h"
+#include "scene/frame.h"
 #include "scene/replay.h"
+#include "scene/scene_model.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -20,9 +26,53 @@ struct ShownMeshes {
   scene::MeshKeys keys;
 };
 
-/// Moves the scene of a world to where a run is.
-Result<void> pose_by(CommandContext& ctx, const scene::Source& source, AnyId world,
-                     std::uint64_t number, render::Scene& scene) {
+/// Scenes that pages follow, the one asked for last first. Kept with the application.
+class FollowedScenes {
+ public:
+  explicit FollowedScenes(Application&) {}
+
+  /// The newest frame of a record, made from the one that was given last.
+  Result<scene::FramePtr> frame(CommandContext& ctx, AnyId id, scene::MotionPtr motion) {
+    const std::shared_ptr<Followed> followed = find(ctx, id);
+    scene::Wanted wanted;
+    wanted.snapshot = std::make_shared<const document::Snapshot>(ctx.snapshot());
+    wanted.motion = std::move(motion);
+    if (std::unique_lock lock(followed->mutex, std::try_to_lock); lock.owns_lock())
+      return followed->model.update(wanted, scene::Detail::exact, ctx.progress);
+    // Another session computes it at this moment; nobody waits for somebody else's scene.
+    scene::SceneModel alone(ctx.app.derived, ctx.app.registry, id);
+    return alone.update(wanted, scene::Detail::exact, ctx.progress);
+  }
+
+ private:
+  struct Followed {
+    Followed(CommandContext& ctx, AnyId what)
+        : id(what),
+          registry_revision(ctx.app.registry.revision()),
+          model(ctx.app.derived, ctx.app.registry, what) {}
+    const AnyId id;
+    const std::uint64_t registry_revision;  ///< other providers may make other shapes
+    std::mutex mutex;
+    scene::SceneModel model;  ///< guarded by mutex
+  };
+  static constexpr std::size_t kKept = 4;
+
+  std::shared_ptr<Followed> find(CommandContext& ctx, AnyId id) {
+    const std::lock_guard lock(mutex_);
+    auto at = std::find_if(kept_.begin(), kept_.end(), [&](const auto& f) {
+      return f->id == id && f->registry_revision == ctx.app.registry.revision();
+    });
+    if (at == kept_.end()) at = kept_.insert(kept_.begin(), std::make_shared<Followed>(ctx, id));
+    kept_.splice(kept_.begin(), kept_, at);
+    while (kept_.size() > kKept) kept_.pop_back();
+    return kept_.front();
+  }
+  std::mutex mutex_;
+  std::list<std::shared_ptr<Followed>> kept_;  // guarded by mutex_
+};
+
+/// Where a run has the members of its world; null where it has not begun.
+Result<scene::MotionPtr> motion_of(CommandContext& ctx, AnyId world, std::uint64_t number) {
   const LiveRunPtr run = ctx.app.runs->find(number);
   if (!run) throw StaleHandle{{"run", number}};
   if (world.kind != Kind::world || run->subject.kind != "world" ||
@@ -32,12 +82,11 @@ Result<void> pose_by(CommandContext& ctx, const scene::Source& source, AnyId wor
                  "Give the world that it simulates.", "run");
   const sim::LiveRun::Shown shown = run->run->shown();
   recording::Recording row = run->run->head();
-  if (row.columns.empty() || shown.values.size() < row.columns.size()) return {};  // not begun
+  if (row.columns.empty() || shown.values.size() < row.columns.size()) return scene::MotionPtr();
   for (std::size_t c = 0; c < row.columns.size(); ++c) row.columns[c].values = {shown.values[c]};
-  RMP_TRY_ASSIGN(const scene::Playback playback,
-                 scene::build_playback(source, WorldId{world.number}, row, ctx.progress));
-  scene::pose_at(scene, playback, shown.time);
-  return {};
+  RMP_TRY_ASSIGN(scene::Motion motion,
+                 scene::motion_at(ctx.snapshot(), WorldId{world.number}, row, shown.time));
+  return scene::MotionPtr(std::make_shared<const scene::Motion>(std::move(motion)));
 }
 
 Result<Value> scene_of(CommandContext& ctx, const Map& args) {
@@ -51,10 +100,13 @@ Result<Value> scene_of(CommandContext& ctx, const Map& args) {
                      "Give keys from the header of a scene.", "meshes");
       kept.insert(*key.as_string());
     }
-  const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
-  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, {}, ctx.progress));
-  if (has(args, "run"))
-    RMP_TRY(pose_by(ctx, source, id, args.find("run")->as_handle()->number, built.scene));
+  scene::MotionPtr motion;
+  if (has(args, "run")) {
+    RMP_TRY_ASSIGN(motion, motion_of(ctx, id, args.find("run")->as_handle()->number));
+  }
+  RMP_TRY_ASSIGN(const scene::FramePtr frame,
+                 ctx.app.kept<FollowedScenes>().frame(ctx, id, std::move(motion)));
+  RMP_TRY_ASSIGN(const scene::Built built, scene::built_of(*frame, 0));
   scene::SceneData data = scene::scene_data(built.scene, camera, ctx.app.kept<ShownMeshes>().keys,
                                             has(args, "known") ? text_of(args, "known") : "", kept);
   const std::size_t rows = data.poses.size() / 7;

@@ -15,7 +15,7 @@
 #include "robotics/build_model.h"
 #include "scene/build.h"
 #include "scene/contacts.h"
-#include "scene/tool_ellipsoids.h"
+#include "scene/motion.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -80,28 +80,21 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
                                                                 {0, 0, -9.81}, ctx.progress));
     RMP_TRY_ASSIGN(extras.q, read_q(*args.find("q"), *robot, model->joints, "q"));
   }
-  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress));
   if (has(args, "at") && !has(args, "recording"))
     return error(ErrorCode::invalid_argument, "a time needs a recording", "Give recording too.",
                  "at");
+  scene::MotionPtr motion;
   if (has(args, "recording")) {
-    const Handle* h = args.find("recording")->as_handle();
-    const auto recording = ctx.recording(*h);
+    const auto recording = ctx.recording(*args.find("recording")->as_handle());
     if (id.kind != Kind::world)
       return error(ErrorCode::invalid_argument, name_in(ctx, id) + " is not a world",
                    "A recording moves the robot of a world.", "recording");
-    RMP_TRY_ASSIGN(const auto playback,
-                   scene::build_playback(source, WorldId{id.number}, *recording, ctx.progress));
-    const double at = has(args, "at") ? real(args, "at") : 0.0;
-    scene::pose_at(built.scene, playback, at);
-    if (extras.ellipsoids.velocity || extras.ellipsoids.force) {
-      RMP_TRY_ASSIGN(const auto ellipsoids,
-                     scene::MovingEllipsoids::build(source, id, recording.get(), ctx.progress));
-      for (render::Item& moved : ellipsoids.at(at, extras.ellipsoids))
-        for (render::Item& item : built.scene.items)
-          if (item.id == moved.id) item = std::move(moved);
-    }
+    RMP_TRY_ASSIGN(scene::Motion at,
+                   scene::motion_at(source.snapshot, WorldId{id.number}, *recording,
+                                    has(args, "at") ? real(args, "at") : 0.0));
+    motion = std::make_shared<const scene::Motion>(std::move(at));
   }
+  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress, motion));
   if (has(args, "collisions") && flag(args, "collisions")) {
     const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
     if (id.kind != Kind::world)
