@@ -8,7 +8,7 @@
 
 namespace robomosp::document {
 
-/// Ids of the records that were added, replaced or removed on the way from `before` to `after`,
+/// Ids of the records that were added, replaced or removed between `before` and `after`,
 /// ascending. Costs a comparison for each 64 records that the two share, however many commits lie
 /// between them; a record that was edited and put back by undo is the same and does not count.
 [[nodiscard]] std::vector<AnyId> changed_records(const Snapshot& before, const Snapshot& after);

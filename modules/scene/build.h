@@ -57,7 +57,7 @@ struct Frame;
                                               Progress&);
 
 /// Moves the groups of items outwards from the middle of the box around all: each by `factor` times
-/// the way from there to the middle of its own box; groups that share the middle (a pin in its
+/// the distance from there to the middle of its box; groups that share the middle (a pin in its
 /// bore) are spread along the longest axis of the box. `group_of[i]` numbers the group of item i.
 /// Thin lines join the old and the new middles. [m]
 void explode(render::Scene& scene, std::span<const std::size_t> group_of, double factor);

@@ -33,7 +33,7 @@ struct Extras {
   /// Of robots of a world by name, instead of those that the world gives [rad or m].
   std::map<std::string, std::vector<double>> robot_q = {};
   ShownPath paths = ShownPath::line;  ///< of the trajectories of a world
-  /// Whose tool the trajectories of joints are drawn with; "" = the only robot, where there is one.
+  /// The robot with the tool that draws trajectories of joints; "" = the only robot, if just one.
   std::string path_robot = {};
   bool path_speeds = false;  ///< trajectories in bands of the tool's speed, with a legend
   bool labels = false;       ///< names of members
@@ -45,8 +45,8 @@ struct Extras {
 /// The names of layers that are on or off.
 [[nodiscard]] std::vector<std::string> layer_names();
 /// Turns a layer on or off by its name; an unknown name is an error that lists those there are.
-/// `path_arrows`, `path_points` and `path_frames` show what stands before them, too; turning one
-/// off leaves what stands before it, and `paths` off hides them all.
+/// `path_arrows`, `path_points` and `path_frames` include the layers before them; turning one off
+/// keeps the layers before it, and `paths` off hides them all.
 [[nodiscard]] Result<void> set_layer(Extras&, std::string_view name, bool is_shown);
 
 }  // namespace robomosp::scene

@@ -64,7 +64,7 @@ struct Frame {
 };
 using FramePtr = std::shared_ptr<const Frame>;
 
-/// What changed on the way from one frame to another of the same scene; `from` null = everything is
+/// What changed between two frames of the same scene; `from` null = everything is
 /// added. Costs a comparison for each 64 members that the two share, and what changed.
 [[nodiscard]] Changes changes_between(const Frame* from, const Frame& to);
 

@@ -19,7 +19,7 @@ struct LeafPart {
     std::int32_t part = 0;
   };
   SolidId solid;
-  std::string name;         ///< "gripper.finger"; a solid's own name when it stands alone
+  std::string name;         ///< "gripper.finger"; the solid's name if it is not in an object
   Pose placement;           ///< outermost_T_solid
   MaterialId material;      ///< that it looks like; may be none
   std::vector<Step> steps;  ///< outermost first; none of a solid on its own

@@ -17,8 +17,8 @@
 
 namespace robomosp::scene {
 
-/// By the members' names. What a robot holds goes with it unless it has a pose of its own; whom
-/// this does not name stands as the world has it.
+/// By the members' names. What a robot holds goes with it unless it has its own pose here; members
+/// without an entry are placed as in the world.
 struct Motion {
   std::map<std::string, std::vector<double>> q;  ///< of robots [rad, m or 1]
   std::map<std::string, Pose> objects;           ///< world_T_object
@@ -28,7 +28,7 @@ using MotionPtr = std::shared_ptr<const Motion>;
 /// What a recording says of a world at a time [s]: robots along columns q1, ... (others than the
 /// recording's own along `<name>.q1`, ...), objects along `<name>.x .y .z .qw .qx .qy .qz`. Between
 /// two rows joint values and positions are linear, rotations along the shortest arc; before the
-/// first row and after the last it stands still. A recording with other joints than the robot, or
+/// first row and after the last nothing moves. A recording with other joints than the robot, or
 /// of a robot that is not there, is an error.
 [[nodiscard]] Result<Motion> motion_at(const document::Snapshot&, WorldId,
                                        const recording::Recording&, double time);

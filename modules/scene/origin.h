@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Origins: which place of which record stands behind what is picked in a picture (layer:
+// Origins: the records, and the places in them, of what is picked in a picture (layer:
 // application, scene). [any thread]
 #pragma once
 
@@ -23,7 +23,7 @@ struct RecordPath {
 };
 
 struct Origin {
-  /// The innermost place behind what was picked; solid.set takes it too where the record is a
+  /// The innermost place; solid.set takes it too where the record is a
   /// solid, and trajectory.set_segment the number `segment` where it is a trajectory.
   AnyId record;
   std::string path;
@@ -38,7 +38,7 @@ struct Origin {
   std::size_t point = 0;    ///< its control point, from 1; 0 = none
 };
 
-/// What stands behind an element. `primitive` is the triangle of an item, or of a line the pair of
+/// The origin of an element. `primitive` is the triangle of an item, or of a line the pair of
 /// neighbouring points, from 0; none = the element as a whole. Paths are of the frame's snapshot.
 /// An element that the frame's records no longer explain, or a primitive that it does not have, is
 /// an error.

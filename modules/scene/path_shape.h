@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shapes of trajectories: the way of the tool (layer: application, scene). Internal to
+// Shapes of trajectories: the paths of tools (layer: application, scene). Internal to
 // modules/scene.
 #pragma once
 
@@ -12,15 +12,15 @@
 namespace robomosp::scene {
 
 /// Whether a trajectory has segments that move joints, its own or those of what it runs: then its
-/// way depends on the robot and on where that is.
+/// path depends on the robot and its placement.
 [[nodiscard]] bool moves_joints(const document::Snapshot&, TrajectoryId);
 
-/// The way in the trajectory's frame, on body 0; with the failure instead where it cannot be built.
+/// The path in the trajectory's frame, on body 0; with the failure instead if it cannot be built.
 /// Not of trajectories that move joints. An error only when cancelled.
 [[nodiscard]] Result<ShapePtr> path_shape(const Source&, const model::PlacedTrajectory&,
                                           const Extras&);
-/// The way of a robot's tool along a trajectory that moves joints, in the world's frame: its run is
-/// simulated. `robot` null = no robot is known for it, and only its control points are shown.
+/// The path of a robot's tool along a trajectory that moves joints, in the world's frame: its run
+/// is simulated. `robot` null = no robot is known for it, and only its control points are shown.
 [[nodiscard]] Result<ShapePtr> tool_path_shape(const Source&, WorldId,
                                                const model::PlacedTrajectory&, const Extras&,
                                                const RobotBasePtr& robot,

@@ -14,7 +14,7 @@
 
 namespace robomosp::scene {
 
-/// What of a robot does not depend on where it stands. Immutable.
+/// The parts of a robot that do not depend on its placement. Immutable.
 struct RobotBase {
   document::RecordPtr kept;  ///< owns `record`
   const model::Robot* record = nullptr;

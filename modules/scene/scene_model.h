@@ -20,13 +20,13 @@ namespace robomosp::scene {
 struct Wanted {
   document::SnapshotPtr snapshot;  ///< never null
   Extras extras;                   ///< all but `explode`, which is a matter of to_scene()
-  MotionPtr motion;                ///< null = everything stands as the document has it
+  MotionPtr motion;                ///< null = everything is placed as in the document
 };
 
 /// How much work a frame may cost.
 enum class Detail : std::uint8_t {
-  coarse,  ///< new shapes with coarse meshes; robots and ways that are to be computed stay as they
-           ///< were, or are missing
+  coarse,  ///< new shapes with coarse meshes; robots and paths that need computing keep their
+           ///< old shape, or are missing
   exact,
 };
 
@@ -41,7 +41,7 @@ class SceneModel {
   SceneModel& operator=(const SceneModel&) = delete;
 
   /// The frame for `wanted`: the last one itself, if that shows it already. The only error is
-  /// ErrorCode::cancelled, after which the next call goes on from the last frame.
+  /// ErrorCode::cancelled, after which the next call continues from the last frame.
   Result<FramePtr> update(const Wanted& wanted, Detail detail, Progress& progress);
   /// The last frame; an empty one with number 0 before the first.
   [[nodiscard]] const FramePtr& frame() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a SceneModel keeps between frames, and the steps of an update, each in a file of its own
+// What a SceneModel keeps between frames, and the steps of an update, each in a separate file
 // (layer: application, scene). Internal to modules/scene.
 #pragma once
 
@@ -78,8 +78,8 @@ struct SceneModel::Impl {
   bool is_forgotten = false;
   std::map<std::string, Pose> held;                ///< of `frame`
   std::map<std::string, RobotState> robot_states;  ///< robots by name
-  std::unordered_set<AnyId> coarse;                ///< records whose shapes in `frame` are coarse
-  std::unordered_set<std::string> outstanding;     ///< trajectories whose way is that of before
+  std::unordered_set<AnyId> coarse;                ///< records with coarse shapes in `frame`
+  std::unordered_set<std::string> outstanding;     ///< trajectories shown with an old path
   // The objects of the world of `indexed`:
   document::RecordPtr indexed;
   std::unordered_map<std::string, std::size_t> object_at;

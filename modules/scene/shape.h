@@ -23,7 +23,7 @@ enum class ElementKind : std::uint8_t { item, line, triad, mark, label, legend, 
 /// Body of an element that is given in the world's frame.
 inline constexpr std::int32_t kWorldBody = -1;
 
-/// What an element stands for within its member; -1 = nothing of that kind.
+/// The part of its member that an element shows; -1 = nothing of that kind.
 struct PartOf {
   std::int32_t link = -1;     ///< of a robot: 0 = its base, then its links
   std::int32_t tool = -1;     ///< of a robot: an attached tool
@@ -48,11 +48,11 @@ struct Element {
 using Bounds = std::array<Vec3, 2>;
 [[nodiscard]] Bounds empty_box();
 void grow(Bounds&, const Bounds& other);
-/// That of a box which stands at `pose`: around its corners.
+/// The bounds of a box placed at `pose`: around its corners.
 [[nodiscard]] Bounds moved(const Bounds&, const Pose& pose);
 /// Length of its diagonal [m]; 0 of an empty one, or where a number is not finite.
 [[nodiscard]] double diagonal(const Bounds&);
-/// Around the vertices of a mesh that stands at `pose`.
+/// Around the vertices of a mesh placed at `pose`.
 [[nodiscard]] Bounds box_of(const Mesh&, const Pose& pose);
 
 /// The elements of a member, or of one layer of it.
@@ -68,7 +68,7 @@ struct Shape {
   std::optional<Error> failure = std::nullopt;  ///< why there is nothing
   std::vector<std::string> left_out = {};       ///< sentences about what is missing
   /// For each pair of neighbouring points of a line: the segment of the trajectory that they are
-  /// in; one list a line, empty where it is not known.
+  /// in; one list a line, empty if not known.
   std::vector<std::vector<std::int32_t>> segments = {};
 };
 using ShapePtr = std::shared_ptr<const Shape>;

@@ -23,7 +23,7 @@ class ShapeStore {
   /// From now on the shapes are those of `snapshot`.
   void renew(const document::SnapshotPtr& snapshot);
   void forget();
-  /// Forgets the bodies of all records that are not among these.
+  /// Forgets the bodies of all other records.
   void keep_bodies(const std::unordered_map<AnyId, std::vector<std::size_t>>& used);
 
   /// Makes those of the solids and objects that are not there, several at once.
