@@ -10,20 +10,12 @@
 #include "kernel/file_root.h"
 #include "kernel/number_reader.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "kernel/units.h"
 #include "kernel/value_text.h"
 
 namespace robomosp {
 namespace {
-
-constexpr std::array<std::string_view, 13> kTypes = {"bool", "int",    "real", "string", "enum",
-                                                     "path", "real[]", "vec3", "pose",   "matrix",
-                                                     "list", "map",    "any"};
-
-bool is_known_type(std::string_view type) {
-  return std::find(kTypes.begin(), kTypes.end(), type) != kTypes.end() ||
-         (type.starts_with("ref:") && type.size() > 4);
-}
 
 bool is_dimensionless(std::string_view unit) { return unit.empty() || unit == "1"; }
 
@@ -50,7 +42,7 @@ std::string example_real(std::string_view unit) {
 }
 
 std::string example(const ParamSpec& spec) {
-  const std::string_view type = spec.type;
+  const std::string_view type = plain_type(spec.type);
   if (type == "bool") return "Give true or false.";
   if (type == "int") return "Give a whole number such as 3.";
   if (type == "real") return "Give a number such as " + example_real(spec.unit) + ".";
@@ -77,7 +69,7 @@ std::vector<std::string> units_of_entries(std::string_view unit) {
 
 /// The kind of thing a parameter takes, with its article.
 std::string kind_name(const ParamSpec& spec) {
-  const std::string_view type = spec.type;
+  const std::string_view type = plain_type(spec.type);
   if (type == "real") return real_in(spec.unit);
   if (type == "real[]")
     return is_dimensionless(spec.unit) ? "a list of reals" : "a list of reals in " + spec.unit;
@@ -581,10 +573,36 @@ Error all_faults(std::vector<Error> faults) {
 
 }  // namespace
 
+namespace {
+
+/// A parameter of a type with details or notes as one of its plain type.
+Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, const Value& v,
+                             std::string_view path, const ResolveRef& resolve) {
+  const TypeTree& tree = type_tree(spec.type);
+  ParamSpec one = spec;
+  one.type = plain;
+  one.unit = unit_of(spec);
+  if (one.choices.empty())
+    for (const WordInfo& w : tree.choices) one.choices.push_back(w.word);
+  RMP_TRY_ASSIGN(Value checked, check_value(one, v, path, resolve));
+  const NumericArray* a = checked.as_array();
+  if (tree.kind == TypeKind::vector && tree.count && a && a->size() != tree.count)
+    return fault(path, numbers_given(a->size()) + "; " + std::to_string(tree.count) + " are needed",
+                 tree.words.empty() ? "" : "They are " + text::enumerate(tree.words) + ".");
+  if (tree.kind == TypeKind::matrix && a &&
+      ((tree.rows && a->rows() != tree.rows) || (tree.cols && a->cols() != tree.cols)))
+    return fault(path, "the matrix is " + std::to_string(a->rows()) + "x" +
+                           std::to_string(a->cols()) + ", not " + type_words(tree));
+  return checked;
+}
+
+}  // namespace
+
 Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_view path,
                           const ResolveRef& resolve) {
-  const std::string_view type = spec.type;
+  const std::string_view type = plain_type(spec.type);
   if (type == "any") return v;
+  if (type.size() != spec.type.size()) return check_detailed(spec, type, v, path, resolve);
   if (type == "bool") return check_bool(spec, v, path);
   if (type == "int") return check_integer(spec, v, path);
   if (type == "enum") return check_enum(spec, v, path);
@@ -667,20 +685,21 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
   Map checked;
   for (const ParamSpec& spec : schema) {
     const Value* v = given.find(spec.name);
-    if (v && v->is_nil() && spec.type != "any") v = nullptr;
+    const std::string_view type = plain_type(spec.type);
+    if (v && v->is_nil() && type != "any") v = nullptr;
     if (!v && spec.default_value) v = &*spec.default_value;
     if (!v) {
       if (spec.required)
         faults.push_back(fault(spec.name,
-                               spec.type == "any" && !spec.doc.empty()
+                               type == "any" && !spec.doc.empty()
                                    ? doc_words(spec.doc) + " required"
                                    : "no value is given; " + kind_name(spec) +
-                                         (spec.type == "vec3" ? " are" : " is") + " required",
+                                         (type == "vec3" ? " are" : " is") + " required",
                                example(spec)));
       continue;
     }
     Result<Value> one = check_value(spec, *v, spec.name, resolve);
-    if (spec.type == "path" && one.ok() && current_file_root()) one = confined(*one, spec.name);
+    if (type == "path" && one.ok() && current_file_root()) one = confined(*one, spec.name);
     if (one.ok()) checked.set(spec.name, std::move(*one));
     else faults.push_back(std::move(one).error());
   }
@@ -689,11 +708,18 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
 }
 
 std::string describe(const ParamSpec& spec) {
-  std::string s = spec.name + ": " + spec.type;
-  if (spec.type == "enum") s += " " + text::join(spec.choices, "|");
-  if (!is_dimensionless(spec.unit)) s += " [" + spec.unit + "]";
+  const TypeTree& tree = type_tree(spec.type);
+  const bool is_enum = tree.kind == TypeKind::word;
+  std::string s = spec.name + ": ";
+  if (plain_type(spec.type) == spec.type) {
+    s += spec.type + (is_enum ? " " + text::join(spec.choices, "|") : "");
+  } else {
+    s += is_enum && tree.choices.empty() ? "enum " + text::join(spec.choices, "|")
+                                         : type_words(tree);
+  }
+  if (tree.unit.empty() && !is_dimensionless(spec.unit)) s += " [" + spec.unit + "]";
   if (spec.default_value) {
-    const bool quoted = spec.default_value->as_string() && spec.type != "enum";
+    const bool quoted = spec.default_value->as_string() && !is_enum;
     s += " = " +
          (quoted ? text::quote(*spec.default_value->as_string()) : spec.default_value->text());
   } else {
@@ -718,8 +744,13 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
       return error(ErrorCode::plugin_refused, "parameter " + name + " " + why);
     };
     if (!row.name || !*row.name) return malformed("has no name");
-    if (!row.type || !is_known_type(row.type))
-      return malformed("has the unknown type " + text::quote(row.type ? row.type : "(null)"));
+    if (!row.type) return malformed("has the unknown type \"(null)\"");
+    if (const std::string bad = type_fault(row.type); !bad.empty())
+      return malformed("has the unknown type " + text::quote(row.type) +
+                       (std::string_view(row.type).find_first_of(" (<{:@") == std::string_view::npos
+                            ? std::string()
+                            : ": " + bad));
+    const TypeTree& tree = type_tree(row.type);
     ParamSpec spec;
     spec.name = row.name;
     spec.type = row.type;
@@ -732,20 +763,28 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
       return malformed("has a bad unit: " + unit.error().message);
     if (std::isnan(row.min) || std::isnan(row.max))
       return malformed("has a range that is not a number");
+    if (spec.unit.empty()) spec.unit = tree.unit;
     if (row.min <= row.max) {
       spec.min = row.min;
       spec.max = row.max;
+    } else {
+      spec.min = tree.notes.min.value_or(spec.min);
+      spec.max = tree.notes.max.value_or(spec.max);
+      spec.infinite = tree.notes.is_infinite;
     }
     if (row.choices)
       for (const std::string_view choice : text::split(row.choices, '|'))
         spec.choices.emplace_back(text::trim(choice));
-    if (spec.type == "enum" && spec.choices.empty()) return malformed("is an enum without choices");
+    if (spec.choices.empty())
+      for (const WordInfo& w : tree.choices) spec.choices.push_back(w.word);
+    if (tree.kind == TypeKind::word && spec.choices.empty())
+      return malformed("is an enum without choices");
     spec.required = row.default_text == nullptr && (row.flags & RMP_OPTIONAL) == 0;
     spec.label = row.label ? row.label : "";
     spec.group = row.group ? row.group : "";
     if (row.default_text) {
       spec.default_value = Value(row.default_text);
-      if (!spec.type.starts_with("ref:")) {
+      if (tree.kind != TypeKind::reference) {
         auto checked = check_value(spec, *spec.default_value, "default");
         if (!checked.ok()) return malformed("has a bad default: " + checked.error().message);
         spec.default_value = std::move(*checked);
@@ -753,6 +792,8 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
     }
     schema.push_back(std::move(spec));
   }
+  if (const std::string bad = schema_fault(schema); !bad.empty())
+    return error(ErrorCode::plugin_refused, "parameter " + bad);
   return schema;
 }
 

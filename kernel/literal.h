@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values written as text, in the form that scripts use: {position = {0.4, 0, "30 mm"}, tip =
+// "tool"} (layer: core).
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <robomosp/sdk/result.h>
+
+#include "kernel/value.h"
+
+namespace robomosp {
+
+/// Reads nil, true, false, a number, a text in double quotes, or a table in braces: of values, of
+/// `name = value`, or empty (a list). Tables may be nested 100 deep. The error names the place.
+[[nodiscard]] Result<Value> read_literal(std::string_view text);
+
+/// The text that read_literal() turns into the same value, but for reals without a fraction, which
+/// become integers. Handles are written as kind#number, and
+/// numeric arrays as tables of numbers.
+[[nodiscard]] std::string literal(const Value&);
+
+}  // namespace robomosp

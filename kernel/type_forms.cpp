@@ -1,0 +1,653 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/type_forms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "kernel/literal.h"
+#include "kernel/text.h"
+#include "kernel/units.h"
+
+namespace robomosp {
+namespace {
+
+/// In order of TypeKind.
+constexpr std::array<std::string_view, 25> kKindWords{
+    "any",    "nil",   "bool",   "int",      "real",   "string",     "enum",    "path",   "colour",
+    "vector", "pose",  "matrix", "list",     "map",    "table",      "variant", "one_of", "ref",
+    "handle", "array", "member", "provider", "joints", "expression", "script"};
+static_assert(kKindWords.size() == static_cast<std::size_t>(TypeKind::named));
+std::string_view kind_word(TypeKind k) {
+  return k == TypeKind::named ? "named" : kKindWords[static_cast<std::size_t>(k)];
+}
+
+constexpr std::string_view kPoseFields[] = {"position", "cylindrical", "spherical",  "rpy",   "xyz",
+                                            "zyz",      "quaternion",  "axis_angle", "matrix"};
+
+// ---- misfit ----
+
+std::string shown_value(const Value& v) {
+  constexpr std::size_t kLongest = 60;
+  std::string s = literal(v);
+  if (s.size() > kLongest) s = text::shortened(s, kLongest);
+  return s;
+}
+
+std::string not_of(const TypeTree& t, const Value& v, std::string_view path) {
+  return (path.empty() ? std::string() : std::string(path) + ": ") + shown_value(v) + " is not " +
+         type_words(t);
+}
+
+std::string join_path(std::string_view path, std::string_view name) {
+  return path.empty() ? std::string(name) : std::string(path) + "." + std::string(name);
+}
+std::string element_of(std::string_view path, std::size_t i) {
+  return std::string(path) + "[" + std::to_string(i + 1) + "]";
+}
+
+bool is_empty_table(const Value& v) {
+  return (v.as_list() && v.as_list()->empty()) || (v.as_map() && v.as_map()->empty());
+}
+
+/// A number, or a text that may be one: with a unit, or an expression.
+bool is_numeric(const Value& v) {
+  return v.is_number() || (v.as_string() && !v.as_string()->empty());
+}
+
+/// How many numbers a value has; nullopt = it is no list of numbers. One text may hold several.
+std::optional<std::size_t> count_of_numbers(const Value& v) {
+  if (const NumericArray* a = v.as_array()) {
+    if (a->is_matrix() && a->rows() != 1 && a->cols() != 1) return std::nullopt;
+    return a->size();
+  }
+  const List* list = v.as_list();
+  if (!list) return std::nullopt;
+  for (const Value& each : *list)
+    if (!is_numeric(each)) return std::nullopt;
+  return list->size();
+}
+
+/// `also`: a further name. `rest`: the type of what else there is; null = nothing may be.
+std::string misfit_fields(const Schema& fields, const Map& m, std::string_view path,
+                          std::string_view also = {}, const TypeTree* rest = nullptr) {
+  for (const auto& [name, value] : m) {
+    if (name == also) continue;
+    const auto it = std::find_if(fields.begin(), fields.end(),
+                                 [&name = name](const ParamSpec& p) { return p.name == name; });
+    if (it == fields.end() && !rest) return join_path(path, name) + ": there is no such field";
+    if (value.is_nil()) continue;
+    if (it == fields.end()) {
+      if (std::string bad = misfit(*rest, value, join_path(path, name)); !bad.empty()) return bad;
+      continue;
+    }
+    const TypeTree& t = type_tree(it->type);
+    if (t.kind == TypeKind::word && t.choices.empty() && !it->choices.empty()) {
+      const std::string word = value.as_string() ? *value.as_string()
+                               : value.as_int()  ? std::to_string(*value.as_int())
+                                                 : std::string();
+      if (std::find(it->choices.begin(), it->choices.end(), word) == it->choices.end())
+        return join_path(path, name) + ": " + shown_value(value) + " is not one of " +
+               text::enumerate(it->choices);
+      continue;
+    }
+    if (std::string bad = misfit(t, value, join_path(path, name)); !bad.empty()) return bad;
+  }
+  for (const ParamSpec& p : fields)
+    if (p.required && (!m.find(p.name) || m.find(p.name)->is_nil()))
+      return join_path(path, p.name) + ": it is missing";
+  return {};
+}
+
+std::string misfit_rows(const TypeTree& t, const Value& v, std::string_view path) {
+  // Rows of numbers in the order of the columns may be given for maps.
+  if (v.as_array()) return v.as_array()->is_matrix() ? std::string() : not_of(t, v, path);
+  const List* list = v.as_list();
+  if (!list) return is_empty_table(v) ? std::string() : not_of(t, v, path);
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const Value& row = (*list)[i];
+    if (row.as_list() || row.as_array()) continue;
+    if (!row.as_map()) return not_of(t, row, element_of(path, i));
+    if (std::string bad = misfit_fields(t.fields, *row.as_map(), element_of(path, i)); !bad.empty())
+      return bad;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string misfit(const TypeTree& t, const Value& v, std::string_view path) {
+  const auto fits = [&](bool does) { return does ? std::string() : not_of(t, v, path); };
+  const std::string* s = v.as_string();
+  switch (t.kind) {
+    case TypeKind::any: return {};
+    case TypeKind::nothing: return fits(v.is_nil());
+    case TypeKind::boolean:
+      return fits(v.as_bool() || (s && (*s == "true" || *s == "false" || *s == "yes" ||
+                                        *s == "no" || *s == "on" || *s == "off")));
+    case TypeKind::integer:
+      return fits(v.as_int() || (v.as_real() && std::floor(*v.as_real()) == *v.as_real()) ||
+                  (s && text::read_int(text::trim(*s))));
+    case TypeKind::real:
+    case TypeKind::expression: return fits(is_numeric(v));
+    case TypeKind::text:
+    case TypeKind::script: return fits(s != nullptr);
+    case TypeKind::path: return fits(s && !s->empty());
+    case TypeKind::word: {
+      if (t.choices.empty()) return fits(s || v.as_int());
+      const std::string word = s ? *s : v.as_int() ? std::to_string(*v.as_int()) : std::string();
+      return fits(std::any_of(t.choices.begin(), t.choices.end(),
+                              [&](const WordInfo& w) { return w.word == word; }));
+    }
+    case TypeKind::colour: {
+      const auto n = count_of_numbers(v);
+      return fits((s && (s->size() == 7 || s->size() == 9) && s->front() == '#') ||
+                  (n && (*n == 3 || *n == 4)));
+    }
+    case TypeKind::vector: {
+      if (s) return fits(!s->empty());
+      if (v.is_number()) return fits(t.count <= 1);
+      const auto n = count_of_numbers(v);
+      return fits((n && (t.count == 0 || *n == t.count)) || (t.count == 0 && is_empty_table(v)));
+    }
+    case TypeKind::joints:
+      // Rows of many configurations are given as a matrix; of a robot without joints, a table.
+      if (v.as_array()) return {};
+      if (const List* list = v.as_list()) {
+        for (const Value& each : *list)
+          if (!is_numeric(each) && !count_of_numbers(each)) return not_of(t, v, path);
+        return {};
+      }
+      return fits(is_empty_table(v) || v.is_number() || (s && !s->empty()));
+    case TypeKind::pose: {
+      if (s) return fits(!s->empty());
+      if (const Map* m = v.as_map()) {
+        for (const auto& [name, part] : *m)
+          if (std::find(std::begin(kPoseFields), std::end(kPoseFields), name) ==
+              std::end(kPoseFields))
+            return join_path(path, name) + ": a pose has no such field";
+        return {};
+      }
+      const auto n = count_of_numbers(v);
+      const NumericArray* a = v.as_array();
+      const List* rows = v.as_list();
+      return fits((n && *n == 6) || (a && a->rows() == 4 && a->cols() == 4) ||
+                  (rows && rows->size() == 4));
+    }
+    case TypeKind::matrix: {
+      if (const NumericArray* a = v.as_array())
+        return fits(a->is_matrix() && (t.rows == 0 || a->rows() == t.rows) &&
+                    (t.cols == 0 || a->cols() == t.cols));
+      const List* rows = v.as_list();
+      if (!rows || (t.rows && rows->size() != t.rows)) return not_of(t, v, path);
+      for (std::size_t i = 0; i < rows->size(); ++i) {
+        const auto n = count_of_numbers((*rows)[i]);
+        if (!n || (t.cols && *n != t.cols)) return not_of(t, (*rows)[i], element_of(path, i));
+      }
+      return {};
+    }
+    case TypeKind::list: {
+      if (v.as_array() && !v.as_array()->is_matrix())
+        return !t.element || t.element->kind == TypeKind::real ||
+                       t.element->kind == TypeKind::integer || t.element->kind == TypeKind::any ||
+                       t.element->kind == TypeKind::one_of || v.as_array()->size() == 0
+                   ? std::string()
+                   : not_of(t, v, path);
+      if (v.as_array())
+        return fits(t.element == nullptr || t.element->kind == TypeKind::vector ||
+                    t.element->kind == TypeKind::joints || t.element->kind == TypeKind::pose ||
+                    t.element->kind == TypeKind::one_of);
+      const List* list = v.as_list();
+      if (!list) return fits(is_empty_table(v));
+      for (std::size_t i = 0; t.element && i < list->size(); ++i)
+        if (std::string bad = misfit(*t.element, (*list)[i], element_of(path, i)); !bad.empty())
+          return bad;
+      return {};
+    }
+    case TypeKind::map: {
+      const Map* m = v.as_map();
+      if (!m) return fits(is_empty_table(v));
+      if (!t.fields.empty()) return misfit_fields(t.fields, *m, path, {}, t.element.get());
+      if (t.element)
+        for (const auto& [name, each] : *m)
+          if (std::string bad = misfit(*t.element, each, join_path(path, name)); !bad.empty())
+            return bad;
+      return {};
+    }
+    case TypeKind::table: return misfit_rows(t, v, path);
+    case TypeKind::variant: {
+      const Map* m = v.as_map();
+      const Value* word = m ? m->find(t.decided_by) : nullptr;
+      if (!word || !word->as_string())
+        return join_path(path, t.decided_by) + ": it is missing, and decides what else there is";
+      for (const auto& [name, fields] : t.cases)
+        if (name == *word->as_string()) return misfit_fields(fields, *m, path, t.decided_by);
+      return join_path(path, t.decided_by) + ": " + text::quote(*word->as_string()) +
+             " is none of its words";
+    }
+    case TypeKind::one_of: {
+      std::string all;
+      for (const auto& option : t.options) {
+        const std::string bad = misfit(*option, v, path);
+        if (bad.empty()) return {};
+        all += (all.empty() ? "" : "; ") + bad;
+      }
+      return all;
+    }
+    case TypeKind::reference: return fits(s || v.as_handle());
+    case TypeKind::handle: return fits(v.as_handle() != nullptr);
+    case TypeKind::array: return fits(v.as_array() != nullptr);
+    case TypeKind::member: return fits(s != nullptr || v.as_handle());
+    case TypeKind::provider: {
+      if (s || v.is_nil()) return {};
+      const Map* m = v.as_map();
+      if (t.is_name_only || !m) return fits(is_empty_table(v) && !t.is_name_only);
+      for (const auto& [name, part] : *m)
+        if (name != "name" && name != "params")
+          return join_path(path, name) + ": a provider has name and params";
+      return {};
+    }
+    case TypeKind::named: {
+      const TypeTree* named = named_type(t.word);
+      return named ? misfit(*named, v, path)
+                   : std::string(path) + ": there is no type " + text::quote(t.word);
+    }
+  }
+  return {};
+}
+
+std::string misfit(const Schema& schema, const Map& given) {
+  return misfit_fields(schema, given, {});
+}
+
+// ---- data ----
+
+namespace {
+
+List strings(const std::vector<std::string>& words) {
+  List out;
+  for (const std::string& w : words) out.emplace_back(w);
+  return out;
+}
+
+List choice_values(const std::vector<WordInfo>& words) {
+  List out;
+  for (const WordInfo& w : words) {
+    Map one{{"word", w.word}};
+    if (!w.doc.empty()) one.set("doc", w.doc);
+    out.emplace_back(std::move(one));
+  }
+  return out;
+}
+
+List param_values(const Schema& fields) {
+  List out;
+  for (const ParamSpec& p : fields) out.emplace_back(param_value(p));
+  return out;
+}
+
+/// Kinds whose word says everything.
+bool is_simple(const TypeTree& t) {
+  return t.words.empty() && t.choices.empty() && t.fields.empty() && t.cases.empty() &&
+         t.options.empty() && !t.element && t.of.empty() && t.word.empty() && t.rows == 0 &&
+         t.cols == 0;
+}
+
+}  // namespace
+
+Value type_value(const TypeTree& t) {
+  Map m{{"kind", kind_word(t.kind)}};
+  if (!t.unit.empty()) m.set("unit", t.unit);
+  if (t.count) m.set("count", t.count);
+  switch (t.kind) {
+    case TypeKind::word:
+      if (!t.choices.empty()) m.set("choices", choice_values(t.choices));
+      break;
+    case TypeKind::path:
+      if (!t.word.empty()) m.set("for", t.word);
+      if (!t.words.empty()) m.set("patterns", strings(t.words));
+      break;
+    case TypeKind::vector:
+      if (!t.words.empty()) m.set("components", strings(t.words));
+      break;
+    case TypeKind::matrix:
+      if (t.rows) m.set("rows", t.rows);
+      if (t.cols) m.set("cols", t.cols);
+      break;
+    case TypeKind::pose: {
+      List names;
+      for (const std::string_view name : kPoseFields) names.emplace_back(name);
+      m.set("representations", std::move(names));
+      break;
+    }
+    case TypeKind::reference: m.set("kinds", strings(t.words)); break;
+    case TypeKind::provider:
+      m.set("interfaces", strings(t.words));
+      m.set("takes_params", !t.is_name_only);
+      break;
+    case TypeKind::member: m.set("member", t.word); break;
+    case TypeKind::joints: m.set("quantity", t.word.empty() ? "position" : t.word); break;
+    case TypeKind::script: m.set("language", t.word); break;
+    case TypeKind::named: m.set("name", t.word); break;
+    case TypeKind::table: m.set("columns", param_values(t.fields)); break;
+    case TypeKind::map:
+      if (!t.fields.empty()) m.set("fields", param_values(t.fields));
+      break;
+    case TypeKind::variant: {
+      m.set("decided_by", t.decided_by);
+      List cases;
+      for (const auto& [word, fields] : t.cases)
+        cases.emplace_back(Map{{"word", word}, {"fields", param_values(fields)}});
+      m.set("cases", std::move(cases));
+      break;
+    }
+    case TypeKind::one_of: {
+      List options;
+      for (const auto& option : t.options) options.push_back(type_value(*option));
+      m.set("options", std::move(options));
+      break;
+    }
+    default: break;
+  }
+  if (t.kind == TypeKind::member || t.kind == TypeKind::joints)
+    m.set("of", t.of.empty() ? "id" : t.of);
+  if (t.element) m.set("element", type_value(*t.element));
+  if (t.is_unchecked) m.set("read_by", "command");
+  return m;
+}
+
+Map param_value(const ParamSpec& p, bool is_input) {
+  const TypeTree& t = type_tree(p.type);
+  const std::string unit = unit_of(p);
+  Map m{{"name", p.name}, {"type", plain_type(p.type)}, {"unit", unit}, {"doc", p.doc}};
+  if (plain_type(p.type) != p.type) m.set("declared", p.type);
+  if (!is_simple(t)) m.set("form", type_value(t));
+  if (is_input) {
+    m.set("required", p.required);
+    if (p.default_value) m.set("default", *p.default_value);
+    if (p.min == kPositive) m.set("above", 0.0);
+    else if (std::isfinite(p.min)) m.set("min", p.min);
+    if (std::isfinite(p.max)) m.set("max", p.max);
+    if (p.infinite) m.set("infinite", true);
+  }
+  const std::vector<WordInfo> words = words_of(p);
+  if (!words.empty()) {
+    List choices;
+    bool has_docs = false;
+    for (const WordInfo& w : words) {
+      choices.emplace_back(w.word);
+      has_docs = has_docs || !w.doc.empty();
+    }
+    m.set("choices", std::move(choices));
+    if (has_docs) m.set("words", choice_values(words));
+  }
+  const TypeNotes& n = t.notes;
+  const auto set = [&m](const char* name, const std::string& text) {
+    if (!text.empty()) m.set(name, text);
+  };
+  set("label", n.label.empty() ? p.label : n.label);
+  set("group", n.group.empty() ? p.group : n.group);
+  if (n.order != 0) m.set("order", n.order);
+  if (n.is_advanced) m.set("advanced", true);
+  set("when", n.when.text());
+  if (n.step > 0) m.set("step", n.step);
+  if (n.is_logarithmic) m.set("logarithmic", true);
+  if (!unit.empty())
+    set("shown_unit", n.shown_unit.empty() ? std::string(shown_unit_of(unit)) : n.shown_unit);
+  if (n.example) m.set("example", *n.example);
+  set("since", n.since);
+  set("deprecated", n.deprecated);
+  set("effect", n.effect);
+  return m;
+}
+
+// ---- JSON Schema ----
+
+namespace {
+
+class JsonSchema {
+ public:
+  Map of(const TypeTree& t) {
+    switch (t.kind) {
+      case TypeKind::any: return {};
+      case TypeKind::nothing: return Map{{"type", "null"}};
+      case TypeKind::boolean: return Map{{"type", "boolean"}};
+      case TypeKind::integer: return Map{{"type", "integer"}};
+      case TypeKind::real: return with_unit(t, Map{{"type", List{"number", "string"}}});
+      case TypeKind::expression: return with_unit(t, Map{{"type", List{"number", "string"}}});
+      case TypeKind::text: return Map{{"type", "string"}};
+      case TypeKind::script: return Map{{"type", "string"}, {"x-language", t.word}};
+      case TypeKind::word: {
+        if (t.choices.empty()) return Map{{"type", "string"}};
+        List words;
+        for (const WordInfo& w : t.choices) words.emplace_back(w.word);
+        return Map{{"enum", std::move(words)}};
+      }
+      case TypeKind::path: {
+        Map m{{"type", "string"}, {"minLength", 1}};
+        if (!t.word.empty()) m.set("x-path", t.word);
+        return m;
+      }
+      case TypeKind::colour:
+        return Map{{"anyOf",
+                    List{Map{{"type", "string"}, {"pattern", "^#[0-9a-fA-F]{6}([0-9a-fA-F]{2})?$"}},
+                         Map{{"type", "array"},
+                             {"items", Map{{"type", "number"}}},
+                             {"minItems", 3},
+                             {"maxItems", 4}}}}};
+      case TypeKind::vector: return with_unit(t, numbers(t.count));
+      case TypeKind::joints: {
+        Map m{{"anyOf", List{numbers(0), Map{{"type", "array"}, {"items", numbers(0)}}}}};
+        m.set("x-joints-of", t.of.empty() ? "id" : t.of);
+        return m;
+      }
+      case TypeKind::pose:
+        return Map{{"anyOf", List{numbers(6), matrix(4, 4), Map{{"type", "object"}},
+                                  Map{{"type", "string"}}}}};
+      case TypeKind::matrix: return with_unit(t, matrix(t.rows, t.cols));
+      case TypeKind::list: {
+        Map m{{"type", "array"}};
+        if (t.element) m.set("items", of(*t.element));
+        return m;
+      }
+      case TypeKind::map: {
+        Map m = t.fields.empty() ? Map{{"type", "object"}} : object(t.fields);
+        if (t.element) m.set("additionalProperties", of(*t.element));
+        return m;
+      }
+      case TypeKind::table: return Map{{"type", "array"}, {"items", object(t.fields)}};
+      case TypeKind::variant: {
+        List cases;
+        for (const auto& [word, fields] : t.cases) {
+          ParamSpec decides;
+          decides.name = t.decided_by;
+          decides.type = "enum";
+          decides.choices = {word};
+          decides.required = true;
+          Schema all{std::move(decides)};
+          all.insert(all.end(), fields.begin(), fields.end());
+          cases.emplace_back(object(all));
+        }
+        return Map{{"oneOf", std::move(cases)}};
+      }
+      case TypeKind::one_of: {
+        List options;
+        for (const auto& option : t.options) options.emplace_back(of(*option));
+        return Map{{"anyOf", std::move(options)}};
+      }
+      case TypeKind::reference:
+        return Map{{"type", "string"}, {"x-record", text::join(t.words, "|")}};
+      case TypeKind::handle: return Map{{"type", "string"}};
+      case TypeKind::array: return Map{{"type", "array"}};
+      case TypeKind::member:
+        return Map{{"type", "string"}, {"x-member", t.word}, {"x-of", t.of.empty() ? "id" : t.of}};
+      case TypeKind::provider: {
+        const std::string interfaces = text::join(t.words, "|");
+        if (t.is_name_only) return Map{{"type", "string"}, {"x-provider", interfaces}};
+        return Map{{"anyOf", List{Map{{"type", "string"}},
+                                  Map{{"type", "object"},
+                                      {"properties", Map{{"name", Map{{"type", "string"}}},
+                                                         {"params", Map{{"type", "object"}}}}},
+                                      {"additionalProperties", false}}}},
+                   {"x-provider", interfaces}};
+      }
+      case TypeKind::named:
+        if (!definitions_.contains(t.word)) {
+          definitions_[t.word] = Map();  // it may contain itself
+          if (const TypeTree* named = named_type(t.word)) definitions_[t.word] = of(*named);
+        }
+        return Map{{"$ref", "#/$defs/" + t.word}};
+    }
+    return {};
+  }
+
+  Map object(const Schema& fields) {
+    Map properties;
+    List required;
+    for (const ParamSpec& p : fields) {
+      const TypeTree& t = type_tree(p.type);
+      Map one = of(t);
+      if (t.kind == TypeKind::word && t.choices.empty() && !p.choices.empty())
+        one = Map{{"enum", strings(p.choices)}};
+      if (!p.doc.empty()) one.set("description", p.doc);
+      const TypeNotes notes = notes_of(p);
+      if (!notes.label.empty()) one.set("title", notes.label);
+      if (p.default_value && !p.default_value->as_handle()) one.set("default", *p.default_value);
+      if (notes.example) one.set("examples", List{*notes.example});
+      if (!notes.deprecated.empty()) one.set("deprecated", true);
+      if (p.min == kPositive) one.set("exclusiveMinimum", 0.0);
+      else if (std::isfinite(p.min)) one.set("minimum", p.min);
+      if (std::isfinite(p.max)) one.set("maximum", p.max);
+      if (const std::string unit = unit_of(p); !unit.empty()) one.set("x-unit", unit);
+      if (!notes.when.is_always()) one.set("x-when", notes.when.text());
+      properties.set(p.name, std::move(one));
+      if (p.required) required.emplace_back(p.name);
+    }
+    Map m{{"type", "object"}, {"properties", std::move(properties)}};
+    if (!required.empty()) m.set("required", std::move(required));
+    m.set("additionalProperties", false);
+    return m;
+  }
+
+  Map definitions() {
+    Map out;
+    for (auto& [name, one] : definitions_) out.set(name, one);
+    return out;
+  }
+
+ private:
+  static Map numbers(std::size_t count) {
+    Map m{{"type", "array"}, {"items", Map{{"type", List{"number", "string"}}}}};
+    if (count) {
+      m.set("minItems", count);
+      m.set("maxItems", count);
+    }
+    return m;
+  }
+  static Map matrix(std::size_t rows, std::size_t cols) {
+    Map m{{"type", "array"}, {"items", numbers(cols)}};
+    if (rows) {
+      m.set("minItems", rows);
+      m.set("maxItems", rows);
+    }
+    return m;
+  }
+  static Map with_unit(const TypeTree& t, Map m) {
+    if (!t.unit.empty()) m.set("x-unit", t.unit);
+    return m;
+  }
+  std::map<std::string, Map> definitions_;
+};
+
+}  // namespace
+
+Map json_schema(const Schema& schema, std::string_view title, std::string_view doc) {
+  JsonSchema maker;
+  Map m{{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", title}};
+  if (!doc.empty()) m.set("description", doc);
+  for (auto& [name, value] : maker.object(schema)) m.set(name, value);
+  if (Map defs = maker.definitions(); !defs.empty()) m.set("$defs", std::move(defs));
+  return m;
+}
+
+// ---- plain text ----
+
+namespace {
+
+void form_lines(std::string& out, const Schema& schema, const Map& filled, std::size_t indent,
+                std::size_t depth) {
+  constexpr std::size_t kDeepest = 8;  // a type may contain itself
+  const auto value_of = [&](std::string_view name) -> const Value* {
+    if (const Value* v = filled.find(name)) return v;
+    for (const ParamSpec& p : schema)
+      if (p.name == name && p.default_value) return &*p.default_value;
+    return nullptr;
+  };
+  struct Line {
+    const ParamSpec* param;
+    TypeNotes notes;
+    std::size_t place;
+  };
+  std::vector<Line> lines;
+  for (const ParamSpec& p : schema) {
+    TypeNotes notes = notes_of(p);
+    if (!notes.when.holds(value_of) && !filled.find(p.name)) continue;
+    lines.push_back({&p, std::move(notes), lines.size()});
+  }
+  // Groups in order of their first field; within one by `order`.
+  std::vector<std::string> groups;
+  for (const Line& l : lines)
+    if (std::find(groups.begin(), groups.end(), l.notes.group) == groups.end())
+      groups.push_back(l.notes.group);
+  std::stable_sort(lines.begin(), lines.end(), [&groups](const Line& a, const Line& b) {
+    const auto at = [&groups](const Line& l) {
+      return std::find(groups.begin(), groups.end(), l.notes.group);
+    };
+    return at(a) != at(b) ? at(a) < at(b) : a.notes.order < b.notes.order;
+  });
+  const std::string margin(indent, ' ');
+  std::string group;
+  for (const Line& l : lines) {
+    const ParamSpec& p = *l.param;
+    if (l.notes.group != group) {
+      group = l.notes.group;
+      if (!group.empty()) out += margin + group + "\n";
+    }
+    const TypeTree* t = &type_tree(p.type);
+    out += margin + (p.required ? "* " : "  ") + (l.notes.label.empty() ? p.name : l.notes.label) +
+           ": " + type_words(*t);
+    if (const std::string unit = unit_of(p); !unit.empty() && t->unit.empty()) {
+      const std::string shown =
+          l.notes.shown_unit.empty() ? std::string(shown_unit_of(unit)) : l.notes.shown_unit;
+      out += " [" + shown + "]";
+    }
+    if (t->choices.empty() && !p.choices.empty()) out += " " + text::join(p.choices, "|");
+    if (const Value* v = value_of(p.name)) out += " = " + shown_value(*v);
+    if (!p.doc.empty()) out += "  " + p.doc;
+    out += "\n";
+    if (depth >= kDeepest) continue;
+    while (t->kind == TypeKind::list && t->element) t = t->element.get();
+    if (t->kind == TypeKind::named)
+      if (const TypeTree* named = named_type(t->word)) t = named;
+    const Value* given = filled.find(p.name);
+    const Map* part = given ? given->as_map() : nullptr;
+    if (given && given->as_list() && !given->as_list()->empty())
+      part = given->as_list()->front().as_map();
+    if (!t->fields.empty()) form_lines(out, t->fields, part ? *part : Map(), indent + 4, depth + 1);
+    if (t->kind == TypeKind::variant && part)
+      if (const Value* word = part->find(t->decided_by); word && word->as_string())
+        for (const auto& [name, fields] : t->cases)
+          if (name == *word->as_string()) form_lines(out, fields, *part, indent + 4, depth + 1);
+  }
+}
+
+}  // namespace
+
+std::string form_text(const Schema& schema, const Map& filled) {
+  std::string out;
+  form_lines(out, schema, filled, 0, 0);
+  return out;
+}
+
+}  // namespace robomosp
