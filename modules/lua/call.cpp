@@ -6,6 +6,7 @@
 #include <new>
 
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "lua/internal.h"
 
 // What the C++ flavour of Lua throws is a pointer to this; the content is private to Lua. A handler
@@ -82,7 +83,7 @@ bool is_pose_field(const std::string& key, const Schema& params) {
 /// misspelt name is to be reported as such.
 bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next) {
   if (!lua_istable(L, index)) return false;
-  const std::string_view type = next < params.size() ? std::string_view(params[next].type) : "";
+  const std::string_view type = next < params.size() ? plain_type(params[next].type) : "";
   bool any = false, known = false, pose = false;
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {

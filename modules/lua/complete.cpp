@@ -5,6 +5,7 @@
 
 #include "ioci/records/solid_nodes.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "lua/program_state.h"
 
 namespace robomosp::lua {
@@ -275,6 +276,43 @@ std::string topic_around(lua_State* L, std::string_view s, const std::vector<Ope
   return {};
 }
 
+/// Arguments that are written as plain texts before the cursor, in the bracket that is open there:
+/// `id = "cell"`.
+Map texts_given(std::string_view s, const Scan& at) {
+  Map out;
+  if (at.open.empty()) return out;
+  for (std::size_t i = at.open.back().at + 1; i < at.string_start; ++i) {
+    const char quote = s[i];
+    if (quote != '"' && quote != '\'') continue;
+    const std::size_t end = s.find(quote, i + 1);
+    if (end == std::string_view::npos || end >= at.string_start) break;
+    const std::string_view key = key_before(s, i);
+    if (!key.empty()) out.set(std::string(key), std::string(s.substr(i + 1, end - i - 1)));
+    i = end;
+  }
+  return out;
+}
+
+/// What schema.choices lists for an argument; false = nothing, or the program behind the state has
+/// no such command.
+bool add_choices(Impl& impl, lua_State* L, const ioci::CommandSpec& spec,
+                 const std::string& argument, std::string_view s, const Scan& at,
+                 std::string_view call, std::string_view partial, std::set<std::string>& out) {
+  const ioci::CommandSpec* choices = impl.host.find("schema.choices");
+  if (!choices) return false;
+  Map given = texts_given(s, at);
+  if (const auto handle = handle_before_colon(L, call)) given.set("id", *handle);
+  const auto listed = impl.host.dispatch(*choices, Map{{"command", spec.name},
+                                                       {"argument", argument},
+                                                       {"given", std::move(given)},
+                                                       {"prefix", std::string(partial)}});
+  if (!listed.ok() || !listed->as_list()) return false;
+  for (const Value& each : *listed->as_list())
+    if (const Value* value = each.as_map() ? each.as_map()->find("value") : nullptr)
+      if (value->as_string()) out.insert(*value->as_string());
+  return !out.empty();
+}
+
 /// Words for the text that begins at a quote.
 void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
                   std::set<std::string>& out) {
@@ -292,6 +330,11 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
     const std::size_t first = is_method ? 1 : 0;
     if (first < spec->params.size()) param = &spec->params[first];
   }
+  if (spec && param) {
+    const std::string_view call =
+        !direct.empty() ? direct : chain_before(s, at.open.empty() ? 0 : at.open.back().at);
+    if (add_choices(impl, L, *spec, param->name, s, at, call, partial, out)) return;
+  }
   constexpr std::string_view kProviders[] = {"provider",         "ik",         "inverse_dynamics",
                                              "forward_dynamics", "controller", "planner"};
   const bool is_provider =
@@ -302,7 +345,8 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
     add_poses(impl, handle_before_colon(L, call), out);
     return;
   }
-  if (is_provider && (!param || param->type == "any" || param->type == "string")) {
+  if (is_provider &&
+      (!param || plain_type(param->type) == "any" || plain_type(param->type) == "string")) {
     add_providers(impl, key,
                   at.open.empty() ? std::string_view() : chain_before(s, at.open.back().at), out);
     return;
@@ -321,15 +365,15 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
   }
   if (spec->name == "help")
     for (const auto* c : impl.host.list()) out.insert(c->name);
-  else if (param->type.starts_with("ref:"))
-    add_records(impl, std::string_view(param->type).substr(4), out);
+  else if (plain_type(param->type).starts_with("ref:"))
+    add_records(impl, plain_type(param->type).substr(4), out);
   else if (!param->choices.empty()) out.insert(param->choices.begin(), param->choices.end());
-  else if (param->type == "path") add_files(impl, partial, out);
+  else if (plain_type(param->type) == "path") add_files(impl, partial, out);
   else if (spec->name.ends_with(".get")) {
     const std::string kind = spec->name.substr(0, spec->name.size() - 4);
     add_records(impl, kind, out);
     add_library(impl, kind, out);
-  } else if (param->type == "string") {
+  } else if (plain_type(param->type) == "string") {
     add_records(impl, spec->name.substr(0, spec->name.find('.')), out);
   }
 }

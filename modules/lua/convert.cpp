@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "lua/internal.h"
 #include "lua/pretty.h"
 #include "lua/sandbox/wire.h"
@@ -170,7 +171,7 @@ bool takes_rows(const Schema* params, std::string_view name) {
   if (!params) return false;
   const auto at = std::find_if(params->begin(), params->end(),
                                [&](const ParamSpec& p) { return p.name == name; });
-  return at != params->end() && at->type == "any" && !at->unit.empty();
+  return at != params->end() && plain_type(at->type) == "any" && !at->unit.empty();
 }
 
 }  // namespace

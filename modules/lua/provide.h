@@ -19,6 +19,7 @@
 #include "kernel/permit.h"
 #include "kernel/schema.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "lua/internal.h"
 #include "lua/kept_scripts.h"
 
@@ -167,12 +168,13 @@ class Kept {
     Map m;
     for (const ParamSpec& s : schema) {
       if (!p.has(s.name)) continue;
-      if (s.type == "bool") m.set(s.name, p.boolean(s.name));
-      else if (s.type == "int") m.set(s.name, static_cast<std::int64_t>(p.integer(s.name)));
-      else if (s.type == "real") m.set(s.name, p.real(s.name));
-      else if (s.type == "real[]")
+      const std::string_view type = plain_type(s.type);
+      if (type == "bool") m.set(s.name, p.boolean(s.name));
+      else if (type == "int") m.set(s.name, static_cast<std::int64_t>(p.integer(s.name)));
+      else if (type == "real") m.set(s.name, p.real(s.name));
+      else if (type == "real[]" || type == "vec3")
         m.set(s.name, NumericArray({p.reals(s.name).begin(), p.reals(s.name).end()}, s.unit));
-      else if (s.type == "pose") m.set(s.name, pose_value(p.pose(s.name)));
+      else if (type == "pose") m.set(s.name, pose_value(p.pose(s.name)));
       else m.set(s.name, p.text(s.name));
     }
     params_ = make_params(std::move(m));

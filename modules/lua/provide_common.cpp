@@ -195,11 +195,13 @@ void push_params(Impl& impl, lua_State* L, const Schema& schema, const Params& p
   lua_createtable(L, 0, static_cast<int>(schema.size()));
   for (const ParamSpec& s : schema) {
     if (!params.has(s.name)) continue;
-    if (s.type == "bool") lua_pushboolean(L, params.boolean(s.name) ? 1 : 0);
-    else if (s.type == "int") lua_pushinteger(L, params.integer(s.name));
-    else if (s.type == "real") lua_pushnumber(L, params.real(s.name));
-    else if (s.type == "real[]") push_vector(impl, L, params.reals(s.name), s.unit.c_str());
-    else if (s.type == "pose") push(impl, L, pose_value(params.pose(s.name)));
+    const std::string_view type = plain_type(s.type);
+    if (type == "bool") lua_pushboolean(L, params.boolean(s.name) ? 1 : 0);
+    else if (type == "int") lua_pushinteger(L, params.integer(s.name));
+    else if (type == "real") lua_pushnumber(L, params.real(s.name));
+    else if (type == "real[]" || type == "vec3")
+      push_vector(impl, L, params.reals(s.name), s.unit.c_str());
+    else if (type == "pose") push(impl, L, pose_value(params.pose(s.name)));
     else {
       const std::string_view t = params.text(s.name);
       lua_pushlstring(L, t.data(), t.size());

@@ -23,6 +23,7 @@
 #include "kernel/call_queue.h"
 #include "kernel/process.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "lua/command_host.h"
 #include "lua/lua_state.h"
 #include "lua/sandbox/lock_down.h"
@@ -152,7 +153,9 @@ struct Call {
 List rows_of(const std::vector<ParamSpec>& params) {
   List out;
   out.reserve(params.size());
-  for (const ParamSpec& p : params) out.push_back(List{p.name, p.type, p.unit});
+  // The other process checks forms only, and knows no types with names.
+  for (const ParamSpec& p : params)
+    out.push_back(List{p.name, std::string(plain_type(p.type)), p.unit});
   return out;
 }
 
@@ -161,7 +164,7 @@ Value row_of(const ioci::CommandSpec& c) {
               c.summary,
               c.plugin,
               rows_of(c.params),
-              c.returns.type,
+              std::string(plain_type(c.returns.type)),
               c.returns.unit,
               rows_of(c.returns.fields)};
 }

@@ -180,6 +180,32 @@ void calls(benchmark::State& state, const std::string& setup, const std::string&
   state.SetItemsProcessed(state.iterations() * 1000);
 }
 
+/// What a window asks for before it draws a form: all commands, then the choices of each argument.
+void describe_all(benchmark::State& state) {
+  Program p("");
+  for (auto _ : state) {
+    const auto all = p.app->dispatch(p.session, "ioci.describe", Map());
+    benchmark::DoNotOptimize(all);
+  }
+}
+BENCHMARK(describe_all)->Name("describe_all_commands")->Unit(benchmark::kMillisecond);
+
+void choices_of_a_form(benchmark::State& state) {
+  Program p(
+      "arm = robot.get('kr5')\ncell = world.create{name = 'cell'}\n"
+      "cell:add_robot{robot = arm, name = 'left'}");
+  const Map given{{"id", "cell"}, {"robot", "left"}};
+  const ioci::CommandSpec* plan = p.app->commands.find("world.plan_path");
+  for (auto _ : state)
+    for (const ParamSpec& param : plan->params) {
+      const auto found =
+          p.app->dispatch(p.session, "schema.choices",
+                          Map{{"command", plan->name}, {"argument", param.name}, {"given", given}});
+      benchmark::DoNotOptimize(found);
+    }
+}
+BENCHMARK(choices_of_a_form)->Unit(benchmark::kMillisecond);
+
 /// The unit is that of a thousand calls, so a millisecond stands for a microsecond a call.
 BENCHMARK_CAPTURE(calls, trivial, "", "version()")
     ->Name("thousand_trivial_calls")

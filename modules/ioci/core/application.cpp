@@ -36,6 +36,7 @@
 #include "kernel/permit.h"
 #include "kernel/plugin_run.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "kernel/value_text.h"
 #include "spatial/parallel.h"
 
@@ -538,7 +539,7 @@ void Application::Call::tell(const BareNumbers& bare) {
 void Application::Call::keep_paths() {
   if (!permit_.files) return;
   for (const ParamSpec& p : spec_.params) {
-    const Value* read = p.type == "path" ? checked_.find(p.name) : nullptr;
+    const Value* read = plain_type(p.type) == "path" ? checked_.find(p.name) : nullptr;
     if (!read || !ctx_.given_->find(p.name)) continue;
     if (ctx_.given_ != &with_paths_) with_paths_ = *ctx_.given_;
     with_paths_.set(p.name, *read);

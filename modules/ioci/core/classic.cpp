@@ -12,6 +12,7 @@
 #include "kernel/check.h"
 #include "kernel/messages.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -164,17 +165,18 @@ Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& s
     }
     const ParamSpec& p = *order[next].param;
     std::string value = word;
-    if (p.type == "pose")
+    const std::string_view type = plain_type(p.type);
+    if (type == "pose")
       if (auto matrix = matrix_of(words.subspan(w))) {
         args.set(p.name, std::move(*matrix));
         w += 15;
         ++next;
         continue;
       }
-    const bool many = p.name == "q" || p.name == "qd" || p.name == "tau" || p.type == "real[]" ||
-                      p.type == "vec3" || p.type == "pose";
+    const bool many = p.name == "q" || p.name == "qd" || p.name == "tau" || type == "real[]" ||
+                      type == "vec3" || type == "pose";
     if (many && (word.empty() || word.front() != '{')) {
-      const std::size_t most = p.type == "vec3" ? 3 : p.type == "pose" ? 6 : words.size();
+      const std::size_t most = type == "vec3" ? 3 : type == "pose" ? 6 : words.size();
       std::size_t taken = 1;
       while (taken < most && is_quantity(word) && w + 1 < words.size() &&
              is_quantity(words[w + 1])) {
@@ -182,14 +184,14 @@ Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& s
         ++taken;
       }
     }
-    if (p.type == "enum")
+    if (type == "enum")
       for (const std::string& c : p.choices)
         if (std::equal(c.begin(), c.end(), value.begin(), value.end(), [](char a, char b) {
               return std::tolower(static_cast<unsigned char>(a)) ==
                      std::tolower(static_cast<unsigned char>(b));
             }))
           value = c;
-    if (p.type == "list") {
+    if (type == "list") {
       List items;
       std::string_view inner = value;
       if (inner.size() >= 2 && inner.front() == '{' && inner.back() == '}')

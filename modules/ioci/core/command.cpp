@@ -6,10 +6,12 @@
 #include <set>
 
 #include "ioci/core/application.h"
+#include "ioci/core/argument_types.h"
 #include "ioci/core/classic.h"
 #include "kernel/check.h"
 #include "kernel/letters.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -36,12 +38,25 @@ std::string escape_cell(std::string_view s) {
   return out;
 }
 
+/// What notes add to the meaning of an argument.
+std::string notes_text(const TypeNotes& n) {
+  std::string out;
+  if (!n.when.is_always()) out += " Counts where " + n.when.text() + ".";
+  if (!n.effect.empty()) out += " " + n.effect;
+  if (!n.since.empty()) out += " Since " + n.since + ".";
+  if (!n.deprecated.empty()) out += " Deprecated: " + n.deprecated;
+  return out;
+}
+
 void field_table(std::string& out, const std::vector<ParamSpec>& fields, bool with_default) {
   out += with_default ? "| argument | type | unit | default | meaning |\n|---|---|---|---|---|\n"
                       : "| field | type | unit | meaning |\n|---|---|---|---|\n";
   for (const ParamSpec& p : fields) {
-    out += "| `" + p.name + "` | " + escape_cell(p.type) + " | " +
-           (p.unit.empty() ? "" : escape_cell(p.unit)) + " | ";
+    const bool is_plain = plain_type(p.type) == p.type;
+    const std::string unit = unit_of(p);
+    out += "| `" + p.name + "` | " +
+           escape_cell(is_plain ? p.type : type_words(type_tree(p.type))) + " | " +
+           escape_cell(unit) + " | ";
     if (with_default)
       out += (p.required        ? std::string("required")
               : p.default_value ? "`" + escape_cell(p.default_value->text()) + "`"
@@ -49,6 +64,7 @@ void field_table(std::string& out, const std::vector<ParamSpec>& fields, bool wi
              " | ";
     out += escape_cell(p.doc);
     if (!p.choices.empty()) out += " One of " + text::enumerate(p.choices) + ".";
+    if (!is_plain) out += escape_cell(notes_text(notes_of(p)));
     out += " |\n";
   }
 }
@@ -73,6 +89,11 @@ std::string fault_of(const CommandSpec& spec) {
       return "a parameter without name, type or doc";
     if (!names.insert(p.name).second) return "two parameters of one name";
   }
+  if (std::string fault = schema_fault(spec.params); !fault.empty()) return "parameter " + fault;
+  if (std::string fault = schema_fault(spec.returns.fields); !fault.empty())
+    return "field " + fault + " of the result";
+  if (std::string fault = type_fault(spec.returns.type); !fault.empty())
+    return "its result: " + fault;
   for (const ClassicSpelling& s : classic_spellings(spec.classic)) {
     for (const std::string& name : s.order.value_or(std::vector<std::string>{}))
       if (!name.starts_with('~') && !names.contains(name))
@@ -132,6 +153,7 @@ Session::~Session() {
 void CommandTable::add(std::vector<CommandSpec> specs) {
   const std::unique_lock lock(mutex_);
   for (CommandSpec& given : specs) {
+    give_argument_types(given);
     const std::string fault = fault_of(given);
     require(fault.empty(), given, fault);
     auto spec = std::make_unique<CommandSpec>(std::move(given));
@@ -269,7 +291,10 @@ std::string help_text(const CommandSpec& spec) {
     field_table(out, spec.params, true);
   }
   out += "\nReturns: ";
-  out += spec.returns.type == "nil" ? "nothing" : spec.returns.type;
+  const bool is_plain = plain_type(spec.returns.type) == spec.returns.type;
+  out += spec.returns.type == "nil" ? "nothing"
+         : is_plain                 ? spec.returns.type
+                                    : type_words(type_tree(spec.returns.type));
   if (!spec.returns.unit.empty()) out += " [" + spec.returns.unit + "]";
   out += spec.returns.doc.empty() ? "." : ". " + spec.returns.doc;
   out += "\n";

@@ -7,6 +7,7 @@
 
 #include "ioci/core/commands.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "kernel/units.h"
 #include "model/field_path.h"
 
@@ -235,10 +236,11 @@ Result<Value> Expressions::pose(const Value& value, const std::string& path,
 Result<Value> Expressions::field(const ParamSpec& spec, const Value& value,
                                  const std::string& prefix, const std::string& where) {
   const std::string path = join(prefix, spec.name);
-  if (spec.type == "real") return number(value, spec.unit, path, where);
+  const std::string_view type = plain_type(spec.type);
+  if (type == "real") return number(value, spec.unit, path, where);
   // In a node or part "placement" is the place itself; a robot's "base" and "tool" are places.
-  if (spec.type == "pose") return pose(value, spec.name == "placement" ? prefix : path, where);
-  if (spec.type != "vec3") return value;
+  if (type == "pose") return pose(value, spec.name == "placement" ? prefix : path, where);
+  if (type != "vec3") return value;
   const auto units = placement_units(spec.name);
   return units.empty()
              ? numbers(value, {spec.unit, spec.unit, spec.unit}, axes(path), where)

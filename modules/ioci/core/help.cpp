@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/example_arguments.h"
+#include "kernel/literal.h"
+#include "kernel/type.h"
+#include "kernel/type_forms.h"
 
 #ifndef ROBOMOSP_VERSION
 #define ROBOMOSP_VERSION "0"
@@ -148,22 +151,12 @@ Result<Value> apropos(CommandContext& ctx, const Map& args) {
 
 Value describe_params(const std::vector<ParamSpec>& params, bool inputs) {
   List out;
-  for (const ParamSpec& p : params) {
-    Map m{{"name", p.name}, {"type", p.type}, {"unit", p.unit}, {"doc", p.doc}};
-    if (inputs) {
-      m.set("required", p.required);
-      if (p.default_value) m.set("default", *p.default_value);
-      if (std::isfinite(p.min)) m.set("min", p.min);
-      if (std::isfinite(p.max)) m.set("max", p.max);
-    }
-    if (!p.choices.empty()) {
-      List choices;
-      for (const auto& c : p.choices) choices.emplace_back(c);
-      m.set("choices", std::move(choices));
-    }
-    out.emplace_back(std::move(m));
-  }
+  for (const ParamSpec& p : params) out.emplace_back(param_value(p, inputs));
   return out;
+}
+
+std::string_view run_word(RunKind runs) {
+  return runs == RunKind::simulation ? "simulation" : runs == RunKind::task ? "task" : "";
 }
 
 List effect_words(Effects effects) {
@@ -177,8 +170,7 @@ Result<Value> table(CommandContext& ctx, const Map& args) {
   const std::string only = text_of(args, "command");
   for (const CommandSpec* spec : ctx.app.commands.list()) {
     if (!only.empty() && spec->name != only) continue;
-    out.emplace_back(
-        Map{{"name", spec->name},
+    Map one{{"name", spec->name},
             {"classic", spec->classic},
             {"plugin", spec->plugin},
             {"summary", spec->summary},
@@ -186,11 +178,18 @@ Result<Value> table(CommandContext& ctx, const Map& args) {
             {"example", spec->example},
             {"effects", effect_words(spec->effect)},
             {"sometimes", effect_words(spec->sometimes)},
+            {"takes_expressions", spec->takes_expressions},
+            {"runs", std::string(run_word(spec->runs))},
             {"params", describe_params(spec->params, true)},
-            {"returns", Map{{"type", spec->returns.type},
+            {"returns", Map{{"type", plain_type(spec->returns.type)},
+                            {"declared", spec->returns.type},
                             {"unit", spec->returns.unit},
                             {"doc", spec->returns.doc},
-                            {"fields", describe_params(spec->returns.fields, false)}}}});
+                            {"fields", describe_params(spec->returns.fields, false)}}}};
+    if (const std::string_view text = example_arguments(spec->name); !text.empty())
+      if (auto example = read_literal(text); example.ok())
+        one.set("example_arguments", std::move(*example));
+    out.emplace_back(std::move(one));
   }
   if (out.empty()) return ctx.app.commands.unknown(only);
   return Value(std::move(out));
@@ -247,23 +246,33 @@ RMP_COMMANDS(help_commands) {
        .details = "Front ends and editors build their menus and completion from it.",
        .example = "local t = ioci.describe(\"robot.fk\")\nassert(t[1].params[1].name == \"id\")",
        .params = {defaulted("command", "string", "", "", "Only this command.")},
-       .returns = {"list",
-                   "",
-                   "",
-                   {field("name", "string", "", "The command."),
-                    field("classic", "string", "",
-                          "Lines of the 2006 program that call it, separated by |; in parentheses "
-                          "the order of its words if it differs from that of the arguments."),
-                    field("plugin", "string", "",
-                          "Plugin that adds the command; empty = built in."),
-                    field("summary", "string", "", "One sentence about the command."),
-                    field("details", "string", "", "More."), field("example", "string", "", "Lua."),
-                    field("effects", "list", "", "Its effects besides returning a value."),
-                    field("sometimes", "list", "", "Effects that it has with some arguments only."),
-                    field("params", "list", "",
-                          "Name, type, unit, doc, required, default, min, max and choices of each "
-                          "argument."),
-                    field("returns", "map", "", "Type, unit, doc and fields of the result.")}},
+       .returns =
+           {"list",
+            "",
+            "",
+            {field("name", "string", "", "The command."),
+             field("classic", "string", "",
+                   "Lines of the 2006 program that call it, separated by |; in parentheses "
+                   "the order of its words if it differs from that of the arguments."),
+             field("plugin", "string", "", "Plugin that adds the command; empty = built in."),
+             field("summary", "string", "", "One sentence about the command."),
+             field("details", "string", "", "More."), field("example", "string", "", "Lua."),
+             field("example_arguments", "map", "",
+                   "Arguments that the example gives the command, if it gives any."),
+             field("effects", "list", "", "Its effects besides returning a value."),
+             field("sometimes", "list", "", "Effects that it has with some arguments only."),
+             field("takes_expressions", "bool", "",
+                   "Whether its numbers may be expressions over parameters."),
+             field("runs", "string", "", "simulation or task, if it runs one."),
+             field("params", "list", "",
+                   "Each argument: name, type, unit, doc, required; where they apply default, "
+                   "min or above, max, infinite, choices, words (choices with descriptions), "
+                   "label, group, order, advanced, when (the condition under which it "
+                   "counts), step, logarithmic, shown_unit, example, since, deprecated, "
+                   "effect, declared (the type in full) and form (the type as nested tables; "
+                   "schema.types lists the named ones)."),
+             field("returns", "map", "",
+                   "Type, declared type, unit, doc and fields of the result.")}},
        .effect = Effect::reads,
        .run = table});
   all.push_back(

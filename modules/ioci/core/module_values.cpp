@@ -4,6 +4,7 @@
 
 #include "ioci/core/modules.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -67,7 +68,8 @@ std::optional<std::string> not_finite(const Value& v, const std::string& path) {
   return std::nullopt;
 }
 
-bool is_of(std::string_view type, const Value& v) {
+bool is_of(std::string_view declared, const Value& v) {
+  const std::string_view type = plain_type(declared);
   const NumericArray* a = v.as_array();
   if (type == "any") return true;
   if (type == "nil") return v.is_nil();

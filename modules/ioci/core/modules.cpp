@@ -13,6 +13,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/handle_text.h"
 #include "kernel/plugin_opening.h"
+#include "kernel/type.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -232,8 +233,10 @@ Result<CommandSpec> spec_of(const LoadedModule& m, const ModuleCommand& row) {
   static constexpr std::array<std::string_view, 12> kResults{"nil",    "bool",   "int",  "real",
                                                              "string", "real[]", "vec3", "pose",
                                                              "matrix", "list",   "map",  "any"};
-  if (spec.returns.type != "handle" &&
-      std::find(kResults.begin(), kResults.end(), spec.returns.type) == kResults.end())
+  const bool is_word = spec.returns.type.find_first_of(" (<{:") == std::string::npos;
+  if (is_word ? spec.returns.type != "handle" &&
+                    std::find(kResults.begin(), kResults.end(), spec.returns.type) == kResults.end()
+              : !type_fault(spec.returns.type).empty())
     return error(ErrorCode::plugin_refused,
                  "its result has the unknown type " + text::quote(spec.returns.type));
   for (std::size_t i = 0; i < spec.params.size(); ++i)
@@ -292,7 +295,7 @@ Result<LoadedModule> read_module(const ProviderInfo& info, std::shared_ptr<const
   static constexpr std::array<std::string_view, 6> kTypes{"bool",   "int",  "real",
                                                           "string", "enum", "real[]"};
   for (const ParamSpec& s : m.settings) {
-    if (std::find(kTypes.begin(), kTypes.end(), s.type) == kTypes.end())
+    if (std::find(kTypes.begin(), kTypes.end(), plain_type(s.type)) == kTypes.end())
       return refused("has the setting " + text::quote(s.name) + " of type " + text::quote(s.type) +
                      "; settings are bool, int, real, string, enum or real[]");
     if (!s.default_value)

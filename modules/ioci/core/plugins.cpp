@@ -10,6 +10,8 @@
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
 #include "kernel/plugin_run.h"
+#include "kernel/type.h"
+#include "kernel/type_forms.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -206,9 +208,10 @@ Result<Value> provider_params(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto info, ctx.app.registry.find(id, text_of(args, "name")));
   List out;
   for (const ParamSpec& p : info.schema) {
-    Map m{{"name", p.name},   {"type", p.type},   {"unit", p.unit},         {"doc", p.doc},
-          {"label", p.label}, {"group", p.group}, {"required", p.required}, {"text", describe(p)}};
-    if (p.default_value) m.set("default", *p.default_value);
+    Map m = param_value(p);
+    m.set("label", notes_of(p).label);
+    m.set("group", notes_of(p).group);
+    m.set("text", describe(p));
     out.emplace_back(std::move(m));
   }
   return Value(std::move(out));

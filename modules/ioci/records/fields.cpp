@@ -7,6 +7,8 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
+#include "kernel/type_forms.h"
+#include "model/field_types.h"
 #include "model/parametric.h"
 
 namespace robomosp::ioci {
@@ -29,10 +31,13 @@ Result<Value> kinds(CommandContext&, const Map&) {
 Result<Value> schema(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Kind kind, kind_given(args));
   const model::KindInfo& about = model::info(kind);
+  List form;
+  for (const ParamSpec& p : model::record_fields(about)) form.emplace_back(param_value(p));
   return Value(Map{{"kind", about.name},
                    {"extension", about.extension},
                    {"folder", about.folder},
-                   {"fields", schema_fields(ctx.snapshot(), *about.type)}});
+                   {"fields", schema_fields(ctx.snapshot(), *about.type)},
+                   {"form", std::move(form)}});
 }
 
 Result<Value> create_of_kind(CommandContext& ctx, const Map& args) {
@@ -121,14 +126,17 @@ RMP_COMMANDS(field_commands) {
            "  if f.name == \"density\" then assert(f.unit == \"kg/m^3\" and f.min == 0) end\n"
            "end",
        .params = {kind_field()},
-       .returns = {"map",
-                   "",
-                   "",
-                   {field("kind", "string", "", "The kind."),
-                    field("extension", "string", "", "Extension of its files."),
-                    field("folder", "string", "",
-                          "Folder of a library that contains such records."),
-                    field("fields", "list", "", "Its fields.")}},
+       .returns =
+           {"map",
+            "",
+            "",
+            {field("kind", "string", "", "The kind."),
+             field("extension", "string", "", "Extension of its files."),
+             field("folder", "string", "", "Folder of a library that contains such records."),
+             field("fields", "list", "", "Its fields."),
+             field("form", "list", "",
+                   "The same fields, described as ioci.describe describes arguments: types as "
+                   "nested tables, groups, and conditions under which they count.")}},
        .effect = Effect::reads,
        .run = schema},
       {.name = "record.create",

@@ -9,6 +9,7 @@
 #include <robomosp/sdk/csg_primitive.h>
 
 #include "io/geometry.h"
+#include "kernel/type.h"
 
 namespace robomosp::ioci {
 
@@ -62,6 +63,27 @@ Schema node_schema(CsgKind kind) {
   if (!is_primitive(kind)) s.push_back(optional("children", "list", "", "The nodes it works on."));
   return s;
 }
+
+/// Nodes as a type: a case for each kind.
+std::string node_type() {
+  std::vector<std::pair<std::string, Schema>> cases;
+  for (const std::string& word : kind_words()) {
+    Schema s = node_schema(kind_of_word(word));
+    std::erase_if(s, [](const ParamSpec& p) { return p.name == "kind"; });
+    for (const auto& [field, type] : std::initializer_list<std::pair<const char*, const char*>>{
+             {"expressions", "map<string> @advanced"},
+             {"axis_angle", "vec(x, y, z, angle) or map{axis: vec3; angle: real [rad]}"},
+             {"profile", "string or list<any> or map<any>"},
+             {"geometry", "map<string or int or matrix>"},
+             {"primitive", "provider:primitive"},
+             {"children", "list<type:node>"}})
+      if (std::any_of(s.begin(), s.end(), [&](const ParamSpec& p) { return p.name == field; }))
+        retype(s, field, type);
+    cases.emplace_back(word, std::move(s));
+  }
+  return variant_type("kind", cases);
+}
+const NamedType kNodeType("node", "map", node_type);
 
 Result<void> check_node_name(const Value& value, const std::string& path) {
   const std::string* name = value.as_string();
@@ -134,7 +156,8 @@ Schema number_params(const CommandContext& ctx, const std::string& primitive) {
   const auto info = ctx.app.registry.find(CsgPrimitive::kInterfaceId, primitive);
   if (primitive.empty() || !info.ok()) return out;
   for (const ParamSpec& p : info->schema)
-    if (p.type == "real" || p.type == "int") out.push_back(field(p.name, "real", p.unit, p.doc));
+    if (plain_type(p.type) == "real" || plain_type(p.type) == "int")
+      out.push_back(field(p.name, "real", p.unit, p.doc));
   return out;
 }
 

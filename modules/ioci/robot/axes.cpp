@@ -7,6 +7,7 @@
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
+#include "kernel/type.h"
 #include "robotics/home.h"
 #include "robotics/maker_axes.h"
 
@@ -39,6 +40,18 @@ Schema maker_axis_schema(AxisUnit unit) {
           unit),
       of_unit(unbounded(optional("upper", "real", "rad", "Greatest value.")), unit)};
 }
+
+std::string axis_type() {
+  Schema s = maker_axis_schema(AxisUnit::deg);
+  retype(s, "link", "member:joint of id or int");
+  retype(s, "coupled", "table{link: member:joint of id or int; ratio: real = 1}");
+  for (const char* field : {"offset", "lower", "upper"}) {
+    for (ParamSpec& p : s)
+      if (p.name == field) p.unit = "rad|m";
+  }
+  return map_type(s);
+}
+const NamedType kAxisType("axis", "map", axis_type);
 
 Result<MakerAxis> read_maker_axis(const CommandContext& ctx, const Robot& r, const Value& given,
                                   const std::string& path) {

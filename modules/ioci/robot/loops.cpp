@@ -5,6 +5,7 @@
 
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
+#include "kernel/type.h"
 #include "model/words.h"
 #include "robotics/closure.h"
 #include "robotics/coordinates.h"
@@ -34,6 +35,13 @@ Schema side_schema() {
   for (ParamSpec& p : placement_fields("the link")) s.push_back(std::move(p));
   return s;
 }
+
+std::string side_type() {
+  Schema s = side_schema();
+  retype(s, "link", "member:link of id or int");
+  return map_type(s);
+}
+const NamedType kSideType("frame_on_link", "map", side_type);
 
 Result<void> read_side(const CommandContext& ctx, const Robot& r, const Value& v,
                        const std::string& path, std::int32_t& link, model::Placement& frame) {

@@ -7,6 +7,7 @@
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/run_start.h"
 #include "ioci/simulation/task_physics.h"
+#include "kernel/type.h"
 #include "sim/physics.h"
 
 namespace robomosp::ioci {
@@ -247,6 +248,36 @@ Result<Value> simulate_physics(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(recording, with_start_notes(ctx, std::move(recording)));
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
+
+std::string physics_object_type() { return map_type(object_fields()); }
+std::string physics_robot_type() {
+  Schema s = robot_fields();
+  retype(s, "controller", "provider:controller");
+  return map_type(s);
+}
+std::string physics_action_type() {
+  Schema s = action_fields();
+  retype(s, "robot", "member:robot of id");
+  retype(s, "q", "joints of robot or member:pose of robot @when(action is move)");
+  retype(s, "recording", "ref:recording @when(action is move)");
+  retype(s, "trajectory", "member:trajectory of id @when(action is move)");
+  retype(s, "object", "member:object of id @when(action is grasp, grip, release)");
+  retype(s, "tool", "member:tip of robot @when(action is move, grasp)");
+  retype(s, "joint", "member:joint of robot @when(action is grip)");
+  retype(s, "force", "real @when(action is grip)");
+  retype(s, "speed", "real @when(action is grip)");
+  return map_type(s);
+}
+std::string task_physics_type() {
+  Schema s = task_physics_fields();
+  retype(s, "objects", "list<type:physics_object>");
+  retype(s, "engine", "provider:physics");
+  return map_type(s);
+}
+const NamedType kPhysicsObjectType("physics_object", "map", physics_object_type);
+const NamedType kPhysicsRobotType("physics_robot", "map", physics_robot_type);
+const NamedType kPhysicsActionType("physics_action", "map", physics_action_type);
+const NamedType kTaskPhysicsType("task_physics", "map", task_physics_type);
 
 }  // namespace
 

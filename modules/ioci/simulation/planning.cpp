@@ -225,7 +225,7 @@ RMP_COMMANDS(planning_commands) {
                           "free between its samples), shortcuts tried; and the times goal_seconds, "
                           "search_seconds, proof_seconds (to prove that the path is free), "
                           "shortcut_seconds, timing_seconds."),
-                    field("notes", "string[]", "", "Notes, as those of the recording."),
+                    field("notes", "list<string>", "", "Notes, as those of the recording."),
                     field("recording", "handle", "", "time, q, qd, qdd, x, y, z; if timed."),
                     field("duration", "real", "s", "Duration of the motion; if timed."),
                     field("joints", "list", "",

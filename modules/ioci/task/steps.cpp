@@ -6,6 +6,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
 #include "ioci/trajectory/segments.h"
+#include "kernel/type.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -62,6 +63,46 @@ Schema step_schema(StepKind kind) {
   }
   return {};
 }
+
+/// Steps as a type: what the fields of each kind name, and when they matter.
+std::string step_type() {
+  std::vector<std::pair<std::string, Schema>> cases;
+  for (std::size_t i = 0; i < model::kStepWords.size(); ++i) {
+    Schema s = step_schema(static_cast<StepKind>(i));
+    for (const auto& [field, type] : std::initializer_list<std::pair<const char*, const char*>>{
+             {"robot", "member:robot of world"},
+             {"pose",
+              "member:pose of robot @when(trajectory is absent and joints is absent and "
+              "target is absent)"},
+             {"joints",
+              "joints of robot @when(trajectory is absent and pose is absent and target "
+              "is absent)"},
+             {"trajectory", "ref:trajectory @when(pose is absent and joints is absent)"},
+             {"target", "pose @when(pose is absent and joints is absent)"},
+             {"frame", "member:frame of world @when(target is present)"},
+             {"tool", "member:link_or_tool of robot"},
+             {"profile", "enum @when(path is joint and trajectory is absent)"},
+             {"path", "enum @when(target is present)"},
+             {"tool_speed", "real @above(0) @when(path is straight)"},
+             {"object", "member:object of world"},
+             {"link", "member:link_or_tool of robot"},
+             {"tcp", "member:tcp of object"},
+             {"signal", "member:signal of world"},
+             {"value", "expression or bool"},
+             {"time", "real @when(condition is absent)"},
+             {"condition", "script:condition"},
+             {"timeout", "real @when(condition is present)"},
+             {"steps", "list<type:step>"}})
+      if (std::any_of(s.begin(), s.end(), [&](const ParamSpec& p) { return p.name == field; }))
+        retype(s, field, type);
+    // A wait has a time or a condition.
+    if (static_cast<StepKind>(i) == StepKind::wait)
+      retype(s, "condition", "script:condition @when(time is absent)");
+    cases.emplace_back(model::kStepWords[i], std::move(s));
+  }
+  return variant_type("step", cases);
+}
+const NamedType kStepType("step", "map", step_type);
 
 Result<StepKind> kind_of(const Value& value, const std::string& path) {
   const Map* given = value.as_map();

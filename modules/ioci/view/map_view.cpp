@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "kernel/type.h"
 #include "scene/voxels.h"
 
 namespace robomosp::ioci {
@@ -64,6 +65,28 @@ Schema plane_fields() {
                    "Instead of a point: distance of the plane from the origin along the axis "
                    "(x and -x both count along x) or the normal.")};
 }
+
+namespace {
+
+std::string plane_type() {
+  Schema s = plane_fields();
+  retype(s, "axis", "enum(x|y|z|-x|-y|-z) @when(normal is absent)");
+  retype(s, "normal", "vec3 @when(axis is absent)");
+  retype(s, "point", "vec3 @when(offset is absent)");
+  retype(s, "offset", "real @when(point is absent)");
+  return map_type(s);
+}
+std::string voxels_type() {
+  Schema s = map_fields();
+  retype(s, "column", "member:column of recording");
+  retype(s, "cut", "string or type:plane");
+  retype(s, "robot", "member:robot of id");
+  return map_type(s);
+}
+const NamedType kPlaneType("plane", "map", plane_type);
+const NamedType kVoxelsType("voxels", "map", voxels_type);
+
+}  // namespace
 
 Result<Map> read_plane_map(const CommandContext& ctx, const Schema& fields, const Value& given,
                            std::string_view path) {
