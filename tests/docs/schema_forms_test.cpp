@@ -126,6 +126,7 @@ Value with_names(const Value& v) {
 // Examples as arguments: recorded from the examples in Lua, so that forms can be filled from them.
 TEST(SchemaForms, ExamplesAsArgumentsAreThoseOfTheExamples) {
   constexpr std::size_t kLongestExample = 1500;
+  constexpr const char* kNumbered[] = {"job", "run", "recording", "connection"};
   const test::ExamplesFolder folder("recorded");
   const std::string here = folder.path().string();
   std::map<std::string, std::string> recorded;
@@ -134,7 +135,12 @@ TEST(SchemaForms, ExamplesAsArgumentsAreThoseOfTheExamples) {
     const auto args = test::arguments_of(*spec);
     if (!args || args->empty()) continue;
     std::string text = literal(with_names(Value(*args)));
-    if (text.size() <= kLongestExample && text.find(here) == std::string::npos)
+    // Numbers of jobs, runs and recordings are those of one run of the example.
+    const bool is_numbered =
+        std::any_of(std::begin(kNumbered), std::end(kNumbered), [&text](const char* kind) {
+          return text.find("\"" + std::string(kind) + "#") != std::string::npos;
+        });
+    if (!is_numbered && text.size() <= kLongestExample && text.find(here) == std::string::npos)
       recorded[spec->name] = std::move(text);
   }
   if (std::getenv("ROBOMOSP_UPDATE_DOCS")) {
@@ -146,7 +152,7 @@ TEST(SchemaForms, ExamplesAsArgumentsAreThoseOfTheExamples) {
     std::string source = all.str();
     const std::string begin = "kExampleArguments[] = {\n";
     const std::size_t from = source.find(begin) + begin.size();
-    const std::size_t to = source.find("};\n\n}  // namespace\n", from);
+    const std::size_t to = source.find("};\n// clang-format on", from);
     ASSERT_NE(to, std::string::npos);
     std::string rows;
     for (const auto& [name, text] : recorded)
@@ -382,11 +388,11 @@ class SchemaChoices : public testing::Test {
  protected:
   void SetUp() override {
     program().document.clear();
-    const lua::LuaState lua(program(), session_, {.print = [](std::string_view) {}});
-    const auto done = const_cast<lua::LuaState&>(lua).run_string(
+    lua::LuaState lua(program(), session_, {.print = [](std::string_view) {}, .module_path = {}});
+    const auto done = lua.run_string(
         "local arm = robot.create{name = \"arm\", links = {{name = \"a1\", a = 0.3}, {name = "
         "\"a2\", a = 0.2, mimic = {link = \"a1\"}}, {name = \"flange\", joint = \"fixed\"}}, "
-        "poses = {home = {0, 0}, up = {1, 1}}}\n"
+        "poses = {home = {0}, up = {1}}}\n"
         "arm:add_tool{name = \"camera\", link = \"a1\"}\n"
         "local two = robot.create{name = \"two\", links = {{name = \"b1\", a = 0.3}}, poses = "
         "{rest = {0}}}\n"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/core/argument_types.h"
 
-#include <map>
 #include <string>
 #include <vector>
 
-#include "kernel/check.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
 
@@ -73,7 +71,6 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"b", "world.*_pair world.collisions world.distances", "member:body of id"},
     {"a", "robot.add_loop robot.set_loop", "type:frame_on_link"},
     {"b", "robot.add_loop robot.set_loop", "type:frame_on_link"},
-    {"loop", "robot.*", "member:loop of id"},
     // Members of a world.
     {"robot", "world.attach world.plan_path world.check_path world.add_task world.add_program",
      "member:robot of id"},
@@ -97,9 +94,10 @@ constexpr ArgumentType kArgumentTypes[] = {
      "recording.plot recording.values recording.replay recording.replay_data "
      "recording.residual recording.compare",
      "member:column of id or list<member:column of id>"},
-    {"columns", "recording.append", "list<map{name: string; values: real[]; unit?: string}>"},
+    {"columns", "recording.append",
+     "list<map{name: string; values: real[] or matrix; unit?: string}>"},
     {"columns", "recording.create",
-     "list<string or map{name: string; values?: real[]; unit?: string}>"},
+     "list<string or map{name: string; values?: real[] or matrix; unit?: string}>"},
     {"columns", "run.rows trajectory.plot", "list<string>"},
     {"columns", "robot.create", "list<string>"},
     {"column", "recording.*", "member:column of id"},
@@ -260,16 +258,10 @@ void give_argument_types(CommandSpec& spec) {
     if (!is_open) continue;
     for (const ArgumentType& t : kArgumentTypes) {
       if (t.argument != p.name || !is_command_among(spec.name, t.commands)) continue;
-      const std::string_view plain = plain_type(t.type);
-      if (plain == p.type) {
-        p.type = t.type;
-        break;
-      }
-      // A name that means text in some commands and values in others.
-      if (p.type == "string") continue;
-      const std::string fault = spec.name + "{" + p.name + "=}: type " + std::string(t.type) +
-                                " is checked as " + std::string(plain) + ", not as " + p.type;
-      RMP_CHECK(false, fault.c_str());
+      // A name may mean a text in some commands and a table in others.
+      if (plain_type(t.type) != p.type) continue;
+      p.type = t.type;
+      break;
     }
   }
 }
