@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions that say when a field matters: "step is move and pose is absent" (layer: core).
+// Conditions under which a field matters: "step is move and pose is absent" (layer: core).
 #pragma once
 
 #include <cstdint>

@@ -327,7 +327,7 @@ class TypeParser {
       spec.name = name();
       if (spec.name.empty()) return fault("the name of a field is missing");
       for (const ParamSpec& other : out)
-        if (other.name == spec.name) return fault(text::quote(spec.name) + " is there twice");
+        if (other.name == spec.name) return fault(text::quote(spec.name) + " is given twice");
       spec.required = !take('?');
       if (!take(':')) return fault("a colon is missing");
       skip();

@@ -38,7 +38,8 @@ enum class TypeKind : std::uint8_t {
   map,        ///< names and values (`map`, `map<real>`, `map{name: string; mass?: real [kg]}`;
               ///< `map<real>{name: string}`: further names have reals)
   table,      ///< rows of the same fields (`table{name: string; value: real}`)
-  variant,    ///< a map whose form depends on one field (`variant(step){move: {...}; wait: {...}}`)
+  variant,    ///< a map with fields that depend on one of them (`variant(step){move: {...}; wait:
+              ///< {...}}`)
   one_of,     ///< one of several types (`real or string`)
   reference,  ///< a record by name or handle (`ref:robot`, `ref:solid|object`, `ref:any`)
   handle,     ///< of results (`handle`)
@@ -57,7 +58,7 @@ struct WordInfo {
   std::string doc{};  ///< one sentence; may be empty
 };
 
-/// What is said of a value beside its type, written behind it: `real [m] @step(0.01) @advanced`.
+/// Facts about a value beside its type, written behind it: `real [m] @step(0.01) @advanced`.
 struct TypeNotes {
   std::string label;             ///< @label(Damping)
   std::string group;             ///< @group(Limits): heading that it is shown under

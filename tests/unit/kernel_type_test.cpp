@@ -142,7 +142,7 @@ TEST(TypeTree, AMalformedTypeNamesThePlace) {
        "a vector has a count or names of components at character 7 of the type "
        "\"vec(0)\""},
       {"map{a: int; a: int}",
-       "\"a\" is there twice at character 14 of the type "
+       "\"a\" is given twice at character 14 of the type "
        "\"map{a: int; a: int}\""},
       {"map{a int}", "a colon is missing at character 7 of the type \"map{a int}\""},
       {"enum(a | a)", "\"a\" is twice in the enum at character 12 of the type \"enum(a | a)\""},

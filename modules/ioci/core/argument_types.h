@@ -23,7 +23,7 @@ struct ArgumentType {
 [[nodiscard]] std::span<const ArgumentType> argument_types();
 
 /// Gives the arguments of a command that are declared without a form (any, map, list, string) the
-/// type of their name: the first whose plain type is the declared one.
+/// type of their name: the first one with the declared type as its plain type.
 void give_argument_types(CommandSpec&);
 
 /// An argument that stays without a form, and why.

@@ -20,10 +20,10 @@ struct Choice {
   std::string why_not{};  ///< why it would be refused now; empty = it would not
 };
 
-/// What may stand at `path` of a table of arguments: "link", "step.robot", "links[2].parent".
-/// `given` are the arguments so far, as the user gave them; what they name decides the members.
-/// Where nothing is given that would decide, the members of all records in the document are
-/// choices. Those that begin with `prefix`, case-blind. ErrorCode::unknown_name.
+/// Values that may be given at `path` of a table of arguments: "link", "step.robot",
+/// "links[2].parent". `given` are the arguments so far, as the user gave them; what they name
+/// decides the members. Where nothing is given that would decide, the members of all records in the
+/// document are choices. Those that begin with `prefix`, case-blind. ErrorCode::unknown_name.
 [[nodiscard]] Result<std::vector<Choice>> choices_of(CommandContext&, const Schema&,
                                                      std::string_view path, const Map& given,
                                                      std::string_view prefix);
