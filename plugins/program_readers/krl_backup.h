@@ -72,7 +72,7 @@ class KrlBackup {
   }
   /// Whether a file is the program of the submit interpreter.
   [[nodiscard]] bool is_submit(std::size_t file) const { return files_[file].is_submit; }
-  /// Gives the names of a file that mean something else in another file a name of their own:
+  /// Renames the names of a file that mean something else in another file:
   /// XP1 of the second file is "XP1.weld2".
   void rename(std::size_t file, std::vector<Token>& tokens);
   /// Whether the program uses a name, such as "$out[3]".

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader of robomosp.program_reader/1 may know of backups whose files use names of each
+// What a reader of robomosp.program_reader/1 can get about backups with files that use names of each
 // other: which file offers a routine or a variable (layer: contract, std only).
 #pragma once
 
