@@ -217,12 +217,12 @@ Result<Target> ProgramCell::robot_state(std::uint32_t robot, std::uint32_t) {
 Result<program::PlainPose> ProgramCell::robot_flange(std::uint32_t robot, std::uint32_t) {
   auto pose = [&]() -> Result<program::PlainPose> {
     RMP_TRY_ASSIGN(const ProgramActor::RobotUse* use, robot_of(robot));
-    RMP_TRY_ASSIGN(const Pose frame, base_T_frame(*use, nullptr));
     const auto& actor = x_.actors_[use->actor];
+    const auto q = TaskExecutor::sample(actor, now_).q;
+    RMP_TRY_ASSIGN(const Pose frame, base_T_frame(*use, nullptr, q));
     const robotics::LinkFrame flange = robotics::flange_frame(*actor.record);
-    return to_plain(spatial::compose(spatial::inverse(frame),
-                                     base_T_tip(use->actor, {flange.joint, flange.joint_T_link},
-                                                TaskExecutor::sample(actor, now_).q)));
+    return to_plain(spatial::compose(
+        spatial::inverse(frame), base_T_tip(use->actor, {flange.joint, flange.joint_T_link}, q)));
   }();
   if (!pose.ok()) a_.code_ = pose.error().code;
   return pose;

@@ -310,11 +310,12 @@ RMP_COMMANDS(draft_commands) {
   all.push_back(
       {.name = "draft.accept",
        .classic = "",
-       .summary = "Makes one step of the document of a draft, and ends the draft.",
+       .summary = "Publishes a draft as one step of the document, and ends the draft.",
        .details =
-           "Where others have changed the document meanwhile, the edits are made again on what it "
-           "is now, if all that the editing commands looked at is as it was; otherwise the error "
-           "says what changed, and the draft stays as it is. Refused while a job works on it.",
+           "If others have changed the document in the meantime, the edits are repeated on its "
+           "present state, provided that everything the editing commands read is unchanged; "
+           "otherwise the error names the changes, and the draft stays open. Rejected while a job "
+           "works on it.",
        .example = "local d = draft.open(\"bolt\")\n"
                   "for _, name in ipairs{\"steel\", \"brass\"} do\n"
                   "  draft.run{draft = d, command = \"material.create\", arguments = {name = name, "

@@ -275,7 +275,7 @@ RMP_COMMANDS(history_commands) {
   all.push_back(
       {.name = "gesture.start",
        .classic = "",
-       .summary = "Starts a command as a job whose edits join a gesture.",
+       .summary = "Starts a command as a job; its edits join a gesture.",
        .details = "What it edits is published when it ends, as a preview. When the gesture has "
                   "ended by then, the job fails and nothing of it stays.",
        .example = "material.create{name = \"brass\", density = 8500}\n"

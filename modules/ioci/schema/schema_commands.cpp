@@ -154,7 +154,7 @@ RMP_COMMANDS(schema_commands) {
       {.name = "schema.json",
        .classic = "",
        .summary = "Exports the arguments of a command as JSON Schema (draft 2020-12).",
-       .details = "Members that begin with x- say what JSON Schema has no words for: x-unit, "
+       .details = "Members that begin with x- hold what JSON Schema cannot express: x-unit, "
                   "x-record, x-member with x-of, x-provider, x-when.",
        .example = "local s = schema.json{command = \"robot.fk\"}\nassert(s.required[1] == \"id\")\n"
                   "assert(s.properties.tip[\"x-member\"] == \"tip\")",
