@@ -58,9 +58,7 @@ Result<MakerAxes> MakerAxes::of(const model::Robot& robot) {
   for (std::size_t i = 0; i < robot.links.size(); ++i)
     if (joints[i].q_count > 0 && !counted[i])
       return error(ErrorCode::invalid_argument,
-                   "the maker's axes are given for " + std::to_string(n) +
-                       (n == 1 ? " joint" : " joints") + ", but none for joint " +
-                       text::quote(robot.links[i].name),
+                   "no maker's axis is given for joint " + text::quote(robot.links[i].name),
                    "Give every joint its axis (robot.set_axes), or remove all axes.");
   if (!joints_from_axes(out.axes_, std::vector<double>(n, 0.0),
                         std::vector<double>(out.coordinates_, 0.0), nullptr))

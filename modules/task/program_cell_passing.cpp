@@ -126,7 +126,8 @@ Result<void> ProgramCell::keeps_limits(const ProgramActor::OpenMotion& open,
         ErrorCode::unreachable,
         "TIME of " + text::print_rounded(time) + " s of the motion to the target in " +
             place_of(p.span) + " is too short: " + name(*w) +
-            (is_speed ? " would go " : " would be accelerated ") + words(*w, is_speed ? "" : "^2"),
+            (is_speed ? " would move " : " would be accelerated ") +
+            words(*w, is_speed ? "" : "^2"),
         "Give TIME of " +
             text::print_rounded(
                 std::ceil(time * (is_speed ? w->share : std::sqrt(w->share)) * 1000) / 1000) +

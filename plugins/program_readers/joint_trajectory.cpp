@@ -320,7 +320,7 @@ class TrajectoryReader final : public Reader {
       if (r.ec == std::errc() && r.ptr == end && std::fabs(v) < 1e12) return v;
     }
     bad(n.at, "a number is expected here" +
-                  (n.text.empty() ? std::string() : ", and not \"" + n.text.substr(0, 40) + "\""));
+                  (n.text.empty() ? std::string() : ", not \"" + n.text.substr(0, 40) + "\""));
     return std::nullopt;
   }
 

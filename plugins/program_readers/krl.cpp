@@ -323,7 +323,7 @@ class KrlReader final : public Reader {
                !(is_data(f) ? lines.contains(at.line) : backup_.is_in_used(f, at.begin));
       });
     }
-    backup_.rename(f, tokens_);
+    backup_.give_new_names(f, tokens_);
   }
   void data_file(std::size_t f) {
     const bool is_config = !backup_.is_own(f);
@@ -571,8 +571,7 @@ class KrlReader final : public Reader {
       if (is("end") || is("endfct")) {
         comments_until(here());
         close_blocks(here());
-        if (!is_open && backup_.is_own(f))
-          fail(here(), "END is outside a routine", kRoutine);
+        if (!is_open && backup_.is_own(f)) fail(here(), "END is outside a routine", kRoutine);
         is_open = false;
         close();
         skip_line();
@@ -1581,8 +1580,9 @@ class KrlReader final : public Reader {
     else if (what == "$apo.cvel") set("apo_cvel", e, at);
     else if (what == "$apo.cori") note_line(at, "no motion here is blended by its orientation");
     else if (what.starts_with("$acc.")) {
-      left_out(RMP_FAULT_WARNING, at, std::string("IRL has accelerations in % of the maximum, not in m/s^2") +
-                   kOtherTimes);
+      left_out(
+          RMP_FAULT_WARNING, at,
+          std::string("IRL has accelerations in % of the maximum, not in m/s^2") + kOtherTimes);
     } else {
       left_out(RMP_FAULT_ERROR, at, "IRL has no counterpart of " + what);
     }

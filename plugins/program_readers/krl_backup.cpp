@@ -464,7 +464,7 @@ bool KrlBackup::is_in_used(std::size_t file, std::uint32_t byte) const {
   return is_own(file) || (r && is_used(file, r->begin));
 }
 
-void KrlBackup::rename(std::size_t file, std::vector<Token>& tokens) {
+void KrlBackup::give_new_names(std::size_t file, std::vector<Token>& tokens) {
   if (files_.size() < 2) return;
   const std::vector<bool> counts = names_that_count(tokens);
   for (std::size_t i = 0; i < tokens.size(); ++i) {

@@ -74,7 +74,7 @@ class KrlBackup {
   [[nodiscard]] bool is_submit(std::size_t file) const { return files_[file].is_submit; }
   /// Renames the names of a file that mean something else in another file:
   /// XP1 of the second file is "XP1.weld2".
-  void rename(std::size_t file, std::vector<Token>& tokens);
+  void give_new_names(std::size_t file, std::vector<Token>& tokens);
   /// Whether the program uses a name, such as "$out[3]".
   [[nodiscard]] bool uses(const std::string& name) const { return used_names_.contains(name); }
 

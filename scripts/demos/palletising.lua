@@ -232,7 +232,7 @@ local let_go, taken = {}, {}
 for _, note in ipairs(run:notes()) do
   local t, box_number = note:match("^t = ([%d.e-]+) s: stacker takes box_(%d+)")
   if t then taken[tonumber(box_number)] = tonumber(t) end
-  t, box_number = note:match("^t = ([%d.e-]+) s: box_(%d+) is let go")
+  t, box_number = note:match("^t = ([%d.e-]+) s: box_(%d+) is released")
   if t then let_go[tonumber(box_number)] = tonumber(t) end
 end
 local q = {}

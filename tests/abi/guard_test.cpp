@@ -550,7 +550,7 @@ TEST(Host, ReachesEveryProviderWhichMayLogAndAskOthers) {
   // What it was handed stands behind its guard as well.
   EXPECT_EQ((*asking)->prepare(conformance::floating_manipulator(), *make_params({})).error().code,
             ErrorCode::unsupported);
-  EXPECT_NE(registry.create<IkSolver>("circular").error().message.find("in a circle"),
+  EXPECT_NE(registry.create<IkSolver>("circular").error().message.find("in a cycle"),
             std::string::npos);
 }
 

@@ -40,6 +40,7 @@
 #include <robomosp/sdk/post.h>
 #include <robomosp/sdk/program_code.h>
 #include <robomosp/sdk/program_reader.h>
+#include <robomosp/sdk/reader_offers.h>
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
@@ -1028,6 +1029,10 @@ void programs(std::ostringstream& out) {
   VIRTUAL(ProgramReader, claims);
   VIRTUAL(ProgramReader, needs);
   VIRTUAL(ProgramReader, read);
+  TYPE(ReaderOffers);
+  VIRTUAL(ReaderOffers, extension);
+  VIRTUAL(ReaderOffers, folders);
+  VIRTUAL(ReaderOffers, offers);
   TYPE(SourceFile);
   FIELD(SourceFile, name);
   FIELD(SourceFile, text);

@@ -86,7 +86,7 @@ class Cooperation(unittest.TestCase):
             left_said, right_said = said(left), said(right)
             self.assertEqual((left.returncode, right.returncode), (0, 0), left_said + right_said)
             self.assertIn("left takes bar", left_said)
-            self.assertIn("bar is let go", right_said)
+            self.assertIn("bar is released", right_said)
             # It stands on the other stand, its other end up: 0.2 m of stand and 0.24 m of bar.
             placement = cell.bar()
             for have, want in zip(placement.position, (1.10, 0.30, 0.44)):

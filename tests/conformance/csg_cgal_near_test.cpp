@@ -274,7 +274,7 @@ TEST_F(NearTheCut, AKeptImportIsNoOtherOne) {
     const auto shape = engine->evaluate(mended.tree(), progress);
     ASSERT_TRUE(shape.ok());
     ASSERT_EQ((*shape)->notes().size(), 1U);
-    EXPECT_NE((*shape)->notes()[0].find("turned round"), std::string::npos);
+    EXPECT_NE((*shape)->notes()[0].find("were flipped"), std::string::npos);
   }
 }
 

@@ -371,7 +371,7 @@ TEST(JointSpline, EndsThatContradictWhatIsGivenAreRefused) {
   };
   has(refusal({{"ends", "periodic"}}), "joint 1 ends 2 away from its start");
   has(refusal({{"ends", "not_a_knot"}, {"degree", "5"}}),
-      "wants 6 joint vectors of a quintic spline, but there are 4");
+      "needs 6 joint vectors of a quintic spline, but there are 4");
   for (const char* ends : {"natural", "not_a_knot"})
     has(refusal({{"ends", ends}, {"end_velocity", "{1}"}}),
         "determines the rates there, but joint 1 has one");
@@ -379,7 +379,7 @@ TEST(JointSpline, EndsThatContradictWhatIsGivenAreRefused) {
   has(refusal({{"ends", "not_a_knot"}}), "determines the rates there");
   t.v0 = {};
   t.points = {0, 1};
-  has(refusal({{"ends", "periodic"}}), "wants 3 joint vectors");
+  has(refusal({{"ends", "periodic"}}), "needs 3 joint vectors");
   // As fast as the limits allow, and no faster.
   t.points = {0, 1, 0.5, 0};
   for (const char* ends : {"not_a_knot", "periodic"}) {

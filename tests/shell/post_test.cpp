@@ -353,9 +353,9 @@ TEST(PostPacks, WhatCannotBeReadIsSaidAndTheOthersAreThere) {
         "construct;",
         "broken.post\" was left out: line 18, column 8: \"halt\" has no variable \"now\".",
         "dangling.post\" was left out: it does not lead to a readable file",
-        "round.post\" was left out: it leads",
+        "round.post\" was left out: it does not lead",
         "folder.post\" was left out: it is a folder without a file pack.post.",
-        "pipe.post\" was left out: it is no file", "is not in the pack's folder"})
+        "pipe.post\" was left out: it is not a file", "is not in the pack's folder"})
     EXPECT_TRUE(has(o.err, said)) << said << "\n" << o.err;
 }
 

@@ -147,7 +147,7 @@ TEST_F(BodyCommands, AnyTwoBodiesCanBeAskedFor) {
       // Neighbours are passed over, and still answer.
       "assert(#r:self_collisions() == 0 and #r:self_collisions{a = 'slide', b = 'next'} == 1)");
   EXPECT_NE(eval("cell:distances{a = 'a', b = 'nobody'}").find("nobody"), std::string::npos);
-  EXPECT_NE(eval("cell:distances{a = 'a', b = 'a'}").find("one body"), std::string::npos);
+  EXPECT_NE(eval("cell:distances{a = 'a', b = 'a'}").find("the same body"), std::string::npos);
 }
 
 // ---- collision shapes ----
@@ -229,7 +229,7 @@ TEST_F(PhysicsLimits, OverlappingBoxesByTheHundredAreRefusedWithTheLimit) {
   run("for i = 1, 600 do cell:add_object{what = 'block', name = 'b' .. i,\n"
       "  position = {0.0001 * i, 0.00007 * i, 0.00003 * i}} end\n"
       "local t = os.clock()\n"
-      "fails({duration = 0.1}, 'contacts', 'the most that')\n"
+      "fails({duration = 0.1}, 'contacts', 'the maximum per step')\n"
       "fails({duration = 0.1, engine = {name = 'ode', params = {solver = 'sweeps'}}}, '20000')\n"
       "assert(os.clock() - t < 20, 'it took ' .. os.clock() - t .. ' s')");
 }

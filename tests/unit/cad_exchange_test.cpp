@@ -994,7 +994,7 @@ TEST_F(Exchange, Faulty3mfEndsInASentenceThatSaysWhere) {
           "\"/3D/gone.model\" is not in the package");
   refused(package_3mf("<!DOCTYPE model [<!ENTITY a \"aaaaaaaaaaaaaaaaaaaa\">]><model/>"),
           "document type");
-  refused(package_3mf(model_3mf("", "", "unit=\"furlong\"")), "\"furlong\" is no unit");
+  refused(package_3mf(model_3mf("", "", "unit=\"furlong\"")), "\"furlong\" is not a unit");
   refused(test::zip_package({{"readme.txt", "hello"}}), "holds no 3MF model");
   std::string torn = package_3mf(model_3mf("<object id=\"1\">" + box_3mf(1) + "</object>", item));
   torn[torn.find("vertex x=\"") + 10] ^= 1;

@@ -262,9 +262,9 @@ TEST_F(ClientTest, AGestureThatCannotBeginSaysWhyInAllThatJoinsIt) {
   const Client::Edits two = host.client->begin_gesture("two");
   const Answer update = host.client->update(two, "material.set", to(2));
   const Answer kept = host.client->commit(two);
-  EXPECT_NE(host.result(kept).error().message.find("open already"), std::string::npos)
+  EXPECT_NE(host.result(kept).error().message.find("already open"), std::string::npos)
       << kept.result()->error().sentence();
-  EXPECT_NE(update.result()->error().message.find("open already"), std::string::npos);
+  EXPECT_NE(update.result()->error().message.find("already open"), std::string::npos);
   ASSERT_TRUE(host.result(host.client->commit(one)).ok());
 }
 

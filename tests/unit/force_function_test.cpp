@@ -116,7 +116,7 @@ TEST_F(ForceFunctions, FaultsNameTheFunctionAndTheTime) {
   expect("function(t) return 1, 2 end", "the force has 2 numbers");
   expect("function(t) return {} end", "the force has 0 numbers");
   expect("function(t) return {1, 2, 0 / 0} end", "not a number at t = 0 s");
-  expect("function(t) return {1, 2, 1e300} end", "1e+300 is not a force");
+  expect("function(t) return {1, 2, 1e300} end", "1e+300 is not a usable force");
   expect("function(t) return {1, 2, 'x'} end", "entry [3] that is not a number");
   expect("function(t) if t > 0.05 then error('the spindle broke') end return {1, 2, 3} end",
          "the spindle broke");

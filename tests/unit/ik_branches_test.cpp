@@ -67,7 +67,7 @@ has(refused(pa10.solve_ik, pa10, {target = at, provider = "numeric", arm_angle =
 has(refused(pa10.solve_ik_batch, pa10, {targets = {at}, provider = "numeric", arm_angle = {0.1}}), '"srs" does')
 has(refused(puma.solve_ik, puma, {target = at, arm_angle = 0.1}), 'No solver of this robot does: leave it out')
 has(refused(puma.solve_ik, puma, {target = at, provider = "numeric", branch = "left"}),
-  'makes no use of branch. Of this robot\'s solvers "spherical_wrist" does')
+  'does not use branch. Of this robot\'s solvers "spherical_wrist" does')
 local planar = robot.get("planar2rods")
 has(refused(planar.solve_ik, planar, {target = at, branch = "left"}), 'No solver of this robot does')
 has(refused(puma.solve_ik, puma, {target = at, provider = {name = "spherical_wrist", params = {turning = true}}}),

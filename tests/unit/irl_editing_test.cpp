@@ -232,7 +232,7 @@ TEST(IrlEditing, ANewNameGoesEverywhereAndChangesNoMeaning) {
   EXPECT_NE(renamed("PROGRAM p; VAR REAL: a|; BEGIN a := SIN(1.0); ENDPROGRAM;", "sin").find("!"),
             std::string::npos);
   EXPECT_NE(renamed(text, "while").find("is a keyword of the language"), std::string::npos);
-  EXPECT_NE(renamed(text, "1a").find("\"1a\" is no name"), std::string::npos);
+  EXPECT_NE(renamed(text, "1a").find("\"1a\" is not a name"), std::string::npos);
   EXPECT_NE(renamed("PROGRAM p; VAR POSE|: a; BEGIN ENDPROGRAM;", "x").find("of the language"),
             std::string::npos);
   EXPECT_NE(renamed("PROGRAM p; BEGIN | ENDPROGRAM;", "x").find("no name at this position"),

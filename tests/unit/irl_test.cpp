@@ -165,7 +165,7 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
       {"a[3] := 1;", "8:3 the index 3 is outside -1..2.\n"},
       {"pos.W := 1.0;", "8:5 POSITION has no field W. Its fields are X, Y, Z.\n"},
       {"pos := POSITION(1, 2);",
-       "8:8 POSITION is made of 3 values, but here are 2. They are X, Y, Z, in this order.\n"},
+       "8:8 POSITION consists of 3 values, but here are 2. They are X, Y, Z, in this order.\n"},
       {"ready := TRUE;", "8:1 ready is an input, which can only be read.\n"},
       {"TRUE := b;", "8:1 TRUE is a constant and cannot be assigned.\n"},
       {"MOVE LIN joint;",
@@ -528,7 +528,7 @@ TEST(Irl, BrokenTextOfCodeIsRefusedWithItsLine) {
       {"robomosp code 2\n", "it does not begin with \"robomosp code 1\""},
       {"robomosp code 1\nCOPY 1 -\n", "a line has four fields"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nCOPY 1 - v3\nEND - - -\n", "there is no v3 above"},
-      {"robomosp code 1\nROUTINE r0 #0 'p'\nJUMP - - L1\nEND - - -\n", "label L1 is nowhere"},
+      {"robomosp code 1\nROUTINE r0 #0 'p'\nJUMP - - L1\nEND - - -\n", "label L1 does not exist"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nCALL r7 #0 -\nEND - - -\n", "there is no routine r7"},
       {"robomosp code 1\nROUTINE r0 #0 'p'\nFLY - - -\nEND - - -\n", "no instruction \"FLY\""},
       {"robomosp code 1\nROUTINE r0 #0 'p'\n", "the last routine has no END"},
@@ -687,7 +687,7 @@ TEST(IrlRandom, DeepNestingIsRefusedInASentence) {
   const std::string types = faults("PROGRAM p; VAR " + repeated("ARRAY [1..2] OF ", kDeep));
   EXPECT_NE(types.find("200 levels"), std::string::npos) << types.substr(0, 300);
   const std::string chain = faults(with("i := 1" + repeated(" + i", kDeep) + ";"));
-  EXPECT_NE(chain.find("joins more than 500 values"), std::string::npos) << chain.substr(0, 300);
+  EXPECT_NE(chain.find("combines more than 500 values"), std::string::npos) << chain.substr(0, 300);
   EXPECT_NE(faults(with("i := a" + repeated("[1]", kDeep) + ";")).find("200 levels deep"),
             std::string::npos);
   // Arms of one IF are not nested.

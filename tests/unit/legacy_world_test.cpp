@@ -497,7 +497,7 @@ TEST_F(LegacyWorld, WhatIsNotKnownOfCirclesTurnsAndUnionsIsRefused) {
       {"loop", "0 0 3 4 4 1 0 0", "0 0 3 9 4 1 0 0",
        "the fourth and fifth code (motion law) 9 4 are not known"},
       {"loop", "0 0 3 4 4 1 0 0", "0 1 3 4 4 1 0 0",
-       "the codes 0 1 3 4 4 1 0 0 are not known together. A turn on the spot is 0 1 1 0 0 1 4 4"},
+       "the codes 0 1 3 4 4 1 0 0 are not known together. A rotation in place is 0 1 1 0 0 1 4 4"},
       {"loop", "0 1 1 0 0 1 4 4", "0 0 1 0 0 1 4 4",
        "the codes 0 0 1 0 0 1 4 4 are not known together"},
       {"loop", "0 0 3 4 4 1 0 0", "1 0 3 4 4 1 0 0", "the first code 1 is not known"},

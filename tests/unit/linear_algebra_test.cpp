@@ -136,7 +136,7 @@ TEST_F(LinearAlgebra, WrongArgumentsAreNamedWithTheirDimensions) {
       {"linalg.det()", "an array is expected, not nothing"},
       {"array{1, 2}:map(tostring)", "not a number"},
       {"linalg.rotvec{{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}", "the matrix is not a rotation"},
-      {"linalg.from_quaternion{0, 0, 0, 0}", "no rotation"},
+      {"linalg.from_quaternion{0, 0, 0, 0}", "is not a rotation"},
       // A 4x4 matrix that is no pose is inverted as a matrix, not as a pose.
       {"linalg.adjoint{{2, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}", "is not a pose"},
   };

@@ -195,7 +195,7 @@ TEST_F(Gate, StoppedItKeepsItsRowsAndSaysThatItIsStopped) {
   ok(run->step(-4, progress));
   const auto done = run->step(10, progress);
   ASSERT_FALSE(done.ok());
-  EXPECT_NE(done.error().message.find("stopped"), std::string::npos);
+  EXPECT_NE(done.error().message.find("cancelled"), std::string::npos);
   ok(run->refresh(counter.source(100), progress));  // goes on
   ok(run->step(10, progress));
 }

@@ -390,12 +390,12 @@ TEST_F(Untrusted, AProcessThatIsKilledAtAnyTimeIsOneSentence) {
     });
     const std::string said =
         eval(i % 2 ? "while true do end" : "while true do material.list() end");
-    EXPECT_NE(said.find("killed from outside"), std::string::npos) << said;
+    EXPECT_NE(said.find("killed externally"), std::string::npos) << said;
   }
   // Between two calls.
   ASSERT_EQ(eval("1"), "1");
   ::kill(*child_->process(), SIGKILL);
-  EXPECT_NE(eval("1").find("killed from outside"), std::string::npos);
+  EXPECT_NE(eval("1").find("killed externally"), std::string::npos);
   EXPECT_EQ(eval("1"), "1");
 }
 

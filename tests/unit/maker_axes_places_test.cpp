@@ -150,12 +150,13 @@ has(refusal(arm.jog, arm, {axis = "A", to = 1e300}), "too large")
 has(refusal(arm.jog, arm, {axis = "A", to = "3 mm"}), "mm")
 has(refusal(arm.set_joints, arm, {world = "cell"}), "no joint values are given")
 has(refusal(arm.set_joints, arm, {q = {0, 0}, axes = {0, 0}}), "both q and axes are given")
-has(refusal(arm.set_joints, arm, {axes = {1, 2, 3}}), "3 values are given, and the robot has 2 axes")
+has(refusal(arm.set_joints, arm, {axes = {1, 2, 3}}), "3 values are given, but the robot has 2 axes")
 has(refusal(arm.set_joints, arm, {axes = {Z = 1}}), "\"Z\"")
+arm:jog{axis = "B", to = 0}
 arm:jog{axis = "A", to = 200}
 arm:set_axes{axes = {}}
-has(refusal(arm.jog, arm, {axis = "A", to = 1}), "the maker's axes of this robot are not known")
-has(refusal(arm.set_joints, arm, {axes = {1, 2}}), "the maker's axes of this robot are not known")
+has(refusal(arm.jog, arm, {axis = "A", to = 1}), "the maker's axes of this robot are unknown")
+has(refusal(arm.set_joints, arm, {axes = {1, 2}}), "the maker's axes of this robot are unknown")
 assert(cell:robots()[1].axes == nil))lua");
   const std::string warned = messages("joint_limits");
   EXPECT_NE(warned.find("axis A at 200 deg (-10 to 190 deg), joint 1 (\"upper\") at -110 deg"),
@@ -259,13 +260,24 @@ TEST_F(MakerAxesPlacesTest, AreCheckedAgainstTheirOwnLimits) {
   run(R"lua(
 local arm = rods{axes = {{name = "A", link = "upper"}, {name = "B", link = "fore", sign = -1,
   coupled = {{link = "upper", ratio = -1}}, lower = "-100 deg", upper = "100 deg"}}}
-local p = program.create{name = "bend", source =
-  "PROGRAM bend;\nBEGIN\n  MOVE PTP MAIN_JOINT(0.0, 80.0);\n  MOVE PTP MAIN_JOINT(60.0, 80.0);\nENDPROGRAM;\n"}
+local p = program.create{name = "bend", source = "PROGRAM bend;\nSYSTEM_SPECIFICATION 'rods.ssi';\n" ..
+  "BEGIN\n  MOVE PTP MAIN_JOINT(0.0, 80.0);\n  MOVE PTP MAIN_JOINT(60.0, 80.0);\nENDPROGRAM;\n"}
+p:set_file{name = "rods.ssi", text = [[
+PROGRAM rods;
+CONST
+  INT: R_NTURNS := 2, R_NADDJ := 1, R_NJ := 3, R_DEVICE_NUMBER := 1;
+TYPE
+  RECORD REAL: A, B; ENDRECORD: MAIN_JOINT;
+  RECORD REAL: AA1; ENDRECORD: ADD_JOINT;
+  RECORD MAIN_JOINT: M_JOINT; ADD_JOINT: A_JOINT; ENDRECORD: JOINT;
+  RECORD POSE: PSE; INT: STATUS; ARRAY [1..R_NTURNS] OF INT: TURNS; ADD_JOINT: A_JOINT; ENDRECORD: ROBTARGET;
+ENDPROGRAM;
+]]}
 local found = p:check_run{robot = "rods", contacts = false, torques = false}
 assert(found.errors == 1, #found.faults)
 local f = found.faults[1]
 has(f.message, "axis B of robot \"rods\" would be at -140 deg, 40 deg beyond its limit of -100")
-assert(f.kind == "joint_limit" and f.line == 4, f.kind)
+assert(f.kind == "joint_limit" and f.line == 5, f.kind)
 -- Where a joint is shown beyond them, too.
 local cell = world.create{name = "cell"}
 cell:add_robot{robot = arm, name = "arm"}

@@ -163,7 +163,7 @@ ENDPROGRAM;
 for _, target in ipairs{"krl", "rapid", "fanuc_tp"} do
   local out, n = p:post{target = target, robot = "puma560", check = true}, 0
   for _, f in ipairs(out.faults) do
-    if f.message:find("how the controller counts its axes is not known", 1, true) then n = n + 1 end
+    if f.message:find("the controller's axis convention is unknown", 1, true) then n = n + 1 end
   end
   assert(n == 1, target .. " says it " .. n .. " times")
 end)lua");
@@ -581,7 +581,7 @@ TEST_F(MakerAxesTest, RefuseWhatCannotBeTurnedRound) {
     const std::string told = eval(std::string("fanuc:set_axes{axes = {") + axes + "}}");
     EXPECT_NE(told.find(sentence), std::string::npos) << told;
   };
-  refused("{name = \"J1\", link = \"turn\"}", "none is that of joint \"upper\"");
+  refused("{name = \"J1\", link = \"turn\"}", "no maker's axis is given for joint \"upper\"");
   refused("{name = \"J1\", link = \"turn\", sign = 3}", "sign");
   run(R"lua(
 local function refused(more, sentence)
@@ -592,7 +592,7 @@ local function refused(more, sentence)
   assert(not good and tostring(why):find(sentence, 1, true), tostring(why))
   r:remove()
 end
-refused({link = "b"}, "none is that of joint")
+refused({link = "b"}, "no maker's axis is given for joint")
 refused({name = "J2"}, "named")
 refused({sign = 0}, "1 or -1")
 refused({unit = "mm"}, "turns")
@@ -604,7 +604,7 @@ refused({lower = 1, upper = 0}, "limits"))lua");
 local flat = robot.create{name = "flat", links = {{name = "a"}, {name = "b"}}}
 local good, why = pcall(flat.set_axes, flat, {axes = {
   {name = "J1", link = "a", coupled = {{link = "b"}}}, {name = "J2", link = "b", coupled = {{link = "a"}}}}})
-assert(not good and tostring(why):find("depend on each other"), why))lua");
+assert(not good and tostring(why):find("linearly dependent"), why))lua");
 }
 
 TEST_F(MakerAxesTest, AreSavedAndReadAgain) {

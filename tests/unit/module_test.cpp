@@ -135,7 +135,7 @@ TEST_F(ModuleTest, WhatCannotBeUsedIsLeftOutWithASentence) {
   EXPECT_EQ(remarks,
             "command \"Bench\" is skipped: its name is not topic.verb of lower-case letters, "
             "digits and _.\n"
-            "command \"bench.bad_effect\" is skipped: its effect \"magic\" is none of reads, "
+            "command \"bench.bad_effect\" is skipped: its effect \"magic\" is not one of reads, "
             "edits, simulates, files_read, files_write, processes, providers, loads_code, "
             "stops and administers.\n"
             "command \"bench.nothing\" is skipped: it has no function to run.\n"

@@ -244,7 +244,7 @@ TEST(Waits, AreSplinesWithTimesAtOnePlace) {
   // Without times there is nothing that says how long.
   const auto refused = build(t);
   ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().message.find("the same place"), std::string::npos);
+  EXPECT_NE(refused.error().message.find("are at the same position"), std::string::npos);
   t.segments[1].shape.params["times"] = std::vector<double>{0, 2.5};
   for (auto& segment : t.segments) segment.transition.is_smooth = false;
   auto path = build(t);

@@ -1200,11 +1200,10 @@ TEST(Templates, NothingOfAPlaceIsLost) {
       "POSE: c := POSE(POSITION(1.0, 2.0, 4.0), ORIZYX(11.0, 0.0, 180.0));";
   EXPECT_EQ(of_small(flat, declared, "MOVE LIN a; MOVE LIN b;").files["p.txt"],
             "a=1 2 3\nb=1 2 4\nBEGIN\n  GO a\n  GO b\nEND\n");
-  EXPECT_NE(
-      of_small(flat, declared, "MOVE LIN a;\nMOVE LIN c;")
-          .faults.find("error 7: the orientation of this pose is lost: its angle a "
-                    "differs from the previous one"),
-      std::string::npos);
+  EXPECT_NE(of_small(flat, declared, "MOVE LIN a;\nMOVE LIN c;")
+                .faults.find("error 7: the orientation of this pose is lost: its angle a "
+                             "differs from the previous one"),
+            std::string::npos);
   // Joints that a robot has, and the template has not.
   const std::string joints =
       "robomosp target 1\nname: a\nmotions: ptp_joints\n== program_begin\nBEGIN\n"
@@ -1605,7 +1604,7 @@ TEST(Posts, WhatARunMakesOfCPassAloneIsSaidAsItIs) {
       "VAR POSE: b := POSE(POSITION(500.0, 90.0, 300.0), ORIZYX(0.0, 180.0, 0.0));\nBEGIN\n";
   const std::string passes =
       "the simulated robot passes this target at its TIME, each joint by a cubic, if a PTP of one "
-      "target with a TIME follows at once. Give C_PTP; the profile's option zone_pass is";
+      "target with a TIME follows at once. Give C_PTP; the profile's option zone_pass sets";
   const std::string stops = "the simulated robot stops here. Give ";
   const auto said = [&](const std::string& move) {
     return post_source(posts::Rapid(), head + move + " C_PASS := TRUE;\nMOVE PTP b TIME := 1.0;\n" +

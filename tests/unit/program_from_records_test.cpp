@@ -157,7 +157,7 @@ TEST_F(ProgramFrom, EveryMotionOfATaskTakesItsTimeInTheProgram) {
       cell:add_task{task = "all " .. name, robot = name, name = "all"}
       local p = program.from_task{world = cell, task = "all", name = name .. "_all"}
       assert(p:check().correct)
-      assert(not p:source():find("take another time"), p:source())
+      assert(not p:source():find("take a different time"), p:source())
       cell:add_program{program = p, name = "program"}
       for _, n in ipairs{"mark", "low"} do p:bind{kind = "signal", name = n, to = n} end
       local a = cell:run_task{task = "all", sample_time = 0.001}
@@ -182,7 +182,7 @@ TEST_F(ProgramFrom, EveryMotionOfATaskTakesItsTimeInTheProgram) {
         {step = "move", joints = moved(0, 0, 0.2)}}}
       cell:add_task{task = "may " .. name, robot = name, name = "may"}
       local may = program.from_task{world = cell, task = "may", name = name .. "_may"}:source()
-      assert(may:find("take another time where it is not known from where they go"), may)
+      assert(may:find("take a different time if their start is unknown"), may)
       assert(select(2, may:gsub("TIME :=", "")) == 1, may)
     end)lua");
 }

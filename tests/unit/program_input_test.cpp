@@ -97,7 +97,7 @@ TEST_F(ProgramInput, ReadWaitsForALineOfALiveRun) {
   call("run.input", {{"id", live}, {"text", "2"}});
   EXPECT_EQ(at(go(live), "is_complete").text(), "true");
   EXPECT_EQ(notes(live).back(), "t = 0.1 s: sum: 42");
-  EXPECT_NE(fails("run.input", {{"id", live}, {"text", "3"}}).sentence().find("is over"),
+  EXPECT_NE(fails("run.input", {{"id", live}, {"text", "3"}}).sentence().find("has ended"),
             std::string::npos);
 }
 

@@ -122,7 +122,7 @@ TEST(Machine, WhatGoesWrongIsOneSentence) {
   const std::pair<const char*, const char*> kWrong[] = {
       {"i := i + 1;", "the value of + is outside the range of INT"},
       {"i := -i - 2;", "the value of - is outside the range of INT"},
-      {"i := i * i;", "the value of * is beyond"},
+      {"i := i * i;", "the value of * is outside"},
       {"z := i DIV z;", "this divides by zero"},
       {"z := i MOD z;", "this divides by zero"},
       {"q := r / q;", "this divides by zero"},
@@ -582,7 +582,7 @@ ENDPROGRAM;)");
         std::tuple{6u, "sum", "a condition must be BOOL, but this is INT"},
         std::tuple{6u, "1 DIV 0 = 1", "divides by zero"},
         std::tuple{6u, "sum DIV 0 = 1", "divides by zero"},
-        std::tuple{6u, "sum = 'a'", "does not join INT and STRING"},
+        std::tuple{6u, "sum = 'a'", "cannot combine INT and STRING"},
         std::tuple{6u, "v[9] = 1", "the index 9 is outside 1..3"},
         std::tuple{6u, "is_on AND v[-1] = 1", "outside 1..3"},
         std::tuple{6u, "sum[1] = 1", "INT has no elements"},

@@ -703,7 +703,7 @@ TEST_F(Parts, WhatLinesCannotSayIsAnErrorAtItsLine) {
       {program("VAR INT: n;\n", go + "  n := 1;\n", "  n := 2;\n" + come), "left",
        "n is written by two controllers", all},
       {program("VAR REAL: n;\n", go + "  n := 1.0;\n", "  WAIT FOR n > 0.5;\n" + come), "right",
-       "n is written by left and read by right, which are two controllers, and is no BOOL", all},
+       "n is written by left and read by right, which are two controllers, and is not a BOOL", all},
       {program("SIGNAL OUTPUT BOOL: lamp AT 1;\n", go + "  lamp := TRUE;\n",
                "  lamp := FALSE;\n" + come),
        "left", "the output lamp is written by two controllers", all},

@@ -237,11 +237,11 @@ TEST_F(ProgramPoints, WhatMeansNothingIsRefusedWithASentence) {
   says(point("rng", "housing"), "ring");  // the one meant
   says(point("ring", "housng"), "housing");
   says(point("ring", "housing", "bor"), "selector");
-  says(point("radius", "housing"), "no place");
+  says(point("radius", "housing"), "is not a point");
   says({{"kind", std::string("value")},
         {"name", std::string("ring")},
         {"expression", std::string("1")}},
-       "no number");
+       "is not a number");
   says({{"kind", std::string("value")},
         {"name", std::string("radius")},
         {"expression", std::string("bore/0")},

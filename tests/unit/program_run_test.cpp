@@ -133,8 +133,9 @@ TEST_F(ProgramRun, TimeIsBoundedByTheJointsAndTheAccelerationOnly) {
       refused("wrist",
               "MOVE LIN POSE(POSITION(500.0, -200.0, 300.0), ORIZYX(179.0, 180.0, 0.0)) "
               "TIME := 1.2;");
-  EXPECT_NE(joint.find("TIME of 1.2 s is too short: axis wrist_3, joint 6 of \"ur5\" would go at"),
-            std::string::npos)
+  EXPECT_NE(
+      joint.find("TIME of 1.2 s is too short: axis wrist_3, joint 6 of \"ur5\" would move at"),
+      std::string::npos)
       << joint;
   const auto at = joint.find("Give TIME of ");
   ASSERT_NE(at, std::string::npos) << joint;

@@ -104,7 +104,7 @@ TEST_F(ProgramTasks, ALiveRunIsTheSame) {
 TEST_F(ProgramTasks, WhatIsNoTaskOrNoBoolIsRefused) {
   const Value p = put("wrong", "level := 3;\n", "SIGNAL\n  OUTPUT INT: level AT 1, 4;\n");
   call("program.bind", {{"id", p}, {"kind", "task"}, {"name", "level"}, {"to", "feed"}});
-  EXPECT_NE(fault().find("\"level\" is no BOOL"), std::string::npos) << fault();
+  EXPECT_NE(fault().find("\"level\" is not a BOOL"), std::string::npos) << fault();
   call("world.remove_program", {{"id", cell_}, {"name", "wrong"}});
   const Value q = put_bound("lost", "start := TRUE;\n");
   call("program.bind", {{"id", q}, {"kind", "task"}, {"name", "start"}, {"to", "fead"}});

@@ -162,7 +162,7 @@ TEST_F(RecordingRefresh, WhatCannotBeMadeAgainSaysWhy) {
   EXPECT_NE(eval("part:refresh()").find("live run"), std::string::npos);
   EXPECT_NE(
       eval("arm:start_run('dynamics', {q = 'ready', qd = {1, -0.5}, duration = 0.1, watch = true})")
-          .find("is not watched"),
+          .find("a live run cannot be watched"),
       std::string::npos);
   const std::uint64_t foreign = app().recordings.add(app().recordings.list().front().second);
   EXPECT_NE(eval("recording.refresh('recording#" + std::to_string(foreign) + "')")
@@ -229,7 +229,7 @@ TEST_F(RecordingRefresh, PostsFollowEdits) {
            speed + ";\nENDPROGRAM;\n]]";
   };
   run("lift = program.create{name = 'lift', source = " + source("80.0") + "}");
-  EXPECT_NE(eval("lift:post{target = 'krl', watch = true}").find("nothing is written"),
+  EXPECT_NE(eval("lift:post{target = 'krl', watch = true}").find("no files are written"),
             std::string::npos);
   run("lift:post{target = 'krl', folder = file('.'), watch = true}");
   EXPECT_EQ(eval("#recording.watched()"), "1");
@@ -361,7 +361,8 @@ TEST_F(RecordingRefresh, ValuesOfOnesOwnMakeARecordingLikeAnyOther) {
   EXPECT_NE(refused("{name = 'a', values = {1}}, {name = 'b', values = {1, 2}}")
                 .find("\"b\" has 2 values, but \"a\" has 1"),
             std::string::npos);
-  EXPECT_NE(refused("{name = 'time', values = {0, 0}}").find("does not rise"), std::string::npos);
+  EXPECT_NE(refused("{name = 'time', values = {0, 0}}").find("does not increase"),
+            std::string::npos);
   // What a logarithmic axis has no place for is counted.
   run(R"(
     signs = recording.create{columns = {{name = "step", values = {1, 2, 3}},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arguments of robot commands that would count for nothing: refused, or named in a message where
+// Arguments of robot commands that would have no effect: refused, or named in a message where
 // they are kept for later.
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -330,7 +330,7 @@ TEST_F(RobotRoundTrip, EveryShippedRobotComesBackAsItWent) {
     for (const JointModel& m : a.model->joints) {
       if (m.armature != 0) told("Motor inertia");
       if (m.spring.stiffness != 0) told("A spring");
-      if (m.passive) told("has no motor");
+      if (m.passive) told("absence of a motor");
       if (std::isfinite(m.max_acceleration)) told("acceleration or jerk");
       if (m.friction.coulomb_negative != -m.friction.coulomb_positive) told("differs by direction");
     }
@@ -409,9 +409,9 @@ link lid {
   ASSERT_TRUE(a.robot && b.robot);
   compare(a, b, 11);
   EXPECT_EQ(b.model->dof(), a.model->dof());
-  for (const char* what :
-       {"no ball joint", "\"shoulder\" and \"ball\"", "sequences of joints",
-        "\"crossing\", \"quill\" and \"plate\"", "\"mounting\"", "has no motor", "1 fixed link"})
+  for (const char* what : {"no ball joint", "\"shoulder\" and \"ball\"", "sequences of joints",
+                           "\"crossing\", \"quill\" and \"plate\"", "\"mounting\"",
+                           "absence of a motor", "1 fixed link"})
     EXPECT_NE(notes.find(what), std::string::npos) << what << " in\n" << notes;
 }
 

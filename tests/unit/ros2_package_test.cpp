@@ -150,7 +150,7 @@ TEST_F(Ros2Package, SaysLimitsPosesAndFollowers) {
 TEST_F(Ros2Package, NothingIsReplacedUnasked) {
   run(R"lua(arm = robot "planar2rods" arm:export_ros2{folder = folder, samples = 0})lua");
   const std::string before = text("planar2rods_description/package.xml");
-  refused("arm:export_ros2{folder = folder, samples = 0, licence = 'MIT'}", "there already");
+  refused("arm:export_ros2{folder = folder, samples = 0, licence = 'MIT'}", "are already present");
   EXPECT_EQ(text("planar2rods_description/package.xml"), before);
   run("arm:export_ros2{folder = folder, samples = 0, licence = 'MIT', overwrite = true}");
   EXPECT_NE(text("planar2rods_description/package.xml"), before);

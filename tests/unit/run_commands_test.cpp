@@ -112,7 +112,7 @@ TEST_F(RunCommands, WhatCannotBeRunIsSaidInASentence) {
   expect_refused("fall:play('fast')", "is not a speed");
   expect_refused("fall:seek(-1)", "time");
   run("fall:stop()");
-  expect_refused("fall:step(5)", "was stopped");
+  expect_refused("fall:step(5)", "was cancelled");
   run("fall:remove()");
   expect_refused("fall:step()", "no longer exists");
   run("assert(#run.list() == 0)");

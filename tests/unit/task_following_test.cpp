@@ -344,7 +344,7 @@ TEST_F(BeltMoves, WhatIsOutOfReachStaysAndTheNoteTellsHowFarItIs) {
                        "t = 0 s: belt does not take part: part is 1.261 m away from the link of "
                        "belt, which reaches 5 mm"))
       << r->notes[0];
-  EXPECT_TRUE(has_note(r, "part is not let go: it was out of reach"));
+  EXPECT_TRUE(has_note(r, "part is not released: it was out of reach"));
   EXPECT_EQ(r->find("part.x"), nullptr);
   for (const double reach : {1.2611, 1.2613}) {
     world.tasks.clear();

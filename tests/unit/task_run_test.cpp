@@ -327,7 +327,7 @@ TEST_F(TaskRuns, HeldObjectsFollowTheToolAndNeverJump) {
   EXPECT_NEAR(end_of(r), 4.007, 1e-12);
   ASSERT_EQ(r->notes.size(), 3U);
   EXPECT_EQ(r->notes[0], "t = 0.107 s: left takes part1");
-  EXPECT_EQ(r->notes[2], "t = 2.807 s: part1 is let go");
+  EXPECT_EQ(r->notes[2], "t = 2.807 s: part1 is released");
 }
 
 TEST_F(TaskRuns, ObjectsMayBeHeldFromTheStartAndByAnyLink) {
@@ -510,7 +510,7 @@ TEST_F(TaskRuns, WhatTasksCannotDoIsToldWithTaskAndStep) {
   told = alone("limit", {joints({3.5, 0})});
   EXPECT_NE(told.find("task \"limit\", step 1 (move)"), std::string::npos) << told;
   told = alone("nobody", {joints({1, 0})}, "");
-  EXPECT_NE(told.find("names no robot"), std::string::npos) << told;
+  EXPECT_NE(told.find("names a robot"), std::string::npos) << told;
   told = alone("loose", {detach("part1")});
   EXPECT_NE(told.find("nothing holds object \"part1\""), std::string::npos) << told;
   TaskStep with = target({0.3, 0.3, 0}, {});

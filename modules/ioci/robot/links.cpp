@@ -195,7 +195,7 @@ Result<void> read_mimic(const CommandContext& ctx, const Value& v, const Robot& 
   return {};
 }
 
-/// Says which of the fields that are given count for nothing, as the joint is of a kind that has no
+/// Says which of the fields that are given have no effect, as the joint is of a kind that has no
 /// use for them. They are kept: the joint may become another one.
 void report_unused(CommandContext& ctx, const Map& args, const Link& l) {
   std::vector<std::string> unused;
@@ -213,8 +213,8 @@ void report_unused(CommandContext& ctx, const Map& args, const Link& l) {
   ctx.app.messages.post(Severity::warning, "unused_fields",
                         "link " + text::quote(l.name) + ": its joint is " +
                             std::string(model::joint_word(l.joint)) + ", for which " +
-                            text::enumerate(unused) + (unused.size() == 1 ? " counts" : " count") +
-                            " for nothing.",
+                            text::enumerate(unused) + (unused.size() == 1 ? " has" : " have") +
+                            " no effect.",
                         "ioci");
 }
 
