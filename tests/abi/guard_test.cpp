@@ -474,7 +474,7 @@ TEST(Guard, RetimersDoNotRunBackwards) {
     return timed.ok() ? std::string() : timed.error().message;
   };
   EXPECT_EQ(said({0, 1, 2}), "");
-  EXPECT_EQ(said({0, 1}), "provider \"mine\" returned times that do not fit the path");
+  EXPECT_EQ(said({0, 1}), "provider \"mine\" gave times that do not fit the path");
   EXPECT_EQ(said({0, 2, 1}), "provider \"mine\" gave times that run backwards at grid point 3");
   EXPECT_EQ(said({0, kNan, 1}),
             "provider \"mine\" gave a time that is not a number at grid point 2");

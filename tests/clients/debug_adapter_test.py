@@ -728,7 +728,7 @@ class Requests(Debugging):
         self.assertIn("program is a text", e.refused("launch", program=3))
         self.assertIn("nowhere.irl", e.refused("launch", program="/nowhere.irl"))
         self.assertIn("speed must be", e.refused("launch", program="x.irl", speed=-1))
-        self.assertIn("args is a list", e.refused("launch", program="x.lua", args=[1]))
+        self.assertIn("args must be a list", e.refused("launch", program="x.lua", args=[1]))
         self.assertIn("attach needs address", e.refused("attach"))
         self.assertIn("127.0.0.1:9", e.refused("attach", port=9))
         wrong = self.write("wrong.irl", "PROGRAM wrong;\nBEGIN\n  i := ;\nENDPROGRAM;\n")

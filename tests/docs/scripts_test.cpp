@@ -102,7 +102,7 @@ TEST_P(ShippedProgram, IsPostedBehindACheckWithoutErrors) {
   EXPECT_NE(o.said.find("not checked: "), std::string::npos) << o.said;
   // What remains is explained in the page, and no more.
   const auto has = [&](const char* words) { return o.said.find(words) != std::string::npos; };
-  EXPECT_EQ(has("less than the 5 mm wanted"), GetParam() == "arc_weld") << o.said;
+  EXPECT_EQ(has("less than the 5 mm required"), GetParam() == "arc_weld") << o.said;
   EXPECT_EQ(has("ends with STATUS 0"), GetParam() == "pick_and_place") << o.said;
   for (const char* never : {"touch,", "singular configuration", "does not reach", "nobody gives",
                             "nothing is within", "run out of time"})

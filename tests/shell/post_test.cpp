@@ -401,7 +401,7 @@ TEST(PostTest, ExitCodesTellWhatIsWrongFromWhatCouldNotBeTested) {
       {(a.path / "broken.post").string(), "broken.post:17:4: error: there is no construct \"fly\""},
       {(a.path / "nobody.post").string(), "nobody.post"},
       {(a.path / "nobody.ctl").string(), "nobody.ctl"},
-      {(a.path / "text.txt").string(), "is no target that can be tested"},
+      {(a.path / "text.txt").string(), "is not a target that can be tested"},
       {(a.path / "no.so").string(), "no.so"}};
   for (const auto& [what, said] : kWrong) {
     const Outcome o = test({what});

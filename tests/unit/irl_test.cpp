@@ -161,7 +161,7 @@ TEST(Irl, FaultsHaveTheirPlaceAndSayWhatToDo) {
        "8:6 this value is beyond what INT holds. An INT is from -2147483648 to 2147483647.\n"},
       {"i := 1 DIV 0;", "8:12 this divides by zero.\n"},
       {"r := SQRT(-1.0);",
-       "8:6 SQRT has no value here. Square root of a number that must not be negative.\n"},
+       "8:6 SQRT has no value here. Square root of a number that is not negative.\n"},
       {"a[3] := 1;", "8:3 the index 3 is outside -1..2.\n"},
       {"pos.W := 1.0;", "8:5 POSITION has no field W. Its fields are X, Y, Z.\n"},
       {"pos := POSITION(1, 2);",

@@ -84,8 +84,8 @@ TEST_F(RobotArguments, FieldsThatAJointHasNoUseForAreNamed) {
   run("robot.create{name = 'fixed_end', links = {{name = 'turn', mass = 1},\n"
       "  {name = 'plate', joint = 'fixed', upper = 1, viscous = 0.1, passive = true, mass = 1}}}");
   EXPECT_EQ(said("unused_fields"),
-            "link \"plate\": its joint is fixed, for which upper, viscous and passive count for "
-            "nothing.");
+            "link \"plate\": its joint is fixed, for which upper, viscous and passive have no "
+            "effect.");
   run("robot.create{name = 'ball', links = {{name = 'ball', joint = 'spherical', origin = {0, 0, "
       "1},\n"
       "  axis = {1, 0, 0}, mass = 1}}}");

@@ -559,7 +559,7 @@ TEST_F(RobotRoundTrip, AUrdfFileHoldsOneRobotAndSaysWhatItLeavesOut) {
   EXPECT_NE(at(out, "notes").text().find("1 part that is no part of the robot"), std::string::npos)
       << at(out, "notes").text();
   call("world.add_robot", {{"id", "cell"}, {"robot", "gripper"}, {"name", "second"}});
-  EXPECT_NE(fails("export", {{"what", "cell"}, {"file", file}}).message.find("there are 2"),
+  EXPECT_NE(fails("export", {{"what", "cell"}, {"file", file}}).message.find("here are 2"),
             std::string::npos);
 }
 

@@ -303,7 +303,7 @@ TEST_F(ServerTest, LimitsAreRefusedWithASentenceAndTheConnectionGoesOn) {
   ASSERT_TRUE(c.send(std::string(3000, 'x') + "\n"));
   EXPECT_NE(c.line()->find("longer than 2000 bytes"), std::string::npos);
   ASSERT_TRUE(c.send("[1,2,3,4]\n"));
-  EXPECT_NE(c.line()->find("at most 3 are answered together"), std::string::npos);
+  EXPECT_NE(c.line()->find("at most 3 are processed together"), std::string::npos);
   const Map is_long = c.call("work.long", {{"bytes", 6000}});
   EXPECT_NE(sentence(is_long).find("at most 5000 are sent"), std::string::npos);
   for (int i = 0; i < 3; ++i)

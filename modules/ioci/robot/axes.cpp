@@ -257,7 +257,7 @@ Result<std::vector<double>> read_axis_values(const Robot& robot, const Value& gi
     else if (given.is_number()) all.push_back(given);
     if (all.size() != n)
       return error(ErrorCode::invalid_argument,
-                   std::to_string(all.size()) + " values are given, and the robot has " +
+                   std::to_string(all.size()) + " values are given, but the robot has " +
                        std::to_string(n) + " axes",
                    "Give one value an axis, in degrees or mm, or a table of values by the names "
                    "of the axes.",
