@@ -53,8 +53,6 @@ constexpr std::pair<std::string_view, std::string_view> kExampleArguments[] = {
     {"import", R"lua({file = "example.step", name = "copy"})lua"},
     {"import_profile", R"lua({file = "example.dxf"})lua"},
     {"ioci.describe", R"lua({command = "robot.fk"})lua"},
-    {"job.progress", R"lua({id = "world.list"})lua"},
-    {"job.wait", R"lua({id = "material.list"})lua"},
     {"library.list", R"lua({kind = "robot"})lua"},
     {"material.create", R"lua({name = "steel", density = 7850, colour = "#b0b4b8", metalness = 1})lua"},
     {"material.describe", R"lua({id = "brass"})lua"},
