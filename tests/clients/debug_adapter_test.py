@@ -781,7 +781,7 @@ class Requests(Debugging):
                         {"seq": 1, "type": "response"}, {"seq": "x", "type": "request"}):
             e.send(message)
         e.ask("threads")
-        self.assertEqual(e.output("important").count("is left out"), 8)
+        self.assertEqual(e.output("important").count("is ignored"), 8)
         frame = e.frames(thread)[0]["id"]
         e.ask("next", threadId=thread)
         e.stopped("step")
