@@ -7,6 +7,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -16,6 +17,8 @@
 #include "kernel/app_lock.h"
 
 namespace robomosp {
+
+struct Fault;  // kernel/fault.h
 
 enum class Severity : std::uint8_t { debug, info, warning, error };
 [[nodiscard]] std::string_view to_string(Severity);
@@ -27,6 +30,8 @@ struct Message {
   std::string text;            ///< a sentence
   std::string source;          ///< who says it: "plugin_loader", "csg_occt"
   std::uint32_t repeated = 0;  ///< how often the same text was suppressed before this one
+  /// What it is about beside its text; null = the text is all.
+  std::shared_ptr<const Fault> fault{};
 };
 
 /// Thread-safe. Subscribers are called outside the lock, in order, on the posting thread or on one
@@ -41,6 +46,8 @@ class Messages {
   /// The same (code, text) more than `kRateLimit` times within a second is counted, not repeated.
   static constexpr int kRateLimit = 5;
   void post(Severity, std::string_view code, std::string_view text, std::string_view source = {});
+  /// The same, with severity, code and text of the fault.
+  void post(const Fault&, std::string_view source = {});
   [[nodiscard]] std::vector<Message> recent(std::size_t at_most = 100) const;
   using Subscriber = std::function<void(const Message&)>;
   std::uint64_t subscribe(Subscriber);
