@@ -2,8 +2,10 @@
 #include "kernel/literal.h"
 
 #include <cmath>
+#include <optional>
 
 #include "kernel/text.h"
+#include "kernel/value_text.h"
 
 namespace robomosp {
 namespace {
@@ -57,6 +59,7 @@ class LiteralReader {
       if (word == "false") return Value(false);
       if (word == "nil") return Value();
       if (word == "inf") return Value(HUGE_VAL);
+      if (word == "nan") return Value(std::nan(""));
       at_ = from;
       return fault(text::quote(word) + " is not a value; texts are written in quotes,");
     }
@@ -96,7 +99,7 @@ class LiteralReader {
     while (!take('}')) {
       skip();
       const std::size_t from = at_;
-      std::string name;
+      std::optional<std::string> name;
       if (at_ < text_.size() && (is_name_start(text_[at_]) || text_[at_] == '[')) {
         if (text_[at_] == '[') {
           ++at_;
@@ -105,17 +108,19 @@ class LiteralReader {
           RMP_TRY_ASSIGN(name, string());
           if (!take(']')) return fault("a bracket ] is missing");
         } else {
-          while (at_ < text_.size() && is_name_char(text_[at_])) name += text_[at_++];
+          const std::size_t begin = at_;
+          while (at_ < text_.size() && is_name_char(text_[at_])) ++at_;
+          name = text_.substr(begin, at_ - begin);
         }
         if (!take('=')) {
-          name.clear();
+          name.reset();
           at_ = from;
         }
       }
       RMP_TRY_ASSIGN(Value v, value(depth + 1));
-      if (name.empty()) list.push_back(std::move(v));
-      else if (map.find(name)) return fault(text::quote(name) + " is given twice");
-      else map.append(std::move(name), std::move(v));
+      if (!name) list.push_back(std::move(v));
+      else if (map.find(*name)) return fault(text::quote(*name) + " is given twice");
+      else map.append(*std::move(name), std::move(v));
       if (!list.empty() && !map.empty())
         return fault("a table has either names or a list of values");
       if (take(',') || take(';')) continue;
@@ -146,66 +151,37 @@ std::string quoted_literal(std::string_view s) {
   return out + "\"";
 }
 
-bool is_name(std::string_view s) {
-  if (s.empty() || !is_name_start(s.front())) return false;
-  for (const char c : s)
-    if (!is_name_char(c)) return false;
-  return true;
-}
-
-void write_literal(std::string& out, const Value& v) {
-  if (const bool* b = v.as_bool()) {
-    out += *b ? "true" : "false";
-  } else if (const std::int64_t* i = v.as_int()) {
-    out += std::to_string(*i);
-  } else if (const double* x = v.as_real()) {
-    out += number_text(*x);
-  } else if (const std::string* s = v.as_string()) {
-    out += quoted_literal(*s);
-  } else if (const Handle* h = v.as_handle()) {
-    out += quoted_literal(h->kind + "#" + std::to_string(h->number));
-  } else if (const NumericArray* a = v.as_array()) {
-    out += "{";
-    const std::size_t rows = a->is_matrix() ? a->rows() : 1;
-    const std::size_t cols = a->is_matrix() ? a->cols() : a->size();
-    for (std::size_t r = 0; r < rows; ++r) {
-      if (a->is_matrix()) out += r ? ", {" : "{";
-      for (std::size_t c = 0; c < cols; ++c)
-        out += (c ? ", " : "") + number_text((*a)[r * cols + c]);
-      if (a->is_matrix()) out += "}";
-    }
-    out += "}";
-  } else if (const List* list = v.as_list()) {
-    out += "{";
-    for (std::size_t n = 0; n < list->size(); ++n) {
-      if (n) out += ", ";
-      write_literal(out, (*list)[n]);
-    }
-    out += "}";
-  } else if (const Map* m = v.as_map()) {
-    out += "{";
-    bool is_first = true;
-    for (const auto& [name, each] : *m) {
-      if (!is_first) out += ", ";
-      is_first = false;
-      out += is_name(name) ? name : "[" + quoted_literal(name) + "]";
-      out += " = ";
-      write_literal(out, each);
-    }
-    out += "}";
-  } else {
-    out += "nil";
+/// Of anything but lists and maps.
+std::string literal_of_leaf(const Value& v) {
+  if (const bool* b = v.as_bool()) return *b ? "true" : "false";
+  if (const std::int64_t* i = v.as_int()) return std::to_string(*i);
+  if (const double* x = v.as_real()) return number_text(*x);
+  if (const std::string* s = v.as_string()) return quoted_literal(*s);
+  if (const Handle* h = v.as_handle())
+    return quoted_literal(h->kind + "#" + std::to_string(h->number));
+  const NumericArray* a = v.as_array();
+  if (!a) return "nil";
+  std::string out = "{";
+  const std::size_t rows = a->is_matrix() ? a->rows() : 1;
+  const std::size_t cols = a->is_matrix() ? a->cols() : a->size();
+  for (std::size_t r = 0; r < rows; ++r) {
+    if (a->is_matrix()) out += r ? ", {" : "{";
+    for (std::size_t c = 0; c < cols; ++c) out += (c ? ", " : "") + number_text((*a)[r * cols + c]);
+    if (a->is_matrix()) out += "}";
   }
+  return out + "}";
 }
 
 }  // namespace
 
 Result<Value> read_literal(std::string_view text) { return LiteralReader(text).all(); }
 
-std::string literal(const Value& v) {
-  std::string out;
-  write_literal(out, v);
-  return out;
+std::string literal(const Value& value) {
+  return table_text(
+      value, static_cast<std::size_t>(-1), [](const Value& v, bool) { return literal_of_leaf(v); },
+      [](const std::string& name) {
+        return (is_plain_name(name) ? name : "[" + quoted_literal(name) + "]") + " = ";
+      });
 }
 
 }  // namespace robomosp

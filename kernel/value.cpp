@@ -9,15 +9,6 @@
 namespace robomosp {
 namespace {
 
-bool is_word(std::string_view s) {
-  const auto letter = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-  };
-  if (s.empty() || !letter(s[0])) return false;
-  return std::all_of(s.begin(), s.end(),
-                     [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
-}
-
 /// A number that reads back to the same one, as people write it: 100000, not 1e+05.
 std::string plain_number(double v) { return text::print_rounded(v, 17); }
 
@@ -130,42 +121,20 @@ double Value::number() const {
 std::string Value::text() const { return beginning_of(*this, static_cast<std::size_t>(-1)); }
 
 std::string beginning_of(const Value& value, std::size_t most) {
-  // An explicit stack: depth is the user's, not ours.
-  struct Level {
-    const Value* container;
-    std::size_t next = 0;
+  return table_text(
+      value, most, [most](const Value& v, bool is_inside) { return leaf_text(v, is_inside, most); },
+      [](const std::string& name) {
+        return (is_plain_name(name) ? name : "[" + text::quote(name) + "]") + " = ";
+      });
+}
+
+bool is_plain_name(std::string_view s) {
+  const auto letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
   };
-  if (!value.as_list() && !value.as_map()) return leaf_text(value, false, most);
-  std::string out = "{";
-  std::vector<Level> stack{{&value}};
-  while (!stack.empty() && out.size() <= most) {
-    Level& level = stack.back();
-    const List* list = level.container->as_list();
-    const Map* map = level.container->as_map();
-    if (level.next == (list ? list->size() : map->size())) {
-      out += "}";
-      stack.pop_back();
-      continue;
-    }
-    if (level.next) out += ", ";
-    const Value* item = nullptr;
-    if (list) {
-      item = &(*list)[level.next];
-    } else {
-      const Map::Entry& entry = *(map->begin() + static_cast<std::ptrdiff_t>(level.next));
-      out += is_word(entry.first) ? entry.first : "[" + text::quote(entry.first) + "]";
-      out += " = ";
-      item = &entry.second;
-    }
-    ++level.next;
-    if (item->as_list() || item->as_map()) {
-      out += "{";
-      stack.push_back({item});
-    } else {
-      out += leaf_text(*item, true, most);
-    }
-  }
-  return out;
+  return !s.empty() && letter(s[0]) && std::all_of(s.begin(), s.end(), [&](char c) {
+    return letter(c) || (c >= '0' && c <= '9');
+  });
 }
 
 }  // namespace robomosp

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values as the beginning of their text, for messages and logs (layer: core).
+// Values as text: the beginning of it for messages and logs, and the form of tables that all
+// writers of values share (layer: core).
 #pragma once
 
 #include <cstddef>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "kernel/value.h"
 
@@ -13,5 +16,52 @@ namespace robomosp {
 /// else a beginning of more than that, which may end anywhere. What is not shown takes no time.
 /// [any thread]
 [[nodiscard]] std::string beginning_of(const Value&, std::size_t most);
+
+/// Whether it consists of ASCII letters, digits and _, and does not begin with a digit: a key that
+/// needs no brackets. [any thread]
+[[nodiscard]] bool is_plain_name(std::string_view);
+
+/// A value as text with lists and maps in braces: {1, 2}, {name = value}. `leaf(value, is_inside)`
+/// writes anything else, and `key(name)` a name with what stands between it and its value. Once it
+/// has more than `most` bytes it may end anywhere. Values may be nested to any depth. [any thread]
+template <class Leaf, class Key>
+[[nodiscard]] std::string table_text(const Value& value, std::size_t most, const Leaf& leaf,
+                                     const Key& key) {
+  // An explicit stack: depth is the user's, not ours.
+  struct Level {
+    const Value* container;
+    std::size_t next = 0;
+  };
+  if (!value.as_list() && !value.as_map()) return leaf(value, false);
+  std::string out = "{";
+  std::vector<Level> stack{{&value}};
+  while (!stack.empty() && out.size() <= most) {
+    Level& level = stack.back();
+    const List* list = level.container->as_list();
+    const Map* map = level.container->as_map();
+    if (level.next == (list ? list->size() : map->size())) {
+      out += "}";
+      stack.pop_back();
+      continue;
+    }
+    if (level.next > 0) out += ", ";
+    const Value* item = nullptr;
+    if (list) {
+      item = &(*list)[level.next];
+    } else {
+      const Map::Entry& entry = *(map->begin() + static_cast<std::ptrdiff_t>(level.next));
+      out += key(entry.first);
+      item = &entry.second;
+    }
+    ++level.next;
+    if (item->as_list() || item->as_map()) {
+      out += "{";
+      stack.push_back({item});
+    } else {
+      out += leaf(*item, true);
+    }
+  }
+  return out;
+}
 
 }  // namespace robomosp

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "ioci/core/lua_line.h"
 #include "ioci/records/solid_nodes.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
@@ -400,11 +401,7 @@ void member_words(Impl& impl, lua_State* L, std::string_view chain, char separat
 }
 
 void global_words(lua_State* L, std::set<std::string>& out) {
-  static constexpr const char* kKeywords[] = {
-      "and",      "break",  "do",   "else", "elseif", "end",  "false", "for",
-      "function", "goto",   "if",   "in",   "local",  "nil",  "not",   "or",
-      "repeat",   "return", "then", "true", "until",  "while"};
-  out.insert(std::begin(kKeywords), std::end(kKeywords));
+  out.insert(ioci::kLuaKeywords.begin(), ioci::kLuaKeywords.end());
   lua_pushglobaltable(L);
   lua_pushnil(L);
   while (lua_next(L, -2) != 0) {

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Names at a console: the state's own ones, which an assignment hides, and hints for names that are
 // not defined.
-#include <algorithm>
 
 #include "kernel/text.h"
+#include "kernel/value_text.h"
 #include "lua/internal.h"
 
 namespace robomosp::lua {
 namespace {
 
 const char kOwnGlobalsKey = 0;  // in the registry: table of the globals a state began with
-
-bool is_name(std::string_view s) {
-  return !s.empty() && (s[0] < '0' || s[0] > '9') && std::all_of(s.begin(), s.end(), [](char c) {
-    return c == '_' || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-  });
-}
 
 }  // namespace
 
@@ -72,7 +66,7 @@ void check_own_globals(Impl& impl, lua_State* L) {
 }
 
 std::string hint_for_name(Impl& impl, lua_State* L, const std::string& name) {
-  if (!is_name(name)) return {};
+  if (!is_plain_name(name)) return {};
   if (impl.is_untrusted)
     if (std::string hint = untrusted_hint(name); !hint.empty()) return hint;
   if (name == "exit") return "quit() ends the program.";
@@ -102,7 +96,7 @@ std::string hint_for_name(Impl& impl, lua_State* L, const std::string& name) {
 }
 
 std::string note_for_undefined(Impl& impl, lua_State* L, const std::string& name) {
-  if (!is_name(name)) return {};
+  if (!is_plain_name(name)) return {};
   const std::string hint = hint_for_name(impl, L, name);
   return name + " is not defined." + (hint.empty() ? "" : " " + hint);
 }

@@ -16,6 +16,7 @@
 #include <robomosp/sdk/ik.h>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/lua_line.h"
 #include "ioci/core/secrets.h"
 #include "ioci/core/surroundings.h"
 #include "support/program.h"

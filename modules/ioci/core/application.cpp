@@ -18,6 +18,7 @@
 #include "ioci/core/handle_text.h"
 #include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/kept_solvers.h"
+#include "ioci/core/lua_line.h"
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/renamed_arguments.h"
@@ -829,7 +830,7 @@ class Application::Told {
  public:
   Told(Application& app, Session& session, const CommandSpec& spec, const Map& args,
        const Place& place)
-      : app_(app), session_(session), spec_(spec), place_(place) {
+      : app_(app), spec_(spec), place_(place) {
     if (running_here++ > 0) return;
     topics_ = app.events.topics();
     if (!(topics_ & bit(Topic::command))) return;
@@ -863,7 +864,6 @@ class Application::Told {
 
  private:
   Application& app_;
-  Session& session_;
   const CommandSpec& spec_;
   const Place& place_;
   std::uint32_t topics_ = 0;
@@ -1278,15 +1278,6 @@ std::string Application::describe(const Handle& h, const Session* session) const
 
 namespace {
 
-bool is_word(std::string_view s) {
-  const auto letter = [](char c) {
-    return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_';
-  };
-  return !s.empty() && letter(s[0]) && std::all_of(s.begin(), s.end(), [&](char c) {
-    return letter(c) || (c >= '0' && c <= '9');
-  });
-}
-
 constexpr std::string_view kGenerated = "\n\nGenerated from the command table; do not edit.";
 
 }  // namespace
@@ -1324,7 +1315,7 @@ std::string command_line(const Application& app, const CommandSpec& spec, const 
   for (const auto& [name, value] : args) {
     if (!first) out += ", ";
     first = false;
-    out += (is_word(name) ? name : "[" + text::quote(name) + "]") + " = ";
+    out += (is_plain_name(name) ? name : "[" + text::quote(name) + "]") + " = ";
     std::string shown;
     if (value.as_string()) shown = text::quote(beginning_of(value, kLongest));
     else if (const Handle* h = value.as_handle())
