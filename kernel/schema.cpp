@@ -602,7 +602,7 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
                           const ResolveRef& resolve) {
   const std::string_view type = plain_type(spec.type);
   if (type == "any") return v;
-  if (type.size() != spec.type.size()) return check_detailed(spec, type, v, path, resolve);
+  if (type != spec.type) return check_detailed(spec, type, v, path, resolve);
   if (type == "bool") return check_bool(spec, v, path);
   if (type == "int") return check_integer(spec, v, path);
   if (type == "enum") return check_enum(spec, v, path);

@@ -69,6 +69,22 @@ void take_bounds(ParamSpec& spec, const TypeTree& tree) {
   spec.group = tree.notes.group;
 }
 
+/// Trees by their texts. They are few: those of tables that come with the program or a plugin.
+struct Trees {
+  std::shared_mutex mutex;
+  std::unordered_map<std::string, TreePtr> by_text;
+};
+Trees& trees() {
+  static Trees all;
+  return all;
+}
+/// The first tree of a text that was kept; that is this one, if there was none.
+TreePtr keep_tree(std::string_view text, TreePtr tree) {
+  Trees& all = trees();
+  const std::unique_lock lock(all.mutex);
+  return all.by_text.emplace(std::string(text), std::move(tree)).first->second;
+}
+
 class TypeParser {
  public:
   explicit TypeParser(std::string_view text) : text_(text) {}
@@ -120,16 +136,15 @@ class TypeParser {
     ++at_;
     const std::size_t from = at_;
     std::size_t depth = 1;
-    bool is_quoted = false;
-    for (; at_ < text_.size(); ++at_) {
+    while (at_ < text_.size()) {
       const char c = text_[at_];
-      if (c == '"' && (at_ == 0 || text_[at_ - 1] != '\\')) is_quoted = !is_quoted;
-      if (is_quoted) continue;
-      if (c == '(') ++depth;
-      if (c == ')' && --depth == 0) {
-        ++at_;
-        return text::trim(text_.substr(from, at_ - 1 - from));
+      if (c == '"') {
+        skip_quoted();
+        continue;
       }
+      ++at_;
+      if (c == '(') ++depth;
+      if (c == ')' && --depth == 0) return text::trim(text_.substr(from, at_ - 1 - from));
     }
     return fault("a parenthesis ) is missing");
   }
@@ -332,9 +347,10 @@ class TypeParser {
       if (!take(':')) return fault("a colon is missing");
       skip();
       const std::size_t from = at_;
-      RMP_TRY_ASSIGN(const TreePtr tree, type(depth));
+      RMP_TRY_ASSIGN(TreePtr tree, type(depth));
       spec.type = text::trim(text_.substr(from, at_ - from));
       take_bounds(spec, *tree);
+      keep_tree(spec.type, std::move(tree));  // so that it is not parsed again by its text
       if (take('=')) {
         RMP_TRY_ASSIGN(const std::string_view value, literal_text());
         RMP_TRY_ASSIGN(spec.default_value, read_literal(value));
@@ -354,21 +370,22 @@ class TypeParser {
   }
 
   /// One literal: a text in quotes, a table, or a word.
+  /// From a quote to behind the one that closes it, or to the end.
+  void skip_quoted() {
+    for (++at_; at_ < text_.size() && text_[at_] != '"'; ++at_)
+      if (text_[at_] == '\\') ++at_;
+    at_ = std::min(at_ + 1, text_.size());
+  }
   Result<std::string_view> literal_text() {
     skip();
     const std::size_t from = at_;
-    const auto text_end = [this] {
-      for (++at_; at_ < text_.size() && text_[at_] != '"'; ++at_)
-        if (text_[at_] == '\\') ++at_;
-      if (at_ < text_.size()) ++at_;
-    };
     if (sees('"')) {
-      text_end();
+      skip_quoted();
     } else if (sees('{')) {
       std::size_t depth = 0;
       do {
         if (text_[at_] == '"') {
-          text_end();
+          skip_quoted();
           continue;
         }
         if (text_[at_] == '{') ++depth;
@@ -442,15 +459,6 @@ class TypeParser {
 
 // ---- kept trees ----
 
-/// Trees by their texts. They are few: those of tables that come with the program or a plugin.
-struct Trees {
-  std::shared_mutex mutex;
-  std::unordered_map<std::string, TreePtr> by_text;
-};
-Trees& trees() {
-  static Trees all;
-  return all;
-}
 TreePtr known_tree(std::string_view text) {
   Trees& all = trees();
   const std::shared_lock lock(all.mutex);
@@ -510,7 +518,7 @@ void write_fields(std::string& out, const Schema& fields) {
     if (tree.notes.group.empty()) tree.notes.group = p.group;
     if (std::isfinite(p.min)) tree.notes.min = p.min;
     if (std::isfinite(p.max)) tree.notes.max = p.max;
-    tree.notes.is_infinite = p.infinite;
+    tree.notes.is_infinite = tree.notes.is_infinite || p.infinite;
     write_type(out, tree);
     if (p.default_value) out += " = " + literal(*p.default_value);
     if (!p.doc.empty()) out += " " + quoted_doc(p.doc);
@@ -695,9 +703,7 @@ std::string fields_fault(const Schema& fields) {
 Result<std::shared_ptr<const TypeTree>> parse_type(std::string_view text) {
   if (TreePtr known = known_tree(text)) return known;
   RMP_TRY_ASSIGN(TreePtr tree, TypeParser(text).all());
-  Trees& all = trees();
-  const std::unique_lock lock(all.mutex);
-  return all.by_text.emplace(std::string(text), std::move(tree)).first->second;
+  return keep_tree(text, std::move(tree));
 }
 
 const TypeTree& type_tree(std::string_view text) {

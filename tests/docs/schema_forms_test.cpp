@@ -126,23 +126,21 @@ Value with_names(const Value& v) {
 // Examples as arguments: recorded from the examples in Lua, so that forms can be filled from them.
 TEST(SchemaForms, ExamplesAsArgumentsAreThoseOfTheExamples) {
   constexpr std::size_t kLongestExample = 1500;
-  constexpr const char* kNumbered[] = {"job", "run", "recording", "connection"};
   const test::ExamplesFolder folder("recorded");
   const std::string here = folder.path().string();
   std::map<std::string, std::string> recorded;
+  const auto text_of_example = [](const CommandSpec& spec) {
+    const auto args = test::arguments_of(spec);
+    return args && !args->empty() ? literal(with_names(Value(*args))) : std::string();
+  };
   for (const CommandSpec* spec : program().commands.list()) {
     if (test::cannot_draw(*spec) || !spec->plugin.empty()) continue;
-    const auto args = test::arguments_of(*spec);
-    if (!args || args->empty()) continue;
-    std::string text = literal(with_names(Value(*args)));
-    // Numbers of jobs, runs and recordings are those of one run of the example.
-    const bool is_numbered =
-        spec->name.starts_with("job.") ||  // a job that has ended has its command's name
-        std::any_of(std::begin(kNumbered), std::end(kNumbered), [&text](const char* kind) {
-          return text.find("\"" + std::string(kind) + "#") != std::string::npos;
-        });
-    if (!is_numbered && text.size() <= kLongestExample && text.find(here) == std::string::npos)
-      recorded[spec->name] = std::move(text);
+    if (spec->name.starts_with("job.")) continue;  // a job that has ended has its command's name
+    std::string text = text_of_example(*spec);
+    if (text.empty() || text.size() > kLongestExample || text.find(here) != std::string::npos)
+      continue;
+    // Names of temporary files, and numbers that count up, are those of one run.
+    if (text == text_of_example(*spec)) recorded[spec->name] = std::move(text);
   }
   if (std::getenv("ROBOMOSP_UPDATE_DOCS")) {
     const std::filesystem::path file =
@@ -457,6 +455,18 @@ TEST_F(SchemaChoices, GoIntoParts) {
   const auto undecided = program().dispatch(session_, "schema.choices", args);
   ASSERT_FALSE(undecided.ok());
   EXPECT_EQ(undecided.error().hint, "Give step first.");
+  // Paths that end early, or go on without a dot.
+  for (const char* path : {"id.", "id.x", "links", "links.", "links[1]", "links[1].", "links[1]x",
+                           "links[1]joint", "links[", "links[]", "links[1][1]", ".", "", "["}) {
+    const auto found = program().dispatch(session_, "schema.choices",
+                                          Map{{"command", "robot.create"}, {"argument", path}});
+    if (!found.ok()) EXPECT_FALSE(found.error().message.empty()) << path;
+  }
+  for (const char* path : {"links[1].", "links[1]joint"}) {
+    const auto found = program().dispatch(session_, "schema.choices",
+                                          Map{{"command", "robot.create"}, {"argument", path}});
+    EXPECT_FALSE(found.ok()) << path;
+  }
 }
 
 TEST_F(SchemaChoices, SayWhyNot) {

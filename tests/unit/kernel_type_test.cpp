@@ -97,6 +97,15 @@ TEST(TypeTree, EveryFormSurvivesItsOwnText) {
   }
 }
 
+TEST(TypeTree, BackslashesWithinQuotedTextsEndNothing) {
+  for (const char* text : {"string @example(\"a\\\\\")", "string @example(\"a\\\")b\")"}) {
+    const auto parsed = parse_type(text);
+    ASSERT_TRUE(parsed.ok()) << text << ": " << parsed.error().sentence();
+    EXPECT_EQ(type_text(**parsed), text);
+  }
+  EXPECT_FALSE(parse_type("string @example(\"a\\").ok());
+}
+
 TEST(TypeTree, PlainTypesOfOldStayWhatTheyWere) {
   for (const char* word : {"bool", "int", "real", "string", "enum", "path", "real[]", "vec3",
                            "pose", "matrix", "list", "map", "any", "ref:robot", "ref:solid|object"})
@@ -231,9 +240,10 @@ TEST(Condition, HoldsAsItReads) {
 }
 
 TEST(Literal, ReadsWhatItWrites) {
-  for (const char* text : {"nil", "true", "12", "0.5", "-3", "1e-300", "inf",
-                           "\"a \\\"b\\\" \\\\ c\"", "{}", "{1, 2, \"30 mm\"}",
-                           "{a = 1, b = {c = {}}}", "{[\"two words\"] = 1}", "{{1, 0}, {0, 1}}"}) {
+  for (const char* text :
+       {"nil", "true", "12", "0.5", "-3", "1e-300", "inf", "\"a \\\"b\\\" \\\\ c\"", "{}",
+        "{1, 2, \"30 mm\"}", "{a = 1, b = {c = {}}}", "{[\"two words\"] = 1}", "nan",
+        "{[\"\"] = 1}", "{{1, 0}, {0, 1}}"}) {
     const auto v = read_literal(text);
     ASSERT_TRUE(v.ok()) << text << ": " << v.error().sentence();
     EXPECT_EQ(literal(*v), text);
@@ -306,7 +316,8 @@ ParamSpec param(std::string name, std::string type, std::string doc, bool requir
 TEST(Check, ReadsTypesWithDetails) {
   Schema s{param("speed", "real [m/s] @above(0) @step(0.01)", "How fast."),
            param("mode", "enum(fast: Quick. | slow: Careful.)", "How."),
-           param("centre", "vec(2) [m]", "Where."), param("links", "list<int>", "Which.")};
+           param("centre", "vec(2) [m]", "Where."), param("links", "list<int>", "Which."),
+           param("turn", "vec(4)", "Its plain type is as long.")};
   const auto checked = check(s, Map{{"speed", "100 mm/s"},
                                     {"mode", "slow"},
                                     {"centre", List{"10 mm", 2.0}},
@@ -319,6 +330,8 @@ TEST(Check, ReadsTypesWithDetails) {
   EXPECT_EQ(check(s, Map{{"centre", List{1, 2, 3}}}).error().message,
             "3 numbers are given; 2 are needed");
   EXPECT_FALSE(check(s, Map{{"links", 3}}).ok());
+  EXPECT_EQ(check(s, Map{{"turn", List{1, 0, 0}}}).error().message,
+            "3 numbers are given; 4 are needed");
 }
 
 TEST(Check, ATableOfAPluginMaySpeakTheWholeLanguage) {

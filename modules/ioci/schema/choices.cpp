@@ -237,6 +237,7 @@ class Chooser {
         if (!tree) return unknown(path, name, {});
       }
       if (rest.empty()) break;
+      if (rest.front() != '.' || rest.size() == 1) return unknown(path, rest, {});
       rest.remove_prefix(1);  // the dot
       here = part ? part->as_map() : nullptr;
       tree = with_fields(*tree);
