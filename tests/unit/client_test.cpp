@@ -87,12 +87,14 @@ class Host {
     until([&] { return a.result() != nullptr; });
     return *a.result();
   }
-  std::unique_ptr<Client> client;
 
  private:
   std::mutex mutex_;
   std::condition_variable woken_;
   int wakes_ = 0;  // guarded by mutex_
+
+ public:
+  std::unique_ptr<Client> client;  ///< the last member: it may wake the host until it is gone
 };
 
 class ClientTest : public testing::Test {

@@ -94,6 +94,10 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
   std::thread thread;
   std::optional<Error> unprepared;  ///< why nothing may be called; the client's thread's
 
+  // Of the host's thread: events of which the first ones have been delivered.
+  std::shared_ptr<const std::vector<Event>> batch;
+  std::size_t next_event = 0;
+
   std::mutex wake_mutex;
   bool may_wake = true;  // guarded by wake_mutex
 
@@ -389,7 +393,8 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
       doing = entry->doing;
     }
     if (!has_ended) {
-      if (entry->shown) entry->shown(fraction, doing);
+      shown = entry->shown;  // the callback may end the client, and with it what the entry holds
+      if (shown) shown(fraction, doing);
       return true;
     }
     done = std::exchange(entry->done, {});
@@ -638,37 +643,40 @@ bool Client::deliver(std::chrono::microseconds at_most) {
       {
         const std::lock_guard lock(state.mutex);
         state.has_events = state.has_events || events;
-        is_wanted = is_wanted && (state.has_events || !state.told.empty());
+        is_wanted = is_wanted && (state.has_events || state.batch || !state.told.empty());
         wakes = is_wanted && !state.is_host_gone && state.needs_wake();
       }
       if (wakes) state.wake();
     }
   } again{*state, has_events};
 
-  while (has_events && !is_gone()) {
-    auto taken = state->app.events.try_take(state->events, kEventsTogether);
-    if (!taken) break;  // somebody publishes just now
-    has_events = again.events = taken->size() == kEventsTogether;
-    const auto batch = std::make_shared<const std::vector<Event>>(std::move(*taken));
-    struct Dropped {
-      State& state;
-      std::shared_ptr<const void> batch;
-      ~Dropped() {
-        const std::lock_guard lock(state.mutex);
-        state.drop(std::move(batch));
-      }
-    } dropped{*state, batch};
-    for (const Event& e : *batch) {
-      state->options.on_event(e);
-      if (is_gone()) return false;
+  while ((has_events || state->batch) && !is_gone()) {
+    if (!state->batch) {
+      auto taken = state->app.events.try_take(state->events, kEventsTogether);
+      if (!taken) break;  // somebody publishes just now
+      has_events = again.events = taken->size() == kEventsTogether;
+      state->batch = std::make_shared<const std::vector<Event>>(std::move(*taken));
+      state->next_event = 0;
     }
+    const auto batch = state->batch;  // also while a callback delivers the rest of it
+    while (state->batch == batch && state->next_event < batch->size()) {
+      state->options.on_event((*batch)[state->next_event++]);
+      if (is_gone()) return false;
+      if (is_over()) break;
+    }
+    if (state->batch == batch) {
+      if (state->next_event < batch->size()) break;
+      state->batch = nullptr;
+    }
+    const std::lock_guard lock(state->mutex);
+    state->drop(batch);
     if (is_over()) break;
   }
   bool more = true;
   do more = state->tell_next();
   while (more && !is_over() && !is_gone());
   const std::lock_guard lock(state->mutex);
-  return state->has_events || again.events || !state->told.empty();
+  return state->has_events || again.events || state->batch || !state->told.empty();
 }
 
 void Client::close() {
