@@ -8,6 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "document/changed.h"
 #include "document/validate.h"
 #include "kernel/text.h"
 #include "model/data.h"
@@ -126,11 +127,7 @@ Result<void> refuse_cycles(const Snapshot& s, const Before& before,
 }
 
 std::vector<AnyId> affected_order(const Snapshot& s, const std::vector<AnyId>& changed) {
-  std::unordered_set<AnyId> all(changed.begin(), changed.end());
-  std::vector<AnyId> starts(changed.begin(), changed.end());
-  for (std::size_t i = 0; i < starts.size(); ++i)
-    for (const AnyId r : s.referrers(starts[i]))
-      if (all.insert(r).second) starts.push_back(r);
+  std::vector<AnyId> starts = dependents(s, changed);
   std::sort(starts.begin(), starts.end());
   starts.erase(std::unique(starts.begin(), starts.end()), starts.end());
 
@@ -140,6 +137,7 @@ std::vector<AnyId> affected_order(const Snapshot& s, const std::vector<AnyId>& c
     if (!s.find(id)) order.push_back(id);
   // Post-order over what each refers to, with an explicit stack; of a single record there is none.
   if (starts.size() == 1) return starts;
+  const std::unordered_set<AnyId> all(starts.begin(), starts.end());
   std::unordered_set<AnyId> placed(order.begin(), order.end());
   for (const AnyId start : starts) {
     std::vector<std::pair<AnyId, bool>> stack{{start, false}};

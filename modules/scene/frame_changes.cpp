@@ -7,51 +7,11 @@
 #include <utility>
 
 #include "scene/frame.h"
+#include "scene/same.h"
 
 namespace robomosp::scene {
 namespace {
 
-bool same(const Pose& a, const Pose& b) { return a.R == b.R && a.p == b.p; }
-bool same(const Colour& a, const Colour& b) {
-  return a.r == b.r && a.g == b.g && a.b == b.b && a.a == b.a;
-}
-bool same(const std::optional<Colour>& a, const std::optional<Colour>& b) {
-  return a.has_value() == b.has_value() && (!a || same(*a, *b));
-}
-bool same(const render::Appearance& a, const render::Appearance& b) {
-  return same(a.colour, b.colour) && a.shininess == b.shininess && a.metalness == b.metalness &&
-         same(a.ambient, b.ambient) && same(a.specular, b.specular) && same(a.emission, b.emission);
-}
-/// Equal but for the pose.
-bool same(const render::Item& a, const render::Item& b) {
-  return a.mesh == b.mesh && a.name == b.name && same(a.appearance, b.appearance);
-}
-bool same(const render::Line& a, const render::Line& b) {
-  return a.points == b.points && same(a.colour, b.colour) && a.width == b.width;
-}
-bool same(const render::Triad& a, const render::Triad& b) {
-  return a.length == b.length && a.label == b.label && a.on_top == b.on_top;
-}
-bool same(const render::MassMark& a, const render::MassMark& b) {
-  return a.gyration == b.gyration && a.label == b.label;
-}
-bool same(const render::Label& a, const render::Label& b) {
-  return a.text == b.text && a.place == b.place;
-}
-bool same(const render::Legend& a, const render::Legend& b) {
-  if (a.title != b.title || a.colours.size() != b.colours.size() ||
-      a.ticks.size() != b.ticks.size())
-    return false;
-  for (std::size_t i = 0; i < a.colours.size(); ++i)
-    if (!same(a.colours[i], b.colours[i])) return false;
-  for (std::size_t i = 0; i < a.ticks.size(); ++i)
-    if (a.ticks[i].share != b.ticks[i].share || a.ticks[i].text != b.ticks[i].text) return false;
-  return true;
-}
-bool same(const render::Light& a, const render::Light& b) {
-  return a.kind == b.kind && same(a.colour, b.colour) && a.intensity == b.intensity &&
-         a.angle == b.angle;
-}
 template <class T>
 bool stands_still(const T& a, const T& b) {
   if constexpr (requires { a.pose; }) return same(a.pose, b.pose);

@@ -48,10 +48,8 @@ Result<void> set_layer(Extras& extras, std::string_view name, bool is_shown) {
       layer.set(extras, is_shown);
       return {};
     }
-  std::string known;
-  for (const Layer& layer : kLayers) known += (known.empty() ? "" : ", ") + std::string(layer.name);
   return error(ErrorCode::unknown_name, "there is no layer " + text::quote(name),
-               "Layers are: " + known + ".");
+               "Layers are: " + text::join(layer_names(), ", ") + ".");
 }
 
 }  // namespace robomosp::scene

@@ -35,44 +35,54 @@ LiveScene::~LiveScene() {
   changed_.wait(lock, [this] { return !is_working_; });
 }
 
-void LiveScene::want() {
-  ++version_;
-  if (is_working_ || !wanted_.snapshot) return;
-  is_working_ = true;
+template <class Change>
+void LiveScene::want(const Change& change) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!change(wanted_)) return;
+    ++version_;
+    if (is_working_ || !wanted_.snapshot) return;
+    is_working_ = true;
+  }
+  // Without the lock: the executor runs it here if the system gives it no thread.
   executor_.run([this] { work(); });
 }
 
 void LiveScene::follow(document::SnapshotPtr snapshot) {
-  const std::lock_guard lock(mutex_);
-  if (snapshot == wanted_.snapshot || !snapshot) return;
-  wanted_.snapshot.swap(snapshot);  // the old one goes without the lock
-  want();
+  if (!snapshot) return;
+  want([&snapshot](Wanted& w) {
+    if (snapshot == w.snapshot) return false;
+    w.snapshot.swap(snapshot);  // the old one goes without the lock
+    return true;
+  });
 }
 
 void LiveScene::show(Extras extras) {
-  const std::lock_guard lock(mutex_);
-  std::swap(wanted_.extras, extras);
-  want();
+  want([&extras](Wanted& w) {
+    std::swap(w.extras, extras);
+    return true;
+  });
 }
 
 Result<void> LiveScene::show_layer(std::string_view name, bool is_shown) {
-  const std::lock_guard lock(mutex_);
-  RMP_TRY(set_layer(wanted_.extras, name, is_shown));
-  want();
-  return {};
+  Result<void> out;
+  want([&](Wanted& w) {
+    out = set_layer(w.extras, name, is_shown);
+    return out.ok();
+  });
+  return out;
 }
 
 void LiveScene::move(MotionPtr motion) {
-  const std::lock_guard lock(mutex_);
-  if (motion == wanted_.motion) return;
-  wanted_.motion.swap(motion);
-  want();
+  want([&motion](Wanted& w) {
+    if (motion == w.motion) return false;
+    w.motion.swap(motion);
+    return true;
+  });
 }
 
 void LiveScene::refresh() {
-  const std::lock_guard lock(mutex_);
-  is_to_forget_ = true;
-  want();
+  want([this](Wanted&) { return is_to_forget_ = true; });
 }
 
 FramePtr LiveScene::frame() const {

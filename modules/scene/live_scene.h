@@ -57,7 +57,9 @@ class LiveScene {
 
  private:
   class Interruptible;
-  void want();  // with mutex_ held
+  /// Changes what is wanted with `change`, and sees to it that it is computed.
+  template <class Change>
+  void want(const Change& change);
   void work();
   void publish(const FramePtr& frame);
   evaluation::Derived& derived_;

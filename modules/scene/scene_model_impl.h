@@ -12,6 +12,7 @@
 
 #include "scene/build.h"
 #include "scene/posed_robot.h"
+#include "scene/same.h"
 #include "scene/scene_model.h"
 #include "scene/shape_store.h"
 
@@ -86,9 +87,6 @@ struct SceneModel::Impl {
   std::unordered_map<AnyId, std::vector<std::size_t>> users;
 };
 
-[[nodiscard]] inline bool same_pose(const Pose& a, const Pose& b) {
-  return a.R == b.R && a.p == b.p;
-}
 /// The layer of a member, for changing.
 [[nodiscard]] inline ShapePtr& layer_of(Member& m, ShapeLayer layer) {
   return m.shapes[static_cast<std::size_t>(layer)];

@@ -79,7 +79,7 @@ Result<void> SceneModel::Impl::show_objects(Work& w) {
       if (m && motion != w.wanted.motion)
         for (const auto& [name, pose] : m->objects) touch_named(name);
     for (const auto& [name, pose] : held)
-      if (const auto at = w.held.find(name); at == w.held.end() || !same_pose(at->second, pose))
+      if (const auto at = w.held.find(name); at == w.held.end() || !same(at->second, pose))
         touch_named(name);
     for (const auto& [name, pose] : w.held)
       if (!held.contains(name)) touch_named(name);
@@ -120,7 +120,7 @@ Result<MemberPtr> SceneModel::Impl::object_member(Work& w, const std::string& na
                                                   const MemberPtr& before) {
   const bool keeps_shapes = before && before->what == id && before->name == name &&
                             !w.is_touched(id) && !can_be_finer(w, id);
-  if (keeps_shapes && same_pose(before->bodies.front(), pose)) return before;
+  if (keeps_shapes && same(before->bodies.front(), pose)) return before;
   auto m = std::make_shared<Member>();
   if (keeps_shapes) {
     *m = *before;
@@ -149,7 +149,7 @@ Result<MemberPtr> SceneModel::Impl::object_member(Work& w, const std::string& na
   const Shape& bodies = *m->shape(ShapeLayer::bodies);
   m->box = bodies.boxes.empty() ? empty_box() : moved(bodies.boxes.front(), pose);
   if (before && before->what == id && before->name == name && before->shapes == m->shapes &&
-      same_pose(before->bodies.front(), pose))
+      same(before->bodies.front(), pose))
     return before;
   return MemberPtr(std::move(m));
 }

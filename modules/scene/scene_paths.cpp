@@ -65,20 +65,12 @@ Element<render::Triad> axes(render::Triad triad, std::uint32_t number) {
 void keep_unchanged(MemberList& list, std::vector<MemberPtr> made) {
   const auto is_same = [](const Member& a, const Member& b) {
     const Shape &x = *a.shape(ShapeLayer::bodies), &y = *b.shape(ShapeLayer::bodies);
-    const auto same_axes = [](const auto& s, const auto& t) {
-      return s.what.length == t.what.length && s.what.label == t.what.label;
-    };
-    const auto same_lamp = [](const auto& s, const auto& t) {
-      const render::Light &l = s.what, &k = t.what;
-      return l.kind == k.kind && l.intensity == k.intensity && l.angle == k.angle &&
-             l.colour.r == k.colour.r && l.colour.g == k.colour.g && l.colour.b == k.colour.b &&
-             l.colour.a == k.colour.a;
-    };
+    const auto same_looks = [](const auto& s, const auto& t) { return same(s.what, t.what); };
     return a.name == b.name &&
            std::equal(x.triads.begin(), x.triads.end(), y.triads.begin(), y.triads.end(),
-                      same_axes) &&
+                      same_looks) &&
            std::equal(x.lights.begin(), x.lights.end(), y.lights.begin(), y.lights.end(),
-                      same_lamp);
+                      same_looks);
   };
   list.resize(std::min(list.size(), made.size()));
   for (std::size_t i = 0; i < made.size(); ++i) {
@@ -89,7 +81,7 @@ void keep_unchanged(MemberList& list, std::vector<MemberPtr> made) {
     const MemberPtr& old = std::as_const(list)[i];
     if (!is_same(*old, *made[i])) {
       list[i] = std::move(made[i]);
-    } else if (!same_pose(old->bodies.front(), made[i]->bodies.front())) {
+    } else if (!same(old->bodies.front(), made[i]->bodies.front())) {
       auto moved_one = std::make_shared<Member>(*old);
       moved_one->bodies = made[i]->bodies;
       list[i] = std::move(moved_one);
@@ -157,7 +149,7 @@ Result<void> SceneModel::Impl::show_trajectories(Work& w) {
     const bool is_run = moves_joints(*w.wanted.snapshot, t.trajectory);
     const bool is_outstanding = was && outstanding.contains(t.name);
     if (was && !w.is_touched(AnyId(t.trajectory)) && !(is_run && runs_anew) && !is_outstanding) {
-      if (!same_pose(was->bodies.front(), pose)) {
+      if (!same(was->bodies.front(), pose)) {
         auto m = std::make_shared<Member>(*was);
         m->bodies = {pose};
         was = std::move(m);

@@ -69,7 +69,7 @@ Result<MemberPtr> SceneModel::Impl::robot_member(Work& w, const std::string& nam
   }
   RobotState& at = robot_states[name];
   const bool is_same_place = at.posed && at.base == robot->base && at.q == q &&
-                             same_pose(at.world_T_mounting, world_T_mounting);
+                             same(at.world_T_mounting, world_T_mounting);
   if (is_same_place && at.member && !w.is_anew && !w.has_other_extras) return at.member;
   auto m = std::make_shared<Member>();
   m->kind = MemberKind::robot;

@@ -72,6 +72,7 @@ std::uint64_t Events::subscribe(EventFilter filter, std::function<void()> wake) 
   filter.most = std::max<std::size_t>(filter.most, 2);
   const std::lock_guard lock(mutex_);
   subscriptions_.emplace(next_, Subscription{std::move(filter), std::move(wake), {}, 0});
+  note_topics();
   return next_++;
 }
 
@@ -89,7 +90,15 @@ void Events::set_wake(std::uint64_t token, std::function<void()> wake) {
 
 bool Events::unsubscribe(std::uint64_t token) {
   const std::lock_guard lock(mutex_);
-  return subscriptions_.erase(token) != 0;
+  if (subscriptions_.erase(token) == 0) return false;
+  note_topics();
+  return true;
+}
+
+void Events::note_topics() {
+  std::uint32_t all = 0;
+  for (const auto& [token, s] : subscriptions_) all |= s.filter.topics;
+  topics_.store(all, std::memory_order_release);
 }
 
 bool Events::has_subscribers() const {
@@ -105,12 +114,7 @@ double Events::run_rate() const {
   return rate;
 }
 
-std::uint32_t Events::topics() const {
-  std::uint32_t all = 0;
-  const std::lock_guard lock(mutex_);
-  for (const auto& [token, s] : subscriptions_) all |= s.filter.topics;
-  return all;
-}
+std::uint32_t Events::topics() const { return topics_.load(std::memory_order_acquire); }
 
 Result<std::vector<Event>> Events::take(std::uint64_t token, std::size_t at_most) {
   const std::lock_guard lock(mutex_);

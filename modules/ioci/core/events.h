@@ -4,6 +4,7 @@
 // (layer: application).
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -155,11 +156,13 @@ class Events {
   };
   static std::vector<Event> taken(Subscription&, std::size_t at_most);  // with mutex_ held
   void push(Subscription&, Event);                                      // with mutex_ held
-  void bound(Subscription&);        // with mutex_ held
+  void bound(Subscription&);                                            // with mutex_ held
   template <class Wants>
   void deliver(const Wants& wants);
   mutable std::mutex mutex_;
+  void note_topics();                                    // with mutex_ held
   std::map<std::uint64_t, Subscription> subscriptions_;  // guarded by mutex_
+  std::atomic<std::uint32_t> topics_{0};                 ///< of all subscriptions, set with mutex_
   std::uint64_t next_ = 1;                               // guarded by mutex_
 };
 

@@ -103,9 +103,12 @@ Surroundings::~Surroundings() {
 }
 
 void Surroundings::begin(std::uint32_t topics) {
-  if (topics & bit(Topic::provider)) look_at_providers();
-  if (topics & bit(Topic::unsaved)) committed({});
-  look();
+  if (!(topics & bit(Topic::unsaved))) return look();
+  {
+    const std::lock_guard lock(mutex_);
+    is_whole_ = true;  // others hear again what is not saved
+  }
+  committed({});
 }
 
 void Surroundings::look() {
@@ -220,8 +223,10 @@ void Surroundings::compare() {
         else after.erase(id);
     }
     std::vector<AnyId> became, saved;
-    std::set_difference(after.begin(), after.end(), unsaved_.begin(), unsaved_.end(),
-                        std::back_inserter(became));
+    if (is_whole) became.assign(after.begin(), after.end());
+    else
+      std::set_difference(after.begin(), after.end(), unsaved_.begin(), unsaved_.end(),
+                          std::back_inserter(became));
     std::set_difference(unsaved_.begin(), unsaved_.end(), after.begin(), after.end(),
                         std::back_inserter(saved));
     unsaved_ = std::move(after);
