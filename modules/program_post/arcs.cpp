@@ -9,7 +9,7 @@
 
 #include <robomosp/sdk/post_writer.h>
 
-#include "program_post/rewriter.h"
+#include "program_post/pose_rewriter.h"
 #include "program_post/vectors.h"
 
 namespace robomosp::program_post {
@@ -151,11 +151,11 @@ std::optional<Pieces> spline(const std::vector<Pose>& through, double most) {
   return out;
 }
 
-class Arcs final : public Rewriter {
+class Arcs final : public PoseRewriter {
  public:
   Arcs(ProgramTables& t, const PostCapabilities& caps, std::span<const PostPoint> points,
        double chord_mm, std::vector<Remark>& remarks)
-      : Rewriter(t),
+      : PoseRewriter(t),
         title_(caps.title),
         remarks_(remarks),
         no_circle_((caps.motions & kPostCircle) == 0 || caps.circle == PostCircle::none),
@@ -169,7 +169,7 @@ class Arcs final : public Rewriter {
   void run() {
     bool is_any = false;
     for (const auto& m : t_.motions) is_any = is_any || is_meant(m);
-    if (!is_any || !find_types()) return;
+    if (!is_any || !has_poses()) return;
     for (std::size_t r = 0; r < t_.routines.size(); ++r) {
       forget();
       block(t_.routines[r].body);
@@ -180,14 +180,6 @@ class Arcs final : public Rewriter {
   [[nodiscard]] bool is_meant(const rmp_code_motion& m) const {
     return (m.interpolation == RMP_MOVE_CIRCLE && no_circle_) ||
            (m.interpolation == RMP_MOVE_PATH && no_path_);
-  }
-  bool find_types() {
-    for (Id i = 0; i < t_.types.size(); ++i) {
-      if (t_.types[i].role == RMP_ROLE_POSITION) position_ = i;
-      if (t_.types[i].role == RMP_ROLE_ORIENTATION) orientation_ = i;
-      if (t_.types[i].role == RMP_ROLE_POSE) pose_ = i;
-    }
-    return position_ != RMP_NONE && orientation_ != RMP_NONE && pose_ != RMP_NONE;
   }
   void forget() { last_.reset(); }
 
@@ -417,23 +409,12 @@ class Arcs final : public Rewriter {
     }
     st(last).next = next;
   }
-  Id pose(const Pose& p, const rmp_span& span) {
-    const auto q = post::quaternion(p.R);
-    const std::array<Id, 3> xyz{real(p.p[0] * 1000, span), real(p.p[1] * 1000, span),
-                                real(p.p[2] * 1000, span)};
-    const std::array<Id, 4> wxyz{real(q[0], span), real(q[1], span), real(q[2], span),
-                                 real(q[3], span)};
-    const Id place = expression(RMP_EXPR_MAKE, position_, span, std::span<const Id>(xyz));
-    const Id turn = expression(RMP_EXPR_MAKE, orientation_, span, std::span<const Id>(wxyz));
-    return expression(RMP_EXPR_MAKE, pose_, span, {place, turn});
-  }
 
   std::string title_;
   std::vector<Remark>& remarks_;
   bool no_circle_, no_path_;
   double most_;  ///< [m]
   std::vector<const PostPoint*> by_expression_;
-  Id position_ = RMP_NONE, orientation_ = RMP_NONE, pose_ = RMP_NONE;
   std::optional<At> last_;
   int depth_ = 0;
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_post/carriage.h"
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -12,47 +11,31 @@
 #include "kernel/text.h"
 #include "program_post/cell.h"
 #include "program_post/legalise.h"
-#include "program_post/rewriter.h"
+#include "program_post/pose_rewriter.h"
 
 namespace robomosp::program_post {
 namespace {
 
-class ForRail final : Rewriter {
+class ForRail final : PoseRewriter {
  public:
   ForRail(ProgramTables& t, const rmp_code& code, const Carrier& carrier, const KnownPoints& known,
           RailKind kind, const PostCapabilities& caps, std::vector<Remark>& remarks)
-      : Rewriter(t),
+      : PoseRewriter(t),
         carrier_(carrier),
         known_(known),
         kind_(kind),
         caps_(caps),
         remarks_(remarks),
-        is_controllers_(counts_maker_axes(code)) {
-    for (std::uint32_t i = 0; i < t_.types.size(); ++i) {
-      if (t_.types[i].role == RMP_ROLE_POSITION) position_ = i;
-      if (t_.types[i].role == RMP_ROLE_ORIENTATION) orientation_ = i;
-      if (t_.types[i].role == RMP_ROLE_POSE) pose_ = i;
-    }
-  }
+        is_controllers_(counts_maker_axes(code)) {}
   void run() {
-    if (position_ == RMP_NONE || orientation_ == RMP_NONE || pose_ == RMP_NONE) return;
+    if (!has_poses()) return;
     for (std::uint32_t i = 0; i < t_.motions.size() && i < known_.motions.size(); ++i) one(i);
   }
 
  private:
-  [[nodiscard]] std::uint32_t role(const rmp_code_motion& m, std::uint32_t k) const {
-    return t_.types[ex(t_.links[m.first_target + k]).type].role;
-  }
-  [[nodiscard]] bool has_places(const rmp_code_motion& m) const {
-    for (std::uint32_t k = 0; k < m.target_count; ++k)
-      if (const auto r = role(m, k);
-          r != RMP_ROLE_JOINT && r != RMP_ROLE_MAIN_JOINT && r != RMP_ROLE_ADD_JOINT)
-        return true;
-    return false;
-  }
   [[nodiscard]] bool gives_additional(const rmp_code_motion& m) const {
     for (std::uint32_t k = 0; k < m.target_count; ++k)
-      if (const auto r = role(m, k);
+      if (const auto r = role_of_target(m, k);
           r == RMP_ROLE_JOINT || r == RMP_ROLE_ROBTARGET || r == RMP_ROLE_ADD_JOINT)
         return true;
     return false;
@@ -129,40 +112,22 @@ class ForRail final : Rewriter {
     const auto frame = unless_identity(post::inverse(carriage_at(carrier_, *c.to)));
     if (!frame) return;
     bool is_framed = false;
-    const auto begin = static_cast<std::uint32_t>(t_.attributes.size());
-    for (std::uint32_t k = 0; k < m.attribute_count; ++k) {
-      rmp_code_attribute a = t_.attributes[m.first_attribute + k];
-      if (a.attribute == RMP_ATTR_FRAME) {
-        is_framed = true;
-        a.value = expression(RMP_EXPR_COMPOSE, pose_, a.span, {made(*frame, a.span), a.value});
-      }
-      t_.attributes.push_back(a);
-    }
-    if (!is_framed) t_.attributes.push_back({RMP_ATTR_FRAME, made(*frame, m.span), m.span});
-    t_.motions[i].first_attribute = begin;
-    t_.motions[i].attribute_count = static_cast<std::uint32_t>(t_.attributes.size()) - begin;
+    rewrite_attributes(
+        i,
+        [&](rmp_code_attribute& a) {
+          if (a.attribute == RMP_ATTR_FRAME) {
+            is_framed = true;
+            a.value = composed(*frame, a);
+          }
+          return true;
+        },
+        [&] {
+          if (!is_framed) t_.attributes.push_back({RMP_ATTR_FRAME, pose(*frame, m.span), m.span});
+        });
   }
   void take_out_control(std::uint32_t i) {
-    const rmp_code_motion m = t_.motions[i];
-    const auto begin = static_cast<std::uint32_t>(t_.attributes.size());
-    for (std::uint32_t k = 0; k < m.attribute_count; ++k) {
-      const rmp_code_attribute a = t_.attributes[m.first_attribute + k];
-      if (a.attribute != RMP_ATTR_ADAX_CONTROL) t_.attributes.push_back(a);
-    }
-    t_.motions[i].first_attribute = begin;
-    t_.motions[i].attribute_count = static_cast<std::uint32_t>(t_.attributes.size()) - begin;
-  }
-  std::uint32_t made(const Pose& p, const rmp_span& span) {
-    const auto q = post::quaternion(p.R);
-    const std::array<std::uint32_t, 3> xyz{real(p.p[0] * 1000, span), real(p.p[1] * 1000, span),
-                                           real(p.p[2] * 1000, span)};
-    const std::array<std::uint32_t, 4> wxyz{real(q[0], span), real(q[1], span), real(q[2], span),
-                                            real(q[3], span)};
-    const std::uint32_t place =
-        expression(RMP_EXPR_MAKE, position_, span, std::span<const std::uint32_t>(xyz));
-    const std::uint32_t turn =
-        expression(RMP_EXPR_MAKE, orientation_, span, std::span<const std::uint32_t>(wxyz));
-    return expression(RMP_EXPR_MAKE, pose_, span, {place, turn});
+    rewrite_attributes(
+        i, [](const rmp_code_attribute& a) { return a.attribute != RMP_ATTR_ADAX_CONTROL; }, [] {});
   }
 
   static constexpr std::int64_t kKeep = 1;  ///< TCP_KEEP
@@ -172,7 +137,6 @@ class ForRail final : Rewriter {
   const PostCapabilities& caps_;
   std::vector<Remark>& remarks_;
   bool is_controllers_;  ///< the program is a controller's
-  std::uint32_t position_ = RMP_NONE, orientation_ = RMP_NONE, pose_ = RMP_NONE;
 };
 
 }  // namespace
