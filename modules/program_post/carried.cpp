@@ -95,8 +95,9 @@ class Flow {
         open.push_back(row_at<std::uint32_t>(c_.links, x.first + k));
     }
   }
+  /// Routines that a statement calls to find its values.
   template <class Fn>
-  void each_callee_of(const rmp_code_statement& s, Fn&& see) const {
+  void each_callee_of_values(const rmp_code_statement& s, Fn&& see) const {
     for (const std::uint32_t e : {s.a, s.b, s.c}) each_callee(e, see);
     if (s.op != RMP_STMT_MOVE || s.motion == RMP_NONE) return;
     const auto& m = motion(s.motion);
@@ -105,7 +106,13 @@ class Flow {
     for (std::uint32_t k = 0; k < m.attribute_count; ++k)
       each_callee(row_at<rmp_code_attribute>(c_.attributes, m.first_attribute + k).value, see);
     each_callee(m.until, see);
-    if (m.action != RMP_NONE) see(m.action);
+  }
+  /// The same, and the action of UNTIL ... DO.
+  template <class Fn>
+  void each_callee_of(const rmp_code_statement& s, Fn&& see) const {
+    each_callee_of_values(s, see);
+    if (s.op != RMP_STMT_MOVE || s.motion == RMP_NONE) return;
+    if (const auto r = motion(s.motion).action; r != RMP_NONE) see(r);
   }
   /// Routines that may move additional joints, by themselves or by what they call.
   void find_touched() {
@@ -169,8 +176,9 @@ class Flow {
     is_known_exit_[r] = true;
     return exits_[r];
   }
+  /// What a statement calls to find its values; the action of a motion comes behind it.
   void call(const rmp_code_statement& s, State& now) {
-    each_callee_of(s, [&](std::uint32_t r) {
+    each_callee_of_values(s, [&](std::uint32_t r) {
       enter(r, now);
       if (touched_[r]) now = exit_of(r);
     });
@@ -194,17 +202,43 @@ class Flow {
       else all = {now, to};
       is_seen_[m] = true;
     }
-    // A condition may end it on the way.
-    now = motion(m).until != RMP_NONE && now != to ? State() : to;
-    if (is_shared_) now.reset();
+    // A condition may end it on the way; its action runs where that was.
+    State left = motion(m).until != RMP_NONE && now != to ? State() : to;
+    if (is_shared_) left.reset();
+    if (const auto r = motion(m).action; r != RMP_NONE) {
+      enter(r, left);
+      if (touched_[r]) left = merged(left, exit_of(r));
+    }
+    now = left;
   }
-
+  /// The condition of WHILE comes before its body each time, that of REPEAT behind it.
+  void loop(const rmp_code_statement& s, State& now, State& exit, bool& has_exit) {
+    const bool is_while = s.op == RMP_STMT_WHILE, is_repeat = s.op == RMP_STMT_REPEAT;
+    if (!is_repeat) call(s, now);
+    const bool changes = may_change(s.body, now);
+    bool asks = false;  // whether the condition moves additional joints
+    if (is_while || is_repeat)
+      each_callee_of_values(s, [&](std::uint32_t r) { asks = asks || touched_[r]; });
+    // The second time it begins elsewhere.
+    if (changes || asks) {
+      now.reset();
+      if (is_while) call(s, now);
+    }
+    State end = block(s.body, now, exit, has_exit);
+    if (is_repeat) call(s, end);
+    // EXIT leaves it anywhere in the body.
+    if (changes) now.reset();
+  }
+  static bool is_loop(const rmp_code_statement& s) {
+    return s.op == RMP_STMT_WHILE || s.op == RMP_STMT_REPEAT || s.op == RMP_STMT_LOOP ||
+           s.op == RMP_STMT_FOR || s.op == RMP_STMT_FOR_DOWN;
+  }
   State block(std::uint32_t first, State now, State& exit, bool& has_exit) {
     if (depth_ >= kMostDepth) return {};
     ++depth_;
     for (std::uint32_t i = first; i != RMP_NONE; i = st(i).next) {
       const rmp_code_statement& s = st(i);
-      call(s, now);
+      if (!is_loop(s)) call(s, now);
       switch (s.op) {
         case RMP_STMT_MOVE:
           if (s.motion != RMP_NONE) move(s.motion, now);
@@ -227,10 +261,7 @@ class Flow {
         case RMP_STMT_REPEAT:
         case RMP_STMT_LOOP:
         case RMP_STMT_FOR:
-        case RMP_STMT_FOR_DOWN:
-          if (now && may_change(s.body, now)) now.reset();
-          (void)block(s.body, now, exit, has_exit);
-          break;
+        case RMP_STMT_FOR_DOWN: loop(s, now, exit, has_exit); break;
         case RMP_STMT_LABEL:
           if (touched_[in_]) now.reset();
           break;
