@@ -302,21 +302,14 @@ class AsReader final : public Reader {
             type = joint_type();
           }
           if (d.kind == Data::places && n.size() >= 6 && n.size() <= 18) {
-            type = kPose;
-            value =
-                pose_of({real(n[0]), real(n[1]), real(n[2])}, {real(n[3]), real(n[4]), real(n[5])});
-            for (std::size_t k = 6; k < n.size(); ++k)
-              if (n[k] != 0) value = failed();
-            if (!value.ok)
-              fail(at,
-                   std::string(name.raw) +
-                       " has an additional axis; IRL has these in joint targets only",
-                   "Teach the point as joints (#" + std::string(name.raw) + ").");
+            std::vector<Ex> all;
+            for (const double x : n) all.push_back(real(x));
+            value = place_of(all);
+            type = value.type;
           }
         }
         if (!value.ok) {
-          if (type.k != K::pose)
-            fail(at, "this line of data is not read", "It must be a name and its numbers.");
+          fail(at, "this line of data is not read", "It must be a name and its numbers.");
           skip_line();
           continue;
         }
@@ -336,9 +329,12 @@ class AsReader final : public Reader {
           continue;
         }
         learn_array(key, type, index);
+        learn_element(key, type);
         const auto [it, is_new] = array_of_name.try_emplace(key, arrays.size());
         if (is_new) arrays.push_back({std::string(name.raw), type, at, {}});
-        arrays[it->second].elements.push_back({index, value.s});
+        const Type& of = learned_.types[key];
+        arrays[it->second].elements.push_back(
+            {index, of.element ? converted(value, *of.element, at).s : value.s});
       }
     for (const Array& a : arrays) {
       const std::string key = lower(a.low);
@@ -389,12 +385,73 @@ class AsReader final : public Reader {
     const Type& now = *it->second.element;
     if (now == element) return;
     if ((now.k == K::boolean && is_number(element)) ||
+        (now.k == K::pose && element.k == K::target) ||
         (now.k == K::real && element.k != K::boolean && element.k != K::integer &&
          !learned_.flags.contains("valued number " + key)))
       it->second = array_of(element, it->second.bounds);
   }
   Ex pose_of(const std::vector<Ex>& xyz, const std::vector<Ex>& oat) {
     return pose(xyz, orientation("ORIZYZ2", oat));
+  }
+
+  // ---- additional axes ----
+
+  /// A transformation of six numbers and those of additional axes. It has no configuration.
+  Ex place_of(const std::vector<Ex>& n) {
+    const Ex p = pose_of({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
+    const std::vector<Ex> axes(n.begin() + 6, n.end());
+    // Controllers of six axes may write zeros behind the six numbers.
+    const bool are_zeros =
+        std::all_of(axes.begin(), axes.end(), [](const Ex& e) { return e.is_literal && e.v == 0; });
+    if (axes.empty() || (are_zeros && learned_.external_axes == 0)) return p;
+    return with_axes(p, axes);
+  }
+  Ex with_axes(const Ex& p, const std::vector<Ex>& axes, std::optional<Ex> status = std::nullopt) {
+    const Ex e = target(p, status ? *status : integer(-1), std::vector<Ex>(6, integer(-128)), axes);
+    if (e.ok && !status) made_.insert_or_assign(e.s, std::pair{p, axes});
+    return e;
+  }
+  [[nodiscard]] bool has_axes(const Ex& e) const {
+    return learned_.external_axes > 0 && e.ok && (e.type.k == K::target || e.type.k == K::joint);
+  }
+  /// What a transformation gets: of joints and of where the robot is without the configuration.
+  Ex as_location(const Ex& e, const At& at) {
+    if (learned_.external_axes == 0) return as_pose(as_place(e), at);
+    if (!e.ok || e.type.k != K::joint) return e;
+    return value(helper("any_configuration_target") + "(" + as_place(e).s + ")", kTarget);
+  }
+  Ex present_location(const At& at) {
+    const Ex e = present_target(at);
+    if (learned_.external_axes == 0 || !e.ok) return as_pose(e, at);
+    return value(helper("any_configuration_target") + "(" + e.s + ")", kTarget);
+  }
+  /// The pose of a place; of one that is written out its own text.
+  Ex pose_part(const Ex& e, const At& at) {
+    if (const auto it = made_.find(e.s); it != made_.end()) return it->second.first;
+    return as_pose(as_place(e), at);
+  }
+  std::vector<Ex> axes_part(const Ex& e) {
+    if (const auto it = made_.find(e.s); it != made_.end()) return it->second.second;
+    std::vector<Ex> out;
+    for (int k = 1; k <= learned_.external_axes; ++k)
+      out.push_back(value(within(e, kPrimary) + ".A_JOINT.AA" + std::to_string(k), kReal));
+    return out;
+  }
+  /// A pose with the additional axes of a place, if it has any.
+  Ex carried(const Ex& p, const Ex& of, const At& at) {
+    if (!p.ok || !has_axes(of)) return p;
+    const Ex e = as_location(of, at);
+    return made_.contains(e.s) || e.is_place ? with_axes(p, axes_part(e)) : with_pose(e, p);
+  }
+  /// Of a sum: the additional axes are those of its last transformation.
+  Ex sum_of(const Ex& p, const Ex& last, bool is_lost, const At& at) {
+    if (!p.ok || has_axes(last)) return carried(p, last, at);
+    if (is_lost)
+      return bad(at,
+                 "the last transformation of this sum has no additional axes, but one before it "
+                 "has them",
+                 "Give the last one a value for each additional axis.");
+    return p;
   }
 
   // ---- programs ----
@@ -666,7 +723,7 @@ class AsReader final : public Reader {
     const Ex p = location();
     if (!p.ok) return;
     goal_.clear();
-    set(is_tool ? "tool" : "frame", as_pose(p, at), at);
+    set(is_tool ? "tool" : "frame", p.type.k == K::joint ? as_pose(p, at) : pose_part(p, at), at);
   }
   void configure(const At& at) {
     const bool is_other = word_ == "lefty" || word_ == "below" || word_ == "dwrist";
@@ -695,6 +752,11 @@ class AsReader final : public Reader {
     else
       status = value(within(s, kSum) + " + 2 * " + within(e, kSign) + " + 4 * " + within(w, kSign),
                      kInt, kSum);
+    if (p.type.k == K::target) return with_axes(pose_part(p, at), axes_part(p), status);
+    // IRL has no target with a configuration that leaves the additional axes where they are.
+    if (learned_.external_axes > 0)
+      return bad(at, "this transformation has no additional axes, so it cannot get a configuration",
+                 "Give it a value for each additional axis.");
     return target(p, status, std::vector<Ex>(6, integer(-128)), {});
   }
   /// The statements that follow wait for the end of this motion (BREAK).
@@ -807,7 +869,7 @@ class AsReader final : public Reader {
   Ex behind(const Ex& p, const Ex& d, const At& at) {
     const Ex by = pose({real(0), real(0), negative(d)},
                        orientation("ORIQUAT", {real(1), real(0), real(0), real(0)}));
-    return binary(Op::compose, as_pose(as_place(p), at), by, at);
+    return carried(binary(Op::compose, pose_part(p, at), by, at), p, at);
   }
   void go(Ex e, bool is_joint, const At& at) {
     Motion m;
@@ -817,8 +879,9 @@ class AsReader final : public Reader {
       goal_.clear();
       if (!is_joint) e = as_place(e);
     } else if (e.type.k == K::pose || e.type.k == K::target) {
-      goal_ = e.is_place || e.s.size() < 300 ? e.s : "";
-      if (is_joint && e.type.k == K::pose) e = with_configuration(e, at);
+      const Ex p = pose_part(e, at);
+      goal_ = e.is_place || p.s.size() < 300 ? p.s : "";
+      if (is_joint) e = with_configuration(e, at);
     } else {
       bad(at, "this is not a target of a motion");
       return;
@@ -841,10 +904,10 @@ class AsReader final : public Reader {
   }
   void arc(const At& at) {
     const bool is_first = word_ == "c1move";
-    Ex e = as_place(location());
+    const Ex e = as_location(location(), at);
     if (!e.ok) return;
     if (is_first) {
-      via_ = as_pose(e, at);
+      via_ = e;
       via_next_ = next_;
       next_ = {};
       // The end comes with the next statement of motion, after settings only.
@@ -872,10 +935,11 @@ class AsReader final : public Reader {
     }
     Motion m;
     m.word = "CIRCLE";
-    m.targets = {*via_, as_pose(e, at)};
+    m.targets = {*via_, e};
     via_.reset();
     if (next_.is_empty()) next_ = via_next_;
-    goal_ = e.s.size() < 300 && e.type.k == K::pose ? e.s : "";
+    goal_ = pose_part(e, at).s;
+    if (goal_.size() >= 300) goal_.clear();
     attributes(m, false, at);
     move(std::move(m), at);
   }
@@ -1247,7 +1311,8 @@ class AsReader final : public Reader {
       if (it == learned_.types.end() || !(it->second.k == K::real && t.k == K::boolean))
         learn(to.key, t);
       // A number by guess only becomes what it gets.
-      if (it != learned_.types.end() && it->second.k == K::real && (t.k == K::pose) &&
+      if (it != learned_.types.end() && it->second.k == K::real &&
+          (t.k == K::pose || t.k == K::target) &&
           !learned_.flags.contains("valued number " + to.key))
         learned_.types[to.key] = t;
     } else {
@@ -1270,7 +1335,12 @@ class AsReader final : public Reader {
       return;
     }
     if (v.type.k == K::pose) {
-      assign(v, as_pose(as_place(e), at), at);
+      assign(v, pose_part(e, at), at);
+      return;
+    }
+    if (v.type.k == K::target) {
+      // The whole of it, and not only its pose.
+      assign(v, converted(as_location(e, at), kTarget, at), at);
       return;
     }
     if (v.type.k == K::joint && (e.type.k == K::pose || e.type.k == K::target)) {
@@ -1305,7 +1375,8 @@ class AsReader final : public Reader {
       if (!v.ok || !e.ok) return;
       const char c = static_cast<char>(which[0] - 32);
       const Ex p = as_pose(as_place(e), at);
-      if (p.ok) emit(v.s + ".POS." + c + " := " + within(p, kPrimary) + ".POS." + c + ";", at);
+      const std::string place = v.type.k == K::target ? v.s + ".PSE" : v.s;
+      if (p.ok) emit(place + ".POS." + c + " := " + within(p, kPrimary) + ".POS." + c + ";", at);
       return;
     }
     const Named to = named();
@@ -1317,10 +1388,10 @@ class AsReader final : public Reader {
     Ex e = location();
     if (!e.ok) return;
     if (!low.starts_with("#")) {
-      e = as_pose(as_place(e), at);
+      e = as_location(e, at);
       const auto it = learned_.types.find(to.key);
       if (it != learned_.types.end() && to.index.empty() && it->second.k == K::real)
-        it->second = kPose;
+        it->second = e.type;
     }
     goal_.clear();
     assign_to(to, e, at);
@@ -1329,7 +1400,7 @@ class AsReader final : public Reader {
   void here_(const At& at) {
     const Named to = named();
     const std::string low = to.is_local ? to.name.low.substr(1) : to.name.low;
-    assign_to(to, low.starts_with("#") ? present_joints() : as_pose(present_target(at), at), at);
+    assign_to(to, low.starts_with("#") ? present_joints() : present_location(at), at);
   }
   void decompose(const At& at) {
     Named to = named();
@@ -1350,13 +1421,15 @@ class AsReader final : public Reader {
           within(e, kPrimary) + (learned_.external_axes > 0 ? ".M_JOINT.A" : ".A");
       for (int k = 1; k <= 6; ++k) parts.push_back(p + std::to_string(k));
     } else {
-      const Ex q = as_pose(e, at);
+      const Ex q = pose_part(e, at);
       if (!q.ok) return;
       const std::string p = within(q, kPrimary);
       for (const char c : {'X', 'Y', 'Z'}) parts.push_back(p + ".POS." + c);
       for (const char* a : {"ANGLEZ", "ANGLEY", "ANGLEZ2"})
         parts.push_back(std::string(a) + "('ZYZ2', " + p + ".ORI)");
     }
+    if (has_axes(e))
+      for (const Ex& x : axes_part(e)) parts.push_back(x.s);
     for (std::size_t k = 0; k < parts.size(); ++k) {
       to.index = {integer(static_cast<std::int64_t>(*from) + static_cast<std::int64_t>(k))};
       assign_to(to, value(parts[k], kReal), at);
@@ -1637,7 +1710,13 @@ class AsReader final : public Reader {
         }
         if (!key.empty() && e.ok) {
           Type t = e.type.k == K::integer ? kReal : e.type;
-          if (t.k == K::target) t = kPose;
+          if (t.k == K::target) {
+            t = kPose;
+            if (has_axes(e))
+              e = bad(first.at,
+                      "a transformation with additional axes is not passed to another program",
+                      "Let both programs use one variable, or pass joints.");
+          }
           const auto it = learned_.types.find(key);
           if (it == learned_.types.end() ||
               !(is_variable && !learned_.flags.contains("valued number " + key) && t.k == K::real &&
@@ -1717,40 +1796,51 @@ class AsReader final : public Reader {
     if (it == learned_.types.end()) return false;
     const Type& of =
         it->second.k == K::array && it->second.element ? *it->second.element : it->second;
-    return of.k == K::pose || of.k == K::joint;
+    return of.k == K::pose || of.k == K::joint || of.k == K::target;
   }
   /// Places, joined by + and taken back by -.
   Ex location() {
     const bool before = std::exchange(wants_place_, true);
-    Ex all = failed();
-    bool is_first = true;
+    Ex all = failed(), last = failed();
+    bool is_first = true, is_sum = false, is_lost = false;
     const At at = here();
     do {
       bool is_inverse = false;
       if (!is_first) is_inverse = next().low == "-";
       while (accept("-")) is_inverse = !is_inverse;
       Ex e = primary();
+      is_lost = is_lost || has_axes(last);
+      last = is_inverse ? failed() : e;
       if (e.ok && (is_inverse || !is_first)) {
-        e = as_pose(as_place(e), at);
+        e = pose_part(e, at);
         if (is_inverse && e.ok) e = value("INV(" + e.s + ")", kPose);
       }
       if (is_first) all = e;
-      else all = binary(Op::compose, as_pose(as_place(all), at), e, at);
+      else all = binary(Op::compose, pose_part(all, at), e, at);
+      is_sum = is_sum || is_inverse || !is_first;
       is_first = false;
       if (all.s.size() > 4000) {
         skip_rest();
         all = bad(at, "this position is too long");
       }
     } while (is("+") || is("-"));
+    if (is_sum) all = sum_of(all, last, is_lost, at);
     wants_place_ = before;
     if (all.ok && all.type.k != K::pose && all.type.k != K::joint && all.type.k != K::target)
       return bad(at, "a position is expected here");
     return all;
   }
   std::optional<Ex> special(Op op, const Ex& a, const Ex& b, const At& at) override {
-    const auto is_place_of = [](const Ex& e) { return e.type.k == K::pose; };
-    if (is_place_of(a) && is_place_of(b) && (op == Op::add || op == Op::sub))
-      return binary(Op::compose, a, op == Op::add ? b : value("INV(" + b.s + ")", kPose), at);
+    const auto is_place_of = [](const Ex& e) {
+      return e.type.k == K::pose || e.type.k == K::target;
+    };
+    if (is_place_of(a) && is_place_of(b) && (op == Op::add || op == Op::sub)) {
+      const Ex q = pose_part(b, at);
+      if (op == Op::sub)
+        return sum_of(binary(Op::compose, pose_part(a, at), value("INV(" + q.s + ")", kPose), at),
+                      failed(), has_axes(a), at);
+      return sum_of(binary(Op::compose, pose_part(a, at), q, at), b, has_axes(a), at);
+    }
     if (op == Op::eq || op == Op::ne)
       for (const auto& [x, y] : {std::pair{&a, &b}, std::pair{&b, &a}})
         if (x->type.k == K::boolean && is_number(y->type)) {
@@ -1808,7 +1898,7 @@ class AsReader final : public Reader {
     if (t.low == "null") return next(), identity();
     if (t.low == "tool" && !is("[", 1)) return next(), get("tool", kPose, at);
     if (t.low == "base" && !is("[", 1)) return next(), get("frame", kPose, at);
-    if (t.low == "here") return next(), as_pose(present_target(at), at);
+    if (t.low == "here") return next(), present_location(at);
     if (t.low == "#here") return next(), present_joints();
     if (t.low == "dest" || t.low == "#dest") {
       next();
@@ -1861,13 +1951,10 @@ class AsReader final : public Reader {
     }
     if (w == "trans") {
       std::vector<Ex> n = numbers_in_brackets(")", 18, at);
-      for (std::size_t k = 0; k < n.size(); ++k) {
-        if (!n[k].ok) return failed();
-        if (k >= 6 && !(n[k].is_literal && n[k].v == 0))
-          return bad(at, "a transformation with additional axes is not read");
-      }
+      for (const Ex& e : n)
+        if (!e.ok) return failed();
       while (n.size() < 6) n.push_back(real(0));
-      return pose_of({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
+      return place_of(n);
     }
     if (w == "#ppoint") return joint_values(numbers_in_brackets(")", 18, at), at);
     if (w == "rx" || w == "ry" || w == "rz") {
@@ -1888,8 +1975,8 @@ class AsReader final : public Reader {
       expect("by");
       std::vector<Ex> n = numbers_in_brackets(")", 3, at);
       while (n.size() < 3) n.push_back(real(0));
-      const Ex q = as_pose(as_place(p), at);
-      return q.ok ? offset(q, n[0], n[1], n[2], at) : failed();
+      const Ex q = pose_part(p, at);
+      return q.ok ? carried(offset(q, n[0], n[1], n[2], at), p, at) : failed();
     }
     if (w == "dx" || w == "dy" || w == "dz") {
       const Ex p = as_pose(as_place(location()), at);
@@ -1957,6 +2044,8 @@ class AsReader final : public Reader {
   std::vector<std::pair<std::string, std::pair<std::int64_t, std::int64_t>>> loops_;
   std::map<std::size_t, std::string> scases_;
   std::map<std::string, bool> said_;
+  /// Pose and additional axes of targets that are written out.
+  std::map<std::string, std::pair<Ex, std::vector<Ex>>> made_;
   std::set<std::string> unvalued_;
   std::optional<bool> configuration_[3];  ///< as it was set above: other shoulder, elbow, wrist
   bool wants_place_ = false;              ///< names of which nothing is known are places

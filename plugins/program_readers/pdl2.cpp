@@ -334,6 +334,7 @@ class Pdl2Reader final : public Reader {
     next();
     const Token name = next();
     std::vector<Parameter> list;
+    std::set<std::string> extended;
     bool ok = true;
     if (accept("(")) {
       while (!at_end() && !is(")")) {
@@ -345,6 +346,8 @@ class Pdl2Reader final : public Reader {
           break;
         }
         const auto t = type_here();
+        if (is_extended_)
+          for (const Token& n : names) extended.insert(n.low);
         if (accept("(")) skip_to(")");
         ok = ok && t;
         for (const Token& n : names)
@@ -373,6 +376,8 @@ class Pdl2Reader final : public Reader {
       announce(name.raw, list, result);
     } else {
       begin(name.raw, list, result, at);
+      for (const std::string& p : extended)
+        if (const Symbol* s = find(p)) extended_.insert(s->irl);
       while (next_comment_ < comments_.size() && comments_[next_comment_].line < at.line)
         ++next_comment_;
     }
@@ -946,8 +951,9 @@ class Pdl2Reader final : public Reader {
         return;
       }
       m.word = "CIRCLE";
-      m.targets = {plain(*via, at), plain(*to, at)};
-      goal_ = m.targets[1].s;
+      const Ex p = plain(*via, at), q = plain(*to, at);
+      m.targets = {carried(*via, p), carried(*to, q)};
+      goal_ = q.s;
     } else if (via) {
       bad(at, "only CIRCULAR motions have a VIA position");
       return;
@@ -960,7 +966,7 @@ class Pdl2Reader final : public Reader {
       } else {
         const Ex p = plain(*to, at);
         goal_ = p.s.size() < 300 ? p.s : "";
-        m.targets.push_back(is_joint ? configured(*to, p, with, at) : p);
+        m.targets.push_back(is_joint ? configured(*to, p, with, at) : carried(*to, p));
       }
     }
     for (const Ex& t : m.targets)
@@ -987,12 +993,27 @@ class Pdl2Reader final : public Reader {
                    "Write $CNFG_CARE := before the motion.");
       cares = yes || (!no && last_has_letters_);
     }
-    return *cares ? to : p;
+    return *cares ? to : carried(to, p);
+  }
+  /// A position with additional axes takes them along, also where its configuration does not count.
+  Ex carried(const Ex& to, const Ex& p) {
+    if (learned_.external_axes == 0 || to.type.k != K::target || !to.is_place || !is_extended(to.s))
+      return p;
+    std::vector<Ex> aux;
+    for (int k = 1; k <= learned_.external_axes; ++k)
+      aux.push_back(place(to.s + ".A_JOINT.AA" + std::to_string(k), kReal));
+    return target(p, integer(-1), std::vector<Ex>(6, integer(-128)), aux);
+  }
+  /// Whether a place in IRL is an XTNDPOS, or an element of an array of them.
+  [[nodiscard]] bool is_extended(const std::string& irl) const {
+    return extended_.contains(irl.substr(0, irl.find_first_of(".[")));
   }
   Ex place_here() {
+    part_.clear();
     last_has_letters_ = false;
     if (is("{")) return braces();
     Ex e = expression();
+    if (part_ == "pos") e.is_place = false;  // it has no additional axes
     if (e.ok && e.type.k != K::target && e.type.k != K::pose && e.type.k != K::joint)
       return bad(here(), "a position is expected here");
     return e;
@@ -1501,7 +1522,7 @@ class Pdl2Reader final : public Reader {
         e = place(e.s + "." + static_cast<char>(f.low[0] - 32), kReal);
         continue;
       }
-      if (e.type.k == K::target && f.low == "pos" && extended_.contains(e.s)) {
+      if (e.type.k == K::target && f.low == "pos" && is_extended(e.s)) {
         part_ = "pos";
         continue;
       }

@@ -204,7 +204,7 @@ std::string without_control() {
 TEST_F(ProgramRail, EveryTargetWritesTheRailOrRefusesIt) {
   put_rail();
   const Value p = put_program("ride", kRides);
-  const std::set<std::string> with_rail{"krl", "rapid", "fanuc_tp"};
+  const std::set<std::string> with_rail{"krl", "rapid", "fanuc_tp", "pdl2", "as"};
   const Value all = call("program.targets");
   for (const Value& t : *all.as_list()) {
     if (*at(t, "by").as_string() != "plugin") continue;
