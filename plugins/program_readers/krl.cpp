@@ -494,7 +494,7 @@ class KrlReader final : public Reader {
     const std::size_t kept = fault_count();
     scan(f, kKrlStyle);
     drop_faults(kept, [](const At&) { return true; });
-    const KrlFile names = krl_file(files_[f]);
+    const KrlFile& names = backup_.names(f);
     const auto is_local = [&](const std::string& low) {
       return std::any_of(names.routines.begin(), names.routines.end(),
                          [&](const KrlRoutine& r) { return r.locals.contains(low); });

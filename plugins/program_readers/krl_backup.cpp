@@ -262,8 +262,6 @@ KrlFile names_of(const SourceFile& file) {
 
 }  // namespace
 
-KrlFile krl_file(const SourceFile& file) { return names_of(file); }
-
 std::vector<std::string> krl_needs(const SourceFile& file) {
   const std::string kind = extension(file.name);
   if (kind != "src" && kind != "dat") return {};
@@ -303,8 +301,8 @@ std::vector<std::string> krl_offers(const SourceFile& file) {
   return out;
 }
 
-KrlBackup::KrlBackup(std::span<const SourceFile> sources) : sources_(sources) {
-  for (const SourceFile& s : sources_) files_.push_back(names_of(s));
+KrlBackup::KrlBackup(std::span<const SourceFile> sources) {
+  for (const SourceFile& s : sources) files_.push_back(names_of(s));
   used_lines_.resize(files_.size());
   std::map<std::string, int> numbers;
   for (std::size_t f = 0; f < files_.size(); ++f) {

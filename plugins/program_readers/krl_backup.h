@@ -50,8 +50,6 @@ struct KrlFile {
   std::vector<KrlDataLine> lines;
   std::vector<KrlImport> imports;
 };
-/// Names of a file, whatever is wrong with it.
-[[nodiscard]] KrlFile krl_file(const SourceFile&);
 
 /// The files of a program as a whole. The program is the first file with its .dat; of the others
 /// only what it uses counts.
@@ -75,6 +73,8 @@ class KrlBackup {
   /// Renames the names of a file that mean something else in another file:
   /// XP1 of the second file is "XP1.weld2".
   void give_new_names(std::size_t file, std::vector<Token>& tokens);
+  /// Names of a file, whatever is wrong with it.
+  [[nodiscard]] const KrlFile& names(std::size_t file) const { return files_[file]; }
   /// Whether the program uses a name, such as "$out[3]".
   [[nodiscard]] bool uses(const std::string& name) const { return used_names_.contains(name); }
 
@@ -88,7 +88,6 @@ class KrlBackup {
   [[nodiscard]] std::string renamed(int module, const std::string& name) const;
   [[nodiscard]] std::string canonical(int scope, const std::string& name) const;
 
-  std::span<const SourceFile> sources_;
   std::vector<KrlFile> files_;
   std::vector<int> module_of_;
   std::vector<std::string> modules_;

@@ -2,6 +2,7 @@
 // ABB RAPID: modules of .mod, .prg and .sys.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "reader.h"
 #include "readers.h"
@@ -31,31 +32,65 @@ struct Aggregate {
   At at;
 };
 
-/// Names that a module declares outside of its routines, and all that it uses.
+/// Names that a module declares outside of its routines, and those of others that it may use.
 struct RapidNames {
   std::set<std::string> local, global, used;
 };
 RapidNames rapid_names(const std::vector<Token>& tokens) {
   RapidNames out;
-  std::string end;  // of the routine that is open
+  std::string end;                    // of the routine or record that is open
+  std::set<std::string> inside, own;  // names in it, and those that it declares itself
+  std::vector<std::string> counters;  // of its open FOR loops, which hide other names
+  std::size_t head_end = 0;           // behind its parameters
+  const auto close = [&] {
+    std::set_difference(inside.begin(), inside.end(), own.begin(), own.end(),
+                        std::inserter(out.used, out.used.end()));
+    inside.clear();
+    own.clear();
+    counters.clear();
+    end.clear();
+  };
   for (std::size_t i = 0; i + 1 < tokens.size(); ++i) {
     const Token& t = tokens[i];
+    const Token& behind = tokens[i + 1];
     if (t.kind != Tk::name) continue;
     const bool is_part = i > 0 && (tokens[i - 1].low == "." || tokens[i - 1].low == "\\");
-    if (!is_part) out.used.insert(t.low);
+    const bool is_data = t.low == "var" || t.low == "const" || t.low == "pers";
     if (!end.empty()) {
-      if (t.low == end) end.clear();
+      if (t.low == end) {
+        close();
+        continue;
+      }
+      if (end == "endrecord") {  // type component;
+        if (behind.low != ";") inside.insert(t.low);
+        continue;
+      }
+      // The name of a parameter ends it: INOUT num x{*}, \switch on | \switch off
+      static const std::set<std::string, std::less<>> kBehind{",", ")", "{", "|", "\\"};
+      if (i < head_end && kBehind.contains(behind.low)) own.insert(t.low);
+      if (is_data && i + 2 < tokens.size() && tokens[i + 2].kind == Tk::name)
+        own.insert(tokens[i + 2].low);
+      if (t.low == "goto") own.insert(behind.low);
+      if (t.low == "for") counters.push_back(behind.low);
+      if (t.low == "endfor" && !counters.empty()) counters.pop_back();
+      if (!is_part && std::find(counters.begin(), counters.end(), t.low) == counters.end())
+        inside.insert(t.low);
       continue;
     }
+    if (!is_part) out.used.insert(t.low);
     const bool is_routine = t.low == "proc" || t.low == "func" || t.low == "trap";
-    const bool is_data = t.low == "var" || t.low == "const" || t.low == "pers";
     if (!is_routine && !is_data && t.low != "record" && t.low != "alias") continue;
     std::size_t k = i + (t.low == "func" || is_data || t.low == "alias" ? 2 : 1);
     if (k >= tokens.size() || tokens[k].kind != Tk::name) continue;
     const bool is_local = i > 0 && tokens[i - 1].low == "local";
     (is_local ? out.local : out.global).insert(tokens[k].low);
-    if (is_routine) end = "end" + t.low;
+    if (!is_routine && t.low != "record") continue;
+    end = "end" + t.low;
+    head_end = 0;
+    if (is_routine && k + 1 < tokens.size() && tokens[k + 1].low == "(")
+      for (head_end = k + 1; head_end < tokens.size() && tokens[head_end].low != ")";) ++head_end;
   }
+  close();
   return out;
 }
 
@@ -433,10 +468,10 @@ class RapidReader final : public Reader {
     if (is("error")) learned_.flags.insert("handlers");
     while (!at_end() && !is(end)) next();
     emit("{ not read: the handler " + source_line(at) + " }", at);
-    warn(at, "error handlers are not read",
-         "Without an error the program does the same; at the point where the controller would raise one and "
-         "carry "
-         "the handler out, a run stops.");
+    warn(
+        at, "error handlers are not read",
+        "Without an error the program does the same; where the controller would run the handler, a "
+        "run stops.");
   }
 
   // ---- statements ----

@@ -1749,7 +1749,6 @@ class TpReader final : public Reader {
   std::map<std::int64_t, Symbol> points_;
   /// What backups say of PR, R, UFRAME and UTOOL, in IRL.
   std::map<std::string, std::map<std::int64_t, std::string>> known_;
-  /// PR[n]=LPOS was read: n, the element that is set next, where it stood.
   std::set<std::string> labels_, told_, placed_;
   std::string next_label_;
   std::string scope_;     ///< of the labels: of which point's logic they are

@@ -437,17 +437,19 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
   std::vector<std::filesystem::path> paths{
       std::filesystem::absolute(path, failed).lexically_normal()};
   if (failed) paths[0] = path;
-  std::map<std::filesystem::path, std::vector<FolderEntry>> folders;
+  /// Names of files by the same in lower case; of several the first.
+  std::map<std::filesystem::path, std::map<std::string, std::string>> folders;
   const auto entry_beside = [&](const std::filesystem::path& folder,
                                 const std::string& low) -> Result<std::filesystem::path> {
     auto it = folders.find(folder);
     if (it == folders.end()) {
       RMP_TRY_ASSIGN(auto listed, list_folder(folder.empty() ? "." : folder, kMostForeignNames));
-      it = folders.emplace(folder, std::move(listed)).first;
+      it = folders.try_emplace(folder).first;
+      for (FolderEntry& e : listed)
+        if (e.kind == FileKind::file) it->second.try_emplace(text::lower(e.name), e.name);
     }
-    for (const FolderEntry& e : it->second)
-      if (e.kind == FileKind::file && text::lower(e.name) == low) return folder / e.name;
-    return std::filesystem::path();
+    const auto entry = it->second.find(low);
+    return entry == it->second.end() ? std::filesystem::path() : folder / entry->second;
   };
   Backup backup(ctx, *reader, path);
   for (std::size_t i = 0; i < out.files.size(); ++i) {
@@ -462,15 +464,15 @@ Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& p
       } else {
         const std::string base = text::lower(std::filesystem::path(each).filename().string());
         if (base.empty() || base == "." || base == "..") continue;
+        // One file of a name: folders of a backup may hold copies.
+        if (std::any_of(out.files.begin(), out.files.end(),
+                        [&](const ForeignFile& f) { return text::lower(f.name) == base; }))
+          continue;
         RMP_TRY_ASSIGN(file, entry_beside(own, base));
         if (file.empty() && own != paths[0].parent_path()) {
           RMP_TRY_ASSIGN(file, entry_beside(paths[0].parent_path(), base));
         }
         if (file.empty()) file = found_above(paths[i], each);
-        // One file of a name: folders of a backup may hold copies.
-        if (std::any_of(out.files.begin(), out.files.end(),
-                        [&](const ForeignFile& f) { return text::lower(f.name) == base; }))
-          continue;
       }
       if (file.empty()) continue;  // the reader says what it misses
       if (out.files.size() >= kMostFiles)
