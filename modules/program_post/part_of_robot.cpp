@@ -788,8 +788,8 @@ class Splitter {
            "the controllers of " + name(robot_) + " and " + name(partner_) +
                " are joined by lines: this one sets " + list(part_.out) + ", and reads " +
                list(part_.in),
-           "Wire each to the line of the same name on the other controller; the line set first "
-           "must be connected first.");
+           "Wire each to the line of the same name on the other controller; a line that is set "
+           "first must also arrive there first.");
     }
     for (const Thread& t : threads_)
       if (is_here(t) && moving_.size() > 1)

@@ -459,10 +459,6 @@ class Finder {
     }
   }
   // ---- additional joints ----
-  /// The joint [degrees or mm] at a value of the program; of a step how far it goes.
-  static double joint_of(const CarriedAxis& a, double value, bool is_step) {
-    return (is_step ? value : value - a.offset) / a.sign;
-  }
   /// Where additional joints are at each motion; points count them as joints from here on.
   void follow() {
     std::vector<CarriedSetting> settings(c_.motions.count);
@@ -755,13 +751,20 @@ KnownPoints known_points(const rmp_code& code, const RobotModel* robot,
   return Finder(code, robot, kinematics, start, default_tool, axes, carrier).run();
 }
 
-Pose carriage_at(const Carrier& carrier, std::span<const double> additional) {
+double joint_of(const CarriedAxis& a, double value, bool is_step) {
+  return (is_step ? value : value - a.offset) / a.sign;
+}
+
+std::vector<double> chain_at(const Carrier& carrier, std::span<const double> additional) {
   std::vector<double> q = carrier.start;
   for (const CarriedAxis& a : carrier.axes)
     if (a.rail >= 0 && a.number <= additional.size())
       q[static_cast<std::size_t>(a.rail)] =
           additional[a.number - 1] / (a.is_rotary ? post::kDegree : 1000.0);
-  return robotics::base_T_carriage(*carrier.chain, carrier.rail, q);
+  return q;
+}
+Pose carriage_at(const Carrier& carrier, std::span<const double> additional) {
+  return robotics::base_T_carriage(*carrier.chain, carrier.rail, chain_at(carrier, additional));
 }
 
 }  // namespace robomosp::program_post

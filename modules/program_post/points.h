@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct CarriedAxis {
   double sign = 1, offset = 0;  ///< value in the program = sign * joint + offset
   std::string name;             ///< of the joint
 };
+/// The joint [degrees or mm] at a value of the program; of a step how far it goes.
+[[nodiscard]] double joint_of(const CarriedAxis&, double value, bool is_step);
 /// A robot whose first joints are additional ones of the program, such as a rail.
 struct Carrier {
   std::shared_ptr<const RobotModel> chain;  ///< rail and arm
@@ -77,6 +80,9 @@ struct KnownPoints {
                                        std::span<const PostAxis> axes = {},
                                        const Carrier* carrier = nullptr);
 
+/// q of a carrier's chain [rad or m] at additional joints by number [degrees or mm], as joints
+/// count; those that are not given, and the arm, are at the start.
+[[nodiscard]] std::vector<double> chain_at(const Carrier&, std::span<const double> additional);
 /// base_T_carriage of a carrier at additional joints by number [degrees or mm], as joints count.
 [[nodiscard]] Pose carriage_at(const Carrier&, std::span<const double> additional);
 

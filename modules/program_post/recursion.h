@@ -20,8 +20,9 @@ namespace robomosp::program_post {
 /// An error at its line where a program may mean something else then: a variable that such a
 /// routine reaches by an OUT or INOUT parameter and by its name (or by two of them), several
 /// processes that call it, lists, files and semaphores within it, a call of its own in WAIT FOR or
-/// UNTIL or at the end of a motion (DO), any in the condition of an interrupt. So is recursion where the target lacks procedures, IF,
-/// WHILE, integers or arrays. About linear, times the depth of its blocks.
+/// UNTIL or at the end of a motion (DO), any in the condition of an interrupt. So is recursion
+/// where the target lacks procedures, IF, WHILE, integers or arrays. About linear, times the depth
+/// of its blocks.
 void to_loops(ProgramTables&, const PostCapabilities&, std::size_t most, std::vector<Remark>&);
 
 }  // namespace robomosp::program_post

@@ -89,17 +89,17 @@ struct Carried {
     for (std::size_t k = 0; k < t.additional.size(); ++k) {
       if (has_no_additional && t.additional[k] == 0) continue;
       std::size_t number = k;
-      double sign = 1, offset = 0;
+      program_post::CarriedAxis counted;
       if (is_controllers && !axes.empty()) {
         if (k >= axes.size()) continue;
         number = static_cast<std::size_t>(axes[k].joint);
-        sign = axes[k].sign, offset = axes[k].offset;
+        counted.sign = axes[k].sign, counted.offset = axes[k].offset;
       } else if (!is_controllers) {
         for (const program_post::CarriedAxis& a : carrier->axes)
-          if (a.number == k + 1) sign = a.sign, offset = a.offset;
+          if (a.number == k + 1) counted = a;
       }
       if (number >= now.size()) now.resize(number + 1, 0.0);
-      const double v = (t.additional[k] - (is_step ? 0 : offset)) / sign;
+      const double v = program_post::joint_of(counted, t.additional[k], is_step);
       now[number] = is_step ? now[number] + v : v;
     }
   }

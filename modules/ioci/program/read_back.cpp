@@ -371,7 +371,8 @@ class Beside {
     for (const program_post::CarriedAxis& each : externals_.bound)
       if (each.number <= wanted.size())
         wanted[each.number - 1] =
-            externals_.is_none ? kNotThere : (wanted[each.number - 1] - each.offset) / each.sign;
+            externals_.is_none ? kNotThere
+                               : program_post::joint_of(each, wanted[each.number - 1], false);
     if (!read_.is_commanded && !externals_.axes.empty()) {
       // As the controller counts its external axes.
       std::vector<double> there;
@@ -546,13 +547,9 @@ Result<void> run_c_beside(CommandContext& ctx, const PostedFiles& files, bool is
     if (cell.is_on_rail()) {
       // Its joints are those of the arm; what it sets besides carries it.
       const program_post::Carrier& carrier = *cell.carrier;
-      std::vector<double> rail(carrier.start.begin(),
-                               carrier.start.begin() + static_cast<std::ptrdiff_t>(carrier.rail));
-      for (const program_post::CarriedAxis& a : carrier.axes)
-        if (a.rail >= 0 && a.number <= e.additional.size())
-          rail[static_cast<std::size_t>(a.rail)] =
-              e.additional[a.number - 1] / (a.is_rotary ? post::kDegree : 1000.0);
-      m.motion.q_target.insert(m.motion.q_target.begin(), rail.begin(), rail.end());
+      const std::vector<double> chain = program_post::chain_at(carrier, e.additional);
+      m.motion.q_target.insert(m.motion.q_target.begin(), chain.begin(),
+                               chain.begin() + static_cast<std::ptrdiff_t>(carrier.rail));
     }
     m.motion.is_carried_out = true;
     motions.push_back(std::move(m));
