@@ -168,7 +168,7 @@ class Repair {
     if (split_slivers()) drop_needless();
     if (dropped_ > 0)
       notes.push_back(count_text(dropped_, "triangle") +
-                      " of the mesh without area or with duplicates were removed");
+                      " of the mesh without area or with the corners of another were removed");
     if (triangles_.empty()) return {};
     const auto [open, where] = open_sides();
     if (open > 0)

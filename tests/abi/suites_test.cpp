@@ -165,11 +165,11 @@ TEST(ModelFile, WhatIsWrongIsToldWithItsLine) {
   EXPECT_NE(fault(good + "joint \"b\" round 0").find("line 4: \"round\""), std::string::npos);
   EXPECT_NE(fault(good + "joint \"b\" revolute 7").find("out of range"), std::string::npos);
   EXPECT_NE(fault(good + "tip \"u\" 1e300" + pose).find("out of range"), std::string::npos);
-  EXPECT_NE(fault(good + "gravity 0 0 nan").find("no number"), std::string::npos);
-  EXPECT_NE(fault(good + "gravity 0 0 inf").find("no number"), std::string::npos);
-  EXPECT_NE(fault(good + "gravity 0 0").find("no number"), std::string::npos);
-  EXPECT_NE(fault(good + "gravity 0 0 0 0").find("more than"), std::string::npos);
-  EXPECT_NE(fault(good + "base 0 0 0 2 0 0 0 1 0 0 0 1").find("no rotation"), std::string::npos);
+  EXPECT_NE(fault(good + "gravity 0 0 nan").find("not a number"), std::string::npos);
+  EXPECT_NE(fault(good + "gravity 0 0 inf").find("not a number"), std::string::npos);
+  EXPECT_NE(fault(good + "gravity 0 0").find("not a number"), std::string::npos);
+  EXPECT_NE(fault(good + "gravity 0 0 0 0").find("unexpected text"), std::string::npos);
+  EXPECT_NE(fault(good + "base 0 0 0 2 0 0 0 1 0 0 0 1").find("not a rotation"), std::string::npos);
   EXPECT_NE(fault(good + "joint \"b\" revolute 0\n coupling 9 1 0").find("not there"),
             std::string::npos);
   EXPECT_NE(fault(good + "joint \"b\" revolute 0\n coupling 1 1 0").find("itself coupled"),

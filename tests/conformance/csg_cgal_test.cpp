@@ -135,9 +135,9 @@ TEST_F(CgalCsg, RepairsOfAnImportedMeshAreTold) {
             "node 0 (\"scan\"): 1 triangle of the mesh that faced inwards were flipped.");
   CsgGeometry twice = cube();
   twice.triangles.insert(twice.triangles.end(), {0, 2, 3, 5, 5, 7});
-  EXPECT_EQ(
-      note_of(twice),
-      "node 0 (\"scan\"): 2 triangles of the mesh without area or with duplicates were removed.");
+  EXPECT_EQ(note_of(twice),
+            "node 0 (\"scan\"): 2 triangles of the mesh without area or with the corners of "
+            "another were removed.");
   CsgGeometry torn = cube();  // one triangle has corners of its own, a micrometre off
   torn.points.insert(torn.points.end(), {1e-7, 0, 0, 0, 1 + 1e-7, 0, 1, 1, 1e-7});
   torn.triangles[0] = 8;
@@ -151,9 +151,9 @@ TEST_F(CgalCsg, RepairsOfAnImportedMeshAreTold) {
   const std::vector<std::uint32_t> front{0, 8, 5, 8, 1, 5, 0, 1, 8};
   sliver.triangles.erase(sliver.triangles.begin() + 12, sliver.triangles.begin() + 15);
   sliver.triangles.insert(sliver.triangles.end(), front.begin(), front.end());
-  EXPECT_EQ(
-      note_of(sliver),
-      "node 0 (\"scan\"): 1 triangle of the mesh without area or with duplicates were removed.");
+  EXPECT_EQ(note_of(sliver),
+            "node 0 (\"scan\"): 1 triangle of the mesh without area or with the corners of another "
+            "were removed.");
 }
 
 TEST_F(CgalCsg, MeshesThatBoundNoSolidAreRefusedWithThePlace) {

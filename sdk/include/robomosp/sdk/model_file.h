@@ -77,7 +77,7 @@ class Line {
     const auto read = std::from_chars(text.data(), text.data() + text.size(), x);
     if (read.ec != std::errc() || read.ptr != text.data() + text.size() || std::isnan(x) ||
         (!may_be_infinite && std::isinf(x)))
-      fault("\"" + text + "\" is no number");
+      fault("\"" + text + "\" is not a number");
     return x;
   }
   std::int32_t integer(double least, double most) {
