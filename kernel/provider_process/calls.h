@@ -294,9 +294,9 @@ struct MethodList {
 template <class C>
 struct Methods;
 
-class Fault final : public Reply {
+class FaultReply final : public Reply {
  public:
-  Fault(Outcome outcome, std::string words) : outcome_(outcome), words_(std::move(words)) {}
+  FaultReply(Outcome outcome, std::string words) : outcome_(outcome), words_(std::move(words)) {}
   void measure(Sizer& v) override { say(v); }
   void write(Writer& v) override { say(v); }
 
@@ -348,11 +348,11 @@ void serve_one(void* object, Reader& request, Progress& progress, Sink& sink) {
   auto& slots = *kept;
   std::apply([&](auto&... s) { (s.read(request), ...); }, slots);
   if (request.is_broken()) {
-    Fault misread(Outcome::misread, "a message was cut off");
+    FaultReply misread(Outcome::misread, "a message was cut off");
     return sink.send(misread);
   }
   Answer<R, typename S::Slots> answer(slots);
-  std::optional<Fault> thrown;
+  std::optional<FaultReply> thrown;
   try {
     std::apply(
         [&](auto&... s) {
@@ -398,7 +398,7 @@ void MethodList<M...>::serve(void* object, std::uint32_t method, Reader& request
   using One = void (*)(void*, Reader&, Progress&, Sink&);
   static constexpr std::array<One, sizeof...(M)> all{&serve_one<M>...};
   if (method < all.size()) return all.at(method)(object, request, progress, sink);
-  Fault misread(Outcome::misread, "there is no such function");
+  FaultReply misread(Outcome::misread, "there is no such function");
   sink.send(misread);
 }
 

@@ -142,7 +142,7 @@ class Answering final : public Sink {
     reply.measure(sizer);
     char* place = channel_.place(sizer.size());
     if (!place) {
-      Fault too_long(Outcome::threw, too_long_);
+      FaultReply too_long(Outcome::threw, too_long_);
       return send(too_long);
     }
     Writer writer(peer_, place, sizer.size());

@@ -93,7 +93,7 @@ class Process final : public Peer, private PluginDoor {
       Answering out(*this, table_, channel, message.object,
                     "the answer is longer than the memory there is");
       if (!entry.object) {
-        Fault gone(Outcome::threw, "the object of the call no longer exists");
+        FaultReply gone(Outcome::threw, "the object of the call no longer exists");
         out.send(gone);
       } else {
         Reader reader(*this, message.bytes, message.size, false);

@@ -585,7 +585,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
                   "the answer is more than the process may have");
     const Table::Entry entry = table_.find(message.object);
     if (!entry.object || (entry.scope && !Conversing::is_within(entry.scope))) {
-      Fault gone(Outcome::threw, "the object of the call no longer exists");
+      FaultReply gone(Outcome::threw, "the object of the call no longer exists");
       return out.send(gone);
     }
     std::unique_lock<std::recursive_mutex> turn;
