@@ -460,7 +460,7 @@ TEST_F(SchemaChoices, GoIntoParts) {
                            "links[1]joint", "links[", "links[]", "links[1][1]", ".", "", "["}) {
     const auto found = program().dispatch(session_, "schema.choices",
                                           Map{{"command", "robot.create"}, {"argument", path}});
-    if (!found.ok()) EXPECT_FALSE(found.error().message.empty()) << path;
+    EXPECT_TRUE(found.ok() || !found.error().message.empty()) << path;
   }
   for (const char* path : {"links[1].", "links[1]joint"}) {
     const auto found = program().dispatch(session_, "schema.choices",
