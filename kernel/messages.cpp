@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "kernel/fault.h"
 #include "kernel/message_collector.h"
 #include "kernel/text.h"
 
@@ -10,6 +11,8 @@ namespace robomosp {
 namespace {
 
 thread_local MessageCollector* t_collector = nullptr;
+/// The fault that this thread is posting; null = a text.
+thread_local const Fault* t_fault = nullptr;
 
 }  // namespace
 
@@ -35,6 +38,8 @@ void Messages::post(Severity severity, std::string_view code, std::string_view t
   constexpr auto kWindow = std::chrono::seconds(1);
   Message message{std::chrono::system_clock::now(), severity, std::string(code),
                   robomosp::text::shortened(std::string(text)), std::string(source)};
+  if (const Fault* fault = std::exchange(t_fault, nullptr))
+    message.fault = std::make_shared<const Fault>(*fault);
   std::vector<Subscriber> receivers;
   {
     const std::lock_guard lock(mutex_);
@@ -70,6 +75,11 @@ void Messages::post(Severity severity, std::string_view code, std::string_view t
       });
   }
   lock_->flush();
+}
+
+void Messages::post(const Fault& fault, std::string_view source) {
+  t_fault = &fault;
+  post(fault.severity, fault.code, sentence(fault), source);
 }
 
 std::vector<Message> Messages::recent(std::size_t at_most) const {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "kernel/argument_faults.h"
 #include "kernel/bare_numbers.h"
 #include "kernel/file_root.h"
 #include "kernel/number_reader.h"
@@ -113,12 +114,17 @@ std::string shown(const Value& v) {
   return s + "...";
 }
 
-Error fault(std::string_view path, std::string message, std::string hint = {}) {
-  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint), std::string(path));
+Error fault(std::string_view path, std::string message, std::string hint = {},
+            std::string_view code = "argument.malformed") {
+  return argument_error(code, path, std::move(message), std::move(hint));
+}
+
+Error wrong_count(std::string_view path, std::string message, std::string hint = {}) {
+  return fault(path, std::move(message), std::move(hint), "argument.wrong_count");
 }
 
 Error wrong_type(const ParamSpec& spec, const Value& v, std::string_view path) {
-  return fault(path, shown(v) + " is not " + kind_name(spec), example(spec));
+  return fault(path, shown(v) + " is not " + kind_name(spec), example(spec), "argument.wrong_type");
 }
 
 std::string with_unit(double v, std::string_view unit) {
@@ -145,8 +151,9 @@ Result<double> check_range(const ParamSpec& spec, double v, std::string_view pat
     return fault(path, text::print(v) + " is not a finite number",
                  "Give a number such as " + example_real(spec.unit) + ".");
   if (v < spec.min || v > spec.max)
-    return fault(path,
-                 with_unit(v, spec.unit) + " is out of range; it must be " + range_text(spec));
+    return range_error(path,
+                       with_unit(v, spec.unit) + " is out of range; it must be " + range_text(spec),
+                       v, v < spec.min ? spec.min : spec.max, spec.unit);
   return v;
 }
 
@@ -166,15 +173,16 @@ Result<double> read_real(const ParamSpec& spec, const Value& v, std::string_view
     if (NumberReader* reader = NumberReader::current())
       if (auto number = reader->read(*s, spec.unit == "1" ? std::string_view() : spec.unit,
                                      spec.min, spec.max)) {
-        if (!number->ok()) return std::move(*number).error().in(path);
+        if (!number->ok())
+          return argument_error(std::move(*number).error(), path, "argument.malformed");
         return **number;
       }
     Error e = std::move(read).error();
     if (e.message.ends_with(" is not a number")) return wrong_type(spec, v, path);
-    return std::move(e).in(path);
+    return fault(path, std::move(e.message), std::move(e.hint), "argument.wrong_unit");
   }
   return fault(path, shown(v) + " is not " + real_in(spec.unit),
-               "Give a number such as " + example_real(spec.unit) + ".");
+               "Give a number such as " + example_real(spec.unit) + ".", "argument.wrong_type");
 }
 
 std::string element_path(std::string_view path, std::size_t i) {
@@ -324,7 +332,8 @@ Result<std::vector<double>> pose_part(const Value& v, std::string_view path, con
   RMP_TRY_ASSIGN(auto numbers, read_reals(part, v, path));
   if (!numbers) return wrong_type(part, v, path);
   if (numbers->size() != 3)
-    return fault(path, numbers_given(numbers->size()) + "; " + kind_name(part) + " are needed");
+    return wrong_count(path,
+                       numbers_given(numbers->size()) + "; " + kind_name(part) + " are needed");
   return std::move(*numbers);
 }
 
@@ -344,7 +353,8 @@ Result<Matrix3> rotation_of_quaternion(const Value& v, const std::string& path) 
   RMP_TRY_ASSIGN(const auto q, read_reals(part, v, path));
   constexpr const char* kHint = "Give {w, x, y, z}.";
   if (!q) return wrong_type(part, v, path);
-  if (q->size() != 4) return fault(path, numbers_given(q->size()) + "; four are needed", kHint);
+  if (q->size() != 4)
+    return wrong_count(path, numbers_given(q->size()) + "; four are needed", kHint);
   const double length = std::hypot(std::hypot((*q)[0], (*q)[1], (*q)[2]), (*q)[3]);
   if (!(length > 0)) return fault(path, "the quaternion is zero", kHint);
   const double w = (*q)[0] / length, x = (*q)[1] / length, y = (*q)[2] / length,
@@ -374,7 +384,7 @@ Result<Matrix3> rotation_of_axis_angle(const Value& v, const std::string& path) 
     items.assign(a->data().begin(), a->data().end());
   }
   if (items.size() != 4)
-    return fault(path, numbers_given(items.size()) + "; four are needed", kHint);
+    return wrong_count(path, numbers_given(items.size()) + "; four are needed", kHint);
   ParamSpec part;
   part.type = "real[]";
   part.unit = ", , , rad";
@@ -438,10 +448,11 @@ Result<Value> check_pose_map(const Map& map, std::string_view path) {
       angles = &value;
       notation = key;
     } else {
-      return error(ErrorCode::unknown_name, text::quote(key) + " is not a field of a pose",
-                   text::did_you_mean(key, known) + (text::nearest(key, known) ? " " : "") +
-                       "Fields: " + text::enumerate(known) + ".",
-                   std::string(path));
+      return argument_error(
+          error(ErrorCode::unknown_name, text::quote(key) + " is not a field of a pose",
+                text::did_you_mean(key, known) + (text::nearest(key, known) ? " " : "") +
+                    "Fields: " + text::enumerate(known) + "."),
+          path, "argument.malformed");
     }
   }
   if (!position && !angles) return fault(path, "the pose is empty", "Give position, rpy, or both.");
@@ -471,10 +482,10 @@ Result<std::optional<NumericArray>> read_matrix(const ParamSpec& spec, const Val
     if (!numbers) return Read();
     if (r == 0) cols = numbers->size();
     if (numbers->size() != cols || cols == 0)
-      return fault(here,
-                   "the row has " + std::to_string(numbers->size()) + " numbers, the first one " +
-                       std::to_string(cols),
-                   "Give rows of equal length.");
+      return wrong_count(here,
+                         "the row has " + std::to_string(numbers->size()) +
+                             " numbers, the first one " + std::to_string(cols),
+                         "Give rows of equal length.");
     data.insert(data.end(), numbers->begin(), numbers->end());
   }
   return Read(NumericArray(std::move(data), rows->size(), cols, spec.unit));
@@ -535,40 +546,31 @@ Result<Value> check_enum(const ParamSpec& spec, const Value& v, std::string_view
   if (std::find(spec.choices.begin(), spec.choices.end(), *s) != spec.choices.end()) return v;
   std::string hint = text::did_you_mean(*s, spec.choices);
   if (!hint.empty()) hint += " ";
-  return fault(path, text::quote(*s) + " is not one of the choices", hint + example(spec));
+  return fault(path, text::quote(*s) + " is not one of the choices", hint + example(spec),
+               "argument.not_a_choice");
 }
 
 Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view path,
                         const ResolveRef& resolve) {
   const std::string_view kinds = std::string_view(spec.type).substr(4);
   if (!v.as_handle() && !v.as_string())
-    return fault(path, shown(v) + " is not " + kind_name(spec), "Give its name or a handle.");
+    return fault(path, shown(v) + " is not " + kind_name(spec), "Give its name or a handle.",
+                 "argument.wrong_type");
   if (resolve) {
     Result<Handle> handle = resolve(kinds, v);
-    if (!handle.ok()) return std::move(handle).error().in(path);
+    if (!handle.ok()) {
+      const bool is_unknown = handle.error().code == ErrorCode::unknown_name;
+      return argument_error(std::move(handle).error(), path,
+                            is_unknown ? "argument.unknown_record" : "argument.wrong_record");
+    }
     return Value(std::move(*handle));
   }
   if (const Handle* h = v.as_handle()) {
     for (const std::string_view kind : text::split(kinds, '|'))
       if (kind == h->kind) return v;
-    return fault(path, shown(v) + " is not " + kind_name(spec));
+    return fault(path, shown(v) + " is not " + kind_name(spec), {}, "argument.wrong_type");
   }
   return v;  // a provider's parameter: it gets the name
-}
-
-/// Joins the sentences of several faults; one fault stays as it is.
-Error all_faults(std::vector<Error> faults) {
-  if (faults.size() == 1) return std::move(faults[0]);
-  Error all;
-  all.code = faults[0].code;
-  for (std::size_t i = 0; i < faults.size(); ++i) {
-    Error& e = faults[i];
-    // A list of all parameters is given once, behind the last of the names that are none.
-    if (i + 1 < faults.size() && e.hint == faults[i + 1].hint) e.hint.clear();
-    if (e.code != all.code) all.code = ErrorCode::invalid_argument;
-    all.message += (all.message.empty() ? "" : " ") + e.sentence();
-  }
-  return all;
 }
 
 }  // namespace
@@ -587,12 +589,13 @@ Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, cons
   RMP_TRY_ASSIGN(Value checked, check_value(one, v, path, resolve));
   const NumericArray* a = checked.as_array();
   if (tree.kind == TypeKind::vector && tree.count && a && a->size() != tree.count)
-    return fault(path, numbers_given(a->size()) + "; " + std::to_string(tree.count) + " are needed",
-                 tree.words.empty() ? "" : "They are " + text::enumerate(tree.words) + ".");
+    return wrong_count(path,
+                       numbers_given(a->size()) + "; " + std::to_string(tree.count) + " are needed",
+                       tree.words.empty() ? "" : "They are " + text::enumerate(tree.words) + ".");
   if (tree.kind == TypeKind::matrix && a &&
       ((tree.rows && a->rows() != tree.rows) || (tree.cols && a->cols() != tree.cols)))
-    return fault(path, "the matrix is " + std::to_string(a->rows()) + "x" +
-                           std::to_string(a->cols()) + ", not " + type_words(tree));
+    return wrong_count(path, "the matrix is " + std::to_string(a->rows()) + "x" +
+                                 std::to_string(a->cols()) + ", not " + type_words(tree));
   return checked;
 }
 
@@ -624,8 +627,9 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
     RMP_TRY_ASSIGN(auto numbers, read_reals(spec, v, path));
     if (!numbers) return wrong_type(spec, v, path);
     if (type == "vec3" && numbers->size() != 3)
-      return fault(path, numbers_given(numbers->size()) + "; " + kind_name(spec) + " are needed",
-                   example(spec));
+      return wrong_count(path,
+                         numbers_given(numbers->size()) + "; " + kind_name(spec) + " are needed",
+                         example(spec));
     return Value(
         NumericArray(std::move(*numbers), is_dimensionless(spec.unit) ? std::string() : spec.unit));
   }
@@ -664,7 +668,11 @@ Result<Value> confined(const Value& v, const std::string& name) {
 Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
   constexpr std::size_t kMostUnknown = 10;  // that are named
   std::size_t unknown = 0;
-  std::vector<Error> faults;
+  std::vector<Fault> faults;
+  const auto add = [&](const Error& e, std::string_view name) {
+    faults.push_back(argument_fault(e, name));
+    add_remedies(faults.back(), schema, given, resolve);
+  };
   for (const auto& [key, value] : given) {
     if (std::any_of(schema.begin(), schema.end(),
                     [&key = key](const ParamSpec& spec) { return spec.name == key; }))
@@ -677,11 +685,13 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
       hint =
           known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
     faults.push_back(
-        error(ErrorCode::unknown_name, text::quote(key) + " is not a parameter", std::move(hint)));
+        make_fault("argument.unknown", text::quote(key) + " is not a parameter", std::move(hint)));
+    faults.back().subject.argument = key;
+    add_remedies(faults.back(), schema, given, resolve);
   }
   if (unknown > kMostUnknown)
-    faults.push_back(error(ErrorCode::unknown_name,
-                           std::to_string(unknown - kMostUnknown) + " further names are none"));
+    faults.push_back(make_fault(
+        "argument.unknown", std::to_string(unknown - kMostUnknown) + " further names are none"));
   Map checked;
   for (const ParamSpec& spec : schema) {
     const Value* v = given.find(spec.name);
@@ -690,20 +700,21 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
     if (!v && spec.default_value) v = &*spec.default_value;
     if (!v) {
       if (spec.required)
-        faults.push_back(fault(spec.name,
-                               type == "any" && !spec.doc.empty()
-                                   ? doc_words(spec.doc) + " required"
-                                   : "no value is given; " + kind_name(spec) +
-                                         (type == "vec3" ? " are" : " is") + " required",
-                               example(spec)));
+        add(fault(spec.name,
+                  type == "any" && !spec.doc.empty()
+                      ? doc_words(spec.doc) + " required"
+                      : "no value is given; " + kind_name(spec) +
+                            (type == "vec3" ? " are" : " is") + " required",
+                  example(spec), "argument.missing"),
+            spec.name);
       continue;
     }
     Result<Value> one = check_value(spec, *v, spec.name, resolve);
     if (type == "path" && one.ok() && current_file_root()) one = confined(*one, spec.name);
     if (one.ok()) checked.set(spec.name, std::move(*one));
-    else faults.push_back(std::move(one).error());
+    else add(one.error(), spec.name);
   }
-  if (!faults.empty()) return all_faults(std::move(faults));
+  if (!faults.empty()) return error_of(std::move(faults));
   return checked;
 }
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <system_error>
 
+#include "kernel/fault.h"
+
 namespace robomosp::text {
 namespace {
 
@@ -187,9 +189,7 @@ std::string shortened(std::string s, std::size_t most) {
 }
 
 Error shortened(Error e) {
-  e.message = shortened(std::move(e.message));
-  e.where = shortened(std::move(e.where));
-  e.hint = shortened(std::move(e.hint));
+  edit_texts(e, [](std::string s) { return shortened(std::move(s)); });
   return e;
 }
 

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/argument_faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "kernel/text.h"
+#include "kernel/type.h"
+#include "kernel/units.h"
+
+namespace robomosp {
+namespace {
+
+const FaultCodes kArgumentCodes{
+    {"argument.missing", ErrorCode::invalid_argument, "A required argument is not given."},
+    {"argument.unknown", ErrorCode::unknown_name, "The command has no argument of that name."},
+    {"argument.wrong_type", ErrorCode::invalid_argument, "A value is of another type."},
+    {"argument.wrong_unit", ErrorCode::invalid_argument,
+     "A quantity cannot be read, or has a unit of another dimension."},
+    {"argument.wrong_count", ErrorCode::invalid_argument,
+     "A list, vector or matrix has another number of entries."},
+    {"argument.out_of_range", ErrorCode::invalid_argument, "A number is outside of its range."},
+    {"argument.not_a_choice", ErrorCode::invalid_argument,
+     "A word is none of the choices of an enum."},
+    {"argument.unknown_record", ErrorCode::unknown_name,
+     "An argument names a record that the document does not have."},
+    {"argument.wrong_record", ErrorCode::invalid_argument,
+     "An argument names a record of another kind, or one that was removed."},
+    {"argument.malformed", ErrorCode::invalid_argument,
+     "A pose, matrix, path or other compound value does not have its form."},
+    {"argument.refused", ErrorCode::invalid_argument,
+     "The command refuses a value that its schema allows."},
+};
+
+/// Entries of a list that a remedy copies.
+constexpr std::size_t kMostCopied = 1000;
+
+const ParamSpec* spec_named(const Schema& schema, std::string_view name) {
+  const auto it = std::find_if(schema.begin(), schema.end(),
+                               [&](const ParamSpec& s) { return s.name == name; });
+  return it == schema.end() ? nullptr : &*it;
+}
+
+/// "q[2][1]" as {1, 0} behind the name; nullopt = other parts.
+std::optional<std::vector<std::size_t>> indices_of(std::string_view path, std::string_view name) {
+  std::vector<std::size_t> out;
+  for (std::string_view rest = path.substr(name.size()); !rest.empty();) {
+    const std::size_t end = rest.find(']');
+    if (rest.front() != '[' || end == std::string_view::npos) return std::nullopt;
+    const auto number = text::read_int(rest.substr(1, end - 1));
+    if (!number || *number < 1) return std::nullopt;
+    out.push_back(static_cast<std::size_t>(*number - 1));
+    rest.remove_prefix(end + 1);
+  }
+  return out;
+}
+
+/// `v` with `element` at those indices; nullopt where it has no such element.
+std::optional<Value> with_element(const Value& v, const std::vector<std::size_t>& at,
+                                  const Value& element) {
+  if (at.empty()) return element;
+  if (const NumericArray* a = v.as_array()) {
+    std::vector<double> numbers = a->data();
+    if (numbers.size() > kMostCopied || !element.is_number()) return std::nullopt;
+    const std::size_t i = at.size() == 1 ? at[0] : at[0] * a->cols() + at[1];
+    if (at.size() > 2 || (at.size() == 2) != a->is_matrix() || i >= numbers.size())
+      return std::nullopt;
+    numbers[i] = element.number();
+    if (!a->is_matrix()) return Value(NumericArray(std::move(numbers), a->unit()));
+    return Value(NumericArray(std::move(numbers), a->rows(), a->cols(), a->unit()));
+  }
+  const List* list = v.as_list();
+  if (!list || list->size() > kMostCopied || at[0] >= list->size()) return std::nullopt;
+  List items = *list;
+  // Rows of rows are as deep as lists get in arguments with numbers.
+  if (at.size() > 2) return std::nullopt;
+  if (at.size() == 2) {
+    auto row = with_element(items[at[0]], {at[1]}, element);
+    if (!row) return std::nullopt;
+    items[at[0]] = std::move(*row);
+  } else {
+    items[at[0]] = element;
+  }
+  return Value(std::move(items));
+}
+
+/// Whether the value passes, or fails elsewhere in the argument.
+bool is_mended(const ParamSpec& spec, const Value& v, const Fault& fault,
+               const ResolveRef& resolve) {
+  const auto checked = check_value(spec, v, spec.name, resolve);
+  return checked.ok() ||
+         argument_fault(checked.error(), spec.name).subject.argument != fault.subject.argument;
+}
+
+std::string shown_of(const ParamSpec& spec, const Value& v) {
+  if (const std::string* s = v.as_string()) return text::quote(*s);
+  if (v.as_int()) return v.text();
+  const std::string unit = unit_of(spec);
+  if (unit.empty() || unit == "1" || unit.find(',') != std::string::npos)
+    return text::print_rounded(v.number());
+  const std::string out = units::print_with_unit(v.number(), unit);
+  return out;
+}
+
+void offer(Fault& fault, const ParamSpec& spec, const Map& given, const Value& element,
+           const ResolveRef& resolve) {
+  const Value* v = given.find(spec.name);
+  const std::string& path = fault.subject.argument;
+  if (!v || !path.starts_with(spec.name)) return;
+  const auto at = indices_of(path, spec.name);
+  if (!at) return;
+  auto changed = with_element(*v, *at, element);
+  if (!changed || !is_mended(spec, *changed, fault, resolve)) return;
+  FaultRemedy r;
+  r.label = "Set " + path + " to " + shown_of(spec, element);
+  r.args.set(spec.name, std::move(*changed));
+  r.repeats = true;
+  r.is_tried = true;
+  fault.remedies.push_back(std::move(r));
+}
+
+/// The name nearest to one that the command does not have, of those not given yet.
+void offer_name(Fault& fault, const Schema& schema, const Map& given, const ResolveRef& resolve) {
+  std::vector<std::string> free;
+  for (const ParamSpec& s : schema)
+    if (!given.find(s.name)) free.push_back(s.name);
+  const std::string& wrong = fault.subject.argument;
+  const Value* v = given.find(wrong);
+  const auto name = text::nearest(wrong, free);
+  if (!v || !name) return;
+  const ParamSpec& spec = *spec_named(schema, *name);
+  if (!check_value(spec, *v, *name, resolve).ok()) return;
+  FaultRemedy r;
+  r.label = "Rename " + wrong + " to " + *name;
+  r.args.set(*name, *v);
+  r.without = {wrong};
+  r.repeats = true;
+  r.is_tried = true;
+  fault.remedies.push_back(std::move(r));
+}
+
+}  // namespace
+
+Error argument_error(std::string_view code, std::string_view path, std::string message,
+                     std::string hint) {
+  Fault f = make_fault(code, std::move(message), std::move(hint), std::string(path));
+  f.subject.argument = path;
+  return error_of(std::move(f));
+}
+
+Error argument_error(Error e, std::string_view path, std::string_view code) {
+  e = std::move(e).in(path);
+  amend(e, [&](Fault& f) {
+    if (f.code.starts_with("error.")) f.code = code;
+    f.subject.argument = path;
+  });
+  return e;
+}
+
+Error range_error(std::string_view path, std::string message, double value, double limit,
+                  std::string_view unit) {
+  Fault f = make_fault("argument.out_of_range", std::move(message), {}, std::string(path));
+  f.subject.argument = path;
+  f.witness.value = value;
+  if (std::isfinite(limit)) {
+    f.witness.limit = limit;
+    f.witness.excess = std::abs(value - limit);
+  }
+  if (unit != "1") f.witness.unit = unit;
+  return error_of(std::move(f));
+}
+
+Fault argument_fault(const Error& e, std::string_view name) {
+  Fault f = std::move(faults_of(e).front());
+  if (f.subject.argument.empty()) {
+    const std::string_view first = std::string_view(e.where).substr(0, e.where.find(", "));
+    const bool is_within = first.starts_with(name) && first.size() > name.size() &&
+                           (first[name.size()] == '[' || first[name.size()] == '.');
+    f.subject.argument = is_within ? first : name;
+  }
+  if (f.code == "error.invalid_argument") f.code = "argument.malformed";
+  return f;
+}
+
+void add_remedies(Fault& fault, const Schema& schema, const Map& given, const ResolveRef& resolve) {
+  const std::string& path = fault.subject.argument;
+  if (fault.code == "argument.unknown") return offer_name(fault, schema, given, resolve);
+  const ParamSpec* spec = spec_named(schema, path.substr(0, path.find_first_of("[.")));
+  if (!spec) return;
+  const Value* v = given.find(spec->name);
+  if (fault.code == "argument.out_of_range" && fault.witness.limit) {
+    // A quantity that must be greater than a bound has no nearest value.
+    const double limit = *fault.witness.limit;
+    if (limit > 0 && limit <= 1e-300) return;
+    if (plain_type(spec->type) == "int") {
+      const double whole = *fault.witness.value < limit ? std::ceil(limit) : std::floor(limit);
+      offer(fault, *spec, given, Value(static_cast<std::int64_t>(whole)), resolve);
+    } else {
+      offer(fault, *spec, given, Value(limit), resolve);
+    }
+  }
+  if (fault.code == "argument.not_a_choice" && v && v->as_string()) {
+    std::vector<std::string> words = spec->choices;
+    if (words.empty())
+      for (const WordInfo& w : words_of(*spec)) words.push_back(w.word);
+    if (const auto word = text::nearest(*v->as_string(), words))
+      offer(fault, *spec, given, Value(*word), resolve);
+  }
+}
+
+Map repeated(const FaultRemedy& remedy, const Map& given) {
+  Map out = given;
+  for (const std::string& name : remedy.without) out.erase(name);
+  for (const auto& [name, value] : remedy.args) out.set(name, value);
+  return out;
+}
+
+}  // namespace robomosp
