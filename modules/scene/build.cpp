@@ -10,7 +10,7 @@ namespace robomosp::scene {
 
 Result<Built> build(const Source& source, AnyId id, const Extras& extras, Progress& progress,
                     MotionPtr motion) {
-  SceneModel model(source.derived, source.registry, id);
+  SceneModel model(source.derived, source.registry, id, source.collision_models);
   Wanted wanted;
   wanted.snapshot = std::make_shared<const document::Snapshot>(source.snapshot);
   wanted.extras = extras;

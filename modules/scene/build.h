@@ -13,6 +13,7 @@
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/result.h>
 
+#include "collision/cache.h"
 #include "document/document.h"
 #include "evaluation/derived.h"
 #include "kernel/registry.h"
@@ -28,6 +29,9 @@ struct Source {
   const document::Snapshot& snapshot;
   evaluation::Derived& derived;
   const Registry& registry;
+  /// Prepared collision models for `Extras::contacts` and `clearances`; null = made for the
+  /// picture.
+  collision::CollisionCache* collision_models = nullptr;
 };
 
 /// A scene, and sentences about what could not be built and was left out.

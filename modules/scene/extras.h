@@ -39,6 +39,10 @@ struct Extras {
   bool labels = false;       ///< names of members
   bool dh_rows = false;      ///< the Denavit-Hartenberg row of each link
   bool dimensions = false;   ///< a box with the lengths of its sides around each body
+  bool contacts = false;     ///< bodies that touch are red, of a world or of a robot on its own
+  bool clearances = false;   ///< the shortest line between two bodies, with its length
+  /// With `clearances`: a line for each pair of bodies nearer than this [m]; 0 = the shortest only.
+  double clearances_below = 0;
   std::vector<Ghost> ghosts = {};
 };
 

@@ -14,6 +14,7 @@ namespace {
 
 /// Opacity of a robot where it is not.
 constexpr float kGhost = 0.3F;
+constexpr Colour kTouching{0.85F, 0.08F, 0.06F, 1.0F};
 
 template <class T>
 std::uint64_t id_in(const std::string& owner, const Element<T>& e) {
@@ -29,12 +30,23 @@ std::string name_in(const Member& m, const std::string& part) {
   }
 }
 
+/// What touches something is red, as clear as it was.
+void paint_touching(render::Appearance& a) {
+  const float opacity = a.colour.a;
+  a.colour = kTouching;
+  a.colour.a = opacity;
+  a.ambient.reset();
+  a.specular.reset();
+  a.metalness = 0;
+}
+
 render::Item placed(const Member& m, const std::string& owner, const Element<render::Item>& e) {
   render::Item item = e.what;
   item.id = id_in(owner, e);
   item.name = name_in(m, e.what.name);
   item.pose = spatial::compose(m.world_T(e.body), e.what.pose);
   if (m.kind == MemberKind::ghost) item.appearance.colour.a *= kGhost;
+  if (m.touches(e.body)) paint_touching(item.appearance);
   return item;
 }
 

@@ -49,7 +49,7 @@ struct Frame {
   bool is_there = false;           ///< the record exists
   bool is_exact = false;           ///< nothing coarse is shown and nothing is outstanding
   MemberList bodies;               ///< objects of a world, or the one body that is shown
-  MemberList robots, trajectories, frames, lights, ghosts;
+  MemberList robots, trajectories, frames, lights, ghosts, clearances;
   std::optional<Error> failure;  ///< why a record that is no world cannot be shown
   std::vector<std::string>
       troubles;   ///< of what is in no member: robots that cannot be built, grips
@@ -58,7 +58,8 @@ struct Frame {
   /// Calls see(const MemberPtr&) in drawing order.
   template <class See>
   void for_each_member(See&& see) const {
-    for (const MemberList* list : {&bodies, &robots, &frames, &lights, &trajectories, &ghosts})
+    for (const MemberList* list :
+         {&bodies, &robots, &frames, &lights, &trajectories, &ghosts, &clearances})
       for (const MemberPtr& member : *list) see(member);
   }
 };

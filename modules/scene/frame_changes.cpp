@@ -40,6 +40,7 @@ class Comparison {
     for (std::size_t layer = 0; layer < kShapeLayers; ++layer) {
       const ShapePtr& a = before && before->shapes[layer] ? before->shapes[layer] : kNothing;
       const ShapePtr& b = after && after->shapes[layer] ? after->shapes[layer] : kNothing;
+      if (a->is_empty() && b->is_empty()) continue;
       for_each_list_of_two(*a, *b, [&](ElementKind kind, const auto& was, const auto& is) {
         if (a == b) moved_only(kind, layer, before, after, is);
         else lists(kind, layer, before, after, was, is);
@@ -55,11 +56,18 @@ class Comparison {
                     std::int32_t is) {
     return (was < 0 && is < 0) || same(before->world_T(was), after->world_T(is));
   }
+  /// Items of bodies that touch something are drawn red.
+  static bool looks_same(ElementKind kind, const MemberPtr& before, std::int32_t was,
+                         const MemberPtr& after, std::int32_t is) {
+    return kind != ElementKind::item || before->touches(was) == after->touches(is);
+  }
   template <class List>
   void moved_only(ElementKind kind, std::size_t layer, const MemberPtr& before,
                   const MemberPtr& after, const List& list) {
     for (std::size_t i = 0; i < list.size(); ++i)
-      if (!rests(before, list[i].body, after, list[i].body))
+      if (!looks_same(kind, before, list[i].body, after, list[i].body))
+        out_.changed.push_back(ref(kind, layer, i, after));
+      else if (!rests(before, list[i].body, after, list[i].body))
         out_.moved.push_back(ref(kind, layer, i, after));
   }
   template <class List>
@@ -74,7 +82,7 @@ class Comparison {
         continue;
       }
       const auto& e = was[at->second];
-      if (!same(e.what, is[i].what)) {
+      if (!same(e.what, is[i].what) || !looks_same(kind, before, e.body, after, is[i].body)) {
         out_.changed.push_back(ref(kind, layer, i, after));
       } else if (!stands_still(e.what, is[i].what) || !rests(before, e.body, after, is[i].body)) {
         out_.moved.push_back(ref(kind, layer, i, after));
@@ -131,6 +139,7 @@ Changes changes_between(const Frame* from, const Frame& to) {
   compare(comparison, before.lights, to.lights);
   compare(comparison, before.trajectories, to.trajectories);
   compare(comparison, before.ghosts, to.ghosts);
+  compare(comparison, before.clearances, to.clearances);
   return out;
 }
 

@@ -21,6 +21,8 @@ void set_paths(Extras& e, ShownPath layer, bool is_shown) {
 
 constexpr std::array kLayers{
     Layer{"centres_of_mass", [](Extras& e, bool on) { e.com = on; }},
+    Layer{"clearances", [](Extras& e, bool on) { e.clearances = on; }},
+    Layer{"contacts", [](Extras& e, bool on) { e.contacts = on; }},
     Layer{"dh_rows", [](Extras& e, bool on) { e.dh_rows = on; }},
     Layer{"dimensions", [](Extras& e, bool on) { e.dimensions = on; }},
     Layer{"force_ellipsoids", [](Extras& e, bool on) { e.ellipsoids.force = on; }},

@@ -24,8 +24,11 @@ class LiveScene::Interruptible final : public Progress {
 };
 
 LiveScene::LiveScene(evaluation::Derived& derived, const Registry& registry, AnyId what,
-                     Executor& executor)
-    : derived_(derived), registry_(registry), executor_(executor), model_(derived, registry, what) {
+                     Executor& executor, collision::CollisionCache* collision_models)
+    : derived_(derived),
+      registry_(registry),
+      executor_(executor),
+      model_(derived, registry, what, collision_models) {
   frame_ = model_.frame();
 }
 

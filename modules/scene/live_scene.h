@@ -29,7 +29,8 @@ class LiveScene {
  public:
   /// All must outlive it.
   LiveScene(evaluation::Derived&, const Registry&, AnyId what,
-            Executor& executor = Executor::of_process());
+            Executor& executor = Executor::of_process(),
+            collision::CollisionCache* collision_models = nullptr);
   ~LiveScene();  ///< stops what is computed and waits until it has ended
   LiveScene(const LiveScene&) = delete;
   LiveScene& operator=(const LiveScene&) = delete;

@@ -27,7 +27,8 @@ class Trace {
     if (!member_.is_placed) return;
     // A ghost has its number behind the robot's name.
     out.member = member_.kind == MemberKind::ghost ? member_.name.substr(0, member_.name.rfind(' '))
-                                                   : member_.name;
+                 : member_.kind == MemberKind::clearance ? member_.begins_at
+                                                         : member_.name;
     if (snapshot_.get(WorldId{world_.number})) add(world_, element(world_, list, out.member, leaf));
   }
   void add(AnyId record, std::string path) {
@@ -230,6 +231,15 @@ Result<Origin> pick(const Frame& frame, const ElementRef& ref,
     case MemberKind::frame: trace.member("frames", "position"); break;
     case MemberKind::light: trace.member("lights", "position"); break;
     case MemberKind::material: trace.add(m.what, "colour"); break;
+    case MemberKind::clearance:
+      if (m.what.kind == Kind::robot) {
+        trace.member("robots", "position");
+        trace.into_robot(RobotId{m.what.number}, *seen);
+      } else {
+        trace.member("objects", "position");
+        trace.into_body(m.what, -1, -1, -1);
+      }
+      break;
   }
   if (trace.out.steps.empty())
     return error(ErrorCode::not_found, "the records behind what was picked are no longer there",
@@ -237,6 +247,11 @@ Result<Origin> pick(const Frame& frame, const ElementRef& ref,
   trace.out.record = trace.out.steps.back().record;
   trace.out.path = trace.out.steps.back().path;
   return std::move(trace.out);
+}
+
+std::string name_of(const Frame& frame, AnyId id) {
+  const model::Record* record = frame.snapshot ? frame.snapshot->find(id) : nullptr;
+  return record ? record->name : std::string();
 }
 
 void for_each_element(const Frame& frame, const std::function<void(const ElementRef&)>& see) {

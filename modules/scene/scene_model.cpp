@@ -15,7 +15,8 @@ bool same_extras(const Extras& a, const Extras& b) {
          a.ellipsoids.force == b.ellipsoids.force && a.q == b.q && a.robot_q == b.robot_q &&
          a.paths == b.paths && a.path_speeds == b.path_speeds && a.path_robot == b.path_robot &&
          a.labels == b.labels && a.dh_rows == b.dh_rows && a.dimensions == b.dimensions &&
-         a.ghosts == b.ghosts;
+         a.contacts == b.contacts && a.clearances == b.clearances &&
+         a.clearances_below == b.clearances_below && a.ghosts == b.ghosts;
 }
 
 }  // namespace
@@ -37,8 +38,9 @@ ShapePtr label_of(const Member& m, const Bounds& own_box, const MemberPtr& befor
   return shape;
 }
 
-SceneModel::Impl::Impl(evaluation::Derived& d, const Registry& r, AnyId id)
-    : what(id), store(d, r) {
+SceneModel::Impl::Impl(evaluation::Derived& d, const Registry& r, AnyId id,
+                       collision::CollisionCache* given)
+    : what(id), models(given ? *given : own_models), store(d, r) {
   auto empty = std::make_shared<Frame>();
   empty->what = id;
   frame = std::move(empty);
@@ -55,7 +57,8 @@ Result<void> SceneModel::Impl::show_alone(Work& w) {
     RMP_TRY_ASSIGN(const MemberPtr member, robot_member(w, name, false, RobotId{what.number},
                                                         Pose{}, shown_q(robot, w.wanted.extras.q)));
     if (member) w.next->robots.push_back(member);
-    return show_ghosts(w);
+    RMP_TRY(show_ghosts(w));
+    return show_proximity(w);
   }
   if (what.kind != Kind::object && what.kind != Kind::solid && what.kind != Kind::material) {
     w.next->failure =
@@ -75,7 +78,8 @@ Result<void> SceneModel::Impl::show_world(Work& w) {
   RMP_TRY(show_objects(w));
   show_places(w);
   RMP_TRY(show_trajectories(w));
-  return show_ghosts(w);
+  RMP_TRY(show_ghosts(w));
+  return show_proximity(w);
 }
 
 Result<FramePtr> SceneModel::Impl::update(const Wanted& wanted, Detail detail, Progress& progress) {
@@ -110,8 +114,9 @@ Result<FramePtr> SceneModel::Impl::update(const Wanted& wanted, Detail detail, P
     w.before = w.is_anew ? nullptr : frame->snapshot->get(WorldId{what.number});
   }
   if (!w.next->is_there) {
-    for (MemberList* list : {&w.next->bodies, &w.next->robots, &w.next->trajectories,
-                             &w.next->frames, &w.next->lights, &w.next->ghosts})
+    for (MemberList* list :
+         {&w.next->bodies, &w.next->robots, &w.next->trajectories, &w.next->frames, &w.next->lights,
+          &w.next->ghosts, &w.next->clearances})
       list->clear();
     robot_states.clear();
     w.outstanding.clear();
@@ -130,12 +135,14 @@ Result<FramePtr> SceneModel::Impl::update(const Wanted& wanted, Detail detail, P
   held = std::move(w.held);
   coarse = store.coarse();
   outstanding = std::move(w.outstanding);
+  proximity = std::move(w.proximity);
   is_forgotten = false;
   return frame;
 }
 
-SceneModel::SceneModel(evaluation::Derived& derived, const Registry& registry, AnyId what)
-    : impl_(std::make_unique<Impl>(derived, registry, what)) {}
+SceneModel::SceneModel(evaluation::Derived& derived, const Registry& registry, AnyId what,
+                       collision::CollisionCache* collision_models)
+    : impl_(std::make_unique<Impl>(derived, registry, what, collision_models)) {}
 SceneModel::~SceneModel() = default;
 
 const FramePtr& SceneModel::frame() const { return impl_->frame; }

@@ -8,6 +8,7 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
+#include "collision/cache.h"
 #include "evaluation/derived.h"
 #include "kernel/registry.h"
 #include "scene/extras.h"
@@ -25,8 +26,8 @@ struct Wanted {
 
 /// How much work a frame may cost.
 enum class Detail : std::uint8_t {
-  coarse,  ///< new shapes with coarse meshes; robots and paths that need computing keep their
-           ///< old shape, or are missing
+  coarse,  ///< new shapes with coarse meshes; robots, paths, contacts and clearances that need
+           ///< computing stay as they were, or are missing
   exact,
 };
 
@@ -34,8 +35,9 @@ enum class Detail : std::uint8_t {
 /// What only moves gets other poses and keeps its meshes. [one thread at a time]
 class SceneModel {
  public:
-  /// Both must outlive it.
-  SceneModel(evaluation::Derived&, const Registry&, AnyId what);
+  /// All must outlive it. `collision_models`: kept ones; null = it keeps its own.
+  SceneModel(evaluation::Derived&, const Registry&, AnyId what,
+             collision::CollisionCache* collision_models = nullptr);
   ~SceneModel();
   SceneModel(const SceneModel&) = delete;
   SceneModel& operator=(const SceneModel&) = delete;

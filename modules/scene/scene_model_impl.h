@@ -19,7 +19,16 @@
 namespace robomosp::scene {
 
 struct SceneModel::Impl {
-  Impl(evaluation::Derived& d, const Registry& r, AnyId id);
+  Impl(evaluation::Derived& d, const Registry& r, AnyId id, collision::CollisionCache* models);
+
+  /// Which bodies touch, and how near others are.
+  struct Proximity {
+    /// Bodies that touch something by their robot (true) or object (false) and its name.
+    std::map<std::pair<bool, std::string>, std::vector<std::int32_t>> touching;
+    std::vector<MemberPtr> lines;        ///< of clearances
+    std::optional<std::string> failure;  ///< why they are not known, a sentence
+    bool is_outstanding = false;         ///< computed for an earlier frame
+  };
 
   /// One update: from the last frame to the next.
   struct Work {
@@ -38,6 +47,7 @@ struct SceneModel::Impl {
     std::unordered_set<std::string> outstanding = {};
     const model::PlacedRobot* path_robot = nullptr;
     RobotBasePtr path_base = nullptr;
+    Proximity proximity = {};
     /// Whether a shape of a record has to be looked up again.
     [[nodiscard]] bool is_touched(AnyId id) const {
       return is_anew || has_other_extras || affected.contains(id);
@@ -70,8 +80,14 @@ struct SceneModel::Impl {
   // scene_paths.cpp
   void show_places(Work&);
   Result<void> show_trajectories(Work&);
+  // scene_proximity.cpp
+  Result<void> show_proximity(Work&);
+  [[nodiscard]] Result<Proximity> proximity_of(Work&);
+  void paint_touching(Work&);
 
   const AnyId what;
+  collision::CollisionCache own_models;  ///< where none are given
+  collision::CollisionCache& models;
   ShapeStore store;
   FramePtr frame;
   Extras extras;     ///< of `frame`
@@ -81,6 +97,7 @@ struct SceneModel::Impl {
   std::map<std::string, RobotState> robot_states;  ///< robots by name
   std::unordered_set<AnyId> coarse;                ///< records with coarse shapes in `frame`
   std::unordered_set<std::string> outstanding;     ///< trajectories shown with an old path
+  Proximity proximity;                             ///< of `frame`
   // The objects of the world of `indexed`:
   document::RecordPtr indexed;
   std::unordered_map<std::string, std::size_t> object_at;

@@ -25,6 +25,11 @@ Result<void> SceneModel::Impl::show_robots(Work& w) {
     if (const auto at = robot_states.find(r.name); at != robot_states.end())
       still.insert(robot_states.extract(at));
   robot_states = std::move(still);
+  if (w.is_anew || w.affected.contains(what)) {
+    std::unordered_set<AnyId> used;
+    for (const model::PlacedRobot& r : list) used.insert(AnyId(r.robot));
+    store.keep_robots(used);
+  }
   std::size_t built = 0;
   for (const model::PlacedRobot& r : list) {
     const model::Robot* record = w.wanted.snapshot->get(r.robot);
@@ -126,6 +131,7 @@ Result<void> SceneModel::Impl::show_ghosts(Work& w) {
     m->kind = MemberKind::ghost;
     m->name += " " + std::to_string(number);
     m->shapes = {};
+    m->touching.clear();
     layer_of(*m, ShapeLayer::bodies) = (*of)->shape(ShapeLayer::bodies);
     PosedRobot posed(at.base, at.world_T_mounting);
     posed.pose(shown_q(*at.base->record, ghost.q), m->bodies);

@@ -3,6 +3,7 @@
 // matter of poses; and members, shapes at a place (layer: application, scene). Immutable once made.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -70,6 +71,12 @@ struct Shape {
   /// For each pair of neighbouring points of a line: the segment of the trajectory that they are
   /// in; one list a line, empty if not known.
   std::vector<std::vector<std::int32_t>> segments = {};
+
+  /// It has no element.
+  [[nodiscard]] bool is_empty() const {
+    return items.empty() && lines.empty() && triads.empty() && marks.empty() && labels.empty() &&
+           legends.empty() && lights.empty();
+  }
 };
 using ShapePtr = std::shared_ptr<const Shape>;
 /// Calls see(kind, list) for every list of elements of a shape.
@@ -85,7 +92,16 @@ void for_each_list(const Shape& shape, See&& see) {
 }
 
 /// What a member of a scene is.
-enum class MemberKind : std::uint8_t { body, robot, trajectory, frame, light, material, ghost };
+enum class MemberKind : std::uint8_t {
+  body,
+  robot,
+  trajectory,
+  frame,
+  light,
+  material,
+  ghost,
+  clearance  ///< the shortest line between two bodies
+};
 
 /// The layers of a member, drawn in this order.
 enum class ShapeLayer : std::uint8_t {
@@ -108,6 +124,11 @@ struct Member {
   std::array<ShapePtr, kShapeLayers> shapes;  ///< by ShapeLayer; null = that layer is empty
   std::vector<Pose> bodies;                   ///< world_T_body
   Bounds box;                                 ///< around its bodies, in the world
+  /// Bodies that touch something, ascending: they are drawn red.
+  std::vector<std::int32_t> touching = {};
+  /// Of a clearance: the robot or object in the world that its line begins at; `what` is the
+  /// record of that.
+  std::string begins_at = {};
 
   [[nodiscard]] const ShapePtr& shape(ShapeLayer layer) const {
     return shapes[static_cast<std::size_t>(layer)];
@@ -116,7 +137,11 @@ struct Member {
   [[nodiscard]] std::string owner() const {
     return is_placed && kind == MemberKind::body ? "object " + name
            : kind == MemberKind::ghost           ? "ghost " + name
+           : kind == MemberKind::clearance       ? "clearance " + name
                                                  : name;
+  }
+  [[nodiscard]] bool touches(std::int32_t body) const {
+    return !touching.empty() && std::binary_search(touching.begin(), touching.end(), body);
   }
   [[nodiscard]] Pose world_T(std::int32_t body) const {
     return body < 0 ? Pose{} : bodies[static_cast<std::size_t>(body)];

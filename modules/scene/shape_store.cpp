@@ -38,6 +38,10 @@ void ShapeStore::keep_bodies(const std::unordered_map<AnyId, std::vector<std::si
   std::erase_if(coarse_, [&](const AnyId id) { return !used.contains(id); });
 }
 
+void ShapeStore::keep_robots(const std::unordered_set<AnyId>& used) {
+  std::erase_if(robots_, [&](const auto& one) { return !used.contains(one.first); });
+}
+
 bool ShapeStore::has_exact(AnyId what) const {
   return bodies_.contains(what) && !coarse_.contains(what);
 }

@@ -25,6 +25,8 @@ class ShapeStore {
   void forget();
   /// Forgets the bodies of all other records.
   void keep_bodies(const std::unordered_map<AnyId, std::vector<std::size_t>>& used);
+  /// Forgets all other robots.
+  void keep_robots(const std::unordered_set<AnyId>& used);
 
   /// Makes those of the solids and objects that are not there, several at once.
   Result<void> prepare(const std::vector<AnyId>& bodies, Progress&);

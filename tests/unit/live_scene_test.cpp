@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include "collision/collision.h"
 #include "model/data.h"
 #include "model/field_path.h"
 #include "model/placement.h"
@@ -240,6 +241,12 @@ struct LiveSceneTest : testing::Test {
     e.ghosts = {{"arm", {0.5, 0.5}}};
     return e;
   }
+  /// Without those that ask for every pair of bodies.
+  static Extras layers_but_proximity() {
+    Extras e = all_layers();
+    e.contacts = e.clearances = false;
+    return e;
+  }
 };
 
 /// One of the things that can happen to a world.
@@ -400,10 +407,13 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
         break;
       }
       case 5: motion = nullptr; break;
-      case 6:
-        EXPECT_TRUE(
-            set_layer(extras, names[chance.below(names.size())], chance.below(2) == 0).ok());
+      case 6: {
+        // Contacts and clearances ask for every pair of bodies, which takes its time.
+        const std::string& name = names[chance.below(names.size())];
+        const bool is_slow = name == "contacts" || name == "clearances";
+        EXPECT_TRUE(set_layer(extras, name, chance.below(is_slow ? 8 : 2) == 0).ok());
         break;
+      }
       default: {
         auto tx = gesture ? bench.document.begin_update(*gesture)
                           : bench.document.begin("edit", {1, "tester"});
@@ -473,8 +483,9 @@ TEST_F(LiveSceneTest, WhatOnlyMovesKeepsItsShapes) {
 
 TEST_F(LiveSceneTest, EveryPickLeadsToAPlaceThatCanBeSet) {
   std::set<std::string> seen;  // kinds of members and elements
+  Extras layers = all_layers();
   const auto check = [&](AnyId what) {
-    const FramePtr frame = anew(what, wanted(all_layers()));
+    const FramePtr frame = anew(what, wanted(layers));
     EXPECT_TRUE(frame->troubles.empty()) << frame->troubles.front();
     for_each_element(*frame, [&](const ElementRef& ref) {
       seen.insert(std::to_string(static_cast<int>(ref.member->kind)) + "/" +
@@ -497,8 +508,9 @@ TEST_F(LiveSceneTest, EveryPickLeadsToAPlaceThatCanBeSet) {
         EXPECT_EQ(o.record, o.steps.back().record);
         EXPECT_EQ(o.path, o.steps.back().path);
         if (what.kind == Kind::world) {
-          EXPECT_EQ(o.member,
-                    ref.member->kind == MemberKind::ghost ? std::string("arm") : ref.member->name);
+          EXPECT_EQ(o.member, ref.member->kind == MemberKind::ghost       ? std::string("arm")
+                              : ref.member->kind == MemberKind::clearance ? ref.member->begins_at
+                                                                          : ref.member->name);
           EXPECT_EQ(o.steps.front().record, what);
         }
         for (const RecordPath& p : o.steps) {
@@ -519,6 +531,9 @@ TEST_F(LiveSceneTest, EveryPickLeadsToAPlaceThatCanBeSet) {
       }
     });
   };
+  check(AnyId(cell));
+  check(AnyId(arm));
+  layers = layers_but_proximity();  // which a body that fails does not have
   commit([&](Transaction& tx) {
     edit<model::Solid>(tx, cut, [](model::Solid& s) { s = box_less(0.2); });  // it fails
     // Neither has a mass that fails, which a robot would not be built with.
@@ -535,7 +550,7 @@ TEST_F(LiveSceneTest, EveryPickLeadsToAPlaceThatCanBeSet) {
     check(id);
   // Bodies: items, lines, triads, marks, labels; robots: all but lines; ways; frames; lights.
   for (const char* kind : {"0/0", "0/1", "0/2", "0/3", "0/4", "1/0", "1/2", "1/3", "1/4", "2/0",
-                           "2/1", "2/2", "3/2", "4/2", "4/6", "5/0", "6/0"})
+                           "2/1", "2/2", "3/2", "4/2", "4/6", "5/0", "6/0", "7/1", "7/4"})
     EXPECT_TRUE(seen.contains(kind)) << kind;
 }
 
@@ -664,6 +679,134 @@ TEST_F(LiveSceneTest, PathsBySpeedCoverThePathInBandsOfTheLegend) {
   EXPECT_NEAR(std::stod(banded.scene.legends[0].ticks.back().text), 0.9 * 937.5, 10);
 }
 
+TEST_F(LiveSceneTest, WhatTouchesIsRedAndALineShowsHowNearTheRestIs) {
+  commit([&](Transaction& tx) {  // without the solid that fails
+    edit<model::World>(tx, cell, [&](model::World& w) { w.objects.erase(2); });
+  });
+  SceneModel model(bench.derived, bench.registry, cell);
+  Extras extras;
+  ASSERT_TRUE(set_layer(extras, "contacts", true).ok());
+  ASSERT_TRUE(set_layer(extras, "clearances", true).ok());
+  const auto update = [&](MotionPtr motion, Detail detail = Detail::exact) {
+    const FramePtr frame = unwrap(model.update(wanted(extras, motion), detail, progress));
+    EXPECT_TRUE(frame->troubles.empty()) << frame->troubles.front();
+    return frame;
+  };
+  const auto red = [](const Frame& frame) {
+    std::set<std::string> names;
+    for_each_element(frame, [&](const ElementRef& ref) {
+      if (ref.kind != ElementKind::item) return;
+      const Colour c = item_of(ref).appearance.colour;
+      if (c.r == 0.85F && c.g == 0.08F && c.b == 0.06F) names.insert(item_of(ref).name);
+    });
+    return names;
+  };
+  const auto reference = [&] {
+    const document::SnapshotPtr now = bench.document.now();
+    const auto collisions = unwrap(
+        collision::CollisionModel::of_world({bench.registry, bench.derived, *now}, cell, progress));
+    return unwrap(collisions->clearance(collisions->shown(), progress)).front();
+  };
+
+  const FramePtr apart = update(nullptr);
+  EXPECT_EQ(red(*apart), std::set<std::string>{});
+  ASSERT_EQ(apart->clearances.size(), 1U);
+  const render::Line& line = apart->clearances[0]->shape(ShapeLayer::posed)->lines.front().what;
+  ASSERT_EQ(line.points.size(), 2U);
+  const double length =
+      std::hypot(line.points[1][0] - line.points[0][0], line.points[1][1] - line.points[0][1],
+                 line.points[1][2] - line.points[0][2]);
+  EXPECT_NEAR(length, reference().at.distance, 1e-9);
+  EXPECT_GT(length, 0);
+
+  // A run brings the object into the arm.
+  auto motion = std::make_shared<Motion>();
+  motion->objects["one"] = {.R = {1, 0, 0, 0, 1, 0, 0, 0, 1}, .p = apart->robots[0]->bodies[1].p};
+  const FramePtr coarse = update(motion, Detail::coarse);
+  EXPECT_FALSE(coarse->is_exact) << "contacts are outstanding";
+  const FramePtr touching = update(motion);
+  EXPECT_TRUE(touching->is_exact);
+  EXPECT_TRUE(red(*touching).contains("one"));
+  EXPECT_GE(red(*touching).size(), 2U) << "and a link of the arm";
+  EXPECT_FALSE(red(*touching).contains("two"));
+  EXPECT_EQ(touching->bodies[1], apart->bodies[1]) << "what rests is shared";
+  std::set<std::string> changed;
+  for (const ElementRef& ref : changes_between(apart.get(), *touching).changed)
+    changed.insert(ref.member->name);
+  EXPECT_TRUE(changed.contains("one") && changed.contains("arm"));
+  expect_same(told(*touching), told(*anew(cell, wanted(extras, motion))), "touching");
+
+  // Lines of all that is near, and each picks the body that it begins at.
+  extras.clearances_below = 10;
+  const FramePtr near = update(nullptr);
+  EXPECT_GT(near->clearances.size(), 2U);
+  EXPECT_EQ(red(*near), std::set<std::string>{});
+  for (const MemberPtr& m : near->clearances) {
+    const Origin o = unwrap(pick(*near, {ElementKind::line, ShapeLayer::posed, 0, m}, 0));
+    EXPECT_TRUE(o.member == "arm" || o.member == "one" || o.member == "two") << o.member;
+    EXPECT_EQ(m->name.substr(0, o.member.size()), o.member);
+  }
+  extras = {};
+  const FramePtr off = update(nullptr);
+  EXPECT_TRUE(off->clearances.empty());
+  expect_same(told(*off), told(*anew(cell, wanted())), "without them");
+}
+
+TEST_F(LiveSceneTest, RobotsThatLeaveTheWorldAreForgotten) {
+  SceneModel model(bench.derived, bench.registry, cell);
+  std::weak_ptr<const Shape> shape;
+  {
+    const FramePtr frame = unwrap(model.update(wanted(), Detail::exact, progress));
+    shape = frame->robots[0]->shape(ShapeLayer::bodies);
+  }
+  edit_world([](model::World& w) {
+    w.robots.clear();
+    w.attachments.clear();
+  });
+  (void)unwrap(model.update(wanted(), Detail::exact, progress));
+  // That frame lists the robot as removed; the next one does not.
+  edit_world([](model::World& w) { w.objects[0].placement.position = {4, 0, 0}; });
+  (void)unwrap(model.update(wanted(), Detail::exact, progress));
+  EXPECT_TRUE(shape.expired());
+}
+
+TEST_F(LiveSceneTest, APlaybackMovesTheElementsOfThePicture) {
+  recording::Recording r;
+  r.world = cell;
+  r.robot = "arm";
+  r.dof = 2;
+  const auto add = [&](const std::string& name, double first, double last) {
+    recording::Column c;
+    c.name = name;
+    c.values = {first, last};
+    r.columns.push_back(std::move(c));
+  };
+  add("time", 0, 1);
+  add("q1", 0, 0.4);
+  add("q2", 0.3, -0.2);
+  const std::array<double, 7> first{1, 0, 0, 1, 0, 0, 0}, last{1, 2, 3, 1, 0, 0, 0};
+  for (std::size_t k = 0; k < 7; ++k)
+    add(std::string("two") + recording::kPlaceColumns[k], first[k], last[k]);
+  const document::SnapshotPtr now = bench.document.now();
+  const Source source{*now, bench.derived, bench.registry};
+  const Playback playback = unwrap(build_playback(source, cell, r, progress));
+  Built posed = unwrap(build(source, AnyId(cell), {}, progress));
+  pose_at(posed.scene, playback, 1);
+  const auto motion = std::make_shared<const Motion>(unwrap(motion_at(*now, cell, r, 1)));
+  const render::Scene moved = unwrap(build(source, AnyId(cell), {}, progress, motion)).scene;
+  ASSERT_EQ(posed.scene.items.size(), moved.items.size());
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < moved.items.size(); ++i) {
+    EXPECT_EQ(posed.scene.items[i].id, moved.items[i].id);
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(posed.scene.items[i].pose.p[k], moved.items[i].pose.p[k], 1e-12)
+          << moved.items[i].name;
+    moving += static_cast<std::size_t>(
+        std::count(playback.ids.begin(), playback.ids.end(), moved.items[i].id));
+  }
+  EXPECT_GE(moving, 4U) << "links of the arm and both parts of the stack";
+}
+
 TEST_F(LiveSceneTest, AnEmptyWorldAndNamesOfAnyLanguage) {
   WorldId empty;
   commit([&](Transaction& tx) {
@@ -719,12 +862,13 @@ TEST_F(LiveSceneTest, TenThousandObjectsAndARobotOfFourThousandLinks) {
     });
   });
   SceneModel model(bench.derived, bench.registry, cell);
-  (void)unwrap(model.update(wanted(all_layers()), Detail::exact, progress));
+  (void)unwrap(model.update(wanted(layers_but_proximity()), Detail::exact, progress));
   edit_world([](model::World& w) { w.objects[5000].placement.position = {1, 1, 1}; });
-  const FramePtr frame = unwrap(model.update(wanted(all_layers()), Detail::exact, progress));
+  const FramePtr frame =
+      unwrap(model.update(wanted(layers_but_proximity()), Detail::exact, progress));
   for (const ElementRef& ref : frame->since.moved) EXPECT_EQ(ref.member->name, "n4997");
   EXPECT_FALSE(frame->since.moved.empty());
-  expect_same(told(*frame), told(*anew(cell, wanted(all_layers()))), "of 10,000");
+  expect_same(told(*frame), told(*anew(cell, wanted(layers_but_proximity()))), "of 10,000");
 }
 
 }  // namespace

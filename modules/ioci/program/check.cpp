@@ -22,7 +22,6 @@
 #include "program_post/points.h"
 #include "recording/plot/plot.h"
 #include "scene/build.h"
-#include "scene/contacts.h"
 #include "scene/path_lines.h"
 #include "sim/member_axes.h"
 #include "task/target_places.h"

@@ -14,7 +14,6 @@
 #include "kernel/base64.h"
 #include "robotics/build_model.h"
 #include "scene/build.h"
-#include "scene/contacts.h"
 #include "scene/motion.h"
 
 namespace robomosp::ioci {
@@ -70,7 +69,8 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
     id = AnyId(alone->world());
   }
   const document::Snapshot& snapshot = alone ? alone->snapshot() : ctx.snapshot();
-  const scene::Source source{snapshot, ctx.app.derived, ctx.app.registry};
+  const scene::Source source{snapshot, ctx.app.derived, ctx.app.registry,
+                             &ctx.app.collision_models};
   if (has(args, "q")) {
     const auto* robot = id.kind == Kind::robot ? source.snapshot.get(RobotId{id.number}) : nullptr;
     if (!robot)
@@ -94,21 +94,13 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
                                     has(args, "at") ? real(args, "at") : 0.0));
     motion = std::make_shared<const scene::Motion>(std::move(at));
   }
-  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress, motion));
   if (has(args, "collisions") && flag(args, "collisions")) {
-    const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
     if (id.kind != Kind::world)
       return error(ErrorCode::invalid_argument, name_in(ctx, id) + " is not a world",
                    "Draw a world, or leave collisions out.", "collisions");
-    RMP_TRY_ASSIGN(const auto model, ctx.app.collision_models.find(simulator, id, ctx.progress));
-    std::vector<double> q = model->shown();
-    if (has(args, "recording")) {
-      const auto recording = ctx.recording(*args.find("recording")->as_handle());
-      RMP_TRY_ASSIGN(
-          q, scene::configuration_at(*model, *recording, has(args, "at") ? real(args, "at") : 0.0));
-    }
-    RMP_TRY(scene::mark_contacts(*model, q, built.scene, ctx.progress));
+    extras.contacts = extras.clearances = true;
   }
+  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress, motion));
   RMP_TRY_ASSIGN(look.section, read_section(ctx, args, built.scene));
   if (has(args, "map")) {
     if (look.section)
