@@ -325,7 +325,8 @@ class AsReader final : public Reader {
             continue;
           }
           Symbol& s = declare(name.raw, learned_.types[key]);
-          declare_variable(s, converted(value, s.type, at).s, at);
+          if (s.type.k == K::target) value = whole(value, name, at);
+          declare_variable(s, value.ok ? converted(value, s.type, at).s : std::string(), at);
           continue;
         }
         learn_array(key, type, index);
@@ -333,6 +334,8 @@ class AsReader final : public Reader {
         const auto [it, is_new] = array_of_name.try_emplace(key, arrays.size());
         if (is_new) arrays.push_back({std::string(name.raw), type, at, {}});
         const Type& of = learned_.types[key];
+        if (of.element && of.element->k == K::target) value = whole(value, name, at);
+        if (!value.ok) continue;
         arrays[it->second].elements.push_back(
             {index, of.element ? converted(value, *of.element, at).s : value.s});
       }
@@ -442,6 +445,17 @@ class AsReader final : public Reader {
     if (!p.ok || !has_axes(of)) return p;
     const Ex e = as_location(of, at);
     return made_.contains(e.s) || e.is_place ? with_axes(p, axes_part(e)) : with_pose(e, p);
+  }
+  static constexpr const char* kGiveAxes = "Give it a value for each additional axis.";
+  static std::string lacks_axes(const Token& name) {
+    return "this transformation has no additional axes, but " +
+           std::string(name.raw.substr(0, 60)) + " has them elsewhere";
+  }
+  /// A line of data whose name has additional axes elsewhere: no axis is set to 0 instead.
+  Ex whole(const Ex& e, const Token& name, const At& at) {
+    if (e.type.k != K::pose) return e;
+    fail(at, lacks_axes(name), kGiveAxes);
+    return failed();
   }
   /// Of a sum: the additional axes are those of its last transformation.
   Ex sum_of(const Ex& p, const Ex& last, bool is_lost, const At& at) {
@@ -756,7 +770,7 @@ class AsReader final : public Reader {
     // IRL has no target with a configuration that leaves the additional axes where they are.
     if (learned_.external_axes > 0)
       return bad(at, "this transformation has no additional axes, so it cannot get a configuration",
-                 "Give it a value for each additional axis.");
+                 kGiveAxes);
     return target(p, status, std::vector<Ex>(6, integer(-128)), {});
   }
   /// The statements that follow wait for the end of this motion (BREAK).
@@ -1340,7 +1354,9 @@ class AsReader final : public Reader {
     }
     if (v.type.k == K::target) {
       // The whole of it, and not only its pose.
-      assign(v, converted(as_location(e, at), kTarget, at), at);
+      const Ex all = as_location(e, at);
+      if (all.type.k == K::pose) bad(at, lacks_axes(to.name), kGiveAxes);
+      else assign(v, converted(all, kTarget, at), at);
       return;
     }
     if (v.type.k == K::joint && (e.type.k == K::pose || e.type.k == K::target)) {

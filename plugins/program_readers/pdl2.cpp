@@ -1609,6 +1609,9 @@ class Pdl2Reader final : public Reader {
     if (t.low == "arm_jntp" && !is("(", 1)) return next(), present_joints();
     if (is("(", 1)) return function();
     next();
+    if (maker_word(language(), t.low))
+      return bad(
+          at, std::string(t.raw.substr(0, 40)) + " is specific to the controller and is not read");
     return bad(at, "the name " + std::string(t.raw.substr(0, 40)) + " is not declared here");
   }
   Ex function() {

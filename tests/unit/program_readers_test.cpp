@@ -1192,6 +1192,93 @@ TEST(ProgramReaders, AsSettingsOfTheNextMotionStayWithIt) {
             "2:1 error IRL has no signals with computed numbers.\n");
 }
 
+/// A program of a robot on a rail: transformations of seven numbers.
+std::vector<RobotFile> as_on_rail(const std::string& body, const std::string& data = {}) {
+  return {{"rail.as", ".PROGRAM rail()\n" + body +
+                          ".END\n.PROGRAM other(.p)\nLMOVE .p\n.END\n"
+                          ".TRANS\nhigh 500 0 300 0 180 0 400\nnest 100 0 0 0 0 0\n" +
+                          data + ".END\n.JOINTS\n#safe 0 10 20 0 50 0 250\n.END\n"}};
+}
+
+TEST(ProgramReaders, AsTransformationsTakeAdditionalAxesAlong) {
+  const auto p = read_with(read_as, as_on_rail(R"(JMOVE #safe
+LMOVE high
+LMOVE nest + high
+POINT at = nest + high
+LMOVE at
+LMOVE SHIFT(high BY 0, 0, 50)
+LAPPRO high, 30
+LMOVE nest
+C1MOVE TRANS(500, 100, 300, 0, 180, 0, 450)
+C2MOVE high
+DECOMPOSE v[1] = high
+x = v[7]
+HERE there
+LMOVE there
+POINT taken = #safe
+LMOVE taken
+LMOVE cell[2]
+)",
+                                               "cell[1] 1 2 3 0 0 0 10\ncell[2] 4 5 6 0 0 0 0\n"));
+  EXPECT_EQ(read_faults(*p), "");
+  expect_lines(*p, R"(
+ROBTARGET: high := ROBTARGET(POSE(POSITION(500.0, 0.0, 300.0), ORIZYZ2(0.0, 180.0, 0.0)), -1, [-128, -128, -128, -128, -128, -128], ADD_JOINT(400.0));
+POSE: nest := POSE(POSITION(100.0, 0.0, 0.0), ORIZYZ2(0.0, 0.0, 0.0));
+JOINT: safe := JOINT(MAIN_JOINT(0.0, 10.0, 20.0, 0.0, 50.0, 0.0), ADD_JOINT(250.0));
+cell[1] := ROBTARGET(POSE(POSITION(1.0, 2.0, 3.0), ORIZYZ2(0.0, 0.0, 0.0)), -1, [-128, -128, -128, -128, -128, -128], ADD_JOINT(10.0));
+cell[2] := ROBTARGET(POSE(POSITION(4.0, 5.0, 6.0), ORIZYZ2(0.0, 0.0, 0.0)), -1, [-128, -128, -128, -128, -128, -128], ADD_JOINT(0.0));
+)");
+  const std::string irl(p->files()[0].text);
+  const auto has = [&](const char* part) {
+    EXPECT_NE(irl.find(part), std::string::npos) << part << "\nin\n" << irl;
+  };
+  // A sum has the axes of its last transformation, a shifted place its own.
+  has("MOVE LIN ROBTARGET(nest @ high.PSE, -1, [-128, -128, -128, -128, -128, -128], "
+      "ADD_JOINT(high.A_JOINT.AA1))");
+  has("at_v := ROBTARGET(nest @ high.PSE, -1");
+  has("MOVE LIN at_v");
+  has("MOVE LIN ROBTARGET(shifted(high.PSE, 0.0, 0.0, 50.0), -1");
+  has("ORIQUAT(1.0, 0.0, 0.0, 0.0)), -1, [-128, -128, -128, -128, -128, -128], "
+      "ADD_JOINT(high.A_JOINT.AA1))");
+  has("MOVE LIN nest");
+  has("MOVE CIRCLE ROBTARGET(POSE(POSITION(500.0, 100.0, 300.0), ORIZYZ2(0.0, 180.0, 0.0)), -1, "
+      "[-128, -128, -128, -128, -128, -128], ADD_JOINT(450.0)), high");
+  has("v[7] := high.A_JOINT.AA1;");
+  has("there := any_configuration_target(");
+  has("taken := any_configuration_target(TRAFO(safe))");
+  has("MOVE LIN cell[2]");
+}
+
+TEST(ProgramReaders, AsNeverSetsAnAdditionalAxisThatNothingGives) {
+  const auto faults_of = [](const std::string& body, const std::string& data = {}) {
+    return read_faults(*read_with(read_as, as_on_rail(body, data)));
+  };
+  EXPECT_EQ(faults_of("LMOVE high + nest\n"),
+            "2:7 error the last transformation of this sum has no additional axes, but one before "
+            "it has them.\n");
+  EXPECT_EQ(faults_of("LMOVE high - nest\n"),
+            "2:7 error the last transformation of this sum has no additional axes, but one before "
+            "it has them.\n");
+  EXPECT_EQ(faults_of("LMOVE high\nCALL other(high)\n"),
+            "3:12 error a transformation with additional axes is not passed to another program.\n");
+  EXPECT_EQ(faults_of("POINT a = high\nPOINT a = nest\nLMOVE a\n"),
+            "3:1 error this transformation has no additional axes, but a has them elsewhere.\n");
+  EXPECT_EQ(
+      faults_of("LMOVE high\nLMOVE cell[1]\n", "cell[1] 1 2 3 0 0 0\ncell[2] 4 5 6 0 0 0 70\n"),
+      "11:1 error this transformation has no additional axes, but cell has them "
+      "elsewhere.\n");
+  EXPECT_EQ(faults_of("RIGHTY\nABOVE\nUWRIST\nJMOVE high\nJMOVE nest\n"),
+            "6:1 error this transformation has no additional axes, so it cannot get a "
+            "configuration.\n");
+  // Zeros behind six numbers where no value is of an additional axis: a robot without any.
+  const auto alone = read_with(read_as, {{"six.as",
+                                          ".PROGRAM six()\nLMOVE a\nLMOVE b + a\n.END\n.TRANS\n"
+                                          "a 1 2 3 0 0 0 0 0\nb 4 5 6 0 0 0 0\n.END\n"}});
+  EXPECT_EQ(read_faults(*alone), "");
+  EXPECT_EQ(alone->files()[0].text.find("ROBTARGET"), std::string_view::npos)
+      << alone->files()[0].text;
+}
+
 TEST(ProgramReaders, BinaryNumbersHaveTheirDigitsAndAtMost31Bits) {
   const std::string many(32, '1');
   const auto as = [](const std::string& n) {
@@ -1359,6 +1446,52 @@ ENDIF;
 q := taught;
 LABEL out_v:
 )");
+}
+
+TEST(ProgramReaders, Pdl2PositionsTakeAuxiliaryAxesAlong) {
+  const auto p = read_with(read_pdl2, {{"rail.pdl", R"(PROGRAM rail
+VAR
+  x, y : XTNDPOS
+  way : ARRAY[2] OF XTNDPOS
+  p : POSITION
+ROUTINE go(q : XTNDPOS)
+BEGIN
+  MOVE LINEAR TO q
+END go
+BEGIN
+  $CNFG_CARE := FALSE
+  x := y
+  x.POS := POS(500, 0, 300, 0, 180, 0, '')
+  x.AUX[1] := 400
+  way[1] := x
+  p := x.POS
+  MOVE TO x
+  MOVE LINEAR TO x
+  MOVE LINEAR TO way[1]
+  MOVE LINEAR TO x.POS
+  MOVE LINEAR TO p
+  MOVE CIRCULAR TO x VIA way[1]
+  go(x)
+END rail
+)"}});
+  const std::string irl(p->files()[0].text);
+  const auto has = [&](const std::string& part) {
+    EXPECT_NE(irl.find(part), std::string::npos) << part << "\nin\n" << irl;
+  };
+  const auto along = [](const std::string& x) {
+    return "ROBTARGET(" + x + ".PSE, -1, [-128, -128, -128, -128, -128, -128], ADD_JOINT(" + x +
+           ".A_JOINT.AA1))";
+  };
+  has("x.A_JOINT.AA1 := 400");
+  has("MOVE PTP " + along("x"));
+  has("MOVE LIN " + along("x"));
+  has("MOVE LIN " + along("way[1]"));
+  // The .POS of an XTNDPOS and a POSITION leave the axes where they are.
+  has("MOVE LIN x.PSE");
+  has("MOVE LIN p.PSE");
+  has("MOVE CIRCLE " + along("way[1]") + ", " + along("x"));
+  has("MOVE LIN " + along("q"));
+  EXPECT_EQ(errors_of_irl(*p), "") << irl;
 }
 
 const std::vector<RobotFile> kPacPick{{"pick.pcs", R"('!TITLE "pick"
@@ -2436,6 +2569,30 @@ MOVE LIN p1_m SPEED := 100.0;
   const auto needs = rapid_needs(SourceFile{"m.mod", m, {}});
   EXPECT_NE(std::find(needs.begin(), needs.end(), "@d"), needs.end());
   EXPECT_EQ(std::find(needs.begin(), needs.end(), "@a"), needs.end());
+}
+
+// What a routine declares itself is not looked for in other modules; what it uses is, also where
+// another routine has a name like that.
+TEST(ProgramReaders, RapidAsksOtherModulesOnlyForWhatARoutineLacks) {
+  const auto asks = [](const std::string& routines, const char* name) {
+    const auto needs =
+        rapid_needs(SourceFile{"m.mod", "MODULE m\n" + routines + "ENDMODULE\n", {}});
+    return std::find(needs.begin(), needs.end(), std::string("@") + name) != needs.end();
+  };
+  const std::string own =
+      "PROC a(num given, INOUT num list{*}, \\switch on | \\switch off)\nVAR num mine;\n"
+      "FOR count FROM 1 TO 3 DO\nmine := given + list{count} + theirs;\nENDFOR\n"
+      "GOTO ready;\nready:\nENDPROC\n";
+  for (const char* n : {"given", "list", "on", "off", "mine", "count", "ready", "a"})
+    EXPECT_FALSE(asks(own, n)) << n;
+  EXPECT_TRUE(asks(own, "theirs"));
+  // A counter hides a name only within its loop, VAR only in its routine.
+  EXPECT_TRUE(asks("PROC a()\nFOR i FROM 1 TO 2 DO\nENDFOR\ng i;\nENDPROC\n", "i"));
+  EXPECT_TRUE(asks("PROC a()\nVAR num x;\nx := 1;\nENDPROC\nPROC b()\nx := 2;\nENDPROC\n", "x"));
+  // Components of a record are no names, their types are.
+  const std::string record = "RECORD part\npos place;\nkind sort;\nENDRECORD\n";
+  EXPECT_TRUE(asks(record, "kind"));
+  EXPECT_FALSE(asks(record, "sort"));
 }
 
 TEST(ProgramReaders, WhereTheRobotIsIsReadInTheToolAndFrameThatAreSet) {
