@@ -1036,7 +1036,8 @@ void Reader::begin(std::string_view foreign, const std::vector<Parameter>& param
   const Symbol* s = &globals_[key];
   Symbol second;
   if (!begun_.insert(key).second) {
-    fail(at, std::string(foreign.substr(0, 60)) + " is declared twice; the first one is called");
+    const std::string_view shown = foreign.substr(foreign.starts_with("!") ? 1 : 0, 60);
+    fail(at, std::string(shown) + " is declared twice; the first one is called");
     second.irl = irl_name(foreign);
     s = &second;
   }
@@ -1296,6 +1297,8 @@ void Reader::assign(const Ex& to, const Ex& from, const At& at) {
 std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, const At& at,
                          std::optional<Type> result) {
   const std::string low = lower(foreign);
+  const std::string_view key = foreign;
+  if (foreign.starts_with("!")) foreign.remove_prefix(1);  // part of the key only
   const Symbol* s = find(low);
   std::string list;
   if (s && s->kind == Symbol::routine && !learned_.stubs.contains(low)) {
@@ -1360,7 +1363,7 @@ std::string Reader::call(std::string_view foreign, const std::vector<Ex>& args, 
   }
   if (result) learned_.stub_results.try_emplace(low, *result);
   if (!s) {
-    Symbol& made = declare(foreign, result ? *result : Type{}, Symbol::routine);
+    Symbol& made = declare(key, result ? *result : Type{}, Symbol::routine);
     Routine r;
     std::string parameters;
     for (std::size_t i = 0; i < types.size(); ++i)
@@ -1449,6 +1452,11 @@ std::string Reader::helper(std::string_view name) {
   } else if (n == "shifted") {
     r.head = "FUNCTION " + s.irl + " (IN POSE: p; IN REAL: x, y, z): POSE";
     line("  RETURN POSE(POSITION(p.POS.X + x, p.POS.Y + y, p.POS.Z + z), p.ORI);");
+  } else if (n == "pose_sum") {
+    r.head = "FUNCTION " + s.irl + " (IN POSE: p, q): POSE";
+    line(
+        "  RETURN POSE(POSITION(p.POS.X + q.POS.X, p.POS.Y + q.POS.Y, p.POS.Z + q.POS.Z), p.ORI @ "
+        "q.ORI);");
   } else if (n == "shifted_target") {
     r.head = "FUNCTION " + s.irl + " (IN ROBTARGET: p; IN REAL: x, y, z): ROBTARGET";
     r.locals.push_back({"ROBTARGET: t;", {}, false});

@@ -1253,6 +1253,12 @@ class TpReader final : public Reader {
       fail(at,
            "the joints of further groups in position registers are not read; they keep their "
            "positions");
+    if (is_register && learned_.flags.contains("own axes") &&
+        told_.insert("axes of " + name_of_).second)
+      fail(at,
+           "the additional axes E1 to E3 of position registers are not read; in motions to them "
+           "these axes keep their positions",
+           "Teach the position as P[n].");
     const bool is_joint = kind == "j";
     if (!speed(m, is_joint, at)) return;
     for (const auto& [name, e] : m.attributes)
@@ -1729,6 +1735,9 @@ class TpReader final : public Reader {
     return bad(at, "IRL has no counterpart of " + std::string(t.raw.substr(0, 40)));
   }
   Ex component(const Ex& p, const Ex& j, const At& at) {
+    if (j.is_literal && j.v >= 7 && j.v <= 9)
+      return bad(at, "the additional axes E1 to E3 of position registers are not read",
+                 "Teach the position as P[n].");
     if (!j.is_literal || j.v < 1 || j.v > 6)
       return bad(at, "the component of a position must be a known number from 1 to 6");
     const auto k = static_cast<int>(j.v);

@@ -1163,8 +1163,9 @@ class UrscriptReader final : public Reader {
     }
     if (acc && !std::exchange(told_acceleration_, true))
       warn(at,
-           std::string("accelerations in m/s^2 and rad/s^2 have no counterpart in IRL, which has them in "
-                       "% of the maximum") +
+           std::string(
+               "accelerations in m/s^2 and rad/s^2 have no counterpart in IRL, which has them in "
+               "% of the maximum") +
                kOtherTimes,
            "Set ACC and ACC_PTP manually.");
     m.has_frames = false;
@@ -1370,15 +1371,7 @@ class UrscriptReader final : public Reader {
         return p.ok ? value("INV(" + p.s + ")", kPose) : failed();
       }
       if (w == "pose_add" && a.size() == 2 && a[0].type.k == K::pose && a[1].type.k == K::pose) {
-        std::string p;
-        if (a[0].prec < kPrimary || a[1].prec < kPrimary)
-          return bad(at, "the arguments of pose_add must be variables");
-        for (const char c : {'X', 'Y', 'Z'})
-          p += (p.empty() ? "" : ", ") + a[0].s + ".POS." + c + " + " + a[1].s + ".POS." + c;
-        if (a[0].s.find('(') != std::string::npos || a[1].s.find('(') != std::string::npos)
-          return bad(at, "pose_add of unnamed values is not read",
-                     "Assign them to variables first.");
-        return value("POSE(POSITION(" + p + "), " + a[1].s + ".ORI @ " + a[0].s + ".ORI)", kPose);
+        return value(helper("pose_sum") + "(" + a[0].s + ", " + a[1].s + ")", kPose);
       }
       if ((w == "get_inverse_kin") && !a.empty() && a[0].type.k == K::pose &&
           learned_.external_axes == 0)

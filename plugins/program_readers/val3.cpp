@@ -155,7 +155,7 @@ class Val3Reader final : public Reader {
       note({}, "no program is named start; the program has no statements",
            "Call one of the procedures after BEGIN.");
     for (std::size_t i = 0; i < programs_.size(); ++i)
-      if (i != main) announce(programs_[i].name, programs_[i].parameters, kNone);
+      if (i != main) announce(key_of(programs_[i]), programs_[i].parameters, kNone);
     for (std::size_t i = 0; i < programs_.size(); ++i) {
       if (is_cancelled()) return;
       program(programs_[i], i == main);
@@ -404,9 +404,11 @@ class Val3Reader final : public Reader {
       }
     }
   }
+  /// A program and a variable may have one name.
+  static std::string key_of(const Program& p) { return "!" + p.name; }
   void program(const Program& p, bool is_main) {
     if (is_main) close();
-    else begin(p.name, p.parameters, kNone, p.at);
+    else begin(key_of(p), p.parameters, kNone, p.at);
     for (const Tag& t : p.locals) {
       // Locals of the program itself are variables of all, by their own names.
       if (is_main && globals_.contains(lower(text(t, "name")))) {
@@ -560,13 +562,15 @@ class Val3Reader final : public Reader {
       }
       for (Ex& a : args)
         if (a.type.k == K::integer) a = as_real(a, at);
-      if (lower(name.raw) == "start" && find("start") == nullptr &&
-          std::any_of(programs_.begin(), programs_.end(),
-                      [](const Program& p) { return lower(p.name) == "start"; })) {
+      const auto called = std::find_if(programs_.begin(), programs_.end(), [&](const Program& p) {
+        return lower(p.name) == lower(name.raw);
+      });
+      if (called != programs_.end() && !find(lower(key_of(*called)))) {
         bad(at, "the program calls itself");
         return;
       }
-      const std::string text = call(name.raw, args, at);
+      const std::string text =
+          call(called != programs_.end() ? key_of(*called) : std::string(name.raw), args, at);
       if (!text.empty()) emit(text + ";", at);
       return;
     }

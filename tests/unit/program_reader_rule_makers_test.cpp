@@ -298,6 +298,34 @@ TEST(ReaderRule, TpPlacesAreInTheFrameAndToolTheyWereTaughtIn) {
            lin (100,0,300) speed 100 tool (0,0,0) frame (0,0,0))"}});
 }
 
+// Position registers are read as poses. Where the positions of the program have additional axes,
+// those of a register would be lost.
+TEST(ReaderRule, TpRegistersOfARobotWithAdditionalAxes) {
+  const auto on_rail = [](const std::string& statements) {
+    return std::vector<RuleFile>{
+        {"main.ls",
+         "/PROG MAIN\n/MN\n" + statements +
+             "/POS\nP[1]{\n   GP1:\n\tUF : 0, UT : 1,\tCONFIG : 'N U T, 0, 0, 0',\n\tX = 100.000 "
+             "mm,\tY = 0.000 mm,\tZ = 300.000 mm,\n\tW = 0.000 deg,\tP = 0.000 deg,\tR = 0.000 "
+             "deg,\n\tE1= 250.000 mm\n};\n/END\n"},
+        {"sysframe.va", kFrames}};
+  };
+  const std::string set = "   1:  UFRAME_NUM=0 ;\n   2:  UTOOL_NUM=1 ;\n";
+  expect_rule(
+      read_tp,
+      {{"a motion to a register",
+        on_rail(set + "   3:  PR[1]=P[1] ;\n   4:L P[1] 100mm/sec FINE ;\n   5:L PR[1] 100mm/sec "
+                      "FINE ;\n   6:L PR[1] 50mm/sec FINE ;\n"),
+        R"(error 7: the additional axes E1 to E3 of position registers are not read; in motions to them these axes keep their positions
+           lin (100,0,300) speed 100 tool (0,0,10)
+           lin (100,0,300) speed 100 tool (0,0,10)
+           lin (100,0,300) speed 50 tool (0,0,10))"},
+       {"a component of it", on_rail(set + "   3:  PR[1]=P[1] ;\n   4:  PR[1,7]=(-100) ;\n"),
+        "error 6: the additional axes E1 to E3 of position registers are not read"},
+       {"no register", on_rail(set + "   3:L P[1] 100mm/sec FINE ;\n"),
+        "lin (100,0,300) speed 100 tool (0,0,10)"}});
+}
+
 TEST(ReaderRule, TpSpeedsAndConditions) {
   const std::string begin = "UFRAME_NUM=1 ;\nUTOOL_NUM=1 ;\n";
   const std::string tool = " tool (0,0,10) frame (1000,0,0)\n";
@@ -413,7 +441,18 @@ TEST(ReaderRule, UrscriptToolHoldsFromWhereItIsSet) {
 TEST(ReaderRule, UrscriptFunctionsListsAndArguments) {
   expect_rule(
       read_urscript,
-      {{"functions of one name, each within another",
+      // Positions are added, orientations multiplied in this order (URScript manual, pose_add).
+      {{"a sum of poses",
+        {{"p.script", R"(def p():
+  set_tcp(p[0,0,0.1,0,0,0])
+  a=p[0.1,0,0,0,0,1.570796326794897]
+  movel(pose_add(a,p[0,0.2,0,1.570796326794897,0,0]))
+  movel(pose_add(pose_trans(a,p[0.1,0,0,0,0,0]),p[0,0,0.3,0,0,0]))
+end
+)"}},
+        R"(lin (100,200,0 turned 0.5 0.5 0.5 0.5) tool (0,0,100)
+           lin (100,100,300 turned 0.707 0 0 0.707) tool (0,0,100))"},
+       {"functions of one name, each within another",
         {{"p.script", R"(def p():
   def f(a):
     return a+1
@@ -624,6 +663,22 @@ TEST(ReaderRule, Val3ToolsFramesAndDescriptorsAsTheyAreThen) {
            error 10: IRL has no counterpart of clock
            wait 1
            wait 4)"}});
+}
+
+// Programs and data are named apart in VAL 3.
+TEST(ReaderRule, Val3ProgramsMayHaveTheNameOfAVariable) {
+  const std::string more =
+      "<Programs><Program name=\"n\"><Parameters><Parameter name=\"x_by\" type=\"num\" "
+      "xsi:type=\"element\" use=\"value\" dimension=\"1\"/></Parameters><Code><![CDATA[begin\n"
+      "n=n+x_by\ndelay(n)\nend]]></Code></Program></Programs>";
+  expect_rule(read_val3, {{"a program with the name of a number",
+                           val3_with("n=2\ncall n(3)\ndelay(n)\n", "", more),
+                           R"(wait 5
+           wait 5)"},
+                          {"too many values", val3_with("call n(3,4)\n", "", more),
+                           "error 2: n takes 1 values, but here are 2"},
+                          {"the program itself", val3_with("call start()\n", ""),
+                           "error 2: the program calls itself"}});
 }
 
 // ---- G-code ----
