@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a program's check by a run finds, where it says it is, and that it changes nothing.
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -876,6 +878,44 @@ TEST_F(ProgramCheck, HintsOfEveryTargetAreNotOfWhatWasDone) {
     }
   }
   EXPECT_GT(hints, 200U);
+}
+
+// The robot of a program without a world may come from the library with the same command, and the
+// program from the group of edits that is open.
+TEST_F(ProgramCheck, ALoneRobotIsTheOneThatThisSessionSees) {
+  const Value p = call("program.create", {{"name", "lone"},
+                                          {"source",
+                                           "PROGRAM lone;\nBEGIN\n  MOVE PTP MAIN_JOINT(0.0, 0.0, "
+                                           "0.0, 0.0, 30.0, 0.0);\nENDPROGRAM;\n"}});
+  const Value first = call("program.check_run", {{"id", p}, {"robot", "kr5"}, {"contacts", false}});
+  EXPECT_EQ(*at(first, "errors").as_int(), 0) << first.text();
+  EXPECT_EQ(at(first, "motions").as_list()->size(), 1U) << first.text();
+}
+
+// Folders of a backup may hold copies of a file: one of a name is read, the nearest.
+TEST_F(ProgramCheck, OfCopiesInABackupOneIsRead) {
+  const fs::path task =
+      fs::temp_directory_path() / ("copies-" + std::to_string(::getpid())) / "TASK1";
+  fs::create_directories(task / "PROGMOD" / "old");
+  const auto write = [](const fs::path& file, const std::string& text) {
+    std::ofstream(file, std::ios::binary) << text;
+  };
+  const auto lib = [](const char* output) {
+    return std::string("MODULE lib\n  PROC open_it()\n    SetDO ") + output +
+           ", 1;\n  ENDPROC\nENDMODULE\n";
+  };
+  write(task / "PROGMOD" / "main.mod",
+        "MODULE m\n  PROC main()\n    open_it;\n    open_it;\n  ENDPROC\nENDMODULE\n");
+  write(task / "PROGMOD" / "lib.mod", lib("near"));
+  write(task / "PROGMOD" / "old" / "LIB.MOD", lib("far"));
+  const Value read =
+      call("program.read_foreign", {{"file", (task / "PROGMOD" / "main.mod").string()}});
+  fs::remove_all(task.parent_path());
+  EXPECT_EQ(at(read, "read").as_list()->size(), 2U) << at(read, "read").text();
+  EXPECT_EQ(*at(read, "errors").as_int(), 0) << at(read, "faults").text();
+  const std::string irl = *at((*at(read, "files").as_list())[0], "text").as_string();
+  EXPECT_NE(irl.find("near := TRUE"), std::string::npos) << irl;
+  EXPECT_EQ(irl.find("far"), std::string::npos) << irl;
 }
 
 }  // namespace

@@ -394,15 +394,9 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
 /// A world for a program that has none: the robot alone, in a snapshot that nobody publishes.
 Result<void> alone(CommandContext& ctx, const Map& args, AnyId id, CheckedProgram& out,
                    std::string& name_there) {
-  // The scratch records are those that are published: what is edited here must be among them.
-  for (const AnyId used : {id, ref(args, "robot")})
-    if (ctx.base()->find(used) != ctx.snapshot().find(used))
-      return error(
-          ErrorCode::unsupported,
-          "a program without a world cannot be checked in the group of edits that changes it",
-          "Give it a world (world.add_program), or end the group first.");
   RMP_TRY_ASSIGN(auto scratch, ctx.app.document.begin("check of a program"));
-  scratch.base_on(ctx.base());
+  // As this session sees the document: the robot may just have come from the library.
+  scratch.base_on(std::make_shared<const document::Snapshot>(ctx.snapshot()));
   model::World world;
   world.robots.push_back(
       {"robot", typed<model::Robot>(args, "robot"), {}, {}, model::BaseKind::fixed, {}});

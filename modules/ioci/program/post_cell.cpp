@@ -108,17 +108,16 @@ void carry(PostCell& cell, const rmp_code& code, const task::TargetPlaces& lead)
 }
 
 /// The robot alone, as in a run of a program without a world: external axes of the maker that carry
-/// it are additional joints. Nothing = it has none, or it is edited right now.
+/// it are additional joints. Nothing = it has none.
 Result<std::optional<task::TargetPlaces>> alone_places(
     CommandContext& ctx, RobotId record, const std::shared_ptr<const CompiledProgram>& program,
     std::string_view symbol) {
   const model::Robot& robot = *ctx.snapshot().get(record);
   if (std::none_of(robot.axes.begin(), robot.axes.end(),
-                   [](const model::MakerAxis& a) { return a.external; }) ||
-      ctx.base()->find(AnyId(record)) != ctx.snapshot().find(AnyId(record)))
+                   [](const model::MakerAxis& a) { return a.external; }))
     return std::optional<task::TargetPlaces>();
   RMP_TRY_ASSIGN(auto scratch, ctx.app.document.begin("post of a program"));
-  scratch.base_on(ctx.base());
+  scratch.base_on(std::make_shared<const document::Snapshot>(ctx.snapshot()));
   model::World world;
   world.robots.push_back({"robot", record, {}, {}, model::BaseKind::fixed, {}});
   RMP_TRY_ASSIGN(const WorldId id, scratch.add(scratch.free_name(Kind::world, "post"), world));

@@ -124,7 +124,10 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     return error(
         ErrorCode::invalid_argument,
         text::quote(file.string()) + " does not end with " + std::string(io::extension(of)),
-        "Files of this kind are named *" + std::string(io::extension(of)) + ".");
+        "Files of this kind are named *" + std::string(io::extension(of)) +
+            (to_string(of) == "program"
+                 ? "; program.import reads programs in text and those of controllers."
+                 : "."));
   }
   RMP_TRY_ASSIGN(const auto loaded,
                  load_file(ctx, file, flag(args, "reload") ? io::Reload::yes : io::Reload::no, of));

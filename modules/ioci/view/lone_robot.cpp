@@ -9,11 +9,9 @@ Result<LoneRobot> LoneRobot::make(CommandContext& ctx, RobotId robot,
                                   const recording::Recording& r) {
   const PermitScope unlimited(nullptr);  // never committed, so no edit of the caller's
   RMP_TRY_ASSIGN(document::Transaction edit, ctx.app.document.begin("a robot alone"));
-  edit.base_on(ctx.base());
+  // As this session sees the document: the robot may just have come from the library.
+  edit.base_on(std::make_shared<const document::Snapshot>(ctx.snapshot()));
   const document::Record* record = edit.now().find(AnyId(robot));
-  if (!record)
-    return error(ErrorCode::conflict, "the robot was made in a group of edits that is still open",
-                 "End the group first.", "id");
   model::World world;
   model::PlacedRobot placed;
   placed.name = r.robot.empty() ? record->name : r.robot;
