@@ -362,6 +362,63 @@ BEGIN
   }
 }
 
+// The action of UNTIL begins where the motion was left: that is known only if the rail stays.
+TEST_F(ProgramRail, TheActionOfAConditionBeginsWhereTheMotionWasLeft) {
+  put_rail();
+  call("world.add_signal", {{"id", cell_}, {"name", "stop"}});
+  const auto faults_of = [&](const std::string& name, const std::string& motion) {
+    const Value p = put_program(name, R"(SIGNAL
+  INPUT BOOL: stop AT 1;
+VAR
+  ORIENTATION: down := ORIZYX(0.0, 0.0, 180.0);
+PROCEDURE lift;
+BEGIN
+  MOVE LIN POSE(POSITION(800.0, -700.0, 600.0), down) SPEED := 200.0;
+ENDPROC;
+BEGIN
+  MOVE PTP ROBTARGET(POSE(POSITION(700.0, -700.0, 600.0), down), -1, [-128, -128], ADD_JOINT(400.0));
+  )" + motion + R"( SPEED := 200.0 UNTIL stop DO lift;
+)");
+    return all_faults(post(p, "krl", {{"form", "structured"}}));
+  };
+  const char* unknown = "known at run time only";
+  EXPECT_EQ(faults_of("stays", "MOVE LIN POSE(POSITION(800.0, -700.0, 500.0), down)").find(unknown),
+            std::string::npos);
+  EXPECT_NE(faults_of("rides",
+                      "MOVE LIN ROBTARGET(POSE(POSITION(900.0, -700.0, 500.0), down), -1, [-128, "
+                      "-128], ADD_JOINT(700.0))")
+                .find(unknown),
+            std::string::npos);
+}
+
+// REPEAT asks its condition behind the body, where the rail is known; WHILE asks it before.
+TEST_F(ProgramRail, RepeatAsksItsConditionBehindItsBody) {
+  put_rail();
+  const auto faults_of = [&](const std::string& name, const std::string& loop) {
+    const Value p = put_program(name, R"(VAR
+  INT: n;
+  ORIENTATION: down := ORIZYX(0.0, 0.0, 180.0);
+FUNCTION again(): BOOL;
+BEGIN
+  n := n + 1;
+  MOVE PTP POSE(POSITION(800.0, -700.0, 500.0), down);
+  RETURN n < 3;
+ENDFCT;
+PROCEDURE ride;
+BEGIN
+  MOVE PTP ROBTARGET(POSE(POSITION(900.0, -700.0, 600.0), down), -1, [-128, -128], ADD_JOINT(700.0));
+ENDPROC;
+BEGIN
+)" + loop);
+    return all_faults(post(p, "krl", {{"form", "structured"}}));
+  };
+  const char* unknown = "known at run time only";
+  const std::string repeat = faults_of("repeats", "  REPEAT\n    ride;\n  UNTIL NOT again();\n");
+  EXPECT_EQ(repeat.find(unknown), std::string::npos) << repeat;
+  const std::string loop = faults_of("whiles", "  WHILE again() DO\n    ride;\n  ENDWHILE;\n");
+  EXPECT_NE(loop.find(unknown), std::string::npos) << loop;
+}
+
 // What the text does not say is not made up.
 TEST_F(ProgramRail, JointsOfARailThatIsKnownAtRunTimeOnlyAreNotKnown) {
   put_rail();
