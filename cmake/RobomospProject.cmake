@@ -193,12 +193,15 @@ function(robomosp_unite_now target most_bytes)
 endfunction()
 
 add_library(robomosp_flags INTERFACE)
-# -Wrestrict, -Warray-bounds and -Wstringop-* are wrong in GCC 12 for `"text" + std::string`
-# (GCC bugs 105651, 105329); the sanitizers look for the same faults.
-target_compile_options(robomosp_flags INTERFACE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
-  -Werror -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
-if(ROBOMOSP_UNITY)  # for a source that is included, the compiler takes local types for those of a header
-  target_compile_options(robomosp_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
+target_compile_options(robomosp_flags INTERFACE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # -Wrestrict, -Warray-bounds and -Wstringop-* are wrong in GCC 12 for `"text" + std::string`
+  # (GCC bugs 105651, 105329); the sanitizers look for the same faults.
+  target_compile_options(robomosp_flags INTERFACE -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow
+    -Wno-stringop-overread)
+  if(ROBOMOSP_UNITY)  # for a source that is included, the compiler takes local types for those of a header
+    target_compile_options(robomosp_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
+  endif()
 endif()
 if(ROBOMOSP_SANITIZE)
   # GCC 12 sees uninitialised std::variant members in instrumented code that are not (bug 105562).
@@ -257,7 +260,7 @@ function(robomosp_lanes target)
       set(file "${CMAKE_CURRENT_BINARY_DIR}/${stem}_${set}.cpp")
       file(CONFIGURE OUTPUT "${file}" CONTENT "#include \"${CMAKE_CURRENT_SOURCE_DIR}/${source}\"\n")
       set_source_files_properties("${file}" PROPERTIES
-        COMPILE_OPTIONS "${${set}_flags};$<$<CONFIG:Release>:-O3>;-ffp-contract=fast;-fno-math-errno;-fno-trapping-math;-fno-tree-loop-distribute-patterns"
+        COMPILE_OPTIONS "${${set}_flags};$<$<CONFIG:Release>:-O3>;-ffp-contract=fast;-fno-math-errno;-fno-trapping-math;$<$<CXX_COMPILER_ID:GNU>:-fno-tree-loop-distribute-patterns>"
         SKIP_PRECOMPILE_HEADERS ON  # other instructions, other headers
         OBJECT_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
       target_sources(${target} PRIVATE "${file}")

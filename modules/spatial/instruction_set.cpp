@@ -13,14 +13,32 @@ namespace {
 
 constexpr const char* kLimitVariable = "ROBOMOSP_SIMD";
 
+#if defined(__x86_64__)
+// The levels of the x86-64 psABI, which are also what robomosp_lanes() compiles for. Clang knows
+// their names since version 18; before, the features of a level that no processor below it has.
+#if defined(__clang__) && __clang_major__ < 18
+bool has_v3() {
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+         __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+}
+[[maybe_unused]] bool has_v4() {
+  return has_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+         __builtin_cpu_supports("avx512vl");
+}
+#else
+bool has_v3() { return __builtin_cpu_supports("x86-64-v3"); }
+[[maybe_unused]] bool has_v4() { return __builtin_cpu_supports("x86-64-v4"); }
+#endif
+#endif
+
 InstructionSet widest_of_processor() {
 #if defined(__x86_64__)
-  // The levels of the x86-64 psABI, which are also what robomosp_lanes() compiles for.
   __builtin_cpu_init();
 #if defined(RMP_HAS_AVX512)
-  if (__builtin_cpu_supports("x86-64-v4")) return InstructionSet::avx512;
+  if (has_v4()) return InstructionSet::avx512;
 #endif
-  if (__builtin_cpu_supports("x86-64-v3")) return InstructionSet::avx2;
+  if (has_v3()) return InstructionSet::avx2;
 #endif
   return InstructionSet::baseline;
 }

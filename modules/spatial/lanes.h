@@ -118,6 +118,19 @@ RMP_INLINE Wide select(const WideBits& which, const Wide& x, const Wide& y) {
   return {select(which.a, x.a, y.a), select(which.b, x.b, y.b)};
 }
 
+/// The numbers of `a` and, from kLanes on, of `b` that `which` counts.
+RMP_INLINE Lanes shuffled(const Lanes& a, const Lanes& b, const Bits& which) {
+#if defined(__clang__)  // which has no shuffle by numbers that are not written out
+  Lanes out;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const auto from = static_cast<std::size_t>(which[i]);
+    out[i] = from < kLanes ? a[from] : b[from - kLanes];
+  }
+  return out;
+#else
+  return __builtin_shuffle(a, b, which);
+#endif
+}
 /// Swaps rows and columns of a square of numbers, in log2(kLanes) rounds of exchanges.
 RMP_INLINE void transpose(Lanes* row) {
   Bits lane, low, high;
@@ -131,8 +144,8 @@ RMP_INLINE void transpose(Lanes* row) {
     for (std::size_t i = 0; i < kLanes; ++i) {
       if (i & d) continue;
       const Lanes a = row[i], b = row[i + d];
-      row[i] = __builtin_shuffle(a, b, low);
-      row[i + d] = __builtin_shuffle(a, b, high);
+      row[i] = shuffled(a, b, low);
+      row[i + d] = shuffled(a, b, high);
     }
   }
 }

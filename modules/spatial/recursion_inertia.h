@@ -192,7 +192,11 @@ T factor(const Mechanism& m, T* M, T* diagonal) {
       T* to = M + r * n;
       const T a = row[r] * inverse;
       if (m.dense) {
+#if defined(__clang__)
+#pragma clang loop vectorize(assume_safety)
+#else
 #pragma GCC ivdep
+#endif
         for (std::size_t j = 0; j <= r; ++j) to[j] -= a * row[j];
       } else {
         for (std::int32_t j = i; j >= 0; j = m.entry_parent[j]) to[j] -= a * row[j];

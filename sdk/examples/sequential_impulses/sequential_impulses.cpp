@@ -414,7 +414,7 @@ class World final : public PhysicsWorld {
         unit(cross(t.normal, std::fabs(t.normal[0]) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
     const double friction = std::sqrt(a.friction * b.friction);
     if (friction == 0) return;
-    for (const std::uint64_t k_th : {1, 2}) {
+    for (const std::uint64_t k_th : {1U, 2U}) {
       Row r = row(k, i, t.point, k_th == 1 ? u : cross(t.normal, u));
       r.normal = unequal, r.friction = friction;
       r.key = key | k_th;

@@ -439,7 +439,7 @@ TEST_P(CollisionConformance, ABodyInsideAnotherIsFound) {
   shell.positions.insert(shell.positions.end(), hole.positions.begin(), hole.positions.end());
   shell.normals.insert(shell.normals.end(), hole.normals.begin(), hole.normals.end());
   for (std::size_t i = 0; i < hole.triangles.size(); i += 3)
-    for (const std::size_t k : {0, 2, 1}) shell.triangles.push_back(hole.triangles[i + k] + offset);
+    for (const std::size_t k : {0U, 2U, 1U}) shell.triangles.push_back(hole.triangles[i + k] + offset);
   Shape hollow;
   hollow.kind = mesh;
   hollow.mesh = &shell;
