@@ -25,6 +25,7 @@
 #include <robomosp/sdk/round_outside.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "kernel/arity.h"
 #include "kernel/provider_process/wire.h"
 
 namespace robomosp::apart {
@@ -56,7 +57,24 @@ RMP_PLAIN(CsgEdgePoint);
 RMP_PLAIN(ExportPrimitive);
 #undef RMP_PLAIN
 
-/// RMP_FIELDS(Type, a, b, ...): its fields in order.
+/// Whether a struct has these members, which are of each process: its size, and the room that later
+/// versions of the SDK use (what is in it, the functions `fields` say one by one).
+template <class T>
+concept HasStructSize = requires(T x) {
+  x.struct_size;
+};
+template <class T>
+concept HasRoom = requires(T x) {
+  x.room;
+};
+/// T has `named` members beside them: one that is added to it and forgotten here does not compile.
+template <class T, std::size_t named>
+void check_named() {
+  check_members<T, named + (HasStructSize<T> ? 1 : 0) + (HasRoom<T> ? 1 : 0)>();
+}
+
+/// RMP_FIELDS(Type, a, b, ...): its fields in order. Those of functions that are written out say by
+/// check_named() how many they name.
 #define RMP_EACH_1(a) fields(v, x.a);
 #define RMP_EACH_2(a, ...) \
   fields(v, x.a);          \
@@ -109,15 +127,22 @@ RMP_PLAIN(ExportPrimitive);
 #define RMP_EACH_18(a, ...) \
   fields(v, x.a);           \
   RMP_EACH_17(__VA_ARGS__)
+#define RMP_EACH_19(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_18(__VA_ARGS__)
 #define RMP_PICK_(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11, _12, _13, _14, _15, _16, _17, _18, \
-                  name, ...)                                                                       \
+                  _19, name, ...)                                                                  \
   name
+#define RMP_COUNT_(...) \
+  RMP_PICK_(__VA_ARGS__, 19, 18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1)
 #define RMP_FIELDS(T, ...)                                                                        \
   template <class V>                                                                              \
   void fields(V& v, T& x) {                                                                       \
-    RMP_PICK_(__VA_ARGS__, RMP_EACH_18, RMP_EACH_17, RMP_EACH_16, RMP_EACH_15, RMP_EACH_14,       \
-              RMP_EACH_13, RMP_EACH_12, RMP_EACH_11, RMP_EACH_10, RMP_EACH_9, RMP_EACH_8,         \
-              RMP_EACH_7, RMP_EACH_6, RMP_EACH_5, RMP_EACH_4, RMP_EACH_3, RMP_EACH_2, RMP_EACH_1) \
+    check_named<T, RMP_COUNT_(__VA_ARGS__)>();                                                    \
+    RMP_PICK_(__VA_ARGS__, RMP_EACH_19, RMP_EACH_18, RMP_EACH_17, RMP_EACH_16, RMP_EACH_15,       \
+              RMP_EACH_14, RMP_EACH_13, RMP_EACH_12, RMP_EACH_11, RMP_EACH_10, RMP_EACH_9,        \
+              RMP_EACH_8, RMP_EACH_7, RMP_EACH_6, RMP_EACH_5, RMP_EACH_4, RMP_EACH_3, RMP_EACH_2, \
+              RMP_EACH_1)                                                                         \
     (__VA_ARGS__)                                                                                 \
   }
 
@@ -126,32 +151,10 @@ RMP_FIELDS(Mesh, positions, normals, triangles, faces, edge_points, edge_sizes)
 // Robots.
 RMP_FIELDS(JointModel, name, type, parent, q_index, v_index, placement, link, body, coupling,
            passive, lower, upper, max_velocity, max_acceleration, max_jerk, max_force, armature,
-           friction)
-template <class V>
-void joint_fields(V& v, JointModel& x) {
-  fields(v, x);
-  fields(v, x.spring);
-}
+           friction, spring)
 RMP_FIELDS(TipModel, name, joint, tool)
 RMP_FIELDS(LoopModel, name, joint_a, joint_b, in_a, in_b, fixed)
-template <class V>
-void fields(V& v, RobotModel& x) {
-  fields(v, x.name);
-  std::uint64_t n = count_of(v, x.joints.size(), 1);
-  if constexpr (V::is_reader) {
-    x.joints.clear();
-    for (std::uint64_t i = 0; i < n && !v.is_broken(); ++i)
-      joint_fields(v, x.joints.emplace_back());
-  } else {
-    for (JointModel& j : x.joints) joint_fields(v, j);
-  }
-  fields(v, x.tips);
-  fields(v, x.base);
-  fields(v, x.gravity);
-  fields(v, x.loops);
-  fields(v, x.coordinates);
-  fields(v, x.velocities);
-}
+RMP_FIELDS(RobotModel, name, joints, tips, base, gravity, loops, coordinates, velocities)
 
 /// Scratch is memory and no value: the other side has its own.
 template <class V>
@@ -167,6 +170,7 @@ void scratch_fields(V& v, std::span<double>& scratch) {
 }
 template <class V>
 void fields(V& v, DynamicsBatch& x) {
+  check_named<DynamicsBatch, 10>();
   fields(v, x.count);
   fields(v, x.q);
   fields(v, x.qd);
@@ -182,6 +186,7 @@ RMP_FIELDS(IkResult, status, q, position_error, rotation_error, iterations, deta
            limiting_joint, lost_direction)
 template <class V>
 void fields(V& v, ControlInput& x) {
+  check_named<ControlInput, 10>();
   fields(v, x.time);
   fields(v, x.dt);
   fields(v, x.q);
@@ -209,6 +214,7 @@ RMP_FIELDS(Plan, points, goal)
 RMP_FIELDS(RoundOutside, pose, sphere, profile)
 template <class V>
 void fields(V& v, Shape& x) {
+  check_named<Shape, 4>();
   fields(v, x.kind);
   fields(v, x.sizes);
   pointee(v, x.mesh);
@@ -249,9 +255,11 @@ RMP_FIELDS(ExportReport, notes, counts)
 RMP_FIELDS(ExportLink, name, parent, joint, joint_count, joint_T_link, is_row, has_mass)
 RMP_FIELDS(ExportFrame, name, link, pose)
 RMP_FIELDS(ExportPose, name, q)
-RMP_FIELDS(ExportMechanism, links, frames, poses, left_out)
+RMP_FIELDS(ExportPair, a, b, why, text)
+RMP_FIELDS(ExportMechanism, links, frames, poses, left_out, pairs)
 template <class V>
 void fields(V& v, ExportItem& x) {
+  check_named<ExportItem, 8>();
   fields(v, x.name);
   fields(v, x.parent);
   fields(v, x.pose);
@@ -268,6 +276,7 @@ void fields(V& v, ExportItem& x) {
 }
 template <class V>
 void fields(V& v, ExportRobot& x) {
+  check_named<ExportRobot, 4>();
   fields(v, x.name);
   pointee(v, x.model);
   fields(v, x.pose);
@@ -275,8 +284,18 @@ void fields(V& v, ExportRobot& x) {
   const ExportMechanism* m = mechanism(x);
   pointee(v, m);
   if constexpr (V::is_reader) set_mechanism(x, m);
+  const MassProperties* standing = standing_mass(x);
+  pointee(v, standing);
+  if constexpr (V::is_reader) set_standing_mass(x, standing);
 }
-RMP_FIELDS(ExportTask, extension, name, items, robots)
+template <class V>
+void fields(V& v, ExportTask& x) {
+  check_named<ExportTask, 5>();
+  fields(v, x.extension);
+  fields(v, x.name);
+  fields(v, x.items);
+  fields(v, x.robots);  // the report goes with the call (proxies.cpp)
+}
 
 /// A row of a table of parameters with texts of its own.
 struct RowWire {
@@ -372,6 +391,7 @@ void fields(V& v, ModuleValue& x) {
 }
 template <class V>
 void fields(V& v, ModuleRunNotice& x) {
+  check_named<ModuleRunNotice, 6>();
   fields(v, x.kind);
   fields(v, x.number);
   fields(v, x.command);
@@ -381,6 +401,7 @@ void fields(V& v, ModuleRunNotice& x) {
 }
 template <class V>
 void fields(V& v, ModuleRunEnd& x) {
+  check_named<ModuleRunEnd, 3>();
   fields(v, x.seconds);
   fields(v, x.error);
   pointee(v, x.result);
