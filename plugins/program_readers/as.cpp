@@ -137,7 +137,8 @@ class AsReader final : public Reader {
         if (accept("("))
           while (!at_line_end() && !accept(")")) {
             const Token q = next();
-            if (q.kind == Tk::name) p.parameters.push_back(q);
+            if (is_array_mark(q)) pass_array();
+            else if (q.kind == Tk::name) p.parameters.push_back(q);
           }
         p.first = behind;
         p.end = end;
@@ -1925,6 +1926,12 @@ class AsReader final : public Reader {
       next();
       return joint_values(numbers_in_brackets("]", 18, at), at);
     }
+    if (is_array_mark(t)) {
+      next();
+      pass_array();
+      return bad(at, "an array is not passed to another program",
+                 "Let both programs use one array.");
+    }
     if (is("(", 1)) return function(at);
     const Named v = named();
     const auto known = learned_.types.find(v.key);
@@ -1934,6 +1941,14 @@ class AsReader final : public Reader {
     if (wants_place_ && !v.index.empty()) learn_element(v.key, kPose);
     const Type of = guess(t.low).k != K::real ? guess(t.low) : wants_place_ ? kPose : kReal;
     return variable(v, of, false, at);
+  }
+  /// An array as a parameter: .&name[,]
+  [[nodiscard]] static bool is_array_mark(const Token& t) { return t.low == "."; }
+  void pass_array() {
+    accept("&");
+    if (!at_line_end()) next();
+    if (!accept("[")) return;
+    while (!at_line_end() && !accept("]")) next();
   }
   Ex joint_values(const std::vector<Ex>& n, const At& at) {
     for (const Ex& e : n)

@@ -1764,7 +1764,9 @@ std::unique_ptr<ReadProgram> Reader::finish() {
   }
   const bool is_empty = constants_.empty() && types_.empty() && signals_.empty() &&
                         variables_.empty() && routines_.empty() && main_.body.empty();
-  if (is_empty)
+  const bool has_reason = std::any_of(faults_.begin(), faults_.end(),
+                                      [](const Fault& f) { return f.severity == RMP_FAULT_ERROR; });
+  if (is_empty && !has_reason)
     fail({0, 1, 1, 0, 0}, "this file contains no program",
          "It is empty or in another language; select the reader with language = ...");
   section("CONST", constants_);

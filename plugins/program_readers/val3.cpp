@@ -143,7 +143,11 @@ class Val3Reader final : public Reader {
       if (extension(files_[f].name) == "dtx") data(f);
     for (std::size_t f = 0; f < files_.size(); ++f)
       if (extension(files_[f].name) == "pgx") programs(f);
-    if (programs_.empty()) fail({}, "no program (.pgx) is among the files");
+    if (const std::size_t old = of_version_6(); old < files_.size())
+      fail({static_cast<std::uint32_t>(old), 1, 1, 0, 0},
+           "this program is in the format of VAL 3 s6 (CS8C), which is not read",
+           "Convert the application to s7 or later in Staubli Robotics Suite, and read its .pjx.");
+    else if (programs_.empty()) fail({}, "no program (.pgx) is among the files");
     std::size_t main = programs_.size();
     for (std::size_t i = 0; i < programs_.size(); ++i) {
       const Program& p = programs_[i];
@@ -403,6 +407,13 @@ class Val3Reader final : public Reader {
         is_open = false;
       }
     }
+  }
+  /// The first file with programs in the format of VAL 3 s6; files_.size() = none.
+  [[nodiscard]] std::size_t of_version_6() const {
+    const auto it = std::find_if(files_.begin(), files_.end(), [](const SourceFile& f) {
+      return extension(f.name) == "pgx" && f.text.find("<programList") != std::string_view::npos;
+    });
+    return static_cast<std::size_t>(it - files_.begin());
   }
   /// A program and a variable may have one name.
   static std::string key_of(const Program& p) { return "!" + p.name; }

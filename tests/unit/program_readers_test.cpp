@@ -1261,6 +1261,8 @@ TEST(ProgramReaders, AsNeverSetsAnAdditionalAxisThatNothingGives) {
             "it has them.\n");
   EXPECT_EQ(faults_of("LMOVE high\nCALL other(high)\n"),
             "3:12 error a transformation with additional axes is not passed to another program.\n");
+  EXPECT_EQ(faults_of("LMOVE high\nCALL other(.&cell[,])\n"),
+            "3:12 error an array is not passed to another program.\n");
   EXPECT_EQ(faults_of("POINT a = high\nPOINT a = nest\nLMOVE a\n"),
             "3:1 error this transformation has no additional axes, but a has them elsewhere.\n");
   EXPECT_EQ(
@@ -2025,7 +2027,6 @@ MOVE PTP MAIN_JOINT(10.0, 20.0, 30.0, 40.0, 50.0, 60.0);
             "4:33 error DwellTime must be a number, not \"soon\".\n"
             "5:55 error the element Colour of MessageType is not read.\n");
   EXPECT_EQ(read_faults(*read_with(read_crcl, {{"p.xml", "<a><b></a>"}})),
-            "1:1 error this file contains no program.\n"
             "1:10 error this XML cannot be read: the element b is not closed here.\n");
 }
 
@@ -2569,6 +2570,19 @@ MOVE LIN p1_m SPEED := 100.0;
   const auto needs = rapid_needs(SourceFile{"m.mod", m, {}});
   EXPECT_NE(std::find(needs.begin(), needs.end(), "@d"), needs.end());
   EXPECT_EQ(std::find(needs.begin(), needs.end(), "@a"), needs.end());
+}
+
+TEST(ProgramReaders, Val3OfVersion6IsNamed) {
+  const auto p =
+      read_with(read_val3,
+                {{"a.pjx",
+                  "<project xmlns=\"ProjectNameSpace\"><programSection><program file=\"start.pgx\" "
+                  "/></programSection></project>"},
+                 {"start.pgx",
+                  "<programList xmlns=\"ProgramNameSpace\"><program name=\"start\"><source>"
+                  "<code>begin\nend</code></source></program></programList>"}});
+  EXPECT_EQ(read_faults(*p),
+            "1:1 error this program is in the format of VAL 3 s6 (CS8C), which is not read.\n");
 }
 
 // What a routine declares itself is not looked for in other modules; what it uses is, also where
