@@ -44,7 +44,7 @@ struct Origin {
 /// an error.
 [[nodiscard]] Result<Origin> pick(const Frame&, const ElementRef&,
                                   std::optional<std::size_t> primitive = {});
-/// The name of a record in the frame's snapshot; "" where it is not there.
+/// The name of a record in the frame's snapshot; "" if the record is missing.
 [[nodiscard]] std::string name_of(const Frame&, AnyId record);
 /// The element of an id; none where the frame has none. Takes time by the number of elements.
 [[nodiscard]] std::optional<ElementRef> find_element(const Frame&, std::uint64_t id);
