@@ -460,14 +460,20 @@ List fault_list(const Error& e, std::size_t most) {
 
 std::optional<Fault> fault_from(const Value& v) { return read_fault(&v, 0); }
 
-std::shared_ptr<const std::vector<Fault>> faults_from(const Value& v) {
+void adopt_faults(Error& e, const Value& v) {
   std::vector<Fault> out;
   if (const List* list = v.as_list())
     for (const Value& each : *list) {
       if (out.size() >= kMostRead) break;
       if (auto f = fault_from(each)) out.push_back(std::move(*f));
     }
-  return out.empty() ? nullptr : std::make_shared<const std::vector<Fault>>(std::move(out));
+  // They were written with the outer context, which faults_of() adds again.
+  if (out.size() > 1 && !e.where.empty())
+    for (Fault& f : out) {
+      if (f.where == e.where) f.where.clear();
+      else if (f.where.starts_with(e.where + ", ")) f.where.erase(0, e.where.size() + 2);
+    }
+  if (!out.empty()) e.faults = std::make_shared<const std::vector<Fault>>(std::move(out));
 }
 
 FaultCodes::FaultCodes(std::initializer_list<FaultCode> rows) {

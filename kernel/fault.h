@@ -24,7 +24,7 @@ namespace robomosp {
 struct FaultSubject {
   Handle record{};             ///< number 0 = no record
   std::string name{};          ///< of the record
-  std::string path{};          ///< within the record, as record.get and record.set take it
+  std::string path{};          ///< within the record, as record.set takes it
   std::string command{};       ///< "robot.create"
   std::string argument{};      ///< of the command, as a path: "q[2]", "pose.rpy[1]"
   std::string provider{};      ///< name of a provider or plugin
@@ -130,8 +130,8 @@ void edit_texts(Error& e, const std::function<std::string(std::string)>& edit);
 /// Reads what fault_map() writes. Members of another type and unknown ones are ignored; nullopt =
 /// not a map with a code and a message. For data of peers: bounded in depth and size.
 [[nodiscard]] std::optional<Fault> fault_from(const Value&);
-/// Faults of a list of maps, as Error::faults; null = there are none.
-[[nodiscard]] std::shared_ptr<const std::vector<Fault>> faults_from(const Value&);
+/// Gives an error that was received as text the faults of the list of maps that came with it.
+void adopt_faults(Error& e, const Value& list);
 
 /// A row of the table of codes.
 struct FaultCode {
