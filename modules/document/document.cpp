@@ -15,6 +15,7 @@
 #include "document/state.h"
 #include "document/validate.h"
 #include "kernel/check.h"
+#include "kernel/fault.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
 
@@ -609,8 +610,17 @@ Result<void> Transaction::Work::judge(const std::vector<RecordChange>& all,
       std::all_of(all.begin(), all.end(), [](const RecordChange& c) { return c.after != nullptr; });
   for (const RecordChange& c : all) {
     if (!c.after) continue;
-    RMP_TRY(check_edit(*c.after, c.before.get(), progress));
-    RMP_TRY(check_references(now, *c.after, is_all_there ? c.before.get() : nullptr));
+    const auto about = [&c](Result<void> checked) {
+      if (!checked.ok() && checked.error().code != ErrorCode::cancelled)
+        amend(checked.error(), [&](Fault& f) {
+          if (f.code.starts_with("error.")) f.code = "record.bad_reference";
+          f.subject.record = {std::string(to_string(c.id.kind)), c.id.number};
+          f.subject.name = c.after->name;
+        });
+      return checked;
+    };
+    RMP_TRY(about(check_edit(*c.after, c.before.get(), progress)));
+    RMP_TRY(about(check_references(now, *c.after, is_all_there ? c.before.get() : nullptr)));
   }
   return refuse_cycles(now,
                        {[this](AnyId id) -> const Record* {

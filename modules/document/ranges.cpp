@@ -5,7 +5,9 @@
 #include <unordered_set>
 #include <vector>
 
+#include "kernel/fault.h"
 #include "kernel/text.h"
+#include "model/field_path.h"
 
 namespace robomosp::document {
 
@@ -17,7 +19,30 @@ using model::Type;
 using text::quote;
 
 Error range_fault(std::string message, std::string hint = {}) {
-  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
+  return error_of(make_fault("record.invalid", std::move(message), std::move(hint)));
+}
+
+/// Of a number, with its bound.
+Error range_fault(std::string message, double value, double limit, std::string_view unit) {
+  Fault f = make_fault("record.out_of_range", std::move(message));
+  f.witness.value = value;
+  if (std::isfinite(limit)) {
+    f.witness.limit = limit;
+    f.witness.excess = std::abs(value - limit);
+  }
+  f.witness.unit = unit;
+  return error_of(std::move(f));
+}
+
+/// Puts a step in front of the path within the record: a field, "[3]", or a component.
+Error at_step(Error e, std::string_view step) {
+  if (step.empty() || e.code == ErrorCode::cancelled) return e;
+  amend(e, [&](Fault& f) {
+    std::string& path = f.subject.path;
+    const bool is_joined = path.empty() || path.front() == '[';
+    path = std::string(step) + (is_joined ? "" : ".") + path;
+  });
+  return e;
 }
 
 std::string noun(std::string_view word) {
@@ -44,7 +69,9 @@ class Checker {
     if (t.alternative) alternative = t.alternative(p);
     for (const Field& f : t.fields) {
       if (&t == record_.type) subject_ = {};
-      RMP_TRY(value(f, *f.type, f.in(p), p, of, alternative, before ? f.in(before) : nullptr));
+      auto checked =
+          value(f, *f.type, f.in(p), p, of, alternative, before ? f.in(before) : nullptr);
+      if (!checked.ok()) return at_step(std::move(checked).error(), f.name);
     }
     return {};
   }
@@ -58,8 +85,11 @@ class Checker {
     switch (t.shape) {
       case Shape::real: return number(*static_cast<const double*>(p), 0);
       case Shape::numbers:
-        for (std::size_t i = 0; i < t.count; ++i)
-          RMP_TRY(number(static_cast<const double*>(p)[i], i));
+        for (std::size_t i = 0; i < t.count; ++i) {
+          auto checked = number(static_cast<const double*>(p)[i], i);
+          if (!checked.ok())
+            return at_step(std::move(checked).error(), model::component_name(f, owner, i));
+        }
         return {};
       case Shape::reals: {
         const auto& v = *static_cast<const std::vector<double>*>(p);
@@ -109,7 +139,9 @@ class Checker {
       if (checked.ok()) continue;
       const std::string which =
           " of " + noun(word) + " " + (name ? quote(*name) : std::to_string(i + 1)) + of;
-      return value(f, *t.element, element, owner, which, alternative);
+      auto worded = value(f, *t.element, element, owner, which, alternative);
+      if (worded.ok()) return {};
+      return at_step(std::move(worded).error(), "[" + std::to_string(i + 1) + "]");
     }
     return {};
   }
@@ -130,27 +162,29 @@ class Checker {
     const auto shown = [&unit](double x) {
       return text::print_rounded(x, 6) + (unit.empty() ? "" : " " + std::string(unit));
     };
+    const auto beyond = [&](std::string message) {
+      return range_fault(std::move(message), v, v < f.min ? f.min : f.max, unit);
+    };
     const std::string what = "the " + f.shown_name() + of + " is ";
     if (std::isnan(v) || (!f.may_be_infinite && std::isinf(v)))
-      return range_fault(
-          what + text::print(v) +
-          (f.may_be_infinite ? "; it must be a number" : "; it must be a finite number"));
+      return beyond(what + text::print(v) +
+                    (f.may_be_infinite ? "; it must be a number" : "; it must be a finite number"));
     const std::string start = what + shown(v) + "; ";
     const bool has_min = std::isfinite(f.min), has_max = std::isfinite(f.max);
     if (has_min && has_max && f.min == -f.max)
-      return range_fault(start + "at most " + shown(f.max) + " is allowed");
+      return beyond(start + "at most " + shown(f.max) + " is allowed");
     if (has_min && has_max && f.is_above_min)
-      return range_fault(start + "it must be above " + text::print_rounded(f.min, 6) +
-                         " and at most " + shown(f.max));
+      return beyond(start + "it must be above " + text::print_rounded(f.min, 6) + " and at most " +
+                    shown(f.max));
     if (has_min && has_max && f.max <= 1e6)
-      return range_fault(start + "it must be from " + text::print_rounded(f.min, 6) + " to " +
-                         text::print_rounded(f.max, 6));
-    if (v > f.max) return range_fault(start + "at most " + shown(f.max) + " is allowed");
+      return beyond(start + "it must be from " + text::print_rounded(f.min, 6) + " to " +
+                    text::print_rounded(f.max, 6));
+    if (v > f.max) return beyond(start + "at most " + shown(f.max) + " is allowed");
     if (f.is_above_min)
-      return range_fault(start + "it must be greater than " +
-                         shown(f.min).substr(0, shown(f.min).find(' ')));
-    if (f.min == 0) return range_fault(start + "it must not be negative");
-    return range_fault(start + "it must be at least " + shown(f.min));
+      return beyond(start + "it must be greater than " +
+                    shown(f.min).substr(0, shown(f.min).find(' ')));
+    if (f.min == 0) return beyond(start + "it must not be negative");
+    return beyond(start + "it must be at least " + shown(f.min));
   }
 
   model::Content record_;
@@ -179,9 +213,11 @@ Result<void> check_names(const model::Content& record, Subject& subject) {
       subject = {word, i};
       if (!is_name(*name)) return bad_name(*name, noun(word));
       if (!seen.insert(*name).second)
-        return error(ErrorCode::conflict,
-                     "there are two " + noun(f.name) + " named " + quote(*name),
-                     "Give each its own name.");
+        return at_step(
+            error_of(make_fault("record.duplicate_name",
+                                "there are two " + noun(f.name) + " named " + quote(*name),
+                                "Give each its own name.")),
+            std::string(f.name) + "[" + std::to_string(i + 1) + "]");
     }
   }
   subject = {};

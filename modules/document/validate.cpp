@@ -15,6 +15,7 @@
 
 #include "document/ranges.h"
 #include "kernel/expression.h"
+#include "kernel/fault.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "kernel/utf8.h"
@@ -1049,8 +1050,46 @@ Result<void> check_solvers(const std::vector<KeptSolver>& solvers) {
 
 }  // namespace
 
+namespace {
+
+const FaultCodes kRecordCodes{
+    {"record.invalid", ErrorCode::invalid_argument,
+     "The content of a record contradicts itself or what its kind allows."},
+    {"record.out_of_range", ErrorCode::invalid_argument,
+     "A number of a record is outside of its range."},
+    {"record.duplicate_name", ErrorCode::conflict, "Two elements of a record have one name."},
+    {"record.bad_reference", ErrorCode::conflict,
+     "A record refers to another one that is not there, or to a member that it does not have."},
+};
+
+/// `links[3]` of the element of a record.
+std::string path_of(const Record& record, const Subject& place) {
+  if (place.list.empty()) return {};
+  for (const model::Field& f : content(record.body).type->fields)
+    if (f.type->shape == model::Shape::list &&
+        (f.word_in_files() == place.list || f.name == place.list))
+      return std::string(f.name) + "[" + std::to_string(place.index + 1) + "]";
+  return {};
+}
+
+/// What a fault of a record is about, where it does not say it more exactly.
+void name_subject(Error& e, const Record& record, const Subject& place) {
+  amend(e, [&](Fault& f) {
+    if (f.code.starts_with("error."))
+      f.code = e.code == ErrorCode::conflict ? "record.duplicate_name" : "record.invalid";
+    if (f.subject.path.empty()) f.subject.path = path_of(record, place);
+    f.subject.name = record.name;
+  });
+}
+
+}  // namespace
+
 Result<void> check_record(const Record& record, Subject* subject) {
-  if (!is_name(record.name)) return bad_name(record.name, to_string(record.kind()));
+  if (!is_name(record.name)) {
+    Error e = bad_name(record.name, to_string(record.kind()));
+    name_subject(e, record, {});
+    return e;
+  }
   Subject place;
   const Watch none(nullptr);
   auto result = check_ranges(content(record.body), place, none);
@@ -1058,6 +1097,7 @@ Result<void> check_record(const Record& record, Subject* subject) {
     result = std::visit([&](const auto& body) { return check(body, place, none); }, record.body);
   if (result.ok()) result = check_solvers(record.solvers);
   if (subject && !result.ok()) *subject = place;
+  if (!result.ok()) name_subject(result.error(), record, place);
   return std::move(result).in(std::string(to_string(record.kind())) + " " + quote(record.name));
 }
 
