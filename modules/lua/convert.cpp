@@ -4,6 +4,7 @@
 #include <iterator>
 #include <limits>
 
+#include "kernel/fault.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "lua/internal.h"
@@ -427,13 +428,17 @@ void push_error(lua_State* L, const Error& e, std::string_view at) {
     lua_pushlstring(L, text.data(), text.size());
     lua_setfield(L, -2, name);
   };
-  luaL_checkstack(L, 6, "while an error is raised");
-  lua_createtable(L, 0, 5);
+  luaL_checkstack(L, 12, "while an error is raised");
+  lua_createtable(L, 0, 6);
   set("code", to_string(e.code));
   set("message", e.message);
   set("where", e.where);
   set("hint", e.hint);
   set("at", at);
+  if (e.faults) {
+    push(impl_of(L), L, Value(fault_list(e)));
+    lua_setfield(L, -2, "faults");
+  }
   lua_rawgetp(L, LUA_REGISTRYINDEX, &kErrorKey);
   lua_setmetatable(L, -2);
 }
@@ -460,6 +465,10 @@ Error to_error(lua_State* L, int index) {
     e.where = string_field(L, index, "where");
     e.hint = string_field(L, index, "hint");
     const std::string at = string_field(L, index, "at");
+    lua_pushliteral(L, "faults");
+    if (lua_rawget(L, index) == LUA_TTABLE)
+      if (const auto faults = to_value(L, -1); faults.ok()) adopt_faults(e, *faults);
+    lua_pop(L, 1);
     if (!at.empty()) e = std::move(e).in(at);
     if (e.message.empty()) e.message = "a script raised a table without a message";
     return e;

@@ -11,6 +11,7 @@
 #include <asio/ip/tcp.hpp>
 #include <asio/local/stream_protocol.hpp>
 
+#include "kernel/fault.h"
 #include "kernel/text.h"
 #include "remote/json.h"
 #include "remote/server.h"
@@ -67,6 +68,7 @@ Error error_of(const Map& fault) {
     e.message.erase(e.message.size() - e.hint.size() - 1);
   if (e.message.ends_with(".")) e.message.pop_back();
   if (e.message.empty()) e.message = "the server returned an error without a message";
+  if (const Value* faults = about.find("faults")) adopt_faults(e, *faults);
   return e;
 }
 

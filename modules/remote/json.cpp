@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kernel/base64.h"
+#include "kernel/fault.h"
 #include "kernel/text.h"
 
 namespace robomosp::remote {
@@ -397,8 +398,10 @@ std::optional<Error> array_fault(const Value& value) {
 }
 
 Map error_map(const Error& e) {
-  return Map{
+  Map out{
       {"code", to_string(e.code)}, {"message", e.message}, {"where", e.where}, {"hint", e.hint}};
+  if (e.faults) out.set("faults", fault_list(e));
+  return out;
 }
 
 }  // namespace robomosp::remote

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "kernel/fault.h"
+
 namespace robomosp::lua::wire {
 namespace {
 
@@ -289,10 +291,13 @@ ErrorCode code_from(std::string_view word) {
 }
 
 Value error_value(const Error& e) {
-  return Map{{"code", to_string(e.code)},
-             {"message", cut(e.message)},
-             {"where", cut(e.where)},
-             {"hint", cut(e.hint)}};
+  constexpr std::size_t kMostFaults = 20;
+  Map out{{"code", to_string(e.code)},
+          {"message", cut(e.message)},
+          {"where", cut(e.where)},
+          {"hint", cut(e.hint)}};
+  if (e.faults) out.set("faults", fault_list(e, kMostFaults));
+  return out;
 }
 
 Error error_from(const Value& v) {
@@ -303,6 +308,7 @@ Error error_from(const Value& v) {
   e.message = text_of(*m, "message");
   e.where = text_of(*m, "where");
   e.hint = text_of(*m, "hint");
+  if (const Value* faults = m->find("faults")) adopt_faults(e, *faults);
   if (e.message.empty()) e.message = "the script failed without an error message";
   return e;
 }
