@@ -18,6 +18,7 @@
 #include "ioci/program/source_text.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
+#include "kernel/fault.h"
 #include "model/controller.h"
 #include "program_post/points.h"
 #include "recording/plot/plot.h"
@@ -431,7 +432,14 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   List faults, motions, not_run, not_checked;
   for (const Fault& f : found.faults) {
     if (faults.size() >= most) break;
-    faults.emplace_back(fault_row(c, f));
+    Map row = fault_row(c, f);
+    Map& fault = *row.find("fault")->as_map();
+    fault.find("subject")->as_map()->set("record", Application::handle(ref(args, "id")));
+    // A world that was made for the check is gone after it.
+    if (Map* witness = fault.find("witness") ? fault.find("witness")->as_map() : nullptr;
+        witness && ctx.snapshot().find(c.world))
+      witness->set("scene", Application::handle(c.world));
+    faults.emplace_back(std::move(row));
   }
   if (found.faults.size() > most)
     left_out.set("faults", Value(static_cast<std::int64_t>(found.faults.size() - most)));
@@ -542,6 +550,73 @@ std::string shortened(std::string_view s, std::size_t most) {
          (left_out == 1 ? " more word)" : " more words)");
 }
 
+namespace {
+
+const FaultCodes kProgramCodes{
+    {"program.reach", ErrorCode::unreachable, "No joint values bring the tool to a target."},
+    {"program.joint_limit", ErrorCode::unreachable, "A joint goes beyond its limits."},
+    {"program.speed", ErrorCode::conflict, "A joint is faster than it can be."},
+    {"program.acceleration", ErrorCode::conflict, "A joint passes its acceleration limit."},
+    {"program.torque", ErrorCode::conflict, "A joint needs more torque than it has."},
+    {"program.contact", ErrorCode::conflict, "Bodies touch during a motion."},
+    {"program.clearance", ErrorCode::conflict, "Bodies come closer than wanted."},
+    {"program.singularity", ErrorCode::unreachable,
+     "A straight motion passes close to a singular configuration."},
+    {"program.configuration", ErrorCode::unreachable,
+     "A straight motion leaves its configuration, or ends in another than wanted."},
+    {"program.motion", ErrorCode::invalid_argument, "A motion is not possible."},
+    {"program.controller", ErrorCode::unsupported,
+     "A motion passes what the controller's record allows."},
+    {"program.signal", ErrorCode::conflict,
+     "A signal that is waited for never comes, or an output cannot have its value."},
+    {"program.timeout", ErrorCode::conflict, "A WAIT FOR ran out of time."},
+    {"program.grip", ErrorCode::conflict, "A gripper finds nothing."},
+    {"program.until", ErrorCode::conflict, "The condition of an UNTIL never came true."},
+    {"program.program", ErrorCode::conflict, "A program ends with a fault."},
+    {"program.ignored", ErrorCode::unsupported, "An attribute is not carried out."},
+};
+
+/// A fault of a run as data: its line, its time, and what of the robot shows it.
+robomosp::Fault run_fault(const CheckedProgram& c, const Fault& f) {
+  const rmp_code& code = c.code->code();
+  robomosp::Fault out = make_fault("program." + std::string(program_check::to_string(f.kind)),
+                                   f.message, f.hint, where_of(code, f.place.span));
+  out.severity = f.severity == program_check::Severity::error     ? Severity::error
+                 : f.severity == program_check::Severity::warning ? Severity::warning
+                                                                  : Severity::info;
+  out.subject.name = c.name;
+  out.subject.file = file_name(code, f.place.span.file);
+  out.subject.line = out.subject.end_line = f.place.span.line;
+  out.subject.column = f.place.span.column;
+  out.subject.end_column = f.place.span.column + (f.place.span.end - f.place.span.begin);
+  out.extent.from = f.from;
+  out.extent.to = f.to;
+  out.extent.at = f.at;
+  if (f.motion != kNone) out.extent.motion = f.motion + 1;
+  FaultWitness& w = out.witness;
+  w.robot = f.robot;
+  if (f.joint >= 0) {
+    FaultJoint joint;
+    joint.number = static_cast<std::size_t>(f.joint) + 1;
+    joint.name = "joint " + std::to_string(joint.number);
+    if (f.has_values && std::isfinite(f.value)) joint.value = f.value;
+    if (f.has_values) joint.limit = f.limit;
+    joint.unit = f.unit;
+    w.joints.push_back(std::move(joint));
+  }
+  if (!f.a.empty()) w.bodies = {f.a, f.b};
+  if (f.has_position) w.points.push_back({"", f.position[0], f.position[1], f.position[2]});
+  if (f.has_values) {
+    if (std::isfinite(f.value)) w.value = f.value;
+    w.limit = f.limit;
+    if (std::isfinite(f.excess)) w.excess = f.excess;
+    w.unit = f.unit;
+  }
+  return out;
+}
+
+}  // namespace
+
 Map fault_row(const CheckedProgram& c, const Fault& f) {
   const rmp_code& code = c.code->code();
   List calls;
@@ -579,6 +654,7 @@ Map fault_row(const CheckedProgram& c, const Fault& f) {
     row.set("signals", Value(std::move(names)));
   }
   if (f.has_position) row.set("position", vec_value(f.position, "m"));
+  row.set("fault", fault_map(run_fault(c, f)));
   return row;
 }
 

@@ -4,6 +4,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
+#include "kernel/fault.h"
 #include "scene/build.h"
 #include "sim/trajectory_faults.h"
 
@@ -17,7 +18,60 @@ std::string sentence_of(const sim::PathCheck& c, const sim::PathFault& f) {
          " (t = " + text::print_rounded(c.times[f.worst]) + " s): " + f.why;
 }
 
-Value row_of(const sim::PathCheck& c, const sim::PathFault& f) {
+const FaultCodes kTrajectoryCodes{
+    {"trajectory.start", ErrorCode::conflict,
+     "The robot cannot stand where it is before a trajectory begins."},
+    {"trajectory.unreachable", ErrorCode::unreachable,
+     "No joint values within the limits bring the tool to a sample of a trajectory."},
+    {"trajectory.limit", ErrorCode::unreachable,
+     "A joint passes its velocity, acceleration, jerk or torque limit on a trajectory."},
+    {"trajectory.collision", ErrorCode::conflict, "Bodies touch along a trajectory."},
+};
+
+/// The fault as data: the trajectory's samples, and the robot's joints there.
+Fault path_fault(const sim::PathCheck& c, const sim::PathFault& f, AnyId trajectory, AnyId world) {
+  const std::string sentence = sentence_of(c, f);
+  const std::size_t why = sentence.size() - f.why.size();
+  Fault out = make_fault(
+      "trajectory." + (f.is_start ? std::string("start") : std::string(sim::to_string(f.kind))),
+      f.why, {}, sentence.substr(0, why >= 2 ? why - 2 : 0));
+  out.subject.record = Application::handle(trajectory);
+  out.subject.name = c.trajectory;
+  if (!f.is_start) {
+    out.extent.first = f.first + 1;
+    out.extent.last = f.last + 1;
+    out.extent.worst = f.worst + 1;
+  }
+  out.extent.from = c.times[f.first];
+  out.extent.to = c.times[f.last];
+  out.extent.at = c.times[f.worst];
+  FaultWitness& w = out.witness;
+  w.scene = Application::handle(world);
+  w.robot = c.robot;
+  const auto q =
+      f.is_start ? c.start.begin() : c.q.begin() + static_cast<std::ptrdiff_t>(f.worst * c.dof);
+  w.q.assign(q, q + static_cast<std::ptrdiff_t>(c.dof));
+  if (f.joint >= 0) {
+    const auto joint = static_cast<std::size_t>(f.joint);
+    FaultJoint at_fault;
+    at_fault.name = "joint " + std::to_string(joint + 1);
+    at_fault.number = joint + 1;
+    at_fault.value = w.q[joint];
+    w.joints.push_back(std::move(at_fault));
+  }
+  if (!f.a.empty()) w.bodies = {f.a, f.b};
+  if (!f.is_start) {
+    const Vec3& p = c.poses[f.worst].p;
+    w.points.push_back({"sample " + std::to_string(f.worst + 1), p[0], p[1], p[2]});
+  }
+  if (f.excess > 0) {
+    w.excess = f.excess;
+    w.unit = f.unit;
+  }
+  return out;
+}
+
+Value row_of(const sim::PathCheck& c, const sim::PathFault& f, AnyId trajectory, AnyId world) {
   const auto q =
       f.is_start ? c.start.begin() : c.q.begin() + static_cast<std::ptrdiff_t>(f.worst * c.dof);
   const double end = c.times.back();
@@ -31,7 +85,8 @@ Value row_of(const sim::PathCheck& c, const sim::PathFault& f) {
           {"share", end > 0 ? c.times[f.worst] / end : 0.0},
           {"q", NumericArray(std::vector<double>(q, q + static_cast<std::ptrdiff_t>(c.dof)))},
           {"why", f.why},
-          {"text", sentence_of(c, f)}};
+          {"text", sentence_of(c, f)},
+          {"fault", fault_map(path_fault(c, f, trajectory, world))}};
   if (!f.is_start) row.set("position", vec_value(c.poses[f.worst].p, "m"));
   if (f.joint >= 0) row.set("joint", Value(f.joint + 1));
   if (f.excess > 0) {
@@ -85,7 +140,8 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const sim::PathCheck done,
                  sim::check_path(simulator, run, flag(args, "collisions"), ctx.progress));
   List faults, notes;
-  for (const sim::PathFault& f : done.faults) faults.push_back(row_of(done, f));
+  for (const sim::PathFault& f : done.faults)
+    faults.push_back(row_of(done, f, world.trajectories[trajectory].trajectory, ref(args, "id")));
   for (const std::string& n : done.notes) notes.emplace_back(n);
   Map out{{"is_good", done.faults.empty()},
           {"samples", done.times.size()},
@@ -149,7 +205,8 @@ RMP_COMMANDS(path_check_commands) {
                       "Tables, in order of time: kind (start, unreachable, limit, collision); the "
                       "worst sample, the first and the last, from 1; time, from and to [s]; share "
                       "of the motion; position [m] on the path; q; joint, excess and its unit, if "
-                      "known; bodies a and b of a contact; why; text, a sentence."),
+                      "known; bodies a and b of a contact; why; text, a sentence; fault, the "
+                      "same as data."),
                 field("notes", "list", "", "What was not checked."),
                 field("file", "string", "", "The picture.")}};
   c.effect = Effect::reads;
