@@ -15,6 +15,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/document_providers.h"
 #include "ioci/core/drafts.h"
+#include "ioci/core/failed_call.h"
 #include "ioci/core/handle_text.h"
 #include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/kept_solvers.h"
@@ -34,6 +35,7 @@
 #include "kernel/bare_numbers.h"
 #include "kernel/check.h"
 #include "kernel/executor.h"
+#include "kernel/fault.h"
 #include "kernel/permit.h"
 #include "kernel/plugin_run.h"
 #include "kernel/text.h"
@@ -447,6 +449,13 @@ class Application::Call {
   Result<void> begin_edit(const std::string& series);
   /// Of a world with one robot that one need not be named.
   void fill_lone_robot();
+  /// The error of this call with what its faults are about (failed_call.h).
+  [[nodiscard]] Error completed(Error e) const {
+    const bool joins = ctx_.transaction_ && !transaction_;
+    const document::SnapshotPtr kept = joins ? nullptr : records();
+    complete_faults(e, {app_, kept ? *kept : ctx_.snapshot(), spec_, args_});
+    return e;
+  }
   /// Whether finish() refused, because others changed what it had looked at.
   [[nodiscard]] bool is_overtaken() const { return transaction_ && transaction_->is_overtaken(); }
   /// The command and what it works on: "world.plan_path cell".
@@ -770,11 +779,12 @@ Result<Value> Application::run(Session& session, const CommandSpec& spec, const 
   for (int attempt = 1;; ++attempt) {
     Call call(*this, session, spec, args, joined, progress, is_own_thread, allowed, place);
     const auto begin = std::chrono::steady_clock::now();
-    RMP_TRY(call.start());
+    if (auto begun = call.start(); !begun.ok()) return call.completed(std::move(begun).error());
     Result<Value> result = call.finish(call.compute());
-    if (result.ok() || !call.is_overtaken() || !can_repeat || attempt == kMostAttempts ||
+    if (result.ok()) return result;
+    if (!call.is_overtaken() || !can_repeat || attempt == kMostAttempts ||
         std::chrono::steady_clock::now() - begin > AppLock::kLongestHold)
-      return result;
+      return call.completed(std::move(result).error());
   }
 }
 
@@ -811,7 +821,7 @@ Result<Value> for_session(const std::shared_ptr<const FileRoot>& root, Result<Va
   if (!root) return readable(std::move(result));
   if (result.ok()) return seen_from(*root, std::move(*result));
   Error e = std::move(result).error();
-  for (std::string* part : {&e.message, &e.hint, &e.where}) *part = root->shown(std::move(*part));
+  edit_texts(e, [&root](std::string part) { return root->shown(std::move(part)); });
   return text::shortened(std::move(e));
 }
 
@@ -947,14 +957,16 @@ Result<Handle> Application::run_async(Session& session, const CommandSpec& spec,
   JobOwner owner{who.session, who.name, place.gesture, place.number};
   const auto job = std::make_shared<Job>(*this, session, spec, std::move(args), std::move(place));
   if (auto begun = job->call.start(); !begun.ok())
-    return for_session(session.files_, std::move(begun).error()).error();
+    return for_session(session.files_, job->call.completed(std::move(begun).error())).error();
   const std::uint64_t id =
       jobs.submit(job->call.label(), std::move(owner),
                   [this, job, &session, &spec, files = session.files_](Progress& progress) {
                     job->progress.set(&progress);
                     // The session waits for its jobs before it ends.
                     Told told(*this, session, spec, job->args, job->place);
-                    auto result = for_session(files, job->call.finish(job->call.compute()));
+                    auto done = job->call.finish(job->call.compute());
+                    if (!done.ok()) done = job->call.completed(std::move(done).error());
+                    auto result = for_session(files, std::move(done));
                     told.end(result);
                     return result;
                   });

@@ -2,6 +2,7 @@
 #include "io/recovery_journal.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/surroundings.h"
+#include "kernel/fault.h"
 #include "kernel/permit.h"
 
 namespace robomosp::ioci {
@@ -106,13 +107,16 @@ Result<Value> message_list(CommandContext& ctx, const Map& args) {
     return s == "error" ? 3 : s == "warning" ? 2 : s == "info" ? 1 : 0;
   };
   for (const Message& m :
-       ctx.app.messages.recent(static_cast<std::size_t>(integer(args, "at_most"))))
-    if (rank(to_string(m.severity)) >= rank(least))
-      out.emplace_back(Map{{"severity", to_string(m.severity)},
-                           {"code", m.code},
-                           {"text", m.text},
-                           {"source", m.source},
-                           {"repeated", static_cast<std::int64_t>(m.repeated)}});
+       ctx.app.messages.recent(static_cast<std::size_t>(integer(args, "at_most")))) {
+    if (rank(to_string(m.severity)) < rank(least)) continue;
+    Map row{{"severity", to_string(m.severity)},
+            {"code", m.code},
+            {"text", m.text},
+            {"source", m.source},
+            {"repeated", static_cast<std::int64_t>(m.repeated)}};
+    if (m.fault) row.set("fault", fault_map(*m.fault));
+    out.emplace_back(std::move(row));
+  }
   return Value(std::move(out));
 }
 
@@ -284,7 +288,8 @@ RMP_COMMANDS(document_commands) {
                     field("text", "string", "", "The text of the message."),
                     field("source", "string", "", "The part of the program that posted it."),
                     field("repeated", "int", "",
-                          "Number of identical messages left out before this one.")}},
+                          "Number of identical messages left out before this one."),
+                    field("fault", "map", "", "The message as data, of messages about faults.")}},
        .effect = Effect::reads,
        .run = message_list});
   return all;

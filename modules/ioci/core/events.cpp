@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "ioci/core/secrets.h"
+#include "kernel/fault.h"
 #include "model/data.h"
 
 namespace robomosp::ioci {
@@ -365,6 +367,19 @@ void append_owner(Map& out, const JobOwner& owner) {
   if (owner.draft) out.set("draft", static_cast<std::int64_t>(owner.draft));
 }
 
+namespace {
+
+/// The faults of a command that another session ran, without its secrets.
+List seen_by_others(Error failure) {
+  constexpr std::size_t kMostFaults = 20;
+  amend(failure, [](Fault& f) {
+    for (FaultRemedy& r : f.remedies) r.args = without_secrets(r.args);
+  });
+  return fault_list(failure, kMostFaults);
+}
+
+}  // namespace
+
 Map event_value(const Event& event) {
   Map out{{"topic", to_string(event.topic)}};
   if (event.left_out) out.set("left_out", event.left_out);
@@ -402,6 +417,7 @@ Map event_value(const Event& event) {
     out.set("text", m.text);
     out.set("source", m.source);
     out.set("repeated", static_cast<std::int64_t>(m.repeated));
+    if (m.fault) out.set("fault", fault_map(*m.fault));
   } else if (event.job) {
     const JobStatus& j = *event.job;
     out.set("id", Handle{"job", j.id});
@@ -434,6 +450,7 @@ Map event_value(const Event& event) {
     if (c.failure) {
       out.set("code", to_string(c.failure->code));
       out.set("text", c.failure->sentence());
+      out.set("faults", seen_by_others(*c.failure));
     }
     if (c.job) out.set("job", Handle{"job", c.job});
     if (c.gesture) out.set("gesture", static_cast<std::int64_t>(c.gesture));

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// Faults of commands: what they are about can be opened, what they offer mends them, and front ends
+// get them whole.
+#include <algorithm>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "kernel/argument_faults.h"
+#include "kernel/fault.h"
+#include "kernel/text.h"
+#include "lua/lua_state.h"
+#include "lua/sandbox/wire.h"
+#include "model/field_path.h"
+#include "support/program.h"
+
+namespace robomosp::ioci {
+namespace {
+
+class Faults : public test::CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    call("robot.create",
+         {{"name", "arm"}, {"links", List{Value(Map{{"a", 0.3}}), Value(Map{{"a", 0.2}})}}});
+    call("world.create", {{"name", "cell"}});
+    call("solid.create", {{"name", "pin"},
+                          {"root", Map{{"kind", "cylinder"}, {"radius", 0.01}, {"height", 0.05}}}});
+  }
+  std::vector<Fault> faults(std::string_view command, const Map& args) {
+    return faults_of(fails(command, args));
+  }
+  /// What a fault names is there.
+  void expect_open(const Fault& f) {
+    SCOPED_TRACE(sentence(f));
+    EXPECT_NE(find_fault_code(f.code), nullptr) << f.code;
+    const FaultSubject& s = f.subject;
+    if (s.record.number) {
+      const auto id = Application::record_id(*app().document.now(), s.record);
+      ASSERT_TRUE(id.ok());
+      if (!s.path.empty()) {
+        EXPECT_TRUE(model::find(model::content(app().document.now()->find(*id)->body), s.path))
+            << s.path;
+      }
+    }
+    if (!s.command.empty()) {
+      EXPECT_NE(app().commands.find(s.command), nullptr);
+    }
+  }
+};
+
+TEST_F(Faults, EachArgumentIsNamedWithCommandAndRecord) {
+  const Map args{{"id", "cell"},
+                 {"robot", "arm"},
+                 {"trajectory", "t"},
+                 {"strt", "path"},
+                 {"sample_time", "2 kg"}};
+  const auto all = faults("world.check", args);
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].code, "argument.unknown");
+  EXPECT_EQ(all[0].subject.argument, "strt");
+  EXPECT_EQ(all[1].subject.argument, "sample_time");
+  for (const Fault& f : all) {
+    EXPECT_EQ(f.subject.command, "world.check");
+    EXPECT_EQ(f.subject.name, "cell");
+    EXPECT_TRUE(f.where.starts_with("world.check")) << f.where;
+    expect_open(f);
+  }
+}
+
+TEST_F(Faults, RemediesOfACallMendIt) {
+  const std::pair<const char*, Map> calls[] = {
+      {"robot.set_link", {{"id", "arm"}, {"link", 1}, {"lowr", -1}}},
+      {"robot.fk", {{"id", "arn"}, {"q", List{0, 0}}}},
+      {"solid.create", {{"name", "cube"}, {"chord", -1}}},
+      {"message.list", {{"at_most", 0}, {"severity", "warnin"}}},
+      {"fault.list", {{"record", "pim"}}}};
+  std::size_t tried = 0;
+  for (const auto& [command, args] : calls)
+    for (const Fault& f : faults(command, args))
+      for (const FaultRemedy& r : f.remedies) {
+        SCOPED_TRACE(command + (": " + r.label));
+        if (!r.is_tried) continue;
+        ++tried;
+        EXPECT_EQ(r.command, command);
+        const auto again =
+            app().dispatch(session_, r.command, r.repeats ? repeated(r, args) : r.args);
+        if (again.ok()) continue;
+        for (const Fault& left : faults_of(again.error()))
+          EXPECT_FALSE(left.code == f.code && left.subject.argument == f.subject.argument)
+              << sentence(left);
+      }
+  EXPECT_GE(tried, 5U);
+}
+
+TEST_F(Faults, ARecordThatWouldBeWrongIsNamedWithItsPath) {
+  call("record.set", {{"id", "arm"}, {"path", "links[2].upper"}, {"value", -1}});
+  const auto all = faults("record.set", {{"id", "arm"}, {"path", "links[2].lower"}, {"value", 0}});
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_TRUE(all[0].code.starts_with("record.")) << all[0].code;
+  EXPECT_EQ(all[0].subject.record.kind, "robot");
+  EXPECT_TRUE(all[0].subject.path.starts_with("links[2]")) << all[0].subject.path;
+  expect_open(all[0]);
+}
+
+TEST_F(Faults, ARecordThatWasNotMadeIsNotNamed) {
+  const auto all =
+      faults("robot.create", {{"name", "b"}, {"links", List{Value(Map{{"a", 1e300}})}}});
+  ASSERT_GE(all.size(), 1U);
+  EXPECT_EQ(all[0].subject.record.number, 0U);
+  EXPECT_EQ(all[0].subject.command, "robot.create");
+}
+
+TEST_F(Faults, TheListNamesLinesOfProgramsAndNodesOfSolids) {
+  call("program.create",
+       {{"name", "weld"}, {"source", "PROGRAM weld;\nBEGIN\n  x := 1;\nENDPROGRAM;\n"}});
+  call("solid.create",
+       {{"name", "empty"},
+        {"root",
+         Map{{"kind", "intersection"},
+             {"name", "cut"},
+             {"children", List{Value(Map{{"kind", "box"}, {"x", 0.1}, {"y", 0.1}, {"z", 0.1}}),
+                               Value(Map{{"kind", "box"},
+                                         {"x", 0.1},
+                                         {"y", 0.1},
+                                         {"z", 0.1},
+                                         {"position", NumericArray({1, 0, 0})}})}}}}});
+  const Value found = call("fault.list");
+  std::set<std::string> codes;
+  for (const Value& row : *at(found, "faults").as_list()) {
+    const auto f = fault_from(row);
+    ASSERT_TRUE(f);
+    codes.insert(f->code);
+    expect_open(*f);
+    if (f->code == "program.syntax") {
+      EXPECT_EQ(f->subject.line, 3U);
+      EXPECT_GT(f->subject.end_column, f->subject.column);
+    }
+  }
+  EXPECT_TRUE(codes.contains("program.syntax"));
+  EXPECT_TRUE(codes.contains("solid.failed"));
+  EXPECT_TRUE(*at(found, "is_whole").as_bool());
+  const Value one = call("fault.list", {{"record", "weld"}, {"at_most", 1}});
+  EXPECT_EQ(at(one, "faults").as_list()->size(), 1U);
+}
+
+TEST_F(Faults, LuaGetsThemAndGivesThemBack) {
+  lua::LuaState state(app(), session_, lua::LuaOptions{});
+  const auto seen = state.eval(
+      "local ok, e = pcall(world.check, {id = \"cell\", robot = \"arm\", trajectory = \"t\", "
+      "strt = \"path\", sample_time = \"2 kg\"})\n"
+      "assert(not ok and #e.faults == 2)\n"
+      "assert(e.faults[1].subject.argument == \"strt\")\n"
+      "assert(e.faults[2].subject.argument == \"sample_time\")\n"
+      "assert(e.faults[1].remedies[1].args.start == \"path\")\nerror(e)");
+  ASSERT_FALSE(seen.ok());
+  const auto back = faults_of(seen.error());
+  ASSERT_EQ(back.size(), 2U);
+  EXPECT_EQ(back[0].subject.argument, "strt");
+  EXPECT_EQ(back[0].remedies.size(), 1U);
+  EXPECT_EQ(back[1].code, "argument.wrong_unit");
+}
+
+TEST_F(Faults, TheSandboxGetsThem) {
+  const Error e = fails("robot.set_link", {{"id", "arm"}, {"link", 1}, {"lowr", -1}});
+  const Error back = lua::wire::error_from(lua::wire::error_value(e));
+  ASSERT_TRUE(back.faults);
+  EXPECT_TRUE(faults_of(back) == faults_of(e));
+}
+
+TEST_F(Faults, EveryCodeIsListed) {
+  const Value listed = call("fault.codes");
+  EXPECT_EQ(listed.as_list()->size(), fault_codes().size());
+}
+
+}  // namespace
+}  // namespace robomosp::ioci
