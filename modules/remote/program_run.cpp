@@ -13,6 +13,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
 #include "ioci/simulation/run_start.h"
+#include "ioci/simulation/task_run.h"
 #include "kernel/text.h"
 #include "remote/connections.h"
 #include "spatial/rotation.h"

@@ -23,7 +23,7 @@
 
 #include "docs/example_arguments.h"
 #include "docs/examples.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 #include "kernel/base64.h"
 #include "kernel/confined_process.h"
 #include "kernel/process.h"

@@ -129,6 +129,7 @@ constexpr std::array kStandard = {"algorithm",
 struct Rules {
   std::map<std::string, int> layer;  // of a module
   std::map<std::string, Names> edges;
+  std::map<std::string, Names> rooms;  // "ioci/core" -> rooms of its module
   Names sdk_only;
   std::vector<std::pair<std::string, Names>>
       homes;              // in order; the first pattern that matches decides
@@ -151,6 +152,8 @@ struct Rules {
         for (const std::string& name : names) rules.layer[name] = std::stoi(subject);
       } else if (word == "edge") {
         rules.edges[subject] = names;
+      } else if (word == "room") {
+        rules.rooms[subject] = names;
       } else if (word == "sdk_only") {
         rules.sdk_only = names;
       } else if (word == "home") {
@@ -211,6 +214,27 @@ std::optional<std::string> fault_of_module(const Rules& rules, const std::string
   return "modules/layers.txt has no edge from \"" + from + "\" to \"" + to + "\"";
 }
 
+/// Room of a file given from modules/: "ioci/core" of "ioci/core/command.h"; "" = it is in none.
+std::string room_of(const std::string& file) {
+  const auto first = file.find('/');
+  const auto next = first == std::string::npos ? first : file.find('/', first + 1);
+  return next == std::string::npos ? "" : file.substr(0, next);
+}
+/// Inside a module that has rooms: why a file of one may not include a file of another.
+std::optional<std::string> fault_of_room(const Rules& rules, const std::string& from,
+                                         const std::string& to) {
+  const std::string a = room_of(from), b = room_of(to), module = top(from);
+  const auto has_rooms = std::any_of(rules.rooms.begin(), rules.rooms.end(), [&](const auto& room) {
+    return room.first.starts_with(module + "/");
+  });
+  if (!has_rooms || module != top(to) || a == b) return std::nullopt;
+  for (const std::string& room : {a, b})
+    if (!rules.rooms.contains(room))
+      return "\"" + (room.empty() ? module : room) + "\" is no room of modules/layers.txt";
+  if (contains(rules.rooms.at(a), second(b))) return std::nullopt;
+  return "modules/layers.txt has no edge from room \"" + a + "\" to \"" + second(b) + "\"";
+}
+
 /// Why this include breaks the rule; nullopt when it does not.
 std::optional<std::string> fault(const Rules& rules, const Include& i) {
   const std::string area = top(i.file);
@@ -232,6 +256,8 @@ std::optional<std::string> fault(const Rules& rules, const Include& i) {
     return to == "spatial"
                ? std::nullopt
                : std::optional("a plugin includes the SDK, \"spatial/\" and its own files only");
+  if (area == "modules")
+    if (auto why = fault_of_room(rules, i.file.substr(area.size() + 1), i.target)) return why;
   return fault_of_module(rules, area == "kernel" ? "kernel" : second(i.file), to);
 }
 
@@ -377,6 +403,50 @@ TEST(Layers, TheTableIsWellFormedAndItsEdgesStayInTheirLayerWithoutACircle) {
     }
 }
 
+/// Rooms that cannot be ordered so that each includes earlier ones only.
+Names rooms_in_circles(const std::map<std::string, Names>& rooms) {
+  Names placed, left;
+  for (std::size_t before = placed.size() + 1; before != placed.size();) {
+    before = placed.size();
+    for (const auto& [room, names] : rooms)
+      if (!contains(placed, room) &&
+          std::all_of(names.begin(), names.end(), [&, module = top(room)](const std::string& name) {
+            return contains(placed, module + "/" + name);
+          }))
+        placed.push_back(room);
+  }
+  for (const auto& [room, names] : rooms)
+    if (!contains(placed, room)) left.push_back(room);
+  return left;
+}
+
+TEST(Layers, RoomsHaveNoCircleAndTheirLinesNameWhatIsUsed) {
+  const Rules rules = project_rules();
+  for (const std::string& room : rooms_in_circles(rules.rooms))
+    ADD_FAILURE() << room << " includes a room that includes it, or one that has no line";
+  EXPECT_TRUE(rules.rooms.at("ioci/core").empty()) << "core includes no other room";
+  std::map<std::string, std::set<std::string>> used;
+  const fs::path root = fs::path(ROBOMOSP_SOURCE_DIR) / "modules";
+  std::set<std::string> modules;
+  for (const auto& [room, names] : rules.rooms) modules.insert(top(room));
+  for (const std::string& module : modules)
+    for (const auto& folder : fs::directory_iterator(root / module)) {
+      if (!folder.is_directory()) continue;
+      const std::string room = module + "/" + folder.path().filename().string();
+      EXPECT_TRUE(rules.rooms.contains(room)) << room << " has no line in modules/layers.txt";
+      for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        std::ifstream in(entry.path());
+        for (const Include& i : includes_of(in, room))
+          if (top(i.target) == module) used[room].insert(second(room_of(i.target)));
+      }
+    }
+  for (const auto& [room, names] : rules.rooms)
+    for (const std::string& name : names)
+      EXPECT_TRUE(used[room].contains(name))
+          << "no file of " << room << " includes " << name << ": take it out of modules/layers.txt";
+  EXPECT_EQ(rooms_in_circles({{"m/a", {"b"}}, {"m/b", {"a"}}, {"m/c", {}}}), (Names{"m/a", "m/b"}));
+}
+
 TEST(Layers, EachBrokenRuleIsDetected) {
   const Rules rules = project_rules();
   const auto check = [&](const std::string& file, const std::string& line) {
@@ -418,6 +488,13 @@ TEST(Layers, EachBrokenRuleIsDetected) {
   EXPECT_NE(check("modules/shell/main.cpp", "#include <QApplication>"), "fine");
   EXPECT_EQ(check("modules/shell/main.cpp", "#include <boost/any>"),
             "<boost/any> is neither standard nor has a home in modules/layers.txt");
+
+  EXPECT_EQ(check("modules/ioci/core/command.cpp", "#include \"ioci/robot/robots.h\""),
+            "modules/layers.txt has no edge from room \"ioci/core\" to \"robot\"");
+  EXPECT_EQ(check("modules/ioci/kitchen/pan.cpp", "#include \"ioci/core/command.h\""),
+            "\"ioci/kitchen\" is no room of modules/layers.txt");
+  EXPECT_EQ(check("modules/ioci/world/world.cpp", "#include \"ioci/robot/robots.h\""), "fine");
+  EXPECT_EQ(check("modules/lua/call.cpp", "#include \"ioci/robot/robots.h\""), "fine");
 
   EXPECT_EQ(check("modules/shell/main.cpp", "#include \"lua/lua_state.h\""), "fine");
   EXPECT_EQ(check("modules/lua/call.cpp", "#include <lua.hpp>"), "fine");

@@ -12,8 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/recording/origins.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/origins.h"
+#include "ioci/core/watchers.h"
 #include "lua/lua_state.h"
 #include "support/program.h"
 

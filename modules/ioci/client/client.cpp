@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "ioci/core/drafts.h"
+#include "ioci/core/room_parts.h"
 #include "ioci/core/surroundings.h"
-#include "ioci/simulation/run_pulse.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 
@@ -465,7 +465,7 @@ Result<std::unique_ptr<Client>> Client::open(Application& app, Options options) 
       }
       if (wakes) held->wake();
     });
-    app.kept<RunPulse>().wake();
+    in_rooms(&RoomPart::subscribed, app);
     app.kept<Surroundings>().begin(state->options.events.topics);
   }
   return client;

@@ -22,16 +22,13 @@
 #include "ioci/core/lua_line.h"
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
+#include "ioci/core/origins.h"
 #include "ioci/core/renamed_arguments.h"
+#include "ioci/core/room_parts.h"
+#include "ioci/core/runs.h"
 #include "ioci/core/secrets.h"
 #include "ioci/core/surroundings.h"
-#include "ioci/program/packs.h"
-#include "ioci/program/program_kind.h"
-#include "ioci/recording/origins.h"
-#include "ioci/recording/watchers.h"
-#include "ioci/robot/solver_notes.h"
-#include "ioci/simulation/live_runs.h"
-#include "ioci/trajectory/followed_edges.h"
+#include "ioci/core/watchers.h"
 #include "kernel/bare_numbers.h"
 #include "kernel/check.h"
 #include "kernel/executor.h"
@@ -41,6 +38,7 @@
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "kernel/value_text.h"
+#include "model/program_kinds.h"
 #include "spatial/parallel.h"
 
 namespace robomosp::ioci {
@@ -298,7 +296,7 @@ Result<void> Application::start() {
     plugins.remember_failures();
     PluginRuns::of_program().set_wishes(kept_plugin_runs());
     plugins.load_all();
-    load_packs(registry, messages, PluginLoader::search_path(options_.plugin_path));
+    in_rooms(&RoomPart::plugins_loaded, *this, PluginLoader::search_path(options_.plugin_path));
     for (const auto& [interface_id, name] : chosen_providers()) {
       const auto set = registry.set_user_default(interface_id, name);
       // It may be that of a script, which runs later.
@@ -316,7 +314,7 @@ Result<void> Application::start() {
     document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
     kept_solvers->start();
     follow_document_providers(*this);
-    follow_ik_choices(*this);
+    in_rooms(&RoomPart::document_started, *this);
     messages.subscribe([this](const Message& m) { events.publish(m); });
     jobs.subscribe([this](const JobStatus& s) {
       events.publish(s);
@@ -755,7 +753,7 @@ Result<Value> Application::Call::settle(Result<Value> result) {
     if (transaction_) {
       // What has effects elsewhere is done by now and is not taken back.
       const bool can_stop = !is_own_thread_ && !all_.meets(kElsewhere);
-      if (auto followed = follow_edges(ctx_); !followed.ok()) return std::move(followed).error();
+      if (auto done = complete_in_rooms(ctx_); !done.ok()) return std::move(done).error();
       auto commit = transaction_->commit(can_stop ? &ctx_.progress : nullptr);
       if (!commit.ok()) return std::move(commit).error();
       if (place_.draft && !commit->changed.empty())
@@ -1175,7 +1173,7 @@ Result<void> Application::transaction(Session& session, std::string label,
     CommandContext ctx(*this, session, progress);
     ctx.transaction_ = &group;
     ctx.may_edit_ = true;
-    RMP_TRY(follow_edges(ctx));
+    RMP_TRY(complete_in_rooms(ctx));
   }
   auto commit = group.commit();
   if (!commit.ok()) return std::move(commit).error();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Subscriptions of front ends: event.subscribe, event.take, event.unsubscribe.
 #include "ioci/core/commands.h"
+#include "ioci/core/room_parts.h"
 #include "ioci/core/surroundings.h"
-#include "ioci/simulation/run_pulse.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -52,7 +52,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
   const std::uint32_t wanted = f.topics;
   const std::uint64_t token = ctx.app.events.subscribe(std::move(f));
   ctx.app.keep_subscription(ctx.session, token);
-  ctx.app.kept<RunPulse>().wake();
+  in_rooms(&RoomPart::subscribed, ctx.app);
   ctx.app.kept<Surroundings>().begin(wanted);
   return Value(static_cast<std::int64_t>(token));
 }

@@ -6,7 +6,7 @@
 #include "io/native.h"
 #include "io/recovery_journal.h"
 #include "ioci/core/commands.h"
-#include "ioci/exchange/loaded.h"
+#include "ioci/core/loaded.h"
 #include "kernel/file_root.h"
 
 namespace robomosp::ioci {

@@ -9,7 +9,7 @@
 #include "ioci/program/alone_inputs.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/program_files.h"
-#include "ioci/program/program_kind.h"
+#include "model/program_kinds.h"
 #include "motion/provider_params.h"
 
 namespace robomosp::ioci {

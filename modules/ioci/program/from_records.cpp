@@ -9,11 +9,11 @@
 #include <set>
 
 #include "ioci/core/commands.h"
-#include "ioci/program/program_kind.h"
 #include "ioci/program/source_text.h"
 #include "ioci/world/members.h"
 #include "kernel/expression.h"
 #include "model/program.h"
+#include "model/program_kinds.h"
 #include "motion/segment.h"
 #include "program_post/cell.h"
 #include "robotics/grip.h"

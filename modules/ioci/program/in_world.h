@@ -42,7 +42,5 @@ Result<ProgramPlace> place_of(CommandContext&, const Map& args);
 Result<std::vector<program::Preset>> read_presets(const Value*, std::string_view path);
 /// The argument values of what runs one program.
 [[nodiscard]] ParamSpec values_field();
-/// What world.run_task was asked for.
-Result<task::TaskRun> task_run(CommandContext&, const Map& args);
 
 }  // namespace robomosp::ioci

@@ -7,6 +7,7 @@
 #include <set>
 #include <system_error>
 
+#include "ioci/core/room_parts.h"
 #include "kernel/messages.h"
 #include "kernel/registry.h"
 #include "kernel/text.h"
@@ -145,5 +146,14 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
     }
   }
 }
+
+namespace {
+
+const RoomFile kPacksPart({.plugins_loaded = [](Application& app,
+                                                std::span<const std::filesystem::path> folders) {
+  load_packs(app.registry, app.messages, folders);
+}});
+
+}  // namespace
 
 }  // namespace robomosp::ioci

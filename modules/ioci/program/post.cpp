@@ -12,6 +12,7 @@
 #include <robomosp/sdk/post_writer.h>
 
 #include "io/native.h"
+#include "ioci/core/watchers.h"
 #include "ioci/program/compiled.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/packs.h"
@@ -20,13 +21,12 @@
 #include "ioci/program/post_output.h"
 #include "ioci/program/post_profile.h"
 #include "ioci/program/program_files.h"
-#include "ioci/program/program_kind.h"
 #include "ioci/program/read_back.h"
-#include "ioci/recording/watchers.h"
 #include "ioci/robot/robots.h"
 #include "kernel/file_root.h"
 #include "model/controller.h"
 #include "model/declare.h"
+#include "model/program_kinds.h"
 #include "motion/provider_params.h"
 #include "program/flatten.h"
 #include "program/trace.h"
@@ -822,11 +822,6 @@ std::string with_moves(const char* rest) {
 }
 
 }  // namespace
-
-Kind controller_kind() {
-  static const Kind kind = model::register_kind_of<Controller>("controller", ".ctl", "controllers");
-  return kind;
-}
 
 RMP_COMMANDS(post_commands) {
   std::vector<CommandSpec> all;

@@ -14,10 +14,10 @@
 #include "ioci/program/in_world.h"
 #include "ioci/program/points.h"
 #include "ioci/program/program_files.h"
-#include "ioci/program/program_kind.h"
 #include "kernel/file_root.h"
 #include "model/declare.h"
 #include "model/program.h"
+#include "model/program_kinds.h"
 #include "motion/provider_params.h"
 
 namespace robomosp::ioci {
@@ -572,11 +572,6 @@ Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext& c
                                                                const ProgramPlace* place) {
   RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, Map{{"id", Application::handle(id)}}, place));
   return std::shared_ptr<const CompiledProgram>(std::move(made.program));
-}
-
-Kind program_kind() {
-  static const Kind kind = model::register_kind_of<Program>("program", ".prg", "programs");
-  return kind;
 }
 
 RMP_COMMANDS(program_commands) {

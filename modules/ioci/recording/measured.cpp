@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/origins.h"
 #include "ioci/core/word_list.h"
 #include "ioci/recording/given_columns.h"
-#include "ioci/recording/origins.h"
 #include "ioci/recording/recording_argument.h"
 #include "ioci/simulation/tip_load_arguments.h"
 #include "recording/residual.h"

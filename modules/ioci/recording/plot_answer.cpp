@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/recording/plot_answer.h"
-#include "ioci/exchange/loaded.h"
+#include "ioci/core/loaded.h"
 
 #include "io/native.h"
 #include "ioci/core/word_list.h"

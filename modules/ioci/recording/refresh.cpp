@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "ioci/core/commands.h"
-#include "ioci/recording/origins.h"
+#include "ioci/core/origins.h"
+#include "ioci/core/watchers.h"
 #include "ioci/recording/recording_argument.h"
-#include "ioci/recording/watchers.h"
 #include "kernel/file_root.h"
 #include "kernel/permit.h"
 

@@ -10,8 +10,6 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/expressions.h"
 #include "ioci/records/solid_nodes.h"
-#include "ioci/task/steps.h"
-#include "ioci/trajectory/segments.h"
 #include "kernel/units.h"
 #include "model/parametric.h"
 
@@ -34,6 +32,11 @@ std::string kinds_text(std::span<const Kind> kinds) {
   std::string out;
   for (const Kind k : kinds) out += (out.empty() ? "" : "|") + std::string(to_string(k));
   return out.empty() ? "any" : out;
+}
+
+std::vector<OwnForm>& own_forms() {
+  static std::vector<OwnForm> all;
+  return all;
 }
 
 // ---- from a record to values ----
@@ -119,23 +122,23 @@ class Writer {
     if (&t == &type_of<MassProperties>()) return mass_value(as<MassProperties>(p));
     if (&t == &type_of<model::ProviderChoice>())
       return provider_value(as<model::ProviderChoice>(p));
-    if (&t == &type_of<model::TrajectorySegment>())
-      return segment_value(snapshot_, as<model::TrajectorySegment>(p));
     if (&t == &type_of<model::MeasuredMass>()) {
       const auto& measured = as<model::MeasuredMass>(p);
       Map m = *mass_value(measured.mass).as_map();
       m.set("source", measured.source);
       return Value(std::move(m));
     }
-    if (t.shape != Shape::list) return std::nullopt;
+    const model::Type* const element = t.shape == Shape::list ? t.element : nullptr;
+    for (const OwnForm& form : OwnFormFile::all())
+      if ((form.is_list ? element : &t) == &form.type())
+        if (auto made = form.of(snapshot_, record_, p)) return made;
+    if (!element) return std::nullopt;
     if (t.element == &type_of<model::NamedPose>()) {
       Map poses;
       for (const auto& pose : as<std::vector<model::NamedPose>>(p))
         poses.set(pose.name, NumericArray(pose.q));
       return Value(std::move(poses));
     }
-    if (t.element == &type_of<model::TaskStep>() && record_.type == model::info(Kind::task).type)
-      return steps_value(snapshot_, as<model::Task>(record_.data));
     if (t.element == &type_of<model::SolidNode>() && record_.type == model::info(Kind::solid).type)
       return nodes(as<model::Solid>(record_.data));
     return std::nullopt;
@@ -475,6 +478,10 @@ class Reader {
 };
 
 }  // namespace
+
+OwnFormFile::OwnFormFile(OwnForm form) { own_forms().push_back(form); }
+
+const std::vector<OwnForm>& OwnFormFile::all() { return own_forms(); }
 
 void add_fields(Map& out, const document::Snapshot& snapshot, const model::Record& r) {
   const Content record = model::content(r.body);

@@ -3,14 +3,30 @@
 // its fields say (layer: application, ioci).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "ioci/core/command.h"
 #include "model/data.h"
 #include "model/field_path.h"
 
 namespace robomosp::ioci {
+
+/// How what a type describes is written as a value where the commands that make it take a form that
+/// differs from its fields: a file of the room with these commands registers it.
+struct OwnForm {
+  const model::Type& (*type)();
+  bool is_list = false;  ///< of a list of that type
+  /// Of the record `whole`, which holds the part `p`; nullopt = by its fields.
+  std::optional<Value> (*of)(const document::Snapshot&, const model::Content& whole, const void* p);
+};
+class OwnFormFile {
+ public:
+  explicit OwnFormFile(OwnForm);
+  [[nodiscard]] static const std::vector<OwnForm>& all();
+};
 
 /// All fields of a record, in order of declaration.
 void add_fields(Map& out, const document::Snapshot&, const model::Record&);

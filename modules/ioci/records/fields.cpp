@@ -6,7 +6,7 @@
 #include "document/validate.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
-#include "ioci/exchange/loaded.h"
+#include "ioci/core/loaded.h"
 #include "kernel/type_forms.h"
 #include "model/field_types.h"
 #include "model/parametric.h"

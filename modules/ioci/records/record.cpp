@@ -4,9 +4,9 @@
 #include "io/legacy.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
-#include "ioci/exchange/loaded.h"
-#include "ioci/program/program_kind.h"
+#include "ioci/core/loaded.h"
 #include "kernel/file_root.h"
+#include "model/program_kinds.h"
 
 namespace robomosp::ioci {
 namespace {

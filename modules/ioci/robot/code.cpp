@@ -8,7 +8,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
-#include "ioci/exchange/loaded.h"
+#include "ioci/core/loaded.h"
 #include "motion/provider_params.h"
 
 namespace robomosp::ioci {

@@ -26,7 +26,8 @@ void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const doubl
 
 /// The values at which a world shows it; where none does, its pose "home", else zeros.
 [[nodiscard]] Result<std::vector<double>> shown_or_home(const CommandContext& ctx, const Map& args);
-/// Shows the robot at `q` from now on; the answer is q, by the argument `angles` where there is one.
+/// Shows the robot at `q` from now on; the answer is q, by the argument `angles` where there is
+/// one.
 [[nodiscard]] Result<Value> put_joints(CommandContext& ctx, const Map& args,
                                        const ShownRobot& shown, std::vector<double> q);
 /// q with the maker's axes at the values of `given`: a list of all in their order, or a table by
@@ -45,6 +46,9 @@ void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const doubl
                                                   RobotId id, const model::Robot& robot);
 /// Why the argument `axes` or `axis` does not fit the robot.
 [[nodiscard]] Error no_maker_axes(const CommandContext& ctx, RobotId robot);
+/// The frame "target" of a world; while there is none, its origin.
+inline constexpr std::string_view kTarget = "target";
+[[nodiscard]] model::Placement target_of(const model::World& w);
 /// The target of the world that shows the robot, in the frame the robot is mounted in.
 [[nodiscard]] Pose target_in_mounting(const CommandContext& ctx, const ShownRobot& shown);
 /// The argument `q` where it is given, else the values at which a world shows the robot.

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/robot/solver_notes.h"
-
+// Says which solver of inverse kinematics serves a robot that names none, when the robot comes and
+// when an edit changes it.
 #include <algorithm>
 #include <optional>
 #include <string>
 #include <variant>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/room_parts.h"
 #include "robotics/build_model.h"
 #include "sim/ik_choice.h"
 
@@ -58,8 +59,8 @@ void note(Application& app, const document::RecordChange& change) {
   app.messages.post(Severity::info, "ik_choice", said, "ioci");
 }
 
-}  // namespace
-
+/// Posts a message after each commit, undo and load that makes a robot with another solver than
+/// before; `ik` given by name is left alone.
 void follow_ik_choices(Application& app) {
   app.document.on_commit([&app](const document::Commit& commit) {
     if (commit.kind == document::CommitKind::save) return;
@@ -67,4 +68,7 @@ void follow_ik_choices(Application& app) {
   });
 }
 
+const RoomFile kSolverNotesPart({.document_started = follow_ik_choices});
+
+}  // namespace
 }  // namespace robomosp::ioci

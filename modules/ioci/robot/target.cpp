@@ -8,7 +8,6 @@
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
-#include "ioci/world/members.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
@@ -18,6 +17,12 @@
 
 namespace robomosp::ioci {
 
+model::Placement target_of(const model::World& w) {
+  for (const auto& f : w.frames)
+    if (f.name == kTarget) return f.placement;
+  return {};
+}
+
 Pose target_in_mounting(const CommandContext& ctx, const ShownRobot& shown) {
   const model::World& w = *ctx.snapshot().get(shown.world);
   return spatial::compose(spatial::inverse(model::pose(w.robots[shown.member].placement)),
@@ -25,6 +30,12 @@ Pose target_in_mounting(const CommandContext& ctx, const ShownRobot& shown) {
 }
 
 namespace {
+
+/// Lua that makes a world `cell` with a six-joint arm `arm`, for examples.
+std::string arm_in_cell(const std::string& rest) {
+  return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
+         rest;
+}
 
 using model::Robot;
 
@@ -263,7 +274,7 @@ Result<Value> tool_transform(CommandContext& ctx, const Map& args) {
 
 /// An arm shown ready, and the target of its world 0.1 m above its tool.
 std::string with_target(const char* rest) {
-  return example_cell(
+  return arm_in_cell(
       std::string("arm:set_joints(\"ready\")\nlocal p, a = arm:fk().position, arm:fk().rpy\n"
                   "cell:add_frame{name = \"target\", position = {p[1], p[2], p[3] + 0.1}, rpy = "
                   "a}\n") +
@@ -290,8 +301,8 @@ RMP_COMMANDS(robot_target_commands) {
        .classic = "PRobot Link Set(joint, value, angles=degrees)",
        .summary = "Sets the value of one joint at which a world shows the robot.",
        .details = "",
-       .example = example_cell("arm:set_joint{joint = 3, value = \"30 deg\"}\n"
-                               "assert(math.abs(arm:joint_values()[3] - math.pi / 6) < 1e-15)"),
+       .example = arm_in_cell("arm:set_joint{joint = 3, value = \"30 deg\"}\n"
+                              "assert(math.abs(arm:joint_values()[3] - math.pi / 6) < 1e-15)"),
        .params = {self("robot"), joint,
                   needed("value", "any", "rad or m", "The value, in the unit of the joint's type."),
                   world, angle_unit()},
@@ -302,9 +313,9 @@ RMP_COMMANDS(robot_target_commands) {
                  .classic = "PRobot Link Add(joint, value, angles=degrees)",
                  .summary = "Adds to the value of one joint at which a world shows the robot.",
                  .details = "",
-                 .example = example_cell("arm:add_joint{joint = 3, value = 0.1}\n"
-                                         "arm:add_joint{joint = 3, value = 0.1}\n"
-                                         "assert(arm:joint_values()[3] == 0.2)"),
+                 .example = arm_in_cell("arm:add_joint{joint = 3, value = 0.1}\n"
+                                        "arm:add_joint{joint = 3, value = 0.1}\n"
+                                        "assert(arm:joint_values()[3] == 0.2)"),
                  .params = {self("robot"), joint,
                             needed("value", "any", "rad or m",
                                    "The increment, in the unit of the joint's type."),
@@ -360,8 +371,8 @@ RMP_COMMANDS(robot_target_commands) {
                             "angles=degrees)",
                  .summary = "Returns the value of one joint at which a world shows the robot.",
                  .details = "",
-                 .example = example_cell("arm:set_joint{joint = 3, value = 0.5}\n"
-                                         "assert(arm:joint_value(3) == 0.5)"),
+                 .example = arm_in_cell("arm:set_joint{joint = 3, value = 0.5}\n"
+                                        "assert(arm:joint_value(3) == 0.5)"),
                  .params = {self("robot"), joint, world, angle_unit()},
                  .returns = {"real", "", "rad or m; angles in the unit set by `angles`.", {}},
                  .effect = Effect::reads,
@@ -413,7 +424,7 @@ RMP_COMMANDS(robot_target_commands) {
        .summary = "Returns the orientation of the tool as a rotation vector: axis times angle.",
        .details =
            "In the robot's mounting frame. spatial.convert returns its other representations.",
-       .example = example_cell(
+       .example = arm_in_cell(
            "local v = arm:rotation_vector()\nassert(math.abs(spatial.convert{rotation_vector = "
            "v}.quaternion[1] - arm:fk().quaternion[1]) < 1e-12)"),
        .params = {self("robot"),

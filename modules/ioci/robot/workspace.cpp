@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "ioci/core/commands.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 #include "robotics/home.h"
 #include "robotics/joint_sampler.h"
 #include "robotics/maker_axes.h"

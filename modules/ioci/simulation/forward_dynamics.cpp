@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "ioci/core/commands.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/run_start.h"
 #include "ioci/simulation/tip_load_arguments.h"

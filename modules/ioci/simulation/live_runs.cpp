@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/origins.h"
 #include "ioci/program/in_world.h"
-#include "ioci/recording/origins.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/program_debugging.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "ioci/core/commands.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/run_start.h"
 #include "ioci/simulation/task_physics.h"

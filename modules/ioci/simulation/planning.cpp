@@ -5,7 +5,7 @@
 
 #include "collision/collision.h"
 #include "ioci/core/commands.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 #include "sim/base_motion.h"
 #include "sim/motion_planning.h"
 

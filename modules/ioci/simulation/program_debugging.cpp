@@ -11,6 +11,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
 #include "ioci/simulation/run_pulse.h"
+#include "ioci/simulation/task_run.h"
 
 namespace robomosp::ioci {
 

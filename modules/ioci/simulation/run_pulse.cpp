@@ -4,10 +4,15 @@
 #include <chrono>
 #include <utility>
 
-#include "ioci/core/application.h"
+#include "ioci/core/room_parts.h"
 #include "ioci/simulation/live_runs.h"
 
 namespace robomosp::ioci {
+namespace {
+
+const RoomFile kRunPulsePart({.subscribed = [](Application& app) { app.kept<RunPulse>().wake(); }});
+
+}  // namespace
 
 RunPulse::~RunPulse() {
   {

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "collision/collision.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 #include "ioci/robot/robots.h"
 #include "ioci/simulation/run_start.h"
 #include "ioci/simulation/tip_load_arguments.h"

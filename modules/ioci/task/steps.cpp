@@ -5,6 +5,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/program/in_world.h"
+#include "ioci/records/field_values.h"
 #include "ioci/trajectory/segments.h"
 #include "kernel/type.h"
 
@@ -292,5 +293,19 @@ void set_members(Map& out, const document::Snapshot& snapshot, const model::Worl
                        {"placement", placement_value(a.tool_T_object)}};
           }));
 }
+
+namespace {
+
+const OwnFormFile kStepsForm(
+    {.type = model::type_of<TaskStep>,
+     .is_list = true,
+     .of = [](const document::Snapshot& snapshot, const model::Content& whole, const void*) {
+       return whole.type == model::info(Kind::task).type
+                  ? std::optional(
+                        steps_value(snapshot, *static_cast<const model::Task*>(whole.data)))
+                  : std::nullopt;
+     }});
+
+}  // namespace
 
 }  // namespace robomosp::ioci

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ioci/core/watchers.h"
 #include "ioci/program/alone_inputs.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/run_files.h"
-#include "ioci/recording/watchers.h"
 #include "ioci/simulation/run_start.h"
 #include "ioci/simulation/task_physics.h"
+#include "ioci/simulation/task_run.h"
 #include "ioci/task/steps.h"
 #include "ioci/world/members.h"
 #include "task/run.h"

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/room_parts.h"
 #include "ioci/trajectory/along_edges.h"
 #include "ioci/trajectory/segments.h"
 #include "model/data.h"
@@ -336,5 +337,11 @@ std::vector<std::optional<std::size_t>> same_edges(std::span<const CsgEdge> befo
 }
 
 Result<void> follow_edges(CommandContext& ctx) { return EdgeFollower(ctx).run(); }
+
+namespace {
+
+const RoomFile kFollowedEdgesPart({.before_commit = follow_edges});
+
+}  // namespace
 
 }  // namespace robomosp::ioci

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/watchers.h"
 #include "ioci/recording/plot_answer.h"
-#include "ioci/recording/watchers.h"
 #include "ioci/trajectory/segments.h"
 #include "motion/cartesian_path.h"
 #include "spatial/vec.h"

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ioci/core/commands.h"
+#include "ioci/records/field_values.h"
 #include "kernel/number_reader.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
@@ -383,5 +384,15 @@ Value segment_value(const document::Snapshot& s, const TrajectorySegment& segmen
     out.set("transition", Map{{"distance", t.distance}, {"speed", t.speed}});
   return Value(std::move(out));
 }
+
+namespace {
+
+const OwnFormFile kSegmentForm(
+    {.type = model::type_of<TrajectorySegment>,
+     .of = [](const document::Snapshot& snapshot, const model::Content&, const void* p) {
+       return std::optional(segment_value(snapshot, *static_cast<const TrajectorySegment*>(p)));
+     }});
+
+}  // namespace
 
 }  // namespace robomosp::ioci

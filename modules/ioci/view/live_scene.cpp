@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "ioci/core/commands.h"
-#include "ioci/simulation/live_runs.h"
+#include "ioci/core/runs.h"
 #include "ioci/view/picture.h"
 #include "kernel/base64.h"
 #include "scene/build.h"

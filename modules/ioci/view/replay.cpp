@@ -10,9 +10,9 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/loaded.h"
+#include "ioci/core/watchers.h"
 #include "ioci/core/word_list.h"
-#include "ioci/exchange/loaded.h"
-#include "ioci/recording/watchers.h"
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/picture.h"
 #include "kernel/base64.h"

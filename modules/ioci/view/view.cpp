@@ -6,8 +6,8 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
-#include "ioci/exchange/loaded.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/loaded.h"
+#include "ioci/core/watchers.h"
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/map_view.h"
 #include "ioci/view/picture.h"

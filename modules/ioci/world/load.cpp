@@ -9,11 +9,11 @@
 #include "io/legacy.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
-#include "ioci/exchange/loaded.h"
-#include "ioci/program/program_kind.h"
+#include "ioci/core/loaded.h"
 #include "ioci/world/members.h"
 #include "kernel/fresh_names.h"
 #include "model/placement.h"
+#include "model/program_kinds.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ioci {

@@ -177,12 +177,6 @@ Result<model::Placement> given_placement(const CommandContext& ctx, std::string_
   return read_placement_fields(given, path);
 }
 
-model::Placement target_of(const World& w) {
-  for (const auto& f : w.frames)
-    if (f.name == kTarget) return f.placement;
-  return {};
-}
-
 std::string example_cell(const std::string& rest) {
   return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
          rest;

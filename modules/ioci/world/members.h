@@ -40,10 +40,6 @@ namespace robomosp::ioci {
 [[nodiscard]] Result<std::size_t> find_program(const CommandContext&, WorldId, const Value& given,
                                                std::string_view path);
 
-/// The frame "target" of a world; while there is none, its origin.
-inline constexpr std::string_view kTarget = "target";
-[[nodiscard]] model::Placement target_of(const model::World& w);
-
 /// Lua that makes a world `cell` with a six-joint arm `arm`, for examples; and one where it stands
 /// ready at the start of the trajectory "stroke", a line of 50 mm.
 [[nodiscard]] std::string example_cell(const std::string& rest);

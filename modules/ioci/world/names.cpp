@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "ioci/core/commands.h"
+#include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
 
 namespace robomosp::ioci {

@@ -9,7 +9,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/counted.h"
-#include "ioci/exchange/loaded.h"
+#include "ioci/core/loaded.h"
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
@@ -527,12 +527,12 @@ RMP_COMMANDS(world_commands) {
        .details = "By joint values, or by the maker's axes. robot.jog moves one axis.",
        .example = example_cell(
            "cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
-       .params = {self("world"),
-                  needed(
-                      "robot", "any", "",
-                      "Name of the member, or the robot; may be omitted if the world has only one."),
-                  optional("q", "any", "rad or m", "Joint values, or the name of a pose."),
-                  axis_values()},
+       .params =
+           {self("world"),
+            needed("robot", "any", "",
+                   "Name of the member, or the robot; may be omitted if the world has only one."),
+            optional("q", "any", "rad or m", "Joint values, or the name of a pose."),
+            axis_values()},
        .returns = {},
        .effect = Effect::edits,
        .run = set_robot_q});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/recording/origins.h"
+#include "ioci/core/origins.h"
 
 #include <algorithm>
 #include <set>
@@ -15,12 +15,12 @@ namespace robomosp::ioci {
 namespace {
 
 constexpr std::size_t kPathsNamed = 3;
-constexpr std::size_t kDeepest = 64;  ///< tables within tables, as arguments may be
+constexpr std::size_t kDeepestSearch = 64;  ///< tables within tables, as arguments may be
 
 /// Handles and texts anywhere in a value.
 template <class OnHandle, class OnText>
 void walk(const Value& v, OnHandle&& on_handle, OnText&& on_text, std::size_t depth = 0) {
-  if (depth > kDeepest) return;
+  if (depth > kDeepestSearch) return;
   if (const Handle* h = v.as_handle()) on_handle(*h);
   else if (const std::string* s = v.as_string()) on_text(*s);
   else if (const List* list = v.as_list())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/exchange/loaded.h"
+#include "ioci/core/loaded.h"
 
 #include "io/legacy.h"
 #include "io/native.h"
-#include "ioci/recording/watchers.h"
+#include "ioci/core/watchers.h"
 #include "kernel/file_root.h"
 
 namespace robomosp::ioci {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "ioci/core/command.h"
-#include "ioci/recording/origins.h"
+#include "ioci/core/origins.h"
 
 namespace robomosp::ioci {
 
