@@ -137,9 +137,9 @@ class Binder {
     if (expression.empty()) return 0.0;
     auto read = Expression::compile(expression);
     if (!read.ok()) return std::move(read).error().in(what);
-    static const model::Parametric kNone;
+    static const model::Parametric kNoParameters;
     const model::Parametric* own = model::parametric_of(*at.body);
-    auto value = read->evaluate(model::lookup(own ? *own : kNone, at.own_name, worlds_), unit);
+    auto value = read->evaluate(model::lookup(own ? *own : kNoParameters, at.own_name, worlds_), unit);
     if (!value.ok()) return std::move(value).error().in(what);
     return value;
   }
@@ -198,9 +198,9 @@ class Binder {
     RMP_TRY_ASSIGN(const Place at, place(b.to));
     auto read = Expression::compile(b.expression);
     if (!read.ok()) return std::move(read).error().in("expression");
-    static const model::Parametric kNone;
+    static const model::Parametric kNoParameters;
     const model::Parametric* own = model::parametric_of(*at.body);
-    auto found = read->evaluate(model::lookup(own ? *own : kNone, at.own_name, worlds_));
+    auto found = read->evaluate(model::lookup(own ? *own : kNoParameters, at.own_name, worlds_));
     if (!found.ok()) return std::move(found).error().in("expression");
     constexpr std::size_t kLength = 0, kAngle = 3;
     const double value = found->value * std::pow(1e3, found->dimension[kLength]) *

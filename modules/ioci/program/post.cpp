@@ -22,6 +22,7 @@
 #include "ioci/program/post_profile.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/read_back.h"
+#include "ioci/program/source_text.h"
 #include "ioci/robot/robots.h"
 #include "kernel/file_root.h"
 #include "model/controller.h"
