@@ -107,7 +107,7 @@ std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples,
 }
 
 // Two vectors pay where there are registers for them and the matrix stays in the nearest cache.
-bool side_by_side(const Mechanism& m, const Task& task) {
+[[maybe_unused]] bool side_by_side(const Mechanism& m, const Task& task) {
   return task.what == Task::What::torques || task.pivots || m.velocities <= 10;
 }
 
