@@ -117,6 +117,7 @@ using List = std::vector<Value>;
 class Map {
  public:
   using Entry = std::pair<std::string, Value>;
+  using Iterator = std::vector<Entry>::const_iterator;
   Map() = default;
   Map(std::initializer_list<Entry> entries);
   [[nodiscard]] const Value* find(std::string_view key) const;
@@ -124,10 +125,11 @@ class Map {
   void set(std::string key, Value value);  ///< replaces or appends; takes longer the more there are
   void append(std::string key, Value value);  ///< of a key that is not there yet
   bool erase(std::string_view key);
-  [[nodiscard]] std::size_t size() const { return entries_.size(); }
-  [[nodiscard]] bool empty() const { return entries_.empty(); }
-  [[nodiscard]] auto begin() const { return entries_.begin(); }
-  [[nodiscard]] auto end() const { return entries_.end(); }
+  // Defined where Value is complete, as the size of an entry is needed.
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] bool empty() const;
+  [[nodiscard]] Iterator begin() const;
+  [[nodiscard]] Iterator end() const;
   bool operator==(const Map& o) const;
 
  private:
@@ -179,5 +181,10 @@ class Value {
                Handle>
       v_;
 };
+
+inline std::size_t Map::size() const { return entries_.size(); }
+inline bool Map::empty() const { return entries_.empty(); }
+inline Map::Iterator Map::begin() const { return entries_.begin(); }
+inline Map::Iterator Map::end() const { return entries_.end(); }
 
 }  // namespace robomosp
