@@ -151,12 +151,13 @@ std::string quoted_literal(std::string_view s) {
   return out + "\"";
 }
 
-/// Of anything but lists and maps.
-std::string literal_of_leaf(const Value& v) {
+/// Of anything but lists and maps; once it has more than `most` bytes it may end anywhere.
+std::string literal_of_leaf(const Value& v, std::size_t most) {
   if (const bool* b = v.as_bool()) return *b ? "true" : "false";
   if (const std::int64_t* i = v.as_int()) return std::to_string(*i);
   if (const double* x = v.as_real()) return number_text(*x);
-  if (const std::string* s = v.as_string()) return quoted_literal(*s);
+  if (const std::string* s = v.as_string())
+    return quoted_literal(s->size() > most ? s->substr(0, most + 1) : *s);
   if (const Handle* h = v.as_handle())
     return quoted_literal(h->kind + "#" + std::to_string(h->number));
   const NumericArray* a = v.as_array();
@@ -164,9 +165,10 @@ std::string literal_of_leaf(const Value& v) {
   std::string out = "{";
   const std::size_t rows = a->is_matrix() ? a->rows() : 1;
   const std::size_t cols = a->is_matrix() ? a->cols() : a->size();
-  for (std::size_t r = 0; r < rows; ++r) {
+  for (std::size_t r = 0; r < rows && out.size() <= most; ++r) {
     if (a->is_matrix()) out += r ? ", {" : "{";
-    for (std::size_t c = 0; c < cols; ++c) out += (c ? ", " : "") + number_text((*a)[r * cols + c]);
+    for (std::size_t c = 0; c < cols && out.size() <= most; ++c)
+      out += (c ? ", " : "") + number_text((*a)[r * cols + c]);
     if (a->is_matrix()) out += "}";
   }
   return out + "}";
@@ -177,8 +179,12 @@ std::string literal_of_leaf(const Value& v) {
 Result<Value> read_literal(std::string_view text) { return LiteralReader(text).all(); }
 
 std::string literal(const Value& value) {
+  return beginning_of_literal(value, static_cast<std::size_t>(-2));
+}
+
+std::string beginning_of_literal(const Value& value, std::size_t most) {
   return table_text(
-      value, static_cast<std::size_t>(-1), [](const Value& v, bool) { return literal_of_leaf(v); },
+      value, most, [most](const Value& v, bool) { return literal_of_leaf(v, most); },
       [](const std::string& name) {
         return (is_plain_name(name) ? name : "[" + quoted_literal(name) + "]") + " = ";
       });

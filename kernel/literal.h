@@ -3,6 +3,7 @@
 // "tool"} (layer: core).
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -20,5 +21,8 @@ namespace robomosp {
 /// become integers. Handles are written as kind#number, and
 /// numeric arrays as tables of numbers.
 [[nodiscard]] std::string literal(const Value&);
+/// The same for who shows its beginning only: all of it if it has no more than `most` bytes, else a
+/// beginning of more than that, which may end anywhere. What is not shown takes no time.
+[[nodiscard]] std::string beginning_of_literal(const Value&, std::size_t most);
 
 }  // namespace robomosp

@@ -30,7 +30,7 @@ constexpr std::string_view kPoseFields[] = {"position", "cylindrical", "spherica
 
 std::string shown_value(const Value& v) {
   constexpr std::size_t kLongest = 60;
-  std::string s = literal(v);
+  std::string s = beginning_of_literal(v, kLongest);
   if (s.size() > kLongest) s = text::shortened(s, kLongest);
   return s;
 }
