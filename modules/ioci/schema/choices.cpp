@@ -204,7 +204,8 @@ constexpr const char* kOfferedUnits[] = {
 
 class Chooser {
  public:
-  Chooser(CommandContext& ctx, std::string_view prefix) : ctx_(ctx), prefix_(prefix) {}
+  Chooser(CommandContext& ctx, std::string_view prefix, bool from_library)
+      : ctx_(ctx), prefix_(prefix), from_library_(from_library) {}
 
   Result<std::vector<Choice>> at(const Schema& schema, std::string_view path, const Map& given) {
     levels_.push_back({&schema, &given});
@@ -356,6 +357,14 @@ class Chooser {
       if (!is_any && std::find(t.words.begin(), t.words.end(), word) == t.words.end()) continue;
       for (const AnyId id : ctx_.snapshot().list(k))
         add({Value(ctx_.snapshot().find(id)->name), {}, std::string(word), {}});
+    }
+    // Behind those of the document; of "any" kind there would be the whole library.
+    for (const Kind k : all_kinds()) {
+      const std::string_view word = to_string(k);
+      if (!from_library_ || std::find(t.words.begin(), t.words.end(), word) == t.words.end())
+        continue;
+      for (const std::string& name : library_names(ctx_.app, k))
+        add({Value(name), {}, std::string(word) + " of the library", {}});
     }
     if (std::find(t.words.begin(), t.words.end(), "recording") != t.words.end())
       for (const auto& [number, r] : ctx_.app.recordings.list())
@@ -540,6 +549,7 @@ class Chooser {
 
   CommandContext& ctx_;
   std::string_view prefix_;
+  bool from_library_;
   std::vector<Level> levels_;
   std::vector<Choice> out_;
   std::set<std::string> seen_;
@@ -549,8 +559,8 @@ class Chooser {
 
 Result<std::vector<Choice>> choices_of(CommandContext& ctx, const Schema& schema,
                                        std::string_view path, const Map& given,
-                                       std::string_view prefix) {
-  return Chooser(ctx, prefix).at(schema, path, given);
+                                       std::string_view prefix, bool from_library) {
+  return Chooser(ctx, prefix, from_library).at(schema, path, given);
 }
 
 std::vector<std::string> member_words() {

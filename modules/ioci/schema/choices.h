@@ -23,10 +23,12 @@ struct Choice {
 /// Values that may be given at `path` of a table of arguments: "link", "step.robot",
 /// "links[2].parent". `given` are the arguments so far, as the user gave them; what they name
 /// decides the members. Where nothing is given that would decide, the members of all records in the
-/// document are choices. Those that begin with `prefix`, case-blind. ErrorCode::unknown_name.
+/// document are choices. Those that begin with `prefix`, case-blind. `from_library`: also records
+/// of the library, which commands that edit load by their names. ErrorCode::unknown_name.
 [[nodiscard]] Result<std::vector<Choice>> choices_of(CommandContext&, const Schema&,
                                                      std::string_view path, const Map& given,
-                                                     std::string_view prefix);
+                                                     std::string_view prefix,
+                                                     bool from_library = false);
 
 /// The words behind `member:` for which there are choices, sorted.
 [[nodiscard]] std::vector<std::string> member_words();

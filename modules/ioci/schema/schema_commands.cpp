@@ -14,6 +14,7 @@ namespace {
 struct FormOf {
   std::string name, doc;
   Schema fields;
+  bool loads = false;  ///< records of the library by their names
 };
 
 Result<FormOf> form_of(CommandContext& ctx, const Map& args) {
@@ -21,7 +22,7 @@ Result<FormOf> form_of(CommandContext& ctx, const Map& args) {
   if (!command.empty()) {
     const CommandSpec* spec = ctx.app.commands.find(command);
     if (!spec) return ctx.app.commands.unknown(command);
-    return FormOf{spec->name, spec->summary, spec->params};
+    return FormOf{spec->name, spec->summary, spec->params, spec->effect.has(Effect::edits)};
   }
   if (const std::string word = text_of(args, "kind"); !word.empty()) {
     const auto kind = kind_from(word);
@@ -50,7 +51,7 @@ Map given_of(const Map& args) {
 Result<Value> run_choices(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const FormOf form, form_of(ctx, args));
   RMP_TRY_ASSIGN(const auto found, choices_of(ctx, form.fields, text_of(args, "argument"),
-                                              given_of(args), text_of(args, "prefix")));
+                                              given_of(args), text_of(args, "prefix"), form.loads));
   List out;
   for (const Choice& c : found) {
     Map one{
@@ -115,7 +116,8 @@ RMP_COMMANDS(schema_commands) {
        .details =
            "The arguments given so far decide: links are those of the robot that `id` names, tips "
            "those of the robot `robot` of the world `id`. While none of them decides, members of "
-           "all records in the document are listed. Records, members, providers, words, files and "
+           "all records in the document are listed. Of commands that edit, records of the "
+           "library follow those of the document. Records, members, providers, words, files and "
            "units have choices; free texts and numbers have none. A form and the completion of the "
            "console use this command.",
        .example = with_arm("local links = schema.choices{command = \"robot.link\", argument = "
