@@ -8,6 +8,7 @@
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/run_start.h"
 #include "ioci/simulation/tip_load_arguments.h"
+#include "ioci/world/members.h"
 #include "sim/forward_simulation.h"
 
 namespace robomosp::ioci {
@@ -299,9 +300,7 @@ RMP_COMMANDS(simulation_commands) {
            "controller = \"computed_torque\", duration = 0.2}\n"
            "assert(run:values(\"tip_error\")[21] < 1e-3)"),
        .params = run_params(
-           {self("world"),
-            needed("robot", "any", "",
-                   "Name of the member, or the robot; may be omitted if the world has only one.")},
+           {self("world"), placed_robot_field()},
            {optional("trajectory", "any", "",
                      "Reference of the tool for the controller: a trajectory of the world."),
             optional("base_trajectory", "any", "",

@@ -182,9 +182,8 @@ RMP_COMMANDS(path_check_commands) {
       "assert(not c.is_good and c.faults[1].kind == \"unreachable\")";
   c.params = {
       self("world"),
-      needed("robot", "any", "",
-             "Name of the member, or the robot; may be omitted if the world has only one."),
-      needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+      placed_robot_field(),
+      placed_trajectory_field(),
       above_zero(optional("sample_time", "real", "s",
                           "Time between samples; by default that of the trajectory.")),
       choice(

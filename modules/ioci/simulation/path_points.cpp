@@ -162,13 +162,9 @@ RMP_COMMANDS(path_point_commands) {
            "local first = cell:show_at{robot = \"arm\", trajectory = \"stroke\", to = \"first\"}\n"
            "local second = cell:show_at{robot = \"arm\", trajectory = \"stroke\", to = \"next\"}\n"
            "assert(first.point == 1 and second.point == 2 and second.time > 0)"),
-       .params =
-           {self("world"),
-            needed("robot", "any", "",
-                   "Name of the member, or the robot; may be omitted if the world has only one."),
-            needed("trajectory", "any", "", "Name of the member, or the trajectory."),
-            choice("to", {"first", "last", "next", "previous"}, "The sample to show.", true),
-            angle_unit()},
+       .params = {self("world"), placed_robot_field(), placed_trajectory_field(),
+                  choice("to", {"first", "last", "next", "previous"}, "The sample to show.", true),
+                  angle_unit()},
        .returns = {"map",
                    "",
                    "",

@@ -189,9 +189,8 @@ RMP_COMMANDS(world_run_commands) {
   std::vector<CommandSpec> all;
   Schema run_params{
       self("world"),
-      needed("robot", "any", "",
-             "Name of the member, or the robot; may be omitted if the world has only one."),
-      needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+      placed_robot_field(),
+      placed_trajectory_field(),
       above_zero(optional("sample_time", "real", "s",
                           "Time between samples; by default that of the trajectory.")),
       above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
@@ -322,13 +321,9 @@ RMP_COMMANDS(world_run_commands) {
            "local there, here = trajectory.points(\"stroke\"), cell:trajectory_in_base{robot = "
            "\"arm\", trajectory = \"stroke\"}\n"
            "assert(math.abs(there[1][2] - here[1][2] - 1) < 1e-12)"),
-       .params =
-           {self("world"),
-            needed("robot", "any", "",
-                   "Name of the member, or the robot; may be omitted if the world has only one."),
-            needed("trajectory", "any", "", "Name of the member, or the trajectory."),
-            above_zero(optional("step", "real", "s",
-                                "Time between samples; by default that of the trajectory."))},
+       .params = {self("world"), placed_robot_field(), placed_trajectory_field(),
+                  above_zero(optional("step", "real", "s",
+                                      "Time between samples; by default that of the trajectory."))},
        .returns = {"matrix", "", "Columns: time [s], x, y, z [m], roll, pitch, yaw [rad].", {}},
        .effect = Effect::reads,
        .run = trajectory_in_base});

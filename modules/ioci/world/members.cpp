@@ -177,6 +177,14 @@ Result<model::Placement> given_placement(const CommandContext& ctx, std::string_
   return read_placement_fields(given, path);
 }
 
+ParamSpec placed_robot_field() {
+  return needed("robot", "any", "",
+                "Name of the member, or the robot; may be omitted if the world has only one.");
+}
+ParamSpec placed_trajectory_field() {
+  return needed("trajectory", "any", "", "Name of the member, or the trajectory.");
+}
+
 std::string example_cell(const std::string& rest) {
   return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
          rest;

@@ -54,4 +54,8 @@ Result<Value> change_world(CommandContext& ctx, const Map& args, Fn&& fn) {
   return Value();
 }
 
+/// The arguments `robot` and `trajectory` of commands about one in a world.
+[[nodiscard]] ParamSpec placed_robot_field();
+[[nodiscard]] ParamSpec placed_trajectory_field();
+
 }  // namespace robomosp::ioci
